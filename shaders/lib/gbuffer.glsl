@@ -1,0 +1,29 @@
+// Reading the G-buffer. Texels are those of the full frame; the caller keeps them inside.
+#include "lib/space.glsl"
+#include "lib/octahedral.glsl"
+
+uniform sampler2D t_z_vs;        // distance along the view axis, 0 = background
+uniform sampler2D t_normals_vs;  // octahedral: xy shading normal, zw geometric normal
+
+float gbuffer_z_vs(ivec2 texel)
+{
+    return texelFetch(t_z_vs, texel, 0).x;
+}
+
+vec3 gbuffer_position_vs(ivec2 texel)
+{
+    return position_vs_at(uv_of_texel(texel), gbuffer_z_vs(texel));
+}
+
+// The normal that lighting uses; on the side of the geometric one.
+vec3 gbuffer_shading_normal_vs(ivec2 texel)
+{
+    return oct_decode(texelFetch(t_normals_vs, texel, 0).xy);
+}
+
+// The normal of the triangle itself, turned towards the camera: occlusion and ray
+// offsets need it, because an interpolated normal makes facets shadow themselves.
+vec3 gbuffer_geometric_normal_vs(ivec2 texel)
+{
+    return oct_decode(texelFetch(t_normals_vs, texel, 0).zw);
+}
