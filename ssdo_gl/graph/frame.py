@@ -1,0 +1,115 @@
+"""What a frame is rendered from: the view, the scene at a time, the seed."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ssdo_gl import math3d
+from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.scene import Scene
+
+
+@dataclass(frozen=True, eq=False)
+class FrameView:
+    """The camera of one frame, float64, OpenGL view space (looks along -z).
+
+    Attributes
+    ----------
+    size : (int, int)
+        Width and height in pixels.
+    position_ws : ndarray, shape (3,)
+    view_from_world : ndarray, shape (3, 3)
+        Rotation only: world transforms are first made relative to `position_ws`.
+    tan_half_fov : (float, float)
+        Horizontal and vertical.
+    near, far : float
+        Clip distances along the view axis, scene units.
+    jitter_px : (float, float)
+        Sub-pixel shift of the sample position from the pixel centre, pixels.
+    """
+
+    size: tuple[int, int]
+    position_ws: FloatArray
+    view_from_world: FloatArray
+    tan_half_fov: tuple[float, float]
+    near: float
+    far: float
+    jitter_px: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def jitter_ndc(self) -> tuple[float, float]:
+        """The jitter in normalised device coordinates (2 across the frame)."""
+        return 2.0 * self.jitter_px[0] / self.size[0], 2.0 * self.jitter_px[1] / self.size[1]
+
+    @property
+    def clip_from_view(self) -> FloatArray:
+        """The (4, 4) projection, jitter included."""
+        matrix = math3d.perspective(self.tan_half_fov, self.near, self.far)
+        # A ray through ndc + jitter must land on the pixel centre at ndc.
+        # clip.w = -z, so subtracting jitter * w means adding it to the z column.
+        matrix[0, 2] += self.jitter_ndc[0]
+        matrix[1, 2] += self.jitter_ndc[1]
+        return matrix
+
+    def uniforms(self) -> dict[str, object]:
+        """Return the uniforms that `shaders/lib/space.glsl` declares."""
+        return {
+            "u_tan_half_fov": self.tan_half_fov,
+            "u_jitter_ndc": self.jitter_ndc,
+            "u_frame_size_px": tuple(float(n) for n in self.size),
+        }
+
+    def key(self) -> Hashable:
+        """Return a value that is equal exactly when the view is the same."""
+        return (
+            self.size,
+            self.position_ws.tobytes(),
+            self.view_from_world.tobytes(),
+            self.tan_half_fov,
+            self.near,
+            self.far,
+            self.jitter_px,
+        )
+
+    def view_from_objects(self, world_from_object: FloatArray) -> FloatArray:
+        """Return (N, 4, 4) view_from_object, relative to the camera, float64."""
+        relative = world_from_object.copy()
+        relative[:, :3, 3] -= self.position_ws
+        result = np.zeros_like(relative)
+        result[:, :3, :] = self.view_from_world @ relative[:, :3, :]
+        result[:, 3, 3] = 1.0
+        return result
+
+    def point_vs(self, point_ws: FloatArray) -> FloatArray:
+        """Return world-space points (..., 3) in view space."""
+        return np.asarray((np.asarray(point_ws) - self.position_ws) @ self.view_from_world.T)
+
+    def direction_vs(self, direction_ws: FloatArray) -> FloatArray:
+        """Return world-space directions (..., 3) in view space."""
+        return np.asarray(np.asarray(direction_ws) @ self.view_from_world.T)
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """Everything that a pass may depend on besides the textures it reads.
+
+    Attributes
+    ----------
+    view : FrameView
+    scene : Scene
+        As it stands at this frame's time.
+    seed : int
+        Selects the sample pattern, >= 0.
+    versions : mapping
+        For each domain a pass can name in ``depends_on`` (``view``, ``geometry``,
+        ``lights``, ``environment``, ``seed``), a value that changes exactly when
+        that part of the input changes.
+    """
+
+    view: FrameView
+    scene: Scene
+    seed: int = 0
+    versions: Mapping[str, Hashable] = field(default_factory=dict)

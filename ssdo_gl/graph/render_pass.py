@@ -1,0 +1,90 @@
+"""The contract of a pass: what it reads, what it writes, what it depends on."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from ssdo_gl.graph.frame import Frame
+from ssdo_gl.graph.resource import TextureSpec
+
+if TYPE_CHECKING:
+    import moderngl
+
+    from ssdo_gl.gpu.geometry import Geometry
+    from ssdo_gl.gpu.shader import ShaderLibrary
+
+
+# Called with (what is being done, steps done, steps in all) by long passes.
+ProgressCallback = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class PassContext:
+    """What a pass gets in order to run.
+
+    Attributes
+    ----------
+    gl : moderngl.Context
+    shaders : ShaderLibrary
+    geometry : Geometry
+        The scene's triangles on the device.
+    frame : Frame
+    inputs : mapping of resource name to moderngl.Texture
+        Exactly the resources that the pass declared in ``reads``.
+    target : moderngl.Framebuffer or None
+        Colour attachments in the order of ``writes`` (those not ``own``); cleared
+        to zero; viewport set. None if the pass writes none.
+    progress : ProgressCallback or None
+        For passes of many draws.
+    """
+
+    gl: moderngl.Context
+    shaders: ShaderLibrary
+    geometry: Geometry
+    frame: Frame
+    inputs: Mapping[str, moderngl.Texture]
+    target: moderngl.Framebuffer | None
+    progress: ProgressCallback | None = None
+
+
+class RenderPass(ABC):
+    """One step of a frame.
+
+    A pass is one small class and one shader of the same stem. It declares what it
+    reads and writes and never reaches for anything else. It holds no image state:
+    running it twice with the same inputs gives the same bytes.
+
+    Attributes
+    ----------
+    name : str
+        Unique in a graph; the stem of its file and shader unless it runs twice.
+    reads : tuple of str
+        Resource names.
+    writes : mapping of str to TextureSpec
+    depends_on : tuple of str
+        Domains of ``Frame.versions`` that change the result beyond ``reads``.
+    needs_depth : bool
+        Whether its framebuffer gets a 24-bit depth attachment.
+    statistics : mapping
+        What a Monte-Carlo pass has to say of its last run (samples per pixel,
+        standard errors, whether it was interrupted); empty for all others.
+    """
+
+    name: str
+    reads: tuple[str, ...] = ()
+    writes: Mapping[str, TextureSpec]
+    depends_on: tuple[str, ...] = ()
+    needs_depth: ClassVar[bool] = False
+    statistics: Mapping[str, Any] = MappingProxyType({})
+
+    def settings_key(self) -> Hashable:
+        """Return what identifies this pass' settings (a frozen dataclass is one)."""
+        return getattr(self, "settings", None)
+
+    @abstractmethod
+    def execute(self, context: PassContext) -> Mapping[str, moderngl.Texture] | None:
+        """Run; return the textures of ``own`` resources, newly made or kept."""

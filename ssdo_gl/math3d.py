@@ -1,0 +1,126 @@
+"""Transforms and projections in float64; the only module that imports pyrr.
+
+pyrr follows the row-vector convention (``p @ V @ P``). Everything this module
+returns is in the column-vector convention (``P @ V @ p``), named
+``dst_from_src``, so that the rest of the project knows one convention only.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pyrr
+from numpy.typing import ArrayLike, NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+def normalized(vector: ArrayLike) -> FloatArray:
+    """Return `vector` scaled to unit length along its last axis.
+
+    Parameters
+    ----------
+    vector : array_like, shape (..., n)
+
+    Raises
+    ------
+    ValueError
+        If a vector has zero or non-finite length, whose direction is undefined.
+    """
+    array = np.asarray(vector, dtype=np.float64)
+    # Dividing by the largest component first keeps the squares of components
+    # below 1e-154 or above 1e154 inside the range of float64.
+    largest = np.max(np.abs(array), axis=-1, keepdims=True)
+    if not np.all(np.isfinite(largest)) or np.any(largest == 0.0):
+        raise ValueError("a direction must be finite and not zero")
+    scaled = array / largest
+    return np.asarray(scaled / np.linalg.norm(scaled, axis=-1, keepdims=True))
+
+
+def translation(offset: ArrayLike) -> FloatArray:
+    """Return the (4, 4) matrix that moves points by `offset` (scene units)."""
+    matrix: FloatArray = pyrr.matrix44.create_from_translation(
+        np.asarray(offset, dtype=np.float64), dtype=np.float64
+    ).T
+    return matrix
+
+
+def scaling(factors: ArrayLike) -> FloatArray:
+    """Return the (4, 4) matrix that scales by `factors`, a number or three."""
+    three = np.broadcast_to(np.asarray(factors, dtype=np.float64), (3,))
+    matrix: FloatArray = pyrr.matrix44.create_from_scale(three, dtype=np.float64).T
+    return matrix
+
+
+def rotation_euler(degrees_xyz: ArrayLike) -> FloatArray:
+    """Return the (4, 4) rotation about x, then y, then z (degrees, right-handed)."""
+    x, y, z = np.radians(np.asarray(degrees_xyz, dtype=np.float64))
+    cx, sx, cy, sy, cz, sz = np.cos(x), np.sin(x), np.cos(y), np.sin(y), np.cos(z), np.sin(z)
+    about_x = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
+    about_y = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
+    about_z = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
+    matrix = np.eye(4)
+    matrix[:3, :3] = about_z @ about_y @ about_x
+    return matrix
+
+
+def rotation_between(source: ArrayLike, target: ArrayLike) -> FloatArray:
+    """Return the (3, 3) rotation that turns direction `source` into `target`."""
+    return frame_from_z(target) @ frame_from_z(source).T
+
+
+def frame_from_z(direction: ArrayLike) -> FloatArray:
+    """Return a (3, 3) rotation whose third column is `direction`.
+
+    The other two columns complete it to a right-handed orthonormal frame. The
+    helper axis is the one least aligned with `direction`, so no direction is
+    degenerate.
+    """
+    z = normalized(direction)
+    helper = np.zeros(3)
+    helper[int(np.argmin(np.abs(z)))] = 1.0
+    x = normalized(np.cross(helper, z))
+    return np.stack([x, np.cross(z, x), z], axis=1)
+
+
+def look_rotation(position: ArrayLike, target: ArrayLike, up: ArrayLike) -> FloatArray:
+    """Return the (3, 3) rotation view_from_world of a camera that looks along -z.
+
+    Parameters
+    ----------
+    position, target, up : array_like, shape (3,)
+        World space. Where `up` is parallel to the line of sight, the nearest
+        usable axis replaces it, so that looking straight down is allowed.
+
+    Raises
+    ------
+    ValueError
+        If `position` and `target` coincide.
+    """
+    backward = normalized(np.subtract(position, target, dtype=np.float64))
+    right = np.cross(normalized(up), backward)
+    # Below 1e-6 rad the cross product is rounding noise rather than a direction.
+    right = frame_from_z(backward)[:, 0] if np.linalg.norm(right) < 1e-6 else normalized(right)
+    return np.stack([right, np.cross(backward, right), backward])
+
+
+def perspective(tan_half_fov: tuple[float, float], near: float, far: float) -> FloatArray:
+    """Return the (4, 4) OpenGL projection clip_from_view (z in -w..w).
+
+    Parameters
+    ----------
+    tan_half_fov : (float, float)
+        Tangents of half the horizontal and half the vertical field of view.
+    near, far : float
+        Distances along the view axis, scene units, 0 < near < far.
+    """
+    x, y = tan_half_fov[0] * near, tan_half_fov[1] * near
+    matrix: FloatArray = pyrr.matrix44.create_perspective_projection_from_bounds(
+        -x, x, -y, y, near, far, dtype=np.float64
+    ).T
+    return matrix
+
+
+def transform_points(matrix: FloatArray, points: ArrayLike) -> FloatArray:
+    """Return `points` (..., 3) moved by the affine `matrix` (4, 4)."""
+    array = np.asarray(points, dtype=np.float64)
+    return np.asarray(array @ matrix[:3, :3].T + matrix[:3, 3])

@@ -1,0 +1,77 @@
+"""Triangle meshes and the objects that place them in the world."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.motion import Motion
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """An indexed triangle mesh in its own object space, finite and non-empty.
+
+    Attributes
+    ----------
+    positions : ndarray, shape (V, 3), float64
+    triangles : ndarray, shape (T, 3), int64
+        Counter-clockwise seen from the front. No triangle has zero area.
+    normals : ndarray, shape (V, 3), float64, or None
+        Unit shading normals; None: shaded flat, with the face normals.
+    uvs : ndarray, shape (V, 2), float64, or None
+        Texture coordinates, v = 0 at the top row of the image.
+    colors : ndarray, shape (V, 4), float64, or None
+        Scene-linear vertex colour and alpha, [0, 1].
+    closed : bool
+        Whether the surface is watertight, so that back faces bound a solid.
+    """
+
+    positions: FloatArray
+    triangles: NDArray[np.int64]
+    normals: FloatArray | None = None
+    uvs: FloatArray | None = None
+    colors: FloatArray | None = None
+    closed: bool = False
+    name: str = ""
+
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Return the object-space corners (min, max), each of shape (3,)."""
+        used = self.positions[self.triangles.reshape(-1)]
+        return used.min(axis=0), used.max(axis=0)
+
+    def face_normals(self) -> FloatArray:
+        """Return unit geometric normals, shape (T, 3), object space."""
+        a, b, c = (self.positions[self.triangles[:, i]] for i in range(3))
+        edge_1, edge_2 = b - a, c - a
+        # The longest edge as unit keeps tiny triangles from underflowing.
+        size = np.maximum(np.abs(edge_1).max(axis=1), np.abs(edge_2).max(axis=1))[:, None]
+        normal = np.cross(edge_1 / size, edge_2 / size)
+        return np.asarray(normal / np.linalg.norm(normal, axis=1, keepdims=True))
+
+
+@dataclass(frozen=True, eq=False)
+class SceneObject:
+    """One mesh with one material, placed once or many times.
+
+    Attributes
+    ----------
+    mesh, material : int
+        Indices into Scene.meshes and Scene.materials.
+    world_from_object : ndarray, shape (N, 4, 4), float64
+        One affine matrix for each instance, at rest (time 0).
+    motion : Motion or None
+    light : int or None
+        Index into Scene.lights if this object is the visible body of a light:
+        its emission is delivered by that light and must not be counted again.
+    """
+
+    mesh: int
+    material: int
+    world_from_object: FloatArray = field(default_factory=lambda: np.eye(4)[None])
+    motion: Motion | None = None
+    light: int | None = None
+    name: str = ""
