@@ -1,0 +1,241 @@
+"""Loads, compiles and caches shader programs, and sets their uniforms strictly."""
+
+from __future__ import annotations
+
+import difflib
+import hashlib
+from collections.abc import Mapping
+from importlib.resources.abc import Traversable
+
+import moderngl
+import numpy as np
+
+from ssdo_gl import resources
+from ssdo_gl.gpu.shader_source import (
+    FlatSource,
+    ShaderError,
+    UniformDeclaration,
+    check_mentioned,
+    flatten,
+)
+
+__all__ = ["Program", "ShaderError", "ShaderLibrary"]
+
+_NO_DEFINES: Mapping[str, int] = {}
+_NO_TEXTURES: Mapping[str, moderngl.Texture] = {}
+# Matrices are square: the number of rows by GLSL type.
+_MATRIX_ROWS = {"mat2": 2, "mat3": 3, "mat4": 4}
+
+
+class Program:
+    """A linked program that refuses names its source does not declare.
+
+    Attributes
+    ----------
+    gl : moderngl.Program
+        Replaced by `ShaderLibrary.reload`; take it anew for every draw, and key what
+        you cache about it (vertex arrays) by this object.
+    digest : str
+        Identifies the flattened sources.
+    """
+
+    def __init__(self, gl: moderngl.Context, vertex: FlatSource, fragment: FlatSource) -> None:
+        self._context = gl
+        self._vertex_array: moderngl.VertexArray | None = None
+        self._replace(vertex, fragment)
+
+    def _replace(self, vertex: FlatSource, fragment: FlatSource) -> None:
+        """Compile; on failure raise ShaderError and leave the program as it was."""
+        linked = _link(self._context, vertex, fragment)
+        self.gl = linked
+        self.digest = _digest(vertex, fragment)
+        self.name = f"{vertex.name} + {fragment.name}"
+        self._declared = {**vertex.uniforms(), **fragment.uniforms()}
+        self._active: dict[str, moderngl.Uniform] = {}
+        for name in linked:
+            member = linked[name]
+            if isinstance(member, moderngl.Uniform):
+                self._active[name] = member
+        samplers = [n for n in self._active if n in self._declared and self._declared[n].is_sampler]
+        # Fixed units, so that textures may be given in several calls.
+        self._units = {name: unit for unit, name in enumerate(samplers)}
+        for name, unit in self._units.items():
+            linked[name] = unit
+        self._unset = {
+            name
+            for name in self._active
+            if name in self._declared and not self._declared[name].has_initializer
+        }
+        if self._vertex_array is not None:
+            self._vertex_array.release()
+        self._vertex_array = None
+
+    def set(
+        self,
+        uniforms: Mapping[str, object],
+        textures: Mapping[str, moderngl.Texture] = _NO_TEXTURES,
+    ) -> None:
+        """Set uniforms and bind textures; those not named keep what they had.
+
+        Parameters
+        ----------
+        uniforms : mapping of str to number, sequence or ndarray
+            Matrices in the column-vector convention of `math3d` (``m[row, column]``).
+        textures : mapping of sampler name to texture
+
+        Raises
+        ------
+        ShaderError
+            If a name is not declared in the source, or a value does not fit its type.
+            A declared uniform that the driver optimised away is skipped.
+        """
+        for name, value in uniforms.items():
+            declaration = self._declaration(name)
+            if declaration.is_sampler:
+                raise ShaderError(f"{self.name}: {name} is a sampler; give it among the textures")
+            if name in self._active:
+                self._write(name, declaration, value)
+                self._unset.discard(name)
+        for name, texture in textures.items():
+            if not self._declaration(name).is_sampler:
+                raise ShaderError(f"{self.name}: {name} is not a sampler but takes a value")
+            if name in self._units:
+                texture.use(self._units[name])
+                self._unset.discard(name)
+
+    def check_complete(self) -> None:
+        """Raise ShaderError if a uniform or sampler in use was never given a value."""
+        if self._unset:
+            raise ShaderError(f"{self.name}: never set: {', '.join(sorted(self._unset))}")
+
+    def empty_vertex_array(self) -> moderngl.VertexArray:
+        """Return a vertex array without attributes, for shaders that use gl_VertexID."""
+        if self._vertex_array is None:
+            self._vertex_array = self._context.vertex_array(self.gl, [])
+        return self._vertex_array
+
+    def _declaration(self, name: str) -> UniformDeclaration:
+        if name not in self._declared:
+            near = difflib.get_close_matches(name, self._declared, n=1)
+            hint = f"; did you mean {near[0]}?" if near else ""
+            raise ShaderError(f"{self.name}: no uniform is called {name}{hint}")
+        return self._declared[name]
+
+    def _write(self, name: str, declaration: UniformDeclaration, value: object) -> None:
+        uniform = self._active[name]
+        kind = declaration.type
+        if kind.startswith(("u", "uvec")):
+            dtype: type[np.generic] = np.uint32
+        elif kind.startswith(("int", "ivec", "bool", "bvec")):
+            dtype = np.int32
+        else:
+            dtype = np.float32
+        array = np.asarray(value)
+        if dtype is not np.float32 and not (
+            np.issubdtype(array.dtype, np.integer) or array.dtype == np.bool_
+        ):
+            raise ShaderError(f"{self.name}: {kind} {name} takes whole numbers, not {value!r}")
+        if kind in _MATRIX_ROWS:
+            rows = _MATRIX_ROWS[kind]
+            if array.shape[-2:] != (rows, rows):
+                raise ShaderError(f"{self.name}: {kind} {name} got an array of {array.shape}")
+            # OpenGL stores matrices column by column.
+            array = np.swapaxes(array, -1, -2)
+        data = np.ascontiguousarray(array, dtype=dtype).tobytes()
+        wanted = len(uniform.read())
+        # A driver may cut unused elements off the end of an array, never off a vector.
+        if len(data) != wanted and not (declaration.is_array and len(data) > wanted):
+            raise ShaderError(
+                f"{self.name}: {kind} {name} takes {wanted // 4} numbers, not {array.size}"
+            )
+        uniform.write(data[:wanted])
+
+
+class ShaderLibrary:
+    """Programs by file name, compiled once for each set of defines.
+
+    Parameters
+    ----------
+    gl : moderngl.Context
+    root : Traversable, optional
+        Where the files lie; the shipped shaders if not given.
+    """
+
+    def __init__(self, gl: moderngl.Context, root: Traversable | None = None) -> None:
+        self._gl = gl
+        self._root = resources.folder("shaders") if root is None else root
+        self._by_name: dict[tuple[object, ...], Program] = {}
+        self._by_content: dict[str, Program] = {}
+
+    def program(
+        self, vertex: str, fragment: str, defines: Mapping[str, int] = _NO_DEFINES
+    ) -> Program:
+        """Return the program of two files, e.g. ``"gbuffer.vert", "gbuffer.frag"``.
+
+        Raises
+        ------
+        ShaderError
+            If a file is missing, does not compile, or never mentions a define.
+        """
+        key = (vertex, fragment, tuple(sorted(defines.items())))
+        if key not in self._by_name:
+            stages = self._flatten(vertex, fragment, defines)
+            self._by_name[key] = Program(self._gl, *stages)
+        return self._by_name[key]
+
+    def fullscreen(self, fragment: str, defines: Mapping[str, int] = _NO_DEFINES) -> Program:
+        """Return the program of a fragment shader behind ``fullscreen.vert``."""
+        return self.program("fullscreen.vert", fragment, defines)
+
+    def fullscreen_source(
+        self, text: str, defines: Mapping[str, int] = _NO_DEFINES, name: str = "<test>"
+    ) -> Program:
+        """Return a program whose fragment shader is `text`, under the same rules."""
+        fragment = flatten(name, lambda n: text if n == name else self._read(n), defines)
+        vertex = flatten("fullscreen.vert", self._read, defines)
+        check_mentioned(defines, (vertex, fragment))
+        digest = _digest(vertex, fragment)
+        if digest not in self._by_content:
+            self._by_content[digest] = Program(self._gl, vertex, fragment)
+        return self._by_content[digest]
+
+    def reload(self) -> list[ShaderError]:
+        """Compile again what changed on disk, and return what went wrong.
+
+        A program that no longer compiles keeps its last good version.
+        """
+        faults: list[ShaderError] = []
+        for (vertex, fragment, defines), program in self._by_name.items():
+            try:
+                stages = self._flatten(str(vertex), str(fragment), dict(defines))  # type: ignore[call-overload]
+                if _digest(*stages) != program.digest:
+                    program._replace(*stages)
+            except ShaderError as fault:
+                faults.append(fault)
+        return faults
+
+    def _flatten(
+        self, vertex: str, fragment: str, defines: Mapping[str, int]
+    ) -> tuple[FlatSource, FlatSource]:
+        stages = flatten(vertex, self._read, defines), flatten(fragment, self._read, defines)
+        check_mentioned(defines, stages)
+        return stages
+
+    def _read(self, name: str) -> str:
+        return self._root.joinpath(*name.split("/")).read_text(encoding="utf-8")
+
+
+def _digest(vertex: FlatSource, fragment: FlatSource) -> str:
+    return hashlib.sha256(f"{vertex.text}\0{fragment.text}".encode()).hexdigest()
+
+
+def _link(gl: moderngl.Context, vertex: FlatSource, fragment: FlatSource) -> moderngl.Program:
+    try:
+        return gl.program(vertex_shader=vertex.text, fragment_shader=fragment.text)
+    except moderngl.Error as error:
+        log = str(error)
+    for stage, source in (("vertex_shader", vertex), ("fragment_shader", fragment)):
+        head, found, body = log.partition(f"{stage}\n{'=' * len(stage)}\n")
+        if found:
+            raise ShaderError(source.translate_log(body) or f"{source.name}: {head.strip()}")
+    raise ShaderError(f"{vertex.name} + {fragment.name}: " + " ".join(log.split()))

@@ -1,0 +1,264 @@
+"""Flattens shader sources: includes, defines and a line table. No OpenGL here.
+
+Drivers disagree about ``#include`` and ``#line``, and take an undefined name in ``#if``
+for 0 without a word. So the project resolves includes itself, keeps its own table from
+flattened lines to files, and refuses what a driver would let pass.
+"""
+
+from __future__ import annotations
+
+import difflib
+import operator
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+
+Reader = Callable[[str], str]
+
+_VERSION_LINE = "#version 330 core"
+_COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
+_INCLUDE = re.compile(r'^\s*#\s*include\b\s*(?:"([^"]*)")?\s*$')
+_DIRECTIVE = re.compile(r"^\s*#\s*(\w+)\s*(.*)$")
+_DEFINED = re.compile(r"\bdefined\s*(?:\(\s*(\w+)\s*\)|(\w+))")
+_IDENTIFIER = re.compile(r"\b[A-Za-z_]\w*")
+_UNIFORM = re.compile(r"\buniform\s+(?:(?:lowp|mediump|highp)\s+)?(\w+)\s+([^;{]+);")
+_DECLARATOR = re.compile(r"^\s*(\w+)\s*(\[[^\]]*\])?\s*(=.*)?$", re.DOTALL)
+_PREDEFINED = frozenset({"__LINE__", "__FILE__", "__VERSION__", "GL_core_profile"})
+# How the drivers write a position: Mesa `0:12(3):`, NVIDIA `0(12) :`, AMD, Apple, Intel
+# and glslang `ERROR: 0:12:`. The leading number is the source string, always 0 here.
+_LOG_POSITIONS = (
+    re.compile(r"^\s*\d+:(\d+)\(\d+\)\s*:\s*(.*)$"),
+    re.compile(r"^\s*\d+\((\d+)\)\s*:\s*(.*)$"),
+    re.compile(r"^\s*((?:ERROR|WARNING)):\s*\d+:(\d+):\s*(.*)$"),
+)
+
+
+class ShaderError(RuntimeError):
+    """A shader that does not load, naming the file and the line."""
+
+
+@dataclass(frozen=True)
+class UniformDeclaration:
+    """What the source says of one uniform: its GLSL type, whether an array or preset."""
+
+    type: str
+    is_array: bool
+    has_initializer: bool
+
+    @property
+    def is_sampler(self) -> bool:
+        """Whether it takes a texture rather than a value."""
+        return "sampler" in self.type
+
+
+@dataclass(frozen=True)
+class FlatSource:
+    """One shader stage with every include in place.
+
+    Attributes
+    ----------
+    name : str
+        The file that was asked for.
+    text : str
+        What the driver compiles.
+    code : str
+        `text` with comments blanked, line for line.
+    positions : tuple of (str, int)
+        File and line that each line of `text` came from.
+    """
+
+    name: str
+    text: str
+    code: str
+    positions: tuple[tuple[str, int], ...]
+
+    def locate(self, line: int) -> str:
+        """Return ``file:line`` of a line of `text`, counted from 1."""
+        if not 1 <= line <= len(self.positions):
+            return f"{self.name}:?"
+        file, number = self.positions[line - 1]
+        return f"{file}:{number}"
+
+    def translate_log(self, log: str) -> str:
+        """Return a driver's messages with our files and lines, one per line."""
+        return "\n".join(self._translate(line) for line in log.splitlines() if line.strip())
+
+    def _translate(self, line: str) -> str:
+        for pattern in _LOG_POSITIONS:
+            match = pattern.match(line)
+            if match:
+                *kind, number, message = match.groups()
+                return ": ".join([self.locate(int(number)), *(k.lower() for k in kind), message])
+        return line.strip()
+
+    def uniforms(self) -> dict[str, UniformDeclaration]:
+        """Return the declared uniforms by name, used or not."""
+        found: dict[str, UniformDeclaration] = {}
+        for kind, declarators in _UNIFORM.findall(self.code):
+            for declarator in _split_declarators(declarators):
+                match = _DECLARATOR.match(declarator)
+                if match:
+                    name, array, initializer = match.groups()
+                    found[name] = UniformDeclaration(kind, bool(array), bool(initializer))
+        return found
+
+
+def flatten(name: str, read: Reader, defines: Mapping[str, int] | None = None) -> FlatSource:
+    """Return the shader `name` with its includes in place, each once, and `defines` set.
+
+    Parameters
+    ----------
+    name : str
+        As `read` knows it, e.g. ``"gbuffer.frag"``.
+    read : callable
+        Returns the text of a file; raises FileNotFoundError.
+    defines : mapping of str to int
+        Written right after ``#version``.
+
+    Raises
+    ------
+    ShaderError
+        A file that is missing, ``#version 330 core`` missing or in the wrong place, an
+        include inside a conditional, or an undefined name in ``#if``.
+    """
+    lines = [_VERSION_LINE]
+    positions = [(name, 1)]
+    for key, value in sorted((defines or {}).items()):
+        lines.append(_define_line(key, value))
+        positions.append((f"<define {key}>", 1))
+    _append(name, None, read, set(), lines, positions)
+    text = "\n".join(lines) + "\n"
+    flat = FlatSource(name, text, strip_comments(text), tuple(positions))
+    _check_conditions(flat)
+    return flat
+
+
+def check_mentioned(defines: Iterable[str], stages: Iterable[FlatSource]) -> None:
+    """Raise ShaderError if a define appears in none of the `stages`.
+
+    A driver ignores it without a word: a renamed switch would lose its effect.
+    """
+    stages = tuple(stages)
+    words: set[str] = set()
+    for stage in stages:
+        body = zip(stage.code.splitlines(), stage.positions, strict=True)
+        for line, (file, _) in body:
+            if not file.startswith("<define "):
+                words.update(_IDENTIFIER.findall(line))
+    for name in defines:
+        if name not in words:
+            files = " and ".join(stage.name for stage in stages)
+            near = difflib.get_close_matches(name, [w for w in words if w.isupper()], n=1)
+            hint = f"; did you mean {near[0]}?" if near else ""
+            raise ShaderError(f"{files}: the define {name} is never mentioned{hint}")
+
+
+def strip_comments(text: str) -> str:
+    """Return `text` with comments blanked and every line break kept."""
+    return _COMMENT.sub(lambda m: " " + "\n" * m.group().count("\n"), text)
+
+
+def _define_line(name: str, value: int) -> str:
+    if not re.fullmatch(r"[A-Z][A-Z0-9_]*", name):
+        raise ShaderError(f"the define {name!r} is not a name in capitals")
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise ShaderError(f"the define {name} = {value!r} is not an integer") from None
+    # Parentheses keep `2 -N` from reading as a decrement once N is negative.
+    return f"#define {name} {number}" if number >= 0 else f"#define {name} ({number})"
+
+
+def _append(
+    name: str,
+    includer: str | None,
+    read: Reader,
+    seen: set[str],
+    lines: list[str],
+    positions: list[tuple[str, int]],
+) -> None:
+    """Append the lines of the file `name`, and first those of what it includes."""
+    seen.add(name)
+    try:
+        text = read(name)
+    except (FileNotFoundError, IsADirectoryError):
+        where = f"{includer}: cannot find the include" if includer else "cannot find the shader"
+        raise ShaderError(f'{where} "{name}"') from None
+    depth = 0
+    has_version = False
+    code = strip_comments(text).split("\n")
+    for number, (line, bare) in enumerate(zip(text.split("\n"), code, strict=True), start=1):
+        here = f"{name}:{number}"
+        directive = _DIRECTIVE.match(bare)
+        word = directive.group(1) if directive else ""
+        if word == "version":
+            is_first = not "".join(code[: number - 1]).strip()
+            _check_version(here, bare, includer, is_first)
+            has_version = True
+            line = ""  # It is already the first line of the flattened text.
+        depth += {"if": 1, "ifdef": 1, "ifndef": 1, "endif": -1}.get(word, 0)
+        if word == "include":
+            match = _INCLUDE.match(bare)
+            if not match or not match.group(1):
+                raise ShaderError(f'{here}: write #include "lib/name.glsl"')
+            if depth:
+                # Flattening cannot know which branch the driver takes, and include-once
+                # would then drop the file from the branch that needs it.
+                raise ShaderError(f"{here}: an #include inside #if is not allowed")
+            if match.group(1) not in seen:
+                _append(match.group(1), here, read, seen, lines, positions)
+            line = ""
+        lines.append(line.rstrip("\r"))
+        positions.append((name, number))
+    if includer is None and not has_version:
+        raise ShaderError(f"{name}:1: a shader starts with {_VERSION_LINE}")
+
+
+def _check_version(here: str, line: str, includer: str | None, is_first: bool) -> None:
+    if includer is not None:
+        raise ShaderError(f"{here}: #version inside a file that {includer} includes")
+    if line.split() != _VERSION_LINE.split():
+        raise ShaderError(f"{here}: write {_VERSION_LINE}, not {line.strip()!r}")
+    if not is_first:
+        raise ShaderError(f"{here}: {_VERSION_LINE} must come before any code")
+
+
+def _check_conditions(flat: FlatSource) -> None:
+    """Raise ShaderError for a name in #if or #elif that nothing defines before it."""
+    known = set(_PREDEFINED)
+    tested: list[set[str]] = []  # names whose existence each open conditional asks for
+    for number, line in enumerate(flat.code.splitlines(), start=1):
+        match = _DIRECTIVE.match(line)
+        if not match:
+            continue
+        word, rest = match.groups()
+        if word == "define" and (name := _IDENTIFIER.match(rest)):
+            known.add(name.group())
+        elif word in ("ifdef", "ifndef"):
+            tested.append(set(_IDENTIFIER.findall(rest)))
+        elif word in ("if", "elif"):
+            asked = {a or b for a, b in _DEFINED.findall(rest)}
+            if word == "if":
+                tested.append(asked)
+            elif tested:
+                tested[-1] |= asked
+            allowed = known.union(*tested)
+            for name_used in _IDENTIFIER.findall(_DEFINED.sub(" ", rest)):
+                if name_used not in allowed and not name_used.startswith("GL_"):
+                    raise ShaderError(
+                        f"{flat.locate(number)}: #{word} uses {name_used}, which is not defined"
+                    )
+        elif word == "endif" and tested:
+            tested.pop()
+
+
+def _split_declarators(text: str) -> list[str]:
+    """Split `a, b[2], c = vec2(0, 1)` at the commas outside brackets."""
+    parts, depth = [""], 0
+    for character in text:
+        depth += (character in "([{") - (character in ")]}")
+        if character == "," and depth == 0:
+            parts.append("")
+        else:
+            parts[-1] += character
+    return parts

@@ -1,0 +1,103 @@
+"""Textures and framebuffers with the project's fixed sampling state."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import moderngl
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+# How each dtype of a texture is laid out in memory, and what a stored integer is
+# divided by to become the value that a shader reads.
+_STORAGE: dict[str, tuple[type[np.generic], float]] = {
+    "f4": (np.float32, 1.0),
+    "f2": (np.float16, 1.0),
+    "nu1": (np.uint8, 255.0),
+    "nu2": (np.uint16, 65535.0),
+    "u4": (np.uint32, 1.0),
+    "i4": (np.int32, 1.0),
+}
+
+
+def make_texture(
+    gl: moderngl.Context,
+    size: tuple[int, int],
+    components: int,
+    dtype: str,
+    data: ArrayLike | bytes | None = None,
+) -> moderngl.Texture:
+    """Return a texture that is read texel by texel: NEAREST, clamped to its edge.
+
+    Parameters
+    ----------
+    gl : moderngl.Context
+    size : (int, int)
+        Width and height, texels.
+    components : int
+        Channels, 1 to 4.
+    dtype : str
+        ``f4``, ``f2`` (floats), ``nu1``, ``nu2`` (8 and 16 bit, [0, 1]), ``u4``, ``i4``.
+    data : array_like of (height, width, components) values, bytes, or None
+        In OpenGL's order: **row 0 at the bottom**. Values are what a shader reads, so
+        those of ``nu1`` and ``nu2`` lie in [0, 1]. None: the contents are undefined.
+
+    Raises
+    ------
+    ValueError
+        If `dtype` is not one of those above or `data` does not fill the texture.
+    """
+    if dtype not in _STORAGE:
+        raise ValueError(f"dtype {dtype!r} of a texture: choose one of {', '.join(_STORAGE)}")
+    if data is not None and not isinstance(data, bytes):
+        data = pack(data, (size[1], size[0], components), dtype)
+    texture = gl.texture(size, components, data, alignment=1, dtype=dtype)
+    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    texture.repeat_x = False
+    texture.repeat_y = False
+    return texture
+
+
+def texture_from_image(
+    gl: moderngl.Context, image: ArrayLike, dtype: str = "f4"
+) -> moderngl.Texture:
+    """Return a texture of `image` (height, width, channels), row 0 at the **top**.
+
+    The inverse of `readback.read_texture`; (height, width) is one channel.
+    """
+    array = np.asarray(image)
+    array = array[..., None] if array.ndim == 2 else array
+    height, width, components = array.shape
+    return make_texture(gl, (width, height), components, dtype, array[::-1])
+
+
+def make_framebuffer(
+    gl: moderngl.Context, textures: Sequence[moderngl.Texture], depth: bool = False
+) -> moderngl.Framebuffer:
+    """Return a framebuffer that draws into `textures`, in order of output location.
+
+    `depth` adds a 24-bit depth attachment; it serves the depth test only, positions
+    are never rebuilt from it.
+    """
+    attachment = gl.depth_renderbuffer(textures[0].size) if depth else None
+    return gl.framebuffer(list(textures), attachment)
+
+
+def pack(values: ArrayLike, shape: tuple[int, int, int], dtype: str) -> bytes:
+    """Return `values`, as a shader reads them, in the memory layout of `dtype`."""
+    storage, unit = _STORAGE[dtype]
+    array = np.asarray(values)
+    if array.size != np.prod(shape):
+        raise ValueError(f"texture data of shape {array.shape} where {shape} is needed")
+    if unit != 1.0:
+        array = np.rint(np.clip(array.astype(np.float64), 0.0, 1.0) * unit)
+    return np.ascontiguousarray(array.reshape(shape), dtype=storage).tobytes()
+
+
+def unpack(data: bytes, shape: tuple[int, int, int], dtype: str) -> NDArray[np.generic]:
+    """Return what a shader would read from `data`; float32 unless `dtype` is an integer."""
+    storage, unit = _STORAGE[dtype]
+    array = np.frombuffer(data, dtype=storage).reshape(shape)
+    if dtype in ("u4", "i4"):
+        return array
+    return array.astype(np.float32) if unit == 1.0 else (array / unit).astype(np.float32)
