@@ -1,0 +1,75 @@
+#version 330 core
+// The surface nearest to the camera: linear depth, normals, albedo, emission.
+//
+// HAS_SHADING_NORMALS, HAS_VERTEX_COLORS, HAS_ALBEDO_TEXTURE, HAS_EMISSION_TEXTURE,
+// HAS_ALPHA_CUTOUT: what the objects of this draw call have; WIDE_DEPTH_RANGE: see
+// lib/depth_test.glsl.
+#include "lib/space.glsl"
+#include "lib/octahedral.glsl"
+#include "lib/depth_test.glsl"
+
+flat in vec3 v_face_normal_vs;
+flat in vec4 v_face_codes;
+flat in vec4 v_albedo;
+flat in vec4 v_emission;
+flat in vec2 v_emission_side_cutoff;
+#if HAS_SHADING_NORMALS
+in vec3 v_normal_vs;
+#endif
+#if HAS_VERTEX_COLORS
+in vec4 v_color;
+#endif
+#if HAS_ALBEDO_TEXTURE || HAS_EMISSION_TEXTURE
+in vec2 v_material_uv;
+#endif
+#if HAS_ALBEDO_TEXTURE
+uniform sampler2D t_albedo;
+#endif
+#if HAS_EMISSION_TEXTURE
+uniform sampler2D t_emission;
+#endif
+
+layout(location = 0) out float o_z_vs;
+layout(location = 1) out vec4 o_normals_vs;
+layout(location = 2) out vec4 o_albedo;
+layout(location = 3) out vec4 o_emission;
+
+void main()
+{
+    vec4 albedo = v_albedo;
+#if HAS_VERTEX_COLORS
+    albedo *= v_color;
+#endif
+#if HAS_ALBEDO_TEXTURE
+    albedo *= texture(t_albedo, v_material_uv);
+#endif
+#if HAS_ALPHA_CUTOUT
+    if (albedo.a < v_emission_side_cutoff.y) {
+        discard;
+    }
+#endif
+    // clip.w is z, and the rasterizer interpolates 1 / w linearly over the screen.
+    float z = 1.0 / gl_FragCoord.w;
+    vec3 ray = view_ray_at(gl_FragCoord.xy / u_frame_size_px);
+    // From the ray through this pixel, not from the winding on screen: right for
+    // mirrored instances, and the same for all pixels of a triangle.
+    bool is_front = dot(v_face_normal_vs, ray) <= 0.0;
+    vec2 face_code = is_front ? v_face_codes.xy : v_face_codes.zw;
+    vec2 shading_code = face_code;
+#if HAS_SHADING_NORMALS
+    vec3 normal = dot(v_normal_vs, v_face_normal_vs) < 0.0 == is_front ? -v_normal_vs : v_normal_vs;
+    // Opposite vertex normals can cancel in between: then the face's own.
+    shading_code = dot(normal, normal) > 0.0 ? oct_encode(normal) : face_code;
+#endif
+    vec3 emission = v_emission.rgb;
+#if HAS_EMISSION_TEXTURE
+    emission *= texture(t_emission, v_material_uv).rgb;
+#endif
+    bool emits = is_front || v_emission_side_cutoff.x > 0.5;
+
+    o_z_vs = z;
+    o_normals_vs = vec4(shading_code, face_code);
+    o_albedo = vec4(albedo.rgb, 1.0);
+    o_emission = vec4(emits ? emission : vec3(0.0), v_emission.a);
+    write_depth(z);
+}

@@ -1,0 +1,50 @@
+#version 330 core
+// Places a vertex in view space and computes, once per triangle instead of once per
+// pixel, everything that is constant over a triangle.
+#include "lib/instance.glsl"
+#include "lib/octahedral.glsl"
+
+uniform mat4 u_clip_from_view;
+
+in vec3 a_normal_face_os;
+in vec4 a_albedo;                 // rgb, alpha factor
+in vec4 a_emission;               // radiance, 1 if no light delivers it
+in vec2 a_emission_side_cutoff;   // 1 if both sides emit; alpha cutoff
+
+flat out vec3 v_face_normal_vs;   // outward
+flat out vec4 v_face_codes;       // octahedral: the outward normal, its opposite
+flat out vec4 v_albedo;
+flat out vec4 v_emission;
+flat out vec2 v_emission_side_cutoff;
+
+#if HAS_SHADING_NORMALS
+in vec3 a_normal_os;
+out vec3 v_normal_vs;
+#endif
+#if HAS_VERTEX_COLORS
+in vec4 a_color;
+out vec4 v_color;
+#endif
+#if HAS_ALBEDO_TEXTURE || HAS_EMISSION_TEXTURE
+in vec2 a_uv;
+out vec2 v_material_uv;
+#endif
+
+void main()
+{
+    gl_Position = u_clip_from_view * vec4(instance_position_vs(), 1.0);
+    v_face_normal_vs = instance_normal_vs(a_normal_face_os);
+    v_face_codes = vec4(oct_encode(v_face_normal_vs), oct_encode(-v_face_normal_vs));
+    v_albedo = a_albedo;
+    v_emission = a_emission;
+    v_emission_side_cutoff = a_emission_side_cutoff;
+#if HAS_SHADING_NORMALS
+    v_normal_vs = instance_normal_vs(a_normal_os);
+#endif
+#if HAS_VERTEX_COLORS
+    v_color = a_color;
+#endif
+#if HAS_ALBEDO_TEXTURE || HAS_EMISSION_TEXTURE
+    v_material_uv = a_uv;
+#endif
+}

@@ -1,0 +1,36 @@
+// Vertex stage: the place of an instance. All programs that draw the scene share it,
+// so that they agree on every position to the last bit.
+//
+// Positions come relative to the centre of their mesh, matrices relative to the eye
+// (subtracted in float64 on the CPU): float32 only ever holds small numbers here.
+
+in vec3 a_position_os;              // relative to the centre of the mesh
+in vec4 a_view_from_object_row_0;   // rows of an affine matrix
+in vec4 a_view_from_object_row_1;
+in vec4 a_view_from_object_row_2;
+
+vec3 instance_position_vs()
+{
+    vec4 p = vec4(a_position_os, 1.0);
+    return vec3(dot(a_view_from_object_row_0, p),
+                dot(a_view_from_object_row_1, p),
+                dot(a_view_from_object_row_2, p));
+}
+
+// Normals turn with the inverse transpose, here det * it (the cofactors), which exists
+// for flattened objects too. The sign of det is taken out again, so that the front of
+// a mirrored instance stays the outside of the mesh.
+vec3 instance_normal_vs(vec3 normal_os)
+{
+    vec3 row_0 = a_view_from_object_row_0.xyz;
+    vec3 row_1 = a_view_from_object_row_1.xyz;
+    vec3 row_2 = a_view_from_object_row_2.xyz;
+    vec3 cofactor_0 = cross(row_1, row_2);
+    vec3 n = vec3(dot(cofactor_0, normal_os),
+                  dot(cross(row_2, row_0), normal_os),
+                  dot(cross(row_0, row_1), normal_os));
+    float side = dot(row_0, cofactor_0) < 0.0 ? -1.0 : 1.0;
+    float size = length(n);
+    // Zero only where the transform flattens the triangle to a line: never drawn.
+    return size > 0.0 ? n * (side / size) : vec3(0.0, 0.0, 1.0);
+}

@@ -1,0 +1,375 @@
+"""The scene's triangles on the device, and how any pass draws them.
+
+Knows transforms and materials as data, nothing of lighting. Vertices are stored
+relative to the centre of their mesh and placed relative to the eye in float64, so
+that neither a mesh baked at 1e5 nor a camera out there costs precision: float32
+holds small numbers only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from ssdo_gl.gpu.material_textures import MaterialTextures
+from ssdo_gl.gpu.shader import Program
+from ssdo_gl.gpu.vertices import VertexStreams, vertex_streams
+from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.material import Material
+from ssdo_gl.scene.mesh import Mesh
+from ssdo_gl.scene.scene import Scene
+
+# Geometry nearer than this fraction of the farthest visible bound is cut off: a
+# clip plane must lie somewhere in front of the eye, and a millionth of the view is
+# below what a picture shows.
+NEAREST_CLIP_RATIO = 1e-6
+# The clip planes keep this distance (relative) from the bounds, far above float32
+# rounding of the projection (1e-7) and far below what depth precision would notice.
+CLIP_MARGIN = 1e-3
+
+# Per-instance data: three rows of view_from_object; albedo (rgb, alpha factor);
+# emission (rgb, 1 if it may count as a sender); (1 if both sides emit, alpha cutoff).
+INSTANCE_ATTRIBUTES = (
+    ("a_view_from_object_row_0", 4),
+    ("a_view_from_object_row_1", 4),
+    ("a_view_from_object_row_2", 4),
+    ("a_albedo", 4),
+    ("a_emission", 4),
+    ("a_emission_side_cutoff", 2),
+)
+INSTANCE_FLOATS = sum(count for _, count in INSTANCE_ATTRIBUTES)
+
+
+class Viewpoint(Protocol):
+    """An eye somewhere in the world; `graph.frame.FrameView` is one."""
+
+    @property
+    def position_ws(self) -> FloatArray:
+        """World-space position, shape (3,)."""
+
+    @property
+    def view_from_world(self) -> FloatArray:
+        """Rotation, shape (3, 3)."""
+
+
+@dataclass(frozen=True)
+class Eye:
+    """The plainest `Viewpoint`: a light, or a face of its shadow map."""
+
+    position_ws: FloatArray
+    view_from_world: FloatArray
+
+
+@dataclass(frozen=True)
+class Features:
+    """What the objects of one draw call need from its program.
+
+    A program compiled without what nobody needs does not pay for it.
+    """
+
+    shading_normals: bool = False
+    vertex_colors: bool = False
+    albedo_texture: bool = False
+    emission_texture: bool = False
+    alpha_cutout: bool = False
+
+    def defines(self) -> dict[str, int]:
+        """Return the switches for a shader that outputs materials."""
+        return {
+            "HAS_SHADING_NORMALS": int(self.shading_normals),
+            "HAS_VERTEX_COLORS": int(self.vertex_colors),
+            "HAS_ALBEDO_TEXTURE": int(self.albedo_texture),
+            "HAS_EMISSION_TEXTURE": int(self.emission_texture),
+            "HAS_ALPHA_CUTOUT": int(self.alpha_cutout),
+        }
+
+    def cutout_defines(self) -> dict[str, int]:
+        """Return the switches for a shader that outputs depth only."""
+        return {
+            "HAS_VERTEX_COLORS": int(self.alpha_cutout and self.vertex_colors),
+            "HAS_ALBEDO_TEXTURE": int(self.alpha_cutout and self.albedo_texture),
+            "HAS_ALPHA_CUTOUT": int(self.alpha_cutout),
+        }
+
+
+@dataclass(eq=False)
+class _DrawGroup:
+    """Instances that one draw call renders: same mesh, same textures."""
+
+    mesh: Mesh
+    vertices: VertexStreams
+    features: Features
+    textures: Mapping[str, moderngl.Texture]
+    world_from_mesh: FloatArray  # (N, 4, 4), the mesh's recentring included
+    materials: NDArray[np.float32]  # (N, 10), everything of an instance but its place
+    lights: NDArray[np.int64]  # (N,) the light whose visible body it is, or -1
+    instances: moderngl.Buffer
+    vertex_arrays: dict[Program, moderngl.VertexArray] = field(default_factory=dict)
+
+
+class Geometry:
+    """Vertex buffers of a scene and the draw calls over them.
+
+    Parameters
+    ----------
+    gl : moderngl.Context
+    scene : Scene
+    """
+
+    def __init__(self, gl: moderngl.Context, scene: Scene) -> None:
+        self._gl = gl
+        self._textures = MaterialTextures(gl)
+        # The mesh is kept with its streams so that its id stays taken.
+        self._streams: dict[int, tuple[Mesh, VertexStreams]] = {}
+        self._groups: list[_DrawGroup] = []
+        self.update(scene)
+
+    @property
+    def has_closed_meshes(self) -> bool:
+        """Whether any mesh bounds a solid, so that its back faces tell a thickness."""
+        return any(group.mesh.closed for group in self._groups)
+
+    @property
+    def draw_call_count(self) -> int:
+        """Number of draw calls of a view that sees everything."""
+        return len(self._groups)
+
+    def update(self, scene: Scene) -> None:
+        """Take over transforms and materials of `scene`; upload only new meshes."""
+        self._release_groups()
+        kept = {id(mesh) for mesh in scene.meshes}
+        for key in [key for key in self._streams if key not in kept]:
+            self._streams.pop(key)[1].release()
+        self._textures.keep(scene.materials)
+        for members in _grouped(scene):
+            self._groups.append(self._make_group(scene, members))
+
+    def release(self) -> None:
+        """Free every device object."""
+        self._release_groups()
+        for _, streams in self._streams.values():
+            streams.release()
+        self._streams.clear()
+        self._textures.keep(())
+
+    def draw(
+        self,
+        viewpoint: Viewpoint,
+        clip_from_view: FloatArray,
+        program_of: Callable[[Features], Program],
+        uniforms: Mapping[str, object],
+        *,
+        closed_only: bool = False,
+        skip_light: int | None = None,
+    ) -> None:
+        """Draw what lies inside the clip volume into the bound framebuffer.
+
+        Parameters
+        ----------
+        viewpoint : Viewpoint
+            What positions are made relative to, in float64.
+        clip_from_view : ndarray, shape (4, 4)
+            Projection; passed on as ``u_clip_from_view``.
+        program_of : callable
+            Returns the program for what a group of objects needs. Attributes that
+            the program does not use are left out.
+        uniforms : mapping
+            Set once on each program used.
+        closed_only : bool
+            Leave out meshes that bound no solid.
+        skip_light : int or None
+            Leave out the visible body of this light (an index into Scene.lights).
+        """
+        prepared: set[Program] = set()
+        common = {**uniforms, "u_clip_from_view": clip_from_view}
+        for group in self._groups:
+            if closed_only and not group.mesh.closed:
+                continue
+            packed = self._visible_instances(group, viewpoint, clip_from_view, skip_light)
+            if len(packed) == 0:
+                continue
+            program = program_of(group.features)
+            if program not in prepared:
+                program.set(common)
+                prepared.add(program)
+            program.set({}, {n: t for n, t in group.textures.items() if n in program.gl})
+            program.check_complete()
+            group.instances.orphan()
+            group.instances.write(packed)
+            self._vertex_array(group, program).render(instances=len(packed))
+
+    def near_far(
+        self, viewpoint: Viewpoint, tan_half_fov: tuple[float, float]
+    ) -> tuple[float, float]:
+        """Return clip distances (near, far) that enclose all that `viewpoint` can see.
+
+        They follow the bounds of the visible instances. Where the eye is inside
+        one, `near` is `NEAREST_CLIP_RATIO` of `far`. If nothing is visible, any pair
+        is right and (0.5, 1) is returned.
+        """
+        x, y = tan_half_fov
+        sides = np.array([[1, 0, -x, 0], [-1, 0, -x, 0], [0, 1, -y, 0], [0, -1, -y, 0]])
+        # A jittered frame sees up to a pixel more; a hundredth of the field of view
+        # covers that for frames of 100 pixels and more, at no cost.
+        sides[:, 2] *= 1.01
+        nearest, farthest = np.inf, 0.0
+        for group in self._groups:
+            view_from_mesh = _view_from(viewpoint, group.world_from_mesh)
+            center, half = _bounds(view_from_mesh, group.vertices.half_extent)
+            seen = _inside(sides, center, half) & (half[:, 2] - center[:, 2] > 0.0)
+            if np.any(seen):
+                nearest = min(nearest, float((-center[seen, 2] - half[seen, 2]).min()))
+                farthest = max(farthest, float((-center[seen, 2] + half[seen, 2]).max()))
+        if farthest == 0.0:
+            return 0.5, 1.0
+        far = farthest * (1.0 + CLIP_MARGIN)
+        near = max(nearest * (1.0 - CLIP_MARGIN), far * NEAREST_CLIP_RATIO)
+        return near, far
+
+    def _make_group(self, scene: Scene, members: Sequence[int]) -> _DrawGroup:
+        first = scene.objects[members[0]]
+        mesh, material = scene.meshes[first.mesh], scene.materials[first.material]
+        if id(mesh) not in self._streams:
+            self._streams[id(mesh)] = mesh, vertex_streams(self._gl, mesh)
+        streams = self._streams[id(mesh)][1]
+        world_from_mesh = np.concatenate(
+            [scene.objects[i].world_from_object for i in members]
+        ).copy()
+        world_from_mesh[:, :3, 3] += world_from_mesh[:, :3, :3] @ streams.center
+        rows, owners = [], []
+        for i in members:
+            item = scene.objects[i]
+            count = len(item.world_from_object)
+            row = _material_row(scene.materials[item.material], item.light is None)
+            rows.append(np.broadcast_to(row, (count, len(row))))
+            owners.append(np.full(count, -1 if item.light is None else item.light))
+        features = _features(mesh, material)
+        textures = {}
+        if features.albedo_texture and material.albedo_texture is not None:
+            textures["t_albedo"] = self._textures.get(material.albedo_texture)
+        if features.emission_texture and material.emission_texture is not None:
+            textures["t_emission"] = self._textures.get(material.emission_texture)
+        count = len(world_from_mesh)
+        return _DrawGroup(
+            mesh,
+            streams,
+            features,
+            textures,
+            world_from_mesh,
+            np.concatenate(rows).astype(np.float32),
+            np.concatenate(owners),
+            self._gl.buffer(reserve=count * INSTANCE_FLOATS * 4, dynamic=True),
+        )
+
+    def _visible_instances(
+        self,
+        group: _DrawGroup,
+        viewpoint: Viewpoint,
+        clip_from_view: FloatArray,
+        skip_light: int | None,
+    ) -> NDArray[np.float32]:
+        """Return the instance data (n, INSTANCE_FLOATS) of what can be seen."""
+        view_from_mesh = _view_from(viewpoint, group.world_from_mesh)
+        center, half = _bounds(view_from_mesh, group.vertices.half_extent)
+        planes = np.concatenate(
+            [clip_from_view[3] + clip_from_view[:3], clip_from_view[3] - clip_from_view[:3]]
+        )
+        seen = _inside(planes, center, half)
+        if skip_light is not None:
+            seen &= group.lights != skip_light
+        count = int(np.count_nonzero(seen))
+        packed = np.empty((count, INSTANCE_FLOATS), np.float32)
+        packed[:, :12] = view_from_mesh[seen].reshape(count, 12)
+        packed[:, 12:] = group.materials[seen]
+        return packed
+
+    def _vertex_array(self, group: _DrawGroup, program: Program) -> moderngl.VertexArray:
+        # Keyed by the Program, compared with its `gl`: a reload replaces the latter.
+        known = group.vertex_arrays.get(program)
+        if known is None or known.program is not program.gl:
+            content: list[tuple[object, ...]] = [
+                (buffer, f"{count}f", name)
+                for name, (buffer, count) in group.vertices.buffers.items()
+                if name in program.gl
+            ]
+            used = [(name, n) for name, n in INSTANCE_ATTRIBUTES if name in program.gl]
+            layout = " ".join(
+                f"{n}f" if name in program.gl else f"{4 * n}x" for name, n in INSTANCE_ATTRIBUTES
+            )
+            content.append((group.instances, f"{layout}/i", *(name for name, _ in used)))
+            known = self._gl.vertex_array(
+                program.gl, content, index_buffer=group.vertices.indices
+            )
+            group.vertex_arrays[program] = known
+        return known
+
+    def _release_groups(self) -> None:
+        for group in self._groups:
+            for array in group.vertex_arrays.values():
+                array.release()
+            group.instances.release()
+        self._groups.clear()
+
+
+def _grouped(scene: Scene) -> list[list[int]]:
+    """Return lists of object indices that one draw call can render together."""
+    groups: dict[tuple[int, Features, int, int], list[int]] = {}
+    for i, item in enumerate(scene.objects):
+        material = scene.materials[item.material]
+        features = _features(scene.meshes[item.mesh], material)
+        key = (
+            item.mesh,
+            features,
+            id(material.albedo_texture) if features.albedo_texture else 0,
+            id(material.emission_texture) if features.emission_texture else 0,
+        )
+        groups.setdefault(key, []).append(i)
+    return list(groups.values())
+
+
+def _features(mesh: Mesh, material: Material) -> Features:
+    textured = mesh.uvs is not None
+    return Features(
+        shading_normals=mesh.normals is not None,
+        vertex_colors=mesh.colors is not None,
+        albedo_texture=textured and material.albedo_texture is not None,
+        emission_texture=textured and material.emission_texture is not None and material.emits,
+        alpha_cutout=material.alpha_cutoff is not None,
+    )
+
+
+def _material_row(material: Material, counts_as_sender: bool) -> FloatArray:
+    return np.array(
+        [
+            *material.albedo,
+            material.alpha,
+            *material.emission,
+            float(counts_as_sender),
+            float(material.two_sided_emission),
+            0.0 if material.alpha_cutoff is None else material.alpha_cutoff,
+        ]
+    )
+
+
+def _view_from(viewpoint: Viewpoint, world_from_mesh: FloatArray) -> FloatArray:
+    """Return (N, 3, 4) view_from_mesh; the eye is subtracted in float64."""
+    relative = world_from_mesh[:, :3, :].copy()
+    relative[:, :, 3] -= viewpoint.position_ws
+    return np.asarray(viewpoint.view_from_world @ relative)
+
+
+def _bounds(view_from_mesh: FloatArray, half_extent: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return centres and half sizes (N, 3) of the view-space boxes of instances."""
+    return view_from_mesh[:, :, 3], np.abs(view_from_mesh[:, :, :3]) @ half_extent
+
+
+def _inside(planes: FloatArray, center: FloatArray, half: FloatArray) -> NDArray[np.bool_]:
+    """Return which boxes reach the positive side of every plane (P, 4)."""
+    distance = center @ planes[:, :3].T + planes[:, 3]
+    reach = half @ np.abs(planes[:, :3]).T
+    return np.asarray(np.all(distance + reach >= 0.0, axis=1))

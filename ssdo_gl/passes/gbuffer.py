@@ -1,0 +1,65 @@
+"""What the camera sees first: linear depth, normals, albedo, emission."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import ClassVar
+
+import moderngl
+
+from ssdo_gl.gpu.geometry import Features
+from ssdo_gl.gpu.shader import Program
+from ssdo_gl.graph.frame import Frame
+from ssdo_gl.graph.render_pass import PassContext, RenderPass
+from ssdo_gl.graph.resource import TextureSpec
+
+# Up to this far / near the hyperbolic 24-bit depth resolves 6e-5 of z at the far
+# plane, finer than a pixel at 4K. Beyond it, depth is written by the fragment.
+HYPERBOLIC_DEPTH_RATIO = 1000.0
+
+
+def wide_depth_range(near: float, far: float) -> int:
+    """Return the value of the define ``WIDE_DEPTH_RANGE``."""
+    return int(far > HYPERBOLIC_DEPTH_RATIO * near)
+
+
+def uniforms(frame: Frame) -> dict[str, object]:
+    """Return the uniforms of ``gbuffer.frag``."""
+    near, far = frame.view.near, frame.view.far
+    values = frame.view.uniforms()
+    if wide_depth_range(near, far):
+        scale = 1.0 / math.log2(far / near)
+        values["u_log_depth"] = (scale, -math.log2(near) * scale)
+    return values
+
+
+class GBufferPass(RenderPass):
+    """Draws the scene once into four targets.
+
+    Surfaces are two-sided: both normals are turned towards the camera. `emission`
+    leaves the front side only unless the material says otherwise; its alpha is 1
+    where no light delivers it, so that it may be counted as a sender.
+    """
+
+    name = "gbuffer"
+    writes: Mapping[str, TextureSpec] = {
+        "z_vs": TextureSpec(1, "f4"),
+        "normals_vs": TextureSpec(4, "nu2"),
+        "albedo": TextureSpec(4, "nu2"),
+        "emission": TextureSpec(4, "f4"),
+    }
+    depends_on = ("view", "geometry")
+    needs_depth: ClassVar[bool] = True
+
+    def execute(self, context: PassContext) -> None:
+        """Draw every visible object."""
+        view = context.frame.view
+
+        def program_of(features: Features) -> Program:
+            defines = features.defines()
+            defines["WIDE_DEPTH_RANGE"] = wide_depth_range(view.near, view.far)
+            return context.shaders.program("gbuffer.vert", "gbuffer.frag", defines)
+
+        context.gl.enable_only(moderngl.DEPTH_TEST)
+        context.geometry.draw(view, view.clip_from_view, program_of, uniforms(context.frame))

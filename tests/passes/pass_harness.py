@@ -1,0 +1,154 @@
+"""Runs one pass on hand-made textures or on a small scene."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import moderngl
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ssdo_gl import math3d
+from ssdo_gl.gpu.geometry import Eye, Geometry
+from ssdo_gl.gpu.readback import read_texture
+from ssdo_gl.gpu.shader import ShaderLibrary
+from ssdo_gl.gpu.texture import make_framebuffer, make_texture, texture_from_image
+from ssdo_gl.graph.frame import Frame, FrameView
+from ssdo_gl.graph.render_pass import PassContext, RenderPass
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.environment import Environment
+from ssdo_gl.scene.light import Light
+from ssdo_gl.scene.material import Material
+from ssdo_gl.scene.mesh import Mesh, SceneObject
+from ssdo_gl.scene.scene import Scene
+
+Array = NDArray[np.float32]
+DEFAULT_CAMERA = Camera((0.0, 0.0, 0.0), (0.0, 0.0, -1.0), fov_y=60.0)
+# The dtypes that the frame graph gives to resources which are not plain f4.
+STORED_AS = {"normals_vs": "nu2", "albedo": "nu2", "display": "nu1"}
+
+
+def make_scene(
+    meshes: Sequence[Mesh] = (),
+    *,
+    materials: Sequence[Material] = (Material(),),
+    objects: Sequence[SceneObject] | None = None,
+    lights: Sequence[Light] = (),
+    environment: Environment | None = None,
+    camera: Camera = DEFAULT_CAMERA,
+) -> Scene:
+    """Return a scene; without `objects`, each mesh once, with the first material."""
+    if objects is None:
+        objects = [SceneObject(i, 0) for i in range(len(meshes))]
+    return Scene(
+        tuple(meshes), tuple(materials), tuple(objects), camera, tuple(lights), environment
+    )
+
+
+def quad(corner: ArrayLike, edge_u: ArrayLike, edge_v: ArrayLike, **more: object) -> Mesh:
+    """Return two triangles whose front is edge_u x edge_v."""
+    corner, edge_u, edge_v = (np.asarray(v, np.float64) for v in (corner, edge_u, edge_v))
+    positions = np.array([corner, corner + edge_u, corner + edge_u + edge_v, corner + edge_v])
+    return Mesh(positions, np.array([[0, 1, 2], [0, 2, 3]]), **more)  # type: ignore[arg-type]
+
+
+def box(low: ArrayLike, high: ArrayLike, **more: object) -> Mesh:
+    """Return a closed axis-aligned box, 12 triangles, facing outwards."""
+    low, high = np.asarray(low, np.float64), np.asarray(high, np.float64)
+    corners = np.array([[(low, high)[i >> k & 1][k] for k in range(3)] for i in range(8)])
+    sides = [(0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6)]
+    triangles = [t for a, b, c, d in sides for t in ((a, b, c), (a, c, d))]
+    return Mesh(corners, np.array(triangles), closed=True, **more)  # type: ignore[arg-type]
+
+
+def make_frame(
+    scene: Scene,
+    size: tuple[int, int] = (64, 48),
+    *,
+    near_far: tuple[float, float] | None = None,
+    geometry: Geometry | None = None,
+    jitter_px: tuple[float, float] = (0.0, 0.0),
+    seed: int = 0,
+) -> Frame:
+    """Return the frame that the scene's camera sees.
+
+    The clip distances come from `geometry` if given, else from `near_far`, else they
+    are (0.01, 100).
+    """
+    camera = scene.camera
+    position = np.array(camera.position, np.float64)
+    rotation = camera.view_from_world_rotation()
+    tan_half_fov = camera.tan_half_fov(size[0] / size[1])
+    if near_far is None and geometry is not None:
+        near_far = geometry.near_far(Eye(position, rotation), tan_half_fov)
+    near, far = near_far or (0.01, 100.0)
+    view = FrameView(size, position, rotation, tan_half_fov, near, far, jitter_px)
+    return Frame(view, scene, seed)
+
+
+def run_pass(
+    gl: moderngl.Context,
+    shaders: ShaderLibrary,
+    render_pass: RenderPass,
+    frame: Frame,
+    inputs: Mapping[str, ArrayLike | moderngl.Texture] | None = None,
+    geometry: Geometry | None = None,
+) -> dict[str, Array]:
+    """Run `render_pass` and return what it wrote, (height, width, channels), top row first.
+
+    Parameters
+    ----------
+    inputs : mapping
+        For each resource in ``reads`` an array in the same layout, or a texture.
+    geometry : Geometry, optional
+        Built from ``frame.scene`` and released again if not given.
+    """
+    textures = {
+        name: value
+        if isinstance(value, moderngl.Texture)
+        else texture_from_image(gl, value, STORED_AS.get(name, "f4"))
+        for name, value in (inputs or {}).items()
+    }
+    written = {
+        name: make_texture(gl, spec.size(frame.view.size), spec.components, spec.dtype)
+        for name, spec in render_pass.writes.items()
+        if not spec.own
+    }
+    used = geometry or Geometry(gl, frame.scene)
+    target = None
+    if written:
+        target = make_framebuffer(gl, list(written.values()), render_pass.needs_depth)
+        target.use()
+        target.viewport = (0, 0, *target.size)
+        target.clear()
+    context = PassContext(
+        gl, shaders, used, frame, {name: textures[name] for name in render_pass.reads}, target
+    )
+    own = render_pass.execute(context) or {}
+    results = {name: read_texture(texture) for name, texture in {**written, **own}.items()}
+    if target is not None:
+        target.release()
+    for texture in [*written.values(), *textures.values()]:
+        if texture not in (inputs or {}).values():
+            texture.release()
+    if geometry is None:
+        used.release()
+    return results
+
+
+def world_point(camera: Camera, point_vs: ArrayLike) -> NDArray[np.float64]:
+    """Return a view-space point in world space."""
+    rotation = camera.view_from_world_rotation()
+    return np.asarray(np.asarray(point_vs) @ rotation) + camera.position
+
+
+__all__ = [
+    "DEFAULT_CAMERA",
+    "box",
+    "make_frame",
+    "make_scene",
+    "math3d",
+    "quad",
+    "run_pass",
+    "world_point",
+]
