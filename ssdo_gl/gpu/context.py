@@ -1,19 +1,44 @@
-"""Creates an OpenGL 3.3 core context, with or without a display."""
+"""Creates an OpenGL 3.3 core context, with or without a display.
+
+Three ways, tried in this order: EGL (a GPU or Mesa, no display), OSMesa (Mesa's
+off-screen library, no display and no EGL) and a hidden window (any desktop).
+"""
 
 from __future__ import annotations
 
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from ctypes.util import find_library
+from types import ModuleType, TracebackType
+from typing import Any
+
 import moderngl
-
-
-class ContextError(RuntimeError):
-    """No usable OpenGL: one line saying what was tried and which package helps."""
-
 
 BACKENDS = ("auto", "egl", "osmesa", "window")
 
-_SOFTWARE_NAMES = (
-    "llvmpipe", "softpipe", "swrast", "swr", "swiftshader", "software", "gdi generic",
-)  # fmt: skip
+_REQUIRED_VERSION = 330
+_ADVICE = (
+    "on Debian or Ubuntu, apt-get install libegl1 libgl1 libgl1-mesa-dri (for egl) "
+    "or libosmesa6 (for osmesa)"
+    if sys.platform.startswith("linux")
+    else "update the graphics driver"
+)
+# What drivers that draw on the CPU call themselves, in lower case.
+_SOFTWARE_NAMES = ("llvmpipe", "softpipe", "swrast", "swiftshader", "software", "gdi generic")
+# Error codes of EGL that need a word of explanation (Khronos EGL 1.5, section 3.1).
+_EGL_CODES = {
+    "0x3001": "EGL found no driver: libgl1-mesa-dri may be missing",
+    "0x3003": "EGL could not allocate the resources of a context",
+    "0x3009": "the driver offers no OpenGL 3.3 core context",
+}
+_DEVICE_INDEX = "GLCONTEXT_DEVICE_INDEX"
+_CORE_PROFILE_BIT = 1  # GL_CONTEXT_CORE_PROFILE_BIT
+
+
+class ContextError(RuntimeError):
+    """No usable OpenGL: one line that says what was tried and which package helps."""
 
 
 class Device:
@@ -24,32 +49,249 @@ class Device:
     gl : moderngl.Context
     backend : str
         ``egl``, ``osmesa`` or ``window``.
-    renderer, version : str
+    renderer, version, vendor : str
         As the driver names them.
     is_software : bool
         Whether pixels are drawn by the CPU.
+    fallback : tuple of str
+        What the backends answered that were tried before this one, one line each.
     """
 
-    def __init__(self, gl: moderngl.Context, backend: str) -> None:
+    fallback: tuple[str, ...] = ()
+
+    def __init__(
+        self, gl: moderngl.Context, backend: str, close: Callable[[], None] | None = None
+    ) -> None:
         self.gl = gl
         self.backend = backend
         self.renderer = str(gl.info["GL_RENDERER"])
         self.version = str(gl.info["GL_VERSION"])
+        self.vendor = str(gl.info["GL_VENDOR"])
         self.is_software = any(name in self.renderer.lower() for name in _SOFTWARE_NAMES)
-        # Objects are freed when Python drops them: everything runs on one thread.
+        self._close = close
+        self._is_released = False
+        # Textures and buffers are freed when Python drops them; all of it happens on
+        # the one thread that owns the context.
         gl.gc_mode = "auto"
 
     def release(self) -> None:
-        """Destroy the context; what was made with it must not be used afterwards."""
+        """Destroy the context and all it holds; a second call does nothing."""
+        if self._is_released:
+            return
+        self._is_released = True
+        # Objects that outlive the context must not call into it when they are dropped.
+        self.gl.gc_mode = None  # type: ignore[assignment]
         self.gl.release()
+        if self._close is not None:
+            self._close()
 
 
 def create_context(backend: str = "auto") -> Device:
-    """Return a context; `backend` is one of auto, egl, osmesa, window."""
-    if backend not in ("auto", "egl"):
-        raise ContextError(f"backend {backend!r} is not available")
+    """Return a device with an OpenGL 3.3 core context made current.
+
+    Parameters
+    ----------
+    backend : str
+        ``egl``, ``osmesa`` or ``window`` (hidden); ``auto`` tries them in this order.
+        Where several EGL devices exist, the environment variable
+        ``GLCONTEXT_DEVICE_INDEX`` chooses.
+
+    Raises
+    ------
+    ContextError
+        If none of them works.
+    """
+    makers = {"egl": _create_egl, "osmesa": _create_osmesa, "window": _create_hidden_window}
+    if backend not in BACKENDS:
+        raise ContextError(f"no backend is called {backend!r}: choose {', '.join(BACKENDS)}")
+    answers = []
+    for name, make in makers.items():
+        if backend not in ("auto", name):
+            continue
+        try:
+            device = make()
+        # Whatever a missing library or a driver raises through ctypes is an answer to
+        # report, and never a traceback.
+        except Exception as error:
+            answers.append(f"{name}: {_one_line(error)}")
+            if name == "egl" and _DEVICE_INDEX in os.environ:
+                break  # Who asks for one GPU does not want the next best thing.
+        else:
+            device.fallback = tuple(answers)
+            return device
+    raise ContextError(f"no usable OpenGL 3.3 core ({'; '.join(answers)}); {_ADVICE}")
+
+
+def attach_to_window() -> Device:
+    """Return a device for the GLFW window whose context is current; it stays the caller's.
+
+    Raises
+    ------
+    ContextError
+        If that context is older than OpenGL 3.3 or not a core profile.
+    """
+    import glfw
+
     try:
-        gl = moderngl.create_context(standalone=True, backend="egl", require=330)  # type: ignore[arg-type]
+        return _adopt_glfw(glfw, "window", lambda: None)
     except Exception as error:
-        raise ContextError(f"egl: {error}") from None
-    return Device(gl, "egl")
+        raise ContextError(f"no usable OpenGL 3.3 core (window: {_one_line(error)})") from None
+
+
+def describe(device: Device) -> dict[str, object]:
+    """Return what a report should say of the device: names, backend, limits."""
+    info = device.gl.info
+    return {
+        "renderer": device.renderer,
+        "gl_version": device.version,
+        "vendor": device.vendor,
+        "backend": device.backend,
+        "software": device.is_software,
+        "limits": {
+            "texture_size": info["GL_MAX_TEXTURE_SIZE"],
+            "texture_units": info["GL_MAX_TEXTURE_IMAGE_UNITS"],
+            "color_attachments": info["GL_MAX_COLOR_ATTACHMENTS"],
+            "uniform_components": info["GL_MAX_FRAGMENT_UNIFORM_COMPONENTS"],
+        },
+    }
+
+
+def _create_egl() -> Device:
+    for library in ("EGL", "GL"):
+        # glcontext names the library that failed to load, but not which package has it.
+        if find_library(library) is None:
+            raise ContextError(f"lib{library} was not found")
+    settings: dict[str, Any] = {"backend": "egl"}
+    gl = moderngl.create_context(require=_REQUIRED_VERSION, standalone=True, **settings)
+    return _checked(gl, "egl", None)
+
+
+def _create_osmesa() -> Device:
+    if find_library("OSMesa") is None:
+        raise ContextError("libOSMesa was not found")
+    import glfw
+
+    # GLFW's null platform has no display at all, yet makes OSMesa contexts.
+    # OSMesa refuses the forward-compatible flag that macOS windows need.
+    hints = {
+        glfw.CONTEXT_CREATION_API: glfw.OSMESA_CONTEXT_API,
+        glfw.OPENGL_FORWARD_COMPAT: glfw.FALSE,
+    }
+    return _create_with_glfw(glfw, "osmesa", glfw.PLATFORM_NULL, hints)
+
+
+def _create_hidden_window() -> Device:
+    import glfw
+
+    return _create_with_glfw(glfw, "window", glfw.ANY_PLATFORM, {})
+
+
+def _create_with_glfw(
+    glfw: ModuleType, backend: str, platform: int, hints: dict[int, int]
+) -> Device:
+    """Return a device whose context belongs to an invisible GLFW window."""
+    with _errors_of(glfw) as errors:
+        was_initialised = bool(glfw.get_platform())
+        errors.clear()  # Asking before initialisation is an error to GLFW, not to us.
+        if was_initialised and platform == glfw.PLATFORM_NULL != glfw.get_platform():
+            raise ContextError("GLFW is already in use with a display in this process")
+        glfw.init_hint(glfw.PLATFORM, platform)
+        if not glfw.init():
+            raise ContextError("; ".join(errors) or "GLFW does not initialise")
+
+        def close() -> None:
+            if window:
+                glfw.destroy_window(window)
+            if not was_initialised:
+                glfw.terminate()
+
+        glfw.default_window_hints()
+        required = {
+            glfw.VISIBLE: glfw.FALSE,
+            glfw.CONTEXT_VERSION_MAJOR: 3,
+            glfw.CONTEXT_VERSION_MINOR: 3,
+            glfw.OPENGL_PROFILE: glfw.OPENGL_CORE_PROFILE,
+            glfw.OPENGL_FORWARD_COMPAT: glfw.TRUE,
+        }
+        for hint, value in {**required, **hints}.items():
+            glfw.window_hint(hint, value)
+        # The size is of no use: everything is drawn into framebuffers of our own.
+        window = glfw.create_window(16, 16, "ssdo_gl", None, None)
+        try:
+            if not window:
+                raise ContextError("; ".join(errors) or "GLFW makes no window")
+            glfw.make_context_current(window)
+            return _adopt_glfw(glfw, backend, close)
+        except Exception:
+            close()
+            raise
+
+
+def _adopt_glfw(glfw: ModuleType, backend: str, close: Callable[[], None]) -> Device:
+    settings: dict[str, Any] = {"context": _GlfwLoader(glfw)}
+    gl = moderngl.create_context(require=_REQUIRED_VERSION, **settings)
+    return _checked(gl, backend, close)
+
+
+def _checked(gl: moderngl.Context, backend: str, close: Callable[[], None] | None) -> Device:
+    """Return the device, or raise if its context is no core profile."""
+    if not gl.info["GL_CONTEXT_PROFILE_MASK"] & _CORE_PROFILE_BIT:
+        version = gl.info["GL_VERSION"]
+        gl.release()
+        raise ContextError(f"OpenGL {version} is not a core profile")
+    return Device(gl, backend, close)
+
+
+class _GlfwLoader:
+    """What moderngl asks for functions when the context was made by GLFW.
+
+    Its own way of finding a context knows X11 and EGL only.
+    """
+
+    def __init__(self, glfw: ModuleType) -> None:
+        self._glfw = glfw
+
+    def load_opengl_function(self, name: str) -> int:
+        return int(self._glfw.get_proc_address(name) or 0)
+
+    load = load_opengl_function
+
+    def release(self) -> None:
+        """Do nothing: the window owns the context."""
+
+    def __enter__(self) -> None:
+        """Do nothing: the context is current for as long as it lives."""
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        """Do nothing."""
+
+
+@contextmanager
+def _errors_of(glfw: ModuleType) -> Iterator[list[str]]:
+    """Collect GLFW's messages, which it would otherwise issue as warnings."""
+    errors: list[str] = []
+
+    def collect(code: int, message: bytes) -> None:
+        errors.append(message.decode("utf-8", "replace"))
+
+    previous = glfw.set_error_callback(collect)
+    try:
+        yield errors
+    finally:
+        glfw.set_error_callback(previous)
+
+
+def _one_line(error: BaseException) -> str:
+    """Return the message without line breaks, with EGL's codes in words."""
+    text = " ".join(str(error).split()) or type(error).__name__
+    for code, meaning in _EGL_CODES.items():
+        if code in text:
+            return f"{meaning} ({text})"
+    if "found 0 devices" in text:
+        return f"EGL found no device: libgl1-mesa-dri may be missing ({text})"
+    return text

@@ -1,0 +1,190 @@
+"""Contexts: every backend draws the same, and what cannot work says why in one line."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from ctypes.util import find_library
+from pathlib import Path
+
+import numpy as np
+import pytest
+from gpu.triangle import COLOR, CORNERS_NDC, SIZE, draw_triangle
+
+from ssdo_gl.gpu import context
+from ssdo_gl.gpu.context import BACKENDS, ContextError, Device, create_context, describe
+
+NEEDS_OSMESA = pytest.mark.skipif(
+    find_library("OSMesa") is None, reason="libOSMesa is not installed (Debian: libosmesa6)"
+)
+NEEDS_XVFB = pytest.mark.skipif(
+    shutil.which("xvfb-run") is None, reason="xvfb-run is not installed (Debian: xvfb)"
+)
+
+
+def run_python(
+    *arguments: str, prefix: tuple[str, ...] = (), **environment: str
+) -> subprocess.CompletedProcess[str]:
+    """Run Python in a process of its own, where another context may be made."""
+    return subprocess.run(
+        [*prefix, sys.executable, *arguments],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), **environment},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def expected_triangle() -> np.ndarray:
+    """Which pixel centres lie inside, by the signs of three edge functions."""
+    x, y = np.meshgrid(
+        2 * (np.arange(SIZE[0]) + 0.5) / SIZE[0] - 1, 1 - 2 * (np.arange(SIZE[1]) + 0.5) / SIZE[1]
+    )
+    inside = np.ones_like(x, dtype=bool)
+    for i in range(3):
+        (ax, ay), (bx, by) = CORNERS_NDC[i], CORNERS_NDC[(i + 1) % 3]
+        inside &= (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 0
+    return inside[..., None] * np.array(COLOR, np.float32)
+
+
+def test_triangle_covers_the_pixel_centres_inside_it(device):
+    np.testing.assert_array_equal(draw_triangle(device), expected_triangle())
+
+
+@pytest.mark.parametrize(
+    ("backend", "prefix"),
+    [
+        pytest.param("osmesa", (), marks=NEEDS_OSMESA),
+        pytest.param("window", ("xvfb-run", "-a"), marks=NEEDS_XVFB),
+    ],
+)
+def test_other_backends_draw_the_same_triangle(backend, prefix, tmp_path):
+    script = Path(__file__).with_name("triangle.py")
+    answer = run_python(str(script), backend, str(tmp_path / "out.npy"), prefix=prefix)
+    assert answer.returncode == 0, answer.stderr
+    np.testing.assert_array_equal(np.load(tmp_path / "out.npy"), expected_triangle())
+
+
+def test_device_says_what_it_is(device):
+    assert device.backend in BACKENDS[1:]
+    report = describe(device)
+    assert report["renderer"] == device.renderer != ""
+    assert report["gl_version"] == device.version
+    # The least that OpenGL 3.3 allows.
+    assert report["limits"]["texture_size"] >= 1024
+    assert report["limits"]["texture_units"] >= 16
+    assert report["limits"]["color_attachments"] >= 8
+
+
+@pytest.mark.parametrize(
+    ("renderer", "is_software"),
+    [
+        ("llvmpipe (LLVM 15.0.6, 256 bits)", True),
+        ("softpipe", True),
+        ("Google SwiftShader", True),
+        ("Apple Software Renderer", True),
+        ("NVIDIA H200/PCIe/SSE2", False),
+        ("AMD Radeon RX 7900 XTX (radeonsi, navi31)", False),
+        ("Mesa Intel(R) UHD Graphics 630 (CFL GT2)", False),
+        ("Apple M2", False),
+    ],
+)
+def test_software_renderers_are_known_by_name(renderer, is_software):
+    class Context:
+        info = {"GL_RENDERER": renderer, "GL_VERSION": "4.5", "GL_VENDOR": ""}  # noqa: RUF012
+        gc_mode = None
+
+    assert Device(Context(), "egl").is_software == is_software
+
+
+def test_unknown_backend_names_the_known_ones():
+    with pytest.raises(ContextError, match=r"'vulkan': choose auto, egl, osmesa, window"):
+        create_context("vulkan")
+
+
+IMPOSSIBLE = {
+    "egl": {"GLCONTEXT_LINUX_LIBEGL": "/nonexistent/libEGL.so"},
+    "egl-no-driver": {"__EGL_VENDOR_LIBRARY_FILENAMES": "/nonexistent.json"},
+    "egl-old": {"MESA_GL_VERSION_OVERRIDE": "2.1"},
+    "window": {"DISPLAY": "", "WAYLAND_DISPLAY": "", "XDG_SESSION_TYPE": ""},
+}
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="breaks EGL the Linux way")
+@pytest.mark.parametrize("case", IMPOSSIBLE)
+def test_impossible_backend_is_one_readable_line(case):
+    backend = case.partition("-")[0]
+    code = (
+        "from ssdo_gl.gpu.context import ContextError, create_context\n"
+        f"try:\n    create_context({backend!r})\n"
+        "except ContextError as error:\n    print(error)\n"
+    )
+    answer = run_python("-W", "error", "-c", code, **IMPOSSIBLE[case])
+    assert answer.returncode == 0, answer.stderr
+    assert "Traceback" not in answer.stderr
+    lines = answer.stdout.splitlines()
+    assert len(lines) == 1, answer.stdout
+    assert f"({backend}: " in lines[0]
+    for package in ("libegl1", "libgl1", "libgl1-mesa-dri", "libosmesa6"):
+        assert package in lines[0]
+
+
+def failing(message):
+    def make():
+        raise OSError(message)
+
+    return make
+
+
+def test_auto_tries_egl_then_osmesa_then_a_window(monkeypatch):
+    monkeypatch.delenv("GLCONTEXT_DEVICE_INDEX", raising=False)
+    monkeypatch.setattr(context, "_create_egl", failing("no\n  EGL"))
+    monkeypatch.setattr(context, "_create_osmesa", failing("no OSMesa"))
+    monkeypatch.setattr(context, "_create_hidden_window", failing("no display"))
+    with pytest.raises(ContextError, match=r"\(egl: no EGL; osmesa: no OSMesa; window: no disp"):
+        create_context()
+
+
+def test_auto_says_what_it_fell_back_from(monkeypatch, device):
+    monkeypatch.delenv("GLCONTEXT_DEVICE_INDEX", raising=False)
+    monkeypatch.setattr(context, "_create_egl", failing("no EGL"))
+    monkeypatch.setattr(context, "_create_osmesa", lambda: Device(device.gl, "osmesa"))
+    made = create_context("auto")
+    assert made.backend == "osmesa"
+    assert made.fallback == ("egl: no EGL",)
+
+
+def test_a_chosen_egl_device_is_never_replaced_by_another_backend(monkeypatch):
+    monkeypatch.setenv("GLCONTEXT_DEVICE_INDEX", "97")
+    monkeypatch.setattr(context, "_create_osmesa", lambda: pytest.fail("fell back"))
+    with pytest.raises(ContextError, match="egl"):
+        create_context("auto")
+
+
+def test_device_index_reaches_egl():
+    if find_library("EGL") is None or find_library("GL") is None:
+        pytest.skip("EGL is not installed")
+    code = (
+        "from ssdo_gl.gpu.context import ContextError, create_context\n"
+        "try:\n    create_context('egl')\n"
+        "except ContextError as error:\n    print(error)\n"
+    )
+    answer = run_python("-c", code, GLCONTEXT_DEVICE_INDEX="97")
+    assert "device index 97" in answer.stdout
+
+
+def test_release_is_final_and_idempotent():
+    code = (
+        "from ssdo_gl.gpu.context import create_context\n"
+        "for _ in range(2):\n"
+        "    device = create_context()\n"
+        "    texture = device.gl.texture((4, 4), 4)\n"
+        "    device.release()\n"
+        "    device.release()\n"
+        "    del texture\n"  # must not call into the dead context
+        "print('alive')\n"
+    )
+    answer = run_python("-W", "error", "-c", code)
+    assert answer.stdout.strip() == "alive", answer.stderr
