@@ -1,0 +1,36 @@
+"""What every pass that includes ``lib/environment.glsl`` needs, as plain data."""
+
+from __future__ import annotations
+
+from ssdo_gl.graph.frame import Frame
+from ssdo_gl.scene.environment import (
+    ConstantEnvironment,
+    Environment,
+    GradientEnvironment,
+)
+
+# Resources that hold a map; the other kinds need no texture.
+MAP_RADIANCE = "environment"
+MAP_IRRADIANCE = "environment_irradiance"
+
+
+def environment_kind(environment: Environment | None) -> int:
+    """Return the define ``ENVIRONMENT_KIND``: 0 none, 1 constant, 2 gradient, 3 map."""
+    if environment is None:
+        return 0
+    if isinstance(environment, ConstantEnvironment):
+        return 1
+    return 2 if isinstance(environment, GradientEnvironment) else 3
+
+
+def environment_uniforms(frame: Frame) -> dict[str, object]:
+    """Return the uniforms that ``lib/environment.glsl`` declares."""
+    environment = frame.scene.environment
+    values: dict[str, object] = {"u_world_from_view": frame.view.view_from_world.T}
+    if isinstance(environment, ConstantEnvironment):
+        values["u_environment_zenith"] = environment.radiance
+    elif isinstance(environment, GradientEnvironment):
+        values["u_environment_zenith"] = environment.zenith
+        values["u_environment_horizon"] = environment.horizon
+        values["u_environment_ground"] = environment.ground
+    return values

@@ -1,0 +1,97 @@
+"""Adds up the picture from its terms."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Literal
+
+from ssdo_gl.gpu.fullscreen import draw_fullscreen
+from ssdo_gl.graph.environment_uniforms import (
+    MAP_IRRADIANCE,
+    MAP_RADIANCE,
+    environment_kind,
+    environment_uniforms,
+)
+from ssdo_gl.graph.frame import Frame
+from ssdo_gl.graph.render_pass import PassContext, RenderPass
+from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.scene.environment import Environment
+
+Combine = Literal["ambient", "multiply", "report", "report_traced"]
+COMBINE_NUMBERS: Mapping[Combine, int] = {
+    "ambient": 1,
+    "multiply": 2,
+    "report": 3,
+    "report_traced": 4,
+}
+
+
+def uniforms(frame: Frame) -> dict[str, object]:
+    """Return the uniforms of ``composite.frag``."""
+    return {**frame.view.uniforms(), **environment_uniforms(frame)}
+
+
+class CompositePass(RenderPass):
+    """`beauty` = emission + albedo / pi * irradiance, in front of the environment.
+
+    Parameters
+    ----------
+    environment : Environment or None
+        The scene's: decides the kind of sky, and which of its maps are read.
+    direct, directional, bounce : str or None
+        Irradiance resources, full size; those given are added.
+    visibility : str or None
+        Visibility of an ambient-occlusion method, full size, in its first channel.
+    combine : str
+        What `visibility` multiplies; ``report_traced`` is ``report`` for ray-traced
+        ambient occlusion. Without effect if `visibility` is None.
+    """
+
+    name = "composite"
+    writes: Mapping[str, TextureSpec] = {"beauty": TextureSpec(4, "f4")}
+    depends_on = ("view", "environment")
+
+    def __init__(
+        self,
+        environment: Environment | None,
+        *,
+        direct: str | None = None,
+        directional: str | None = None,
+        bounce: str | None = None,
+        visibility: str | None = None,
+        combine: Combine = "ambient",
+    ) -> None:
+        kind = environment_kind(environment)
+        number = 0 if visibility is None else COMBINE_NUMBERS[combine]
+        self.defines = {
+            "ENVIRONMENT_KIND": kind,
+            "HAS_DIRECT": int(direct is not None),
+            "HAS_DIRECTIONAL": int(directional is not None),
+            "HAS_BOUNCE": int(bounce is not None),
+            "COMBINE": number,
+        }
+        wiring = {
+            "t_z_vs": "z_vs",
+            "t_normals_vs": "normals_vs" if number in (1, 2) else None,
+            "t_albedo": "albedo",
+            "t_emission": "emission",
+            "t_direct": direct,
+            "t_directional": directional,
+            "t_bounce": bounce,
+            "t_visibility": visibility,
+            "t_environment": MAP_RADIANCE if kind == 3 else None,
+            "t_environment_irradiance": MAP_IRRADIANCE if kind == 3 and number in (1, 2) else None,
+        }
+        self._wiring = {sampler: name for sampler, name in wiring.items() if name is not None}
+        self.reads = tuple(dict.fromkeys(self._wiring.values()))
+
+    def settings_key(self) -> tuple[tuple[str, int], ...]:
+        """Return the defines, which are all that distinguishes two of these."""
+        return tuple(sorted(self.defines.items()))
+
+    def execute(self, context: PassContext) -> None:
+        """Draw one full-screen triangle."""
+        assert context.target is not None
+        program = context.shaders.fullscreen("composite.frag", self.defines)
+        textures = {sampler: context.inputs[name] for sampler, name in self._wiring.items()}
+        draw_fullscreen(context.gl, program, context.target, uniforms(context.frame), textures)

@@ -1,0 +1,60 @@
+"""From linear radiance to what a display shows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from ssdo_gl.gpu.fullscreen import draw_fullscreen
+from ssdo_gl.graph.render_pass import PassContext, RenderPass
+from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.graph.settings import setting
+
+CURVES = ("aces", "plain")
+
+
+@dataclass(frozen=True)
+class ToneMapSettings:
+    """How radiance becomes a picture."""
+
+    exposure: float = setting(
+        0.0, "doubles the brightness with each step", unit="EV", low=-32.0, high=32.0
+    )
+    curve: str = setting(
+        "plain",
+        "plain shows radiance 1 as white and clips above; aces rolls highlights off",
+        choices=CURVES,
+    )
+
+
+def uniforms(settings: ToneMapSettings) -> dict[str, object]:
+    """Return the uniforms of ``tone_map.frag``."""
+    return {"u_exposure_scale": 2.0**settings.exposure}
+
+
+def defines(settings: ToneMapSettings) -> dict[str, int]:
+    """Return the defines of ``tone_map.frag``."""
+    return {"TONE_CURVE": int(settings.curve == "aces")}
+
+
+class ToneMapPass(RenderPass):
+    """`beauty` (scene-linear) to `display` (sRGB-encoded, opaque)."""
+
+    name = "tone_map"
+    reads = ("beauty",)
+    writes: Mapping[str, TextureSpec] = {"display": TextureSpec(4, "nu1")}
+
+    def __init__(self, settings: ToneMapSettings | None = None) -> None:
+        self.settings = settings or ToneMapSettings()
+
+    def execute(self, context: PassContext) -> None:
+        """Draw one full-screen triangle."""
+        assert context.target is not None
+        program = context.shaders.fullscreen("tone_map.frag", defines(self.settings))
+        draw_fullscreen(
+            context.gl,
+            program,
+            context.target,
+            uniforms(self.settings),
+            {"t_beauty": context.inputs["beauty"]},
+        )
