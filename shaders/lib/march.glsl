@@ -1,0 +1,62 @@
+// Looking for the first surface along a ray, in several steps across the picture.
+//
+// The step at fraction s of a projected segment lies at pixel p(s) = p0 + s (p1 - p0),
+// and its inverse depth is linear in s too: 1 / z(s) = 1 / z0 + s (1 / z1 - 1 / z0).
+// So `z(s) > z_Q` is tested as z_Q / z(s) < 1, without a division per step.
+#include "lib/occlusion.glsl"
+
+uniform float u_step_growth;  // 0: steps of equal length, 1: lengths grow linearly
+
+// Rays end this many pixels inside the frame's border, so that rounding cannot
+// carry a step outside; what lies outside is open anyway.
+const float BORDER_PX = 0.25;
+
+// Distance along the unit vector w at which a ray from p_vs leaves the frame or passes
+// the near plane. Beyond that, nothing is known, and unknown means open.
+float distance_in_frame(vec3 p_vs, vec3 w)
+{
+    // In frame: |x / tan - jitter z| <= e z with z = -p.z. Each bound is linear along the
+    // ray: gap + t * rate >= 0, so the ray leaves at gap / -rate if the gap shrinks.
+    float z = -p_vs.z;
+    float rate_z = -w.z;
+    vec2 e = 1.0 - 2.0 * BORDER_PX / u_frame_size_px;
+    vec2 c = p_vs.xy / u_tan_half_fov - u_jitter_ndc * z;
+    vec2 rate_c = w.xy / u_tan_half_fov - u_jitter_ndc * rate_z;
+    vec4 gap = vec4(e * z - c, e * z + c);
+    vec4 rate = vec4(e * rate_z - rate_c, e * rate_z + rate_c);
+    float far = FAR_REACH * z;
+    // Where the gap does not shrink the quotient is not used, whatever it is.
+    vec4 leave = mix(vec4(far), gap / -rate, lessThan(rate, vec4(0.0)));
+    float near = rate_z < 0.0 ? (z - u_near_vs) / -rate_z : far;
+    return max(min(min(min(leave.x, leave.y), min(leave.z, leave.w)), min(near, far)), 0.0);
+}
+
+vec2 px_of_position_vs(vec3 p_vs)
+{
+    return uv_of_position_vs(p_vs) * u_frame_size_px;
+}
+
+// The texel of the first surface that blocks the ray from the receiver along the unit
+// vector w within `reach`, or NO_BLOCKER. `jitter` in [0, 1) moves each step within its
+// stratum; the last stratum ends at `reach`.
+ivec2 march(Tangent t, vec3 w, float reach, float jitter)
+{
+    float clipped = min(reach, distance_in_frame(t.position_vs, w));
+    vec3 end_vs = t.position_vs + clipped * w;
+    vec2 start_px = px_of_position_vs(t.position_vs);
+    vec2 across_px = px_of_position_vs(end_vs) - start_px;
+    float inv_z0 = -1.0 / t.position_vs.z;
+    float inv_z_across = -1.0 / end_vs.z - inv_z0;
+    for (int i = 0; i < STEP_COUNT; ++i) {
+        float x = (float(i) + jitter) * (1.0 / float(STEP_COUNT));
+        // x for growth 0, x^2 for growth 1: derivative 1 - growth + 2 growth x.
+        float s = x * mix(1.0, x, u_step_growth);
+        ivec2 texel = ivec2(start_px + s * across_px);
+        float z = gbuffer_z_vs(texel);
+        float inv_z = inv_z0 + s * inv_z_across;
+        if (z > 0.0 && z * inv_z < 1.0 && is_above(t, texel, z)
+            && solid_end(t, texel, z) * inv_z > 1.0)
+            return texel;
+    }
+    return NO_BLOCKER;
+}

@@ -1,0 +1,27 @@
+// The sample test of Ritschel, Grosch and Seidel 2009, "Approximating Dynamic Global
+// Illumination in Image Space": one point per direction, at a random distance.
+#include "lib/occlusion.glsl"
+
+// The texel of the surface that hides the point `offset_vs` away from the receiver, or
+// NO_BLOCKER. Section 3: the point is back-projected into the picture and counts as
+// occluded iff moving it onto the surface found there brings it towards the viewer.
+//
+// Departures from the paper: the texel is snapped to its centre and must lie above the
+// tangent plane (see occlusion.glsl; as printed, the test shadows every tilted plane);
+// points outside the frame and background are open, where the paper says nothing.
+// `has_back` adds the end of the solid, which the paper's first-depth test lacks.
+ivec2 point_blocker(Tangent t, vec3 offset_vs, bool has_back)
+{
+    vec3 s_vs = t.position_vs + offset_vs;
+    float z_s = -s_vs.z;
+    bool in_front = z_s > u_near_vs;
+    vec2 uv = uv_of_position_vs(vec3(s_vs.xy, -max(z_s, u_near_vs)));
+    ivec2 texel = texel_of_uv(uv);
+    ivec2 last = ivec2(u_frame_size_px) - 1;
+    bool in_frame = in_front && all(greaterThanEqual(uv, vec2(0.0))) && all(lessThan(uv, vec2(1.0)));
+    texel = clamp(texel, ivec2(0), last);
+    float z = gbuffer_z_vs(texel);
+    bool blocked = in_frame && z > 0.0 && z_s > z && is_above(t, texel, z)
+        && (!has_back || z_s < solid_end(t, texel, z));
+    return blocked ? texel : NO_BLOCKER;
+}

@@ -1,0 +1,87 @@
+"""One bounce of indirect light, sent by what blocks the receiver's directions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable
+from dataclasses import dataclass
+from typing import Any
+
+from ssdo_gl.gpu.fullscreen import draw_fullscreen
+from ssdo_gl.graph.frame import Frame
+from ssdo_gl.graph.render_pass import PassContext, RenderPass
+from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.graph.settings import setting
+from ssdo_gl.passes.screen_space_settings import ScreenSpaceSettings, defines, estimator_uniforms
+
+
+@dataclass(frozen=True)
+class BounceSettings(ScreenSpaceSettings):
+    """Settings of the bounce."""
+
+    strength: float = setting(1.0, "factor on the bounced light; 1 is physical", low=0.0)
+    distance_clamp: float = setting(
+        0.1,
+        "rgs09: distances to senders count as at least this, relative to R",
+        low=1e-3,
+        high=10.0,
+    )
+
+
+def uniforms(settings: BounceSettings, frame: Frame, sender_bound: float) -> dict[str, Any]:
+    """Return the uniforms of `bounce.frag`."""
+    return {
+        **estimator_uniforms(settings, frame),
+        "u_strength": settings.strength,
+        "u_distance_clamp": settings.distance_clamp,
+        "u_sender_bound": sender_bound,
+    }
+
+
+class BouncePass(RenderPass):
+    """Estimates the integral of (1 - V_R(w)) L_out(sender) cos(theta) dw.
+
+    Writes ``bounce_raw``: rgb = irradiance, a = z of the receiver, for the filter.
+    Background is 0.
+
+    Parameters
+    ----------
+    settings : BounceSettings
+    sender_bound : float
+        Radiance above which a sender is scaled down (largest component), so that one
+        bright texel that few directions meet cannot make a firefly. Derive it from the
+        scene's own lights; inf leaves senders as they are.
+    has_back_layer : bool
+        Read ``z_back_vs`` to know where solids end.
+    """
+
+    def __init__(
+        self,
+        settings: BounceSettings,
+        *,
+        sender_bound: float = math.inf,
+        has_back_layer: bool = False,
+    ) -> None:
+        self.name = "bounce"
+        self.settings = settings
+        self.sender_bound = sender_bound
+        back = ("z_back_vs",) if has_back_layer else ()
+        self.reads = ("z_vs", "normals_vs", "sender_radiance", *back)
+        self.writes = {"bounce_raw": TextureSpec(4, scale=settings.resolution_scale)}
+        self.depends_on = ("view", "seed")
+        self._defines = defines(settings, has_back_layer)
+
+    def settings_key(self) -> Hashable:
+        """Return the settings, the bound and switches."""
+        return self.settings, self.sender_bound, tuple(self._defines.items())
+
+    def execute(self, context: PassContext) -> None:
+        """Draw one triangle over the target."""
+        assert context.target is not None
+        draw_fullscreen(
+            context.gl,
+            context.shaders.fullscreen("bounce.frag", self._defines),
+            context.target,
+            uniforms(self.settings, context.frame, self.sender_bound),
+            {f"t_{name}": context.inputs[name] for name in self.reads},
+        )

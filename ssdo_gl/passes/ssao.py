@@ -1,0 +1,71 @@
+"""Ambient visibility from the depth buffer."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass
+from typing import Any
+
+from ssdo_gl.gpu.fullscreen import draw_fullscreen
+from ssdo_gl.graph.frame import Frame
+from ssdo_gl.graph.render_pass import PassContext, RenderPass
+from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.graph.settings import setting
+from ssdo_gl.passes.screen_space_settings import ScreenSpaceSettings, defines, estimator_uniforms
+
+
+@dataclass(frozen=True)
+class SsaoSettings(ScreenSpaceSettings):
+    """Settings of ambient visibility."""
+
+    estimator: str = setting(
+        "hemisphere",
+        "hemisphere: points of the normal's half-ball; march: several reads along each "
+        "direction; rgs09: the paper's points; zbuffer: a box in the image",
+        choices=("hemisphere", "march", "rgs09", "zbuffer"),
+    )
+    box_px: float = setting(
+        10.0, "zbuffer: half the width of the box around the pixel", unit="px", low=0.5, high=512.0
+    )
+
+
+def uniforms(settings: SsaoSettings, frame: Frame) -> dict[str, Any]:
+    """Return the uniforms of `ssao.frag`."""
+    return {**estimator_uniforms(settings, frame), "u_box_px": settings.box_px}
+
+
+class SsaoPass(RenderPass):
+    """Estimates (1/pi) * integral of V_R(w) cos(theta) dw at every receiver.
+
+    Writes ``visibility_raw``: x = visibility in [0, 1], 1 = open; y = z of the receiver,
+    for the filter. Background is open.
+
+    Parameters
+    ----------
+    settings : SsaoSettings
+    has_back_layer : bool
+        Read ``z_back_vs`` to know where solids end.
+    """
+
+    def __init__(self, settings: SsaoSettings, *, has_back_layer: bool = False) -> None:
+        self.name = "ssao"
+        self.settings = settings
+        self.reads = ("z_vs", "normals_vs", *(("z_back_vs",) if has_back_layer else ()))
+        self.writes = {"visibility_raw": TextureSpec(2, scale=settings.resolution_scale)}
+        self.depends_on = ("view", "seed")
+        self._defines = defines(settings, has_back_layer)
+
+    def settings_key(self) -> Hashable:
+        """Return the settings and switches."""
+        return self.settings, tuple(self._defines.items())
+
+    def execute(self, context: PassContext) -> None:
+        """Draw one triangle over the target."""
+        assert context.target is not None
+        draw_fullscreen(
+            context.gl,
+            context.shaders.fullscreen("ssao.frag", self._defines),
+            context.target,
+            uniforms(self.settings, context.frame),
+            {f"t_{name}": context.inputs[name] for name in self.reads},
+        )
