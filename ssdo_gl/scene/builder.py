@@ -1,0 +1,182 @@
+"""Collects the parts of a scene while a file is read, and assembles the Scene."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene import defaults, emitters, framing
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.environment import Environment
+from ssdo_gl.scene.light import Light, Shadow
+from ssdo_gl.scene.material import Material
+from ssdo_gl.scene.mesh import Mesh, SceneObject
+from ssdo_gl.scene.scene import Scene, SceneError
+
+# Coordinates leave float64 for float32 relative to the camera; between these sizes
+# neither they nor their squares overflow or vanish there.
+SMALLEST_SCENE, LARGEST_SCENE = 1e-15, 1e15
+
+
+@dataclass
+class SceneBuilder:
+    """The growing parts of one scene.
+
+    Attributes
+    ----------
+    source : str
+        The file, as errors name it.
+    models : dict
+        Objects of model files that were read before, so that none is read twice.
+    """
+
+    source: str
+    meshes: list[Mesh] = field(default_factory=list)
+    materials: list[Material] = field(default_factory=list)
+    objects: list[SceneObject] = field(default_factory=list)
+    lights: list[Light] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    models: dict[Hashable, list[SceneObject]] = field(default_factory=dict)
+    _mesh_of_key: dict[Hashable, int] = field(default_factory=dict)
+    _emitter_shadow: dict[int, Shadow] = field(default_factory=dict)
+
+    def mesh(self, key: Hashable, make: Callable[[], Mesh]) -> int:
+        """Return the index of the mesh known as `key`, made on first use."""
+        if key not in self._mesh_of_key:
+            self._mesh_of_key[key] = len(self.meshes)
+            self.meshes.append(make())
+        return self._mesh_of_key[key]
+
+    def material(self, material: Material) -> int:
+        """Add a material and return its index."""
+        self.materials.append(material)
+        return len(self.materials) - 1
+
+    def add(self, item: SceneObject, emitter_shadow: Shadow = "map") -> None:
+        """Add an object; mirrored instances are rewritten to keep orientation.
+
+        A matrix with negative determinant would turn the winding around and with it
+        the front of the surface; such instances use a mirrored mesh instead.
+
+        Parameters
+        ----------
+        emitter_shadow : str
+            How the lights that stand for its emission are shadowed.
+        """
+        mirrored = np.linalg.det(item.world_from_object[:, :3, :3]) < 0.0
+        for flip in (False, True):
+            matrices = item.world_from_object[mirrored == flip]
+            if not len(matrices):
+                continue
+            mesh = item.mesh
+            if flip:
+                mesh = self.mesh(("mirrored", mesh), lambda: _mirrored(self.meshes[item.mesh]))
+                matrices = matrices @ np.diag([-1.0, 1.0, 1.0, 1.0])
+            self._emitter_shadow[len(self.objects)] = emitter_shadow
+            self.objects.append(dataclasses.replace(item, mesh=mesh, world_from_object=matrices))
+
+    def note(self, text: str) -> None:
+        """Tell the user something, once."""
+        if text not in self.notes:
+            self.notes.append(text)
+
+    def build(
+        self,
+        camera: Camera | None,
+        environment: Environment | None,
+        *,
+        exposure: float = 0.0,
+        fov_y: float = 40.0,
+        render: Mapping[str, Any] | None = None,
+        title: str = "",
+        purpose: str = "",
+    ) -> Scene:
+        """Assemble the scene; what is missing of camera and light is added.
+
+        Parameters
+        ----------
+        camera : Camera or None
+            None: the whole scene is framed, with `exposure` and `fov_y`.
+        environment : Environment or None
+            None together with no light of any kind: a soft sky and a key light.
+        """
+        if not self.objects:
+            raise SceneError(f"{self.source}: nothing to draw: no object with a triangle")
+        self._check_size()
+        self._add_emitters()
+        self._merge()
+        if camera is None:
+            camera = framing.frame(self.meshes, self.objects, fov_y, exposure)
+        if environment is None and not self.lights:
+            environment, key = defaults.soft_light(camera)
+            self.lights.append(key)
+            self.note("no light in the scene: added a soft sky and one key light")
+        return Scene(
+            meshes=tuple(self.meshes),
+            materials=tuple(self.materials),
+            objects=tuple(self.objects),
+            camera=camera,
+            lights=tuple(self.lights),
+            environment=environment,
+            render=dict(render or {}),
+            title=title,
+            purpose=purpose,
+            notes=tuple(self.notes),
+        )
+
+    def _check_size(self) -> None:
+        scene = Scene(
+            tuple(self.meshes), (), tuple(self.objects), Camera((0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
+        )
+        low, high = scene.bounds()
+        extent, reach = float((high - low).max()), float(np.abs([low, high]).max())
+        if not (np.isfinite(reach) and reach <= LARGEST_SCENE and extent >= SMALLEST_SCENE):
+            raise SceneError(
+                f"{self.source}: the scene measures {extent:g} and reaches to {reach:g} scene "
+                f"units: expected a size from {SMALLEST_SCENE:g} to {LARGEST_SCENE:g}"
+            )
+
+    def _add_emitters(self) -> None:
+        found = emitters.emitter_lights(
+            self.meshes, self.materials, self.objects, self._emitter_shadow, len(self.lights)
+        )
+        self.objects = list(found.objects)
+        self.lights += found.lights
+        for text in found.notes:
+            self.note(text)
+
+    def _merge(self) -> None:
+        """Join still objects of one mesh and material into instances of one object.
+
+        In order of first appearance, so that the same file gives the same scene.
+        """
+        merged: list[SceneObject] = []
+        place: dict[tuple[int, int], int] = {}
+        for item in self.objects:
+            key = (item.mesh, item.material)
+            if item.motion is not None or item.light is not None:
+                merged.append(item)
+            elif key in place:
+                first = merged[place[key]]
+                matrices = np.concatenate([first.world_from_object, item.world_from_object])
+                merged[place[key]] = dataclasses.replace(first, world_from_object=matrices)
+            else:
+                place[key] = len(merged)
+                merged.append(item)
+        self.objects = merged
+
+
+def _mirrored(mesh: Mesh) -> Mesh:
+    """Return the mesh mirrored in x, wound so that its front stays its front."""
+    mirror: FloatArray = np.array([-1.0, 1.0, 1.0])
+    return dataclasses.replace(
+        mesh,
+        positions=mesh.positions * mirror,
+        normals=None if mesh.normals is None else mesh.normals * mirror,
+        triangles=mesh.triangles[:, ::-1],
+    )
