@@ -22,7 +22,7 @@ VALUE_BOUND = 1.8e19
 
 
 @dataclass(frozen=True)
-class FilterSettings:
+class EdgeAwareFilterSettings:
     """Settings of the edge-aware filter."""
 
     filter: str = setting(
@@ -43,7 +43,7 @@ class FilterSettings:
     )
 
 
-def uniforms(settings: FilterSettings, frame: Frame, stride: int) -> dict[str, Any]:
+def uniforms(settings: EdgeAwareFilterSettings, frame: Frame, stride: int) -> dict[str, Any]:
     """Return the uniforms of `edge_aware_filter.frag` that all its stages share."""
     return {
         **frame.view.uniforms(),
@@ -53,7 +53,7 @@ def uniforms(settings: FilterSettings, frame: Frame, stride: int) -> dict[str, A
     }
 
 
-class EdgeAwareFilter(RenderPass):
+class EdgeAwareFilterPass(RenderPass):
     """Averages each pixel with neighbours that lie on the same surface.
 
     Neighbours count by their distance from the pixel's tangent plane, and by their
@@ -65,7 +65,7 @@ class EdgeAwareFilter(RenderPass):
     ----------
     name : str
         Of the pass.
-    settings : FilterSettings
+    settings : EdgeAwareFilterSettings
     source, result : str
         Resources: ``visibility_raw`` -> ``visibility``, and so on. The source may have
         half the frame's size; the result has all of it.
@@ -78,7 +78,7 @@ class EdgeAwareFilter(RenderPass):
     def __init__(
         self,
         name: str,
-        settings: FilterSettings,
+        settings: EdgeAwareFilterSettings,
         *,
         source: str,
         result: str,
