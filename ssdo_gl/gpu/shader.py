@@ -16,6 +16,7 @@ from ssdo_gl.gpu.shader_source import (
     ShaderError,
     UniformDeclaration,
     check_mentioned,
+    check_varyings,
     flatten,
 )
 
@@ -52,10 +53,13 @@ class Program:
         self.name = f"{vertex.name} + {fragment.name}"
         self._declared = {**vertex.uniforms(), **fragment.uniforms()}
         self._active: dict[str, moderngl.Uniform] = {}
+        self._byte_counts: dict[str, int] = {}
         for name in linked:
             member = linked[name]
             if isinstance(member, moderngl.Uniform):
                 self._active[name] = member
+                # Asked once here: for every draw it would make the driver wait.
+                self._byte_counts[name] = len(member.read())
         samplers = [n for n in self._active if n in self._declared and self._declared[n].is_sampler]
         # Fixed units, so that textures may be given in several calls.
         self._units = {name: unit for unit, name in enumerate(samplers)}
@@ -122,7 +126,6 @@ class Program:
         return self._declared[name]
 
     def _write(self, name: str, declaration: UniformDeclaration, value: object) -> None:
-        uniform = self._active[name]
         kind = declaration.type
         if kind.startswith(("u", "uvec")):
             dtype: type[np.generic] = np.uint32
@@ -142,13 +145,13 @@ class Program:
             # OpenGL stores matrices column by column.
             array = np.swapaxes(array, -1, -2)
         data = np.ascontiguousarray(array, dtype=dtype).tobytes()
-        wanted = len(uniform.read())
+        wanted = self._byte_counts[name]
         # A driver may cut unused elements off the end of an array, never off a vector.
         if len(data) != wanted and not (declaration.is_array and len(data) > wanted):
             raise ShaderError(
                 f"{self.name}: {kind} {name} takes {wanted // 4} numbers, not {array.size}"
             )
-        uniform.write(data[:wanted])
+        self._active[name].write(data[:wanted])
 
 
 class ShaderLibrary:
@@ -164,7 +167,7 @@ class ShaderLibrary:
     def __init__(self, gl: moderngl.Context, root: Traversable | None = None) -> None:
         self._gl = gl
         self._root = resources.folder("shaders") if root is None else root
-        self._by_name: dict[tuple[object, ...], Program] = {}
+        self._by_name: dict[tuple[str, str, tuple[tuple[str, int], ...]], Program] = {}
         self._by_content: dict[str, Program] = {}
 
     def program(
@@ -175,7 +178,8 @@ class ShaderLibrary:
         Raises
         ------
         ShaderError
-            If a file is missing, does not compile, or never mentions a define.
+            If a file is missing, does not compile, never mentions a define, or reads
+            a varying that the other does not write.
         """
         key = (vertex, fragment, tuple(sorted(defines.items())))
         if key not in self._by_name:
@@ -193,7 +197,7 @@ class ShaderLibrary:
         """Return a program whose fragment shader is `text`, under the same rules."""
         fragment = flatten(name, lambda n: text if n == name else self._read(n), defines)
         vertex = flatten("fullscreen.vert", self._read, defines)
-        check_mentioned(defines, (vertex, fragment))
+        _check(vertex, fragment, defines)
         digest = _digest(vertex, fragment)
         if digest not in self._by_content:
             self._by_content[digest] = Program(self._gl, vertex, fragment)
@@ -207,7 +211,7 @@ class ShaderLibrary:
         faults: list[ShaderError] = []
         for (vertex, fragment, defines), program in self._by_name.items():
             try:
-                stages = self._flatten(str(vertex), str(fragment), dict(defines))  # type: ignore[call-overload]
+                stages = self._flatten(vertex, fragment, dict(defines))
                 if _digest(*stages) != program.digest:
                     program._replace(*stages)
             except ShaderError as fault:
@@ -218,11 +222,16 @@ class ShaderLibrary:
         self, vertex: str, fragment: str, defines: Mapping[str, int]
     ) -> tuple[FlatSource, FlatSource]:
         stages = flatten(vertex, self._read, defines), flatten(fragment, self._read, defines)
-        check_mentioned(defines, stages)
+        _check(*stages, defines)
         return stages
 
     def _read(self, name: str) -> str:
         return self._root.joinpath(*name.split("/")).read_text(encoding="utf-8")
+
+
+def _check(vertex: FlatSource, fragment: FlatSource, defines: Mapping[str, int]) -> None:
+    check_mentioned(defines, (vertex, fragment))
+    check_varyings(vertex, fragment)
 
 
 def _digest(vertex: FlatSource, fragment: FlatSource) -> str:

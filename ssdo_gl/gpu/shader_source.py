@@ -23,6 +23,11 @@ _DEFINED = re.compile(r"\bdefined\s*(?:\(\s*(\w+)\s*\)|(\w+))")
 _IDENTIFIER = re.compile(r"\b[A-Za-z_]\w*")
 _UNIFORM = re.compile(r"\buniform\s+(?:(?:lowp|mediump|highp)\s+)?(\w+)\s+([^;{]+);")
 _DECLARATOR = re.compile(r"^\s*(\w+)\s*(\[[^\]]*\])?\s*(=.*)?$", re.DOTALL)
+_VARYING = re.compile(
+    r"^\s*(?:(?:flat|smooth|noperspective|centroid)\s+)*(in|out)\s+"
+    r"(?:(?:lowp|mediump|highp)\s+)?(\w+)\s+(\w+)\s*(?:\[[^\]]*\])?\s*;",
+    re.MULTILINE,
+)
 _PREDEFINED = frozenset({"__LINE__", "__FILE__", "__VERSION__", "GL_core_profile"})
 # How the drivers write a position: Mesa `0:12(3):`, NVIDIA `0(12) :`, AMD, Apple, Intel
 # and glslang `ERROR: 0:12:`. The leading number is the source string, always 0 here.
@@ -151,6 +156,20 @@ def check_mentioned(defines: Iterable[str], stages: Iterable[FlatSource]) -> Non
             near = difflib.get_close_matches(name, [w for w in words if w.isupper()], n=1)
             hint = f"; did you mean {near[0]}?" if near else ""
             raise ShaderError(f"{files}: the define {name} is never mentioned{hint}")
+
+
+def check_varyings(vertex: FlatSource, fragment: FlatSource) -> None:
+    """Raise ShaderError if `fragment` reads what `vertex` does not write, or as another type.
+
+    Mesa links an input without a writer and leaves its value undefined.
+    """
+    written = {name: kind for way, kind, name in _VARYING.findall(vertex.code) if way == "out"}
+    for match in _VARYING.finditer(fragment.code):
+        way, kind, name = match.groups()
+        if way == "in" and written.get(name) != kind:
+            line = fragment.code.count("\n", 0, match.start(1)) + 1
+            fault = f"writes it as {written[name]}" if name in written else "does not write it"
+            raise ShaderError(f"{fragment.locate(line)}: in {kind} {name}: {vertex.name} {fault}")
 
 
 def strip_comments(text: str) -> str:

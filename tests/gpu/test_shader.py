@@ -1,0 +1,245 @@
+"""Programs on a device: errors that can be found, strict uniforms, caching, reload."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ssdo_gl.gpu.fullscreen import draw_fullscreen
+from ssdo_gl.gpu.readback import read_texture
+from ssdo_gl.gpu.shader import ShaderError, ShaderLibrary
+from ssdo_gl.gpu.texture import make_framebuffer, make_texture, texture_from_image
+
+HEAD = "#version 330 core\nlayout(location = 0) out vec4 o_color;\n"
+
+
+@pytest.fixture
+def library(gl, tmp_path):
+    """An empty library in a folder of its own, with the shipped fullscreen.vert."""
+    (tmp_path / "lib").mkdir()
+    (tmp_path / "fullscreen.vert").write_text(
+        "#version 330 core\nvoid main() {\n"
+        "  gl_Position = vec4(float((gl_VertexID & 1) << 2) - 1.0,\n"
+        "                     float((gl_VertexID & 2) << 1) - 1.0, 0.0, 1.0);\n}\n"
+    )
+    return ShaderLibrary(gl, tmp_path)
+
+
+def draw(gl, program, uniforms=None, textures=None):
+    """The colour that `program` writes to a single pixel."""
+    texture = make_texture(gl, (1, 1), 4, "f4")
+    draw_fullscreen(gl, program, make_framebuffer(gl, [texture]), uniforms or {}, textures or {})
+    return read_texture(texture)[0, 0]
+
+
+def test_compile_error_names_file_and_line_of_an_include(library, tmp_path):
+    (tmp_path / "lib" / "bad.glsl").write_text("\n\nfloat f() { return nonsense; }\n")
+    (tmp_path / "a.frag").write_text(
+        HEAD + '#include "lib/bad.glsl"\nvoid main() { o_color = vec4(f()); }\n'
+    )
+    with pytest.raises(ShaderError, match=r"^lib/bad\.glsl:3: .*nonsense"):
+        library.fullscreen("a.frag", {})
+
+
+def test_compile_error_after_an_include_names_the_includer(library, tmp_path):
+    (tmp_path / "lib" / "good.glsl").write_text("float f() { return 1.0; }\n")
+    (tmp_path / "a.frag").write_text(
+        HEAD + '#include "lib/good.glsl"\n\nvoid main() { o_color = oops; }\n'
+    )
+    with pytest.raises(ShaderError, match=r"^a\.frag:5: .*oops"):
+        library.fullscreen("a.frag")
+
+
+def test_compile_error_in_the_vertex_stage_names_that_file(library, tmp_path):
+    (tmp_path / "a.vert").write_text("#version 330 core\nvoid main() { gl_Position = lost; }\n")
+    (tmp_path / "a.frag").write_text(HEAD + "void main() { o_color = vec4(1.0); }\n")
+    with pytest.raises(ShaderError, match=r"^a\.vert:2: .*lost"):
+        library.program("a.vert", "a.frag")
+
+
+def test_link_error_names_both_files(library, tmp_path):
+    # Each stage is sound, and both declare the name; only the linker sees the conflict.
+    (tmp_path / "a.vert").write_text(
+        "#version 330 core\nuniform vec3 u_x;\nvoid main() { gl_Position = u_x.xyzz; }\n"
+    )
+    (tmp_path / "a.frag").write_text(HEAD + "uniform vec4 u_x;\nvoid main() { o_color = u_x; }\n")
+    with pytest.raises(ShaderError, match=r"a\.vert \+ a\.frag: .*u_x"):
+        library.program("a.vert", "a.frag")
+
+
+@pytest.mark.parametrize(
+    ("declaration", "fault"),
+    [("in vec3 v_gone;", "does not write it"), ("flat in int v_uv;", "writes it as vec2")],
+)
+def test_varying_without_its_writer_is_refused(shaders, declaration, fault):
+    text = HEAD + declaration + "\nvoid main() { o_color = vec4(0.0); }\n"
+    with pytest.raises(ShaderError, match=rf"^<test>:3: in .*: fullscreen\.vert {fault}"):
+        shaders.fullscreen_source(text)
+
+
+def test_define_reaches_the_shader_and_a_stray_one_is_refused(gl, library, tmp_path):
+    (tmp_path / "a.frag").write_text(HEAD + "void main() { o_color = vec4(float(COUNT)); }\n")
+    assert draw(gl, library.fullscreen("a.frag", {"COUNT": 0}))[0] == 0.0
+    assert draw(gl, library.fullscreen("a.frag", {"COUNT": 5}))[0] == 5.0
+    with pytest.raises(ShaderError, match="COUNTS is never mentioned; did you mean COUNT"):
+        library.fullscreen("a.frag", {"COUNTS": 5, "COUNT": 5})
+
+
+def test_programs_are_compiled_once(library, tmp_path):
+    (tmp_path / "a.frag").write_text(HEAD + "void main() { o_color = vec4(float(A + B)); }\n")
+    first = library.fullscreen("a.frag", {"A": 1, "B": 2})
+    assert library.fullscreen("a.frag", {"B": 2, "A": 1}) is first
+    assert library.fullscreen("a.frag", {"A": 1, "B": 3}) is not first
+    text = HEAD + "void main() { o_color = vec4(1.0); }\n"
+    assert library.fullscreen_source(text) is library.fullscreen_source(text)
+    assert library.fullscreen_source(text) is not library.fullscreen_source(text + "\n")
+
+
+def test_reload_takes_edits_also_in_includes(gl, library, tmp_path):
+    (tmp_path / "lib" / "value.glsl").write_text("const float VALUE = 1.0;\n")
+    (tmp_path / "a.frag").write_text(
+        HEAD + '#include "lib/value.glsl"\nvoid main() { o_color = vec4(VALUE); }\n'
+    )
+    program = library.fullscreen("a.frag")
+    linked = program.gl
+    assert library.reload() == []
+    assert program.gl is linked, "nothing changed, so nothing is compiled"
+    assert draw(gl, program)[0] == 1.0
+    (tmp_path / "lib" / "value.glsl").write_text("const float VALUE = 2.0;\n")
+    assert library.reload() == []
+    assert program.gl is not linked
+    assert draw(gl, program)[0] == 2.0
+
+
+def test_reload_keeps_the_last_good_program(gl, library, tmp_path):
+    good = HEAD + "uniform float u_x;\nvoid main() { o_color = vec4(u_x); }\n"
+    (tmp_path / "a.frag").write_text(good)
+    program = library.fullscreen("a.frag")
+    assert draw(gl, program, {"u_x": 3.0})[0] == 3.0
+    (tmp_path / "a.frag").write_text(HEAD + "void main() { o_color = broken; }\n")
+    (fault,) = library.reload()
+    assert "a.frag:3" in str(fault) and "broken" in str(fault)
+    assert draw(gl, program, {"u_x": 4.0})[0] == 4.0
+    (tmp_path / "a.frag").unlink()
+    (fault,) = library.reload()
+    assert 'cannot find the shader "a.frag"' in str(fault)
+    (tmp_path / "a.frag").write_text(good.replace("vec4(u_x)", "vec4(-u_x)"))
+    assert library.reload() == []
+    assert draw(gl, program, {"u_x": 5.0})[0] == -5.0
+
+
+# One uniform of each kind with its value and the four numbers that the shader must see.
+# m[column][row] in GLSL: the second column of the column-vector matrix below is (2, 5, 8).
+MATRIX = np.arange(1.0, 10.0).reshape(3, 3)
+KINDS = {
+    "float u_x": (0.5, "vec4(u_x)", [0.5] * 4),
+    "vec2 u_x": ((1, 2), "vec4(u_x, 0, 0)", [1, 2, 0, 0]),
+    "vec3 u_x": (np.array([1.0, 2.0, 3.0]), "vec4(u_x, 0)", [1, 2, 3, 0]),
+    "vec4 u_x": ([1, 2, 3, 4], "u_x", [1, 2, 3, 4]),
+    "int u_x": (-3, "vec4(float(u_x))", [-3] * 4),
+    "ivec2 u_x": ((-3, 2**24), "vec4(u_x, 0, 0)", [-3, 2**24, 0, 0]),
+    "uint u_x": (2**31, "vec4(float(u_x >> 31))", [1] * 4),
+    "uvec2 u_x": ((1, 2), "vec4(u_x, 0, 0)", [1, 2, 0, 0]),
+    "bool u_x": (True, "vec4(u_x ? 1.0 : 0.0)", [1] * 4),
+    "mat3 u_x": (MATRIX, "vec4(u_x * vec3(0, 1, 0), u_x[0][2])", [2, 5, 8, 7]),
+    "mat2 u_x": ([[1, 2], [3, 4]], "vec4(u_x[0], u_x[1])", [1, 3, 2, 4]),
+    "mat4 u_x": (np.diag([1, 2, 3, 4]), "u_x * vec4(1)", [1, 2, 3, 4]),
+    "float u_x[3]": ([1, 2, 3], "vec4(u_x[0], u_x[1], u_x[2], 0)", [1, 2, 3, 0]),
+    "vec2 u_x[2]": ([[1, 2], [3, 4]], "vec4(u_x[0], u_x[1])", [1, 2, 3, 4]),
+    "mat3 u_x[2]": (np.stack([MATRIX, 2 * MATRIX]), "vec4(u_x[1] * vec3(0, 1, 0), u_x[0][2][0])",
+                    [4, 10, 16, 3]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_uniforms_of_every_kind_arrive(gl, shaders, kind):
+    value, expression, expected = KINDS[kind]
+    program = shaders.fullscreen_source(
+        HEAD + f"uniform {kind};\nvoid main() {{ o_color = {expression}; }}\n"
+    )
+    np.testing.assert_array_equal(draw(gl, program, {"u_x": value}), expected)
+
+
+@pytest.mark.parametrize(
+    ("kind", "value"),
+    [
+        ("float", (1.0, 2.0)),
+        ("vec3", (1.0, 2.0)),
+        ("vec2", (1.0, 2.0, 3.0)),
+        ("mat3", np.eye(4)),
+        ("mat3", np.arange(9.0)),
+        ("int", 1.5),
+        ("bool", 0.5),
+    ],
+)
+def test_values_that_do_not_fit_are_refused(gl, shaders, kind, value):
+    program = shaders.fullscreen_source(
+        HEAD + f"uniform {kind} u_x;\nuniform float u_y;\n"
+        f"void main() {{ o_color = u_x == {kind}(u_y) ? vec4(1.0) : vec4(0.0); }}\n"
+    )
+    with pytest.raises(ShaderError, match="u_x"):
+        program.set({"u_x": value})
+
+
+def test_array_that_is_too_short_is_refused_and_a_cut_tail_is_not(gl, shaders):
+    program = shaders.fullscreen_source(
+        HEAD + "uniform float u_x[4];\nvoid main() { o_color = vec4(u_x[0], u_x[1], 0, 0); }\n"
+    )
+    assert list(draw(gl, program, {"u_x": [1, 2, 3, 4]})) == [1, 2, 0, 0]
+    with pytest.raises(ShaderError, match="u_x"):
+        program.set({"u_x": [1]})
+
+
+def test_name_that_the_source_does_not_declare_is_refused(gl, shaders):
+    program = shaders.fullscreen_source(
+        HEAD + "uniform float u_radius;\nvoid main() { o_color = vec4(u_radius); }\n"
+    )
+    with pytest.raises(ShaderError, match="no uniform is called u_radiu; did you mean u_radius"):
+        program.set({"u_radiu": 1.0})
+    with pytest.raises(ShaderError, match="no uniform is called t_image"):
+        program.set({}, {"t_image": make_texture(gl, (1, 1), 1, "f4")})
+
+
+def test_declared_uniform_that_the_driver_drops_is_skipped(gl, shaders):
+    program = shaders.fullscreen_source(
+        HEAD + "uniform float u_unused;\nuniform sampler2D t_unused;\n"
+        "void main() { o_color = vec4(1.0); }\n"
+    )
+    image = texture_from_image(gl, np.ones((1, 1)))
+    assert draw(gl, program, {"u_unused": 1.0}, {"t_unused": image})[0] == 1.0
+
+
+def test_samplers_and_values_are_not_interchangeable(gl, shaders):
+    program = shaders.fullscreen_source(
+        HEAD + "uniform float u_x;\nuniform sampler2D t_x;\n"
+        "void main() { o_color = u_x * texelFetch(t_x, ivec2(0), 0); }\n"
+    )
+    with pytest.raises(ShaderError, match="t_x is a sampler"):
+        program.set({"t_x": 0})
+    with pytest.raises(ShaderError, match="u_x is not a sampler"):
+        program.set({}, {"u_x": make_texture(gl, (1, 1), 1, "f4")})
+
+
+def test_textures_given_in_several_calls_keep_their_units(gl, shaders):
+    program = shaders.fullscreen_source(
+        HEAD + "uniform sampler2D t_a;\nuniform sampler2D t_b;\nvoid main() {\n"
+        "  o_color.xy = vec2(texelFetch(t_a, ivec2(0), 0).r, texelFetch(t_b, ivec2(0), 0).r);\n"
+        "  o_color.zw = vec2(0.0);\n}\n"
+    )
+    a, b, c = (texture_from_image(gl, np.full((1, 1), x)) for x in (1.0, 2.0, 3.0))
+    assert list(draw(gl, program, {}, {"t_b": b, "t_a": a})) == [1, 2, 0, 0]
+    program.set({}, {"t_a": a})
+    assert list(draw(gl, program, {}, {"t_b": c})) == [1, 3, 0, 0]
+
+
+def test_initialised_uniform_need_not_be_set(gl, shaders):
+    program = shaders.fullscreen_source(
+        HEAD + "uniform float u_gain = 2.0;\nvoid main() { o_color = vec4(u_gain); }\n"
+    )
+    assert draw(gl, program)[0] == 2.0
+
+
+def test_shipped_shaders_are_the_default_root(gl):
+    ShaderLibrary(gl).fullscreen_source(
+        HEAD + '#include "lib/constants.glsl"\nvoid main() { o_color = vec4(PI); }\n'
+    )
