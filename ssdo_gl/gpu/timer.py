@@ -37,6 +37,7 @@ class Timer:
         self._start = 0.0
         self._elapsed_ms: float | None = None
         self._is_running = False
+        self._has_run = False
 
     def __enter__(self) -> Self:
         if self._is_running:
@@ -57,6 +58,7 @@ class Timer:
         traceback: TracebackType | None,
     ) -> None:
         self._is_running = False
+        self._has_run = True
         if self._query is not None:
             self._query.__exit__(kind, error, traceback)
         else:
@@ -68,8 +70,8 @@ class Timer:
         """Milliseconds of the last block; with ``gl_query`` this waits for its end."""
         if self._is_running:
             raise RuntimeError("the block that this Timer measures has not ended")
+        if not self._has_run:
+            raise RuntimeError("this Timer has not measured anything yet")
         if self._elapsed_ms is None:
-            if self._query is None:
-                raise RuntimeError("this Timer has not measured anything yet")
             self._elapsed_ms = float(self._query.elapsed) * 1e-6
         return self._elapsed_ms
