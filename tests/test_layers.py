@@ -1,0 +1,214 @@
+"""The house rules that a reader relies on: who imports whom, and how large things get."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).parent.parent / "ssdo_gl"
+TESTS = Path(__file__).parent
+
+# Low to high. A unit is a folder or a file of the package; it imports lower ones only.
+LAYERS: tuple[tuple[str, ...], ...] = (
+    ("resources", "math3d"),
+    ("scene",),
+    ("gpu",),
+    ("graph",),
+    ("passes", "settings"),
+    ("effects",),
+    ("pipelines",),
+    ("options", "surface_arrays"),
+    ("renderer",),
+    ("accuracy", "app"),
+    ("cli",),
+    ("__init__", "__main__"),
+)
+LEVEL = {unit: level for level, units in enumerate(LAYERS) for unit in units}
+# Run without a device, so that wiring and scenes can be tested anywhere.
+WITHOUT_OPENGL = ("scene", "graph/graph", "graph/resource", "graph/frame", "graph/settings")
+MAX_FILE_LINES = 400
+MAX_FUNCTION_LINES = 70
+
+
+def modules(folder: Path) -> dict[str, str]:
+    """Return source text by name relative to `folder`, e.g. ``scene/camera``."""
+    return {
+        path.relative_to(folder).with_suffix("").as_posix(): path.read_text(encoding="utf-8")
+        for path in sorted(folder.rglob("*.py"))
+    }
+
+
+def imported(source: str, *, at_run_time: bool = False) -> set[str]:
+    """Return every module or name that `source` imports, dotted.
+
+    With `at_run_time`, leave out what only a type checker sees.
+    """
+    tree = ast.parse(source)
+    skipped: set[ast.AST] = set()
+    if at_run_time:
+        for node in ast.walk(tree):
+            if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+                skipped.update(child for item in node.body for child in ast.walk(item))
+    names: set[str] = set()
+    for node in ast.walk(tree):
+        if node in skipped:
+            continue
+        if isinstance(node, ast.Import):
+            names.update(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, "imports are absolute, so that these tests can follow them"
+            names.update(f"{node.module}.{alias.name}" for alias in node.names)
+    return names
+
+
+def own(names: set[str], known: set[str]) -> set[str]:
+    """Return those of `names` that are modules of the package, as `modules` names them."""
+    found = set()
+    for name in names:
+        parts = name.split(".")
+        if parts[0] != "ssdo_gl":
+            continue
+        for end in range(len(parts), 1, -1):
+            path = "/".join(parts[1:end])
+            if path in known or f"{path}/__init__" in known:
+                found.add(path)
+                break
+    return found
+
+
+def layer_faults(sources: dict[str, str]) -> list[str]:
+    """Return one line for every import that does not point down."""
+    faults = []
+    for name, source in sources.items():
+        unit = name.split("/")[0]
+        if unit not in LEVEL:
+            faults.append(f"{name} has no layer: add it to LAYERS")
+            continue
+        for target in sorted(own(imported(source), set(sources))):
+            other = target.split("/")[0]
+            if other != unit and LEVEL.get(other, 99) >= LEVEL[unit]:
+                faults.append(f"{name} imports {target}, which is not below it")
+    return faults
+
+
+def pass_faults(sources: dict[str, str]) -> list[str]:
+    """Return one line for every pass that imports another pass."""
+    passes = {
+        name
+        for name, source in sources.items()
+        if name.startswith("passes/")
+        and any(
+            isinstance(node, ast.ClassDef) and node.name.endswith("Pass")
+            for node in ast.parse(source).body
+        )
+    }
+    return [
+        f"{name} imports {target}"
+        for name in sorted(passes)
+        for target in sorted(own(imported(sources[name]), set(sources)) & passes - {name})
+    ]
+
+
+def opengl_faults(sources: dict[str, str]) -> list[str]:
+    """Return one line for each module that must not need OpenGL but imports it."""
+    faults = []
+    for start in sources:
+        if not start.startswith(tuple(f"{unit}/" for unit in WITHOUT_OPENGL)) and (
+            start not in WITHOUT_OPENGL
+        ):
+            continue
+        seen, queue = {start}, [start]
+        while queue:
+            name = queue.pop()
+            names = imported(sources[name], at_run_time=True)
+            if any(n.split(".")[0] in ("moderngl", "glfw", "OpenGL") for n in names):
+                faults.append(f"{start} needs OpenGL through {name}")
+            new = {n for n in own(names, set(sources)) if n in sources} - seen
+            seen |= new
+            queue += new
+    return faults
+
+
+def size_faults(sources: dict[str, str]) -> list[str]:
+    """Return one line for each file or function that is too long to be read at once."""
+    faults = []
+    for name, source in sources.items():
+        count = len(source.splitlines())
+        if count > MAX_FILE_LINES:
+            faults.append(f"{name} has {count} lines")
+        for node in ast.walk(ast.parse(source)):
+            if isinstance(node, ast.FunctionDef):
+                count = (node.end_lineno or node.lineno) - node.lineno + 1
+                if count > MAX_FUNCTION_LINES:
+                    faults.append(f"{name}: {node.name} has {count} lines")
+    return faults
+
+
+def test_imports_point_down():
+    assert layer_faults(modules(PACKAGE)) == []
+
+
+def test_passes_do_not_import_each_other():
+    assert pass_faults(modules(PACKAGE)) == []
+
+
+def test_scenes_and_graph_do_not_need_opengl():
+    assert opengl_faults(modules(PACKAGE)) == []
+
+
+def test_files_and_functions_stay_readable():
+    assert size_faults(modules(PACKAGE)) == []
+
+
+def test_only_math3d_imports_pyrr():
+    users = {name for name, source in modules(PACKAGE).items() if "pyrr" in imported(source)}
+    assert users == {"math3d"}
+
+
+def test_oracles_are_independent_of_the_package():
+    guilty = [
+        name
+        for name, source in modules(TESTS / "oracle").items()
+        if any(n.split(".")[0] in ("ssdo_gl", "moderngl") for n in imported(source))
+    ]
+    assert guilty == []
+
+
+@pytest.mark.parametrize(
+    ("check", "sources"),
+    [
+        (layer_faults, {"scene/a": "from ssdo_gl.gpu.b import c", "gpu/b": ""}),
+        (layer_faults, {"scene/a": "def f():\n    import ssdo_gl.gpu.b", "gpu/b": ""}),
+        (layer_faults, {"scene/a": "from ssdo_gl import renderer", "renderer": ""}),
+        (layer_faults, {"app/a": "from ssdo_gl.accuracy.b import c", "accuracy/b": ""}),
+        (layer_faults, {"stranger": ""}),
+        (pass_faults, {"passes/a": "from ssdo_gl.passes.b import BPass\nclass APass: ...",
+                       "passes/b": "class BPass: ..."}),
+        (opengl_faults, {"scene/a": "import moderngl"}),
+        (opengl_faults, {"graph/graph": "from ssdo_gl.graph import x",
+                         "graph/x": "import moderngl"}),
+        (size_faults, {"a": "\n" * (MAX_FILE_LINES + 1)}),
+        (size_faults, {"a": "def f():\n" + "    x = 1\n" * MAX_FUNCTION_LINES}),
+    ],
+)  # fmt: skip
+def test_each_rule_finds_its_fault(check, sources):
+    assert len(check(sources)) == 1
+
+
+@pytest.mark.parametrize(
+    ("check", "sources"),
+    [
+        (layer_faults, {"gpu/a": "from ssdo_gl.scene.b import c\nimport numpy", "scene/b": ""}),
+        (layer_faults, {"scene/a": "from ssdo_gl.scene.b import c", "scene/b": ""}),
+        (layer_faults, {"app/a": "from ssdo_gl import __version__", "__init__": ""}),
+        (pass_faults, {"passes/a": "from ssdo_gl.passes.b import f\nclass APass: ...",
+                       "passes/b": "def f(): ..."}),
+        (opengl_faults, {"scene/a": "if TYPE_CHECKING:\n    import moderngl"}),
+        (opengl_faults, {"gpu/a": "import moderngl"}),
+        (size_faults, {"a": "\n" * MAX_FILE_LINES}),
+    ],
+)  # fmt: skip
+def test_what_is_allowed_passes(check, sources):
+    assert check(sources) == []
