@@ -128,9 +128,9 @@ def run_pass(
     results = {name: read_texture(texture) for name, texture in {**written, **own}.items()}
     if target is not None:
         target.release()
-    for texture in [*written.values(), *textures.values()]:
-        if texture not in (inputs or {}).values():
-            texture.release()
+    made = [t for name, t in textures.items() if t is not (inputs or {})[name]]
+    for texture in [*written.values(), *made]:
+        texture.release()
     if geometry is None:
         used.release()
     return results
