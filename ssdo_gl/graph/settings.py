@@ -73,7 +73,8 @@ def check(settings: Any) -> None:
         if math.isnan(value) or too_low or too_high:
             low = "-inf" if info.low is None else f"{info.low:g}"
             high = "inf" if info.high is None else f"{info.high:g}"
-            raise SettingError(f"{name} = {value!r}: must be within {low} to {high} {info.unit}".rstrip())
+            valid = f"must be within {low} to {high} {info.unit}".rstrip()
+            raise SettingError(f"{name} = {value!r}: {valid}")
 
 
 def parse(settings_class: type[Any], name: str, text: str) -> Any:
@@ -89,7 +90,8 @@ def parse(settings_class: type[Any], name: str, text: str) -> Any:
     try:
         value = _convert(wanted, text)
     except ValueError:
-        raise SettingError(f"{name} = {text!r}: expected {getattr(wanted, '__name__', 'text')}") from None
+        kind = getattr(wanted, "__name__", "text")
+        raise SettingError(f"{name} = {text!r}: expected {kind}") from None
     check(dataclasses.replace(settings_class(), **{name: value}))
     return value
 

@@ -1,0 +1,107 @@
+"""Writes pictures and arrays to files: whole, or not at all."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+SUFFIXES = (".png", ".exr", ".npz")
+
+
+class OutputError(ValueError):
+    """An output that cannot be written: one line naming the path and the reason."""
+
+
+def check_output(path: Path, suffixes: tuple[str, ...] = SUFFIXES) -> None:
+    """Raise OutputError unless `path` can be created or replaced.
+
+    Called before rendering, so that nobody waits for an image that cannot be kept.
+    """
+    if suffixes and path.suffix.lower() not in suffixes:
+        raise OutputError(f"{path}: the suffix must be one of {', '.join(suffixes)}")
+    if path.is_dir():
+        raise OutputError(f"{path}: is a folder; name a file")
+    folder = path.parent
+    if not folder.is_dir():
+        raise OutputError(f"{path}: the folder {folder} does not exist")
+    try:
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise OutputError(f"{path}: cannot write to {folder}: {error.strerror}") from None
+    if path.exists() and not os.access(path, os.W_OK):
+        raise OutputError(f"{path}: is not writable")
+
+
+def write_atomically(path: Path, data: bytes) -> None:
+    """Replace `path` by `data` in one step; a failure leaves the old file untouched."""
+    temporary = None
+    try:
+        with tempfile.NamedTemporaryFile(
+            dir=path.parent, prefix=f".{path.name}.", delete=False
+        ) as file:
+            temporary = Path(file.name)
+            file.write(data)
+        # NamedTemporaryFile makes files private; give what a plain open() would.
+        umask = os.umask(0)
+        os.umask(umask)
+        temporary.chmod(0o666 & ~umask)
+        temporary.replace(path)
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be written: {error.strerror}") from None
+    finally:
+        if temporary is not None and temporary.exists():
+            temporary.unlink()
+
+
+def png_bytes(pixels: NDArray[np.uint8]) -> bytes:
+    """Return sRGB `pixels` (height, width, 1, 3 or 4), row 0 at the top, as a PNG file."""
+    buffer = io.BytesIO()
+    squeezed = pixels[:, :, 0] if pixels.shape[2] == 1 else pixels
+    Image.fromarray(squeezed).save(buffer, format="PNG")
+    return buffer.getvalue()
+
+
+def npz_bytes(images: Mapping[str, NDArray[np.float32]], meta: Mapping[str, Any]) -> bytes:
+    """Return `images` (height, width, channels) and ``meta`` as JSON text in an .npz file."""
+    buffer = io.BytesIO()
+    arrays: dict[str, Any] = {name: np.asarray(a, np.float32) for name, a in images.items()}
+    arrays["meta"] = np.array(json.dumps(meta, sort_keys=True))
+    np.savez_compressed(buffer, **arrays)
+    return buffer.getvalue()
+
+
+def exr_bytes(images: Mapping[str, NDArray[np.float32]], meta: Mapping[str, Any]) -> bytes:
+    """Return `images` as the layers of one multi-layer OpenEXR file.
+
+    ``beauty`` is the unnamed layer (R, G, B, A); every other image is a layer of its
+    name: R, G, B for colours, X, Y, Z for vectors, V for a single channel.
+    """
+    import OpenEXR  # slow to import, and only this format needs it
+
+    channels: dict[str, NDArray[np.float32]] = {}
+    for name, image in images.items():
+        vector = name.endswith("_ws")
+        letters = {1: "V", 2: "XY"}.get(image.shape[2], "XYZA" if vector else "RGBA")
+        for index in range(image.shape[2]):
+            key = letters[index] if name == "beauty" else f"{name}.{letters[index]}"
+            channels[key] = np.ascontiguousarray(image[:, :, index], dtype=np.float32)
+    header = {
+        "compression": OpenEXR.ZIP_COMPRESSION,
+        "type": OpenEXR.scanlineimage,
+        "comments": json.dumps(meta, sort_keys=True),
+    }
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "image.exr"
+        with OpenEXR.File(header, channels) as file:
+            file.write(str(path))
+        return path.read_bytes()

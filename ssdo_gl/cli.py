@@ -1,0 +1,211 @@
+"""The command `ssdo-gl`: parses arguments and calls the application. No rendering here."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NoReturn
+
+from ssdo_gl import __version__
+from ssdo_gl.app.image_files import OutputError, check_output
+from ssdo_gl.gpu.context import BACKENDS, ContextError
+from ssdo_gl.graph.settings import SettingError
+from ssdo_gl.options import camera_from_text, settings_for, size_from_text
+from ssdo_gl.scene.load import load_scene
+from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.settings import AOVS, ESTIMATORS, METHODS
+
+EXIT_OK, EXIT_USER, EXIT_NO_OPENGL, EXIT_INTERRUPTED = 0, 2, 3, 130
+DEFAULT_SCENE = "cornell_meso"
+# Flags that are fields of Settings under the same name.
+SETTING_FLAGS = (
+    "method",
+    "estimator",
+    "samples",
+    "steps",
+    "spp",
+    "bounces",
+    "shadow_rays",
+    "radius",
+    "seed",
+    "shadows",
+    "combine",
+    "filter",
+    "effects",
+    "exposure",
+    "antialias",
+    "resolution_scale",
+    "max_error",
+)
+
+
+class UsageError(ValueError):
+    """Arguments that contradict each other or cannot be read."""
+
+
+class _Parser(argparse.ArgumentParser):
+    """argparse that reports one line instead of a usage block."""
+
+    def error(self, message: str) -> NoReturn:
+        raise UsageError(f"{message} (see ssdo-gl --help)")
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Return the parser of the command line."""
+    parser = _Parser(
+        prog="ssdo-gl",
+        description="Render a scene with near-field global illumination (SSDO).",
+        allow_abbrev=False,
+    )
+    parser.add_argument(
+        "scene",
+        nargs="?",
+        default=DEFAULT_SCENE,
+        metavar="SCENE",
+        help="a .toml scene, a model (.glb .gltf .obj .ply .stl .off) or a built-in name "
+        f"(default: {DEFAULT_SCENE})",
+    )
+    _add_modes(parser)
+    _add_look(parser)
+    _add_quality(parser)
+    _add_running(parser)
+    return parser
+
+
+def _add_modes(parser: argparse.ArgumentParser) -> None:
+    modes = parser.add_argument_group("what to do (none: fly-through window)")
+    modes.add_argument(
+        "--snapshot", metavar="OUT", type=Path, help="render to OUT (.png, .exr or .npz), headless"
+    )
+    modes.add_argument(
+        "--explain", action="store_true", help="say which passes run and why, which do not and why"
+    )
+    modes.add_argument("--version", action="version", version=f"ssdo-gl {__version__}")
+
+
+def _add_look(parser: argparse.ArgumentParser) -> None:
+    look = parser.add_argument_group("what to show")
+    look.add_argument("--method", choices=METHODS, help="default: bounce")
+    look.add_argument("--size", metavar="WxH", help="pixels; default 1280x720")
+    look.add_argument("--camera", metavar='"px,py,pz tx,ty,tz [fov]"', help="fov in degrees")
+    look.add_argument("--exposure", type=float, metavar="EV")
+    look.add_argument("--aov", metavar="NAME,...", help=f"all, or of {', '.join(AOVS)}")
+    look.add_argument("--combine", choices=("ambient", "multiply", "report"))
+    look.add_argument("--time", type=float, default=0.0, metavar="S", help="animation time, s")
+
+
+def _add_quality(parser: argparse.ArgumentParser) -> None:
+    names = sorted({name for group in ESTIMATORS.values() for name in group})
+    quality = parser.add_argument_group("accuracy against time")
+    quality.add_argument("--estimator", choices=names)
+    quality.add_argument("--radius", type=float, metavar="R", help="near-field reach, scene units")
+    quality.add_argument("--samples", type=int, metavar="N", help="depth reads per pixel")
+    quality.add_argument("--steps", type=int, metavar="M", help="of them along each direction")
+    quality.add_argument("--spp", type=int, metavar="N", help="rays or paths per pixel")
+    quality.add_argument("--bounces", type=int, metavar="B", help="indirect bounces, reference-gi")
+    quality.add_argument("--shadow-rays", type=int, metavar="N")
+    quality.add_argument("--shadows", choices=("map", "traced", "none"))
+    quality.add_argument("--filter", choices=("edge", "naive", "none"))
+    quality.add_argument("--resolution-scale", type=float, metavar="0.5|1")
+    quality.add_argument("--antialias", type=int, metavar="N", help="default 4 for .png, else 1")
+    quality.add_argument("--effects", choices=("auto", "full"))
+    quality.add_argument("--seed", type=int)
+    quality.add_argument(
+        "--max-error", type=float, metavar="E", help="references: stop at this standard error"
+    )
+    quality.add_argument(
+        "--set", action="append", default=[], metavar="PASS.FIELD=VALUE", dest="overrides"
+    )
+
+
+def _add_running(parser: argparse.ArgumentParser) -> None:
+    running = parser.add_argument_group("running")
+    running.add_argument("--frames", type=int, default=1, metavar="K", help="time K frames")
+    running.add_argument("--stats", type=Path, metavar="FILE.json")
+    running.add_argument("--backend", choices=BACKENDS, default="auto")
+    running.add_argument("--quiet", action="store_true")
+
+
+def _wanted_aovs(text: str | None) -> tuple[str, ...]:
+    if text is None:
+        return ("beauty",)
+    if text == "all":
+        return AOVS
+    names = tuple(dict.fromkeys(part.strip() for part in text.split(",")))
+    unknown = [name for name in names if name not in AOVS]
+    if unknown:
+        raise UsageError(f"--aov {unknown[0]!r}: choose all or of {', '.join(AOVS)}")
+    return names
+
+
+def run(arguments: Sequence[str] | None = None) -> int:
+    """Carry out one command line; raises the user-facing errors."""
+    options = build_parser().parse_args(arguments)
+    if options.frames < 1:
+        raise UsageError(f"--frames {options.frames}: must be at least 1")
+    wanted = _wanted_aovs(options.aov)
+    for path, suffixes in ((options.snapshot, None), (options.stats, (".json",))):
+        if path is not None:
+            check_output(path, *([suffixes] if suffixes else []))
+    flags = {name: getattr(options, name) for name in SETTING_FLAGS}
+    if options.size is not None:
+        flags["size"] = size_from_text(options.size)
+    if options.snapshot is not None and flags["antialias"] is None:
+        flags["antialias"] = 4 if options.snapshot.suffix.lower() == ".png" else 1
+    view = camera_from_text(options.camera) if options.camera is not None else None
+    # Flags are checked before the scene is read, so that a typo costs no waiting.
+    settings_for({}, flags, options.overrides)
+    scene = load_scene(options.scene)
+    settings = settings_for(scene.render, flags, options.overrides)
+    camera = None if view is None else dataclasses.replace(scene.camera, **view)
+
+    if options.snapshot is not None or options.explain:
+        from ssdo_gl.app.snapshot import SnapshotRequest, take_snapshot
+
+        take_snapshot(
+            SnapshotRequest(
+                scene=scene,
+                settings=settings,
+                wanted=wanted,
+                out=options.snapshot,
+                camera=camera,
+                frames=options.frames,
+                seconds=options.time,
+                stats=options.stats,
+                backend=options.backend,
+                explain=options.explain,
+                quiet=options.quiet,
+            )
+        )
+        return EXIT_OK
+    from ssdo_gl.app.window import open_window
+
+    open_window(scene, settings, camera=camera, source=options.scene)
+    return EXIT_OK
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return its exit code (0, 2, 3, or 130 after Ctrl-C)."""
+    try:
+        return run(arguments)
+    except (SceneError, SettingError, OutputError, UsageError) as error:
+        message, code = str(error), EXIT_USER
+    except ContextError as error:
+        message, code = str(error), EXIT_NO_OPENGL
+    except KeyboardInterrupt:
+        message, code = "interrupted; nothing was written", EXIT_INTERRUPTED
+    except BrokenPipeError:
+        # The reader of our output has left; Python would complain again at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 128 + signal.SIGPIPE
+    print(f"ssdo-gl: {' '.join(message.split())}", file=sys.stderr)
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,300 @@
+"""Turns effects into passes and their wiring."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from ssdo_gl.effects import Decision, Effects, decide, effective_combine
+from ssdo_gl.graph.render_pass import RenderPass
+from ssdo_gl.passes.back_faces import BackFacesPass
+from ssdo_gl.passes.bounce import BouncePass, BounceSettings
+from ssdo_gl.passes.composite import Combine, CompositePass
+from ssdo_gl.passes.direct import DirectPass, DirectSettings
+from ssdo_gl.passes.directional import DirectionalPass, DirectionalSettings
+from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterPass, EdgeAwareFilterSettings
+from ssdo_gl.passes.environment import EnvironmentPass
+from ssdo_gl.passes.gbuffer import GBufferPass
+from ssdo_gl.passes.light_table import LightTablePass
+from ssdo_gl.passes.radiance_aov import RadianceAovPass
+from ssdo_gl.passes.screen_space_settings import ScreenSpaceSettings
+from ssdo_gl.passes.sender_radiance import SenderRadiancePass
+from ssdo_gl.passes.shadow_map import ShadowMapPass, ShadowMapSettings
+from ssdo_gl.passes.ssao import SsaoPass, SsaoSettings
+from ssdo_gl.passes.tone_map import ToneMapPass, ToneMapSettings
+from ssdo_gl.scene.content import SceneContent
+from ssdo_gl.scene.environment import MapEnvironment
+from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight, SpotLight
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.settings import Settings
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+# What ``--set PASS.FIELD=VALUE`` reaches, by pass name.
+PASS_SETTINGS: dict[str, type[Any]] = {
+    "shadow_map": ShadowMapSettings,
+    "direct": DirectSettings,
+    "ssao": SsaoSettings,
+    "directional": DirectionalSettings,
+    "bounce": BounceSettings,
+    "edge_aware_filter": EdgeAwareFilterSettings,
+    "tone_map": ToneMapSettings,
+}
+SettingsClass = TypeVar("SettingsClass", bound="DataclassInstance")
+EstimatorSettings = TypeVar("EstimatorSettings", bound=ScreenSpaceSettings)
+
+
+@dataclass(frozen=True)
+class Output:
+    """Where an image comes from: channels of a resource, or a neutral constant."""
+
+    resource: str | None
+    channels: int
+    first_channel: int = 0
+    neutral: float = 0.0
+
+
+@dataclass(frozen=True)
+class Pipeline:
+    """Passes for what was asked for.
+
+    Attributes
+    ----------
+    passes : tuple of RenderPass
+    outputs : dict of image name to Output
+    decisions : tuple of Decision
+    reasons : dict of pass name to why it runs
+    skipped : dict of pass name to why it is not needed
+    notes : tuple of str
+    """
+
+    passes: tuple[RenderPass, ...]
+    outputs: dict[str, Output]
+    decisions: tuple[Decision, ...]
+    reasons: dict[str, str] = field(default_factory=dict)
+    skipped: dict[str, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    @property
+    def resources(self) -> tuple[str, ...]:
+        """Resources that must be made, for the graph."""
+        named = (output.resource for output in self.outputs.values())
+        return tuple(dict.fromkeys(name for name in named if name is not None))
+
+
+def build_pipeline(
+    scene: Scene, content: SceneContent, settings: Settings, wanted: Sequence[str]
+) -> Pipeline:
+    """Return the passes that make the images `wanted` (AOV names or ``display``)."""
+    return _Builder(scene, content, settings, wanted).build()
+
+
+def sender_bound(scene: Scene, radius: float) -> float:
+    """Return the largest radiance a diffuse sender can plausibly have in `scene`.
+
+    A rectangle or the environment of radiance L lights a surface with at most pi L, so
+    it sends at most L. Directional light E sends E / pi. A point light is unbounded near
+    itself; nearer than a tenth of R it is part of no receiver's near field worth having.
+    Emission that no light stands for counts as it is.
+    """
+    nearest = 0.1 * radius if math.isfinite(radius) else math.inf
+    total = 0.0
+    for light in scene.lights:
+        if isinstance(light, RectangleLight):
+            total += max(light.radiance)
+        elif isinstance(light, DirectionalLight):
+            total += max(light.irradiance) / math.pi
+        elif isinstance(light, (PointLight, SpotLight)) and nearest > 0.0:
+            total += max(light.intensity) / (math.pi * nearest * nearest)
+    emitted = [max(m.emission) for m in scene.materials]
+    return total + max(emitted, default=0.0) + _environment_maximum(scene)
+
+
+def _environment_maximum(scene: Scene) -> float:
+    environment = scene.environment
+    if environment is None:
+        return 0.0
+    if isinstance(environment, MapEnvironment):
+        return float(environment.image.max(initial=0.0))
+    colors = dataclasses.astuple(environment)
+    return float(max(max(color) for color in colors))
+
+
+class _Builder:
+    def __init__(
+        self, scene: Scene, content: SceneContent, settings: Settings, wanted: Sequence[str]
+    ) -> None:
+        self.scene = scene
+        self.content = content
+        self.settings = settings
+        self.wanted = tuple(wanted)
+        self.effects: Effects = decide(content, settings, wanted)
+        self.passes: list[RenderPass] = []
+        self.reasons: dict[str, str] = {}
+        assert settings.radius is not None, "the renderer fills the radius in"
+        self.radius: float = settings.radius
+
+    def build(self) -> Pipeline:
+        self.add(GBufferPass(), "everything starts from what the camera sees")
+        self._add_lights()
+        self._add_near_field()
+        self._add_composite()
+        outputs = {name: self._output(name) for name in self.wanted}
+        return Pipeline(tuple(self.passes), outputs, self.effects.decisions, self.reasons)
+
+    def add(self, item: RenderPass, reason: str) -> None:
+        self.passes.append(item)
+        self.reasons[item.name] = reason
+
+    def pass_settings(self, name: str, base: SettingsClass) -> SettingsClass:
+        """Return `base` with the user's PASS.FIELD overrides of this pass."""
+        prefix = f"{name}."
+        changes = {
+            key.removeprefix(prefix): value
+            for key, value in self.settings.overrides.items()
+            if key.startswith(prefix)
+        }
+        return dataclasses.replace(base, **changes)
+
+    def estimator_settings(self, name: str, cls: type[EstimatorSettings]) -> EstimatorSettings:
+        settings = self.settings
+        base = cls(
+            estimator=settings.chosen_estimator,
+            radius=self.radius,
+            samples=settings.samples,
+            steps=settings.steps,
+            resolution_scale=settings.resolution_scale,
+        )
+        return self.pass_settings(name, base)
+
+    def _add_lights(self) -> None:
+        effects = self.effects
+        if self.content.has_lights:
+            self.add(LightTablePass(), "lights in view space")
+        if effects.shadow_map:
+            settings = self.pass_settings("shadow_map", ShadowMapSettings())
+            self.add(ShadowMapPass(settings), "lights cast shadows")
+        if effects.direct:
+            settings_direct = self.pass_settings("direct", DirectSettings())
+            self.add(
+                DirectPass(settings_direct, has_shadow_map=effects.shadow_map),
+                "light of the scene's lights",
+            )
+        if self.content.environment == "map":
+            self.add(EnvironmentPass(), "the image of the environment, and its irradiance")
+
+    def _add_near_field(self) -> None:
+        effects = self.effects
+        if effects.back_layer:
+            self.add(BackFacesPass(), "the thickness of closed bodies")
+        if effects.directional:
+            self.add(
+                DirectionalPass(
+                    self.estimator_settings("directional", DirectionalSettings),
+                    environment=self.content.environment,
+                    has_ssdo_lights=self.content.has_ssdo_lights,
+                    has_back_layer=effects.back_layer,
+                ),
+                "light through open directions",
+            )
+            self._add_filter("directional")
+        elif effects.visibility:
+            settings = self.estimator_settings("ssao", SsaoSettings)
+            if self.settings.method not in ("ssao",):
+                settings = dataclasses.replace(settings, estimator=self._ssao_estimator())
+            self.add(
+                SsaoPass(settings, has_back_layer=effects.back_layer), "how open each point is"
+            )
+            self._add_filter("ssao")
+        if effects.bounce:
+            self.add(
+                SenderRadiancePass(has_direct=effects.direct, has_directional=effects.directional),
+                "what each surface sends on",
+            )
+            self.add(
+                BouncePass(
+                    self.estimator_settings("bounce", BounceSettings),
+                    sender_bound=sender_bound(self.scene, self.radius),
+                    has_back_layer=effects.back_layer,
+                ),
+                "light from blocked directions",
+            )
+            self._add_filter("bounce")
+
+    def _ssao_estimator(self) -> str:
+        chosen = self.settings.chosen_estimator
+        return chosen if chosen in ("march", "rgs09") else "hemisphere"
+
+    def _add_filter(self, kind: str) -> None:
+        """Add the filter after the estimator `kind`: ssao, directional or bounce."""
+        source, result = {
+            "ssao": ("visibility_raw", "visibility"),
+            "directional": ("directional_raw", "directional_irradiance"),
+            "bounce": ("bounce_raw", "bounce_irradiance"),
+        }[kind]
+        settings = EdgeAwareFilterSettings(filter=self.settings.filter)
+        self.add(
+            EdgeAwareFilterPass(
+                f"{kind}_filter",
+                self.pass_settings("edge_aware_filter", settings),
+                source=source,
+                result=result,
+                is_visibility=kind == "ssao",
+                holds_z=kind != "directional",
+            ),
+            "removes the sampling noise along surfaces",
+        )
+
+    def _add_composite(self) -> None:
+        effects, settings = self.effects, self.settings
+        multiplied = settings.method in ("ssao", "reference-ao") and effects.visibility
+        combine: Combine = effective_combine(self.content, settings)
+        if combine == "report" and settings.method == "reference-ao":
+            combine = "report_traced"
+        self.add(
+            CompositePass(
+                self.scene.environment,
+                direct="direct_irradiance" if effects.direct else None,
+                directional="directional_irradiance" if effects.directional else None,
+                bounce="bounce_irradiance" if effects.bounce else None,
+                visibility="visibility" if multiplied else None,
+                combine=combine,
+            ),
+            "adds up the terms",
+        )
+        tone = ToneMapSettings(exposure=settings.exposure or 0.0)
+        self.add(ToneMapPass(self.pass_settings("tone_map", tone)), "from radiance to the display")
+
+    def _output(self, name: str) -> Output:
+        """Return where image `name` is read from, adding a pass if it needs one."""
+        effects = self.effects
+        plain = {
+            "display": Output("display", 4),
+            "beauty": Output("beauty", 4),
+            "emission": Output("emission", 3),
+            "albedo": Output("albedo", 3),
+            "depth": Output("z_vs", 1),
+            # Both are finished on the host, in float64, from what they start with.
+            "position_ws": Output("z_vs", 1),
+            "normal_ws": Output("normals_vs", 4),
+        }
+        if name in plain:
+            return plain[name]
+        if name == "visibility":
+            if effects.directional:
+                return Output("directional_irradiance", 1, first_channel=3)
+            return Output("visibility", 1)
+        runs = {
+            "direct": effects.direct,
+            "directional": effects.directional,
+            "bounce": effects.bounce,
+        }[name]
+        if not runs:
+            return Output(None, 3)
+        resource = f"{name}_radiance"
+        self.add(RadianceAovPass(f"{name}_irradiance", resource), f"the image {name} was asked for")
+        return Output(resource, 3)
