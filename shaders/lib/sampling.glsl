@@ -28,7 +28,7 @@ vec3 uniform_hemisphere(vec2 u)
 {
     // 1 - u, because u may be 0 but never 1: a height of exactly 0 would lie in the plane.
     float z = 1.0 - u.x;
-    float r = sqrt(max(1.0 - z * z, 0.0));
+    float r = sqrt(u.x * (2.0 - u.x));  // sqrt(1 - z^2) without cancellation near the pole
     float phi = 2.0 * PI * u.y;
     return vec3(r * cos(phi), r * sin(phi), z);
 }
