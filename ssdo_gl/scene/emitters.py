@@ -9,13 +9,14 @@ lights the scene through one rectangle on the surface, of the same power.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray, frame_from_z
+from ssdo_gl.scene.images import linear_from_srgb
 from ssdo_gl.scene.light import Light, RectangleLight, Shadow
 from ssdo_gl.scene.material import Color, Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject
@@ -103,6 +104,61 @@ def emitter_lights(
     return EmitterLights(tuple(result), tuple(lights), tuple(notes))
 
 
+def turned_to_scene(
+    meshes: Sequence[Mesh], materials: Sequence[Material], objects: Sequence[SceneObject]
+) -> Iterator[tuple[int, Mesh, str]]:
+    """Yield emissive meshes that shine the wrong way: index, turned mesh, note.
+
+    For formats that do not say which side of a surface emits. A solid shines
+    outward; a flat panel that faces away from the middle of the scene, and has next
+    to nothing in front of it, is turned around.
+    """
+    for item in objects:
+        mesh, material = meshes[item.mesh], materials[item.material]
+        if not material.emits or material.two_sided_emission:
+            continue
+        surface = _Surface.of(mesh, material, item.world_from_object)
+        if mesh.closed:
+            corners = surface.corners - surface.corners.mean(axis=(0, 1))
+            volume = np.linalg.det(corners).sum()
+            wrong = volume < 0.0
+        else:
+            wrong = _faces_nothing(surface, meshes, objects, item)
+        if wrong:
+            turned = dataclasses.replace(
+                mesh,
+                triangles=mesh.triangles[:, ::-1],
+                normals=None if mesh.normals is None else -mesh.normals,
+            )
+            name = item.name or material.name
+            yield item.mesh, turned, f"emissive {name!r} faced away from the scene: turned around"
+
+
+def _faces_nothing(
+    surface: _Surface, meshes: Sequence[Mesh], objects: Sequence[SceneObject], item: SceneObject
+) -> bool:
+    """Return whether a flat panel has the scene behind it and almost none before it."""
+    total = (surface.area[:, None] * surface.normal).sum(axis=0)
+    if np.linalg.norm(total) < 0.999 * surface.area.sum():
+        return False  # not flat
+    normal = total / np.linalg.norm(total)
+    center = np.average(surface.corners.mean(axis=1), axis=0, weights=surface.area)
+    others = [o for o in objects if o is not item]
+    if not others:
+        return False
+    height = np.concatenate(
+        [
+            (mesh.positions @ matrix[:3, :3].T + matrix[:3, 3] - center) @ normal
+            for o in others
+            for mesh, matrix in ((meshes[o.mesh], m) for m in o.world_from_object)
+        ]
+    )
+    front, back = max(float(height.max()), 0.0), max(float(-height.min()), 0.0)
+    # A lamp is set a little below its ceiling: what lies before it then reaches less
+    # than a twentieth as far as what lies behind.
+    return front < 0.05 * back
+
+
 @dataclass(frozen=True)
 class _Surface:
     """World-space triangles of an emissive object.
@@ -160,8 +216,7 @@ def linear_texels(pixels: NDArray[np.uint8] | NDArray[np.float32], uv: FloatArra
     texel = pixels[row, column, :3]
     if pixels.dtype != np.uint8:
         return np.asarray(texel, dtype=np.float64)
-    encoded = texel / 255.0
-    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+    return linear_from_srgb(texel / 255.0)
 
 
 def _panels(surface: _Surface) -> list[RectangleLight] | None:

@@ -5,23 +5,21 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass, field
 
+import numpy as np
+from numpy.typing import NDArray
+
+from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.light import Light
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject
+from ssdo_gl.scene.topology import cleaned_mesh
 
 
 @dataclass
 class Model:
-    """The contents of a model file; indices refer to its own lists.
-
-    Attributes
-    ----------
-    one_sided : bool
-        Whether the format defines which side of an emissive surface shines. Where
-        it does not (OBJ), panels are turned toward what they can light.
-    """
+    """The contents of a model file; indices refer to its own lists."""
 
     meshes: list[Mesh] = field(default_factory=list)
     materials: list[Material] = field(default_factory=list)
@@ -29,6 +27,59 @@ class Model:
     lights: list[Light] = field(default_factory=list)
     camera: Camera | None = None
     notes: list[str] = field(default_factory=list)
+    _dropped: dict[str, int] = field(default_factory=dict)
+    _beyond: dict[str, list[str]] = field(default_factory=dict)
+
+    def add_mesh(
+        self,
+        positions: FloatArray,
+        triangles: NDArray[np.int64],
+        normals: FloatArray | None = None,
+        uvs: FloatArray | None = None,
+        colors: FloatArray | None = None,
+        name: str = "",
+    ) -> int | None:
+        """Clean and add a mesh; return its index, or None if nothing was left.
+
+        Raises
+        ------
+        ValueError
+            If a triangle names a vertex that does not exist.
+        """
+        cleaned = cleaned_mesh(positions, triangles, normals, uvs, colors, name)
+        for what, count in (
+            ("triangles with NaN or infinite corners dropped", cleaned.not_finite),
+            ("triangles without area dropped", cleaned.zero_area),
+            ("unusable vertex normals replaced by face normals", cleaned.bad_normals),
+        ):
+            if count:
+                self._dropped[what] = self._dropped.get(what, 0) + count
+        if cleaned.mesh is None:
+            return None
+        self.meshes.append(cleaned.mesh)
+        return len(self.meshes) - 1
+
+    def asks_for(self, feature: str, material: str) -> None:
+        """Remember that `material` wants something beyond diffuse reflection."""
+        users = self._beyond.setdefault(feature, [])
+        if material not in users:
+            users.append(material)
+
+    def note(self, text: str) -> None:
+        """Tell the user something, once."""
+        if text not in self.notes:
+            self.notes.append(text)
+
+    def all_notes(self) -> list[str]:
+        """Return every note, with counted and listed ones summed up in one line each."""
+        result = list(self.notes)
+        result += [f"{count} {what}" for what, count in self._dropped.items()]
+        if self._beyond:
+            listed = "; ".join(
+                f"{feature} ({_some(users)})" for feature, users in self._beyond.items()
+            )
+            result.append(f"reflection is diffuse only; not drawn: {listed}")
+        return result
 
     def add_to(self, builder: SceneBuilder, material: int | None = None) -> list[SceneObject]:
         """Append meshes and materials to a builder; return objects that refer to them.
@@ -42,7 +93,7 @@ class Model:
         builder.meshes += self.meshes
         if material is None:
             builder.materials += self.materials
-        for note in self.notes:
+        for note in self.all_notes():
             builder.note(note)
         return [
             dataclasses.replace(
@@ -52,3 +103,9 @@ class Model:
             )
             for item in self.objects
         ]
+
+
+def _some(names: list[str]) -> str:
+    """Return the first names of a list, and how many more there are."""
+    shown = ", ".join(name or "unnamed" for name in names[:3])
+    return shown if len(names) <= 3 else f"{shown} and {len(names) - 3} more"

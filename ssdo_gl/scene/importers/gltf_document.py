@@ -1,0 +1,193 @@
+"""The container level of glTF: JSON, buffers, accessors, image bytes."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import json
+import struct
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.paths import contained_file
+from ssdo_gl.scene.scene import SceneError
+
+Json = dict[str, Any]
+
+_MAGIC, _JSON_CHUNK, _BINARY_CHUNK = 0x46546C67, 0x4E4F534A, 0x004E4942
+_DTYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+# An accessor without data is all zeros; this many would already fill a gigabyte.
+_MAX_ZEROS = 1 << 25
+
+
+class GltfError(ValueError):
+    """What is wrong with a file, without its name."""
+
+
+class Document:
+    """A parsed glTF file whose buffers are loaded on demand."""
+
+    def __init__(self, path: Path, document: Json, binary: bytes | None) -> None:
+        self.path, self.json = path, document
+        self._binary = binary
+        self._buffers: dict[int, bytes] = {}
+
+    @classmethod
+    def load(cls, path: Path) -> Document:
+        """Read a .glb or .gltf file."""
+        try:
+            data = path.read_bytes()
+        except OSError as error:
+            raise GltfError(f"cannot be read: {error.strerror}") from None
+        text, binary = data, None
+        if data[:4] == b"glTF":
+            text, binary = _split_glb(data)
+        elif path.suffix.lower() == ".glb":
+            raise GltfError("not a GLB file: it does not start with 'glTF'")
+        try:
+            document = json.loads(text.decode("utf-8-sig"))
+        except UnicodeDecodeError as error:
+            raise GltfError(f"not valid glTF: byte {error.start} is not UTF-8 text") from None
+        except json.JSONDecodeError as error:
+            raise GltfError(
+                f"not valid glTF: line {error.lineno}, column {error.colno}: {error.msg}"
+            ) from None
+        if not isinstance(document, dict) or "asset" not in document:
+            raise GltfError("not valid glTF: no 'asset' in it")
+        version = str(document["asset"].get("version", ""))
+        if not version.startswith("2."):
+            raise GltfError(f"glTF version {version!r}: expected 2.0")
+        return cls(path, document, binary)
+
+    def buffer(self, index: int) -> bytes:
+        """Return the bytes of a buffer: embedded, inline or in a file beside."""
+        if index not in self._buffers:
+            entry = self.json["buffers"][index]
+            data = self._uri(entry["uri"]) if "uri" in entry else self._binary
+            if data is None:
+                raise GltfError(f"buffer {index} has neither a uri nor a binary chunk")
+            if len(data) < int(entry["byteLength"]):
+                raise GltfError(
+                    f"buffer {index} is truncated: {len(data)} of {entry['byteLength']} bytes"
+                )
+            self._buffers[index] = data
+        return self._buffers[index]
+
+    def view(self, index: int) -> tuple[bytes, int, int]:
+        """Return buffer, offset and length of a buffer view, within the buffer."""
+        view = self.json["bufferViews"][index]
+        data = self.buffer(int(view["buffer"]))
+        start, length = int(view.get("byteOffset", 0)), int(view["byteLength"])
+        if start < 0 or length < 0 or start + length > len(data):
+            raise GltfError(f"buffer view {index} reaches beyond its buffer")
+        return data, start, length
+
+    def accessor(self, index: int) -> FloatArray:
+        """Return an accessor as (count, width) float64, normalised integers as 0..1."""
+        accessor = self.json["accessors"][index]
+        values = self.raw_accessor(index).astype(np.float64)
+        kind = _DTYPES[accessor["componentType"]][1:]
+        if accessor.get("normalized", False) and kind[0] in "iu":
+            # Signed values map their most negative number below -1; the format clamps it.
+            values = np.maximum(values / float(np.iinfo(kind).max), -1.0)
+        return values
+
+    def raw_accessor(self, index: int) -> NDArray[Any]:
+        """Return an accessor as (count, width) of its own component type."""
+        accessor = self.json["accessors"][index]
+        dtype = np.dtype(_DTYPES[accessor["componentType"]])
+        width, count = _WIDTHS[accessor["type"]], int(accessor["count"])
+        offset = int(accessor.get("byteOffset", 0))
+        if "bufferView" in accessor:
+            values = self._elements(int(accessor["bufferView"]), offset, dtype, count, width)
+        else:
+            if not 0 <= count <= _MAX_ZEROS:
+                raise GltfError(f"accessor {index} asks for {count} zeros")
+            values = np.zeros((count, width), dtype)
+        if "sparse" in accessor:
+            values = self._with_sparse(values, accessor["sparse"], dtype)
+        return values
+
+    def _elements(
+        self, view_index: int, offset: int, dtype: np.dtype[Any], count: int, width: int
+    ) -> NDArray[Any]:
+        data, start, length = self.view(view_index)
+        packed = dtype.itemsize * width
+        stride = int(self.json["bufferViews"][view_index].get("byteStride", packed))
+        needed = offset + (stride * (count - 1) + packed if count > 0 else 0)
+        if offset < 0 or count < 0 or stride < packed or needed > length:
+            raise GltfError(f"an accessor reaches beyond buffer view {view_index}")
+        return np.ndarray((count, width), dtype, data, start + offset, (stride, dtype.itemsize))
+
+    def _with_sparse(
+        self, values: NDArray[Any], sparse: Json, dtype: np.dtype[Any]
+    ) -> NDArray[Any]:
+        count = int(sparse["count"])
+        rows, replaced = sparse["indices"], sparse["values"]
+        index = self._elements(
+            int(rows["bufferView"]),
+            int(rows.get("byteOffset", 0)),
+            np.dtype(_DTYPES[rows["componentType"]]),
+            count,
+            1,
+        )[:, 0]
+        result = values.copy()
+        result[index] = self._elements(
+            int(replaced["bufferView"]),
+            int(replaced.get("byteOffset", 0)),
+            dtype,
+            count,
+            values.shape[1],
+        )
+        return result
+
+    def image(self, index: int) -> bytes:
+        """Return the encoded bytes of an image."""
+        image = self.json["images"][index]
+        if "bufferView" in image:
+            data, start, length = self.view(int(image["bufferView"]))
+            return data[start : start + length]
+        return self._uri(image["uri"])
+
+    def _uri(self, uri: str) -> bytes:
+        if uri.startswith("data:"):
+            head, comma, body = uri.partition(",")
+            if not comma or not head.endswith(";base64"):
+                raise GltfError("a data: uri is not base64")
+            try:
+                return base64.b64decode(body, validate=True)
+            except binascii.Error:
+                raise GltfError("a data: uri is not valid base64") from None
+        path = contained_file(self.path, unquote(uri), f"{self.path.name}: uri")
+        try:
+            return path.read_bytes()
+        except OSError as error:
+            raise SceneError(f"{path.name}: cannot be read: {error.strerror}") from None
+
+
+def _split_glb(data: bytes) -> tuple[bytes, bytes | None]:
+    """Return the JSON text and the binary chunk of a GLB container."""
+    if len(data) < 20:
+        raise GltfError(f"truncated GLB: {len(data)} bytes are less than its header")
+    _, version, length = struct.unpack_from("<III", data)
+    if version != 2:
+        raise GltfError(f"GLB version {version}: expected 2")
+    if length > len(data):
+        raise GltfError(f"truncated GLB: its header says {length} bytes, there are {len(data)}")
+    chunks: dict[int, bytes] = {}
+    start = 12
+    while start + 8 <= length:
+        size, kind = struct.unpack_from("<II", data, start)
+        if start + 8 + size > length:
+            raise GltfError("truncated GLB: a chunk reaches beyond the end")
+        chunks.setdefault(kind, data[start + 8 : start + 8 + size])
+        start += 8 + size
+    if _JSON_CHUNK not in chunks:
+        raise GltfError("not valid GLB: no JSON chunk")
+    return chunks[_JSON_CHUNK].rstrip(b"\0 "), chunks.get(_BINARY_CHUNK)

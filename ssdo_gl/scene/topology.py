@@ -1,0 +1,146 @@
+"""Making triangle lists fit to draw, and telling solids from open surfaces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.mesh import Mesh
+
+# Sine of a triangle's corner, at the scale of its longest edge, below which float64
+# cannot tell its plane any more.
+FLAT_SINE = 1e-12
+
+
+@dataclass(frozen=True)
+class Cleaned:
+    """A usable mesh and what had to go.
+
+    Attributes
+    ----------
+    mesh : Mesh or None
+        None if no triangle was left.
+    not_finite, zero_area, bad_normals : int
+        Dropped triangles with NaN or infinite corners, dropped triangles without
+        area, and vertices whose shading normal was replaced.
+    """
+
+    mesh: Mesh | None
+    not_finite: int = 0
+    zero_area: int = 0
+    bad_normals: int = 0
+
+
+def cleaned_mesh(
+    positions: FloatArray,
+    triangles: NDArray[np.int64],
+    normals: FloatArray | None = None,
+    uvs: FloatArray | None = None,
+    colors: FloatArray | None = None,
+    name: str = "",
+) -> Cleaned:
+    """Return a mesh without unusable triangles and unused vertices.
+
+    Parameters
+    ----------
+    positions, normals : ndarray, shape (V, 3)
+    triangles : ndarray, shape (T, 3)
+    uvs : ndarray, shape (V, 2)
+    colors : ndarray, shape (V, 4)
+
+    Raises
+    ------
+    ValueError
+        If a triangle names a vertex that does not exist.
+    """
+    if len(triangles) and (triangles.min() < 0 or triangles.max() >= len(positions)):
+        wrong = triangles.max() if triangles.max() >= len(positions) else triangles.min()
+        raise ValueError(f"a face refers to vertex {wrong} of {len(positions)}")
+    finite = np.isfinite(positions).all(axis=1)[triangles].all(axis=1)
+    not_finite = int(len(triangles) - np.count_nonzero(finite))
+    triangles = triangles[finite]
+    flat = _without_area(positions, triangles)
+    zero_area = int(np.count_nonzero(flat))
+    triangles = triangles[~flat]
+    if not len(triangles):
+        return Cleaned(None, not_finite, zero_area)
+    used, renumbered = np.unique(triangles, return_inverse=True)
+    triangles = renumbered.reshape(-1, 3).astype(np.int64)
+    mesh = Mesh(
+        positions=np.ascontiguousarray(positions[used], dtype=np.float64),
+        triangles=triangles,
+        uvs=None if uvs is None else np.nan_to_num(uvs[used], posinf=0.0, neginf=0.0),
+        colors=None if colors is None else np.clip(np.nan_to_num(colors[used]), 0.0, 1.0),
+        closed=is_closed(positions[used], triangles),
+        name=name,
+    )
+    if normals is None:
+        return Cleaned(mesh, not_finite, zero_area)
+    unit, replaced = _unit_normals(normals[used], mesh)
+    with_normals = Mesh(
+        mesh.positions, mesh.triangles, unit, mesh.uvs, mesh.colors, mesh.closed, name
+    )
+    return Cleaned(with_normals, not_finite, zero_area, replaced)
+
+
+def _without_area(positions: FloatArray, triangles: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return which triangles have no area at the scale of their own edges."""
+    a, b, c = (positions[triangles[:, i]] for i in range(3))
+    edge_1, edge_2 = b - a, c - a
+    size = np.maximum(np.abs(edge_1).max(axis=1), np.abs(edge_2).max(axis=1))
+    divisor = np.where(size > 0.0, size, 1.0)[:, None]
+    cross = np.cross(edge_1 / divisor, edge_2 / divisor)
+    return np.asarray(np.linalg.norm(cross, axis=1) <= FLAT_SINE)
+
+
+def _unit_normals(normals: FloatArray, mesh: Mesh) -> tuple[FloatArray, int]:
+    """Return unit normals; those that are no direction become the faces' own."""
+    largest = np.abs(normals).max(axis=1, initial=0.0)
+    good = np.isfinite(largest) & (largest > 0.0)
+    scaled = np.where(good[:, None], normals, 0.0) / np.where(good, largest, 1.0)[:, None]
+    length = np.linalg.norm(scaled, axis=1, keepdims=True)
+    unit = scaled / np.where(length > 0.0, length, 1.0)
+    if not good.all():
+        faces = np.repeat(mesh.face_normals(), 3, axis=0)
+        corner = mesh.triangles.reshape(-1)
+        summed = np.stack(
+            [np.bincount(corner, faces[:, k], len(normals)) for k in range(3)], axis=1
+        )
+        # Where the faces around a vertex cancel out, the last of them decides.
+        single = np.zeros_like(summed)
+        single[corner] = faces
+        total = np.linalg.norm(summed, axis=1, keepdims=True)
+        own = np.where(total > 1e-6, summed / np.where(total > 1e-6, total, 1.0), single)
+        unit = np.where(good[:, None], unit, own)
+    return unit, int(np.count_nonzero(~good))
+
+
+def is_closed(positions: FloatArray, triangles: NDArray[np.int64]) -> bool:
+    """Return whether the triangles bound a solid.
+
+    True if, after vertices at equal positions are joined, every edge is shared by
+    exactly two triangles that run through it in opposite directions.
+    """
+    corner = joined_vertices(positions)[triangles]
+    count = len(positions)
+    start = corner.reshape(-1)
+    end = np.roll(corner, -1, axis=1).reshape(-1)
+    forward = np.sort(start * count + end)
+    if np.any(forward[1:] == forward[:-1]) or np.any(start == end):
+        return False
+    return bool(np.array_equal(forward, np.sort(end * count + start)))
+
+
+def joined_vertices(positions: FloatArray) -> NDArray[np.int64]:
+    """Return for each vertex the number of its distinct position, shape (V,)."""
+    # Adding zero turns -0.0 into 0.0, so that equal numbers have equal bytes.
+    rows = np.ascontiguousarray(positions + 0.0)
+    order = np.lexsort(rows.T)
+    new = np.ones(len(rows), dtype=bool)
+    new[1:] = np.any(rows[order[1:]] != rows[order[:-1]], axis=1)
+    label = np.empty(len(rows), dtype=np.int64)
+    label[order] = np.cumsum(new) - 1
+    return label
