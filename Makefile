@@ -1,0 +1,58 @@
+# make setup     a virtual environment with everything, and OpenGL libraries where missing
+# make snapshot  snapshot.png of the built-in scene, without a display
+# make view      fly through it in a window
+# make test      all tests            make hard-cases   only the scenes known to be hard
+# make bench     accuracy against time, into bench/
+# make bench-rays  rays per second of the reference tracers
+# make lint      ruff, mypy and every shader
+# make clean     remove what can be made again, .venv excepted
+#
+# Overridable: PYTHON (makes the venv), VENV (where), EXTRAS (which), or PY to use an
+# interpreter that has everything already: make test PY=python3
+
+PYTHON ?= python3
+VENV ?= .venv
+EXTRAS ?= all
+SCENE ?= cornell_meso
+
+ifeq ($(origin PY), undefined)
+PY := $(VENV)/bin/python
+READY := $(VENV)/.ssdo_gl-ready
+endif
+
+.DELETE_ON_ERROR:
+.PHONY: setup snapshot view test hard-cases bench bench-rays lint clean
+
+setup: $(READY)
+
+# Holds as long as the dependencies do not change; the install is editable, so code may.
+$(VENV)/.ssdo_gl-ready: pyproject.toml .ci/setup .ci/packages
+	PYTHON="$(PYTHON)" VENV="$(VENV)" EXTRAS="$(EXTRAS)" .ci/setup
+	@touch $@
+
+snapshot: $(READY)
+	$(PY) -m ssdo_gl.cli $(SCENE) --snapshot snapshot.png
+
+view: $(READY)
+	$(PY) -m ssdo_gl.cli $(SCENE)
+
+test: $(READY)
+	$(PY) -m pytest -q
+
+hard-cases: $(READY)
+	$(PY) -m pytest -q tests/hard_cases
+
+bench: $(READY)
+	$(PY) -m ssdo_gl.cli $(SCENE) --bench bench
+
+bench-rays: $(READY)
+	$(PY) -m ssdo_gl.accuracy.ray_speed
+
+lint: $(READY)
+	$(PY) -m ruff check .
+	$(PY) -m mypy
+	$(PY) -m pytest -q tests/shaders/test_lint.py
+
+clean:
+	rm -rf build dist bench snapshot.png .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	find ssdo_gl tests -name __pycache__ -type d -prune -exec rm -rf {} +
