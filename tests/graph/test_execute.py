@@ -1,0 +1,141 @@
+"""The executor reuses exactly what cannot have changed, and frees what nobody needs."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from ssdo_gl.gpu.geometry import Geometry
+from ssdo_gl.gpu.readback import read_texture
+from ssdo_gl.graph.execute import Executor
+from ssdo_gl.graph.frame import Frame, FrameView
+from ssdo_gl.graph.graph import compile_graph
+from ssdo_gl.graph.render_pass import RenderPass
+from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.material import Material
+from ssdo_gl.scene.mesh import Mesh, SceneObject
+from ssdo_gl.scene.scene import Scene
+
+
+class Paint(RenderPass):
+    """Clears its target to a value and counts how often it ran."""
+
+    def __init__(self, name, value=1.0, reads=(), depends_on=(), own=False):
+        self.name = name
+        self.value = value
+        self.reads = tuple(reads)
+        self.writes = {name: TextureSpec(1, own=own)}
+        self.depends_on = tuple(depends_on)
+        self.runs = 0
+
+    def settings_key(self):
+        return self.value
+
+    def execute(self, context):
+        self.runs += 1
+        if self.writes[self.name].own:
+            texture = context.gl.texture((1, 1), 1, np.float32(self.value).tobytes(), dtype="f4")
+            return {self.name: texture}
+        context.target.clear(self.value)
+        return None
+
+
+def triangle_scene():
+    mesh = Mesh(np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]]))
+    return Scene((mesh,), (Material(),), (SceneObject(0, 0),), Camera((0, 0, 3), (0, 0, 0)))
+
+
+def frame(size=(4, 3), **versions):
+    view = FrameView(size, np.zeros(3), np.eye(3), (1.0, 0.75), 0.1, 10.0)
+    return Frame(view, triangle_scene(), versions=versions)
+
+
+@pytest.fixture
+def world(device, shaders):
+    executor = Executor(device, shaders)
+    geometry = Geometry(device.gl, triangle_scene())
+    yield (
+        lambda passes, outputs, frame, **more: executor.run(
+            compile_graph(passes, outputs), frame, geometry, **more
+        ),
+        executor,
+    )
+    executor.release()
+    geometry.release()
+
+
+def test_an_unchanged_frame_runs_nothing_again(world):
+    run, executor = world
+    passes = [Paint("a"), Paint("b", reads=["a"])]
+    assert [row.ran for row in run(passes, ["b"], frame())] == [True, True]
+    assert [row.ran for row in run(passes, ["b"], frame())] == [False, False]
+    assert read_texture(executor.texture("b")).max() == 1.0
+
+
+def test_a_change_travels_downstream_only(world):
+    run, _ = world
+    first, side = Paint("a"), Paint("c")
+    last = Paint("b", reads=["a", "c"])
+    run([first, side, last], ["b"], frame())
+    first.value = 2.0
+    assert [row.ran for row in run([first, side, last], ["b"], frame())] == [True, False, True]
+
+
+def test_a_pass_runs_again_when_its_domain_changes_and_no_other(world):
+    run, _ = world
+    passes = [Paint("a", depends_on=["view"])]
+    run(passes, ["a"], frame(view=1, seed=1))
+    assert not run(passes, ["a"], frame(view=1, seed=2))[0].ran
+    assert run(passes, ["a"], frame(view=2, seed=2))[0].ran
+
+
+def test_another_size_makes_new_textures(world):
+    run, executor = world
+    passes = [Paint("a")]
+    run(passes, ["a"], frame())
+    assert run(passes, ["a"], frame(size=(7, 5)))[0].ran
+    assert executor.texture("a").size == (7, 5)
+
+
+def test_passes_no_longer_wanted_are_freed(world):
+    run, executor = world
+    passes = [Paint("a"), Paint("b")]
+    run(passes, ["a", "b"], frame())
+    run(passes, ["a"], frame())
+    with pytest.raises(KeyError):
+        executor.texture("b")
+
+
+def test_a_pass_may_bring_its_own_texture(world):
+    run, executor = world
+    run([Paint("table", value=5.0, own=True)], ["table"], frame())
+    assert executor.texture("table").size == (1, 1)
+    assert read_texture(executor.texture("table")).item() == 5.0
+
+
+def test_forget_makes_a_pass_run_again(world):
+    run, executor = world
+    item = Paint("a")
+    run([item], ["a"], frame())
+    executor.forget(["a"])
+    run([item], ["a"], frame())
+    assert item.runs == 2
+
+
+def test_times_are_measured_on_request(world):
+    run, _ = world
+    assert run([Paint("a")], ["a"], frame())[0].gpu_ms is None
+    rows = run([Paint("a", value=3.0)], ["a"], frame(), time_passes=True)
+    assert rows[0].gpu_ms > 0.0
+
+
+def test_plans_of_other_passes_with_the_same_name_replace_each_other(world):
+    run, executor = world
+    run([Paint("a")], ["a"], frame())
+    wider = Paint("a")
+    wider.writes = {"a": dataclasses.replace(wider.writes["a"], components=4)}
+    assert run([wider], ["a"], frame())[0].ran
+    assert executor.texture("a").components == 4

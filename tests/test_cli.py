@@ -1,0 +1,307 @@
+"""The command as a user meets it: files, exit codes, one line for each mistake."""
+
+from __future__ import annotations
+
+import json
+import struct
+import zlib
+
+import numpy as np
+import pytest
+import trimesh
+from PIL import Image
+
+from ssdo_gl.cli import main
+
+SMALL = ["--size", "32x18", "--samples", "8"]
+BOX = """
+[[object]]
+shape = "box"
+min = [0, 0, 0]
+max = [1, 1, 1]
+"""
+
+
+def scene_file(folder, text=BOX, name="scene.toml"):
+    path = folder / name
+    path.write_text(text)
+    return str(path)
+
+
+def refused(capsys, arguments):
+    """Run a command that must fail on the user's input; return its one line."""
+    assert main(arguments) == 2
+    captured = capsys.readouterr()
+    lines = captured.err.strip().splitlines()
+    assert len(lines) == 1, captured.err
+    assert "Traceback" not in captured.err
+    return lines[0]
+
+
+# --- what works --------------------------------------------------------------------
+
+
+def test_a_picture_is_written_and_described(tmp_path, capsys):
+    out = tmp_path / "a.png"
+    assert main([scene_file(tmp_path), "--snapshot", str(out), *SMALL]) == 0
+    with Image.open(out) as image:
+        assert image.size == (32, 18)
+        assert np.asarray(image).std() > 1.0, "the picture is empty"
+    said = capsys.readouterr().out
+    for expected in ("32x18", "bounce", "ms a frame", "passes: gbuffer", "OpenGL"):
+        assert expected in said
+
+
+def test_quiet_says_nothing(tmp_path, capsys):
+    assert (
+        main([scene_file(tmp_path), "--snapshot", str(tmp_path / "a.png"), "--quiet", *SMALL]) == 0
+    )
+    assert capsys.readouterr() == ("", "")
+
+
+def test_every_aov_in_one_array_file(tmp_path):
+    out = tmp_path / "a.npz"
+    assert main([scene_file(tmp_path), "--snapshot", str(out), "--aov", "all", *SMALL]) == 0
+    with np.load(out) as file:
+        channels = {name: file[name].shape[2] for name in file.files if name != "meta"}
+        assert json.loads(str(file["meta"]))["size"] == [32, 18]
+        assert all(np.isfinite(file[name]).all() for name in channels)
+        assert file["depth"].max() > 0.0
+    assert channels == {
+        "beauty": 4,
+        "emission": 3,
+        "direct": 3,
+        "directional": 3,
+        "bounce": 3,
+        "visibility": 1,
+        "albedo": 3,
+        "normal_ws": 3,
+        "position_ws": 3,
+        "depth": 1,
+    }
+
+
+def test_the_beauty_is_the_sum_of_its_terms(tmp_path):
+    out = tmp_path / "a.npz"
+    assert main(["cornell_meso", "--snapshot", str(out), "--aov", "all", *SMALL]) == 0
+    with np.load(out) as file:
+        terms = file["emission"] + file["direct"] + file["directional"] + file["bounce"]
+        covered = file["depth"][:, :, 0] > 0.0
+        # Four float32 additions of terms of the same sign.
+        np.testing.assert_allclose(file["beauty"][covered][:, :3], terms[covered], rtol=1e-6)
+
+
+def test_the_same_command_gives_the_same_bytes(tmp_path):
+    first, second = tmp_path / "1.npz", tmp_path / "2.npz"
+    for out in (first, second):
+        assert main(["cornell_meso", "--snapshot", str(out), "--aov", "all", *SMALL]) == 0
+    assert first.read_bytes() == second.read_bytes()
+
+
+def test_another_seed_gives_another_noise(tmp_path):
+    images = []
+    for seed in ("0", "1"):
+        out = tmp_path / f"{seed}.npz"
+        main(
+            ["cornell_meso", "--snapshot", str(out), "--aov", "visibility", "--seed", seed, *SMALL]
+        )
+        with np.load(out) as file:
+            images.append(file["visibility"])
+    assert not np.array_equal(*images)
+
+
+def test_several_pictures_get_names(tmp_path):
+    out = tmp_path / "a.png"
+    command = [scene_file(tmp_path), "--snapshot", str(out), "--aov", "beauty,depth", *SMALL]
+    assert main(command) == 0
+    assert {path.name for path in tmp_path.glob("*.png")} == {"a.png", "a-depth.png"}
+
+
+def test_statistics_have_the_promised_form(tmp_path):
+    stats = tmp_path / "s.json"
+    command = ["cornell_meso", "--snapshot", str(tmp_path / "a.npz"), "--stats", str(stats)]
+    assert main([*command, "--frames", "3", *SMALL]) == 0
+    content = json.loads(stats.read_text())
+    for key in ("renderer", "gl_version", "backend", "timer", "settings"):
+        assert content[key]
+    assert content["size"] == [32, 18]
+    assert content["frames"] == 3
+    assert set(content["frame_ms"]) == {"median", "min", "max"}
+    by_name = {row["name"]: row for row in content["passes"]}
+    assert set(by_name["gbuffer"]) == {"name", "ran", "reason", "gpu_ms", "cpu_ms"}
+    assert by_name["gbuffer"]["ran"] and by_name["gbuffer"]["gpu_ms"] > 0.0
+    assert all(row["reason"] for row in content["passes"])
+
+
+def test_explain_needs_no_output(capsys):
+    assert main(["corner", "--explain", *SMALL]) == 0
+    said = capsys.readouterr().out
+    assert "gbuffer" in said
+    assert "neither an environment nor an ssdo light" in said
+
+
+def test_version(capsys):
+    with pytest.raises(SystemExit) as stop:
+        main(["--version"])
+    assert stop.value.code == 0
+    assert capsys.readouterr().out.startswith("ssdo-gl ")
+
+
+# --- what is refused ---------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("flags", "said"),
+    [
+        (["--size", "0x5"], "--size"),
+        (["--size", "5"], "WIDTHxHEIGHT"),
+        (["--radius", "-1"], "--radius = -1.0: must be within 0 to inf"),
+        (["--radius", "wide"], "--radius"),
+        (["--samples", "0"], "--samples = 0"),
+        (["--method", "magic"], "--method"),
+        (["--estimator", "zbuffer"], "estimator"),
+        (["--aov", "beauty,alb"], "--aov 'alb'"),
+        (["--camera", "1,2"], "--camera"),
+        (["--set", "bounce.strenght=2"], "did you mean strength"),
+        (["--frames", "0"], "--frames 0"),
+        (["--sise", "3x3"], "--sise"),
+        (["--resolution-scale", "0.7"], "--resolution-scale"),
+    ],
+)
+def test_bad_flags(tmp_path, capsys, flags, said):
+    out = tmp_path / "kept.png"
+    out.write_bytes(b"old")
+    line = refused(capsys, [scene_file(tmp_path), "--snapshot", str(out), *flags])
+    assert said in line
+    assert out.read_bytes() == b"old"
+
+
+def truncated_glb(path):
+    trimesh.creation.box().export(path)
+    path.write_bytes(path.read_bytes()[:200])
+
+
+def huge_png(path):
+    """A valid PNG header that promises 30000 x 30000 pixels, and nothing behind it."""
+    body = struct.pack(">IIBBBBB", 30000, 30000, 8, 2, 0, 0, 0)
+    chunk = b"IHDR" + body
+    path.write_bytes(
+        b"\x89PNG\r\n\x1a\n"
+        + struct.pack(">I", len(body))
+        + chunk
+        + struct.pack(">I", zlib.crc32(chunk))
+    )
+
+
+def bad_scenes(folder):
+    """Return {what is wrong: (scene argument, word the message must have)}."""
+    truncated_glb(folder / "cut.glb")
+    huge_png(folder / "huge.png")
+    (folder / "nan.ply").write_text(
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+        "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+        "nan nan nan\nnan nan nan\nnan nan nan\n3 0 1 2\n"
+    )
+    (folder / "empty.obj").write_text("# nothing\n")
+    (folder / "flat.obj").write_text("v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\n")
+    (folder / "scene.txt").write_text("hello")
+    (folder / "secret.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    inner = folder / "inner"
+    inner.mkdir()
+    write = lambda name, text: scene_file(folder, text, name)  # noqa: E731
+    return {
+        "missing file": (str(folder / "no.toml"), "no.toml"),
+        "missing model": (str(folder / "no.glb"), "no.glb"),
+        "wrong suffix": (str(folder / "scene.txt"), ".glb"),
+        "unknown name": ("cornel_meso", "cornell_meso"),
+        "truncated glb": (str(folder / "cut.glb"), "cut.glb"),
+        "nan mesh": (str(folder / "nan.ply"), "nan.ply"),
+        "empty mesh": (str(folder / "empty.obj"), "empty.obj"),
+        "zero-area triangles only": (str(folder / "flat.obj"), "flat.obj"),
+        "toml syntax": (write("syntax.toml", "[[object]\nshape = 1"), "line 1"),
+        "unknown key": (write("key.toml", BOX + "colour = 'red'\n"), "colour"),
+        "negative size": (
+            write("negative.toml", '[[object]]\nshape = "sphere"\ncenter = [0,0,0]\nradius = -1\n'),
+            "radius",
+        ),
+        "inverted box": (
+            write("inverted.toml", '[[object]]\nshape = "box"\nmin = [1,0,0]\nmax = [0,1,1]\n'),
+            "max",
+        ),
+        "escape": (
+            scene_file(inner, '[[object]]\nshape = "mesh"\npath = "../secret.obj"\n'),
+            "../secret.obj",
+        ),
+        "huge texture": (
+            write(
+                "huge.toml",
+                '[materials.m]\nalbedo_texture = "huge.png"\n' + BOX + 'material = "m"\n',
+            ),
+            "30000",
+        ),
+        "no geometry": (write("none.toml", 'title = "empty"\n'), "object"),
+        "nan number": (write("nan.toml", BOX.replace("[1, 1, 1]", "[nan, 1, 1]")), "nan"),
+    }
+
+
+BAD_SCENES = [
+    "missing file",
+    "missing model",
+    "wrong suffix",
+    "unknown name",
+    "truncated glb",
+    "nan mesh",
+    "empty mesh",
+    "zero-area triangles only",
+    "toml syntax",
+    "unknown key",
+    "negative size",
+    "inverted box",
+    "escape",
+    "huge texture",
+    "no geometry",
+    "nan number",
+]
+
+
+@pytest.mark.parametrize("what", BAD_SCENES)
+def test_bad_scenes(tmp_path, capsys, what):
+    scenes = bad_scenes(tmp_path)
+    assert set(scenes) == set(BAD_SCENES)
+    source, word = scenes[what]
+    out = tmp_path / "kept.png"
+    out.write_bytes(b"old")
+    line = refused(capsys, [source, "--snapshot", str(out), *SMALL])
+    assert word in line
+    assert out.read_bytes() == b"old"
+
+
+@pytest.mark.parametrize(
+    ("name", "said"), [("a.jpg", "suffix"), ("no/a.png", "does not exist"), ("dir.png", "folder")]
+)
+def test_bad_outputs(tmp_path, capsys, name, said):
+    (tmp_path / "dir.png").mkdir()
+    line = refused(capsys, [scene_file(tmp_path), "--snapshot", str(tmp_path / name)])
+    assert said in line
+
+
+def test_no_usable_opengl_is_exit_3(tmp_path, capsys, monkeypatch):
+    from ssdo_gl.gpu import context
+
+    def fail(_backend="auto"):
+        raise context.ContextError("no OpenGL: install libegl1")
+
+    monkeypatch.setattr("ssdo_gl.renderer.create_context", fail)
+    assert main([scene_file(tmp_path), "--snapshot", str(tmp_path / "a.png"), *SMALL]) == 3
+    assert "install" in capsys.readouterr().err
+
+
+def test_ctrl_c_leaves_no_file(tmp_path, capsys, monkeypatch):
+    def interrupt(*_args, **_kwargs):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("ssdo_gl.renderer.Renderer.render", interrupt)
+    out = tmp_path / "a.png"
+    assert main([scene_file(tmp_path), "--snapshot", str(out), *SMALL]) == 130
+    assert "interrupted" in capsys.readouterr().err
+    assert not out.exists()
