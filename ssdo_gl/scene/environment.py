@@ -37,9 +37,7 @@ class GradientEnvironment:
     def sample(self, direction_ws: FloatArray) -> FloatArray:
         """Return radiance (..., 3) arriving from unit directions (..., 3)."""
         y = direction_ws[..., 1:2]
-        zenith, horizon, ground = (
-            np.asarray(c) for c in (self.zenith, self.horizon, self.ground)
-        )
+        zenith, horizon, ground = (np.asarray(c) for c in (self.zenith, self.horizon, self.ground))
         return np.asarray(
             horizon
             + (zenith - horizon) * np.maximum(y, 0.0)
@@ -64,6 +62,30 @@ class MapEnvironment:
     image: NDArray[np.float32]
     rotation_y: float = 0.0
     name: str = ""
+
+    def world_image(self) -> FloatArray:
+        """Return the image turned into world orientation, (height, width, 3), float64.
+
+        A turn by a fraction of a column shares each texel between two neighbours.
+        """
+        image = self.image.astype(np.float64)
+        # Counter-clockwise from above takes +x (3/4 across) to -z (1/2 across).
+        shift = (self.rotation_y / 360.0) % 1.0 * image.shape[1]
+        whole = int(np.floor(shift))
+        part = shift - whole
+        turned = np.roll(image, -whole, axis=1)
+        return turned if part == 0.0 else (1.0 - part) * turned + part * np.roll(turned, -1, axis=1)
+
+    def sample(self, direction_ws: FloatArray) -> FloatArray:
+        """Return radiance (..., 3) arriving from unit directions (..., 3)."""
+        image = self.world_image()
+        height, width = image.shape[:2]
+        x, y, z = (direction_ws[..., axis] for axis in range(3))
+        u = np.arctan2(x, -z) / (2.0 * np.pi) + 0.5
+        v = np.arccos(np.clip(y, -1.0, 1.0)) / np.pi
+        column = np.clip(np.floor(u * width).astype(np.int64), 0, width - 1)
+        row = np.clip(np.floor(v * height).astype(np.int64), 0, height - 1)
+        return np.asarray(image[row, column])
 
 
 Environment = ConstantEnvironment | GradientEnvironment | MapEnvironment
