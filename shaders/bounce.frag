@@ -30,7 +30,7 @@ vec3 bounded_radiance(ivec2 texel)
 //
 // Departure: the paper clamps d to 1 in world units, which makes the bounce scale as R^2
 // where R < 1; here d is clamped relative to R.
-vec3 sent(Receiver r, vec3 radiance, ivec2 texel)
+vec3 sent(Receiver r, Tangent t, vec3 radiance, ivec2 texel)
 {
     vec3 to_sender = gbuffer_position_vs(texel) - r.position_vs;
     float d2 = dot(to_sender, to_sender);
@@ -40,7 +40,7 @@ vec3 sent(Receiver r, vec3 radiance, ivec2 texel)
     // The sender's normal against the direction back to the receiver: positive where the
     // lit side faces it. Senders that turn away contribute nothing.
     float cos_s = max(dot(gbuffer_shading_normal_vs(texel), -w), 0.0);
-    float reach = min(u_radius, FAR_REACH * r.z_vs);
+    float reach = finite_radius(t);
     float d_min = u_distance_clamp * reach;
     float area_over_d2 = PI * reach * reach / (float(DIRECTION_COUNT) * max(d2, d_min * d_min));
     return radiance * (area_over_d2 * cos_s * cos_r);
@@ -67,13 +67,13 @@ void main()
         Tangent t = tangent_at(r.position_vs, r.geometric_vs);
         for (int i = 0; i < DIRECTION_COUNT; ++i) {
             Direction d = direction_of(r, i);
-            ivec2 texel = blocker_of(t, d, u_radius);
-            if (texel != NO_BLOCKER) {
-                vec3 radiance = bounded_radiance(texel);
+            Blocker b = blocker_of(t, d);
+            if (is_blocked(b)) {
+                vec3 radiance = bounded_radiance(b.texel);
 #if ESTIMATOR == ESTIMATOR_RGS09
-                irradiance += sent(r, radiance, texel);
+                irradiance += sent(r, t, radiance, b.texel);
 #else
-                irradiance += sent(r, radiance, texel, d.share);
+                irradiance += sent(r, radiance, b.texel, d.share);
 #endif
             }
         }

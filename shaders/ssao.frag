@@ -41,7 +41,7 @@ float visibility_of(Receiver r, ivec2 centre)
     Tangent t = tangent_at(r.position_vs, r.geometric_vs);
     for (int i = 0; i < DIRECTION_COUNT; ++i) {
         Direction d = direction_of(r, i);
-        blocked += blocker_of(t, d, u_radius) == NO_BLOCKER ? 0.0 : d.share;
+        blocked += is_blocked(blocker_of(t, d)) ? d.share : 0.0;
     }
     return max(1.0 - blocked, 0.0);
 }

@@ -36,19 +36,23 @@ vec2 px_of_position_vs(vec3 p_vs)
     return uv_of_position_vs(p_vs) * u_frame_size_px;
 }
 
-// The texel of the first surface that blocks the ray from the receiver along the unit
-// vector w within `reach`, or NO_BLOCKER. `jitter` in [0, 1) moves each step within its
-// stratum; the last stratum ends at `reach`.
-ivec2 march(Tangent t, vec3 w, float reach, float jitter)
+// The first surface that blocks the ray from the receiver along the unit vector w within
+// `reach`. `jitter` in [0, 1) moves each step within its stratum, except for the last,
+// which stands at the very end: a solid that begins anywhere before it and reaches that
+// far is always found, so `count` decides how thin a thing may be and still be seen, not
+// how much of a wall is lost (closed form A4 with survival 1, whatever `count` is).
+Blocker march(Tangent t, vec3 w, float reach, float jitter, int count)
 {
     float clipped = min(reach, distance_in_frame(t.position_vs, w));
     vec3 end_vs = t.position_vs + clipped * w;
     vec2 start_px = px_of_position_vs(t.position_vs);
     vec2 across_px = px_of_position_vs(end_vs) - start_px;
     float inv_z0 = -1.0 / t.position_vs.z;
-    float inv_z_across = -1.0 / end_vs.z - inv_z0;
-    for (int i = 0; i < STEP_COUNT; ++i) {
-        float x = (float(i) + jitter) * (1.0 / float(STEP_COUNT));
+    float inv_z1 = -1.0 / end_vs.z;
+    float inv_z_across = inv_z1 - inv_z0;
+    float stride = 1.0 / float(max(count - 1, 1));
+    for (int i = 0; i < count; ++i) {
+        float x = i < count - 1 ? (float(i) + jitter) * stride : 1.0;
         // x for growth 0, x^2 for growth 1: derivative 1 - growth + 2 growth x.
         float s = x * mix(1.0, x, u_step_growth);
         ivec2 texel = ivec2(start_px + s * across_px);
@@ -56,7 +60,8 @@ ivec2 march(Tangent t, vec3 w, float reach, float jitter)
         float inv_z = inv_z0 + s * inv_z_across;
         if (z > 0.0 && z * inv_z < 1.0 && is_above(t, texel, z)
             && solid_end(t, texel, z) * inv_z > 1.0)
-            return texel;
+            // Perspective: the share s of the projected segment is this share of it in space.
+            return Blocker(texel, clipped * s * inv_z1 / inv_z);
     }
     return NO_BLOCKER;
 }

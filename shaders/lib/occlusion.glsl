@@ -9,6 +9,7 @@
 // RGS09 asks for `behind` alone. On a plane, `behind` is decided by rounding and by the
 // half pixel between S and the texel centre, so tilted planes shadow themselves; `above`
 // is exactly false there, because Q is rebuilt at the centre where its depth was taken.
+#include "lib/constants.glsl"
 #include "lib/gbuffer.glsl"
 
 #if HAS_BACK_LAYER
@@ -20,7 +21,18 @@ uniform float u_radius;            // R, may be infinite
 uniform float u_thickness;         // depth of solids whose back is unknown, relative to R
 uniform float u_bias;              // height above the tangent plane to block, relative to R
 
-const ivec2 NO_BLOCKER = ivec2(-1);
+// A surface that blocks a direction, and how far along it that was noticed.
+struct Blocker {
+    ivec2 texel;
+    float distance;
+};
+
+const Blocker NO_BLOCKER = Blocker(ivec2(-1), FLOAT_MAX);
+
+bool is_blocked(Blocker b)
+{
+    return b.texel.x >= 0;
+}
 
 // Height that rounding may give a coplanar Q, relative to its distance from P: normals
 // in 2 x 16 octahedral bits are off by up to 0.0037 degrees = 6.5e-5; twice for safety.

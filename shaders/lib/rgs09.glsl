@@ -2,17 +2,16 @@
 // Illumination in Image Space": one point per direction, at a random distance.
 #include "lib/occlusion.glsl"
 
-// The texel of the surface that hides the point `offset_vs` away from the receiver, or
-// NO_BLOCKER. Section 3: the point is back-projected into the picture and counts as
+// The surface that hides the point `distance` along w from the receiver. Section 3: the point is back-projected into the picture and counts as
 // occluded iff moving it onto the surface found there brings it towards the viewer.
 //
 // Departures from the paper: the texel is snapped to its centre and must lie above the
 // tangent plane (see occlusion.glsl; as printed, the test shadows every tilted plane);
 // points outside the frame and background are open, where the paper says nothing.
 // `has_back` adds the end of the solid, which the paper's first-depth test lacks.
-ivec2 point_blocker(Tangent t, vec3 offset_vs, bool has_back)
+Blocker point_blocker(Tangent t, vec3 w, float distance, bool has_back)
 {
-    vec3 s_vs = t.position_vs + offset_vs;
+    vec3 s_vs = t.position_vs + distance * w;
     float z_s = -s_vs.z;
     bool in_front = z_s > u_near_vs;
     vec2 uv = uv_of_position_vs(vec3(s_vs.xy, -max(z_s, u_near_vs)));
@@ -23,5 +22,7 @@ ivec2 point_blocker(Tangent t, vec3 offset_vs, bool has_back)
     float z = gbuffer_z_vs(texel);
     bool blocked = in_frame && z > 0.0 && z_s > z && is_above(t, texel, z)
         && (!has_back || z_s < solid_end(t, texel, z));
-    return blocked ? texel : NO_BLOCKER;
+    if (blocked)
+        return Blocker(texel, distance);
+    return NO_BLOCKER;
 }

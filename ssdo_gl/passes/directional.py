@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from typing import Any
+
+import numpy as np
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.environment_uniforms import (
@@ -15,20 +17,97 @@ from ssdo_gl.graph.environment_uniforms import (
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.graph.settings import setting
 from ssdo_gl.passes.screen_space_settings import ScreenSpaceSettings, defines, estimator_uniforms
+from ssdo_gl.scene.light import DirectionalLight, Light, PointLight, RectangleLight, SpotLight
 
-# By `SceneContent.environment`, for `lib/environment.glsl`.
+# By `SceneContent.environment`, for lib/environment.glsl.
 ENVIRONMENT_NUMBERS = {"none": 0, "constant": 1, "gradient": 2, "map": 3}
+_CONTROL_NUMBERS = {"none": 0, "mixed": 1, "subtract": 2}
+# As lib/lights.glsl numbers them.
+_POINT_KINDS: dict[type, int] = {PointLight: 0, SpotLight: 1, DirectionalLight: 2}
 
 
 @dataclass(frozen=True)
 class DirectionalSettings(ScreenSpaceSettings):
     """Settings of directional occlusion."""
 
+    control: str = setting(
+        "mixed",
+        "march: how the exact unoccluded light corrects the sampled light",
+        choices=("mixed", "subtract", "none"),
+    )
+    light_steps: int = setting(
+        16, "depth reads towards each point, spot or directional ssdo light", low=1, high=256
+    )
+
+
+def ssdo_lights(frame: Frame) -> tuple[list[RectangleLight], list[Light]]:
+    """Return the rectangles and the other lights that arrive through SSDO."""
+    chosen = [light for light in frame.scene.lights if light.shadow == "ssdo"]
+    rectangles = [light for light in chosen if isinstance(light, RectangleLight)]
+    return rectangles, [light for light in chosen if not isinstance(light, RectangleLight)]
+
+
+def light_uniforms(frame: Frame) -> dict[str, Any]:
+    """Return the uniforms of `lib/ssdo_lights.glsl`: the lights in view space."""
+    rectangles, points = ssdo_lights(frame)
+    return {**_rectangle_uniforms(frame, rectangles), **_point_uniforms(frame, points)}
+
+
+def _rectangle_uniforms(frame: Frame, lights: Sequence[RectangleLight]) -> dict[str, Any]:
+    if not lights:
+        return {}
+    half_u = 0.5 * np.array([light.edge_u for light in lights])
+    half_v = 0.5 * np.array([light.edge_v for light in lights])
+    centre = np.array([light.corner for light in lights]) + half_u + half_v
+    return {
+        "u_rectangle_centre_vs": frame.view.point_vs(centre),
+        "u_rectangle_half_u_vs": frame.view.direction_vs(half_u),
+        "u_rectangle_half_v_vs": frame.view.direction_vs(half_v),
+        "u_rectangle_radiance": np.array([light.radiance for light in lights]),
+        "u_rectangle_two_sided": np.array([int(light.two_sided) for light in lights]),
+    }
+
+
+def _point_uniforms(frame: Frame, lights: Sequence[Light]) -> dict[str, Any]:
+    if not lights:
+        return {}
+    view = frame.view
+    places, axes, powers, cones = [], [], [], []
+    for light in lights:
+        axis, cone = np.array([0.0, 0.0, -1.0]), (0.0, 1.0)
+        if isinstance(light, DirectionalLight):
+            place = view.direction_vs(-np.asarray(light.direction))
+            power = light.irradiance
+        else:
+            assert isinstance(light, (PointLight, SpotLight))
+            place = view.point_vs(np.asarray(light.position))
+            power = light.intensity
+        if isinstance(light, SpotLight):
+            axis = view.direction_vs(np.asarray(light.direction))
+            inner, outer = np.cos(np.radians([light.inner_angle, light.outer_angle]))
+            cone = float(outer), float(1.0 / (inner - outer))
+        places.append(place)
+        axes.append(axis)
+        powers.append(power)
+        cones.append(cone)
+    return {
+        "u_point_kind": np.array([_POINT_KINDS[type(light)] for light in lights]),
+        "u_point_place_vs": np.array(places),
+        "u_point_axis_vs": np.array(axes),
+        "u_point_power": np.array(powers),
+        "u_point_cone": np.array(cones),
+    }
+
 
 def uniforms(settings: DirectionalSettings, frame: Frame) -> dict[str, Any]:
     """Return the uniforms of `directional.frag`."""
-    return {**estimator_uniforms(settings, frame), **environment_uniforms(frame)}
+    return {
+        **estimator_uniforms(settings, frame),
+        **environment_uniforms(frame),
+        **light_uniforms(frame),
+    }
 
 
 class DirectionalPass(RenderPass):
@@ -39,10 +118,11 @@ class DirectionalPass(RenderPass):
     Parameters
     ----------
     settings : DirectionalSettings
+        With ``estimator="rgs09"`` the open light is summed as in the paper, whatever
+        ``control`` says.
     environment : str
-        none, constant, gradient or map.
-    has_ssdo_lights : bool
-        Some light is marked ``shadow = "ssdo"``: read the light table.
+        Kind of the scene's: none, constant, gradient or map. For a map, the resources
+        ``environment`` and ``environment_irradiance`` are read.
     has_back_layer : bool
         Read ``z_back_vs`` to know where solids end.
     """
@@ -52,7 +132,6 @@ class DirectionalPass(RenderPass):
         settings: DirectionalSettings,
         *,
         environment: str = "none",
-        has_ssdo_lights: bool = False,
         has_back_layer: bool = False,
     ) -> None:
         self.name = "directional"
@@ -65,21 +144,30 @@ class DirectionalPass(RenderPass):
         )
         self.writes = {"directional_raw": TextureSpec(4, scale=settings.resolution_scale)}
         self.depends_on = ("view", "seed", "lights", "environment")
+        control = "none" if settings.estimator == "rgs09" else settings.control
         self._defines = {
             **defines(settings, has_back_layer),
             "ENVIRONMENT_KIND": ENVIRONMENT_NUMBERS[environment],
+            "CONTROL_VARIATE": _CONTROL_NUMBERS[control],
+            "LIGHT_STEP_COUNT": settings.light_steps,
         }
 
     def settings_key(self) -> Hashable:
         """Return the settings and switches."""
-        return self.settings, tuple(self._defines.items())
+        return self.settings, self.reads, tuple(self._defines.items())
 
     def execute(self, context: PassContext) -> None:
         """Draw one triangle over the target."""
         assert context.target is not None
+        rectangles, points = ssdo_lights(context.frame)
+        all_defines = {
+            **self._defines,
+            "SSDO_RECTANGLE_COUNT": len(rectangles),
+            "SSDO_POINT_COUNT": len(points),
+        }
         draw_fullscreen(
             context.gl,
-            context.shaders.fullscreen("directional.frag", self._defines),
+            context.shaders.fullscreen("directional.frag", all_defines),
             context.target,
             uniforms(self.settings, context.frame),
             {f"t_{name}": context.inputs[name] for name in self.reads},

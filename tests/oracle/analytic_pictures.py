@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
 from oracle.screen_space import Picture
 
 Array = NDArray[np.float64]

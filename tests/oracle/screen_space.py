@@ -207,7 +207,8 @@ def _march(
     decide = _Decisions(u.shape)
     blocker = np.full((*u.shape, 2), -1, np.int64)
     for i in range(estimator.steps):
-        x = (i + u) / estimator.steps
+        last = i == estimator.steps - 1
+        x = np.ones_like(u) if last else (i + u) / (estimator.steps - 1)
         s = x * (1.0 - estimator.growth + estimator.growth * x)
         live = blocker[..., 0] < 0
         texel = decide.texel(start_px + s[..., None] * (end_px - start_px), live)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from oracle import screen_space
-
 from shaders.harness import evaluate
 
 INCLUDES = ["lib/hash.glsl"]
@@ -107,9 +106,6 @@ def test_block_samples_walls_evenly(gl, shaders, directions):
     white = np.mean([wall_error(rng.random((count, 3))) for _ in range(8)])
     offsets = rng.integers(0, 2**32, (8, 3))
     even = np.mean(
-        [
-            wall_error(points_of(gl, shaders, np.arange(count), tuple(map(int, o))))
-            for o in offsets
-        ]
+        [wall_error(points_of(gl, shaders, np.arange(count), tuple(map(int, o)))) for o in offsets]
     )
     assert even < ERROR_SHARE[directions] * white

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from oracle import closed_forms, screen_space
-
 from shaders.harness import evaluate
 
 INCLUDES = ["lib/sampling.glsl"]
