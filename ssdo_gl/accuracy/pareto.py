@@ -1,0 +1,75 @@
+"""The Pareto front of error against time, and how sure each membership is."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+def front(times: ArrayLike, errors: ArrayLike) -> NDArray[np.int64]:
+    """Return the indices of the settings that no other one beats, fastest first.
+
+    A setting is beaten if another is at least as fast and at least as accurate and
+    better in one of the two. Of exact ties the first stays. Settings with a time or
+    error that is not finite are never members.
+
+    Parameters
+    ----------
+    times, errors : array_like, shape (points,)
+        Both >= 0, smaller is better.
+    """
+    time = np.asarray(times, dtype=np.float64)
+    error = np.asarray(errors, dtype=np.float64)
+    usable = np.flatnonzero(np.isfinite(time) & np.isfinite(error))
+    # By time, then error, then position: a sweep keeps what improves on all before.
+    order = usable[np.lexsort((usable, error[usable], time[usable]))]
+    members: list[int] = []
+    best = np.inf
+    for index in order:
+        if error[index] < best:
+            members.append(int(index))
+            best = error[index]
+    return np.asarray(members, dtype=np.int64)
+
+
+def membership(time_replicas: ArrayLike, error_replicas: ArrayLike) -> NDArray[np.float64]:
+    """Return in which share of the replicas each setting is on the front.
+
+    Parameters
+    ----------
+    time_replicas, error_replicas : array_like, shape (replicas, points)
+        Joint bootstrap replicas: row r of both belongs to the same draw.
+
+    Returns
+    -------
+    ndarray, shape (points,)
+        In [0, 1].
+    """
+    time = np.asarray(time_replicas, dtype=np.float64)
+    error = np.asarray(error_replicas, dtype=np.float64)
+    if time.shape != error.shape:
+        raise ValueError(f"replicas differ in shape: {time.shape} and {error.shape}")
+    hits = np.zeros(time.shape[1])
+    for times, errors in zip(time, error, strict=True):
+        hits[front(times, errors)] += 1.0
+    return np.asarray(hits / max(len(time), 1))
+
+
+def agreement(
+    first: NDArray[np.float64], second: NDArray[np.float64], confidence: float
+) -> list[int]:
+    """Return the settings on which two runs contradict each other.
+
+    Runs contradict each other where one is `confidence` sure that a setting is on the
+    front and the other as sure that it is not. Empty: they agree as well as they claim.
+
+    Parameters
+    ----------
+    first, second : ndarray, shape (points,)
+        Membership shares of the same settings in two runs.
+    confidence : float
+        In (0.5, 1).
+    """
+    sure_1, sure_2 = first >= confidence, second >= confidence
+    not_1, not_2 = first <= 1.0 - confidence, second <= 1.0 - confidence
+    return [int(i) for i in np.flatnonzero((sure_1 & not_2) | (sure_2 & not_1))]
