@@ -105,8 +105,8 @@ def evaluate(
 
 def _as_rows(name: str, value: Any) -> NDArray[Any]:
     array = np.asarray(value)
-    array = array.reshape(len(array), -1)
-    if not 1 <= array.shape[1] <= 4 or len(array) == 0:
+    array = array[:, None] if array.ndim == 1 else array
+    if array.ndim != 2 or not 1 <= array.shape[1] <= 4 or len(array) == 0:
         raise ValueError(f"input {name!r} has shape {np.shape(value)}, not (n,) or (n, 1..4)")
     kinds = {"f": np.float32, "i": np.int32, "b": np.int32, "u": np.uint32}
     return array.astype(kinds[array.dtype.kind])
