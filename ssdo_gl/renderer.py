@@ -59,6 +59,9 @@ class RenderResult:
         Medians over the timed frames.
     frame_ms : tuple of float
         Milliseconds of each timed frame until the device had finished.
+    process_ms : tuple of float
+        Processor time of the same frames, all threads: what a software rasterizer
+        spends, whatever else the machine is doing.
     setup_ms : float
         The first frame, with shader compilation, shadow maps and uploads.
     references : dict
@@ -72,6 +75,7 @@ class RenderResult:
     decisions: tuple[Decision, ...]
     frame_ms: tuple[float, ...]
     setup_ms: float
+    process_ms: tuple[float, ...] = ()
     references: dict[str, Any] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
@@ -148,6 +152,11 @@ class Renderer:
         if self._owns_device:
             self.device.release()
 
+    def use(self, settings: Settings) -> None:
+        """Render with other settings from now on; what they leave alone stays warm."""
+        self.settings = self._completed(settings)
+        self._plans.clear()
+
     def render(
         self,
         wanted: Iterable[str] = ("beauty",),
@@ -183,13 +192,14 @@ class Renderer:
         count = self.settings.antialias
         sums: dict[str, NDArray[np.float64]] = {}
         times: list[float] = []
+        process_times: list[float] = []
         timings: list[list[PassTiming]] = []
         setup_ms = 0.0
 
         def run_frame(index: int, nonce: int) -> list[PassTiming]:
             nonlocal setup_ms
             frame = self._frame(moved, camera, index, count, nonce)
-            start = time.perf_counter()
+            start, process_start = time.perf_counter(), time.process_time()
             rows = self._executor.run(
                 plan, frame, self._geometry, time_passes=time_passes, progress=progress
             )
@@ -199,6 +209,7 @@ class Renderer:
                 setup_ms = elapsed
             else:
                 times.append(elapsed)
+                process_times.append((time.process_time() - process_start) * 1e3)
                 timings.append(rows)
             if not timings:
                 timings.append(rows)
@@ -213,6 +224,7 @@ class Renderer:
                 progress("anti-aliasing frames", index + 1, count)
         if frames > 1:
             times.clear()
+            process_times.clear()
             for number in range(frames):
                 run_frame(0, number + 1)
         images = {name: (array / count).astype(np.float32) for name, array in sums.items()}
@@ -224,6 +236,7 @@ class Renderer:
             decisions=pipeline.decisions,
             frame_ms=tuple(times) or (setup_ms,),
             setup_ms=setup_ms,
+            process_ms=tuple(process_times),
             references={item.name: dict(item.statistics) for item in plan.order if item.statistics},
             notes=pipeline.notes,
         )
