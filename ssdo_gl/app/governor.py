@@ -1,0 +1,184 @@
+"""Holds a frame-time budget by choosing a rung of a ladder of ever cheaper settings. Pure.
+
+The ladder goes from the user's own settings down. The governor only ever looks at the
+times of past frames; it learns what each rung costs as it uses it.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import statistics
+from collections import deque
+from dataclasses import dataclass
+
+from ssdo_gl.settings import Settings
+
+# Fewer depth reads than this leave a pattern that no filter hides.
+FEWEST_SAMPLES = 8
+# Sizes of the picture relative to the window, once samples alone do not suffice.
+FRAME_SCALES = (0.75, 0.5, 0.375, 0.25)
+
+# A decision to go down needs this many frames over budget, so that one hiccup of the
+# system does not count; the median of three ignores one of them.
+FRAMES_TO_LOWER = 3
+# Going up can wait: one looks at motion now, and it must be sure to hold.
+FRAMES_TO_RAISE = 20
+# The rung above must be expected to use no more than this part of the budget. What
+# lies between here and 1 is the hysteresis.
+RAISE_FILL = 0.85
+# What a rung is taken to cost relative to the one below it before that was measured:
+# halving the samples saves a little less than half.
+UNKNOWN_STEP = 1.8
+# After a rung was raised in vain, that rung is left alone for this many frames, and
+# for twice as many after the next time.
+FIRST_PATIENCE = 120
+LONGEST_PATIENCE = 4000
+# Frames that are not measured after a change of rung: programs compile and textures
+# are made in the first.
+SETTLING_FRAMES = 2
+# Over twice the budget, one rung at a time would stutter too long.
+FAR_OVER = 2.0
+
+
+@dataclass(frozen=True)
+class Rung:
+    """One quality of the ladder.
+
+    Attributes
+    ----------
+    samples : int
+        Depth reads per pixel.
+    resolution_scale : float
+        Of the estimators.
+    frame_scale : float
+        Of the whole picture relative to the window; it is stretched to fill it.
+    """
+
+    samples: int
+    resolution_scale: float
+    frame_scale: float = 1.0
+
+    def applied(self, settings: Settings) -> Settings:
+        """Return `settings` at this quality; the size is left to the caller."""
+        return dataclasses.replace(
+            settings,
+            samples=self.samples,
+            steps=min(settings.steps, self.samples),
+            resolution_scale=self.resolution_scale,
+        )
+
+
+def ladder(settings: Settings) -> tuple[Rung, ...]:
+    """Return the rungs under `settings`, each cheaper than the one before.
+
+    Samples go first, because the filter and refinement at rest hide their loss best;
+    then the estimators' resolution; the picture's own resolution last.
+    """
+    samples, scale = settings.samples, settings.resolution_scale
+    rungs = [Rung(samples, scale)]
+    while samples // 2 >= FEWEST_SAMPLES and len(rungs) < 3:
+        samples //= 2
+        rungs.append(Rung(samples, scale))
+    if scale == 1.0 and not settings.is_reference:
+        scale = 0.5
+        rungs.append(Rung(samples, scale))
+    while samples // 2 >= FEWEST_SAMPLES:
+        samples //= 2
+        rungs.append(Rung(samples, scale))
+    rungs.extend(Rung(samples, scale, factor) for factor in FRAME_SCALES)
+    return tuple(rungs)
+
+
+class Governor:
+    """Chooses the rung for the next frame from the times of the last ones.
+
+    Parameters
+    ----------
+    budget_ms : float
+        What a frame may take, > 0.
+    rung_count : int
+        Rungs of the ladder; rung 0 is the best.
+
+    Attributes
+    ----------
+    rung : int
+        For the next frame.
+    """
+
+    def __init__(self, budget_ms: float, rung_count: int) -> None:
+        self.budget_ms = budget_ms
+        self.rung_count = rung_count
+        self.rung = 0
+        self._times: deque[float] = deque(maxlen=FRAMES_TO_RAISE)
+        self._settling = SETTLING_FRAMES
+        self._last: tuple[int, float] | None = None
+        # How much dearer a rung is than the one below it, as far as that was seen.
+        self._ratio: dict[int, float] = {}
+        self._blocked_for: dict[int, int] = {}
+        self._patience: dict[int, int] = {}
+        self._was_raised = False
+        self._usual_ms: float | None = None
+
+    @property
+    def is_exhausted(self) -> bool:
+        """Whether even the cheapest rung does not keep the budget."""
+        at_the_end = self.rung == self.rung_count - 1
+        return at_the_end and self._usual_ms is not None and self._usual_ms > self.budget_ms
+
+    def observe(self, frame_ms: float) -> int:
+        """Take the time of a frame drawn at `rung`; return the rung for the next."""
+        self._blocked_for = {r: n - 1 for r, n in self._blocked_for.items() if n > 1}
+        if self._settling > 0:
+            self._settling -= 1
+            return self.rung
+        self._times.append(frame_ms)
+        if len(self._times) < FRAMES_TO_LOWER:
+            return self.rung
+        recent = statistics.median(list(self._times)[-FRAMES_TO_LOWER:])
+        self._usual_ms = statistics.median(self._times)
+        if recent > self.budget_ms:
+            self._lower(recent)
+        elif len(self._times) == FRAMES_TO_RAISE:
+            self._learn(self._usual_ms)
+            if self._was_raised:
+                # It has held this long: the raise was a success.
+                self._patience.pop(self.rung, None)
+                self._was_raised = False
+            expected = self._usual_ms * self._ratio.get(self.rung - 1, UNKNOWN_STEP)
+            may_raise = self.rung > 0 and self.rung - 1 not in self._blocked_for
+            if may_raise and expected <= RAISE_FILL * self.budget_ms:
+                self._was_raised = True
+                self._move(self.rung - 1, self._usual_ms)
+        return self.rung
+
+    def _lower(self, recent_ms: float) -> None:
+        self._learn(recent_ms)
+        if self._was_raised:
+            patience = self._patience.get(self.rung, FIRST_PATIENCE)
+            self._blocked_for[self.rung] = patience
+            self._patience[self.rung] = min(2 * patience, LONGEST_PATIENCE)
+            self._was_raised = False
+        if self.rung + 1 == self.rung_count:
+            return
+        step = 1
+        if recent_ms > FAR_OVER * self.budget_ms:
+            step = max(1, int(math.log(recent_ms / self.budget_ms) / math.log(UNKNOWN_STEP)))
+        self._move(min(self.rung + step, self.rung_count - 1), recent_ms)
+
+    def _learn(self, here_ms: float) -> None:
+        """Note what the rungs between the last one and this one have cost or saved."""
+        if self._last is None or self._last[0] == self.rung or here_ms <= 0.0:
+            return
+        rung, then_ms = self._last
+        steps = rung - self.rung
+        ratio = (here_ms / then_ms) ** (1.0 / steps)
+        for between in range(min(rung, self.rung), max(rung, self.rung)):
+            self._ratio[between] = max(1.0, ratio)
+        self._last = None
+
+    def _move(self, rung: int, here_ms: float) -> None:
+        self._last = (self.rung, here_ms) if here_ms > 0.0 else None
+        self.rung = rung
+        self._times.clear()
+        self._settling = SETTLING_FRAMES
