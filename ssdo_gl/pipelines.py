@@ -10,13 +10,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from ssdo_gl.effects import Decision, Effects, decide, effective_combine
 from ssdo_gl.graph.render_pass import RenderPass
-from ssdo_gl.passes.back_faces import BackFacesPass
 from ssdo_gl.passes.bounce import BouncePass, BounceSettings
 from ssdo_gl.passes.composite import Combine, CompositePass
 from ssdo_gl.passes.direct import DirectPass, DirectSettings
 from ssdo_gl.passes.directional import DirectionalPass, DirectionalSettings
 from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterPass, EdgeAwareFilterSettings
-from ssdo_gl.passes.environment import EnvironmentPass
 from ssdo_gl.passes.gbuffer import GBufferPass
 from ssdo_gl.passes.light_table import LightTablePass
 from ssdo_gl.passes.radiance_aov import RadianceAovPass
@@ -181,22 +179,25 @@ class _Builder:
         if effects.direct:
             settings_direct = self.pass_settings("direct", DirectSettings())
             self.add(
-                DirectPass(settings_direct, has_shadow_map=effects.shadow_map),
+                DirectPass(settings_direct, shadow_maps=effects.shadow_map),
                 "light of the scene's lights",
             )
         if self.content.environment == "map":
+            from ssdo_gl.passes.environment import EnvironmentPass
+
             self.add(EnvironmentPass(), "the image of the environment, and its irradiance")
 
     def _add_near_field(self) -> None:
         effects = self.effects
         if effects.back_layer:
+            from ssdo_gl.passes.back_faces import BackFacesPass
+
             self.add(BackFacesPass(), "the thickness of closed bodies")
         if effects.directional:
             self.add(
                 DirectionalPass(
                     self.estimator_settings("directional", DirectionalSettings),
                     environment=self.content.environment,
-                    has_ssdo_lights=self.content.has_ssdo_lights,
                     has_back_layer=effects.back_layer,
                 ),
                 "light through open directions",
