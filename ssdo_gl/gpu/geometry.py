@@ -203,8 +203,36 @@ class Geometry:
             group.instances.write(packed)
             self._vertex_array(group, program).render(instances=len(packed))
 
+    def bounds_along(self, axes: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return corners (low, high) of all instances in a rotated world frame.
+
+        Parameters
+        ----------
+        axes : ndarray, shape (3, 3)
+            The frame's axes as rows.
+
+        Returns
+        -------
+        low, high : ndarray, shape (3,)
+            Zeros if there are no objects.
+        """
+        eye = Eye(np.zeros(3), axes)
+        boxes = [
+            _bounds(_view_from(eye, group.world_from_mesh), group.vertices.half_extent)
+            for group in self._groups
+        ]
+        if not boxes:
+            return np.zeros(3), np.zeros(3)
+        low = np.min([(center - half).min(axis=0) for center, half in boxes], axis=0)
+        high = np.max([(center + half).max(axis=0) for center, half in boxes], axis=0)
+        return low, high
+
     def near_far(
-        self, viewpoint: Viewpoint, tan_half_fov: tuple[float, float]
+        self,
+        viewpoint: Viewpoint,
+        tan_half_fov: tuple[float, float],
+        *,
+        skip_light: int | None = None,
     ) -> tuple[float, float]:
         """Return clip distances (near, far) that enclose all that `viewpoint` can see.
 
@@ -222,6 +250,7 @@ class Geometry:
             view_from_mesh = _view_from(viewpoint, group.world_from_mesh)
             center, half = _bounds(view_from_mesh, group.vertices.half_extent)
             seen = _inside(sides, center, half) & (half[:, 2] - center[:, 2] > 0.0)
+            seen &= _not_of(skip_light, group.lights)
             if np.any(seen):
                 nearest = min(nearest, float((-center[seen, 2] - half[seen, 2]).min()))
                 farthest = max(farthest, float((-center[seen, 2] + half[seen, 2]).max()))
@@ -280,8 +309,7 @@ class Geometry:
             [clip_from_view[3] + clip_from_view[:3], clip_from_view[3] - clip_from_view[:3]]
         )
         seen = _inside(planes, center, half)
-        if skip_light is not None:
-            seen &= group.lights != skip_light
+        seen &= _not_of(skip_light, group.lights)
         count = int(np.count_nonzero(seen))
         packed = np.empty((count, INSTANCE_FLOATS), np.float32)
         packed[:, :12] = view_from_mesh[seen].reshape(count, 12)
@@ -366,6 +394,10 @@ def _view_from(viewpoint: Viewpoint, world_from_mesh: FloatArray) -> FloatArray:
 def _bounds(view_from_mesh: FloatArray, half_extent: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return centres and half sizes (N, 3) of the view-space boxes of instances."""
     return view_from_mesh[:, :, 3], np.abs(view_from_mesh[:, :, :3]) @ half_extent
+
+
+def _not_of(light: int | None, lights: NDArray[np.int64]) -> NDArray[np.bool_] | bool:
+    return True if light is None else np.asarray(lights != light)
 
 
 def _inside(planes: FloatArray, center: FloatArray, half: FloatArray) -> NDArray[np.bool_]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import ClassVar
 
@@ -10,28 +9,15 @@ import moderngl
 
 from ssdo_gl.gpu.geometry import Features
 from ssdo_gl.gpu.shader import Program
+from ssdo_gl.graph.depth_range import depth_uniforms, wide_depth_range
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 
-# Up to this far / near the hyperbolic 24-bit depth resolves 6e-5 of z at the far
-# plane, finer than a pixel at 4K. Beyond it, depth is written by the fragment.
-HYPERBOLIC_DEPTH_RATIO = 1000.0
-
-
-def wide_depth_range(near: float, far: float) -> int:
-    """Return the value of the define ``WIDE_DEPTH_RANGE``."""
-    return int(far > HYPERBOLIC_DEPTH_RATIO * near)
-
 
 def uniforms(frame: Frame) -> dict[str, object]:
     """Return the uniforms of ``gbuffer.frag``."""
-    near, far = frame.view.near, frame.view.far
-    values = frame.view.uniforms()
-    if wide_depth_range(near, far):
-        scale = 1.0 / math.log2(far / near)
-        values["u_log_depth"] = (scale, -math.log2(near) * scale)
-    return values
+    return {**frame.view.uniforms(), **depth_uniforms(frame.view.near, frame.view.far)}
 
 
 class GBufferPass(RenderPass):

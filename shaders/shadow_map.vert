@@ -1,0 +1,38 @@
+#version 330 core
+// Places a vertex in the frame of one face of a shadow map (looking along -z).
+#include "lib/instance.glsl"
+
+uniform mat4 u_clip_from_view;
+
+out float v_depth;  // along the face's axis
+#if HAS_ALPHA_CUTOUT
+in vec4 a_albedo;
+in vec2 a_emission_side_cutoff;
+flat out float v_alpha;
+flat out float v_alpha_cutoff;
+#if HAS_VERTEX_COLORS
+in vec4 a_color;
+out float v_vertex_alpha;
+#endif
+#if HAS_ALBEDO_TEXTURE
+in vec2 a_uv;
+out vec2 v_material_uv;
+#endif
+#endif
+
+void main()
+{
+    vec3 position = instance_position_vs();
+    gl_Position = u_clip_from_view * vec4(position, 1.0);
+    v_depth = -position.z;
+#if HAS_ALPHA_CUTOUT
+    v_alpha = a_albedo.a;
+    v_alpha_cutoff = a_emission_side_cutoff.y;
+#if HAS_VERTEX_COLORS
+    v_vertex_alpha = a_color.a;
+#endif
+#if HAS_ALBEDO_TEXTURE
+    v_material_uv = a_uv;
+#endif
+#endif
+}

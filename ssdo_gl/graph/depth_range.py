@@ -1,0 +1,22 @@
+"""Which kind of 24-bit depth a view needs; see ``shaders/lib/depth_test.glsl``."""
+
+from __future__ import annotations
+
+import math
+
+# Up to this far / near the hyperbolic depth resolves 6e-5 of z at the far plane, finer
+# than a pixel at 4K. Beyond it, the fragment writes a logarithmic depth.
+HYPERBOLIC_DEPTH_RATIO = 1000.0
+
+
+def wide_depth_range(near: float, far: float) -> int:
+    """Return the define ``WIDE_DEPTH_RANGE`` for clip distances `near` and `far`."""
+    return int(far > HYPERBOLIC_DEPTH_RATIO * near)
+
+
+def depth_uniforms(near: float, far: float) -> dict[str, object]:
+    """Return the uniforms of ``lib/depth_test.glsl``."""
+    if not wide_depth_range(near, far):
+        return {}
+    scale = 1.0 / math.log2(far / near)
+    return {"u_log_depth": (scale, -math.log2(near) * scale)}

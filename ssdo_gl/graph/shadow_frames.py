@@ -1,0 +1,139 @@
+"""Where the shadow map of each light looks from, as plain data in float64."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ssdo_gl import math3d
+from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.light import DirectionalLight, Light, RectangleLight, SpotLight
+
+# Rows are the axes (u, v, w) of a face in the frame of its light, whose +z is where the
+# light shines; w is the axis that depth runs along. Order: +z, +x, -x, +y, -y, -z.
+FACE_FROM_LIGHT = np.array(
+    [
+        [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+        [[0, 1, 0], [0, 0, 1], [1, 0, 0]],
+        [[0, 1, 0], [0, 0, 1], [-1, 0, 0]],
+        [[0, 0, 1], [1, 0, 0], [0, 1, 0]],
+        [[0, 0, 1], [1, 0, 0], [0, -1, 0]],
+        [[1, 0, 0], [0, 1, 0], [0, 0, -1]],
+    ],
+    dtype=np.float64,
+)
+# A wider cone in one picture would waste most texels on its rim: at 60 degrees the rim
+# has 1/4 of the centre's density, and the five faces of a half cube do better beyond.
+WIDEST_SINGLE_FACE = 60.0
+# Bounds of a scene along a light, grown by this much so that nothing sits on a border.
+BOUNDS_MARGIN = 1e-3
+
+BoundsOf = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+
+
+@dataclass(frozen=True, eq=False)
+class ShadowFrame:
+    """The shadow map of one light.
+
+    Attributes
+    ----------
+    origin_ws : ndarray, shape (3,)
+        Depth 0 of the map; the apex of its pyramids.
+    light_from_world : ndarray, shape (3, 3)
+        Rotation; +z is where the light shines.
+    is_parallel : bool
+        Parallel rays (a directional light) instead of rays from the origin.
+    half_size : (float, float)
+        Half the width and height of a face: tangents, or scene units if parallel.
+    depth : float
+        Of a parallel map: how far it reaches, scene units; else 0.
+    face_count : int
+        Faces in use, the first of `FACE_FROM_LIGHT`.
+    first_tile : int
+        Its place in the atlas.
+    """
+
+    origin_ws: FloatArray
+    light_from_world: FloatArray
+    is_parallel: bool
+    half_size: tuple[float, float]
+    depth: float
+    face_count: int
+    first_tile: int
+
+
+def face_count(light: Light) -> int:
+    """Return how many tiles of the atlas `light` needs; 0 if it has no shadow map."""
+    if light.shadow != "map":
+        return 0
+    if isinstance(light, DirectionalLight):
+        return 1
+    if isinstance(light, SpotLight):
+        return 1 if light.outer_angle <= WIDEST_SINGLE_FACE else 5
+    if isinstance(light, RectangleLight):
+        return 6 if light.two_sided else 5
+    return 6
+
+
+def tile_count(lights: Sequence[Light]) -> int:
+    """Return how many tiles the atlas of all `lights` has."""
+    return sum(face_count(light) for light in lights)
+
+
+def column_count(lights: Sequence[Light]) -> int:
+    """Return tiles per row of the atlas, at least 1; it is as square as can be."""
+    return math.isqrt(max(tile_count(lights), 1) - 1) + 1
+
+
+def light_axes(light: Light) -> FloatArray:
+    """Return the (3, 3) rotation light_from_world; +z is where the light shines."""
+    if isinstance(light, RectangleLight):
+        if not np.any(np.cross(light.edge_u, light.edge_v)):
+            return np.eye(3)  # No area, no light: any axes will do.
+        x = math3d.normalized(light.edge_u)
+        z = math3d.normalized(np.cross(x, math3d.normalized(light.edge_v)))
+        return np.stack([x, np.cross(z, x), z])
+    if isinstance(light, SpotLight | DirectionalLight):
+        return math3d.frame_from_z(light.direction).T
+    return np.eye(3)
+
+
+def shadow_frames(lights: Sequence[Light], bounds_of: BoundsOf) -> list[ShadowFrame | None]:
+    """Return the shadow map of each light, None for those without.
+
+    Parameters
+    ----------
+    bounds_of : callable
+        Returns the corners (low, high) of the scene in the frame of a (3, 3) rotation.
+    """
+    frames: list[ShadowFrame | None] = []
+    tile = 0
+    for light in lights:
+        count = face_count(light)
+        frames.append(_shadow_frame(light, bounds_of, tile, count) if count else None)
+        tile += count
+    return frames
+
+
+def _shadow_frame(light: Light, bounds_of: BoundsOf, tile: int, count: int) -> ShadowFrame:
+    axes = light_axes(light)
+    if isinstance(light, DirectionalLight):
+        low, high = bounds_of(axes)
+        # A flat scene has no extent along some axis; any is right that is not zero.
+        extent = np.maximum(high - low, BOUNDS_MARGIN * float(np.max(high - low)))
+        extent = np.where(extent > 0.0, extent, 1.0) * (1.0 + BOUNDS_MARGIN)
+        middle = 0.5 * (low + high)
+        origin = np.array([middle[0], middle[1], middle[2] - 0.5 * extent[2]]) @ axes
+        half = (0.5 * float(extent[0]), 0.5 * float(extent[1]))
+        return ShadowFrame(origin, axes, True, half, float(extent[2]), count, tile)
+    tangent = 1.0
+    if isinstance(light, RectangleLight):
+        origin = np.asarray(light.corner) + 0.5 * np.add(light.edge_u, light.edge_v)
+    else:
+        origin = np.asarray(light.position, np.float64)
+        if isinstance(light, SpotLight) and count == 1:
+            tangent = math.tan(math.radians(light.outer_angle))
+    return ShadowFrame(origin, axes, False, (tangent, tangent), 0.0, count, tile)

@@ -1,0 +1,136 @@
+"""Depth as each light sees it, all maps in one atlas."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+
+from ssdo_gl import math3d
+from ssdo_gl.gpu.geometry import Eye, Features
+from ssdo_gl.gpu.shader import Program
+from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.graph.depth_range import depth_uniforms, wide_depth_range
+from ssdo_gl.graph.render_pass import PassContext, RenderPass
+from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.graph.settings import setting
+from ssdo_gl.graph.shadow_frames import (
+    FACE_FROM_LIGHT,
+    ShadowFrame,
+    column_count,
+    shadow_frames,
+    tile_count,
+)
+from ssdo_gl.math3d import FloatArray
+
+# Texels around each face that show what lies beyond its edge, so that filtering there
+# needs no neighbour. A 2 x 2 footprint reaches one texel out, jitter half of one more.
+BORDER_TEXELS = 2
+# Nothing blocks: farther than any receiver, yet finite.
+EMPTY_DEPTH = 3.0e38
+# Geometry looks along -z, a face along its third axis.
+VIEW_FROM_FACE = np.diag([1.0, 1.0, -1.0])
+
+
+@dataclass(frozen=True)
+class ShadowMapSettings:
+    """How finely shadow maps are sampled."""
+
+    resolution: int = setting(
+        1024, "texels along each face of a map: sharper shadows", unit="texels", low=16, high=8192
+    )
+    max_atlas: int = setting(
+        8192,
+        "texels along the atlas: with more lights, faces are halved until all fit",
+        unit="texels",
+        low=256,
+        high=16384,
+    )
+
+
+def tile_size(settings: ShadowMapSettings, columns: int) -> int:
+    """Return texels along one face of an atlas with `columns` columns of tiles."""
+    size = settings.resolution
+    while size * columns > settings.max_atlas and size > 16:
+        size //= 2
+    return size
+
+
+def border_scale(size: int) -> float:
+    """Return by how much a tile of `size` texels is wider than its face."""
+    return size / (size - 2 * BORDER_TEXELS)
+
+
+def parallel_projection(half_size: tuple[float, float], depth: float) -> FloatArray:
+    """Return the (4, 4) clip_from_view of parallel rays, depth 0 to `depth` along -z."""
+    matrix = np.diag([1.0 / half_size[0], 1.0 / half_size[1], -2.0 / depth, 1.0])
+    matrix[2, 3] = -1.0
+    return matrix
+
+
+class ShadowMapPass(RenderPass):
+    """Draws `shadow_atlas`: one square tile for each face of each light's map.
+
+    Tiles are counted row by row from the bottom left. A texel holds the linear depth
+    along the axis of its face, `EMPTY_DEPTH` where there is nothing. Lights whose body
+    is part of the scene do not see that body.
+    """
+
+    name = "shadow_map"
+    writes: Mapping[str, TextureSpec] = {"shadow_atlas": TextureSpec(1, "f4", own=True)}
+    depends_on = ("geometry", "lights")
+
+    def __init__(self, settings: ShadowMapSettings | None = None) -> None:
+        self.settings = settings or ShadowMapSettings()
+
+    def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
+        """Return the atlas as a new texture."""
+        lights = context.frame.scene.lights
+        columns = column_count(lights)
+        size = tile_size(self.settings, columns)
+        rows = max(1, math.ceil(tile_count(lights) / columns))
+        atlas = make_texture(context.gl, (columns * size, rows * size), 1, "f4")
+        target = make_framebuffer(context.gl, [atlas], depth=True)
+        target.use()
+        target.clear(EMPTY_DEPTH, depth=1.0)
+        context.gl.enable_only(moderngl.DEPTH_TEST)
+        frames = shadow_frames(lights, context.geometry.bounds_along)
+        for index, frame in enumerate(frames):
+            for face in range(frame.face_count if frame is not None else 0):
+                assert frame is not None
+                tile = frame.first_tile + face
+                corner = (tile % columns * size, tile // columns * size)
+                # Rasterization is clipped to the viewport, so tiles stay apart.
+                target.viewport = (*corner, size, size)
+                _draw_face(context, frame, face, index, border_scale(size))
+        if target.depth_attachment is not None:
+            target.depth_attachment.release()
+        target.release()
+        return {"shadow_atlas": atlas}
+
+
+def _draw_face(
+    context: PassContext, frame: ShadowFrame, face: int, light: int, scale: float
+) -> None:
+    rotation = VIEW_FROM_FACE @ FACE_FROM_LIGHT[face] @ frame.light_from_world
+    eye = Eye(frame.origin_ws, rotation)
+    half_size = (frame.half_size[0] * scale, frame.half_size[1] * scale)
+    if frame.is_parallel:
+        clip_from_view = parallel_projection(half_size, frame.depth)
+        near, far = 1.0, 2.0
+    else:
+        near, far = context.geometry.near_far(eye, half_size, skip_light=light)
+        clip_from_view = math3d.perspective(half_size, near, far)
+
+    def program_of(features: Features) -> Program:
+        defines = features.cutout_defines()
+        defines["IS_PARALLEL"] = int(frame.is_parallel)
+        defines["WIDE_DEPTH_RANGE"] = wide_depth_range(near, far)
+        return context.shaders.program("shadow_map.vert", "shadow_map.frag", defines)
+
+    context.geometry.draw(
+        eye, clip_from_view, program_of, depth_uniforms(near, far), skip_light=light
+    )
