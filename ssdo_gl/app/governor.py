@@ -30,10 +30,8 @@ RAISE_FILL = 0.85
 # What a rung is taken to cost relative to the one below it before that was measured:
 # halving the samples saves a little less than half.
 UNKNOWN_STEP = 1.8
-# After a rung was raised in vain, that rung is left alone for this many frames, and
-# for twice as many after the next time.
-FIRST_PATIENCE = 120
-LONGEST_PATIENCE = 4000
+# Halving the resolution saves at most this factor; what was seen beyond is a hiccup.
+LARGEST_STEP = 4.0
 # Frames that are not measured after a change of rung: programs compile and textures
 # are made in the first.
 SETTLING_FRAMES = 2
@@ -115,9 +113,6 @@ class Governor:
         self._last: tuple[int, float] | None = None
         # How much dearer a rung is than the one below it, as far as that was seen.
         self._ratio: dict[int, float] = {}
-        self._blocked_for: dict[int, int] = {}
-        self._patience: dict[int, int] = {}
-        self._was_raised = False
         self._usual_ms: float | None = None
 
     @property
@@ -128,7 +123,6 @@ class Governor:
 
     def observe(self, frame_ms: float) -> int:
         """Take the time of a frame drawn at `rung`; return the rung for the next."""
-        self._blocked_for = {r: n - 1 for r, n in self._blocked_for.items() if n > 1}
         if self._settling > 0:
             self._settling -= 1
             return self.rung
@@ -141,24 +135,13 @@ class Governor:
             self._lower(recent)
         elif len(self._times) == FRAMES_TO_RAISE:
             self._learn(self._usual_ms)
-            if self._was_raised:
-                # It has held this long: the raise was a success.
-                self._patience.pop(self.rung, None)
-                self._was_raised = False
             expected = self._usual_ms * self._ratio.get(self.rung - 1, UNKNOWN_STEP)
-            may_raise = self.rung > 0 and self.rung - 1 not in self._blocked_for
-            if may_raise and expected <= RAISE_FILL * self.budget_ms:
-                self._was_raised = True
+            if self.rung > 0 and expected <= RAISE_FILL * self.budget_ms:
                 self._move(self.rung - 1, self._usual_ms)
         return self.rung
 
     def _lower(self, recent_ms: float) -> None:
         self._learn(recent_ms)
-        if self._was_raised:
-            patience = self._patience.get(self.rung, FIRST_PATIENCE)
-            self._blocked_for[self.rung] = patience
-            self._patience[self.rung] = min(2 * patience, LONGEST_PATIENCE)
-            self._was_raised = False
         if self.rung + 1 == self.rung_count:
             return
         step = 1
@@ -174,7 +157,7 @@ class Governor:
         steps = rung - self.rung
         ratio = (here_ms / then_ms) ** (1.0 / steps)
         for between in range(min(rung, self.rung), max(rung, self.rung)):
-            self._ratio[between] = max(1.0, ratio)
+            self._ratio[between] = min(max(1.0, ratio), LARGEST_STEP)
         self._last = None
 
     def _move(self, rung: int, here_ms: float) -> None:

@@ -65,12 +65,11 @@ def test_stays_on_the_best_rung_when_it_is_cheap() -> None:
 def test_noise_and_hiccups_do_not_make_it_oscillate(seed: int) -> None:
     rungs, times = simulate(noisy(0.15, seed), 3000)
     settled = rungs[100:]
-    # 30 ms scattered by 15 % crosses the budget now and then; the rung below must be
-    # kept for good after a few tries, each of which costs two changes.
-    assert changes(settled) <= 12
+    # 30 ms scattered by 15 % crosses the budget: the rung below is kept for good.
+    assert changes(settled) <= 2
     over = sum(t > BUDGET_MS for t in times[100:])
-    # The hiccups alone are 1 in 97; few others may be over.
-    assert over < 0.03 * len(settled)
+    # The hiccups alone are 1 in 97.
+    assert over <= len(settled) / 97 + 3
 
 
 def test_goes_back_up_when_the_load_falls() -> None:
@@ -87,21 +86,17 @@ def test_lowers_at_once_when_the_load_rises() -> None:
     assert max(over) < 220
 
 
-def test_a_rung_that_is_worse_than_it_looks_is_tried_ever_less_often() -> None:
-    """Rung 2 costs 20 ms while tried, 60 ms once in use: it must not be a pendulum."""
-    since = {"rung": 0, "frames": 0}
+def test_a_rung_that_costs_more_than_expected_is_tried_once() -> None:
+    """14 ms promise 25 ms one rung up, which takes 45: it must not become a pendulum."""
+    costs = (70.0, 45.0, 14.0, 9.0)
+    rungs, _ = simulate(lambda frame, rung: costs[rung], 3000, rungs=4)
+    assert changes(rungs) <= 5
+    assert rungs[-1] == 2
 
-    def machine(frame: int, rung: int) -> float:
-        since["frames"] = since["frames"] + 1 if rung == since["rung"] else 0
-        since["rung"] = rung
-        if rung <= 2:
-            return 60.0 if since["frames"] > 10 else 20.0
-        return 15.0
 
-    rungs, _ = simulate(machine, 6000)
-    early, late = changes(rungs[:1500]), changes(rungs[4500:])
-    assert late <= 4
-    assert late < early
+def test_one_hiccup_changes_nothing() -> None:
+    rungs, _ = simulate(lambda f, rung: 500.0 if f % 50 == 49 else 20.0, 500)
+    assert changes(rungs) == 0
 
 
 def test_a_budget_that_cannot_be_held_ends_at_the_cheapest_and_says_so() -> None:
@@ -114,16 +109,15 @@ def test_a_budget_that_cannot_be_held_ends_at_the_cheapest_and_says_so() -> None
 
 
 def test_frames_right_after_a_change_do_not_count() -> None:
-    """The first frame of a rung compiles programs: 500 ms must not drive it down."""
-    seen: set[int] = set()
+    """The first two frames of a rung compile and allocate: that must not drive it down."""
+    seen = [0] * 8
 
     def machine(frame: int, rung: int) -> float:
-        first = rung not in seen
-        seen.add(rung)
-        return 500.0 if first else COSTS[rung]
+        seen[rung] += 1
+        return 500.0 if seen[rung] <= 2 else COSTS[rung]
 
     rungs, _ = simulate(machine, 300)
-    assert rungs[-1] == 3
+    assert max(rungs) == 3
 
 
 @pytest.mark.parametrize(
