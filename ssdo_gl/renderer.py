@@ -225,6 +225,7 @@ class Renderer:
         if frames > 1:
             times.clear()
             process_times.clear()
+            timings.clear()
             for number in range(frames):
                 run_frame(0, number + 1)
         images = {name: (array / count).astype(np.float32) for name, array in sums.items()}
@@ -315,21 +316,25 @@ class Renderer:
     def _reports(
         pipeline: Pipeline, plan: Plan, timings: list[list[PassTiming]]
     ) -> tuple[PassReport, ...]:
-        ran: dict[str, list[PassTiming]] = {}
+        by_name: dict[str, list[PassTiming]] = {}
         for rows in timings:
             for row in rows:
-                ran.setdefault(row.name, []).append(row)
+                by_name.setdefault(row.name, []).append(row)
         reports = []
         for item in plan.order:
-            rows = ran[item.name]
-            measured = [row.gpu_ms for row in rows if row.gpu_ms is not None]
+            ran = [row for row in by_name[item.name] if row.ran]
+            reason = pipeline.reasons.get(item.name, "needed for what was asked")
+            if not ran:
+                reports.append(PassReport(item.name, False, f"unchanged, kept: {reason}"))
+                continue
+            measured = [row.gpu_ms for row in ran if row.gpu_ms is not None]
             reports.append(
                 PassReport(
                     item.name,
                     True,
-                    pipeline.reasons.get(item.name, "needed for what was asked"),
+                    reason,
                     statistics.median(measured) if measured else None,
-                    statistics.median(row.cpu_ms for row in rows),
+                    statistics.median(row.cpu_ms for row in ran),
                 )
             )
         for item in plan.culled:

@@ -58,6 +58,9 @@ class SnapshotRequest:
 def take_snapshot(request: SnapshotRequest) -> RenderResult:
     """Render as requested, write the files and print a summary to standard output."""
     console = Console(highlight=False, soft_wrap=True)
+    if not console.is_terminal:
+        # Files and pipes have no width; whole sentences are easier to search.
+        console = Console(highlight=False, soft_wrap=True, width=200)
     as_picture = request.out is not None and request.out.suffix.lower() == ".png"
     wanted = _resources_wanted(request.wanted, as_picture)
     with (
