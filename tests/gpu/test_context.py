@@ -121,9 +121,10 @@ def test_impossible_backend_is_one_readable_line(case):
         f"try:\n    create_context({backend!r})\n"
         "except ContextError as error:\n    print(error)\n"
     )
-    answer = run_python("-W", "error", "-c", code, **IMPOSSIBLE[case])
+    answer = run_python("-c", code, **IMPOSSIBLE[case])
     assert answer.returncode == 0, answer.stderr
-    assert "Traceback" not in answer.stderr
+    # Mesa may have its say there, but neither Python nor GLFW's warnings.
+    assert "Traceback" not in answer.stderr and "GLFWError" not in answer.stderr
     lines = answer.stdout.splitlines()
     assert len(lines) == 1, answer.stdout
     assert f"({backend}: " in lines[0]
@@ -175,13 +176,27 @@ def test_device_index_reaches_egl():
     assert "device index 97" in answer.stdout
 
 
-def test_release_is_final_and_idempotent():
+def test_second_release_does_nothing():
+    class Context:
+        info = {"GL_RENDERER": "", "GL_VERSION": "", "GL_VENDOR": ""}  # noqa: RUF012
+        gc_mode = None
+
+        def release(self):
+            calls.append("context")
+
+    calls = []
+    device = Device(Context(), "window", lambda: calls.append("window"))
+    device.release()
+    device.release()
+    assert calls == ["context", "window"]
+
+
+def test_objects_may_outlive_the_context():
     code = (
         "from ssdo_gl.gpu.context import create_context\n"
         "for _ in range(2):\n"
         "    device = create_context()\n"
         "    texture = device.gl.texture((4, 4), 4)\n"
-        "    device.release()\n"
         "    device.release()\n"
         "    del texture\n"  # must not call into the dead context
         "print('alive')\n"

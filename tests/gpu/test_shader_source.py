@@ -160,7 +160,13 @@ def test_mention_must_be_the_whole_name():
 
 @pytest.mark.parametrize(
     "condition",
-    ["#if MODE == 1", "#if 1 && MODE", "#if 0\n#elif MODE\n", "#if defined(OTHER) && MODE"],
+    [
+        "#ifdef MODE\n#endif\n#if MODE",
+        "#if MODE == 1",
+        "#if 1 && MODE",
+        "#if 0\n#elif MODE\n",
+        "#if defined(OTHER) && MODE",
+    ],
 )
 def test_undefined_name_in_a_condition_is_refused(condition):
     with pytest.raises(ShaderError, match=r"a\.frag:\d: #(if|elif) uses MODE, which is not"):
