@@ -50,6 +50,7 @@ bench-rays: $(READY)
 
 lint: $(READY)
 	$(PY) -m ruff check .
+	$(PY) -m ruff format --check .
 	$(PY) -m mypy
 	$(PY) -m pytest -q tests/shaders/test_lint.py
 

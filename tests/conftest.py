@@ -4,11 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import hypothesis
 import moderngl
 import pytest
 
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.gpu.shader import ShaderLibrary
+
+# A deadline would be a timing assertion, on machines that others use as well. The same
+# examples every time: a failure can be repeated, and a success means the same tomorrow.
+hypothesis.settings.register_profile("repeatable", deadline=None, derandomize=True)
+hypothesis.settings.load_profile("repeatable")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -36,7 +42,12 @@ def shaders(device: Device) -> ShaderLibrary:
 
 @pytest.fixture
 def gl(device: Device) -> Iterator[moderngl.Context]:
-    """The context, with no OpenGL error pending before the test nor left by it."""
+    """The context in its first state, with no OpenGL error pending before or after the test."""
+    device.gl.enable_only(moderngl.NOTHING)
+    device.gl.depth_func = "<"
+    device.gl.cull_face = "back"
+    device.gl.front_face = "ccw"
+    device.gl.wireframe = False
     assert device.gl.error == "GL_NO_ERROR", "an earlier test left an OpenGL error"
     yield device.gl
     assert device.gl.error == "GL_NO_ERROR", "this test caused an OpenGL error"
