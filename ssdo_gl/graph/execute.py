@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Hashable, Iterable, Mapping
+from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.gpu.texture_pool import TexturePool
 from ssdo_gl.gpu.timer import Timer
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.graph import Plan
@@ -43,30 +43,58 @@ class PassTiming:
 
 
 @dataclass
-class _Slot:
-    """What the executor remembers of a pass between frames."""
+class _Result:
+    """What a pass left behind, and what it was made from."""
 
-    key: Hashable
-    version: int
+    identity: int
     textures: dict[str, moderngl.Texture]
-    made_here: tuple[moderngl.Texture, ...]
-    target: moderngl.Framebuffer | None
+    borrowed: dict[str, moderngl.Texture]
+
+
+_Format = tuple[tuple[int, int], int, str]
+
+
+def _format(texture: moderngl.Texture) -> _Format:
+    return texture.size, texture.components, texture.dtype
+
+
+def _formats(item: RenderPass, frame_size: tuple[int, int]) -> dict[str, _Format]:
+    """Return what the textures that `item` borrows must be like."""
+    return {
+        name: (spec.size(frame_size), spec.components, spec.dtype)
+        for name, spec in item.writes.items()
+        if not spec.own
+    }
 
 
 class Executor:
     """Runs plans on one device and keeps the textures between frames.
 
-    A pass runs again only when its settings, the size, a domain it depends on or
-    one of the resources it reads has changed since its last run. Two passes of the
+    Everything a pass is made from - its settings, the size, the domains it depends
+    on and, recursively, what it reads - has an identity. A pass runs only if somebody
+    needs its result and there is none of this identity. Transient textures are lent to
+    later passes of the same frame once their last reader has run. Two passes of the
     same name in different plans replace each other.
     """
+
+    # A moving camera makes new identities every frame; forgetting all of them once in
+    # a while costs one full frame and keeps memory flat.
+    MAX_IDENTITIES = 4096
 
     def __init__(self, device: Device, shaders: ShaderLibrary) -> None:
         self._device = device
         self._shaders = shaders
-        self._slots: dict[str, _Slot] = {}
-        self._next_version = 1
+        self._pool = TexturePool(device.gl)
+        self._results: dict[str, _Result] = {}
+        self._identities: dict[Hashable, int] = {}
+        self._next_identity = 0
+        self._last_shape: Hashable = None
         self.timer = Timer(device)
+
+    @property
+    def texture_count(self) -> int:
+        """Number of textures that exist because of this executor, those of passes excluded."""
+        return self._pool.texture_count
 
     def run(
         self,
@@ -87,118 +115,155 @@ class Executor:
         progress : ProgressCallback or None
             Handed to the passes.
         """
+        self._forget_other_plans(plan, frame.view.size)
+        identities = self._identify(plan, frame)
+        stale = self._stale(plan, identities)
+        last_readers = plan.last_readers()
         textures: dict[str, moderngl.Texture] = {}
-        versions: dict[str, int] = {}
         timings = []
-        for item in plan.order:
-            key = self._key(item, frame, versions)
-            slot = self._slots.get(item.name)
-            if slot is not None and slot.key == key:
-                timings.append(PassTiming(item.name, False, None, 0.0))
-            else:
-                slot = self._prepare(item, frame.view.size)
+        for index, item in enumerate(plan.order):
+            if item.name in stale:
+                result = self._prepare(item, frame.view.size)
+                target = self._pool.target(list(result.borrowed.values()), depth=item.needs_depth)
                 context = PassContext(
                     gl=self._device.gl,
                     shaders=self._shaders,
                     geometry=geometry,
                     frame=frame,
                     inputs={name: textures[name] for name in item.reads},
-                    target=slot.target,
+                    target=target,
                     progress=progress,
                 )
-                timings.append(self._execute(item, slot, context, time_passes))
-                slot.key = key
-            textures.update(slot.textures)
-            versions.update(dict.fromkeys(item.writes, slot.version))
-        self._drop_unused({item.name for item in plan.order})
+                timer = self.timer if time_passes else None
+                timings.append(self._execute(item, result, context, timer))
+                result.identity = identities[item.name]
+            else:
+                timings.append(PassTiming(item.name, False, None, 0.0))
+            if item.name in self._results:
+                textures.update(self._results[item.name].textures)
+            if item.name in stale:
+                self._lend_on(plan, index, last_readers)
         return timings
 
     def texture(self, resource: str) -> moderngl.Texture:
-        """Return the texture that the last run left in `resource`."""
-        for slot in self._slots.values():
-            if resource in slot.textures:
-                return slot.textures[resource]
+        """Return the texture that the last run left in `resource`, an output of its plan."""
+        for result in self._results.values():
+            if resource in result.textures:
+                return result.textures[resource]
         raise KeyError(resource)
 
     def forget(self, names: Iterable[str] | None = None) -> None:
         """Make the named passes (all if None) run again in the next frame."""
-        for name in list(self._slots) if names is None else names:
-            if name in self._slots:
-                self._slots[name].key = None
+        for name in list(self._results) if names is None else names:
+            if name in self._results:
+                self._results[name].identity = -1
 
     def release(self) -> None:
         """Free every texture and framebuffer."""
-        self._drop_unused(set())
+        for name in list(self._results):
+            self._discard(name)
+        self._pool.trim()
+
+    def _forget_other_plans(self, plan: Plan, size: tuple[int, int]) -> None:
+        """Free what this plan has no use for, once when plan or size change."""
+        shape = (size, tuple((item.name, tuple(item.writes.items())) for item in plan.order))
+        if shape == self._last_shape:
+            return
+        self._last_shape = shape
+        fitting = {item.name: _formats(item, size) for item in plan.order}
+        for name, result in list(self._results.items()):
+            formats = fitting.get(name, {})
+            if (
+                any(formats.get(n) != _format(t) for n, t in result.borrowed.items())
+                or name not in fitting
+            ):
+                self._discard(name)
+        self._pool.trim()
+
+    def _identify(self, plan: Plan, frame: Frame) -> dict[str, int]:
+        """Return a number per pass, equal exactly when all it is made from is equal."""
+        if len(self._identities) > self.MAX_IDENTITIES:
+            self._identities.clear()
+        of_pass: dict[str, int] = {}
+        of_resource: dict[str, int] = {}
+        for item in plan.order:
+            key: Hashable = (
+                item.name,
+                type(item),
+                item.settings_key(),
+                tuple(item.writes.items()),
+                frame.view.size,
+                tuple((name, of_resource[name]) for name in item.reads),
+                tuple((domain, frame.versions.get(domain)) for domain in item.depends_on),
+            )
+            if key not in self._identities:
+                self._identities[key] = self._next_identity
+                self._next_identity += 1
+            of_pass[item.name] = self._identities[key]
+            of_resource.update(dict.fromkeys(item.writes, of_pass[item.name]))
+        return of_pass
+
+    def _stale(self, plan: Plan, identities: dict[str, int]) -> set[str]:
+        """Return the passes that must run: walk back from the outputs to what still holds."""
+        writer = {resource: item for item in plan.order for resource in item.writes}
+        waiting = [writer[output] for output in plan.outputs]
+        stale: set[str] = set()
+        while waiting:
+            item = waiting.pop()
+            if item.name in stale:
+                continue
+            result = self._results.get(item.name)
+            kept = result is not None and all(name in result.textures for name in item.writes)
+            if result is None or not kept or result.identity != identities[item.name]:
+                stale.add(item.name)
+                waiting += [writer[resource] for resource in item.reads]
+        return stale
+
+    def _prepare(self, item: RenderPass, frame_size: tuple[int, int]) -> _Result:
+        """Return a result of `item` whose textures fit its declaration."""
+        wanted = _formats(item, frame_size)
+        result = self._results.get(item.name)
+        if result is not None and {n: _format(t) for n, t in result.borrowed.items()} == wanted:
+            return result
+        self._discard(item.name)
+        borrowed = {name: self._pool.borrow(*format_) for name, format_ in wanted.items()}
+        result = _Result(-1, dict(borrowed), borrowed)
+        self._results[item.name] = result
+        return result
 
     @staticmethod
-    def _key(item: RenderPass, frame: Frame, versions: Mapping[str, int]) -> Hashable:
-        return (
-            type(item).__name__,
-            item.settings_key(),
-            tuple((name, spec) for name, spec in item.writes.items()),
-            frame.view.size,
-            tuple((name, versions[name]) for name in item.reads),
-            tuple((domain, frame.versions.get(domain)) for domain in item.depends_on),
-        )
-
     def _execute(
-        self, item: RenderPass, slot: _Slot, context: PassContext, time_passes: bool
+        item: RenderPass, result: _Result, context: PassContext, timer: Timer | None
     ) -> PassTiming:
-        if slot.target is not None:
-            slot.target.use()
-            slot.target.clear()
+        if context.target is not None:
+            context.target.use()
+            context.target.clear()
         start = time.perf_counter()
         gpu_ms = None
-        if time_passes:
-            with self.timer as timer:
+        if timer is not None:
+            with timer:
                 own = item.execute(context)
             gpu_ms = timer.elapsed_ms
         else:
             own = item.execute(context)
         cpu_ms = (time.perf_counter() - start) * 1e3
-        slot.textures.update(own or {})
-        missing = [name for name in item.writes if name not in slot.textures]
+        result.textures.update(own or {})
+        missing = [name for name in item.writes if name not in result.textures]
         if missing:
             raise RuntimeError(f"pass {item.name!r} did not return {', '.join(missing)}")
-        slot.version = self._next_version
-        self._next_version += 1
         return PassTiming(item.name, True, gpu_ms, cpu_ms)
 
-    def _prepare(self, item: RenderPass, frame_size: tuple[int, int]) -> _Slot:
-        """Return the slot of `item` with textures that fit its declaration."""
-        gl = self._device.gl
-        wanted = {name: spec for name, spec in item.writes.items() if not spec.own}
-        slot = self._slots.get(item.name)
-        if slot is not None:
-            fits = list(wanted) == [n for n in slot.textures if n in wanted] and all(
-                slot.textures[name].size == spec.size(frame_size)
-                and slot.textures[name].components == spec.components
-                and slot.textures[name].dtype == spec.dtype
-                for name, spec in wanted.items()
-            )
-            if fits and len(wanted) == len(slot.made_here):
-                slot.textures = {name: slot.textures[name] for name in wanted}
-                return slot
-            self._free(slot)
-        made = {
-            name: make_texture(gl, spec.size(frame_size), spec.components, spec.dtype)
-            for name, spec in wanted.items()
-        }
-        target = make_framebuffer(gl, list(made.values()), item.needs_depth) if made else None
-        slot = _Slot(None, 0, dict(made), tuple(made.values()), target)
-        self._slots[item.name] = slot
-        return slot
+    def _lend_on(self, plan: Plan, index: int, last_readers: dict[str, int]) -> None:
+        """Give back the textures whose last reader is the pass that has just run."""
+        for item in plan.order[:index]:
+            result = self._results[item.name]
+            for resource in item.writes:
+                if last_readers.get(resource) == index and resource in result.borrowed:
+                    self._pool.give_back(result.borrowed.pop(resource))
+                    del result.textures[resource]
 
-    def _drop_unused(self, names: set[str]) -> None:
-        for name in [n for n in self._slots if n not in names]:
-            self._free(self._slots.pop(name))
-
-    @staticmethod
-    def _free(slot: _Slot) -> None:
-        if slot.target is not None:
-            depth = slot.target.depth_attachment
-            slot.target.release()
-            if depth is not None:
-                depth.release()
-        for texture in slot.made_here:
-            texture.release()
+    def _discard(self, name: str) -> None:
+        result = self._results.pop(name, None)
+        if result is not None:
+            for texture in result.borrowed.values():
+                self._pool.give_back(texture)

@@ -29,6 +29,19 @@ class Plan:
     culled: tuple[RenderPass, ...]
     outputs: tuple[str, ...]
 
+    def last_readers(self) -> dict[str, int]:
+        """Return, for each transient resource, the place in `order` of its last reader.
+
+        Outputs are not among them: they are read after the frame.
+        """
+        last = {resource: index for index, item in enumerate(self.order) for resource in item.reads}
+        return {
+            resource: last[resource]
+            for item in self.order
+            for resource, spec in item.writes.items()
+            if spec.transient and resource not in self.outputs and resource in last
+        }
+
 
 def compile_graph(passes: Sequence[RenderPass], outputs: Iterable[str]) -> Plan:
     """Walk backwards from `outputs` and return the passes that they need, in order.

@@ -29,6 +29,7 @@ class TextureSpec:
     dtype: Dtype = "f4"
     scale: float = 1.0
     own: bool = False
+    transient: bool = False
 
     def size(self, frame_size: tuple[int, int]) -> tuple[int, int]:
         """Return (width, height) in pixels for a frame of `frame_size`."""

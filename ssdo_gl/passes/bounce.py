@@ -67,7 +67,7 @@ class BouncePass(RenderPass):
         self.sender_bound = sender_bound
         back = ("z_back_vs",) if has_back_layer else ()
         self.reads = ("z_vs", "normals_vs", "sender_radiance", *back)
-        self.writes = {"bounce_raw": TextureSpec(4, scale=settings.resolution_scale)}
+        self.writes = {"bounce_raw": TextureSpec(4, scale=settings.resolution_scale, transient=True)}
         self.depends_on = ("view", "seed")
         self._defines = defines(settings, has_back_layer)
 

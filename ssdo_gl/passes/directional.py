@@ -142,7 +142,7 @@ class DirectionalPass(RenderPass):
             *(("z_back_vs",) if has_back_layer else ()),
             *((MAP_RADIANCE, MAP_IRRADIANCE) if environment == "map" else ()),
         )
-        self.writes = {"directional_raw": TextureSpec(4, scale=settings.resolution_scale)}
+        self.writes = {"directional_raw": TextureSpec(4, scale=settings.resolution_scale, transient=True)}
         self.depends_on = ("view", "seed", "lights", "environment")
         control = "none" if settings.estimator == "rgs09" else settings.control
         self._defines = {

@@ -51,7 +51,7 @@ class SsaoPass(RenderPass):
         self.name = "ssao"
         self.settings = settings
         self.reads = ("z_vs", "normals_vs", *(("z_back_vs",) if has_back_layer else ()))
-        self.writes = {"visibility_raw": TextureSpec(2, scale=settings.resolution_scale)}
+        self.writes = {"visibility_raw": TextureSpec(2, scale=settings.resolution_scale, transient=True)}
         self.depends_on = ("view", "seed")
         self._defines = defines(settings, has_back_layer)
 

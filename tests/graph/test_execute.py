@@ -23,11 +23,11 @@ from ssdo_gl.scene.scene import Scene
 class Paint(RenderPass):
     """Clears its target to a value and counts how often it ran."""
 
-    def __init__(self, name, value=1.0, reads=(), depends_on=(), own=False):
+    def __init__(self, name, value=1.0, reads=(), depends_on=(), own=False, transient=False):
         self.name = name
         self.value = value
         self.reads = tuple(reads)
-        self.writes = {name: TextureSpec(1, own=own)}
+        self.writes = {name: TextureSpec(1, own=own, transient=transient)}
         self.depends_on = tuple(depends_on)
         self.runs = 0
 
@@ -139,3 +139,47 @@ def test_plans_of_other_passes_with_the_same_name_replace_each_other(world):
     wider.writes = {"a": dataclasses.replace(wider.writes["a"], components=4)}
     assert run([wider], ["a"], frame())[0].ran
     assert executor.texture("a").components == 4
+
+
+def chain():
+    """A raw image and its filter, twice: the second raw image may reuse the first's texture."""
+    return [
+        Paint("raw_1", transient=True),
+        Paint("smooth_1", reads=["raw_1"]),
+        Paint("raw_2", reads=["smooth_1"], transient=True),
+        Paint("smooth_2", reads=["raw_2"]),
+    ]
+
+
+def test_transient_textures_are_lent_on_within_the_frame(world):
+    run, executor = world
+    run(chain(), ["smooth_1", "smooth_2"], frame())
+    # Four resources: raw_2 takes over raw_1's texture, the smooth ones are kept.
+    assert executor.texture_count == 3
+
+
+def test_a_lost_texture_is_made_again_only_if_somebody_needs_it(world):
+    run, _ = world
+    passes = chain()
+    run(passes, ["smooth_1", "smooth_2"], frame())
+    assert [row.ran for row in run(passes, ["smooth_1", "smooth_2"], frame())] == [False] * 4
+    passes[3].value = 2.0
+    ran = [row.ran for row in run(passes, ["smooth_1", "smooth_2"], frame())]
+    assert ran == [False, False, True, True]
+
+
+def test_a_transient_output_is_not_lent_on(world):
+    run, executor = world
+    run(chain(), ["raw_1", "smooth_2"], frame())
+    assert read_texture(executor.texture("raw_1")).max() == 1.0
+    assert executor.texture_count == 4
+
+
+def test_textures_do_not_pile_up_over_frames_and_sizes(world):
+    run, executor = world
+    for size in ((4, 3), (8, 6), (5, 5), (4, 3)):
+        for seed in range(3):
+            passes = chain()
+            passes[0].depends_on = ("seed",)
+            run(passes, ["smooth_1", "smooth_2"], frame(size=size, seed=seed))
+            assert executor.texture_count == 3
