@@ -8,6 +8,7 @@ from ssdo_gl.scene.motion import Motion
 
 MOTION_TABLE = "animate"
 KEYS = ("spin", "pivot", "orbit", "orbit_center", "sway", "period")
+_ZERO: Vector = (0.0, 0.0, 0.0)
 
 
 def read_motion(table: Table, center: Vector) -> Motion | None:
@@ -19,20 +20,19 @@ def read_motion(table: Table, center: Vector) -> Motion | None:
     if animate is None:
         return None
     animate.allow(*KEYS)
-    zero = (0.0, 0.0, 0.0)
     motion = Motion(
-        spin=animate.vector("spin", zero),
-        orbit=animate.vector("orbit", zero),
+        spin=animate.vector("spin", _ZERO),
+        orbit=animate.vector("orbit", _ZERO),
         pivot=animate.vector("pivot", center),
-        orbit_center=animate.vector("orbit_center", zero),
-        sway=animate.vector("sway", zero),
+        orbit_center=animate.vector("orbit_center", _ZERO),
+        sway=animate.vector("sway", _ZERO),
         period=animate.number("period", 4.0, low=0.0, open_ends=True),
     )
     moves = any(motion.spin) or any(motion.orbit) or any(motion.sway)
     return motion if moves else None
 
 
-def names_pivot(table: Table) -> bool:
-    """Return whether the file gives `animate` a pivot of its own."""
+def spins_in_place(table: Table) -> bool:
+    """Return whether each copy of the object turns about its own middle."""
     animate = table.table(MOTION_TABLE)
-    return animate is not None and "pivot" in animate
+    return animate is not None and "pivot" not in animate and any(animate.vector("spin", _ZERO))

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray
@@ -14,7 +15,7 @@ from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.description.forms import FORM_KEYS, read_form
 from ssdo_gl.scene.description.lights import SHADOWS, as_vector
 from ssdo_gl.scene.description.materials import file_beside
-from ssdo_gl.scene.description.motions import MOTION_TABLE, names_pivot, read_motion
+from ssdo_gl.scene.description.motions import MOTION_TABLE, read_motion, spins_in_place
 from ssdo_gl.scene.description.table import Table, suggestion
 from ssdo_gl.scene.importers import read_model
 from ssdo_gl.scene.light import Shadow
@@ -59,8 +60,7 @@ def _add(
     table: Table, parts: list[SceneObject], count: int, shadow: Shadow, builder: SceneBuilder
 ) -> None:
     """Add the parts with their motion; each copy that spins does so about itself."""
-    moves = table.table(MOTION_TABLE) is not None
-    if not moves or names_pivot(table):
+    if not spins_in_place(table):
         motion = read_motion(table, (0.0, 0.0, 0.0))
         for part in parts:
             builder.add(dataclasses.replace(part, motion=motion), shadow)
@@ -119,7 +119,7 @@ def _model_parts(
 
 
 def _instances(table: Table) -> FloatArray:
-    """Return (N, 4, 4): the transform, repeated on a grid in world space."""
+    """Return (N, 4, 4): the transform, repeated in world space."""
     transform = np.eye(4)
     inside = table.table("transform")
     if inside is not None:
@@ -133,18 +133,25 @@ def _instances(table: Table) -> FloatArray:
     if repeat is None:
         return transform[None]
     repeat.allow("count", "step")
-    counts = repeat.numbers("count", 3)
-    if not all(n >= 1 and n == int(n) for n in counts) or np.prod(counts) > MAX_INSTANCES:
-        repeat.fail(
-            "count", f"expected three whole numbers >= 1, at most {MAX_INSTANCES} copies in all"
-        )
-    nx, ny, nz = (int(n) for n in counts)
-    grid = np.stack(
-        np.meshgrid(np.arange(nx), np.arange(ny), np.arange(nz), indexing="ij"), axis=-1
-    ).reshape(-1, 3)
+    grid = _grid(repeat)
     matrices = np.repeat(transform[None], len(grid), axis=0)
     matrices[:, :3, 3] += grid * repeat.numbers("step", 3)
     return matrices
+
+
+def _grid(repeat: Table) -> NDArray[np.int64]:
+    """Return (N, 3) multiples of `step`: a grid for three counts, a row for one."""
+    along_row = not isinstance(repeat.data.get("count"), list)
+    counts = np.array([repeat.number("count")]) if along_row else repeat.numbers("count", 3)
+    if not all(n >= 1 and n == int(n) for n in counts) or np.prod(counts) > MAX_INSTANCES:
+        repeat.fail(
+            "count",
+            f"expected one or three whole numbers >= 1, at most {MAX_INSTANCES} copies in all",
+        )
+    if along_row:
+        return np.repeat(np.arange(int(counts[0]))[:, None], 3, axis=1)
+    axes = [np.arange(int(n)) for n in counts]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
 def _scale(table: Table) -> FloatArray:
