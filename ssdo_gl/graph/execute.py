@@ -172,11 +172,10 @@ class Executor:
         self._last_shape = shape
         fitting = {item.name: _formats(item, size) for item in plan.order}
         for name, result in list(self._results.items()):
-            formats = fitting.get(name, {})
-            if (
-                any(formats.get(n) != _format(t) for n, t in result.borrowed.items())
-                or name not in fitting
-            ):
+            formats = fitting.get(name)
+            have = {n: _format(texture) for n, texture in result.borrowed.items()}
+            # A transient texture that was lent on is missing; that is no misfit.
+            if formats is None or any(formats.get(n) != f for n, f in have.items()):
                 self._discard(name)
         self._pool.trim()
 
