@@ -13,6 +13,7 @@ from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene import defaults, emitters, framing
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import Environment
+from ssdo_gl.scene.exposure import exposure_for
 from ssdo_gl.scene.light import Light, Shadow
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject
@@ -90,7 +91,7 @@ class SceneBuilder:
         camera: Camera | None,
         environment: Environment | None,
         *,
-        exposure: float = 0.0,
+        exposure: float | None = 0.0,
         fov_y: float = 40.0,
         render: Mapping[str, Any] | None = None,
         title: str = "",
@@ -101,7 +102,9 @@ class SceneBuilder:
         Parameters
         ----------
         camera : Camera or None
-            None: the whole scene is framed, with `exposure` and `fov_y`.
+            None: the whole scene is framed, with `fov_y`.
+        exposure : float or None
+            In EV, of the camera that frames the scene. None: chosen to suit the lights.
         environment : Environment or None
             None together with no light of any kind: a soft sky and a key light.
         """
@@ -111,7 +114,9 @@ class SceneBuilder:
         self._add_emitters()
         self._merge()
         if camera is None:
-            camera = framing.frame(self.meshes, self.objects, fov_y, exposure)
+            camera = framing.frame(self.meshes, self.objects, fov_y, exposure or 0.0)
+        if exposure is None and self.lights:
+            camera = self._exposed(camera)
         if environment is None and not self.lights:
             environment, key = defaults.soft_light(camera)
             self.lights.append(key)
@@ -128,6 +133,13 @@ class SceneBuilder:
             purpose=purpose,
             notes=tuple(self.notes),
         )
+
+    def _exposed(self, camera: Camera) -> Camera:
+        """Return the camera with an exposure for the lights that the file brings."""
+        exposure = exposure_for(self.meshes, self.objects, self.lights)
+        if exposure != 0.0:
+            self.note(f"exposure {exposure:+.1f} EV chosen to suit the lights of the file")
+        return dataclasses.replace(camera, exposure=exposure)
 
     def _check_size(self) -> None:
         scene = Scene(

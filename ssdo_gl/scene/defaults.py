@@ -9,12 +9,12 @@ from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import GradientEnvironment
 from ssdo_gl.scene.light import DirectionalLight
 
-# A white surface that faces the key light reaches (pi * 0.45 + 1.6) / pi = 0.96, and
-# one lit by the sky alone about 0.4: the whole range fits a picture at exposure 0.
+# A white surface that faces the key light reaches (pi 0.32 + 2.15) / pi = 1.0, and one
+# that sees the sky alone 0.3: the range of a picture at exposure 0, with shape in it.
 SKY = GradientEnvironment(
-    zenith=(0.5, 0.56, 0.66), horizon=(0.42, 0.42, 0.42), ground=(0.2, 0.18, 0.16)
+    zenith=(0.34, 0.40, 0.50), horizon=(0.30, 0.30, 0.31), ground=(0.15, 0.135, 0.12)
 )
-KEY_IRRADIANCE = (1.75, 1.65, 1.5)
+KEY_IRRADIANCE = (2.3, 2.15, 1.95)
 # Where the key light stands as seen from the camera: to the left, high, in front.
 KEY_LEFT_DEGREES, KEY_UP_DEGREES = 40.0, 50.0
 

@@ -13,10 +13,16 @@ from ssdo_gl.scene.mesh import Mesh, SceneObject
 
 # Three-quarter view: turned to the right of the front (+z) and slightly above it.
 AZIMUTH_DEGREES, ELEVATION_DEGREES = 30.0, 20.0
-# Pictures from square to 16:9 must hold the scene, so the square decides.
+# Pictures from square to wide must hold the scene, so the square decides.
 MARGIN = 1.06
-# At most this many points are projected; more would not move the frame by a pixel.
+# Above this many vertices the boxes of the instances are framed in their place.
 MAX_POINTS = 200_000
+# A side of the bounding box is a wall if surfaces within a twentieth of the box cover
+# most of it, and open if they cover next to nothing.
+_WALL_DEPTH, _WALL_COVERAGE, _OPEN_COVERAGE = 0.05, 0.6, 0.1
+# Sides of the bounding box as rows of coverage: -x +x -y +y -z +z.
+_BOTTOM, _TOP = 2, 3
+_SIDE_AZIMUTHS = {5: 0.0, 1: 90.0, 4: 180.0, 0: 270.0}
 
 
 def frame(
@@ -24,34 +30,105 @@ def frame(
 ) -> Camera:
     """Return a camera that sees every vertex of the scene.
 
+    A room with one open side is looked into, level, through that side. Anything else
+    is seen at three quarters from slightly above, from where fewest walls of it stand
+    in the way; the front is +z.
+
     Parameters
     ----------
     fov_y : float
         Vertical field of view in degrees.
     """
-    points = world_points(meshes, objects)
-    toward = _view_direction(AZIMUTH_DEGREES, ELEVATION_DEGREES)
-    return _around(points, toward, fov_y, exposure)
+    azimuth, elevation = _viewpoint(side_coverage(meshes, objects))
+    a, e = np.radians([azimuth, elevation])
+    toward = np.array([np.sin(a) * np.cos(e), np.sin(e), np.cos(a) * np.cos(e)])
+    return _around(_world_points(meshes, objects), toward, fov_y, exposure)
 
 
-def world_points(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> FloatArray:
-    """Return vertices of all instances in world space, thinned evenly if many."""
-    total = sum(len(meshes[o.mesh].positions) * len(o.world_from_object) for o in objects)
-    stride = max(total // MAX_POINTS, 1)
-    chunks = []
+def _viewpoint(coverage: FloatArray) -> tuple[float, float]:
+    """Return azimuth (0 is +z, 90 is +x) and elevation in degrees."""
+    walls = coverage >= _WALL_COVERAGE
+    lateral = list(_SIDE_AZIMUTHS)
+    openings = [side for side in lateral if coverage[side] < _OPEN_COVERAGE]
+    if len(openings) == 1 and walls[lateral].sum() == 3 and walls[_BOTTOM]:
+        return _SIDE_AZIMUTHS[openings[0]], 0.0 if walls[_TOP] else ELEVATION_DEGREES
+
+    def blocked(azimuth: float) -> float:
+        # Walls count by how squarely the view would run into them.
+        return sum(
+            max(float(np.cos(np.radians(azimuth - _SIDE_AZIMUTHS[side]))), 0.0)
+            for side in lateral
+            if walls[side]
+        )
+
+    candidates = [
+        front + turn * AZIMUTH_DEGREES for front in (0.0, 90.0, 270.0, 180.0) for turn in (1, -1)
+    ]
+    # The first of equals: the front, from the right.
+    return min(candidates, key=lambda azimuth: round(blocked(azimuth), 6)), ELEVATION_DEGREES
+
+
+def side_coverage(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> FloatArray:
+    """Return how much of each side of the bounding box has a surface close to it.
+
+    Returns
+    -------
+    ndarray, shape (6,)
+        For the sides -x +x -y +y -z +z: area of the triangles that lie wholly within
+        a twentieth of the box from the side, projected on it, over its area; at most 1.
+    """
+    corners = _instance_boxes(meshes, objects)
+    low, high = corners.reshape(-1, 3).min(axis=0), corners.reshape(-1, 3).max(axis=0)
+    extent = high - low
+    covered = np.zeros(6)
+    row = 0
     for item in objects:
         mesh = meshes[item.mesh]
-        low, high = mesh.bounds()
-        corners = np.where(np.indices((2, 2, 2)).reshape(3, 8).T, high, low)
-        points = corners if stride > 1 else mesh.positions[np.unique(mesh.triangles)]
         for matrix in item.world_from_object:
-            chunks.append(math3d.transform_points(matrix, points))
-    return np.concatenate(chunks)
+            box = corners[row]
+            row += 1
+            # Only instances that reach a side can cover it.
+            near_low = box.min(axis=0) <= low + _WALL_DEPTH * extent
+            near_high = box.max(axis=0) >= high - _WALL_DEPTH * extent
+            if not (near_low.any() or near_high.any()):
+                continue
+            points = math3d.transform_points(matrix, mesh.positions)[mesh.triangles]
+            doubled = np.abs(np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]))
+            for axis in range(3):
+                height = points[:, :, axis]
+                at_low = (height <= low[axis] + _WALL_DEPTH * extent[axis]).all(axis=1)
+                at_high = (height >= high[axis] - _WALL_DEPTH * extent[axis]).all(axis=1)
+                covered[2 * axis] += 0.5 * doubled[at_low, axis].sum()
+                covered[2 * axis + 1] += 0.5 * doubled[at_high, axis].sum()
+    side = np.array([extent[1] * extent[2], extent[0] * extent[2], extent[0] * extent[1]])
+    # A flat scene has sides without area, which nothing can cover.
+    share = covered / np.repeat(np.where(side > 0.0, side, np.inf), 2)
+    return np.asarray(np.minimum(share, 1.0))
 
 
-def _view_direction(azimuth: float, elevation: float) -> FloatArray:
-    a, e = np.radians([azimuth, elevation])
-    return np.array([np.sin(a) * np.cos(e), np.sin(e), np.cos(a) * np.cos(e)])
+def _instance_boxes(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> FloatArray:
+    """Return the corners of every instance's box in world space, shape (N, 8, 3)."""
+    boxes = []
+    for item in objects:
+        low, high = meshes[item.mesh].bounds()
+        corners = np.where(np.indices((2, 2, 2)).reshape(3, 8).T == 1, high, low)
+        linear, offset = item.world_from_object[:, :3, :3], item.world_from_object[:, :3, 3]
+        boxes.append(np.einsum("nab,pb->npa", linear, corners) + offset[:, None])
+    return np.concatenate(boxes)
+
+
+def _world_points(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> FloatArray:
+    """Return the vertices of all instances in world space, or the corners of boxes."""
+    total = sum(len(meshes[o.mesh].positions) * len(o.world_from_object) for o in objects)
+    if total > MAX_POINTS:
+        return _instance_boxes(meshes, objects).reshape(-1, 3)
+    return np.concatenate(
+        [
+            math3d.transform_points(matrix, meshes[item.mesh].positions)
+            for item in objects
+            for matrix in item.world_from_object
+        ]
+    )
 
 
 def _around(points: FloatArray, toward: FloatArray, fov_y: float, exposure: float) -> Camera:
