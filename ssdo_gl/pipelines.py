@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from ssdo_gl.effects import Decision, Effects, decide, effective_combine
 from ssdo_gl.graph.render_pass import RenderPass
+from ssdo_gl.passes.back_faces import BackFacesPass
 from ssdo_gl.passes.bounce import BouncePass, BounceSettings
 from ssdo_gl.passes.composite import Combine, CompositePass
 from ssdo_gl.passes.direct import DirectPass, DirectSettings
@@ -190,8 +191,6 @@ class _Builder:
     def _add_near_field(self) -> None:
         effects = self.effects
         if effects.back_layer:
-            from ssdo_gl.passes.back_faces import BackFacesPass
-
             self.add(BackFacesPass(), "the thickness of closed bodies")
         if effects.directional:
             self.add(
