@@ -1,36 +1,50 @@
 #version 330 core
-// Irradiance from the scene's lights, each times the part that its shadow map lets through.
-// Lights marked "ssdo" arrive through open directions instead (directional.frag).
+// Irradiance from one light, times the part that its shadow map lets through. Drawn once
+// for each light, adding up.
 //
-// HAS_SHADOW_MAPS: some light has one. BLOCKER_COUNT, FILTER_COUNT: see lib/shadow.glsl.
+// LIGHT_KIND: as in lib/lights.glsl. HAS_SHADOW_MAP: look it up. BLOCKER_COUNT,
+// FILTER_COUNT: see lib/shadow.glsl. HAS_SHADING_NORMALS: see lib/lights.glsl.
 #include "lib/gbuffer.glsl"
 #include "lib/shadow.glsl"
 
+uniform vec4 u_light[LIGHT_ROWS];
+
 layout(location = 0) out vec4 o_irradiance;
+
+float shadow_visibility(Light light, vec3 p_vs, vec3 m_vs, ivec2 pixel)
+{
+    ShadowMap map = shadow_map_from_rows(u_light);
+    vec3 p_ls = map.light_from_view * (p_vs - map.origin_vs);
+    vec3 m_ls = map.light_from_view * m_vs;
+    float rounding = SHADOW_ROUNDING * (largest_component(p_vs) + largest_component(map.origin_vs));
+#if LIGHT_KIND == LIGHT_RECTANGLE
+    vec2 half_u = (map.light_from_view * light.axis_vs).xy;
+    vec2 half_v = (map.light_from_view * light.half_edge_v_vs).xy;
+    return rectangle_shadow_visibility(map, p_ls, m_ls, rounding, half_u, half_v, pixel);
+#else
+    return point_shadow_visibility(map, p_ls, m_ls, rounding);
+#endif
+}
 
 void main()
 {
     ivec2 texel = ivec2(gl_FragCoord.xy);
-    o_irradiance = vec4(0.0);
     if (gbuffer_z_vs(texel) <= 0.0) {
+        o_irradiance = vec4(0.0);
         return;
     }
+    Light light = light_from_rows(u_light);
+    light.kind = LIGHT_KIND;
     vec3 p_vs = gbuffer_position_vs(texel);
-    vec3 n_vs = gbuffer_shading_normal_vs(texel);
     vec3 m_vs = gbuffer_geometric_normal_vs(texel);
-    vec3 sum = vec3(0.0);
-    for (int i = 0; i < u_light_count; ++i) {
-        Light light = light_at(i);
-        if (light.shadow == SHADOW_SSDO) {
-            continue;
-        }
-        vec3 irradiance = unshadowed_irradiance(light, p_vs, n_vs, m_vs);
-#if HAS_SHADOW_MAPS
-        if (light.shadow == SHADOW_MAP && largest_component(irradiance) > 0.0) {
-            irradiance *= shadow_map_visibility(i, light, p_vs, m_vs, texel);
-        }
+#if HAS_SHADING_NORMALS
+    vec3 n_vs = gbuffer_shading_normal_vs(texel);
+#else
+    vec3 n_vs = m_vs;
 #endif
-        sum += irradiance;
-    }
-    o_irradiance = vec4(sum, 1.0);
+    vec3 irradiance = unshadowed_irradiance(light, p_vs, n_vs, m_vs);
+#if HAS_SHADOW_MAP
+    irradiance *= shadow_visibility(light, p_vs, m_vs, texel);
+#endif
+    o_irradiance = vec4(irradiance, 0.0);
 }

@@ -1,19 +1,27 @@
 // The scene's lights in view space, and the irradiance of each without any shadow.
 //
-// `t_lights` holds one light per row (written by passes/light_table.py):
-//   texel  xyz                                            w
-//   0      kind, shadow, first shadow tile                1 if both sides emit
-//   1      position (point, spot), centre (rectangle),    cosine of a spot's outer angle
-//          unit direction TOWARDS a directional light
-//   2      intensity (point, spot), irradiance            1 / (cos inner - cos outer)
-//          (directional), radiance (rectangle)            of a spot
-//   3      half of edge_u (rectangle); unit direction     half width  \ of a shadow map's
-//          in which a spot shines                                      | face: tangents, or
-//   4      half of edge_v (rectangle)                     half height / lengths (parallel)
-//   5..7   rows of light_from_view: +z is where the       5: 1 if the map's rays are
-//          light shines                                      parallel
-//   8      origin of the shadow map                       faces of the shadow map
+// A light is LIGHT_ROWS vectors (written by graph/light_rows.py), one row of `t_lights`:
+//        xyz                                            w
+//   0    kind, shadow                                   1 if both sides emit
+//   1    position (point, spot), centre (rectangle),    cosine of a spot's outer angle
+//        unit direction TOWARDS a directional light
+//   2    intensity (point, spot), irradiance            1 / (cos inner - cos outer)
+//        (directional), radiance (rectangle)            of a spot
+//   3    half of edge_u (rectangle); unit direction     half width of a shadow map's face:
+//        in which a spot shines                         a tangent, or a length if parallel
+//   4    half of edge_v (rectangle)                     half height
+//   5..7 rows of light_from_view: +z is where the       column, row of the first face's tile
+//        light shines                                   in the atlas; 1 if rays are parallel
+//   8    origin of the shadow map                       faces of the shadow map
+//
+// HAS_SHADING_NORMALS (default 1): 0 promises that n and m below are the same.
 #include "lib/constants.glsl"
+
+#ifndef HAS_SHADING_NORMALS
+#define HAS_SHADING_NORMALS 1
+#endif
+
+#define LIGHT_ROWS 9
 
 #define LIGHT_POINT 0
 #define LIGHT_SPOT 1
@@ -31,30 +39,27 @@ struct Light {
     int kind;
     int shadow;
     bool two_sided;
-    vec3 place_vs;      // texel 1
-    vec3 power;         // texel 2
-    vec3 axis_vs;       // texel 3: half edge_u, or a spot's direction
+    vec3 place_vs;      // row 1
+    vec3 power;         // row 2
+    vec3 axis_vs;       // row 3: half edge_u, or a spot's direction
     vec3 half_edge_v_vs;
     float cos_outer;
     float inverse_cos_range;
 };
 
+Light light_from_rows(vec4 rows[LIGHT_ROWS])
+{
+    return Light(int(rows[0].x), int(rows[0].y), rows[0].w > 0.5, rows[1].xyz, rows[2].rgb,
+                 rows[3].xyz, rows[4].xyz, rows[1].w, rows[2].w);
+}
+
 Light light_at(int index)
 {
-    vec4 head = texelFetch(t_lights, ivec2(0, index), 0);
-    vec4 place = texelFetch(t_lights, ivec2(1, index), 0);
-    vec4 power = texelFetch(t_lights, ivec2(2, index), 0);
-    Light light;
-    light.kind = int(head.x);
-    light.shadow = int(head.y);
-    light.two_sided = head.w > 0.5;
-    light.place_vs = place.xyz;
-    light.cos_outer = place.w;
-    light.power = power.rgb;
-    light.inverse_cos_range = power.w;
-    light.axis_vs = texelFetch(t_lights, ivec2(3, index), 0).xyz;
-    light.half_edge_v_vs = texelFetch(t_lights, ivec2(4, index), 0).xyz;
-    return light;
+    vec4 rows[LIGHT_ROWS];
+    for (int i = 0; i < LIGHT_ROWS; ++i) {
+        rows[i] = texelFetch(t_lights, ivec2(i, index), 0);
+    }
+    return light_from_rows(rows);
 }
 
 // Lights reach no surface nearer than a few roundings of float32: there a position no
@@ -191,19 +196,19 @@ float parallelogram_cosine_integral(vec3 c, vec3 u, vec3 v, vec3 n, vec3 m)
     vec3 p3 = c - u + v;
     Cut cut_n = UNCUT;
     float sum;
-    if (n == m) {
-        sum = clipped_edge_integral(p0, p1, n, cut_n) + clipped_edge_integral(p1, p2, n, cut_n)
-            + clipped_edge_integral(p2, p3, n, cut_n) + clipped_edge_integral(p3, p0, n, cut_n);
-    } else {
-        Cut cut_m = UNCUT;
-        sum = twice_clipped_edge_integral(p0, p1, m, n, cut_m, cut_n)
-            + twice_clipped_edge_integral(p1, p2, m, n, cut_m, cut_n)
-            + twice_clipped_edge_integral(p2, p3, m, n, cut_m, cut_n)
-            + twice_clipped_edge_integral(p3, p0, m, n, cut_m, cut_n);
-        if (cut_m.is_cut) {
-            sum += clipped_edge_integral(cut_m.leaves, cut_m.returns, n, cut_n);
-        }
+#if HAS_SHADING_NORMALS
+    Cut cut_m = UNCUT;
+    sum = twice_clipped_edge_integral(p0, p1, m, n, cut_m, cut_n)
+        + twice_clipped_edge_integral(p1, p2, m, n, cut_m, cut_n)
+        + twice_clipped_edge_integral(p2, p3, m, n, cut_m, cut_n)
+        + twice_clipped_edge_integral(p3, p0, m, n, cut_m, cut_n);
+    if (cut_m.is_cut) {
+        sum += clipped_edge_integral(cut_m.leaves, cut_m.returns, n, cut_n);
     }
+#else
+    sum = clipped_edge_integral(p0, p1, n, cut_n) + clipped_edge_integral(p1, p2, n, cut_n)
+        + clipped_edge_integral(p2, p3, n, cut_n) + clipped_edge_integral(p3, p0, n, cut_n);
+#endif
     if (cut_n.is_cut) {
         sum += edge_integral(cut_n.leaves, cut_n.returns, n);
     }

@@ -9,18 +9,26 @@ holds small numbers only.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Protocol
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from ssdo_gl.gpu.draw_group import (
+    INSTANCE_ATTRIBUTES,
+    INSTANCE_FLOATS,
+    DrawGroup,
+    Features,
+    features_of,
+    grouped,
+    material_row,
+)
 from ssdo_gl.gpu.material_textures import MaterialTextures
 from ssdo_gl.gpu.shader import Program
 from ssdo_gl.gpu.vertices import VertexStreams, vertex_streams
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh
 from ssdo_gl.scene.scene import Scene
 
@@ -31,18 +39,6 @@ NEAREST_CLIP_RATIO = 1e-6
 # The clip planes keep this distance (relative) from the bounds, far above float32
 # rounding of the projection (1e-7) and far below what depth precision would notice.
 CLIP_MARGIN = 1e-3
-
-# Per-instance data: three rows of view_from_object; albedo (rgb, alpha factor);
-# emission (rgb, 1 if it may count as a sender); (1 if both sides emit, alpha cutoff).
-INSTANCE_ATTRIBUTES = (
-    ("a_view_from_object_row_0", 4),
-    ("a_view_from_object_row_1", 4),
-    ("a_view_from_object_row_2", 4),
-    ("a_albedo", 4),
-    ("a_emission", 4),
-    ("a_emission_side_cutoff", 2),
-)
-INSTANCE_FLOATS = sum(count for _, count in INSTANCE_ATTRIBUTES)
 
 
 class Viewpoint(Protocol):
@@ -65,53 +61,6 @@ class Eye:
     view_from_world: FloatArray
 
 
-@dataclass(frozen=True)
-class Features:
-    """What the objects of one draw call need from its program.
-
-    A program compiled without what nobody needs does not pay for it.
-    """
-
-    shading_normals: bool = False
-    vertex_colors: bool = False
-    albedo_texture: bool = False
-    emission_texture: bool = False
-    alpha_cutout: bool = False
-
-    def defines(self) -> dict[str, int]:
-        """Return the switches for a shader that outputs materials."""
-        return {
-            "HAS_SHADING_NORMALS": int(self.shading_normals),
-            "HAS_VERTEX_COLORS": int(self.vertex_colors),
-            "HAS_ALBEDO_TEXTURE": int(self.albedo_texture),
-            "HAS_EMISSION_TEXTURE": int(self.emission_texture),
-            "HAS_ALPHA_CUTOUT": int(self.alpha_cutout),
-        }
-
-    def cutout_defines(self) -> dict[str, int]:
-        """Return the switches for a shader that outputs depth only."""
-        return {
-            "HAS_VERTEX_COLORS": int(self.alpha_cutout and self.vertex_colors),
-            "HAS_ALBEDO_TEXTURE": int(self.alpha_cutout and self.albedo_texture),
-            "HAS_ALPHA_CUTOUT": int(self.alpha_cutout),
-        }
-
-
-@dataclass(eq=False)
-class _DrawGroup:
-    """Instances that one draw call renders: same mesh, same textures."""
-
-    mesh: Mesh
-    vertices: VertexStreams
-    features: Features
-    textures: Mapping[str, moderngl.Texture]
-    world_from_mesh: FloatArray  # (N, 4, 4), the mesh's recentring included
-    materials: NDArray[np.float32]  # (N, 10), everything of an instance but its place
-    lights: NDArray[np.int64]  # (N,) the light whose visible body it is, or -1
-    instances: moderngl.Buffer
-    vertex_arrays: dict[Program, moderngl.VertexArray] = field(default_factory=dict)
-
-
 class Geometry:
     """Vertex buffers of a scene and the draw calls over them.
 
@@ -126,13 +75,13 @@ class Geometry:
         self._textures = MaterialTextures(gl)
         # The mesh is kept with its streams so that its id stays taken.
         self._streams: dict[int, tuple[Mesh, VertexStreams]] = {}
-        self._groups: list[_DrawGroup] = []
+        self._groups: list[DrawGroup] = []
         self.update(scene)
 
     @property
-    def has_closed_meshes(self) -> bool:
+    def has_solids(self) -> bool:
         """Whether any mesh bounds a solid, so that its back faces tell a thickness."""
-        return any(group.mesh.closed for group in self._groups)
+        return any(group.is_solid for group in self._groups)
 
     @property
     def draw_call_count(self) -> int:
@@ -146,7 +95,7 @@ class Geometry:
         for key in [key for key in self._streams if key not in kept]:
             self._streams.pop(key)[1].release()
         self._textures.keep(scene.materials)
-        for members in _grouped(scene):
+        for members in grouped(scene):
             self._groups.append(self._make_group(scene, members))
 
     def release(self) -> None:
@@ -164,10 +113,13 @@ class Geometry:
         program_of: Callable[[Features], Program],
         uniforms: Mapping[str, object],
         *,
-        closed_only: bool = False,
+        solids_only: bool = False,
         skip_light: int | None = None,
     ) -> None:
         """Draw what lies inside the clip volume into the bound framebuffer.
+
+        With face culling enabled, the front is the outside of the mesh, for mirrored
+        instances too.
 
         Parameters
         ----------
@@ -180,17 +132,17 @@ class Geometry:
             the program does not use are left out.
         uniforms : mapping
             Set once on each program used.
-        closed_only : bool
-            Leave out meshes that bound no solid.
+        solids_only : bool
+            Leave out what bounds no solid: open meshes and those with cut-outs.
         skip_light : int or None
             Leave out the visible body of this light (an index into Scene.lights).
         """
         prepared: set[Program] = set()
         common = {**uniforms, "u_clip_from_view": clip_from_view}
         for group in self._groups:
-            if closed_only and not group.mesh.closed:
+            if solids_only and not group.is_solid:
                 continue
-            packed = self._visible_instances(group, viewpoint, clip_from_view, skip_light)
+            mirrored, packed = self._visible_instances(group, viewpoint, clip_from_view, skip_light)
             if len(packed) == 0:
                 continue
             program = program_of(group.features)
@@ -199,9 +151,13 @@ class Geometry:
                 prepared.add(program)
             program.set({}, {n: t for n, t in group.textures.items() if n in program.gl})
             program.check_complete()
-            group.instances.orphan()
-            group.instances.write(packed)
-            self._vertex_array(group, program).render(instances=len(packed))
+            for winding, chosen in (("ccw", packed[~mirrored]), ("cw", packed[mirrored])):
+                if len(chosen) > 0:
+                    self._gl.front_face = winding
+                    group.instances.orphan()
+                    group.instances.write(chosen)
+                    self._vertex_array(group, program).render(instances=len(chosen))
+        self._gl.front_face = "ccw"
 
     def bounds_along(self, axes: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return corners (low, high) of all instances in a rotated world frame.
@@ -260,7 +216,7 @@ class Geometry:
         near = max(nearest * (1.0 - CLIP_MARGIN), far * NEAREST_CLIP_RATIO)
         return near, far
 
-    def _make_group(self, scene: Scene, members: Sequence[int]) -> _DrawGroup:
+    def _make_group(self, scene: Scene, members: Sequence[int]) -> DrawGroup:
         first = scene.objects[members[0]]
         mesh, material = scene.meshes[first.mesh], scene.materials[first.material]
         if id(mesh) not in self._streams:
@@ -274,17 +230,17 @@ class Geometry:
         for i in members:
             item = scene.objects[i]
             count = len(item.world_from_object)
-            row = _material_row(scene.materials[item.material], item.light is None)
+            row = material_row(scene.materials[item.material], item.light is None)
             rows.append(np.broadcast_to(row, (count, len(row))))
             owners.append(np.full(count, -1 if item.light is None else item.light))
-        features = _features(mesh, material)
+        features = features_of(mesh, material)
         textures = {}
         if features.albedo_texture and material.albedo_texture is not None:
             textures["t_albedo"] = self._textures.get(material.albedo_texture)
         if features.emission_texture and material.emission_texture is not None:
             textures["t_emission"] = self._textures.get(material.emission_texture)
         count = len(world_from_mesh)
-        return _DrawGroup(
+        return DrawGroup(
             mesh,
             streams,
             features,
@@ -297,12 +253,12 @@ class Geometry:
 
     def _visible_instances(
         self,
-        group: _DrawGroup,
+        group: DrawGroup,
         viewpoint: Viewpoint,
         clip_from_view: FloatArray,
         skip_light: int | None,
-    ) -> NDArray[np.float32]:
-        """Return the instance data (n, INSTANCE_FLOATS) of what can be seen."""
+    ) -> tuple[NDArray[np.bool_], NDArray[np.float32]]:
+        """Return whether mirrored, (n,), and instance data, (n, INSTANCE_FLOATS), of what is seen."""
         view_from_mesh = _view_from(viewpoint, group.world_from_mesh)
         center, half = _bounds(view_from_mesh, group.vertices.half_extent)
         planes = np.concatenate(
@@ -314,9 +270,9 @@ class Geometry:
         packed = np.empty((count, INSTANCE_FLOATS), np.float32)
         packed[:, :12] = view_from_mesh[seen].reshape(count, 12)
         packed[:, 12:] = group.materials[seen]
-        return packed
+        return np.linalg.det(view_from_mesh[seen, :, :3]) < 0.0, packed
 
-    def _vertex_array(self, group: _DrawGroup, program: Program) -> moderngl.VertexArray:
+    def _vertex_array(self, group: DrawGroup, program: Program) -> moderngl.VertexArray:
         # Keyed by the Program, compared with its `gl`: a reload replaces the latter.
         known = group.vertex_arrays.get(program)
         if known is None or known.program is not program.gl:
@@ -330,9 +286,7 @@ class Geometry:
                 f"{n}f" if name in program.gl else f"{4 * n}x" for name, n in INSTANCE_ATTRIBUTES
             )
             content.append((group.instances, f"{layout}/i", *(name for name, _ in used)))
-            known = self._gl.vertex_array(
-                program.gl, content, index_buffer=group.vertices.indices
-            )
+            known = self._gl.vertex_array(program.gl, content, index_buffer=group.vertices.indices)
             group.vertex_arrays[program] = known
         return known
 
@@ -342,46 +296,6 @@ class Geometry:
                 array.release()
             group.instances.release()
         self._groups.clear()
-
-
-def _grouped(scene: Scene) -> list[list[int]]:
-    """Return lists of object indices that one draw call can render together."""
-    groups: dict[tuple[int, Features, int, int], list[int]] = {}
-    for i, item in enumerate(scene.objects):
-        material = scene.materials[item.material]
-        features = _features(scene.meshes[item.mesh], material)
-        key = (
-            item.mesh,
-            features,
-            id(material.albedo_texture) if features.albedo_texture else 0,
-            id(material.emission_texture) if features.emission_texture else 0,
-        )
-        groups.setdefault(key, []).append(i)
-    return list(groups.values())
-
-
-def _features(mesh: Mesh, material: Material) -> Features:
-    textured = mesh.uvs is not None
-    return Features(
-        shading_normals=mesh.normals is not None,
-        vertex_colors=mesh.colors is not None,
-        albedo_texture=textured and material.albedo_texture is not None,
-        emission_texture=textured and material.emission_texture is not None and material.emits,
-        alpha_cutout=material.alpha_cutoff is not None,
-    )
-
-
-def _material_row(material: Material, counts_as_sender: bool) -> FloatArray:
-    return np.array(
-        [
-            *material.albedo,
-            material.alpha,
-            *material.emission,
-            float(counts_as_sender),
-            float(material.two_sided_emission),
-            0.0 if material.alpha_cutoff is None else material.alpha_cutoff,
-        ]
-    )
 
 
 def _view_from(viewpoint: Viewpoint, world_from_mesh: FloatArray) -> FloatArray:

@@ -28,6 +28,9 @@ FACE_FROM_LIGHT = np.array(
 # A wider cone in one picture would waste most texels on its rim: at 60 degrees the rim
 # has 1/4 of the centre's density, and the five faces of a half cube do better beyond.
 WIDEST_SINGLE_FACE = 60.0
+# Tangent of half a face's angle for rectangles: the shadow of one receiver is looked up
+# in one face, so faces reach into their neighbours by the width of a penumbra.
+OVERLAP = 1.25
 # Bounds of a scene along a light, grown by this much so that nothing sits on a border.
 BOUNDS_MARGIN = 1e-3
 
@@ -52,8 +55,8 @@ class ShadowFrame:
         Of a parallel map: how far it reaches, scene units; else 0.
     face_count : int
         Faces in use, the first of `FACE_FROM_LIGHT`.
-    first_tile : int
-        Its place in the atlas.
+    tile : (int, int)
+        Column and row of its first face in the atlas.
     """
 
     origin_ws: FloatArray
@@ -62,7 +65,7 @@ class ShadowFrame:
     half_size: tuple[float, float]
     depth: float
     face_count: int
-    first_tile: int
+    tile: tuple[int, int]
 
 
 def face_count(light: Light) -> int:
@@ -78,14 +81,40 @@ def face_count(light: Light) -> int:
     return 6
 
 
-def tile_count(lights: Sequence[Light]) -> int:
-    """Return how many tiles the atlas of all `lights` has."""
-    return sum(face_count(light) for light in lights)
+@dataclass(frozen=True)
+class AtlasLayout:
+    """Where the faces of all shadow maps lie, in tiles from the bottom left.
+
+    Attributes
+    ----------
+    columns, rows : int
+        At least 1 each.
+    tiles : tuple of (int, int) or None
+        For each light column and row of its first face; the others follow to the right.
+    """
+
+    columns: int
+    rows: int
+    tiles: tuple[tuple[int, int] | None, ...]
 
 
-def column_count(lights: Sequence[Light]) -> int:
-    """Return tiles per row of the atlas, at least 1; it is as square as can be."""
-    return math.isqrt(max(tile_count(lights), 1) - 1) + 1
+def atlas_layout(lights: Sequence[Light]) -> AtlasLayout:
+    """Return a layout about as wide as high that keeps each light's faces in one row."""
+    counts = [face_count(light) for light in lights]
+    square = math.isqrt(max(sum(counts), 1) - 1) + 1
+    columns = max([square, *counts])
+    used: list[int] = []  # tiles taken in each row
+    tiles: list[tuple[int, int] | None] = []
+    for count in counts:
+        if count == 0:
+            tiles.append(None)
+            continue
+        row = next((i for i, taken in enumerate(used) if taken + count <= columns), len(used))
+        if row == len(used):
+            used.append(0)
+        tiles.append((used[row], row))
+        used[row] += count
+    return AtlasLayout(columns, max(1, len(used)), tuple(tiles))
 
 
 def light_axes(light: Light) -> FloatArray:
@@ -109,17 +138,14 @@ def shadow_frames(lights: Sequence[Light], bounds_of: BoundsOf) -> list[ShadowFr
     bounds_of : callable
         Returns the corners (low, high) of the scene in the frame of a (3, 3) rotation.
     """
-    frames: list[ShadowFrame | None] = []
-    tile = 0
-    for light in lights:
-        count = face_count(light)
-        frames.append(_shadow_frame(light, bounds_of, tile, count) if count else None)
-        tile += count
-    return frames
+    return [
+        None if tile is None else _shadow_frame(light, bounds_of, tile)
+        for light, tile in zip(lights, atlas_layout(lights).tiles, strict=True)
+    ]
 
 
-def _shadow_frame(light: Light, bounds_of: BoundsOf, tile: int, count: int) -> ShadowFrame:
-    axes = light_axes(light)
+def _shadow_frame(light: Light, bounds_of: BoundsOf, tile: tuple[int, int]) -> ShadowFrame:
+    axes, count = light_axes(light), face_count(light)
     if isinstance(light, DirectionalLight):
         low, high = bounds_of(axes)
         # A flat scene has no extent along some axis; any is right that is not zero.
@@ -131,6 +157,7 @@ def _shadow_frame(light: Light, bounds_of: BoundsOf, tile: int, count: int) -> S
         return ShadowFrame(origin, axes, True, half, float(extent[2]), count, tile)
     tangent = 1.0
     if isinstance(light, RectangleLight):
+        tangent = OVERLAP
         origin = np.asarray(light.corner) + 0.5 * np.add(light.edge_u, light.edge_v)
     else:
         origin = np.asarray(light.position, np.float64)

@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 
-from ssdo_gl.gpu.fullscreen import draw_fullscreen
+import moderngl
+
 from ssdo_gl.graph.frame import Frame
+from ssdo_gl.graph.light_rows import KIND_NUMBERS, light_rows
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.graph.settings import setting
-from ssdo_gl.graph.shadow_frames import column_count
+from ssdo_gl.graph.shadow_frames import atlas_layout, shadow_frames
 from ssdo_gl.passes.screen_space_settings import pattern_offset
+from ssdo_gl.scene.light import Light
 
 
 @dataclass(frozen=True)
@@ -21,23 +24,16 @@ class DirectSettings:
     blocker_samples: int = setting(
         8, "shadow-map reads that look for what stands before a light", low=1, high=256
     )
-    filter_samples: int = setting(
-        16, "shadow-map reads in a penumbra: smoother", low=1, high=256
-    )
+    filter_samples: int = setting(16, "shadow-map reads in a penumbra: smoother", low=1, high=256)
 
 
 def uniforms(settings: DirectSettings, frame: Frame) -> dict[str, object]:
-    """Return the uniforms of ``direct.frag``."""
-    return {
-        **frame.view.uniforms(),
-        "u_light_count": len(frame.scene.lights),
-        "u_shadow_columns": column_count(frame.scene.lights),
-        "u_pattern_offset": pattern_offset(frame.seed),
-    }
+    """Return the uniforms of ``direct.frag`` that all lights share."""
+    return {**frame.view.uniforms(), "u_pattern_offset": pattern_offset(frame.seed)}
 
 
 class DirectPass(RenderPass):
-    """Writes `direct_irradiance`: rgb irradiance, a = 1 on surfaces; background 0.
+    """Writes `direct_irradiance`: rgb irradiance; background 0.
 
     Points, spots and directional lights are exact; rectangles by Lambert's polygon
     formula. Linear in the light; exactly 0 where none arrives.
@@ -52,31 +48,49 @@ class DirectPass(RenderPass):
     name = "direct"
     writes: Mapping[str, TextureSpec] = {"direct_irradiance": TextureSpec(4, "f4")}
 
-    def __init__(
-        self, settings: DirectSettings | None = None, *, shadow_maps: bool = True
-    ) -> None:
+    def __init__(self, settings: DirectSettings | None = None, *, shadow_maps: bool = True) -> None:
         self.settings = settings or DirectSettings()
         self.shadow_maps = shadow_maps
-        self.reads = ("z_vs", "normals_vs", "lights", *(("shadow_atlas",) if shadow_maps else ()))
-        # The seed turns the pattern of soft shadows, which only maps have.
-        self.depends_on = ("view", "lights", *(("seed",) if shadow_maps else ()))
+        self.reads = ("z_vs", "normals_vs", *(("shadow_atlas",) if shadow_maps else ()))
+        # The map of a directional light encloses the geometry; the seed turns the
+        # pattern of soft shadows.
+        self.depends_on = ("view", "lights", *(("geometry", "seed") if shadow_maps else ()))
 
     def settings_key(self) -> Hashable:
         """Return the settings and whether there are shadow maps."""
         return self.settings, self.shadow_maps
 
     def execute(self, context: PassContext) -> None:
-        """Draw one full-screen triangle."""
+        """Draw one full-screen triangle for each light, adding up."""
         assert context.target is not None
-        defines = {
-            "HAS_SHADOW_MAPS": int(self.shadow_maps),
+        scene = context.frame.scene
+        frames = shadow_frames(scene.lights, context.geometry.bounds_along)
+        rows = light_rows(scene.lights, frames, context.frame.view)
+        textures = {f"t_{name}": context.inputs[name] for name in self.reads}
+        common = uniforms(self.settings, context.frame)
+        if self.shadow_maps:
+            atlas = context.inputs["shadow_atlas"]
+            common["u_shadow_tile_texels"] = atlas.width // atlas_layout(scene.lights).columns
+        smooth = any(mesh.normals is not None for mesh in scene.meshes)
+        context.target.use()
+        context.gl.blend_func = moderngl.ONE, moderngl.ONE
+        chosen = [i for i, light in enumerate(scene.lights) if light.shadow != "ssdo"]
+        for i in chosen:
+            # The first overwrites, which is cheaper.
+            context.gl.enable_only(moderngl.NOTHING if i == chosen[0] else moderngl.BLEND)
+            light, light_row = scene.lights[i], rows[i]
+            defines = self._defines(light, smooth)
+            program = context.shaders.fullscreen("direct.frag", defines)
+            program.set({**common, "u_light": light_row}, textures)
+            program.check_complete()
+            program.empty_vertex_array().render(moderngl.TRIANGLES, vertices=3)
+        context.gl.enable_only(moderngl.NOTHING)
+
+    def _defines(self, light: Light, smooth: bool) -> dict[str, int]:
+        return {
+            "LIGHT_KIND": KIND_NUMBERS[type(light)],
+            "HAS_SHADOW_MAP": int(self.shadow_maps and light.shadow == "map"),
+            "HAS_SHADING_NORMALS": int(smooth),
             "BLOCKER_COUNT": self.settings.blocker_samples,
             "FILTER_COUNT": self.settings.filter_samples,
         }
-        draw_fullscreen(
-            context.gl,
-            context.shaders.fullscreen("direct.frag", defines),
-            context.target,
-            uniforms(self.settings, context.frame),
-            {f"t_{name}": context.inputs[name] for name in self.reads},
-        )

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import moderngl
 
-from ssdo_gl.gpu.geometry import Features
+from ssdo_gl.gpu.draw_group import Features
 from ssdo_gl.gpu.shader import Program
 from ssdo_gl.graph.depth_range import depth_uniforms, wide_depth_range
 from ssdo_gl.graph.frame import Frame

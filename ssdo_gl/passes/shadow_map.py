@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -10,7 +9,8 @@ import moderngl
 import numpy as np
 
 from ssdo_gl import math3d
-from ssdo_gl.gpu.geometry import Eye, Features
+from ssdo_gl.gpu.draw_group import Features
+from ssdo_gl.gpu.geometry import Eye
 from ssdo_gl.gpu.shader import Program
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.graph.depth_range import depth_uniforms, wide_depth_range
@@ -19,10 +19,10 @@ from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.graph.settings import setting
 from ssdo_gl.graph.shadow_frames import (
     FACE_FROM_LIGHT,
+    AtlasLayout,
     ShadowFrame,
-    column_count,
+    atlas_layout,
     shadow_frames,
-    tile_count,
 )
 from ssdo_gl.math3d import FloatArray
 
@@ -51,10 +51,10 @@ class ShadowMapSettings:
     )
 
 
-def tile_size(settings: ShadowMapSettings, columns: int) -> int:
-    """Return texels along one face of an atlas with `columns` columns of tiles."""
+def tile_size(settings: ShadowMapSettings, layout: AtlasLayout) -> int:
+    """Return texels along one face."""
     size = settings.resolution
-    while size * columns > settings.max_atlas and size > 16:
+    while size * max(layout.columns, layout.rows) > settings.max_atlas and size > 16:
         size //= 2
     return size
 
@@ -74,7 +74,7 @@ def parallel_projection(half_size: tuple[float, float], depth: float) -> FloatAr
 class ShadowMapPass(RenderPass):
     """Draws `shadow_atlas`: one square tile for each face of each light's map.
 
-    Tiles are counted row by row from the bottom left. A texel holds the linear depth
+    A texel holds the linear depth
     along the axis of its face, `EMPTY_DEPTH` where there is nothing. Lights whose body
     is part of the scene do not see that body.
     """
@@ -89,10 +89,9 @@ class ShadowMapPass(RenderPass):
     def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
         """Return the atlas as a new texture."""
         lights = context.frame.scene.lights
-        columns = column_count(lights)
-        size = tile_size(self.settings, columns)
-        rows = max(1, math.ceil(tile_count(lights) / columns))
-        atlas = make_texture(context.gl, (columns * size, rows * size), 1, "f4")
+        layout = atlas_layout(lights)
+        size = tile_size(self.settings, layout)
+        atlas = make_texture(context.gl, (layout.columns * size, layout.rows * size), 1, "f4")
         target = make_framebuffer(context.gl, [atlas], depth=True)
         target.use()
         target.clear(EMPTY_DEPTH, depth=1.0)
@@ -101,8 +100,8 @@ class ShadowMapPass(RenderPass):
         for index, frame in enumerate(frames):
             for face in range(frame.face_count if frame is not None else 0):
                 assert frame is not None
-                tile = frame.first_tile + face
-                corner = (tile % columns * size, tile // columns * size)
+                column, row = frame.tile
+                corner = ((column + face) * size, row * size)
                 # Rasterization is clipped to the viewport, so tiles stay apart.
                 target.viewport = (*corner, size, size)
                 _draw_face(context, frame, face, index, border_scale(size))

@@ -1,0 +1,72 @@
+"""Uploads an environment that is an image: its radiance, and the irradiance it gives."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+
+from ssdo_gl.gpu.texture import make_texture
+from ssdo_gl.graph.render_pass import PassContext, RenderPass
+from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.graph.settings import setting
+from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.environment_light import irradiance_octahedral, radiance_image
+
+
+@dataclass(frozen=True)
+class EnvironmentSettings:
+    """How finely irradiance is tabulated."""
+
+    irradiance_size: int = setting(
+        64,
+        "texels along the octahedral irradiance map; 64 interpolates it to 3e-4",
+        unit="texels",
+        low=4,
+        high=1024,
+    )
+
+
+class EnvironmentPass(RenderPass):
+    """Writes `environment` (lat-long) and `environment_irradiance` (octahedral), RGBA.
+
+    Both in world orientation, for ``lib/environment.glsl``. Unlike other textures,
+    row 0 of `environment` is its top, +y. Constant and gradient environments are
+    evaluated from uniforms and need neither.
+    """
+
+    name = "environment"
+    writes: Mapping[str, TextureSpec] = {
+        "environment": TextureSpec(4, "f4", own=True),
+        "environment_irradiance": TextureSpec(4, "f4", own=True),
+    }
+    depends_on = ("environment",)
+
+    def __init__(self, settings: EnvironmentSettings | None = None) -> None:
+        self.settings = settings or EnvironmentSettings()
+
+    def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
+        """Return both maps as new textures.
+
+        Raises
+        ------
+        ValueError
+            If the scene has no environment.
+        """
+        environment = context.frame.scene.environment
+        if environment is None:
+            raise ValueError("the environment pass needs a scene with an environment")
+        size = self.settings.irradiance_size
+        return {
+            "environment": _upload(context.gl, radiance_image(environment)),
+            "environment_irradiance": _upload(context.gl, irradiance_octahedral(environment, size)),
+        }
+
+
+def _upload(gl: moderngl.Context, rgb: FloatArray) -> moderngl.Texture:
+    height, width, _ = rgb.shape
+    # Four channels: three are not guaranteed to be a renderable, hence fast, format.
+    rgba = np.concatenate([rgb, np.ones((height, width, 1))], axis=-1)
+    return make_texture(gl, (width, height), 4, "f4", rgba)
