@@ -1,0 +1,163 @@
+"""All triangles of a scene, instances included, in one normalised frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ssdo_gl import math3d
+from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.mesh import Mesh, SceneObject
+from ssdo_gl.scene.scene import Scene
+
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class SceneTriangles:
+    """T triangles in the normalised frame (``_ns``): centred, half-diagonal 1.
+
+    Whatever the scene's scale and place, every coordinate is within [-1, 1], so that
+    float32 serves all scenes alike and no epsilon depends on the scene's units.
+
+    Attributes
+    ----------
+    positions : ndarray, shape (T, 3, 3), float32
+        Corners, counter-clockwise seen from the front, normalised frame.
+    normals : ndarray, shape (T, 3, 3), float64
+        Unit shading normals at the corners, world space (the axes of the frame).
+    uvs : ndarray, shape (T, 3, 2), float64
+        Texture coordinates; 0 where the mesh has none.
+    colors : ndarray, shape (T, 3, 4), float64
+        Vertex colours; 1 where the mesh has none.
+    material, light : ndarray, shape (T,), int64
+        Index into Scene.materials; into Scene.lights, or -1 if no light's body.
+    smooth : ndarray, shape (T,), bool
+        Whether the mesh brought normals.
+    centre : ndarray, shape (3,), float64
+        World-space origin of the frame.
+    half_diagonal : float
+        Length of the frame's unit, scene units, > 0.
+    dropped_count : int
+        Triangles left out because in float32 they have no area.
+    """
+
+    positions: NDArray[np.float32]
+    normals: FloatArray
+    uvs: FloatArray
+    colors: FloatArray
+    material: IntArray
+    light: IntArray
+    smooth: NDArray[np.bool_]
+    centre: FloatArray
+    half_diagonal: float
+    dropped_count: int
+
+    @property
+    def count(self) -> int:
+        """Number of triangles."""
+        return len(self.positions)
+
+
+def normalised_frame(scene: Scene) -> tuple[FloatArray, float]:
+    """Return centre (3,) and half-diagonal of the scene's bounds, world space, float64."""
+    low, high = scene.bounds()
+    # A scene that is a single point has no triangle with area; any unit will do.
+    return 0.5 * (low + high), float(0.5 * np.linalg.norm(high - low)) or 1.0
+
+
+def scene_triangles(scene: Scene) -> SceneTriangles:
+    """Flatten all instances of `scene`; triangles without area are dropped and counted."""
+    centre, half_diagonal = normalised_frame(scene)
+    parts = [
+        _instances(scene, item, centre, half_diagonal)
+        for item in scene.objects
+        if len(item.world_from_object)
+    ]
+    positions, normals, uvs, colors, material, light, smooth = (
+        np.concatenate([part[i] for part in parts]) for i in range(7)
+    )
+    positions_ns = positions.astype(np.float32)
+    keep = _have_area(positions_ns)
+    return SceneTriangles(
+        positions_ns[keep],
+        np.where(smooth[keep, None, None], normals[keep], _face_normals(positions_ns[keep])),
+        uvs[keep],
+        colors[keep],
+        material[keep],
+        light[keep],
+        smooth[keep],
+        centre,
+        half_diagonal,
+        int(np.count_nonzero(~keep)),
+    )
+
+
+def _face_normals(positions: NDArray[np.float32]) -> FloatArray:
+    """Return unit normals (T, 1, 3) of triangles with area."""
+    corners = positions.astype(np.float64)
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return np.asarray(normal / np.linalg.norm(normal, axis=1, keepdims=True))[:, None]
+
+
+def _have_area(positions: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Tell which triangles (T, 3, 3) are finite and have three distinct, non-collinear corners."""
+    corners = positions.astype(np.float64)
+    edge_1, edge_2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    # Products of float32 differences are exact in float64 to 1e-16, so a needle keeps
+    # its area and only truly collinear corners give zero.
+    doubled = np.linalg.norm(np.cross(edge_1, edge_2), axis=1)
+    longest = np.maximum(np.linalg.norm(edge_1, axis=1), np.linalg.norm(edge_2, axis=1))
+    finite = np.isfinite(corners).all(axis=(1, 2))
+    return np.asarray(finite & (doubled > np.finfo(np.float64).eps * longest**2))
+
+
+def _instances(
+    scene: Scene, item: SceneObject, centre: FloatArray, half_diagonal: float
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, IntArray, IntArray, NDArray[np.bool_]]:
+    """Return the seven per-triangle arrays of all instances of one object."""
+    mesh = scene.meshes[item.mesh]
+    per_corner = _per_corner(mesh)
+    parts: list[list[FloatArray]] = []
+    for matrix in item.world_from_object:
+        corners, normals, uvs, colors = per_corner
+        relative = matrix.copy()
+        relative[:3, 3] -= centre
+        moved = math3d.transform_points(relative, corners) / half_diagonal
+        # The cofactor matrix carries normals under any affine map, and unlike the
+        # inverse transpose exists for flat (singular) ones; its sign follows mirroring.
+        linear = matrix[:3, :3]
+        cofactor = np.stack([np.cross(linear[(i + 1) % 3], linear[(i + 2) % 3]) for i in range(3)])
+        if np.linalg.det(linear) < 0.0:
+            # Mirroring turns the winding over; the front stays the side that the
+            # counter-clockwise winding of the mesh faced.
+            cofactor = -cofactor
+            moved, normals, uvs, colors = (a[:, ::-1] for a in (moved, normals, uvs, colors))
+        normal = normals @ cofactor.T
+        length = np.linalg.norm(normal, axis=2, keepdims=True)
+        unit = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0)
+        parts.append([moved, unit, uvs, colors])
+    moved, unit, uvs, colors = (np.concatenate([part[i] for part in parts]) for i in range(4))
+    total = len(moved)
+    return (
+        moved,
+        unit,
+        uvs,
+        colors,
+        np.full(total, item.material),
+        np.full(total, -1 if item.light is None else item.light),
+        np.full(total, mesh.normals is not None),
+    )
+
+
+def _per_corner(mesh: Mesh) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return positions, normals, texture coordinates and colours, each (T, 3, n)."""
+    triangles = mesh.triangles
+    count = len(triangles)
+    # Flat ones get their face normals once all are in place.
+    normals = np.zeros((count, 3, 3)) if mesh.normals is None else mesh.normals[triangles]
+    uvs = np.zeros((count, 3, 2)) if mesh.uvs is None else mesh.uvs[triangles]
+    colors = np.ones((count, 3, 4)) if mesh.colors is None else mesh.colors[triangles]
+    return mesh.positions[triangles], normals, uvs, colors
