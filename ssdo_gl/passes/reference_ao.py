@@ -1,0 +1,73 @@
+"""Ray-traced ambient visibility: the truth for every estimator of it."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ssdo_gl.graph.frame import Frame
+from ssdo_gl.graph.render_pass import PassContext, RenderPass
+from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.graph.settings import setting
+from ssdo_gl.passes.accumulate import Schedule, SumOutput, accumulate
+from ssdo_gl.passes.ray_uniforms import bvh_uniforms, radius_ns, ray_defines, ray_uniforms
+
+# Rays of one draw and pixel: enough to spread the cost of finding the surface again.
+SAMPLES_PER_DRAW = 32
+# Pixels that show no surface see the open sky.
+OUTPUT = SumOutput("visibility", 1, (1.0, 0.0, 0.0, 0.0))
+
+
+@dataclass(frozen=True)
+class ReferenceAoSettings:
+    """Settings of ray-traced visibility."""
+
+    radius: float = setting(
+        0.3, "length R of the rays; inf: the whole scene", unit="scene units", low=0.0
+    )
+    spp: int = setting(256, "rays per pixel", low=1, high=1 << 20)
+    max_error: float | None = setting(
+        None, "stop below this standard error, relative to the mean", low=0.0
+    )
+
+
+def uniforms(settings: ReferenceAoSettings, frame: Frame) -> dict[str, object]:
+    """Return the uniforms of ``reference_ao.frag`` but those of textures and draws."""
+    return {**ray_uniforms(frame), "u_radius_ns": radius_ns(settings.radius, frame)}
+
+
+class ReferenceAoPass(RenderPass):
+    """Writes `visibility`: (1 / pi) integral of V_R(w) cos over the hemisphere, by rays.
+
+    Cosine-weighted about the shading normal; 1 = open; 1 where there is no surface.
+    """
+
+    name = "reference_ao"
+    reads = ("z_vs", "normals_vs", "bvh")
+    writes: Mapping[str, TextureSpec] = {"visibility": TextureSpec(1, "f4")}
+    depends_on = ("view", "geometry", "seed")
+
+    def __init__(self, settings: ReferenceAoSettings) -> None:
+        self.settings = settings
+        self.statistics: Mapping[str, Any] = {}
+
+    def settings_key(self) -> Hashable:
+        """Return the settings."""
+        return self.settings
+
+    def execute(self, context: PassContext) -> None:
+        """Trace all rays, draw after draw."""
+        inputs = context.inputs
+        program = context.shaders.fullscreen(
+            "reference_ao.frag", ray_defines(context.gl, context.frame)
+        )
+        self.statistics = accumulate(
+            context,
+            program,
+            {**uniforms(self.settings, context.frame), **bvh_uniforms(inputs["bvh"])},
+            {f"t_{name}": inputs[name] for name in self.reads},
+            [OUTPUT],
+            Schedule(self.settings.spp, SAMPLES_PER_DRAW, 1, self.settings.max_error),
+            "ray-traced visibility",
+        )
