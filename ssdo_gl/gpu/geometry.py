@@ -258,7 +258,7 @@ class Geometry:
         clip_from_view: FloatArray,
         skip_light: int | None,
     ) -> tuple[NDArray[np.bool_], NDArray[np.float32]]:
-        """Return whether mirrored, (n,), and instance data, (n, INSTANCE_FLOATS), of what is seen."""
+        """Return whether each visible instance is mirrored, and its attributes."""
         view_from_mesh = _view_from(viewpoint, group.world_from_mesh)
         center, half = _bounds(view_from_mesh, group.vertices.half_extent)
         planes = np.concatenate(
