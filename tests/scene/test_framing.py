@@ -1,0 +1,158 @@
+"""Cameras and light for scenes that bring none."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ssdo_gl import math3d
+from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene import shapes
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.defaults import soft_light
+from ssdo_gl.scene.exposure import exposure_for
+from ssdo_gl.scene.framing import frame, side_coverage
+from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight
+from ssdo_gl.scene.mesh import SceneObject
+
+BOX = shapes.box()
+QUAD = shapes.quad()
+
+
+def ndc(camera: Camera, points: FloatArray, aspect: float = 1.0) -> FloatArray:
+    """Return normalised picture coordinates (N, 2); inside is [-1, 1]."""
+    local = (points - np.array(camera.position)) @ camera.view_from_world_rotation().T
+    assert (local[:, 2] < 0.0).all(), "a point lies behind the camera"
+    return local[:, :2] / -local[:, 2:] / np.array(camera.tan_half_fov(aspect))
+
+
+def placed(*matrices: FloatArray) -> list[SceneObject]:
+    return [SceneObject(0, 0, np.stack(matrices))]
+
+
+@given(
+    size=st.tuples(*[st.floats(0.01, 100.0)] * 3),
+    scale=st.sampled_from([1e-6, 1.0, 1e6]),
+    fov=st.floats(5.0, 120.0),
+)
+def test_all_of_a_box_is_in_the_picture_and_fills_it(
+    size: tuple[float, float, float], scale: float, fov: float
+) -> None:
+    matrix = math3d.translation((3.0 * scale, -scale, 7.0 * scale)) @ math3d.scaling(
+        np.multiply(size, scale)
+    )
+    camera = frame([BOX], placed(matrix), fov, 0.0)
+    place = ndc(camera, math3d.transform_points(matrix, BOX.positions))
+    assert np.abs(place).max() <= 1.0
+    # The margin is 6 %, so the tighter direction uses most of the frame.
+    assert np.abs(place).max() > 0.9
+
+
+def room(open_side: int) -> list[SceneObject]:
+    """Return five walls of the unit cube: all but the given one of -x +x -y +y -z +z."""
+    walls = []
+    for side in range(6):
+        if side == open_side:
+            continue
+        axis, sign = side // 2, (-1.0, 1.0)[side % 2]
+        normal = np.zeros(3)
+        normal[axis] = -sign
+        frame_of_wall = math3d.frame_from_z(normal)
+        matrix = np.eye(4)
+        matrix[:3, :3] = frame_of_wall
+        matrix[:3, 3] = -0.5 * normal - 0.5 * (frame_of_wall[:, 0] + frame_of_wall[:, 1])
+        walls.append(matrix)
+    return placed(*walls)
+
+
+@pytest.mark.parametrize(
+    ("open_side", "toward"),
+    [(5, (0, 0, 1)), (4, (0, 0, -1)), (1, (1, 0, 0)), (0, (-1, 0, 0))],
+)
+def test_a_room_is_looked_into_through_its_open_side(
+    open_side: int, toward: tuple[int, int, int]
+) -> None:
+    camera = frame([QUAD], room(open_side), 40.0, 0.0)
+    direction = math3d.normalized(np.subtract(camera.position, camera.target))
+    assert direction == pytest.approx(toward, abs=1e-9)
+
+
+def test_coverage_counts_the_walls() -> None:
+    assert side_coverage([QUAD], room(5)) == pytest.approx([1, 1, 1, 1, 1, 0])
+
+
+def test_a_corner_is_seen_from_its_open_sides() -> None:
+    # Walls at -x and -z, and a floor: the open octant is +x +y +z.
+    walls = [room(9)[0].world_from_object[i] for i in (0, 2, 4)]
+    camera = frame([QUAD], placed(*walls), 40.0, 0.0)
+    assert np.all(np.subtract(camera.position, camera.target) > 0.0)
+
+
+def test_a_solid_is_seen_at_three_quarters_from_above() -> None:
+    camera = frame([BOX], placed(np.eye(4)), 40.0, 1.5)
+    x, y, z = math3d.normalized(np.subtract(camera.position, camera.target))
+    assert z > x > 0.0
+    assert y > 0.2
+    assert camera.exposure == 1.5
+
+
+def test_a_flat_scene_is_framed_too() -> None:
+    camera = frame([QUAD], placed(np.eye(4)), 40.0, 0.0)
+    assert np.isfinite(camera.position).all()
+    assert np.abs(ndc(camera, QUAD.positions)).max() <= 1.0
+
+
+def test_many_instances_are_framed_by_their_boxes() -> None:
+    sphere = shapes.sphere()
+    offsets = np.linspace(0.0, 50.0, 120)
+    matrices = [math3d.translation((x, 0.0, 0.0)) for x in offsets]
+    camera = frame([sphere], placed(*matrices), 40.0, 0.0)
+    ends = np.concatenate([sphere.positions, sphere.positions + np.array([50.0, 0.0, 0.0])])
+    assert np.abs(ndc(camera, ends)).max() <= 1.0
+
+
+@pytest.mark.parametrize(
+    "position", [(0.0, 0.0, 5.0), (3.0, 1.0, -4.0), (0.0, 6.0, 0.0), (0.0, -6.0, 0.0)]
+)
+def test_the_key_light_comes_from_above_and_from_the_camera_side(
+    position: tuple[float, float, float],
+) -> None:
+    camera = Camera(position, (0.0, 0.0, 0.0))
+    _, key = soft_light(camera)
+    assert np.linalg.norm(key.direction) == pytest.approx(1.0)
+    assert key.direction[1] < -0.5
+    view = np.subtract(camera.target, camera.position)
+    assert np.dot(view, key.direction) > 0.0 or position[1] < 0.0
+
+
+def test_exposure_brings_a_white_floor_to_its_target() -> None:
+    floor = placed(np.eye(4))
+    light = DirectionalLight((0.0, 0.0, -1.0), (1.0, 1.0, 1.0))
+    # Reflected 0.8 / pi; the exposure must bring it to 0.3, rounded to a tenth of an EV.
+    expected = np.log2(0.3 * np.pi / 0.8)
+    assert exposure_for([QUAD], floor, [light]) == pytest.approx(expected, abs=0.05)
+
+
+@pytest.mark.parametrize("factor", [1e-3, 64.0])
+def test_exposure_undoes_the_strength_of_the_light(factor: float) -> None:
+    floor = placed(np.eye(4))
+    lights = [
+        PointLight((0.5, 0.5, 2.0), (1.0, 1.0, 1.0)),
+        RectangleLight((0, 0, 1), (0, 1, 0), (1, 0, 0), (1.0, 1.0, 1.0)),
+    ]
+    strong = [
+        PointLight((0.5, 0.5, 2.0), (factor,) * 3),
+        RectangleLight((0, 0, 1), (0, 1, 0), (1, 0, 0), (factor,) * 3),
+    ]
+    plain = exposure_for([QUAD], floor, lights)
+    assert exposure_for([QUAD], floor, strong) == pytest.approx(plain - np.log2(factor), abs=0.11)
+
+
+def test_exposure_of_an_unlit_scene_is_zero() -> None:
+    floor = placed(np.eye(4))
+    assert exposure_for([QUAD], floor, []) == 0.0
+    # A rectangle that shines the other way lights nothing.
+    away = RectangleLight((0, 0, 1), (1, 0, 0), (0, 1, 0), (1.0, 1.0, 1.0))
+    assert exposure_for([QUAD], floor, [away]) == 0.0
