@@ -28,10 +28,12 @@ class BounceSettings(ScreenSpaceSettings):
     )
 
 
-def uniforms(settings: BounceSettings, frame: Frame, sender_bound: float) -> dict[str, Any]:
+def uniforms(
+    settings: BounceSettings, frame: Frame, has_back_layer: bool, sender_bound: float
+) -> dict[str, Any]:
     """Return the uniforms of `bounce.frag`."""
     return {
-        **estimator_uniforms(settings, frame),
+        **estimator_uniforms(settings, frame, has_back_layer),
         "u_strength": settings.strength,
         "u_distance_clamp": settings.distance_clamp,
         "u_sender_bound": sender_bound,
@@ -67,8 +69,10 @@ class BouncePass(RenderPass):
         self.sender_bound = sender_bound
         back = ("z_back_vs",) if has_back_layer else ()
         self.reads = ("z_vs", "normals_vs", "sender_radiance", *back)
-        self.writes = {"bounce_raw": TextureSpec(4, scale=settings.resolution_scale, transient=True)}
+        spec = TextureSpec(4, scale=settings.resolution_scale, transient=True)
+        self.writes = {"bounce_raw": spec}
         self.depends_on = ("view", "seed")
+        self._has_back_layer = has_back_layer
         self._defines = defines(settings, has_back_layer)
 
     def settings_key(self) -> Hashable:
@@ -82,6 +86,6 @@ class BouncePass(RenderPass):
             context.gl,
             context.shaders.fullscreen("bounce.frag", self._defines),
             context.target,
-            uniforms(self.settings, context.frame, self.sender_bound),
+            uniforms(self.settings, context.frame, self._has_back_layer, self.sender_bound),
             {f"t_{name}": context.inputs[name] for name in self.reads},
         )

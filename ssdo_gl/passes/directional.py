@@ -101,10 +101,10 @@ def _point_uniforms(frame: Frame, lights: Sequence[Light]) -> dict[str, Any]:
     }
 
 
-def uniforms(settings: DirectionalSettings, frame: Frame) -> dict[str, Any]:
+def uniforms(settings: DirectionalSettings, frame: Frame, has_back_layer: bool) -> dict[str, Any]:
     """Return the uniforms of `directional.frag`."""
     return {
-        **estimator_uniforms(settings, frame),
+        **estimator_uniforms(settings, frame, has_back_layer),
         **environment_uniforms(frame),
         **light_uniforms(frame),
     }
@@ -142,9 +142,11 @@ class DirectionalPass(RenderPass):
             *(("z_back_vs",) if has_back_layer else ()),
             *((MAP_RADIANCE, MAP_IRRADIANCE) if environment == "map" else ()),
         )
-        self.writes = {"directional_raw": TextureSpec(4, scale=settings.resolution_scale, transient=True)}
+        spec = TextureSpec(4, scale=settings.resolution_scale, transient=True)
+        self.writes = {"directional_raw": spec}
         self.depends_on = ("view", "seed", "lights", "environment")
         control = "none" if settings.estimator == "rgs09" else settings.control
+        self._has_back_layer = has_back_layer
         self._defines = {
             **defines(settings, has_back_layer),
             "ENVIRONMENT_KIND": ENVIRONMENT_NUMBERS[environment],
@@ -169,6 +171,6 @@ class DirectionalPass(RenderPass):
             context.gl,
             context.shaders.fullscreen("directional.frag", all_defines),
             context.target,
-            uniforms(self.settings, context.frame),
+            uniforms(self.settings, context.frame, self._has_back_layer),
             {f"t_{name}": context.inputs[name] for name in self.reads},
         )

@@ -29,10 +29,20 @@ class ScreenSpaceSettings:
     samples: int = setting(64, "depth reads per pixel", low=1, high=1024)
     steps: int = setting(8, "of them along each direction, for march", low=1, high=256)
     step_growth: float = setting(
-        1.0, "0: equal steps; 1: steps lengthen linearly with distance", low=0.0, high=1.0
+        0.5, "0: equal steps; 1: steps lengthen linearly with distance", low=0.0, high=1.0
     )
-    thickness: float = setting(
-        0.5, "assumed depth of solids whose back is unknown, relative to R", low=0.0
+    step_span: float = setting(
+        1.0,
+        "stretch of the ray that a step stands for; 0: a point",
+        unit="strides",
+        low=0.0,
+        high=4.0,
+    )
+    thickness: float | None = setting(
+        None,
+        "depth of solids whose back is unknown, relative to R; "
+        "None: 1 beside a back-face layer, 0.3 without",
+        low=0.0,
     )
     bias: float = setting(
         0.002, "height above the tangent plane that starts to block, relative to R", low=0.0
@@ -78,17 +88,31 @@ def defines(settings: ScreenSpaceSettings, has_back_layer: bool) -> dict[str, in
     }
 
 
-def estimator_uniforms(settings: ScreenSpaceSettings, frame: Frame) -> dict[str, Any]:
+# Where a back-face layer holds every closed body, what lacks a back is mostly a wall, seen
+# from the inside of a room; without the layer it may be anything. Best of .2, .3, .5, 1, 2
+# for the mean error of visibility over six scenes, but for 2 against 1 (.056 against .057),
+# which was not worth the deeper shadow behind a sheet.
+_THICKNESS_BESIDE_BACKS = 1.0
+_THICKNESS_ALONE = 0.3
+
+
+def estimator_uniforms(
+    settings: ScreenSpaceSettings, frame: Frame, has_back_layer: bool
+) -> dict[str, Any]:
     """Return the uniforms of `lib/estimator.glsl` and of what it includes."""
+    thickness = settings.thickness
+    if thickness is None:
+        thickness = _THICKNESS_BESIDE_BACKS if has_back_layer else _THICKNESS_ALONE
     return {
         **frame.view.uniforms(),
         "u_receiver_stride": settings.receiver_stride,
         "u_pattern_offset": pattern_offset(frame.seed),
         "u_near_vs": frame.view.near,
         "u_radius": settings.radius,
-        "u_thickness": settings.thickness,
+        "u_thickness": thickness,
         "u_bias": settings.bias,
         "u_step_growth": settings.step_growth,
+        "u_step_span": settings.step_span,
     }
 
 

@@ -29,9 +29,9 @@ class SsaoSettings(ScreenSpaceSettings):
     )
 
 
-def uniforms(settings: SsaoSettings, frame: Frame) -> dict[str, Any]:
+def uniforms(settings: SsaoSettings, frame: Frame, has_back_layer: bool) -> dict[str, Any]:
     """Return the uniforms of `ssao.frag`."""
-    return {**estimator_uniforms(settings, frame), "u_box_px": settings.box_px}
+    return {**estimator_uniforms(settings, frame, has_back_layer), "u_box_px": settings.box_px}
 
 
 class SsaoPass(RenderPass):
@@ -51,8 +51,10 @@ class SsaoPass(RenderPass):
         self.name = "ssao"
         self.settings = settings
         self.reads = ("z_vs", "normals_vs", *(("z_back_vs",) if has_back_layer else ()))
-        self.writes = {"visibility_raw": TextureSpec(2, scale=settings.resolution_scale, transient=True)}
+        spec = TextureSpec(2, scale=settings.resolution_scale, transient=True)
+        self.writes = {"visibility_raw": spec}
         self.depends_on = ("view", "seed")
+        self._has_back_layer = has_back_layer
         self._defines = defines(settings, has_back_layer)
 
     def settings_key(self) -> Hashable:
@@ -66,6 +68,6 @@ class SsaoPass(RenderPass):
             context.gl,
             context.shaders.fullscreen("ssao.frag", self._defines),
             context.target,
-            uniforms(self.settings, context.frame),
+            uniforms(self.settings, context.frame, self._has_back_layer),
             {f"t_{name}": context.inputs[name] for name in self.reads},
         )

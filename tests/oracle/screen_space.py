@@ -75,9 +75,10 @@ class Estimator:
     directions: int
     steps: int
     offset: tuple[int, int, int]
-    growth: float = 1.0
-    thickness: float = 0.5
-    bias: float = 0.0
+    thickness: float
+    bias: float
+    growth: float = 0.0
+    span: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -156,13 +157,13 @@ def _surface_tests(
     p: Array,
     n: Array,
     texel: Indices,
-    inverse_z: Array,
+    inverse_z: tuple[Array, Array],
     estimator: Estimator,
     decide: _Decisions,
     live: Flags,
     has_end: bool,
 ) -> Flags:
-    """Whether the surface at `texel` blocks a sample of depth 1 / inverse_z."""
+    """Whether the surface at `texel` blocks a stretch between two inverse depths."""
     z = picture.z[texel[..., 1], texel[..., 0]]
     one = np.ones_like(z)
     receiver_z = -p[..., 2]
@@ -171,7 +172,7 @@ def _surface_tests(
     height = np.einsum("...i,...i", pq, n)
     far = np.maximum(receiver_z, z)
     tests = [
-        (one, z * inverse_z, one),
+        (one, z * inverse_z[0], one),
         (height, DEPTH_ERROR * receiver_z + estimator.bias * length, far),
         (height, NORMAL_ERROR * np.linalg.norm(pq, axis=-1), far),
     ]
@@ -180,7 +181,7 @@ def _surface_tests(
         if picture.z_back is not None:
             back = picture.z_back[texel[..., 1], texel[..., 0]]
             end = np.where(back > z * (1.0 + BACK_GAP), back, end)
-        tests.append((end * inverse_z, one, one))
+        tests.append((end * inverse_z[1], one, one))
     return decide.all_greater(live & (z > 0.0), *tests)
 
 
@@ -208,12 +209,18 @@ def _march(
     blocker = np.full((*u.shape, 2), -1, np.int64)
     for i in range(estimator.steps):
         last = i == estimator.steps - 1
-        x = np.ones_like(u) if last else (i + u) / (estimator.steps - 1)
-        s = x * (1.0 - estimator.growth + estimator.growth * x)
+        stride = 1.0 / max(estimator.steps - 1, 1)
+        x = np.ones_like(u) if last else (i + u) * stride
+        half = 0.5 * estimator.span * stride
+        s, start, stop = (
+            y * (1.0 - estimator.growth + estimator.growth * y)
+            for y in (x, np.maximum(x - half, 0.0), np.minimum(x + half, 1.0))
+        )
         live = blocker[..., 0] < 0
         texel = decide.texel(start_px + s[..., None] * (end_px - start_px), live)
-        inverse_z = inverse[0] + s * (inverse[1] - inverse[0])
-        hit = _surface_tests(picture, p, n, texel, inverse_z, estimator, decide, live, True)
+        ends = [inverse[0] + y * (inverse[1] - inverse[0]) for y in (start, stop)]
+        span = np.minimum(*ends), np.maximum(*ends)
+        hit = _surface_tests(picture, p, n, texel, span, estimator, decide, live, True)
         blocker = np.where((live & hit)[..., None], texel, blocker)
     return blocker, decide.unsure
 
@@ -232,8 +239,9 @@ def _point(
     near_frame = np.all((px > -1.0) & (px < picture.size + 1.0), -1)
     texel = decide.texel(px, visible & near_frame)
     texel = np.clip(texel, 0, picture.size.astype(np.int64) - 1)
+    inverse_z = -1.0 / s_vs[..., 2]
     hit = _surface_tests(
-        picture, p, n, texel, -1.0 / s_vs[..., 2], estimator, decide, inside, has_end
+        picture, p, n, texel, (inverse_z, inverse_z), estimator, decide, inside, has_end
     )
     return np.where((inside & hit)[..., None], texel, -1), decide.unsure
 
