@@ -20,6 +20,11 @@ def test_visibility_is_white_where_open():
     np.testing.assert_array_equal(picture_of("visibility", image)[0, :, 0], [255, 0])
 
 
+def test_display_is_not_encoded_a_second_time():
+    image = np.full((1, 1, 4), 0.2, np.float32)
+    assert picture_of("display", image)[0, 0].tolist() == [51, 51, 51]
+
+
 def test_depth_is_bright_near_and_black_where_nothing_is():
     image = np.array([[[1.0], [3.0], [0.0]]], np.float32)
     pixels = picture_of("depth", image)[0, :, 0].tolist()
