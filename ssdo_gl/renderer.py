@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-import statistics
 import time
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -14,17 +12,17 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.effects import Decision
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.gpu.geometry import Eye, Geometry
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.shader import ShaderLibrary
-from ssdo_gl.graph.execute import Executor, PassTiming
+from ssdo_gl.graph.execute import Executor
 from ssdo_gl.graph.frame import Frame, FrameView
 from ssdo_gl.graph.graph import Plan, compile_graph
 from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.options import settings_for
 from ssdo_gl.pipelines import Pipeline, build_pipeline
+from ssdo_gl.render_result import FrameLog, Image, RenderResult
 from ssdo_gl.scene.animate import scene_at
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.content import analyse
@@ -32,58 +30,6 @@ from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.surface_arrays import world_normals, world_positions
-
-Image = NDArray[np.float32]
-
-
-@dataclass(frozen=True)
-class PassReport:
-    """What one pass did, for ``--explain`` and ``--stats``."""
-
-    name: str
-    ran: bool
-    reason: str
-    gpu_ms: float | None = None
-    cpu_ms: float = 0.0
-
-
-@dataclass(frozen=True)
-class RenderResult:
-    """The outcome of `Renderer.render`.
-
-    Attributes
-    ----------
-    images : dict of str to ndarray, shape (height, width, channels), float32
-        Row 0 at the top.
-    passes : tuple of PassReport
-        Medians over the timed frames.
-    frame_ms : tuple of float
-        Milliseconds of each timed frame until the device had finished.
-    process_ms : tuple of float
-        Processor time of the same frames, all threads: what a software rasterizer
-        spends, whatever else the machine is doing.
-    setup_ms : float
-        The first frame, with shader compilation, shadow maps and uploads.
-    references : dict
-        Statistics of the Monte-Carlo passes: samples per pixel, standard errors.
-    """
-
-    images: dict[str, Image]
-    size: tuple[int, int]
-    settings: Settings
-    passes: tuple[PassReport, ...]
-    decisions: tuple[Decision, ...]
-    frame_ms: tuple[float, ...]
-    setup_ms: float
-    process_ms: tuple[float, ...] = ()
-    references: dict[str, Any] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
-
-    def frame_summary(self) -> dict[str, float]:
-        """Return median, min and max of the frame times, milliseconds."""
-        times = self.frame_ms
-        values = {"median": statistics.median(times), "min": min(times), "max": max(times)}
-        return {name: round(value, 3) for name, value in values.items()}
 
 
 class Renderer:
@@ -147,6 +93,7 @@ class Renderer:
 
     def release(self) -> None:
         """Free everything on the device."""
+        self.device.activate()
         self._executor.release()
         self._geometry.release()
         if self._owns_device:
@@ -154,6 +101,7 @@ class Renderer:
 
     def use(self, settings: Settings) -> None:
         """Render with other settings from now on; what they leave alone stays warm."""
+        self.device.activate()
         self.settings = self._completed(settings)
         self._plans.clear()
 
@@ -184,62 +132,56 @@ class Renderer:
         time_passes : bool
             Time every pass, too.
         """
+        self.device.activate()
         names = tuple(dict.fromkeys(wanted))
         camera = camera or self.scene.camera
         moved = scene_at(self.scene, seconds)
         self._follow(moved)
         pipeline, plan = self._plan(names)
         count = self.settings.antialias
+        log = FrameLog()
         sums: dict[str, NDArray[np.float64]] = {}
-        times: list[float] = []
-        process_times: list[float] = []
-        timings: list[list[PassTiming]] = []
-        setup_ms = 0.0
-
-        def run_frame(index: int, nonce: int) -> list[PassTiming]:
-            nonlocal setup_ms
-            frame = self._frame(moved, camera, index, count, nonce)
-            start, process_start = time.perf_counter(), time.process_time()
-            rows = self._executor.run(
-                plan, frame, self._geometry, time_passes=time_passes, progress=progress
-            )
-            self.device.gl.finish()
-            elapsed = (time.perf_counter() - start) * 1e3
-            if not times and not setup_ms:
-                setup_ms = elapsed
-            else:
-                times.append(elapsed)
-                process_times.append((time.process_time() - process_start) * 1e3)
-                timings.append(rows)
-            if not timings:
-                timings.append(rows)
-            return rows
-
         for index in range(count):
-            run_frame(index, 0)
-            view = self._frame(moved, camera, index, count, 0).view
-            for name, array in self._read(pipeline, names, view).items():
+            frame = self._frame(moved, camera, index, count, 0)
+            self._run(plan, frame, log, time_passes, progress)
+            for name, array in self._read(pipeline, names, frame.view).items():
                 sums[name] = sums.get(name, 0.0) + array.astype(np.float64)
             if progress is not None and count > 1:
                 progress("anti-aliasing frames", index + 1, count)
         if frames > 1:
-            times.clear()
-            process_times.clear()
-            timings.clear()
+            log.restart()
             for number in range(frames):
-                run_frame(0, number + 1)
-        images = {name: (array / count).astype(np.float32) for name, array in sums.items()}
+                frame = self._frame(moved, camera, 0, count, number + 1)
+                self._run(plan, frame, log, time_passes, progress)
         return RenderResult(
-            images=images,
+            images={name: (array / count).astype(np.float32) for name, array in sums.items()},
             size=self.settings.size,
             settings=self.settings,
-            passes=self._reports(pipeline, plan, timings),
+            passes=log.reports(pipeline, plan),
             decisions=pipeline.decisions,
-            frame_ms=tuple(times) or (setup_ms,),
-            setup_ms=setup_ms,
-            process_ms=tuple(process_times),
+            frame_ms=log.frame_ms,
+            setup_ms=log.setup_ms or 0.0,
+            process_ms=log.process_ms,
             references={item.name: dict(item.statistics) for item in plan.order if item.statistics},
             notes=pipeline.notes,
+        )
+
+    def _run(
+        self,
+        plan: Plan,
+        frame: Frame,
+        log: FrameLog,
+        time_passes: bool,
+        progress: ProgressCallback | None,
+    ) -> None:
+        """Run one frame to its end and record what it took."""
+        start, process_start = time.perf_counter(), time.process_time()
+        rows = self._executor.run(
+            plan, frame, self._geometry, time_passes=time_passes, progress=progress
+        )
+        self.device.gl.finish()
+        log.add(
+            (time.perf_counter() - start) * 1e3, (time.process_time() - process_start) * 1e3, rows
         )
 
     def _completed(self, settings: Settings) -> Settings:
@@ -312,49 +254,17 @@ class Renderer:
                 images[name] = world_normals(images[name], z_vs, view)
         return images
 
-    @staticmethod
-    def _reports(
-        pipeline: Pipeline, plan: Plan, timings: list[list[PassTiming]]
-    ) -> tuple[PassReport, ...]:
-        by_name: dict[str, list[PassTiming]] = {}
-        for rows in timings:
-            for row in rows:
-                by_name.setdefault(row.name, []).append(row)
-        reports = []
-        for item in plan.order:
-            ran = [row for row in by_name[item.name] if row.ran]
-            reason = pipeline.reasons.get(item.name, "needed for what was asked")
-            if not ran:
-                reports.append(PassReport(item.name, False, f"unchanged, kept: {reason}"))
-                continue
-            measured = [row.gpu_ms for row in ran if row.gpu_ms is not None]
-            reports.append(
-                PassReport(
-                    item.name,
-                    True,
-                    reason,
-                    statistics.median(measured) if measured else None,
-                    statistics.median(row.cpu_ms for row in ran),
-                )
-            )
-        for item in plan.culled:
-            reports.append(PassReport(item.name, False, "nothing that was asked for reads it"))
-        for name, reason in pipeline.skipped.items():
-            reports.append(PassReport(name, False, reason))
-        return tuple(reports)
-
 
 def jitter(index: int, count: int) -> tuple[float, float]:
-    """Return the sub-pixel offset of frame `index` of `count`, pixels, within +-1/2.
+    """Return the sub-pixel offset of frame `index` of `count`, in pixels.
 
-    A single frame samples the pixel centre. Otherwise the R2 sequence (Roberts
-    2018), whose first points cover a pixel evenly for every count.
+    A rank-1 lattice of the golden ratio: each of `count` columns and, nearly, rows of
+    the pixel is met once. Its mean is exactly the pixel centre, where a single frame
+    samples; otherwise averaging frames would shift the picture.
     """
-    if count == 1:
-        return 0.0, 0.0
-    # 1/g and 1/g^2 with g the plastic number, the root of g^3 = g + 1.
-    x, y = 0.7548776662466927 * index, 0.5698402909980532 * index
-    return (x + 0.5) % 1.0 - 0.5, (y + 0.5) % 1.0 - 0.5
+    golden = 0.6180339887498949
+    y_of = [(golden * number) % 1.0 for number in range(count)]
+    return (index + 0.5) / count - 0.5, y_of[index] - sum(y_of) / count
 
 
 def render(

@@ -43,6 +43,8 @@ def shaders(device: Device) -> ShaderLibrary:
 @pytest.fixture
 def gl(device: Device) -> Iterator[moderngl.Context]:
     """The context in its first state, with no OpenGL error pending before or after the test."""
+    # Another test may have made, and released, a context of its own.
+    device.activate()
     device.gl.enable_only(moderngl.NOTHING)
     device.gl.depth_func = "<"
     device.gl.cull_face = "back"

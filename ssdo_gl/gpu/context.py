@@ -70,9 +70,18 @@ class Device:
         self.is_software = any(name in self.renderer.lower() for name in _SOFTWARE_NAMES)
         self._close = close
         self._is_released = False
-        # Textures and buffers are freed when Python drops them; all of it happens on
-        # the one thread that owns the context.
-        gl.gc_mode = "auto"
+        # Python may drop a texture while another context is current, in which its name
+        # belongs to something else; what is dropped waits for `activate`.
+        gl.gc_mode = "context_gc"
+
+    def activate(self) -> None:
+        """Make this context the current one, and free what was dropped meanwhile."""
+        self.gl.__enter__()  # type: ignore[no-untyped-call]
+        # Not `gl.gc()`: it stumbles over what was released before it was dropped.
+        while self.gl.objects:
+            dropped = self.gl.objects.popleft()
+            if hasattr(dropped, "release"):
+                dropped.release()
 
     def release(self) -> None:
         """Destroy the context and all it holds; a second call does nothing."""

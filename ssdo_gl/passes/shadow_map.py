@@ -93,6 +93,7 @@ class ShadowMapPass(RenderPass):
         size = tile_size(self.settings, layout)
         atlas = make_texture(context.gl, (layout.columns * size, layout.rows * size), 1, "f4")
         target = make_framebuffer(context.gl, [atlas], depth=True)
+        before = context.gl.fbo
         target.use()
         target.clear(EMPTY_DEPTH, depth=1.0)
         context.gl.enable_only(moderngl.DEPTH_TEST)
@@ -105,6 +106,9 @@ class ShadowMapPass(RenderPass):
                 # Rasterization is clipped to the viewport, so tiles stay apart.
                 target.viewport = (*corner, size, size)
                 _draw_face(context, frame, face, index, border_scale(size))
+        # A framebuffer that is released while bound makes the next one an OpenGL error.
+        if before is not None:
+            before.use()
         if target.depth_attachment is not None:
             target.depth_attachment.release()
         target.release()

@@ -1,0 +1,140 @@
+"""What a rendering gives back: images, times, and what every pass did."""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ssdo_gl.effects import Decision
+from ssdo_gl.graph.execute import PassTiming
+from ssdo_gl.graph.graph import Plan
+from ssdo_gl.pipelines import Pipeline
+from ssdo_gl.settings import Settings
+
+Image = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class PassReport:
+    """What one pass did, for ``--explain`` and ``--stats``."""
+
+    name: str
+    ran: bool
+    reason: str
+    gpu_ms: float | None = None
+    cpu_ms: float = 0.0
+
+
+@dataclass(frozen=True)
+class RenderResult:
+    """The outcome of `Renderer.render`.
+
+    Attributes
+    ----------
+    images : dict of str to ndarray, shape (height, width, channels), float32
+        Row 0 at the top.
+    passes : tuple of PassReport
+        Medians over the timed frames.
+    frame_ms : tuple of float
+        Milliseconds of each timed frame until the device had finished.
+    process_ms : tuple of float
+        Processor time of the same frames, all threads: what a software rasterizer
+        spends, whatever else the machine is doing.
+    setup_ms : float
+        The first frame, with shader compilation, shadow maps and uploads.
+    references : dict
+        Statistics of the Monte-Carlo passes: samples per pixel, standard errors.
+    """
+
+    images: dict[str, Image]
+    size: tuple[int, int]
+    settings: Settings
+    passes: tuple[PassReport, ...]
+    decisions: tuple[Decision, ...]
+    frame_ms: tuple[float, ...]
+    setup_ms: float
+    process_ms: tuple[float, ...] = ()
+    references: dict[str, Any] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    def frame_summary(self) -> dict[str, float]:
+        """Return median, min and max of the frame times, milliseconds."""
+        times = self.frame_ms
+        values = {"median": statistics.median(times), "min": min(times), "max": max(times)}
+        return {name: round(value, 3) for name, value in values.items()}
+
+
+class FrameLog:
+    """Collects the times of frames; the first one is the set-up and stands apart.
+
+    If no other frame follows, the first one has to speak for all.
+    """
+
+    def __init__(self) -> None:
+        self.setup_ms: float | None = None
+        self._setup_process_ms = 0.0
+        self._setup_rows: list[PassTiming] = []
+        self._frame_ms: list[float] = []
+        self._process_ms: list[float] = []
+        self._rows: list[list[PassTiming]] = []
+
+    def add(self, frame_ms: float, process_ms: float, rows: list[PassTiming]) -> None:
+        """Record one frame."""
+        if self.setup_ms is None:
+            self.setup_ms, self._setup_process_ms, self._setup_rows = frame_ms, process_ms, rows
+            return
+        self._frame_ms.append(frame_ms)
+        self._process_ms.append(process_ms)
+        self._rows.append(rows)
+
+    def restart(self) -> None:
+        """Forget all frames but the first: the ones that count come now."""
+        self._frame_ms.clear()
+        self._process_ms.clear()
+        self._rows.clear()
+
+    @property
+    def frame_ms(self) -> tuple[float, ...]:
+        """Milliseconds of each frame."""
+        return tuple(self._frame_ms) or (self.setup_ms or 0.0,)
+
+    @property
+    def process_ms(self) -> tuple[float, ...]:
+        """Processor milliseconds of each frame."""
+        return tuple(self._process_ms) or (self._setup_process_ms,)
+
+    def reports(self, pipeline: Pipeline, plan: Plan) -> tuple[PassReport, ...]:
+        """Return what every pass of `plan` did, and why the others did not run."""
+        by_name: dict[str, list[PassTiming]] = {}
+        for rows in self._rows or [self._setup_rows]:
+            for row in rows:
+                by_name.setdefault(row.name, []).append(row)
+        reports = [
+            _report(item.name, by_name[item.name], pipeline.reasons.get(item.name, "needed"))
+            for item in plan.order
+        ]
+        reports += [
+            PassReport(item.name, False, "nothing that was asked for reads it")
+            for item in plan.culled
+        ]
+        reports += [PassReport(name, False, why) for name, why in pipeline.skipped.items()]
+        return tuple(reports)
+
+
+def _report(name: str, rows: Sequence[PassTiming], reason: str) -> PassReport:
+    ran = [row for row in rows if row.ran]
+    if not ran:
+        return PassReport(name, False, f"unchanged, kept: {reason}")
+    measured = [row.gpu_ms for row in ran if row.gpu_ms is not None]
+    return PassReport(
+        name,
+        True,
+        reason,
+        statistics.median(measured) if measured else None,
+        statistics.median(row.cpu_ms for row in ran),
+    )

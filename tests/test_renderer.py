@@ -1,0 +1,109 @@
+"""The Python interface: many frames, several renderers, and the documented examples."""
+
+from __future__ import annotations
+
+import dataclasses
+import doctest
+
+import numpy as np
+import pytest
+
+import ssdo_gl
+from ssdo_gl.graph.settings import SettingError
+from ssdo_gl.renderer import Renderer, jitter
+from ssdo_gl.settings import Settings
+
+SMALL = Settings(size=(32, 18), samples=8)
+
+
+def test_the_documented_examples_run():
+    """The docstrings of the interface are what the README quotes."""
+    results = doctest.testmod(ssdo_gl.renderer)
+    assert results.attempted >= 5
+    assert results.failed == 0
+
+
+def test_public_names():
+    assert {"load_scene", "Renderer", "render", "Settings"} <= set(ssdo_gl.__all__)
+    for name in ssdo_gl.__all__:
+        assert getattr(ssdo_gl, name)
+    with pytest.raises(AttributeError, match="no attribute 'rendr'"):
+        ssdo_gl.rendr  # noqa: B018
+
+
+def test_a_static_second_frame_runs_no_pass():
+    with Renderer(ssdo_gl.load_scene("cornell_meso"), SMALL) as renderer:
+        ran = [row.name for row in renderer.render().passes if row.ran]
+        second = {row.name: row for row in renderer.render().passes}
+        assert "gbuffer" in ran
+        for name in ran:
+            assert not second[name].ran
+            assert "kept" in second[name].reason
+
+
+def test_a_moved_camera_keeps_the_shadow_maps_only():
+    scene = ssdo_gl.load_scene("cornell_meso")
+    with Renderer(scene, SMALL) as renderer:
+        renderer.render()
+        moved = renderer.render(camera=dataclasses.replace(scene.camera, position=(0.1, 0, 3.5)))
+        kept = {row.name for row in moved.passes if "kept" in row.reason}
+        assert kept == {"shadow_map"}
+
+
+def test_renderers_do_not_disturb_each_other():
+    """Two contexts in one process: each call draws with its own."""
+    scene = ssdo_gl.load_scene("corner")
+    with Renderer(scene, SMALL) as first, Renderer(scene, SMALL) as second:
+        before = first.render().images["beauty"]
+        second.render()
+        first.use(dataclasses.replace(SMALL, seed=1))
+        first.use(SMALL)
+        assert np.array_equal(before, first.render().images["beauty"])
+        assert first.device.gl.error == second.device.gl.error == "GL_NO_ERROR"
+
+
+def test_timed_frames_recompute_what_depends_on_the_view():
+    with Renderer(ssdo_gl.load_scene("corner"), SMALL) as renderer:
+        result = renderer.render(frames=3, time_passes=True)
+    assert len(result.frame_ms) == 3
+    times = {row.name: row.gpu_ms for row in result.passes if row.ran}
+    assert times["gbuffer"] > 0.0
+    assert result.setup_ms > 0.0
+
+
+def test_time_moves_an_animated_scene():
+    with Renderer(ssdo_gl.load_scene("carousel"), SMALL) as renderer:
+        start = renderer.render().images["beauty"]
+        later = renderer.render(seconds=0.7).images["beauty"]
+        again = renderer.render(seconds=0.0).images["beauty"]
+    assert not np.array_equal(start, later)
+    assert np.array_equal(start, again)
+
+
+def test_antialiasing_softens_edges_and_keeps_areas():
+    scene = ssdo_gl.load_scene("cornell_meso")
+    images = []
+    for count in (1, 8):
+        with Renderer(scene, dataclasses.replace(SMALL, antialias=count)) as renderer:
+            images.append(renderer.render(["albedo"]).images["albedo"])
+    assert len(np.unique(images[1])) > 2 * len(np.unique(images[0]))
+    # Eight samples of the same areas: the mean moves by a fraction of a percent.
+    assert images[1].mean() == pytest.approx(images[0].mean(), rel=0.02)
+
+
+@pytest.mark.parametrize("count", [1, 2, 4, 16, 64])
+def test_jitter_is_centred_and_covers_the_pixel(count):
+    offsets = np.array([jitter(index, count) for index in range(count)])
+    # A shift of the mean would shift the picture: float64 rounding only.
+    assert np.abs(offsets.mean(axis=0)).max() < 1e-12
+    for axis in range(2):
+        ordered = np.sort(offsets[:, axis])
+        # Three-gap theorem: no gap of a golden lattice exceeds the golden ratio
+        # squared times the mean gap, and the ends lie within the pixel and half a gap.
+        assert np.all(np.diff(ordered) < 2.62 / count)
+        assert np.all(np.abs(ordered) <= 0.5 + 0.5 / count)
+
+
+def test_settings_are_checked():
+    with pytest.raises(SettingError, match="samples = 0"):
+        ssdo_gl.render("corner", samples=0)
