@@ -18,7 +18,8 @@ from ssdo_gl.app.display import picture_of
 from ssdo_gl.app.image_files import exr_bytes, npz_bytes, png_bytes, write_atomically
 from ssdo_gl.app.progress import progress_on_terminal
 from ssdo_gl.effects import Decision
-from ssdo_gl.renderer import Renderer, RenderResult
+from ssdo_gl.render_result import RenderResult
+from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
