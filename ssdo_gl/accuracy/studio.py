@@ -1,0 +1,90 @@
+"""The only door from a bench to the renderer: images, frame times, pass times."""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ssdo_gl.renderer import Renderer
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.settings import Settings
+
+Images = Mapping[str, NDArray[np.float32]]
+
+
+@dataclass(frozen=True)
+class FrameTimes:
+    """Times of warm frames, milliseconds.
+
+    Attributes
+    ----------
+    frame_ms : float
+        Median until the device had finished, by the wall clock.
+    process_ms : float
+        Median processor time of all threads.
+    setup_ms : float
+        The frame before them: with shader compilation and uploads if it was the first.
+    """
+
+    frame_ms: float
+    process_ms: float
+    setup_ms: float
+
+
+class Studio(Protocol):
+    """What a bench needs of a renderer; tests give it a pretended one."""
+
+    scene: Scene
+
+    def images(self, settings: Settings, wanted: Sequence[str]) -> Images:
+        """Return the images `wanted`, rendered once."""
+
+    def timed(self, settings: Settings, wanted: Sequence[str], frames: int) -> FrameTimes:
+        """Return times of `frames` warm frames that each recompute the whole view."""
+
+    def split(
+        self, settings: Settings, wanted: Sequence[str], frames: int
+    ) -> tuple[tuple[str, float], ...]:
+        """Return (pass, median milliseconds) of what runs in a warm frame, in order."""
+
+
+class RendererStudio:
+    """A `Studio` on one renderer, whose shaders and geometry stay warm between settings."""
+
+    def __init__(self, renderer: Renderer, camera: Camera | None = None) -> None:
+        self.renderer = renderer
+        self.scene = renderer.scene
+        self.camera = camera
+
+    def images(self, settings: Settings, wanted: Sequence[str]) -> Images:
+        """Return the images `wanted`, rendered once."""
+        self.renderer.use(settings)
+        return self.renderer.render(wanted, camera=self.camera).images
+
+    def timed(self, settings: Settings, wanted: Sequence[str], frames: int) -> FrameTimes:
+        """Return times of `frames` warm frames that each recompute the whole view."""
+        self.renderer.use(settings)
+        # One frame alone would be the cold one; the median of two needs a third to be
+        # robust, and costs little more.
+        result = self.renderer.render(wanted, camera=self.camera, frames=max(frames, 2))
+        return FrameTimes(
+            statistics.median(result.frame_ms),
+            statistics.median(result.process_ms),
+            result.setup_ms,
+        )
+
+    def split(
+        self, settings: Settings, wanted: Sequence[str], frames: int
+    ) -> tuple[tuple[str, float], ...]:
+        """Return (pass, median milliseconds) of what runs in a warm frame, in order."""
+        self.renderer.use(settings)
+        result = self.renderer.render(
+            wanted, camera=self.camera, frames=max(frames, 2), time_passes=True
+        )
+        return tuple((row.name, row.gpu_ms) for row in result.passes if row.gpu_ms is not None)
