@@ -1,0 +1,76 @@
+"""Fits power laws to measured series: how cost and error grow."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+# Fewer points leave a slope without a standard error.
+MIN_POINTS = 3
+
+
+@dataclass(frozen=True)
+class PowerLaw:
+    """y = factor * x ** exponent, with the exponent's standard error."""
+
+    factor: float
+    exponent: float
+    standard_error: float
+
+    def at(self, x: float) -> float:
+        """Return y at `x`."""
+        return float(self.factor * x**self.exponent)
+
+    def __str__(self) -> str:
+        return f"{self.exponent:+.2f} ± {self.standard_error:.2f}"
+
+
+def fit_power_law(x: Sequence[float], y: Sequence[float]) -> PowerLaw | None:
+    """Return the least-squares line in log-log; None for fewer than three usable points.
+
+    Points that are not positive and finite have no logarithm and are left out.
+    """
+    pairs = [
+        (math.log(a), math.log(b))
+        for a, b in zip(x, y, strict=True)
+        if a > 0.0 and b > 0.0 and math.isfinite(a) and math.isfinite(b)
+    ]
+    if len(pairs) < MIN_POINTS:
+        return None
+    u, v = np.array(pairs).T
+    spread = float(((u - u.mean()) ** 2).sum())
+    if spread == 0.0:
+        return None
+    slope = float(((u - u.mean()) * (v - v.mean())).sum() / spread)
+    intercept = float(v.mean() - slope * u.mean())
+    residual = float(((v - intercept - slope * u) ** 2).sum())
+    error = math.sqrt(residual / (len(pairs) - 2) / spread)
+    return PowerLaw(math.exp(intercept), slope, error)
+
+
+@dataclass(frozen=True)
+class FixedPlusLinear:
+    """y = fixed + slope * x: a cost with a part that does not depend on x."""
+
+    fixed: float
+    slope: float
+
+    def at(self, x: float) -> float:
+        """Return y at `x`."""
+        return self.fixed + self.slope * x
+
+
+def fit_fixed_plus_linear(x: Sequence[float], y: Sequence[float]) -> FixedPlusLinear | None:
+    """Return the fit that is best relative to y; None for fewer than two distinct x.
+
+    Relative residuals weigh a 10 % error of a cheap point like one of a dear point.
+    """
+    if len(set(x)) < 2 or min(y) <= 0.0:
+        return None
+    weights = 1.0 / np.asarray(y, dtype=np.float64)
+    matrix = np.stack([np.ones(len(x)), np.asarray(x, dtype=np.float64)], axis=1)
+    solution, *_ = np.linalg.lstsq(matrix * weights[:, None], np.ones(len(x)), rcond=None)
+    return FixedPlusLinear(float(solution[0]), float(solution[1]))

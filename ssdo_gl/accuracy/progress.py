@@ -1,0 +1,68 @@
+"""Progress of a bench: bars with remaining time on a terminal, a line a stage elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    Progress,
+    TaskID,
+    TaskProgressColumn,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+
+
+class BenchProgress:
+    """Shows how far each stage is; does nothing without a console."""
+
+    def __init__(self, console: Console | None, bars: Progress | None) -> None:
+        self._console = console
+        self._bars = bars
+        self._tasks: dict[str, TaskID] = {}
+        self._said: set[str] = set()
+
+    def steps(self, stage: str, done: int, total: int) -> None:
+        """Show that `done` of `total` steps of `stage` are done."""
+        self.share(stage, stage, done / max(total, 1))
+
+    def share(self, stage: str, text: str, share: float) -> None:
+        """Show that a share of `stage`, [0, 1], is done."""
+        if self._bars is not None:
+            if stage not in self._tasks:
+                self._tasks[stage] = self._bars.add_task(text, total=1.0)
+            self._bars.update(self._tasks[stage], completed=min(share, 1.0), description=text)
+        elif self._console is not None and stage not in self._said:
+            self._said.add(stage)
+            self._console.print(f"{stage} ...", markup=False)
+
+    def say(self, text: str) -> None:
+        """Print a line."""
+        if self._console is not None:
+            self._console.print(text, markup=False)
+
+
+@contextmanager
+def bench_progress(*, quiet: bool) -> Iterator[BenchProgress]:
+    """Yield a `BenchProgress` on standard error."""
+    if quiet:
+        yield BenchProgress(None, None)
+        return
+    console = Console(stderr=True, highlight=False, soft_wrap=True)
+    if not console.is_terminal:
+        yield BenchProgress(console, None)
+        return
+    bars = Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+        console=console,
+    )
+    with bars:
+        yield BenchProgress(console, bars)

@@ -1,0 +1,136 @@
+"""The truths of one bench: refined until they are worth ten times what is judged by them."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from ssdo_gl.accuracy.analysis import Result, TruthSummary
+from ssdo_gl.accuracy.errors import PANELS, Panel, judge, render_seeds, wanted_images
+from ssdo_gl.accuracy.metrics import Mask
+from ssdo_gl.accuracy.points import Point
+from ssdo_gl.accuracy.progress import BenchProgress
+from ssdo_gl.accuracy.studio import Images, Studio
+from ssdo_gl.accuracy.truth import Goal, Truth, TruthCache, obtain, truth_key
+from ssdo_gl.settings import Settings
+
+# The converged march: what is left of its error is what one camera layer does not show.
+LIMITS = {
+    "radiance": Point("radiance", "limit", "bounce", "march", 1024, 32, 1.0, "none"),
+    "visibility": Point("visibility", "limit", "ssao", "march", 1024, 32, 1.0, "none"),
+}
+# A truth's standard error aims at this part of the smallest error reported.
+TRUTH_RATIO = 0.1
+# The goal before any error is known: enough to estimate the smallest one to a few percent.
+FIRST_GOAL = 0.03
+# Where a scene leaves the screen nothing to miss, the limit's error is only its noise; no
+# one sees an error below this.
+SMALLEST_FLOOR = 1e-3
+
+
+@dataclass(frozen=True)
+class TruthRequest:
+    """What truths are wanted.
+
+    Attributes
+    ----------
+    mask : ndarray of bool
+        Pixels that count.
+    kinds : sequence of str
+        Kinds of points that will be judged.
+    seeds : int
+        Sample patterns of the limit.
+    batch_spp : int
+        Samples per pixel of one independent batch.
+    max_seconds : float
+        For each truth, in this call.
+    renderer : str
+        Part of the key under which truths are cached.
+    """
+
+    studio: Studio
+    base: Settings
+    mask: Mask
+    kinds: Sequence[str]
+    seeds: int
+    batch_spp: int
+    max_seconds: float
+    renderer: str
+    cache: TruthCache = field(default_factory=TruthCache)
+
+
+def make_truths(
+    request: TruthRequest, progress: BenchProgress
+) -> tuple[dict[str, Truth], dict[str, float]]:
+    """Return the truth of every panel by name, and what a converged march still misses."""
+    truths, floors = {}, {}
+    for kind in request.kinds:
+        panels = [panel for panel in PANELS if panel.kind == kind]
+        limit = render_seeds(
+            request.studio, LIMITS[kind], request.base, request.seeds, wanted_images(panels)
+        )
+        for panel in panels:
+            truths[panel.name], floors[panel.name] = make_truth(panel, request, limit, progress)
+    return truths, floors
+
+
+def make_truth(
+    panel: Panel, request: TruthRequest, limit: Sequence[Images], progress: BenchProgress
+) -> tuple[Truth, float]:
+    """Refine a panel's truth until it is worth ten times the error of the `limit`."""
+    settings = dataclasses.replace(
+        request.base, method=panel.method, estimator=None, spp=request.batch_spp
+    )
+    wanted = (panel.image, *panel.parts)
+    stage = f"truth {panel.method}"
+
+    def batch(seed: int) -> Images:
+        return request.studio.images(dataclasses.replace(settings, seed=seed), wanted)
+
+    def report(text: str, share: float) -> None:
+        progress.share(stage, f"{stage}: {text}", share)
+
+    key = truth_key(request.studio.scene, settings, request.renderer)
+    target, deadline = FIRST_GOAL, time.perf_counter() + request.max_seconds
+    while True:
+        seconds = max(0.0, deadline - time.perf_counter())
+        goal = Goal(panel.image, target, panel.relative, seconds)
+        truth = obtain(key, [goal], request.mask, batch, request.batch_spp, request.cache, report)
+        verdict = judge(panel, limit, truth, request.mask, request.base.exposure or 0.0, False)
+        floor = verdict.scalars.systematic
+        wanted_error = TRUTH_RATIO * max(floor, SMALLEST_FLOOR)
+        # The limit's own error is known better with each refinement: it may settle below
+        # what the goal was derived from, but never by much.
+        if not goal.reached(truth, request.mask) or wanted_error >= target:
+            return truth, floor
+        target = wanted_error
+
+
+def summaries(
+    results: Sequence[Result],
+    truths: Mapping[str, Truth],
+    floors: Mapping[str, float],
+    mask: Mask,
+) -> dict[str, TruthSummary]:
+    """Return what every truth is worth, by panel name."""
+    found = {}
+    for panel in PANELS:
+        truth = truths.get(panel.name)
+        errors = [r.verdicts[panel.name].error.value for r in results if panel.name in r.verdicts]
+        if truth is None or not errors:
+            continue
+        of = truth.relative_standard_error if panel.relative else truth.standard_error
+        found[panel.name] = TruthSummary(
+            panel.name,
+            panel.method,
+            truth.spp,
+            truth.batches,
+            truth.seconds,
+            of(panel.image, mask),
+            min(errors),
+            floors.get(panel.name, math.nan),
+        )
+    return found
