@@ -94,7 +94,7 @@ def decide(content: SceneContent, settings: Settings, wanted: Sequence[str]) -> 
         "the scene has lights",
         [(not content.has_direct_lights, "the scene has no light of its own but its environment")],
     )
-    mapped = direct and settings.shadows == "map"
+    mapped = direct and settings.chosen_shadows == "map"
     shadow_map = mapped and decider.wanted(
         "shadow maps",
         "lights cast shadows",
@@ -138,7 +138,7 @@ def decide(content: SceneContent, settings: Settings, wanted: Sequence[str]) -> 
     return Effects(
         direct=direct,
         shadow_map=shadow_map,
-        traced_shadows=direct and settings.shadows == "traced",
+        traced_shadows=direct and settings.chosen_shadows == "traced",
         visibility=visibility,
         directional=directional,
         bounce=bounce,

@@ -12,13 +12,16 @@ from ssdo_gl.effects import Decision, Effects, decide, effective_combine
 from ssdo_gl.graph.render_pass import RenderPass
 from ssdo_gl.passes.back_faces import BackFacesPass
 from ssdo_gl.passes.bounce import BouncePass, BounceSettings
+from ssdo_gl.passes.bvh_upload import BvhUploadPass
 from ssdo_gl.passes.composite import Combine, CompositePass
 from ssdo_gl.passes.direct import DirectPass, DirectSettings
 from ssdo_gl.passes.directional import DirectionalPass, DirectionalSettings
 from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterPass, EdgeAwareFilterSettings
+from ssdo_gl.passes.environment import EnvironmentPass
 from ssdo_gl.passes.gbuffer import GBufferPass
 from ssdo_gl.passes.light_table import LightTablePass
 from ssdo_gl.passes.radiance_aov import RadianceAovPass
+from ssdo_gl.passes.reference_ao import ReferenceAoPass, ReferenceAoSettings
 from ssdo_gl.passes.screen_space_settings import ScreenSpaceSettings
 from ssdo_gl.passes.sender_radiance import SenderRadiancePass
 from ssdo_gl.passes.shadow_map import ShadowMapPass, ShadowMapSettings
@@ -41,6 +44,7 @@ PASS_SETTINGS: dict[str, type[Any]] = {
     "directional": DirectionalSettings,
     "bounce": BounceSettings,
     "edge_aware_filter": EdgeAwareFilterSettings,
+    "reference_ao": ReferenceAoSettings,
     "tone_map": ToneMapSettings,
 }
 SettingsClass = TypeVar("SettingsClass", bound="DataclassInstance")
@@ -140,7 +144,10 @@ class _Builder:
     def build(self) -> Pipeline:
         self.add(GBufferPass(), "everything starts from what the camera sees")
         self._add_lights()
-        self._add_near_field()
+        if self.settings.is_reference:
+            self._add_traced()
+        else:
+            self._add_near_field()
         self._add_composite()
         outputs = {name: self._output(name) for name in self.wanted}
         return Pipeline(tuple(self.passes), outputs, self.effects.decisions, self.reasons)
@@ -184,8 +191,6 @@ class _Builder:
                 "light of the scene's lights",
             )
         if self.content.environment == "map":
-            from ssdo_gl.passes.environment import EnvironmentPass
-
             self.add(EnvironmentPass(), "the image of the environment, and its irradiance")
 
     def _add_near_field(self) -> None:
@@ -224,6 +229,19 @@ class _Builder:
                 "light from blocked directions",
             )
             self._add_filter("bounce")
+
+    def _add_traced(self) -> None:
+        """Add the ray-traced passes that take the place of the screen-space ones."""
+        settings = self.settings
+        self.add(BvhUploadPass(), "the triangles, in a tree that rays descend")
+        if self.effects.visibility:
+            base = ReferenceAoSettings(
+                radius=self.radius, spp=settings.spp, max_error=settings.max_error
+            )
+            self.add(
+                ReferenceAoPass(self.pass_settings("reference_ao", base)),
+                "how open each point is, by rays",
+            )
 
     def _ssao_estimator(self) -> str:
         chosen = self.settings.chosen_estimator

@@ -37,6 +37,7 @@ AOVS = (
     "depth",
 )
 Combine = Literal["ambient", "multiply", "report"]
+SHADOWS = (None, "map", "traced", "none")
 # 16384 is the smallest maximum texture size of desktop OpenGL drivers in use, and
 # of llvmpipe; larger frames would need tiling.
 MAX_SIZE_PX = 16384
@@ -64,7 +65,9 @@ class Settings:
         None, "reach R of the near field; None: by scene", unit="scene units", low=0.0
     )
     seed: int = setting(0, "selects the sample pattern", low=0, high=(1 << 31) - 1)
-    shadows: str = setting("map", "how lights are shadowed", choices=("map", "traced", "none"))
+    shadows: str | None = setting(
+        None, "how lights are shadowed; None: maps, for references traced", choices=SHADOWS
+    )
     combine: Combine | None = setting(
         None, "what visibility multiplies, for ssao and reference-ao; None: by scene"
     )
@@ -106,6 +109,11 @@ class Settings:
     def chosen_estimator(self) -> str:
         """The estimator in force: the chosen one or the method's default."""
         return self.estimator or ESTIMATORS.get(self.method, ("march",))[0]
+
+    @property
+    def chosen_shadows(self) -> str:
+        """map, traced or none: the chosen way, or what fits the method."""
+        return self.shadows or ("traced" if self.is_reference else "map")
 
     @property
     def is_reference(self) -> bool:

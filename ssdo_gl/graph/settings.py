@@ -26,8 +26,8 @@ class SettingInfo:
         Empty for pure numbers.
     low, high : float or None
         Inclusive range; None where unbounded or not a number.
-    choices : tuple of str
-        Valid values of a string setting, else empty.
+    choices : tuple of str or None
+        Valid values of a string setting, else empty. None: left to a default.
     doc : str
         The effect in one sentence.
     """
@@ -36,7 +36,7 @@ class SettingInfo:
     unit: str
     low: float | None
     high: float | None
-    choices: tuple[str, ...]
+    choices: tuple[str | None, ...]
     doc: str
 
 
@@ -47,7 +47,7 @@ def setting(
     unit: str = "",
     low: float | None = None,
     high: float | None = None,
-    choices: tuple[str, ...] = (),
+    choices: tuple[str | None, ...] = (),
 ) -> Any:
     """Declare a field of a settings dataclass with its unit, range and effect."""
     info = SettingInfo(default, unit, low, high, choices, doc)
@@ -64,7 +64,8 @@ def check(settings: Any) -> None:
     for name, info in describe(type(settings)).items():
         value = getattr(settings, name)
         if info.choices and value not in info.choices:
-            raise SettingError(f"{name} = {value!r}: choose one of {', '.join(info.choices)}")
+            valid = ", ".join(choice for choice in info.choices if choice is not None)
+            raise SettingError(f"{name} = {value!r}: choose one of {valid}")
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             continue
         # An unbounded side is written as None, so infinity passes only where allowed.
