@@ -10,7 +10,7 @@ uniform vec3 u_environment_zenith;    // the constant's radiance, too
 uniform vec3 u_environment_horizon;
 uniform vec3 u_environment_ground;
 uniform sampler2D t_environment;             // lat-long, row 0 is +y, -z in the middle column
-uniform sampler2D t_environment_irradiance;  // octahedral, [-1, 1]^2 over the texture
+uniform sampler2D t_environment_irradiance;  // octahedral, odd size, nodes on the rim
 
 vec3 direction_ws_of(vec3 direction_vs)
 {
@@ -27,28 +27,26 @@ vec3 environment_map_radiance(vec3 d)
     return texelFetch(t_environment, clamp(ivec2(uv * vec2(size)), ivec2(0), size - 1), 0).rgb;
 }
 
-// The neighbour of an edge texel lies beyond the fold: on the same edge, mirrored.
-vec3 environment_irradiance_texel(ivec2 t, int size)
-{
-    if (t.x < 0 || t.x >= size) {
-        t = ivec2(clamp(t.x, 0, size - 1), size - 1 - t.y);
-    }
-    if (t.y < 0 || t.y >= size) {
-        t = ivec2(size - 1 - t.x, clamp(t.y, 0, size - 1));
-    }
-    return texelFetch(t_environment_irradiance, t, 0).rgb;
-}
-
+// Texels are the nodes of a grid over the square, its rim and its axes included, so that
+// every crease of the octahedron runs along the triangles that halve the grid's cells:
+// interpolation never reaches across one, nor past the rim.
 vec3 environment_map_irradiance(vec3 n)
 {
-    int size = textureSize(t_environment_irradiance, 0).x;
-    vec2 place = (oct_project(n) * 0.5 + 0.5) * float(size) - 0.5;
-    ivec2 low = ivec2(floor(place));
-    vec2 t = place - vec2(low);
-    return mix(mix(environment_irradiance_texel(low, size),
-                   environment_irradiance_texel(low + ivec2(1, 0), size), t.x),
-               mix(environment_irradiance_texel(low + ivec2(0, 1), size),
-                   environment_irradiance_texel(low + ivec2(1, 1), size), t.x), t.y);
+    int middle = textureSize(t_environment_irradiance, 0).x / 2;
+    vec2 p = oct_project(n);
+    ivec2 toward = ivec2(sign_not_zero(p));
+    vec2 place = abs(p) * float(middle);
+    ivec2 cell = min(ivec2(place), middle - 1);
+    vec2 t = place - vec2(cell);
+    // The fold |x| + |y| = 1 is parallel to the diagonal between the other two corners.
+    bool is_near = t.x + t.y <= 1.0;
+    vec2 weight = is_near ? t : 1.0 - t.yx;
+    ivec2 corner = middle + toward * (is_near ? cell : cell + 1);
+    ivec2 along_x = middle + toward * ivec2(cell.x + 1, cell.y);
+    ivec2 along_y = middle + toward * ivec2(cell.x, cell.y + 1);
+    return (1.0 - weight.x - weight.y) * texelFetch(t_environment_irradiance, corner, 0).rgb
+         + weight.x * texelFetch(t_environment_irradiance, along_x, 0).rgb
+         + weight.y * texelFetch(t_environment_irradiance, along_y, 0).rgb;
 }
 #endif
 

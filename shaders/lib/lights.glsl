@@ -141,6 +141,15 @@ bool clip_edge(inout vec3 a, inout vec3 b, vec3 plane_normal, inout Cut cut)
     return is_above_a || is_above_b;
 }
 
+// The edge that clipping leaves along the horizon itself, where the cosine is 1 or -1:
+// taking only its sign from the cross product stays exact for edges near 180 degrees.
+float horizon_integral(Cut cut, vec3 n)
+{
+    vec3 normal = cross(cut.leaves, cut.returns - cut.leaves);
+    float angle = angle_of(length(normal), dot(cut.leaves, cut.returns));
+    return dot(normal, n) < 0.0 ? -angle : angle;
+}
+
 float clipped_edge_integral(vec3 a, vec3 b, vec3 n, inout Cut cut)
 {
     return clip_edge(a, b, n, cut) ? edge_integral(a, b, n) : 0.0;
@@ -209,9 +218,7 @@ float parallelogram_cosine_integral(vec3 c, vec3 u, vec3 v, vec3 n, vec3 m)
     sum = clipped_edge_integral(p0, p1, n, cut_n) + clipped_edge_integral(p1, p2, n, cut_n)
         + clipped_edge_integral(p2, p3, n, cut_n) + clipped_edge_integral(p3, p0, n, cut_n);
 #endif
-    if (cut_n.is_cut) {
-        sum += edge_integral(cut_n.leaves, cut_n.returns, n);
-    }
+    sum += cut_n.is_cut ? horizon_integral(cut_n, n) : 0.0;
     return -0.5 * sum;
 }
 

@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import moderngl
 import numpy as np
 
+from ssdo_gl import math3d
 from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.graph.settings import setting
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.environment_light import irradiance_octahedral, radiance_image
+from ssdo_gl.scene.environment_light import irradiance, radiance_image
 
 
 @dataclass(frozen=True)
@@ -22,8 +23,8 @@ class EnvironmentSettings:
 
     irradiance_size: int = setting(
         64,
-        "texels along the octahedral irradiance map; 64 interpolates it to 3e-4",
-        unit="texels",
+        "cells along the octahedral irradiance map; 64 interpolate it to 6e-4",
+        unit="cells",
         low=4,
         high=1024,
     )
@@ -58,11 +59,29 @@ class EnvironmentPass(RenderPass):
         environment = context.frame.scene.environment
         if environment is None:
             raise ValueError("the environment pass needs a scene with an environment")
-        size = self.settings.irradiance_size
+        normals = octahedral_nodes(self.settings.irradiance_size)
         return {
             "environment": _upload(context.gl, radiance_image(environment)),
-            "environment_irradiance": _upload(context.gl, irradiance_octahedral(environment, size)),
+            "environment_irradiance": _upload(context.gl, irradiance(environment, normals)),
         }
+
+
+def octahedral_nodes(cells: int) -> FloatArray:
+    """Return unit normals at the nodes of a grid over the octahedral map.
+
+    Returns
+    -------
+    ndarray, shape (n, n, 3)
+        n = `cells` made even, plus 1; the first index runs along +y of the map, the
+        second along +x, both from -1 to 1. See ``shaders/lib/environment.glsl``.
+    """
+    half = -(-cells // 2)
+    place = np.arange(-half, half + 1) / half
+    x, y = np.meshgrid(place, place)
+    z = 1.0 - np.abs(x) - np.abs(y)
+    fold = np.maximum(-z, 0.0)
+    x, y = x - np.copysign(fold, x), y - np.copysign(fold, y)
+    return math3d.normalized(np.stack([x, y, z], axis=-1))
 
 
 def _upload(gl: moderngl.Context, rgb: FloatArray) -> moderngl.Texture:
