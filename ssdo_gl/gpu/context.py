@@ -200,19 +200,12 @@ def _create_with_glfw(
 ) -> Device:
     """Return a device whose context belongs to an invisible GLFW window."""
     with _errors_of(glfw) as errors:
-        was_initialised = bool(glfw.get_platform())
-        errors.clear()  # Asking before initialisation is an error to GLFW, not to us.
-        if was_initialised and platform == glfw.PLATFORM_NULL != glfw.get_platform():
-            raise ContextError("GLFW is already in use with a display in this process")
-        glfw.init_hint(glfw.PLATFORM, platform)
-        if not glfw.init():
-            raise ContextError("; ".join(errors) or "GLFW does not initialise")
+        _GLFW_USE.begin(glfw, platform, errors)
 
         def close() -> None:
             if window:
                 glfw.destroy_window(window)
-            if not was_initialised:
-                glfw.terminate()
+            _GLFW_USE.end(glfw)
 
         glfw.default_window_hints()
         required = {
@@ -251,6 +244,41 @@ def _checked(gl: moderngl.Context, backend: str, close: Callable[[], None] | Non
     return Device(gl, backend, close)
 
 
+class _GlfwUse:
+    """Keeps GLFW initialised for as long as one of our windows lives.
+
+    GLFW is one per process: terminating it destroys every window, other people's too.
+    """
+
+    def __init__(self) -> None:
+        self._window_count = 0
+        self._is_ours = False
+
+    def begin(self, glfw: ModuleType, platform: int, errors: list[str]) -> None:
+        """Initialise GLFW for one more window on `platform`; raise if it cannot be."""
+        current = glfw.get_platform()
+        errors.clear()  # Asking before initialisation is an error to GLFW, not to us.
+        if not current:
+            glfw.init_hint(glfw.PLATFORM, platform)
+            if not glfw.init():
+                raise ContextError("; ".join(errors) or "GLFW does not initialise")
+            self._is_ours = True
+        elif (current == glfw.PLATFORM_NULL) != (platform == glfw.PLATFORM_NULL):
+            kind = "without" if current == glfw.PLATFORM_NULL else "with"
+            raise ContextError(f"GLFW is already in use {kind} a display in this process")
+        self._window_count += 1
+
+    def end(self, glfw: ModuleType) -> None:
+        """Terminate GLFW with the last of our windows, if nobody else initialised it."""
+        self._window_count -= 1
+        if self._is_ours and self._window_count == 0:
+            self._is_ours = False
+            glfw.terminate()
+
+
+_GLFW_USE = _GlfwUse()
+
+
 class _GlfwLoader:
     """What moderngl asks for functions when the context was made by GLFW.
 
@@ -259,6 +287,7 @@ class _GlfwLoader:
 
     def __init__(self, glfw: ModuleType) -> None:
         self._glfw = glfw
+        self._window = glfw.get_current_context()
 
     def load_opengl_function(self, name: str) -> int:
         return int(self._glfw.get_proc_address(name) or 0)
@@ -269,7 +298,8 @@ class _GlfwLoader:
         """Do nothing: the window owns the context."""
 
     def __enter__(self) -> None:
-        """Do nothing: the context is current for as long as it lives."""
+        """Make the window's context current."""
+        self._glfw.make_context_current(self._window)
 
     def __exit__(
         self,

@@ -176,6 +176,74 @@ def test_device_index_reaches_egl():
     assert "device index 97" in answer.stdout
 
 
+TWO_DEVICES = """
+import sys
+import numpy as np
+from gpu.triangle import draw_triangle
+from ssdo_gl.gpu.context import create_context
+from ssdo_gl.gpu.readback import read_texture
+from ssdo_gl.gpu.texture import make_texture
+
+first, second = create_context(sys.argv[1]), create_context(sys.argv[1])
+pictures = []
+for device in (first, second, first):
+    device.activate()
+    pictures.append(draw_triangle(device))
+assert all((picture == pictures[0]).all() and picture.any() for picture in pictures)
+
+# Both drivers count names from 1, so the two textures bear the same name.
+first.activate()
+dropped = make_texture(first.gl, (1, 1), 1, "f4", [[[1.0]]])
+second.activate()
+kept = make_texture(second.gl, (1, 1), 1, "f4", [[[2.0]]])
+del dropped
+assert read_texture(kept) == 2.0 and second.gl.error == "GL_NO_ERROR"
+first.activate()
+first.release()
+second.activate()
+assert read_texture(kept) == 2.0 and second.gl.error == "GL_NO_ERROR"
+second.release()
+"""
+
+
+@pytest.mark.parametrize("backend", ["egl", pytest.param("osmesa", marks=NEEDS_OSMESA)])
+def test_two_devices_live_side_by_side(backend):
+    if backend == "egl" and find_library("EGL") is None:
+        pytest.skip("EGL is not installed")
+    answer = run_python("-W", "error", "-c", TWO_DEVICES, backend)
+    assert answer.returncode == 0, answer.stderr
+
+
+@NEEDS_OSMESA
+@NEEDS_XVFB
+@pytest.mark.parametrize(
+    ("first", "second", "kind"), [("osmesa", "window", "without"), ("window", "osmesa", "with")]
+)
+def test_glfw_serves_one_kind_of_platform_at_a_time(first, second, kind):
+    code = (
+        "from ssdo_gl.gpu.context import ContextError, create_context\n"
+        f"device = create_context({first!r})\n"
+        f"try:\n    create_context({second!r})\n"
+        "except ContextError as error:\n    print(error)\n"
+        "device.activate()\n"
+        "device.release()\n"
+        f"create_context({second!r}).release()\n"  # free again once the other is gone
+    )
+    answer = run_python("-W", "error", "-c", code, prefix=("xvfb-run", "-a"))
+    assert answer.returncode == 0, answer.stderr
+    assert f"GLFW is already in use {kind} a display" in answer.stdout
+
+
+def test_dropped_objects_are_freed_by_activate(device, gl):
+    texture = gl.texture((4, 4), 4)
+    buffer = gl.buffer(reserve=4)
+    buffer.release()
+    del texture, buffer
+    assert len(gl.objects) == 2, "one to free, one that was freed already"
+    device.activate()
+    assert len(gl.objects) == 0
+
+
 def test_second_release_does_nothing():
     class Context:
         info = {"GL_RENDERER": "", "GL_VERSION": "", "GL_VENDOR": ""}  # noqa: RUF012
