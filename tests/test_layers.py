@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -19,7 +20,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("passes", "settings"),
     ("effects",),
     ("pipelines",),
-    ("options", "surface_arrays"),
+    ("options", "surface_arrays", "render_result"),
     ("renderer",),
     ("accuracy", "app"),
     ("cli",),
@@ -40,7 +41,8 @@ def modules(folder: Path) -> dict[str, str]:
     }
 
 
-def imported(source: str, *, at_run_time: bool = False) -> set[str]:
+@cache
+def imported(source: str, *, at_run_time: bool = False) -> frozenset[str]:
     """Return every module or name that `source` imports, dotted.
 
     With `at_run_time`, leave out what only a type checker sees.
@@ -60,10 +62,10 @@ def imported(source: str, *, at_run_time: bool = False) -> set[str]:
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, "imports are absolute, so that these tests can follow them"
             names.update(f"{node.module}.{alias.name}" for alias in node.names)
-    return names
+    return frozenset(names)
 
 
-def own(names: set[str], known: set[str]) -> set[str]:
+def own(names: frozenset[str], known: set[str]) -> set[str]:
     """Return those of `names` that are modules of the package, as `modules` names them."""
     found = set()
     for name in names:
