@@ -178,19 +178,19 @@ def _scaled(size: tuple[int, int], factor: float) -> tuple[int, int]:
 
 # The field is a square of this many spheres, so that every triangle count shows the same
 # picture: only the tessellation changes.
-FIELD_SIDE = 5
+FIELD_SIDE = 4
 
 
 def sphere_field(triangle_count: int) -> Scene:
     """Return a field of spheres on a floor with about `triangle_count` triangles."""
     per_sphere = max(8, triangle_count // FIELD_SIDE**2)
     sphere = _sphere(per_sphere)
-    radius = 0.4
+    radius, middle = 0.4, 0.5 * (FIELD_SIDE - 1)
     places = np.zeros((FIELD_SIDE**2, 4, 4))
     places[:] = np.diag((radius, radius, radius, 1.0))
     for index in range(FIELD_SIDE**2):
         row, column = divmod(index, FIELD_SIDE)
-        places[index, :3, 3] = (column - 2.0) * 0.9, radius, (row - 2.0) * 0.9
+        places[index, :3, 3] = (column - middle) * 0.9, radius, (row - middle) * 0.9
     floor = Mesh(
         np.array([[-3.0, 0, -3], [-3, 0, 3], [3, 0, 3], [3, 0, -3]]),
         np.array([[0, 1, 2], [0, 2, 3]]),
@@ -209,5 +209,6 @@ def sphere_field(triangle_count: int) -> Scene:
 
 def _sphere(triangle_count: int) -> Mesh:
     """Return a unit sphere with about `triangle_count` triangles, closed."""
-    # n segments and n / 2 rings, less the halves at the poles: n^2 - 2 n triangles.
-    return shapes.sphere(max(4, round(1.0 + math.sqrt(1.0 + triangle_count))))
+    # 2 n segments and n rings, less the halves at the poles: 4 n (n - 1) triangles.
+    rings = max(2, round(0.5 * (1.0 + math.sqrt(1.0 + triangle_count))))
+    return shapes.sphere(2 * rings)

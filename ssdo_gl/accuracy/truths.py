@@ -9,7 +9,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from ssdo_gl.accuracy.analysis import Result, TruthSummary
-from ssdo_gl.accuracy.errors import PANELS, Panel, judge, render_seeds, wanted_images
+from ssdo_gl.accuracy.bootstrap import replicas_of_relative_rmse, replicas_of_rmse, whole
+from ssdo_gl.accuracy.errors import (
+    PANELS,
+    Judged,
+    Panel,
+    judge,
+    panel_named,
+    render_seeds,
+    wanted_images,
+)
 from ssdo_gl.accuracy.metrics import Mask
 from ssdo_gl.accuracy.points import Point
 from ssdo_gl.accuracy.progress import BenchProgress
@@ -49,6 +58,8 @@ class TruthRequest:
         For each truth, in this call.
     renderer : str
         Part of the key under which truths are cached.
+    smallest : mapping
+        The smallest error seen so far, by panel name; empty before anything was judged.
     """
 
     studio: Studio
@@ -59,6 +70,7 @@ class TruthRequest:
     batch_spp: int
     max_seconds: float
     renderer: str
+    smallest: Mapping[str, float] = field(default_factory=dict)
     cache: TruthCache = field(default_factory=TruthCache)
 
 
@@ -101,12 +113,36 @@ def make_truth(
         truth = obtain(key, [goal], request.mask, batch, request.batch_spp, request.cache, report)
         verdict = judge(panel, limit, truth, request.mask, request.base.exposure or 0.0, False)
         floor = verdict.scalars.systematic
-        wanted_error = TRUTH_RATIO * max(floor, SMALLEST_FLOOR)
+        smallest = min(floor, request.smallest.get(panel.name, math.inf))
+        wanted_error = TRUTH_RATIO * max(smallest, SMALLEST_FLOOR)
         # The limit's own error is known better with each refinement: it may settle below
         # what the goal was derived from, but never by much.
         if not goal.reached(truth, request.mask) or wanted_error >= target:
             return truth, floor
         target = wanted_error
+
+
+def smallest_errors(
+    judged: Mapping[str, Mapping[str, Judged]],
+) -> dict[str, float]:
+    """Return the smallest error measured against each truth, by panel name."""
+    found: dict[str, float] = {}
+    for verdicts in judged.values():
+        for name, item in verdicts.items():
+            of = replicas_of_relative_rmse if panel_named(name).relative else replicas_of_rmse
+            error = float(of(item.blocks, whole(item.blocks))[0])
+            found[name] = min(error, found.get(name, math.inf))
+    return found
+
+
+def good_enough(truths: Mapping[str, Truth], smallest: Mapping[str, float], mask: Mask) -> bool:
+    """Whether every truth is worth ten times the smallest error measured against it."""
+    for name, error in smallest.items():
+        panel = panel_named(name)
+        goal = Goal(panel.image, TRUTH_RATIO * max(error, SMALLEST_FLOOR), panel.relative, 0.0)
+        if not goal.reached(truths[name], mask):
+            return False
+    return True
 
 
 def summaries(
