@@ -14,7 +14,7 @@ layout(location = 0) out vec4 o_sum;
 void main()
 {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    float open = 0.0;
+    float open = float(u_sample_count);  // what shows no surface sees the open sky
     if (gbuffer_z_vs(pixel) > 0.0) {
         RaySurface surface = ray_surface_at(pixel);
         mat3 frame = frame_from_z(surface.normal);
@@ -22,7 +22,7 @@ void main()
         for (int i = 0; i < u_sample_count; ++i) {
             vec2 u = random_first_2d(u_first_sample + uint(i), seed);
             vec3 w = ray_direction(surface, frame, u);
-            open += ray_is_blocked(surface, w, u_radius_ns) ? 0.0 : 1.0;
+            open -= ray_is_blocked(surface, w, u_radius_ns) ? 1.0 : 0.0;
         }
     }
     o_sum = vec4(open, 0.0, 0.0, 0.0);

@@ -15,12 +15,12 @@
 // moves, 5 ns for 8 pixels on llvmpipe, where a store to an address that differs between
 // pixels takes 36 ns. 0 indexes an array, as graphics hardware prefers.
 
+#include "lib/surface_data.glsl"
+
 uniform usampler2D t_bvh;
 uniform vec2 u_bvh_texel;  // size of a texel in texture coordinates
 
 const uint BVH_NO_CHILD = 0xffffffffu;
-// A row of the texture holds 256 records of 4 texels.
-const int BVH_ROW_SHIFT = 8;
 
 struct BvhHit {
     float t;         // along the direction, whose length is 1
@@ -28,17 +28,9 @@ struct BvhHit {
     bool is_second;  // its triangle (v0, v2, v3) instead of (v0, v1, v2)
 };
 
-// Texture coordinates of a record's first texel. Sizes are powers of two, so centres are
-// exact, and a lookup by coordinates takes half the time of texelFetch on llvmpipe.
-vec2 bvh_address(int record)
-{
-    int column = (record & ((1 << BVH_ROW_SHIFT) - 1)) << 2;
-    return (vec2(float(column), float(record >> BVH_ROW_SHIFT)) + 0.5) * u_bvh_texel;
-}
-
 uvec4 bvh_texel(int record, int texel)
 {
-    return textureLod(t_bvh, bvh_address(record) + vec2(float(texel) * u_bvh_texel.x, 0.0), 0.0);
+    return record_texel(t_bvh, u_bvh_texel, record, texel);
 }
 
 vec4 bvh_bytes(uint word)
@@ -90,7 +82,7 @@ BvhHit bvh_trace(vec3 origin, vec3 w, float t_max, bool stops_at_any)
     bool is_leaf = false;
     bool goes_on = true;
     while (goes_on) {
-        vec2 address = bvh_address(record);
+        vec2 address = record_address(record, u_bvh_texel);
         uvec4 words_0 = textureLod(t_bvh, address, 0.0);
         uvec4 words_1 = textureLod(t_bvh, address + right, 0.0);
         uvec4 words_2 = textureLod(t_bvh, address + 2.0 * right, 0.0);
@@ -139,16 +131,26 @@ BvhHit bvh_trace(vec3 origin, vec3 w, float t_max, bool stops_at_any)
         vec3 v1 = vec3(floats_0.w, floats_1.xy) - origin;
         vec3 v2 = vec3(floats_1.zw, floats_2.x) - origin;
         vec3 v3 = floats_2.yzw - origin;
-        float diagonal = bvh_edge_side(v2, v0, w);
+        float side_01 = bvh_edge_side(v0, v1, w);
+        float side_12 = bvh_edge_side(v1, v2, w);
+        float side_20 = bvh_edge_side(v2, v0, w);
+        float side_23 = bvh_edge_side(v2, v3, w);
+        float side_30 = bvh_edge_side(v3, v0, w);
         vec3 normal_1 = cross(v1 - v0, v2 - v0);
         vec3 normal_2 = cross(v2 - v0, v3 - v0);
         // Parallel to the triangle: 0 / 0 or infinity, which no comparison lets pass.
         float t_1 = dot(normal_1, v0) / dot(normal_1, w);
         float t_2 = dot(normal_2, v0) / dot(normal_2, w);
-        bool is_in_1 = bvh_is_inside(bvh_edge_side(v0, v1, w), bvh_edge_side(v1, v2, w), diagonal)
-                    && t_1 > 0.0 && t_1 < hit.t;
-        bool is_in_2 = bvh_is_inside(-diagonal, bvh_edge_side(v2, v3, w), bvh_edge_side(v3, v0, w))
-                    && t_2 > 0.0 && t_2 < (is_in_1 ? t_1 : hit.t);
+        bool is_in_1 = bvh_is_inside(side_01, side_12, side_20) && t_1 > 0.0 && t_1 < hit.t;
+        bool is_in_2 = bvh_is_inside(-side_20, side_23, side_30) && t_2 > 0.0 && t_2 < hit.t;
+#if RAY_CUTOUTS
+        // A side is the weight of the corner across from it.
+        uvec4 words_3 = textureLod(t_bvh, address + 3.0 * right, 0.0);
+        int slot = int(words_3.x) * 2;
+        is_in_1 = is_in_1 && !is_cut_out(words_3.y, slot, vec3(side_12, side_20, side_01));
+        is_in_2 = is_in_2 && !is_cut_out(words_3.z, slot + 1, vec3(side_23, side_30, -side_20));
+#endif
+        is_in_2 = is_in_2 && (!is_in_1 || t_2 < t_1);
         bool is_hit = is_leaf && (is_in_1 || is_in_2);
         hit.record = is_hit ? record : hit.record;
         hit.is_second = is_hit ? is_in_2 : hit.is_second;

@@ -44,13 +44,10 @@ class SumOutput:
         The resource that its mean becomes.
     channels : int
         How many of its channels the standard error is taken over.
-    background : tuple of 4 floats
-        Value of pixels that show no surface.
     """
 
     resource: str
     channels: int
-    background: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -135,9 +132,10 @@ def accumulate(
 ) -> dict[str, Any]:
     """Add up samples and write their mean into ``context.target``.
 
-    `program` adds to ``layout(location = i) out vec4``, one for each of `outputs`, and
-    includes ``lib/random.glsl``. An interrupt (Ctrl-C) ends the accumulation early and
-    is otherwise swallowed: what has converged is written, and the result says so.
+    `program` adds to ``layout(location = i) out vec4``, one for each of `outputs`, also
+    for pixels that show no surface, and includes ``lib/random.glsl``. An interrupt
+    (Ctrl-C) ends the accumulation early and is otherwise swallowed: what has converged
+    is written, and the result says so.
 
     Returns
     -------
@@ -238,16 +236,15 @@ def _resolve(context: PassContext, sums: _Sums, outputs: Sequence[SumOutput]) ->
     """Write the mean of each tile into the pass' target."""
     assert context.target is not None
     program = context.shaders.fullscreen("accumulate_resolve.frag", {"OUTPUT_COUNT": len(outputs)})
-    textures = {"t_z_vs": context.inputs["z_vs"]}
-    uniforms: dict[str, object] = {}
-    for i, output in enumerate(outputs):
-        textures[f"t_sum_a_{i}"] = sums.textures[0][i]
-        textures[f"t_sum_b_{i}"] = sums.textures[1][i]
-        uniforms[f"u_background_{i}"] = output.background
+    textures = {
+        f"t_sum_{name}_{i}": sums.textures[half][i]
+        for half, name in enumerate("ab")
+        for i in range(len(outputs))
+    }
     for tile in sums.done[0]:
         count = sums.done[0][tile] + sums.done[1].get(tile, 0)
         context.target.scissor = tile
-        uniforms["u_inverse_count"] = 1.0 / count
+        uniforms = {"u_inverse_count": 1.0 / count}
         draw_fullscreen(context.gl, program, context.target, uniforms, textures)
     context.target.scissor = (0, 0, *context.target.size)
 

@@ -3,33 +3,68 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from typing import Any
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.scene.bvh import cached_bvh
+from ssdo_gl.scene.bvh_surfaces import RayFeatures
 from ssdo_gl.scene.bvh_triangles import normalised_frame
 
 # Longer than any ray that starts within the scene's bounds: their diagonal is 2 in the
 # normalised frame (`RAY_FAR` of shaders/lib/ray.glsl).
 FAR_NS = 4.0
+# Records in a row of a table: 256 of four texels are the 1024 that OpenGL 3.3
+# guarantees. `shaders/lib/bvh.glsl` knows the number as BVH_ROW_SHIFT.
+RECORDS_PER_ROW = 256
 # Names under which llvmpipe and other software rasterizers report themselves.
 SOFTWARE_RENDERERS = ("llvmpipe", "softpipe", "swrast", "SwiftShader")
 
 
-def ray_defines(gl: moderngl.Context, frame: Frame) -> dict[str, int]:
-    """Return the defines of ``lib/bvh.glsl``."""
+def folded(records: NDArray[Any]) -> NDArray[Any]:
+    """Return records (R, 16) of four texels each as an image (rows, 1024, 4).
+
+    `shaders/lib/bvh.glsl` finds record i at texel (4 i mod 1024, i / 256). The number of
+    rows is a power of two, so that texel centres are exact in float32 coordinates.
+    """
+    rows = -(-len(records) // RECORDS_PER_ROW)
+    rows = 1 << (rows - 1).bit_length()
+    image = np.zeros((rows * RECORDS_PER_ROW, 16), dtype=records.dtype)
+    image[: len(records)] = records
+    return image.reshape(rows, RECORDS_PER_ROW * 4, 4)
+
+
+def ray_reads(features: RayFeatures, *, shades: bool = False) -> tuple[str, ...]:
+    """Return the resources that rays need: all tables where hits are shaded."""
+    if shades:
+        return ("bvh", "ray_surfaces", "ray_materials", "ray_atlas")
+    return ("bvh", "ray_surfaces", "ray_materials", "ray_atlas") if features.cutouts else ("bvh",)
+
+
+def ray_defines(gl: moderngl.Context, frame: Frame, features: RayFeatures) -> dict[str, int]:
+    """Return the defines of ``lib/bvh.glsl`` and what it includes."""
     is_software = any(name in gl.info["GL_RENDERER"] for name in SOFTWARE_RENDERERS)
     return {
         "BVH_LEVELS": cached_bvh(frame.scene).depth,
         "BVH_STACK_IN_REGISTERS": int(is_software),
+        "RAY_SMOOTH_NORMALS": int(features.smooth_normals),
+        "RAY_VERTEX_COLORS": int(features.vertex_colors),
+        "RAY_TEXTURES": int(features.textures),
+        "RAY_CUTOUTS": int(features.cutouts),
     }
 
 
-def bvh_uniforms(bvh: moderngl.Texture) -> dict[str, object]:
-    """Return the uniforms of ``lib/bvh.glsl``."""
-    return {"u_bvh_texel": (1.0 / bvh.width, 1.0 / bvh.height)}
+def table_uniforms(inputs: Mapping[str, moderngl.Texture]) -> dict[str, object]:
+    """Return the uniforms that say how large the tables among `inputs` are."""
+    values: dict[str, object] = {}
+    for name, uniform in (("bvh", "u_bvh_texel"), ("ray_surfaces", "u_surfaces_texel")):
+        if name in inputs:
+            values[uniform] = (1.0 / inputs[name].width, 1.0 / inputs[name].height)
+    return values
 
 
 def ray_uniforms(frame: Frame) -> dict[str, object]:

@@ -11,12 +11,18 @@ from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.graph.settings import setting
 from ssdo_gl.passes.accumulate import Schedule, SumOutput, accumulate
-from ssdo_gl.passes.ray_uniforms import bvh_uniforms, radius_ns, ray_defines, ray_uniforms
+from ssdo_gl.passes.ray_uniforms import (
+    radius_ns,
+    ray_defines,
+    ray_reads,
+    ray_uniforms,
+    table_uniforms,
+)
+from ssdo_gl.scene.bvh_surfaces import RayFeatures
 
 # Rays of one draw and pixel: enough to spread the cost of finding the surface again.
 SAMPLES_PER_DRAW = 32
-# Pixels that show no surface see the open sky.
-OUTPUT = SumOutput("visibility", 1, (1.0, 0.0, 0.0, 0.0))
+OUTPUT = SumOutput("visibility", channels=1)
 
 
 @dataclass(frozen=True)
@@ -41,31 +47,38 @@ class ReferenceAoPass(RenderPass):
     """Writes `visibility`: (1 / pi) integral of V_R(w) cos over the hemisphere, by rays.
 
     Cosine-weighted about the shading normal; 1 = open; 1 where there is no surface.
+
+    Parameters
+    ----------
+    settings : ReferenceAoSettings
+    features : RayFeatures
+        Of the scene: `RayFeatures.of`.
     """
 
     name = "reference_ao"
-    reads = ("z_vs", "normals_vs", "bvh")
     writes: Mapping[str, TextureSpec] = {"visibility": TextureSpec(1, "f4")}
     depends_on = ("view", "geometry", "seed")
 
-    def __init__(self, settings: ReferenceAoSettings) -> None:
+    def __init__(self, settings: ReferenceAoSettings, features: RayFeatures) -> None:
         self.settings = settings
+        self.features = features
+        self.reads = ("z_vs", "normals_vs", *ray_reads(features))
         self.statistics: Mapping[str, Any] = {}
 
     def settings_key(self) -> Hashable:
-        """Return the settings."""
-        return self.settings
+        """Return the settings and the features."""
+        return self.settings, self.features
 
     def execute(self, context: PassContext) -> None:
         """Trace all rays, draw after draw."""
         inputs = context.inputs
         program = context.shaders.fullscreen(
-            "reference_ao.frag", ray_defines(context.gl, context.frame)
+            "reference_ao.frag", ray_defines(context.gl, context.frame, self.features)
         )
         self.statistics = accumulate(
             context,
             program,
-            {**uniforms(self.settings, context.frame), **bvh_uniforms(inputs["bvh"])},
+            {**uniforms(self.settings, context.frame), **table_uniforms(inputs)},
             {f"t_{name}": inputs[name] for name in self.reads},
             [OUTPUT],
             Schedule(self.settings.spp, SAMPLES_PER_DRAW, 1, self.settings.max_error),

@@ -55,12 +55,13 @@ class Bvh:
         the origin; 10 = record of the first child, the others follow it, inner ones
         first. Words of a primitive: 0-11 = vertices v0 to v3 (float32 bits, normalised
         frame) of triangles (v0, v1, v2) and (v0, v2, v3), a single triangle repeats v2
-        as v3, which no ray hits; 12 = number of the primitive.
+        as v3, which no ray hits; 12 = number of the primitive. Other words are 0.
     primitive_triangles : ndarray, shape (P, 2), int64
         Index into `triangles`, -1 where there is no second one.
     primitive_corners : ndarray, shape (P, 2, 3), int64
         Corner of the source triangle that each vertex of (v0, v1, v2), (v0, v2, v3) is.
-    node_count : int
+    node_records : ndarray, shape (N,), int64
+        The records that are nodes, root first.
     depth : int
         Levels of nodes, >= 1: as many entries can wait in a depth-first traversal,
         because the children of one node that wait share an entry.
@@ -70,7 +71,7 @@ class Bvh:
     records: NDArray[np.uint32]
     primitive_triangles: IntArray
     primitive_corners: IntArray
-    node_count: int
+    node_records: IntArray
     depth: int
 
 
@@ -91,12 +92,12 @@ def build_from_triangles(triangles: SceneTriangles) -> Bvh:
         # A root without children, which no ray leaves with a hit.
         root = np.zeros((1, RECORD_WORDS), dtype=np.uint32)
         none, corners = np.empty((0, 2), dtype=np.int64), np.empty((0, 2, 3), dtype=np.int64)
-        return Bvh(triangles, root, none, corners, 1, 1)
+        return Bvh(triangles, root, none, corners, np.zeros(1, dtype=np.int64), 1)
     pairs = pair_triangles(triangles.positions)
     vertices = _pair_vertices(triangles.positions, pairs)
     corners = vertices.astype(np.float64)
     tree = build_binary(corners.min(axis=1), corners.max(axis=1))
-    records, order, depth = _widen(tree, vertices)
+    records, order, levels = _widen(tree, vertices)
     if len(records) > MAX_RECORDS:
         raise SceneError(
             f"{triangles.count} triangles: ray tracing takes up to some six million; "
@@ -107,8 +108,8 @@ def build_from_triangles(triangles: SceneTriangles) -> Bvh:
         records,
         pairs.triangles[order],
         pairs.corners[order],
-        len(records) - len(vertices),
-        depth,
+        np.concatenate(levels),
+        len(levels),
     )
 
 
@@ -153,19 +154,21 @@ def _pair_vertices(positions: NDArray[np.float32], pairs: Pairs) -> NDArray[np.f
 
 def _widen(
     tree: BinaryTree, vertices: NDArray[np.float32]
-) -> tuple[NDArray[np.uint32], IntArray, int]:
+) -> tuple[NDArray[np.uint32], IntArray, list[IntArray]]:
     """Collapse a binary tree into nodes of up to four children, breadth first.
 
-    Returns the records, the primitives in the order of their numbers, and the number of
-    levels.
+    Returns the records, the primitives in the order of their numbers, and which records
+    are the nodes of each level.
     """
     cuts = best_cuts(tree, WIDTH)
     primitives = np.ascontiguousarray(vertices).view(np.uint32).reshape(len(vertices), -1)
     records = np.zeros((2 * len(vertices), RECORD_WORDS), dtype=np.uint32)
     orders: list[IntArray] = []
+    levels: list[IntArray] = []
     level, places = np.array([0]), np.array([0])
-    used, primitive_count, depth = 1, 0, 0
+    used, primitive_count = 1, 0
     while len(level):
+        levels.append(places)
         children = open_nodes(tree, cuts, level)
         is_child = children >= 0
         is_inner = is_child & (tree.left[children] >= 0)
@@ -186,8 +189,7 @@ def _widen(
         primitive_count += len(leaves)
         used += len(flat)
         level, places = flat[~is_leaf], flat_places[~is_leaf]
-        depth += 1
-    return records[:used].copy(), np.concatenate(orders), depth
+    return records[:used].copy(), np.concatenate(orders), levels
 
 
 def _pack(

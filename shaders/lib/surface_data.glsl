@@ -1,0 +1,132 @@
+// Tables of what rays hit: where a record lies, and what materials look like.
+//
+// RAY_SMOOTH_NORMALS, RAY_VERTEX_COLORS, RAY_TEXTURES, RAY_CUTOUTS: what the scene has.
+// Layouts: ssdo_gl/scene/bvh_surfaces.py.
+#include "lib/octahedral.glsl"
+
+uniform usampler2D t_ray_surfaces;
+uniform vec2 u_surfaces_texel;
+uniform sampler2D t_ray_materials;
+uniform sampler2D t_ray_atlas;
+
+// A row of a table holds 256 records of 4 texels.
+const int BVH_ROW_SHIFT = 8;
+
+const uint SMOOTH_FLAG = 0x80000000u;
+const uint LIGHT_BODY_FLAG = 0x40000000u;       // its light is in the scene's lights
+const uint UNSHADOWED_BODY_FLAG = 0x20000000u;  // and passes through everything
+const uint MATERIAL_MASK = 0x1fffffffu;
+
+// Texture coordinates of a record's first texel. Sizes are powers of two, so centres are
+// exact, and a lookup by coordinates takes half the time of texelFetch on llvmpipe.
+vec2 record_address(int record, vec2 texel_size)
+{
+    int column = (record & ((1 << BVH_ROW_SHIFT) - 1)) << 2;
+    return (vec2(float(column), float(record >> BVH_ROW_SHIFT)) + 0.5) * texel_size;
+}
+
+uvec4 record_texel(usampler2D table, vec2 texel_size, int record, int texel)
+{
+    vec2 place = record_address(record, texel_size) + vec2(float(texel) * texel_size.x, 0.0);
+    return textureLod(table, place, 0.0);
+}
+
+vec4 material_texel(uint word, int texel)
+{
+    return texelFetch(t_ray_materials, ivec2(texel, int(word & MATERIAL_MASK)), 0);
+}
+
+// What the corners of a triangle carry, words as in the table.
+struct Corners {
+    uvec4 words_0;
+    uvec4 words_1;
+    uvec4 words_2;
+    uvec4 words_3;
+};
+
+Corners corners_of(int slot)
+{
+    return Corners(record_texel(t_ray_surfaces, u_surfaces_texel, slot, 0),
+                   record_texel(t_ray_surfaces, u_surfaces_texel, slot, 1),
+                   record_texel(t_ray_surfaces, u_surfaces_texel, slot, 2),
+                   record_texel(t_ray_surfaces, u_surfaces_texel, slot, 3));
+}
+
+#if RAY_SMOOTH_NORMALS
+vec3 normal_of_word(uint word)
+{
+    // 0..65534 stands for -1..1: see oct_encode.
+    return oct_unproject(vec2(word & 0xffffu, word >> 16) * (1.0 / 32767.0) - 1.0);
+}
+
+vec3 interpolated_normal(Corners c, vec3 weights)
+{
+    return weights.x * normal_of_word(c.words_0.x) + weights.y * normal_of_word(c.words_0.y)
+         + weights.z * normal_of_word(c.words_0.z);
+}
+#endif
+
+vec2 interpolated_uv(Corners c, vec3 weights)
+{
+    return weights.x * vec2(uintBitsToFloat(c.words_0.w), uintBitsToFloat(c.words_1.x))
+         + weights.y * uintBitsToFloat(c.words_1.yz)
+         + weights.z * vec2(uintBitsToFloat(c.words_1.w), uintBitsToFloat(c.words_2.x));
+}
+
+vec4 color_of_words(uint rg, uint ba)
+{
+    return vec4(rg & 0xffffu, rg >> 16, ba & 0xffffu, ba >> 16) * (1.0 / 65535.0);
+}
+
+vec4 interpolated_color(Corners c, vec3 weights)
+{
+    return weights.x * color_of_words(c.words_2.y, c.words_2.z)
+         + weights.y * color_of_words(c.words_2.w, c.words_3.x)
+         + weights.z * color_of_words(c.words_3.y, c.words_3.z);
+}
+
+// The texel of an image in the atlas; `place` as in the material table.
+vec4 atlas_texel(vec4 place, vec2 t)
+{
+    vec2 size = abs(place.zw);
+    vec2 inside = place.z < 0.0 ? clamp(t, vec2(0.0), size - 1.0) : t - size * floor(t / size);
+    // Rounding of t / size may give `size` itself.
+    inside = min(inside, size - 1.0);
+    return texelFetch(t_ray_atlas, ivec2(place.xy + inside), 0);
+}
+
+// Bilinear, as the rasterizer magnifies. Finer levels than its mip maps choose blur
+// nothing, since each hit is averaged over all samples anyway.
+vec4 atlas_color(vec4 place, vec2 uv)
+{
+    vec2 t = uv * abs(place.zw) - 0.5;
+    vec2 low = floor(t);
+    vec2 f = t - low;
+    return mix(mix(atlas_texel(place, low), atlas_texel(place, low + vec2(1.0, 0.0)), f.x),
+               mix(atlas_texel(place, low + vec2(0.0, 1.0)), atlas_texel(place, low + 1.0), f.x),
+               f.y);
+}
+
+// Albedo and alpha of the material at a point of a triangle.
+vec4 albedo_of(uint word, Corners c, vec3 weights)
+{
+    vec4 albedo = material_texel(word, 0);
+#if RAY_VERTEX_COLORS
+    albedo *= interpolated_color(c, weights);
+#endif
+#if RAY_TEXTURES
+    vec4 place = material_texel(word, 2);
+    albedo *= place.z != 0.0 ? atlas_color(place, interpolated_uv(c, weights)) : vec4(1.0);
+#endif
+    return albedo;
+}
+
+#if RAY_CUTOUTS
+// Whether the material has a hole at the point that the weights, up to a factor, name.
+bool is_cut_out(uint word, int slot, vec3 weights)
+{
+    float total = weights.x + weights.y + weights.z;
+    vec3 share = total != 0.0 ? weights / total : vec3(1.0, 0.0, 0.0);
+    return albedo_of(word, corners_of(slot), share).a < material_texel(word, 4).x;
+}
+#endif

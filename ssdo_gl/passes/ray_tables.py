@@ -1,0 +1,113 @@
+"""Tables for rays that shade what they hit: surfaces, materials, textures, emitters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from ssdo_gl.gpu.material_textures import GL_SRGB8_ALPHA8
+from ssdo_gl.gpu.texture import make_texture
+from ssdo_gl.graph.render_pass import PassContext, RenderPass
+from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.passes.ray_uniforms import folded
+from ssdo_gl.scene.bvh import cached_bvh
+from ssdo_gl.scene.bvh_emitters import emitter_tables, map_cells, map_mean_radiance
+from ssdo_gl.scene.bvh_surfaces import (
+    Atlas,
+    RayFeatures,
+    build_atlas,
+    material_table,
+    surface_table,
+)
+from ssdo_gl.scene.environment import MapEnvironment
+from ssdo_gl.scene.environment_light import radiance_image
+from ssdo_gl.scene.scene import Scene
+
+
+class SurfaceTablesPass(RenderPass):
+    """Uploads `ray_surfaces`, `ray_materials` and `ray_atlas`.
+
+    Tables that no object of the scene needs are a single texel.
+    """
+
+    name = "surface_tables"
+    writes: Mapping[str, TextureSpec] = {
+        "ray_surfaces": TextureSpec(4, "u4", own=True),
+        "ray_materials": TextureSpec(4, "f4", own=True),
+        "ray_atlas": TextureSpec(4, "nu1", own=True),
+    }
+    depends_on = ("geometry",)
+
+    def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
+        """Return the tables as new textures."""
+        gl, scene = context.gl, context.frame.scene
+        features = RayFeatures.of(scene)
+        atlas = _atlas(gl, scene) if features.textures else None
+        if features.needs_corners:
+            surfaces = folded(surface_table(cached_bvh(scene)))
+        else:
+            surfaces = np.zeros((1, 1, 4), dtype=np.uint32)
+        size = surfaces.shape[1], surfaces.shape[0]
+        materials = material_table(scene.materials, atlas)
+        return {
+            "ray_surfaces": make_texture(gl, size, 4, "u4", surfaces),
+            "ray_materials": _table(gl, materials),
+            "ray_atlas": _upload_atlas(gl, atlas),
+        }
+
+
+def _atlas(gl: moderngl.Context, scene: Scene) -> Atlas:
+    images = [m.albedo_texture for m in scene.materials]
+    images += [m.emission_texture for m in scene.materials]
+    largest = int(gl.info["GL_MAX_TEXTURE_SIZE"])
+    return build_atlas([image for image in images if image is not None], largest)
+
+
+def _upload_atlas(gl: moderngl.Context, atlas: Atlas | None) -> moderngl.Texture:
+    if atlas is None:
+        return make_texture(gl, (1, 1), 4, "nu1", np.ones((1, 1, 4)))
+    size = atlas.pixels.shape[1], atlas.pixels.shape[0]
+    if atlas.pixels.dtype != np.uint8:
+        return make_texture(gl, size, 4, "f4", atlas.pixels)
+    # The hardware decodes sRGB when a texel is fetched.
+    texture = gl.texture(
+        size, 4, atlas.pixels.tobytes(), dtype="f1", internal_format=GL_SRGB8_ALPHA8
+    )
+    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    return texture
+
+
+class EmitterTablesPass(RenderPass):
+    """Uploads `ray_emitters`, `ray_emitter_groups` and `ray_map_cells`."""
+
+    name = "emitter_tables"
+    writes: Mapping[str, TextureSpec] = {
+        "ray_emitters": TextureSpec(4, "f4", own=True),
+        "ray_emitter_groups": TextureSpec(4, "f4", own=True),
+        "ray_map_cells": TextureSpec(4, "f4", own=True),
+    }
+    depends_on = ("geometry", "lights", "environment")
+
+    def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
+        """Return the tables as new textures."""
+        gl, scene = context.gl, context.frame.scene
+        cells, power = np.ones((1, 1, 4), dtype=np.float32), 0.0
+        if isinstance(scene.environment, MapEnvironment):
+            image = radiance_image(scene.environment).astype(np.float32)
+            power = map_mean_radiance(image)
+            cells = map_cells(image) if power > 0.0 else cells
+        tables = emitter_tables(cached_bvh(scene), scene, power)
+        # An entry takes two records: 128 entries to a row.
+        entries = folded(tables.entries.reshape(-1, 16))
+        return {
+            "ray_emitters": _table(gl, entries),
+            "ray_emitter_groups": _table(gl, tables.groups),
+            "ray_map_cells": _table(gl, cells),
+        }
+
+
+def _table(gl: moderngl.Context, rows: NDArray[np.float32]) -> moderngl.Texture:
+    return make_texture(gl, (rows.shape[1], rows.shape[0]), 4, "f4", rows)
