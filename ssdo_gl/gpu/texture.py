@@ -80,6 +80,10 @@ def make_framebuffer(
     are never rebuilt from it.
     """
     attachment = gl.depth_renderbuffer(textures[0].size) if depth else None
+    # moderngl binds what was bound before once it has made a framebuffer, and binding
+    # one that was released meanwhile is an error.
+    if gl.fbo is not None and isinstance(gl.fbo.mglo, moderngl.InvalidObject):
+        gl.detect_framebuffer(0).use()
     return gl.framebuffer(list(textures), attachment)
 
 

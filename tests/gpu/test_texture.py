@@ -101,3 +101,14 @@ def test_framebuffer_draws_into_its_textures_in_order(gl, shaders):
 def test_impossible_texture_is_refused(gl, dtype, data, message):
     with pytest.raises(ValueError, match=message):
         make_texture(gl, (5, 3), 4, dtype, data)
+
+
+def test_framebuffer_can_be_made_after_the_bound_one_was_released(gl):
+    texture = make_texture(gl, (2, 2), 4, "f4")
+    first = make_framebuffer(gl, [texture])
+    first.use()
+    first.release()
+    second = make_framebuffer(gl, [texture])
+    assert gl.error == "GL_NO_ERROR"
+    second.clear(1.0, 2.0, 3.0, 4.0)
+    assert np.all(read_texture(texture) == [1, 2, 3, 4])
