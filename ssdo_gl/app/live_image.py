@@ -1,0 +1,189 @@
+"""One image of the window: redrawn while something moves, refined while nothing does."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import moderngl
+
+from ssdo_gl.app.live_renderer import Drawing, LiveRenderer, Plane
+from ssdo_gl.app.views import Kind, is_averaged
+from ssdo_gl.gpu.context import Device
+from ssdo_gl.gpu.shader import ShaderLibrary
+from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.graph.render_pass import ProgressCallback
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.settings import Settings
+
+# Frames averaged at rest. Sixteen sub-pixel offsets leave edges with steps of a
+# sixteenth of the contrast, and a quarter of the estimators' noise.
+REFINE_FRAMES = 16
+# In which order: the one nearest to the pixel's centre first, because that is what is
+# seen while moving, then in steps that spread over the pixel early.
+_ORDER = tuple((7 + 7 * k) % REFINE_FRAMES for k in range(REFINE_FRAMES))
+# A reference in the background may keep the hands waiting this long.
+CHUNK_MS = 60.0
+# Samples per frame of a reference double at most this often.
+MAX_CHUNK = 64
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What a frame is to show; two equal wishes refine one another.
+
+    Attributes
+    ----------
+    image : str
+        AOV name or ``display``.
+    kind : Kind
+    camera : Camera
+    settings : Settings
+        With the size in pixels; ``spp`` of a reference is when it counts as refined.
+    seconds : float
+        Of the animation.
+    """
+
+    image: str
+    kind: Kind
+    camera: Camera
+    settings: Settings
+    seconds: float = 0.0
+
+    @property
+    def samples_wanted(self) -> int:
+        """How many samples (frames, or a reference's rays per pixel) make it refined."""
+        if not is_averaged(self.kind):
+            return 1
+        return self.settings.spp if self.settings.is_reference else REFINE_FRAMES
+
+
+class LiveImage:
+    """Draws what is wished for and averages it for as long as the wish stays the same.
+
+    Attributes
+    ----------
+    drawing : Drawing or None
+        The last frame.
+    sample_count : int
+        Samples in the sum.
+    """
+
+    def __init__(self, renderer: LiveRenderer, device: Device, shaders: ShaderLibrary) -> None:
+        self.renderer = renderer
+        self.drawing: Drawing | None = None
+        self.sample_count = 0
+        self._device = device
+        self._shaders = shaders
+        self._wish: Wish | None = None
+        self._frames = 0
+        self._chunk = 1
+        self._sum: moderngl.Texture | None = None
+        self._target: moderngl.Framebuffer | None = None
+
+    @property
+    def is_refined(self) -> bool:
+        """Whether another frame would not add anything that was asked for."""
+        return self._wish is not None and self.sample_count >= self._wish.samples_wanted
+
+    @property
+    def plane(self) -> Plane:
+        """The image: a sum over `sample_count` samples, or the last frame itself."""
+        assert self.drawing is not None and self._wish is not None, "nothing was drawn yet"
+        plane = self.drawing.planes[self._wish.image]
+        if plane.texture is None or not is_averaged(self._wish.kind):
+            return plane
+        return Plane(self._sum, plane.first_channel)
+
+    @property
+    def weight(self) -> float:
+        """What the plane's numbers have to be multiplied with."""
+        assert self._wish is not None, "nothing was drawn yet"
+        return 1.0 / self.sample_count if is_averaged(self._wish.kind) else 1.0
+
+    def restart(self) -> None:
+        """Forget what was averaged: shaders or the scene have changed."""
+        self._wish = None
+        self.sample_count = 0
+
+    def update(
+        self,
+        wish: Wish,
+        *,
+        time_passes: bool = False,
+        progress: ProgressCallback | None = None,
+    ) -> bool:
+        """Draw one frame towards `wish`; return whether there was anything to draw.
+
+        Whatever `progress` or a shader raises leaves the image as it was.
+        """
+        if wish == self._wish and self.is_refined:
+            return False
+        frame = self._frames if wish == self._wish else 0
+        index = _ORDER[frame % REFINE_FRAMES] + frame // REFINE_FRAMES * REFINE_FRAMES
+        samples = 1
+        settings = wish.settings
+        if settings.is_reference:
+            left = wish.samples_wanted - (self.sample_count if wish == self._wish else 0)
+            samples = max(1, min(self._chunk, left))
+            settings = dataclasses.replace(settings, spp=samples)
+        if settings != self.renderer.settings:
+            self.renderer.use(settings)
+        drawing = self.renderer.draw(
+            [wish.image],
+            camera=wish.camera,
+            seconds=wish.seconds,
+            index=index if is_averaged(wish.kind) else 0,
+            count=REFINE_FRAMES if is_averaged(wish.kind) else 1,
+            time_passes=time_passes,
+            progress=progress,
+        )
+        if wish != self._wish:
+            self._wish, self._frames, self.sample_count = wish, 0, 0
+        if settings.is_reference:
+            self._choose_chunk(samples, drawing.frame_ms)
+        self.drawing = drawing
+        self._add(drawing.planes[wish.image], samples)
+        self._frames += 1
+        self.sample_count += samples
+        return True
+
+    def release(self) -> None:
+        """Free the sum and the renderer."""
+        self._free_sum()
+        self.renderer.release()
+
+    def _choose_chunk(self, samples: int, frame_ms: float) -> None:
+        """Take as many samples per frame as fit the time one may wait for the hands."""
+        if frame_ms > CHUNK_MS:
+            self._chunk = max(1, samples // 2)
+        elif frame_ms < 0.4 * CHUNK_MS:
+            self._chunk = min(2 * samples, MAX_CHUNK)
+
+    def _add(self, plane: Plane, samples: int) -> None:
+        if plane.texture is None:
+            return
+        if self._target is None or self._target.size != plane.texture.size:
+            self._free_sum()
+            self._sum = make_texture(self._device.gl, plane.texture.size, 4, "f4")
+            # A picture that is smaller than the window is stretched smoothly.
+            self._sum.filter = (moderngl.LINEAR, moderngl.LINEAR)
+            self._target = make_framebuffer(self._device.gl, [self._sum])
+        if self.sample_count == 0:
+            self._target.clear()
+        gl = self._device.gl
+        program = self._shaders.fullscreen("live_sum.frag")
+        gl.enable_only(moderngl.BLEND)
+        gl.blend_func = moderngl.ONE, moderngl.ONE
+        self._target.use()
+        self._target.viewport = (0, 0, *self._target.size)
+        program.set({"u_weight": float(samples)}, {"t_image": plane.texture})
+        program.check_complete()
+        program.empty_vertex_array().render(moderngl.TRIANGLES, vertices=3)
+        gl.enable_only(moderngl.NOTHING)
+
+    def _free_sum(self) -> None:
+        for item in (self._target, self._sum):
+            if item is not None:
+                item.release()
+        self._target = self._sum = None

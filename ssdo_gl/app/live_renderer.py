@@ -1,0 +1,160 @@
+"""A renderer whose images stay on the device, for a window that shows them at once."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import moderngl
+
+from ssdo_gl.effects import Decision
+from ssdo_gl.gpu.context import Device
+from ssdo_gl.gpu.shader import ShaderLibrary
+from ssdo_gl.graph.execute import Executor
+from ssdo_gl.graph.frame import FrameView
+from ssdo_gl.graph.render_pass import ProgressCallback
+from ssdo_gl.render_result import FrameLog, PassReport
+from ssdo_gl.renderer import Renderer
+from ssdo_gl.scene.animate import scene_at
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.content import analyse
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.settings import Settings
+
+
+@dataclass(frozen=True)
+class Plane:
+    """An image on the device: channels of a texture, or one number everywhere.
+
+    Attributes
+    ----------
+    texture : moderngl.Texture or None
+        The renderer's; it holds until the next frame is drawn.
+    first_channel : int
+    neutral : float
+        What every channel is if there is no texture.
+    """
+
+    texture: moderngl.Texture | None
+    first_channel: int = 0
+    neutral: float = 0.0
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """One frame that was drawn.
+
+    Attributes
+    ----------
+    planes : mapping of image name to Plane
+    view : FrameView
+    passes : tuple of PassReport
+    decisions : tuple of Decision
+    frame_ms : float
+        Until the device had finished.
+    references : mapping
+        Statistics of the Monte-Carlo passes.
+    """
+
+    planes: Mapping[str, Plane]
+    view: FrameView
+    passes: tuple[PassReport, ...]
+    decisions: tuple[Decision, ...]
+    frame_ms: float
+    references: Mapping[str, Any] = field(default_factory=dict)
+
+
+class LiveRenderer(Renderer):
+    """Renders one frame at a time and leaves it on the device.
+
+    Parameters
+    ----------
+    scene : Scene
+    settings : Settings
+    device : Device
+        Of the window; it is not released.
+    shaders : ShaderLibrary
+        Shared by all renderers of the window, so that each program is compiled once.
+    """
+
+    def __init__(
+        self, scene: Scene, settings: Settings, *, device: Device, shaders: ShaderLibrary
+    ) -> None:
+        super().__init__(scene, settings, device=device)
+        self._shaders = shaders
+        self._executor = Executor(device, shaders)
+        self._environment_version = 0
+        self._moved: tuple[Scene, float, Scene] | None = None
+
+    def draw(
+        self,
+        wanted: Iterable[str],
+        *,
+        camera: Camera,
+        seconds: float = 0.0,
+        index: int = 0,
+        count: int = 1,
+        time_passes: bool = False,
+        progress: ProgressCallback | None = None,
+    ) -> Drawing:
+        """Draw one frame.
+
+        Parameters
+        ----------
+        wanted : iterable of str
+            AOV names or ``display``; ``depth`` is always there.
+        index, count : int
+            Which of `count` sub-pixel offsets, beginning again after the last. Every
+            index has a sample pattern of its own.
+        time_passes : bool
+            Time every pass, too; on a software renderer that costs their overlap.
+        """
+        self.device.activate()
+        names = tuple(dict.fromkeys((*wanted, "depth")))
+        moved = self._scene_at(seconds)
+        self._follow(moved)
+        pipeline, plan = self._plan(names)
+        frame = self._frame(moved, camera, index % count, count, 0)
+        seed = self.settings.seed + index
+        versions = {**frame.versions, "environment": self._environment_version, "seed": seed}
+        frame = dataclasses.replace(frame, seed=seed, versions=versions)
+        log = FrameLog()
+        try:
+            self._run(plan, frame, log, time_passes, progress)
+        except BaseException:
+            # What was interrupted is neither what it was nor what it should become.
+            self.forget()
+            raise
+        planes = {}
+        for name in names:
+            output = pipeline.outputs[name]
+            texture = None if output.resource is None else self._executor.texture(output.resource)
+            planes[name] = Plane(texture, output.first_channel, output.neutral)
+        return Drawing(
+            planes,
+            frame.view,
+            log.reports(pipeline, plan),
+            pipeline.decisions,
+            log.frame_ms[0],
+            {item.name: dict(item.statistics) for item in plan.order if item.statistics},
+        )
+
+    def show(self, scene: Scene, settings: Settings) -> None:
+        """Render `scene` from now on: the same with other lights, or quite another."""
+        if scene.environment is not self.scene.environment:
+            self._environment_version += 1
+        self.scene = scene
+        self._content = analyse(scene)
+        self.use(settings)
+
+    def forget(self) -> None:
+        """Run every pass again in the next frame: its shader may have changed."""
+        self._executor.forget()
+
+    def _scene_at(self, seconds: float) -> Scene:
+        """Return the scene at a time: the very same as last time while time stands still."""
+        if self._moved is None or self._moved[:2] != (self.scene, seconds):
+            self._moved = (self.scene, seconds, scene_at(self.scene, seconds))
+        return self._moved[2]
