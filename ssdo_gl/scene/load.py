@@ -36,7 +36,7 @@ def load_scene(source: str | Path) -> Scene:
     if text in names:
         file = resources.folder("scenes") / f"{text}.toml"
         return read_description(file.read_text(encoding="utf-8"), f"scenes/{text}.toml")
-    if suffix or "/" in text or "\\" in text or Path(text).exists():
+    if text and (suffix or "/" in text or "\\" in text or Path(text).exists()):
         valid = ", ".join((".toml", *SUFFIXES))
         raise SceneError(f"{text}: expected a file ending in one of {valid}")
     raise SceneError(f"no built-in scene is called {text!r}; {suggestion(text, names)}")

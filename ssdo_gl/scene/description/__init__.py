@@ -36,7 +36,7 @@ def read_description(text: str, source: str, file: Path | None = None) -> Scene:
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise SceneError(f"{source}: {_syntax_message(str(error))}") from None
+        raise SceneError(f"{source}: {_syntax_message(str(error), text)}") from None
     except RecursionError:
         raise SceneError(f"{source}: tables or arrays are nested too deeply") from None
     top = Table(source, "", data)
@@ -62,12 +62,17 @@ def read_description(text: str, source: str, file: Path | None = None) -> Scene:
     )
 
 
-def _syntax_message(message: str) -> str:
+def _syntax_message(message: str, text: str) -> str:
     """Return the parser's message, on one line and with the place in front."""
     flat = " ".join(message.split())
     match = re.fullmatch(r"(.*) \(at line (\d+), column (\d+)\)", flat)
     if match:
         return f"line {match[2]}, column {match[3]}: not valid TOML: {match[1]}"
+    end = re.fullmatch(r"(.*) \(at end of document\)", flat)
+    if end:
+        last = text.rsplit("\n", 1)[-1]
+        line, column = text.count("\n") + 1, len(last) + 1
+        return f"line {line}, column {column}: not valid TOML: {end[1]} at the end of the file"
     return f"not valid TOML: {flat}"
 
 

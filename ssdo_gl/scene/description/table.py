@@ -109,7 +109,9 @@ class Table:
         if not isinstance(value, str):
             self.fail(key, f"expected one of {', '.join(choices)}" if choices else "expected text")
         if choices and value not in choices:
-            self.fail(key, suggestion(value, choices))
+            near = difflib.get_close_matches(value, choices, n=1)
+            hint = f"; did you mean {near[0]!r}?" if near else ""
+            self.fail(key, f"expected one of {', '.join(choices)}{hint}")
         return value
 
     def numbers(self, key: str, count: int) -> FloatArray:

@@ -1,0 +1,381 @@
+"""Whatever is wrong with an input is said in one line that names place and cure."""
+
+from __future__ import annotations
+
+import os
+import struct
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ssdo_gl.scene.description import read_description
+from ssdo_gl.scene.load import load_scene
+from ssdo_gl.scene.scene import SceneError
+
+ErrorOf = Callable[..., str]
+Write = Callable[[dict[str, str | bytes]], Path]
+
+SPHERE = '[[object]]\nshape = "sphere"\nradius = 1\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "parts"),
+    [
+        # Keys and their nearest relatives.
+        ("[camra]\n", ["'camra'", "did you mean 'camera'"]),
+        ("[camera]\npositon = [0, 0, 1]\n", ["[camera]", "'positon'", "'position'"]),
+        ("[render]\nradios = 1\n", ["[render]", "'radios'", "'radius'"]),
+        ("[materials.red]\nalbdo = [1, 0, 0]\n", ["[materials.red]", "'albdo'", "'albedo'"]),
+        ("[[light]]\nkind = 'pint'\n", ["[[light]] 1 kind", "'pint'", "'point'"]),
+        ("[[object]]\nshape = 'spere'\n", ["[[object]] 1 shape", "'sphere'"]),
+        ("[[object]]\nshape = 'sphere'\nradus = 1\n", ["'radus'", "did you mean 'radius'"]),
+        (
+            "[[object]]\nshape = 'sphere'\nradius = 1\nname = 'ball'\nrepeat = { cont = 1 }\n",
+            ["[[object]] 1 ('ball') repeat", "'cont'", "'count'"],
+        ),
+        ("xyzzy = 1\n", ["'xyzzy'", "known: title"]),
+        # Types.
+        ("title = 3\n", ["title = 3", "expected text"]),
+        ("camera = 3\n", ["camera = 3", "expected a table"]),
+        ("[light]\nkind = 'point'\n", ["light", "[[light]]"]),
+        ("[camera]\nposition = 'here'\n", ["position = 'here'", "3 finite numbers"]),
+        ("[camera]\nposition = [0, 1]\n", ["position = [0, 1]", "3 finite numbers"]),
+        ("[camera]\nposition = [0, true, 1]\n", ["3 finite numbers"]),
+        ("[render]\nsamples = 1.5\n", ["samples = 1.5", "whole number from 1 to 1024"]),
+        ("[render]\nmethod = 'ssdoo'\n", ["method = 'ssdoo'", "did you mean 'ssdo'"]),
+        ("[render]\nradius = -1\n", ["radius = -1", "greater than 0"]),
+        ("[render]\nsize = [0, 5]\n", ["size = [0, 5]", "[width, height]"]),
+        # Numbers that are none.
+        ("[camera]\nposition = [nan, 0, 0]\n", ["position = [nan, 0, 0]", "finite"]),
+        ("[camera]\nposition = [inf, 0, 0]\n", ["finite"]),
+        ("[camera]\nposition = [1e300, 0, 0]\n", ["finite"]),
+        ("[camera]\nfov_y = nan\n", ["fov_y = nan", "greater than 0 and less than 180"]),
+        # Ranges.
+        ("[camera]\nfov_y = 180\n", ["fov_y = 180", "less than 180"]),
+        ("[camera]\nfov_y = 0\n", ["fov_y = 0", "greater than 0"]),
+        ("[camera]\nposition = [1, 1, 1]\ntarget = [1, 1, 1]\n", ["target", "coincide"]),
+        ("[camera]\nposition = [1, 1, 1]\n", ["'target' is missing"]),
+        ("[camera]\ntarget = [1, 1, 1]\n", ["'position' is missing"]),
+        ("[camera]\nposition = [1,1,1]\ntarget = [0,0,0]\nup = [0,0,0]\n", ["up", "zero"]),
+        ("[materials.m]\nalbedo = [1.2, 0, 0]\n", ["albedo = [1.2, 0, 0]", "at most 1"]),
+        ("[materials.m]\nemission = [-1, 0, 0]\n", ["emission = [-1, 0, 0]", "at least 0"]),
+        ("[materials.m]\nalpha_cutoff = 2\n", ["alpha_cutoff = 2", "at most 1"]),
+        ("[[object]]\nshape = 'sphere'\nradius = -2\n", ["radius = -2", "greater than 0"]),
+        ("[[object]]\nshape = 'sphere'\n", ["'radius' is missing"]),
+        ("[[object]]\nshape = 'box'\nmin = [0, 0, 0]\nmax = [1, -1, 1]\n", ["max", "exceed min"]),
+        (
+            "[[object]]\nshape = 'quad'\ncorner = [0,0,0]\nedge_u = [1,1,0]\nedge_v = [2,2,0]\n",
+            ["edge_v = [2, 2, 0]", "parallel"],
+        ),
+        (
+            "[[object]]\nshape = 'quad'\ncorner = [0,0,0]\nedge_u = [0,0,0]\nedge_v = [2,2,0]\n",
+            ["edge_u = [0, 0, 0]", "zero"],
+        ),
+        (
+            "[[object]]\nshape = 'cylinder'\nbase = [1,1,1]\ntop = [1,1,1]\nradius = 1\n",
+            ["top", "coincide with base"],
+        ),
+        (
+            "[[object]]\nshape = 'plane'\npoint = [0,0,0]\nnormal = [0,0,0]\nsize = 1\n",
+            ["normal = [0, 0, 0]", "zero"],
+        ),
+        (
+            "[[object]]\nshape = 'plane'\npoint = [0,0,0]\nnormal = [0,1,0]\nsize = [1, -1]\n",
+            ["size = [1, -1]", "greater than 0"],
+        ),
+        (
+            "[[object]]\nshape = 'torus'\nradius = 1\nthickness = 2\n",
+            ["thickness = 2", "less than 2"],
+        ),
+        (
+            (
+                "[[object]]\nshape = 'torus'\nradius = 1\nthickness = 1\naxis = [0, 0, 1]\n"
+                "arc = { from = [0, 0, 3], degrees = 90 }\n"
+            ),
+            ["arc from", "parallel to axis"],
+        ),
+        ("[[object]]\nshape = 'sphere'\nradius = 1\nsegments = 2\n", ["segments = 2", "from 3"]),
+        (SPHERE + "transform = { scale = 0 }\n", ["scale = 0", "zero"]),
+        (SPHERE + "repeat = { count = [1, 0, 1], step = [1, 1, 1] }\n", ["count", ">= 1"]),
+        (SPHERE + "repeat = { count = 2.5, step = [1, 1, 1] }\n", ["count = 2.5", ">= 1"]),
+        (SPHERE + "repeat = { count = [9999, 9999, 1], step = [1, 1, 1] }\n", ["1000000 copies"]),
+        (SPHERE + "animate = { sway = [0, 1, 0], period = 0 }\n", ["period = 0", "greater than 0"]),
+        (SPHERE + "material = 'rd'\n[materials.red]\n", ["material = 'rd'", "did you mean 'red'"]),
+        (SPHERE + "material = 'red'\n", ["no [materials.red] in this file"]),
+        ("[[light]]\nkind = 'point'\nposition = [0,0,0]\n", ["'intensity' is missing"]),
+        (
+            "[[light]]\nkind = 'directional'\ndirection = [0,0,0]\nirradiance = [1,1,1]\n",
+            ["direction = [0, 0, 0]", "zero"],
+        ),
+        (
+            (
+                "[[light]]\nkind='spot'\nposition=[0,0,0]\ndirection=[0,0,1]\nintensity=[1,1,1]\n"
+                "inner_angle = 30\nouter_angle = 20\n"
+            ),
+            ["inner_angle = 30", "less than outer_angle (20"],
+        ),
+        (
+            (
+                "[[light]]\nkind='area'\ncorner=[0,0,0]\nedge_u=[1,0,0]\nedge_v=[1,0,0]\n"
+                "radiance=[1,1,1]\n"
+            ),
+            ["edge_v = [1, 0, 0]", "area would be zero"],
+        ),
+        (
+            "[[light]]\nkind='point'\nposition=[0,0,0]\nintensity=[1,1,1]\nshadow='soft'\n",
+            ["shadow = 'soft'", "expected one of map, ssdo, none"],
+        ),
+        ("[environment]\nkind = 'sky'\n", ["kind = 'sky'", "constant, gradient, map"]),
+        ("[environment]\nkind = 'constant'\nradiance = [-1, 0, 0]\n", ["radiance", "at least 0"]),
+        ("[environment]\nkind = 'map'\npath = 'a.hdr'\n", ["path = 'a.hdr'", "no folder"]),
+        ("", ["nothing to draw"]),
+        (SPHERE + "[[object]]\nshape='sphere'\nradius=1\ncenter=[2e15,0,0]\n", ["finite"]),
+        ("[[object]]\nshape='sphere'\nradius=1e-300\n", ["1e-15"]),
+    ],
+)
+def test_a_bad_scene_is_refused_in_one_line(text: str, parts: list[str], error_of: ErrorOf) -> None:
+    message = error_of("scene.toml", text=text)
+    assert message.startswith("scene.toml: ")
+    for part in parts:
+        assert part in message
+
+
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        ("a = \n", "line 1, column 5"),
+        ("[camera]\nposition = [1, 2\n", "line 3, column 1"),
+        ("title = 'x'\ntitle = 'y'\n", "line 2"),
+        ("a = 1\n\x00\n", "line 2"),
+    ],
+)
+def test_syntax_errors_name_line_and_column(text: str, place: str, error_of: ErrorOf) -> None:
+    message = error_of("scene.toml", text=text)
+    assert "not valid TOML" in message
+    assert place in message
+
+
+@given(st.text(max_size=200))
+def test_any_text_is_a_scene_or_one_line(text: str) -> None:
+    try:
+        read_description(text, "scene.toml")
+    except SceneError as error:
+        assert "\n" not in str(error)
+
+
+def test_deep_nesting_is_one_line(error_of: ErrorOf) -> None:
+    message = error_of("scene.toml", text="a = " + "[" * 100_000)
+    assert "scene.toml" in message
+
+
+def test_text_that_is_not_utf8(write: Write, error_of: ErrorOf) -> None:
+    assert "byte 9 is not UTF-8" in error_of(write({"s.toml": b"title = '\xff'"}))
+
+
+def test_missing_files_and_unknown_names(error_of: ErrorOf, tmp_path: Path) -> None:
+    assert "no such file" in error_of("nowhere.toml")
+    assert "no such file" in error_of("nowhere.glb")
+    assert "did you mean 'cornell_meso'" in error_of("cornel_meso")
+    assert "no built-in scene" in error_of("")
+    assert "expected a file ending in one of .toml, .glb" in error_of("model.fbx")
+    assert "expected a file" in error_of(tmp_path)
+    folder = tmp_path / "folder.toml"
+    folder.mkdir()
+    assert "cannot be read" in error_of(folder)
+
+
+OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+
+
+def mesh_scene(path: str) -> str:
+    return f'[[object]]\nshape = "mesh"\npath = {path!r}\n'
+
+
+@pytest.mark.parametrize(
+    ("path", "reason"),
+    [
+        ("../a.obj", "must not leave the folder of s.toml"),
+        ("sub/../../a.obj", "must not leave"),
+        ("..\\\\a.obj", "must not leave"),
+        ("/etc/passwd", "must be relative"),
+        ("C:/a.obj", "must be relative"),
+        ("none.obj", "no such file"),
+        ("", "expected the name of a file"),
+        (".", "expected the name of a file"),
+        ("s.toml", "expected one of .glb"),
+    ],
+)
+def test_a_mesh_path_stays_in_its_folder(
+    path: str, reason: str, write: Write, error_of: ErrorOf
+) -> None:
+    file = write({"scenes/s.toml": f'[[object]]\nshape = "mesh"\npath = "{path}"\n', "a.obj": OBJ})
+    message = error_of(file.parent / "scenes/s.toml")
+    assert "[[object]] 1 path" in message
+    assert reason in message
+
+
+def test_symbolic_links_are_not_followed(write: Write, error_of: ErrorOf) -> None:
+    file = write({"a.obj": OBJ, "scenes/s.toml": mesh_scene("link.obj")})
+    os.symlink(file.parent.parent / "a.obj", file.parent / "link.obj")
+    assert "symbolic links" in error_of(file)
+    os.symlink(file.parent.parent, file.parent / "up")
+    file.write_text(mesh_scene("up/a.obj"))
+    assert "symbolic links" in error_of(file)
+
+
+def test_a_scene_in_a_linked_folder_finds_its_files(write: Write, tmp_path: Path) -> None:
+    file = write({"real/a.obj": OBJ, "real/s.toml": mesh_scene("a.obj")})
+    os.symlink(file.parent, tmp_path / "linked")
+    assert load_scene(tmp_path / "linked" / "s.toml").triangle_count == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "parts"),
+    [
+        ("a.glb", b"", ["does not start with 'glTF'"]),
+        ("a.glb", b"glTF\x02\0\0\0", ["truncated GLB"]),
+        ("a.glb", struct.pack("<III", 0x46546C67, 2, 500) + bytes(20), ["truncated", "500", "32"]),
+        ("a.glb", struct.pack("<III", 0x46546C67, 1, 20) + bytes(8), ["version 1"]),
+        ("a.glb", struct.pack("<IIIII", 0x46546C67, 2, 20, 99, 0x4E4F534A), ["chunk"]),
+        ("a.glb", struct.pack("<IIIII", 0x46546C67, 2, 20, 0, 0x1234), ["no JSON chunk"]),
+        ("a.gltf", b"{", ["line 1, column 2"]),
+        ("a.gltf", b"\xff\xfe", ["not UTF-8"]),
+        ("a.gltf", b"[]", ["no 'asset'"]),
+        ("a.gltf", b"{}", ["no 'asset'"]),
+        ("a.gltf", b'{"asset": {"version": "1.0"}}', ["version '1.0'"]),
+        ("a.gltf", b'{"asset": {"version": "2.0"}}', ["no triangle"]),
+        ("a.gltf", b'{"asset": {"version": "2.0"}, "nodes": 3}', ["not valid glTF"]),
+        ("a.gltf", b'{"asset": {"version": "2.0"}, "nodes": [{"mesh": 7}]}', ["not valid glTF"]),
+        (
+            "a.gltf",
+            (
+                b'{"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}],'
+                b' "nodes": [{"children": [0]}]}'
+            ),
+            ["two parents"],
+        ),
+        (
+            "a.gltf",
+            b'{"asset": {"version": "2.0"}, "extensionsRequired": ["KHR_draco_mesh_compression"]}',
+            ["KHR_draco_mesh_compression", "not supported"],
+        ),
+        ("a.obj", b"", ["no triangle"]),
+        ("a.obj", b"v 0 0 0\nv 1 0 0\n", ["no triangle"]),
+        ("a.obj", b"v 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", ["'v 0 0'", "3 numbers"]),
+        ("a.obj", b"v a b c\nf 1 1 1\n", ["'v a b c'"]),
+        ("a.obj", OBJ.encode() + b"f 1 2 9\n", ["v 9", "there are 3"]),
+        ("a.obj", OBJ.encode() + b"f 1 2 -9\n", ["-"]),
+        ("a.obj", OBJ.encode() + b"f 1 2\n", ["line 5", "three corners"]),
+        ("a.obj", OBJ.encode() + b"f x y z\n", ["'x'", "1/2/3"]),
+        ("a.obj", OBJ.encode() + b"f 0 1 2\n", ["v 0"]),
+        ("a.obj", b"v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\n", ["no triangle with an area"]),
+        ("a.obj", b"v nan 0 0\nv 1 1 1\nv 2 5 2\nf 1 2 3\n", ["no triangle with an area"]),
+        ("a.obj", bytes(range(256)) * 8, ["no triangle"]),
+        ("a.ply", b"", ["not a readable PLY"]),
+        ("a.ply", b"ply\nformat ascii 1.0\nend_header\n", ["a.ply"]),
+        ("a.ply", bytes(range(256)), ["not a readable PLY"]),
+        ("a.stl", b"", ["a.stl"]),
+        ("a.stl", b"solid x\nendsolid x\n", ["a.stl"]),
+        ("a.stl", bytes(80) + struct.pack("<I", 1000), ["a.stl"]),
+        ("a.off", b"", ["not a readable OFF"]),
+        ("a.off", b"OFF\n3 1 0\n0 0 0\n", ["not a readable OFF"]),
+        ("a.off", b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n", ["not a readable OFF"]),
+        ("a.off", b"OFF\n3 1 0\n0 0 0\n1 0 0\n2 0 0\n3 0 1 2\n", ["no triangle with an area"]),
+    ],
+)
+def test_a_bad_model_is_refused_in_one_line(
+    name: str, content: bytes, parts: list[str], write: Write, error_of: ErrorOf
+) -> None:
+    message = error_of(write({name: content}))
+    assert name in message
+    for part in parts:
+        assert part in message
+
+
+def png_header(width: int, height: int) -> bytes:
+    """Return a PNG whose header promises more than its data holds."""
+
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        body = kind + data
+        return struct.pack(">I", len(data)) + body + struct.pack(">I", zlib.crc32(body))
+
+    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(b"\0" * 9))
+
+
+@pytest.mark.parametrize("size", [(30000, 30000), (16385, 1), (1, 100_000)])
+def test_a_huge_texture_is_refused_by_its_header(
+    size: tuple[int, int], write: Write, error_of: ErrorOf
+) -> None:
+    file = write(
+        {
+            "huge.png": png_header(*size),
+            "s.toml": f'[materials.m]\nalbedo_texture = "huge.png"\n{SPHERE}',
+        }
+    )
+    message = error_of(file)
+    assert f"{size[0]} x {size[1]} pixels" in message
+    assert "within 1 to 16384" in message
+
+
+@pytest.mark.parametrize("content", [b"", b"not an image", png_header(4, 4)])
+def test_a_damaged_texture_is_refused(content: bytes, write: Write, error_of: ErrorOf) -> None:
+    file = write({"t.png": content, "s.toml": f'[materials.m]\nalbedo_texture = "t.png"\n{SPHERE}'})
+    message = error_of(file)
+    assert "[materials.m] albedo_texture" in message
+    assert "'t.png' is not a readable image" in message
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "reason"),
+    [
+        ("a.hdr", b"", "does not start with"),
+        ("a.hdr", b"#?RADIANCE\n\n", "no line '-Y height +X width'"),
+        ("a.hdr", b"#?RADIANCE\n\n-Y 2 +X 2\n\1\1", "ends in the middle"),
+        ("a.hdr", b"#?RADIANCE\n\n-Y 1 +X 8\n\2\2\0\7", "wrong length"),
+        ("a.hdr", b"#?RADIANCE\n\n-Y 1 +X 8\n\2\2\0\x08\x89\1\1\1", "damaged"),
+        ("a.hdr", b"#?RADIANCE\n\n-Y 30000 +X 30000\n", "30000 x 30000 pixels"),
+        ("a.exr", b"not an image", "not a readable EXR"),
+        ("a.jpg", b"", "expected a .hdr or .exr"),
+    ],
+)
+def test_a_damaged_sky_is_refused(
+    name: str, content: bytes, reason: str, write: Write, error_of: ErrorOf
+) -> None:
+    file = write(
+        {name: content, "s.toml": f'[environment]\nkind = "map"\npath = "{name}"\n{SPHERE}'}
+    )
+    message = error_of(file)
+    assert reason in message
+    assert "[environment] path" in message
+
+
+def test_truncation_anywhere_is_one_line(write: Write, glb, tmp_path: Path) -> None:
+    glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
+    whole = glb.bytes()
+    path = tmp_path / "cut.glb"
+    for length in range(0, len(whole) - 1, 7):
+        path.write_bytes(whole[:length])
+        with pytest.raises(SceneError) as caught:
+            load_scene(path)
+        assert "\n" not in str(caught.value)
+
+
+def test_damage_anywhere_is_a_scene_or_one_line(glb, tmp_path: Path) -> None:
+    glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
+    whole = glb.bytes()
+    random = np.random.default_rng(5)
+    path = tmp_path / "damaged.glb"
+    for _ in range(300):
+        data = bytearray(whole)
+        data[random.integers(20, len(data))] = random.integers(256)
+        path.write_bytes(data)
+        try:
+            load_scene(path)
+        except SceneError as error:
+            assert "\n" not in str(error)
