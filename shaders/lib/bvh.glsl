@@ -80,7 +80,7 @@ BvhHit bvh_trace(vec3 origin, vec3 w, float t_max, bool stops_at_any)
     int top = 0;
     int record = 0;
     bool is_leaf = false;
-    bool goes_on = true;
+    bool goes_on = t_max > 0.0;
     while (goes_on) {
         vec2 address = record_address(record, u_bvh_texel);
         uvec4 words_0 = textureLod(t_bvh, address, 0.0);

@@ -75,17 +75,18 @@ float scramble_partly(uint reversed, uint shared_seed, uint own_seed)
     return unit_float(reverse_bits(together & u_shared_bits | apart & ~u_shared_bits));
 }
 
-// Point `index` of the first pair of dimensions.
-vec2 random_first_2d(uint index, uint seed)
+// Point `index` of a pair of dimensions in which neighbouring pixels stay together.
+vec2 random_together_2d(uint index, uint seed, uint dimension)
 {
-    uint shared_x = random_hash(u_stream ^ 0x68bc21ebu);
-    uint shared_y = random_hash(u_stream ^ 0x02e5be93u);
-    return vec2(scramble_partly(index, shared_x, random_hash(seed ^ 0x2c1b3c6du)),
-                scramble_partly(sobol_second_reversed(index), shared_y,
-                                random_hash(seed ^ 0x297a2d39u)));
+    uint shared_seed = random_hash(u_stream + dimension * 0x9e3779b9u);
+    uint own = random_hash(seed + dimension * 0x9e3779b9u);
+    return vec2(scramble_partly(index, random_hash(shared_seed ^ 0x68bc21ebu),
+                                random_hash(own ^ 0x68bc21ebu)),
+                scramble_partly(sobol_second_reversed(index), random_hash(shared_seed ^ 0x02e5be93u),
+                                random_hash(own ^ 0x02e5be93u)));
 }
 
-// Point `index` of another pair of dimensions, independent of all other pairs.
+// Point `index` of a pair of dimensions, independent of all other pairs and pixels.
 vec2 random_2d(uint index, uint seed, uint dimension)
 {
     uint own = random_hash(seed + dimension * 0x9e3779b9u);
@@ -93,11 +94,4 @@ vec2 random_2d(uint index, uint seed, uint dimension)
     uint x = owen_reversed(shuffled, random_hash(own ^ 0x68bc21ebu));
     uint y = owen_reversed(sobol_second_reversed(shuffled), random_hash(own ^ 0x02e5be93u));
     return vec2(unit_float(reverse_bits(x)), unit_float(reverse_bits(y)));
-}
-
-float random_1d(uint index, uint seed, uint dimension)
-{
-    uint own = random_hash(seed + dimension * 0x9e3779b9u);
-    uint shuffled = reverse_bits(owen_reversed(reverse_bits(index), own));
-    return unit_float(reverse_bits(owen_reversed(shuffled, random_hash(own ^ 0x68bc21ebu))));
 }

@@ -21,6 +21,8 @@ FAR_NS = 4.0
 # Records in a row of a table: 256 of four texels are the 1024 that OpenGL 3.3
 # guarantees. `shaders/lib/bvh.glsl` knows the number as BVH_ROW_SHIFT.
 RECORDS_PER_ROW = 256
+SHADING_TABLES = ("ray_surfaces", "ray_materials", "ray_atlas")
+EMITTER_TABLES = ("ray_emitters", "ray_emitter_groups", "ray_map_cells")
 # Names under which llvmpipe and other software rasterizers report themselves.
 SOFTWARE_RENDERERS = ("llvmpipe", "softpipe", "swrast", "SwiftShader")
 
@@ -40,9 +42,7 @@ def folded(records: NDArray[Any]) -> NDArray[Any]:
 
 def ray_reads(features: RayFeatures, *, shades: bool = False) -> tuple[str, ...]:
     """Return the resources that rays need: all tables where hits are shaded."""
-    if shades:
-        return ("bvh", "ray_surfaces", "ray_materials", "ray_atlas")
-    return ("bvh", "ray_surfaces", "ray_materials", "ray_atlas") if features.cutouts else ("bvh",)
+    return ("bvh", *SHADING_TABLES) if shades or features.cutouts else ("bvh",)
 
 
 def ray_defines(gl: moderngl.Context, frame: Frame, features: RayFeatures) -> dict[str, int]:

@@ -44,7 +44,7 @@ class EmitterTables:
         (lengths in normalised units), cosine of a spot's outer angle; 3 = first edge or
         direction of a spot, 1 / (cos inner - cos outer); 4 = second edge, area; 5, 6 =
         texture coordinates at the corner, along the first and second edge (each 2), x of
-        material in the material table or -1, 0; 7 is unused.
+        material in the material table or -1, 1 if rays can hit the emitter; 7 is unused.
     groups : ndarray, shape (max(G, 1), 2, 4), float32
         Texels: 0 = first entry, number of entries, shadow mode, 1 if the light of the
         group counts as direct light; 1 = cumulative probability including this group,
@@ -200,6 +200,7 @@ def _emissive_rows(
         row[:, 5, :2], row[:, 5, 2:] = uv, uvs[chosen, u] - uv
         row[:, 6, :2] = uvs[chosen, v] - uv
         row[:, 6, 2] = np.where(textured[material], material, -1)
+        row[:, 6, 3] = 1.0
         rows.append(row)
         weights.append(area * emission[material].mean(axis=1) * sides[material])
         owners.append(triangles.light[which])

@@ -1,0 +1,241 @@
+// Points of light: drawn by chance, and how likely a point that a ray has hit was.
+//
+// Layout of the tables: ssdo_gl/scene/bvh_emitters.py. Everything is in the normalised
+// frame: intensities are per (half-diagonal)^2, so that intensity / distance^2 holds.
+// ENVIRONMENT_KIND: see lib/environment.glsl; only a map (3) is drawn from here, the
+// others vary too little to be worth it.
+#include "lib/constants.glsl"
+#include "lib/surface.glsl"
+#include "lib/environment.glsl"
+
+#define EMITTER_POINT 0
+#define EMITTER_SPOT 1
+#define EMITTER_DIRECTIONAL 2
+#define EMITTER_PARALLELOGRAM 3
+#define EMITTER_TRIANGLE 4
+#define EMITTER_MAP 5
+
+#define EMITTER_UNSHADOWED 0
+#define EMITTER_SHADOWED 1
+#define EMITTER_SSDO 2
+
+uniform sampler2D t_ray_emitters;
+uniform sampler2D t_ray_emitter_groups;
+uniform sampler2D t_ray_map_cells;
+
+// Entries in a row of the table, 8 texels each.
+const int EMITTER_ROW_SHIFT = 7;
+// Rays towards light end this share before it, so as not to hit the lamp itself; and at
+// least a few offsets, for lamps in contact with what they light.
+const float EMITTER_GAP = 1e-5;
+
+struct EmitterGroup {
+    int first;
+    int count;
+    int shadow;
+    bool is_direct;      // its light is in the scene's lights
+    float probability;
+};
+
+// Light from one drawn point. Arriving irradiance is `radiance` times the cosine at the
+// receiver; the probability of drawing the point is divided out already.
+struct LightSample {
+    vec3 w;          // towards the light
+    float distance;
+    vec3 radiance;
+    float density;   // over solid angle; 0 where no scattered ray could have found it
+};
+
+const LightSample NO_LIGHT = LightSample(vec3(0.0, 0.0, 1.0), 0.0, vec3(0.0), 0.0);
+
+vec4 emitter_texel(int entry, int texel)
+{
+    ivec2 place = ivec2((entry & ((1 << EMITTER_ROW_SHIFT) - 1)) * 8 + texel,
+                        entry >> EMITTER_ROW_SHIFT);
+    return texelFetch(t_ray_emitters, place, 0);
+}
+
+int emitter_group_count()
+{
+    return int(texelFetch(t_ray_emitter_groups, ivec2(1, 0), 0).z);
+}
+
+// Probability per area and mean emission of drawing a point of an emissive triangle,
+// among all emitters.
+float emitter_density()
+{
+    return texelFetch(t_ray_emitter_groups, ivec2(1, 0), 0).w;
+}
+
+EmitterGroup emitter_group(int group)
+{
+    vec4 head = texelFetch(t_ray_emitter_groups, ivec2(0, group), 0);
+    return EmitterGroup(int(head.x), int(head.y), int(head.z), head.w > 0.5,
+                        texelFetch(t_ray_emitter_groups, ivec2(1, group), 0).y);
+}
+
+// The group that u in [0, 1) falls on; u then is uniform again.
+EmitterGroup draw_emitter_group(inout float u)
+{
+    int low = 0;
+    int high = emitter_group_count() - 1;
+    while (low < high) {
+        int middle = (low + high) >> 1;
+        bool is_left = u < texelFetch(t_ray_emitter_groups, ivec2(1, middle), 0).x;
+        high = is_left ? middle : high;
+        low = is_left ? low : middle + 1;
+    }
+    vec4 tail = texelFetch(t_ray_emitter_groups, ivec2(1, low), 0);
+    u = clamp((u - (tail.x - tail.y)) / max(tail.y, 1e-30), 0.0, 1.0 - FLOAT_EPSILON);
+    return emitter_group(low);
+}
+
+int draw_emitter(EmitterGroup group, inout float u)
+{
+    int low = 0;
+    int high = group.count - 1;
+    while (low < high) {
+        int middle = (low + high) >> 1;
+        bool is_left = u < emitter_texel(group.first + middle, 0).z;
+        high = is_left ? middle : high;
+        low = is_left ? low : middle + 1;
+    }
+    vec2 range = emitter_texel(group.first + low, 0).zw;
+    u = clamp((u - (range.x - range.y)) / max(range.y, 1e-30), 0.0, 1.0 - FLOAT_EPSILON);
+    return group.first + low;
+}
+
+// Part of a spot's light that leaves towards -w: KHR_lights_punctual.
+float emitter_spot_falloff(int entry, vec3 w)
+{
+    vec4 axis = emitter_texel(entry, 3);
+    float ramp = clamp((dot(-w, axis.xyz) - emitter_texel(entry, 2).w) * axis.w, 0.0, 1.0);
+    return ramp * ramp;
+}
+
+LightSample sample_surface_emitter(int entry, bool is_triangle, bool two_sided, vec2 u, vec3 p)
+{
+    vec4 corner = emitter_texel(entry, 1);
+    vec4 edge_u = emitter_texel(entry, 3);
+    vec4 edge_v = emitter_texel(entry, 4);
+    // Folding the far half over keeps a triangle's points as evenly spread as the square's.
+    vec2 s = is_triangle && u.x + u.y > 1.0 ? 1.0 - u : u;
+    vec3 to_light = corner.xyz + s.x * edge_u.xyz + s.y * edge_v.xyz - p;
+    float distance_2 = max(dot(to_light, to_light), 1e-30);
+    float distance = sqrt(distance_2);
+    vec3 w = to_light / distance;
+    vec3 normal = cross(edge_u.xyz, edge_v.xyz);
+    normal *= inversesqrt(max(dot(normal, normal), 1e-30));
+    float cosine = -dot(normal, w);
+    cosine = two_sided ? abs(cosine) : max(cosine, 0.0);
+    vec3 radiance = emitter_texel(entry, 2).rgb;
+    vec4 uv_last = emitter_texel(entry, 6);
+#if RAY_TEXTURES
+    vec4 uv_along = emitter_texel(entry, 5);
+    vec4 place = uv_last.z >= 0.0 ? material_texel(uint(uv_last.z), 3) : vec4(0.0);
+    vec2 uv = uv_along.xy + s.x * uv_along.zw + s.y * uv_last.xy;
+    radiance *= place.z != 0.0 ? atlas_color(place, uv).rgb : vec3(1.0);
+#endif
+    float density = distance_2 / max(edge_v.w * cosine, 1e-30);
+    bool is_lit = cosine > 0.0 && distance_2 > 1e-20;
+    return LightSample(w, distance, is_lit ? radiance / density : vec3(0.0),
+                       uv_last.w > 0.5 ? density : 0.0);
+}
+
+LightSample sample_map(vec2 choice, vec2 u)
+{
+#if ENVIRONMENT_KIND == 3
+    ivec2 size = textureSize(t_ray_map_cells, 0);
+    float scaled = choice.x * float(size.x * size.y);
+    int cell = min(int(scaled), size.x * size.y - 1);
+    vec4 entry = texelFetch(t_ray_map_cells, ivec2(cell % size.x, cell / size.x), 0);
+    cell = choice.y < entry.x ? cell : int(entry.y);
+    ivec2 place = ivec2(cell % size.x, cell / size.x);
+    float density = texelFetch(t_ray_map_cells, place, 0).z;
+    // Uniform over the cell's solid angle: the height is uniform between its edges.
+    float high = cos(PI * float(place.y) / float(size.y));
+    float low = cos(PI * float(place.y + 1) / float(size.y));
+    float y = mix(high, low, u.y);
+    float azimuth = TWO_PI * ((float(place.x) + u.x) / float(size.x) - 0.5);
+    float r = sqrt(max(0.0, 1.0 - y * y));
+    vec3 w = vec3(r * sin(azimuth), y, -r * cos(azimuth));
+    return LightSample(w, RAY_FAR, environment_radiance(w) / max(density, 1e-30), density);
+#else
+    return NO_LIGHT;
+#endif
+}
+
+// Density with which `sample_map` draws direction `w`.
+float map_density(vec3 w)
+{
+#if ENVIRONMENT_KIND == 3
+    ivec2 size = textureSize(t_ray_map_cells, 0);
+    vec2 uv = vec2(atan(w.x, -w.z) * INV_TWO_PI + 0.5, atan(length(w.xz), w.y) * INV_PI);
+    ivec2 place = clamp(ivec2(uv * vec2(size)), ivec2(0), size - 1);
+    return texelFetch(t_ray_map_cells, place, 0).z;
+#else
+    return 0.0;
+#endif
+}
+
+// A point of the group's light as seen from `p`. Probabilities within the group are
+// divided out of `radiance` and part of `density`, that of the group is not.
+LightSample sample_group(EmitterGroup group, vec2 choice, vec2 u, vec3 p)
+{
+    int entry = draw_emitter(group, choice.x);
+    vec4 head = emitter_texel(entry, 0);
+    int kind = int(head.x);
+    vec3 place = emitter_texel(entry, 1).xyz;
+    vec3 power = emitter_texel(entry, 2).rgb;
+
+    vec3 to_light = kind == EMITTER_DIRECTIONAL ? place : place - p;
+    float distance = max(length(to_light), 1e-15);
+    vec3 w = to_light / distance;
+    bool is_distant = kind == EMITTER_DIRECTIONAL;
+    vec3 radiance = is_distant ? power : power / distance / distance;
+    radiance *= kind == EMITTER_SPOT ? emitter_spot_falloff(entry, w) : 1.0;
+    LightSample light = LightSample(w, is_distant ? RAY_FAR : distance, radiance, 0.0);
+
+    bool is_surface = kind == EMITTER_PARALLELOGRAM || kind == EMITTER_TRIANGLE;
+    LightSample from_surface =
+        sample_surface_emitter(entry, kind == EMITTER_TRIANGLE, head.y > 0.5, u, p);
+    light.w = is_surface ? from_surface.w : light.w;
+    light.distance = is_surface ? from_surface.distance : light.distance;
+    light.radiance = is_surface ? from_surface.radiance : light.radiance;
+    light.density = is_surface ? from_surface.density : light.density;
+#if ENVIRONMENT_KIND == 3
+    if (kind == EMITTER_MAP) {
+        light = sample_map(choice, u);
+    }
+#endif
+    light.radiance /= max(head.w, 1e-30);
+    light.density *= head.w;
+    return light;
+}
+
+// How far a shadow ray towards the sample goes.
+float shadow_reach(LightSample light)
+{
+    return light.distance * (1.0 - EMITTER_GAP) - 4.0 * RAY_OFFSET;
+}
+
+// Irradiance of a light sample before anything blocks it. Light from below the geometric
+// horizon does not count.
+vec3 unblocked_irradiance(RaySurface surface, LightSample light)
+{
+    bool is_above = dot(light.w, surface.geometric) > 0.0;
+    return light.radiance * (is_above ? max(dot(light.w, surface.normal), 0.0) : 0.0);
+}
+
+bool is_dark(vec3 light)
+{
+    return !(light.r + light.g + light.b > 0.0);
+}
+
+// Length of the shadow ray of a sample that would bring `irradiance`: negative, so that
+// it meets nothing and costs nothing, where there is nothing to find out.
+float needed_reach(EmitterGroup group, LightSample light, vec3 irradiance, float longest)
+{
+    bool is_free = is_dark(irradiance) || group.shadow == EMITTER_UNSHADOWED;
+    return is_free ? -1.0 : min(shadow_reach(light), longest);
+}

@@ -1,0 +1,62 @@
+// The surface that a ray has hit, with what it takes to shade it.
+#include "lib/ray.glsl"
+
+struct Surface {
+    RaySurface at;       // normals on the side that the ray came from
+    vec3 albedo;
+    vec3 emission;       // towards the ray
+    float mean_emission; // of the material, both sides together, without its texture
+    float area_cosine;   // between the ray and the triangle
+    uint flags;          // of the material's word
+};
+
+Surface surface_at_hit(BvhHit hit, vec3 origin, vec3 w)
+{
+    vec3 a, b, c;
+    bvh_triangle(hit, a, b, c);
+    uvec4 words = bvh_texel(hit.record, 3);
+    uint word = hit.is_second ? words.z : words.y;
+    vec3 front = triangle_normal(a, b, c);
+    float facing = dot(front, w);
+    bool is_front = facing <= 0.0;
+    Surface s;
+    s.at.geometric = is_front ? front : -front;
+    // t is off by some roundings of its own length; the plane is not.
+    vec3 p = origin + hit.t * w;
+    s.at.position = p - front * dot(p - a, front);
+    s.at.start = ray_start(s.at.position, s.at.geometric, a, b, c);
+    s.at.normal = s.at.geometric;
+    s.area_cosine = abs(facing);
+    s.flags = word;
+    vec4 emission = material_texel(word, 1);
+#if RAY_SMOOTH_NORMALS || RAY_VERTEX_COLORS || RAY_TEXTURES
+    vec3 sub_a = cross(b - s.at.position, c - s.at.position);
+    vec3 sub_b = cross(c - s.at.position, a - s.at.position);
+    vec3 sub_c = cross(a - s.at.position, b - s.at.position);
+    vec3 weights = max(vec3(dot(sub_a, front), dot(sub_b, front), dot(sub_c, front)), vec3(0.0));
+    weights /= max(weights.x + weights.y + weights.z, 1e-30);
+    int slot = int(words.x) * 2 + (hit.is_second ? 1 : 0);
+    Corners corners = corners_of(slot);
+#if RAY_SMOOTH_NORMALS
+    vec3 smoothed = interpolated_normal(corners, weights);
+    smoothed *= dot(smoothed, s.at.geometric) < 0.0 ? -1.0 : 1.0;
+    float size_2 = dot(smoothed, smoothed);
+    bool is_smooth = (word & SMOOTH_FLAG) != 0u && size_2 > 1e-12;
+    s.at.normal = is_smooth ? smoothed * inversesqrt(size_2) : s.at.geometric;
+#endif
+    s.albedo = albedo_of(word, corners, weights).rgb;
+#if RAY_TEXTURES
+    vec4 place = material_texel(word, 3);
+    vec3 texture_color = place.z != 0.0 ? atlas_color(place, interpolated_uv(corners, weights)).rgb : vec3(1.0);
+#else
+    const vec3 texture_color = vec3(1.0);
+#endif
+#else
+    s.albedo = material_texel(word, 0).rgb;
+    const vec3 texture_color = vec3(1.0);
+#endif
+    bool two_sided = emission.a > 0.5;
+    s.emission = is_front || two_sided ? emission.rgb * texture_color : vec3(0.0);
+    s.mean_emission = (emission.r + emission.g + emission.b) * (two_sided ? 2.0 / 3.0 : 1.0 / 3.0);
+    return s;
+}

@@ -1,0 +1,126 @@
+"""The full solution of light transport, by path tracing."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ssdo_gl.graph.environment_uniforms import (
+    MAP_RADIANCE,
+    environment_kind,
+    environment_uniforms,
+)
+from ssdo_gl.graph.frame import Frame
+from ssdo_gl.graph.render_pass import PassContext, RenderPass
+from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.graph.settings import setting
+from ssdo_gl.passes.accumulate import Schedule, SumOutput, accumulate
+from ssdo_gl.passes.ray_uniforms import (
+    EMITTER_TABLES,
+    ray_defines,
+    ray_reads,
+    ray_uniforms,
+    table_uniforms,
+)
+from ssdo_gl.scene.bvh_surfaces import RayFeatures
+from ssdo_gl.scene.environment import Environment
+
+# Paths of one draw and pixel. llvmpipe silently ends a shader's loops after 65535 turns:
+# eight paths of a hundred vertices with two rays of forty steps stay below.
+SAMPLES_PER_DRAW = 8
+# Rays of a path, roughly: two to each of some five vertices.
+RAYS_PER_PATH = 10
+# Bounces that no path reaches under Russian roulette: 0.95^512 is 4e-12.
+UNLIMITED_BOUNCES = 512
+OUTPUT = SumOutput("gi_radiance", channels=3)
+
+
+@dataclass(frozen=True)
+class ReferenceGiSettings:
+    """Settings of the path tracer."""
+
+    spp: int = setting(256, "paths per pixel", low=1, high=1 << 20)
+    bounces: int | None = setting(
+        None,
+        "indirect bounces; None: all, paths end by Russian roulette without bias",
+        low=0,
+        high=UNLIMITED_BOUNCES,
+    )
+    roulette_start: int = setting(
+        3, "bounces that every path makes before it may end by chance", low=0, high=64
+    )
+    max_error: float | None = setting(
+        None, "stop below this standard error, relative to the mean", low=0.0
+    )
+
+
+def uniforms(settings: ReferenceGiSettings, frame: Frame) -> dict[str, object]:
+    """Return the uniforms of ``reference_gi.frag`` but those of textures and draws."""
+    limited = settings.bounces is not None
+    return {
+        **ray_uniforms(frame),
+        **environment_uniforms(frame),
+        "u_max_bounces": settings.bounces if limited else UNLIMITED_BOUNCES,
+        # A fixed number of bounces is not shortened by chance.
+        "u_roulette_start": UNLIMITED_BOUNCES if limited else settings.roulette_start,
+    }
+
+
+class ReferenceGiPass(RenderPass):
+    """Writes `gi_radiance`: what the camera sees, all bounces; a = coverage.
+
+    Emission of what the camera sees, and the sky behind it, are included: it is the
+    picture. Emissive meshes shine triangle by triangle, whatever lights stand for them.
+
+    Parameters
+    ----------
+    settings : ReferenceGiSettings
+    features : RayFeatures
+        Of the scene: `RayFeatures.of`.
+    environment : Environment or None
+        Of the scene: decides how the sky is looked up.
+    """
+
+    name = "reference_gi"
+    writes: Mapping[str, TextureSpec] = {"gi_radiance": TextureSpec(4, "f4")}
+    depends_on = ("view", "geometry", "lights", "environment", "seed")
+
+    def __init__(
+        self,
+        settings: ReferenceGiSettings,
+        features: RayFeatures,
+        environment: Environment | None,
+    ) -> None:
+        self.settings = settings
+        self.features = features
+        self.environment_kind = environment_kind(environment)
+        self.reads = (
+            "z_vs",
+            "normals_vs",
+            "albedo",
+            "emission",
+            *ray_reads(features, shades=True),
+            *EMITTER_TABLES,
+            *((MAP_RADIANCE,) if self.environment_kind == 3 else ()),
+        )
+        self.statistics: Mapping[str, Any] = {}
+
+    def settings_key(self) -> Hashable:
+        """Return the settings, the features and the kind of sky."""
+        return self.settings, self.features, self.environment_kind
+
+    def execute(self, context: PassContext) -> None:
+        """Trace all paths, draw after draw."""
+        inputs, frame = context.inputs, context.frame
+        defines = ray_defines(context.gl, frame, self.features)
+        defines["ENVIRONMENT_KIND"] = self.environment_kind
+        self.statistics = accumulate(
+            context,
+            context.shaders.fullscreen("reference_gi.frag", defines),
+            {**uniforms(self.settings, frame), **table_uniforms(inputs)},
+            {f"t_{name}": inputs[name] for name in self.reads},
+            [OUTPUT],
+            Schedule(self.settings.spp, SAMPLES_PER_DRAW, RAYS_PER_PATH, self.settings.max_error),
+            "path tracing",
+        )

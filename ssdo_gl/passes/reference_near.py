@@ -1,0 +1,115 @@
+"""Directional light and one bounce with ray-traced visibility: the truth of SSDO."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ssdo_gl.graph.environment_uniforms import (
+    MAP_RADIANCE,
+    environment_kind,
+    environment_uniforms,
+)
+from ssdo_gl.graph.frame import Frame
+from ssdo_gl.graph.render_pass import PassContext, RenderPass
+from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.graph.settings import setting
+from ssdo_gl.passes.accumulate import Schedule, SumOutput, accumulate
+from ssdo_gl.passes.ray_uniforms import (
+    EMITTER_TABLES,
+    radius_ns,
+    ray_defines,
+    ray_reads,
+    ray_uniforms,
+    table_uniforms,
+)
+from ssdo_gl.scene.bvh_surfaces import RayFeatures
+from ssdo_gl.scene.environment import Environment
+
+# Samples of one draw and pixel; each takes a ray, and from what it hits one to each light.
+SAMPLES_PER_DRAW = 16
+OUTPUTS = (SumOutput("directional_irradiance", 3), SumOutput("bounce_irradiance", 3))
+
+
+@dataclass(frozen=True)
+class ReferenceNearSettings:
+    """Settings of the ray-traced near field."""
+
+    radius: float = setting(
+        0.3, "reach R of the near field; inf: the whole scene", unit="scene units", low=0.0
+    )
+    spp: int = setting(256, "directions per pixel", low=1, high=1 << 20)
+    max_error: float | None = setting(
+        None, "stop below this standard error, relative to the mean", low=0.0
+    )
+
+
+def uniforms(settings: ReferenceNearSettings, frame: Frame) -> dict[str, object]:
+    """Return the uniforms of ``reference_near.frag`` but those of textures and draws."""
+    return {
+        **ray_uniforms(frame),
+        **environment_uniforms(frame),
+        "u_radius_ns": radius_ns(settings.radius, frame),
+    }
+
+
+class ReferenceNearPass(RenderPass):
+    """Writes `directional_irradiance` (a = visibility) and `bounce_irradiance`.
+
+    Unbiased estimates of the integrals of DESIGN section 2, V_R by rays clipped at R.
+
+    Parameters
+    ----------
+    settings : ReferenceNearSettings
+    features : RayFeatures
+        Of the scene: `RayFeatures.of`.
+    environment : Environment or None
+        Of the scene: decides how the sky is looked up.
+    """
+
+    name = "reference_near"
+    writes: Mapping[str, TextureSpec] = {
+        "directional_irradiance": TextureSpec(4, "f4"),
+        "bounce_irradiance": TextureSpec(4, "f4"),
+    }
+    depends_on = ("view", "geometry", "lights", "environment", "seed")
+
+    def __init__(
+        self,
+        settings: ReferenceNearSettings,
+        features: RayFeatures,
+        environment: Environment | None,
+    ) -> None:
+        self.settings = settings
+        self.features = features
+        self.environment_kind = environment_kind(environment)
+        self.reads = (
+            "z_vs",
+            "normals_vs",
+            *ray_reads(features, shades=True),
+            *EMITTER_TABLES,
+            *((MAP_RADIANCE,) if self.environment_kind == 3 else ()),
+        )
+        self.statistics: Mapping[str, Any] = {}
+
+    def settings_key(self) -> Hashable:
+        """Return the settings, the features and the kind of sky."""
+        return self.settings, self.features, self.environment_kind
+
+    def execute(self, context: PassContext) -> None:
+        """Trace all rays, draw after draw."""
+        inputs, frame = context.inputs, context.frame
+        defines = ray_defines(context.gl, frame, self.features)
+        defines["ENVIRONMENT_KIND"] = self.environment_kind
+        # A ray, and where it hits one to each light and one to the sky.
+        rays_per_sample = 2 + len(frame.scene.lights)
+        self.statistics = accumulate(
+            context,
+            context.shaders.fullscreen("reference_near.frag", defines),
+            {**uniforms(self.settings, frame), **table_uniforms(inputs)},
+            {f"t_{name}": inputs[name] for name in self.reads},
+            OUTPUTS,
+            Schedule(self.settings.spp, SAMPLES_PER_DRAW, rays_per_sample, self.settings.max_error),
+            "ray-traced near field",
+        )

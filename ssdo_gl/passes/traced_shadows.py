@@ -1,0 +1,89 @@
+"""Direct light with shadows by rays instead of shadow maps."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ssdo_gl.graph.environment_uniforms import environment_uniforms
+from ssdo_gl.graph.frame import Frame
+from ssdo_gl.graph.render_pass import PassContext, RenderPass
+from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.graph.settings import setting
+from ssdo_gl.passes.accumulate import Schedule, SumOutput, accumulate
+from ssdo_gl.passes.ray_uniforms import (
+    EMITTER_TABLES,
+    ray_defines,
+    ray_reads,
+    ray_uniforms,
+    table_uniforms,
+)
+from ssdo_gl.scene.bvh_surfaces import RayFeatures
+
+# Rays to each light of one draw and pixel.
+SAMPLES_PER_DRAW = 16
+OUTPUT = SumOutput("direct_irradiance", channels=3)
+
+
+@dataclass(frozen=True)
+class TracedShadowsSettings:
+    """Settings of direct light with traced shadows."""
+
+    shadow_rays: int = setting(16, "rays per pixel to each light", low=1, high=1 << 20)
+    max_error: float | None = setting(
+        None, "stop below this standard error, relative to the mean", low=0.0
+    )
+
+
+def uniforms(frame: Frame) -> dict[str, object]:
+    """Return the uniforms of ``traced_shadows.frag`` but those of textures and draws."""
+    return {**ray_uniforms(frame), **environment_uniforms(frame)}
+
+
+class TracedShadowsPass(RenderPass):
+    """Writes `direct_irradiance`: rgb irradiance of all lights but ``ssdo`` ones.
+
+    Unbiased: each ray goes to a random point of a light. Exactly 0 where none arrives.
+
+    Parameters
+    ----------
+    settings : TracedShadowsSettings
+    features : RayFeatures
+        Of the scene: `RayFeatures.of`.
+    """
+
+    name = "traced_shadows"
+    writes: Mapping[str, TextureSpec] = {"direct_irradiance": TextureSpec(4, "f4")}
+    depends_on = ("view", "geometry", "lights", "seed")
+
+    def __init__(self, settings: TracedShadowsSettings, features: RayFeatures) -> None:
+        self.settings = settings
+        self.features = features
+        self.reads = ("z_vs", "normals_vs", *ray_reads(features, shades=True), *EMITTER_TABLES)
+        self.statistics: Mapping[str, Any] = {}
+
+    def settings_key(self) -> Hashable:
+        """Return the settings and the features."""
+        return self.settings, self.features
+
+    def execute(self, context: PassContext) -> None:
+        """Trace all rays, draw after draw."""
+        inputs, frame = context.inputs, context.frame
+        # The environment is no light of `direct`: the shader needs none.
+        defines = {**ray_defines(context.gl, frame, self.features), "ENVIRONMENT_KIND": 0}
+        settings = self.settings
+        self.statistics = accumulate(
+            context,
+            context.shaders.fullscreen("traced_shadows.frag", defines),
+            {**uniforms(frame), **table_uniforms(inputs)},
+            {f"t_{name}": inputs[name] for name in self.reads},
+            [OUTPUT],
+            Schedule(
+                settings.shadow_rays,
+                SAMPLES_PER_DRAW,
+                max(1, len(frame.scene.lights)),
+                settings.max_error,
+            ),
+            "traced shadows",
+        )
