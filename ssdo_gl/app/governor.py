@@ -116,6 +116,13 @@ class Governor:
         self._usual_ms: float | None = None
 
     @property
+    def is_settled(self) -> bool:
+        """Whether the present rung was measured and is to be kept for now."""
+        return self._usual_ms is not None and (
+            self._usual_ms <= self.budget_ms or self.is_exhausted
+        )
+
+    @property
     def is_exhausted(self) -> bool:
         """Whether even the cheapest rung does not keep the budget."""
         at_the_end = self.rung == self.rung_count - 1
@@ -163,5 +170,6 @@ class Governor:
     def _move(self, rung: int, here_ms: float) -> None:
         self._last = (self.rung, here_ms) if here_ms > 0.0 else None
         self.rung = rung
+        self._usual_ms = None
         self._times.clear()
         self._settling = SETTLING_FRAMES

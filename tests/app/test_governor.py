@@ -108,6 +108,21 @@ def test_a_budget_that_cannot_be_held_ends_at_the_cheapest_and_says_so() -> None
     assert not Governor(2.0, 8).is_exhausted
 
 
+def test_is_settled_once_a_rung_has_proved_itself() -> None:
+    hands = Governor(BUDGET_MS, 8)
+    assert not hands.is_settled
+    for _ in range(40):
+        before = hands.rung
+        if hands.observe(COSTS[before]) != before:
+            assert not hands.is_settled
+    assert hands.rung == 3
+    assert hands.is_settled
+    hopeless = Governor(2.0, 8)
+    for _ in range(40):
+        hopeless.observe(COSTS[hopeless.rung])
+    assert hopeless.is_settled
+
+
 def test_frames_right_after_a_change_do_not_count() -> None:
     """The first two frames of a rung compile and allocate: that must not drive it down."""
     seen = [0] * 8
