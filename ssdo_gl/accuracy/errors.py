@@ -45,7 +45,7 @@ class Panel:
         Whether the error is given relative to the truth's mean.
     own_radius : bool
         Whether the truth has the bench's radius, so that points of another radius
-        cannot be held to it.
+        cannot be held to it. Full transport is held to its own truth only.
     title, error_label : str
         For plots and tables.
     """
@@ -62,8 +62,9 @@ class Panel:
 
     def judges(self, point: Point) -> bool:
         """Whether `point` can be held to this panel's truth."""
-        fits = not self.own_radius or point.radius_factor == 1.0
-        return point.kind == self.kind and fits
+        if point.kind != self.kind or (point.method == "reference-gi" and self.name != "gi"):
+            return False
+        return not self.own_radius or point.radius_factor == 1.0
 
 
 PANELS = (

@@ -23,7 +23,16 @@ from ssdo_gl.settings import Settings
 # What is measured together: ambient visibility alone, or the picture.
 KINDS = ("visibility", "radiance")
 _FAMILY_KEYS = ("name", "kind", "quick", "only", "set")
-_AXES = ("method", "estimator", "samples", "steps", "resolution_scale", "filter", "radius_factor")
+_AXES = (
+    "method",
+    "estimator",
+    "samples",
+    "steps",
+    "resolution_scale",
+    "filter",
+    "radius_factor",
+    "spp",
+)
 
 
 class GridError(SettingError):
@@ -42,6 +51,8 @@ class Point:
         The grid family it comes from; points of one family share a curve in plots.
     radius_factor : float
         Radius relative to that of the bench.
+    spp : int or None
+        Rays or paths per pixel; only of the ray-traced methods.
     overrides : tuple of (str, value)
         ``PASS.FIELD`` settings beyond the named ones.
     quick : bool
@@ -57,6 +68,7 @@ class Point:
     resolution_scale: float = 1.0
     filter: str = "none"
     radius_factor: float = 1.0
+    spp: int | None = None
     overrides: tuple[tuple[str, Any], ...] = ()
     quick: bool = False
 
@@ -67,6 +79,8 @@ class Point:
         if self.estimator:
             parts += [self.estimator, f"n{self.samples}", f"m{self.steps}"]
             parts += [f"s{self.resolution_scale:g}", self.filter]
+        if self.spp:
+            parts.append(f"spp{self.spp}")
         if self.radius_factor != 1.0:
             parts.append(f"r{self.radius_factor:g}")
         parts += [f"{name}={value}" for name, value in self.overrides]
@@ -76,7 +90,7 @@ class Point:
     def label(self) -> str:
         """What a person reads: ``bounce march 8x8 half edge``."""
         if not self.estimator:
-            return self.method
+            return f"{self.method} {self.spp} spp" if self.spp else self.method
         step_count = min(self.steps, self.samples) if self.estimator == "march" else 1
         directions = max(1, self.samples // step_count)
         count = f"{directions}x{step_count}" if step_count > 1 else f"{self.samples}"
@@ -100,6 +114,8 @@ class Point:
                 f"--filter {self.filter}",
                 f"--resolution-scale {self.resolution_scale:g}",
             ]
+        if self.spp:
+            parts.append(f"--spp {self.spp}")
         parts += [f"--set {name}={value}" for name, value in self.overrides]
         return " ".join(parts)
 
@@ -120,7 +136,7 @@ class Point:
         """
         if base.radius is None:
             raise ValueError("the base of a sweep needs a radius")
-        fields: dict[str, Any] = {}
+        fields: dict[str, Any] = {"spp": self.spp} if self.spp else {}
         if self.estimator:
             fields = {
                 "samples": self.samples,
