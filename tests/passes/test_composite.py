@@ -1,0 +1,156 @@
+"""The picture from its terms, pixel by pixel."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from oracle import analytic_pictures
+from passes.pass_harness import make_frame, make_scene, run_pass
+
+from ssdo_gl.passes.composite import CompositePass
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.environment import ConstantEnvironment, GradientEnvironment
+
+SIZE = (16, 12)
+# A few roundings of 6e-8.
+TOLERANCE = 1e-6
+# Half a step of the albedo's 16 bits (8e-6) times irradiances of up to 9 over pi.
+ALBEDO_ROUNDING = 2.5e-5
+GRADIENT = GradientEnvironment((0.3, 0.6, 2.0), (1.0, 0.9, 0.8), (0.2, 0.1, 0.05))
+CAMERA = Camera((1.0, 2.0, 3.0), (0.0, 1.5, 0.0), fov_y=50.0)
+
+
+def terms(seed=1):
+    """Random images; the left half of the frame is background."""
+    rng = np.random.default_rng(seed)
+    shape = (SIZE[1], SIZE[0])
+    normal = rng.normal(size=(*shape, 3))
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    code = analytic_pictures.oct_encode(normal)
+    z = rng.uniform(1.0, 9.0, (*shape, 1))
+    z[:, : SIZE[0] // 2] = 0.0
+    images = {
+        "z_vs": z,
+        "normals_vs": np.concatenate([code, code], -1) / 65535.0,
+        "albedo": rng.uniform(0.0, 1.0, (*shape, 4)),
+        "emission": rng.uniform(0.0, 3.0, (*shape, 4)),
+        "direct_irradiance": rng.uniform(0.0, 3.0, (*shape, 4)),
+        "directional_irradiance": rng.uniform(0.0, 3.0, (*shape, 4)),
+        "bounce_irradiance": rng.uniform(0.0, 3.0, (*shape, 4)),
+        "visibility": rng.uniform(0.0, 1.0, (*shape, 1)),
+    }
+    return images, analytic_pictures.oct_decode(code)
+
+
+def compose(gl, shaders, images, environment=None, **wiring):
+    scene = make_scene(camera=CAMERA, environment=environment)
+    composite = CompositePass(environment, **wiring)
+    frame = make_frame(scene, SIZE)
+    inputs = {name: images[name] for name in composite.reads}
+    return frame, run_pass(gl, shaders, composite, frame, inputs)["beauty"]
+
+
+def on_surfaces(image):
+    return image[:, SIZE[0] // 2 :, :3]
+
+
+@pytest.mark.parametrize(
+    "chosen", ["", "direct", "directional", "bounce", "direct directional bounce"]
+)
+def test_terms_add_up(gl, shaders, chosen):
+    images, _ = terms()
+    names = {name: f"{name}_irradiance" for name in chosen.split()}
+    _, beauty = compose(gl, shaders, images, **names)
+    irradiance = sum((images[name][..., :3] for name in names.values()), np.zeros((*SIZE[::-1], 3)))
+    wanted = images["emission"][..., :3] + images["albedo"][..., :3] / np.pi * irradiance
+    np.testing.assert_allclose(
+        on_surfaces(beauty), on_surfaces(wanted), rtol=TOLERANCE, atol=ALBEDO_ROUNDING
+    )
+    assert np.all(beauty[:, SIZE[0] // 2 :, 3] == 1.0)
+    assert np.all(beauty[:, : SIZE[0] // 2] == 0.0), "without an environment the sky is black"
+
+
+@pytest.mark.parametrize("combine", ["ambient", "multiply", "report", "report_traced"])
+@pytest.mark.parametrize("environment", [None, GRADIENT])
+def test_what_visibility_multiplies(gl, shaders, combine, environment):
+    images, normal_vs = terms()
+    frame, beauty = compose(
+        gl,
+        shaders,
+        images,
+        environment,
+        direct="direct_irradiance",
+        visibility="visibility",
+        combine=combine,
+    )
+    direct, v = images["direct_irradiance"][..., :3], images["visibility"]
+    ambient = np.zeros_like(direct)
+    if environment is not None:
+        cosine = (normal_vs @ frame.view.view_from_world)[..., 1:2]
+        angle = np.arccos(cosine)
+
+        def overlap(a):
+            return 2.0 / 3.0 * (np.sin(a) + (np.pi - a) * np.cos(a))
+
+        zenith, horizon, ground = map(
+            np.array, (GRADIENT.zenith, GRADIENT.horizon, GRADIENT.ground)
+        )
+        ambient = (
+            np.pi * horizon
+            + (zenith - horizon) * overlap(angle)
+            + (ground - horizon) * overlap(np.pi - angle)
+        )
+    irradiance, extra = {
+        "ambient": (direct + ambient * v, 0.0),
+        "multiply": ((direct + ambient) * v, 0.0),
+        "report": (direct * (v + 0.4), 0.0),
+        "report_traced": (direct, 0.5 * v),
+    }[combine]
+    wanted = images["emission"][..., :3] + images["albedo"][..., :3] / np.pi * irradiance + extra
+    np.testing.assert_allclose(
+        on_surfaces(beauty), on_surfaces(wanted), rtol=TOLERANCE, atol=ALBEDO_ROUNDING
+    )
+
+
+@pytest.mark.parametrize("jitter_px", [(0.0, 0.0), (0.4, -0.3)])
+def test_sky_is_the_environment_along_each_ray(gl, shaders, jitter_px):
+    images, _ = terms()
+    scene = make_scene(camera=CAMERA, environment=GRADIENT)
+    composite = CompositePass(GRADIENT)
+    frame = make_frame(scene, SIZE, jitter_px=jitter_px)
+    beauty = run_pass(gl, shaders, composite, frame, {n: images[n] for n in composite.reads})[
+        "beauty"
+    ]
+    rays = analytic_pictures.view_rays(SIZE, frame.view.tan_half_fov)[::-1].copy()
+    rays[..., :2] += np.array(frame.view.jitter_ndc) * frame.view.tan_half_fov
+    rays = rays / np.linalg.norm(rays, axis=-1, keepdims=True) @ frame.view.view_from_world
+    sky = slice(None), slice(0, SIZE[0] // 2)
+    np.testing.assert_allclose(beauty[sky][..., :3], GRADIENT.sample(rays)[sky], rtol=2e-6)
+    assert np.all(beauty[sky][..., 3] == 0.0)
+
+
+def test_furnace_is_exact(gl, shaders):
+    """Open surfaces under a uniform sky of 1 show their albedo."""
+    images, _ = terms()
+    images["emission"][:] = 0.0
+    images["visibility"][:] = 1.0
+    environment = ConstantEnvironment((1.0, 1.0, 1.0))
+    _, beauty = compose(gl, shaders, images, environment, visibility="visibility")
+    np.testing.assert_allclose(
+        on_surfaces(beauty), on_surfaces(images["albedo"]), rtol=TOLERANCE, atol=ALBEDO_ROUNDING
+    )
+    assert np.all(beauty[:, : SIZE[0] // 2, :3] == 1.0)
+
+
+def test_unlit_is_exactly_black(gl, shaders):
+    images, _ = terms()
+    for name in ("emission", "direct_irradiance", "bounce_irradiance"):
+        images[name][:] = 0.0
+    _, beauty = compose(gl, shaders, images, direct="direct_irradiance", bounce="bounce_irradiance")
+    assert np.all(beauty[..., :3] == 0.0)
+
+
+def test_only_what_is_needed_is_read():
+    assert CompositePass(None).reads == ("z_vs", "albedo", "emission")
+    assert "normals_vs" not in CompositePass(None, visibility="v", combine="report").reads
+    assert CompositePass(None).settings_key() != CompositePass(GRADIENT).settings_key()
