@@ -82,10 +82,12 @@ def decide(content: SceneContent, settings: Settings, wanted: Sequence[str]) -> 
     decider = _Decider(settings.effects == "full")
     method = settings.method
     shaded = bool({"beauty", "display"} & set(wanted))
-    sends = method in ("bounce", "reference-near") and (shaded or "bounce" in wanted)
+    sends = (method in ("bounce", "reference-near") and shaded) or (
+        method not in ("direct", "ssao", "ssdo") and "bounce" in wanted
+    )
     reads_direct = (shaded and method != "reference-gi") or sends or "direct" in wanted
-    reads_directional = method not in ("direct", "ssao", "reference-ao", "reference-gi") and (
-        shaded or sends or "directional" in wanted
+    reads_directional = (method in ("ssdo", "bounce", "reference-near") and (shaded or sends)) or (
+        method not in ("direct", "ssao") and (sends or "directional" in wanted)
     )
     multiplies = method in ("ssao", "reference-ao") and shaded
 

@@ -6,13 +6,12 @@ import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from ssdo_gl.effects import Decision, Effects, decide, effective_combine
 from ssdo_gl.graph.render_pass import RenderPass
 from ssdo_gl.passes.back_faces import BackFacesPass
 from ssdo_gl.passes.bounce import BouncePass, BounceSettings
-from ssdo_gl.passes.bvh_upload import BvhUploadPass
 from ssdo_gl.passes.composite import Combine, CompositePass
 from ssdo_gl.passes.direct import DirectPass, DirectSettings
 from ssdo_gl.passes.directional import DirectionalPass, DirectionalSettings
@@ -21,7 +20,6 @@ from ssdo_gl.passes.environment import EnvironmentPass
 from ssdo_gl.passes.gbuffer import GBufferPass
 from ssdo_gl.passes.light_table import LightTablePass
 from ssdo_gl.passes.radiance_aov import RadianceAovPass
-from ssdo_gl.passes.reference_ao import ReferenceAoPass, ReferenceAoSettings
 from ssdo_gl.passes.screen_space_settings import ScreenSpaceSettings
 from ssdo_gl.passes.sender_radiance import SenderRadiancePass
 from ssdo_gl.passes.shadow_map import ShadowMapPass, ShadowMapSettings
@@ -32,9 +30,7 @@ from ssdo_gl.scene.environment import MapEnvironment
 from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
-
-if TYPE_CHECKING:
-    from _typeshed import DataclassInstance
+from ssdo_gl.traced_passes import TRACED_SETTINGS, traced_passes, with_overrides
 
 # What ``--set PASS.FIELD=VALUE`` reaches, by pass name.
 PASS_SETTINGS: dict[str, type[Any]] = {
@@ -44,10 +40,9 @@ PASS_SETTINGS: dict[str, type[Any]] = {
     "directional": DirectionalSettings,
     "bounce": BounceSettings,
     "edge_aware_filter": EdgeAwareFilterSettings,
-    "reference_ao": ReferenceAoSettings,
     "tone_map": ToneMapSettings,
+    **TRACED_SETTINGS,
 }
-SettingsClass = TypeVar("SettingsClass", bound="DataclassInstance")
 EstimatorSettings = TypeVar("EstimatorSettings", bound=ScreenSpaceSettings)
 
 
@@ -140,13 +135,17 @@ class _Builder:
         self.reasons: dict[str, str] = {}
         assert settings.radius is not None, "the renderer fills the radius in"
         self.radius: float = settings.radius
+        self.paths = settings.method == "reference-gi"
 
     def build(self) -> Pipeline:
         self.add(GBufferPass(), "everything starts from what the camera sees")
         self._add_lights()
-        if self.settings.is_reference:
-            self._add_traced()
-        else:
+        settings, effects = self.settings, self.effects
+        if settings.is_reference or effects.traced_shadows:
+            traced = traced_passes(self.scene, settings, effects, paths=self.paths)
+            for item, reason in traced:
+                self.add(item, reason)
+        if not settings.is_reference:
             self._add_near_field()
         self._add_composite()
         outputs = {name: self._output(name) for name in self.wanted}
@@ -155,16 +154,6 @@ class _Builder:
     def add(self, item: RenderPass, reason: str) -> None:
         self.passes.append(item)
         self.reasons[item.name] = reason
-
-    def pass_settings(self, name: str, base: SettingsClass) -> SettingsClass:
-        """Return `base` with the user's PASS.FIELD overrides of this pass."""
-        prefix = f"{name}."
-        changes = {
-            key.removeprefix(prefix): value
-            for key, value in self.settings.overrides.items()
-            if key.startswith(prefix)
-        }
-        return dataclasses.replace(base, **changes)
 
     def estimator_settings(self, name: str, cls: type[EstimatorSettings]) -> EstimatorSettings:
         settings = self.settings
@@ -175,17 +164,17 @@ class _Builder:
             steps=settings.steps,
             resolution_scale=settings.resolution_scale,
         )
-        return self.pass_settings(name, base)
+        return with_overrides(self.settings, name, base)
 
     def _add_lights(self) -> None:
         effects = self.effects
         if self.content.has_lights:
             self.add(LightTablePass(), "lights in view space")
         if effects.shadow_map:
-            settings = self.pass_settings("shadow_map", ShadowMapSettings())
+            settings = with_overrides(self.settings, "shadow_map", ShadowMapSettings())
             self.add(ShadowMapPass(settings), "lights cast shadows")
-        if effects.direct:
-            settings_direct = self.pass_settings("direct", DirectSettings())
+        if effects.direct and not effects.traced_shadows:
+            settings_direct = with_overrides(self.settings, "direct", DirectSettings())
             self.add(
                 DirectPass(settings_direct, shadow_maps=effects.shadow_map),
                 "light of the scene's lights",
@@ -230,19 +219,6 @@ class _Builder:
             )
             self._add_filter("bounce")
 
-    def _add_traced(self) -> None:
-        """Add the ray-traced passes that take the place of the screen-space ones."""
-        settings = self.settings
-        self.add(BvhUploadPass(), "the triangles, in a tree that rays descend")
-        if self.effects.visibility:
-            base = ReferenceAoSettings(
-                radius=self.radius, spp=settings.spp, max_error=settings.max_error
-            )
-            self.add(
-                ReferenceAoPass(self.pass_settings("reference_ao", base)),
-                "how open each point is, by rays",
-            )
-
     def _ssao_estimator(self) -> str:
         chosen = self.settings.chosen_estimator
         return chosen if chosen in ("march", "rgs09") else "hemisphere"
@@ -258,7 +234,7 @@ class _Builder:
         self.add(
             EdgeAwareFilterPass(
                 f"{kind}_filter",
-                self.pass_settings("edge_aware_filter", settings),
+                with_overrides(self.settings, "edge_aware_filter", settings),
                 source=source,
                 result=result,
                 is_visibility=kind == "ssao",
@@ -285,14 +261,18 @@ class _Builder:
             "adds up the terms",
         )
         tone = ToneMapSettings(exposure=settings.exposure or 0.0)
-        self.add(ToneMapPass(self.pass_settings("tone_map", tone)), "from radiance to the display")
+        source = "gi_radiance" if self.paths else "beauty"
+        self.add(
+            ToneMapPass(with_overrides(self.settings, "tone_map", tone), source),
+            "from radiance to the display",
+        )
 
     def _output(self, name: str) -> Output:
         """Return where image `name` is read from, adding a pass if it needs one."""
         effects = self.effects
         plain = {
             "display": Output("display", 4),
-            "beauty": Output("beauty", 4),
+            "beauty": Output("gi_radiance" if self.paths else "beauty", 4),
             "emission": Output("emission", 3),
             "albedo": Output("albedo", 3),
             "depth": Output("z_vs", 1),
@@ -303,7 +283,7 @@ class _Builder:
         if name in plain:
             return plain[name]
         if name == "visibility":
-            if effects.directional:
+            if effects.directional and not self.settings.is_reference:
                 return Output("directional_irradiance", 1, first_channel=3)
             return Output("visibility", 1)
         runs = {

@@ -19,6 +19,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("graph",),
     ("passes", "settings"),
     ("effects",),
+    ("traced_passes",),
     ("pipelines",),
     ("options", "surface_arrays", "render_result"),
     ("renderer",),

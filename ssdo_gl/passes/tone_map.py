@@ -38,14 +38,21 @@ def defines(settings: ToneMapSettings) -> dict[str, int]:
 
 
 class ToneMapPass(RenderPass):
-    """`beauty` (scene-linear) to `display` (sRGB-encoded, opaque)."""
+    """The picture (scene-linear) to `display` (sRGB-encoded, opaque).
+
+    Parameters
+    ----------
+    settings : ToneMapSettings or None
+    source : str
+        Resource that holds the picture.
+    """
 
     name = "tone_map"
-    reads = ("beauty",)
     writes: Mapping[str, TextureSpec] = {"display": TextureSpec(4, "nu1")}
 
-    def __init__(self, settings: ToneMapSettings | None = None) -> None:
+    def __init__(self, settings: ToneMapSettings | None = None, source: str = "beauty") -> None:
         self.settings = settings or ToneMapSettings()
+        self.reads = (source,)
 
     def execute(self, context: PassContext) -> None:
         """Draw one full-screen triangle."""
@@ -56,5 +63,5 @@ class ToneMapPass(RenderPass):
             program,
             context.target,
             uniforms(self.settings),
-            {"t_beauty": context.inputs["beauty"]},
+            {"t_beauty": context.inputs[self.reads[0]]},
         )
