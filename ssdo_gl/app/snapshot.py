@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import platform
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,7 +23,7 @@ from ssdo_gl.render_result import RenderResult
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
-from ssdo_gl.settings import Settings
+from ssdo_gl.settings import ESTIMATORS, Settings
 
 
 @dataclass(frozen=True)
@@ -161,10 +162,13 @@ def _print_summary(
     width, height = result.size
     frame = stats["frame_ms"]
     where = f"{request.out}: " if request.out is not None else ""
+    settings = result.settings
+    method = settings.method
+    if method in ESTIMATORS:
+        method += f" ({settings.chosen_estimator})"
     console.print(
         escape(
-            f"{where}{width}x{height}, {result.settings.method}"
-            f" ({result.settings.chosen_estimator}), R = {result.settings.radius:.4g},"
+            f"{where}{width}x{height}, {method}, R = {settings.radius:.4g},"
             f" {frame['median']:.1f} ms a frame (first: {result.setup_ms:.0f} ms)"
         )
     )
@@ -175,8 +179,18 @@ def _print_summary(
             f" {request.scene.triangle_count} triangles"
         )
     )
-    for name, reference in stats["references"].items():
-        console.print(escape(f"{name}: {reference}"))
+    for name, statistics in stats["references"].items():
+        console.print(escape(f"{name}: {reference_text(statistics)}"))
+
+
+def reference_text(statistics: Mapping[str, Any]) -> str:
+    """Return what a Monte-Carlo pass reached, in words."""
+    errors = ", ".join(
+        f"{resource} {error:.2g} ({statistics['relative_standard_error'][resource]:.1%})"
+        for resource, error in statistics["standard_error"].items()
+    )
+    partial = " (interrupted: partial)" if statistics["partial"] else ""
+    return f"{statistics['spp']} samples per pixel{partial}, standard error {errors}"
 
 
 def explanation_table(result: RenderResult) -> Table:
