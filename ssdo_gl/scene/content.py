@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+import weakref
 from dataclasses import dataclass
 from typing import Literal
 
-from ssdo_gl.scene.environment import ConstantEnvironment, GradientEnvironment, MapEnvironment
+import numpy as np
+
+from ssdo_gl.scene.environment import (
+    ConstantEnvironment,
+    Environment,
+    GradientEnvironment,
+    MapEnvironment,
+)
 from ssdo_gl.scene.light import DirectionalLight, Light, RectangleLight
 from ssdo_gl.scene.scene import Scene
 
@@ -16,6 +24,9 @@ EnvironmentKind = Literal["none", "constant", "gradient", "map"]
 class SceneContent:
     """Facts about a scene that decide which passes are needed.
 
+    They hold whatever moves and wherever the camera stands; what depends on those is in
+    `scene.content_sight`.
+
     Attributes
     ----------
     has_lights : bool
@@ -25,10 +36,16 @@ class SceneContent:
     has_shadowed_lights : bool
         Any of those is marked ``shadow = "map"``.
     has_ssdo_lights : bool
+    has_ssdo_points : bool
+        Any of the ``ssdo`` lights is no rectangle: the depth buffer is searched along
+        the one segment towards it.
     environment : str
-        none, constant, gradient or map; a black environment counts as none.
+        none, constant, gradient or map: the simplest that gives the same light, so a
+        black map counts as none and one of a single colour as constant.
     has_albedo : bool
         Any surface reflects light.
+    has_emission : bool
+        Any surface emits, the bodies of lights included.
     has_unlit_emission : bool
         Any surface emits light that no light of the scene stands for.
     has_textures, has_vertex_colors, has_cutouts : bool
@@ -43,8 +60,10 @@ class SceneContent:
     has_direct_lights: bool
     has_shadowed_lights: bool
     has_ssdo_lights: bool
+    has_ssdo_points: bool
     environment: EnvironmentKind
     has_albedo: bool
+    has_emission: bool
     has_unlit_emission: bool
     has_textures: bool
     has_vertex_colors: bool
@@ -61,19 +80,22 @@ class SceneContent:
 
 def analyse(scene: Scene) -> SceneContent:
     """Return what `scene` contains; looks at objects, not at triangles."""
-    lit = [light for light in scene.lights if _power(light) > 0.0]
+    lit = [light for light in scene.lights if power(light) > 0.0]
     direct = [light for light in lit if light.shadow != "ssdo"]
-    used = [scene.materials[item.material] for item in scene.objects]
-    meshes = [scene.meshes[item.mesh] for item in scene.objects]
+    through_openings = [light for light in lit if light.shadow == "ssdo"]
+    used = [scene.materials[i] for i in {item.material for item in scene.objects}]
+    meshes = [scene.meshes[i] for i in {item.mesh for item in scene.objects}]
     unlit = [scene.materials[o.material].emits for o in scene.objects if o.light is None]
     moving = [*scene.objects, *scene.lights]
     return SceneContent(
         has_lights=bool(lit),
         has_direct_lights=bool(direct),
         has_shadowed_lights=any(light.shadow == "map" for light in direct),
-        has_ssdo_lights=any(light.shadow == "ssdo" for light in lit),
-        environment=_environment_kind(scene),
+        has_ssdo_lights=bool(through_openings),
+        has_ssdo_points=any(not isinstance(n, RectangleLight) for n in through_openings),
+        environment=_kind(simplest_environment(scene.environment)),
         has_albedo=any(max(material.albedo) > 0.0 for material in used),
+        has_emission=any(material.emits for material in used),
         has_unlit_emission=any(unlit),
         has_textures=any(m.albedo_texture or m.emission_texture for m in used),
         has_vertex_colors=any(mesh.colors is not None for mesh in meshes),
@@ -84,7 +106,7 @@ def analyse(scene: Scene) -> SceneContent:
     )
 
 
-def _power(light: Light) -> float:
+def power(light: Light) -> float:
     """Return the largest component of what the light emits, in the unit of its kind."""
     if isinstance(light, RectangleLight):
         return max(light.radiance)
@@ -93,13 +115,42 @@ def _power(light: Light) -> float:
     return max(light.intensity)
 
 
-def _environment_kind(scene: Scene) -> EnvironmentKind:
-    environment = scene.environment
-    if isinstance(environment, ConstantEnvironment):
-        return "constant" if max(environment.radiance) > 0.0 else "none"
-    if isinstance(environment, GradientEnvironment):
-        colors = (environment.zenith, environment.horizon, environment.ground)
-        return "gradient" if max(map(max, colors)) > 0.0 else "none"
+def simplest_environment(environment: Environment | None) -> Environment | None:
+    """Return the cheapest environment that gives exactly the same light from everywhere."""
     if isinstance(environment, MapEnvironment):
-        return "map" if float(environment.image.max(initial=0.0)) > 0.0 else "none"
-    return "none"
+        if environment not in _simplest_of_maps:
+            _simplest_of_maps[environment] = _simplest_of_map(environment)
+        found = _simplest_of_maps[environment]
+        return environment if found is None else simplest_environment(found)
+    if isinstance(environment, GradientEnvironment):
+        colors = {environment.zenith, environment.horizon, environment.ground}
+        if len(colors) > 1:
+            return environment
+        environment = ConstantEnvironment(environment.zenith)
+    if environment is not None and max(environment.radiance) <= 0.0:
+        return None
+    return environment
+
+
+# A map is looked through once. The value must not hold the key, or neither would ever go,
+# so None stands for the map itself.
+_simplest_of_maps: weakref.WeakKeyDictionary[MapEnvironment, ConstantEnvironment | None] = (
+    weakref.WeakKeyDictionary()
+)
+
+
+def _simplest_of_map(environment: MapEnvironment) -> ConstantEnvironment | None:
+    image = environment.image
+    # The first row decides for nearly every map, so that few are read to their end.
+    if image.size and (np.any(image[0] != image[0, 0]) or np.any(image != image[0, 0])):
+        return None
+    r, g, b = (float(value) for value in image[0, 0]) if image.size else (0.0, 0.0, 0.0)
+    return ConstantEnvironment((r, g, b))
+
+
+def _kind(environment: Environment | None) -> EnvironmentKind:
+    if environment is None:
+        return "none"
+    if isinstance(environment, ConstantEnvironment):
+        return "constant"
+    return "gradient" if isinstance(environment, GradientEnvironment) else "map"
