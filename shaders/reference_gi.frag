@@ -48,7 +48,7 @@ vec3 sampled_light(RaySurface at, uint index, uint seed, uint dimension)
     vec2 u = dimension == 0u ? random_together_2d(index, seed, 1u)
                              : random_2d(index, seed, dimension + 1u);
     EmitterGroup group = draw_emitter_group(choice.x);
-    LightSample light = sample_group(group, choice, u, at.position);
+    LightSample light = sample_group(group, choice, u, at.start);
     bool can_be_hit = light.density > 0.0 && group.shadow != EMITTER_UNSHADOWED;
     float scattered = max(dot(light.w, at.normal), 0.0) * INV_PI;
     float weight = can_be_hit ? balance(light.density * group.probability, scattered) : 1.0;

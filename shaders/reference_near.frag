@@ -32,7 +32,7 @@ vec3 ssdo_irradiance(RaySurface surface, uint index, uint seed)
             uint dimension = DIMENSION_LIGHTS + 4u * uint(g);
             vec2 u = random_2d(index, seed, dimension);
             vec2 choice = random_2d(index, seed, dimension + 1u);
-            LightSample light = sample_group(group, choice, u, surface.position);
+            LightSample light = sample_group(group, choice, u, surface.start);
             vec3 arriving = unblocked_irradiance(surface, light);
             float reach = needed_reach(group, light, arriving, u_radius_ns);
             irradiance += ray_is_blocked(surface, light.w, reach) ? vec3(0.0) : arriving;
@@ -62,7 +62,7 @@ vec3 sender_irradiance(RaySurface surface, uint index, uint seed)
             reach = is_dark(arriving) ? -1.0 : u_radius_ns;
         } else if (group.is_direct) {
             vec2 choice = random_2d(index, seed, dimension + 1u);
-            light = sample_group(group, choice, u, surface.position);
+            light = sample_group(group, choice, u, surface.start);
             arriving = unblocked_irradiance(surface, light);
             float longest = group.shadow == EMITTER_SSDO ? u_radius_ns : RAY_FAR;
             reach = needed_reach(group, light, arriving, longest);

@@ -25,7 +25,7 @@ void main()
                     uint index = u_first_sample + uint(i);
                     vec2 u = random_together_2d(index, own, 0u);
                     vec2 choice = random_2d(index, own, 1u);
-                    LightSample light = sample_group(group, choice, u, surface.position);
+                    LightSample light = sample_group(group, choice, u, surface.start);
                     vec3 arriving = unblocked_irradiance(surface, light);
                     float reach = needed_reach(group, light, arriving, RAY_FAR);
                     irradiance += ray_is_blocked(surface, light.w, reach) ? vec3(0.0) : arriving;

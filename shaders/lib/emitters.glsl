@@ -6,6 +6,7 @@
 // others vary too little to be worth it.
 #include "lib/constants.glsl"
 #include "lib/surface.glsl"
+#include "lib/spherical_rectangle.glsl"
 #include "lib/environment.glsl"
 
 #define EMITTER_POINT 0
@@ -28,6 +29,12 @@ const int EMITTER_ROW_SHIFT = 7;
 // Rays towards light end this share before it, so as not to hit the lamp itself; and at
 // least a few offsets, for lamps in contact with what they light.
 const float EMITTER_GAP = 1e-5;
+// Rectangles that subtend less are drawn from by area: it is as good there, and exact,
+// while a solid angle is a difference of angles with an error of some 1e-6.
+const float SMALL_SOLID_ANGLE = 0.02;
+// Distance from a rectangle's plane below which a point counts as lying in it: a quarter
+// of what rays start off their surface, ten roundings.
+const float COPLANAR = 1e-6;
 
 struct EmitterGroup {
     int first;
@@ -43,7 +50,9 @@ struct LightSample {
     vec3 w;          // towards the light
     float distance;
     vec3 radiance;
-    float density;   // over solid angle; 0 where no scattered ray could have found it
+    float density;   // of points drawn by area, over solid angle: for weighing against
+                     // scattered rays, which is right with any such number; 0 where no
+                     // scattered ray could have found the point
 };
 
 const LightSample NO_LIGHT = LightSample(vec3(0.0, 0.0, 1.0), 0.0, vec3(0.0), 0.0);
@@ -113,18 +122,36 @@ float emitter_spot_falloff(int entry, vec3 w)
     return ramp * ramp;
 }
 
-LightSample sample_surface_emitter(int entry, bool is_triangle, bool two_sided, vec2 u, vec3 p)
+// Where on the parallelogram or triangle: x, y along its edges, z = the factor between
+// light and mean, 1 / density over solid angle; 0 asks for the density of area.
+vec3 emitter_place(vec3 corner, vec3 edge_u, vec3 edge_v, bool is_triangle, vec2 u)
 {
-    vec4 corner = emitter_texel(entry, 1);
-    vec4 edge_u = emitter_texel(entry, 3);
-    vec4 edge_v = emitter_texel(entry, 4);
     // Folding the far half over keeps a triangle's points as evenly spread as the square's.
     vec2 s = is_triangle && u.x + u.y > 1.0 ? 1.0 - u : u;
-    vec3 to_light = corner.xyz + s.x * edge_u.xyz + s.y * edge_v.xyz - p;
+    float length_u = max(length(edge_u), 1e-15);
+    float length_v = max(length(edge_v), 1e-15);
+    vec3 x = edge_u / length_u;
+    vec3 y = edge_v / length_v;
+    vec3 seen = vec3(dot(corner, x), dot(corner, y), dot(corner, cross(x, y)));
+    SphericalRectangle r = spherical_rectangle(seen, length_u, length_v);
+    bool is_rectangle = !is_triangle && abs(dot(x, y)) < 1e-4;
+    vec3 point = spherical_rectangle_point(r, u);
+    vec2 place = (point.xy - seen.xy) / vec2(length_u, length_v);
+    bool by_angle = is_rectangle && r.solid_angle > SMALL_SOLID_ANGLE && r.low.z < -COPLANAR;
+    return by_angle ? vec3(clamp(place, 0.0, 1.0), r.solid_angle) : vec3(s, 0.0);
+}
+
+LightSample sample_surface_emitter(int entry, bool is_triangle, bool two_sided, vec2 u, vec3 p)
+{
+    vec3 corner = emitter_texel(entry, 1).xyz - p;
+    vec3 edge_u = emitter_texel(entry, 3).xyz;
+    vec4 edge_v = emitter_texel(entry, 4);
+    vec3 s = emitter_place(corner, edge_u, edge_v.xyz, is_triangle, u);
+    vec3 to_light = corner + s.x * edge_u + s.y * edge_v.xyz;
     float distance_2 = max(dot(to_light, to_light), 1e-30);
     float distance = sqrt(distance_2);
     vec3 w = to_light / distance;
-    vec3 normal = cross(edge_u.xyz, edge_v.xyz);
+    vec3 normal = cross(edge_u, edge_v.xyz);
     normal *= inversesqrt(max(dot(normal, normal), 1e-30));
     float cosine = -dot(normal, w);
     cosine = two_sided ? abs(cosine) : max(cosine, 0.0);
@@ -138,8 +165,8 @@ LightSample sample_surface_emitter(int entry, bool is_triangle, bool two_sided, 
 #endif
     float density = distance_2 / max(edge_v.w * cosine, 1e-30);
     bool is_lit = cosine > 0.0 && distance_2 > 1e-20;
-    return LightSample(w, distance, is_lit ? radiance / density : vec3(0.0),
-                       uv_last.w > 0.5 ? density : 0.0);
+    radiance *= s.z > 0.0 ? s.z : 1.0 / density;
+    return LightSample(w, distance, is_lit ? radiance : vec3(0.0), uv_last.w > 0.5 ? density : 0.0);
 }
 
 LightSample sample_map(vec2 choice, vec2 u)
@@ -178,7 +205,8 @@ float map_density(vec3 w)
 #endif
 }
 
-// A point of the group's light as seen from `p`. Probabilities within the group are
+// A point of the group's light as seen from `p`, the start of rays: a point on an edge of
+// a lamp lies in the lamp's plane, from where it would be dark. Probabilities within the group are
 // divided out of `radiance` and part of `density`, that of the group is not.
 LightSample sample_group(EmitterGroup group, vec2 choice, vec2 u, vec3 p)
 {
