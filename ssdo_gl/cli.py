@@ -167,7 +167,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     if options.snapshot is not None or options.explain:
         from ssdo_gl.app.snapshot import SnapshotRequest, take_snapshot
 
-        take_snapshot(
+        result = take_snapshot(
             SnapshotRequest(
                 scene=scene,
                 settings=settings,
@@ -182,7 +182,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
                 quiet=options.quiet,
             )
         )
-        return EXIT_OK
+        return EXIT_INTERRUPTED if result.partial else EXIT_OK
     from ssdo_gl.app.window import open_window
 
     open_window(scene, settings, camera=camera, source=options.scene)

@@ -49,6 +49,8 @@ class RenderResult:
         The first frame, with shader compilation, shadow maps and uploads.
     references : dict
         Statistics of the Monte-Carlo passes: samples per pixel, standard errors.
+    partial : bool
+        A reference was interrupted; the images hold what it had reached.
     """
 
     images: dict[str, Image]
@@ -60,6 +62,7 @@ class RenderResult:
     setup_ms: float
     process_ms: tuple[float, ...] = ()
     references: dict[str, Any] = field(default_factory=dict)
+    partial: bool = False
     notes: tuple[str, ...] = ()
 
     def frame_summary(self) -> dict[str, float]:

@@ -138,7 +138,7 @@ class Renderer:
         moved = scene_at(self.scene, seconds)
         self._follow(moved)
         pipeline, plan = self._plan(names)
-        count = self.settings.antialias
+        count, done, partial = self.settings.antialias, 0, False
         log = FrameLog()
         sums: dict[str, NDArray[np.float64]] = {}
         for index in range(count):
@@ -146,15 +146,19 @@ class Renderer:
             self._run(plan, frame, log, time_passes, progress)
             for name, array in self._read(pipeline, names, frame.view).items():
                 sums[name] = sums.get(name, 0.0) + array.astype(np.float64)
+            done = index + 1
+            partial = any(item.statistics.get("partial") for item in plan.order)
+            if partial:
+                break
             if progress is not None and count > 1:
-                progress("anti-aliasing frames", index + 1, count)
-        if frames > 1:
+                progress("anti-aliasing frames", done, count)
+        if frames > 1 and not partial:
             log.restart()
             for number in range(frames):
                 frame = self._frame(moved, camera, 0, count, number + 1)
                 self._run(plan, frame, log, time_passes, progress)
         return RenderResult(
-            images={name: (array / count).astype(np.float32) for name, array in sums.items()},
+            images={name: (array / done).astype(np.float32) for name, array in sums.items()},
             size=self.settings.size,
             settings=self.settings,
             passes=log.reports(pipeline, plan),
@@ -163,6 +167,7 @@ class Renderer:
             setup_ms=log.setup_ms or 0.0,
             process_ms=log.process_ms,
             references={item.name: dict(item.statistics) for item in plan.order if item.statistics},
+            partial=partial,
             notes=pipeline.notes,
         )
 

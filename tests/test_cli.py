@@ -304,3 +304,30 @@ def test_ctrl_c_leaves_no_file(tmp_path, capsys, monkeypatch):
     assert main([scene_file(tmp_path), "--snapshot", str(out), *SMALL]) == 130
     assert "interrupted" in capsys.readouterr().err
     assert not out.exists()
+
+
+def test_ctrl_c_keeps_what_a_reference_has_reached(tmp_path, capsys, monkeypatch):
+    """The second draw is interrupted; the first one's samples are in the file."""
+    draws = []
+    from ssdo_gl.passes import accumulate
+
+    draw = accumulate._add
+
+    def interrupted(*args, **kwargs):
+        draws.append(1)
+        if len(draws) == 3:
+            raise KeyboardInterrupt
+        draw(*args, **kwargs)
+
+    monkeypatch.setattr(accumulate, "_add", interrupted)
+    out = tmp_path / "a.npz"
+    command = ["corner", "--method", "reference-ao", "--aov", "visibility", "--spp", "4096"]
+    assert main([*command, "--snapshot", str(out), "--antialias", "4", *SMALL]) == 130
+    captured = capsys.readouterr()
+    assert "interrupted" in captured.err
+    assert "partial" in captured.out
+    with np.load(out) as file:
+        meta = json.loads(str(file["meta"]))
+        assert 0.0 < file["visibility"].mean() <= 1.0
+    assert meta["partial"] is True
+    assert meta["references"]["reference_ao"]["spp"] < 4096

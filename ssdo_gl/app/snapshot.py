@@ -82,6 +82,10 @@ def take_snapshot(request: SnapshotRequest) -> RenderResult:
         write_images(request.out, request.wanted, result, stats)
     if request.stats is not None:
         write_atomically(request.stats, (json.dumps(stats, indent=2) + "\n").encode())
+    if result.partial:
+        Console(stderr=True, highlight=False, soft_wrap=True).print(
+            "ssdo-gl: interrupted; the image holds what the reference had reached"
+        )
     if not request.quiet:
         _print_summary(console, request, result, stats)
     return result
@@ -116,7 +120,16 @@ def write_images(
 
 def meta_without_times(stats: dict[str, Any]) -> dict[str, Any]:
     """Return the part of `stats` that is the same in every run, so that files are too."""
-    kept = ("renderer", "gl_version", "backend", "size", "settings", "notes", "references")
+    kept = (
+        "renderer",
+        "gl_version",
+        "backend",
+        "size",
+        "settings",
+        "notes",
+        "references",
+        "partial",
+    )
     return {"ssdo_gl": __version__, **{key: stats[key] for key in kept if key in stats}}
 
 
@@ -146,6 +159,7 @@ def stats_of(renderer: Renderer, result: RenderResult) -> dict[str, Any]:
         ],
         "decisions": [dataclasses.asdict(decision) for decision in result.decisions],
         "references": result.references,
+        "partial": result.partial,
         "notes": list(renderer.scene.notes) + list(result.notes),
         "settings": settings,
     }

@@ -136,7 +136,9 @@ class Executor:
                 )
                 timer = self.timer if time_passes else None
                 timings.append(self._execute(item, result, context, timer))
-                result.identity = identities[item.name]
+                # What was interrupted must not pass for the finished result.
+                if not item.statistics.get("partial"):
+                    result.identity = identities[item.name]
             else:
                 timings.append(PassTiming(item.name, False, None, 0.0))
             if item.name in self._results:
