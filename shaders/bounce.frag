@@ -9,6 +9,7 @@
 
 uniform sampler2D t_sender_radiance;
 uniform float u_strength;
+uniform float u_hidden_senders;  // march: share of the radiance sent from a hidden side
 uniform float u_sender_bound;    // W sr^-1 m^-2, may be infinite
 uniform float u_distance_clamp;  // rgs09, relative to R
 
@@ -51,10 +52,11 @@ vec3 sent(Receiver r, Tangent t, vec3 radiance, ivec2 texel)
 vec3 sent(Receiver r, vec3 radiance, ivec2 texel, float share)
 {
     vec3 to_receiver = r.position_vs - gbuffer_position_vs(texel);
-    // What is seen of an opaque surface is its front. If that turns away from the
-    // receiver, the ray met the other side, of which nothing is known.
+    // What is seen of a surface is its front. If that turns away from the receiver, the
+    // ray met a side of the solid that the camera does not see, and nothing is known of
+    // what that sends.
     bool faces = dot(gbuffer_geometric_normal_vs(texel), to_receiver) > 0.0;
-    return faces ? radiance * (PI * share) : vec3(0.0);
+    return radiance * (PI * share * (faces ? 1.0 : u_hidden_senders));
 }
 #endif
 

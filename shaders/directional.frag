@@ -6,71 +6,105 @@
 // Defines: ESTIMATOR 0 march, 1 rgs09; DIRECTION_COUNT, STEP_COUNT, HAS_BACK_LAYER;
 // ENVIRONMENT_KIND (see lib/environment.glsl); SSDO_RECTANGLE_COUNT, SSDO_POINT_COUNT,
 // LIGHT_STEP_COUNT (depth reads towards each point, spot or directional light);
-// CONTROL_VARIATE 0 sum the open light (the paper), 1 correct it by the exact total,
-// 2 subtract the blocked light from the exact total.
+// NEEDS_HEMISPHERE 0 if neither environment nor visibility are called for;
+// CONTROL_VARIATE 0 sum the open light (the paper), 1 correct it by the exact total as far
+// as the environment seems to be open, 2 subtract the blocked light from the exact total.
 #include "lib/estimator.glsl"
 #include "lib/environment.glsl"
 #include "lib/ssdo_lights.glsl"
 
 layout(location = 0) out vec4 o_directional;  // rgb irradiance, a visibility
 
-// Light that arrives from afar can be tinted only if it differs between directions.
-#define HAS_DIRECTIONS (ENVIRONMENT_KIND > 1 || SSDO_RECTANGLE_COUNT > 0)
+// The environment is sampled unless it is constant: then visibility says it all. The
+// paper's estimator samples it all the same.
+#define IS_PAPER (ESTIMATOR == ESTIMATOR_RGS09)
+#define SAMPLES_ENVIRONMENT (ENVIRONMENT_KIND > 1 || (ENVIRONMENT_KIND == 1 && IS_PAPER))
 
-// pi times these are irradiances: sums of share * L_in over directions.
+// Sums over directions; pi times a sum of share * radiance is an irradiance.
 struct Gathered {
-    vec3 open;
-    vec3 all;
-    float blocked;  // share of directions
+    float blocked;         // share of directions
+    vec3 open;             // share * radiance of the environment, open directions
+    vec3 all;              // the same, all directions
+    vec3 rectangles;       // rgs09: share * radiance of rectangles, open directions
 };
 
-// Adds what arrives along direction `d`. The light of a rectangle that stands nearer
-// than what blocks the direction arrives all the same.
+// Adds what arrives along direction `d`.
 void gather(inout Gathered g, Tangent t, Direction d, Blocker b)
 {
     g.blocked += is_blocked(b) ? d.share : 0.0;
-#if ENVIRONMENT_KIND > 1 || (ENVIRONMENT_KIND == 1 && CONTROL_VARIATE == 0)
+#if SAMPLES_ENVIRONMENT
     vec3 sky = d.share * environment_radiance(direction_ws_of(d.w_vs));
     g.all += sky;
     g.open += is_blocked(b) ? vec3(0.0) : sky;
 #endif
-#if SSDO_RECTANGLE_COUNT > 0
-    // Light from below the geometric horizon does not count, as in `direct`.
-    if (dot(d.w_vs, t.normal_vs) > 0.0) {
-        for (int i = 0; i < SSDO_RECTANGLE_COUNT; ++i) {
-            float distance = distance_to_rectangle(rectangle_target(i, t.position_vs), d.w_vs);
-            vec3 light = distance < FLOAT_MAX ? d.share * u_rectangle_radiance[i] : vec3(0.0);
-            g.all += light;
-            g.open += distance < b.distance ? light : vec3(0.0);
-        }
+#if SSDO_RECTANGLE_COUNT > 0 && IS_PAPER
+    // Light from below the geometric horizon does not count, as in `direct`; that of a
+    // rectangle that stands nearer than what blocks the direction arrives all the same.
+    for (int i = 0; i < SSDO_RECTANGLE_COUNT; ++i) {
+        bool meets = distance_to_rectangle(i, t.position_vs, d.w_vs) < b.distance;
+        bool above = dot(d.w_vs, t.normal_vs) > 0.0;
+        g.rectangles += meets && above ? d.share * u_rectangle_radiance[i] : vec3(0.0);
     }
 #endif
 }
 
-// Unoccluded irradiance of everything that `gather` samples.
-vec3 exact_irradiance(Receiver r)
+// The environment's exact irradiance E corrects the sampled one: S_open + c (E - S_all).
+// Where everything is open that is E without noise, whatever c.
+// c = 1 subtracts the blocked light from E: right on average but for the cut at 0. Best
+// where radiance changes little between directions (relative RMSE over three scenes with
+// gradients, 1 direction of 8 steps: .073 against .091; no difference from 2 on).
+// c = S_open / S_all gives E times the open part: never below 0 and never above E, so a
+// sun that one direction in a hundred meets cannot blacken a pixel. One direction's share
+// is added to both sums, open as far as the hemisphere is, so that 0 / 0 cannot happen.
+vec3 environment_arrived(Receiver r, Gathered g, float visibility)
 {
-    vec3 e = environment_irradiance(direction_ws_of(r.normal_vs));
-#if SSDO_RECTANGLE_COUNT > 0
-    for (int i = 0; i < SSDO_RECTANGLE_COUNT; ++i)
-        e += rectangle_irradiance_at(i, r.position_vs, r.normal_vs, r.geometric_vs);
+    vec3 exact = environment_irradiance(direction_ws_of(r.normal_vs));
+#if !SAMPLES_ENVIRONMENT
+    return exact * visibility;
+#elif CONTROL_VARIATE == 0
+    return PI * g.open;
+#else
+#if CONTROL_VARIATE == 1
+    float one_direction = dot(exact, vec3(INV_PI)) / float(DIRECTION_COUNT);
+    float c = (dot(g.open, vec3(1.0)) + one_direction * visibility)
+            / max(dot(g.all, vec3(1.0)) + one_direction, 1e-37);
+#else
+    const float c = 1.0;
 #endif
-    return e;
+    return max(c * exact + PI * (g.open - c * g.all), vec3(0.0));
+#endif
 }
 
-vec3 arrived(Receiver r, Gathered g, float visibility)
+#if SSDO_RECTANGLE_COUNT > 0 && !IS_PAPER
+// Rectangles: the exact irradiance (Lambert's polygon) times the part of it that arrives.
+// Directions are aimed at points of the rectangle instead of drawn from the hemisphere,
+// of which it may fill little: with 2, 4, 8 of 8 steps, relative RMSE in a room lit
+// through a window .073, .063, .061; hemisphere directions that subtract what they find
+// blocked .133, .088, .085.
+vec3 rectangle_arrived(Receiver r, Tangent t, int i, uint first_point)
 {
-#if CONTROL_VARIATE == 0
-    return PI * g.open;
-#elif CONTROL_VARIATE == 1
-    // The exact total corrects the sampled one, S_open + c (E - S_all), with a weight c
-    // that suits both ends: where all is open, c = 1 gives E without noise; where little
-    // is, c = 0 leaves the little that was sampled, and no noise of what is blocked.
-    return max(PI * g.open + visibility * (exact_irradiance(r) - PI * g.all), vec3(0.0));
-#else
-    return max(exact_irradiance(r) - PI * (g.all - g.open), vec3(0.0));
-#endif
+    vec3 exact = rectangle_irradiance_at(i, r.position_vs, r.normal_vs, r.geometric_vs);
+    float open = 0.0;
+    float all = 0.0;
+    bool is_dark = exact == vec3(0.0);
+    for (int k = 0; k < DIRECTION_COUNT && !is_dark; ++k) {
+        vec3 u = kronecker_point(first_point + uint(k), u_pattern_offset);
+        vec3 to_light = rectangle_point(i, u.xy) - r.position_vs;
+        float distance = max(length(to_light), 1e-18);
+        vec3 w = to_light / distance;
+        // Points are uniform over the area: each stands for cos cos' / d^2 of irradiance.
+        bool above = dot(w, r.geometric_vs) > 0.0;
+        float weight = above ? max(dot(w, r.normal_vs), 0.0) * rectangle_slant(i, w) : 0.0;
+        weight /= distance * distance;
+        // A light that the camera sees is geometry, too: stop short of it.
+        float reach = min(u_radius, distance * (1.0 - LIGHT_GAP));
+        bool blocked = weight > 0.0 && is_blocked(march(t, w, reach, u.z, STEP_COUNT, 0));
+        all += weight;
+        open += blocked ? 0.0 : weight;
+    }
+    return all > 0.0 ? exact * (open / all) : exact;
 }
+#endif
 
 #if SSDO_POINT_COUNT > 0
 // A point, spot or directional light: RGS09 section 5 puts its samples on the one segment
@@ -82,12 +116,13 @@ vec3 point_lights(Receiver r, Tangent t)
         Light light = point_light(i);
         vec3 unshadowed = unshadowed_irradiance(light, r.position_vs, r.normal_vs, r.geometric_vs);
         vec3 to_light = light.place_vs - r.position_vs;
-        float distance = length(to_light);
+        float distance = max(length(to_light), 1e-18);
         bool is_distant = light.kind == LIGHT_DIRECTIONAL;
-        vec3 w = is_distant ? light.place_vs : to_light / max(distance, 1e-37);
-        float reach = is_distant ? u_radius : min(u_radius, distance);
+        vec3 w = is_distant ? light.place_vs : to_light / distance;
+        float reach = is_distant ? u_radius : min(u_radius, distance * (1.0 - LIGHT_GAP));
         bool is_lit = unshadowed != vec3(0.0);
-        if (is_lit && !is_blocked(march(t, w, reach, sample_point(r, i).z, LIGHT_STEP_COUNT)))
+        float jitter = sample_point(r, i).z;
+        if (is_lit && !is_blocked(march(t, w, reach, jitter, LIGHT_STEP_COUNT, 0)))
             e += unshadowed;
     }
     return e;
@@ -102,8 +137,9 @@ void main()
     float visibility = 1.0;
     if (r.z_vs > 0.0) {
         Tangent t = tangent_at(r.position_vs, r.geometric_vs);
+#if NEEDS_HEMISPHERE
         bool is_open = is_radius_under_a_pixel(r.z_vs);
-        Gathered g = Gathered(vec3(0.0), vec3(0.0), 0.0);
+        Gathered g = Gathered(0.0, vec3(0.0), vec3(0.0), vec3(0.0));
         for (int i = 0; i < DIRECTION_COUNT; ++i) {
             Direction d = direction_of(r, i);
             Blocker b = NO_BLOCKER;
@@ -112,10 +148,11 @@ void main()
             gather(g, t, d, b);
         }
         visibility = max(1.0 - g.blocked, 0.0);
-#if HAS_DIRECTIONS || CONTROL_VARIATE == 0
-        irradiance = arrived(r, g, visibility);
-#else
-        irradiance = visibility * exact_irradiance(r);
+        irradiance = environment_arrived(r, g, visibility) + PI * g.rectangles;
+#endif
+#if SSDO_RECTANGLE_COUNT > 0 && !IS_PAPER
+        for (int i = 0; i < SSDO_RECTANGLE_COUNT; ++i)
+            irradiance += rectangle_arrived(r, t, i, r.first_point);
 #endif
 #if SSDO_POINT_COUNT > 0
         irradiance += point_lights(r, t);

@@ -66,10 +66,12 @@ float same_surface(Centre c, ivec2 texel, float z)
     weight *= weight;
 #if USE_NORMALS
     float agree = max(dot(c.shading, gbuffer_shading_normal_vs(texel)), 0.0);
-    // cos^8: half at 23 degrees, nothing across a right angle.
+    // cos^8: half at 23 degrees, next to nothing across a right angle. Never 0: where all
+    // taps face elsewhere (a ledge thinner than a pixel of a half-size image), they are
+    // still the best that is known.
     agree *= agree;
     agree *= agree;
-    weight *= agree * agree;
+    weight *= max(agree * agree, 1e-3);
 #endif
     return z > 0.0 ? weight : 0.0;
 }

@@ -39,7 +39,7 @@ float finite_radius(Tangent t)
 Blocker blocker_of(Tangent t, Direction d)
 {
 #if ESTIMATOR == ESTIMATOR_MARCH
-    return march(t, d.w_vs, u_radius, d.jitter, STEP_COUNT);
+    return march(t, d.w_vs, u_radius, d.jitter, STEP_COUNT, REFINE_COUNT);
 #elif ESTIMATOR == ESTIMATOR_RGS09
     return point_blocker(t, d.w_vs, finite_radius(t) * d.jitter, false);
 #else

@@ -49,33 +49,78 @@ vec2 px_of_position_vs(vec3 p_vs)
     return uv_of_position_vs(p_vs) * u_frame_size_px;
 }
 
+// A ray, projected.
+struct Segment {
+    vec2 start_px;
+    vec2 across_px;
+    float inv_z0;
+    float inv_z_across;
+    float length;       // in space, clipped to the frame
+};
+
+Segment segment_of(vec3 p_vs, vec3 w, float reach)
+{
+    float clipped = min(reach, distance_in_frame(p_vs, w));
+    vec3 end_vs = p_vs + clipped * w;
+    vec2 start_px = px_of_position_vs(p_vs);
+    float inv_z0 = -1.0 / p_vs.z;
+    return Segment(start_px, px_of_position_vs(end_vs) - start_px,
+                   inv_z0, -1.0 / end_vs.z - inv_z0, clipped);
+}
+
+ivec2 texel_on(Segment g, float x)
+{
+    return ivec2(g.start_px + march_fraction(x) * g.across_px);
+}
+
+// Does the surface at `texel` block the stretch from x - half_span to x + half_span?
+bool blocks_stretch(Tangent t, Segment g, ivec2 texel, float x, float half_span)
+{
+    float z = gbuffer_z_vs(texel);
+    float a = g.inv_z0 + march_fraction(max(x - half_span, 0.0)) * g.inv_z_across;
+    float b = g.inv_z0 + march_fraction(min(x + half_span, 1.0)) * g.inv_z_across;
+    return z > 0.0 && z * min(a, b) < 1.0 && is_above(t, texel, z)
+        && solid_end(t, texel, z) * max(a, b) > 1.0;
+}
+
 // The first surface that blocks the ray from the receiver along the unit vector w within
 // `reach`. `jitter` in [0, 1) moves each step within its stratum, except for the last,
 // which stands at the very end: a solid that begins anywhere before it and reaches that
 // far is always found, so `count` decides how thin a thing may be and still be seen, not
 // how much of a wall is lost (closed form A4 with survival 1, whatever `count` is).
-Blocker march(Tangent t, vec3 w, float reach, float jitter, int count)
+//
+// `refine_count` bisections between the step that was blocked and the one before bring
+// the blocker found nearer to where the ray enters the solid. They do not change whether
+// the ray is blocked, only which texel stands for the sender of a bounce.
+Blocker march(Tangent t, vec3 w, float reach, float jitter, int count, int refine_count)
 {
-    float clipped = min(reach, distance_in_frame(t.position_vs, w));
-    vec3 end_vs = t.position_vs + clipped * w;
-    vec2 start_px = px_of_position_vs(t.position_vs);
-    vec2 across_px = px_of_position_vs(end_vs) - start_px;
-    float inv_z0 = -1.0 / t.position_vs.z;
-    float inv_z1 = -1.0 / end_vs.z;
-    float inv_z_across = inv_z1 - inv_z0;
+    Segment g = segment_of(t.position_vs, w, reach);
     float stride = 1.0 / float(max(count - 1, 1));
     float half_span = 0.5 * u_step_span * stride;
+    float found = -1.0;
+    ivec2 texel = ivec2(-1);
     for (int i = 0; i < count; ++i) {
         float x = i < count - 1 ? (float(i) + jitter) * stride : 1.0;
-        float s = march_fraction(x);
-        ivec2 texel = ivec2(start_px + s * across_px);
-        float z = gbuffer_z_vs(texel);
-        float inv_z_from = inv_z0 + march_fraction(max(x - half_span, 0.0)) * inv_z_across;
-        float inv_z_to = inv_z0 + march_fraction(min(x + half_span, 1.0)) * inv_z_across;
-        if (z > 0.0 && z * min(inv_z_from, inv_z_to) < 1.0 && is_above(t, texel, z)
-            && solid_end(t, texel, z) * max(inv_z_from, inv_z_to) > 1.0)
-            // Perspective: the share s of the projected segment is this share of it in space.
-            return Blocker(texel, clipped * s * inv_z1 / (inv_z0 + s * inv_z_across));
+        texel = texel_on(g, x);
+        if (blocks_stretch(t, g, texel, x, half_span)) {
+            found = x;
+            break;
+        }
     }
-    return NO_BLOCKER;
+    if (found < 0.0)
+        return NO_BLOCKER;
+    for (int k = 0; k < refine_count; ++k) {
+        stride *= 0.5;
+        half_span *= 0.5;
+        float x = max(found - stride, 0.0);
+        ivec2 nearer = texel_on(g, x);
+        if (blocks_stretch(t, g, nearer, x, half_span)) {
+            found = x;
+            texel = nearer;
+        }
+    }
+    // Perspective: the share s of the projected segment is this share of it in space.
+    float s = march_fraction(found);
+    float inv_z1 = g.inv_z0 + g.inv_z_across;
+    return Blocker(texel, g.length * s * inv_z1 / (g.inv_z0 + s * g.inv_z_across));
 }

@@ -4,6 +4,10 @@
 // SSDO_RECTANGLE_COUNT, SSDO_POINT_COUNT: how many there are of the two sorts.
 #include "lib/lights.glsl"
 
+// Rays to a light end this far from it, relative to its distance: a light that the camera
+// sees is a surface in the depth buffer and must not block itself.
+const float LIGHT_GAP = 1e-3;
+
 #if SSDO_RECTANGLE_COUNT > 0
 uniform vec3 u_rectangle_centre_vs[SSDO_RECTANGLE_COUNT];
 uniform vec3 u_rectangle_half_u_vs[SSDO_RECTANGLE_COUNT];
@@ -11,43 +15,39 @@ uniform vec3 u_rectangle_half_v_vs[SSDO_RECTANGLE_COUNT];
 uniform vec3 u_rectangle_radiance[SSDO_RECTANGLE_COUNT];
 uniform int u_rectangle_two_sided[SSDO_RECTANGLE_COUNT];
 
-// A rectangle as a receiver sees it: what does not depend on the direction.
-struct RectangleTarget {
-    vec3 normal_vs;   // not unit length; the front is on its side
-    vec3 dual_u_vs;   // dot with an in-plane offset from the centre: -1..1 inside
-    vec3 dual_v_vs;
-    float height;     // of the receiver above the plane, times |normal|
-    vec3 from_centre_vs;
-    bool emits_here;  // towards the receiver's side
-};
-
-RectangleTarget rectangle_target(int i, vec3 p_vs)
+// Distance along w at which the ray from p_vs meets the rectangle's emitting side;
+// FLOAT_MAX if it does not.
+float distance_to_rectangle(int i, vec3 p_vs, vec3 w)
 {
     vec3 u = u_rectangle_half_u_vs[i];
     vec3 v = u_rectangle_half_v_vs[i];
-    RectangleTarget r;
-    r.normal_vs = cross(u, v);
-    // Dual basis of (u, v) in their plane: dual_u . u = 1, dual_u . v = 0.
-    float area_2 = max(dot(r.normal_vs, r.normal_vs), 1e-37);
-    r.dual_u_vs = cross(v, r.normal_vs) / area_2;
-    r.dual_v_vs = cross(r.normal_vs, u) / area_2;
-    r.from_centre_vs = p_vs - u_rectangle_centre_vs[i];
-    r.height = dot(r.from_centre_vs, r.normal_vs);
-    r.emits_here = r.height > 0.0 || (u_rectangle_two_sided[i] != 0 && r.height < 0.0);
-    return r;
+    vec3 normal = cross(u, v);  // not unit length; the front is on its side
+    vec3 from_centre = p_vs - u_rectangle_centre_vs[i];
+    float height = dot(from_centre, normal);
+    float rate = dot(w, normal);
+    // Towards the plane: the height and its rate of change have opposite signs.
+    bool approaches = height * rate < 0.0;
+    float t = -height / (approaches ? rate : 1.0);
+    // Coordinates in the plane by the dual basis of (u, v): -1..1 inside.
+    vec3 offset = (from_centre + t * w) / max(dot(normal, normal), 1e-37);
+    float a = dot(offset, cross(v, normal));
+    float b = dot(offset, cross(normal, u));
+    bool emits_here = height > 0.0 || u_rectangle_two_sided[i] != 0;
+    return emits_here && approaches && max(abs(a), abs(b)) <= 1.0 ? t : FLOAT_MAX;
 }
 
-// Distance along w at which the ray from the receiver meets the rectangle's emitting
-// side; FLOAT_MAX if it does not.
-float distance_to_rectangle(RectangleTarget r, vec3 w)
+// The point of the rectangle at `u` in the unit square.
+vec3 rectangle_point(int i, vec2 u)
 {
-    float rate = dot(w, r.normal_vs);
-    // Towards the plane: the height and its rate of change have opposite signs.
-    bool approaches = r.height * rate < 0.0;
-    float t = -r.height / (approaches ? rate : 1.0);
-    vec3 offset = r.from_centre_vs + t * w;
-    bool inside = abs(dot(offset, r.dual_u_vs)) <= 1.0 && abs(dot(offset, r.dual_v_vs)) <= 1.0;
-    return r.emits_here && approaches && inside ? t : FLOAT_MAX;
+    vec2 q = 2.0 * u - 1.0;
+    return u_rectangle_centre_vs[i] + q.x * u_rectangle_half_u_vs[i]
+                                    + q.y * u_rectangle_half_v_vs[i];
+}
+
+// Cosine at the light of a ray along w, times a constant: only ratios of it are used.
+float rectangle_slant(int i, vec3 w)
+{
+    return abs(dot(normalize(cross(u_rectangle_half_u_vs[i], u_rectangle_half_v_vs[i])), w));
 }
 
 vec3 rectangle_irradiance_at(int i, vec3 p_vs, vec3 n_vs, vec3 m_vs)

@@ -19,6 +19,16 @@ from ssdo_gl.passes.screen_space_settings import ScreenSpaceSettings, defines, e
 class BounceSettings(ScreenSpaceSettings):
     """Settings of the bounce."""
 
+    refine_steps: int = setting(
+        2, "march: bisections that find where a blocked direction meets its sender", low=0, high=8
+    )
+    hidden_senders: float = setting(
+        0.0,
+        "share of its radiance that a blocker sends from its hidden side, of which "
+        "nothing is known; 0: none",
+        low=0.0,
+        high=1.0,
+    )
     strength: float = setting(1.0, "factor on the bounced light; 1 is physical", low=0.0)
     distance_clamp: float = setting(
         0.1,
@@ -35,6 +45,7 @@ def uniforms(
     return {
         **estimator_uniforms(settings, frame, has_back_layer),
         "u_strength": settings.strength,
+        "u_hidden_senders": settings.hidden_senders,
         "u_distance_clamp": settings.distance_clamp,
         "u_sender_bound": sender_bound,
     }
@@ -73,7 +84,7 @@ class BouncePass(RenderPass):
         self.writes = {"bounce_raw": spec}
         self.depends_on = ("view", "seed")
         self._has_back_layer = has_back_layer
-        self._defines = defines(settings, has_back_layer)
+        self._defines = defines(settings, has_back_layer, settings.refine_steps)
 
     def settings_key(self) -> Hashable:
         """Return the settings, the bound and switches."""

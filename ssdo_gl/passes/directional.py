@@ -23,7 +23,7 @@ from ssdo_gl.scene.light import DirectionalLight, Light, PointLight, RectangleLi
 
 # By `SceneContent.environment`, for lib/environment.glsl.
 ENVIRONMENT_NUMBERS = {"none": 0, "constant": 1, "gradient": 2, "map": 3}
-_CONTROL_NUMBERS = {"none": 0, "mixed": 1, "subtract": 2}
+CONTROL_NUMBERS = {"none": 0, "ratio": 1, "subtract": 2}
 # As lib/lights.glsl numbers them.
 _POINT_KINDS: dict[type, int] = {PointLight: 0, SpotLight: 1, DirectionalLight: 2}
 
@@ -33,9 +33,10 @@ class DirectionalSettings(ScreenSpaceSettings):
     """Settings of directional occlusion."""
 
     control: str = setting(
-        "mixed",
-        "march: how the exact unoccluded light corrects the sampled light",
-        choices=("mixed", "subtract", "none"),
+        "auto",
+        "march: how the environment's exact light corrects the sampled light; "
+        "auto: ratio for a map, else subtract",
+        choices=("auto", "subtract", "ratio", "none"),
     )
     light_steps: int = setting(
         16, "depth reads towards each point, spot or directional ssdo light", low=1, high=256
@@ -125,6 +126,10 @@ class DirectionalPass(RenderPass):
         ``environment`` and ``environment_irradiance`` are read.
     has_back_layer : bool
         Read ``z_back_vs`` to know where solids end.
+    needs_visibility : bool
+        Whether anyone reads the visibility. Without it and without an environment, the
+        hemisphere is not sampled at all (lights have directions of their own), and
+        visibility comes out as 1.
     """
 
     def __init__(
@@ -133,6 +138,7 @@ class DirectionalPass(RenderPass):
         *,
         environment: str = "none",
         has_back_layer: bool = False,
+        needs_visibility: bool = True,
     ) -> None:
         self.name = "directional"
         self.settings = settings
@@ -145,13 +151,19 @@ class DirectionalPass(RenderPass):
         spec = TextureSpec(4, scale=settings.resolution_scale, transient=True)
         self.writes = {"directional_raw": spec}
         self.depends_on = ("view", "seed", "lights", "environment")
-        control = "none" if settings.estimator == "rgs09" else settings.control
+        control = settings.control
+        if control == "auto":
+            control = "ratio" if environment == "map" else "subtract"
+        is_paper = settings.estimator == "rgs09"
+        if is_paper:
+            control = "none"
         self._has_back_layer = has_back_layer
         self._defines = {
             **defines(settings, has_back_layer),
             "ENVIRONMENT_KIND": ENVIRONMENT_NUMBERS[environment],
-            "CONTROL_VARIATE": _CONTROL_NUMBERS[control],
-            "LIGHT_STEP_COUNT": settings.light_steps,
+            "CONTROL_VARIATE": CONTROL_NUMBERS[control],
+            "LIGHT_STEP_COUNT": settings.samples if is_paper else settings.light_steps,
+            "NEEDS_HEMISPHERE": int(needs_visibility or environment != "none" or is_paper),
         }
 
     def settings_key(self) -> Hashable:

@@ -34,13 +34,14 @@ class EdgeAwareFilterSettings:
         3, "edge: pixels read on each side, along both axes", unit="px", low=2, high=16
     )
     depth_tolerance: float = setting(
-        2.0,
+        0.5,
         "distance from the tangent plane, in footprints of a pixel, at which a neighbour "
         "counts a quarter",
         unit="px",
         low=0.01,
         high=1000.0,
     )
+    use_normals: bool = setting(True, "edge: neighbours that face elsewhere count less")
 
 
 def uniforms(settings: EdgeAwareFilterSettings, frame: Frame, stride: int) -> dict[str, Any]:
@@ -135,7 +136,7 @@ class EdgeAwareFilterPass(RenderPass):
             **self._switches,
             "STAGE": stage,
             "TAP_RADIUS": self.settings.tap_radius,
-            "USE_NORMALS": 1,
+            "USE_NORMALS": int(self.settings.use_normals),
         }
         draw_fullscreen(
             context.gl,
