@@ -80,8 +80,8 @@ class BenchPlan:
     flip_everywhere: bool
 
 
-QUICK = BenchPlan(3, 3, 2, 12.0, 16, flip_everywhere=False)
-FULL = BenchPlan(7, 5, 4, 900.0, 64, flip_everywhere=True)
+QUICK = BenchPlan(3, 3, 2, 15.0, 64, flip_everywhere=False)
+FULL = BenchPlan(7, 5, 4, 900.0, 256, flip_everywhere=True)
 
 
 def bench_size(quick: bool) -> tuple[int, int]:
