@@ -33,6 +33,11 @@ out vec2 v_material_uv;
 void main()
 {
     gl_Position = u_clip_from_view * vec4(instance_position_vs(), 1.0);
+#if WIDE_DEPTH_RANGE
+    // The fragment writes depth. Hyperbolic depth of what is far rounds to 1 and above
+    // here, where clipping would tear holes into it.
+    gl_Position.z = 0.0;
+#endif
     v_face_normal_vs = instance_normal_vs(a_normal_face_os);
     v_face_codes = vec4(oct_encode(v_face_normal_vs), oct_encode(-v_face_normal_vs));
     v_albedo = a_albedo;
