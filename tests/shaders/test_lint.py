@@ -136,14 +136,15 @@ def validate(validator: str, folder: Path, *sources: FlatSource) -> str:
     )
     if answer.returncode == 0:
         return ""
-    # It prints the path of a file before the messages about it.
-    current, lines = sources[0], []
+    # Of several files it names the one at fault, where with one file it writes 0.
+    lines = []
     for line in (answer.stdout + answer.stderr).splitlines():
-        names = [s for s, path in zip(sources, paths, strict=True) if line == str(path)]
-        if names:
-            current = names[0]
-        elif line.strip():
-            lines.append(current.translate_log(line))
+        at_fault = sources[0]
+        for source, path in zip(sources, paths, strict=True):
+            if str(path) in line:
+                at_fault, line = source, line.replace(str(path), "0")
+        if line.strip() not in ("", "0"):
+            lines.append(at_fault.translate_log(line))
     return "\n".join(lines) or "glslangValidator failed without a message"
 
 
@@ -233,3 +234,6 @@ def test_faulty_shader_is_found_at_its_line(validator, tmp_path, code, message):
     text = f"#version 330 core\nlayout(location = 0) out vec4 o_x;\n{code}\n"
     source = flatten("a.frag", lambda _: text)
     assert message in validate(validator, tmp_path, source)
+    # As one of two stages, too.
+    vertex = flatten("fullscreen.vert", read)
+    assert message in validate(validator, tmp_path, vertex, source)
