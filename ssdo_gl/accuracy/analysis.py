@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -71,7 +71,9 @@ class TruthSummary:
         The smallest error reported against it.
     floor : float
         What is left of the error when the screen-space march has converged: what the
-        screen does not show. NaN where it was not measured.
+        screen does not show, and shadow maps. NaN where it was not measured.
+    floor_parts : dict of str to float
+        The same for each part of the picture, relative to the part's own mean.
     """
 
     panel: str
@@ -82,6 +84,7 @@ class TruthSummary:
     standard_error: float
     smallest_error: float
     floor: float
+    floor_parts: dict[str, float] = field(default_factory=dict)
 
     @property
     def ratio(self) -> float:

@@ -23,7 +23,7 @@ from ssdo_gl.accuracy.truth import Truth
 from ssdo_gl.settings import Settings
 
 # Raised whenever the content of a stored measurement changes.
-ERROR_FORMAT = 1
+ERROR_FORMAT = 2
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ PANELS = (
         "radiance",
         "reference-near",
         "beauty",
-        ("directional", "bounce"),
+        ("direct", "directional", "bounce"),
         True,
         True,
         "Picture against the near-field reference (same integral, rays instead of depth reads)",

@@ -150,11 +150,11 @@ def _draw_front(chart: Axes, front: Sequence[Result], panel: Panel) -> None:
 
 
 def _draw_limits(chart: Axes, truth: TruthSummary) -> None:
-    """Draw what no setting of one camera layer can cross."""
+    """Draw what more depth reads cannot cross."""
     if math.isfinite(truth.floor) and truth.floor > 0.0:
         chart.axhline(truth.floor, color="#666666", linestyle="--", linewidth=0.9)
         chart.annotate(
-            "what the screen does not show", (0.01, truth.floor), fontsize=6.5, color="#666666",
+            "the march, converged", (0.01, truth.floor), fontsize=6.5, color="#666666",
             xycoords=("axes fraction", "data"), xytext=(2, 2), textcoords="offset points",
         )  # fmt: skip
 
@@ -164,9 +164,20 @@ def _plain_ticks(chart: Axes) -> None:
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     for axis in (chart.xaxis, chart.yaxis):
-        axis.set_major_locator(LogLocator(base=10.0, subs=(1.0, 2.0, 5.0)))
-        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        low, high = axis.get_data_interval()
+        # Over more than two decades 2 and 5 would crowd the axis.
+        subs = (1.0, 2.0, 5.0) if high < 100.0 * max(low, 1e-12) else (1.0,)
+        axis.set_major_locator(LogLocator(base=10.0, subs=subs))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: _short(value)))
         axis.set_minor_formatter(NullFormatter())
+
+
+def _short(value: float) -> str:
+    """Return a tick's label: 0.05, 20, 40k, 1M."""
+    for unit, letter in ((1e6, "M"), (1e3, "k")):
+        if value >= unit:
+            return f"{value / unit:g}{letter}"
+    return f"{value:g}"
 
 
 def _time_label(bench: Bench) -> str:
@@ -183,6 +194,7 @@ def _samples(bench: Bench) -> Figure:
     figure = _figure(12.0, 4.6)
     charts = figure.subplots(1, 2)
     for chart, panel in zip(charts, (PANELS[0], PANELS[2]), strict=True):
+        chart.plot([], [], color="#cccccc", linewidth=3, label="slope -1/2")
         results = [
             r
             for r in bench.results
@@ -199,8 +211,7 @@ def _samples(bench: Bench) -> Figure:
         chart.set_xlabel("depth reads per pixel")
         chart.set_ylabel(panel.error_label)
         chart.set_title(f"{panel.image}: noise falls, what is systematic stays", fontsize=9)
-        if results:
-            chart.legend(fontsize=7)
+        chart.legend(fontsize=7)
     return figure
 
 
@@ -220,7 +231,7 @@ def _samples_curves(
     if usable:
         first, level = usable[0]
         guide = [level * math.sqrt(first / a) for a in x]
-        chart.plot(x, guide, color="#bbbbbb", linewidth=3, zorder=0, label="slope -1/2")
+        chart.plot(x, guide, color="#cccccc", linewidth=3, zorder=0)
 
 
 def scaling_figure(series: Sequence[Series]) -> Figure:
@@ -231,12 +242,12 @@ def scaling_figure(series: Sequence[Series]) -> Figure:
 def _scaling(series: Sequence[Series]) -> Figure:
     columns = 2 if len(series) > 1 else 1
     rows = max(1, -(-len(series) // columns))
-    figure = _figure(6.0 * columns, 3.8 * rows)
+    figure = _figure(7.0 * columns, 3.4 * rows)
     charts = figure.subplots(rows, columns, squeeze=False).ravel()
     for chart, item in zip(charts, series, strict=False):
         for number, (name, values) in enumerate(item.curves.items()):
             law = fit_power_law(item.x, values)
-            label = f"{name}: exponent {law}" if law else name
+            label = f"{name}: {law}" if law else name
             style = MARKERS[number % len(MARKERS)]
             chart.plot(item.x, values, f"-{style}", color=COLORS[number % len(COLORS)],
                        markersize=4, label=label)  # fmt: skip
@@ -245,7 +256,7 @@ def _scaling(series: Sequence[Series]) -> Figure:
         _plain_ticks(chart)
         chart.set_xlabel(item.x_label)
         chart.set_ylabel("ms")
-        chart.legend(fontsize=7)
+        chart.legend(fontsize=7, title="exponent", loc="center left", bbox_to_anchor=(1.0, 0.5))
     for chart in charts[len(series) :]:
         chart.set_visible(False)
     return figure
@@ -257,6 +268,8 @@ def split_figure(bench: Bench, results: Sequence[Result]) -> Figure:
 
 
 def _split(bench: Bench, results: Sequence[Result]) -> Figure:
+    from matplotlib import colormaps
+
     rows = [(r.point.label, bench.splits[r.point.key]) for r in results]
     names = list(dict.fromkeys(name for _, split in rows for name, _ in split))
     figure = _figure(11.0, 1.4 + 0.32 * max(len(rows), 1))
@@ -266,7 +279,7 @@ def _split(bench: Bench, results: Sequence[Result]) -> Figure:
         widths = [dict(split).get(name, 0.0) for _, split in rows]
         chart.barh(
             range(len(rows)), widths, left=left, height=0.7, label=name,
-            color=COLORS[number % len(COLORS)], alpha=1.0 if number < len(COLORS) else 0.5,
+            color=colormaps["tab20"](number % 20),
         )  # fmt: skip
         left = [a + b for a, b in zip(left, widths, strict=True)]
     chart.set_yticks(range(len(rows)), [label for label, _ in rows])

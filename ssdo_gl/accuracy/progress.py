@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -25,6 +26,7 @@ class BenchProgress:
         self._bars = bars
         self._tasks: dict[str, TaskID] = {}
         self._said: set[str] = set()
+        self._start = time.perf_counter()
 
     def steps(self, stage: str, done: int, total: int) -> None:
         """Show that `done` of `total` steps of `stage` are done."""
@@ -38,7 +40,8 @@ class BenchProgress:
             self._bars.update(self._tasks[stage], completed=min(share, 1.0), description=text)
         elif self._console is not None and stage not in self._said:
             self._said.add(stage)
-            self._console.print(f"{stage} ...", markup=False)
+            elapsed = time.perf_counter() - self._start
+            self._console.print(f"{elapsed:6.1f} s  {stage} ...", markup=False)
 
     def say(self, text: str) -> None:
         """Print a line."""

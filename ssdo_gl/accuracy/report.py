@@ -70,11 +70,15 @@ def report_html(bench: Bench) -> str:
 
 
 def split_results(bench: Bench) -> list[Result]:
-    """Return the results whose pass times are worth showing: members of the fronts."""
+    """Return the results whose pass times are worth showing: members of the fronts.
+
+    Rays are left out: their one long pass would shrink all other bars to nothing.
+    """
     chosen: dict[str, Result] = {}
     for panel in PANELS:
         for result in front_of(bench.results, panel.name):
-            chosen.setdefault(result.point.key, result)
+            if not result.point.method.startswith("reference"):
+                chosen.setdefault(result.point.key, result)
     return list(chosen.values())
 
 
@@ -191,8 +195,8 @@ def _compare(bench: Bench) -> str:
 
 _COLUMNS = (
     "setting", "ms", "processor ms", "first frame ms", "near error", "noise", "systematic",
-    "directional", "bounce", "relMSE", "SSIM", "FLIP", "HDR-FLIP", "GI error", "visibility RMSE",
-    "bias", "failed pixels", "flags",
+    "direct", "directional", "bounce", "relMSE", "SSIM", "FLIP", "HDR-FLIP", "GI error",
+    "visibility RMSE", "bias", "failed pixels", "flags",
 )  # fmt: skip
 
 
@@ -214,6 +218,7 @@ def _point_row(result: Result) -> str:
         near.error.value if near else nan,
         scalars.noise if scalars else nan,
         scalars.systematic if scalars else nan,
+        parts.get("direct", nan),
         parts.get("directional", nan),
         parts.get("bounce", nan),
         *(_of(near or gi, name) for name in ("rel_mse", "ssim", "flip_ldr", "flip_hdr")),

@@ -13,6 +13,13 @@ from ssdo_gl.accuracy.metrics import FLIP_EXPOSURES_EV, FLIP_PIXELS_PER_DEGREE, 
 # smallest error that is reported against it.
 TRUSTED_RATIO = 0.1
 
+# What a converged march still lacks, by panel.
+_LEFT = {
+    "near": "what the screen does not show, and shadow maps",
+    "gi": "what the near-field model leaves out, and the same",
+    "visibility": "what the screen does not show",
+}
+
 
 def clock(bench: Bench) -> str:
     """Return how times were taken."""
@@ -56,9 +63,12 @@ def truth_sentence(panel: Panel, truth: TruthSummary | None) -> str:
         )
     if math.isfinite(truth.floor):
         text += (
-            f" A converged march (many directions, many steps) is still {show(truth.floor)} "
-            "away: what the screen does not show."
+            f" The march, converged (32 directions of 32 steps), is still {show(truth.floor)} "
+            f"away: {_LEFT[panel.name]}."
         )
+    if truth.floor_parts:
+        parts = ", ".join(f"{name} {percent(v)}" for name, v in truth.floor_parts.items())
+        text += f" By part, relative to each part's own mean: {parts}."
     return text
 
 

@@ -34,13 +34,7 @@ def front_table(bench: Bench, panel: Panel) -> Table:
     """Return members of a panel's front as a table."""
     front = front_of(bench.results, panel.name)
     rows = chosen_rows(front, bench.recommendation.result)
-    table = Table(
-        title=f"{panel.title}: {len(front)} on the front of "
-        f"{sum(panel.name in r.verdicts for r in bench.results)}",
-        title_justify="left",
-        box=None,
-        padding=(0, 2),
-    )
+    table = Table(box=None, padding=(0, 2))
     table.add_column("setting")
     for column in ("ms", "error [95 %]", "sure"):
         table.add_column(column, justify="right")
@@ -62,6 +56,9 @@ def front_table(bench: Bench, panel: Panel) -> Table:
 def print_summary(bench: Bench, console: Console) -> None:
     """Print the front against the near-field truth, its worth, and a recommendation."""
     panel = next((p for p in PANELS if any(p.name in r.verdicts for r in bench.results)), PANELS[0])
+    measured = sum(panel.name in r.verdicts for r in bench.results)
+    count = len(front_of(bench.results, panel.name))
+    console.print(f"{panel.title}: {count} of {measured} settings are on the front", markup=False)
     console.print(front_table(bench, panel))
     truth = bench.truths.get(panel.name)
     if truth is not None:

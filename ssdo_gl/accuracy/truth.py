@@ -27,7 +27,7 @@ from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 
 # Raised whenever the meaning of a cached truth changes.
-TRUTH_FORMAT = 1
+TRUTH_FORMAT = 2
 # Far from the seeds that a user or a sweep takes, so that no truth shares its samples
 # with what it judges.
 FIRST_SEED = 1_000_003

@@ -14,6 +14,7 @@ from ssdo_gl.accuracy.errors import (
     PANELS,
     Judged,
     Panel,
+    Scalars,
     judge,
     panel_named,
     render_seeds,
@@ -76,8 +77,8 @@ class TruthRequest:
 
 def make_truths(
     request: TruthRequest, progress: BenchProgress
-) -> tuple[dict[str, Truth], dict[str, float]]:
-    """Return the truth of every panel by name, and what a converged march still misses."""
+) -> tuple[dict[str, Truth], dict[str, Scalars]]:
+    """Return the truth of every panel by name, and what a converged march loses to it."""
     truths, floors = {}, {}
     for kind in request.kinds:
         panels = [panel for panel in PANELS if panel.kind == kind]
@@ -91,7 +92,7 @@ def make_truths(
 
 def make_truth(
     panel: Panel, request: TruthRequest, limit: Sequence[Images], progress: BenchProgress
-) -> tuple[Truth, float]:
+) -> tuple[Truth, Scalars]:
     """Refine a panel's truth until it is worth ten times the error of the `limit`."""
     settings = dataclasses.replace(
         request.base, method=panel.method, estimator=None, spp=request.batch_spp
@@ -112,13 +113,12 @@ def make_truth(
         goal = Goal(panel.image, target, panel.relative, seconds)
         truth = obtain(key, [goal], request.mask, batch, request.batch_spp, request.cache, report)
         verdict = judge(panel, limit, truth, request.mask, request.base.exposure or 0.0, False)
-        floor = verdict.scalars.systematic
-        smallest = min(floor, request.smallest.get(panel.name, math.inf))
+        smallest = min(verdict.scalars.systematic, request.smallest.get(panel.name, math.inf))
         wanted_error = TRUTH_RATIO * max(smallest, SMALLEST_FLOOR)
         # The limit's own error is known better with each refinement: it may settle below
         # what the goal was derived from, but never by much.
         if not goal.reached(truth, request.mask) or wanted_error >= target:
-            return truth, floor
+            return truth, verdict.scalars
         target = wanted_error
 
 
@@ -148,7 +148,7 @@ def good_enough(truths: Mapping[str, Truth], smallest: Mapping[str, float], mask
 def summaries(
     results: Sequence[Result],
     truths: Mapping[str, Truth],
-    floors: Mapping[str, float],
+    floors: Mapping[str, Scalars],
     mask: Mask,
 ) -> dict[str, TruthSummary]:
     """Return what every truth is worth, by panel name."""
@@ -167,6 +167,7 @@ def summaries(
             truth.seconds,
             of(panel.image, mask),
             min(errors),
-            floors.get(panel.name, math.nan),
+            floors[panel.name].systematic,
+            floors[panel.name].parts,
         )
     return found
