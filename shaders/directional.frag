@@ -38,12 +38,10 @@ void gather(inout Gathered g, Tangent t, Direction d, Blocker b)
     g.open += is_blocked(b) ? vec3(0.0) : sky;
 #endif
 #if SSDO_RECTANGLE_COUNT > 0 && IS_PAPER
-    // Light from below the geometric horizon does not count, as in `direct`; that of a
-    // rectangle that stands nearer than what blocks the direction arrives all the same.
+    // A rectangle that stands nearer than what blocks the direction is seen all the same.
     for (int i = 0; i < SSDO_RECTANGLE_COUNT; ++i) {
         bool meets = distance_to_rectangle(i, t.position_vs, d.w_vs) < b.distance;
-        bool above = dot(d.w_vs, t.normal_vs) > 0.0;
-        g.rectangles += meets && above ? d.share * u_rectangle_radiance[i] : vec3(0.0);
+        g.rectangles += meets ? d.share * u_rectangle_radiance[i] : vec3(0.0);
     }
 #endif
 }

@@ -13,6 +13,7 @@ from ssdo_gl.graph.render_pass import RenderPass
 from ssdo_gl.passes.back_faces import BackFacesPass
 from ssdo_gl.passes.bounce import BouncePass, BounceSettings
 from ssdo_gl.passes.composite import Combine, CompositePass
+from ssdo_gl.passes.depth_layers import DepthLayersPass
 from ssdo_gl.passes.direct import DirectPass, DirectSettings
 from ssdo_gl.passes.directional import DirectionalPass, DirectionalSettings
 from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterPass, EdgeAwareFilterSettings
@@ -186,12 +187,14 @@ class _Builder:
         effects = self.effects
         if effects.back_layer:
             self.add(BackFacesPass(), "the thickness of closed bodies")
+            self.add(DepthLayersPass(), "fronts and backs in one texture, one fetch for both")
         if effects.directional:
             self.add(
                 DirectionalPass(
                     self.estimator_settings("directional", DirectionalSettings),
                     environment=self.content.environment,
                     has_back_layer=effects.back_layer,
+                    needs_visibility="visibility" in self.wanted,
                 ),
                 "light through open directions",
             )

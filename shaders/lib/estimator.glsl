@@ -10,7 +10,7 @@
 #define ESTIMATOR_HEMISPHERE 2
 
 struct Direction {
-    vec3 w_vs;       // unit length
+    vec3 w_vs;       // unit length, above the tangent plane
     float share;     // of the cosine-weighted hemisphere: cos(theta) / (pi density count)
     float jitter;    // in [0, 1), for the distance
 };
@@ -26,7 +26,12 @@ Direction direction_of(Receiver r, int i)
     vec3 local = cosine_hemisphere(u.xy);
     float share = 1.0 / float(DIRECTION_COUNT);
 #endif
-    return Direction(r.vs_from_tangent * local, share, u.z);
+    vec3 w = r.vs_from_tangent * local;
+    // The facets of a smooth shape tilt away from its shading normals. A direction below
+    // the facet is mirrored above it, as the ray-traced references do: no weight is lost,
+    // and a convex shape stays open.
+    w -= 2.0 * min(dot(w, r.geometric_vs), 0.0) * r.geometric_vs;
+    return Direction(w, share, u.z);
 }
 
 // Distances above FAR_REACH times z have no place in the picture; R may be infinite.

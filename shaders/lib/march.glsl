@@ -55,7 +55,7 @@ struct Segment {
     vec2 across_px;
     float inv_z0;
     float inv_z_across;
-    float length;       // in space, clipped to the frame
+    float length_vs;    // in space, clipped to the frame
 };
 
 Segment segment_of(vec3 p_vs, vec3 w, float reach)
@@ -76,11 +76,11 @@ ivec2 texel_on(Segment g, float x)
 // Does the surface at `texel` block the stretch from x - half_span to x + half_span?
 bool blocks_stretch(Tangent t, Segment g, ivec2 texel, float x, float half_span)
 {
-    float z = gbuffer_z_vs(texel);
+    vec2 solid = solid_at(texel);
     float a = g.inv_z0 + march_fraction(max(x - half_span, 0.0)) * g.inv_z_across;
     float b = g.inv_z0 + march_fraction(min(x + half_span, 1.0)) * g.inv_z_across;
-    return z > 0.0 && z * min(a, b) < 1.0 && is_above(t, texel, z)
-        && solid_end(t, texel, z) * max(a, b) > 1.0;
+    return solid.x > 0.0 && solid.x * min(a, b) < 1.0 && is_above(t, texel, solid.x)
+        && solid_end(t, solid) * max(a, b) > 1.0;
 }
 
 // The first surface that blocks the ray from the receiver along the unit vector w within
@@ -122,5 +122,5 @@ Blocker march(Tangent t, vec3 w, float reach, float jitter, int count, int refin
     // Perspective: the share s of the projected segment is this share of it in space.
     float s = march_fraction(found);
     float inv_z1 = g.inv_z0 + g.inv_z_across;
-    return Blocker(texel, g.length * s * inv_z1 / (g.inv_z0 + s * g.inv_z_across));
+    return Blocker(texel, g.length_vs * s * inv_z1 / (g.inv_z0 + s * g.inv_z_across));
 }

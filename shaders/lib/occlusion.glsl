@@ -13,7 +13,7 @@
 #include "lib/gbuffer.glsl"
 
 #if HAS_BACK_LAYER
-uniform sampler2D t_z_back_vs;  // depth of the nearest back face, 0 = none
+uniform sampler2D t_z_layers;   // x: z_vs, y: depth of the nearest back face, 0 = none
 #endif
 
 uniform float u_near_vs;           // distance of the near plane
@@ -71,15 +71,22 @@ bool is_above(Tangent t, ivec2 texel, float z)
     return height > t.min_height && height * height > NORMAL_ERROR * NORMAL_ERROR * dot(pq, pq);
 }
 
-// Depth at which the solid that starts at depth z on `texel` ends.
-float solid_end(Tangent t, ivec2 texel, float z)
+// What is known of the solids at a texel: x is the depth of the nearest front, 0 for
+// background; y that of the nearest back, 0 if there is none or the layer is missing. Both
+// lie in one texture: a second fetch per step would cost half as much again.
+vec2 solid_at(ivec2 texel)
 {
-    float end = z + t.thickness;
 #if HAS_BACK_LAYER
-    float z_back = texelFetch(t_z_back_vs, texel, 0).x;
-    end = z_back > z * (1.0 + BACK_GAP) ? z_back : end;
+    return texelFetch(t_z_layers, texel, 0).xy;
+#else
+    return vec2(gbuffer_z_vs(texel), 0.0);
 #endif
-    return end;
+}
+
+// Depth at which the solid ends.
+float solid_end(Tangent t, vec2 solid)
+{
+    return solid.y > solid.x * (1.0 + BACK_GAP) ? solid.y : solid.x + t.thickness;
 }
 
 // Whether R covers less than a pixel at depth z. Such a receiver sees nothing but its

@@ -19,9 +19,9 @@ Blocker point_blocker(Tangent t, vec3 w, float distance, bool has_back)
     ivec2 last = ivec2(u_frame_size_px) - 1;
     bool in_frame = in_front && all(greaterThanEqual(uv, vec2(0.0))) && all(lessThan(uv, vec2(1.0)));
     texel = clamp(texel, ivec2(0), last);
-    float z = gbuffer_z_vs(texel);
-    bool blocked = in_frame && z > 0.0 && z_s > z && is_above(t, texel, z)
-        && (!has_back || z_s < solid_end(t, texel, z));
+    vec2 solid = solid_at(texel);
+    bool blocked = in_frame && solid.x > 0.0 && z_s > solid.x && is_above(t, texel, solid.x)
+        && (!has_back || z_s < solid_end(t, solid));
     if (blocked)
         return Blocker(texel, distance);
     return NO_BLOCKER;

@@ -65,7 +65,7 @@ class BouncePass(RenderPass):
         bright texel that few directions meet cannot make a firefly. Derive it from the
         scene's own lights; inf leaves senders as they are.
     has_back_layer : bool
-        Read ``z_back_vs`` to know where solids end.
+        Read ``z_layers`` to know where solids end.
     """
 
     def __init__(
@@ -78,7 +78,7 @@ class BouncePass(RenderPass):
         self.name = "bounce"
         self.settings = settings
         self.sender_bound = sender_bound
-        back = ("z_back_vs",) if has_back_layer else ()
+        back = ("z_layers",) if has_back_layer else ()
         self.reads = ("z_vs", "normals_vs", "sender_radiance", *back)
         spec = TextureSpec(4, scale=settings.resolution_scale, transient=True)
         self.writes = {"bounce_raw": spec}

@@ -125,7 +125,7 @@ class DirectionalPass(RenderPass):
         Kind of the scene's: none, constant, gradient or map. For a map, the resources
         ``environment`` and ``environment_irradiance`` are read.
     has_back_layer : bool
-        Read ``z_back_vs`` to know where solids end.
+        Read ``z_layers`` to know where solids end.
     needs_visibility : bool
         Whether anyone reads the visibility. Without it and without an environment, the
         hemisphere is not sampled at all (lights have directions of their own), and
@@ -145,7 +145,7 @@ class DirectionalPass(RenderPass):
         self.reads = (
             "z_vs",
             "normals_vs",
-            *(("z_back_vs",) if has_back_layer else ()),
+            *(("z_layers",) if has_back_layer else ()),
             *((MAP_RADIANCE, MAP_IRRADIANCE) if environment == "map" else ()),
         )
         spec = TextureSpec(4, scale=settings.resolution_scale, transient=True)

@@ -44,13 +44,13 @@ class SsaoPass(RenderPass):
     ----------
     settings : SsaoSettings
     has_back_layer : bool
-        Read ``z_back_vs`` to know where solids end.
+        Read ``z_layers`` to know where solids end.
     """
 
     def __init__(self, settings: SsaoSettings, *, has_back_layer: bool = False) -> None:
         self.name = "ssao"
         self.settings = settings
-        self.reads = ("z_vs", "normals_vs", *(("z_back_vs",) if has_back_layer else ()))
+        self.reads = ("z_vs", "normals_vs", *(("z_layers",) if has_back_layer else ()))
         spec = TextureSpec(2, scale=settings.resolution_scale, transient=True)
         self.writes = {"visibility_raw": spec}
         self.depends_on = ("view", "seed")

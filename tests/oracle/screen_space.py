@@ -269,6 +269,8 @@ def sample(picture: Picture, texel: Indices, pixel: Indices, estimator: Estimato
     w = np.einsum("nij,ndj->ndi", axes, local)
     p = np.broadcast_to(picture.position(texel)[:, None], w.shape)
     n = np.broadcast_to(picture.geometric[texel[:, 1], texel[:, 0]][:, None], w.shape)
+    # Mirrored above the tangent plane.
+    w = w - 2.0 * np.minimum(np.einsum("ndi,ndi->nd", w, n), 0.0)[..., None] * n
     run = _march if estimator.kind == "march" else _point
     blocker, unsure = run(picture, p, n, w, u[..., 2], estimator)
     return Samples(blocker, w, share, unsure)
