@@ -34,11 +34,11 @@ bool ray_is_blocked(RaySurface surface, vec3 w, float t_max)
 }
 
 // Where rays start that leave the triangle a, b, c at `p`.
-vec3 ray_start(vec3 p, vec3 geometric, vec3 a, vec3 b, vec3 c)
+vec3 ray_start(vec3 p, vec3 geometric, vec3 a, vec3 b, vec3 c, float offset)
 {
     vec3 to_middle = (a + b + c) * (1.0 / 3.0) - p;
-    float share = min(RAY_OFFSET * inversesqrt(max(dot(to_middle, to_middle), 1e-30)), RAY_NUDGE_SHARE);
-    return p + to_middle * share + geometric * RAY_OFFSET;
+    float share = offset * inversesqrt(max(dot(to_middle, to_middle), 1e-30));
+    return p + to_middle * min(share, RAY_NUDGE_SHARE) + geometric * offset;
 }
 
 // A triangle's unit normal, towards its front. The longest edge as unit keeps products
@@ -78,11 +78,12 @@ RaySurface ray_surface_at(ivec2 texel)
         if (dot(n, surface.geometric) > 0.999) {
             surface.position = start + hit.t * w;
             surface.geometric = n;
-            surface.start = ray_start(surface.position, n, a, b, c);
+            surface.start = ray_start(surface.position, n, a, b, c, RAY_OFFSET);
         } else {
             // At an edge the short ray may meet the neighbouring face first. Its normal
-            // is not the one that the pixel is shaded with, but both must be kept clear of.
-            surface.start += n * reach;
+            // is not the one that the pixel is shaded with, but rays must keep clear of
+            // both faces, and in a corner of a third one.
+            surface.start = ray_start(surface.start, n, a, b, c, reach);
         }
     }
     return surface;

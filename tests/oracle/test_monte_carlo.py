@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
 from oracle.monte_carlo import (
     sidak_level,
     student_quantile,

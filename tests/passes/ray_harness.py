@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from passes.pass_harness import make_frame
 
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.geometry import Geometry
@@ -21,8 +22,6 @@ from ssdo_gl.passes.environment import EnvironmentPass
 from ssdo_gl.passes.gbuffer import GBufferPass
 from ssdo_gl.passes.ray_tables import EmitterTablesPass, SurfaceTablesPass
 from ssdo_gl.scene.scene import Scene
-
-from passes.pass_harness import make_frame
 
 Images = dict[str, NDArray[np.float32]]
 
