@@ -1,21 +1,34 @@
-"""Decides from a scene's content and what was asked for which effects can matter."""
+"""Decides from a scene's content and what was asked for which effects can matter.
+
+Every skip is exact: the images are the same with and without it. `effects = "full"`
+skips nothing, so that anybody can check.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from ssdo_gl.near_field import can_share_directions, estimator_of, reason_to_be_open
 from ssdo_gl.scene.content import SceneContent
+from ssdo_gl.scene.content_sight import Sight
 from ssdo_gl.settings import Combine, Settings
 
 
 @dataclass(frozen=True)
 class Decision:
-    """One effect, whether it is simulated, and why, in a sentence for the user."""
+    """One effect, whether it is simulated, and why, in a sentence for the user.
+
+    Attributes
+    ----------
+    passes : tuple of str
+        The passes of the full pipeline that it decides about.
+    """
 
     effect: str
     run: bool
     reason: str
+    passes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -34,119 +47,60 @@ class Effects:
     bounce : bool
     back_layer : bool
         The nearest back face bounds the thickness of closed bodies.
+    emission : bool
+        Surfaces emit, so the picture needs their emission.
+    sender_emission : bool
+        No light delivers some of it, so the bounce needs it, too.
+    is_open : bool
+        Nothing within R blocks any direction of any visible point.
+    is_scalar : bool
+        Directional light is one colour times visibility.
+    shares_directions : bool
+        The bounce takes over what the first estimator found blocked.
+    samples_hemisphere : bool
+        The directional estimator looks in all directions, not only at lights.
+    lights, shadow_maps : tuple of bool, or None
+        For each light of the scene, whether it can matter, and whether it needs a shadow
+        map. None: as the scene says.
+    simplifies_environment : bool
+        An environment that is black or of one colour is treated as such.
     """
 
-    direct: bool
-    shadow_map: bool
-    traced_shadows: bool
-    visibility: bool
-    directional: bool
-    bounce: bool
-    back_layer: bool
-    decisions: tuple[Decision, ...]
+    direct: bool = False
+    shadow_map: bool = False
+    traced_shadows: bool = False
+    visibility: bool = False
+    directional: bool = False
+    bounce: bool = False
+    back_layer: bool = False
+    emission: bool = True
+    sender_emission: bool = True
+    is_open: bool = False
+    is_scalar: bool = False
+    shares_directions: bool = False
+    samples_hemisphere: bool = True
+    lights: tuple[bool, ...] | None = None
+    shadow_maps: tuple[bool, ...] | None = None
+    simplifies_environment: bool = False
+    decisions: tuple[Decision, ...] = ()
 
 
-class _Decider:
-    """Collects decisions; with ``effects = full`` every effect that was asked for runs."""
-
-    def __init__(self, full: bool) -> None:
-        self.full = full
-        self.rows: list[Decision] = []
-
-    def wanted(self, effect: str, why: str, skips: Sequence[tuple[bool, str]]) -> bool:
-        """Record `effect`: skipped for the first true reason in `skips`, else run."""
-        for holds, reason in skips:
-            if holds and not self.full:
-                self.rows.append(Decision(effect, False, reason))
-                return False
-        self.rows.append(Decision(effect, True, why))
-        return True
-
-    def never(self, effect: str, reason: str) -> bool:
-        """Record that nothing asked for `effect`."""
-        self.rows.append(Decision(effect, False, reason))
-        return False
-
-
-def decide(content: SceneContent, settings: Settings, wanted: Sequence[str]) -> Effects:
+def decide(
+    content: SceneContent, settings: Settings, wanted: Sequence[str], sight: Sight | None = None
+) -> Effects:
     """Return what must be computed for the images `wanted` of a scene.
 
     Parameters
     ----------
     content : SceneContent
     settings : Settings
-        ``effects="full"`` takes no notice of the content.
+        ``effects="full"`` takes no notice of content and sight.
     wanted : sequence of str
         AOV names or ``display``.
+    sight : Sight or None
+        What is known of the view; without it, the view rules nothing out.
     """
-    decider = _Decider(settings.effects == "full")
-    method = settings.method
-    shaded = bool({"beauty", "display"} & set(wanted))
-    sends = (method in ("bounce", "reference-near") and shaded) or (
-        method not in ("direct", "ssao", "ssdo") and "bounce" in wanted
-    )
-    reads_direct = (shaded and method != "reference-gi") or sends or "direct" in wanted
-    reads_directional = (method in ("ssdo", "bounce", "reference-near") and (shaded or sends)) or (
-        method not in ("direct", "ssao") and (sends or "directional" in wanted)
-    )
-    multiplies = method in ("ssao", "reference-ao") and shaded
-
-    direct = reads_direct and decider.wanted(
-        "direct light",
-        "the scene has lights",
-        [(not content.has_direct_lights, "the scene has no light of its own but its environment")],
-    )
-    mapped = direct and settings.chosen_shadows == "map"
-    shadow_map = mapped and decider.wanted(
-        "shadow maps",
-        "lights cast shadows",
-        [(not content.has_shadowed_lights, "no light is marked shadow = map")],
-    )
-    directional = reads_directional and decider.wanted(
-        "directional occlusion",
-        "light comes from the environment or from lights marked shadow = ssdo",
-        [(not content.has_distant_light, "there is neither an environment nor an ssdo light")],
-    )
-    lit = content.has_direct_lights or content.has_distant_light or content.has_unlit_emission
-    bounce = sends and decider.wanted(
-        "bounce",
-        "lit surfaces send light to their neighbours",
-        [
-            (not content.has_albedo, "every surface is black, nothing is sent on"),
-            (not lit, "nothing is lit"),
-        ],
-    )
-    visibility = "visibility" in wanted or (
-        multiplies
-        and decider.wanted(
-            "ambient visibility",
-            "visibility multiplies light",
-            [
-                (
-                    effective_combine(content, settings) == "ambient"
-                    and content.environment == "none",
-                    "there is no environment light for it to multiply",
-                )
-            ],
-        )
-    )
-    marches = settings.chosen_estimator == "march" and not settings.is_reference
-    screen_space = (directional or bounce or visibility) and marches
-    back_layer = screen_space and decider.wanted(
-        "back-face layer",
-        "closed bodies have a back that bounds their thickness",
-        [(not content.has_closed_meshes, "no mesh is closed, so there is no back to find")],
-    )
-    return Effects(
-        direct=direct,
-        shadow_map=shadow_map,
-        traced_shadows=direct and settings.chosen_shadows == "traced",
-        visibility=visibility,
-        directional=directional,
-        bounce=bounce,
-        back_layer=back_layer,
-        decisions=tuple(decider.rows),
-    )
+    return _Decider(content, settings, wanted, sight).effects()
 
 
 def effective_combine(content: SceneContent, settings: Settings) -> Combine:
@@ -158,3 +112,275 @@ def effective_combine(content: SceneContent, settings: Settings) -> Combine:
     if settings.combine is not None:
         return settings.combine
     return "multiply" if content.environment == "none" else "ambient"
+
+
+class _Decider:
+    """Decides one effect after the other and writes down why."""
+
+    def __init__(
+        self,
+        content: SceneContent,
+        settings: Settings,
+        wanted: Sequence[str],
+        sight: Sight | None,
+    ) -> None:
+        self.content = content
+        self.settings = settings
+        self.is_full = settings.effects == "full"
+        # Rays leave the view: what it does not show may matter to them.
+        self.sight = None if self.is_full or settings.is_reference else sight
+        self.wanted = frozenset(wanted)
+        self.shaded = bool({"beauty", "display"} & self.wanted)
+        self.rows: list[Decision] = []
+        self.is_empty = self.sight is not None and self.sight.is_empty
+        self.lights = self._lights()
+
+    def effects(self) -> Effects:
+        """Return all decisions, those that others rest on first."""
+        method, shaded = self.settings.method, self.shaded
+        sends = (method in ("bounce", "reference-near") and shaded) or (
+            method not in ("direct", "ssao", "ssdo") and "bounce" in self.wanted
+        )
+        reads_direct = (shaded and method != "reference-gi") or sends or "direct" in self.wanted
+        gathers = method in ("ssdo", "bounce", "reference-near") and (shaded or sends)
+        reads_directional = gathers or (
+            method not in ("direct", "ssao") and (sends or "directional" in self.wanted)
+        )
+        direct = reads_direct and self._direct()
+        maps = self._shadow_maps() if direct and self.settings.chosen_shadows == "map" else ()
+        directional = reads_directional and self._directional()
+        is_open = self._is_open(directional)
+        bounce = sends and self._bounce(direct, directional, is_open)
+        visibility = "visibility" in self.wanted or (
+            method in ("ssao", "reference-ao") and shaded and self._ambient_visibility(direct)
+        )
+        is_scalar = directional and self._is_scalar()
+        samples = directional and not is_scalar and self._samples_hemisphere()
+        first = "directional" if is_scalar or samples else "ssao" if visibility else ""
+        shares = bounce and bool(first) and self._shares_directions(first)
+        near_field = directional or bounce or visibility
+        return Effects(
+            direct=direct,
+            shadow_map=any(maps),
+            traced_shadows=direct and self.settings.chosen_shadows == "traced",
+            visibility=visibility,
+            directional=directional,
+            bounce=bounce,
+            back_layer=near_field and self._back_layer(is_open),
+            emission=self._emission(),
+            sender_emission=bounce and (self.is_full or self.content.has_unlit_emission),
+            is_open=is_open,
+            is_scalar=is_scalar,
+            shares_directions=shares,
+            samples_hemisphere=samples,
+            lights=None if self.is_full or self.settings.is_reference else self.lights,
+            shadow_maps=None if self.is_full or not maps else maps,
+            simplifies_environment=not self.is_full and not self.settings.is_reference,
+            decisions=tuple(self.rows),
+        )
+
+    def _wanted(
+        self,
+        effect: str,
+        why: str,
+        skips: Sequence[tuple[bool, str]],
+        passes: tuple[str, ...] = (),
+    ) -> bool:
+        """Record `effect`: skipped for the first true reason in `skips`, else run.
+
+        With ``effects = full`` it runs whatever the reasons say.
+        """
+        reason = None if self.is_full else next((text for holds, text in skips if holds), None)
+        self.rows.append(Decision(effect, reason is None, reason or why, passes))
+        return reason is None
+
+    def _lights(self) -> tuple[bool, ...]:
+        """Return which lights can matter."""
+        lights = self.content.lights
+        if self.is_full:
+            return (True,) * len(lights)
+        reaches = self.sight.reaches if self.sight is not None else (True,) * len(lights)
+        chosen = tuple(light.is_on and r for light, r in zip(lights, reaches, strict=True))
+        useless = len(lights) - sum(chosen)
+        if useless and self.shaded:
+            several = f"{useless} of {len(lights)} lights are" if len(lights) > 1 else "it is"
+            reason = f"{several} off, or can light nothing in view"
+            self.rows.append(Decision("useless lights", False, reason, ("direct",)))
+        return chosen
+
+    def _any_light(self, *shadows: str) -> bool:
+        pairs = zip(self.content.lights, self.lights, strict=True)
+        return any(chosen and light.shadow in shadows for light, chosen in pairs)
+
+    def _nothing_seen(self) -> tuple[bool, str]:
+        return self.is_empty, "no surface is in view"
+
+    def _direct(self) -> bool:
+        content = self.content
+        return self._wanted(
+            "direct light",
+            "the scene has lights",
+            [
+                self._nothing_seen(),
+                (not content.has_lights, "the scene has no light that is on"),
+                (not content.has_direct_lights, "all light comes through open directions"),
+                (not self._any_light("map", "none"), "no light can reach anything in view"),
+            ],
+            ("direct", "traced_shadows"),
+        )
+
+    def _shadow_maps(self) -> tuple[bool, ...]:
+        """Return for each light whether it needs a shadow map."""
+        lights = self.content.lights
+        possible = (True,) * len(lights) if self.sight is None else self.sight.shadows
+        maps = tuple(
+            light.shadow == "map" and chosen and (self.is_full or shadowed)
+            for light, chosen, shadowed in zip(lights, self.lights, possible, strict=True)
+        )
+        marked = self._any_light("map")
+        if marked and any(maps) and sum(maps) < sum(light.shadow == "map" for light in lights):
+            reason = f"{sum(maps)} of {len(lights)} lights cast a shadow that can be seen"
+            return maps if self._wanted("shadow maps", reason, [], ("shadow_map",)) else ()
+        runs = self._wanted(
+            "shadow maps",
+            "lights cast shadows",
+            [
+                (not marked, "no light that matters is marked shadow = map"),
+                (not any(maps), "nothing can stand between a light and what is in view"),
+            ],
+            ("shadow_map",),
+        )
+        return maps if runs else ()
+
+    def _directional(self) -> bool:
+        has_environment = self.content.environment != "none"
+        return self._wanted(
+            "directional occlusion",
+            "light comes from the environment or from lights marked shadow = ssdo",
+            [
+                self._nothing_seen(),
+                (
+                    not has_environment and not self.content.has_ssdo_lights,
+                    "there is neither an environment nor an ssdo light that is on",
+                ),
+                (
+                    not has_environment and not self._any_light("ssdo"),
+                    "there is no environment, and no ssdo light can reach anything in view",
+                ),
+            ],
+            ("directional", "directional_filter"),
+        )
+
+    def _is_open(self, directional: bool) -> bool:
+        """Return whether nothing within R can block any visible point."""
+        if self.sight is None:
+            return False
+        if self.is_empty:
+            return True
+        reason = reason_to_be_open(
+            self.content,
+            self.settings,
+            self.sight,
+            # A light is looked at along segments of its own.
+            looks_at_lights=directional and self._any_light("ssdo"),
+        )
+        if reason is not None:
+            passes = ("ssao", "ssao_filter", "directional", "bounce", "bounce_filter")
+            self.rows.append(Decision("blocked directions", False, reason, passes))
+        return reason is not None
+
+    def _bounce(self, direct: bool, directional: bool, is_open: bool) -> bool:
+        content = self.content
+        return self._wanted(
+            "bounce",
+            "lit surfaces send light to their neighbours",
+            [
+                self._nothing_seen(),
+                (not content.has_albedo, "every surface is black, nothing is sent on"),
+                (
+                    not (direct or directional or content.has_unlit_emission),
+                    "nothing that can be seen is lit",
+                ),
+                (is_open, "nothing is near enough to send light to what is in view"),
+            ],
+            ("sender_radiance", "bounce", "bounce_filter"),
+        )
+
+    def _ambient_visibility(self, direct: bool) -> bool:
+        combine = effective_combine(self.content, self.settings)
+        no_sky = self.content.environment == "none"
+        # With ray-traced visibility the report adds it as a light of its own.
+        multiplies_direct = combine == "report" and self.settings.method == "ssao"
+        return self._wanted(
+            "ambient visibility",
+            "visibility multiplies light",
+            [
+                self._nothing_seen(),
+                (
+                    combine == "ambient" and no_sky,
+                    "there is no environment light for it to multiply",
+                ),
+                (
+                    not direct and (multiplies_direct or (combine == "multiply" and no_sky)),
+                    "there is no light for it to multiply",
+                ),
+            ],
+            ("ssao", "ssao_filter", "reference_ao"),
+        )
+
+    def _is_scalar(self) -> bool:
+        """Return whether visibility alone tells how much directional light arrives."""
+        holds = (
+            not self.is_full
+            and not self.settings.is_reference
+            and estimator_of(self.settings, "directional") == "march"
+            and self.content.environment == "constant"
+            and not self._any_light("ssdo")
+        )
+        if holds:
+            reason = "the environment is the same from everywhere: how open a point is says it all"
+            passes = ("directional", "directional_filter")
+            self.rows.append(Decision("light by direction", False, reason, passes))
+        return holds
+
+    def _samples_hemisphere(self) -> bool:
+        """Return whether directional light needs more than directions to its lights."""
+        needed = self.is_full or self.content.environment != "none" or "visibility" in self.wanted
+        if not needed and estimator_of(self.settings, "directional") == "march":
+            reason = "light comes from lights only, so no other direction is looked in"
+            self.rows.append(Decision("hemisphere", False, reason, ("directional",)))
+            return False
+        return True
+
+    def _shares_directions(self, first: str) -> bool:
+        """Return whether one march serves the bounce and the pass `first` before it."""
+        if self.is_full or self.settings.is_reference:
+            return False
+        if not can_share_directions(self.settings, first):
+            return False
+        reason = "the bounce takes over which directions were found blocked, and by what"
+        self.rows.append(Decision("second march", False, reason, ("bounce",)))
+        return True
+
+    def _back_layer(self, is_open: bool) -> bool:
+        marches = self.settings.chosen_estimator == "march" and not self.settings.is_reference
+        return marches and self._wanted(
+            "back-face layer",
+            "closed bodies have a back that bounds their thickness",
+            [
+                (is_open, "no direction is blocked, so no thickness is asked for"),
+                (
+                    not self.content.has_closed_meshes,
+                    "no mesh is closed, so there is no back to find",
+                ),
+            ],
+            ("back_faces",),
+        )
+
+    def _emission(self) -> bool:
+        reads = self.shaded or "emission" in self.wanted
+        return not reads or self._wanted(
+            "emission",
+            "surfaces emit",
+            [(not self.content.has_emission, "no surface emits")],
+        )

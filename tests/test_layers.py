@@ -18,6 +18,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("gpu",),
     ("graph",),
     ("passes", "settings"),
+    ("near_field",),
     ("effects",),
     ("traced_passes",),
     ("pipelines",),

@@ -14,10 +14,28 @@ from ssdo_gl.scene.environment import (
     GradientEnvironment,
     MapEnvironment,
 )
-from ssdo_gl.scene.light import DirectionalLight, Light, RectangleLight
+from ssdo_gl.scene.light import DirectionalLight, Light, RectangleLight, Shadow
 from ssdo_gl.scene.scene import Scene
 
 EnvironmentKind = Literal["none", "constant", "gradient", "map"]
+
+
+@dataclass(frozen=True)
+class LightContent:
+    """One light, as far as it decides about effects.
+
+    Attributes
+    ----------
+    shadow : str
+        How it arrives: map, ssdo or none.
+    is_on : bool
+        Any component of what it emits is above zero.
+    is_rectangle : bool
+    """
+
+    shadow: Shadow
+    is_on: bool = True
+    is_rectangle: bool = False
 
 
 @dataclass(frozen=True)
@@ -29,16 +47,7 @@ class SceneContent:
 
     Attributes
     ----------
-    has_lights : bool
-        Any light that is not black.
-    has_direct_lights : bool
-        Any of them delivers light directly (is not marked ``ssdo``).
-    has_shadowed_lights : bool
-        Any of those is marked ``shadow = "map"``.
-    has_ssdo_lights : bool
-    has_ssdo_points : bool
-        Any of the ``ssdo`` lights is no rectangle: the depth buffer is searched along
-        the one segment towards it.
+    lights : tuple of LightContent
     environment : str
         none, constant, gradient or map: the simplest that gives the same light, so a
         black map counts as none and one of a single colour as constant.
@@ -56,11 +65,7 @@ class SceneContent:
         Instances included.
     """
 
-    has_lights: bool
-    has_direct_lights: bool
-    has_shadowed_lights: bool
-    has_ssdo_lights: bool
-    has_ssdo_points: bool
+    lights: tuple[LightContent, ...]
     environment: EnvironmentKind
     has_albedo: bool
     has_emission: bool
@@ -73,26 +78,32 @@ class SceneContent:
     triangle_count: int
 
     @property
-    def has_distant_light(self) -> bool:
-        """Whether light arrives through SSDO's open directions."""
-        return self.environment != "none" or self.has_ssdo_lights
+    def has_lights(self) -> bool:
+        """Whether any light is on."""
+        return any(light.is_on for light in self.lights)
+
+    @property
+    def has_ssdo_lights(self) -> bool:
+        """Whether any of them arrives through SSDO's open directions."""
+        return any(light.is_on and light.shadow == "ssdo" for light in self.lights)
+
+    @property
+    def has_direct_lights(self) -> bool:
+        """Whether any of them does not."""
+        return any(light.is_on and light.shadow != "ssdo" for light in self.lights)
 
 
 def analyse(scene: Scene) -> SceneContent:
     """Return what `scene` contains; looks at objects, not at triangles."""
-    lit = [light for light in scene.lights if power(light) > 0.0]
-    direct = [light for light in lit if light.shadow != "ssdo"]
-    through_openings = [light for light in lit if light.shadow == "ssdo"]
     used = [scene.materials[i] for i in {item.material for item in scene.objects}]
     meshes = [scene.meshes[i] for i in {item.mesh for item in scene.objects}]
     unlit = [scene.materials[o.material].emits for o in scene.objects if o.light is None]
     moving = [*scene.objects, *scene.lights]
     return SceneContent(
-        has_lights=bool(lit),
-        has_direct_lights=bool(direct),
-        has_shadowed_lights=any(light.shadow == "map" for light in direct),
-        has_ssdo_lights=bool(through_openings),
-        has_ssdo_points=any(not isinstance(n, RectangleLight) for n in through_openings),
+        lights=tuple(
+            LightContent(light.shadow, power(light) > 0.0, isinstance(light, RectangleLight))
+            for light in scene.lights
+        ),
         environment=_kind(simplest_environment(scene.environment)),
         has_albedo=any(max(material.albedo) > 0.0 for material in used),
         has_emission=any(material.emits for material in used),

@@ -77,6 +77,8 @@ class Sight:
         All bodies in view are convex solids.
     nearest_pixel, farthest_pixel : float
         Height of a pixel at the nearest and at the farthest depth in view, scene units.
+    slant : float
+        Distance from the eye over depth, in the corner of the frame, where it is largest.
     reaches : tuple of bool
         For each light, whether it can light anything in view.
     shadows : tuple of bool
@@ -88,6 +90,7 @@ class Sight:
     only_solids: bool
     nearest_pixel: float
     farthest_pixel: float
+    slant: float
     reaches: tuple[bool, ...]
     shadows: tuple[bool, ...]
 
@@ -107,6 +110,7 @@ def sight_of(bodies: Bodies, seen: IntArray, lights: Sequence[Light], eye: Eye) 
         only_solids=bool(np.all(bodies.form[seen] == CONVEX_SOLID)),
         nearest_pixel=pixel * eye.near,
         farthest_pixel=pixel * eye.far,
+        slant=math.hypot(1.0, *eye.tan_half_fov),
         reaches=reaches,
         shadows=tuple(
             reached and shadow_is_possible(light, number, bodies, seen)

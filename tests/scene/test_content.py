@@ -9,7 +9,7 @@ import pytest
 
 from ssdo_gl.scene import shapes
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.content import analyse, power, simplest_environment
+from ssdo_gl.scene.content import LightContent, analyse, power, simplest_environment
 from ssdo_gl.scene.environment import ConstantEnvironment, GradientEnvironment, MapEnvironment
 from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.material import Material, Texture
@@ -42,23 +42,24 @@ def test_a_light_counts_unless_it_is_off(light):
     assert power(light) == 0.5
     assert analyse(scene_with(lights=(light,))).has_direct_lights
     dark = analyse(scene_with(lights=(off(light),)))
-    assert not dark.has_lights and not dark.has_shadowed_lights
+    assert not dark.has_lights and not dark.has_direct_lights
+    assert dark.lights[0].is_on is False
 
 
 def test_the_shadow_of_a_light_says_how_it_arrives():
-    through = analyse(scene_with(lights=(dataclasses.replace(PANEL, shadow="ssdo"),)))
-    assert through.has_ssdo_lights and through.has_distant_light
-    assert not through.has_direct_lights and not through.has_ssdo_points
-    spot = analyse(scene_with(lights=(dataclasses.replace(SPOT, shadow="ssdo"),)))
-    assert spot.has_ssdo_points
+    through = analyse(scene_with(lights=(dataclasses.replace(PANEL, shadow="ssdo"), off(SPOT))))
+    assert through.has_ssdo_lights and not through.has_direct_lights
+    assert through.lights == (
+        LightContent("ssdo", True, is_rectangle=True),
+        LightContent("map", False),
+    )
     plain = analyse(scene_with(lights=(dataclasses.replace(POINT, shadow="none"),)))
-    assert plain.has_direct_lights and not plain.has_shadowed_lights
+    assert plain.has_direct_lights and plain.lights[0].shadow == "none"
 
 
 def test_a_light_that_is_off_does_not_count_as_ssdo_light():
     dark = dataclasses.replace(off(SPOT), shadow="ssdo")
-    content = analyse(scene_with(lights=(dark, POINT)))
-    assert not content.has_ssdo_lights and not content.has_ssdo_points
+    assert not analyse(scene_with(lights=(dark, POINT))).has_ssdo_lights
 
 
 def test_surfaces():

@@ -223,6 +223,7 @@ def test_a_sight_puts_the_facts_together():
     # Half the frame's height of 16 pixels is .5 at distance 1.
     assert sight.nearest_pixel == pytest.approx(0.1 * 0.5 / 16.0)
     assert sight.farthest_pixel == pytest.approx(100.0 * 0.5 / 16.0)
+    assert sight.slant == pytest.approx(1.5)
     nothing = sight_of(found, np.empty(0, dtype=np.int64), lights, EYE)
     assert nothing.is_empty and nothing.reaches == (False, False)
 
