@@ -19,7 +19,6 @@ from ssdo_gl.passes.directional import DirectionalPass, DirectionalSettings
 from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterPass, EdgeAwareFilterSettings
 from ssdo_gl.passes.environment import EnvironmentPass
 from ssdo_gl.passes.gbuffer import GBufferPass
-from ssdo_gl.passes.light_table import LightTablePass
 from ssdo_gl.passes.radiance_aov import RadianceAovPass
 from ssdo_gl.passes.screen_space_settings import ScreenSpaceSettings
 from ssdo_gl.passes.sender_radiance import SenderRadiancePass
@@ -169,15 +168,17 @@ class _Builder:
 
     def _add_lights(self) -> None:
         effects = self.effects
-        if self.content.has_lights:
-            self.add(LightTablePass(), "lights in view space")
+        map_settings = with_overrides(self.settings, "shadow_map", ShadowMapSettings())
         if effects.shadow_map:
-            settings = with_overrides(self.settings, "shadow_map", ShadowMapSettings())
-            self.add(ShadowMapPass(settings), "lights cast shadows")
+            self.add(ShadowMapPass(map_settings), "lights cast shadows")
         if effects.direct and not effects.traced_shadows:
             settings_direct = with_overrides(self.settings, "direct", DirectSettings())
             self.add(
-                DirectPass(settings_direct, shadow_maps=effects.shadow_map),
+                DirectPass(
+                    settings_direct,
+                    shadow_maps=effects.shadow_map,
+                    parts_per_side=map_settings.parts_per_side,
+                ),
                 "light of the scene's lights",
             )
         if self.content.environment == "map":

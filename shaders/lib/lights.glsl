@@ -1,8 +1,9 @@
 // The scene's lights in view space, and the irradiance of each without any shadow.
 //
-// A light is LIGHT_ROWS vectors (written by graph/light_rows.py), one row of `t_lights`:
+// A light is LIGHT_ROWS vectors (written by graph/light_rows.py):
 //        xyz                                            w
-//   0    kind, shadow                                   1 if both sides emit
+//   0    kind, shadow, parts with a shadow map each     1 if both sides emit
+//        along an edge of a rectangle
 //   1    position (point, spot), centre (rectangle),    cosine of a spot's outer angle
 //        unit direction TOWARDS a directional light
 //   2    intensity (point, spot), irradiance            1 / (cos inner - cos outer)
@@ -33,9 +34,6 @@
 #define SHADOW_MAP 1
 #define SHADOW_SSDO 2
 
-uniform sampler2D t_lights;
-uniform int u_light_count;
-
 struct Light {
     int kind;
     int shadow;
@@ -52,15 +50,6 @@ Light light_from_rows(vec4 rows[LIGHT_ROWS])
 {
     return Light(int(rows[0].x), int(rows[0].y), rows[0].w > 0.5, rows[1].xyz, rows[2].rgb,
                  rows[3].xyz, rows[4].xyz, rows[1].w, rows[2].w);
-}
-
-Light light_at(int index)
-{
-    vec4 rows[LIGHT_ROWS];
-    for (int i = 0; i < LIGHT_ROWS; ++i) {
-        rows[i] = texelFetch(t_lights, ivec2(i, index), 0);
-    }
-    return light_from_rows(rows);
 }
 
 // Lights reach no surface nearer than a few roundings of float32: there a position no

@@ -29,6 +29,8 @@ const vec3 KRONECKER_STEP = vec3(KRONECKER_ALPHA) / 4294967296.0;
 
 struct ShadowMap {
     vec2 tile;            // of the first face, in tiles
+    int parts_per_side;   // of a rectangle, which divide each tile into squares
+    float texels;         // along one such square
     int face_count;
     bool is_parallel;
     vec2 half_size;       // of a face, border included
@@ -38,10 +40,12 @@ struct ShadowMap {
 
 ShadowMap shadow_map_from_rows(vec4 rows[LIGHT_ROWS])
 {
+    float texels = u_shadow_tile_texels / rows[0].z;
     vec2 half_size = vec2(rows[3].w, rows[4].w)
-                   * (u_shadow_tile_texels / (u_shadow_tile_texels - 2.0 * SHADOW_BORDER_TEXELS));
-    return ShadowMap(vec2(rows[5].w, rows[6].w), int(rows[8].w), rows[7].w > 0.5, half_size,
-                     rows[8].xyz, transpose(mat3(rows[5].xyz, rows[6].xyz, rows[7].xyz)));
+                   * (texels / (texels - 2.0 * SHADOW_BORDER_TEXELS));
+    return ShadowMap(vec2(rows[5].w, rows[6].w), int(rows[0].z), texels, int(rows[8].w),
+                     rows[7].w > 0.5, half_size, rows[8].xyz,
+                     transpose(mat3(rows[5].xyz, rows[6].xyz, rows[7].xyz)));
 }
 
 // Faces in the order +z, +x, -x, +y, -y, -z; axes as in graph/shadow_frames.py.
@@ -63,32 +67,33 @@ vec3 face_from_light(int face, vec3 q)
 
 // One face of a map, with what is needed to look a point up.
 struct Face {
-    vec2 corner;            // of its tile in the atlas, texels
-    vec2 texel_from_slope;  // place on the tile = slope * this + half a tile
+    vec2 corner;            // in the atlas, texels
+    float texels;           // along its sides
+    vec2 texel_from_slope;  // place on the face = slope * this + half a face
     vec2 slope_from_texel;
     bool is_parallel;
 };
 
-Face face_at(ShadowMap map, int face)
+Face face_at(ShadowMap map, int face, ivec2 part)
 {
-    vec2 scale = 0.5 * u_shadow_tile_texels / map.half_size;
-    return Face((map.tile + vec2(float(face), 0.0)) * u_shadow_tile_texels, scale, 1.0 / scale,
-                map.is_parallel);
+    vec2 scale = 0.5 * map.texels / map.half_size;
+    vec2 corner = (map.tile + vec2(float(face), 0.0)) * u_shadow_tile_texels;
+    return Face(corner + vec2(part) * map.texels, map.texels, scale, 1.0 / scale, map.is_parallel);
 }
 
-// Place of a point (u, v, depth) on the tile, in texels from its corner.
+// Place of a point (u, v, depth) on the face, in texels from its corner.
 vec2 face_place(Face face, vec3 w)
 {
     vec2 slope = face.is_parallel ? w.xy : w.xy / w.z;
-    return slope * face.texel_from_slope + 0.5 * u_shadow_tile_texels;
+    return slope * face.texel_from_slope + 0.5 * face.texels;
 }
 
-// The surface point (u, v, depth) that is stored in texel `t` of the tile.
+// The surface point (u, v, depth) that is stored in texel `t` of the face.
 vec3 face_point(Face face, vec2 t)
 {
-    vec2 inside = clamp(t, vec2(0.0), vec2(u_shadow_tile_texels - 1.0));
+    vec2 inside = clamp(t, vec2(0.0), vec2(face.texels - 1.0));
     float depth = texelFetch(t_shadow_atlas, ivec2(face.corner + inside), 0).x;
-    vec2 slope = (inside + 0.5 - 0.5 * u_shadow_tile_texels) * face.slope_from_texel;
+    vec2 slope = (inside + 0.5 - 0.5 * face.texels) * face.slope_from_texel;
     return vec3(face.is_parallel ? slope : slope * depth, depth);
 }
 
@@ -115,7 +120,7 @@ float point_shadow_visibility(ShadowMap map, vec3 p_ls, vec3 m_ls, float roundin
     int number = map.face_count == 1 ? 0 : face_of(p_ls);
     vec3 p = face_from_light(number, p_ls);
     vec3 m = face_from_light(number, m_ls);
-    Face face = face_at(map, number);
+    Face face = face_at(map, number, ivec2(0));
     float slack = rounding + SHADOW_TEXEL_SLACK * face_texel_size(face, p.z);
     vec2 place = face_place(face, p) - 0.5;
     vec2 low = floor(place);
@@ -138,12 +143,21 @@ float point_shadow_visibility(ShadowMap map, vec3 p_ls, vec3 m_ls, float roundin
 }
 
 #ifdef BLOCKER_COUNT
-// Soft shadow of a rectangle: percentage-closer soft shadows (Fernando 2005) in which
-// search and filter work on the light's points themselves instead of on circles in the
-// map. The segment from the receiver p to the light's point y passes p + s (y - p); seen
-// from the light's centre its texels hold what may block it.
-float rectangle_shadow_visibility(ShadowMap map, vec3 p_ls, vec3 m_ls, float rounding,
-                                  vec2 half_u, vec2 half_v, ivec2 pixel)
+// What a part of a rectangle contributes to a receiver at the origin, up to a constant:
+// cos cos / distance^2. `height` is the receiver's over the light, as a unit.
+float part_weight(vec3 to_light, vec3 normal, float height)
+{
+    vec3 d = to_light / height;
+    return max(dot(normal, d), 0.0) / (dot(d, d) * dot(d, d));
+}
+
+// Soft shadow of one part of a rectangle, given by its centre and half edges, from its
+// own map: percentage-closer soft shadows (Fernando 2005) in which search and filter work
+// on the light's points themselves instead of on circles in the map. The segment from the
+// receiver p to the light's point y passes p + s (y - p); seen from the part's centre its
+// texels hold what may block it. `p` is relative to that centre.
+float part_visibility(ShadowMap map, ivec2 part, vec3 p_ls, vec3 m_ls, float rounding,
+                      vec2 half_u, vec2 half_v, ivec2 pixel)
 {
     // Everything in the axes of the face that the receiver falls on; the dark side of a
     // two-sided light is a mirror image.
@@ -160,12 +174,14 @@ float rectangle_shadow_visibility(ShadowMap map, vec3 p_ls, vec3 m_ls, float rou
     vec3 dual_v = face_from_light(number, vec3(-half_u.y, half_u.x, 0.0)) / determinant;
     vec2 p_on_light = vec2(dot(p, dual_u), dot(p, dual_v));
     float height = dot(p, axis);
-    Face face = face_at(map, number);
+    Face face = face_at(map, number, part);
     float slack = rounding + SHADOW_TEXEL_SLACK * face_texel_size(face, p.z);
 
     float blocker_sum = 0.0;
     float blocker_count = 0.0;
-    vec3 start = kronecker_point(set_of_pixel(pixel) * uint(BLOCKER_COUNT), u_pattern_offset);
+    // Another stretch of the sequence for each pixel of a block and each part.
+    uint set = uint(part.y * map.parts_per_side + part.x) * uint(BLOCK_SIZE * BLOCK_SIZE) + set_of_pixel(pixel);
+    vec3 start = kronecker_point(set * uint(BLOCKER_COUNT), u_pattern_offset);
     for (int i = 0; i < BLOCKER_COUNT; ++i) {
         vec3 r = fract(start + float(i) * KRONECKER_STEP);
         // Squared: what touches the receiver covers few texels, near its own.
@@ -187,7 +203,7 @@ float rectangle_shadow_visibility(ShadowMap map, vec3 p_ls, vec3 m_ls, float rou
     float s = blocker_sum / max(blocker_count, 1.0) / height;
     float open = 0.0;
     float total = 0.0;
-    start = kronecker_point(set_of_pixel(pixel) * uint(FILTER_COUNT), u_pattern_offset);
+    start = kronecker_point(set * uint(FILTER_COUNT), u_pattern_offset);
     for (int i = 0; i < filter_count; ++i) {
         vec3 r = fract(start + float(i) * KRONECKER_STEP);
         vec3 to_light = (2.0 * r.x - 1.0) * u + (2.0 * r.y - 1.0) * v - p;
@@ -196,11 +212,29 @@ float rectangle_shadow_visibility(ShadowMap map, vec3 p_ls, vec3 m_ls, float rou
         float rise = -dot(offset, axis);
         bool is_blocker = q.z > 0.0 && rise > 0.0 && rise < height
             && is_above_plane(offset, m, slack);
-        // What this part of the light would contribute: cos cos / distance^2.
-        vec3 d = to_light / height;
-        float weight = max(dot(m, d), 0.0) / (dot(d, d) * dot(d, d));
+        float weight = part_weight(to_light, m, height);
         total += weight;
         open += is_blocker ? 0.0 : weight;
+    }
+    return total > 0.0 ? open / total : 1.0;
+}
+
+// Soft shadow of a rectangle: its parts, weighted by what each contributes.
+float rectangle_shadow_visibility(ShadowMap map, vec3 p_ls, vec3 m_ls, float rounding,
+                                  vec2 half_u, vec2 half_v, ivec2 pixel)
+{
+    float inverse = 1.0 / float(map.parts_per_side);
+    float open = 0.0;
+    float total = 0.0;
+    for (int j = 0; j < map.parts_per_side; ++j) {
+        for (int i = 0; i < map.parts_per_side; ++i) {
+            vec2 place = (vec2(float(i), float(j)) * 2.0 + 1.0) * inverse - 1.0;
+            vec3 p = p_ls - vec3(place.x * half_u + place.y * half_v, 0.0);
+            float weight = part_weight(-p, m_ls, abs(p.z));
+            open += weight * part_visibility(map, ivec2(i, j), p, m_ls, rounding,
+                                             half_u * inverse, half_v * inverse, pixel);
+            total += weight;
+        }
     }
     return total > 0.0 ? open / total : 1.0;
 }

@@ -26,7 +26,6 @@ from ssdo_gl.settings import Settings
 PARTS = {
     "gbuffer": "G-buffer",
     "back_faces": "back faces",
-    "light_table": "direct light",
     "shadow_map": "direct light",
     "direct": "direct light",
     "ssao": "estimators",

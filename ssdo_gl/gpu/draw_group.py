@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
 from ssdo_gl.gpu.shader import Program
 from ssdo_gl.gpu.vertices import VertexStreams
@@ -63,15 +62,16 @@ class Features:
 
 @dataclass(eq=False)
 class DrawGroup:
-    """Instances that one draw call renders: same mesh, same textures."""
+    """Device objects for instances that one draw call renders: same mesh, same textures.
 
+    `key` is equal for groups that can stand in for each other.
+    """
+
+    key: Hashable
     mesh: Mesh
     vertices: VertexStreams
     features: Features
     textures: Mapping[str, moderngl.Texture]
-    world_from_mesh: FloatArray  # (N, 4, 4), the mesh's recentring included
-    materials: NDArray[np.float32]  # (N, 10), everything of an instance but its place
-    lights: NDArray[np.int64]  # (N,) the light whose visible body it is, or -1
     instances: moderngl.Buffer
     vertex_arrays: dict[Program, moderngl.VertexArray] = field(default_factory=dict)
 
@@ -79,6 +79,12 @@ class DrawGroup:
     def is_solid(self) -> bool:
         """Whether its back faces bound solids."""
         return self.mesh.closed and not self.features.alpha_cutout
+
+    def release(self) -> None:
+        """Free the vertex arrays and the instance buffer; the mesh's buffers are shared."""
+        for array in self.vertex_arrays.values():
+            array.release()
+        self.instances.release()
 
 
 def grouped(scene: Scene) -> list[list[int]]:

@@ -12,8 +12,8 @@ from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.graph.shadow_frames import ShadowFrame, light_axes
 from ssdo_gl.scene.light import DirectionalLight, Light, PointLight, RectangleLight, SpotLight
 
-# Texels per light and their meaning: see shaders/lib/lights.glsl.
-TEXELS_PER_LIGHT = 9
+# Vectors per light and their meaning: see shaders/lib/lights.glsl.
+ROWS_PER_LIGHT = 9
 KIND_NUMBERS: Mapping[type, int] = {
     PointLight: 0,
     SpotLight: 1,
@@ -26,13 +26,14 @@ SHADOW_NUMBERS = {"none": 0, "map": 1, "ssdo": 2}
 def light_rows(
     lights: Sequence[Light], frames: Sequence[ShadowFrame | None], view: FrameView
 ) -> NDArray[np.float64]:
-    """Return the table, shape (max(lights, 1), TEXELS_PER_LIGHT, 4)."""
-    table = np.zeros((max(len(lights), 1), TEXELS_PER_LIGHT, 4))
-    for row, light, frame in zip(table, lights, frames, strict=False):
+    """Return what shaders know of each light, shape (len(lights), ROWS_PER_LIGHT, 4)."""
+    table = np.zeros((len(lights), ROWS_PER_LIGHT, 4))
+    for row, light, frame in zip(table, lights, frames, strict=True):
         row[0, :2] = KIND_NUMBERS[type(light)], SHADOW_NUMBERS[light.shadow]
         _fill_light(row, light, view)
         row[5:8, :3] = light_axes(light) @ view.view_from_world.T
         if frame is not None:
+            row[0, 2] = frame.parts_per_side
             row[3:5, 3] = frame.half_size
             row[5:8, 3] = *frame.tile, float(frame.is_parallel)
             row[8, :3] = view.point_vs(frame.origin_ws)

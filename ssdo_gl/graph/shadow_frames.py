@@ -39,12 +39,12 @@ BoundsOf = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 @dataclass(frozen=True, eq=False)
 class ShadowFrame:
-    """The shadow map of one light.
+    """The shadow map of one light, or several maps of the parts of a rectangle.
 
     Attributes
     ----------
     origin_ws : ndarray, shape (3,)
-        Depth 0 of the map; the apex of its pyramids.
+        Depth 0 of the map; the apex of its pyramids. Of a rectangle: its centre.
     light_from_world : ndarray, shape (3, 3)
         Rotation; +z is where the light shines.
     is_parallel : bool
@@ -57,6 +57,10 @@ class ShadowFrame:
         Faces in use, the first of `FACE_FROM_LIGHT`.
     tile : (int, int)
         Column and row of its first face in the atlas.
+    parts : ndarray, shape (P, 3)
+        Where the maps of a rectangle's P parts look from, relative to `origin_ws`, world
+        space. They divide each tile into as many squares, row by row from the bottom
+        left. One zero for all other lights.
     """
 
     origin_ws: FloatArray
@@ -66,6 +70,12 @@ class ShadowFrame:
     depth: float
     face_count: int
     tile: tuple[int, int]
+    parts: FloatArray
+
+    @property
+    def parts_per_side(self) -> int:
+        """Return into how many parts each edge of a rectangle is divided."""
+        return math.isqrt(len(self.parts))
 
 
 def face_count(light: Light) -> int:
@@ -130,22 +140,29 @@ def light_axes(light: Light) -> FloatArray:
     return np.eye(3)
 
 
-def shadow_frames(lights: Sequence[Light], bounds_of: BoundsOf) -> list[ShadowFrame | None]:
+def shadow_frames(
+    lights: Sequence[Light], bounds_of: BoundsOf, parts_per_side: int = 1
+) -> list[ShadowFrame | None]:
     """Return the shadow map of each light, None for those without.
 
     Parameters
     ----------
     bounds_of : callable
         Returns the corners (low, high) of the scene in the frame of a (3, 3) rotation.
+    parts_per_side : int
+        Into how many parts with a map each the edges of rectangles are divided.
     """
     return [
-        None if tile is None else _shadow_frame(light, bounds_of, tile)
+        None if tile is None else _shadow_frame(light, bounds_of, tile, parts_per_side)
         for light, tile in zip(lights, atlas_layout(lights).tiles, strict=True)
     ]
 
 
-def _shadow_frame(light: Light, bounds_of: BoundsOf, tile: tuple[int, int]) -> ShadowFrame:
+def _shadow_frame(
+    light: Light, bounds_of: BoundsOf, tile: tuple[int, int], parts_per_side: int
+) -> ShadowFrame:
     axes, count = light_axes(light), face_count(light)
+    parts = np.zeros((1, 3))
     if isinstance(light, DirectionalLight):
         low, high = bounds_of(axes)
         # A flat scene has no extent along some axis; any is right that is not zero.
@@ -154,13 +171,16 @@ def _shadow_frame(light: Light, bounds_of: BoundsOf, tile: tuple[int, int]) -> S
         middle = 0.5 * (low + high)
         origin = np.array([middle[0], middle[1], middle[2] - 0.5 * extent[2]]) @ axes
         half = (0.5 * float(extent[0]), 0.5 * float(extent[1]))
-        return ShadowFrame(origin, axes, True, half, float(extent[2]), count, tile)
+        return ShadowFrame(origin, axes, True, half, float(extent[2]), count, tile, parts)
     tangent = 1.0
     if isinstance(light, RectangleLight):
         tangent = OVERLAP
         origin = np.asarray(light.corner) + 0.5 * np.add(light.edge_u, light.edge_v)
+        place = (np.arange(parts_per_side) + 0.5) / parts_per_side - 0.5
+        v, u = (axis.reshape(-1, 1) for axis in np.meshgrid(place, place, indexing="ij"))
+        parts = u * np.asarray(light.edge_u) + v * np.asarray(light.edge_v)
     else:
         origin = np.asarray(light.position, np.float64)
         if isinstance(light, SpotLight) and count == 1:
             tangent = math.tan(math.radians(light.outer_angle))
-    return ShadowFrame(origin, axes, False, (tangent, tangent), 0.0, count, tile)
+    return ShadowFrame(origin, axes, False, (tangent, tangent), 0.0, count, tile, parts)

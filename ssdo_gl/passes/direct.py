@@ -22,9 +22,14 @@ class DirectSettings:
     """How soft shadows of rectangle lights are sampled."""
 
     blocker_samples: int = setting(
-        8, "shadow-map reads that look for what stands before a light", low=1, high=256
+        4,
+        "shadow-map reads per part of a light that look for what stands before it",
+        low=1,
+        high=256,
     )
-    filter_samples: int = setting(16, "shadow-map reads in a penumbra: smoother", low=1, high=256)
+    filter_samples: int = setting(
+        8, "shadow-map reads per part of a light in its penumbra: smoother", low=1, high=256
+    )
 
 
 def uniforms(settings: DirectSettings, frame: Frame) -> dict[str, object]:
@@ -43,34 +48,44 @@ class DirectPass(RenderPass):
     settings : DirectSettings
     shadow_maps : bool
         Read `shadow_atlas` for lights whose shadow is "map"; else they cast none.
+    parts_per_side : int
+        That of the shadow maps' settings.
     """
 
     name = "direct"
     writes: Mapping[str, TextureSpec] = {"direct_irradiance": TextureSpec(4, "f4")}
 
-    def __init__(self, settings: DirectSettings | None = None, *, shadow_maps: bool = True) -> None:
+    def __init__(
+        self,
+        settings: DirectSettings | None = None,
+        *,
+        shadow_maps: bool = True,
+        parts_per_side: int = 1,
+    ) -> None:
         self.settings = settings or DirectSettings()
         self.shadow_maps = shadow_maps
+        self.parts_per_side = parts_per_side
         self.reads = ("z_vs", "normals_vs", *(("shadow_atlas",) if shadow_maps else ()))
         # The map of a directional light encloses the geometry; the seed turns the
         # pattern of soft shadows.
         self.depends_on = ("view", "lights", *(("geometry", "seed") if shadow_maps else ()))
 
     def settings_key(self) -> Hashable:
-        """Return the settings and whether there are shadow maps."""
-        return self.settings, self.shadow_maps
+        """Return the settings and how there are shadow maps."""
+        return self.settings, self.shadow_maps, self.parts_per_side
 
     def execute(self, context: PassContext) -> None:
         """Draw one full-screen triangle for each light, adding up."""
         assert context.target is not None
         scene = context.frame.scene
-        frames = shadow_frames(scene.lights, context.geometry.bounds_along)
+        parts = self.parts_per_side
+        frames = shadow_frames(scene.lights, context.geometry.bounds_along, parts)
         rows = light_rows(scene.lights, frames, context.frame.view)
         textures = {f"t_{name}": context.inputs[name] for name in self.reads}
         common = uniforms(self.settings, context.frame)
         if self.shadow_maps:
-            atlas = context.inputs["shadow_atlas"]
-            common["u_shadow_tile_texels"] = atlas.width // atlas_layout(scene.lights).columns
+            columns = atlas_layout(scene.lights).columns
+            common["u_shadow_tile_texels"] = context.inputs["shadow_atlas"].width // columns
         smooth = any(mesh.normals is not None for mesh in scene.meshes)
         context.target.use()
         context.gl.blend_func = moderngl.ONE, moderngl.ONE

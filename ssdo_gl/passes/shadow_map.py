@@ -10,7 +10,7 @@ import numpy as np
 
 from ssdo_gl import math3d
 from ssdo_gl.gpu.draw_group import Features
-from ssdo_gl.gpu.geometry import Eye
+from ssdo_gl.gpu.instances import Eye
 from ssdo_gl.gpu.shader import Program
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.graph.depth_range import depth_uniforms, wide_depth_range
@@ -41,6 +41,12 @@ class ShadowMapSettings:
 
     resolution: int = setting(
         1024, "texels along each face of a map: sharper shadows", unit="texels", low=16, high=8192
+    )
+    parts_per_side: int = setting(
+        2,
+        "parts of a rectangle light's edges that share its map's texels: truer penumbras",
+        low=1,
+        high=8,
     )
     max_atlas: int = setting(
         8192,
@@ -74,6 +80,8 @@ def parallel_projection(half_size: tuple[float, float], depth: float) -> FloatAr
 class ShadowMapPass(RenderPass):
     """Draws `shadow_atlas`: one square tile for each face of each light's map.
 
+    The parts of a rectangle share a tile in equal squares.
+
     A texel holds the linear depth
     along the axis of its face, `EMPTY_DEPTH` where there is nothing. Lights whose body
     is part of the scene do not see that body.
@@ -89,6 +97,7 @@ class ShadowMapPass(RenderPass):
     def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
         """Return the atlas as a new texture."""
         lights = context.frame.scene.lights
+        parts_per_side = self.settings.parts_per_side
         layout = atlas_layout(lights)
         size = tile_size(self.settings, layout)
         atlas = make_texture(context.gl, (layout.columns * size, layout.rows * size), 1, "f4")
@@ -97,15 +106,21 @@ class ShadowMapPass(RenderPass):
         target.use()
         target.clear(EMPTY_DEPTH, depth=1.0)
         context.gl.enable_only(moderngl.DEPTH_TEST)
-        frames = shadow_frames(lights, context.geometry.bounds_along)
+        frames = shadow_frames(lights, context.geometry.bounds_along, parts_per_side)
         for index, frame in enumerate(frames):
-            for face in range(frame.face_count if frame is not None else 0):
-                assert frame is not None
-                column, row = frame.tile
-                corner = ((column + face) * size, row * size)
+            if frame is None:
+                continue
+            part_size = size // frame.parts_per_side
+            for face, part in np.ndindex(frame.face_count, len(frame.parts)):
+                y, x = divmod(part, frame.parts_per_side)
+                corner = (
+                    (frame.tile[0] + face) * size + x * part_size,
+                    frame.tile[1] * size + y * part_size,
+                )
                 # Rasterization is clipped to the viewport, so tiles stay apart.
-                target.viewport = (*corner, size, size)
-                _draw_face(context, frame, face, index, border_scale(size))
+                target.viewport = (*corner, part_size, part_size)
+                origin = frame.origin_ws + frame.parts[part]
+                _draw_face(context, frame, origin, face, index, border_scale(part_size))
         # A framebuffer that is released while bound makes the next one an OpenGL error.
         if before is not None:
             before.use()
@@ -116,10 +131,15 @@ class ShadowMapPass(RenderPass):
 
 
 def _draw_face(
-    context: PassContext, frame: ShadowFrame, face: int, light: int, scale: float
+    context: PassContext,
+    frame: ShadowFrame,
+    origin_ws: FloatArray,
+    face: int,
+    light: int,
+    scale: float,
 ) -> None:
     rotation = VIEW_FROM_FACE @ FACE_FROM_LIGHT[face] @ frame.light_from_world
-    eye = Eye(frame.origin_ws, rotation)
+    eye = Eye(origin_ws, rotation)
     half_size = (frame.half_size[0] * scale, frame.half_size[1] * scale)
     if frame.is_parallel:
         clip_from_view = parallel_projection(half_size, frame.depth)

@@ -9,7 +9,8 @@ import pytest
 from passes.pass_harness import box, make_frame, make_scene, quad, run_pass
 
 from ssdo_gl import math3d
-from ssdo_gl.gpu.geometry import NEAREST_CLIP_RATIO, Eye, Geometry
+from ssdo_gl.gpu.geometry import Eye, Geometry
+from ssdo_gl.gpu.instances import NEAREST_CLIP_RATIO
 from ssdo_gl.passes.gbuffer import GBufferPass
 from ssdo_gl.scene.material import Material, Texture
 from ssdo_gl.scene.mesh import SceneObject

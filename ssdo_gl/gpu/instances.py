@@ -1,0 +1,181 @@
+"""Where all instances of a scene are and what shows of them, in float64 on the CPU."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ssdo_gl.gpu.draw_group import INSTANCE_FLOATS, material_row
+from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.scene import Scene
+
+# Geometry nearer than this fraction of the farthest visible bound is cut off: a
+# clip plane must lie somewhere in front of the eye, and a millionth of the view is
+# below what a picture shows.
+NEAREST_CLIP_RATIO = 1e-6
+# The clip planes keep this distance (relative) from the bounds, far above float32
+# rounding of the projection (1e-7) and far below what depth precision would notice.
+CLIP_MARGIN = 1e-3
+
+
+class Viewpoint(Protocol):
+    """An eye somewhere in the world; `graph.frame.FrameView` is one."""
+
+    @property
+    def position_ws(self) -> FloatArray:
+        """World-space position, shape (3,)."""
+
+    @property
+    def view_from_world(self) -> FloatArray:
+        """Rotation, shape (3, 3); a reflection is allowed."""
+
+
+@dataclass(frozen=True)
+class Eye:
+    """The plainest `Viewpoint`: a light, or a face of its shadow map."""
+
+    position_ws: FloatArray
+    view_from_world: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """Consecutive instances of one draw group that are all mirrored, or none."""
+
+    group: int
+    is_mirrored: bool
+    start: int
+
+
+@dataclass(frozen=True, eq=False)
+class Instances:
+    """All instances, sorted by batch.
+
+    Attributes
+    ----------
+    world_from_mesh : ndarray, shape (N, 3, 4), float64
+        The recentring of each mesh included, so the last column is the bounds' centre.
+    half_extent : ndarray, shape (N, 3)
+        Half the object-space bounds.
+    materials : ndarray, shape (N, INSTANCE_FLOATS - 12), float32
+    lights : ndarray, shape (N,)
+        The light whose visible body it is, or -1.
+    batches : tuple of Batch
+    """
+
+    world_from_mesh: FloatArray
+    half_extent: FloatArray
+    materials: NDArray[np.float32]
+    lights: NDArray[np.int64]
+    batches: tuple[Batch, ...]
+
+    def boxes(self, viewpoint: Viewpoint) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return (N, 3, 4) view_from_mesh, and centres and half sizes of the view-space boxes."""
+        relative = self.world_from_mesh.copy()
+        relative[:, :, 3] -= viewpoint.position_ws
+        view_from_mesh = np.asarray(viewpoint.view_from_world @ relative)
+        half = np.einsum("nij,nj->ni", np.abs(view_from_mesh[:, :, :3]), self.half_extent)
+        return view_from_mesh, view_from_mesh[:, :, 3], half
+
+    def visible(
+        self, viewpoint: Viewpoint, clip_from_view: FloatArray, skip_light: int | None
+    ) -> list[NDArray[np.float32]]:
+        """Return for each batch the attributes (n, INSTANCE_FLOATS) of what shows."""
+        if len(self.lights) == 0:
+            return []
+        view_from_mesh, center, half = self.boxes(viewpoint)
+        planes = np.concatenate(
+            [clip_from_view[3] + clip_from_view[:3], clip_from_view[3] - clip_from_view[:3]]
+        )
+        seen = _inside(planes, center, half) & self._shown(skip_light)
+        packed = np.empty((int(np.count_nonzero(seen)), INSTANCE_FLOATS), np.float32)
+        packed[:, :12] = view_from_mesh[seen].reshape(-1, 12)
+        packed[:, 12:] = self.materials[seen]
+        counts = np.add.reduceat(seen, [batch.start for batch in self.batches], dtype=np.int64)
+        return np.split(packed, np.cumsum(counts)[:-1])
+
+    def bounds_along(self, axes: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return corners (low, high) of all instances in a world frame with these axes."""
+        if len(self.lights) == 0:
+            return np.zeros(3), np.zeros(3)
+        _, center, half = self.boxes(Eye(np.zeros(3), axes))
+        return (center - half).min(axis=0), (center + half).max(axis=0)
+
+    def near_far(
+        self, viewpoint: Viewpoint, tan_half_fov: tuple[float, float], skip_light: int | None
+    ) -> tuple[float, float]:
+        """Return clip distances that enclose all that shows; (0.5, 1) if nothing does."""
+        x, y = tan_half_fov
+        sides = np.array([[1, 0, -x, 0], [-1, 0, -x, 0], [0, 1, -y, 0], [0, -1, -y, 0]])
+        # A jittered frame sees up to a pixel more; a hundredth of the field of view
+        # covers that for frames of 100 pixels and more, at no cost.
+        sides[:, 2] *= 1.01
+        _, center, half = self.boxes(viewpoint)
+        farthest = half[:, 2] - center[:, 2]
+        seen = _inside(sides, center, half) & (farthest > 0.0)
+        seen &= self._shown(skip_light)
+        if not np.any(seen):
+            return 0.5, 1.0
+        far = float(farthest[seen].max()) * (1.0 + CLIP_MARGIN)
+        nearest = float((-center[seen, 2] - half[seen, 2]).min())
+        return max(nearest * (1.0 - CLIP_MARGIN), far * NEAREST_CLIP_RATIO), far
+
+    def _shown(self, skip_light: int | None) -> NDArray[np.bool_] | bool:
+        return True if skip_light is None else np.asarray(self.lights != skip_light)
+
+
+def gather(
+    scene: Scene, groups: Sequence[Sequence[int]], centers: Sequence[FloatArray]
+) -> Instances:
+    """Return the instances of `scene`.
+
+    Parameters
+    ----------
+    groups : sequence of sequences of int
+        Indices of the objects in each draw group.
+    centers : sequence of ndarray, shape (3,)
+        The object-space point that each group's vertices are relative to.
+    """
+    places, extents, materials, lights, owners = [], [], [], [], []
+    for number, (members, center) in enumerate(zip(groups, centers, strict=True)):
+        low, high = scene.meshes[scene.objects[members[0]].mesh].bounds()
+        for i in members:
+            item = scene.objects[i]
+            count = len(item.world_from_object)
+            place = item.world_from_object[:, :3, :].copy()
+            place[:, :, 3] += place[:, :, :3] @ center
+            row = material_row(scene.materials[item.material], item.light is None)
+            places.append(place)
+            extents.append(np.broadcast_to(0.5 * (high - low), (count, 3)))
+            materials.append(np.broadcast_to(row, (count, len(row))))
+            lights.append(np.full(count, -1 if item.light is None else item.light))
+            owners.append(np.full(count, number))
+    if not places:
+        nothing = np.zeros((0, INSTANCE_FLOATS - 12), np.float32)
+        return Instances(np.zeros((0, 3, 4)), np.zeros((0, 3)), nothing, np.zeros(0, np.int64), ())
+    place, owner = np.concatenate(places), np.concatenate(owners)
+    is_mirrored = np.linalg.det(place[:, :, :3]) < 0.0
+    order = np.lexsort((is_mirrored, owner))
+    key = 2 * owner[order] + is_mirrored[order]
+    keys, starts = np.unique(key, return_index=True)
+    return Instances(
+        place[order],
+        np.concatenate(extents)[order],
+        np.concatenate(materials)[order].astype(np.float32),
+        np.concatenate(lights)[order],
+        tuple(
+            Batch(int(k) // 2, bool(k % 2), int(start))
+            for k, start in zip(keys, starts, strict=True)
+        ),
+    )
+
+
+def _inside(planes: FloatArray, center: FloatArray, half: FloatArray) -> NDArray[np.bool_]:
+    """Return which boxes reach the positive side of every plane (P, 4)."""
+    distance = center @ planes[:, :3].T + planes[:, 3]
+    reach = half @ np.abs(planes[:, :3]).T
+    return np.asarray(np.all(distance + reach >= 0.0, axis=1))
