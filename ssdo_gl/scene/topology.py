@@ -136,11 +136,9 @@ def is_closed(positions: FloatArray, triangles: NDArray[np.int64]) -> bool:
 
 def joined_vertices(positions: FloatArray) -> NDArray[np.int64]:
     """Return for each vertex the number of its distinct position, shape (V,)."""
-    # Adding zero turns -0.0 into 0.0, so that equal numbers have equal bytes.
-    rows = np.ascontiguousarray(positions + 0.0)
-    order = np.lexsort(rows.T)
-    new = np.ones(len(rows), dtype=bool)
-    new[1:] = np.any(rows[order[1:]] != rows[order[:-1]], axis=1)
-    label = np.empty(len(rows), dtype=np.int64)
+    order = np.lexsort(positions.T)
+    new = np.ones(len(positions), dtype=bool)
+    new[1:] = np.any(positions[order[1:]] != positions[order[:-1]], axis=1)
+    label = np.empty(len(positions), dtype=np.int64)
     label[order] = np.cumsum(new) - 1
     return label

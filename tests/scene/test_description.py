@@ -304,10 +304,12 @@ def test_moving_and_shining_objects_stay_apart() -> None:
     box = '[[object]]\nshape = "box"\nmin = [0, 0, 0]\nmax = [1, 1, 1]\n'
     result = scene(
         "[materials.glow]\nemission = [1, 1, 1]\n"
-        f"{box}animate = {{ spin = [0, 1, 0] }}\n{box}{box}material = 'glow'\n" + box
+        f"{box}animate = {{ spin = [0, 1, 0] }}\n{box}{box}material = 'glow'\n{box}"
+        f"{box}material = 'glow'\n"
     )
-    assert [len(item.world_from_object) for item in result.objects] == [1, 2, 1]
-    assert result.objects[2].light == 0
+    assert [len(item.world_from_object) for item in result.objects] == [1, 2, 1, 1]
+    # Six rectangles each: every body refers to the first of its own.
+    assert [item.light for item in result.objects] == [None, None, 0, 6]
 
 
 def test_spin_turns_about_the_middle_of_each_copy() -> None:

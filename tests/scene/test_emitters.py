@@ -94,6 +94,15 @@ def test_samples_of_a_sphere_lie_on_it_and_look_every_way() -> None:
     assert (everywhere @ np.array(normals).T).max(axis=1).min() > np.cos(np.radians(75.0))
 
 
+def test_samples_of_a_sphere_are_as_large_as_they_look_from_afar() -> None:
+    lights, _ = lights_of(shapes.sphere())
+    areas = [np.linalg.norm(np.cross(light.edge_u, light.edge_v)) for light in lights]
+    # An octant has the surface pi / 2 and, along its mean normal, the projected area
+    # sqrt(3) pi / 4 = 1.36. The clusters are octants only on average.
+    assert np.mean(areas) == pytest.approx(np.sqrt(3.0) * np.pi / 4.0, rel=0.03)
+    assert max(areas) < np.pi / 2.0
+
+
 def test_samples_are_the_same_every_time() -> None:
     assert lights_of(shapes.torus(0.3)) == lights_of(shapes.torus(0.3))
 

@@ -94,6 +94,12 @@ def test_a_solid_with_a_doubled_face_is_open() -> None:
     assert not is_closed(mesh.positions, np.concatenate([mesh.triangles, mesh.triangles[:1]]))
 
 
+def test_solids_that_share_an_edge_are_not_one_solid() -> None:
+    mesh = shapes.box()
+    positions = np.concatenate([mesh.positions, mesh.positions + [1.0, 1.0, 0.0]])
+    assert not is_closed(positions, np.concatenate([mesh.triangles, mesh.triangles + 24]))
+
+
 def test_two_solids_that_do_not_touch_are_closed_together() -> None:
     mesh = shapes.box()
     positions = np.concatenate([mesh.positions, mesh.positions + 5.0])
