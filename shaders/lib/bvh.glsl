@@ -15,6 +15,7 @@
 // moves, 5 ns for 8 pixels on llvmpipe, where a store to an address that differs between
 // pixels takes 36 ns. 0 indexes an array, as graphics hardware prefers.
 
+#include "lib/sampling.glsl"
 #include "lib/surface_data.glsl"
 
 uniform usampler2D t_bvh;
@@ -51,14 +52,21 @@ uint bvh_append(uint list, uint key)
     return key != BVH_NO_CHILD ? list << 2 | (key & 3u) : list;
 }
 
-// Six times the signed volume of a, b (relative to the ray's origin) and w: which side of
-// the edge a-b the ray passes. Swapping a and b negates `b - a` and nothing else, and
-// with it the result to the last bit, so two triangles that share an edge never both
-// miss a ray between them (Woop, Benthin, Wald 2013 reach the same by shearing). The
-// difference keeps small triangles exact: a x b = (b - a) x (b + a) / 2.
-float bvh_edge_side(vec3 a, vec3 b, vec3 w)
+// On which side of the edge a-b the ray passes; x and y are across the ray, z along it.
+// Rounding cannot turn the sign of a difference of two products over, only make it zero,
+// and swapping a and b negates it: so of the triangles around an edge or a vertex at least
+// one is always hit (Woop, Benthin, Wald 2013, "Watertight Ray/Triangle Intersection").
+float bvh_edge_side(vec3 a, vec3 b)
 {
-    return dot(cross(b - a, b + a), w);
+    float forward = a.x * b.y;
+    float backward = b.x * a.y;
+    float side = forward - backward;
+#if BVH_FUSES
+    // Fused into the difference, a product is not rounded, and the sign may turn over by
+    // one rounding: two of them are taken for zero, which lies inside of all triangles.
+    side = abs(side) > 2.0 * FLOAT_EPSILON * abs(forward) ? side : 0.0;
+#endif
+    return side;
 }
 
 bool bvh_is_inside(float side_0, float side_1, float side_2)
@@ -71,6 +79,8 @@ BvhHit bvh_trace(vec3 origin, vec3 w, float t_max, bool stops_at_any)
 {
     vec3 inverse = bvh_inverse(w);
     bvec3 is_negative = lessThan(inverse, vec3(0.0));
+    // Two axes across the ray and the ray itself, as columns: v * axes are coordinates.
+    mat3 axes = frame_from_z(w);
     vec2 right = vec2(u_bvh_texel.x, 0.0);
     BvhHit hit = BvhHit(t_max, -1, false);
     uint waiting[BVH_LEVELS];
@@ -127,24 +137,22 @@ BvhHit bvh_trace(vec3 origin, vec3 w, float t_max, bool stops_at_any)
         vec4 floats_0 = uintBitsToFloat(words_0);
         vec4 floats_1 = uintBitsToFloat(words_1);
         vec4 floats_2 = uintBitsToFloat(words_2);
-        vec3 v0 = floats_0.xyz - origin;
-        vec3 v1 = vec3(floats_0.w, floats_1.xy) - origin;
-        vec3 v2 = vec3(floats_1.zw, floats_2.x) - origin;
-        vec3 v3 = floats_2.yzw - origin;
-        float side_01 = bvh_edge_side(v0, v1, w);
-        float side_12 = bvh_edge_side(v1, v2, w);
-        float side_20 = bvh_edge_side(v2, v0, w);
-        float side_23 = bvh_edge_side(v2, v3, w);
-        float side_30 = bvh_edge_side(v3, v0, w);
-        vec3 normal_1 = cross(v1 - v0, v2 - v0);
-        vec3 normal_2 = cross(v2 - v0, v3 - v0);
-        // Parallel to the triangle: 0 / 0 or infinity, which no comparison lets pass.
-        float t_1 = dot(normal_1, v0) / dot(normal_1, w);
-        float t_2 = dot(normal_2, v0) / dot(normal_2, w);
+        vec3 v0 = (floats_0.xyz - origin) * axes;
+        vec3 v1 = (vec3(floats_0.w, floats_1.xy) - origin) * axes;
+        vec3 v2 = (vec3(floats_1.zw, floats_2.x) - origin) * axes;
+        vec3 v3 = (floats_2.yzw - origin) * axes;
+        float side_01 = bvh_edge_side(v0, v1);
+        float side_12 = bvh_edge_side(v1, v2);
+        float side_20 = bvh_edge_side(v2, v0);
+        float side_23 = bvh_edge_side(v2, v3);
+        float side_30 = bvh_edge_side(v3, v0);
+        // A side is the weight of the corner across from it. Of a triangle seen edge-on
+        // all are zero: 0 / 0, which no comparison lets pass.
+        float t_1 = (side_12 * v0.z + side_20 * v1.z + side_01 * v2.z) / (side_01 + side_12 + side_20);
+        float t_2 = (side_23 * v0.z + side_30 * v2.z - side_20 * v3.z) / (side_23 + side_30 - side_20);
         bool is_in_1 = bvh_is_inside(side_01, side_12, side_20) && t_1 > 0.0 && t_1 < hit.t;
         bool is_in_2 = bvh_is_inside(-side_20, side_23, side_30) && t_2 > 0.0 && t_2 < hit.t;
 #if RAY_CUTOUTS
-        // A side is the weight of the corner across from it.
         uvec4 words_3 = textureLod(t_bvh, address + 3.0 * right, 0.0);
         int slot = int(words_3.x) * 2;
         is_in_1 = is_in_1 && !is_cut_out(words_3.y, slot, vec3(side_12, side_20, side_01));

@@ -51,6 +51,7 @@ def ray_defines(gl: moderngl.Context, frame: Frame, features: RayFeatures) -> di
     return {
         "BVH_LEVELS": cached_bvh(frame.scene).depth,
         "BVH_STACK_IN_REGISTERS": int(is_software),
+        "BVH_FUSES": int(not is_software),
         "RAY_SMOOTH_NORMALS": int(features.smooth_normals),
         "RAY_VERTEX_COLORS": int(features.vertex_colors),
         "RAY_TEXTURES": int(features.textures),

@@ -1,0 +1,252 @@
+"""Rays through the hierarchy against rays against every triangle, and watertightness."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import moderngl
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from oracle.ray_triangles import edge_clearance, intersect_all
+from shaders.harness import evaluate
+
+from ssdo_gl.gpu.fullscreen import draw_fullscreen
+from ssdo_gl.gpu.readback import read_texture
+from ssdo_gl.gpu.shader import ShaderLibrary
+from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.passes.ray_uniforms import folded
+from ssdo_gl.scene.bvh import Bvh, build_bvh
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.material import Material
+from ssdo_gl.scene.mesh import Mesh, SceneObject
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.scene.shapes import box, sphere
+
+# Positions in the frame are good to 6e-8 and t to a few of that over lengths up to 2, but
+# divided by the cosine to the triangle where the ray grazes it; 1e-3 cosine is left out.
+T_TOLERANCE = 2e-5
+CAMERA = Camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0))
+
+
+def bvh_of(mesh: Mesh) -> Bvh:
+    return build_bvh(Scene((mesh,), (Material(),), (SceneObject(0, 0),), CAMERA))
+
+
+def soup(count: int, seed: int) -> Mesh:
+    rng = np.random.default_rng(seed)
+    positions = rng.uniform(-1.0, 1.0, (count, 1, 3)) + rng.normal(0.0, 0.15, (count, 3, 3))
+    return Mesh(positions.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3))
+
+
+def arguments(gl: moderngl.Context, bvh: Bvh, is_software: int = 1) -> dict[str, Any]:
+    """Return defines, textures and uniforms of lib/bvh.glsl for `evaluate`."""
+    image = folded(bvh.records)
+    height, width = image.shape[:2]
+    return {
+        "defines": {
+            "BVH_LEVELS": bvh.depth,
+            "BVH_STACK_IN_REGISTERS": is_software,
+            "BVH_FUSES": 1 - is_software,
+            "RAY_SMOOTH_NORMALS": 0,
+            "RAY_VERTEX_COLORS": 0,
+            "RAY_TEXTURES": 0,
+            "RAY_CUTOUTS": 0,
+        },
+        "textures": {"t_bvh": make_texture(gl, (width, height), 4, "u4", image)},
+        "uniforms": {"u_bvh_texel": (1.0 / width, 1.0 / height)},
+    }
+
+
+def random_rays(count: int, seed: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    rng = np.random.default_rng(seed)
+    directions = rng.normal(size=(count, 3))
+    # Some along an axis or in a coordinate plane, where slabs divide by zero.
+    directions[::9, 0] = 0.0
+    directions[::27, 1] = 0.0
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    origins = rng.uniform(-0.7, 0.7, (count, 3))
+    both = origins.astype(np.float32), directions.astype(np.float32)
+    return both[0].astype(np.float64), both[1].astype(np.float64)
+
+
+NEAREST = """
+    BvhHit hit = bvh_nearest(origin, direction, limit);
+    int number = hit.record < 0 ? -1 : int(bvh_texel(hit.record, 3).x) * 2 + int(hit.is_second);
+    return vec4(hit.t, float(number), 0.0, 0.0);
+"""
+
+
+@pytest.mark.parametrize("is_software", [0, 1])
+@pytest.mark.parametrize("count", [1, 7, 400])
+def test_nearest_hit_is_that_of_every_triangle_tried(gl, shaders, count, is_software) -> None:
+    bvh = bvh_of(soup(count, count))
+    origins, directions = random_rays(4000, 11)
+    limits = np.where(np.arange(4000) % 3, 4.0, 0.5)
+    positions = bvh.triangles.positions.astype(np.float64)
+    t, which = intersect_all(origins, directions, positions)
+    t, which = np.where(t < limits, t, limits), np.where(t < limits, which, -1)
+
+    out = evaluate(
+        gl,
+        shaders,
+        ["lib/bvh.glsl"],
+        NEAREST,
+        {"origin": origins, "direction": directions, "limit": limits},
+        4,
+        **arguments(gl, bvh, is_software),
+    )
+
+    slot = out[:, 1].astype(np.int64)
+    found = np.where(slot < 0, -1, bvh.primitive_triangles.reshape(-1)[np.maximum(slot, 0)])
+    # Where the ray passes an edge or grazes a plane, rounding may decide otherwise.
+    a, b, c = np.moveaxis(positions[np.maximum(which, found)], 1, 0)
+    normal = np.cross(b - a, c - a)
+    cosine = np.abs(np.einsum("nk,nk->n", normal, directions)) / np.linalg.norm(normal, axis=1)
+    point = origins + t[:, None] * directions
+    sure = (cosine > 1e-3) & (edge_clearance(point, positions[np.maximum(which, found)]) > 1e-5)
+    assert np.mean(sure | (found == which)) > 0.99
+    assert (which >= 0).sum() > (30 if count > 1 else 0)
+    np.testing.assert_array_equal(found[sure], which[sure])
+    np.testing.assert_allclose(out[sure, 0], t[sure], atol=T_TOLERANCE)
+
+
+@pytest.mark.parametrize("is_software", [0, 1])
+def test_blocked_is_the_same_as_having_a_nearest_hit(gl, shaders, is_software) -> None:
+    bvh = bvh_of(soup(300, 4))
+    origins, directions = random_rays(20000, 12)
+    limits = np.random.default_rng(1).uniform(0.0, 1.0, 20000)
+    out = evaluate(
+        gl,
+        shaders,
+        ["lib/bvh.glsl"],
+        """
+        bool blocked = bvh_is_blocked(origin, direction, limit);
+        bool hit = bvh_nearest(origin, direction, limit).record >= 0;
+        bool nothing = bvh_is_blocked(origin, direction, -1.0);
+        return vec4(blocked ? 1.0 : 0.0, hit ? 1.0 : 0.0, nothing ? 1.0 : 0.0, 0.0);
+        """,
+        {"origin": origins, "direction": directions, "limit": limits},
+        4,
+        **arguments(gl, bvh, is_software),
+    )
+    np.testing.assert_array_equal(out[:, 0], out[:, 1])
+    assert 0.1 < out[:, 0].mean() < 0.9
+    assert not out[:, 2].any()
+
+
+def test_an_empty_hierarchy_is_hit_by_nothing(gl, shaders) -> None:
+    flat = Mesh(np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]]), np.array([[0, 1, 2]]))
+    origins, directions = random_rays(500, 2)
+    out = evaluate(
+        gl,
+        shaders,
+        ["lib/bvh.glsl"],
+        "bvh_is_blocked(origin, direction, 4.0) ? 1.0 : 0.0",
+        {"origin": origins, "direction": directions},
+        **arguments(gl, bvh_of(flat)),
+    )
+    assert not out.any()
+
+
+@pytest.mark.parametrize("is_software", [0, 1])
+@pytest.mark.parametrize("shape", [box(), sphere(40)], ids=["box", "sphere"])
+def test_rays_at_vertices_and_edges_do_not_slip_through(gl, shaders, shape, is_software) -> None:
+    bvh = bvh_of(shape)
+    triangles = bvh.triangles.positions.astype(np.float64)
+    rng = np.random.default_rng(7)
+    which = rng.integers(0, len(triangles), 200_000)
+    corner = rng.integers(0, 3, len(which))
+    share = rng.uniform(0.0, 1.0, len(which))
+    share[::4] = 0.0  # a quarter straight at a vertex, the others at an edge
+    a, b = triangles[which, corner], triangles[which, (corner + 1) % 3]
+    targets = a + share[:, None] * (b - a)
+    origins = rng.uniform(-0.2, 0.2, targets.shape).astype(np.float32)
+    directions = targets - origins
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    out = evaluate(
+        gl,
+        shaders,
+        ["lib/bvh.glsl"],
+        "bvh_is_blocked(origin, direction, 4.0) ? 0.0 : 1.0",
+        {"origin": origins, "direction": directions},
+        **arguments(gl, bvh, is_software),
+    )
+    assert out.sum() == 0.0
+
+
+LEAKS = """#version 330 core
+#include "lib/bvh.glsl"
+#include "lib/random.glsl"
+uniform float u_extent;
+layout(location = 0) out float o_leaks;
+// Rays from anywhere inside, in all directions; every eighth nearly along an axis.
+void main()
+{
+    uint state = pixel_seed(ivec2(gl_FragCoord.xy));
+    float leaks = 0.0;
+    for (int i = 0; i < u_sample_count; ++i) {
+        vec3 p, w;
+        for (int k = 0; k < 3; ++k) {
+            state = random_hash(state + 0x9e3779b9u);
+            p[k] = (2.0 * unit_float(state) - 1.0) * u_extent;
+            state = random_hash(state + 0x9e3779b9u);
+            w[k] = 2.0 * unit_float(state) - 1.0;
+        }
+        w.yz *= (i & 7) == 0 ? 1e-4 : 1.0;
+        leaks += bvh_is_blocked(p, normalize(w), 4.0) ? 0.0 : 1.0;
+    }
+    o_leaks = leaks;
+}
+"""
+
+
+def count_leaks(gl, shaders: ShaderLibrary, bvh: Bvh, extent: float, draws: int) -> tuple[int, int]:
+    """Return how many of how many random rays leave a closed surface."""
+    settings: Mapping[str, Any] = arguments(gl, bvh)
+    program = shaders.fullscreen_source(LEAKS, settings["defines"])
+    target = make_texture(gl, (256, 256), 1, "f4")
+    framebuffer = make_framebuffer(gl, [target])
+    leaks, per_pixel = 0, 16
+    for draw in range(draws):
+        uniforms = {
+            **settings["uniforms"],
+            "u_extent": extent,
+            "u_stream": draw + 1,
+            "u_sample_count": per_pixel,
+        }
+        draw_fullscreen(gl, program, framebuffer, uniforms, settings["textures"])
+        leaks += int(read_texture(target).sum())
+    framebuffer.release()
+    target.release()
+    return leaks, draws * per_pixel * 256 * 256
+
+
+# Interior of the unit sphere's inscribed cube in the frame whose half-diagonal is that of
+# the bounds: 1 / sqrt(3) for a box; a sphere of radius 1 / sqrt(3) holds a cube of 1 / 3.
+CLOSED = {"box": (box(), 0.57), "sphere": (sphere(96), 0.33)}
+
+
+@pytest.mark.parametrize("name", list(CLOSED))
+def test_closed_surfaces_leak_none_of_a_million_rays(gl, shaders, name: str) -> None:
+    mesh, extent = CLOSED[name]
+    leaks, rays = count_leaks(gl, shaders, bvh_of(mesh), extent, 2)
+    assert rays > 2_000_000
+    assert leaks == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", list(CLOSED))
+def test_closed_surfaces_leak_none_of_a_hundred_million_rays(gl, shaders, name: str) -> None:
+    mesh, extent = CLOSED[name]
+    leaks, rays = count_leaks(gl, shaders, bvh_of(mesh), extent, 96)
+    assert rays > 100_000_000
+    assert leaks == 0
+
+
+def test_the_leak_test_finds_a_hole(gl, shaders) -> None:
+    mesh = sphere(96)
+    holed = Mesh(mesh.positions, np.delete(mesh.triangles, 5000, axis=0))
+    leaks, _ = count_leaks(gl, shaders, bvh_of(holed), 0.33, 1)
+    assert leaks > 0
