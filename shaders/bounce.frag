@@ -4,8 +4,11 @@
 // with the same directions that directional.frag uses, so that V and 1 - V share out
 // the hemisphere and a white furnace comes out exact.
 //
-// Defines: ESTIMATOR 0 march, 1 rgs09; DIRECTION_COUNT, STEP_COUNT, HAS_BACK_LAYER.
+// Defines: ESTIMATOR 0 march, 1 rgs09; DIRECTION_COUNT, STEP_COUNT, HAS_BACK_LAYER;
+// KEPT_TEXTURE_COUNT (see lib/kept_directions.glsl): another pass has marched already.
 #include "lib/estimator.glsl"
+#define TAKES_DIRECTIONS 1
+#include "lib/kept_directions.glsl"
 
 uniform sampler2D t_sender_radiance;
 uniform float u_strength;
@@ -67,9 +70,16 @@ void main()
     vec3 irradiance = vec3(0.0);
     if (r.z_vs > 0.0 && !is_radius_under_a_pixel(r.z_vs)) {
         Tangent t = tangent_at(r.position_vs, r.geometric_vs);
+#if KEPT_TEXTURE_COUNT > 0
+        take_directions(pixel);
+#endif
         for (int i = 0; i < DIRECTION_COUNT; ++i) {
             Direction d = direction_of(r, i);
+#if KEPT_TEXTURE_COUNT > 0
+            Blocker b = kept_blocker(i);
+#else
             Blocker b = blocker_of(t, d);
+#endif
             if (is_blocked(b)) {
                 vec3 radiance = bounded_radiance(b.texel);
 #if ESTIMATOR == ESTIMATOR_RGS09

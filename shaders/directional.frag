@@ -8,8 +8,11 @@
 // LIGHT_STEP_COUNT (depth reads towards each point, spot or directional light);
 // NEEDS_HEMISPHERE 0 if neither environment nor visibility are called for;
 // CONTROL_VARIATE 0 sum the open light (the paper), 1 correct it by the exact total as far
-// as the environment seems to be open, 2 subtract the blocked light from the exact total.
+// as the environment seems to be open, 2 subtract the blocked light from the exact total;
+// IS_OPEN (see lib/estimator.glsl); KEPT_TEXTURE_COUNT (see lib/kept_directions.glsl).
 #include "lib/estimator.glsl"
+#define TAKES_DIRECTIONS 0
+#include "lib/kept_directions.glsl"
 #include "lib/environment.glsl"
 #include "lib/ssdo_lights.glsl"
 
@@ -19,6 +22,9 @@ layout(location = 0) out vec4 o_directional;  // rgb irradiance, a visibility
 // paper's estimator samples it all the same.
 #define IS_PAPER (ESTIMATOR == ESTIMATOR_RGS09)
 #define SAMPLES_ENVIRONMENT (ENVIRONMENT_KIND > 1 || (ENVIRONMENT_KIND == 1 && IS_PAPER))
+
+// Where nothing blocks, the sampled light that corrects the exact one is what it corrects.
+const int HEMISPHERE_COUNT = IS_OPEN == 1 && CONTROL_VARIATE > 0 ? 0 : DIRECTION_COUNT;
 
 // Sums over directions; pi times a sum of share * radiance is an irradiance.
 struct Gathered {
@@ -84,7 +90,8 @@ vec3 rectangle_arrived(Receiver r, Tangent t, int i, uint first_point)
     vec3 exact = rectangle_irradiance_at(i, r.position_vs, r.normal_vs, r.geometric_vs);
     float open = 0.0;
     float all = 0.0;
-    bool is_dark = exact == vec3(0.0);
+    // Where nothing blocks, all / all is left of the ratio below.
+    bool is_dark = IS_OPEN == 1 || exact == vec3(0.0);
     for (int k = 0; k < DIRECTION_COUNT && !is_dark; ++k) {
         vec3 u = kronecker_point(first_point + uint(k), u_pattern_offset);
         vec3 to_light = rectangle_point(i, u.xy) - r.position_vs;
@@ -133,17 +140,23 @@ void main()
     Receiver r = receiver_at(pixel, DIRECTION_COUNT);
     vec3 irradiance = vec3(0.0);
     float visibility = 1.0;
+#if KEPT_TEXTURE_COUNT > 0
+    keep_nothing();
+#endif
     if (r.z_vs > 0.0) {
         Tangent t = tangent_at(r.position_vs, r.geometric_vs);
 #if NEEDS_HEMISPHERE
         bool is_open = is_radius_under_a_pixel(r.z_vs);
         Gathered g = Gathered(0.0, vec3(0.0), vec3(0.0), vec3(0.0));
-        for (int i = 0; i < DIRECTION_COUNT; ++i) {
+        for (int i = 0; i < HEMISPHERE_COUNT; ++i) {
             Direction d = direction_of(r, i);
             Blocker b = NO_BLOCKER;
             if (!is_open)
                 b = blocker_of(t, d);
             gather(g, t, d, b);
+#if KEPT_TEXTURE_COUNT > 0
+            keep_direction(i, b);
+#endif
         }
         visibility = max(1.0 - g.blocked, 0.0);
         irradiance = environment_arrived(r, g, visibility) + PI * g.rectangles;
@@ -157,4 +170,7 @@ void main()
 #endif
     }
     o_directional = vec4(irradiance, visibility);
+#if KEPT_TEXTURE_COUNT > 0
+    write_kept_directions();
+#endif
 }

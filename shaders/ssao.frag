@@ -2,8 +2,11 @@
 // Ambient visibility: (1 / pi) * integral of V_R(w) cos(theta) dw, 1 = open.
 //
 // Defines: ESTIMATOR 0 march, 1 rgs09, 2 hemisphere, 3 zbuffer; DIRECTION_COUNT,
-// STEP_COUNT (depth reads along each direction), HAS_BACK_LAYER.
+// STEP_COUNT (depth reads along each direction), HAS_BACK_LAYER, IS_OPEN (see
+// lib/estimator.glsl); KEPT_TEXTURE_COUNT (see lib/kept_directions.glsl).
 #include "lib/estimator.glsl"
+#define TAKES_DIRECTIONS 0
+#include "lib/kept_directions.glsl"
 
 #define ESTIMATOR_ZBUFFER 3
 
@@ -41,7 +44,11 @@ float visibility_of(Receiver r, ivec2 centre)
     Tangent t = tangent_at(r.position_vs, r.geometric_vs);
     for (int i = 0; i < DIRECTION_COUNT; ++i) {
         Direction d = direction_of(r, i);
-        blocked += is_blocked(blocker_of(t, d)) ? d.share : 0.0;
+        Blocker b = blocker_of(t, d);
+        blocked += is_blocked(b) ? d.share : 0.0;
+#if KEPT_TEXTURE_COUNT > 0
+        keep_direction(i, b);
+#endif
     }
     return max(1.0 - blocked, 0.0);
 }
@@ -52,7 +59,13 @@ void main()
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     Receiver r = receiver_at(pixel, DIRECTION_COUNT);
     float visibility = 1.0;
+#if KEPT_TEXTURE_COUNT > 0
+    keep_nothing();
+#endif
     if (r.z_vs > 0.0 && !is_radius_under_a_pixel(r.z_vs))
         visibility = visibility_of(r, receiver_texel(pixel));
     o_visibility = vec2(visibility, r.z_vs);
+#if KEPT_TEXTURE_COUNT > 0
+    write_kept_directions();
+#endif
 }

@@ -1,6 +1,8 @@
 // One interface to the estimators: directions, their weight, and what blocks them.
 // The integral over the hemisphere of f(w) cos(theta) dw is estimated by
 // pi * sum_i share_i f(w_i).
+//
+// IS_OPEN: 1 if it is known beforehand that nothing in view blocks any direction within R.
 #include "lib/receiver.glsl"
 #include "lib/march.glsl"
 #include "lib/rgs09.glsl"
@@ -43,7 +45,9 @@ float finite_radius(Tangent t)
 // What blocks the direction within R.
 Blocker blocker_of(Tangent t, Direction d)
 {
-#if ESTIMATOR == ESTIMATOR_MARCH
+#if IS_OPEN
+    return NO_BLOCKER;
+#elif ESTIMATOR == ESTIMATOR_MARCH
     return march(t, d.w_vs, u_radius, d.jitter, STEP_COUNT, REFINE_COUNT);
 #elif ESTIMATOR == ESTIMATOR_RGS09
     return point_blocker(t, d.w_vs, finite_radius(t) * d.jitter, false);

@@ -94,6 +94,9 @@ bool blocks_stretch(Tangent t, Segment g, ivec2 texel, float x, float half_span)
 // the ray is blocked, only which texel stands for the sender of a bounce.
 Blocker march(Tangent t, vec3 w, float reach, float jitter, int count, int refine_count)
 {
+#if IS_OPEN
+    return NO_BLOCKER;
+#endif
     Segment g = segment_of(t.position_vs, w, reach);
     float stride = 1.0 / float(max(count - 1, 1));
     float half_span = 0.5 * u_step_span * stride;

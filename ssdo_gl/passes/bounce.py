@@ -12,7 +12,12 @@ from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.graph.settings import setting
-from ssdo_gl.passes.screen_space_settings import ScreenSpaceSettings, defines, estimator_uniforms
+from ssdo_gl.passes.screen_space_settings import (
+    ScreenSpaceSettings,
+    defines,
+    estimator_uniforms,
+    kept_names,
+)
 
 
 @dataclass(frozen=True)
@@ -66,6 +71,9 @@ class BouncePass(RenderPass):
         scene's own lights; inf leaves senders as they are.
     has_back_layer : bool
         Read ``z_layers`` to know where solids end.
+    takes_directions : bool
+        Read what blocks each direction from ``kept_0``, ``kept_1``, ..., which an earlier
+        pass wrote with the same directions, instead of looking for it again.
     """
 
     def __init__(
@@ -74,17 +82,21 @@ class BouncePass(RenderPass):
         *,
         sender_bound: float = math.inf,
         has_back_layer: bool = False,
+        takes_directions: bool = False,
     ) -> None:
         self.name = "bounce"
         self.settings = settings
         self.sender_bound = sender_bound
-        back = ("z_layers",) if has_back_layer else ()
-        self.reads = ("z_vs", "normals_vs", "sender_radiance", *back)
+        back = ("z_layers",) if has_back_layer and not takes_directions else ()
+        kept = kept_names(settings) if takes_directions else ()
+        self.reads = ("z_vs", "normals_vs", "sender_radiance", *back, *kept)
         spec = TextureSpec(4, scale=settings.resolution_scale, transient=True)
         self.writes = {"bounce_raw": spec}
         self.depends_on = ("view", "seed")
         self._has_back_layer = has_back_layer
-        self._defines = defines(settings, has_back_layer, settings.refine_steps)
+        self._defines = defines(
+            settings, bool(back), settings.refine_steps, keeps_directions=takes_directions
+        )
 
     def settings_key(self) -> Hashable:
         """Return the settings, the bound and switches."""

@@ -18,7 +18,12 @@ from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.graph.settings import setting
-from ssdo_gl.passes.screen_space_settings import ScreenSpaceSettings, defines, estimator_uniforms
+from ssdo_gl.passes.screen_space_settings import (
+    ScreenSpaceSettings,
+    defines,
+    estimator_uniforms,
+    kept_resources,
+)
 from ssdo_gl.scene.light import DirectionalLight, Light, PointLight, RectangleLight, SpotLight
 
 # By `SceneContent.environment`, for lib/environment.glsl.
@@ -130,6 +135,11 @@ class DirectionalPass(RenderPass):
         Whether anyone reads the visibility. Without it and without an environment, the
         hemisphere is not sampled at all (lights have directions of their own), and
         visibility comes out as 1.
+    is_open : bool
+        It is known that nothing in view blocks any direction within R.
+    keeps : int or None
+        Keep what blocks each direction, refined by so many bisections, for a bounce:
+        ``kept_0``, ``kept_1``, ... (see ``lib/kept_directions.glsl``). None: do not.
     """
 
     def __init__(
@@ -139,6 +149,8 @@ class DirectionalPass(RenderPass):
         environment: str = "none",
         has_back_layer: bool = False,
         needs_visibility: bool = True,
+        is_open: bool = False,
+        keeps: int | None = None,
     ) -> None:
         self.name = "directional"
         self.settings = settings
@@ -150,6 +162,8 @@ class DirectionalPass(RenderPass):
         )
         spec = TextureSpec(4, scale=settings.resolution_scale, transient=True)
         self.writes = {"directional_raw": spec}
+        if keeps is not None:
+            self.writes |= kept_resources(settings)
         self.depends_on = ("view", "seed", "lights", "environment")
         control = settings.control
         if control == "auto":
@@ -159,7 +173,13 @@ class DirectionalPass(RenderPass):
             control = "none"
         self._has_back_layer = has_back_layer
         self._defines = {
-            **defines(settings, has_back_layer),
+            **defines(
+                settings,
+                has_back_layer,
+                keeps or 0,
+                is_open=is_open,
+                keeps_directions=keeps is not None,
+            ),
             "ENVIRONMENT_KIND": ENVIRONMENT_NUMBERS[environment],
             "CONTROL_VARIATE": CONTROL_NUMBERS[control],
             "LIGHT_STEP_COUNT": settings.samples if is_paper else settings.light_steps,

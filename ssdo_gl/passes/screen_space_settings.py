@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ssdo_gl.graph.frame import Frame
+from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.graph.settings import SettingError, setting
 
 # Numbers by which `shaders/lib/estimator.glsl` and `ssao.frag` know the estimators.
@@ -79,16 +80,44 @@ class ScreenSpaceSettings:
 
 
 def defines(
-    settings: ScreenSpaceSettings, has_back_layer: bool, refine_count: int = 0
+    settings: ScreenSpaceSettings,
+    has_back_layer: bool,
+    refine_count: int = 0,
+    *,
+    is_open: bool = False,
+    keeps_directions: bool = False,
 ) -> dict[str, int]:
-    """Return the loop bounds and switches of `lib/estimator.glsl`."""
+    """Return the loop bounds and switches of an estimator's shader.
+
+    Parameters
+    ----------
+    refine_count : int
+        Bisections of a march towards the sender.
+    is_open : bool
+        Nothing in view blocks any direction, so nothing has to be looked for.
+    keeps_directions : bool
+        One pass writes what blocks each direction, or another reads it.
+    """
     return {
+        "IS_OPEN": int(is_open),
+        "KEPT_TEXTURE_COUNT": len(kept_names(settings)) if keeps_directions else 0,
         "ESTIMATOR": ESTIMATOR_NUMBERS[settings.estimator],
         "DIRECTION_COUNT": settings.direction_count,
         "STEP_COUNT": settings.step_count,
         "REFINE_COUNT": refine_count,
         "HAS_BACK_LAYER": int(has_back_layer),
     }
+
+
+def kept_names(settings: ScreenSpaceSettings) -> tuple[str, ...]:
+    """Return the resources of `lib/kept_directions.glsl`: four directions in each."""
+    return tuple(f"kept_{i}" for i in range(-(-settings.direction_count // 4)))
+
+
+def kept_resources(settings: ScreenSpaceSettings) -> dict[str, TextureSpec]:
+    """Return what the pass writes that keeps directions."""
+    spec = TextureSpec(4, scale=settings.resolution_scale, transient=True)
+    return dict.fromkeys(kept_names(settings), spec)
 
 
 # Where a back-face layer holds every closed body, what lacks a back is mostly a wall, seen
@@ -107,10 +136,8 @@ def estimator_uniforms(
 ) -> dict[str, Any]:
     """Return the uniforms of `lib/estimator.glsl` and of what it includes."""
     thickness = settings.thickness
-    if thickness is None and settings.estimator == "hemisphere":
-        thickness = _THICKNESS_OF_POINTS
-    elif thickness is None:
-        thickness = _THICKNESS_BESIDE_BACKS if has_back_layer else _THICKNESS_ALONE
+    if thickness is None:
+        thickness = default_thickness(settings.estimator, has_back_layer)
     return {
         **frame.view.uniforms(),
         "u_receiver_stride": settings.receiver_stride,
@@ -122,6 +149,13 @@ def estimator_uniforms(
         "u_step_growth": settings.step_growth,
         "u_step_span": settings.step_span,
     }
+
+
+def default_thickness(estimator: str, has_back_layer: bool) -> float:
+    """Return the thickness that stands for None, relative to R."""
+    if estimator == "hemisphere":
+        return _THICKNESS_OF_POINTS
+    return _THICKNESS_BESIDE_BACKS if has_back_layer else _THICKNESS_ALONE
 
 
 def pattern_offset(seed: int) -> tuple[int, int, int]:

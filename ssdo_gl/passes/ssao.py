@@ -11,7 +11,12 @@ from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.graph.settings import setting
-from ssdo_gl.passes.screen_space_settings import ScreenSpaceSettings, defines, estimator_uniforms
+from ssdo_gl.passes.screen_space_settings import (
+    ScreenSpaceSettings,
+    defines,
+    estimator_uniforms,
+    kept_resources,
+)
 
 
 @dataclass(frozen=True)
@@ -45,17 +50,30 @@ class SsaoPass(RenderPass):
     settings : SsaoSettings
     has_back_layer : bool
         Read ``z_layers`` to know where solids end.
+    keeps : int or None
+        Keep what blocks each direction, refined by so many bisections, for a bounce:
+        ``kept_0``, ``kept_1``, ... (see ``lib/kept_directions.glsl``). None: do not.
     """
 
-    def __init__(self, settings: SsaoSettings, *, has_back_layer: bool = False) -> None:
+    def __init__(
+        self,
+        settings: SsaoSettings,
+        *,
+        has_back_layer: bool = False,
+        keeps: int | None = None,
+    ) -> None:
         self.name = "ssao"
         self.settings = settings
         self.reads = ("z_vs", "normals_vs", *(("z_layers",) if has_back_layer else ()))
         spec = TextureSpec(2, scale=settings.resolution_scale, transient=True)
         self.writes = {"visibility_raw": spec}
+        if keeps is not None:
+            self.writes |= kept_resources(settings)
         self.depends_on = ("view", "seed")
         self._has_back_layer = has_back_layer
-        self._defines = defines(settings, has_back_layer)
+        self._defines = defines(
+            settings, has_back_layer, keeps or 0, keeps_directions=keeps is not None
+        )
 
     def settings_key(self) -> Hashable:
         """Return the settings and switches."""

@@ -1,0 +1,101 @@
+// What a march found in each direction, kept for the pass that would march the same way
+// again: the texel that blocks it as a number, -1 where the direction is open.
+//
+// KEPT_TEXTURE_COUNT: textures of four directions each, 0 if nothing is kept.
+// TAKES_DIRECTIONS: 1 in the pass that reads them, 0 in the one that writes them.
+#if KEPT_TEXTURE_COUNT > 0
+
+// x + 4096 y: float32 holds it exactly for frames of up to 4096 pixels along each side,
+// and the factor is undone without rounding because it is a power of two.
+const float KEPT_ROW = 4096.0;
+
+float kept_direction[4 * KEPT_TEXTURE_COUNT];
+
+#if TAKES_DIRECTIONS
+uniform sampler2D t_kept_0;
+#if KEPT_TEXTURE_COUNT > 1
+uniform sampler2D t_kept_1;
+#endif
+#if KEPT_TEXTURE_COUNT > 2
+uniform sampler2D t_kept_2;
+#endif
+#if KEPT_TEXTURE_COUNT > 3
+uniform sampler2D t_kept_3;
+#endif
+
+void take_four(int first, vec4 four)
+{
+    kept_direction[first] = four.x;
+    kept_direction[first + 1] = four.y;
+    kept_direction[first + 2] = four.z;
+    kept_direction[first + 3] = four.w;
+}
+
+void take_directions(ivec2 pixel)
+{
+    take_four(0, texelFetch(t_kept_0, pixel, 0));
+#if KEPT_TEXTURE_COUNT > 1
+    take_four(4, texelFetch(t_kept_1, pixel, 0));
+#endif
+#if KEPT_TEXTURE_COUNT > 2
+    take_four(8, texelFetch(t_kept_2, pixel, 0));
+#endif
+#if KEPT_TEXTURE_COUNT > 3
+    take_four(12, texelFetch(t_kept_3, pixel, 0));
+#endif
+}
+
+// What blocks direction `i`; how far along it is not kept.
+Blocker kept_blocker(int i)
+{
+    float number = kept_direction[i];
+    float y = floor(number / KEPT_ROW);
+    ivec2 texel = ivec2(int(number - y * KEPT_ROW), int(y));
+    if (number < 0.0)
+        return NO_BLOCKER;
+    return Blocker(texel, 0.0);
+}
+#else
+layout(location = 1) out vec4 o_kept_0;
+#if KEPT_TEXTURE_COUNT > 1
+layout(location = 2) out vec4 o_kept_1;
+#endif
+#if KEPT_TEXTURE_COUNT > 2
+layout(location = 3) out vec4 o_kept_2;
+#endif
+#if KEPT_TEXTURE_COUNT > 3
+layout(location = 4) out vec4 o_kept_3;
+#endif
+
+void keep_nothing()
+{
+    for (int i = 0; i < 4 * KEPT_TEXTURE_COUNT; ++i)
+        kept_direction[i] = -1.0;
+}
+
+void keep_direction(int i, Blocker b)
+{
+    kept_direction[i] = is_blocked(b) ? float(b.texel.x) + KEPT_ROW * float(b.texel.y) : -1.0;
+}
+
+vec4 four_kept(int first)
+{
+    return vec4(kept_direction[first], kept_direction[first + 1],
+                kept_direction[first + 2], kept_direction[first + 3]);
+}
+
+void write_kept_directions()
+{
+    o_kept_0 = four_kept(0);
+#if KEPT_TEXTURE_COUNT > 1
+    o_kept_1 = four_kept(4);
+#endif
+#if KEPT_TEXTURE_COUNT > 2
+    o_kept_2 = four_kept(8);
+#endif
+#if KEPT_TEXTURE_COUNT > 3
+    o_kept_3 = four_kept(12);
+#endif
+}
+#endif
+#endif
