@@ -17,8 +17,8 @@ from ssdo_gl.scene.scene import Scene
 # clip plane must lie somewhere in front of the eye, and a millionth of the view is
 # below what a picture shows.
 NEAREST_CLIP_RATIO = 1e-6
-# The clip planes keep this distance (relative) from the bounds, far above float32
-# rounding of the projection (1e-7) and far below what depth precision would notice.
+# The clip distances keep this far (relative) from the bounds, far above float32 rounding
+# (1e-7) and far below what depth precision would notice.
 CLIP_MARGIN = 1e-3
 
 

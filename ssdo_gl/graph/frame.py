@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ssdo_gl import math3d
+from ssdo_gl.graph.depth_range import far_plane
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.scene import Scene
 
@@ -47,7 +48,7 @@ class FrameView:
     @property
     def clip_from_view(self) -> FloatArray:
         """The (4, 4) projection, jitter included."""
-        matrix = math3d.perspective(self.tan_half_fov, self.near, self.far)
+        matrix = math3d.perspective(self.tan_half_fov, self.near, far_plane(self.far))
         # A ray through ndc + jitter must land on the pixel centre at ndc.
         # clip.w = -z, so subtracting jitter * w means adding it to the z column.
         matrix[0, 2] += self.jitter_ndc[0]

@@ -13,7 +13,7 @@ from ssdo_gl.gpu.draw_group import Features
 from ssdo_gl.gpu.instances import Eye
 from ssdo_gl.gpu.shader import Program
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
-from ssdo_gl.graph.depth_range import depth_uniforms, wide_depth_range
+from ssdo_gl.graph.depth_range import depth_uniforms, far_plane, wide_depth_range
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.graph.settings import setting
@@ -146,7 +146,7 @@ def _draw_face(
         near, far = 1.0, 2.0
     else:
         near, far = context.geometry.near_far(eye, half_size, skip_light=light)
-        clip_from_view = math3d.perspective(half_size, near, far)
+        clip_from_view = math3d.perspective(half_size, near, far_plane(far))
 
     def program_of(features: Features) -> Program:
         defines = features.cutout_defines()
