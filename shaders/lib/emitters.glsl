@@ -26,9 +26,9 @@ uniform sampler2D t_ray_map_cells;
 
 // Entries in a row of the table, 8 texels each.
 const int EMITTER_ROW_SHIFT = 7;
-// Rays towards light end this share before it, so as not to hit the lamp itself; and at
-// least a few offsets, for lamps in contact with what they light.
-const float EMITTER_GAP = 1e-5;
+// Rays towards light end this share, and an offset, before it, so as not to hit the lamp
+// itself: some ten roundings of the distance.
+const float EMITTER_GAP = 1e-6;
 // Rectangles that subtend less are drawn from by area: it is as good there, and exact,
 // while a solid angle is a difference of angles with an error of some 1e-6.
 const float SMALL_SOLID_ANGLE = 0.02;
@@ -244,7 +244,7 @@ LightSample sample_group(EmitterGroup group, vec2 choice, vec2 u, vec3 p)
 // How far a shadow ray towards the sample goes.
 float shadow_reach(LightSample light)
 {
-    return light.distance * (1.0 - EMITTER_GAP) - 4.0 * RAY_OFFSET;
+    return light.distance * (1.0 - EMITTER_GAP) - RAY_OFFSET;
 }
 
 // Irradiance of a light sample before anything blocks it. Light from below the geometric
