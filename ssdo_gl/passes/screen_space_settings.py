@@ -32,9 +32,16 @@ class ScreenSpaceSettings:
     step_growth: float = setting(
         0.5, "0: equal steps; 1: steps lengthen linearly with distance", low=0.0, high=1.0
     )
-    step_span: float = setting(
+    front_slack: float = setting(
+        0.25,
+        "how far a step may pass in front of a solid and still meet it",
+        unit="strides",
+        low=0.0,
+        high=4.0,
+    )
+    back_slack: float = setting(
         1.0,
-        "stretch of the ray that a step stands for; 0: a point",
+        "how far a step may pass behind a solid and still meet it",
         unit="strides",
         low=0.0,
         high=4.0,
@@ -147,7 +154,8 @@ def estimator_uniforms(
         "u_thickness": thickness,
         "u_bias": settings.bias,
         "u_step_growth": settings.step_growth,
-        "u_step_span": settings.step_span,
+        "u_front_slack": settings.front_slack,
+        "u_back_slack": settings.back_slack,
     }
 
 

@@ -78,7 +78,8 @@ class Estimator:
     thickness: float
     bias: float
     growth: float = 0.0
-    span: float = 1.0
+    front_slack: float = 0.0
+    back_slack: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -198,6 +199,18 @@ def _distance_in_frame(picture: Picture, p: Array, w: Array) -> Array:
     return np.asarray(np.minimum(leave.min(-1), FAR_REACH * z[..., 0]))
 
 
+def _fraction(x: Array, growth: float) -> Array:
+    return np.asarray(x * (1.0 - growth + growth * x))
+
+
+def _inverse_depths(
+    x: Array, slack: float, inverse: tuple[Array, Array], growth: float
+) -> tuple[Array, Array]:
+    ends = np.maximum(x - slack, 0.0), np.minimum(x + slack, 1.0)
+    a, b = (inverse[0] + _fraction(y, growth) * (inverse[1] - inverse[0]) for y in ends)
+    return a, b
+
+
 def _march(
     picture: Picture, p: Array, n: Array, w: Array, u: Array, estimator: Estimator
 ) -> tuple[Indices, Flags]:
@@ -211,15 +224,13 @@ def _march(
         last = i == estimator.steps - 1
         stride = 1.0 / max(estimator.steps - 1, 1)
         x = np.ones_like(u) if last else (i + u) * stride
-        half = 0.5 * estimator.span * stride
-        s, start, stop = (
-            y * (1.0 - estimator.growth + estimator.growth * y)
-            for y in (x, np.maximum(x - half, 0.0), np.minimum(x + half, 1.0))
-        )
+
         live = blocker[..., 0] < 0
-        texel = decide.texel(start_px + s[..., None] * (end_px - start_px), live)
-        ends = [inverse[0] + y * (inverse[1] - inverse[0]) for y in (start, stop)]
-        span = np.minimum(*ends), np.maximum(*ends)
+        s = _fraction(x, estimator.growth)[..., None]
+        texel = decide.texel(start_px + s * (end_px - start_px), live)
+        front = _inverse_depths(x, estimator.front_slack * stride, inverse, estimator.growth)
+        back = _inverse_depths(x, estimator.back_slack * stride, inverse, estimator.growth)
+        span = np.minimum(*front), np.maximum(*back)
         hit = _surface_tests(picture, p, n, texel, span, estimator, decide, live, True)
         blocker = np.where((live & hit)[..., None], texel, blocker)
     return blocker, decide.unsure

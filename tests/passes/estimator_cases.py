@@ -1,0 +1,173 @@
+"""Hand-made pictures for the estimators, and how to run a pass on them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+from oracle import analytic_pictures, screen_space
+from oracle.analytic_pictures import Plane, Sphere
+from oracle.screen_space import Estimator, Picture
+from passes.pass_harness import Array, make_frame, make_scene, quad, run_pass
+
+from ssdo_gl.graph.frame import Frame
+from ssdo_gl.graph.render_pass import RenderPass
+from ssdo_gl.passes.screen_space_settings import (
+    ScreenSpaceSettings,
+    estimator_uniforms,
+    pattern_offset,
+)
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.environment import Environment
+from ssdo_gl.scene.light import Light
+
+NEAR = 0.01
+
+
+def picture_frame(
+    size: tuple[int, int],
+    tan_half_y: float,
+    *,
+    near: float = NEAR,
+    seed: int = 0,
+    environment: Environment | None = None,
+    lights: tuple[Light, ...] = (),
+) -> Frame:
+    """Return a frame whose camera stands at the origin of view space."""
+    fov_y = float(np.degrees(2.0 * np.arctan(tan_half_y)))
+    camera = Camera((0.0, 0.0, 0.0), (0.0, 0.0, -1.0), fov_y=fov_y)
+    # The passes under test draw no geometry; a scene must have some.
+    filler = quad((-1, -1, -3), (1, 0, 0), (0, 1, 0))
+    scene = make_scene([filler], camera=camera, environment=environment, lights=lights)
+    return make_frame(scene, size, near_far=(near, 1e3 * near), seed=seed)
+
+
+def run_on(
+    gl: object,
+    shaders: object,
+    render_pass: RenderPass,
+    frame: Frame,
+    picture: Picture,
+    more: Mapping[str, NDArray[np.float64]] | None = None,
+) -> Array:
+    """Run a pass on a picture; return its one image with row 0 at the BOTTOM."""
+    images = {**inputs_of(picture), **{k: v[::-1] for k, v in (more or {}).items()}}
+    inputs = {name: images[name] for name in render_pass.reads}
+    (result,) = run_pass(gl, shaders, render_pass, frame, inputs).values()  # type: ignore[arg-type]
+    return np.asarray(result[::-1])
+
+
+def inputs_of(picture: Picture) -> dict[str, NDArray[np.float64]]:
+    """Return the textures that estimators read, row 0 at the top."""
+    images = analytic_pictures.textures(picture)
+    back = images.pop("z_back_vs", np.zeros_like(images["z_vs"]))
+    images["z_layers"] = np.concatenate([images["z_vs"], back], -1)
+    return images
+
+
+def twin_of(settings: ScreenSpaceSettings, frame: Frame, has_back: bool = False) -> Estimator:
+    """Return the oracle's estimator for a pass' settings."""
+    uniforms = estimator_uniforms(settings, frame, has_back)
+    return Estimator(
+        settings.estimator,
+        settings.radius,
+        settings.direction_count,
+        settings.step_count,
+        pattern_offset(frame.seed),
+        thickness=uniforms["u_thickness"],
+        bias=settings.bias,
+        growth=settings.step_growth,
+        front_slack=settings.front_slack,
+        back_slack=settings.back_slack,
+    )
+
+
+def corner(size: tuple[int, int], tan_half: tuple[float, float], scale: float = 1.0) -> Picture:
+    """A floor (lower half) and a wall (upper half) that meet at a right angle, 3 away."""
+    c = np.sqrt(0.5)
+    edge = (0.0, 0.0, -3.0 * scale)
+    planes = [Plane(edge, (0.0, c, c)), Plane(edge, (0.0, -c, c))]
+    return analytic_pictures.cast(planes, size, tan_half, NEAR * scale)
+
+
+def tilted_plane(
+    degrees: float, size: tuple[int, int], tan_half: tuple[float, float], scale: float = 1.0
+) -> Picture:
+    """A plane through (0, 0, -3), turned by an angle about the axis (1, 2, 0)."""
+    angle = np.radians(degrees)
+    across = np.array([2.0, -1.0, 0.0]) / np.sqrt(5.0)
+    normal = np.array([0.0, 0.0, 1.0]) * np.cos(angle) + across * np.sin(angle)
+    return analytic_pictures.cast([Plane((0, 0, -3 * scale), normal)], size, tan_half, NEAR * scale)
+
+
+def ball_on_floor(size: tuple[int, int], tan_half: tuple[float, float]) -> Picture:
+    """A ball of radius 0.5 that rests on a floor, seen from 45 degrees above."""
+    c = np.sqrt(0.5)
+    up = np.array([0.0, c, c])
+    contact = np.array([0.0, 0.0, -4.0])
+    surfaces = [Plane(contact, up), Sphere(contact + 0.5 * up, 0.5)]
+    return analytic_pictures.cast(surfaces, size, tan_half)
+
+
+def random_picture(
+    seed: int, size: tuple[int, int], tan_half: tuple[float, float], has_back: bool
+) -> Picture:
+    """Noise: every texel a surface of its own, some background, some backs."""
+    rng = np.random.default_rng(seed)
+    shape = size[1], size[0]
+    z = float32(1.0 + 2.0 * rng.random(shape)) * (rng.random(shape) > 0.1)
+    rays = analytic_pictures.view_rays(size, tan_half)
+    geometric = _facing(rng, rays)
+    shading = geometric + 0.3 * _facing(rng, rays)
+    shading /= np.linalg.norm(shading, axis=-1, keepdims=True)
+    back = float32(np.maximum(z + 0.5 * rng.normal(size=shape), 0.0))
+    back *= rng.random(shape) < 0.5
+    return Picture(
+        z, stored(shading), stored(geometric), tan_half, NEAR, back if has_back else None
+    )
+
+
+def float32(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the values that a float32 texture would hold."""
+    return values.astype(np.float32).astype(np.float64)
+
+
+def stored(normals: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the normals that the G-buffer would hold."""
+    return analytic_pictures.oct_decode(analytic_pictures.oct_encode(normals))
+
+
+def covered_texels(picture: Picture) -> NDArray[np.int64]:
+    """Return (n, 2) texels that are not background."""
+    y, x = np.nonzero(picture.z > 0.0)
+    return np.stack([x, y], 1)
+
+
+def positions(picture: Picture) -> NDArray[np.float64]:
+    """Return (h, w, 3) view-space points."""
+    height, width = picture.z.shape
+    return picture.position(np.stack(np.meshgrid(np.arange(width), np.arange(height)), -1))
+
+
+def _facing(rng: np.random.Generator, rays: NDArray[np.float64]) -> NDArray[np.float64]:
+    n = rng.normal(size=rays.shape)
+    n /= np.linalg.norm(n, axis=-1, keepdims=True)
+    return np.where(((n * rays).sum(-1) > 0.0)[..., None], -n, n)
+
+
+__all__ = [
+    "ball_on_floor",
+    "corner",
+    "covered_texels",
+    "float32",
+    "inputs_of",
+    "picture_frame",
+    "positions",
+    "random_picture",
+    "run_on",
+    "screen_space",
+    "stored",
+    "tilted_plane",
+    "twin_of",
+]
