@@ -45,6 +45,8 @@ class Renderer:
         auto, egl, osmesa or window.
     device : Device or None
         An existing device to draw with; it is not released at the end.
+    shaders : ShaderLibrary or None
+        Of that device, so that several renderers compile each program once.
 
     Examples
     --------
@@ -62,12 +64,13 @@ class Renderer:
         *,
         backend: str = "auto",
         device: Device | None = None,
+        shaders: ShaderLibrary | None = None,
     ) -> None:
         self.scene = scene
         self.settings = self._completed(settings or settings_for(scene.render, {}))
         self._owns_device = device is None
         self.device = device or create_context(backend)
-        self._shaders = ShaderLibrary(self.device.gl)
+        self._shaders = shaders or ShaderLibrary(self.device.gl)
         self._executor = Executor(self.device, self._shaders)
         self._geometry = Geometry(self.device.gl, scene)
         self._content = analyse(scene)
