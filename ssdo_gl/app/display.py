@@ -23,7 +23,8 @@ def picture_of(name: str, image: NDArray[np.float32]) -> NDArray[np.uint8]:
 
     Normals map [-1, 1] to [0, 1]; depth and position are stretched over what the
     image holds (near = bright); visibility is shown as it is (1 = white); radiance is
-    clipped at 1; ``display`` is sRGB-encoded already. Normals, positions and depth are data and are not sRGB-encoded.
+    clipped at 1; ``display`` is sRGB-encoded already. Normals, positions and depth are
+    data and are not sRGB-encoded.
     """
     values = np.nan_to_num(image.astype(np.float64), nan=0.0, posinf=1e30, neginf=-1e30)
     if name == "normal_ws":

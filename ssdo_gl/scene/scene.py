@@ -49,9 +49,7 @@ class Scene:
         lows, highs = [], []
         for item in self.objects:
             low, high = self.meshes[item.mesh].bounds()
-            corners = np.array(
-                [[(low, high)[i >> k & 1][k] for k in range(3)] for i in range(8)]
-            )
+            corners = np.array([[(low, high)[i >> k & 1][k] for k in range(3)] for i in range(8)])
             for matrix in item.world_from_object:
                 points = math3d.transform_points(matrix, corners)
                 lows.append(points.min(axis=0))
