@@ -57,6 +57,11 @@ class Rung:
     resolution_scale: float
     frame_scale: float = 1.0
 
+    @property
+    def work(self) -> float:
+        """What it costs, roughly: depth reads per pixel of the window."""
+        return self.samples * (self.resolution_scale * self.frame_scale) ** 2
+
     def applied(self, settings: Settings) -> Settings:
         """Return `settings` at this quality; the size is left to the caller."""
         return dataclasses.replace(

@@ -42,6 +42,8 @@ class Wish:
         With the size in pixels; ``spp`` of a reference is when it counts as refined.
     seconds : float
         Of the animation.
+    extra : tuple of str
+        Images that are drawn besides and not averaged.
     """
 
     image: str
@@ -49,6 +51,7 @@ class Wish:
     camera: Camera
     settings: Settings
     seconds: float = 0.0
+    extra: tuple[str, ...] = ()
 
     @property
     def samples_wanted(self) -> int:
@@ -67,15 +70,19 @@ class LiveImage:
         The last frame.
     sample_count : int
         Samples in the sum.
+    last_samples : int
+        Samples of the last frame: a reference takes several while nothing moves.
     """
 
     def __init__(self, renderer: LiveRenderer, device: Device, shaders: ShaderLibrary) -> None:
         self.renderer = renderer
         self.drawing: Drawing | None = None
         self.sample_count = 0
+        self.last_samples = 0
         self._device = device
         self._shaders = shaders
         self._wish: Wish | None = None
+        self._applied: Settings | None = None
         self._frames = 0
         self._chunk = 1
         self._sum: moderngl.Texture | None = None
@@ -103,7 +110,7 @@ class LiveImage:
 
     def restart(self) -> None:
         """Forget what was averaged: shaders or the scene have changed."""
-        self._wish = None
+        self._wish = self._applied = None
         self.sample_count = 0
 
     def update(
@@ -119,18 +126,22 @@ class LiveImage:
         """
         if wish == self._wish and self.is_refined:
             return False
-        frame = self._frames if wish == self._wish else 0
+        goes_on = wish == self._wish
+        frame = self._frames if goes_on else 0
         index = _ORDER[frame % REFINE_FRAMES] + frame // REFINE_FRAMES * REFINE_FRAMES
         samples = 1
         settings = wish.settings
         if settings.is_reference:
-            left = wish.samples_wanted - (self.sample_count if wish == self._wish else 0)
-            samples = max(1, min(self._chunk, left))
+            # A view that may change with the next frame gets the least there is.
+            left = wish.samples_wanted - self.sample_count
+            samples = max(1, min(self._chunk, left)) if goes_on else 1
             settings = dataclasses.replace(settings, spp=samples)
-        if settings != self.renderer.settings:
+        # Not the renderer's own settings: it has filled in what the scene decides.
+        if settings != self._applied:
             self.renderer.use(settings)
+            self._applied = settings
         drawing = self.renderer.draw(
-            [wish.image],
+            [wish.image, *wish.extra],
             camera=wish.camera,
             seconds=wish.seconds,
             index=index if is_averaged(wish.kind) else 0,
@@ -138,7 +149,7 @@ class LiveImage:
             time_passes=time_passes,
             progress=progress,
         )
-        if wish != self._wish:
+        if not goes_on:
             self._wish, self._frames, self.sample_count = wish, 0, 0
         if settings.is_reference:
             self._choose_chunk(samples, drawing.frame_ms)
@@ -146,6 +157,7 @@ class LiveImage:
         self._add(drawing.planes[wish.image], samples)
         self._frames += 1
         self.sample_count += samples
+        self.last_samples = samples
         return True
 
     def release(self) -> None:

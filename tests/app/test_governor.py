@@ -149,8 +149,7 @@ def test_frames_right_after_a_change_do_not_count() -> None:
 def test_every_rung_is_cheaper_than_the_one_before(settings: Settings) -> None:
     rungs = ladder(settings)
     assert rungs[0] == Rung(settings.samples, settings.resolution_scale)
-    work = [r.samples * (r.resolution_scale * r.frame_scale) ** 2 for r in rungs]
-    assert all(b < a for a, b in itertools.pairwise(work))
+    assert all(b.work < a.work for a, b in itertools.pairwise(rungs))
     for rung in rungs:
         assert rung.samples >= min(settings.samples, governor.FEWEST_SAMPLES)
         rung.applied(settings).checked()
