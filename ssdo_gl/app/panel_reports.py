@@ -1,0 +1,99 @@
+"""The sections of the panel that only show: times, reasons, the histogram."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+from imgui_bundle import ImVec2, imgui
+from numpy.typing import NDArray
+
+from ssdo_gl.app.histogram import radiance_histogram
+from ssdo_gl.app.viewer import Viewer
+from ssdo_gl.gpu.readback import read_texture
+
+# Five seconds at 60 Hz: long enough to see a rung change and its reason go by.
+PLOT_FRAMES = 300
+_PLOT_HEIGHT = 52.0
+
+
+class Reports:
+    """Shows what the last frames cost and why each pass ran."""
+
+    def __init__(self, viewer: Viewer) -> None:
+        self._viewer = viewer
+        self._times: deque[float] = deque(maxlen=PLOT_FRAMES)
+        self._histogram: NDArray[np.float64] | None = None
+        self._histogram_of: object = None
+        self._pass_ms: dict[str, float] = {}
+
+    def note_frame(self, frame_ms: float) -> None:
+        """Take the time of a frame."""
+        self._times.append(frame_ms)
+
+    def frame_times(self) -> None:
+        """Draw the plot of frame times with the budget's line as its middle."""
+        times = np.array(self._times or [0.0], np.float32)
+        budget = self._viewer.budget_ms
+        last = float(np.median(times[-10:]))
+        imgui.plot_lines(
+            "##frame times",
+            times,
+            overlay_text=f"{last:.1f} ms ({1e3 / max(last, 0.1):.0f} frames/s), budget {budget:g}",
+            scale_min=0.0,
+            scale_max=2.0 * budget,
+            graph_size=ImVec2(-1.0, _PLOT_HEIGHT),
+        )
+
+    def effects(self) -> None:
+        """Draw a bar for each pass, with the reason why it ran or did not."""
+        left = self._viewer.left
+        if left is None or left.image.drawing is None:
+            return
+        drawing = left.image.drawing
+        for row in drawing.passes:
+            if row.ran and row.gpu_ms is not None:
+                before = self._pass_ms.get(row.name, row.gpu_ms)
+                # Bars that jump with every frame cannot be read.
+                self._pass_ms[row.name] = before + 0.2 * (row.gpu_ms - before)
+        longest = max([self._pass_ms.get(row.name, 0.0) for row in drawing.passes] or [1.0])
+        for row in drawing.passes:
+            milliseconds = self._pass_ms.get(row.name)
+            if milliseconds is None:
+                imgui.text_disabled(f"{row.name}: not run")
+            else:
+                imgui.progress_bar(
+                    milliseconds / max(longest, 1e-6),
+                    ImVec2(-1.0, 0.0),
+                    f"{row.name}  {milliseconds:.2f} ms",
+                )
+            if imgui.is_item_hovered():
+                imgui.set_tooltip(row.reason)
+        imgui.separator()
+        for decision in drawing.decisions:
+            imgui.text_disabled("yes" if decision.run else "no ")
+            imgui.same_line()
+            imgui.text_wrapped(f"{decision.effect}: {decision.reason}")
+
+    def histogram(self) -> None:
+        """Draw how often each radiance occurs in the picture, once it is at rest."""
+        left = self._viewer.left
+        if left is None or left.image.drawing is None:
+            return
+        drawing = left.image.drawing
+        is_due = self._viewer.is_resting and left.image.is_refined
+        if is_due and self._histogram_of is not drawing and "beauty" in drawing.planes:
+            texture = drawing.planes["beauty"].texture
+            self._histogram_of = drawing
+            if texture is not None:
+                self._histogram = radiance_histogram(read_texture(texture))
+        if self._histogram is None:
+            imgui.text_disabled("shown once the picture is at rest")
+            return
+        imgui.plot_histogram(
+            "##histogram",
+            self._histogram.astype(np.float32),
+            overlay_text="luminance, 2^-10 to 2^6",
+            scale_min=0.0,
+            graph_size=ImVec2(-1.0, 1.5 * _PLOT_HEIGHT),
+        )
