@@ -127,19 +127,23 @@ def test_nothing_seen_is_farther_than_anything(gl, shaders):
 
 
 def test_a_light_does_not_see_its_own_body(gl, shaders):
-    body = quad((-0.4, 0.8, -0.6), (0.8, 0, 0), (0, 0, 1.2))
-    lamp = box((-0.1, 0.2, -0.1), (0.1, 0.4, 0.1))
-    light = RectangleLight((-0.4, 0.8, -0.6), (0.8, 0, 0), (0, 0, 1.2), (1, 1, 1))
-    alone = make_scene([ROOM, lamp], lights=[light])
-    with_body = make_scene(
-        [ROOM, lamp, body],
-        objects=[SceneObject(0, 0), SceneObject(1, 0), SceneObject(2, 0, light=0)],
-        lights=[light],
-    )
-    np.testing.assert_array_equal(
-        atlas(gl, shaders, alone, parts_per_side=1), atlas(gl, shaders, with_body, parts_per_side=1)
-    )
-    assert atlas(gl, shaders, alone, parts_per_side=1)[16, 16] == pytest.approx(0.4, rel=1e-5)
+    """A bulb around a point light, drawn for the camera, is no obstacle to its light."""
+    bulb = box((-0.1, 0.1, -0.1), (0.1, 0.3, 0.1))
+    lamp = box((-0.2, -0.5, -0.2), (0.2, -0.3, 0.2))
+    light = PointLight((0.0, 0.2, 0.0), (1, 1, 1))
+    alone = atlas(gl, shaders, make_scene([ROOM, lamp], lights=[light]))
+    objects = [SceneObject(0, 0), SceneObject(1, 0), SceneObject(2, 0, light=0)]
+    scene = make_scene([ROOM, lamp, bulb], objects=objects, lights=[light])
+    np.testing.assert_array_equal(atlas(gl, shaders, scene), alone)
+    # Face 4 looks down, onto the lamp.
+    assert alone[16, 4 * TEXELS + 16] == pytest.approx(0.5, rel=Z_TOLERANCE)
+    # To another light the bulb is an obstacle.
+    objects[2] = SceneObject(2, 0, light=1)
+    lights = [PointLight((0.0, 0.0, 0.0), (1, 1, 1)), light]
+    scene = make_scene([ROOM, lamp, bulb], objects=objects, lights=lights)
+    # Face 3 looks up; the first light's faces are the lowest row.
+    up = atlas(gl, shaders, scene)[:TEXELS, 3 * TEXELS : 4 * TEXELS]
+    assert up[16, 16] == pytest.approx(0.1, rel=Z_TOLERANCE)
 
 
 def test_cut_outs_let_light_through(gl, shaders):
