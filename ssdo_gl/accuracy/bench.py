@@ -23,6 +23,7 @@ from ssdo_gl.accuracy.errors import (
     PANELS,
     ErrorStore,
     Judged,
+    Scalars,
     judge,
     judged_pixels,
     render_seeds,
@@ -95,6 +96,7 @@ def run_bench(
     outdir: Path,
     *,
     quick: bool = False,
+    scene: Scene | None = None,
     camera: Camera | None = None,
     backend: str = "auto",
     grid: Path | None = None,
@@ -116,6 +118,8 @@ def run_bench(
         measurements. An interrupted bench in it is resumed.
     quick : bool
         A smaller grid and shorter truths, within about two minutes.
+    scene : Scene or None
+        The scene that `scene_source` names, if it is loaded already.
     camera : Camera or None
         Replaces the scene's camera.
     grid : Path or None
@@ -131,7 +135,7 @@ def run_bench(
     points = [p for p in read_grid(grid) if p.quick or not quick]
     if not points:
         raise BenchError(f"{grid}: no family has a quick table, so --quick measures nothing")
-    scene = load_scene(scene_source)
+    scene = scene or load_scene(scene_source)
     if camera is not None:
         scene = dataclasses.replace(scene, camera=camera)
     plan = plan or (QUICK if quick else FULL)
@@ -208,24 +212,7 @@ class BenchRun:
         state = self._state(str(machine["renderer"]))
         self._start_over_unless_same(state)
         mask = self._mask()
-        request = TruthRequest(
-            self.studio,
-            self.base,
-            mask,
-            sorted({point.kind for point in self.points}),
-            self.plan.seeds,
-            self.plan.batch_spp,
-            self.plan.truth_seconds,
-            str(machine["renderer"]),
-        )
-        truths, floors = make_truths(request, self.progress)
-        judged = self._errors(state, truths, mask)
-        smallest = smallest_errors(judged)
-        if not self.quick and not good_enough(truths, smallest, mask):
-            # A setting came closer to a truth than the converged march did.
-            request = dataclasses.replace(request, smallest=smallest)
-            truths, floors = make_truths(request, self.progress)
-            judged = self._errors(state, truths, mask)
+        truths, floors, judged = self._judged(state, str(machine["renderer"]), mask)
         rows = sweep.time_points(
             self.studio,
             self.points,
@@ -308,6 +295,30 @@ class BenchRun:
         _, tangent = self.studio.scene.camera.tan_half_fov(width / height)
         radius = self.base.radius or 0.0
         return float(np.mean(radius * height / (2.0 * tangent * depth.astype(np.float64))))
+
+    def _judged(
+        self, state: Mapping[str, Any], renderer: str, mask: Mask
+    ) -> tuple[dict[str, Truth], dict[str, Scalars], dict[str, dict[str, Judged]]]:
+        """Return truths, what a converged march loses to them, and every point's errors."""
+        request = TruthRequest(
+            self.studio,
+            self.base,
+            mask,
+            sorted({point.kind for point in self.points}),
+            self.plan.seeds,
+            self.plan.batch_spp,
+            self.plan.truth_seconds,
+            renderer,
+        )
+        truths, floors = make_truths(request, self.progress)
+        judged = self._errors(state, truths, mask)
+        smallest = smallest_errors(judged)
+        if not self.quick and not good_enough(truths, smallest, mask):
+            # A setting came closer to a truth than the converged march did.
+            request = dataclasses.replace(request, smallest=smallest)
+            truths, floors = make_truths(request, self.progress)
+            judged = self._errors(state, truths, mask)
+        return truths, floors, judged
 
     def _errors(
         self, state: Mapping[str, Any], truths: Mapping[str, Truth], mask: Mask

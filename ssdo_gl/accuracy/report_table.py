@@ -139,7 +139,8 @@ def measure(studio: Studio, base: Settings, methods: Sequence[Method] = METHODS)
     """Time every row at its own sample count and at 16."""
     rows = []
     for method in methods:
-        settings = dataclasses.replace(base, estimator=None, filter="none", **method.settings)
+        plain = {"estimator": None, "filter": "none"}
+        settings = dataclasses.replace(base, **{**plain, **method.settings})
         frames = REFERENCE_FRAMES if settings.is_reference else FRAMES
 
         def at(

@@ -137,10 +137,12 @@ def within_budget(
     remembered: dict[str, float] = calibration.load(key)
     measured: dict[int, float] = {}
 
+    single = dataclasses.replace(settings, antialias=1)
+
     def cost(index: int) -> float:
         if index not in measured:
             times = studio.timed(
-                ladder.rungs[index].applied(settings), ("beauty",), CALIBRATION_FRAMES
+                ladder.rungs[index].applied(single), ("beauty",), CALIBRATION_FRAMES
             )
             measured[index] = times.frame_ms
         return measured[index]

@@ -175,10 +175,12 @@ def _draw(curves: Sequence[ScaleCurve]) -> Figure:
         left.plot(curve.factors, curve.levels, label=curve.name, **style)
         right.plot(curve.factors, curve.errors, label=curve.name, **style)
     left.axhline(1.0, color="#888888", linewidth=0.8, linestyle="--")
+    # Above the curves, for the legend.
+    left.set_ylim(-0.05, 1.45)
     left.set_ylabel("mean bounce / its truth")
     right.set_ylabel("RMSE of the bounce / mean of its truth")
     for chart in (left, right):
         chart.set_xscale("log")
         chart.set_xlabel("length of the scene, relative to the original")
-    left.legend(fontsize=7)
+    left.legend(fontsize=7, loc="upper left", bbox_to_anchor=(0.0, 0.97))
     return figure
