@@ -5,20 +5,24 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import os
+import shlex
 import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from ssdo_gl import __version__
+from ssdo_gl.accuracy.files import BenchError
+from ssdo_gl.accuracy.metrics import MissingLibraryError
 from ssdo_gl.app.image_files import OutputError, check_output
 from ssdo_gl.gpu.context import BACKENDS, ContextError
 from ssdo_gl.graph.settings import SettingError
 from ssdo_gl.options import camera_from_text, settings_for, size_from_text
+from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.scene.scene import SceneError
-from ssdo_gl.settings import AOVS, ESTIMATORS, METHODS
+from ssdo_gl.scene.scene import Scene, SceneError
+from ssdo_gl.settings import AOVS, ESTIMATORS, METHODS, Settings
 
 EXIT_OK, EXIT_USER, EXIT_NO_OPENGL, EXIT_INTERRUPTED = 0, 2, 3, 130
 DEFAULT_SCENE = "cornell_meso"
@@ -85,6 +89,10 @@ def _add_modes(parser: argparse.ArgumentParser) -> None:
     modes.add_argument(
         "--explain", action="store_true", help="say which passes run and why, which do not and why"
     )
+    modes.add_argument(
+        "--bench", metavar="OUTDIR", type=Path, help="measure error against time, into OUTDIR"
+    )
+    modes.add_argument("--quick", action="store_true", help="a bench of about two minutes")
     modes.add_argument("--version", action="version", version=f"ssdo-gl {__version__}")
 
 
@@ -115,8 +123,15 @@ def _add_quality(parser: argparse.ArgumentParser) -> None:
     quality.add_argument("--antialias", type=int, metavar="N", help="default 4 for .png, else 1")
     quality.add_argument("--effects", choices=("auto", "full"))
     quality.add_argument("--seed", type=int)
+    quality.add_argument("--preset", metavar="NAME|FILE", help="fast balanced fine reference")
     quality.add_argument(
-        "--max-error", type=float, metavar="E", help="references: stop at this standard error"
+        "--budget-ms", type=float, metavar="T", help="the most accurate setting that fits a frame"
+    )
+    quality.add_argument(
+        "--max-error",
+        type=float,
+        metavar="E",
+        help="the cheapest setting within this relative error; references stop there",
     )
     quality.add_argument(
         "--set", action="append", default=[], metavar="PASS.FIELD=VALUE", dest="overrides"
@@ -143,11 +158,66 @@ def _wanted_aovs(text: str | None) -> tuple[str, ...]:
     return names
 
 
+def _apply_preset(options: argparse.Namespace, flags: dict[str, Any]) -> None:
+    """Fill in what the preset sets and no flag does."""
+    if options.preset is None:
+        return
+    from ssdo_gl.accuracy.presets import load_preset
+
+    fields = load_preset(options.preset, flags["method"])
+    overrides = fields.pop("overrides", {})
+    options.overrides[:0] = [f"{name}={value}" for name, value in overrides.items()]
+    for name, value in fields.items():
+        if flags.get(name) is None:
+            flags[name] = value
+
+
+def _tuned(
+    options: argparse.Namespace, scene: Scene, settings: Settings, camera: Camera | None
+) -> Settings:
+    """Return `settings`, or what a budget or an error bound makes of them."""
+    wants_error = settings.max_error is not None and not settings.is_reference
+    if options.budget_ms is None and not wants_error:
+        return settings
+    if options.budget_ms is not None and wants_error:
+        raise UsageError("--budget-ms and --max-error: give one of them")
+    from ssdo_gl.accuracy.tune import choose_for_budget, choose_for_error
+
+    if options.budget_ms is not None:
+        choice = choose_for_budget(
+            scene, settings, options.budget_ms, camera=camera, backend=options.backend
+        )
+    else:
+        assert settings.max_error is not None
+        choice = choose_for_error(
+            scene,
+            settings,
+            settings.max_error,
+            camera=camera,
+            backend=options.backend,
+            allow_rays=options.snapshot is not None,
+        )
+    if not choice.holds:
+        print(f"ssdo-gl: {choice.sentence}", file=sys.stderr)
+    elif not options.quiet:
+        print(choice.sentence)
+    return choice.settings
+
+
+def command_text(arguments: Sequence[str] | None) -> str:
+    """Return the command line as one types it."""
+    return shlex.join(["ssdo-gl", *(sys.argv[1:] if arguments is None else arguments)])
+
+
 def run(arguments: Sequence[str] | None = None) -> int:
     """Carry out one command line; raises the user-facing errors."""
     options = build_parser().parse_args(arguments)
     if options.frames < 1:
         raise UsageError(f"--frames {options.frames}: must be at least 1")
+    if options.quick and options.bench is None:
+        raise UsageError("--quick belongs to --bench OUTDIR")
+    if options.bench is not None and (options.snapshot is not None or options.explain):
+        raise UsageError("--bench renders what it needs itself; leave out --snapshot and --explain")
     wanted = _wanted_aovs(options.aov)
     for path, suffixes in ((options.snapshot, None), (options.stats, (".json",))):
         if path is not None:
@@ -157,6 +227,11 @@ def run(arguments: Sequence[str] | None = None) -> int:
         flags["size"] = size_from_text(options.size)
     if options.snapshot is not None and flags["antialias"] is None:
         flags["antialias"] = 4 if options.snapshot.suffix.lower() == ".png" else 1
+    if options.bench is not None and options.size is None:
+        from ssdo_gl.accuracy.bench import bench_size
+
+        flags["size"] = bench_size(options.quick)
+    _apply_preset(options, flags)
     view = camera_from_text(options.camera) if options.camera is not None else None
     # Flags are checked before the scene is read, so that a typo costs no waiting.
     settings_for({}, flags, options.overrides)
@@ -164,6 +239,22 @@ def run(arguments: Sequence[str] | None = None) -> int:
     settings = settings_for(scene.render, flags, options.overrides)
     camera = None if view is None else dataclasses.replace(scene.camera, **view)
 
+    if options.bench is not None:
+        from ssdo_gl.accuracy.bench import run_bench
+
+        run_bench(
+            options.scene,
+            settings,
+            options.bench,
+            quick=options.quick,
+            scene=scene,
+            camera=camera,
+            backend=options.backend,
+            command=command_text(arguments),
+            quiet=options.quiet,
+        )
+        return EXIT_OK
+    settings = _tuned(options, scene, settings, camera)
     if options.snapshot is not None or options.explain:
         from ssdo_gl.app.snapshot import SnapshotRequest, take_snapshot
 
@@ -193,7 +284,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return its exit code (0, 2, 3, or 130 after Ctrl-C)."""
     try:
         return run(arguments)
-    except (SceneError, SettingError, OutputError, UsageError) as error:
+    except (SceneError, SettingError, OutputError, UsageError, BenchError) as error:
+        message, code = str(error), EXIT_USER
+    except MissingLibraryError as error:
         message, code = str(error), EXIT_USER
     except ContextError as error:
         message, code = str(error), EXIT_NO_OPENGL
