@@ -205,7 +205,7 @@ def _radiance(mesh: Mesh, material: Material) -> FloatArray:
     root = np.sqrt(a)
     weights = np.stack([1.0 - root, root * (1.0 - b), root * b], axis=1)
     uv = np.einsum("pk,tkc->tpc", weights, mesh.uvs[mesh.triangles])
-    return factor * linear_texels(texture.pixels, uv).mean(axis=1)
+    return np.asarray(factor * linear_texels(texture.pixels, uv).mean(axis=1))
 
 
 def linear_texels(pixels: NDArray[np.uint8] | NDArray[np.float32], uv: FloatArray) -> FloatArray:
@@ -216,7 +216,7 @@ def linear_texels(pixels: NDArray[np.uint8] | NDArray[np.float32], uv: FloatArra
     texel = pixels[row, column, :3]
     if pixels.dtype != np.uint8:
         return np.asarray(texel, dtype=np.float64)
-    return linear_from_srgb(texel / 255.0)
+    return linear_from_srgb(np.asarray(texel, dtype=np.float64) / 255.0)
 
 
 def _panels(surface: _Surface) -> list[RectangleLight] | None:

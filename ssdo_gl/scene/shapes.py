@@ -9,7 +9,7 @@ faces carry smooth normals, and every shape has texture coordinates.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.mesh import Mesh
@@ -175,13 +175,14 @@ def torus(
 _Part = tuple[FloatArray, NDArray[np.int64], FloatArray, FloatArray]
 
 
-def _closed_circle(angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _closed_circle(angle: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Return cosines and sines whose last entry is bit-equal to the first.
 
     The seam's two columns of vertices then share positions exactly, so that the
     surface is closed without a tolerance.
     """
-    cosine, sine = np.cos(angle), np.sin(angle)
+    array = np.asarray(angle, dtype=np.float64)
+    cosine, sine = np.cos(array), np.sin(array)
     cosine[-1], sine[-1] = cosine[0], sine[0]
     return cosine, sine
 

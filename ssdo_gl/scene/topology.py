@@ -59,7 +59,7 @@ def cleaned_mesh(
     if len(triangles) and (triangles.min() < 0 or triangles.max() >= len(positions)):
         wrong = triangles.max() if triangles.max() >= len(positions) else triangles.min()
         raise ValueError(f"a face refers to vertex {wrong} of {len(positions)}")
-    finite = np.isfinite(positions).all(axis=1)[triangles].all(axis=1)
+    finite = np.all(np.isfinite(positions)[triangles], axis=(1, 2))
     not_finite = int(len(triangles) - np.count_nonzero(finite))
     triangles = triangles[finite]
     flat = _without_area(positions, triangles)
