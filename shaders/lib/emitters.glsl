@@ -141,6 +141,21 @@ vec3 emitter_place(vec3 corner, vec3 edge_u, vec3 edge_v, bool is_triangle, vec2
     return by_angle ? vec3(clamp(place, 0.0, 1.0), r.solid_angle) : vec3(s, 0.0);
 }
 
+#if RAY_TEXTURES
+// The texture's factor of a material's emission: nothing where there is a hole.
+vec3 emitter_color(uint material, vec2 uv)
+{
+    vec4 place = material_texel(material, 3);
+    vec3 color = place.z != 0.0 ? atlas_color(place, uv).rgb : vec3(1.0);
+#if RAY_CUTOUTS
+    place = material_texel(material, 2);
+    float alpha = material_texel(material, 0).a * (place.z != 0.0 ? atlas_color(place, uv).a : 1.0);
+    color = alpha < material_texel(material, 4).x ? vec3(0.0) : color;
+#endif
+    return color;
+}
+#endif
+
 LightSample sample_surface_emitter(int entry, bool is_triangle, bool two_sided, vec2 u, vec3 p)
 {
     vec3 corner = emitter_texel(entry, 1).xyz - p;
@@ -159,9 +174,8 @@ LightSample sample_surface_emitter(int entry, bool is_triangle, bool two_sided, 
     vec4 uv_last = emitter_texel(entry, 6);
 #if RAY_TEXTURES
     vec4 uv_along = emitter_texel(entry, 5);
-    vec4 place = uv_last.z >= 0.0 ? material_texel(uint(uv_last.z), 3) : vec4(0.0);
     vec2 uv = uv_along.xy + s.x * uv_along.zw + s.y * uv_last.xy;
-    radiance *= place.z != 0.0 ? atlas_color(place, uv).rgb : vec3(1.0);
+    radiance *= uv_last.z >= 0.0 ? emitter_color(uint(uv_last.z), uv) : vec3(1.0);
 #endif
     float density = distance_2 / max(edge_v.w * cosine, 1e-30);
     bool is_lit = cosine > 0.0 && distance_2 > 1e-20;

@@ -183,7 +183,6 @@ def _emissive_rows(
     ]
     emission = np.array([material.emission for material in scene.materials])
     sides = np.array([1.0 + material.two_sided_emission for material in scene.materials])
-    textured = np.array([material.emission_texture is not None for material in scene.materials])
     rows, weights, owners = [], [], []
     for chosen, kind, second, (o, u, v) in parts:
         which = pair[chosen, second]
@@ -199,7 +198,7 @@ def _emissive_rows(
         uv = uvs[chosen, o]
         row[:, 5, :2], row[:, 5, 2:] = uv, uvs[chosen, u] - uv
         row[:, 6, :2] = uvs[chosen, v] - uv
-        row[:, 6, 2] = np.where(textured[material], material, -1)
+        row[:, 6, 2] = material
         row[:, 6, 3] = 1.0
         rows.append(row)
         weights.append(area * emission[material].mean(axis=1) * sides[material])
