@@ -1,7 +1,7 @@
 #version 330 core
 // The picture: emission + albedo / pi * irradiance, before a sky.
 //
-// HAS_DIRECT, HAS_DIRECTIONAL, HAS_BOUNCE: which irradiances there are.
+// HAS_DIRECT, HAS_DIRECTIONAL, HAS_BOUNCE: which irradiances there are; HAS_EMISSION.
 // COMBINE, what the visibility of an ambient-occlusion method multiplies:
 //   0 there is none
 //   1 ambient: the unoccluded irradiance of the environment
@@ -13,7 +13,9 @@
 #include "lib/environment.glsl"
 
 uniform sampler2D t_albedo;
+#if HAS_EMISSION
 uniform sampler2D t_emission;
+#endif
 #if HAS_DIRECT
 uniform sampler2D t_direct;
 #endif
@@ -39,7 +41,10 @@ void main()
     }
 
     vec3 irradiance = vec3(0.0);
-    vec3 added_radiance = texelFetch(t_emission, texel, 0).rgb;
+    vec3 added_radiance = vec3(0.0);
+#if HAS_EMISSION
+    added_radiance = texelFetch(t_emission, texel, 0).rgb;
+#endif
 #if HAS_DIRECT
     irradiance += texelFetch(t_direct, texel, 0).rgb;
 #endif

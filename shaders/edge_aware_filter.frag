@@ -3,7 +3,8 @@
 // size to full size.
 //
 // Defines: STAGE 0 separable, 1 upsample, 2 box, 3 copy;
-// IS_VISIBILITY 1: one value, 0: rgb + a; VALUE_HOLDS_Z: the last channel of t_value is z;
+// IS_VISIBILITY 1: one value, 0: rgb + a; VALUE_HOLDS_Z: the last channel of t_value is z,
+// else it is visibility; WRITES_IRRADIANCE: visibility becomes rgb irradiance + visibility;
 // TAP_RADIUS: taps on each side; USE_NORMALS.
 //
 // The estimators give neighbouring pixels different sample sets that repeat every 4 x 4
@@ -22,11 +23,14 @@ uniform int u_stride;          // texels of the frame per pixel of t_value
 uniform ivec2 u_axis;          // separable: (1, 0), then (0, 1)
 uniform float u_depth_tolerance;  // distance from the plane that halves a tap, pixels
 uniform float u_value_bound;   // larger values are faults, not light
+uniform vec3 u_open_irradiance;   // what arrives where all is open
 
 layout(location = 0) out vec4 o_value;
 
 #if IS_VISIBILITY
 const vec4 NEUTRAL = vec4(1.0, 0.0, 0.0, 0.0);
+#elif !VALUE_HOLDS_Z
+const vec4 NEUTRAL = vec4(0.0, 0.0, 0.0, 1.0);
 #else
 const vec4 NEUTRAL = vec4(0.0);
 #endif
@@ -164,13 +168,16 @@ void main()
         result = resolved(sum);
 #endif
     }
-#if VALUE_HOLDS_Z && STAGE == STAGE_SEPARABLE
+#if VALUE_HOLDS_Z && (STAGE == STAGE_SEPARABLE || STAGE == STAGE_BOX)
     // The next stage reads z beside the value again.
 #if IS_VISIBILITY
     result.y = z;
 #else
     result.a = z;
 #endif
+#endif
+#if WRITES_IRRADIANCE
+    result = vec4(z > 0.0 ? u_open_irradiance * result.x : vec3(0.0), result.x);
 #endif
     o_value = result;
 }

@@ -3,7 +3,7 @@
 //
 // HAS_SHADING_NORMALS, HAS_VERTEX_COLORS, HAS_ALBEDO_TEXTURE, HAS_EMISSION_TEXTURE,
 // HAS_ALPHA_CUTOUT: what the objects of this draw call have; WIDE_DEPTH_RANGE: see
-// lib/depth_test.glsl.
+// lib/depth_test.glsl; WRITES_NORMALS, WRITES_ALBEDO, WRITES_EMISSION: what is read.
 #include "lib/space.glsl"
 #include "lib/octahedral.glsl"
 #include "lib/depth_test.glsl"
@@ -29,10 +29,30 @@ uniform sampler2D t_albedo;
 uniform sampler2D t_emission;
 #endif
 
+// Targets are numbered without gaps.
+#if WRITES_NORMALS
+#define ALBEDO_LOCATION 2
+#else
+#define ALBEDO_LOCATION 1
+#endif
+#if WRITES_NORMALS && WRITES_ALBEDO
+#define EMISSION_LOCATION 3
+#elif WRITES_NORMALS || WRITES_ALBEDO
+#define EMISSION_LOCATION 2
+#else
+#define EMISSION_LOCATION 1
+#endif
+
 layout(location = 0) out float o_z_vs;
+#if WRITES_NORMALS
 layout(location = 1) out vec4 o_normals_vs;
-layout(location = 2) out vec4 o_albedo;
-layout(location = 3) out vec4 o_emission;
+#endif
+#if WRITES_ALBEDO
+layout(location = ALBEDO_LOCATION) out vec4 o_albedo;
+#endif
+#if WRITES_EMISSION
+layout(location = EMISSION_LOCATION) out vec4 o_emission;
+#endif
 
 void main()
 {
@@ -68,8 +88,14 @@ void main()
     bool emits = is_front || v_emission_side_cutoff.x > 0.5;
 
     o_z_vs = z;
+#if WRITES_NORMALS
     o_normals_vs = vec4(shading_code, face_code);
+#endif
+#if WRITES_ALBEDO
     o_albedo = vec4(albedo.rgb, 1.0);
+#endif
+#if WRITES_EMISSION
     o_emission = vec4(emits ? emission : vec3(0.0), v_emission.a);
+#endif
     write_depth(z);
 }

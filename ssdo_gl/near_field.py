@@ -18,8 +18,8 @@ DIRECTION_FIELDS = tuple(field.name for field in dataclasses.fields(ScreenSpaceS
 LARGEST_DEFAULT_THICKNESS = 2.0
 # A radius just under a pixel in float64 might reach one in the shader's float32.
 PIXEL_MARGIN = 1.0 - 1e-5
-# Blocked directions are kept as texel numbers in float32, which counts up to here, ...
-MOST_NUMBERED_TEXELS = 1 << 24
+# Blocked directions are kept as numbers of texels, x + 4096 y, exact in float32, ...
+LONGEST_NUMBERED_SIDE = 4096
 # ... four to a texture. More textures than four cost what a second march would.
 MOST_KEPT_DIRECTIONS = 16
 # Where a direction takes fewer depth reads, keeping what they found saves nothing.
@@ -87,10 +87,9 @@ def can_share_directions(settings: Settings, first: str) -> bool:
         samples=overrides.get("bounce.samples", settings.samples),
         steps=overrides.get("bounce.steps", settings.steps),
     )
-    width, height = settings.size
     return (
         march.estimator == estimator_of(settings, first) == "march"
         and march.step_count >= FEWEST_STEPS_WORTH_KEEPING
         and march.direction_count <= MOST_KEPT_DIRECTIONS
-        and width * height <= MOST_NUMBERED_TEXELS
+        and max(settings.size) <= LONGEST_NUMBERED_SIDE
     )

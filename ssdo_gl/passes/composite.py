@@ -45,6 +45,8 @@ class CompositePass(RenderPass):
     combine : str
         What `visibility` multiplies; ``report_traced`` is ``report`` for ray-traced
         ambient occlusion. Without effect if `visibility` is None.
+    has_emission : bool
+        Whether any surface emits.
     """
 
     name = "composite"
@@ -60,6 +62,7 @@ class CompositePass(RenderPass):
         bounce: str | None = None,
         visibility: str | None = None,
         combine: Combine = "ambient",
+        has_emission: bool = True,
     ) -> None:
         kind = environment_kind(environment)
         number = 0 if visibility is None else COMBINE_NUMBERS[combine]
@@ -68,13 +71,14 @@ class CompositePass(RenderPass):
             "HAS_DIRECT": int(direct is not None),
             "HAS_DIRECTIONAL": int(directional is not None),
             "HAS_BOUNCE": int(bounce is not None),
+            "HAS_EMISSION": int(has_emission),
             "COMBINE": number,
         }
         wiring = {
             "t_z_vs": "z_vs",
             "t_normals_vs": "normals_vs" if number in (1, 2) else None,
             "t_albedo": "albedo",
-            "t_emission": "emission",
+            "t_emission": "emission" if has_emission else None,
             "t_direct": direct,
             "t_directional": directional,
             "t_bounce": bounce,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Hashable, Mapping
 from typing import ClassVar
 
 import moderngl
@@ -26,10 +26,15 @@ class GBufferPass(RenderPass):
     Surfaces are two-sided: both normals are turned towards the camera. `emission`
     leaves the front side only unless the material says otherwise; its alpha is 1
     where no light delivers it, so that it may be counted as a sender.
+
+    Parameters
+    ----------
+    wanted : collection of str, optional
+        The targets that somebody reads; `z_vs` is always written.
     """
 
     name = "gbuffer"
-    writes: Mapping[str, TextureSpec] = {
+    TARGETS: ClassVar[Mapping[str, TextureSpec]] = {
         "z_vs": TextureSpec(1, "f4"),
         "normals_vs": TextureSpec(4, "nu2"),
         "albedo": TextureSpec(4, "nu2"),
@@ -38,12 +43,26 @@ class GBufferPass(RenderPass):
     depends_on = ("view", "geometry")
     needs_depth: ClassVar[bool] = True
 
+    def __init__(self, wanted: Collection[str] = tuple(TARGETS)) -> None:
+        self.writes = {
+            name: spec for name, spec in self.TARGETS.items() if name == "z_vs" or name in wanted
+        }
+        self._defines = {
+            "WRITES_NORMALS": int("normals_vs" in self.writes),
+            "WRITES_ALBEDO": int("albedo" in self.writes),
+            "WRITES_EMISSION": int("emission" in self.writes),
+        }
+
+    def settings_key(self) -> Hashable:
+        """Return which targets are written."""
+        return tuple(self.writes)
+
     def execute(self, context: PassContext) -> None:
         """Draw every visible object."""
         view = context.frame.view
 
         def program_of(features: Features) -> Program:
-            defines = features.defines()
+            defines = {**features.defines(), **self._defines}
             defines["WIDE_DEPTH_RANGE"] = wide_depth_range(view.near, view.far)
             return context.shaders.program("gbuffer.vert", "gbuffer.frag", defines)
 

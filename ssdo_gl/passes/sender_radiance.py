@@ -21,13 +21,17 @@ class SenderRadiancePass(RenderPass):
         Read ``direct_irradiance``.
     has_directional : bool
         Read ``directional_irradiance``.
+    has_emission : bool
+        Read ``emission``: some of it is delivered by no light.
     """
 
-    def __init__(self, *, has_direct: bool = True, has_directional: bool = True) -> None:
+    def __init__(
+        self, *, has_direct: bool = True, has_directional: bool = True, has_emission: bool = True
+    ) -> None:
         self.name = "sender_radiance"
         self.reads = (
             "albedo",
-            "emission",
+            *(("emission",) if has_emission else ()),
             *(("direct_irradiance",) if has_direct else ()),
             *(("directional_irradiance",) if has_directional else ()),
         )
@@ -35,6 +39,7 @@ class SenderRadiancePass(RenderPass):
         self._defines = {
             "HAS_DIRECT": int(has_direct),
             "HAS_DIRECTIONAL": int(has_directional),
+            "HAS_EMISSION": int(has_emission),
         }
 
     def settings_key(self) -> Hashable:

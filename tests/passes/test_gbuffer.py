@@ -399,3 +399,22 @@ def test_empty_view_is_all_zero(gl, shaders):
     behind = quad((-1.0, -1.0, 5.0), (2.0, 0.0, 0.0), (0.0, 2.0, 0.0))
     _, images = draw(gl, shaders, make_scene([behind], camera=DEFAULT_CAMERA))
     assert all(np.all(image == 0.0) for image in images.values())
+
+
+@pytest.mark.parametrize(
+    "wanted", [(), ("normals_vs",), ("albedo",), ("emission",), ("emission", "albedo")]
+)
+def test_targets_that_nobody_reads_are_left_out(gl, shaders, wanted):
+    """Each in its own place, whatever is missing before it."""
+    lamp = Material(albedo=(0.25, 0.5, 1.0), emission=(3.0, 2.0, 1.0))
+    panel = quad((-1, -1, -3), (2, 0, 0.5), (0, 2, 0))
+    scene = make_scene([panel], materials=[lamp])
+    _, everything = draw(gl, shaders, scene)
+    geometry = Geometry(gl, scene)
+    frame = make_frame(scene, SIZE, geometry=geometry)
+    some = run_pass(gl, shaders, GBufferPass(wanted), frame, geometry=geometry)
+    geometry.release()
+    assert set(some) == {"z_vs", *wanted}
+    for name, image in some.items():
+        np.testing.assert_array_equal(image, everything[name])
+        assert np.count_nonzero(image) > 0

@@ -21,7 +21,9 @@ SIZE = (40, 30)
 def scene():
     floor = quad((-3, -1, -8), (6, 0, 0), (0, 0, 7))
     wall = quad((-3, -1, -6), (0, 4, 0), (5, 0, -1))
-    boxes = [box((x, -1, -4 - x), (x + 0.5, -0.2, -3.5 - x)) for x in (-1.0, 0.1, 0.9)]
+    # Texel 0 shows a block, so that its number is among those kept.
+    block = box((-3.2, -3, -4.2), (-2.2, -1.6, -3.7))
+    boxes = [block] + [box((x, -1, -4 - x), (x + 0.5, -0.2, -3.5 - x)) for x in (-1.0, 0.1, 0.9)]
     return make_scene([floor, wall, *boxes])
 
 
@@ -84,10 +86,14 @@ def test_open_directions_and_background_are_kept_as_open(world):
     np.testing.assert_array_equal(np.mean(numbers < 0.0, axis=-1), visibility)
     background = kept["visibility_raw"][..., 1] == 0.0
     assert background.any() and np.all(numbers[background] == -1.0)
+    assert np.any(numbers == 0.0)
 
 
-def test_where_it_is_known_that_nothing_blocks_nothing_is_looked_for(world):
-    settings = DirectionalSettings(**common(64, 8))
+@pytest.mark.parametrize(
+    "changes", [{}, {"control": "none"}, {"control": "ratio"}, {"estimator": "rgs09"}]
+)
+def test_where_it_is_known_that_nothing_blocks_nothing_is_looked_for(world, changes):
+    settings = DirectionalSettings(**{**common(64, 8), **changes})
     blocked = world(DirectionalPass(settings))["directional_raw"]
     assert blocked[..., 3].min() < 0.9
     known = world(DirectionalPass(settings, is_open=True))["directional_raw"]

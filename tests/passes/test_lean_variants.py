@@ -1,0 +1,106 @@
+"""Variants that leave out what a scene lacks give what the whole pass gives."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from passes.pass_harness import make_frame, make_scene, quad, run_pass
+
+from ssdo_gl.passes.composite import CompositePass
+from ssdo_gl.passes.constant import ConstantPass
+from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterPass, EdgeAwareFilterSettings
+from ssdo_gl.passes.gbuffer import GBufferPass
+from ssdo_gl.passes.sender_radiance import SenderRadiancePass
+
+SIZE = (24, 18)
+WIDTH, HEIGHT = SIZE
+# The filter's sums of a dozen products in float32, in one order times a factor or in
+# another after it.
+FLOAT32_SUMS = 1e-6
+
+
+@pytest.fixture
+def frame():
+    return make_frame(make_scene([quad((-1, -1, -3), (2, 0, -1), (0, 1.5, 0))]), SIZE)
+
+
+@pytest.fixture
+def base(gl, shaders, frame):
+    """The G-buffer of a sheet that leaves some background."""
+    images = run_pass(gl, shaders, GBufferPass(), frame)
+    assert 0.1 < np.mean(images["z_vs"] > 0.0) < 0.9
+    return images
+
+
+def noise(seed, channels, high=1.0):
+    return np.random.default_rng(seed).uniform(0.0, high, (HEIGHT, WIDTH, channels))
+
+
+def test_a_constant_fills_every_channel(gl, shaders, frame):
+    one = run_pass(gl, shaders, ConstantPass("visibility", (1.0,)), frame)["visibility"]
+    assert one.shape == (HEIGHT, WIDTH, 1) and np.all(one == 1.0)
+    four = run_pass(gl, shaders, ConstantPass("x", (0.5, 2.0, 0.0, 1.0)), frame)["x"]
+    assert np.all(four == [0.5, 2.0, 0.0, 1.0])
+
+
+def test_a_constant_depends_on_nothing():
+    item = ConstantPass("x", (0.5,))
+    assert item.reads == () and item.depends_on == ()
+    assert item.settings_key() != ConstantPass("x", (0.6,)).settings_key()
+
+
+def test_without_emission_nothing_is_added(gl, shaders, frame, base):
+    inputs = {**base, "emission": np.zeros((HEIGHT, WIDTH, 4)), "e": noise(1, 4)}
+    whole, lean = (CompositePass(None, direct="e", has_emission=n) for n in (True, False))
+    assert "emission" not in lean.reads and whole.settings_key() != lean.settings_key()
+    pictures = [
+        run_pass(gl, shaders, item, frame, {n: inputs[n] for n in item.reads})["beauty"]
+        for item in (whole, lean)
+    ]
+    np.testing.assert_array_equal(*pictures)
+    assert pictures[0][..., :3].max() > 0.0
+
+
+def test_senders_without_emission_of_their_own(gl, shaders, frame, base):
+    lamps = noise(2, 4)
+    lamps[..., 3] = 0.0  # delivered by lights
+    inputs = {**base, "emission": lamps, "direct_irradiance": noise(3, 4)}
+    whole, lean = (SenderRadiancePass(has_directional=False, has_emission=n) for n in (True, False))
+    assert "emission" not in lean.reads and whole.settings_key() != lean.settings_key()
+    sent = [
+        run_pass(gl, shaders, item, frame, {n: inputs[n] for n in item.reads})["sender_radiance"]
+        for item in (whole, lean)
+    ]
+    np.testing.assert_array_equal(*sent)
+    assert sent[0][..., :3].max() > 0.0
+
+
+OPEN = (2.0, 0.5, 0.0)
+
+
+@pytest.mark.parametrize("name", ["edge", "naive", "none"])
+@pytest.mark.parametrize("scale", [1, 2])
+def test_visibility_becomes_the_irradiance_that_it_lets_through(
+    gl, shaders, frame, base, name, scale
+):
+    visibility = noise(4, 1)[::scale, ::scale]
+    z = base["z_vs"][scale - 1 :: scale, ::scale]
+    settings = EdgeAwareFilterSettings(filter=name)
+    scalar = EdgeAwareFilterPass(
+        "f", settings, source="v", result="r", is_visibility=True, holds_z=True,
+        open_irradiance=OPEN,
+    )  # fmt: skip
+    full = EdgeAwareFilterPass("f", settings, source="v", result="r")
+    values = {
+        scalar: np.concatenate([visibility, z], axis=-1),
+        full: np.concatenate([visibility * OPEN, visibility], axis=-1),
+    }
+    found = [
+        run_pass(gl, shaders, item, frame, {**base, "v": value})["r"]
+        for item, value in values.items()
+    ]
+    np.testing.assert_allclose(*found, atol=FLOAT32_SUMS)
+    seen = base["z_vs"][..., 0] > 0.0
+    assert np.all(found[0][~seen] == [0.0, 0.0, 0.0, 1.0])
+    assert np.ptp(found[0][seen], axis=0)[0] > 0.1
+    assert scalar.settings_key() != full.settings_key()
