@@ -112,13 +112,14 @@ def _pareto_chart(chart: Axes, bench: Bench, panel: Panel) -> None:
     truth = bench.truths.get(panel.name)
     if truth is not None:
         _draw_limits(chart, truth)
-    chart.set_xscale("log")
-    chart.set_yscale("log")
+    _log_axes(chart)
     chart.set_xlabel(_time_label(bench))
     chart.set_ylabel(panel.error_label)
     chart.set_title(panel.title, fontsize=8.5, wrap=True)
-    _plain_ticks(chart)
-    chart.legend(fontsize=7, loc="upper right")
+    if plotted:
+        chart.legend(fontsize=7, loc="upper right")
+    else:
+        chart.text(0.3, 0.5, "no error that could be drawn", transform=chart.transAxes)
     lines = [
         f"{i + 1:>2}  {r.point.label}: {r.timing.frame_ms.value:.3g} ms, "
         f"{r.verdicts[panel.name].error.value:.3g} ({r.verdicts[panel.name].confidence:.0%} sure)"
@@ -159,14 +160,20 @@ def _draw_limits(chart: Axes, truth: TruthSummary) -> None:
         )  # fmt: skip
 
 
-def _plain_ticks(chart: Axes) -> None:
-    """Write ticks as 0.05 and 20, not as powers of ten; few enough to read."""
+def _log_axes(chart: Axes) -> None:
+    """Make both axes logarithmic, with ticks like 0.05 and 20k, few enough to read.
+
+    An axis without positive data stays linear: it has no logarithm.
+    """
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-    for axis in (chart.xaxis, chart.yaxis):
-        low, high = axis.get_data_interval()
+    for name, axis in (("x", chart.xaxis), ("y", chart.yaxis)):
+        low, high = axis.get_minpos(), axis.get_data_interval()[1]
+        if not (0.0 < low <= high < math.inf):
+            continue
+        chart.set(**{f"{name}scale": "log"})
         # Over more than two decades 2 and 5 would crowd the axis.
-        subs = (1.0, 2.0, 5.0) if high < 100.0 * max(low, 1e-12) else (1.0,)
+        subs = (1.0, 2.0, 5.0) if high < 100.0 * low else (1.0,)
         axis.set_major_locator(LogLocator(base=10.0, subs=subs))
         axis.set_major_formatter(FuncFormatter(lambda value, _: _short(value)))
         axis.set_minor_formatter(NullFormatter())
@@ -205,9 +212,7 @@ def _samples(bench: Bench) -> Figure:
                 (r for r in results if r.point.family == family), key=lambda r: r.point.samples
             )
             _samples_curves(chart, members, panel, COLORS[number % len(COLORS)], family)
-        chart.set_xscale("log")
-        chart.set_yscale("log")
-        _plain_ticks(chart)
+        _log_axes(chart)
         chart.set_xlabel("depth reads per pixel")
         chart.set_ylabel(panel.error_label)
         chart.set_title(f"{panel.image}: noise falls, what is systematic stays", fontsize=9)
@@ -251,9 +256,7 @@ def _scaling(series: Sequence[Series]) -> Figure:
             style = MARKERS[number % len(MARKERS)]
             chart.plot(item.x, values, f"-{style}", color=COLORS[number % len(COLORS)],
                        markersize=4, label=label)  # fmt: skip
-        chart.set_xscale("log")
-        chart.set_yscale("log")
-        _plain_ticks(chart)
+        _log_axes(chart)
         chart.set_xlabel(item.x_label)
         chart.set_ylabel("ms")
         chart.legend(fontsize=7, title="exponent", loc="center left", bbox_to_anchor=(1.0, 0.5))

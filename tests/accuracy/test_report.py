@@ -14,6 +14,8 @@ from rich.console import Console
 
 from ssdo_gl.accuracy import outputs, plots, terminal
 from ssdo_gl.accuracy.analysis import front_of
+from ssdo_gl.accuracy.bootstrap import Interval
+from ssdo_gl.accuracy.errors import Scalars
 from ssdo_gl.accuracy.report import report_html
 
 pytest.importorskip("matplotlib")
@@ -144,6 +146,27 @@ def test_a_report_without_pictures_scaling_or_splits_is_still_a_report():
     text = report_html(bench(pictures=[], series=[], splits={}))
     assert Page(text).faults == []
     assert "No pictures were kept" in text
+
+
+@pytest.mark.parametrize("scale", [0.0, float("inf"), float("nan")])
+def test_errors_without_a_logarithm_do_not_stop_the_report(scale):
+    found = bench()
+    odd = [
+        dataclasses.replace(
+            result,
+            verdicts={
+                name: dataclasses.replace(
+                    verdict,
+                    error=Interval(scale, scale, scale),
+                    on_front=False,
+                    scalars=Scalars(noise=scale, systematic=scale),
+                )
+                for name, verdict in result.verdicts.items()
+            },
+        )
+        for result in found.results
+    ]
+    assert Page(report_html(bench(results=odd, splits={}))).faults == []
 
 
 def test_the_same_bench_gives_the_same_bytes(page):
