@@ -127,6 +127,12 @@ def test_the_key_light_comes_from_above_and_from_the_camera_side(
     assert np.dot(view, key.direction) > 0.0 or position[1] < 0.0
 
 
+def test_the_key_light_stands_to_the_left() -> None:
+    _, key = soft_light(Camera((0.0, 1.0, 5.0), (0.0, 0.0, 0.0)))
+    assert key.direction[0] > 0.1  # it travels to the right
+    assert key.direction[2] < -0.1
+
+
 def test_exposure_brings_a_white_floor_to_its_target() -> None:
     floor = placed(np.eye(4))
     light = DirectionalLight((0.0, 0.0, -1.0), (1.0, 1.0, 1.0))

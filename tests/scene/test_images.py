@@ -75,6 +75,7 @@ def test_hdr_round_trip(encoded: bool) -> None:
     expected = rgbe[..., :3] / 256.0 * 2.0 ** (130 - 128)
     expected[0, 0] = 0.0
     assert image == pytest.approx(expected, rel=1e-7)
+    assert not image[0, 0].any()
 
 
 def test_literal_stretches_of_a_scanline() -> None:
