@@ -62,7 +62,8 @@ class Tracer:
         if environment_kind(self.scene.environment) == 3:
             tables.append(EnvironmentPass())
         plan = compile_graph([*tables, item], names)
-        frame = Frame(self.frame.view, self.scene, seed, {"seed": seed})
+        versions = {"seed": seed, "view": self.frame.view.key()}
+        frame = Frame(self.frame.view, self.scene, seed, versions)
         self.executor.run(plan, frame, self.geometry, progress=progress)
         return {name: read_texture(self.executor.texture(name)) for name in names}
 
