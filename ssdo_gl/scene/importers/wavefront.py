@@ -91,8 +91,8 @@ def _logical_lines(text: str) -> Iterator[tuple[int, list[str]]]:
     """Yield line number and words, with continued lines joined and comments removed."""
     pending: list[str] = []
     for number, line in enumerate(text.split("\n"), 1):
-        words = line.split("#", 1)[0].split()
-        if words and words[-1].endswith("\\"):
+        words = (line.split("#", 1)[0] if "#" in line else line).split()
+        if words and words[-1][-1] == "\\":
             pending += [*words[:-1], words[-1][:-1]] if words[-1] != "\\" else words[:-1]
             continue
         if pending:
@@ -116,7 +116,7 @@ def _parse(text: str, where: str) -> _Contents:
         elif key == "f":
             if group is None:
                 group = contents.groups.setdefault(material, _Group())
-            _add_face(group, words[1:], contents, f"{where}: line {number}")
+            _add_face(group, words[1:], contents, where, number)
         elif key == "usemtl":
             material = " ".join(words[1:])
             group = contents.groups.setdefault(material, _Group())
@@ -126,14 +126,18 @@ def _parse(text: str, where: str) -> _Contents:
     return contents
 
 
-def _add_face(group: _Group, words: list[str], contents: _Contents, where: str) -> None:
+def _add_face(group: _Group, words: list[str], contents: _Contents, where: str, line: int) -> None:
     if len(words) < 3:
-        raise SceneError(f"{where}: a face needs at least three corners, found {len(words)}")
+        raise SceneError(
+            f"{where}: line {line}: a face needs at least three corners, found {len(words)}"
+        )
     index = group.corner_of_text
-    corners = []
-    for word in words:
-        text = _absolute(word, contents, where) if "-" in word else word
-        corners.append(index.setdefault(text, len(index)))
+    if any("-" in word for word in words):
+        words = [
+            _absolute(word, contents, f"{where}: line {line}") if "-" in word else word
+            for word in words
+        ]
+    corners = [index.setdefault(word, len(index)) for word in words]
     first = corners[0]
     group.triangles += [(first, corners[i], corners[i + 1]) for i in range(1, len(corners) - 1)]
 
