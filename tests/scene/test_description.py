@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from hypothesis import strategies as st
 from ssdo_gl import settings
 from ssdo_gl.graph.settings import describe
 from ssdo_gl.math3d import transform_points
-from ssdo_gl.scene.description import read_description, wishes
+from ssdo_gl.scene.description import forms, lights, read_description, wishes
 from ssdo_gl.scene.environment import ConstantEnvironment, GradientEnvironment, MapEnvironment
 from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.load import load_scene
@@ -380,6 +381,24 @@ def test_a_mesh_file_takes_the_material_of_the_scene(write: Write) -> None:
 def test_a_scene_file_may_start_with_a_byte_order_mark(write: Write) -> None:
     file = write({"s.toml": b"\xef\xbb\xbf" + b'[[object]]\r\nshape = "sphere"\r\nradius = 1\r\n'})
     assert load_scene(file).triangle_count > 0
+
+
+def test_the_example_of_the_readme_is_a_scene() -> None:
+    readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    (example,) = re.findall(r"```toml\n(.*?)```", readme, re.DOTALL)
+    result = scene(example)
+    assert result.notes == ()
+    # Six boxes that spin, each about itself, a plane, and the body of the lamp.
+    assert sum(item.motion is not None for item in result.objects) == 6
+    assert len(result.objects) == 8
+
+
+def test_the_readme_names_every_key_of_lights_and_shapes() -> None:
+    readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    section = readme.split("## Scene files")[1].split("\n## ")[0]
+    for keys in (*lights._KEYS.values(), *forms.FORM_KEYS.values()):
+        for key in keys:
+            assert f"`{key}" in section, key
 
 
 number = st.floats(-1e3, 1e3, allow_nan=False).map(lambda x: round(x, 6))
