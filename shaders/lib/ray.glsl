@@ -10,11 +10,10 @@ uniform float u_ns_per_unit;   // 1 / half-diagonal of the scene
 // Rays start this far off their surface, along its geometric normal. Hits are exact to
 // some 4e-7 (4 roundings of coordinates up to 1 and of t up to 2); ten times that keeps a
 // ray at 89 degrees from its own plane, and is 4e-6 of the scene's half-diagonal.
+// They also start as far back along the ray that found the surface, where nothing is in
+// the way: rounding may put a point on an edge outside the other wall of a corner, from
+// where rays escape, but both walls turn towards that ray.
 const float RAY_OFFSET = 4e-6;
-// And this far towards the middle of their triangle: rounding may put a point on an edge
-// outside the other wall of a corner, from where rays escape. Not more than this share of
-// the way, so that a point on a triangle of any size stays in it.
-const float RAY_NUDGE_SHARE = 0.01;
 // How far the position that the G-buffer gives may be off, relative to the distance from
 // the eye: rasterizers interpolate z with some 80 roundings.
 const float GBUFFER_ERROR = 2e-5;
@@ -33,12 +32,10 @@ bool ray_is_blocked(RaySurface surface, vec3 w, float t_max)
     return bvh_is_blocked(surface.start, w, t_max);
 }
 
-// Where rays start that leave the triangle a, b, c at `p`.
-vec3 ray_start(vec3 p, vec3 geometric, vec3 a, vec3 b, vec3 c, float offset)
+// Where rays start that leave a surface at `p`, which a ray along `w` has found.
+vec3 ray_start(vec3 p, vec3 geometric, vec3 w, float offset)
 {
-    vec3 to_middle = (a + b + c) * (1.0 / 3.0) - p;
-    float share = offset * inversesqrt(max(dot(to_middle, to_middle), 1e-30));
-    return p + to_middle * min(share, RAY_NUDGE_SHARE) + geometric * offset;
+    return p + (geometric - w) * offset;
 }
 
 // A triangle's unit normal, towards its front. The longest edge as unit keeps products
@@ -67,7 +64,7 @@ RaySurface ray_surface_at(ivec2 texel)
     surface.normal = u_ns_from_vs * gbuffer_shading_normal_vs(texel);
     surface.geometric = u_ns_from_vs * gbuffer_geometric_normal_vs(texel);
     surface.position = u_eye_ns + to_surface;
-    surface.start = surface.position + surface.geometric * reach;
+    surface.start = ray_start(surface.position, surface.geometric, w, reach);
     vec3 start = surface.position - w * reach;
     BvhHit hit = bvh_nearest(start, w, 2.0 * reach);
     if (hit.record >= 0) {
@@ -78,12 +75,12 @@ RaySurface ray_surface_at(ivec2 texel)
         if (dot(n, surface.geometric) > 0.999) {
             surface.position = start + hit.t * w;
             surface.geometric = n;
-            surface.start = ray_start(surface.position, n, a, b, c, RAY_OFFSET);
+            surface.start = ray_start(surface.position, n, w, RAY_OFFSET);
         } else {
             // At an edge the short ray may meet the neighbouring face first. Its normal
             // is not the one that the pixel is shaded with, but rays must keep clear of
-            // both faces, and in a corner of a third one.
-            surface.start = ray_start(surface.start, n, a, b, c, reach);
+            // both faces.
+            surface.start += n * reach;
         }
     }
     return surface;

@@ -24,7 +24,7 @@ Surface surface_at_hit(BvhHit hit, vec3 origin, vec3 w)
     // t is off by some roundings of its own length; the plane is not.
     vec3 p = origin + hit.t * w;
     s.at.position = p - front * dot(p - a, front);
-    s.at.start = ray_start(s.at.position, s.at.geometric, a, b, c, RAY_OFFSET);
+    s.at.start = ray_start(s.at.position, s.at.geometric, w, RAY_OFFSET);
     s.at.normal = s.at.geometric;
     s.area_cosine = abs(facing);
     s.flags = word;
