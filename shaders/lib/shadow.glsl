@@ -151,13 +151,23 @@ float part_weight(vec3 to_light, vec3 normal, float height)
     return max(dot(normal, d), 0.0) / (dot(d, d) * dot(d, d));
 }
 
+// Sum over the 2 x 2 pixels that are shaded together; without control flow around it.
+// Where derivatives are coarse it is only near the sum, hence at least the pixel's own.
+vec2 quad_sum(vec2 own, ivec2 pixel)
+{
+    vec2 toward = 1.0 - 2.0 * vec2(pixel & 1);
+    vec2 row = 2.0 * own + toward.x * dFdx(own);
+    return max(2.0 * row + toward.y * dFdy(row), own);
+}
+
 // Soft shadow of one part of a rectangle, given by its centre and half edges, from its
 // own map: percentage-closer soft shadows (Fernando 2005) in which search and filter work
 // on the light's points themselves instead of on circles in the map. The segment from the
 // receiver p to the light's point y passes p + s (y - p); seen from the part's centre its
-// texels hold what may block it. `p` is relative to that centre.
+// texels hold what may block it. `p` is relative to that centre. Loops of no rounds skip
+// pixels without a surface: branches would not, in software, nor may derivatives be inside.
 float part_visibility(ShadowMap map, ivec2 part, vec3 p_ls, vec3 m_ls, float rounding,
-                      vec2 half_u, vec2 half_v, ivec2 pixel)
+                      vec2 half_u, vec2 half_v, ivec2 pixel, bool is_surface)
 {
     // Everything in the axes of the face that the receiver falls on; the dark side of a
     // two-sided light is a mirror image.
@@ -177,12 +187,13 @@ float part_visibility(ShadowMap map, ivec2 part, vec3 p_ls, vec3 m_ls, float rou
     Face face = face_at(map, number, part);
     float slack = rounding + SHADOW_TEXEL_SLACK * face_texel_size(face, p.z);
 
-    float blocker_sum = 0.0;
-    float blocker_count = 0.0;
+    vec2 blockers = vec2(0.0);  // sum of their s, number
+    int blocker_rounds = is_surface ? BLOCKER_COUNT : 0;
     // Another stretch of the sequence for each pixel of a block and each part.
-    uint set = uint(part.y * map.parts_per_side + part.x) * uint(BLOCK_SIZE * BLOCK_SIZE) + set_of_pixel(pixel);
+    uint set = uint((part.y * map.parts_per_side + part.x) * BLOCK_SIZE * BLOCK_SIZE)
+             + set_of_pixel(pixel);
     vec3 start = kronecker_point(set * uint(BLOCKER_COUNT), u_pattern_offset);
-    for (int i = 0; i < BLOCKER_COUNT; ++i) {
+    for (int i = 0; i < blocker_rounds; ++i) {
         vec3 r = fract(start + float(i) * KRONECKER_STEP);
         // Squared: what touches the receiver covers few texels, near its own.
         float s = r.z * r.z;
@@ -194,17 +205,17 @@ float part_visibility(ShadowMap map, ivec2 part, vec3 p_ls, vec3 m_ls, float rou
                               * vec2(dot(offset, dual_u), dot(offset, dual_v));
         bool is_blocker = q.z > 0.0 && rise > 0.0 && rise < height
             && max(abs(hit.x), abs(hit.y)) <= 1.0 && is_above_plane(offset, m, slack);
-        blocker_sum += is_blocker ? rise : 0.0;
-        blocker_count += is_blocker ? 1.0 : 0.0;
+        blockers += is_blocker ? vec2(rise / height, 1.0) : vec2(0.0);
     }
+    // Four pixels search together: a third less error in penumbrae, for nothing.
+    blockers = quad_sum(blockers, pixel);
 
-    // A loop without rounds, not a branch, is what software rasterizers really skip.
-    int filter_count = blocker_count > 0.0 ? FILTER_COUNT : 0;
-    float s = blocker_sum / max(blocker_count, 1.0) / height;
+    int filter_rounds = is_surface && blockers.y > 0.0 ? FILTER_COUNT : 0;
+    float s = blockers.x / max(blockers.y, 1.0);
     float open = 0.0;
     float total = 0.0;
     start = kronecker_point(set * uint(FILTER_COUNT), u_pattern_offset);
-    for (int i = 0; i < filter_count; ++i) {
+    for (int i = 0; i < filter_rounds; ++i) {
         vec3 r = fract(start + float(i) * KRONECKER_STEP);
         vec3 to_light = (2.0 * r.x - 1.0) * u + (2.0 * r.y - 1.0) * v - p;
         vec3 q = p + s * to_light;
@@ -221,7 +232,7 @@ float part_visibility(ShadowMap map, ivec2 part, vec3 p_ls, vec3 m_ls, float rou
 
 // Soft shadow of a rectangle: its parts, weighted by what each contributes.
 float rectangle_shadow_visibility(ShadowMap map, vec3 p_ls, vec3 m_ls, float rounding,
-                                  vec2 half_u, vec2 half_v, ivec2 pixel)
+                                  vec2 half_u, vec2 half_v, ivec2 pixel, bool is_surface)
 {
     float inverse = 1.0 / float(map.parts_per_side);
     float open = 0.0;
@@ -232,7 +243,8 @@ float rectangle_shadow_visibility(ShadowMap map, vec3 p_ls, vec3 m_ls, float rou
             vec3 p = p_ls - vec3(place.x * half_u + place.y * half_v, 0.0);
             float weight = part_weight(-p, m_ls, abs(p.z));
             open += weight * part_visibility(map, ivec2(i, j), p, m_ls, rounding,
-                                             half_u * inverse, half_v * inverse, pixel);
+                                             half_u * inverse, half_v * inverse, pixel,
+                                             is_surface);
             total += weight;
         }
     }

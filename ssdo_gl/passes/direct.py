@@ -14,6 +14,7 @@ from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.graph.settings import setting
 from ssdo_gl.graph.shadow_frames import atlas_layout, shadow_frames
 from ssdo_gl.passes.screen_space_settings import pattern_offset
+from ssdo_gl.scene.content import power
 from ssdo_gl.scene.light import Light
 
 
@@ -22,7 +23,7 @@ class DirectSettings:
     """How soft shadows of rectangle lights are sampled."""
 
     blocker_samples: int = setting(
-        4,
+        3,
         "shadow-map reads per part of a light that look for what stands before it",
         low=1,
         high=256,
@@ -89,7 +90,9 @@ class DirectPass(RenderPass):
         smooth = any(mesh.normals is not None for mesh in scene.meshes)
         context.target.use()
         context.gl.blend_func = moderngl.ONE, moderngl.ONE
-        chosen = [i for i, light in enumerate(scene.lights) if light.shadow != "ssdo"]
+        chosen = [
+            i for i, light in enumerate(scene.lights) if light.shadow != "ssdo" and power(light) > 0
+        ]
         for i in chosen:
             # The first overwrites, which is cheaper.
             context.gl.enable_only(moderngl.NOTHING if i == chosen[0] else moderngl.BLEND)
