@@ -90,6 +90,8 @@ vec3 rectangle_arrived(Receiver r, Tangent t, int i, uint first_point)
     vec3 exact = rectangle_irradiance_at(i, r.position_vs, r.normal_vs, r.geometric_vs);
     float open = 0.0;
     float all = 0.0;
+    vec3 normal = rectangle_normal(i, r.position_vs);
+    Tangent aimed = with_end_plane(t, normal, dot(u_rectangle_centre_vs[i], normal));
     // Where nothing blocks, all / all is left of the ratio below.
     bool is_dark = IS_OPEN == 1 || exact == vec3(0.0);
     for (int k = 0; k < DIRECTION_COUNT && !is_dark; ++k) {
@@ -99,11 +101,10 @@ vec3 rectangle_arrived(Receiver r, Tangent t, int i, uint first_point)
         vec3 w = to_light / distance;
         // Points are uniform over the area: each stands for cos cos' / d^2 of irradiance.
         bool above = dot(w, r.geometric_vs) > 0.0;
-        float weight = above ? max(dot(w, r.normal_vs), 0.0) * rectangle_slant(i, w) : 0.0;
+        float weight = above ? max(dot(w, r.normal_vs), 0.0) * -dot(normal, w) : 0.0;
         weight /= distance * distance;
-        // A light that the camera sees is geometry, too: stop short of it.
-        float reach = min(u_radius, distance * (1.0 - LIGHT_GAP));
-        bool blocked = weight > 0.0 && is_blocked(march(t, w, reach, u.z, STEP_COUNT, 0));
+        float reach = min(u_radius, distance);
+        bool blocked = weight > 0.0 && is_blocked(march(aimed, w, reach, u.z, STEP_COUNT, 0));
         all += weight;
         open += blocked ? 0.0 : weight;
     }
@@ -124,7 +125,7 @@ vec3 point_lights(Receiver r, Tangent t)
         float distance = max(length(to_light), 1e-18);
         bool is_distant = light.kind == LIGHT_DIRECTIONAL;
         vec3 w = is_distant ? light.place_vs : to_light / distance;
-        float reach = is_distant ? u_radius : min(u_radius, distance * (1.0 - LIGHT_GAP));
+        float reach = is_distant ? u_radius : min(u_radius, distance);
         bool is_lit = unshadowed != vec3(0.0);
         float jitter = sample_point(r, i).z;
         if (is_lit && !is_blocked(march(t, w, reach, jitter, LIGHT_STEP_COUNT, 0)))

@@ -52,6 +52,8 @@ struct Tangent {
     vec3 normal_vs;     // geometric
     float min_height;
     float thickness;    // scene units
+    vec3 end_normal_vs; // blockers lie on this side of a plane where rays end: Q . n > offset
+    float end_offset;
 };
 
 Tangent tangent_at(vec3 position_vs, vec3 geometric_vs)
@@ -60,15 +62,27 @@ Tangent tangent_at(vec3 position_vs, vec3 geometric_vs)
     // A radius beyond the distance to the camera says nothing about the size of things.
     float length_scale = min(u_radius, z);
     return Tangent(position_vs, geometric_vs,
-                   DEPTH_ERROR * z + u_bias * length_scale, u_thickness * length_scale);
+                   DEPTH_ERROR * z + u_bias * length_scale, u_thickness * length_scale,
+                   vec3(0.0), -1.0);
+}
+
+// The same for rays that are aimed at a surface with the plane (n, offset): that surface
+// must no more block them than the receiver's own does. `n` points to the receiver's side.
+Tangent with_end_plane(Tangent t, vec3 normal_vs, float offset)
+{
+    t.end_normal_vs = normal_vs;
+    t.end_offset = offset + t.min_height;
+    return t;
 }
 
 // `above`, for the surface at `texel` with depth z.
 bool is_above(Tangent t, ivec2 texel, float z)
 {
-    vec3 pq = position_vs_at(uv_of_texel(texel), z) - t.position_vs;
+    vec3 q_vs = position_vs_at(uv_of_texel(texel), z);
+    vec3 pq = q_vs - t.position_vs;
     float height = dot(pq, t.normal_vs);
-    return height > t.min_height && height * height > NORMAL_ERROR * NORMAL_ERROR * dot(pq, pq);
+    return height > t.min_height && height * height > NORMAL_ERROR * NORMAL_ERROR * dot(pq, pq)
+        && dot(q_vs, t.end_normal_vs) > t.end_offset;
 }
 
 // What is known of the solids at a texel: x is the depth of the nearest front, 0 for

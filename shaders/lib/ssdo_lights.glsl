@@ -4,10 +4,6 @@
 // SSDO_RECTANGLE_COUNT, SSDO_POINT_COUNT: how many there are of the two sorts.
 #include "lib/lights.glsl"
 
-// Rays to a light end this far from it, relative to its distance: a light that the camera
-// sees is a surface in the depth buffer and must not block itself.
-const float LIGHT_GAP = 1e-3;
-
 #if SSDO_RECTANGLE_COUNT > 0
 uniform vec3 u_rectangle_centre_vs[SSDO_RECTANGLE_COUNT];
 uniform vec3 u_rectangle_half_u_vs[SSDO_RECTANGLE_COUNT];
@@ -44,10 +40,11 @@ vec3 rectangle_point(int i, vec2 u)
                                     + q.y * u_rectangle_half_v_vs[i];
 }
 
-// Cosine at the light of a ray along w, times a constant: only ratios of it are used.
-float rectangle_slant(int i, vec3 w)
+// Unit normal of the rectangle on the side of p_vs.
+vec3 rectangle_normal(int i, vec3 p_vs)
 {
-    return abs(dot(normalize(cross(u_rectangle_half_u_vs[i], u_rectangle_half_v_vs[i])), w));
+    vec3 n = normalize(cross(u_rectangle_half_u_vs[i], u_rectangle_half_v_vs[i]));
+    return dot(p_vs - u_rectangle_centre_vs[i], n) < 0.0 ? -n : n;
 }
 
 vec3 rectangle_irradiance_at(int i, vec3 p_vs, vec3 n_vs, vec3 m_vs)

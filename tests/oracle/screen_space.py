@@ -163,6 +163,7 @@ def _surface_tests(
     decide: _Decisions,
     live: Flags,
     has_end: bool,
+    end_plane: tuple[Array, Array] | None = None,
 ) -> Flags:
     """Whether the surface at `texel` blocks a stretch between two inverse depths."""
     z = picture.z[texel[..., 1], texel[..., 0]]
@@ -177,6 +178,11 @@ def _surface_tests(
         (height, DEPTH_ERROR * receiver_z + estimator.bias * length, far),
         (height, NORMAL_ERROR * np.linalg.norm(pq, axis=-1), far),
     ]
+    if end_plane is not None:
+        # Rays aimed at a surface: blockers lie above its plane, too.
+        plane_height = np.einsum("...i,...i", picture.position(texel, z), end_plane[0])
+        lowest = end_plane[1] + DEPTH_ERROR * receiver_z + estimator.bias * length
+        tests.append((plane_height, lowest, far))
     if has_end:
         end = z + estimator.thickness * length
         if picture.z_back is not None:
@@ -212,9 +218,17 @@ def _inverse_depths(
 
 
 def _march(
-    picture: Picture, p: Array, n: Array, w: Array, u: Array, estimator: Estimator
+    picture: Picture,
+    p: Array,
+    n: Array,
+    w: Array,
+    u: Array,
+    estimator: Estimator,
+    reach: Array | float = np.inf,
+    end_plane: tuple[Array, Array] | None = None,
 ) -> tuple[Indices, Flags]:
-    reach = np.minimum(estimator.radius, _distance_in_frame(picture, p, w))
+    reach = np.minimum(reach, estimator.radius)
+    reach = np.minimum(reach, _distance_in_frame(picture, p, w))
     end = p + reach[..., None] * w
     start_px, end_px = picture.pixel(p), picture.pixel(end)
     inverse = -1.0 / p[..., 2], -1.0 / end[..., 2]
@@ -231,7 +245,9 @@ def _march(
         front = _inverse_depths(x, estimator.front_slack * stride, inverse, estimator.growth)
         back = _inverse_depths(x, estimator.back_slack * stride, inverse, estimator.growth)
         span = np.minimum(*front), np.maximum(*back)
-        hit = _surface_tests(picture, p, n, texel, span, estimator, decide, live, True)
+        hit = _surface_tests(
+            picture, p, n, texel, span, estimator, decide, live, True, end_plane
+        )
         blocker = np.where((live & hit)[..., None], texel, blocker)
     return blocker, decide.unsure
 
@@ -285,6 +301,42 @@ def sample(picture: Picture, texel: Indices, pixel: Indices, estimator: Estimato
     run = _march if estimator.kind == "march" else _point
     blocker, unsure = run(picture, p, n, w, u[..., 2], estimator)
     return Samples(blocker, w, share, unsure)
+
+
+def rectangle_visibility(
+    picture: Picture,
+    texel: Indices,
+    estimator: Estimator,
+    corner: Array,
+    edge_u: Array,
+    edge_v: Array,
+) -> tuple[Array, Flags]:
+    """Return what arrives of a two-sided rectangle's light, in [0, 1], and unsure flags.
+
+    Directions are aimed at points of the rectangle, each with weight cos cos' / d^2.
+    """
+    first = BAYER[texel[:, 1] % 4, texel[:, 0] % 4] * estimator.directions
+    index = first[:, None] + np.arange(estimator.directions)
+    u = kronecker_points(index, estimator.offset)
+    p = np.broadcast_to(picture.position(texel)[:, None], u.shape)
+    n, shading = (
+        np.broadcast_to(normals[texel[:, 1], texel[:, 0]][:, None], u.shape)
+        for normals in (picture.geometric, picture.shading)
+    )
+    to_light = corner + u[..., :1] * edge_u + u[..., 1:2] * edge_v - p
+    distance = np.linalg.norm(to_light, axis=-1)
+    w = to_light / distance[..., None]
+    plane = np.cross(edge_u, edge_v) / np.linalg.norm(np.cross(edge_u, edge_v))
+    side = np.where(((p - corner) @ plane)[..., None] < 0.0, -plane, plane)
+    end_plane = side, np.einsum("...i,i", side, corner)
+    weight = np.maximum(np.einsum("...i,...i", w, shading), 0.0)
+    weight *= -np.einsum("...i,...i", w, side) / distance**2
+    weight *= np.einsum("...i,...i", w, n) > 0.0
+    blocker, unsure = _march(picture, p, n, w, u[..., 2], estimator, distance, end_plane)
+    arrives = weight * (blocker[..., 0] < 0)
+    total = weight.sum(1)
+    share = np.where(total > 0.0, arrives.sum(1) / np.where(total > 0.0, total, 1.0), 1.0)
+    return share, unsure & (weight > 0.0)
 
 
 def visibility(samples: Samples) -> Array:
