@@ -1,0 +1,38 @@
+"""The methods that every hard case is tried with, and how they are rendered."""
+
+from __future__ import annotations
+
+from ssdo_gl.renderer import Renderer
+from ssdo_gl.settings import Settings
+
+SIZE = (64, 48)
+# (method, estimator); the references at few samples: a case asks whether they stay
+# sane, not whether they converge.
+METHODS = (
+    ("direct", None),
+    ("ssao", "hemisphere"),
+    ("ssao", "zbuffer"),
+    ("ssdo", "march"),
+    ("ssdo", "rgs09"),
+    ("bounce", "march"),
+    ("bounce", "rgs09"),
+    ("reference-ao", None),
+    ("reference-near", None),
+    ("reference-gi", None),
+)
+SCREEN_SPACE = tuple(m for m in METHODS if not m[0].startswith("reference"))
+IMAGES = ("beauty", "direct", "directional", "bounce", "visibility", "normal_ws", "depth")
+
+
+def label(method):
+    """Return the name of a (method, estimator) pair in tables and test ids."""
+    return method[0] if method[1] is None else f"{method[0]}:{method[1]}"
+
+
+def render(device, shaders, scene, method, *, images=IMAGES, **settings):
+    """Return the images of `scene` by a (method, estimator) pair, as arrays."""
+    values = {"size": SIZE, "samples": 32, "steps": 8, "spp": 8, "shadow_rays": 4}
+    values |= {"radius": scene.render.get("radius"), **settings}
+    settings = Settings(method=method[0], estimator=method[1], **values)
+    with Renderer(scene, settings, device=device, shaders=shaders) as renderer:
+        return renderer.render(images).images

@@ -1,0 +1,97 @@
+"""Every corner of the settings: sizes, samples, steps, radii, subsets of outputs."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from hard_cases.hard_scene import room
+from hard_cases.invariants import sane
+from hard_cases.methods import METHODS, SCREEN_SPACE, label, render
+
+from ssdo_gl.settings import AOVS
+
+SETTINGS = {
+    "1 sample": {"samples": 1, "steps": 1, "spp": 1, "shadow_rays": 1},
+    "1024 samples": {"samples": 1024, "steps": 16},
+    "1 step": {"samples": 16, "steps": 1},
+    "more steps than samples": {"samples": 4, "steps": 64},
+    "radius 0": {"radius": 0.0},
+    "radius 1e-9": {"radius": 1e-9},
+    "radius below a pixel": {"radius": 1e-3},
+    "radius 1e9": {"radius": 1e9},
+    "radius inf": {"radius": float("inf")},
+    "half resolution": {"resolution_scale": 0.5},
+    "no filter": {"filter": "none"},
+    "naive filter": {"filter": "naive"},
+    "half resolution, naive filter": {"resolution_scale": 0.5, "filter": "naive"},
+    "size 1x1": {"size": (1, 1)},
+    "size 1x17": {"size": (1, 17)},
+    "size 33x1": {"size": (33, 1)},
+    "odd size": {"size": (37, 23)},
+    "odd size at half resolution": {"size": (37, 23), "resolution_scale": 0.5},
+    "antialias 3": {"antialias": 3},
+    "no shadows": {"shadows": "none"},
+    "traced shadows": {"shadows": "traced"},
+    "largest seed": {"seed": 2**31 - 1},
+}
+
+
+@pytest.mark.parametrize("method", METHODS, ids=label)
+@pytest.mark.parametrize("case", SETTINGS)
+def test_images_stay_sane(device, shaders, record, method, case):
+    settings = {"size": (32, 24), **SETTINGS[case]}
+    images = render(device, shaders, room(), method, **settings)
+    if settings.get("antialias", 1) > 1:
+        # The average of normals over a pixel's edge is no unit vector.
+        del images["normal_ws"]
+    height, width = images["beauty"].shape[:2]
+    assert (width, height) == settings["size"]
+    record(case, label(method), sane(images), 0, "insane values")
+
+
+@pytest.mark.parametrize("method", SCREEN_SPACE[1:], ids=label)
+def test_a_radius_of_nothing_occludes_nothing(device, shaders, record, method):
+    if method[1] == "zbuffer":
+        pytest.skip("the seed report's variant has no radius in the world")
+    for radius in (0.0, 1e-9):
+        images = render(device, shaders, room(), method, radius=radius)
+        record("radius 0: occlusion", label(method), 1.0 - images["visibility"].min(), 0.0)
+        record("radius 0: bounce", label(method), images["bounce"].max(), 0.0, "radiance")
+
+
+@pytest.mark.parametrize("method", SCREEN_SPACE[1:], ids=label)
+def test_a_larger_radius_never_brightens(device, shaders, record, method):
+    """V_R falls as R grows; at 256 samples its mean must not rise by more than noise."""
+    if method[1] == "zbuffer":
+        pytest.skip("the seed report's variant has no radius in the world")
+    means = [
+        render(device, shaders, room(), method, radius=r, samples=256, images=("visibility",))[
+            "visibility"
+        ].mean()
+        for r in (0.05, 0.1, 0.2, 0.4, 0.8)
+    ]
+    # 3072 pixels of 256 samples: the noise of the mean is below 1e-3.
+    record("larger radius", label(method), float(np.diff(means).max()), 1e-3, "brighter")
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_any_subset_of_images_is_the_same_as_all(device, shaders, count):
+    """Culling what nobody asked for must not change what was asked for."""
+    size = (24, 18)
+    method = ("bounce", "march")
+    everything = render(device, shaders, room(), method, images=AOVS, size=size)
+    subsets = list(itertools.combinations(AOVS, count))
+    for subset in subsets[:: max(1, len(subsets) // 15)]:
+        images = render(device, shaders, room(), method, images=subset, size=size)
+        for name in subset:
+            np.testing.assert_allclose(
+                images[name], everything[name], rtol=1e-6, atol=1e-7, err_msg=f"{name} of {subset}"
+            )
+
+
+@pytest.mark.slow
+def test_4k(device, shaders, record):
+    images = render(device, shaders, room(), ("bounce", "march"), size=(3840, 2160), samples=8)
+    record("4K", "bounce:march", sane(images), 0, "insane values")
