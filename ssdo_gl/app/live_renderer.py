@@ -12,7 +12,6 @@ import moderngl
 from ssdo_gl.effects import Decision
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.shader import ShaderLibrary
-from ssdo_gl.graph.execute import Executor
 from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.render_result import FrameLog, PassReport
@@ -82,9 +81,7 @@ class LiveRenderer(Renderer):
     def __init__(
         self, scene: Scene, settings: Settings, *, device: Device, shaders: ShaderLibrary
     ) -> None:
-        super().__init__(scene, settings, device=device)
-        self._shaders = shaders
-        self._executor = Executor(device, shaders)
+        super().__init__(scene, settings, device=device, shaders=shaders)
         self._environment_version = 0
         self._moved: tuple[Scene, float, Scene] | None = None
 

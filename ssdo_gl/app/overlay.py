@@ -70,6 +70,8 @@ class Overlay(ImguiBackend):
         seconds: float,
     ) -> None:
         """Issue all widgets and draw them over `target`."""
+        if min(*window_size, *framebuffer_size) < 1:
+            return
         self.begin(window_size, framebuffer_size, seconds)
         if self._viewer.frame_ms > 0.0:
             self._panel.note_frame(self._viewer.frame_ms)

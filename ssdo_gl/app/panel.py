@@ -152,7 +152,8 @@ class Panel:
         if row.pass_name or left is None:
             return None
         settings: Settings = left.image.renderer.settings
-        return getattr(settings, row.key)
+        chosen = {"estimator": settings.chosen_estimator, "shadows": settings.chosen_shadows}
+        return chosen.get(row.key, getattr(settings, row.key))
 
     def _set(self, row: ControlRow, value: Any) -> None:
         try:
@@ -238,6 +239,8 @@ class Panel:
 
 
 _LOG = imgui.SliderFlags_.logarithmic
+# Over this many integers a slider cannot be set to one of them.
+_LONGEST_SLIDER = 1 << 20
 
 
 def _header(label: str, *, is_open: bool = False) -> bool:
@@ -288,6 +291,8 @@ def _widget(row: ControlRow, value: Any) -> tuple[bool, Any]:
     flags = _LOG if row.is_log else 0
     if row.widget is Widget.CHECK:
         return imgui.checkbox(row.label, value)
+    if row.widget is Widget.INTEGER and row.high - row.low > _LONGEST_SLIDER:
+        return imgui.input_int(row.label, value)
     if row.widget is Widget.INTEGER:
         return imgui.slider_int(row.label, value, int(row.low), int(row.high), "%d", flags)
     if row.widget is Widget.NUMBER:

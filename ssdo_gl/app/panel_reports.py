@@ -15,6 +15,8 @@ from ssdo_gl.gpu.readback import read_texture
 # Five seconds at 60 Hz: long enough to see a rung change and its reason go by.
 PLOT_FRAMES = 300
 _PLOT_HEIGHT = 52.0
+# Dark enough for the white text on it.
+_BAR = imgui.ImVec4(0.20, 0.42, 0.62, 1.0)
 
 
 class Reports:
@@ -56,19 +58,21 @@ class Reports:
                 before = self._pass_ms.get(row.name, row.gpu_ms)
                 # Bars that jump with every frame cannot be read.
                 self._pass_ms[row.name] = before + 0.2 * (row.gpu_ms - before)
-        longest = max([self._pass_ms.get(row.name, 0.0) for row in drawing.passes] or [1.0])
+        ran = [row.name for row in drawing.passes if row.name in self._pass_ms and row.ran]
+        longest = max((self._pass_ms[name] for name in ran), default=1.0)
+        imgui.push_style_color(imgui.Col_.plot_histogram, _BAR)
         for row in drawing.passes:
-            milliseconds = self._pass_ms.get(row.name)
-            if milliseconds is None:
-                imgui.text_disabled(f"{row.name}: not run")
+            if row.name in ran:
+                milliseconds = self._pass_ms[row.name]
+                part = milliseconds / max(longest, 1e-6)
+                text = f"{row.name}  {milliseconds:.2f} ms"
+                imgui.progress_bar(part, ImVec2(-1.0, 0.0), text)
             else:
-                imgui.progress_bar(
-                    milliseconds / max(longest, 1e-6),
-                    ImVec2(-1.0, 0.0),
-                    f"{row.name}  {milliseconds:.2f} ms",
-                )
+                kept = row.name in self._pass_ms
+                imgui.text_disabled(f"{row.name}: {'kept' if kept else 'not run'}")
             if imgui.is_item_hovered():
                 imgui.set_tooltip(row.reason)
+        imgui.pop_style_color()
         imgui.separator()
         for decision in drawing.decisions:
             imgui.text_disabled("yes" if decision.run else "no ")

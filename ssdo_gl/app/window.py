@@ -171,7 +171,10 @@ class Session:
             drew = self._films.step(self._interrupt_film)
         else:
             drew = self._render(combined(controls, gamepad()), seconds, size)
-        drew |= self._viewer.forget_old_messages()
+        if drew or self._viewer.forget_old_messages():
+            drew = True
+            # Text that has changed its length takes another frame to fit its window.
+            self._panel_frames = max(self._panel_frames, 2)
         if min(size) > 0 and (drew or self._panel_frames > 0):
             self._panel_frames = max(0, self._panel_frames - 1)
             self._draw(size, seconds)
