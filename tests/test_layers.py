@@ -13,7 +13,7 @@ TESTS = Path(__file__).parent
 
 # Low to high. A unit is a folder or a file of the package; it imports lower ones only.
 LAYERS: tuple[tuple[str, ...], ...] = (
-    ("resources", "math3d"),
+    ("resources", "math3d", "color"),
     ("scene",),
     ("gpu",),
     ("graph",),
@@ -22,6 +22,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("effects",),
     ("traced_passes",),
     ("pipelines",),
+    ("planner",),
     ("options", "surface_arrays", "render_result"),
     ("renderer",),
     ("accuracy", "app"),

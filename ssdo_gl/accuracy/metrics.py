@@ -22,6 +22,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ssdo_gl.color import srgb_from_linear
+
 FloatImage = NDArray[np.floating[Any]]
 Mask = NDArray[np.bool_]
 
@@ -160,9 +162,7 @@ def srgb_of(linear: FloatImage, exposure_ev: float = 0.0) -> NDArray[np.float32]
     """
     failed = failures(linear)
     unit = np.clip(np.where(failed[:, :, None], 0.0, linear) * 2.0**exposure_ev, 0.0, 1.0)
-    encoded = np.where(
-        unit <= 0.0031308, 12.92 * unit, 1.055 * np.maximum(unit, 1e-12) ** (1 / 2.4) - 0.055
-    )
+    encoded = srgb_from_linear(unit)
     encoded[failed] = (1.0, 0.0, 1.0)
     return np.asarray(encoded, dtype=np.float32)
 

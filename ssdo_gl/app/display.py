@@ -5,17 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-
-def srgb_encode(linear: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return sRGB-encoded values of linear ones in [0, 1] (IEC 61966-2-1)."""
-    return np.where(
-        linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 1e-12) ** (1 / 2.4) - 0.055
-    )
-
-
-def srgb_decode(encoded: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return linear values of sRGB-encoded ones in [0, 1] (IEC 61966-2-1)."""
-    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+from ssdo_gl.color import srgb_from_linear
 
 
 def picture_of(name: str, image: NDArray[np.float32]) -> NDArray[np.uint8]:
@@ -34,7 +24,7 @@ def picture_of(name: str, image: NDArray[np.float32]) -> NDArray[np.uint8]:
         return _to_bytes(_stretched(values, invert=name == "depth"))
     if name == "display":
         return _to_bytes(values[:, :, :3])
-    return _to_bytes(srgb_encode(np.clip(values[:, :, :3], 0.0, 1.0)))
+    return _to_bytes(srgb_from_linear(np.clip(values[:, :, :3], 0.0, 1.0)))
 
 
 def _stretched(values: NDArray[np.float64], *, invert: bool) -> NDArray[np.float64]:

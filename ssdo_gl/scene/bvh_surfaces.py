@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ssdo_gl.color import linear_from_srgb
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.bvh import Bvh
-from ssdo_gl.scene.images import linear_from_srgb
 from ssdo_gl.scene.material import Material, Texture
 from ssdo_gl.scene.scene import Scene
 

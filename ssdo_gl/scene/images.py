@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.material import Texture
 from ssdo_gl.scene.radiance_hdr import decode_hdr
 from ssdo_gl.scene.scene import SceneError
@@ -55,11 +54,6 @@ def read_texture(
     finally:
         Image.MAX_IMAGE_PIXELS = limit
     return Texture(np.ascontiguousarray(pixels, dtype=np.uint8), name or shown, wrap)
-
-
-def linear_from_srgb(encoded: FloatArray) -> FloatArray:
-    """Return scene-linear values of sRGB-encoded ones, both in [0, 1]."""
-    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
 
 
 def check_size(size: tuple[int, int], shown: str, where: str) -> None:

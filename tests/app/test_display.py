@@ -5,14 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ssdo_gl.app.display import picture_of, srgb_decode, srgb_encode
-
-
-def test_srgb_round_trip_and_known_values():
-    values = np.linspace(0.0, 1.0, 1001)
-    # IEC 61966-2-1 rounds its constants: the two branches meet within 1e-7 only.
-    assert srgb_decode(srgb_encode(values)) == pytest.approx(values, abs=1e-6)
-    assert srgb_encode(np.array([0.0, 0.2140, 1.0])) == pytest.approx([0.0, 0.5, 1.0], abs=1e-3)
+from ssdo_gl.app.display import picture_of
 
 
 def test_visibility_is_white_where_open():

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from ssdo_gl.scene.images import linear_from_srgb
+from ssdo_gl.color import linear_from_srgb
 from ssdo_gl.scene.light import RectangleLight
 from ssdo_gl.scene.load import load_scene
 

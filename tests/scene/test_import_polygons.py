@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ssdo_gl.scene.images import linear_from_srgb
+from ssdo_gl.color import linear_from_srgb
 from ssdo_gl.scene.load import load_scene
 
 Write = Callable[[dict[str, str | bytes]], Path]

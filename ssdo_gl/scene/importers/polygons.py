@@ -14,8 +14,8 @@ from trimesh.exchange.ply import load_ply
 from trimesh.exchange.stl import load_stl
 from trimesh.geometry import triangulate_quads
 
+from ssdo_gl.color import linear_from_srgb
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.images import linear_from_srgb
 from ssdo_gl.scene.importers.model import Model
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import SceneObject

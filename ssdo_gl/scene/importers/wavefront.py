@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ssdo_gl.color import linear_from_srgb
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.emitters import turned_to_scene
-from ssdo_gl.scene.images import linear_from_srgb
 from ssdo_gl.scene.importers.model import Model
 from ssdo_gl.scene.importers.mtl import read_mtl
 from ssdo_gl.scene.material import Material
