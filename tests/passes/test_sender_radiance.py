@@ -1,0 +1,45 @@
+"""What surfaces send on: emission that no light delivers, and reflected light."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from passes.estimator_cases import picture_frame
+from passes.pass_harness import run_pass
+
+from ssdo_gl.passes.sender_radiance import SenderRadiancePass
+
+# A product and two sums of float32.
+SUM_TOLERANCE = 1e-6
+
+
+def sender_images(shape=(4, 5)):
+    rng = np.random.default_rng(2)
+    emission = np.concatenate([rng.random((*shape, 3)), rng.random((*shape, 1)) > 0.5], -1)
+    albedo = np.concatenate([rng.random((*shape, 3)), np.ones((*shape, 1))], -1)
+    albedo[0] = 0.0
+    light = {
+        name: rng.random((*shape, 4)) for name in ("direct_irradiance", "directional_irradiance")
+    }
+    return {"albedo": albedo, "emission": emission, **light}
+
+
+@pytest.mark.parametrize("direct", [False, True])
+@pytest.mark.parametrize("directional", [False, True])
+def test_sender_radiance_adds_up(gl, shaders, direct, directional):
+    images = sender_images()
+    render_pass = SenderRadiancePass(has_direct=direct, has_directional=directional)
+    frame = picture_frame((5, 4), 0.5)
+    found = run_pass(
+        gl, shaders, render_pass, frame, {name: images[name] for name in render_pass.reads}
+    )["sender_radiance"]
+    irradiance = (
+        direct * images["direct_irradiance"] + directional * images["directional_irradiance"]
+    )
+    albedo = np.rint(images["albedo"] * 65535.0) / 65535.0
+    lamp_free = images["emission"][..., :3] * (images["emission"][..., 3:] > 0.5)
+    expected = lamp_free + albedo[..., :3] / np.pi * irradiance[..., :3]
+    np.testing.assert_allclose(found[1:, :, :3], expected[1:], rtol=SUM_TOLERANCE, atol=1e-7)
+    assert np.all(found[1:, :, 3] == 1.0)
+    # Background sends nothing.
+    assert np.all(found[0] == 0.0)
