@@ -159,10 +159,13 @@ class _Decider:
         first = "directional" if is_scalar or samples else "ssao" if visibility else ""
         shares = bounce and bool(first) and self._shares_directions(first)
         near_field = directional or bounce or visibility
+        traced_shadows = direct and self.settings.chosen_shadows == "traced"
+        # Tables for rays hold the scene as it is.
+        traces = self.settings.is_reference or traced_shadows
         return Effects(
             direct=direct,
             shadow_map=any(maps),
-            traced_shadows=direct and self.settings.chosen_shadows == "traced",
+            traced_shadows=traced_shadows,
             visibility=visibility,
             directional=directional,
             bounce=bounce,
@@ -173,9 +176,9 @@ class _Decider:
             is_scalar=is_scalar,
             shares_directions=shares,
             samples_hemisphere=samples,
-            lights=None if self.is_full or self.settings.is_reference else self.lights,
+            lights=None if self.is_full or traces else self.lights,
             shadow_maps=None if self.is_full or not maps else maps,
-            simplifies_environment=not self.is_full and not self.settings.is_reference,
+            simplifies_environment=not self.is_full and not traces,
             decisions=tuple(self.rows),
         )
 

@@ -9,24 +9,32 @@ from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 from ssdo_gl.effects import Decision, Effects, decide, effective_combine
+from ssdo_gl.graph.environment_uniforms import environment_kind
+from ssdo_gl.graph.graph import compile_graph
 from ssdo_gl.graph.render_pass import RenderPass
+from ssdo_gl.near_field import estimator_of
 from ssdo_gl.passes.back_faces import BackFacesPass
 from ssdo_gl.passes.bounce import BouncePass, BounceSettings
 from ssdo_gl.passes.composite import Combine, CompositePass
+from ssdo_gl.passes.constant import ConstantPass
 from ssdo_gl.passes.depth_layers import DepthLayersPass
 from ssdo_gl.passes.direct import DirectPass, DirectSettings
-from ssdo_gl.passes.directional import DirectionalPass, DirectionalSettings
+from ssdo_gl.passes.directional import (
+    ENVIRONMENT_NUMBERS,
+    DirectionalPass,
+    DirectionalSettings,
+)
 from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterPass, EdgeAwareFilterSettings
 from ssdo_gl.passes.environment import EnvironmentPass
 from ssdo_gl.passes.gbuffer import GBufferPass
 from ssdo_gl.passes.radiance_aov import RadianceAovPass
-from ssdo_gl.passes.screen_space_settings import ScreenSpaceSettings
+from ssdo_gl.passes.screen_space_settings import ScreenSpaceSettings, default_thickness
 from ssdo_gl.passes.sender_radiance import SenderRadiancePass
 from ssdo_gl.passes.shadow_map import ShadowMapPass, ShadowMapSettings
 from ssdo_gl.passes.ssao import SsaoPass, SsaoSettings
 from ssdo_gl.passes.tone_map import ToneMapPass, ToneMapSettings
-from ssdo_gl.scene.content import SceneContent
-from ssdo_gl.scene.environment import MapEnvironment
+from ssdo_gl.scene.content import SceneContent, simplest_environment
+from ssdo_gl.scene.environment import ConstantEnvironment, Environment, MapEnvironment
 from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
@@ -85,10 +93,21 @@ class Pipeline:
 
 
 def build_pipeline(
-    scene: Scene, content: SceneContent, settings: Settings, wanted: Sequence[str]
+    scene: Scene,
+    content: SceneContent,
+    settings: Settings,
+    wanted: Sequence[str],
+    effects: Effects | None = None,
 ) -> Pipeline:
-    """Return the passes that make the images `wanted` (AOV names or ``display``)."""
-    return _Builder(scene, content, settings, wanted).build()
+    """Return the passes that make the images `wanted` (AOV names or ``display``).
+
+    Parameters
+    ----------
+    effects : Effects or None
+        None: decided from the scene's content alone.
+    """
+    effects = effects or decide(content, settings, wanted)
+    return _Builder(scene, content, settings, wanted, effects).build()
 
 
 def sender_bound(scene: Scene, radius: float) -> float:
@@ -124,18 +143,26 @@ def _environment_maximum(scene: Scene) -> float:
 
 class _Builder:
     def __init__(
-        self, scene: Scene, content: SceneContent, settings: Settings, wanted: Sequence[str]
+        self,
+        scene: Scene,
+        content: SceneContent,
+        settings: Settings,
+        wanted: Sequence[str],
+        effects: Effects,
     ) -> None:
         self.scene = scene
         self.content = content
         self.settings = settings
         self.wanted = tuple(wanted)
-        self.effects: Effects = decide(content, settings, wanted)
+        self.effects = effects
         self.passes: list[RenderPass] = []
         self.reasons: dict[str, str] = {}
         assert settings.radius is not None, "the renderer fills the radius in"
         self.radius: float = settings.radius
         self.paths = settings.method == "reference-gi"
+        self.environment: Environment | None = scene.environment
+        if effects.simplifies_environment:
+            self.environment = simplest_environment(scene.environment)
 
     def build(self) -> Pipeline:
         self.add(GBufferPass(), "everything starts from what the camera sees")
@@ -149,7 +176,8 @@ class _Builder:
             self._add_near_field()
         self._add_composite()
         outputs = {name: self._output(name) for name in self.wanted}
-        return Pipeline(tuple(self.passes), outputs, self.effects.decisions, self.reasons)
+        pipeline = Pipeline(tuple(self.passes), outputs, self.effects.decisions, self.reasons)
+        return pipeline if settings.effects == "full" else _without_unread_targets(pipeline)
 
     def add(self, item: RenderPass, reason: str) -> None:
         self.passes.append(item)
@@ -158,13 +186,20 @@ class _Builder:
     def estimator_settings(self, name: str, cls: type[EstimatorSettings]) -> EstimatorSettings:
         settings = self.settings
         base = cls(
-            estimator=settings.chosen_estimator,
+            estimator=estimator_of(settings, name),
             radius=self.radius,
             samples=settings.samples,
             steps=settings.steps,
             resolution_scale=settings.resolution_scale,
         )
-        return with_overrides(self.settings, name, base)
+        chosen = with_overrides(self.settings, name, base)
+        if chosen.thickness is None:
+            # By what the scene holds, not by whether its backs happen to be drawn.
+            marches = settings.chosen_estimator == "march"
+            has_backs = marches and self.content.has_closed_meshes
+            thickness = default_thickness(chosen.estimator, has_backs)
+            chosen = dataclasses.replace(chosen, thickness=thickness)
+        return chosen
 
     def _add_lights(self) -> None:
         effects = self.effects
@@ -181,7 +216,7 @@ class _Builder:
                 ),
                 "light of the scene's lights",
             )
-        if self.content.environment == "map":
+        if isinstance(self.environment, MapEnvironment):
             self.add(EnvironmentPass(), "the image of the environment, and its irradiance")
 
     def _add_near_field(self) -> None:
@@ -189,47 +224,87 @@ class _Builder:
         if effects.back_layer:
             self.add(BackFacesPass(), "the thickness of closed bodies")
             self.add(DepthLayersPass(), "fronts and backs in one texture, one fetch for both")
-        if effects.directional:
-            self.add(
-                DirectionalPass(
-                    self.estimator_settings("directional", DirectionalSettings),
-                    environment=self.content.environment,
-                    has_back_layer=effects.back_layer,
-                    needs_visibility="visibility" in self.wanted,
-                ),
-                "light through open directions",
-            )
-            self._add_filter("directional")
+        bounce = self.estimator_settings("bounce", BounceSettings)
+        keeps = bounce.refine_steps if effects.shares_directions else None
+        if effects.is_scalar:
+            self._add_scalar_directional(keeps)
+        elif effects.directional:
+            self._add_directional(keeps)
+        elif effects.visibility and effects.is_open:
+            self.add(ConstantPass("visibility", (1.0,)), "every visible point is open")
         elif effects.visibility:
             settings = self.estimator_settings("ssao", SsaoSettings)
-            if self.settings.method not in ("ssao",):
-                settings = dataclasses.replace(settings, estimator=self._ssao_estimator())
             self.add(
-                SsaoPass(settings, has_back_layer=effects.back_layer), "how open each point is"
+                SsaoPass(settings, has_back_layer=effects.back_layer, keeps=keeps),
+                "how open each point is",
             )
             self._add_filter("ssao")
         if effects.bounce:
-            self.add(
-                SenderRadiancePass(has_direct=effects.direct, has_directional=effects.directional),
-                "what each surface sends on",
-            )
-            self.add(
-                BouncePass(
-                    self.estimator_settings("bounce", BounceSettings),
-                    sender_bound=sender_bound(self.scene, self.radius),
-                    has_back_layer=effects.back_layer,
-                ),
-                "light from blocked directions",
-            )
-            self._add_filter("bounce")
+            self._add_bounce(bounce)
 
-    def _ssao_estimator(self) -> str:
-        chosen = self.settings.chosen_estimator
-        return chosen if chosen in ("march", "rgs09") else "hemisphere"
+    def _add_scalar_directional(self, keeps: int | None) -> None:
+        """One colour from everywhere: what arrives is that of an open point times visibility."""
+        assert isinstance(self.environment, ConstantEnvironment)
+        red, green, blue = (math.pi * value for value in self.environment.radiance)
+        if self.effects.is_open:
+            constant = ConstantPass("directional_irradiance", (red, green, blue, 1.0))
+            self.add(constant, "the same light arrives at every visible point")
+            return
+        # The same directions as the directional estimator takes, whose settings hold.
+        like = self.estimator_settings("directional", DirectionalSettings)
+        shared = {f.name: getattr(like, f.name) for f in dataclasses.fields(ScreenSpaceSettings)}
+        self.add(
+            SsaoPass(SsaoSettings(**shared), has_back_layer=self.effects.back_layer, keeps=keeps),
+            "how open each point is says how much of the environment's one colour arrives",
+        )
+        self._add_filter("ssao", "directional_irradiance", (red, green, blue))
 
-    def _add_filter(self, kind: str) -> None:
+    def _add_directional(self, keeps: int | None) -> None:
+        effects = self.effects
+        number = environment_kind(self.environment)
+        names = {value: name for name, value in ENVIRONMENT_NUMBERS.items()}
+        self.add(
+            DirectionalPass(
+                self.estimator_settings("directional", DirectionalSettings),
+                environment=names[number],
+                has_back_layer=effects.back_layer,
+                needs_visibility=effects.samples_hemisphere,
+                is_open=effects.is_open,
+                keeps=keeps,
+            ),
+            "light through open directions",
+        )
+        self._add_filter("directional")
+
+    def _add_bounce(self, settings: BounceSettings) -> None:
+        effects = self.effects
+        self.add(
+            SenderRadiancePass(
+                has_direct=effects.direct,
+                has_directional=effects.directional,
+                has_emission=effects.sender_emission,
+            ),
+            "what each surface sends on",
+        )
+        self.add(
+            BouncePass(
+                settings,
+                sender_bound=sender_bound(self.scene, self.radius),
+                has_back_layer=effects.back_layer,
+                takes_directions=effects.shares_directions,
+            ),
+            "light from blocked directions",
+        )
+        self._add_filter("bounce")
+
+    def _add_filter(
+        self,
+        kind: str,
+        result: str | None = None,
+        open_irradiance: tuple[float, float, float] | None = None,
+    ) -> None:
         """Add the filter after the estimator `kind`: ssao, directional or bounce."""
-        source, result = {
+        source, usual = {
             "ssao": ("visibility_raw", "visibility"),
             "directional": ("directional_raw", "directional_irradiance"),
             "bounce": ("bounce_raw", "bounce_irradiance"),
@@ -240,9 +315,10 @@ class _Builder:
                 f"{kind}_filter",
                 with_overrides(self.settings, "edge_aware_filter", settings),
                 source=source,
-                result=result,
+                result=result or usual,
                 is_visibility=kind == "ssao",
                 holds_z=kind != "directional",
+                open_irradiance=open_irradiance,
             ),
             "removes the sampling noise along surfaces",
         )
@@ -255,12 +331,13 @@ class _Builder:
             combine = "report_traced"
         self.add(
             CompositePass(
-                self.scene.environment,
+                self.environment,
                 direct="direct_irradiance" if effects.direct else None,
                 directional="directional_irradiance" if effects.directional else None,
                 bounce="bounce_irradiance" if effects.bounce else None,
                 visibility="visibility" if multiplied else None,
                 combine=combine,
+                has_emission=effects.emission,
             ),
             "adds up the terms",
         )
@@ -277,7 +354,6 @@ class _Builder:
         plain = {
             "display": Output("display", 4),
             "beauty": Output("gi_radiance" if self.paths else "beauty", 4),
-            "emission": Output("emission", 3),
             "albedo": Output("albedo", 3),
             "depth": Output("z_vs", 1),
             # Both are finished on the host, in float64, from what they start with.
@@ -291,12 +367,25 @@ class _Builder:
                 return Output("directional_irradiance", 1, first_channel=3)
             return Output("visibility", 1)
         runs = {
+            "emission": effects.emission,
             "direct": effects.direct,
             "directional": effects.directional,
             "bounce": effects.bounce,
         }[name]
         if not runs:
             return Output(None, 3)
+        if name == "emission":
+            return Output("emission", 3)
         resource = f"{name}_radiance"
         self.add(RadianceAovPass(f"{name}_irradiance", resource), f"the image {name} was asked for")
         return Output(resource, 3)
+
+
+def _without_unread_targets(pipeline: Pipeline) -> Pipeline:
+    """Return `pipeline` with a G-buffer of what the passes that will run read of it."""
+    order = compile_graph(pipeline.passes, pipeline.resources).order
+    read = {resource for item in order for resource in item.reads} | set(pipeline.resources)
+    passes = tuple(
+        GBufferPass(read) if isinstance(item, GBufferPass) else item for item in pipeline.passes
+    )
+    return dataclasses.replace(pipeline, passes=passes)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -18,14 +18,14 @@ from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.graph.execute import Executor
 from ssdo_gl.graph.frame import Frame, FrameView
-from ssdo_gl.graph.graph import Plan, compile_graph
+from ssdo_gl.graph.graph import Plan
 from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.options import settings_for
-from ssdo_gl.pipelines import Pipeline, build_pipeline
+from ssdo_gl.pipelines import Pipeline
+from ssdo_gl.planner import FramePlan, Planner
 from ssdo_gl.render_result import FrameLog, Image, RenderResult
 from ssdo_gl.scene.animate import scene_at
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.content import analyse
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
@@ -73,10 +73,11 @@ class Renderer:
         self._shaders = shaders or ShaderLibrary(self.device.gl)
         self._executor = Executor(self.device, self._shaders)
         self._geometry = Geometry(self.device.gl, scene)
-        self._content = analyse(scene)
-        self._scene_version = 0
         self._geometry_scene = scene
-        self._plans: dict[Any, tuple[Pipeline, Plan]] = {}
+        self._planner = Planner()
+        self._planned: FramePlan | None = None
+        self._lean = scene
+        self._versions = {"geometry": 0, "lights": 0, "environment": 0}
 
     @property
     def timer_kind(self) -> str:
@@ -106,7 +107,14 @@ class Renderer:
         """Render with other settings from now on; what they leave alone stays warm."""
         self.device.activate()
         self.settings = self._completed(settings)
-        self._plans.clear()
+
+    def use_scene(self, scene: Scene) -> None:
+        """Render another scene from now on, or this one after a change.
+
+        A scene that shares meshes, lights or environment with the one before keeps what
+        was made from them. The settings stay as they are.
+        """
+        self.scene = scene
 
     def render(
         self,
@@ -140,7 +148,7 @@ class Renderer:
         camera = camera or self.scene.camera
         moved = scene_at(self.scene, seconds)
         self._follow(moved)
-        pipeline, plan = self._plan(names)
+        pipeline, plan = self._plan(names, self._view(camera, 0, 1))
         count, done, partial = self.settings.antialias, 0, False
         log = FrameLog()
         sums: dict[str, NDArray[np.float64]] = {}
@@ -204,25 +212,32 @@ class Renderer:
 
     def _follow(self, scene: Scene) -> None:
         """Bring the device's geometry to the state of `scene`."""
-        if scene is not self._geometry_scene:
+        before, self._geometry_scene = self._geometry_scene, scene
+        parts = ((s.objects, s.materials, s.meshes) for s in (before, scene))
+        if scene is not before and not all(map(_is_same, *parts)):
             self._geometry.update(scene)
-            self._geometry_scene = scene
-            self._scene_version += 1
+            self._versions["geometry"] += 1
 
-    def _plan(self, names: tuple[str, ...]) -> tuple[Pipeline, Plan]:
-        key = (names, self.settings.method)
-        if key not in self._plans:
-            pipeline = build_pipeline(self._geometry_scene, self._content, self.settings, names)
-            self._plans[key] = pipeline, compile_graph(pipeline.passes, pipeline.resources)
-        return self._plans[key]
+    def _plan(
+        self, names: tuple[str, ...], view: FrameView | None = None
+    ) -> tuple[Pipeline, Plan]:
+        """Return what a frame of the scene as it stands has to run."""
+        moved = self._geometry_scene
+        self._planned = self._planner.plan(self.scene, moved, self.settings, names, view)
+        lean = self._planned.scene
+        if lean is not self._lean:
+            self._versions["lights"] += not _is_same(lean.lights, self._lean.lights)
+            self._versions["environment"] += lean.environment != self._lean.environment
+            self._lean = lean
+        return self._planned.pipeline, self._planned.graph
 
-    def _frame(self, scene: Scene, camera: Camera, index: int, count: int, nonce: int) -> Frame:
+    def _view(self, camera: Camera, index: int, count: int) -> FrameView:
         size = self.settings.size
         rotation = camera.view_from_world_rotation()
         position = np.asarray(camera.position, dtype=np.float64)
         tan_half_fov = camera.tan_half_fov(size[0] / size[1])
         near, far = self._geometry.near_far(Eye(position, rotation), tan_half_fov)
-        view = FrameView(
+        return FrameView(
             size=size,
             position_ws=position,
             view_from_world=rotation,
@@ -231,15 +246,13 @@ class Renderer:
             far=far,
             jitter_px=jitter(index, count),
         )
+
+    def _frame(self, scene: Scene, camera: Camera, index: int, count: int, nonce: int) -> Frame:
+        """Return a frame of what was planned last."""
+        view = self._view(camera, index, count)
         seed = self.settings.seed + index
-        versions = {
-            "view": (view.key(), nonce),
-            "geometry": self._scene_version,
-            "lights": self._scene_version,
-            "environment": 0,
-            "seed": seed,
-        }
-        return Frame(view=view, scene=scene, seed=seed, versions=versions)
+        versions = {**self._versions, "view": (view.key(), nonce), "seed": seed}
+        return Frame(view=view, scene=self._lean, seed=seed, versions=versions)
 
     def _read(
         self, pipeline: Pipeline, names: tuple[str, ...], view: FrameView
@@ -261,6 +274,11 @@ class Renderer:
                 z_vs = read_texture(self._executor.texture("z_vs"))
                 images[name] = world_normals(images[name], z_vs, view)
         return images
+
+
+def _is_same(a: Sequence[object], b: Sequence[object]) -> bool:
+    """Return whether two sequences hold the very same objects."""
+    return len(a) == len(b) and all(x is y for x, y in zip(a, b, strict=True))
 
 
 def jitter(index: int, count: int) -> tuple[float, float]:
