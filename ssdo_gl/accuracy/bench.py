@@ -69,8 +69,8 @@ class BenchPlan:
         At most this long for each truth, in one run.
     batch_spp : int
         Samples per pixel of one independent batch of a truth.
-    flip_everywhere : bool
-        FLIP for every point, or for the pictures only.
+    flips : tuple of str
+        FLIP metrics taken of every point: ``ldr``, ``hdr`` (seven times as dear).
     """
 
     rounds: int
@@ -78,11 +78,11 @@ class BenchPlan:
     seeds: int
     truth_seconds: float
     batch_spp: int
-    flip_everywhere: bool
+    flips: tuple[str, ...]
 
 
-QUICK = BenchPlan(3, 3, 2, 15.0, 64, flip_everywhere=False)
-FULL = BenchPlan(7, 5, 4, 900.0, 256, flip_everywhere=True)
+QUICK = BenchPlan(3, 3, 2, 15.0, 64, flips=("ldr",))
+FULL = BenchPlan(7, 5, 4, 900.0, 256, flips=("ldr", "hdr"))
 
 
 def bench_size(quick: bool) -> tuple[int, int]:
@@ -341,7 +341,7 @@ class BenchRun:
                         truths[panel.name],
                         mask,
                         self.base.exposure or 0.0,
-                        self.plan.flip_everywhere,
+                        self.plan.flips,
                     )
                     for panel in panels
                 }

@@ -174,9 +174,12 @@ def judge(
     truth: Truth,
     mask: Mask,
     exposure_ev: float,
-    with_flip: bool,
+    flips: Sequence[str] = (),
 ) -> Judged:
-    """Hold renderings of one point (one per seed) to the truth of `panel`."""
+    """Hold renderings of one point (one per seed) to the truth of `panel`.
+
+    `flips` names the FLIP metrics that are wanted: ``ldr``, ``hdr``.
+    """
     name = panel.image
     images = [color(rendering[name]) for rendering in renderings]
     target, variance = color(truth.images[name]), color(truth.variance[name])
@@ -195,7 +198,7 @@ def judge(
     }
     extra: dict[str, float] = {}
     if panel.kind == "radiance":
-        extra = picture_metrics(images[0], target, variance, mask, exposure_ev, with_flip)
+        extra = picture_metrics(images[0], target, variance, mask, exposure_ev, flips)
     scalars = Scalars(
         noise=split.noise / unit,
         systematic=split.bias / unit,
@@ -212,17 +215,18 @@ def picture_metrics(
     variance: NDArray[np.float32],
     mask: Mask,
     exposure_ev: float,
-    with_flip: bool,
+    flips: Sequence[str],
 ) -> dict[str, float]:
-    """Return relMSE and SSIM, and with `with_flip` both FLIP means, of a picture."""
+    """Return relMSE, SSIM and the FLIP means that are wanted of a picture."""
     gain = np.float32(2.0**exposure_ev)
     shown, wanted = metrics.srgb_of(image, exposure_ev), metrics.srgb_of(truth, exposure_ev)
     result = {
         "rel_mse": metrics.relative_mse(image * gain, truth * gain, mask, variance * gain**2),
         "ssim": metrics.ssim(shown, wanted, mask),
     }
-    if with_flip:
+    if "ldr" in flips:
         result["flip_ldr"] = metrics.flip_ldr(shown, wanted, mask).mean
+    if "hdr" in flips:
         result["flip_hdr"] = metrics.flip_hdr(image, truth, mask, exposure_ev).mean
     return result
 

@@ -199,7 +199,8 @@ def derive(tables: Sequence[Sequence[Mapping[str, str]]]) -> tuple[list[Rung], d
     rungs : list of Rung
         The front of mean error against geometric mean relative time, thinned.
     presets : dict of str to int
-        ``fast``: the first rung; ``fine``: the last; ``balanced``: the knee.
+        ``fast``: the first rung; ``fine``: the last; ``balanced``: the most
+        efficient between them.
 
     Raises
     ------
@@ -225,7 +226,7 @@ def derive(tables: Sequence[Sequence[Mapping[str, str]]]) -> tuple[list[Rung], d
         Rung(**c.fields, relative_time=round(c.relative_time, 3), error=round(c.error, 4))
         for c in kept
     ]
-    presets = {"fast": 0, "balanced": knee(rungs), "fine": len(rungs) - 1}
+    presets = {"fast": 0, "balanced": most_efficient(rungs), "fine": len(rungs) - 1}
     return rungs, presets
 
 
@@ -265,14 +266,13 @@ def _averaged(rows: Sequence[tuple[float, Mapping[str, str]]]) -> _Candidate:
     return _Candidate(fields, float(np.exp(np.mean(np.log(times)))), float(np.mean(errors)))
 
 
-def knee(rungs: Sequence[Rung]) -> int:
-    """Return the rung farthest below the line from the first to the last, in log-log."""
-    if len(rungs) < 3:
-        return 0
-    x = np.log([rung.relative_time for rung in rungs])
-    y = np.log([rung.error for rung in rungs])
-    line = y[0] + (y[-1] - y[0]) * (x - x[0]) / (x[-1] - x[0])
-    return int(np.argmax(line - y))
+def most_efficient(rungs: Sequence[Rung]) -> int:
+    """Return the inner rung with the largest 1 / (time x error^2).
+
+    The ends have names of their own. With fewer than three rungs it is the first.
+    """
+    inner = range(1, len(rungs) - 1)
+    return min(inner, key=lambda i: rungs[i].relative_time * rungs[i].error ** 2, default=0)
 
 
 def ladder_text(

@@ -112,7 +112,7 @@ def make_truth(
         seconds = max(0.0, deadline - time.perf_counter())
         goal = Goal(panel.image, target, panel.relative, seconds)
         truth = obtain(key, [goal], request.mask, batch, request.batch_spp, request.cache, report)
-        verdict = judge(panel, limit, truth, request.mask, request.base.exposure or 0.0, False)
+        verdict = judge(panel, limit, truth, request.mask, request.base.exposure or 0.0)
         smallest = min(verdict.scalars.systematic, request.smallest.get(panel.name, math.inf))
         wanted_error = TRUTH_RATIO * max(smallest, SMALLEST_FLOOR)
         # The limit's own error is known better with each refinement: it may settle below

@@ -281,7 +281,7 @@ def measured_errors(
             )
             for seed in range(CALIBRATION_SEEDS)
         ]
-        blocks = judge(alone, renderings, truth, mask, 0.0, False).blocks
+        blocks = judge(alone, renderings, truth, mask, 0.0).blocks
         draws = draw(blocks.block_count, blocks.seed_count)
         found[rung.label] = rmse_interval(blocks, draws, relative=True).high
     return found

@@ -66,7 +66,7 @@ def test_noisy_times_make_membership_unsure():
     assert share[0] > share[1] > 0.0
 
 
-def test_the_knee_is_recommended():
+def test_the_most_efficient_member_is_recommended():
     times = np.tile([[1.0], [1.2], [10.0]], (1, 3))
     found = analysed(times, [0.5, 0.1, 0.09])
     advice = analysis.recommend(found, "visibility")

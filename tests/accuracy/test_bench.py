@@ -29,9 +29,7 @@ pytest.importorskip("matplotlib")
 pytest.importorskip("flip_evaluator")
 
 BASE = Settings(size=(64, 48), radius=0.3, exposure=0.0)
-PLAN = BenchPlan(
-    rounds=2, frames=2, seeds=3, truth_seconds=60.0, batch_spp=512, flip_everywhere=False
-)
+PLAN = BenchPlan(rounds=2, frames=2, seeds=3, truth_seconds=60.0, batch_spp=512, flips=())
 POINTS = [
     Point("radiance", "march", "bounce", "march", 16, 8, 1.0, "none", quick=True),
     Point("radiance", "march", "bounce", "march", 256, 8, 1.0, "none", quick=True),

@@ -40,7 +40,7 @@ kind = "visibility"
 method = "reference-ao"
 spp = [4, 64]
 """
-PLAN = BenchPlan(2, 2, 2, 20.0, 32, flip_everywhere=False)
+PLAN = BenchPlan(2, 2, 2, 20.0, 32, flips=())
 
 
 @pytest.fixture(autouse=True)
