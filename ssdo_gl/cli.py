@@ -276,7 +276,9 @@ def run(arguments: Sequence[str] | None = None) -> int:
         return EXIT_INTERRUPTED if result.partial else EXIT_OK
     from ssdo_gl.app.window import open_window
 
-    open_window(scene, settings, camera=camera, source=options.scene)
+    # The window goes on measuring and gives way where a frame turns out dearer.
+    budget = {} if options.budget_ms is None else {"budget_ms": options.budget_ms}
+    open_window(scene, settings, camera=camera, source=options.scene, **budget)
     return EXIT_OK
 
 
