@@ -203,7 +203,7 @@ float part_visibility(ShadowMap map, ivec2 part, vec3 p_ls, vec3 m_ls, float rou
         float rise = -dot(offset, axis);
         vec2 hit = p_on_light + height / max(rise, 1e-6 * height)
                               * vec2(dot(offset, dual_u), dot(offset, dual_v));
-        bool is_blocker = q.z > 0.0 && rise > 0.0 && rise < height
+        bool is_blocker = q.z > 0.0 && rise > 0.0
             && max(abs(hit.x), abs(hit.y)) <= 1.0 && is_above_plane(offset, m, slack);
         blockers += is_blocker ? vec2(rise / height, 1.0) : vec2(0.0);
     }
@@ -221,7 +221,7 @@ float part_visibility(ShadowMap map, ivec2 part, vec3 p_ls, vec3 m_ls, float rou
         vec3 q = p + s * to_light;
         vec3 offset = face_point(face, floor(face_place(face, q))) - p;
         float rise = -dot(offset, axis);
-        bool is_blocker = q.z > 0.0 && rise > 0.0 && rise < height
+        bool is_blocker = q.z > 0.0 && rise > 0.0
             && is_above_plane(offset, m, slack);
         float weight = part_weight(to_light, m, height);
         total += weight;

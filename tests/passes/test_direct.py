@@ -138,6 +138,43 @@ def test_a_convex_body_never_shadows_itself(gl, shaders, kind):
         np.testing.assert_array_equal(shadowed, plain)
 
 
+@pytest.mark.parametrize("kind", ["point", "rectangle"])
+def test_inside_a_ball_all_is_lit(gl, shaders, kind):
+    """A concave surface of small facets, each of which stands above its neighbours' planes."""
+    light = {
+        "point": PointLight((0.5, 0.3, 0.0), (1.0, 1.0, 1.0)),
+        "rectangle": RectangleLight((0.4, 0.3, -0.1), (0.2, 0, 0), (0, 0, 0.2), (9.0, 9.0, 9.0)),
+    }[kind]
+    camera = Camera((0.3, 0.2, 0.6), (-0.5, -0.5, 0.0), fov_y=80.0)
+    scene = make_scene([sphere(rows=48)], lights=[light], camera=camera)
+    _, _, shadowed = draw(gl, shaders, scene, map_settings=ShadowMapSettings(256))
+    _, _, plain = draw(gl, shaders, scene, maps=False)
+    assert np.count_nonzero(plain) > 3000
+    np.testing.assert_array_equal(shadowed, plain)
+
+
+@pytest.mark.parametrize("kind", ["point", "directional"])
+def test_low_steps_throw_shadows(gl, shaders, kind):
+    """A step three texels of the map high darkens all but a texel of what it should."""
+    light = {
+        "point": PointLight((-4.0, 2.0, 0.0), (9.0, 9.0, 9.0)),
+        "directional": DirectionalLight((0.894427, -0.447214, 0.0), (1.0, 1.0, 1.0)),
+    }[kind]
+    # A texel is about 0.02 where the step is: 10 units over 512, and 2 * 4.5 over 512.
+    floor = quad((-5.0, 0.0, 5.0), (10.0, 0.0, 0.0), (0.0, 0.0, -10.0))
+    step = box((-1.0, 0.0, -1.0), (0.0, 0.06, 1.0))
+    camera = Camera((0.3, 0.8, 0.0), (0.06, 0.0, 0.0), fov_y=20.0)
+    scene = make_scene([floor, step], lights=[light], camera=camera)
+    frame, images, found = draw(gl, shaders, scene, map_settings=ShadowMapSettings(512))
+    points, seen = floor_points(frame, images)
+    length = 0.06 * 2.0
+    dark = (np.abs(points[:, 1]) < 1e-4) & (points[:, 0] > 0.02) & (points[:, 0] < length - 0.04)
+    assert dark.sum() > 200
+    assert np.all(found[seen][dark] == 0.0)
+    lit = (np.abs(points[:, 1]) < 1e-4) & (points[:, 0] > length + 0.06)
+    assert np.all(found[seen][lit] > 0.0)
+
+
 CARD = ((-0.5, 1.0, -0.5), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
 
 
