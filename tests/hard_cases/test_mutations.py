@@ -1,0 +1,279 @@
+"""Deliberately broken shaders: for every class of fault, a check that notices it.
+
+Each mutation changes a copy of the shaders as the fault would. Its check must pass with
+the shaders as they are and fail with the copy; a check that cannot fail proves nothing.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hard_cases import poison
+from hard_cases.hard_scene import quad, room, sphere, transformed
+from hard_cases.invariants import difference
+from hard_cases.methods import render
+from hard_cases.test_depth import with_meshes
+from passes.estimator_cases import corner
+
+from ssdo_gl import math3d, resources
+from ssdo_gl.gpu.shader import ShaderLibrary
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.light import PointLight
+
+MARCH = ("bounce", "march")
+RGS09 = ("bounce", "rgs09")
+
+
+@dataclass(frozen=True)
+class Mutation:
+    """A fault: text to replace by file, and the check (error, bound) that notices it."""
+
+    edits: Mapping[str, tuple[tuple[str, str], ...]]
+    check: Callable[..., tuple[float, float]]
+
+
+def scale_shows(device, shaders):
+    """Relative change of the image where a scene shrinks to 1/1024: 0, bit by bit."""
+    before = render(device, shaders, room(), MARCH, images=("visibility",))
+    small = transformed(room(), math3d.scaling(2.0**-10))
+    after = render(device, shaders, small, MARCH, images=("visibility",))
+    return difference(before, after, "visibility")[0], 1e-6
+
+
+def plane_is_occluded(device, shaders):
+    """Occlusion that a single plane, seen at 85 degrees, finds on itself: none."""
+    angle = np.radians(85.0)
+    scene = with_meshes(
+        quad((-500, 0, 500), (1000, 0, 0), (0, 0, -1000)),
+        camera=Camera((0, 3 * np.cos(angle), 3 * np.sin(angle)), (0, 0, 0), up=(0, 0, -1)),
+    )
+    images = render(device, shaders, scene, MARCH, images=("visibility", "depth"))
+    return 1.0 - images["visibility"][images["depth"] > 0.0].min(), 0.0
+
+
+def depth_is_coarse(device, shaders):
+    """Relative error of depth on a plane that faces the camera; float32 rounds by 6e-8."""
+    distance = 1.2345678
+    scene = with_meshes(
+        quad((-2, -2, -distance), (4, 0, 0), (0, 4, 0)),
+        camera=Camera((0, 0, 0), (0, 0, -1)),
+    )
+    depth = render(device, shaders, scene, ("direct", None), images=("depth",))["depth"]
+    # The rasterizer's interpolation takes some roundings more.
+    return float(np.abs(depth / distance - 1.0).max()), 2e-6
+
+
+def form_factor_is_unbounded(device, shaders):
+    """Bounce in a corner of which a pixel shows R / 400, of senders with radiance 1.
+
+    Distances count as R at least, so that a sample sends at most pi R^2 / (N R^2), and N
+    of them pi.
+    """
+    picture = corner(poison.SIZE, (0.06, 0.04))
+    senders = np.ones((*picture.z.shape, 4))
+    irradiance = poison.bounced(
+        device.gl, shaders, senders, picture, estimator="rgs09", distance_clamp=1.0
+    )
+    return float(irradiance[..., :3].max()), np.pi
+
+
+def bounce_takes_poison(device, shaders):
+    """Largest irradiance in a corner with senders of 1, one of which is not a number.
+
+    By solid angle, at most pi times the brightest sender; an infinite one counts as none.
+    """
+    picture = corner(poison.SIZE, poison.TAN_HALF)
+    worst = 0.0
+    for fault in (np.nan, np.inf):
+        senders = np.ones((*picture.z.shape, 4))
+        senders[poison.FAULT[0]] = fault
+        irradiance = poison.bounced(device.gl, shaders, senders, picture)[..., :3]
+        worst = max(worst, float(np.where(np.isfinite(irradiance), irradiance, np.inf).max()))
+    return worst, np.pi * (1.0 + 1e-5)
+
+
+def filter_takes_poison(device, shaders):
+    """Values outside of what sound texels hold, after filtering with one that is not."""
+    value = poison.noise(4)
+    value[poison.FAULT] = np.nan
+    smooth = poison.filtered(
+        device.gl, shaders, value, kind="edge", picture=poison.sheet(),
+        is_visibility=False, holds_z=False,
+    )  # fmt: skip
+    return float((~((smooth >= 0.0) & (smooth <= 1.0 + 1e-6))).sum()), 0.0
+
+
+def filter_mixes_depths(device, shaders):
+    """What crosses a silhouette between a near white and a far black sheet: nothing.
+
+    At a depth ratio of 4 and 3 / 4 of the width away the tangent planes lie some 20
+    footprints apart: weights of 1 / (1 + 40^2)^2 are below 1e-6.
+    """
+    picture = poison.sheet()
+    half = poison.SIZE[0] // 2
+    picture.z[:, :half] *= 0.25
+    value = np.zeros((*picture.z.shape, 4))
+    value[:, :half] = 1.0
+    smooth = poison.filtered(
+        device.gl, shaders, value, kind="edge", picture=picture,
+        is_visibility=False, holds_z=False,
+    )  # fmt: skip
+    return float(np.abs(smooth - value).max()), 1e-3
+
+
+def lit_corner(device, shaders, method):
+    """Relative gap between the bounce in a lit corner and that of the rays."""
+    scene = with_meshes(
+        quad((-1, 0, 1), (2, 0, 0), (0, 0, -2)),
+        quad((-1, 0, -1), (2, 0, 0), (0, 2, 0)),
+        lights=(PointLight((0.0, 2.0, 1.5), (3, 3, 3)),),
+        environment=None,
+        camera=Camera((0, 1.2, 1.5), (0, 0.3, -1.0)),
+    )
+    found = render(device, shaders, scene, method, images=("bounce",), samples=64)
+    truth = render(device, shaders, scene, ("reference-near", None), images=("bounce",), spp=16)
+    return abs(float(found["bounce"].mean()) / float(truth["bounce"].mean()) - 1.0)
+
+
+def senders_face_wrongly_march(device, shaders):
+    """A floor and a wall that light each other: screen space sees all of both."""
+    return lit_corner(device, shaders, MARCH), 0.2
+
+
+def senders_face_wrongly_rgs09(device, shaders):
+    """The same for the paper's samples, whose weights are right by their order only."""
+    return lit_corner(device, shaders, RGS09), 0.7
+
+
+def sky_is_dark(device, shaders):
+    """Visibility of background, which must be 1."""
+    scene = with_meshes(quad((-0.3, 0, 0), (0.6, 0, 0), (0, 0.6, 0)))
+    images = render(device, shaders, scene, ("ssao", "hemisphere"), images=("visibility", "depth"))
+    return 1.0 - images["visibility"][images["depth"] == 0.0].min(), 0.0
+
+
+def convex_body_is_occluded(device, shaders):
+    """Occlusion that a coarse sphere with smooth normals finds on itself: none."""
+    scene = with_meshes(sphere((0, 0, 0), 1.0, rings=5), camera=Camera((0, 0, 4), (0, 0, 0)))
+    # By itself it would be known to be convex, and nothing would be looked for.
+    images = render(device, shaders, scene, MARCH, images=("visibility",), effects="full")
+    return 1.0 - images["visibility"].min(), 0.0
+
+
+HEIGHT_TEST = "return height > t.min_height"
+SNAPPED = "position_vs_at(uv_of_texel(texel), z)"
+MUTATIONS = {
+    "bias made absolute": Mutation(
+        {"lib/occlusion.glsl": (("u_bias * length_scale", "0.025"),)}, scale_shows
+    ),
+    "thickness made absolute": Mutation(
+        {"lib/occlusion.glsl": (("u_thickness * length_scale", "0.1"),)}, scale_shows
+    ),
+    "tangent-plane test removed": Mutation(
+        {"lib/occlusion.glsl": ((HEIGHT_TEST, "return true || height > t.min_height"),)},
+        plane_is_occluded,
+    ),
+    "texel not snapped": Mutation(
+        {
+            "lib/occlusion.glsl": (
+                ("bool is_above(", "vec2 sample_px;\nbool is_above("),
+                (SNAPPED, "position_vs_at(sample_px / u_frame_size_px, z)"),
+            ),
+            "lib/march.glsl": (
+                ("return ivec2(g.start_px", "return ivec2(sample_px = g.start_px"),
+            ),
+            "lib/rgs09.glsl": (
+                ("ivec2 texel = texel_of_uv(uv);",
+                 "sample_px = uv * u_frame_size_px; ivec2 texel = texel_of_uv(uv);"),
+            ),
+        },
+        plane_is_occluded,
+    ),
+    "depth in 16 bits": Mutation(
+        # The mantissa of a half float: 10 bits.
+        {"gbuffer.frag": (
+            ("o_z_vs = z;", "float u = exp2(floor(log2(z)) - 10.0); o_z_vs = round(z / u) * u;"),
+        )},
+        depth_is_coarse,
+    ),
+    "distance clamp removed": Mutation(
+        {"bounce.frag": (("max(d2, d_min * d_min)", "d2"),)}, form_factor_is_unbounded
+    ),
+    "min instead of select, senders": Mutation(
+        {"bounce.frag": (
+            ("return largest > 0.0 && largest <= FLOAT_MAX ? radiance * factor : vec3(0.0);",
+             "return min(radiance, vec3(FLOAT_MAX));"),
+        )},
+        bounce_takes_poison,
+    ),
+    "min instead of select, filter": Mutation(
+        {"edge_aware_filter.frag": (
+            ("bool is_sound(vec4 value)\n{", "bool is_sound(vec4 value)\n{\nreturn true;"),
+            ("sum.value += use ? value * weight",
+             "sum.value += use ? min(value, vec4(u_value_bound)) * weight"),
+        )},
+        filter_takes_poison,
+    ),
+    "filter mixes depths": Mutation(
+        {"edge_aware_filter.frag": (("return z > 0.0 ? weight : 0.0;", "return 1.0;"),)},
+        filter_mixes_depths,
+    ),
+    "sender cosine of the wrong sign, march": Mutation(
+        {"bounce.frag": (("to_receiver) > 0.0", "to_receiver) < 0.0"),)},
+        senders_face_wrongly_march,
+    ),
+    "sender cosine of the wrong sign, rgs09": Mutation(
+        {"bounce.frag": (("max(dot(gbuffer_shading_normal_vs(texel), -w), 0.0)",
+                          "max(dot(gbuffer_shading_normal_vs(texel), w), 0.0)"),)},
+        senders_face_wrongly_rgs09,
+    ),
+    "background not neutral": Mutation(
+        {"edge_aware_filter.frag": (
+            ("NEUTRAL = vec4(1.0, 0.0, 0.0, 0.0)", "NEUTRAL = vec4(0.0)"),
+        )},
+        sky_is_dark,
+    ),
+    "smooth normals decide what is above": Mutation(
+        dict.fromkeys(
+            ("directional.frag", "ssao.frag"),
+            (("(r.position_vs, r.geometric_vs)", "(r.position_vs, r.normal_vs)"),),
+        ),
+        convex_body_is_occluded,
+    ),
+}  # fmt: skip
+
+
+def mutated(mutation, folder):
+    """Write a copy of the shaders with the fault in it and return the folder."""
+    copy = folder / "shaders"
+    shutil.copytree(Path(str(resources.folder("shaders"))), copy)
+    for name, edits in mutation.edits.items():
+        text = (copy / name).read_text(encoding="utf-8")
+        for old, new in edits:
+            assert old in text, f"{name} no longer contains {old!r}: bring the mutation up to date"
+            text = text.replace(old, new)
+        (copy / name).write_text(text, encoding="utf-8")
+    return copy
+
+
+@pytest.mark.parametrize("name", MUTATIONS)
+def test_a_broken_shader_is_noticed(device, shaders, record, tmp_path, name):
+    mutation = MUTATIONS[name]
+    error, bound = mutation.check(device, shaders)
+    broken = ShaderLibrary(device.gl, mutated(mutation, tmp_path))
+    wrong, _ = mutation.check(device, broken)
+    record(
+        f"fault noticed: {name}", mutation.check.__name__, error, bound, f"(broken: {wrong:.2g})"
+    )
+    assert not wrong <= bound, f"{name} goes unnoticed: {wrong:.3g} where {bound:.3g} is allowed"
+
+
+def test_a_mutation_that_no_longer_applies_is_an_error(tmp_path):
+    stale = Mutation({"bounce.frag": (("no such text", ""),)}, sky_is_dark)
+    with pytest.raises(AssertionError, match="no longer contains"):
+        mutated(stale, tmp_path)
