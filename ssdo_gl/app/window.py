@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -75,8 +77,8 @@ def open_window(
 class Session:
     """A viewer in a window: hears of events, performs what they ask for, draws.
 
-    Commands are performed between two frames, never from within an event: events also
-    come while a long pass is looked after.
+    Commands are performed between two frames and in the order of their events, never
+    from within an event: events also come while a long pass is looked after.
     """
 
     def __init__(
@@ -95,12 +97,13 @@ class Session:
             window.device, scene, settings, source=source, camera=camera, budget_ms=budget_ms
         )
         self._hands = InputMap()
-        self._pending: list[Action | str] = []
+        self._hands.cursor_jumped(*window.cursor)
+        self._pending: list[Callable[[], object]] = []
         self._shader_watch = ShaderWatch(self._viewer.shaders, _shader_folder())
         self._films = FilmDesk(self._viewer)
         self._is_broken = False
         self._drags_divider = False
-        self._has_input = False
+        self._has_input = self._wants_release = False
         self._waits = True
         self._said_at = 0.0
         self._panel_frames = PANEL_FRAMES
@@ -155,16 +158,13 @@ class Session:
 
     def _frame(self, seconds: float) -> None:
         pending, self._pending = self._pending, []
-        for item in pending:
-            if isinstance(item, str):
-                open_file(item, self._viewer)
-            else:
-                perform(item, self._viewer, self)
+        for act in pending:
+            act()
         if self._window.hide_cursor(self._hands.is_looking):
             self._hands.cursor_jumped(*self._window.cursor)
         controls = self._hands.take(orbiting=self._viewer.flight.orbiting)
         size = self._window.pixels
-        self._has_input = False
+        self._has_input = self._wants_release = False
         if self._shader_watch.poll():
             self._after_reload()
         if self._films.is_busy:
@@ -226,7 +226,7 @@ class Session:
 
     def _interrupt_film(self, what: str, done: int, total: int) -> None:
         glfw.poll_events()
-        if Action(Command.RELEASE) in self._pending or self._window.should_close:
+        if self._wants_release or self._window.should_close:
             raise Interrupted
 
     # --- events --------------------------------------------------------------------
@@ -239,9 +239,7 @@ class Session:
             if self._overlay.wants_keyboard and action != glfw.RELEASE:
                 return
         self._has_input = True
-        asked = self._hands.key(key, action, mods)
-        if asked is not None:
-            self._pending.append(asked)
+        self._perform_later(self._hands.key(key, action, mods))
 
     def on_character(self, code: int) -> None:
         """Hand a character to a text field."""
@@ -257,12 +255,9 @@ class Session:
             if self._overlay.wants_mouse and action == glfw.PRESS:
                 return
         if button == glfw.MOUSE_BUTTON_LEFT:
-            x, width = self._window.cursor[0], self._window.size[0]
-            hits = divider_hit(self._viewer.view, x, width)
-            self._drags_divider = action == glfw.PRESS and hits
-        asked = self._hands.button(button, action)
-        if asked is not None:
-            self._pending.append(asked)
+            x = self._hands.cursor_px[0]
+            self._pending.append(partial(self._grab_divider, action == glfw.PRESS, x))
+        self._perform_later(self._hands.button(button, action))
 
     def on_cursor(self, x: float, y: float) -> None:
         """Hand the cursor to widgets, the divider and the hands."""
@@ -274,9 +269,8 @@ class Session:
                 self._overlay.cursor_left()
             else:
                 self._overlay.cursor(x, y)
-        if self._drags_divider:
-            view = self._viewer.view
-            self._viewer.view = view.with_divider(x / max(1, self._window.size[0]))
+        if self._hands.is_dragging:
+            self._pending.append(partial(self._drag_divider, x))
 
     def on_scroll(self, x: float, y: float) -> None:
         """Hand the wheel to the panel, or to the hands."""
@@ -301,7 +295,7 @@ class Session:
         """Open the first of the dropped files."""
         self._panel_frames = PANEL_FRAMES
         self._has_input = True
-        self._pending += paths[:1]
+        self._pending += [partial(open_file, path, self._viewer) for path in paths[:1]]
 
     def on_change(self) -> None:
         """Draw again, for another size or scale."""
@@ -310,13 +304,27 @@ class Session:
         if self._overlay is not None:
             self._overlay.rescale(self._window.content_scale)
 
+    def _perform_later(self, action: Action | None) -> None:
+        if action is not None:
+            self._pending.append(partial(perform, action, self._viewer, self))
+            self._wants_release |= action.command == Command.RELEASE
+
+    def _grab_divider(self, is_pressed: bool, x: float) -> None:
+        hits = divider_hit(self._viewer.view, x, self._window.size[0])
+        self._drags_divider = is_pressed and hits
+
+    def _drag_divider(self, x: float) -> None:
+        if self._drags_divider:
+            view = self._viewer.view
+            self._viewer.view = view.with_divider(x / max(1, self._window.size[0]))
+
     # --- what commands ask of the window -------------------------------------------
 
     def cursor_uv(self) -> tuple[float, float]:
         """Return the cursor's place in the picture; its middle while it is hidden."""
         if self._hands.is_looking:
             return 0.5, 0.5
-        (x, y), (width, height) = self._window.cursor, self._window.size
+        (x, y), (width, height) = self._hands.cursor_px, self._window.size
         return x / max(1, width), y / max(1, height)
 
     def set_clipboard(self, text: str) -> None:

@@ -1,0 +1,176 @@
+"""A virtual X server, its screen as an array, and real key and mouse events on it."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+# What a picture of the screen must be: Xvfb keeps it in a file in XWD format.
+_XWD_FIELDS = 25
+NEEDED = ("Xvfb", "xdotool")
+# The program wakes up twice a second at rest; in this long one sees that it does no more.
+STILL_SECONDS = 1.0
+
+
+def missing_tools() -> list[str]:
+    """Return which of the needed programs are not installed."""
+    return [name for name in NEEDED if shutil.which(name) is None]
+
+
+def wait_for(what: str, condition: Callable[[], bool], seconds: float = 60.0) -> None:
+    """Wait until `condition` holds; a slow machine only makes it take longer."""
+    end = time.monotonic() + seconds
+    while not condition():
+        if time.monotonic() > end:
+            raise AssertionError(f"waited {seconds:g} s in vain until {what}")
+        time.sleep(0.1)
+
+
+class XServer:
+    """Xvfb on a display number of its own.
+
+    Parameters
+    ----------
+    folder : Path
+        For the file that holds the screen.
+    size : (int, int)
+    """
+
+    def __init__(self, folder: Path, size: tuple[int, int] = (1000, 640)) -> None:
+        self._screen = folder / "Xvfb_screen0"
+        read, write = os.pipe()
+        width, height = size
+        self._process = subprocess.Popen(
+            [
+                "Xvfb",
+                "-displayfd",
+                str(write),
+                *("-screen", "0", f"{width}x{height}x24", "-fbdir", str(folder)),
+                *("-nolisten", "tcp", "-nocursor"),
+            ],
+            pass_fds=[write],
+            stderr=subprocess.DEVNULL,
+        )
+        os.close(write)
+        with os.fdopen(read) as pipe:
+            number = pipe.readline().strip()
+        if not number:
+            raise RuntimeError("Xvfb does not start")
+        self.environment = {**os.environ, "DISPLAY": f":{number}"}
+        self.environment.pop("WAYLAND_DISPLAY", None)
+
+    def close(self) -> None:
+        """Stop the server."""
+        self._process.terminate()
+        self._process.wait(20)
+
+    def screen(self) -> np.ndarray:
+        """Return the screen, (height, width, 3) uint8, row 0 at the top."""
+        data = self._screen.read_bytes()
+        header = np.frombuffer(data, ">u4", _XWD_FIELDS)
+        width, height, stride = int(header[4]), int(header[5]), int(header[12])
+        offset = int(header[0]) + 12 * int(header[19])
+        rows = np.frombuffer(data, np.uint8, stride * height, offset).reshape(height, stride)
+        # Blue, green, red, unused.
+        return rows[:, : 4 * width].reshape(height, width, 4)[:, :, 2::-1].copy()
+
+    def do(self, *words: str) -> str:
+        """Run one xdotool command; return what it prints."""
+        done = subprocess.run(
+            ["xdotool", *words],
+            env=self.environment,
+            check=True,
+            capture_output=True,
+            text=True,
+            timeout=60,
+        )
+        return done.stdout.strip()
+
+
+class App:
+    """The program in a window on a virtual screen."""
+
+    def __init__(
+        self,
+        server: XServer,
+        command: list[str],
+        folder: Path,
+        environment: dict[str, str] | None = None,
+    ) -> None:
+        self.server = server
+        self._log = folder / "log.txt"
+        with self._log.open("w") as log:
+            self.process = subprocess.Popen(
+                command,
+                env={**server.environment, **(environment or {})},
+                cwd=folder,
+                stdout=log,
+                stderr=log,
+            )
+        wait_for("the window opens", lambda: bool(self._windows()))
+        self.window = self._windows()[0]
+        # Without a window manager nobody gives the keyboard to a window.
+        server.do("windowfocus", "--sync", self.window)
+
+    def _windows(self) -> list[str]:
+        if self.process.poll() is not None:
+            raise AssertionError(f"the program ended: {self.said()}")
+        done = subprocess.run(
+            ["xdotool", "search", "--name", "ssdo_gl"],
+            env=self.server.environment,
+            capture_output=True,
+            text=True,
+        )
+        return done.stdout.split()
+
+    def said(self) -> str:
+        """Return what the program has printed."""
+        return self._log.read_text()
+
+    def key(self, *names: str) -> None:
+        """Press and let go of keys, one after the other."""
+        self.server.do("key", "--delay", "60", *names)
+
+    def hold(self, name: str, seconds: float) -> None:
+        """Hold a key for a while."""
+        self.server.do("keydown", name)
+        time.sleep(seconds)
+        self.server.do("keyup", name)
+
+    def settled(self, seconds: float = 120.0) -> np.ndarray:
+        """Wait until the program sleeps and the screen stands still; return the screen."""
+        end = time.monotonic() + seconds
+        before, used = self.server.screen(), self.cpu_seconds()
+        while True:
+            time.sleep(STILL_SECONDS)
+            if self.process.poll() is not None:
+                raise AssertionError(f"the program ended: {self.said()}")
+            now, now_used = self.server.screen(), self.cpu_seconds()
+            # A long frame leaves the screen as it is, but not the processor.
+            if now_used - used < 0.1 * STILL_SECONDS and np.array_equal(now, before):
+                return now
+            before, used = now, now_used
+            assert time.monotonic() < end, "the picture does not come to rest"
+
+    def cpu_seconds(self) -> float:
+        """Return the processor time that the program has used."""
+        fields = Path(f"/proc/{self.process.pid}/stat").read_text().rsplit(")", 1)[1].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+    def close(self) -> int:
+        """Close the window as its key does; return the exit code."""
+        if self.process.poll() is None:
+            self.key("ctrl+q")
+        return self.process.wait(60)
+
+    def kill(self) -> None:
+        """End the program if it has not ended by itself."""
+        if self.process.poll() is None:
+            self.process.kill()
+            self.process.wait(30)
