@@ -77,6 +77,7 @@ class Renderer:
         self._planner = Planner()
         self._planned: FramePlan | None = None
         self._lean = scene
+        self._moved: tuple[Scene, float, Scene] | None = None
         self._versions = {"geometry": 0, "lights": 0, "environment": 0}
 
     @property
@@ -146,7 +147,7 @@ class Renderer:
         self.device.activate()
         names = tuple(dict.fromkeys(wanted))
         camera = camera or self.scene.camera
-        moved = scene_at(self.scene, seconds)
+        moved = self._scene_at(seconds)
         self._follow(moved)
         pipeline, plan = self._plan(names, self._view(camera, 0, 1))
         count, done, partial = self.settings.antialias, 0, False
@@ -209,6 +210,12 @@ class Renderer:
         if exposure is None:
             exposure = self.scene.camera.exposure
         return dataclasses.replace(settings, radius=radius, exposure=exposure).checked()
+
+    def _scene_at(self, seconds: float) -> Scene:
+        """Return the scene at a time: the very same as last time while time stands still."""
+        if self._moved is None or self._moved[:2] != (self.scene, seconds):
+            self._moved = (self.scene, seconds, scene_at(self.scene, seconds))
+        return self._moved[2]
 
     def _follow(self, scene: Scene) -> None:
         """Bring the device's geometry to the state of `scene`."""

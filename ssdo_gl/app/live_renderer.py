@@ -16,9 +16,7 @@ from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.render_result import FrameLog, PassReport
 from ssdo_gl.renderer import Renderer
-from ssdo_gl.scene.animate import scene_at
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.content import analyse
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 
@@ -82,8 +80,6 @@ class LiveRenderer(Renderer):
         self, scene: Scene, settings: Settings, *, device: Device, shaders: ShaderLibrary
     ) -> None:
         super().__init__(scene, settings, device=device, shaders=shaders)
-        self._environment_version = 0
-        self._moved: tuple[Scene, float, Scene] | None = None
 
     def draw(
         self,
@@ -112,11 +108,10 @@ class LiveRenderer(Renderer):
         names = tuple(dict.fromkeys((*wanted, "depth")))
         moved = self._scene_at(seconds)
         self._follow(moved)
-        pipeline, plan = self._plan(names)
+        pipeline, plan = self._plan(names, self._view(camera, 0, 1))
         frame = self._frame(moved, camera, index % count, count, 0)
         seed = self.settings.seed + index
-        versions = {**frame.versions, "environment": self._environment_version, "seed": seed}
-        frame = dataclasses.replace(frame, seed=seed, versions=versions)
+        frame = dataclasses.replace(frame, seed=seed, versions={**frame.versions, "seed": seed})
         log = FrameLog()
         try:
             self._run(plan, frame, log, time_passes, progress)
@@ -140,18 +135,9 @@ class LiveRenderer(Renderer):
 
     def show(self, scene: Scene, settings: Settings) -> None:
         """Render `scene` from now on: the same with other lights, or quite another."""
-        if scene.environment is not self.scene.environment:
-            self._environment_version += 1
-        self.scene = scene
-        self._content = analyse(scene)
+        self.use_scene(scene)
         self.use(settings)
 
     def forget(self) -> None:
         """Run every pass again in the next frame: its shader may have changed."""
         self._executor.forget()
-
-    def _scene_at(self, seconds: float) -> Scene:
-        """Return the scene at a time: the very same as last time while time stands still."""
-        if self._moved is None or self._moved[:2] != (self.scene, seconds):
-            self._moved = (self.scene, seconds, scene_at(self.scene, seconds))
-        return self._moved[2]
