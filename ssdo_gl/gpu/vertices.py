@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.mesh import Mesh
@@ -22,41 +23,82 @@ class VertexStreams:
     half_extent : ndarray, shape (3,)
         Half the size of the object-space bounds around `center`.
     buffers : dict of name to (buffer, components), float32
-        ``a_position_os`` ("mesh space": object space minus `center`) and
-        ``a_normal_face_os`` always; ``a_normal_os``, ``a_uv``, ``a_color`` if present.
-    indices : moderngl.Buffer or None
+        ``a_position_os`` (relative to `center`) and ``a_normal_face_os`` always;
+        ``a_normal_os``, ``a_uv``, ``a_color`` if present.
+    indices : moderngl.Buffer
+        Three uint32 for each triangle.
     """
 
     center: FloatArray
     half_extent: FloatArray
     buffers: dict[str, tuple[moderngl.Buffer, int]]
-    indices: moderngl.Buffer | None
+    indices: moderngl.Buffer
 
     def release(self) -> None:
         """Free the buffers."""
         for buffer, _ in self.buffers.values():
             buffer.release()
-        if self.indices is not None:
-            self.indices.release()
+        self.indices.release()
 
 
 def vertex_streams(gl: moderngl.Context, mesh: Mesh) -> VertexStreams:
     """Upload `mesh`; every triangle gets its own exact face normal."""
     low, high = mesh.bounds()
     center = 0.5 * (low + high)
-    corners = mesh.triangles.reshape(-1)
+    source, triangles = with_own_last_vertices(mesh.triangles, len(mesh.positions))
+    face_normals = np.zeros((len(source), 3))
+    face_normals[triangles[:, 2]] = mesh.face_normals()
     streams = {
-        "a_position_os": mesh.positions[corners] - center,
-        "a_normal_face_os": np.repeat(mesh.face_normals(), 3, axis=0),
+        "a_position_os": mesh.positions[source] - center,
+        "a_normal_face_os": face_normals,
     }
     if mesh.normals is not None:
-        streams["a_normal_os"] = mesh.normals[corners]
+        streams["a_normal_os"] = mesh.normals[source]
     if mesh.uvs is not None:
-        streams["a_uv"] = mesh.uvs[corners]
+        streams["a_uv"] = mesh.uvs[source]
     if mesh.colors is not None:
-        streams["a_color"] = mesh.colors[corners]
+        streams["a_color"] = mesh.colors[source]
     buffers = {
         name: (gl.buffer(values.astype(np.float32).tobytes()), values.shape[1])
         for name, values in streams.items()
     }
-    return VertexStreams(center, 0.5 * (high - low), buffers, None)
+    indices = gl.buffer(triangles.astype(np.uint32).tobytes())
+    return VertexStreams(center, 0.5 * (high - low), buffers, indices)
+
+
+def with_own_last_vertices(
+    triangles: NDArray[np.int64], vertex_count: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return indices in which no two triangles end in the same vertex.
+
+    OpenGL takes ``flat`` values from a triangle's last vertex. If that vertex is no
+    other triangle's last, it can hold the triangle's normal, while vertices are still
+    shared: about one for each triangle is shaded instead of three.
+
+    Parameters
+    ----------
+    triangles : ndarray, shape (T, 3)
+
+    Returns
+    -------
+    source : ndarray, shape (V,)
+        The vertex that each vertex is a copy of; the first `vertex_count` are themselves.
+    triangles : ndarray, shape (T, 3)
+        The same triangles, each turned (winding kept) and in part made of copies.
+    """
+    last = np.full(len(triangles), -1)
+    is_free = np.ones(vertex_count, bool)
+    for corner in range(3):
+        waiting = np.flatnonzero(last < 0)
+        wanted = triangles[waiting, corner]
+        available = is_free[wanted]
+        # Of all that want the same vertex, the first gets it.
+        vertices, first = np.unique(wanted[available], return_index=True)
+        last[waiting[available][first]] = corner
+        is_free[vertices] = False
+    left = np.flatnonzero(last < 0)
+    last[left] = 2
+    turned = triangles[np.arange(len(triangles))[:, None], (last[:, None] + [1, 2, 3]) % 3]
+    source = np.concatenate([np.arange(vertex_count), turned[left, 2]])
+    turned[left, 2] = vertex_count + np.arange(len(left))
+    return source, turned

@@ -131,9 +131,12 @@ def test_culling_drops_nothing_that_shows(gl, shaders):
     )  # fmt: skip
     scene = make_scene([merged])
     geometry = Geometry(gl, scene)
-    # Float32 places a vertex relative to a cube in one case, to the whole in the other.
-    np.testing.assert_allclose(together, depth(gl, shaders, geometry, scene), rtol=2e-5)
+    apart = depth(gl, shaders, geometry, scene)
     geometry.release()
+    # Float32 places a vertex relative to a cube in one case, to the whole in the other:
+    # a pixel on a silhouette may see one cube or the next.
+    different = np.abs(together - apart) > 2e-5 * apart
+    assert np.mean(different) < 2e-3
 
 
 def test_update_moves_objects_and_frees_what_is_gone(gl, shaders):

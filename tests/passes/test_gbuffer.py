@@ -124,7 +124,8 @@ def test_mesh_against_rays(gl, shaders, scale, offset):
     assert np.all((z > 0.0)[seen & firm])
     assert np.mean((z > 0.0) != seen) < 1e-3
     both = seen & firm & (z > 0.0)
-    np.testing.assert_allclose(z[both], distance[both] * scale, rtol=Z_TOLERANCE)
+    # Facets near the silhouette are seen at cosines down to 0.2 or so.
+    np.testing.assert_allclose(z[both], distance[both] * scale, rtol=5.0 * Z_TOLERANCE)
     shading, geometric = (image.reshape(-1, 3) for image in normals(images))
     face = mesh.face_normals()[index] @ view_from_world.T
     np.testing.assert_allclose(geometric[both], face[both], atol=NORMAL_TOLERANCE)
