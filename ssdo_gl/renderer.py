@@ -10,7 +10,6 @@ from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.gpu.geometry import Eye, Geometry
@@ -20,6 +19,7 @@ from ssdo_gl.graph.execute import Executor
 from ssdo_gl.graph.frame import Frame, FrameView
 from ssdo_gl.graph.graph import Plan
 from ssdo_gl.graph.render_pass import ProgressCallback
+from ssdo_gl.image_average import ImageAverage
 from ssdo_gl.options import settings_for
 from ssdo_gl.pipelines import Pipeline
 from ssdo_gl.planner import FramePlan, Planner
@@ -150,27 +150,25 @@ class Renderer:
         moved = self._scene_at(seconds)
         self._follow(moved)
         pipeline, plan = self._plan(names, self._view(camera, 0, 1))
-        count, done, partial = self.settings.antialias, 0, False
+        count, partial = self.settings.antialias, False
         log = FrameLog()
-        sums: dict[str, NDArray[np.float64]] = {}
+        average = ImageAverage()
         for index in range(count):
             frame = self._frame(moved, camera, index, count, 0)
             self._run(plan, frame, log, time_passes, progress)
-            for name, array in self._read(pipeline, names, frame.view).items():
-                sums[name] = sums.get(name, 0.0) + array.astype(np.float64)
-            done = index + 1
+            average.add(self._read(pipeline, names, frame.view))
             partial = any(item.statistics.get("partial") for item in plan.order)
             if partial:
                 break
             if progress is not None and count > 1:
-                progress("anti-aliasing frames", done, count)
+                progress("anti-aliasing frames", index + 1, count)
         if frames > 1 and not partial:
             log.restart()
             for number in range(frames):
                 frame = self._frame(moved, camera, 0, count, number + 1)
                 self._run(plan, frame, log, time_passes, progress)
         return RenderResult(
-            images={name: (array / done).astype(np.float32) for name, array in sums.items()},
+            images=average.images(),
             size=self.settings.size,
             settings=self.settings,
             passes=log.reports(pipeline, plan),
@@ -225,9 +223,7 @@ class Renderer:
             self._geometry.update(scene)
             self._versions["geometry"] += 1
 
-    def _plan(
-        self, names: tuple[str, ...], view: FrameView | None = None
-    ) -> tuple[Pipeline, Plan]:
+    def _plan(self, names: tuple[str, ...], view: FrameView | None = None) -> tuple[Pipeline, Plan]:
         """Return what a frame of the scene as it stands has to run."""
         moved = self._geometry_scene
         self._planned = self._planner.plan(self.scene, moved, self.settings, names, view)

@@ -23,7 +23,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("traced_passes",),
     ("pipelines",),
     ("planner",),
-    ("options", "surface_arrays", "render_result"),
+    ("options", "surface_arrays", "image_average", "render_result"),
     ("renderer",),
     ("accuracy", "app"),
     ("cli",),
