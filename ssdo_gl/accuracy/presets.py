@@ -162,9 +162,12 @@ def _has_type(value: Any, wanted: Any) -> bool:
     """Whether a TOML value fits a field's type; whole numbers are floats, too."""
     if wanted is float:
         return isinstance(value, (int, float)) and not isinstance(value, bool)
-    if isinstance(wanted, types.UnionType):
-        return any(_has_type(value, item) for item in typing.get_args(wanted))
     origin = typing.get_origin(wanted)
+    # Whether `A | None` is one or the other depends on what A is.
+    if origin in (types.UnionType, typing.Union):
+        return any(_has_type(value, item) for item in typing.get_args(wanted))
+    if origin is typing.Literal:
+        return value in typing.get_args(wanted)
     if origin is not None:
         return isinstance(value, dict)
     return type(value) is wanted

@@ -1,0 +1,64 @@
+"""Writes settings to a file that ``--preset`` reads back. Pure but for the writing."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from ssdo_gl.app.command_line import number_text
+from ssdo_gl.app.image_files import write_atomically
+from ssdo_gl.app.screenshot import free_stem
+from ssdo_gl.options import settings_for
+from ssdo_gl.settings import Settings
+
+# The window's own business, and no quality of a rendering.
+_LEFT_OUT = ("size", "antialias")
+
+
+def preset_text(settings: Settings, wishes: Mapping[str, Any]) -> str:
+    """Return TOML with every setting that differs from what a scene wishes for.
+
+    Parameters
+    ----------
+    settings : Settings
+    wishes : mapping
+        ``Scene.render``.
+    """
+    usual = settings_for(wishes, {"method": settings.method})
+    lines = ["# Read by: ssdo-gl SCENE --preset THIS_FILE", "", "[settings]"]
+    lines.append(f"method = {_toml(settings.method)}")
+    for field in dataclasses.fields(Settings):
+        value = getattr(settings, field.name)
+        if field.name in ("method", "overrides", *_LEFT_OUT) or value is None:
+            continue
+        if value != getattr(usual, field.name):
+            lines.append(f"{field.name} = {_toml(value)}")
+    if settings.overrides:
+        lines += ["", "[settings.overrides]"]
+        lines += [f"{_toml(key)} = {_toml(v)}" for key, v in sorted(settings.overrides.items())]
+    return "\n".join(lines) + "\n"
+
+
+def save_preset(folder: Path, settings: Settings, wishes: Mapping[str, Any]) -> Path:
+    """Write ``preset-NNN.toml`` and return its path.
+
+    Raises
+    ------
+    OutputError
+        If the folder cannot be written to.
+    """
+    path = free_stem(folder, "preset", ".toml")
+    write_atomically(path, preset_text(settings, wishes).encode())
+    return path
+
+
+def _toml(value: object) -> str:
+    if isinstance(value, float):
+        text = number_text(value)
+        # TOML tells floats from integers by their form, and so does `--preset`.
+        return text if any(c in text for c in ".en") else f"{text}.0"
+    # Strings, integers and booleans look alike in JSON and TOML.
+    return json.dumps(value)
