@@ -7,6 +7,8 @@
 // Defines: ESTIMATOR 0 march, 1 rgs09; DIRECTION_COUNT, STEP_COUNT, HAS_BACK_LAYER;
 // KEPT_TEXTURE_COUNT (see lib/kept_directions.glsl): another pass has marched already.
 #include "lib/estimator.glsl"
+#include "lib/finite.glsl"
+#include "lib/finite.glsl"
 #define TAKES_DIRECTIONS 1
 #include "lib/kept_directions.glsl"
 
@@ -19,13 +21,14 @@ uniform float u_distance_clamp;  // rgs09, relative to R
 layout(location = 0) out vec4 o_bounce;  // rgb irradiance, a: z for the filter
 
 // Radiance that leaves the surface at `texel`, kept within the scene's own light. Scaling
-// by the largest component keeps the hue. A select, because min() may pass a NaN.
+// by the largest component keeps the hue; what is no number, or negative, is no light.
 vec3 bounded_radiance(ivec2 texel)
 {
     vec3 radiance = texelFetch(t_sender_radiance, texel, 0).rgb;
     float largest = max(radiance.r, max(radiance.g, radiance.b));
     float factor = largest > u_sender_bound ? u_sender_bound / largest : 1.0;
-    return largest > 0.0 && largest <= FLOAT_MAX ? radiance * factor : vec3(0.0);
+    bool is_light = is_finite(radiance) && all(greaterThanEqual(radiance, vec3(0.0)));
+    return is_light && largest > 0.0 ? radiance * factor : vec3(0.0);
 }
 
 #if ESTIMATOR == ESTIMATOR_RGS09

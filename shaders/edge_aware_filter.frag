@@ -11,6 +11,7 @@
 // pixels, so the filter must weight all sets alike where nothing separates them. A box
 // of 4 taps convolved with any other kernel does: the separable kernel is a box of 4
 // convolved with a box of 2 TAP_RADIUS - 2, which is symmetric about the pixel.
+#include "lib/finite.glsl"
 #include "lib/gbuffer.glsl"
 
 #define STAGE_SEPARABLE 0
@@ -35,11 +36,15 @@ const vec4 NEUTRAL = vec4(0.0, 0.0, 0.0, 1.0);
 const vec4 NEUTRAL = vec4(0.0);
 #endif
 
+// Distance of octahedral codes, 2 across the square, at which normals have nothing in
+// common. cos^8 of the decoded angle gives the same errors to 1 %.
+const float NORMAL_REACH = 0.8;
+
 // A plane through the centre pixel's surface point, and what weights are relative to.
 struct Centre {
     float z;
     vec3 geometric;
-    vec3 shading;
+    vec2 shading_code;  // octahedral
     float plane;        // distance of the plane from the camera, signed: P . n
     float inv_spread;   // 1 / (tolerance in scene units)
 };
@@ -49,7 +54,7 @@ Centre centre_at(ivec2 texel, float z)
     Centre c;
     c.z = z;
     vec4 normals = texelFetch(t_normals_vs, texel, 0);
-    c.shading = oct_decode(normals.xy);
+    c.shading_code = normals.xy;
     c.geometric = oct_decode(normals.zw);
     c.plane = z * dot(view_ray_at(uv_of_texel(texel)), c.geometric);
     // What one pixel of t_value covers at this depth.
@@ -69,25 +74,31 @@ float same_surface(Centre c, ivec2 texel, float z)
     // The tail of 1 / (1 + x^2) is long: cut it off smoothly.
     weight *= weight;
 #if USE_NORMALS
-    float agree = max(dot(c.shading, gbuffer_shading_normal_vs(texel)), 0.0);
-    // cos^8: half at 23 degrees, next to nothing across a right angle. Never 0: where all
-    // taps face elsewhere (a ledge thinner than a pixel of a half-size image), they are
-    // still the best that is known.
-    agree *= agree;
-    agree *= agree;
+    // Compared as they are stored: decoding them costs half as much as the whole filter.
+    // Codes of normals that face the camera, all but a few at grazing angles, lie on one
+    // sheet, and their distance is about the angle: a weight of 1 if alike, a half at 25
+    // degrees, next to nothing from 50 on. Never 0: where all taps face elsewhere (a ledge
+    // thinner than a pixel of a half-size image), they are still the best that is known.
+    vec2 turn = 2.0 * (texelFetch(t_normals_vs, texel, 0).xy - c.shading_code);
+    float agree = max(1.0 - dot(turn, turn) / (NORMAL_REACH * NORMAL_REACH), 0.0);
     weight *= max(agree * agree, 1e-3);
 #endif
     return z > 0.0 ? weight : 0.0;
 }
 
-// A value that may enter a sum. NaN fails every comparison, so it is written as "is fine".
+// A value that may enter a sum.
 bool is_sound(vec4 value)
 {
 #if IS_VISIBILITY
-    return value.x >= 0.0 && value.x <= 1.0;
+    return is_finite(value.x) && value.x >= 0.0 && value.x <= 1.0;
 #else
-    return all(greaterThanEqual(value.rgb, vec3(0.0)))
-        && all(lessThanEqual(value.rgb, vec3(u_value_bound)));
+    bool is_light = is_finite(value) && all(greaterThanEqual(value.rgb, vec3(0.0)))
+                 && all(lessThanEqual(value.rgb, vec3(u_value_bound)));
+#if VALUE_HOLDS_Z
+    return is_light;
+#else
+    return is_light && value.a >= 0.0 && value.a <= 1.0;
+#endif
 #endif
 }
 

@@ -206,7 +206,7 @@ MUTATIONS = {
     ),
     "min instead of select, senders": Mutation(
         {"bounce.frag": (
-            ("return largest > 0.0 && largest <= FLOAT_MAX ? radiance * factor : vec3(0.0);",
+            ("return is_light && largest > 0.0 ? radiance * factor : vec3(0.0);",
              "return min(radiance, vec3(FLOAT_MAX));"),
         )},
         bounce_takes_poison,
