@@ -209,36 +209,47 @@ def command_text(arguments: Sequence[str] | None) -> str:
     return shlex.join(["ssdo-gl", *(sys.argv[1:] if arguments is None else arguments)])
 
 
-def run(arguments: Sequence[str] | None = None) -> int:
-    """Carry out one command line; raises the user-facing errors."""
-    options = build_parser().parse_args(arguments)
+def _check_modes(options: argparse.Namespace) -> None:
+    """Refuse flags that contradict each other and outputs that cannot be written."""
     if options.frames < 1:
         raise UsageError(f"--frames {options.frames}: must be at least 1")
     if options.quick and options.bench is None:
         raise UsageError("--quick belongs to --bench OUTDIR")
     if options.bench is not None and (options.snapshot is not None or options.explain):
         raise UsageError("--bench renders what it needs itself; leave out --snapshot and --explain")
-    wanted = _wanted_aovs(options.aov)
-    for path, suffixes in ((options.snapshot, None), (options.stats, (".json",))):
-        if path is not None:
-            check_output(path, *([suffixes] if suffixes else []))
+    if options.snapshot is not None:
+        check_output(options.snapshot)
+    if options.stats is not None:
+        check_output(options.stats, (".json",))
+
+
+def _flags(options: argparse.Namespace) -> dict[str, Any]:
+    """Return the given settings by name, None where a flag was not given."""
     flags = {name: getattr(options, name) for name in SETTING_FLAGS}
     if options.size is not None:
         flags["size"] = size_from_text(options.size)
-    if options.snapshot is not None and flags["antialias"] is None:
-        flags["antialias"] = 4 if options.snapshot.suffix.lower() == ".png" else 1
-    if options.bench is not None and options.size is None:
+    elif options.bench is not None:
         from ssdo_gl.accuracy.bench import bench_size
 
         flags["size"] = bench_size(options.quick)
+    if options.snapshot is not None and flags["antialias"] is None:
+        flags["antialias"] = 4 if options.snapshot.suffix.lower() == ".png" else 1
     _apply_preset(options, flags)
+    return flags
+
+
+def run(arguments: Sequence[str] | None = None) -> int:
+    """Carry out one command line; raises the user-facing errors."""
+    options = build_parser().parse_args(arguments)
+    _check_modes(options)
+    wanted = _wanted_aovs(options.aov)
+    flags = _flags(options)
     view = camera_from_text(options.camera) if options.camera is not None else None
     # Flags are checked before the scene is read, so that a typo costs no waiting.
     settings_for({}, flags, options.overrides)
     scene = load_scene(options.scene)
     settings = settings_for(scene.render, flags, options.overrides)
     camera = None if view is None else dataclasses.replace(scene.camera, **view)
-
     if options.bench is not None:
         from ssdo_gl.accuracy.bench import run_bench
 
@@ -256,30 +267,40 @@ def run(arguments: Sequence[str] | None = None) -> int:
         return EXIT_OK
     settings = _tuned(options, scene, settings, camera)
     if options.snapshot is not None or options.explain:
-        from ssdo_gl.app.snapshot import SnapshotRequest, take_snapshot
-
-        result = take_snapshot(
-            SnapshotRequest(
-                scene=scene,
-                settings=settings,
-                wanted=wanted,
-                out=options.snapshot,
-                camera=camera,
-                frames=options.frames,
-                seconds=options.time,
-                stats=options.stats,
-                backend=options.backend,
-                explain=options.explain,
-                quiet=options.quiet,
-            )
-        )
-        return EXIT_INTERRUPTED if result.partial else EXIT_OK
+        return _snapshot(options, scene, settings, camera, wanted)
     from ssdo_gl.app.window import open_window
 
     # The window goes on measuring and gives way where a frame turns out dearer.
     budget = {} if options.budget_ms is None else {"budget_ms": options.budget_ms}
     open_window(scene, settings, camera=camera, source=options.scene, **budget)
     return EXIT_OK
+
+
+def _snapshot(
+    options: argparse.Namespace,
+    scene: Scene,
+    settings: Settings,
+    camera: Camera | None,
+    wanted: tuple[str, ...],
+) -> int:
+    from ssdo_gl.app.snapshot import SnapshotRequest, take_snapshot
+
+    result = take_snapshot(
+        SnapshotRequest(
+            scene=scene,
+            settings=settings,
+            wanted=wanted,
+            out=options.snapshot,
+            camera=camera,
+            frames=options.frames,
+            seconds=options.time,
+            stats=options.stats,
+            backend=options.backend,
+            explain=options.explain,
+            quiet=options.quiet,
+        )
+    )
+    return EXIT_INTERRUPTED if result.partial else EXIT_OK
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

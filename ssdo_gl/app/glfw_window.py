@@ -99,8 +99,9 @@ class GlfwWindow:
         glfw.set_cursor_pos_callback(window, lambda w, x, y: listener.on_cursor(x, y))
         glfw.set_scroll_callback(window, lambda w, x, y: listener.on_scroll(x, y))
         glfw.set_window_focus_callback(window, lambda w, has: listener.on_focus(bool(has)))
-        # The type hints are those of C; the binding hands over a list of paths.
-        glfw.set_drop_callback(window, lambda w, paths: listener.on_drop(list(paths)))  # type: ignore[arg-type,call-overload]
+        # The hints of the binding are those of C; it hands over a list of paths.
+        on_drop: Any = lambda w, paths: listener.on_drop(list(paths))  # noqa: E731
+        glfw.set_drop_callback(window, on_drop)
         glfw.set_window_refresh_callback(window, lambda w: listener.on_change())
         glfw.set_framebuffer_size_callback(window, lambda w, x, y: listener.on_change())
         glfw.set_window_content_scale_callback(window, lambda w, x, y: listener.on_change())
