@@ -181,8 +181,7 @@ def _last_that_fits(
             # A guess that fits is checked from above: is the next one already too dear?
             guess = middle + 1 if guess is not None else None
         else:
-            high = middle
-            guess = middle - 1 if guess is not None else None
+            high, guess = middle, None
     return low
 
 

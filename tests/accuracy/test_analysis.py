@@ -75,6 +75,13 @@ def test_the_most_efficient_member_is_recommended():
     assert "8.3 times as long" in advice.sentence
 
 
+def test_half_the_error_is_worth_up_to_four_times_the_time():
+    for cost, wanted in ((3.9, 1), (4.1, 0)):
+        times = np.tile([[1.0], [cost]], (1, 3))
+        found = analysed(times, [0.2, 0.1])
+        assert analysis.recommend(found, "visibility").result is found[wanted]
+
+
 def test_there_is_nothing_to_recommend_without_measurements():
     assert analysis.recommend([], "near").result is None
 

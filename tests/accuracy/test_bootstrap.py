@@ -83,6 +83,21 @@ def test_the_width_is_the_known_standard_error():
     assert replicas.std() == pytest.approx(math.sqrt(variance / blocks), rel=0.15)
 
 
+def test_blocks_weigh_by_their_pixels():
+    # The same error everywhere: however blocks of different size are drawn, it stays.
+    pixels = np.array([1.0, 10.0, 100.0, 5.0])
+    errors = bootstrap.BlockErrors(0.04 * pixels[None], 0.1 * pixels[None], 0.5 * pixels, pixels)
+    draws = bootstrap.draw(4, 1, 200)
+    np.testing.assert_allclose(bootstrap.replicas_of_rmse(errors, draws), 0.2)
+    np.testing.assert_allclose(bootstrap.replicas_of_relative_rmse(errors, draws), 0.4)
+    np.testing.assert_allclose(bootstrap.replicas_of_bias(errors, draws), 0.1)
+
+
+def test_intervals_are_percentiles():
+    interval = bootstrap.percentile_interval(7.0, np.arange(1001.0), confidence=0.9)
+    assert (interval.value, interval.low, interval.high) == (7.0, 50.0, 950.0)
+
+
 def test_seeds_widen_the_interval():
     blocks = 50
     same = np.ones((2, blocks))

@@ -174,6 +174,19 @@ def test_flip_exposures_are_fixed_relative_to_the_camera():
     )
 
 
+def test_flip_gets_exactly_the_fixed_exposures():
+    flip_evaluator = pytest.importorskip("flip_evaluator")
+    rng = np.random.default_rng(5)
+    truth, image = (rng.random((32, 32, 3)).astype(np.float32) * 4 for _ in range(2))
+    parameters = {"ppd": 67.0, "startExposure": -4.0, "stopExposure": 2.0, "numExposures": 7,
+                  "tonemapper": "ACES"}  # fmt: skip
+    _, expected, _ = flip_evaluator.evaluate(
+        truth, image, "HDR", applyMagma=False, parameters=parameters
+    )
+    found = metrics.flip_hdr(image, truth, np.ones((32, 32), dtype=bool))
+    assert found.mean == pytest.approx(expected, abs=FLIP_TOLERANCE)
+
+
 def test_a_failure_is_the_largest_flip_error():
     pytest.importorskip("flip_evaluator")
     broken = grey(0.5)

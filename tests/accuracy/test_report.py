@@ -101,6 +101,7 @@ def test_user_text_is_escaped(page):
 def test_the_data_of_the_script_can_be_read_and_cannot_end_it():
     text = report_html(bench())
     raw = text.partition('<script type="application/json" id="data">')[2].partition("</script>")[0]
+    assert not set("<>&") & set(raw)
     data = json.loads(raw)
     found = bench()
     near = next(p for p in data["panels"] if p["title"].startswith("Picture against the near"))

@@ -76,5 +76,12 @@ def test_the_table_has_a_row_for_each_point(tmp_path):
     np.testing.assert_allclose(table.frame_ms, np.array(costs)[:, None] * np.ones(3), rtol=1e-6)
     np.testing.assert_allclose(table.process_ms, 2 * table.frame_ms, rtol=1e-6)
     np.testing.assert_allclose(table.drift, 1.0)
+    slow = [
+        Row(r.round, r.point, r.frame_ms * (2.0 if r.round == 1 else 1.0), r.process_ms, 0.0)
+        for r in rows
+    ]
+    drifting = sweep.tabulate(slow, POINTS, PLAN.rounds)
+    np.testing.assert_allclose(drifting.drift, [1.0, 2.0, 1.0])
+    np.testing.assert_allclose(drifting.frame_ms, table.frame_ms)
     with pytest.raises(KeyError):
         sweep.tabulate(rows[1:], POINTS, PLAN.rounds)

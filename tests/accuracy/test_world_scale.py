@@ -79,6 +79,8 @@ def test_curves_hold_levels_and_errors_for_every_scale():
 def test_families_are_compared_along_their_own_fronts():
     slow = Curve("paper", (10.0, 20.0), (0.2, 0.1), ("a", "b"))
     fast = Curve("march", (4.0, 9.0, 40.0), (0.3, 0.05, 0.01), ("c", "d", "e"))
+    assert (fast.error_at(9.0), fast.error_at(8.9)) == (0.05, 0.3)
+    assert (fast.time_at(0.05), fast.time_at(0.049)) == (9.0, 40.0)
     found = compare(slow, fast)
     assert found.equal_time == (("a", 10.0, 0.2, 0.05), ("b", 20.0, 0.1, 0.05))
     assert found.equal_error == (("a", 10.0, 0.2, 9.0), ("b", 20.0, 0.1, 9.0))
