@@ -11,8 +11,8 @@
 //   3    half of edge_u (rectangle); unit direction     half width of a shadow map's face:
 //        in which a spot shines                         a tangent, or a length if parallel
 //   4    half of edge_v (rectangle)                     half height
-//   5..7 rows of light_from_view: +z is where the       column, row of the first face's tile
-//        light shines                                   in the atlas; 1 if rays are parallel
+//   5..7 rows of light_from_view: +z is where the       column and row of the first face in
+//        light shines                                   the atlas, its size, all in tiles
 //   8    origin of the shadow map                       faces of the shadow map
 //
 // HAS_SHADING_NORMALS (default 1): 0 promises that n and m below are the same.

@@ -40,11 +40,11 @@ struct ShadowMap {
 
 ShadowMap shadow_map_from_rows(vec4 rows[LIGHT_ROWS])
 {
-    float texels = u_shadow_tile_texels / rows[0].z;
+    float texels = u_shadow_tile_texels * rows[7].w / rows[0].z;
     vec2 half_size = vec2(rows[3].w, rows[4].w)
                    * (texels / (texels - 2.0 * SHADOW_BORDER_TEXELS));
     return ShadowMap(vec2(rows[5].w, rows[6].w), int(rows[0].z), texels, int(rows[8].w),
-                     rows[7].w > 0.5, half_size, rows[8].xyz,
+                     int(rows[0].x) == LIGHT_DIRECTIONAL, half_size, rows[8].xyz,
                      transpose(mat3(rows[5].xyz, rows[6].xyz, rows[7].xyz)));
 }
 
@@ -77,6 +77,7 @@ struct Face {
 Face face_at(ShadowMap map, int face, ivec2 part)
 {
     vec2 scale = 0.5 * map.texels / map.half_size;
+    // A face of several tiles is the only one; a tile of several parts has parts_per_side^2.
     vec2 corner = (map.tile + vec2(float(face), 0.0)) * u_shadow_tile_texels;
     return Face(corner + vec2(part) * map.texels, map.texels, scale, 1.0 / scale, map.is_parallel);
 }
@@ -112,30 +113,37 @@ bool is_above_plane(vec3 offset, vec3 normal, float slack)
     return dot(offset, normal) > slack + SHADOW_NORMAL_SLACK * (a.x + a.y + a.z);
 }
 
-// A light without size: the 2 x 2 nearest texels, weighted as in bilinear filtering.
-// Texels in which the surface falls away below the tangent plane say nothing about what
-// stands before the receiver; they do not count.
+// A texel that a surface falls away from below the receiver's tangent plane says nothing
+// about what stands before it. Unless it is this many texels nearer to the light: then
+// that is another surface, over which light grazes the receiver.
+const float SHADOW_FAR_TEXELS = 64.0;
+
+// A light without size: the 3 x 3 nearest texels, weighted by a quadratic B-spline, which
+// hides the texels' grid better than bilinear weights do.
 float point_shadow_visibility(ShadowMap map, vec3 p_ls, vec3 m_ls, float rounding)
 {
     int number = map.face_count == 1 ? 0 : face_of(p_ls);
     vec3 p = face_from_light(number, p_ls);
     vec3 m = face_from_light(number, m_ls);
     Face face = face_at(map, number, ivec2(0));
-    float slack = rounding + SHADOW_TEXEL_SLACK * face_texel_size(face, p.z);
-    vec2 place = face_place(face, p) - 0.5;
-    vec2 low = floor(place);
-    vec2 t = place - low;
+    float texel = face_texel_size(face, p.z);
+    float slack = rounding + SHADOW_TEXEL_SLACK * texel;
+    vec2 place = face_place(face, p);
+    vec2 middle = floor(place);
+    vec2 t = place - middle;
+    mat3x2 weights = mat3x2(0.5 * (1.0 - t) * (1.0 - t), 0.75 - (t - 0.5) * (t - 0.5), 0.5 * t * t);
     float blocked = 0.0;
     float counted = 0.0;
-    for (int i = 0; i < 4; ++i) {
-        vec2 step = vec2(float(i & 1), float(i >> 1));
-        vec3 o = face_point(face, low + step);
-        bool is_blocker = o.z < p.z && is_above_plane(o - p, m, slack);
-        bool is_below = is_above_plane(p - o, m, slack);
-        vec2 weights = mix(1.0 - t, t, step);
-        float weight = is_below ? 0.0 : weights.x * weights.y;
-        counted += weight;
-        blocked += is_blocker ? weight : 0.0;
+    for (int j = 0; j < 3; ++j) {
+        for (int i = 0; i < 3; ++i) {
+            vec3 o = face_point(face, middle + vec2(float(i), float(j)) - 1.0);
+            bool is_below = is_above_plane(p - o, m, slack);
+            bool is_far = p.z - o.z > SHADOW_FAR_TEXELS * texel;
+            bool is_blocker = is_below ? is_far : o.z < p.z && is_above_plane(o - p, m, slack);
+            float weight = weights[i].x * weights[j].y;
+            counted += is_below && !is_far ? 0.0 : weight;
+            blocked += is_blocker ? weight : 0.0;
+        }
     }
     // Behind a spot, or off its only face: unlit anyway.
     bool is_seen = p.z > 0.0 && number < map.face_count;

@@ -35,7 +35,7 @@ def light_rows(
         if frame is not None:
             row[0, 2] = frame.parts_per_side
             row[3:5, 3] = frame.half_size
-            row[5:8, 3] = *frame.tile, float(frame.is_parallel)
+            row[5:8, 3] = *frame.tile, frame.span
             row[8, :3] = view.point_vs(frame.origin_ws)
             row[8, 3] = frame.face_count
     return table

@@ -57,6 +57,8 @@ class ShadowFrame:
         Faces in use, the first of `FACE_FROM_LIGHT`.
     tile : (int, int)
         Column and row of its first face in the atlas.
+    span : int
+        Tiles along each side of a face.
     parts : ndarray, shape (P, 3)
         Where the maps of a rectangle's P parts look from, relative to `origin_ws`, world
         space. They divide each tile into as many squares, row by row from the bottom
@@ -70,6 +72,7 @@ class ShadowFrame:
     depth: float
     face_count: int
     tile: tuple[int, int]
+    span: int
     parts: FloatArray
 
     @property
@@ -91,6 +94,14 @@ def face_count(light: Light) -> int:
     return 6
 
 
+def tile_span(light: Light) -> int:
+    """Return how many tiles a face of `light` is wide and high.
+
+    A map of one face has four tiles for it, still fewer than six faces have.
+    """
+    return 2 if face_count(light) == 1 else 1
+
+
 @dataclass(frozen=True)
 class AtlasLayout:
     """Where the faces of all shadow maps lie, in tiles from the bottom left.
@@ -110,21 +121,21 @@ class AtlasLayout:
 
 def atlas_layout(lights: Sequence[Light]) -> AtlasLayout:
     """Return a layout about as wide as high that keeps each light's faces in one row."""
-    counts = [face_count(light) for light in lights]
-    square = math.isqrt(max(sum(counts), 1) - 1) + 1
-    columns = max([square, *counts])
-    used: list[int] = []  # tiles taken in each row
+    sizes = [(face_count(light) * tile_span(light), tile_span(light)) for light in lights]
+    area = sum(width * height for width, height in sizes)
+    columns = max([math.isqrt(max(area, 1) - 1) + 1, *(width for width, _ in sizes)])
+    tops = [0] * columns  # rows in use in each column
     tiles: list[tuple[int, int] | None] = []
-    for count in counts:
-        if count == 0:
+    for width, height in sizes:
+        if width == 0:
             tiles.append(None)
             continue
-        row = next((i for i, taken in enumerate(used) if taken + count <= columns), len(used))
-        if row == len(used):
-            used.append(0)
-        tiles.append((used[row], row))
-        used[row] += count
-    return AtlasLayout(columns, max(1, len(used)), tuple(tiles))
+        # The lowest place; the leftmost of several.
+        places = [(max(tops[i : i + width]), i) for i in range(columns - width + 1)]
+        row, column = min(places)
+        tops[column : column + width] = [row + height] * width
+        tiles.append((column, row))
+    return AtlasLayout(columns, max(1, *tops), tuple(tiles))
 
 
 def light_axes(light: Light) -> FloatArray:
@@ -171,7 +182,7 @@ def _shadow_frame(
         middle = 0.5 * (low + high)
         origin = np.array([middle[0], middle[1], middle[2] - 0.5 * extent[2]]) @ axes
         half = (0.5 * float(extent[0]), 0.5 * float(extent[1]))
-        return ShadowFrame(origin, axes, True, half, float(extent[2]), count, tile, parts)
+        return ShadowFrame(origin, axes, True, half, float(extent[2]), count, tile, tile_span(light), parts)
     tangent = 1.0
     if isinstance(light, RectangleLight):
         tangent = OVERLAP
@@ -183,4 +194,4 @@ def _shadow_frame(
         origin = np.asarray(light.position, np.float64)
         if isinstance(light, SpotLight) and count == 1:
             tangent = math.tan(math.radians(light.outer_angle))
-    return ShadowFrame(origin, axes, False, (tangent, tangent), 0.0, count, tile, parts)
+    return ShadowFrame(origin, axes, False, (tangent, tangent), 0.0, count, tile, tile_span(light), parts)

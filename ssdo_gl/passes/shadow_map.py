@@ -40,7 +40,11 @@ class ShadowMapSettings:
     """How finely shadow maps are sampled."""
 
     resolution: int = setting(
-        1024, "texels along each face of a map: sharper shadows", unit="texels", low=16, high=8192
+        1024,
+        "texels along each face of a map, half of them where one face is all: sharper shadows",
+        unit="texels",
+        low=16,
+        high=8192,
     )
     parts_per_side: int = setting(
         2,
@@ -78,7 +82,7 @@ def parallel_projection(half_size: tuple[float, float], depth: float) -> FloatAr
 
 
 class ShadowMapPass(RenderPass):
-    """Draws `shadow_atlas`: one square tile for each face of each light's map.
+    """Draws `shadow_atlas`: a square tile for each face of each light's map, four for an only one.
 
     The parts of a rectangle share a tile in equal squares.
 
@@ -110,11 +114,11 @@ class ShadowMapPass(RenderPass):
         for index, frame in enumerate(frames):
             if frame is None:
                 continue
-            part_size = size // frame.parts_per_side
+            part_size = size * frame.span // frame.parts_per_side
             for face, part in np.ndindex(frame.face_count, len(frame.parts)):
                 y, x = divmod(part, frame.parts_per_side)
                 corner = (
-                    (frame.tile[0] + face) * size + x * part_size,
+                    (frame.tile[0] + face * frame.span) * size + x * part_size,
                     frame.tile[1] * size + y * part_size,
                 )
                 # Rasterization is clipped to the viewport, so tiles stay apart.

@@ -11,6 +11,7 @@ from ssdo_gl.graph.shadow_frames import (
     face_count,
     light_axes,
     shadow_frames,
+    tile_span,
 )
 from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight, SpotLight
 
@@ -50,14 +51,20 @@ def test_tiles_never_overlap_and_fill_the_atlas_well(count):
     for light, tile in zip(lights, layout.tiles, strict=True):
         assert (tile is None) == (face_count(light) == 0)
         if tile is not None:
-            for i in range(face_count(light)):
-                place = tile[0] + i, tile[1]
-                assert place not in taken
-                assert place[0] < layout.columns
-                assert place[1] < layout.rows
-                taken.add(place)
-    # Rows of whole lights leave gaps, but not more than were used.
-    assert layout.columns * layout.rows <= max(2 * len(taken), 1)
+            span = tile_span(light)
+            for x in range(face_count(light) * span):
+                for y in range(span):
+                    place = tile[0] + x, tile[1] + y
+                    assert place not in taken
+                    assert place[0] < layout.columns
+                    assert place[1] < layout.rows
+                    taken.add(place)
+    # Lights whose faces stay together leave gaps; half the atlas or two rows at most.
+    assert layout.columns * layout.rows <= 2 * len(taken) + 2 * layout.columns
+
+
+def test_only_faces_are_larger():
+    assert [tile_span(light) for light in (POINT, SPOT, WIDE_SPOT, SUN, PANEL)] == [1, 2, 1, 2, 1]
 
 
 @pytest.mark.parametrize("light", [SPOT, SUN, PANEL, BOTH, POINT])

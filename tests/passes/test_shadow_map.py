@@ -73,10 +73,10 @@ def test_point_light_sees_the_room_on_six_faces(gl, shaders, scale):
 def test_spot_light_sees_its_cone(gl, shaders):
     light = SpotLight((0.0, 0.5, 0.0), (0.0, 0.0, -1.0), (1, 1, 1), 10, 35)
     found = atlas(gl, shaders, make_scene([ROOM], lights=[light]))
-    assert found.shape == (TEXELS, TEXELS)
+    assert found.shape == (2 * TEXELS, 2 * TEXELS), "an only face is twice as large"
     # The frame's x and y may point anywhere around the axis: compare what is symmetric.
-    rays = slopes(np.tan(np.radians(35))) * [1, 1, -1]
-    assert found[16, 16] == pytest.approx(2.0, rel=1e-2)
+    rays = slopes(np.tan(np.radians(35)), 2 * TEXELS) * [1, 1, -1]
+    assert found[32, 32] == pytest.approx(2.0, rel=1e-2)
     wanted = [
         np.sort(box_distance((0, 0.5, 0), turned, LOW, HIGH).ravel())
         for turned in (rays, rays[..., [1, 0, 2]], rays * [-1, 1, 1], rays * [1, -1, 1])
@@ -112,11 +112,11 @@ def test_directional_light_sees_parallel_depth(gl, shaders):
     found = atlas(gl, shaders, make_scene([slab, floor], lights=[light]))
     # Bounds are 0..0.6, grown by 1e-3 of their extent.
     top = 0.0005 * 0.6
-    assert found[16, 16] == pytest.approx(top, abs=1e-4)
+    assert found[32, 32] == pytest.approx(top, abs=1e-4)
     assert found[3, 3] == pytest.approx(top + 0.6, rel=1e-3)
     assert found[0, 0] == pytest.approx(EMPTY_DEPTH)
     # A quarter of the floor, which the border's two texels on each side make smaller.
-    assert np.mean(found < 0.1) == pytest.approx(0.25 * (28 / 32) ** 2, abs=0.02)
+    assert np.mean(found < 0.1) == pytest.approx(0.25 * (60 / 64) ** 2, abs=0.02)
 
 
 def test_nothing_seen_is_farther_than_anything(gl, shaders):
