@@ -45,7 +45,8 @@ def world_normals(normals_vs: Image, z_vs: Image, view: FrameView) -> Image:
     z_vs : ndarray, shape (height, width, 1)
     view : FrameView
     """
-    encoded = 2.0 * normals_vs[:, :, :2].astype(np.float64) - 1.0
+    # 0 is step 32767 of 65535, see shaders/lib/octahedral.glsl.
+    encoded = normals_vs[:, :, :2].astype(np.float64) * (65535.0 / 32767.0) - 1.0
     z = 1.0 - np.abs(encoded).sum(axis=2)
     folded = (1.0 - np.abs(encoded[:, :, ::-1])) * np.where(encoded >= 0.0, 1.0, -1.0)
     xy = np.where(z[:, :, None] < 0.0, folded, encoded)

@@ -48,7 +48,9 @@ def test_normals_decode_and_turn_to_the_world():
     normals_vs /= np.linalg.norm(normals_vs, axis=2, keepdims=True)
     projected = normals_vs[:, :, :2] / np.abs(normals_vs).sum(axis=2, keepdims=True)
     lower = (1.0 - np.abs(projected[:, :, ::-1])) * np.where(projected >= 0.0, 1.0, -1.0)
-    encoded = np.where(normals_vs[:, :, 2:] < 0.0, lower, projected) * 0.5 + 0.5
+    square = np.where(normals_vs[:, :, 2:] < 0.0, lower, projected)
+    # 16-bit codes run from 0 to 65534 of 65535, so that 0 is one of them.
+    encoded = (square + 1.0) * (32767.0 / 65535.0)
     stored = np.concatenate([encoded, encoded], axis=2).astype(np.float32)
     z_vs = np.ones((6, 8, 1), np.float32)
     z_vs[2, 3] = 0.0
