@@ -25,7 +25,7 @@ void main()
 {
     vec4 image = u_weight * texture(t_image, v_uv);
 #if KIND == 0
-    vec3 shown = image.rgb;
+    vec3 shown = srgb_encode(clamp(image.rgb, 0.0, 1.0));
 #elif KIND == 1
     vec3 exposed = displayable(image.rgb * u_exposure_scale);
 #if TONE_CURVE == 1

@@ -34,3 +34,14 @@ vec3 srgb_encode(vec3 c)
 {
     return vec3(srgb_encode(c.r), srgb_encode(c.g), srgb_encode(c.b));
 }
+
+// The inverse.
+float srgb_decode(float x)
+{
+    return x <= 0.04045 ? x / 12.92 : pow((x + 0.055) / 1.055, 2.4);
+}
+
+vec3 srgb_decode(vec3 c)
+{
+    return vec3(srgb_decode(c.r), srgb_decode(c.g), srgb_decode(c.b));
+}

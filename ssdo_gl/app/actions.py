@@ -13,6 +13,7 @@ from ssdo_gl.app.command_line import command_line
 from ssdo_gl.app.image_files import OutputError
 from ssdo_gl.app.input_map import Action, Command
 from ssdo_gl.app.live_image import REFINE_FRAMES
+from ssdo_gl.app.preset_files import save_preset
 from ssdo_gl.app.screenshot import save_screenshot
 from ssdo_gl.app.viewer import Viewer
 from ssdo_gl.app.views import METHOD_LABELS
@@ -184,6 +185,11 @@ def picture_meta(viewer: Viewer) -> dict[str, Any]:
     }
 
 
+def _save_preset(viewer: Viewer, host: Host, number: int) -> None:
+    path = save_preset(viewer.folder, viewer.settings_of_side(0), viewer.original.render)
+    viewer.say(f"wrote {path.name}: --preset {path.name} reads it")
+
+
 def _copy_command(viewer: Viewer, host: Host, number: int) -> None:
     command = view_command(viewer)
     host.set_clipboard(command)
@@ -264,6 +270,7 @@ _ACTIONS: dict[Command, Callable[[Viewer, Host, int], None]] = {
     Command.STEP: _step,
     Command.RELOAD: _host(lambda host: host.reload_shaders()),
     Command.SCREENSHOT: _screenshot,
+    Command.SAVE_PRESET: _save_preset,
     Command.COPY_COMMAND: _copy_command,
     Command.STORE: _store,
     Command.RECALL: _recall,

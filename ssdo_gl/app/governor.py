@@ -10,7 +10,9 @@ import dataclasses
 import math
 import statistics
 from collections import deque
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from ssdo_gl.settings import Settings
 
@@ -47,6 +49,8 @@ class Rung:
     ----------
     samples : int
         Depth reads per pixel.
+    steps : int
+        Of them along each direction.
     resolution_scale : float
         Of the estimators.
     frame_scale : float
@@ -54,6 +58,7 @@ class Rung:
     """
 
     samples: int
+    steps: int
     resolution_scale: float
     frame_scale: float = 1.0
 
@@ -67,29 +72,40 @@ class Rung:
         return dataclasses.replace(
             settings,
             samples=self.samples,
-            steps=min(settings.steps, self.samples),
+            steps=self.steps,
             resolution_scale=self.resolution_scale,
         )
 
 
-def ladder(settings: Settings) -> tuple[Rung, ...]:
+def ladder(settings: Settings, measured: Sequence[Mapping[str, Any]] = ()) -> tuple[Rung, ...]:
     """Return the rungs under `settings`, each cheaper than the one before.
 
     Samples go first, because the filter and refinement at rest hide their loss best;
     then the estimators' resolution; the picture's own resolution last.
+
+    Parameters
+    ----------
+    settings : Settings
+    measured : sequence of mapping
+        ``samples``, ``steps`` and ``resolution_scale`` of settings that were found best
+        for their time, from fast to accurate; those under `settings` become rungs.
     """
-    samples, scale = settings.samples, settings.resolution_scale
-    rungs = [Rung(samples, scale)]
-    while samples // 2 >= FEWEST_SAMPLES and len(rungs) < 3:
-        samples //= 2
-        rungs.append(Rung(samples, scale))
-    if scale == 1.0 and not settings.is_reference:
-        scale = 0.5
-        rungs.append(Rung(samples, scale))
-    while samples // 2 >= FEWEST_SAMPLES:
-        samples //= 2
-        rungs.append(Rung(samples, scale))
-    rungs.extend(Rung(samples, scale, factor) for factor in FRAME_SCALES)
+    rungs = [Rung(settings.samples, settings.steps, settings.resolution_scale)]
+
+    def add(samples: int, steps: int, scale: float) -> None:
+        rung = Rung(samples, min(steps, samples), scale)
+        if rung.work < rungs[-1].work and samples >= FEWEST_SAMPLES:
+            rungs.append(rung)
+
+    if not settings.is_reference:
+        halves = [(settings.samples >> i, settings.steps, 1.0 / (1 + (i > 1))) for i in range(4)]
+        known = [(f["samples"], f["steps"], f["resolution_scale"]) for f in reversed(measured)]
+        for samples, steps, scale in known or halves:
+            add(samples, steps, min(scale, settings.resolution_scale))
+        while rungs[-1].samples >= 2 * FEWEST_SAMPLES:
+            add(rungs[-1].samples // 2, rungs[-1].steps, rungs[-1].resolution_scale)
+    last = rungs[-1]
+    rungs += [dataclasses.replace(last, frame_scale=factor) for factor in FRAME_SCALES]
     return tuple(rungs)
 
 

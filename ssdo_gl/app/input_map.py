@@ -43,6 +43,7 @@ class Command(StrEnum):
     STEP = "one step of a stopped animation"
     RELOAD = "compile shaders that have changed"
     SCREENSHOT = "picture and settings to files"
+    SAVE_PRESET = "settings to a file for --preset"
     COPY_COMMAND = "copy the command that renders this view"
     STORE = "keep this view as bookmark 1 to 9"
     RECALL = "go to bookmark 1 to 9"
@@ -95,6 +96,7 @@ BINDINGS: tuple[Binding, ...] = (
     Binding(".", glfw.KEY_PERIOD, Command.STEP),
     Binding("R", glfw.KEY_R, Command.RELOAD),
     Binding("F12", glfw.KEY_F12, Command.SCREENSHOT),
+    Binding("Ctrl+S", glfw.KEY_S, Command.SAVE_PRESET, glfw.MOD_CONTROL),
     Binding("C", glfw.KEY_C, Command.COPY_COMMAND),
     Binding("Ctrl+C", glfw.KEY_C, Command.COPY_COMMAND, glfw.MOD_CONTROL),
     *(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import moderngl
@@ -201,3 +202,8 @@ def _channels(gl: moderngl.Context, plane: Plane, name: str, x: int, y: int) -> 
         return (plane.neutral,) * count
     first = plane.first_channel
     return tuple(read_texel(gl, plane.texture, x, y)[first : first + count])
+
+
+def shown_values(values: Sequence[float]) -> str:
+    """Return numbers in a form that a person can compare: four digits."""
+    return "  ".join(f"{value:.4g}" for value in values)

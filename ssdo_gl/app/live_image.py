@@ -184,7 +184,8 @@ class LiveImage:
         if self.sample_count == 0:
             self._target.clear()
         gl = self._device.gl
-        program = self._shaders.fullscreen("live_sum.frag")
+        is_encoded = self._wish is not None and self._wish.kind is Kind.DISPLAY
+        program = self._shaders.fullscreen("live_sum.frag", {"IS_ENCODED": int(is_encoded)})
         gl.enable_only(moderngl.BLEND)
         gl.blend_func = moderngl.ONE, moderngl.ONE
         self._target.use()

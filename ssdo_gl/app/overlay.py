@@ -8,10 +8,10 @@ from imgui_bundle import ImVec2, imgui
 from ssdo_gl.app.actions import Host
 from ssdo_gl.app.imgui_backend import ImguiBackend
 from ssdo_gl.app.input_map import help_rows
-from ssdo_gl.app.inspector import inspect
+from ssdo_gl.app.inspector import inspect, shown_values
 from ssdo_gl.app.panel import Panel
 from ssdo_gl.app.presenter import error_color
-from ssdo_gl.app.viewer import Viewer, shown_values
+from ssdo_gl.app.viewer import Viewer
 from ssdo_gl.app.views import METHOD_LABELS, Kind
 from ssdo_gl.gpu.context import Device
 
@@ -115,7 +115,7 @@ class Overlay(ImguiBackend):
         imgui.end()
 
     def _messages(self, window_size: tuple[int, int]) -> None:
-        lines = [(m.text, m.is_fault) for m, _ in self._viewer.messages]
+        lines = [(line.text, line.is_fault) for line in self._viewer.messages.lines]
         lines += [(fault, True) for fault in self._faults]
         if not lines:
             return

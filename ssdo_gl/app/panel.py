@@ -77,6 +77,7 @@ class Panel:
         imgui.push_item_width((1.0 - _LABEL_SHARE) * width)
         self._view_section()
         if _header("Quality"):
+            self._presets()
             self._rows(main_rows(self._viewer.settings))
         if _header("Details"):
             self._passes()
@@ -132,6 +133,17 @@ class Panel:
             )
             if changed:
                 viewer.view = dataclasses.replace(viewer.view, error_range=value)
+
+    def _presets(self) -> None:
+        viewer = self._viewer
+        for name, fields in viewer.presets.items():
+            if imgui.button(name):
+                viewer.choose_preset(name)
+            _hint("\n".join(f"{key} = {value}" for key, value in fields.items()))
+            imgui.same_line()
+        if imgui.button("save"):
+            self._ask(Command.SAVE_PRESET)
+        _hint("write these settings to a file\n--preset FILE   (Ctrl+S)")
 
     def _passes(self) -> None:
         for name, rows in self._pass_rows.items():

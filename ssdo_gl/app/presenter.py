@@ -99,8 +99,8 @@ class Presenter:
     def copy_to(self, target: moderngl.Framebuffer, size: tuple[int, int]) -> None:
         """Copy the picture to `target` (the screen), whose size is `size` pixels."""
         assert self._texture is not None, "nothing was drawn yet"
-        program = self._shaders.fullscreen("present.frag", {"KIND": 0, "TONE_CURVE": 0})
-        program.set({"u_weight": 1.0}, {"t_image": self._texture})
+        program = self._shaders.fullscreen("copy.frag")
+        program.set({}, {"t_image": self._texture})
         self._fill(program, target, size, None)
 
     def pixels(self) -> NDArray[np.uint8]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from ssdo_gl.app.governor import Governor, Rung, ladder
 from ssdo_gl.app.live_image import LiveImage, Wish
@@ -23,6 +25,13 @@ CALIBRATION_FRAMES = 24
 class Side:
     """Draws one method: as well as the budget allows while moving, as asked for at rest.
 
+    Parameters
+    ----------
+    budget_ms : float
+        What a frame may take while something moves.
+    measured : sequence of mapping
+        Settings that were found best for their time, for `governor.ladder`.
+
     Attributes
     ----------
     image : LiveImage
@@ -38,12 +47,14 @@ class Side:
         scene: Scene,
         settings: Settings,
         budget_ms: float,
+        measured: Sequence[Mapping[str, Any]] = (),
     ) -> None:
         renderer = LiveRenderer(scene, settings, device=device, shaders=shaders)
         self.image = LiveImage(renderer, device, shaders)
         self.is_governed = True
         self._kind = Kind.DISPLAY
-        self._rungs = ladder(settings)
+        self._measured = measured
+        self._rungs = ladder(settings, measured)
         self._calibration_left = CALIBRATION_FRAMES
         self.governor = Governor(budget_ms, len(self._rungs))
 
@@ -131,7 +142,7 @@ class Side:
 
     def _fit_ladder(self, settings: Settings) -> None:
         """Begin a new ladder where the settings call for one, on a rung as cheap."""
-        rungs = ladder(settings)
+        rungs = ladder(settings, self._measured)
         if rungs != self._rungs:
             work = self.rung.work
             self._rungs = rungs

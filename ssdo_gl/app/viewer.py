@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-import math
-import time
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -19,6 +18,7 @@ from ssdo_gl.app.controls import Controls
 from ssdo_gl.app.fly_camera import Flight
 from ssdo_gl.app.inspector import INSPECTED, Alarm, NonFiniteWatch
 from ssdo_gl.app.light_edits import with_lights
+from ssdo_gl.app.messages import Messages
 from ssdo_gl.app.presenter import Presenter
 from ssdo_gl.app.side import Side
 from ssdo_gl.app.tour import Tour
@@ -39,18 +39,8 @@ DEFAULT_BUDGET_MS = 33.0
 # Nothing has to move for this long before full quality is worth starting: between two
 # strokes of a key one does not want to wait for a frame of it.
 REST_SECONDS = 0.2
-MESSAGE_SECONDS = 4.0
 # A flight is watched for NaN this often (frames); a picture at rest once it is refined.
 WATCH_EVERY = 30
-
-
-@dataclass(frozen=True)
-class Message:
-    """A line for the person in front of the window."""
-
-    text: str
-    is_fault: bool = False
-    key: str = ""
 
 
 class Viewer:
@@ -69,6 +59,9 @@ class Viewer:
         Replaces the scene's; home of the flight.
     folder : Path
         Where bookmarks, pictures and films go.
+    presets : mapping of name to fields of Settings
+    measured : sequence of mapping
+        Settings that were found best for their time, from fast to accurate.
 
     Attributes
     ----------
@@ -99,6 +92,8 @@ class Viewer:
         camera: Camera | None = None,
         folder: Path = Path(),
         budget_ms: float | None = DEFAULT_BUDGET_MS,
+        presets: Mapping[str, Mapping[str, Any]] = MappingProxyType({}),
+        measured: Sequence[Mapping[str, Any]] = (),
         shaders: ShaderLibrary | None = None,
     ) -> None:
         self.device = device
@@ -107,12 +102,14 @@ class Viewer:
         self.settings = settings
         self.folder = folder
         self.view = View(method=settings.method)
+        self.presets = presets
+        self._measured = measured
         self.budget_ms = budget_ms or DEFAULT_BUDGET_MS
         self.is_governed = budget_ms is not None
         self.is_inspecting = False
         self.shows_histogram = False
         self.times_passes = False
-        self.messages: list[tuple[Message, float]] = []
+        self.messages = Messages()
         self.alarm: Alarm | None = None
         self.frame_ms = 0.0
         self._watch = NonFiniteWatch(device, self.shaders)
@@ -170,24 +167,21 @@ class Viewer:
 
     # --- what is asked for ---------------------------------------------------------
 
+    def choose_preset(self, name: str) -> None:
+        """Take over what a preset sets; the method stays, unless the preset is one."""
+        fields = dict(self.presets[name])
+        method = fields.pop("method", self.view.method)
+        self.settings = dataclasses.replace(self.settings, **fields)
+        self.choose_method(method)
+
     def choose_method(self, method: str) -> None:
         """Show another method; an estimator that it does not know is dropped."""
         self.view = dataclasses.replace(self.view, method=method)
         self.settings = settings_of(self.settings, method)
 
     def say(self, text: str, *, is_fault: bool = False, key: str = "") -> None:
-        """Show a line for a while, faults twice as long; it replaces one of its key."""
-        seconds = MESSAGE_SECONDS * (2.0 if is_fault else 1.0)
-        message = Message(text, is_fault, key or text)
-        self.messages = [m for m in self.messages if m[0].key != message.key][-3:]
-        self.messages.append((message, time.monotonic() + seconds))
-
-    def forget_old_messages(self) -> bool:
-        """Drop what has been shown long enough; return whether anything was."""
-        kept = [m for m in self.messages if m[1] > time.monotonic()]
-        dropped = len(kept) < len(self.messages)
-        self.messages = kept
-        return dropped
+        """Show a line for a while; it replaces one of the same `key`."""
+        self.messages.say(text, is_fault=is_fault, key=key)
 
     def touch(self) -> None:
         """Note that something has changed: draw fluidly first, refine later."""
@@ -312,7 +306,9 @@ class Viewer:
             self._sides.pop().image.release()
         while len(self._sides) < wanted:
             settings = self.settings_of_side(len(self._sides))
-            side = Side(self.device, self.shaders, self.scene, settings, self.budget_ms)
+            side = Side(
+                self.device, self.shaders, self.scene, settings, self.budget_ms, self._measured
+            )
             self._sides.append(side)
         for side in self._sides:
             side.set_budget(self.budget_ms / wanted)
@@ -388,13 +384,3 @@ class Viewer:
         self._sides.clear()
         self.presenter.release()
         self._watch.release()
-
-
-def divider_hit(view: View, x: float, width: float, reach: float = 6.0) -> bool:
-    """Return whether a cursor at `x` of `width` pixels grabs the divider."""
-    return view.is_split and math.fabs(x - view.divider * width) <= reach
-
-
-def shown_values(values: Sequence[float]) -> str:
-    """Return numbers in a form that a person can compare: four digits."""
-    return "  ".join(f"{value:.4g}" for value in values)

@@ -108,7 +108,7 @@ def image_of(view: View, settings: Settings) -> str:
     """Return which image must be rendered: linear where it is averaged or subtracted.
 
     The picture of a screen-space method is averaged after tone mapping, as ``--snapshot``
-    does it, so that edges against a bright light come out smooth. A reference is noisy
+    does it, so that edges against a blinding light come out smooth. A reference is noisy
     radiance whose mean is the answer; tone mapping before averaging would darken it.
     """
     if view.aov != "beauty":
@@ -139,3 +139,8 @@ def settings_of(settings: Settings, method: str) -> Settings:
 
 def _stepped(method: str, step: int) -> str:
     return METHODS[(METHODS.index(method) + step) % len(METHODS)]
+
+
+def divider_hit(view: View, x: float, width: float, reach: float = 6.0) -> bool:
+    """Return whether a cursor at `x` of `width` pixels grabs the divider."""
+    return view.is_split and abs(x - view.divider * width) <= reach

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
 import glfw
 
@@ -18,7 +19,8 @@ from ssdo_gl.app.film_desk import FilmDesk, Interrupted
 from ssdo_gl.app.glfw_window import GlfwWindow, gamepad, has_gamepad
 from ssdo_gl.app.hot_reload import ShaderWatch
 from ssdo_gl.app.input_map import Action, Command, InputMap, combined
-from ssdo_gl.app.viewer import DEFAULT_BUDGET_MS, Viewer, divider_hit
+from ssdo_gl.app.viewer import DEFAULT_BUDGET_MS, Viewer
+from ssdo_gl.app.views import divider_hit
 from ssdo_gl.gpu.shader import ShaderError
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
@@ -30,8 +32,7 @@ if TYPE_CHECKING:
 # How long to sleep when there is nothing to do. Shader files are looked at as often.
 IDLE_SECONDS = 0.5
 GAMEPAD_SECONDS = 1.0 / 60.0
-# Frames that the panel gets after an event: hover and layout take two to settle.
-PANEL_FRAMES = 3
+PANEL_FRAMES = 3  # after an event: hover and layout take two to settle
 _NO_PANEL = "there is no panel without imgui-bundle: pip install 'ssdo_gl[window]'"
 
 
@@ -42,6 +43,8 @@ def open_window(
     camera: Camera | None = None,
     source: str = "",
     budget_ms: float | None = DEFAULT_BUDGET_MS,
+    presets: Mapping[str, Mapping[str, Any]] = MappingProxyType({}),
+    measured: Sequence[Mapping[str, Any]] = (),
 ) -> None:
     """Show `scene` in a window until it is closed.
 
@@ -56,6 +59,10 @@ def open_window(
         The scene as the user named it.
     budget_ms : float or None
         What a frame may take while something moves; None: whatever it needs.
+    presets : mapping of name to fields of Settings
+    measured : sequence of mapping
+        Settings that were found best for their time, from fast to accurate: what the
+        budget is held with.
 
     Raises
     ------
@@ -65,7 +72,17 @@ def open_window(
     title = f"{Path(source).name or scene.title} - ssdo_gl"
     window = GlfwWindow(settings.size, title)
     try:
-        session = Session(window, title, scene, settings, camera, source, budget_ms)
+        viewer = Viewer(
+            window.device,
+            scene,
+            settings,
+            source=source,
+            camera=camera,
+            budget_ms=budget_ms,
+            presets=presets,
+            measured=measured,
+        )
+        session = Session(window, title, viewer)
         try:
             session.run()
         finally:
@@ -81,21 +98,10 @@ class Session:
     from within an event: events also come while a long pass is looked after.
     """
 
-    def __init__(
-        self,
-        window: GlfwWindow,
-        title: str,
-        scene: Scene,
-        settings: Settings,
-        camera: Camera | None,
-        source: str,
-        budget_ms: float | None,
-    ) -> None:
+    def __init__(self, window: GlfwWindow, title: str, viewer: Viewer) -> None:
         self._window = window
         self._title = title
-        self._viewer = Viewer(
-            window.device, scene, settings, source=source, camera=camera, budget_ms=budget_ms
-        )
+        self._viewer = viewer
         self._hands = InputMap()
         self._hands.cursor_jumped(*window.cursor)
         self._pending: list[Callable[[], object]] = []
@@ -171,7 +177,7 @@ class Session:
             drew = self._films.step(self._interrupt_film)
         else:
             drew = self._render(combined(controls, gamepad()), seconds, size)
-        if drew or self._viewer.forget_old_messages():
+        if drew or self._viewer.messages.expire():
             drew = True
             # Text that has changed its length takes another frame to fit its window.
             self._panel_frames = max(self._panel_frames, 2)
@@ -209,13 +215,12 @@ class Session:
     def _say_in_title(self) -> None:
         """Without a panel the title is where there is room for a line."""
         now = time.monotonic()
+        viewer = self._viewer
         if now < self._said_at + 0.25:
             return
         self._said_at = now
-        viewer = self._viewer
         text = f"{viewer.view.method} {viewer.view.aov}, {viewer.frame_ms:.1f} ms"
-        if viewer.messages:
-            text = viewer.messages[-1][0].text
+        text = viewer.messages.lines[-1].text if viewer.messages.lines else text
         self._window.set_title(f"{self._title} - {text}")
 
     def _interrupt(self, what: str, done: int, total: int) -> None:
@@ -309,9 +314,9 @@ class Session:
             self._pending.append(partial(perform, action, self._viewer, self))
             self._wants_release |= action.command == Command.RELEASE
 
-    def _grab_divider(self, is_pressed: bool, x: float) -> None:
-        hits = divider_hit(self._viewer.view, x, self._window.size[0])
-        self._drags_divider = is_pressed and hits
+    def _grab_divider(self, presses: bool, x: float) -> None:
+        width = self._window.size[0]
+        self._drags_divider = presses and divider_hit(self._viewer.view, x, width)
 
     def _drag_divider(self, x: float) -> None:
         if self._drags_divider:

@@ -135,6 +135,16 @@ def test_frames_right_after_a_change_do_not_count() -> None:
     assert max(rungs) == 3
 
 
+# From fast to accurate, as benches give them; one is as dear as the default settings.
+MEASURED = (
+    {"samples": 16, "steps": 8, "resolution_scale": 0.5},
+    {"samples": 64, "steps": 16, "resolution_scale": 0.5},
+    {"samples": 32, "steps": 8, "resolution_scale": 1.0},
+    {"samples": 256, "steps": 8, "resolution_scale": 1.0},
+)
+
+
+@pytest.mark.parametrize("measured", [(), MEASURED])
 @pytest.mark.parametrize(
     "settings",
     [
@@ -143,21 +153,35 @@ def test_frames_right_after_a_change_do_not_count() -> None:
         Settings(samples=8),
         Settings(samples=1),
         Settings(samples=64, resolution_scale=0.5),
+        Settings(samples=24, steps=24),
         Settings(method="reference-near"),
     ],
 )
-def test_every_rung_is_cheaper_than_the_one_before(settings: Settings) -> None:
-    rungs = ladder(settings)
-    assert rungs[0] == Rung(settings.samples, settings.resolution_scale)
+def test_every_rung_is_cheaper_than_the_one_before(
+    settings: Settings, measured: tuple[dict[str, float], ...]
+) -> None:
+    rungs = ladder(settings, measured)
+    assert rungs[0] == Rung(settings.samples, settings.steps, settings.resolution_scale)
     assert all(b.work < a.work for a, b in itertools.pairwise(rungs))
+    assert rungs[-1].frame_scale == governor.FRAME_SCALES[-1]
     for rung in rungs:
         assert rung.samples >= min(settings.samples, governor.FEWEST_SAMPLES)
+        assert rung.resolution_scale <= settings.resolution_scale
         rung.applied(settings).checked()
+
+
+def test_rungs_are_the_measured_ones_where_there_are_any() -> None:
+    rungs = ladder(Settings(samples=64, steps=8), MEASURED)
+    assert rungs[:4] == (Rung(64, 8, 1.0), Rung(32, 8, 1.0), Rung(64, 16, 0.5), Rung(16, 8, 0.5))
+
+
+def test_without_measurements_samples_are_halved_first() -> None:
+    rungs = ladder(Settings(samples=64, steps=8))
+    assert rungs[:4] == (Rung(64, 8, 1.0), Rung(32, 8, 1.0), Rung(16, 8, 0.5), Rung(8, 8, 0.5))
 
 
 def test_a_rung_changes_nothing_but_quality() -> None:
     settings = Settings(method="ssdo", radius=0.4, filter="none", samples=64, steps=8)
-    cheap = Rung(4, 0.5).applied(settings)
+    cheap = Rung(4, 4, 0.5).applied(settings)
     assert (cheap.method, cheap.radius, cheap.filter) == ("ssdo", 0.4, "none")
-    # More steps than samples would be refused.
     assert (cheap.samples, cheap.steps, cheap.resolution_scale) == (4, 4, 0.5)

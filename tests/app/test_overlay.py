@@ -81,7 +81,7 @@ class Stage:
             if not self.viewer.is_busy:
                 break
             self.viewer.frame(Controls(), 0.05, PICTURE)
-        self.viewer.messages.clear()
+        self.viewer.messages.lines.clear()
         return self.frames(4)
 
     def click(self, x: float, y: float) -> None:
@@ -197,7 +197,8 @@ def test_typing_into_a_control_changes_the_setting(gl, stage: Stage, monkeypatch
     monkeypatch.setattr(panel_module, "main_rows", lambda settings: shown)
     monkeypatch.setattr(panel_module, "_header", lambda label, *, is_open=False: label == "Quality")
     stage.frames(3)
-    x, y = SIZE[0] - panel_module.WIDTH + 60.0, 8.0 + 3.7 * 26.0
+    # Under the three rows of the view, the section's title and the presets.
+    x, y = SIZE[0] - panel_module.WIDTH + 60.0, 8.0 + 5.6 * 26.0
     stage.overlay.key(glfw.KEY_LEFT_CONTROL, glfw.PRESS, glfw.MOD_CONTROL)
     stage.click(x, y)
     stage.overlay.key(glfw.KEY_LEFT_CONTROL, glfw.RELEASE, 0)

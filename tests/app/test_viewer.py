@@ -16,8 +16,8 @@ from ssdo_gl.app.actions import open_file, perform, view_command
 from ssdo_gl.app.controls import Controls
 from ssdo_gl.app.input_map import Action, Command
 from ssdo_gl.app.light_edits import with_power
-from ssdo_gl.app.viewer import Viewer, divider_hit
-from ssdo_gl.app.views import View
+from ssdo_gl.app.viewer import Viewer
+from ssdo_gl.app.views import View, divider_hit
 from ssdo_gl.cli import main
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.shader import ShaderLibrary
@@ -96,7 +96,7 @@ def ask(viewer: Viewer, command: Command, number: int = 0) -> Desk:
 
 
 def said(viewer: Viewer) -> str:
-    return " | ".join(message.text for message, _ in viewer.messages)
+    return " | ".join(line.text for line in viewer.messages.lines)
 
 
 def test_comes_to_rest_and_then_draws_nothing(gl, viewer) -> None:
@@ -273,7 +273,7 @@ def test_bad_file_keeps_the_scene_and_says_why(gl, viewer, tmp_path) -> None:
     bad.write_text("v nonsense")
     assert not open_file(str(bad), viewer)
     assert "broken.obj" in said(viewer)
-    assert any(message.is_fault for message, _ in viewer.messages)
+    assert any(line.is_fault for line in viewer.messages.lines)
     settle(viewer)
     assert np.array_equal(viewer.presenter.pixels(), before)
 
