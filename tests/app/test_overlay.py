@@ -197,8 +197,8 @@ def test_typing_into_a_control_changes_the_setting(gl, stage: Stage, monkeypatch
     monkeypatch.setattr(panel_module, "main_rows", lambda settings: shown)
     monkeypatch.setattr(panel_module, "_header", lambda label, *, is_open=False: label == "Quality")
     stage.frames(3)
-    # Under the three rows of the view, the section's title and the presets.
-    x, y = SIZE[0] - panel_module.WIDTH + 60.0, 8.0 + 5.6 * 26.0
+    # Under the three rows of the view and the presets.
+    x, y = SIZE[0] - panel_module.WIDTH + 60.0, 8.0 + 4.7 * 26.0
     stage.overlay.key(glfw.KEY_LEFT_CONTROL, glfw.PRESS, glfw.MOD_CONTROL)
     stage.click(x, y)
     stage.overlay.key(glfw.KEY_LEFT_CONTROL, glfw.RELEASE, 0)
