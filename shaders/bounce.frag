@@ -8,7 +8,6 @@
 // KEPT_TEXTURE_COUNT (see lib/kept_directions.glsl): another pass has marched already.
 #include "lib/estimator.glsl"
 #include "lib/finite.glsl"
-#include "lib/finite.glsl"
 #define TAKES_DIRECTIONS 1
 #include "lib/kept_directions.glsl"
 
