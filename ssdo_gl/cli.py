@@ -268,11 +268,20 @@ def run(arguments: Sequence[str] | None = None) -> int:
     settings = _tuned(options, scene, settings, camera)
     if options.snapshot is not None or options.explain:
         return _snapshot(options, scene, settings, camera, wanted)
+    from ssdo_gl.accuracy.presets import NAMES, load_preset, read_ladder
     from ssdo_gl.app.window import open_window
 
     # The window goes on measuring and gives way where a frame turns out dearer.
     budget = {} if options.budget_ms is None else {"budget_ms": options.budget_ms}
-    open_window(scene, settings, camera=camera, source=options.scene, **budget)
+    open_window(
+        scene,
+        settings,
+        camera=camera,
+        source=options.scene,
+        presets={name: load_preset(name, settings.method) for name in NAMES},
+        measured=[rung.fields() for rung in read_ladder().rungs],
+        **budget,
+    )
     return EXIT_OK
 
 
