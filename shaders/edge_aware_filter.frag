@@ -146,10 +146,12 @@ void main()
 #endif
     float z = gbuffer_z_vs(texel);
     vec4 result = NEUTRAL;
+    bool is_known = false;  // by any tap
     if (z > 0.0) {
 #if STAGE == STAGE_COPY
         vec4 value = texelFetch(t_value, pixel / u_stride, 0);
-        result = is_sound(value) ? value : NEUTRAL;
+        is_known = is_sound(value);
+        result = is_known ? value : NEUTRAL;
 #else
         Centre c = centre_at(texel, z);
         Sum sum = Sum(vec4(0.0), 0.0);
@@ -175,7 +177,13 @@ void main()
         add_tap(sum, c, base + ivec2(1, 0), size, far.x * near.y);
         add_tap(sum, c, base + ivec2(0, 1), size, near.x * far.y);
         add_tap(sum, c, base + ivec2(1, 1), size, far.x * far.y);
+        // A thing so thin that all four lie on background: whatever is known of the
+        // surroundings is better than nothing.
+        bool is_lost = sum.weight == 0.0;
+        for (int i = 0; is_lost && i < 16; ++i)
+            add_tap(sum, c, base + ivec2(i & 3, i >> 2) - 1, size, 1.0);
 #endif
+        is_known = sum.weight > 0.0;
         result = resolved(sum);
 #endif
     }
@@ -188,7 +196,7 @@ void main()
 #endif
 #endif
 #if WRITES_IRRADIANCE
-    result = vec4(z > 0.0 ? u_open_irradiance * result.x : vec3(0.0), result.x);
+    result = vec4(is_known ? u_open_irradiance * result.x : vec3(0.0), result.x);
 #endif
     o_value = result;
 }

@@ -1,0 +1,368 @@
+"""The filter: removes the interleaved pattern, keeps edges, contains faults, upsamples."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from passes.estimator_cases import (
+    corner,
+    inputs_of,
+    picture_frame,
+    positions,
+    random_picture,
+    tilted_plane,
+)
+from passes.pass_harness import run_pass
+
+from ssdo_gl.passes.edge_aware_filter import (
+    EdgeAwareFilterPass,
+    EdgeAwareFilterSettings,
+)
+
+SIZE = (48, 36)
+TAN_Y = 0.5
+FILTERS = ("edge", "naive", "none")
+# Weighted means of some 50 float32 values.
+MEAN_TOLERANCE = 5e-6
+
+
+def run(gl, shaders, picture, raw, *, visibility=False, holds_z=False, scale=1, **settings):
+    """Filter an image with row 0 at the bottom; return the same."""
+    size = picture.z.shape[1], picture.z.shape[0]
+    frame = picture_frame(size, picture.tan_half_fov[1], near=picture.near)
+    render_pass = EdgeAwareFilterPass(
+        "filter",
+        EdgeAwareFilterSettings(**settings),
+        source="raw",
+        result="smooth",
+        is_visibility=visibility,
+        holds_z=holds_z,
+    )
+    images = inputs_of(picture)
+    raw = np.asarray(raw, np.float64)
+    if holds_z:
+        raw = np.concatenate([raw, picture.z[::scale, ::scale, None]], -1)
+    inputs = {"raw": raw[::-1], "z_vs": images["z_vs"], "normals_vs": images["normals_vs"]}
+    return run_pass(gl, shaders, render_pass, frame, inputs)["smooth"][::-1]
+
+
+def tan_half(size=SIZE):
+    return picture_frame(size, TAN_Y).view.tan_half_fov
+
+
+def plane(degrees=0.0, size=SIZE):
+    return tilted_plane(degrees, size, tan_half(size))
+
+
+def pattern(size=SIZE, channels=4, seed=4):
+    """An image that repeats every 4 x 4 pixels, in [0, 1]."""
+    tile = np.random.default_rng(seed).random((4, 4, channels))
+    return np.tile(tile, (size[1] // 4 + 1, size[0] // 4 + 1, 1))[: size[1], : size[0]], tile
+
+
+def halves(left, right, channels=4, size=SIZE):
+    image = np.where(np.arange(size[0]) < size[0] // 2, left, right)
+    return np.broadcast_to(image[None, :, None], (size[1], size[0], channels))
+
+
+# --- noise ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("filter_name", FILTERS)
+@pytest.mark.parametrize("visibility", [False, True])
+def test_constant_stays_constant_on_any_surface(gl, shaders, filter_name, visibility):
+    picture = random_picture(3, SIZE, tan_half(), False)
+    raw = np.full((36, 48, 1 if visibility else 4), 0.625)
+    image = run(
+        gl,
+        shaders,
+        picture,
+        raw,
+        visibility=visibility,
+        holds_z=visibility,
+        filter=filter_name,
+    )
+    covered = picture.z > 0.0
+    channels = 1 if visibility else 3
+    np.testing.assert_allclose(image[covered][:, :channels], 0.625, rtol=MEAN_TOLERANCE)
+
+
+@pytest.mark.parametrize("tap_radius", [2, 3, 4, 7])
+@pytest.mark.parametrize("degrees", [0.0, 60.0, 80.0])
+def test_interleaved_pattern_vanishes_on_a_plane(gl, shaders, degrees, tap_radius):
+    """All 16 sample sets count alike, at any tilt: nothing but their mean is left."""
+    raw, tile = pattern()
+    picture = plane(degrees)
+    image = run(gl, shaders, picture, raw, tap_radius=tap_radius)
+    # Pixels with a full kernel on the plane, which ends at a horizon.
+    reach = range(-tap_radius, tap_radius + 1)
+    full = np.pad(picture.z > 0.0, tap_radius)
+    full = np.all([np.roll(full, (i, j), (0, 1)) for i in reach for j in reach], axis=0)
+    inner = image[full[tap_radius:-tap_radius, tap_radius:-tap_radius]][:, :3]
+    assert len(inner) > 200
+    # Depths rounded to float32 put coplanar taps off the plane by a little.
+    np.testing.assert_allclose(
+        inner, np.broadcast_to(tile.mean((0, 1))[:3], inner.shape), rtol=2e-4
+    )
+
+
+def test_naive_box_averages_4_by_4(gl, shaders):
+    raw, tile = pattern()
+    image = run(gl, shaders, plane(), raw, filter="naive")
+    np.testing.assert_allclose(
+        image[2:-2, 2:-2, :3], np.broadcast_to(tile.mean((0, 1))[:3], (32, 44, 3)), rtol=1e-5
+    )
+
+
+def test_none_copies(gl, shaders):
+    raw, _ = pattern()
+    image = run(gl, shaders, plane(), raw, filter="none")
+    np.testing.assert_array_equal(image, raw.astype(np.float32))
+    small, _ = pattern((24, 18))
+    image = run(gl, shaders, plane(), small, filter="none")
+    np.testing.assert_array_equal(image, small.repeat(2, 0).repeat(2, 1).astype(np.float32))
+
+
+# --- edges ---------------------------------------------------------------------------
+
+# A tap beyond a jump in depth of 30 pixels' footprints has weight 1e-7; 8 taps of 17.
+LEAK_ACROSS_A_JUMP = 1e-6
+# A tap on the other side of a right-angled crease: 1e-3 by its normal, and less by its
+# distance from the plane; half of the weight of both stages together.
+LEAK_ACROSS_A_CREASE = 2e-3
+
+
+@pytest.mark.parametrize("visibility", [False, True])
+@pytest.mark.parametrize("use_normals", [False, True])
+def test_nothing_leaks_across_a_jump_in_depth(gl, shaders, use_normals, visibility):
+    picture = dataclasses.replace(plane(), z=halves(2.0, 5.0, 1)[..., 0])
+    raw = halves(0.0, 1.0, 1 if visibility else 4)
+    image = run(
+        gl,
+        shaders,
+        picture,
+        raw,
+        visibility=visibility,
+        holds_z=visibility,
+        use_normals=use_normals,
+    )
+    channels = 1 if visibility else 3
+    assert np.abs(image[..., :channels] - raw[..., :channels]).max() < LEAK_ACROSS_A_JUMP
+
+
+def test_little_leaks_across_a_crease(gl, shaders):
+    size = (64, 64)
+    picture = corner(size, tan_half(size))
+    raw = np.broadcast_to(np.where(np.arange(64) < 32, 0.0, 1.0)[:, None, None], (64, 64, 4))
+    image = run(gl, shaders, picture, raw)
+    assert np.abs(image[..., :3] - raw[..., :3]).max() < LEAK_ACROSS_A_CREASE
+    # It is the normals that tell the two apart near the crease.
+    blind = run(gl, shaders, picture, raw, use_normals=False)
+    assert np.abs(blind[..., :3] - raw[..., :3]).max() > 10 * LEAK_ACROSS_A_CREASE
+
+
+@pytest.mark.parametrize("scale", [2.0**-10, 2.0**13])
+def test_weights_know_no_unit_of_length(gl, shaders, scale):
+    picture = random_picture(5, SIZE, tan_half(), False)
+    raw, _ = pattern()
+    scaled = dataclasses.replace(picture, z=picture.z * scale, near=picture.near * scale)
+    np.testing.assert_array_equal(
+        run(gl, shaders, scaled, raw), run(gl, shaders, picture, raw)
+    )
+
+
+@pytest.mark.parametrize("scale", [1, 2])
+def test_tolerance_off_the_plane_counts_a_quarter(gl, shaders, scale):
+    """The weight is (1 + x^2)^-2, x = distance from the plane / (tolerance * footprint)."""
+    tolerance, z = 1.5, 3.0
+    footprint = z * 2.0 * TAN_Y / SIZE[1] * scale
+    step = np.where(np.arange(48) < 24, z, z + tolerance * footprint)
+    picture = dataclasses.replace(plane(), z=np.broadcast_to(step, (36, 48)))
+    raw = halves(0.0, 1.0, 4, (48 // scale, 36 // scale))
+    image = run(
+        gl, shaders, picture, raw, scale=scale, depth_tolerance=tolerance, use_normals=False
+    )
+    # The receiver next to the edge: taps 1, 2, 3 of [1 2 3 4 3 2 1] lie beyond it.
+    beyond = 0.25 * (3.0 + 2.0 + 1.0)
+    expected = beyond / (1.0 + 2.0 + 3.0 + 4.0 + beyond)
+    column = 23 if scale == 1 else 22
+    # At half size the receiver's own column is copied but for the least weights of others.
+    assert image[18, column, 0] == pytest.approx(expected, abs=2e-3)
+
+
+def test_kernel_ends_at_the_frame_s_border(gl, shaders):
+    """Taps outside do not count; clamped to the border they would count as its pixels."""
+    raw = np.zeros((36, 48, 4))
+    raw[:, 0] = 1.0
+    image = run(gl, shaders, plane(), raw)
+    np.testing.assert_allclose(image[:, 0, 0], 4.0 / (4.0 + 3.0 + 2.0 + 1.0), rtol=1e-5)
+
+
+@pytest.mark.parametrize("scale", [1, 2])
+def test_depth_beside_the_value_changes_nothing(gl, shaders, scale):
+    """It saves a read: the depth is that of the receiver, through all stages."""
+    picture = random_picture(6, SIZE, tan_half(), False)
+    raw = np.random.default_rng(1).random((36 // scale, 48 // scale, 3))
+    packed = run(gl, shaders, picture, raw, holds_z=True, scale=scale, depth_tolerance=20.0)
+    alone = np.concatenate([raw, np.ones((*raw.shape[:2], 1))], -1)
+    apart = run(gl, shaders, picture, alone, scale=scale, depth_tolerance=20.0)
+    np.testing.assert_array_equal(packed[..., :3], apart[..., :3])
+    visible = raw[..., :1]
+    one = run(
+        gl,
+        shaders,
+        picture,
+        visible,
+        visibility=True,
+        holds_z=True,
+        scale=scale,
+        depth_tolerance=20.0,
+    )
+    # Where no receiver is near, neutral is 1 for visibility and 0 for light.
+    known = (picture.z > 0.0) & (apart[..., 0] > 0.0)
+    assert known.sum() > 1500
+    np.testing.assert_allclose(one[known][:, 0], apart[known][:, 0], rtol=1e-6)
+
+
+# --- faults and background --------------------------------------------------------------
+
+
+@pytest.mark.parametrize("filter_name", FILTERS)
+@pytest.mark.parametrize("poison", [np.nan, np.inf, -np.inf, 1e30, -1.0])
+@pytest.mark.parametrize("channel", [0, 2])
+def test_a_faulty_texel_stays_where_it_is(gl, shaders, filter_name, poison, channel):
+    raw, _ = pattern()
+    raw = raw.copy()
+    sound = run(gl, shaders, plane(), raw, filter=filter_name)
+    raw[17, 23, channel] = poison
+    image = run(gl, shaders, plane(), raw, filter=filter_name)
+    assert np.all(np.isfinite(image))
+    assert np.all((image[..., :3] >= 0.0) & (image[..., :3] <= 1.0))
+    if filter_name == "none":
+        assert np.count_nonzero(np.any(image[..., :3] != sound[..., :3], -1)) == 1
+    else:
+        # Its neighbours average one value less: of 16 or more, each at most 1 away.
+        assert np.abs(image - sound)[..., :3].max() < 0.15
+
+
+@pytest.mark.parametrize("poison", [np.nan, np.inf, 1.5, -0.5])
+def test_a_faulty_visibility_stays_where_it_is(gl, shaders, poison):
+    raw = np.full((36, 48, 1), 0.5)
+    raw[17, 23] = poison
+    image = run(gl, shaders, plane(), raw, visibility=True, holds_z=True)
+    np.testing.assert_allclose(image, 0.5, rtol=MEAN_TOLERANCE)
+
+
+@pytest.mark.parametrize("filter_name", FILTERS)
+@pytest.mark.parametrize("scale", [1, 2])
+def test_background_is_neutral_and_does_not_enter(gl, shaders, filter_name, scale):
+    """Its values may be anything: no tap takes them, and none of them comes out."""
+    sky = np.zeros((36, 48), bool)
+    sky[10:20, 8:30] = True
+    picture = dataclasses.replace(plane(), z=np.where(sky, 0.0, 3.0))
+    raw = np.where(sky[::scale, ::scale, None], 0.9, 0.25) * np.ones(4)
+    light = run(gl, shaders, picture, raw, filter=filter_name, scale=scale)
+    assert np.all(light[sky][:, :3] == 0.0)
+    if (filter_name, scale) != ("none", 2):
+        np.testing.assert_allclose(light[~sky][:, :3], 0.25, rtol=MEAN_TOLERANCE)
+    visibility = run(
+        gl,
+        shaders,
+        picture,
+        raw[..., :1],
+        visibility=True,
+        holds_z=True,
+        filter=filter_name,
+        scale=scale,
+    )
+    assert np.all(visibility[sky] == 1.0)
+
+
+# --- half resolution ------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("size", [(48, 36), (49, 35)])
+def test_half_size_keeps_a_ramp(gl, shaders, size):
+    """Bilinear between receivers, which sit on every second texel: a ramp stays one."""
+    picture = plane(0.0, size)
+    x = np.arange(0, size[0], 2) / 100.0
+    raw = np.broadcast_to(x[None, :, None], (-(-size[1] // 2), len(x), 4))
+    image = run(gl, shaders, picture, raw, scale=2)
+    expected = np.arange(size[0]) / 100.0
+    # At the rim the kernel is one-sided. Weights of at least 1e-3 keep all four taps in.
+    inner = slice(10, size[0] - 10)
+    np.testing.assert_allclose(
+        image[:, inner, 0], np.broadcast_to(expected[inner], image[:, inner, 0].shape), atol=4e-5
+    )
+
+
+def test_half_size_keeps_a_jump_in_depth(gl, shaders):
+    """The edge lies between texels 23 and 24, receivers on 22 and 24."""
+    picture = dataclasses.replace(plane(), z=halves(2.0, 5.0, 1)[..., 0])
+    raw = halves(0.0, 1.0, 4, (24, 18))
+    image = run(gl, shaders, picture, raw, scale=2)
+    expected = halves(0.0, 1.0, 4)
+    # Weights relative to a footprint twice as large, and taps 1000 times weaker where
+    # the edge leaves no other.
+    assert np.abs(image - expected)[..., :3].max() < 1e-3
+
+
+def test_ledge_thinner_than_a_receiver_takes_what_is_near(gl, shaders):
+    """A surface that no half-size receiver lies on gets its neighbours' light, not a hole."""
+    ledge = np.arange(48) == 23
+    normal = np.where(ledge[None, :, None], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0])
+    normal = np.broadcast_to(normal, (36, 48, 3))
+    picture = dataclasses.replace(plane(), shading=normal)
+    raw = np.full((18, 24, 4), 0.5)
+    np.testing.assert_allclose(
+        run(gl, shaders, picture, raw, scale=2)[..., :3], 0.5, rtol=MEAN_TOLERANCE
+    )
+    raw = np.full((18, 24, 1), 0.5)
+    found = run(gl, shaders, picture, raw, visibility=True, holds_z=True, scale=2)
+    np.testing.assert_allclose(found, 0.5, rtol=MEAN_TOLERANCE)
+
+
+def test_thin_thing_before_the_sky_finds_its_light_near_by(gl, shaders):
+    """No receiver on its own column: the one at its foot, two receivers away, serves."""
+    z = np.where((np.arange(48) == 23) & (np.arange(36)[:, None] < 30), 3.0, 0.0)
+    z[10:14] = 3.0
+    picture = dataclasses.replace(plane(), z=z)
+    raw = np.full((18, 24, 4), 0.5)
+    image = run(gl, shaders, picture, raw, scale=2)
+    np.testing.assert_allclose(image[8:16, 23, :3], 0.5, rtol=MEAN_TOLERANCE)
+
+
+def test_one_pass_serves_frames_of_any_size(gl, shaders):
+    """Scratch images follow the frame."""
+    render_pass = EdgeAwareFilterPass(
+        "filter", EdgeAwareFilterSettings(), source="raw", result="smooth"
+    )
+    for size, half in (((48, 36), False), ((64, 48), True), ((48, 36), True)):
+        picture = plane(0.0, size)
+        images = inputs_of(picture)
+        scale = 2 if half else 1
+        raw = np.full((size[1] // scale, size[0] // scale, 4), 0.5)
+        inputs = {"raw": raw, "z_vs": images["z_vs"], "normals_vs": images["normals_vs"]}
+        found = run_pass(gl, shaders, render_pass, picture_frame(size, TAN_Y), inputs)["smooth"]
+        assert found.shape == (size[1], size[0], 4)
+        np.testing.assert_allclose(found[..., :3], 0.5, rtol=MEAN_TOLERANCE)
+
+
+def test_smooths_real_noise_without_moving_its_mean(gl, shaders):
+    """White noise on a plane: the variance falls to about that of 25 and more taps."""
+    raw = np.random.default_rng(9).random((36, 48, 4))
+    image = run(gl, shaders, plane(30.0), raw)[8:-8, 8:-8, 0]
+    source = raw[8:-8, 8:-8, 0]
+    # sum of squares of the separable kernel [1 2 3 4 3 2 1] / 16, along both axes.
+    share = (44.0 / 256.0) ** 2
+    assert image.var() < 1.6 * share * source.var()
+    assert image.mean() == pytest.approx(source.mean(), abs=0.02)
+
+
+def test_positions_are_what_the_weights_see():
+    """The corner's crease runs through the middle row: the tests above rely on it."""
+    z = positions(corner((64, 64), tan_half((64, 64))))[..., 1]
+    assert np.all(z[:32] < 0.0)
+    assert np.all(z[32:] > 0.0)
