@@ -70,7 +70,8 @@ class BenchPlan:
     batch_spp : int
         Samples per pixel of one independent batch of a truth.
     flips : tuple of str
-        FLIP metrics taken of every point: ``ldr``, ``hdr`` (seven times as dear).
+        FLIP metrics: ``ldr`` of every point, ``hdr``, which takes seconds, of those whose
+        pictures are shown.
     """
 
     rounds: int
@@ -224,6 +225,12 @@ class BenchRun:
         table = sweep.tabulate(rows, self.points, self.plan.rounds)
         results = analysis.analyse(self.points, table, judged)
         recommendation = analysis.recommend(results)
+        chosen = pictures.chosen_results(results, recommendation)
+        if "hdr" in self.plan.flips:
+            results = pictures.with_hdr_flip(
+                self.studio, self.base, results, chosen, truths, mask, self.progress.steps
+            )
+            recommendation = analysis.recommend(results)
         radius_px = self._radius_px(mask)
         series = scaling.measure_scaling(
             self.studio, self.base, radius_px, self.quick, open_studio, self.progress.steps
@@ -248,7 +255,7 @@ class BenchRun:
             pictures=pictures.take_pictures(
                 self.studio,
                 self.base,
-                pictures.chosen_results(results, recommendation),
+                chosen,
                 truths,
                 mask,
                 self.progress.steps,
@@ -341,7 +348,7 @@ class BenchRun:
                         truths[panel.name],
                         mask,
                         self.base.exposure or 0.0,
-                        self.plan.flips,
+                        [flip for flip in self.plan.flips if flip == "ldr"],
                     )
                     for panel in panels
                 }

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import io
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from ssdo_gl.accuracy.bench_data import Picture
 from ssdo_gl.accuracy.errors import PANELS, Panel, color
 from ssdo_gl.accuracy.metrics import Mask
 from ssdo_gl.accuracy.studio import Studio
+from ssdo_gl.accuracy.sweep import Report
 from ssdo_gl.accuracy.truth import Truth
 from ssdo_gl.settings import Settings
 
@@ -69,13 +70,42 @@ def chosen_results(results: Sequence[Result], recommendation: Recommendation) ->
     return list(chosen.values())
 
 
+def with_hdr_flip(
+    studio: Studio,
+    base: Settings,
+    results: Sequence[Result],
+    chosen: Sequence[Result],
+    truths: Mapping[str, Truth],
+    mask: Mask,
+    report: Report | None = None,
+) -> list[Result]:
+    """Return `results` with the HDR-FLIP of those that are `chosen` filled in."""
+    exposure = base.exposure or 0.0
+    keys = {result.point.key for result in chosen}
+    filled = []
+    for done, result in enumerate(results, 1):
+        point = result.point
+        verdicts = dict(result.verdicts)
+        if point.key in keys and point.kind == "radiance":
+            image = color(studio.images(point.settings(base), ("beauty",))["beauty"])
+            for name, verdict in result.verdicts.items():
+                target = color(truths[name].images["beauty"])
+                mean = metrics.flip_hdr(image, target, mask, exposure).mean
+                scalars = dataclasses.replace(verdict.scalars, flip_hdr=mean)
+                verdicts[name] = dataclasses.replace(verdict, scalars=scalars)
+        filled.append(dataclasses.replace(result, verdicts=verdicts))
+        if report is not None:
+            report("HDR-FLIP", done, len(results))
+    return filled
+
+
 def take_pictures(
     studio: Studio,
     base: Settings,
     results: Sequence[Result],
     truths: Mapping[str, Truth],
     mask: Mask,
-    report: Any = None,
+    report: Report | None = None,
 ) -> list[Picture]:
     """Return the truths, then every result with its FLIP map against its truth."""
     exposure = base.exposure or 0.0

@@ -48,9 +48,12 @@ def run(tmp_path, studio: PretendedStudio, monkeypatch, plan: BenchPlan = PLAN) 
     return bench_run.measure("pretended", MACHINE, lambda scene: contextlib.nullcontext(studio))
 
 
-@pytest.fixture
-def found(tmp_path, monkeypatch) -> Bench:
-    return run(tmp_path, PretendedStudio(), monkeypatch)
+@pytest.fixture(scope="module")
+def found(tmp_path_factory) -> Bench:
+    """A finished bench that the tests only read."""
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        plan = dataclasses.replace(PLAN, flips=("ldr", "hdr"))
+        return run(tmp_path_factory.mktemp("found"), PretendedStudio(), monkeypatch, plan)
 
 
 def level(name: str = "beauty") -> float:
@@ -113,6 +116,16 @@ def test_scaling_and_pictures_are_there(found):
     assert found.series[3].x[-1] == pytest.approx(400_000, rel=0.05)
     assert sum(p.is_truth for p in found.pictures) == 3
     assert any(p.name == POINTS[1].label and p.flip_png for p in found.pictures)
+
+
+def test_flip_is_measured_where_it_was_asked_for(found):
+    for result in found.results:
+        for verdict in result.verdicts.values():
+            assert np.isnan(verdict.scalars.flip_ldr) == (result.point.kind == "visibility")
+    shown = {p.name for p in found.pictures}
+    for result in found.results[:3]:
+        hdr = [v.scalars.flip_hdr for v in result.verdicts.values()]
+        assert all(0.0 < value < 1.0 for value in hdr) == (result.point.label in shown)
 
 
 def test_a_finished_bench_measures_nothing_again(tmp_path, monkeypatch):
