@@ -16,6 +16,8 @@ from ssdo_gl.scene.scene import SceneError
 
 # The smallest maximum texture size among current desktop OpenGL drivers.
 MAX_SIDE_PX = 16384
+# Sums over thousands of paths stay finite in float32; the .hdr format reaches 1.7e38.
+MAX_RADIANCE = 1e30
 
 
 def read_texture(
@@ -66,7 +68,7 @@ def check_size(size: tuple[int, int], shown: str, where: str) -> None:
 
 
 def read_radiance_map(path: Path, where: str) -> tuple[NDArray[np.float32], str]:
-    """Read a .hdr or .exr image as (height, width, 3) finite radiance >= 0.
+    """Read a .hdr or .exr image as (height, width, 3) radiance, finite and >= 0.
 
     Returns
     -------
@@ -117,13 +119,16 @@ def _read_exr(path: Path, where: str) -> NDArray[np.float32]:
 
 
 def _sanitised(image: NDArray[np.float32], name: str) -> tuple[NDArray[np.float32], str]:
-    """Replace NaN and negative values by 0 and infinite ones by the largest finite."""
-    finite = np.isfinite(image)
-    bad = ~finite | (image < 0.0)
+    """Replace NaN and negative values by 0, infinite and absurd ones by the largest other."""
+    usable = np.isfinite(image) & (image <= MAX_RADIANCE)
+    bad = ~usable | (image < 0.0)
     count = int(np.count_nonzero(bad.any(axis=-1)))
     if count == 0:
         return image, ""
-    largest = image[finite].max(initial=0.0)
-    mended = np.where(np.isposinf(image), largest, np.where(bad, np.float32(0.0), image))
-    note = f"{name}: {count} texels were NaN, infinite or negative and were made finite and >= 0"
+    largest = image[usable].max(initial=0.0)
+    mended = np.where(image > MAX_RADIANCE, largest, np.where(bad, np.float32(0.0), image))
+    note = (
+        f"{name}: {count} texels were NaN, negative, infinite or above {MAX_RADIANCE:g} "
+        "and were made finite and >= 0"
+    )
     return mended.astype(np.float32), note
