@@ -3,6 +3,7 @@
 # make view      fly through it in a window
 # make test      all tests            make hard-cases   only the scenes known to be hard
 # make bench     accuracy against time, into bench/
+# make bench-passes  milliseconds of every pass, beside the published method
 # make bench-rays  rays per second of the reference tracers
 # make lint      ruff, mypy and every shader
 # make clean     remove what can be made again, .venv excepted
@@ -21,7 +22,7 @@ READY := $(VENV)/.ssdo_gl-ready
 endif
 
 .DELETE_ON_ERROR:
-.PHONY: setup snapshot view test hard-cases bench bench-rays lint clean
+.PHONY: setup snapshot view test hard-cases bench bench-passes bench-rays lint clean
 
 setup: $(READY)
 
@@ -44,6 +45,9 @@ hard-cases: $(READY)
 
 bench: $(READY)
 	$(PY) -m ssdo_gl.cli $(SCENE) --bench bench
+
+bench-passes: $(READY)
+	$(PY) -m ssdo_gl.accuracy.pass_times $(SCENE)
 
 bench-rays: $(READY)
 	$(PY) -m ssdo_gl.accuracy.ray_speed
