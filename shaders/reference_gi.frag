@@ -8,7 +8,7 @@
 // in lockstep and would wait for the longest path of each round.
 //
 // Adds this draw's paths to the sum; defines as in lib/surface_data.glsl and
-// lib/environment.glsl.
+// lib/environment.glsl; HAS_EMITTERS: 0 if there is nothing to draw light from.
 #include "lib/emitters.glsl"
 #include "lib/random.glsl"
 
@@ -34,28 +34,32 @@ float sky_density(vec3 w)
 {
 #if ENVIRONMENT_KIND == 3
     // The map is the last group.
-    return map_density(w) * emitter_group(emitter_group_count() - 1).probability;
+    return map_density(w) * emitter_group(u_emitter_group_count - 1).probability;
 #else
     return 0.0;
 #endif
 }
 
-// Light that reaches the vertex straight from an emitter, times cos / pi.
-vec3 sampled_light(RaySurface at, uint index, uint seed, uint dimension)
+// One sample of the light that reaches a vertex straight from an emitter.
+struct DirectSample {
+    vec3 w;
+    float reach;     // length of the shadow ray; negative: none is needed
+    vec3 arriving;   // times cos / pi, unless something blocks the ray
+};
+
+DirectSample sampled_light(RaySurface at, uint index, uint seed, uint dimension, bool is_first)
 {
-    vec2 choice = random_2d(index, seed, dimension);
+    vec2 choice = random_2d(index, seed, dimension, false);
     // The first shadow rays of neighbouring pixels stay together.
-    vec2 u = dimension == 0u ? random_together_2d(index, seed, 1u)
-                             : random_2d(index, seed, dimension + 1u);
+    vec2 u = random_2d(index, seed, dimension + 1u, is_first);
     EmitterGroup group = draw_emitter_group(choice.x);
     LightSample light = sample_group(group, choice, u, at.start);
     bool can_be_hit = light.density > 0.0 && group.shadow != EMITTER_UNSHADOWED;
     float scattered = max(dot(light.w, at.normal), 0.0) * INV_PI;
     float weight = can_be_hit ? balance(light.density * group.probability, scattered) : 1.0;
     vec3 arriving = unblocked_irradiance(at, light) * (INV_PI * weight / max(group.probability, 1e-30));
-    float reach = needed_reach(group, light, arriving, RAY_FAR);
-    bool is_lit = emitter_group_count() > 0 && !ray_is_blocked(at, light.w, reach);
-    return is_lit && !is_dark(arriving) ? arriving : vec3(0.0);
+    arriving = is_dark(arriving) ? vec3(0.0) : arriving;
+    return DirectSample(light.w, needed_reach(group, light, arriving, RAY_FAR), arriving);
 }
 
 vec3 traced_radiance(RaySurface first, vec3 first_albedo, uint seed)
@@ -69,22 +73,26 @@ vec3 traced_radiance(RaySurface first, vec3 first_albedo, uint seed)
     while (goes_on) {
         uint index = u_first_sample + uint(path);
         uint dimension = DIMENSIONS_PER_VERTEX * uint(bounce);
-        sum += weight * sampled_light(at, index, seed, dimension);
-
-        vec2 u = bounce == 0 ? random_together_2d(index, seed, 0u)
-                             : random_2d(index, seed, dimension + 2u);
+        DirectSample direct = DirectSample(vec3(0.0, 0.0, 1.0), -1.0, vec3(0.0));
+#if HAS_EMITTERS
+        direct = sampled_light(at, index, seed, dimension, bounce == 0);
+#endif
+        vec2 u = random_2d(index, seed, dimension + 2u, bounce == 0);
         vec3 w = frame_from_z(at.normal) * cosine_hemisphere(u);
         float scattered = dot(w, at.normal) * INV_PI;
         bool is_above = dot(w, at.geometric) > 0.0;
-        BvhHit hit = bvh_nearest(at.start, w, is_above ? RAY_FAR : -1.0);
+        bool is_blocked;
+        BvhHit hit = bvh_blocked_and_nearest(
+            at.start, direct.w, direct.reach, w, is_above ? RAY_FAR : -1.0, is_blocked);
         bool is_hit = hit.record >= 0;
+        sum += is_blocked ? vec3(0.0) : weight * direct.arriving;
         if (is_above && !is_hit) {
             sum += weight * environment_radiance(w) * balance(scattered, sky_density(w));
         }
         if (is_hit) {
             Surface met = surface_at_hit(hit, at.start, w);
             float per_angle = hit.t * hit.t / max(met.area_cosine, 1e-20);
-            float drawn = emitter_density() * met.mean_emission * per_angle;
+            float drawn = u_emitter_density * met.mean_emission * per_angle;
             bool counts = (met.flags & UNSHADOWED_BODY_FLAG) == 0u;
             sum += counts ? weight * met.emission * balance(scattered, drawn) : vec3(0.0);
             weight *= met.albedo;
@@ -93,7 +101,7 @@ vec3 traced_radiance(RaySurface first, vec3 first_albedo, uint seed)
         ++bounce;
         float largest = max(weight.r, max(weight.g, weight.b));
         float survival = bounce > u_roulette_start ? min(largest, MAX_SURVIVAL) : 1.0;
-        float chance = random_2d(index, seed, dimension + 3u).x;
+        float chance = random_2d(index, seed, dimension + 3u, false).x;
         bool ends = !is_hit || bounce > u_max_bounces || !(largest > 0.0) || chance >= survival;
         weight = ends ? first_albedo : weight / max(survival, 1e-30);
         if (ends) {

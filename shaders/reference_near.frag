@@ -25,13 +25,12 @@ const uint DIMENSION_LIGHTS = 2u;  // two for each light and place
 vec3 ssdo_irradiance(RaySurface surface, uint index, uint seed)
 {
     vec3 irradiance = vec3(0.0);
-    int group_count = emitter_group_count();
-    for (int g = 0; g < group_count; ++g) {
+    for (int g = 0; g < u_emitter_group_count; ++g) {
         EmitterGroup group = emitter_group(g);
         if (group.is_direct && group.shadow == EMITTER_SSDO) {
             uint dimension = DIMENSION_LIGHTS + 4u * uint(g);
-            vec2 u = random_2d(index, seed, dimension);
-            vec2 choice = random_2d(index, seed, dimension + 1u);
+            vec2 u = random_2d(index, seed, dimension, false);
+            vec2 choice = random_2d(index, seed, dimension + 1u, false);
             LightSample light = sample_group(group, choice, u, surface.start);
             vec3 arriving = unblocked_irradiance(surface, light);
             float reach = needed_reach(group, light, arriving, u_radius_ns);
@@ -45,14 +44,13 @@ vec3 ssdo_irradiance(RaySurface surface, uint index, uint seed)
 vec3 sender_irradiance(RaySurface surface, uint index, uint seed)
 {
     vec3 irradiance = vec3(0.0);
-    int group_count = emitter_group_count();
     // The turn after the last light is the sky's: one loop, because every call of the
     // traversal is another copy of it in the program.
-    for (int g = 0; g <= group_count; ++g) {
-        bool is_sky = g == group_count;
-        EmitterGroup group = emitter_group(min(g, group_count - 1));
+    for (int g = 0; g <= u_emitter_group_count; ++g) {
+        bool is_sky = g == u_emitter_group_count;
+        EmitterGroup group = emitter_group(max(min(g, u_emitter_group_count - 1), 0));
         uint dimension = DIMENSION_LIGHTS + 4u * uint(g) + 2u;
-        vec2 u = random_2d(index, seed, is_sky ? DIMENSION_SENDER_SKY : dimension);
+        vec2 u = random_2d(index, seed, is_sky ? DIMENSION_SENDER_SKY : dimension, false);
         LightSample light = NO_LIGHT;
         vec3 arriving = vec3(0.0);
         float reach = -1.0;
@@ -61,7 +59,7 @@ vec3 sender_irradiance(RaySurface surface, uint index, uint seed)
             arriving = PI * environment_radiance(light.w);
             reach = is_dark(arriving) ? -1.0 : u_radius_ns;
         } else if (group.is_direct) {
-            vec2 choice = random_2d(index, seed, dimension + 1u);
+            vec2 choice = random_2d(index, seed, dimension + 1u, false);
             light = sample_group(group, choice, u, surface.start);
             arriving = unblocked_irradiance(surface, light);
             float longest = group.shadow == EMITTER_SSDO ? u_radius_ns : RAY_FAR;
@@ -83,7 +81,7 @@ void main()
         uint seed = pixel_seed(pixel);
         for (int i = 0; i < u_sample_count; ++i) {
             uint index = u_first_sample + uint(i);
-            vec3 w = ray_direction(receiver, frame, random_together_2d(index, seed, DIMENSION_FIRST));
+            vec3 w = ray_direction(receiver, frame, random_2d(index, seed, DIMENSION_FIRST, true));
             BvhHit hit = bvh_nearest(receiver.start, w, u_radius_ns);
             if (hit.record >= 0) {
                 Surface sender = surface_at_hit(hit, receiver.start, w);

@@ -16,15 +16,14 @@ void main()
     if (gbuffer_z_vs(pixel) > 0.0) {
         RaySurface surface = ray_surface_at(pixel);
         uint seed = pixel_seed(pixel);
-        int group_count = emitter_group_count();
-        for (int g = 0; g < group_count; ++g) {
+        for (int g = 0; g < u_emitter_group_count; ++g) {
             EmitterGroup group = emitter_group(g);
             if (group.is_direct && group.shadow != EMITTER_SSDO) {
                 uint own = seed + uint(g) * 0x9e3779b9u;
                 for (int i = 0; i < u_sample_count; ++i) {
                     uint index = u_first_sample + uint(i);
-                    vec2 u = random_together_2d(index, own, 0u);
-                    vec2 choice = random_2d(index, own, 1u);
+                    vec2 u = random_2d(index, own, 0u, true);
+                    vec2 choice = random_2d(index, own, 1u, false);
                     LightSample light = sample_group(group, choice, u, surface.start);
                     vec3 arriving = unblocked_irradiance(surface, light);
                     float reach = needed_reach(group, light, arriving, RAY_FAR);

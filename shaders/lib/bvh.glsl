@@ -74,144 +74,229 @@ bool bvh_is_inside(float side_0, float side_1, float side_2)
     return min(min(side_0, side_1), side_2) >= 0.0 || max(max(side_0, side_1), side_2) <= 0.0;
 }
 
-// The first (`stops_at_any`: just any) hit at 0 < t < t_max.
-BvhHit bvh_trace(vec3 origin, vec3 w, float t_max, bool stops_at_any)
+// What does not change along a ray.
+struct BvhRay {
+    vec3 origin;
+    mat3 axes;          // columns: two axes across the ray and the ray itself
+    vec3 inverse;       // 1 / direction
+    bvec3 is_negative;
+};
+
+// Where a ray is on its way through the hierarchy.
+struct BvhWalk {
+    uint waiting[BVH_LEVELS];
+    int top;            // number of waiting words, unless they are in registers
+    int record;         // to look at next
+    bool is_leaf;       // which is a primitive
+    bool goes_on;
+    BvhHit hit;
+};
+
+BvhRay bvh_ray(vec3 origin, vec3 w)
 {
     vec3 inverse = bvh_inverse(w);
-    bvec3 is_negative = lessThan(inverse, vec3(0.0));
-    // Two axes across the ray and the ray itself, as columns: v * axes are coordinates.
-    mat3 axes = frame_from_z(w);
-    vec2 right = vec2(u_bvh_texel.x, 0.0);
-    BvhHit hit = BvhHit(t_max, -1, false);
-    uint waiting[BVH_LEVELS];
-    for (int i = 0; i < BVH_LEVELS; ++i) {
-        waiting[i] = 0u;
-    }
-    int top = 0;
-    int record = 0;
-    bool is_leaf = false;
-    bool goes_on = t_max > 0.0;
-    while (goes_on) {
-        vec2 address = record_address(record, u_bvh_texel);
-        uvec4 words_0 = textureLod(t_bvh, address, 0.0);
-        uvec4 words_1 = textureLod(t_bvh, address + right, 0.0);
-        uvec4 words_2 = textureLod(t_bvh, address + 2.0 * right, 0.0);
-
-        // As a node: where the ray enters and leaves the four boxes.
-        vec3 base = (uintBitsToFloat(words_0.xyz) - origin) * inverse;
-        uvec3 exponent = uvec3(words_0.w, words_0.w >> 8, words_0.w >> 16) & 255u;
-        vec3 scale = uintBitsToFloat(exponent << 23) * inverse;
-        uvec3 low = words_1.xyz;
-        uvec3 high = uvec3(words_1.w, words_2.xy);
-        uvec3 first = uvec3(is_negative.x ? high.x : low.x, is_negative.y ? high.y : low.y,
-                            is_negative.z ? high.z : low.z);
-        uvec3 last = uvec3(is_negative.x ? low.x : high.x, is_negative.y ? low.y : high.y,
-                           is_negative.z ? low.z : high.z);
-        vec4 enter = max(max(bvh_bytes(first.x) * scale.x + base.x,
-                             bvh_bytes(first.y) * scale.y + base.y),
-                         max(bvh_bytes(first.z) * scale.z + base.z, vec4(0.0)));
-        vec4 leave = min(min(bvh_bytes(last.x) * scale.x + base.x,
-                             bvh_bytes(last.y) * scale.y + base.y),
-                         min(bvh_bytes(last.z) * scale.z + base.z, vec4(hit.t)));
-        bvec4 is_met = lessThanEqual(enter, leave);
-        uint child_count = is_leaf ? 0u : words_0.w >> 28;
-        uint inner_count = words_0.w >> 24 & 15u;
-        // Entry distances are not negative, so their bits sort like integers; the child's
-        // number takes the place of the last two.
-        uvec4 key = floatBitsToUint(enter) & ~3u | uvec4(0u, 1u, 2u, 3u);
-        key.x = is_met.x && child_count > 0u ? key.x : BVH_NO_CHILD;
-        key.y = is_met.y && child_count > 1u ? key.y : BVH_NO_CHILD;
-        key.z = is_met.z && child_count > 2u ? key.z : BVH_NO_CHILD;
-        key.w = is_met.w && child_count > 3u ? key.w : BVH_NO_CHILD;
-        uvec2 less = min(key.xy, key.zw);
-        uvec2 more = max(key.xy, key.zw);
-        uint nearest = min(less.x, less.y);
-        uint middle_0 = max(less.x, less.y);
-        uint middle_1 = min(more.x, more.y);
-        uint list = bvh_append(1u, max(more.x, more.y));
-        list = bvh_append(list, max(middle_0, middle_1));
-        list = bvh_append(list, min(middle_0, middle_1));
-        uint first_child = words_2.z;
-
-        // As a primitive: two triangles with the edge v0-v2 in common.
-        vec4 floats_0 = uintBitsToFloat(words_0);
-        vec4 floats_1 = uintBitsToFloat(words_1);
-        vec4 floats_2 = uintBitsToFloat(words_2);
-        vec3 v0 = (floats_0.xyz - origin) * axes;
-        vec3 v1 = (vec3(floats_0.w, floats_1.xy) - origin) * axes;
-        vec3 v2 = (vec3(floats_1.zw, floats_2.x) - origin) * axes;
-        vec3 v3 = (floats_2.yzw - origin) * axes;
-        float side_01 = bvh_edge_side(v0, v1);
-        float side_12 = bvh_edge_side(v1, v2);
-        float side_20 = bvh_edge_side(v2, v0);
-        float side_23 = bvh_edge_side(v2, v3);
-        float side_30 = bvh_edge_side(v3, v0);
-        // A side is the weight of the corner across from it. Of a triangle seen edge-on
-        // all are zero: 0 / 0, which no comparison lets pass.
-        float t_1 = (side_12 * v0.z + side_20 * v1.z + side_01 * v2.z) / (side_01 + side_12 + side_20);
-        float t_2 = (side_23 * v0.z + side_30 * v2.z - side_20 * v3.z) / (side_23 + side_30 - side_20);
-        bool is_in_1 = bvh_is_inside(side_01, side_12, side_20) && t_1 > 0.0 && t_1 < hit.t;
-        bool is_in_2 = bvh_is_inside(-side_20, side_23, side_30) && t_2 > 0.0 && t_2 < hit.t;
-#if RAY_CUTOUTS
-        uvec4 words_3 = textureLod(t_bvh, address + 3.0 * right, 0.0);
-        int slot = int(words_3.x) * 2;
-        is_in_1 = is_in_1 && !is_cut_out(words_3.y, slot, vec3(side_12, side_20, side_01));
-        is_in_2 = is_in_2 && !is_cut_out(words_3.z, slot + 1, vec3(side_23, side_30, -side_20));
-#endif
-        is_in_2 = is_in_2 && (!is_in_1 || t_2 < t_1);
-        bool is_hit = is_leaf && (is_in_1 || is_in_2);
-        hit.record = is_hit ? record : hit.record;
-        hit.is_second = is_hit ? is_in_2 : hit.is_second;
-        hit.t = is_hit ? (is_in_2 ? t_2 : t_1) : hit.t;
-
-        // Where to go next: down to the nearest child, or back to one that waits.
-        bool descends = nearest != BVH_NO_CHILD;
-        bool pushes = list > 1u;
-        uint pushed = first_child << 10 | inner_count << 7 | list;
-#if BVH_STACK_IN_REGISTERS
-        for (int i = BVH_LEVELS - 1; i > 0; --i) {
-            waiting[i] = pushes ? waiting[i - 1] : waiting[i];
-        }
-        waiting[0] = pushes ? pushed : waiting[0];
-        uint word = waiting[0];
-#else
-        top += pushes ? 1 : 0;
-        if (pushes) {
-            waiting[top - 1] = pushed;
-        }
-        uint word = top > 0 ? waiting[top - 1] : 0u;
-#endif
-        uint waiting_child = word & 3u;
-        uint rest = (word & 127u) >> 2;
-        bool pops = !descends && rest == 1u;
-        record = int(descends ? first_child + (nearest & 3u) : (word >> 10) + waiting_child);
-        is_leaf = descends ? (nearest & 3u) >= inner_count : waiting_child >= (word >> 7 & 7u);
-        goes_on = (descends || word != 0u) && !(stops_at_any && hit.record >= 0);
-        word = descends ? word : word & ~127u | rest;
-#if BVH_STACK_IN_REGISTERS
-        waiting[0] = word;
-        for (int i = 0; i < BVH_LEVELS - 1; ++i) {
-            waiting[i] = pops ? waiting[i + 1] : waiting[i];
-        }
-        waiting[BVH_LEVELS - 1] = pops ? 0u : waiting[BVH_LEVELS - 1];
-#else
-        if (top > 0) {
-            waiting[top - 1] = word;
-        }
-        top -= pops ? 1 : 0;
-#endif
-    }
-    return hit;
+    return BvhRay(origin, frame_from_z(w), inverse, lessThan(inverse, vec3(0.0)));
 }
 
+// From the root; a negative t_max goes nowhere.
+void bvh_begin(inout BvhWalk walk, float t_max)
+{
+    for (int i = 0; i < BVH_LEVELS; ++i) {
+        walk.waiting[i] = 0u;
+    }
+    walk.top = 0;
+    walk.record = 0;
+    walk.is_leaf = false;
+    walk.goes_on = t_max > 0.0;
+    walk.hit = BvhHit(t_max, -1, false);
+}
+
+// What a record holds, as bits.
+struct BvhRecord {
+    uvec4 words_0;
+    uvec4 words_1;
+    uvec4 words_2;
+};
+
+// The children of a node that a ray meets.
+struct BvhChildren {
+    uint nearest;      // number in the last two bits, BVH_NO_CHILD: none
+    uint list;         // the others, nearest lowest, under a leading 1
+    uint first;        // record of child 0
+    uint inner_count;
+};
+
+// The record as a node: where the ray enters and leaves the four boxes.
+BvhChildren bvh_children(BvhRay ray, BvhRecord node, bool is_leaf, float t_max)
+{
+    vec3 base = (uintBitsToFloat(node.words_0.xyz) - ray.origin) * ray.inverse;
+    uint head = node.words_0.w;
+    vec3 scale = uintBitsToFloat((uvec3(head, head >> 8, head >> 16) & 255u) << 23) * ray.inverse;
+    uvec3 low = node.words_1.xyz;
+    uvec3 high = uvec3(node.words_1.w, node.words_2.xy);
+    bvec3 flips = ray.is_negative;
+    uvec3 first = uvec3(flips.x ? high.x : low.x, flips.y ? high.y : low.y, flips.z ? high.z : low.z);
+    uvec3 last = uvec3(flips.x ? low.x : high.x, flips.y ? low.y : high.y, flips.z ? low.z : high.z);
+    vec4 enter = max(max(bvh_bytes(first.x) * scale.x + base.x, bvh_bytes(first.y) * scale.y + base.y),
+                     max(bvh_bytes(first.z) * scale.z + base.z, vec4(0.0)));
+    vec4 leave = min(min(bvh_bytes(last.x) * scale.x + base.x, bvh_bytes(last.y) * scale.y + base.y),
+                     min(bvh_bytes(last.z) * scale.z + base.z, vec4(t_max)));
+    bvec4 is_met = lessThanEqual(enter, leave);
+    uint child_count = is_leaf ? 0u : head >> 28;
+
+    // Entry distances are not negative, so their bits sort like integers; the child's
+    // number takes the place of the last two.
+    uvec4 key = floatBitsToUint(enter) & ~3u | uvec4(0u, 1u, 2u, 3u);
+    key.x = is_met.x && child_count > 0u ? key.x : BVH_NO_CHILD;
+    key.y = is_met.y && child_count > 1u ? key.y : BVH_NO_CHILD;
+    key.z = is_met.z && child_count > 2u ? key.z : BVH_NO_CHILD;
+    key.w = is_met.w && child_count > 3u ? key.w : BVH_NO_CHILD;
+    uvec2 less = min(key.xy, key.zw);
+    uvec2 more = max(key.xy, key.zw);
+    uint middle_0 = max(less.x, less.y);
+    uint middle_1 = min(more.x, more.y);
+    uint list = bvh_append(1u, max(more.x, more.y));
+    list = bvh_append(list, max(middle_0, middle_1));
+    list = bvh_append(list, min(middle_0, middle_1));
+    return BvhChildren(min(less.x, less.y), list, node.words_2.z, head >> 24 & 15u);
+}
+
+// The record as a primitive: two triangles with the edge v0-v2 in common. The nearer of
+// their hits, or `hit` as it is.
+BvhHit bvh_meet_pair(BvhRay ray, BvhRecord pair, int record, bool is_leaf, BvhHit hit)
+{
+    vec4 floats_0 = uintBitsToFloat(pair.words_0);
+    vec4 floats_1 = uintBitsToFloat(pair.words_1);
+    vec4 floats_2 = uintBitsToFloat(pair.words_2);
+    vec3 v0 = (floats_0.xyz - ray.origin) * ray.axes;
+    vec3 v1 = (vec3(floats_0.w, floats_1.xy) - ray.origin) * ray.axes;
+    vec3 v2 = (vec3(floats_1.zw, floats_2.x) - ray.origin) * ray.axes;
+    vec3 v3 = (floats_2.yzw - ray.origin) * ray.axes;
+    float side_01 = bvh_edge_side(v0, v1);
+    float side_12 = bvh_edge_side(v1, v2);
+    float side_20 = bvh_edge_side(v2, v0);
+    float side_23 = bvh_edge_side(v2, v3);
+    float side_30 = bvh_edge_side(v3, v0);
+    // A side is the weight of the corner across from it. Of a triangle seen edge-on all
+    // are zero: 0 / 0, which no comparison lets pass.
+    float t_1 = (side_12 * v0.z + side_20 * v1.z + side_01 * v2.z) / (side_01 + side_12 + side_20);
+    float t_2 = (side_23 * v0.z + side_30 * v2.z - side_20 * v3.z) / (side_23 + side_30 - side_20);
+    bool is_in_1 = bvh_is_inside(side_01, side_12, side_20) && t_1 > 0.0 && t_1 < hit.t;
+    bool is_in_2 = bvh_is_inside(-side_20, side_23, side_30) && t_2 > 0.0 && t_2 < hit.t;
+#if RAY_CUTOUTS
+    uvec4 words_3 = bvh_texel(record, 3);
+    int slot = int(words_3.x) * 2;
+    is_in_1 = is_in_1 && !is_cut_out(words_3.y, slot, vec3(side_12, side_20, side_01));
+    is_in_2 = is_in_2 && !is_cut_out(words_3.z, slot + 1, vec3(side_23, side_30, -side_20));
+#endif
+    is_in_2 = is_in_2 && (!is_in_1 || t_2 < t_1);
+    bool is_hit = is_leaf && (is_in_1 || is_in_2);
+    return BvhHit(is_hit ? (is_in_2 ? t_2 : t_1) : hit.t, is_hit ? record : hit.record,
+                  is_hit ? is_in_2 : hit.is_second);
+}
+
+// Where to go next: down to the nearest child, or back to one that waits.
+void bvh_go_on(BvhChildren children, inout BvhWalk walk)
+{
+    bool descends = children.nearest != BVH_NO_CHILD;
+    bool pushes = children.list > 1u;
+    uint pushed = children.first << 10 | children.inner_count << 7 | children.list;
+#if BVH_STACK_IN_REGISTERS
+    for (int i = BVH_LEVELS - 1; i > 0; --i) {
+        walk.waiting[i] = pushes ? walk.waiting[i - 1] : walk.waiting[i];
+    }
+    walk.waiting[0] = pushes ? pushed : walk.waiting[0];
+    uint word = walk.waiting[0];
+#else
+    walk.top += pushes ? 1 : 0;
+    if (pushes) {
+        walk.waiting[walk.top - 1] = pushed;
+    }
+    uint word = walk.top > 0 ? walk.waiting[walk.top - 1] : 0u;
+#endif
+    uint near = children.nearest & 3u;
+    uint waiting = word & 3u;
+    uint rest = (word & 127u) >> 2;
+    bool pops = !descends && rest == 1u;
+    walk.record = int(descends ? children.first + near : (word >> 10) + waiting);
+    walk.is_leaf = descends ? near >= children.inner_count : waiting >= (word >> 7 & 7u);
+    walk.goes_on = descends || word != 0u;
+    word = descends ? word : word & ~127u | rest;
+#if BVH_STACK_IN_REGISTERS
+    walk.waiting[0] = word;
+    for (int i = 0; i < BVH_LEVELS - 1; ++i) {
+        walk.waiting[i] = pops ? walk.waiting[i + 1] : walk.waiting[i];
+    }
+    walk.waiting[BVH_LEVELS - 1] = pops ? 0u : walk.waiting[BVH_LEVELS - 1];
+#else
+    if (walk.top > 0) {
+        walk.waiting[walk.top - 1] = word;
+    }
+    walk.top -= pops ? 1 : 0;
+#endif
+}
+
+// Takes one record, node or primitive, and does the work of both kinds.
+void bvh_step(BvhRay ray, inout BvhWalk walk)
+{
+    vec2 address = record_address(walk.record, u_bvh_texel);
+    vec2 right = vec2(u_bvh_texel.x, 0.0);
+    BvhRecord record = BvhRecord(textureLod(t_bvh, address, 0.0),
+                                 textureLod(t_bvh, address + right, 0.0),
+                                 textureLod(t_bvh, address + 2.0 * right, 0.0));
+    BvhChildren children = bvh_children(ray, record, walk.is_leaf, walk.hit.t);
+    walk.hit = bvh_meet_pair(ray, record, walk.record, walk.is_leaf, walk.hit);
+    bvh_go_on(children, walk);
+}
+
+// The nearest hit at 0 < t < t_max.
 BvhHit bvh_nearest(vec3 origin, vec3 w, float t_max)
 {
-    return bvh_trace(origin, w, t_max, false);
+    BvhRay ray = bvh_ray(origin, w);
+    BvhWalk walk;
+    bvh_begin(walk, t_max);
+    while (walk.goes_on) {
+        bvh_step(ray, walk);
+    }
+    return walk.hit;
 }
 
+// Whether there is any.
 bool bvh_is_blocked(vec3 origin, vec3 w, float t_max)
 {
-    return bvh_trace(origin, w, t_max, true).record >= 0;
+    BvhRay ray = bvh_ray(origin, w);
+    BvhWalk walk;
+    bvh_begin(walk, t_max);
+    while (walk.goes_on) {
+        bvh_step(ray, walk);
+        walk.goes_on = walk.goes_on && walk.hit.record < 0;
+    }
+    return walk.hit.record >= 0;
+}
+
+// Both for two rays from one point: whether anything blocks the first, and what the second
+// meets. One loop for both, because pixels that run in lockstep then wait once for the
+// longest sum of two rays instead of twice for the longest ray.
+BvhHit bvh_blocked_and_nearest(
+    vec3 origin, vec3 w_1, float t_max_1, vec3 w_2, float t_max_2, out bool is_blocked)
+{
+    bool is_first = t_max_1 > 0.0;
+    is_blocked = false;
+    BvhRay ray = bvh_ray(origin, is_first ? w_1 : w_2);
+    BvhRay second = bvh_ray(origin, w_2);
+    BvhWalk walk;
+    bvh_begin(walk, is_first ? t_max_1 : t_max_2);
+    while (walk.goes_on) {
+        bvh_step(ray, walk);
+        bool ends_first = is_first && (!walk.goes_on || walk.hit.record >= 0);
+        if (ends_first) {
+            is_blocked = walk.hit.record >= 0;
+            is_first = false;
+            ray = second;
+            bvh_begin(walk, t_max_2);
+        }
+    }
+    return walk.hit;
 }
 
 // Vertices of the triangle that was hit, in the order of its winding.

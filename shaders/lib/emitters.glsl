@@ -20,12 +20,17 @@
 #define EMITTER_SHADOWED 1
 #define EMITTER_SSDO 2
 
+#define EMITTER_TWO_SIDED 8
+#define EMITTER_BODY 16
+#define EMITTER_DIRECT 4
+
 uniform sampler2D t_ray_emitters;
+uniform vec2 u_emitters_texel;
 uniform sampler2D t_ray_emitter_groups;
 uniform sampler2D t_ray_map_cells;
+uniform int u_emitter_group_count;
+uniform float u_emitter_density;  // probability per area and mean emission of being drawn
 
-// Entries in a row of the table, 8 texels each.
-const int EMITTER_ROW_SHIFT = 7;
 // Rays towards light end this share, and an offset, before it, so as not to hit the lamp
 // itself: some ten roundings of the distance.
 const float EMITTER_GAP = 1e-6;
@@ -57,68 +62,78 @@ struct LightSample {
 
 const LightSample NO_LIGHT = LightSample(vec3(0.0, 0.0, 1.0), 0.0, vec3(0.0), 0.0);
 
+// An entry takes two records of 4 texels.
 vec4 emitter_texel(int entry, int texel)
 {
-    ivec2 place = ivec2((entry & ((1 << EMITTER_ROW_SHIFT) - 1)) * 8 + texel,
-                        entry >> EMITTER_ROW_SHIFT);
-    return texelFetch(t_ray_emitters, place, 0);
-}
-
-int emitter_group_count()
-{
-    return int(texelFetch(t_ray_emitter_groups, ivec2(1, 0), 0).z);
-}
-
-// Probability per area and mean emission of drawing a point of an emissive triangle,
-// among all emitters.
-float emitter_density()
-{
-    return texelFetch(t_ray_emitter_groups, ivec2(1, 0), 0).w;
+    vec2 place = record_address(2 * entry, u_emitters_texel);
+    return textureLod(t_ray_emitters, place + vec2(float(texel) * u_emitters_texel.x, 0.0), 0.0);
 }
 
 EmitterGroup emitter_group(int group)
 {
     vec4 head = texelFetch(t_ray_emitter_groups, ivec2(0, group), 0);
-    return EmitterGroup(int(head.x), int(head.y), int(head.z), head.w > 0.5,
-                        texelFetch(t_ray_emitter_groups, ivec2(1, group), 0).y);
+    int code = int(head.z);
+    return EmitterGroup(int(head.x), int(head.y), code & 3, code >= EMITTER_DIRECT, head.w);
 }
 
-// The group that u in [0, 1) falls on; u then is uniform again.
+// What is left of u in [0, 1), uniform again, once it has chosen a share that ends at `end`.
+float rest_of_choice(float u, float end, float share)
+{
+    return clamp((u - (end - share)) / max(share, 1e-30), 0.0, 1.0 - FLOAT_EPSILON);
+}
+
+// The group that u in [0, 1) falls on.
 EmitterGroup draw_emitter_group(inout float u)
 {
     int low = 0;
-    int high = emitter_group_count() - 1;
+    int high = u_emitter_group_count - 1;
     while (low < high) {
         int middle = (low + high) >> 1;
         bool is_left = u < texelFetch(t_ray_emitter_groups, ivec2(1, middle), 0).x;
         high = is_left ? middle : high;
         low = is_left ? low : middle + 1;
     }
-    vec4 tail = texelFetch(t_ray_emitter_groups, ivec2(1, low), 0);
-    u = clamp((u - (tail.x - tail.y)) / max(tail.y, 1e-30), 0.0, 1.0 - FLOAT_EPSILON);
-    return emitter_group(low);
+    EmitterGroup group = emitter_group(low);
+    u = rest_of_choice(u, texelFetch(t_ray_emitter_groups, ivec2(1, low), 0).x, group.probability);
+    return group;
 }
 
-int draw_emitter(EmitterGroup group, inout float u)
+int draw_emitter(EmitterGroup group, float u)
 {
     int low = 0;
     int high = group.count - 1;
     while (low < high) {
         int middle = (low + high) >> 1;
-        bool is_left = u < emitter_texel(group.first + middle, 0).z;
+        bool is_left = u < emitter_texel(group.first + middle, 3).w;
         high = is_left ? middle : high;
         low = is_left ? low : middle + 1;
     }
-    vec2 range = emitter_texel(group.first + low, 0).zw;
-    u = clamp((u - (range.x - range.y)) / max(range.y, 1e-30), 0.0, 1.0 - FLOAT_EPSILON);
     return group.first + low;
 }
 
-// Part of a spot's light that leaves towards -w: KHR_lights_punctual.
-float emitter_spot_falloff(int entry, vec3 w)
+// The four texels that every entry has.
+struct Emitter {
+    int kind;
+    bool two_sided;
+    bool can_be_hit;
+    vec3 place;
+    vec4 edge_u;     // w: probability within the group
+    vec4 edge_v;     // w: area
+    vec4 power;      // w: cumulative probability
+};
+
+Emitter emitter_at(int entry)
 {
-    vec4 axis = emitter_texel(entry, 3);
-    float ramp = clamp((dot(-w, axis.xyz) - emitter_texel(entry, 2).w) * axis.w, 0.0, 1.0);
+    vec4 head = emitter_texel(entry, 0);
+    int code = int(head.w);
+    return Emitter(code & 7, (code & EMITTER_TWO_SIDED) != 0, (code & EMITTER_BODY) != 0, head.xyz,
+                   emitter_texel(entry, 1), emitter_texel(entry, 2), emitter_texel(entry, 3));
+}
+
+// Part of a spot's light that leaves towards -w: KHR_lights_punctual.
+float emitter_spot_falloff(Emitter e, vec3 w)
+{
+    float ramp = clamp((dot(-w, e.edge_u.xyz) - e.edge_v.x) * e.edge_v.y, 0.0, 1.0);
     return ramp * ramp;
 }
 
@@ -156,31 +171,28 @@ vec3 emitter_color(uint material, vec2 uv)
 }
 #endif
 
-LightSample sample_surface_emitter(int entry, bool is_triangle, bool two_sided, vec2 u, vec3 p)
+LightSample sample_surface_emitter(Emitter e, int entry, vec2 u, vec3 p)
 {
-    vec3 corner = emitter_texel(entry, 1).xyz - p;
-    vec3 edge_u = emitter_texel(entry, 3).xyz;
-    vec4 edge_v = emitter_texel(entry, 4);
-    vec3 s = emitter_place(corner, edge_u, edge_v.xyz, is_triangle, u);
-    vec3 to_light = corner + s.x * edge_u + s.y * edge_v.xyz;
+    vec3 corner = e.place - p;
+    vec3 s = emitter_place(corner, e.edge_u.xyz, e.edge_v.xyz, e.kind == EMITTER_TRIANGLE, u);
+    vec3 to_light = corner + s.x * e.edge_u.xyz + s.y * e.edge_v.xyz;
     float distance_2 = max(dot(to_light, to_light), 1e-30);
     float distance = sqrt(distance_2);
     vec3 w = to_light / distance;
-    vec3 normal = cross(edge_u, edge_v.xyz);
-    normal *= inversesqrt(max(dot(normal, normal), 1e-30));
-    float cosine = -dot(normal, w);
-    cosine = two_sided ? abs(cosine) : max(cosine, 0.0);
-    vec3 radiance = emitter_texel(entry, 2).rgb;
-    vec4 uv_last = emitter_texel(entry, 6);
+    vec3 normal = cross(e.edge_u.xyz, e.edge_v.xyz);
+    float cosine = -dot(normal, w) * inversesqrt(max(dot(normal, normal), 1e-30));
+    cosine = e.two_sided ? abs(cosine) : max(cosine, 0.0);
+    vec3 radiance = e.power.rgb;
 #if RAY_TEXTURES
-    vec4 uv_along = emitter_texel(entry, 5);
+    vec4 uv_along = emitter_texel(entry, 4);
+    vec4 uv_last = emitter_texel(entry, 5);
     vec2 uv = uv_along.xy + s.x * uv_along.zw + s.y * uv_last.xy;
     radiance *= uv_last.z >= 0.0 ? emitter_color(uint(uv_last.z), uv) : vec3(1.0);
 #endif
-    float density = distance_2 / max(edge_v.w * cosine, 1e-30);
+    float density = distance_2 / max(e.edge_v.w * cosine, 1e-30);
     bool is_lit = cosine > 0.0 && distance_2 > 1e-20;
     radiance *= s.z > 0.0 ? s.z : 1.0 / density;
-    return LightSample(w, distance, is_lit ? radiance : vec3(0.0), uv_last.w > 0.5 ? density : 0.0);
+    return LightSample(w, distance, is_lit ? radiance : vec3(0.0), e.can_be_hit ? density : 0.0);
 }
 
 LightSample sample_map(vec2 choice, vec2 u)
@@ -225,33 +237,28 @@ float map_density(vec3 w)
 LightSample sample_group(EmitterGroup group, vec2 choice, vec2 u, vec3 p)
 {
     int entry = draw_emitter(group, choice.x);
-    vec4 head = emitter_texel(entry, 0);
-    int kind = int(head.x);
-    vec3 place = emitter_texel(entry, 1).xyz;
-    vec3 power = emitter_texel(entry, 2).rgb;
+    Emitter e = emitter_at(entry);
+    choice.x = rest_of_choice(choice.x, e.power.w, e.edge_u.w);
+    LightSample light = sample_surface_emitter(e, entry, u, p);
 
-    vec3 to_light = kind == EMITTER_DIRECTIONAL ? place : place - p;
+    bool is_surface = e.kind == EMITTER_PARALLELOGRAM || e.kind == EMITTER_TRIANGLE;
+    bool is_distant = e.kind == EMITTER_DIRECTIONAL;
+    vec3 to_light = is_distant ? e.place : e.place - p;
     float distance = max(length(to_light), 1e-15);
     vec3 w = to_light / distance;
-    bool is_distant = kind == EMITTER_DIRECTIONAL;
-    vec3 radiance = is_distant ? power : power / distance / distance;
-    radiance *= kind == EMITTER_SPOT ? emitter_spot_falloff(entry, w) : 1.0;
-    LightSample light = LightSample(w, is_distant ? RAY_FAR : distance, radiance, 0.0);
-
-    bool is_surface = kind == EMITTER_PARALLELOGRAM || kind == EMITTER_TRIANGLE;
-    LightSample from_surface =
-        sample_surface_emitter(entry, kind == EMITTER_TRIANGLE, head.y > 0.5, u, p);
-    light.w = is_surface ? from_surface.w : light.w;
-    light.distance = is_surface ? from_surface.distance : light.distance;
-    light.radiance = is_surface ? from_surface.radiance : light.radiance;
-    light.density = is_surface ? from_surface.density : light.density;
+    vec3 radiance = is_distant ? e.power.rgb : e.power.rgb / distance / distance;
+    radiance *= e.kind == EMITTER_SPOT ? emitter_spot_falloff(e, w) : 1.0;
+    light.w = is_surface ? light.w : w;
+    light.distance = is_surface ? light.distance : (is_distant ? RAY_FAR : distance);
+    light.radiance = is_surface ? light.radiance : radiance;
+    light.density = is_surface ? light.density : 0.0;
 #if ENVIRONMENT_KIND == 3
-    if (kind == EMITTER_MAP) {
+    if (e.kind == EMITTER_MAP) {
         light = sample_map(choice, u);
     }
 #endif
-    light.radiance /= max(head.w, 1e-30);
-    light.density *= head.w;
+    light.radiance /= max(e.edge_u.w, 1e-30);
+    light.density *= e.edge_u.w;
     return light;
 }
 

@@ -63,35 +63,30 @@ uint pixel_seed(ivec2 pixel)
     return random_hash(uint(pixel.x) + (uint(pixel.y) << 16) + u_stream * 0x9e3779b9u);
 }
 
-// Scrambles by a seed that all pixels share, and below the shared leading bits by the
-// pixel's own. Neighbouring pixels then send sample i into the same cell of the
+// Scrambles by a seed that all pixels share, and below the leading bits in `shared_bits`
+// by the pixel's own. Neighbouring pixels then send sample i into the same cell of the
 // hemisphere, each to its own place in it, and rays that run in lockstep visit the same
 // boxes. After 4^bits samples every pixel has been in every cell, and pixels err
 // independently.
-float scramble_partly(uint reversed, uint shared_seed, uint own_seed)
+float scramble_partly(uint reversed, uint shared_seed, uint own_seed, uint shared_bits)
 {
     uint together = owen_reversed(reversed, shared_seed);
     uint apart = owen_reversed(together, own_seed);
-    return unit_float(reverse_bits(together & u_shared_bits | apart & ~u_shared_bits));
+    return unit_float(reverse_bits(together & shared_bits | apart & ~shared_bits));
 }
 
-// Point `index` of a pair of dimensions in which neighbouring pixels stay together.
-vec2 random_together_2d(uint index, uint seed, uint dimension)
+// Point `index` of a pair of dimensions. `is_together`: one in which neighbouring pixels
+// stay together; such pairs are not independent of each other, only of all others.
+vec2 random_2d(uint index, uint seed, uint dimension, bool is_together)
 {
     uint shared_seed = random_hash(u_stream + dimension * 0x9e3779b9u);
     uint own = random_hash(seed + dimension * 0x9e3779b9u);
-    return vec2(scramble_partly(index, random_hash(shared_seed ^ 0x68bc21ebu),
-                                random_hash(own ^ 0x68bc21ebu)),
-                scramble_partly(sobol_second_reversed(index), random_hash(shared_seed ^ 0x02e5be93u),
-                                random_hash(own ^ 0x02e5be93u)));
-}
-
-// Point `index` of a pair of dimensions, independent of all other pairs and pixels.
-vec2 random_2d(uint index, uint seed, uint dimension)
-{
-    uint own = random_hash(seed + dimension * 0x9e3779b9u);
+    // Shuffling keeps any 2^k consecutive points together, in another order.
     uint shuffled = reverse_bits(owen_reversed(reverse_bits(index), own));
-    uint x = owen_reversed(shuffled, random_hash(own ^ 0x68bc21ebu));
-    uint y = owen_reversed(sobol_second_reversed(shuffled), random_hash(own ^ 0x02e5be93u));
-    return vec2(unit_float(reverse_bits(x)), unit_float(reverse_bits(y)));
+    uint place = is_together ? index : shuffled;
+    uint shared_bits = is_together ? u_shared_bits : 0u;
+    return vec2(scramble_partly(place, random_hash(shared_seed ^ 0x68bc21ebu),
+                                random_hash(own ^ 0x68bc21ebu), shared_bits),
+                scramble_partly(sobol_second_reversed(place), random_hash(shared_seed ^ 0x02e5be93u),
+                                random_hash(own ^ 0x02e5be93u), shared_bits));
 }

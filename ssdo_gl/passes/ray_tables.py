@@ -14,7 +14,7 @@ from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.ray_uniforms import folded
 from ssdo_gl.scene.bvh import cached_bvh
-from ssdo_gl.scene.bvh_emitters import emitter_tables, map_cells, map_mean_radiance
+from ssdo_gl.scene.bvh_emitters import cached_emitter_tables, map_cells
 from ssdo_gl.scene.bvh_surfaces import (
     Atlas,
     RayFeatures,
@@ -94,12 +94,11 @@ class EmitterTablesPass(RenderPass):
     def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
         """Return the tables as new textures."""
         gl, scene = context.gl, context.frame.scene
-        cells, power = np.ones((1, 1, 4), dtype=np.float32), 0.0
+        cells = np.ones((1, 1, 4), dtype=np.float32)
         if isinstance(scene.environment, MapEnvironment):
             image = radiance_image(scene.environment).astype(np.float32)
-            power = map_mean_radiance(image)
-            cells = map_cells(image) if power > 0.0 else cells
-        tables = emitter_tables(cached_bvh(scene), scene, power)
+            cells = map_cells(image) if image[..., :3].any() else cells
+        tables = cached_emitter_tables(scene)
         # An entry takes two records: 128 entries to a row.
         entries = folded(tables.entries.reshape(-1, 16))
         return {

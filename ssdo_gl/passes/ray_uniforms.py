@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.scene.bvh import cached_bvh
+from ssdo_gl.scene.bvh_emitters import cached_emitter_tables
 from ssdo_gl.scene.bvh_surfaces import RayFeatures
 from ssdo_gl.scene.bvh_triangles import normalised_frame
+from ssdo_gl.scene.scene import Scene
 
 # Longer than any ray that starts within the scene's bounds: their diagonal is 2 in the
 # normalised frame (`RAY_FAR` of shaders/lib/ray.glsl).
@@ -21,6 +23,12 @@ FAR_NS = 4.0
 # Records in a row of a table: 256 of four texels are the 1024 that OpenGL 3.3
 # guarantees. `shaders/lib/bvh.glsl` knows the number as BVH_ROW_SHIFT.
 RECORDS_PER_ROW = 256
+# Tables that are looked up by texture coordinates, and the uniform with a texel's size.
+TABLE_TEXELS = {
+    "bvh": "u_bvh_texel",
+    "ray_surfaces": "u_surfaces_texel",
+    "ray_emitters": "u_emitters_texel",
+}
 SHADING_TABLES = ("ray_surfaces", "ray_materials", "ray_atlas")
 EMITTER_TABLES = ("ray_emitters", "ray_emitter_groups", "ray_map_cells")
 # Names under which llvmpipe and other software rasterizers report themselves.
@@ -59,12 +67,24 @@ def ray_defines(gl: moderngl.Context, frame: Frame, features: RayFeatures) -> di
     }
 
 
-def table_uniforms(inputs: Mapping[str, moderngl.Texture]) -> dict[str, object]:
-    """Return the uniforms that say how large the tables among `inputs` are."""
+def table_uniforms(
+    inputs: Mapping[str, moderngl.Texture], scene: Scene | None = None
+) -> dict[str, object]:
+    """Return the uniforms that say how large the tables among `inputs` are.
+
+    Parameters
+    ----------
+    scene : Scene or None
+        For shaders that include ``lib/emitters.glsl``.
+    """
     values: dict[str, object] = {}
-    for name, uniform in (("bvh", "u_bvh_texel"), ("ray_surfaces", "u_surfaces_texel")):
+    for name, uniform in TABLE_TEXELS.items():
         if name in inputs:
             values[uniform] = (1.0 / inputs[name].width, 1.0 / inputs[name].height)
+    if scene is not None:
+        tables = cached_emitter_tables(scene)
+        values["u_emitter_group_count"] = tables.group_count
+        values["u_emitter_density"] = tables.density
     return values
 
 

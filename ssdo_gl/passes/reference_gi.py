@@ -23,6 +23,7 @@ from ssdo_gl.passes.ray_uniforms import (
     ray_uniforms,
     table_uniforms,
 )
+from ssdo_gl.scene.bvh_emitters import cached_emitter_tables
 from ssdo_gl.scene.bvh_surfaces import RayFeatures
 from ssdo_gl.scene.environment import Environment
 
@@ -48,7 +49,7 @@ class ReferenceGiSettings:
         high=UNLIMITED_BOUNCES,
     )
     roulette_start: int = setting(
-        3, "bounces that every path makes before it may end by chance", low=0, high=64
+        2, "bounces that every path makes before it may end by chance", low=0, high=64
     )
     max_error: float | None = setting(
         None, "stop below this standard error, relative to the mean", low=0.0
@@ -115,10 +116,11 @@ class ReferenceGiPass(RenderPass):
         inputs, frame = context.inputs, context.frame
         defines = ray_defines(context.gl, frame, self.features)
         defines["ENVIRONMENT_KIND"] = self.environment_kind
+        defines["HAS_EMITTERS"] = int(cached_emitter_tables(frame.scene).group_count > 0)
         self.statistics = accumulate(
             context,
             context.shaders.fullscreen("reference_gi.frag", defines),
-            {**uniforms(self.settings, frame), **table_uniforms(inputs)},
+            {**uniforms(self.settings, frame), **table_uniforms(inputs, frame.scene)},
             {f"t_{name}": inputs[name] for name in self.reads},
             [OUTPUT],
             Schedule(self.settings.spp, SAMPLES_PER_DRAW, RAYS_PER_PATH, self.settings.max_error),

@@ -7,6 +7,7 @@ the exact light: every emissive triangle, where it is and as bright as it is.
 from __future__ import annotations
 
 import math
+from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -14,12 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray, normalized
-from ssdo_gl.scene.bvh import Bvh
+from ssdo_gl.scene.bvh import CACHE_SIZE, Bvh, cached_bvh, content_key
+from ssdo_gl.scene.environment import MapEnvironment
+from ssdo_gl.scene.environment_light import radiance_image
 from ssdo_gl.scene.light import DirectionalLight, Light, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.scene import Scene
 
 # As lib/emitters.glsl numbers them.
 KIND_POINT, KIND_SPOT, KIND_DIRECTIONAL, KIND_PARALLELOGRAM, KIND_TRIANGLE, KIND_MAP = range(6)
+TWO_SIDED_CODE, BODY_CODE = 8, 16
 SHADOW_NUMBERS = {"none": 0, "map": 1, "ssdo": 2}
 ENTRY_TEXELS = 8
 GROUP_TEXELS = 2
@@ -38,23 +42,28 @@ class EmitterTables:
     Attributes
     ----------
     entries : ndarray, shape (max(N, 1), 8, 4), float32
-        Texels: 0 = kind, 1 if both sides emit, cumulative probability within the group
-        including this entry, probability within the group; 1 = position or corner, or
-        direction towards a directional light; 2 = intensity, irradiance or radiance
-        (lengths in normalised units), cosine of a spot's outer angle; 3 = first edge or
-        direction of a spot, 1 / (cos inner - cos outer); 4 = second edge, area; 5, 6 =
-        texture coordinates at the corner, along the first and second edge (each 2), x of
-        material in the material table or -1, 1 if rays can hit the emitter; 7 is unused.
+        Texels: 0 = position or corner, or direction towards a directional light, and a
+        code: kind + 8 if both sides emit + 16 if rays can hit the emitter; 1 = first
+        edge, or direction in which a spot shines, probability within the group; 2 =
+        second edge, area (a spot: cosine of its outer angle, 1 / (cos inner - cos
+        outer)); 3 = intensity, irradiance or radiance (lengths in normalised units),
+        cumulative probability within the group including this entry; 4, 5 = texture
+        coordinates at the corner, along the first and second edge (two each), material
+        or -1, 0. 6 and 7 are unused.
     groups : ndarray, shape (max(G, 1), 2, 4), float32
-        Texels: 0 = first entry, number of entries, shadow mode, 1 if the light of the
-        group counts as direct light; 1 = cumulative probability including this group,
-        probability; in row 0
-        also the number of groups and a density: the probability per area (normalised
-        units) and mean emission with which a point of an emissive triangle is drawn.
+        Texels: 0 = first entry, number of entries, shadow mode + 4 if the group's light
+        counts as direct light, probability; 1 = cumulative probability including this
+        group, 0, 0, 0.
+    group_count : int
+    density : float
+        Probability per area (normalised units) and mean emission with which a point of
+        an emissive triangle is drawn.
     """
 
     entries: NDArray[np.float32]
     groups: NDArray[np.float32]
+    group_count: int
+    density: float
 
 
 @dataclass(frozen=True)
@@ -83,11 +92,31 @@ def emitter_tables(bvh: Bvh, scene: Scene, map_power: float = 0.0) -> EmitterTab
     ]
     if map_power > 0.0:
         row = np.zeros((1, ENTRY_TEXELS, 4))
-        row[0, 0, 0] = KIND_MAP
+        row[0, 0, 3] = KIND_MAP
         # The power that enters the unit sphere, which encloses the scene.
         groups.append(_Group(row, np.ones(1), 4.0 * math.pi**2 * map_power, 1, False))
     groups = [group for group in groups if group.power > 0.0]
     return _assemble(groups)
+
+
+_cache: OrderedDict[tuple[bytes, int, int, int], tuple[Scene, EmitterTables]] = OrderedDict()
+
+
+def cached_emitter_tables(scene: Scene) -> EmitterTables:
+    """Return the tables of `scene`, made once as long as geometry and lights stay."""
+    # Lights, materials and sky are compared by identity: the scene is kept, so that no
+    # other can take their place in memory.
+    sky = scene.environment
+    key = (content_key(scene), id(scene.lights), id(scene.materials), id(sky))
+    if key not in _cache:
+        power = 0.0
+        if isinstance(sky, MapEnvironment):
+            power = map_mean_radiance(radiance_image(sky).astype(np.float32))
+        _cache[key] = scene, emitter_tables(cached_bvh(scene), scene, power)
+    _cache.move_to_end(key)
+    while len(_cache) > CACHE_SIZE:
+        _cache.popitem(last=False)
+    return _cache[key][1]
 
 
 def _assemble(groups: Sequence[_Group]) -> EmitterTables:
@@ -98,17 +127,20 @@ def _assemble(groups: Sequence[_Group]) -> EmitterTables:
     for head, group in zip(heads, groups, strict=False):
         share = group.weights / group.weights.sum()
         rows = group.rows.copy()
-        rows[:, 0, 2], rows[:, 0, 3] = np.cumsum(share), share
-        rows[-1, 0, 2] = 1.0
+        rows[:, 1, 3], rows[:, 3, 3] = share, np.cumsum(share)
+        rows[-1, 3, 3] = 1.0
         entries[first : first + len(rows)] = rows
         cumulative += group.power / total
-        head[0] = first, len(rows), group.shadow, group.is_direct
-        head[1, :2] = cumulative, group.power / total
+        head[0] = first, len(rows), group.shadow + 4 * group.is_direct, group.power / total
+        head[1, 0] = cumulative
         first += len(rows)
-    if groups:
-        heads[-1, 1, 0] = 1.0
-        heads[0, 1, 2:] = len(groups), math.pi / total
-    return EmitterTables(entries.astype(np.float32), heads.astype(np.float32))
+    heads[-1, 1, 0] = 1.0
+    return EmitterTables(
+        entries.astype(np.float32),
+        heads.astype(np.float32),
+        len(groups),
+        math.pi / total if groups else 0.0,
+    )
 
 
 def body_lights(scene: Scene) -> dict[int, range]:
@@ -192,14 +224,12 @@ def _emissive_rows(
         area = np.linalg.norm(np.cross(edge_u, edge_v), axis=1)
         area *= 0.5 if kind == KIND_TRIANGLE else 1.0
         row = np.zeros((len(chosen), ENTRY_TEXELS, 4))
-        row[:, 0, 0], row[:, 0, 1] = kind, sides[material] - 1.0
-        row[:, 1, :3], row[:, 3, :3], row[:, 4, :3] = corner, edge_u, edge_v
-        row[:, 2, :3], row[:, 4, 3] = emission[material], area
+        row[:, 0, :3], row[:, 1, :3], row[:, 2, :3] = corner, edge_u, edge_v
+        row[:, 0, 3] = kind + TWO_SIDED_CODE * (sides[material] - 1.0) + BODY_CODE
+        row[:, 2, 3], row[:, 3, :3] = area, emission[material]
         uv = uvs[chosen, o]
-        row[:, 5, :2], row[:, 5, 2:] = uv, uvs[chosen, u] - uv
-        row[:, 6, :2] = uvs[chosen, v] - uv
-        row[:, 6, 2] = material
-        row[:, 6, 3] = 1.0
+        row[:, 4, :2], row[:, 4, 2:] = uv, uvs[chosen, u] - uv
+        row[:, 5, :2], row[:, 5, 2] = uvs[chosen, v] - uv, material
         rows.append(row)
         weights.append(area * emission[material].mean(axis=1) * sides[material])
         owners.append(triangles.light[which])
@@ -226,32 +256,30 @@ def _is_parallelogram(corners: FloatArray) -> NDArray[np.bool_]:
 def _light_group(light: Light, centre: FloatArray, unit: float) -> _Group:
     """Return the group of one light without a body, lengths in units of `unit`."""
     row = np.zeros((1, ENTRY_TEXELS, 4))
-    row[0, 6, 2] = -1.0
+    row[0, 5, 2] = -1.0
     if isinstance(light, RectangleLight):
         edge_u, edge_v = np.asarray(light.edge_u) / unit, np.asarray(light.edge_v) / unit
         area = float(np.linalg.norm(np.cross(edge_u, edge_v)))
-        row[0, 0, :2] = KIND_PARALLELOGRAM, float(light.two_sided)
-        row[0, 1, :3] = (np.asarray(light.corner) - centre) / unit
-        row[0, 2, :3] = light.radiance
-        row[0, 3, :3], row[0, 4, :3], row[0, 4, 3] = edge_u, edge_v, area
+        row[0, 0, :3] = (np.asarray(light.corner) - centre) / unit
+        row[0, 0, 3] = KIND_PARALLELOGRAM + TWO_SIDED_CODE * light.two_sided
+        row[0, 1, :3], row[0, 2, :3], row[0, 2, 3] = edge_u, edge_v, area
+        row[0, 3, :3] = light.radiance
         power = math.pi * area * float(np.mean(light.radiance)) * (1.0 + light.two_sided)
     elif isinstance(light, DirectionalLight):
-        row[0, 0, 0] = KIND_DIRECTIONAL
-        row[0, 1, :3] = -normalized(light.direction)
-        row[0, 2, :3] = light.irradiance
+        row[0, 0, :3], row[0, 0, 3] = -normalized(light.direction), KIND_DIRECTIONAL
+        row[0, 3, :3] = light.irradiance
         power = math.pi * float(np.mean(light.irradiance))
     else:
         intensity = np.asarray(light.intensity) / unit**2
-        row[0, 0, 0] = KIND_POINT
-        row[0, 1, :3] = (np.asarray(light.position) - centre) / unit
-        row[0, 2, :3] = intensity
+        row[0, 0, :3] = (np.asarray(light.position) - centre) / unit
+        row[0, 0, 3] = KIND_POINT
+        row[0, 3, :3] = intensity
         power = 4.0 * math.pi * float(np.mean(intensity))
         if isinstance(light, SpotLight):
             inner = math.cos(math.radians(light.inner_angle))
             outer = math.cos(math.radians(light.outer_angle))
-            row[0, 0, 0] = KIND_SPOT
-            row[0, 2, 3] = outer
-            row[0, 3, :3], row[0, 3, 3] = normalized(light.direction), 1.0 / (inner - outer)
+            row[0, 0, 3], row[0, 1, :3] = KIND_SPOT, normalized(light.direction)
+            row[0, 2, :2] = outer, 1.0 / (inner - outer)
             power *= 0.5 * (1.0 - outer)
     assert isinstance(light, (RectangleLight, DirectionalLight, PointLight, SpotLight))
     return _Group(row, np.ones(1), power, SHADOW_NUMBERS[light.shadow], True)

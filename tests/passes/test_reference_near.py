@@ -71,7 +71,7 @@ def test_bounce_in_an_unlimited_wedge(device, shaders) -> None:
         camera=dataclasses.replace(CAMERA, position=(0.032, 0.026, 0.0), target=(0.0, 0.004, 0.0)),
     )
     with Tracer(device, shaders, scene, SIZE) as tracer:
-        runs = tracer.runs(near(scene, np.inf), RUNS)
+        runs = tracer.runs(near(scene, np.inf, 64), RUNS)
     for name, truth in (
         ("directional_irradiance", np.pi / 2.0),
         ("bounce_irradiance", np.pi * albedo / 4.0),

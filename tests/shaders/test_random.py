@@ -23,7 +23,7 @@ def points(gl, shaders, call: str, index, seed, *, stream: int = 9, shared: int 
     return out.astype(np.float64)
 
 
-CALLS = ["random_2d(index, seed, 3u)", "random_together_2d(index, seed, 3u)"]
+CALLS = ["random_2d(index, seed, 3u, false)", "random_2d(index, seed, 3u, true)"]
 
 
 @pytest.mark.parametrize("call", CALLS)
@@ -42,7 +42,7 @@ def test_every_elementary_box_holds_one_point(gl, shaders, call, seed, start) ->
 @pytest.mark.parametrize("call", CALLS)
 @pytest.mark.parametrize("index", [0, 5, 1000])
 def test_one_point_is_uniform_over_seeds(gl, shaders, call, index) -> None:
-    if "together" in call:
+    if "true" in call:
         # Its leading bits are drawn once for all pixels: uniform over streams.
         u = np.concatenate(
             [
@@ -59,7 +59,7 @@ def test_one_point_is_uniform_over_seeds(gl, shaders, call, index) -> None:
 
 
 def test_neighbours_share_leading_bits_and_nothing_else(gl, shaders) -> None:
-    call = "random_together_2d(index, seed, 0u)"
+    call = "random_2d(index, seed, 0u, true)"
     u = np.stack(
         [
             points(
@@ -85,8 +85,8 @@ def test_shared_cells_are_no_more_than_samples(count: int, mask: int) -> None:
 
 def test_dimensions_are_independent(gl, shaders) -> None:
     index, seed = np.arange(1024), np.full(1024, 3)
-    first = points(gl, shaders, "random_2d(index, seed, 1u)", index, seed)
-    second = points(gl, shaders, "random_2d(index, seed, 2u)", index, seed)
+    first = points(gl, shaders, "random_2d(index, seed, 1u, false)", index, seed)
+    second = points(gl, shaders, "random_2d(index, seed, 2u, false)", index, seed)
     both = np.concatenate([first, second], axis=1)
     # Joint cells of 4 x 4 over any two dimensions: chi-square with 15 degrees stays
     # below 45 but once in 13 000; correlated sequences give hundreds.
