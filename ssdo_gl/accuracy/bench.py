@@ -23,7 +23,6 @@ from ssdo_gl.accuracy.errors import (
     PANELS,
     ErrorStore,
     Judged,
-    Scalars,
     judge,
     judged_pixels,
     render_seeds,
@@ -37,11 +36,11 @@ from ssdo_gl.accuracy.points import Point, read_grid
 from ssdo_gl.accuracy.progress import BenchProgress, bench_progress
 from ssdo_gl.accuracy.report import split_results
 from ssdo_gl.accuracy.studio import RendererStudio, Studio
-from ssdo_gl.accuracy.truth import Truth
 from ssdo_gl.accuracy.truths import (
+    Standards,
     TruthRequest,
     good_enough,
-    make_truths,
+    make_standards,
     smallest_errors,
     summaries,
 )
@@ -213,7 +212,7 @@ class BenchRun:
         state = self._state(str(machine["renderer"]))
         self._start_over_unless_same(state)
         mask = self._mask()
-        truths, floors, judged = self._judged(state, str(machine["renderer"]), mask)
+        standards, judged = self._judged(state, str(machine["renderer"]), mask)
         rows = sweep.time_points(
             self.studio,
             self.points,
@@ -228,7 +227,13 @@ class BenchRun:
         chosen = pictures.chosen_results(results, recommendation)
         if "hdr" in self.plan.flips:
             results = pictures.with_hdr_flip(
-                self.studio, self.base, results, chosen, truths, mask, self.progress.steps
+                self.studio,
+                self.base,
+                results,
+                chosen,
+                standards.truths,
+                mask,
+                self.progress.steps,
             )
             recommendation = analysis.recommend(results)
         radius_px = self._radius_px(mask)
@@ -249,14 +254,14 @@ class BenchRun:
             drift=tuple(float(value) for value in table.drift),
             machine=dict(machine),
             results=results,
-            truths=summaries(results, truths, floors, mask),
+            truths=summaries(results, standards, mask),
             recommendation=recommendation,
             series=series,
             pictures=pictures.take_pictures(
                 self.studio,
                 self.base,
                 chosen,
-                truths,
+                standards.truths,
                 mask,
                 self.progress.steps,
             ),
@@ -305,8 +310,8 @@ class BenchRun:
 
     def _judged(
         self, state: Mapping[str, Any], renderer: str, mask: Mask
-    ) -> tuple[dict[str, Truth], dict[str, Scalars], dict[str, dict[str, Judged]]]:
-        """Return truths, what a converged march loses to them, and every point's errors."""
+    ) -> tuple[Standards, dict[str, dict[str, Judged]]]:
+        """Return what points are held to, and every point's errors."""
         request = TruthRequest(
             self.studio,
             self.base,
@@ -317,20 +322,21 @@ class BenchRun:
             self.plan.truth_seconds,
             renderer,
         )
-        truths, floors = make_truths(request, self.progress)
-        judged = self._errors(state, truths, mask)
+        standards = make_standards(request, self.progress)
+        judged = self._errors(state, standards, mask)
         smallest = smallest_errors(judged)
-        if not self.quick and not good_enough(truths, smallest, mask):
+        if not self.quick and not good_enough(standards.truths, smallest, mask):
             # A setting came closer to a truth than the converged march did.
             request = dataclasses.replace(request, smallest=smallest)
-            truths, floors = make_truths(request, self.progress)
-            judged = self._errors(state, truths, mask)
-        return truths, floors, judged
+            standards = make_standards(request, self.progress)
+            judged = self._errors(state, standards, mask)
+        return standards, judged
 
     def _errors(
-        self, state: Mapping[str, Any], truths: Mapping[str, Truth], mask: Mask
+        self, state: Mapping[str, Any], standards: Standards, mask: Mask
     ) -> dict[str, dict[str, Judged]]:
         """Return the errors of every point against every truth it can be held to."""
+        truths = standards.truths
         counts = {name: truth.spp for name, truth in truths.items()}
         store = ErrorStore(self.outdir / "errors", fingerprint(dict(state), counts))
         judged: dict[str, dict[str, Judged]] = {}
@@ -349,6 +355,7 @@ class BenchRun:
                         mask,
                         self.base.exposure or 0.0,
                         [flip for flip in self.plan.flips if flip == "ldr"],
+                        None if point.spp else standards.limits[panel.name],
                     )
                     for panel in panels
                 }

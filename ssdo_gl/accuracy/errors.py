@@ -23,7 +23,7 @@ from ssdo_gl.accuracy.truth import Truth
 from ssdo_gl.settings import Settings
 
 # Raised whenever the content of a stored measurement changes.
-ERROR_FORMAT = 2
+ERROR_FORMAT = 3
 
 
 @dataclass(frozen=True)
@@ -118,6 +118,9 @@ class Scalars:
     noise, systematic : float
         Root mean squares: the estimator against its own expectation (over seeds), and
         its expectation against the truth; in the panel's unit.
+    own_bias : float
+        The expectation against that of the converged march, which has seen all that the
+        screen shows: what better settings would mend. NaN for rays.
     rel_mse, ssim, flip_ldr, flip_hdr : float
         Of the first seed, exposed; NaN where not measured.
     parts : dict of str to float
@@ -128,6 +131,7 @@ class Scalars:
 
     noise: float = math.nan
     systematic: float = math.nan
+    own_bias: float = math.nan
     rel_mse: float = math.nan
     ssim: float = math.nan
     flip_ldr: float = math.nan
@@ -175,10 +179,12 @@ def judge(
     mask: Mask,
     exposure_ev: float,
     flips: Sequence[str] = (),
+    limit: Truth | None = None,
 ) -> Judged:
     """Hold renderings of one point (one per seed) to the truth of `panel`.
 
-    `flips` names the FLIP metrics that are wanted: ``ldr``, ``hdr``.
+    `flips` names the FLIP metrics that are wanted: ``ldr``, ``hdr``; `limit` is the
+    converged march.
     """
     name = panel.image
     images = [color(rendering[name]) for rendering in renderings]
@@ -199,9 +205,15 @@ def judge(
     extra: dict[str, float] = {}
     if panel.kind == "radiance":
         extra = picture_metrics(images[0], target, variance, mask, exposure_ev, flips)
+    own_bias = math.nan
+    if limit is not None:
+        own_bias = metrics.decompose(
+            list(images), color(limit.images[name]), mask, color(limit.variance[name])
+        ).bias
     scalars = Scalars(
         noise=split.noise / unit,
         systematic=split.bias / unit,
+        own_bias=own_bias / unit,
         parts=parts,
         failures=blocks.failures,
         **extra,

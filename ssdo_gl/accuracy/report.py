@@ -139,11 +139,12 @@ def _front_table(bench: Bench, panel: Panel) -> str:
                 interval_text(result.timing.frame_ms),
                 interval_text(verdict.error),
                 number(verdict.scalars.noise),
+                number(verdict.scalars.own_bias),
                 number(verdict.scalars.systematic),
                 f"{verdict.confidence:.0%}",
             ]
         )
-    head = ("setting", "ms [95 %]", "error [95 %]", "noise", "systematic", "sure")
+    head = ("setting", "ms [95 %]", "error [95 %]", "noise", "own bias", "systematic", "sure")
     return f"<h3>{html.escape(panel.title)}</h3>{_table(head, rows)}"
 
 
@@ -194,9 +195,9 @@ def _compare(bench: Bench) -> str:
 
 
 _COLUMNS = (
-    "setting", "ms", "processor ms", "first frame ms", "near error", "noise", "systematic",
-    "direct", "directional", "bounce", "relMSE", "SSIM", "FLIP", "HDR-FLIP", "GI error",
-    "visibility RMSE", "bias", "failed pixels", "flags",
+    "setting", "ms", "processor ms", "first frame ms", "near error", "noise", "own bias",
+    "systematic", "direct", "directional", "bounce", "relMSE", "SSIM", "FLIP", "HDR-FLIP",
+    "GI error", "visibility RMSE", "bias", "failed pixels", "flags",
 )  # fmt: skip
 
 
@@ -217,6 +218,7 @@ def _point_row(result: Result) -> str:
         result.timing.setup_ms,
         near.error.value if near else nan,
         scalars.noise if scalars else nan,
+        scalars.own_bias if scalars else nan,
         scalars.systematic if scalars else nan,
         parts.get("direct", nan),
         parts.get("directional", nan),

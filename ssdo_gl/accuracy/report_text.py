@@ -92,7 +92,10 @@ def method_paragraphs(bench: Bench) -> list[str]:
             "are counted and make the error infinite."
         ),
         (
-            "Noise is the scatter between seeds; what is systematic is the distance of their mean "
+            "Three faults are told apart. Noise is the scatter between seeds: the estimator and "
+            "its own expectation. Own bias is the distance of that expectation from the march's, "
+            "converged: what better settings would mend. What even that march lacks is what the "
+            "screen does not show (and shadow maps). Systematic is the distance of the expectation "
             "from the truth. total^2 = noise^2 + systematic^2."
         ),
         (

@@ -24,7 +24,7 @@ from ssdo_gl.accuracy.metrics import Mask
 from ssdo_gl.accuracy.points import Point
 from ssdo_gl.accuracy.progress import BenchProgress
 from ssdo_gl.accuracy.studio import Images, Studio
-from ssdo_gl.accuracy.truth import Goal, Truth, TruthCache, obtain, truth_key
+from ssdo_gl.accuracy.truth import Accumulator, Goal, Truth, TruthCache, obtain, truth_key
 from ssdo_gl.settings import Settings
 
 # The converged march: what is left of its error is what one camera layer does not show.
@@ -75,19 +75,43 @@ class TruthRequest:
     cache: TruthCache = field(default_factory=TruthCache)
 
 
-def make_truths(
-    request: TruthRequest, progress: BenchProgress
-) -> tuple[dict[str, Truth], dict[str, Scalars]]:
-    """Return the truth of every panel by name, and what a converged march loses to it."""
-    truths, floors = {}, {}
+@dataclass(frozen=True)
+class Standards:
+    """What points are held to, by panel name.
+
+    Attributes
+    ----------
+    truths : dict of str to Truth
+    floors : dict of str to Scalars
+        What the converged march loses to each truth.
+    limits : dict of str to Truth
+        The converged march itself, averaged over its seeds.
+    """
+
+    truths: dict[str, Truth]
+    floors: dict[str, Scalars]
+    limits: dict[str, Truth]
+
+
+def make_standards(request: TruthRequest, progress: BenchProgress) -> Standards:
+    """Return truths, refined as far as they must be, and the converged march."""
+    found = Standards({}, {}, {})
     for kind in request.kinds:
         panels = [panel for panel in PANELS if panel.kind == kind]
-        limit = render_seeds(
-            request.studio, LIMITS[kind], request.base, request.seeds, wanted_images(panels)
+        point = LIMITS[kind]
+        renderings = render_seeds(
+            request.studio, point, request.base, request.seeds, wanted_images(panels)
         )
+        kept = Accumulator()
+        for rendering in renderings:
+            kept.add(rendering)
+        limit = kept.truth(point.samples * request.seeds, 0.0)
         for panel in panels:
-            truths[panel.name], floors[panel.name] = make_truth(panel, request, limit, progress)
-    return truths, floors
+            truth, floor = make_truth(panel, request, renderings, progress)
+            found.truths[panel.name] = truth
+            found.floors[panel.name] = floor
+            found.limits[panel.name] = limit
+    return found
 
 
 def make_truth(
@@ -146,15 +170,12 @@ def good_enough(truths: Mapping[str, Truth], smallest: Mapping[str, float], mask
 
 
 def summaries(
-    results: Sequence[Result],
-    truths: Mapping[str, Truth],
-    floors: Mapping[str, Scalars],
-    mask: Mask,
+    results: Sequence[Result], standards: Standards, mask: Mask
 ) -> dict[str, TruthSummary]:
     """Return what every truth is worth, by panel name."""
     found = {}
     for panel in PANELS:
-        truth = truths.get(panel.name)
+        truth = standards.truths.get(panel.name)
         errors = [r.verdicts[panel.name].error.value for r in results if panel.name in r.verdicts]
         if truth is None or not errors:
             continue
@@ -167,7 +188,7 @@ def summaries(
             truth.seconds,
             of(panel.image, mask),
             min(errors),
-            floors[panel.name].systematic,
-            floors[panel.name].parts,
+            standards.floors[panel.name].systematic,
+            standards.floors[panel.name].parts,
         )
     return found

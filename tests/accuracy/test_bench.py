@@ -73,11 +73,15 @@ def test_errors_are_what_was_pretended(found):
     assert near.error.low < expected < near.error.high * 1.02
     assert near.scalars.systematic == pytest.approx(SCREEN_LOSS / level(), rel=0.05)
     assert near.scalars.noise == pytest.approx(READ_NOISE / 16 / level(), rel=0.05)
+    assert near.scalars.own_bias == pytest.approx(0.0, abs=0.01), "no step but noise differs"
     assert near.bias.value == pytest.approx(SCREEN_LOSS / level(), rel=0.05)
     assert coarse.verdicts["near"].scalars.noise == pytest.approx(4 * near.scalars.noise, rel=0.1)
     assert paper.verdicts["near"].scalars.systematic == pytest.approx(
         (SCREEN_LOSS + POINT_LOSS) / level(), rel=0.05
     )
+    assert paper.verdicts["near"].scalars.own_bias == pytest.approx(
+        POINT_LOSS / level(), rel=0.05
+    ), "what a march with more reads would not lose"
     assert "near" not in other.verdicts
     assert visibility.verdicts["visibility"].scalars.systematic == pytest.approx(
         SCREEN_LOSS, rel=0.05
