@@ -115,10 +115,12 @@ def sender_bound(scene: Scene, radius: float) -> float:
 
     A rectangle or the environment of radiance L lights a surface with at most pi L, so
     it sends at most L. Directional light E sends E / pi. A point light is unbounded near
-    itself; nearer than a tenth of R it is part of no receiver's near field worth having.
-    Emission that no light stands for counts as it is.
+    itself; nearer than a tenth of R, or of the R that suits the scene if that is less, it
+    is part of no receiver's near field worth having. Emission that no light stands for
+    counts as it is.
     """
-    nearest = 0.1 * radius if math.isfinite(radius) else math.inf
+    has_points = any(isinstance(light, (PointLight, SpotLight)) for light in scene.lights)
+    nearest = 0.1 * min(radius, scene.default_radius()) if has_points else 0.0
     total = 0.0
     for light in scene.lights:
         if isinstance(light, RectangleLight):

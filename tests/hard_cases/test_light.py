@@ -139,3 +139,20 @@ def test_one_bounce_never_exceeds_what_senders_have(device, shaders, record, met
     # A_s / (pi d^2) = 1 / (N 0.01) per sample.
     bound = 1.0 + 1e-5 if method[1] == "march" else 100.0
     record(f"bounce over albedo x sender ({method[1]})", label(method), ratio, bound, "ratio")
+
+
+@pytest.mark.parametrize("radius", [4.0, 100.0, 1e9, float("inf")])
+def test_a_wide_near_field_keeps_the_bounce_of_a_point_light(device, shaders, record, radius):
+    """The room is 3 across: a larger R finds the same senders, and none may be dimmed.
+
+    What senders may have is bounded by the scene's lights; a point light's is infinite
+    near itself, so that the bound takes a length, which must not grow with R.
+    """
+    scene = only(PointLight((0.5, 1.0, 0.6), (1, 1, 1)))
+    bounces = [
+        render(device, shaders, scene, ("bounce", "march"), images=("bounce",), radius=r)["bounce"]
+        for r in (3.0, radius)
+    ]
+    gap = abs(float(bounces[1].mean()) / float(bounces[0].mean()) - 1.0)
+    # Longer strides meet what is thin more rarely, or take it for thicker.
+    record("bounce within a wide near field", f"R = {radius:g}", gap, 0.05, "rel. mean")
