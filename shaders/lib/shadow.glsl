@@ -29,6 +29,7 @@ const vec3 KRONECKER_STEP = vec3(KRONECKER_ALPHA) / 4294967296.0;
 
 struct ShadowMap {
     vec2 tile;            // of the first face, in tiles
+    float span;           // of a face, in tiles
     int parts_per_side;   // of a rectangle, which divide each tile into squares
     float texels;         // along one such square
     int face_count;
@@ -40,10 +41,10 @@ struct ShadowMap {
 
 ShadowMap shadow_map_from_rows(vec4 rows[LIGHT_ROWS])
 {
-    float texels = u_shadow_tile_texels * rows[7].w / rows[0].z;
+    float texels = floor(u_shadow_tile_texels * rows[7].w / rows[0].z);
     vec2 half_size = vec2(rows[3].w, rows[4].w)
                    * (texels / (texels - 2.0 * SHADOW_BORDER_TEXELS));
-    return ShadowMap(vec2(rows[5].w, rows[6].w), int(rows[0].z), texels, int(rows[8].w),
+    return ShadowMap(vec2(rows[5].w, rows[6].w), rows[7].w, int(rows[0].z), texels, int(rows[8].w),
                      int(rows[0].x) == LIGHT_DIRECTIONAL, half_size, rows[8].xyz,
                      transpose(mat3(rows[5].xyz, rows[6].xyz, rows[7].xyz)));
 }
@@ -74,12 +75,12 @@ struct Face {
     bool is_parallel;
 };
 
-Face face_at(ShadowMap map, int face, ivec2 part)
+// The face of a map; of a rectangle, that of its first part, at the lower left of a tile.
+Face face_at(ShadowMap map, int face)
 {
     vec2 scale = 0.5 * map.texels / map.half_size;
-    // A face of several tiles is the only one; a tile of several parts has parts_per_side^2.
-    vec2 corner = (map.tile + vec2(float(face), 0.0)) * u_shadow_tile_texels;
-    return Face(corner + vec2(part) * map.texels, map.texels, scale, 1.0 / scale, map.is_parallel);
+    vec2 corner = (map.tile + vec2(float(face) * map.span, 0.0)) * u_shadow_tile_texels;
+    return Face(corner, map.texels, scale, 1.0 / scale, map.is_parallel);
 }
 
 // Place of a point (u, v, depth) on the face, in texels from its corner.
@@ -125,7 +126,7 @@ float point_shadow_visibility(ShadowMap map, vec3 p_ls, vec3 m_ls, float roundin
     int number = map.face_count == 1 ? 0 : face_of(p_ls);
     vec3 p = face_from_light(number, p_ls);
     vec3 m = face_from_light(number, m_ls);
-    Face face = face_at(map, number, ivec2(0));
+    Face face = face_at(map, number);
     float texel = face_texel_size(face, p.z);
     float slack = rounding + SHADOW_TEXEL_SLACK * texel;
     vec2 place = face_place(face, p);
@@ -168,52 +169,62 @@ vec2 quad_sum(vec2 own, ivec2 pixel)
     return max(2.0 * row + toward.y * dFdy(row), own);
 }
 
-// Soft shadow of one part of a rectangle, given by its centre and half edges, from its
-// own map: percentage-closer soft shadows (Fernando 2005) in which search and filter work
-// on the light's points themselves instead of on circles in the map. The segment from the
-// receiver p to the light's point y passes p + s (y - p); seen from the part's centre its
-// texels hold what may block it. `p` is relative to that centre. Loops of no rounds skip
-// pixels without a surface: branches would not, in software, nor may derivatives be inside.
-float part_visibility(ShadowMap map, ivec2 part, vec3 p_ls, vec3 m_ls, float rounding,
-                      vec2 half_u, vec2 half_v, ivec2 pixel, bool is_surface)
-{
-    // Everything in the axes of the face that the receiver falls on; the dark side of a
-    // two-sided light is a mirror image.
-    int number = face_of(p_ls);
-    float side = p_ls.z < 0.0 ? -1.0 : 1.0;
-    float determinant = half_u.x * half_v.y - half_u.y * half_v.x;
-    vec3 p = face_from_light(number, p_ls);
-    vec3 m = face_from_light(number, m_ls);
-    vec3 axis = face_from_light(number, vec3(0.0, 0.0, side));
-    vec3 u = face_from_light(number, vec3(half_u, 0.0));
-    vec3 v = face_from_light(number, vec3(half_v, 0.0));
-    // Dual to u and v: dot products with these are coordinates on the light, -1..1.
-    vec3 dual_u = face_from_light(number, vec3(half_v.y, -half_v.x, 0.0)) / determinant;
-    vec3 dual_v = face_from_light(number, vec3(-half_u.y, half_u.x, 0.0)) / determinant;
-    vec2 p_on_light = vec2(dot(p, dual_u), dot(p, dual_v));
-    float height = dot(p, axis);
-    Face face = face_at(map, number, part);
-    float slack = rounding + SHADOW_TEXEL_SLACK * face_texel_size(face, p.z);
+// A rectangle light and a receiver, in the axes of the face that the receiver falls on;
+// the dark side of a two-sided light is a mirror image. Edges are those of one part.
+struct SoftShadow {
+    vec3 p;        // receiver, relative to the light's centre
+    vec3 m;        // its geometric normal
+    vec3 axis;     // from the light towards the receiver's side
+    vec3 half_u;
+    vec3 half_v;
+    vec3 dual_u;   // dot products with these are coordinates on the part, -1..1
+    vec3 dual_v;
+    float height;  // of the receiver over the light
+    float slack;   // height above its tangent plane from which something blocks
+};
 
+SoftShadow soft_shadow(ShadowMap map, int face, vec3 p_ls, vec3 m_ls, float rounding,
+                       vec2 half_u, vec2 half_v)
+{
+    float side = p_ls.z < 0.0 ? -1.0 : 1.0;
+    vec2 dual = vec2(1.0) / (half_u.x * half_v.y - half_u.y * half_v.x);
+    vec3 p = face_from_light(face, p_ls);
+    float texel = 2.0 * max(map.half_size.x, map.half_size.y) / map.texels;
+    return SoftShadow(p, face_from_light(face, m_ls),
+                      face_from_light(face, vec3(0.0, 0.0, side)),
+                      face_from_light(face, vec3(half_u, 0.0)),
+                      face_from_light(face, vec3(half_v, 0.0)),
+                      face_from_light(face, vec3(vec2(half_v.y, -half_v.x) * dual, 0.0)),
+                      face_from_light(face, vec3(vec2(-half_u.y, half_u.x) * dual, 0.0)),
+                      p_ls.z * side, rounding + SHADOW_TEXEL_SLACK * texel * p.z);
+}
+
+// Soft shadow of one part of the light, whose centre is at `centre`, from its own map:
+// percentage-closer soft shadows (Fernando 2005) in which search and filter work on the
+// light's points themselves instead of on circles in the map. The segment from the
+// receiver p to the light's point y passes p + s (y - p); seen from the part's centre its
+// texels hold what may block it. Loops of no rounds skip pixels without a surface:
+// branches would not, in software, nor may derivatives be inside.
+float part_visibility(SoftShadow shadow, Face face, vec3 centre, vec3 start, ivec2 pixel,
+                      bool is_surface)
+{
+    vec3 p = shadow.p - centre;
+    vec2 p_on_part = vec2(dot(p, shadow.dual_u), dot(p, shadow.dual_v));
     vec2 blockers = vec2(0.0);  // sum of their s, number
     int blocker_rounds = is_surface ? BLOCKER_COUNT : 0;
-    // Another stretch of the sequence for each pixel of a block and each part.
-    uint set = uint((part.y * map.parts_per_side + part.x) * BLOCK_SIZE * BLOCK_SIZE)
-             + set_of_pixel(pixel);
-    vec3 start = kronecker_point(set * uint(BLOCKER_COUNT), u_pattern_offset);
     for (int i = 0; i < blocker_rounds; ++i) {
-        vec3 r = fract(start + float(i) * KRONECKER_STEP);
+        vec3 r = fract(start + float(i) * KRONECKER_STEP) * 2.0 - 1.0;
         // Squared: what touches the receiver covers few texels, near its own.
         float s = r.z * r.z;
-        vec3 q = p + s * ((2.0 * r.x - 1.0) * u + (2.0 * r.y - 1.0) * v - p);
+        vec3 q = p + s * (r.x * shadow.half_u + r.y * shadow.half_v - p);
         vec3 offset = face_point(face, floor(face_place(face, q))) - p;
         // The line from the receiver through the stored point meets the light's plane.
-        float rise = -dot(offset, axis);
-        vec2 hit = p_on_light + height / max(rise, 1e-6 * height)
-                              * vec2(dot(offset, dual_u), dot(offset, dual_v));
-        bool is_blocker = q.z > 0.0 && rise > 0.0
-            && max(abs(hit.x), abs(hit.y)) <= 1.0 && is_above_plane(offset, m, slack);
-        blockers += is_blocker ? vec2(rise / height, 1.0) : vec2(0.0);
+        float rise = -dot(offset, shadow.axis);
+        float reach = shadow.height / max(rise, 1e-6 * shadow.height);
+        vec2 hit = p_on_part + reach * vec2(dot(offset, shadow.dual_u), dot(offset, shadow.dual_v));
+        bool is_blocker = q.z > 0.0 && rise > 0.0 && max(abs(hit.x), abs(hit.y)) <= 1.0
+            && is_above_plane(offset, shadow.m, shadow.slack);
+        blockers += is_blocker ? vec2(rise / shadow.height, 1.0) : vec2(0.0);
     }
     // Four pixels search together: a third less error in penumbrae, for nothing.
     blockers = quad_sum(blockers, pixel);
@@ -222,16 +233,14 @@ float part_visibility(ShadowMap map, ivec2 part, vec3 p_ls, vec3 m_ls, float rou
     float s = blockers.x / max(blockers.y, 1.0);
     float open = 0.0;
     float total = 0.0;
-    start = kronecker_point(set * uint(FILTER_COUNT), u_pattern_offset);
     for (int i = 0; i < filter_rounds; ++i) {
-        vec3 r = fract(start + float(i) * KRONECKER_STEP);
-        vec3 to_light = (2.0 * r.x - 1.0) * u + (2.0 * r.y - 1.0) * v - p;
+        vec3 r = fract(start + float(i) * KRONECKER_STEP) * 2.0 - 1.0;
+        vec3 to_light = r.x * shadow.half_u + r.y * shadow.half_v - p;
         vec3 q = p + s * to_light;
         vec3 offset = face_point(face, floor(face_place(face, q))) - p;
-        float rise = -dot(offset, axis);
-        bool is_blocker = q.z > 0.0 && rise > 0.0
-            && is_above_plane(offset, m, slack);
-        float weight = part_weight(to_light, m, height);
+        bool is_blocker = q.z > 0.0 && dot(offset, shadow.axis) < 0.0
+            && is_above_plane(offset, shadow.m, shadow.slack);
+        float weight = part_weight(to_light, shadow.m, shadow.height);
         total += weight;
         open += is_blocker ? 0.0 : weight;
     }
@@ -243,17 +252,26 @@ float rectangle_shadow_visibility(ShadowMap map, vec3 p_ls, vec3 m_ls, float rou
                                   vec2 half_u, vec2 half_v, ivec2 pixel, bool is_surface)
 {
     float inverse = 1.0 / float(map.parts_per_side);
+    int number = face_of(p_ls);
+    SoftShadow shadow =
+        soft_shadow(map, number, p_ls, m_ls, rounding, half_u * inverse, half_v * inverse);
+    Face face = face_at(map, number);
+    vec2 first_corner = face.corner;
+    // Each pixel of a block has its own stretch of the sequence, each part its own block.
+    const int stretch = BLOCKER_COUNT > FILTER_COUNT ? BLOCKER_COUNT : FILTER_COUNT;
+    vec3 start = kronecker_point(set_of_pixel(pixel) * uint(stretch), u_pattern_offset);
     float open = 0.0;
     float total = 0.0;
     for (int j = 0; j < map.parts_per_side; ++j) {
         for (int i = 0; i < map.parts_per_side; ++i) {
-            vec2 place = (vec2(float(i), float(j)) * 2.0 + 1.0) * inverse - 1.0;
-            vec3 p = p_ls - vec3(place.x * half_u + place.y * half_v, 0.0);
-            float weight = part_weight(-p, m_ls, abs(p.z));
-            open += weight * part_visibility(map, ivec2(i, j), p, m_ls, rounding,
-                                             half_u * inverse, half_v * inverse, pixel,
-                                             is_surface);
+            vec2 part = vec2(float(i), float(j));
+            vec2 place = part * 2.0 + 1.0 - float(map.parts_per_side);
+            vec3 centre = place.x * shadow.half_u + place.y * shadow.half_v;
+            face.corner = first_corner + part * map.texels;
+            float weight = part_weight(centre - shadow.p, shadow.m, shadow.height);
+            open += weight * part_visibility(shadow, face, centre, start, pixel, is_surface);
             total += weight;
+            start = fract(start + float(BLOCK_SIZE * BLOCK_SIZE * stretch) * KRONECKER_STEP);
         }
     }
     return total > 0.0 ? open / total : 1.0;

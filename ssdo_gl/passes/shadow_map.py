@@ -40,8 +40,9 @@ class ShadowMapSettings:
     """How finely shadow maps are sampled."""
 
     resolution: int = setting(
-        1024,
-        "texels along each face of a map, half of them where one face is all: sharper shadows",
+        512,
+        "texels along each face of a rectangle light's map; twice as many for point lights, "
+        "four times for lights with one face: sharper shadows",
         unit="texels",
         low=16,
         high=8192,
@@ -82,7 +83,7 @@ def parallel_projection(half_size: tuple[float, float], depth: float) -> FloatAr
 
 
 class ShadowMapPass(RenderPass):
-    """Draws `shadow_atlas`: a square tile for each face of each light's map, four for an only one.
+    """Draws `shadow_atlas`: squares of one or more tiles for each face of each light's map.
 
     The parts of a rectangle share a tile in equal squares.
 

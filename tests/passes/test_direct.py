@@ -43,7 +43,7 @@ def draw(gl, shaders, scene, size=SIZE, *, maps=True, settings=None, map_setting
     geometry = Geometry(gl, scene)
     frame = make_frame(scene, size, geometry=geometry, seed=seed)
     images = run_pass(gl, shaders, GBufferPass(), frame, geometry=geometry)
-    map_settings = map_settings or ShadowMapSettings(resolution=256)
+    map_settings = map_settings or ShadowMapSettings(resolution=128)
     direct = DirectPass(settings, shadow_maps=maps, parts_per_side=map_settings.parts_per_side)
     inputs = {name: images[name] for name in ("z_vs", "normals_vs")}
     if maps:
@@ -160,12 +160,12 @@ def test_low_steps_throw_shadows(gl, shaders, kind):
         "point": PointLight((-4.0, 2.0, 0.0), (9.0, 9.0, 9.0)),
         "directional": DirectionalLight((0.894427, -0.447214, 0.0), (1.0, 1.0, 1.0)),
     }[kind]
-    # A texel is about 0.02 where the step is: 10 units over 512, and 2 * 4.5 over 512.
+    # A texel is at most 0.02 where the step is: 10 units over 1024, and 2 * 4.5 over 512.
     floor = quad((-5.0, 0.0, 5.0), (10.0, 0.0, 0.0), (0.0, 0.0, -10.0))
     step = box((-1.0, 0.0, -1.0), (0.0, 0.06, 1.0))
     camera = Camera((0.3, 0.8, 0.0), (0.06, 0.0, 0.0), fov_y=20.0)
     scene = make_scene([floor, step], lights=[light], camera=camera)
-    frame, images, found = draw(gl, shaders, scene, map_settings=ShadowMapSettings(512))
+    frame, images, found = draw(gl, shaders, scene, map_settings=ShadowMapSettings(256))
     points, seen = floor_points(frame, images)
     length = 0.06 * 2.0
     dark = (np.abs(points[:, 1]) < 1e-4) & (points[:, 0] > 0.02) & (points[:, 0] < length - 0.04)
@@ -196,7 +196,7 @@ def test_hard_shadow_of_a_card(gl, shaders, kind, scale):
     floor = dataclasses.replace(FLOOR, positions=FLOOR.positions * scale)
     camera = dataclasses.replace(CAMERA, position=tuple(np.multiply(CAMERA.position, scale)))
     scene = make_scene([floor, quad(*card)], lights=[scaled], camera=camera)
-    frame, images, found = draw(gl, shaders, scene, (96, 72), map_settings=ShadowMapSettings(1024))
+    frame, images, found = draw(gl, shaders, scene, (96, 72), map_settings=ShadowMapSettings(512))
     points, seen = floor_points(frame, images)
     on_floor = np.abs(points[:, 1]) < 1e-3 * scale
     points = points[on_floor] / scale
@@ -239,7 +239,7 @@ def test_penumbra_of_an_edge(gl, shaders, parts_per_side):
         shaders,
         scene,
         settings=DirectSettings(blocker_samples=8, filter_samples=16),
-        map_settings=ShadowMapSettings(1024, parts_per_side),
+        map_settings=ShadowMapSettings(512, parts_per_side),
     )
     points, seen = floor_points(frame, images)
     on_floor = (np.abs(points[:, 1]) < 1e-3) & (points[:, 2] > -3.0)
@@ -271,7 +271,7 @@ def test_a_body_on_the_floor_is_dark_where_it_touches(gl, shaders):
             light = dataclasses.replace(light, edge_u=(0, 0, 0.2), edge_v=(0, 0.2, 0))
         scene = make_scene([FLOOR, body], lights=[light], camera=camera)
         frame, images, found = draw(
-            gl, shaders, scene, (96, 72), map_settings=ShadowMapSettings(1024)
+            gl, shaders, scene, (96, 72), map_settings=ShadowMapSettings(512)
         )
         _, _, plain = draw(gl, shaders, scene, (96, 72), maps=False)
         points, seen = floor_points(frame, images)

@@ -21,7 +21,10 @@ from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight, Sp
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import SceneObject
 
-TEXELS = 32
+# Along the faces of a rectangle's map, of other maps, and of maps with one face.
+TILE = 16
+TEXELS = 2 * TILE
+ONLY = 4 * TILE
 LOW, HIGH = np.array([-1.0, -1.5, -2.0]), np.array([1.2, 1.0, 3.0])
 ROOM = box(LOW, HIGH)
 # Walls reach past the light, so they are cut close to it, where 1 / w is large: its
@@ -43,7 +46,7 @@ FACES = np.array(
 
 def atlas(gl, shaders, scene, **settings):
     """The atlas with row 0 at the bottom, where tiles are counted from."""
-    shadow_map = ShadowMapPass(ShadowMapSettings(**{"resolution": TEXELS, **settings}))
+    shadow_map = ShadowMapPass(ShadowMapSettings(**{"resolution": TILE, **settings}))
     image = run_pass(gl, shaders, shadow_map, make_frame(scene))["shadow_atlas"]
     return image[::-1, :, 0]
 
@@ -73,9 +76,9 @@ def test_point_light_sees_the_room_on_six_faces(gl, shaders, scale):
 def test_spot_light_sees_its_cone(gl, shaders):
     light = SpotLight((0.0, 0.5, 0.0), (0.0, 0.0, -1.0), (1, 1, 1), 10, 35)
     found = atlas(gl, shaders, make_scene([ROOM], lights=[light]))
-    assert found.shape == (2 * TEXELS, 2 * TEXELS), "an only face is twice as large"
+    assert found.shape == (ONLY, ONLY)
     # The frame's x and y may point anywhere around the axis: compare what is symmetric.
-    rays = slopes(np.tan(np.radians(35)), 2 * TEXELS) * [1, 1, -1]
+    rays = slopes(np.tan(np.radians(35)), ONLY) * [1, 1, -1]
     assert found[32, 32] == pytest.approx(2.0, rel=1e-2)
     wanted = [
         np.sort(box_distance((0, 0.5, 0), turned, LOW, HIGH).ravel())
@@ -90,7 +93,9 @@ def test_rectangle_light_sees_the_room_from_each_part(gl, shaders, parts):
     # Emits along edge_u x edge_v = -y; its frame is x = +x, y = -y x x = +z ... by hand:
     light = RectangleLight((-0.4, 0.8, -0.6), (0.8, 0, 0), (0, 0, 1.2), (1, 1, 1))
     axes = np.array([(1, 0, 0), (0, 0, 1), (0, -1, 0)], np.float64)
-    found = atlas(gl, shaders, make_scene([ROOM], lights=[light]), parts_per_side=parts)
+    found = atlas(
+        gl, shaders, make_scene([ROOM], lights=[light]), resolution=TEXELS, parts_per_side=parts
+    )
     assert found.shape == (TEXELS, 5 * TEXELS)
     size = TEXELS // parts
     for j in range(parts):
