@@ -19,7 +19,7 @@ from ssdo_gl.settings import Settings
 # Fewer depth reads than this leave a pattern that no filter hides.
 FEWEST_SAMPLES = 8
 # Sizes of the picture relative to the window, once samples alone do not suffice.
-FRAME_SCALES = (0.75, 0.5, 0.375, 0.25)
+FRAME_SCALES = (0.85, 0.7, 0.6, 0.5, 0.42, 0.35, 0.3, 0.25)
 
 # A decision to go down needs this many frames over budget, so that one hiccup of the
 # system does not count; the median of three ignores one of them.
@@ -29,16 +29,12 @@ FRAMES_TO_RAISE = 20
 # The rung above must be expected to use no more than this part of the budget. What
 # lies between here and 1 is the hysteresis.
 RAISE_FILL = 0.85
-# What a rung is taken to cost relative to the one below it before that was measured:
-# halving the samples saves a little less than half.
-UNKNOWN_STEP = 1.8
-# Halving the resolution saves at most this factor; what was seen beyond is a hiccup.
+# No rung is taken to cost more than this over the one below it: halving the resolution
+# quarters the work at best, and what was seen beyond is a hiccup.
 LARGEST_STEP = 4.0
 # Frames that are not measured after a change of rung: programs compile and textures
 # are made in the first.
 SETTLING_FRAMES = 2
-# Over twice the budget, one rung at a time would stutter too long.
-FAR_OVER = 2.0
 
 
 @dataclass(frozen=True)
@@ -116,8 +112,9 @@ class Governor:
     ----------
     budget_ms : float
         What a frame may take, > 0.
-    rung_count : int
-        Rungs of the ladder; rung 0 is the best.
+    works : sequence of float
+        What the rungs are expected to cost relative to one another, falling; rung 0 is
+        the best. Times will fall more slowly: part of a frame is the same in all.
 
     Attributes
     ----------
@@ -125,10 +122,10 @@ class Governor:
         For the next frame.
     """
 
-    def __init__(self, budget_ms: float, rung_count: int) -> None:
+    def __init__(self, budget_ms: float, works: Sequence[float]) -> None:
         self.budget_ms = budget_ms
-        self.rung_count = rung_count
         self.rung = 0
+        self._works = tuple(works)
         self._times: deque[float] = deque(maxlen=FRAMES_TO_RAISE)
         self._settling = SETTLING_FRAMES
         self._last: tuple[int, float] | None = None
@@ -146,7 +143,7 @@ class Governor:
     @property
     def is_exhausted(self) -> bool:
         """Whether even the cheapest rung does not keep the budget."""
-        at_the_end = self.rung == self.rung_count - 1
+        at_the_end = self.rung == len(self._works) - 1
         return at_the_end and self._usual_ms is not None and self._usual_ms > self.budget_ms
 
     def observe(self, frame_ms: float) -> int:
@@ -160,22 +157,31 @@ class Governor:
         recent = statistics.median(list(self._times)[-FRAMES_TO_LOWER:])
         self._usual_ms = statistics.median(self._times)
         if recent > self.budget_ms:
+            self._learn(recent)
             self._lower(recent)
         elif len(self._times) == FRAMES_TO_RAISE:
             self._learn(self._usual_ms)
-            expected = self._usual_ms * self._ratio.get(self.rung - 1, UNKNOWN_STEP)
-            if self.rung > 0 and expected <= RAISE_FILL * self.budget_ms:
-                self._move(self.rung - 1, self._usual_ms)
+            if self.rung > 0:
+                expected = self._expected(self.rung - 1, self._usual_ms)
+                if expected <= RAISE_FILL * self.budget_ms:
+                    self._move(self.rung - 1, self._usual_ms)
         return self.rung
 
     def _lower(self, recent_ms: float) -> None:
-        self._learn(recent_ms)
-        if self.rung + 1 == self.rung_count:
-            return
-        step = 1
-        if recent_ms > FAR_OVER * self.budget_ms:
-            step = max(1, int(math.log(recent_ms / self.budget_ms) / math.log(UNKNOWN_STEP)))
-        self._move(min(self.rung + step, self.rung_count - 1), recent_ms)
+        """Go down to the first rung that is expected to do."""
+        for rung in range(self.rung + 1, len(self._works)):
+            is_last = rung == len(self._works) - 1
+            if is_last or self._expected(rung, recent_ms) <= self.budget_ms:
+                self._move(rung, recent_ms)
+                return
+
+    def _expected(self, rung: int, here_ms: float) -> float:
+        """Return what `rung` should take, given what the present one takes."""
+        low, high = min(rung, self.rung), max(rung, self.rung)
+        factor = math.prod(
+            self._ratio.get(r, self._works[r] / self._works[r + 1]) for r in range(low, high)
+        )
+        return here_ms / factor if rung > self.rung else here_ms * factor
 
     def _learn(self, here_ms: float) -> None:
         """Note what the rungs between the last one and this one have cost or saved."""

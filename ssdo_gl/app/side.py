@@ -56,7 +56,7 @@ class Side:
         self._measured = measured
         self._rungs = ladder(settings, measured)
         self._calibration_left = CALIBRATION_FRAMES
-        self.governor = Governor(budget_ms, len(self._rungs))
+        self.governor = Governor(budget_ms, [rung.work for rung in self._rungs])
 
     @property
     def rung(self) -> Rung:
@@ -151,5 +151,5 @@ class Side:
             self.governor.rung = cheap[0] if cheap else len(rungs) - 1
 
     def _restart_governor(self) -> None:
-        self.governor = Governor(self.governor.budget_ms, len(self._rungs))
+        self.governor = Governor(self.governor.budget_ms, [rung.work for rung in self._rungs])
         self._calibration_left = CALIBRATION_FRAMES

@@ -15,14 +15,16 @@ from ssdo_gl.settings import Settings
 BUDGET_MS = 33.0
 # A machine: what each rung of a ladder of 8 costs, ms.
 COSTS = (160.0, 90.0, 52.0, 30.0, 19.0, 12.0, 8.0, 5.0)
+# What one would expect of it: half the work takes half the time. It takes more.
+WORKS = (128.0, 64.0, 32.0, 16.0, 8.0, 4.0, 2.0, 1.0)
 Cost = Callable[[int, int], float]
 
 
 def simulate(
-    machine: Cost, frames: int, budget: float = BUDGET_MS, rungs: int = 8
+    machine: Cost, frames: int, budget: float = BUDGET_MS, works: tuple[float, ...] = WORKS
 ) -> tuple[list[int], list[float]]:
     """Return the rung and the time of every frame."""
-    hands = Governor(budget, rungs)
+    hands = Governor(budget, works)
     used, times = [], []
     for frame in range(frames):
         used.append(hands.rung)
@@ -51,9 +53,16 @@ def test_finds_the_best_rung_that_holds_the_budget() -> None:
 
 
 def test_reaches_the_budget_quickly() -> None:
-    """Five times over budget: within ten frames, not one rung a second."""
-    rungs, times = simulate(lambda frame, rung: COSTS[rung], 12)
+    """Five times over budget: in one step, not one rung a second."""
+    rungs, times = simulate(lambda frame, rung: COSTS[rung], 8)
     assert times[-1] <= BUDGET_MS, rungs
+
+
+def test_does_not_go_further_down_than_it_must() -> None:
+    """Times that fall more slowly than the work: several steps, but no step too far."""
+    costs = (100.0, 80.0, 65.0, 50.0, 40.0, 31.0, 25.0, 20.0)
+    rungs, _ = simulate(lambda frame, rung: costs[rung], 400)
+    assert max(rungs) == rungs[-1] == 5
 
 
 def test_stays_on_the_best_rung_when_it_is_cheap() -> None:
@@ -87,9 +96,9 @@ def test_lowers_at_once_when_the_load_rises() -> None:
 
 
 def test_a_rung_that_costs_more_than_expected_is_tried_once() -> None:
-    """14 ms promise 25 ms one rung up, which takes 45: it must not become a pendulum."""
+    """14 ms promise 28 ms one rung up, which takes 45: it must not become a pendulum."""
     costs = (70.0, 45.0, 14.0, 9.0)
-    rungs, _ = simulate(lambda frame, rung: costs[rung], 3000, rungs=4)
+    rungs, _ = simulate(lambda frame, rung: costs[rung], 3000, works=WORKS[:4])
     assert changes(rungs) <= 5
     assert rungs[-1] == 2
 
@@ -100,16 +109,16 @@ def test_one_hiccup_changes_nothing() -> None:
 
 
 def test_a_budget_that_cannot_be_held_ends_at_the_cheapest_and_says_so() -> None:
-    hands = Governor(2.0, 8)
+    hands = Governor(2.0, WORKS)
     for _ in range(100):
         hands.observe(COSTS[hands.rung])
     assert hands.rung == 7
     assert hands.is_exhausted
-    assert not Governor(2.0, 8).is_exhausted
+    assert not Governor(2.0, WORKS).is_exhausted
 
 
 def test_is_settled_once_a_rung_has_proved_itself() -> None:
-    hands = Governor(BUDGET_MS, 8)
+    hands = Governor(BUDGET_MS, WORKS)
     assert not hands.is_settled
     for _ in range(40):
         before = hands.rung
@@ -117,7 +126,7 @@ def test_is_settled_once_a_rung_has_proved_itself() -> None:
             assert not hands.is_settled
     assert hands.rung == 3
     assert hands.is_settled
-    hopeless = Governor(2.0, 8)
+    hopeless = Governor(2.0, WORKS)
     for _ in range(40):
         hopeless.observe(COSTS[hopeless.rung])
     assert hopeless.is_settled
