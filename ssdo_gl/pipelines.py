@@ -248,12 +248,16 @@ class _Builder:
         """One colour from everywhere: what arrives is that of an open point times visibility."""
         assert isinstance(self.environment, ConstantEnvironment)
         red, green, blue = (math.pi * value for value in self.environment.radiance)
+        # The same directions as the directional estimator takes, whose settings hold.
+        like = self.estimator_settings("directional", DirectionalSettings)
+        if self.effects.is_open and like.resolution_scale != 1.0:
+            # The filter leaves pixels dark of which the smaller image shows nothing.
+            self._add_directional(None)
+            return
         if self.effects.is_open:
             constant = ConstantPass("directional_irradiance", (red, green, blue, 1.0))
             self.add(constant, "the same light arrives at every visible point")
             return
-        # The same directions as the directional estimator takes, whose settings hold.
-        like = self.estimator_settings("directional", DirectionalSettings)
         shared = {f.name: getattr(like, f.name) for f in dataclasses.fields(ScreenSpaceSettings)}
         self.add(
             SsaoPass(SsaoSettings(**shared), has_back_layer=self.effects.back_layer, keeps=keeps),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ssdo_gl.math3d import FloatArray, normalized
-from ssdo_gl.scene.content_bodies import ANY, Bodies, BoolArray, IntArray, unit
+from ssdo_gl.scene.content_bodies import FLAT, Bodies, BoolArray, IntArray, unit
 from ssdo_gl.scene.light import DirectionalLight, Light, RectangleLight
 
 # Pairs of receiver and caster that are looked at; with more bodies, some cast shadows.
@@ -20,9 +20,10 @@ COARSEST_MAP = 256
 def shadow_is_possible(light: Light, number: int, bodies: Bodies, seen: IntArray) -> bool:
     """Return whether any body can keep the light of `light` from the bodies `seen`.
 
-    A convex body throws no shadow on a side that faces the light. Another body throws
-    none on it if a plane has the one on one side and, on the other, both the light and
-    the lit body: then no ray of light crosses it.
+    A sheet throws no shadow on itself. Another body throws none on it if a plane has the
+    one on one side and, on the other, both the light and the sheet: then no ray of light
+    crosses it. A convex solid has no shadow on a side that faces the light either, but
+    where light grazes it a map's texels may, and the picture would change without them.
 
     Parameters
     ----------
@@ -34,7 +35,7 @@ def shadow_is_possible(light: Light, number: int, bodies: Bodies, seen: IntArray
     casters = np.flatnonzero(bodies.light != number)
     # Nor does a light light its own body, which lies in its plane.
     seen = seen[bodies.light[seen] != number]
-    if np.any(bodies.form[seen] == ANY) or len(seen) * len(casters) > MOST_PAIRS:
+    if np.any(bodies.form[seen] != FLAT) or len(seen) * len(casters) > MOST_PAIRS:
         return True
     i, j = (index.reshape(-1) for index in np.meshgrid(seen, casters, indexing="ij"))
     i, j = i[i != j], j[i != j]

@@ -1,0 +1,84 @@
+"""Renders a scene as planned and with every effect, and compares all images."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ssdo_gl import math3d
+from ssdo_gl.effects import Effects
+from ssdo_gl.renderer import Renderer
+from ssdo_gl.scene import shapes
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.material import Material
+from ssdo_gl.scene.mesh import Mesh, SceneObject
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.settings import AOVS, Settings
+
+SIZE = (48, 32)
+# Of the brightest value in the image, or of 1: the planned frame may add the same float32
+# numbers in another order, or multiply after a sum instead of before it.
+AGREEMENT = 1e-6
+
+BOX, QUAD, SPHERE, TORUS = shapes.box(), shapes.quad(), shapes.sphere(16), shapes.torus(0.3)
+WHITE, GREY, BLACK = (1.0, 1.0, 1.0), (0.5, 0.5, 0.5), (0.0, 0.0, 0.0)
+FRONT = Camera((0.0, 0.0, 6.0), (0.0, 0.0, 0.0))
+
+
+@dataclass(frozen=True)
+class Compared:
+    """What a planned rendering decided and showed."""
+
+    effects: Effects
+    images: dict[str, NDArray[np.float32]]
+    ran: frozenset[str]
+    ran_in_full: frozenset[str]
+
+
+def at(x: float, y: float, z: float) -> NDArray[np.float64]:
+    return math3d.translation((x, y, z))
+
+
+def turned(x: float, y: float, z: float) -> NDArray[np.float64]:
+    return math3d.rotation_euler(np.array([x, y, z]))
+
+
+def make_scene(*items, lights=(), environment=None, camera=FRONT, **more) -> Scene:
+    """Return a scene of (mesh, matrix) or (mesh, matrix, material) items."""
+    meshes: list[Mesh] = []
+    materials: list[Material] = []
+    objects = []
+    for mesh, matrix, *rest in items:
+        material = rest[0] if rest else Material(albedo=GREY)
+        if not any(mesh is known for known in meshes):
+            meshes.append(mesh)
+        number = next(i for i, known in enumerate(meshes) if known is mesh)
+        objects.append(SceneObject(number, len(materials), np.asarray(matrix)[None]))
+        materials.append(material)
+    return Scene(
+        tuple(meshes), tuple(materials), tuple(objects), camera, tuple(lights), environment, **more
+    )
+
+
+def compare(device, shaders, scene: Scene, wanted=AOVS, **settings) -> Compared:
+    """Render `scene` both ways and assert that all images agree."""
+    chosen = Settings(**{"size": SIZE, "radius": 0.5, "samples": 32, "steps": 4, **settings})
+    results = []
+    with Renderer(scene, chosen, device=device, shaders=shaders) as renderer:
+        for effects in ("auto", "full"):
+            renderer.use(dataclasses.replace(chosen, effects=effects))
+            result = renderer.render(wanted)
+            results.append((result, renderer._planned.effects))
+    (planned, effects), (full, _) = results
+    for name in wanted:
+        a, b = planned.images[name], full.images[name]
+        assert a.shape == b.shape, name
+        assert np.all(np.isfinite(b)), name
+        bound = AGREEMENT * max(1.0, float(np.abs(b).max(initial=0.0)))
+        difference = float(np.abs(a.astype(np.float64) - b).max(initial=0.0))
+        assert difference <= bound, f"{name}: {difference:.2e} > {bound:.2e}"
+    ran = [frozenset(row.name for row in result.passes if row.ran) for result in (planned, full)]
+    return Compared(effects, planned.images, *ran)
