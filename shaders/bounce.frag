@@ -58,8 +58,8 @@ vec3 sent(Receiver r, vec3 radiance, ivec2 texel, float share)
 {
     vec3 to_receiver = r.position_vs - gbuffer_position_vs(texel);
     // What is seen of a surface is its front. If that turns away from the receiver, the
-    // ray met a side of the solid that the camera does not see, and nothing is known of
-    // what that sends.
+    // ray met a side of the solid that the camera does not see. All that is known of what
+    // this side sends is that the other side of the same thing is near.
     bool faces = dot(gbuffer_geometric_normal_vs(texel), to_receiver) > 0.0;
     return radiance * (PI * share * (faces ? 1.0 : u_hidden_senders));
 }

@@ -27,10 +27,13 @@ class BounceSettings(ScreenSpaceSettings):
     refine_steps: int = setting(
         2, "march: bisections that find where a blocked direction meets its sender", low=0, high=8
     )
+    # Hidden sides are a guess: 0 leaves them out and loses 17 % of the bounce's light over
+    # eight scenes; a quarter halves that and lowers the error in every one of them
+    # (relative RMSE .815 for .891). A half is too much in rooms lit by lamps.
     hidden_senders: float = setting(
-        0.0,
-        "share of its radiance that a blocker sends from its hidden side, of which "
-        "nothing is known; 0: none",
+        0.25,
+        "march: share of its visible side's radiance that a blocker sends from a side which "
+        "the camera does not see; 0: none",
         low=0.0,
         high=1.0,
     )

@@ -344,16 +344,19 @@ def visibility(samples: Samples) -> Array:
     return np.maximum(1.0 - (samples.share * samples.blocked).sum(1), 0.0)
 
 
-def bounce_solid_angle(picture: Picture, texel: Indices, samples: Samples, sent: Array) -> Array:
-    """Return irradiance (n, 3) from blocking texels that face the receiver.
+def bounce_solid_angle(
+    picture: Picture, texel: Indices, samples: Samples, sent: Array, hidden: float
+) -> Array:
+    """Return irradiance (n, 3) from blocking texels.
 
-    `sent` (h, w, 3) is the radiance that each texel sends.
+    `sent` (h, w, 3) is the radiance that each texel sends towards the camera's side;
+    towards the other side it sends `hidden` times that.
     """
     q = np.maximum(samples.blocker, 0)
     p = picture.position(texel)[:, None]
     normal = picture.geometric[q[..., 1], q[..., 0]]
     faces = np.einsum("ndi,ndi->nd", normal, p - picture.position(q)) > 0.0
-    weight = np.pi * samples.share * (samples.blocked & faces)
+    weight = np.pi * samples.share * samples.blocked * np.where(faces, 1.0, hidden)
     return np.einsum("nd,ndc->nc", weight, sent[q[..., 1], q[..., 0]])
 
 

@@ -62,16 +62,18 @@ def colors(picture, seed=11):
 # --- against the float64 twin -----------------------------------------------------------
 
 
-@pytest.mark.parametrize("has_back", [False, True])
-def test_march_matches_the_twin_on_noise(gl, shaders, has_back):
-    settings = BounceSettings(radius=0.8, samples=24, steps=4, refine_steps=0)
+@pytest.mark.parametrize("has_back, hidden", [(False, 0.0), (True, 0.25)])
+def test_march_matches_the_twin_on_noise(gl, shaders, has_back, hidden):
+    settings = BounceSettings(
+        radius=0.8, samples=24, steps=4, refine_steps=0, hidden_senders=hidden
+    )
     picture = noise(has_back=has_back)
     sent = colors(picture)
     image = run(gl, shaders, picture, settings, sent, has_back=has_back)
     texel = covered_texels(picture)
     frame = picture_frame(SIZE, TAN_Y)
     samples = screen_space.sample(picture, texel, texel, twin_of(settings, frame, has_back))
-    expected = screen_space.bounce_solid_angle(picture, texel, samples, sent)
+    expected = screen_space.bounce_solid_angle(picture, texel, samples, sent, hidden)
     sure = ~samples.unsure.any(1)
     assert sure.mean() > 0.97
     found = image[texel[:, 1], texel[:, 0], :3]
@@ -266,7 +268,9 @@ def slab_above_floor():
 def test_sender_that_faces_away_gives_nothing(gl, shaders, estimator):
     """The sign of the sender's cosine: with the wrong one, only these would send."""
     picture, inside = slab_above_floor()
-    settings = BounceSettings(estimator=estimator, radius=1.0, samples=128, steps=8)
+    settings = BounceSettings(
+        estimator=estimator, radius=1.0, samples=128, steps=8, hidden_senders=0.0
+    )
     image = run(gl, shaders, picture, settings, ones(picture), has_back=True)
     assert np.all(image[..., :3] == 0.0)
     # They do block: the furnace's other half is missing.

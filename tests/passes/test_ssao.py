@@ -19,9 +19,13 @@ from passes.estimator_cases import (
     tilted_plane,
     twin_of,
 )
+from passes.pass_harness import make_frame, make_scene, quad, run_pass
 
+from ssdo_gl.gpu.geometry import Geometry
 from ssdo_gl.graph.settings import SettingError
+from ssdo_gl.passes.gbuffer import GBufferPass
 from ssdo_gl.passes.ssao import SsaoPass, SsaoSettings
+from ssdo_gl.scene.camera import Camera
 
 SIZE = (48, 36)
 TAN_Y = 0.5
@@ -259,6 +263,36 @@ def test_open_plane_is_exactly_open(gl, shaders, degrees, scale, estimator):
     for radius in (0.2, 3.0, np.inf):
         settings = SsaoSettings(estimator=estimator, radius=radius * scale, samples=64)
         assert np.all(visibility(gl, shaders, picture, settings, frame) == 1.0)
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e4])
+@pytest.mark.parametrize("degrees", [30.0, 75.0, 89.0, 89.9])
+def test_rasterized_plane_is_exactly_open(gl, shaders, degrees, scale):
+    """With the depths and normals that the G-buffer pass leaves, far from the origin."""
+    size = (96, 72)
+    angle = np.radians(degrees)
+    across = np.array([2.0, -1.0, 0.0]) / np.sqrt(5.0)
+    normal = np.array([0.0, 0.0, 1.0]) * np.cos(angle) + across * np.sin(angle)
+    u = np.cross(normal, [0.3, 1.0, 0.2])
+    u /= np.linalg.norm(u)
+    v = np.cross(normal, u)
+    eye = np.full(3, 100.0 * scale)
+    corner_ws = eye + scale * (np.array([0.0, 0.0, -3.0]) - 20.0 * u - 20.0 * v)
+    mesh = quad(corner_ws, 40.0 * scale * u, 40.0 * scale * v)
+    camera = Camera(tuple(eye), tuple(eye - [0.0, 0.0, scale]), fov_y=53.0)
+    scene = make_scene([mesh], camera=camera)
+    geometry = Geometry(gl, scene)
+    frame = make_frame(scene, size, geometry=geometry)
+    gbuffer = run_pass(gl, shaders, GBufferPass(), frame, geometry=geometry)
+    geometry.release()
+    covered = gbuffer["z_vs"][..., 0] > 0.0
+    assert covered.sum() > 1000
+    inputs = {name: gbuffer[name] for name in ("z_vs", "normals_vs")}
+    for estimator in ESTIMATORS:
+        for radius in (0.2, 3.0, np.inf):
+            settings = SsaoSettings(estimator=estimator, radius=radius * scale, bias=0.0)
+            image = run_pass(gl, shaders, SsaoPass(settings), frame, inputs)["visibility_raw"]
+            assert np.all(image[covered][:, 0] == 1.0)
 
 
 @pytest.mark.parametrize("estimator", ESTIMATORS)
