@@ -23,12 +23,15 @@ class Decision:
     ----------
     passes : tuple of str
         The passes of the full pipeline that it decides about.
+    instead : tuple of str
+        What runs in their place.
     """
 
     effect: str
     run: bool
     reason: str
     passes: tuple[str, ...] = ()
+    instead: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -162,6 +165,7 @@ class _Decider:
         traced_shadows = direct and self.settings.chosen_shadows == "traced"
         # Tables for rays hold the scene as it is.
         traces = self.settings.is_reference or traced_shadows
+        self._looked_up_images()
         return Effects(
             direct=direct,
             shadow_map=any(maps),
@@ -229,7 +233,7 @@ class _Decider:
                 (not content.has_direct_lights, "all light comes through open directions"),
                 (not self._any_light("map", "none"), "no light can reach anything in view"),
             ],
-            ("direct", "traced_shadows"),
+            ("direct", "direct_radiance", "traced_shadows"),
         )
 
     def _shadow_maps(self) -> tuple[bool, ...]:
@@ -240,15 +244,13 @@ class _Decider:
             light.shadow == "map" and chosen and (self.is_full or shadowed)
             for light, chosen, shadowed in zip(lights, self.lights, possible, strict=True)
         )
-        marked = self._any_light("map")
-        if marked and any(maps) and sum(maps) < sum(light.shadow == "map" for light in lights):
-            reason = f"{sum(maps)} of {len(lights)} lights cast a shadow that can be seen"
-            return maps if self._wanted("shadow maps", reason, [], ("shadow_map",)) else ()
+        marked = sum(light.shadow == "map" for light in lights)
+        some = f"{sum(maps)} of {marked} lights cast a shadow that can be seen"
         runs = self._wanted(
             "shadow maps",
-            "lights cast shadows",
+            "lights cast shadows" if sum(maps) == marked else some,
             [
-                (not marked, "no light that matters is marked shadow = map"),
+                (not self._any_light("map"), "no light that matters is marked shadow = map"),
                 (not any(maps), "nothing can stand between a light and what is in view"),
             ],
             ("shadow_map",),
@@ -256,22 +258,15 @@ class _Decider:
         return maps if runs else ()
 
     def _directional(self) -> bool:
-        has_environment = self.content.environment != "none"
+        arrives = self.content.environment != "none" or self._any_light("ssdo")
         return self._wanted(
             "directional occlusion",
             "light comes from the environment or from lights marked shadow = ssdo",
             [
                 self._nothing_seen(),
-                (
-                    not has_environment and not self.content.has_ssdo_lights,
-                    "there is neither an environment nor an ssdo light that is on",
-                ),
-                (
-                    not has_environment and not self._any_light("ssdo"),
-                    "there is no environment, and no ssdo light can reach anything in view",
-                ),
+                (not arrives, "there is neither an environment nor an ssdo light in reach"),
             ],
-            ("directional", "directional_filter"),
+            ("directional", "directional_filter", "directional_radiance"),
         )
 
     def _is_open(self, directional: bool) -> bool:
@@ -288,8 +283,9 @@ class _Decider:
             looks_at_lights=directional and self._any_light("ssdo"),
         )
         if reason is not None:
-            passes = ("ssao", "ssao_filter", "directional", "bounce", "bounce_filter")
-            self.rows.append(Decision("blocked directions", False, reason, passes))
+            passes = ("ssao", "ssao_filter", "directional", "directional_filter")
+            instead = ("constant_visibility", "constant_directional_irradiance")
+            self.rows.append(Decision("blocked directions", False, reason, passes, instead))
         return reason is not None
 
     def _bounce(self, direct: bool, directional: bool, is_open: bool) -> bool:
@@ -306,7 +302,7 @@ class _Decider:
                 ),
                 (is_open, "nothing is near enough to send light to what is in view"),
             ],
-            ("sender_radiance", "bounce", "bounce_filter"),
+            ("sender_radiance", "bounce", "bounce_filter", "bounce_radiance"),
         )
 
     def _ambient_visibility(self, direct: bool) -> bool:
@@ -342,8 +338,8 @@ class _Decider:
         )
         if holds:
             reason = "the environment is the same from everywhere: how open a point is says it all"
-            passes = ("directional", "directional_filter")
-            self.rows.append(Decision("light by direction", False, reason, passes))
+            passes, instead = ("directional", "directional_filter"), ("ssao", "ssao_filter")
+            self.rows.append(Decision("light by direction", False, reason, passes, instead))
         return holds
 
     def _samples_hemisphere(self) -> bool:
@@ -377,7 +373,7 @@ class _Decider:
                     "no mesh is closed, so there is no back to find",
                 ),
             ],
-            ("back_faces",),
+            ("back_faces", "depth_layers"),
         )
 
     def _emission(self) -> bool:
@@ -386,4 +382,16 @@ class _Decider:
             "emission",
             "surfaces emit",
             [(not self.content.has_emission, "no surface emits")],
+            ("gbuffer", "composite"),
         )
+
+    def _looked_up_images(self) -> None:
+        """Say which images of the scene no pass has to fetch; the variants take care of it."""
+        if self.is_full:
+            return
+        if self.content.environment_is_simplified and not self.settings.is_reference:
+            reason = "it is black or of one colour everywhere, which needs no lookup"
+            self.rows.append(Decision("environment image", False, reason, ("environment",)))
+        if self.shaded and not self.content.has_textures:
+            reason = "no material has an image, so none is fetched"
+            self.rows.append(Decision("surface images", False, reason))

@@ -8,6 +8,9 @@ import math
 from ssdo_gl.passes.screen_space_settings import ScreenSpaceSettings
 from ssdo_gl.scene.content import SceneContent
 from ssdo_gl.scene.content_sight import Sight
+from ssdo_gl.scene.environment import MapEnvironment
+from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight, SpotLight
+from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 
 # Passes whose settings are `ScreenSpaceSettings`.
@@ -93,3 +96,36 @@ def can_share_directions(settings: Settings, first: str) -> bool:
         and march.direction_count <= MOST_KEPT_DIRECTIONS
         and max(settings.size) <= LONGEST_NUMBERED_SIDE
     )
+
+
+def sender_bound(scene: Scene, radius: float) -> float:
+    """Return the largest radiance a diffuse sender can plausibly have in `scene`.
+
+    A rectangle or the environment of radiance L lights a surface with at most pi L, so
+    it sends at most L. Directional light E sends E / pi. A point light is unbounded near
+    itself; nearer than a tenth of R, or of the R that suits the scene if that is less, it
+    is part of no receiver's near field worth having. Emission that no light stands for
+    counts as it is.
+    """
+    has_points = any(isinstance(light, (PointLight, SpotLight)) for light in scene.lights)
+    nearest = 0.1 * min(radius, scene.default_radius()) if has_points else 0.0
+    total = 0.0
+    for light in scene.lights:
+        if isinstance(light, RectangleLight):
+            total += max(light.radiance)
+        elif isinstance(light, DirectionalLight):
+            total += max(light.irradiance) / math.pi
+        elif isinstance(light, (PointLight, SpotLight)) and nearest > 0.0:
+            total += max(light.intensity) / (math.pi * nearest * nearest)
+    emitted = [max(m.emission) for m in scene.materials]
+    return total + max(emitted, default=0.0) + _environment_maximum(scene)
+
+
+def _environment_maximum(scene: Scene) -> float:
+    environment = scene.environment
+    if environment is None:
+        return 0.0
+    if isinstance(environment, MapEnvironment):
+        return float(environment.image.max(initial=0.0))
+    colors = dataclasses.astuple(environment)
+    return float(max(max(color) for color in colors))

@@ -12,7 +12,7 @@ from ssdo_gl.effects import Decision, Effects, decide, effective_combine
 from ssdo_gl.graph.environment_uniforms import environment_kind
 from ssdo_gl.graph.graph import compile_graph
 from ssdo_gl.graph.render_pass import RenderPass
-from ssdo_gl.near_field import estimator_of
+from ssdo_gl.near_field import estimator_of, sender_bound
 from ssdo_gl.passes.back_faces import BackFacesPass
 from ssdo_gl.passes.bounce import BouncePass, BounceSettings
 from ssdo_gl.passes.composite import Combine, CompositePass
@@ -35,7 +35,6 @@ from ssdo_gl.passes.ssao import SsaoPass, SsaoSettings
 from ssdo_gl.passes.tone_map import ToneMapPass, ToneMapSettings
 from ssdo_gl.scene.content import SceneContent, simplest_environment
 from ssdo_gl.scene.environment import ConstantEnvironment, Environment, MapEnvironment
-from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.traced_passes import TRACED_SETTINGS, traced_passes, with_overrides
@@ -107,40 +106,22 @@ def build_pipeline(
         None: decided from the scene's content alone.
     """
     effects = effects or decide(content, settings, wanted)
-    return _Builder(scene, content, settings, wanted, effects).build()
+    pipeline = _Builder(scene, content, settings, wanted, effects).build()
+    if settings.effects == "full":
+        return pipeline
+    full = build_pipeline(scene, content, dataclasses.replace(settings, effects="full"), wanted)
+    return dataclasses.replace(pipeline, skipped=_reasons_to_skip(pipeline, full))
 
 
-def sender_bound(scene: Scene, radius: float) -> float:
-    """Return the largest radiance a diffuse sender can plausibly have in `scene`.
-
-    A rectangle or the environment of radiance L lights a surface with at most pi L, so
-    it sends at most L. Directional light E sends E / pi. A point light is unbounded near
-    itself; nearer than a tenth of R, or of the R that suits the scene if that is less, it
-    is part of no receiver's near field worth having. Emission that no light stands for
-    counts as it is.
-    """
-    has_points = any(isinstance(light, (PointLight, SpotLight)) for light in scene.lights)
-    nearest = 0.1 * min(radius, scene.default_radius()) if has_points else 0.0
-    total = 0.0
-    for light in scene.lights:
-        if isinstance(light, RectangleLight):
-            total += max(light.radiance)
-        elif isinstance(light, DirectionalLight):
-            total += max(light.irradiance) / math.pi
-        elif isinstance(light, (PointLight, SpotLight)) and nearest > 0.0:
-            total += max(light.intensity) / (math.pi * nearest * nearest)
-    emitted = [max(m.emission) for m in scene.materials]
-    return total + max(emitted, default=0.0) + _environment_maximum(scene)
-
-
-def _environment_maximum(scene: Scene) -> float:
-    environment = scene.environment
-    if environment is None:
-        return 0.0
-    if isinstance(environment, MapEnvironment):
-        return float(environment.image.max(initial=0.0))
-    colors = dataclasses.astuple(environment)
-    return float(max(max(color) for color in colors))
+def _reasons_to_skip(pipeline: Pipeline, full: Pipeline) -> dict[str, str]:
+    """Return why the passes do not run that only the full pipeline has."""
+    has = {item.name for item in pipeline.passes}
+    order = compile_graph(full.passes, full.resources).order
+    reasons: dict[str, str] = {}
+    for name in (item.name for item in order if item.name not in has):
+        spared = (d.reason for d in pipeline.decisions if not d.run and name in d.passes)
+        reasons[name] = next(spared, "no effect that runs needs it")
+    return reasons
 
 
 class _Builder:

@@ -17,6 +17,7 @@ OFF = LightContent("map", is_on=False)
 RICH = SceneContent(
     lights=(LAMP, PANEL),
     environment="gradient",
+    environment_is_simplified=False,
     has_albedo=True,
     has_emission=True,
     has_unlit_emission=False,

@@ -51,6 +51,8 @@ class SceneContent:
     environment : str
         none, constant, gradient or map: the simplest that gives the same light, so a
         black map counts as none and one of a single colour as constant.
+    environment_is_simplified : bool
+        The scene's own is of another kind than that.
     has_albedo : bool
         Any surface reflects light.
     has_emission : bool
@@ -67,6 +69,7 @@ class SceneContent:
 
     lights: tuple[LightContent, ...]
     environment: EnvironmentKind
+    environment_is_simplified: bool
     has_albedo: bool
     has_emission: bool
     has_unlit_emission: bool
@@ -99,12 +102,14 @@ def analyse(scene: Scene) -> SceneContent:
     meshes = [scene.meshes[i] for i in {item.mesh for item in scene.objects}]
     unlit = [scene.materials[o.material].emits for o in scene.objects if o.light is None]
     moving = [*scene.objects, *scene.lights]
+    kind = _kind(simplest_environment(scene.environment))
     return SceneContent(
         lights=tuple(
             LightContent(light.shadow, power(light) > 0.0, isinstance(light, RectangleLight))
             for light in scene.lights
         ),
-        environment=_kind(simplest_environment(scene.environment)),
+        environment=kind,
+        environment_is_simplified=kind != _kind(scene.environment),
         has_albedo=any(max(material.albedo) > 0.0 for material in used),
         has_emission=any(material.emits for material in used),
         has_unlit_emission=any(unlit),

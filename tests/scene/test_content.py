@@ -123,7 +123,10 @@ ALMOST[-1, -1, 2] += 1e-6
     ],
 )
 def test_the_simplest_environment_that_gives_the_same_light(environment, kind):
-    assert analyse(scene_with(environment=environment)).environment == kind
+    content = analyse(scene_with(environment=environment))
+    assert content.environment == kind
+    own = {type(None): "none", ConstantEnvironment: "constant", GradientEnvironment: "gradient"}
+    assert content.environment_is_simplified == (kind != own.get(type(environment), "map"))
     simple = simplest_environment(environment)
     direction = np.array([[0.0, 1.0, 0.0], [0.6, -0.8, 0.0], [0.0, 0.0, 1.0]])
     expected = np.zeros((3, 3)) if environment is None else environment.sample(direction)
