@@ -2,17 +2,29 @@
 // The surface nearest to the camera: linear depth, normals, albedo, emission.
 //
 // HAS_SHADING_NORMALS, HAS_VERTEX_COLORS, HAS_ALBEDO_TEXTURE, HAS_EMISSION_TEXTURE,
-// HAS_ALPHA_CUTOUT: what the objects of this draw call have; WIDE_DEPTH_RANGE: see
+// HAS_ALPHA_CUTOUT: what the objects of this draw call have; HAS_INSTANCE_MATERIALS:
+// whether they differ in their material; WIDE_DEPTH_RANGE: see
 // lib/depth_test.glsl; WRITES_NORMALS, WRITES_ALBEDO, WRITES_EMISSION: what is read.
 #include "lib/space.glsl"
 #include "lib/octahedral.glsl"
 #include "lib/depth_test.glsl"
 
 flat in vec3 v_face_normal_vs;
-flat in vec4 v_face_codes;
+#if HAS_INSTANCE_MATERIALS
 flat in vec4 v_albedo;
 flat in vec4 v_emission;
 flat in vec2 v_emission_side_cutoff;
+#define MATERIAL_ALBEDO v_albedo
+#define MATERIAL_EMISSION v_emission
+#define MATERIAL_SIDE_CUTOFF v_emission_side_cutoff
+#else
+uniform vec4 u_albedo;
+uniform vec4 u_emission;
+uniform vec2 u_emission_side_cutoff;
+#define MATERIAL_ALBEDO u_albedo
+#define MATERIAL_EMISSION u_emission
+#define MATERIAL_SIDE_CUTOFF u_emission_side_cutoff
+#endif
 #if HAS_SHADING_NORMALS
 in vec3 v_normal_vs;
 #endif
@@ -56,7 +68,7 @@ layout(location = EMISSION_LOCATION) out vec4 o_emission;
 
 void main()
 {
-    vec4 albedo = v_albedo;
+    vec4 albedo = MATERIAL_ALBEDO;
 #if HAS_VERTEX_COLORS
     albedo *= v_color;
 #endif
@@ -64,7 +76,7 @@ void main()
     albedo *= texture(t_albedo, v_material_uv);
 #endif
 #if HAS_ALPHA_CUTOUT
-    if (albedo.a < v_emission_side_cutoff.y) {
+    if (albedo.a < MATERIAL_SIDE_CUTOFF.y) {
         discard;
     }
 #endif
@@ -74,18 +86,18 @@ void main()
     // From the ray through this pixel, not from the winding on screen: right for
     // mirrored instances, and the same for all pixels of a triangle.
     bool is_front = dot(v_face_normal_vs, ray) <= 0.0;
-    vec2 face_code = is_front ? v_face_codes.xy : v_face_codes.zw;
+    vec2 face_code = oct_encode(is_front ? v_face_normal_vs : -v_face_normal_vs);
     vec2 shading_code = face_code;
 #if HAS_SHADING_NORMALS
     vec3 normal = dot(v_normal_vs, v_face_normal_vs) < 0.0 == is_front ? -v_normal_vs : v_normal_vs;
     // Opposite vertex normals can cancel in between: then the face's own.
     shading_code = dot(normal, normal) > 0.0 ? oct_encode(normal) : face_code;
 #endif
-    vec3 emission = v_emission.rgb;
+    vec3 emission = MATERIAL_EMISSION.rgb;
 #if HAS_EMISSION_TEXTURE
     emission *= texture(t_emission, v_material_uv).rgb;
 #endif
-    bool emits = is_front || v_emission_side_cutoff.x > 0.5;
+    bool emits = is_front || MATERIAL_SIDE_CUTOFF.x > 0.5;
 
     o_z_vs = z;
 #if WRITES_NORMALS
@@ -95,7 +107,7 @@ void main()
     o_albedo = vec4(albedo.rgb, 1.0);
 #endif
 #if WRITES_EMISSION
-    o_emission = vec4(emits ? emission : vec3(0.0), v_emission.a);
+    o_emission = vec4(emits ? emission : vec3(0.0), MATERIAL_EMISSION.a);
 #endif
     write_depth(z);
 }

@@ -1,22 +1,22 @@
 #version 330 core
-// Places a vertex in view space and computes, once per triangle instead of once per
-// pixel, everything that is constant over a triangle.
+// Places a vertex in view space and turns its normals there.
 #include "lib/instance.glsl"
-#include "lib/octahedral.glsl"
 
 uniform mat4 u_clip_from_view;
 
 in vec3 a_normal_face_os;
+flat out vec3 v_face_normal_vs;   // outward
+
+// Every number handed on costs time for each triangle, so what is the same for a whole
+// draw call comes to the fragments as a uniform.
+#if HAS_INSTANCE_MATERIALS
 in vec4 a_albedo;                 // rgb, alpha factor
 in vec4 a_emission;               // radiance, 1 if no light delivers it
 in vec2 a_emission_side_cutoff;   // 1 if both sides emit; alpha cutoff
-
-flat out vec3 v_face_normal_vs;   // outward
-flat out vec4 v_face_codes;       // octahedral: the outward normal, its opposite
 flat out vec4 v_albedo;
 flat out vec4 v_emission;
 flat out vec2 v_emission_side_cutoff;
-
+#endif
 #if HAS_SHADING_NORMALS
 in vec3 a_normal_os;
 out vec3 v_normal_vs;
@@ -39,10 +39,11 @@ void main()
     gl_Position.z = 0.0;
 #endif
     v_face_normal_vs = instance_normal_vs(a_normal_face_os);
-    v_face_codes = vec4(oct_encode(v_face_normal_vs), oct_encode(-v_face_normal_vs));
+#if HAS_INSTANCE_MATERIALS
     v_albedo = a_albedo;
     v_emission = a_emission;
     v_emission_side_cutoff = a_emission_side_cutoff;
+#endif
 #if HAS_SHADING_NORMALS
     v_normal_vs = instance_normal_vs(a_normal_os);
 #endif

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from ssdo_gl.gpu.shader import Program
 from ssdo_gl.gpu.vertices import VertexStreams
@@ -32,7 +33,8 @@ INSTANCE_FLOATS = sum(count for _, count in INSTANCE_ATTRIBUTES)
 class Features:
     """What the objects of one draw call need from its program.
 
-    A program compiled without what nobody needs does not pay for it.
+    A program compiled without what nobody needs does not pay for it. Where instances do
+    not differ in their material, `material_uniforms` are set instead of attributes.
     """
 
     shading_normals: bool = False
@@ -40,6 +42,7 @@ class Features:
     albedo_texture: bool = False
     emission_texture: bool = False
     alpha_cutout: bool = False
+    instance_materials: bool = False
 
     def defines(self) -> dict[str, int]:
         """Return the switches for a shader that outputs materials."""
@@ -49,6 +52,7 @@ class Features:
             "HAS_ALBEDO_TEXTURE": int(self.albedo_texture),
             "HAS_EMISSION_TEXTURE": int(self.emission_texture),
             "HAS_ALPHA_CUTOUT": int(self.alpha_cutout),
+            "HAS_INSTANCE_MATERIALS": int(self.instance_materials),
         }
 
     def cutout_defines(self) -> dict[str, int]:
@@ -78,7 +82,7 @@ class DrawGroup:
     @property
     def is_solid(self) -> bool:
         """Whether its back faces bound solids."""
-        return self.mesh.closed and not self.features.alpha_cutout
+        return self.vertices.is_solid and not self.features.alpha_cutout
 
     def release(self) -> None:
         """Free the vertex arrays and the instance buffer; the mesh's buffers are shared."""
@@ -113,6 +117,15 @@ def features_of(mesh: Mesh, material: Material) -> Features:
         emission_texture=textured and material.emission_texture is not None and material.emits,
         alpha_cutout=material.alpha_cutoff is not None,
     )
+
+
+def material_uniforms(row: NDArray[np.float32]) -> dict[str, object]:
+    """Return the uniforms that stand for the attributes of a `material_row`."""
+    return {
+        "u_albedo": row[0:4],
+        "u_emission": row[4:8],
+        "u_emission_side_cutoff": row[8:10],
+    }
 
 
 def material_row(material: Material, counts_as_sender: bool) -> FloatArray:

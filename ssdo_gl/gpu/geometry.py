@@ -9,6 +9,7 @@ holds small numbers only.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import moderngl
 import numpy as np
@@ -21,6 +22,7 @@ from ssdo_gl.gpu.draw_group import (
     Features,
     features_of,
     grouped,
+    material_uniforms,
 )
 from ssdo_gl.gpu.instances import Eye, Viewpoint, gather
 from ssdo_gl.gpu.material_textures import MaterialTextures
@@ -91,6 +93,7 @@ class Geometry:
         uniforms: Mapping[str, object],
         *,
         solids_only: bool = False,
+        hide_backs: bool = False,
         skip_light: int | None = None,
     ) -> None:
         """Draw what lies inside the clip volume into the bound framebuffer.
@@ -111,6 +114,9 @@ class Geometry:
             Set once on each program used.
         solids_only : bool
             Leave out what bounds no solid: open meshes and those with cut-outs.
+        hide_backs : bool
+            Leave out back faces of solids that the eye is outside of: their fronts hide
+            them. Face culling must not be in use otherwise.
         skip_light : int or None
             Leave out the visible body of this light (an index into Scene.lights).
         """
@@ -118,19 +124,30 @@ class Geometry:
         common = {**uniforms, "u_clip_from_view": clip_from_view}
         is_reflection = bool(np.linalg.det(viewpoint.view_from_world) < 0.0)
         visible = self._instances.visible(viewpoint, clip_from_view, skip_light)
-        for batch, attributes in zip(self._instances.batches, visible, strict=True):
+        for batch, (attributes, is_around) in zip(self._instances.batches, visible, strict=True):
             group = self._groups[batch.group]
             if len(attributes) == 0 or (solids_only and not group.is_solid):
                 continue
-            if group.features not in programs:
-                programs[group.features] = program_of(group.features)
-                programs[group.features].set(common)
-            program = programs[group.features]
+            features = replace(group.features, instance_materials=batch.material is None)
+            if features not in programs:
+                programs[features] = program_of(features)
+                programs[features].set(common)
+            program = programs[features]
+            if batch.material is not None:
+                values = material_uniforms(batch.material)
+                program.set({name: value for name, value in values.items() if name in program.gl})
             used = {name: tex for name, tex in group.textures.items() if name in program.gl}
             program.set({}, used)
             program.check_complete()
             self._gl.front_face = "cw" if batch.is_mirrored != is_reflection else "ccw"
-            self._render(group, program, attributes)
+            if hide_backs and group.is_solid:
+                self._render(group, program, attributes[is_around])
+                self._gl.enable(moderngl.CULL_FACE)
+                self._gl.cull_face = "back"
+                self._render(group, program, attributes[~is_around])
+                self._gl.disable(moderngl.CULL_FACE)
+            else:
+                self._render(group, program, attributes)
         self._gl.front_face = "ccw"
 
     def bounds_along(self, axes: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -187,6 +204,8 @@ class Geometry:
         return DrawGroup(key, mesh, streams, features, textures, buffer)
 
     def _render(self, group: DrawGroup, program: Program, attributes: NDArray[np.float32]) -> None:
+        if len(attributes) == 0:
+            return
         # Keyed by the Program, compared with its `gl`: a reload replaces the latter.
         known = group.vertex_arrays.get(program)
         if known is None or known.program is not program.gl:

@@ -44,11 +44,15 @@ class Eye:
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """Consecutive instances of one draw group that are all mirrored, or none."""
+    """Consecutive instances of one draw group that are all mirrored, or none.
+
+    `material` is the row that all of them share, or None if they differ.
+    """
 
     group: int
     is_mirrored: bool
     start: int
+    material: NDArray[np.float32] | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,8 +87,15 @@ class Instances:
 
     def visible(
         self, viewpoint: Viewpoint, clip_from_view: FloatArray, skip_light: int | None
-    ) -> list[NDArray[np.float32]]:
-        """Return for each batch the attributes (n, INSTANCE_FLOATS) of what shows."""
+    ) -> list[tuple[NDArray[np.float32], NDArray[np.bool_]]]:
+        """Return what shows of each batch.
+
+        Returns
+        -------
+        list of (attributes, is_around)
+            Shapes (n, INSTANCE_FLOATS) and (n,): whether the eye is within the box of
+            the instance, and so maybe inside it.
+        """
         if len(self.lights) == 0:
             return []
         view_from_mesh, center, half = self.boxes(viewpoint)
@@ -96,7 +107,9 @@ class Instances:
         packed[:, :12] = view_from_mesh[seen].reshape(-1, 12)
         packed[:, 12:] = self.materials[seen]
         counts = np.add.reduceat(seen, [batch.start for batch in self.batches], dtype=np.int64)
-        return np.split(packed, np.cumsum(counts)[:-1])
+        ends = np.cumsum(counts)[:-1]
+        is_around = np.all(np.abs(center[seen]) <= half[seen] * (1.0 + CLIP_MARGIN), axis=1)
+        return list(zip(np.split(packed, ends), np.split(is_around, ends), strict=True))
 
     def bounds_along(self, axes: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return corners (low, high) of all instances in a world frame with these axes."""
@@ -160,18 +173,23 @@ def gather(
     place, owner = np.concatenate(places), np.concatenate(owners)
     is_mirrored = np.linalg.det(place[:, :, :3]) < 0.0
     order = np.lexsort((is_mirrored, owner))
-    key = 2 * owner[order] + is_mirrored[order]
-    keys, starts = np.unique(key, return_index=True)
+    keys, starts = np.unique(2 * owner[order] + is_mirrored[order], return_index=True)
+    rows = np.concatenate(materials)[order].astype(np.float32)
+    batches = [
+        Batch(int(key) // 2, bool(key % 2), int(start), _common_row(rows[start:end]))
+        for key, start, end in zip(keys, starts, [*starts[1:], len(rows)], strict=True)
+    ]
     return Instances(
         place[order],
         np.concatenate(extents)[order],
-        np.concatenate(materials)[order].astype(np.float32),
+        rows,
         np.concatenate(lights)[order],
-        tuple(
-            Batch(int(k) // 2, bool(k % 2), int(start))
-            for k, start in zip(keys, starts, strict=True)
-        ),
+        tuple(batches),
     )
+
+
+def _common_row(rows: NDArray[np.float32]) -> NDArray[np.float32] | None:
+    return rows[0] if np.all(rows == rows[0]) else None
 
 
 def _inside(planes: FloatArray, center: FloatArray, half: FloatArray) -> NDArray[np.bool_]:

@@ -27,12 +27,15 @@ class VertexStreams:
         ``a_normal_os``, ``a_uv``, ``a_color`` if present.
     indices : moderngl.Buffer
         Three uint32 for each triangle.
+    is_solid : bool
+        Whether the mesh is closed and its front faces look outwards.
     """
 
     center: FloatArray
     half_extent: FloatArray
     buffers: dict[str, tuple[moderngl.Buffer, int]]
     indices: moderngl.Buffer
+    is_solid: bool
 
     def release(self) -> None:
         """Free the buffers."""
@@ -63,7 +66,15 @@ def vertex_streams(gl: moderngl.Context, mesh: Mesh) -> VertexStreams:
         for name, values in streams.items()
     }
     indices = gl.buffer(triangles.astype(np.uint32).tobytes())
-    return VertexStreams(center, 0.5 * (high - low), buffers, indices)
+    return VertexStreams(
+        center, 0.5 * (high - low), buffers, indices, mesh.closed and signed_volume(mesh) > 0.0
+    )
+
+
+def signed_volume(mesh: Mesh) -> float:
+    """Return the volume that a closed mesh encloses; negative if it is inside out."""
+    a, b, c = (mesh.positions[mesh.triangles[:, i]] - mesh.positions[0] for i in range(3))
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
 
 
 def with_own_last_vertices(

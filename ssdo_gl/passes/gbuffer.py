@@ -67,4 +67,6 @@ class GBufferPass(RenderPass):
             return context.shaders.program("gbuffer.vert", "gbuffer.frag", defines)
 
         context.gl.enable_only(moderngl.DEPTH_TEST)
-        context.geometry.draw(view, view.clip_from_view, program_of, uniforms(context.frame))
+        context.geometry.draw(
+            view, view.clip_from_view, program_of, uniforms(context.frame), hide_backs=True
+        )

@@ -160,5 +160,10 @@ def _draw_face(
         return context.shaders.program("shadow_map.vert", "shadow_map.frag", defines)
 
     context.geometry.draw(
-        eye, clip_from_view, program_of, depth_uniforms(near, far), skip_light=light
+        eye,
+        clip_from_view,
+        program_of,
+        depth_uniforms(near, far),
+        hide_backs=True,
+        skip_light=light,
     )

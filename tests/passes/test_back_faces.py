@@ -74,6 +74,15 @@ def test_open_meshes_and_cut_outs_bound_nothing(gl, shaders):
     assert not np.any(z_back(gl, shaders, holey)[0])
 
 
+def test_a_body_turned_inside_out_is_no_solid(gl, shaders):
+    inside_out = dataclasses.replace(CUBE, triangles=CUBE.triangles[:, ::-1])
+    assert not np.any(z_back(gl, shaders, make_scene([inside_out]))[0])
+    # Mirrored, its front is still the side that the mesh calls its front.
+    place = np.diag([-1.0, 1.0, 1.0, 1.0])[None]
+    scene = make_scene([inside_out], objects=[SceneObject(0, 0, place)])
+    assert not np.any(z_back(gl, shaders, scene)[0])
+
+
 def test_no_front_face_is_drawn(gl, shaders):
     """Just behind the eye's own cube face nothing but the far side shows."""
     found, _ = z_back(gl, shaders, make_scene([CUBE]))

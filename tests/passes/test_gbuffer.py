@@ -365,6 +365,32 @@ def test_geometry_through_the_eye_and_around_it(gl, shaders):
     assert np.all((geometric * rays).sum(-1) < 0.0)
 
 
+@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize("position", [(0.0, 0.0, 4.0), (0.2, 0.3, 0.1), (0.0, 0.0, 1.0005)])
+def test_hidden_backs_are_not_missed(gl, shaders, mirrored, position):
+    """Solids are drawn without the backs that their fronts hide: nobody can tell.
+
+    From outside, from inside, and from just off a wall; open meshes and bodies that are
+    inside out are drawn whole.
+    """
+    body = box((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))
+    place = np.diag([-1.0, 1.0, 1.0, 1.0] if mirrored else [1.0] * 4)
+    camera = Camera(position, (0.1, 0.0, -0.2), fov_y=70.0)
+    found = []
+    for mesh in (
+        body,
+        dataclasses.replace(body, closed=False),
+        dataclasses.replace(body, triangles=body.triangles[:, ::-1]),
+    ):
+        scene = make_scene([mesh], objects=[SceneObject(0, 0, place[None])], camera=camera)
+        found.append(draw(gl, shaders, scene)[1])
+    assert np.count_nonzero(found[0]["z_vs"]) > 100
+    for images in found[1:]:
+        for name in ("z_vs", "normals_vs", "albedo"):
+            np.testing.assert_array_equal(found[0][name] > 0.0, images[name] > 0.0)
+        np.testing.assert_allclose(found[0]["z_vs"], images["z_vs"], rtol=Z_TOLERANCE)
+
+
 @pytest.mark.parametrize("distance", [1.0, 1e3, 1e5])
 def test_the_nearer_of_two_close_surfaces_wins(gl, shaders, distance):
     """Whether drawn first or last, with something at the eye that spoils near / far.
