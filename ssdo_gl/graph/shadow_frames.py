@@ -186,7 +186,9 @@ def _shadow_frame(
         middle = 0.5 * (low + high)
         origin = np.array([middle[0], middle[1], middle[2] - 0.5 * extent[2]]) @ axes
         half = (0.5 * float(extent[0]), 0.5 * float(extent[1]))
-        return ShadowFrame(origin, axes, True, half, float(extent[2]), count, tile, tile_span(light), parts)
+        return ShadowFrame(
+            origin, axes, True, half, float(extent[2]), count, tile, tile_span(light), parts
+        )
     tangent = 1.0
     if isinstance(light, RectangleLight):
         tangent = OVERLAP
@@ -198,4 +200,6 @@ def _shadow_frame(
         origin = np.asarray(light.position, np.float64)
         if isinstance(light, SpotLight) and count == 1:
             tangent = math.tan(math.radians(light.outer_angle))
-    return ShadowFrame(origin, axes, False, (tangent, tangent), 0.0, count, tile, tile_span(light), parts)
+    return ShadowFrame(
+        origin, axes, False, (tangent, tangent), 0.0, count, tile, tile_span(light), parts
+    )
