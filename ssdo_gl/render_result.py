@@ -31,6 +31,27 @@ class PassReport:
 
 
 @dataclass(frozen=True)
+class FrameTimes:
+    """What one frame took, milliseconds.
+
+    Attributes
+    ----------
+    frame_ms : float
+        From its first command until the device had finished.
+    process_ms : float
+        Processor time of all threads.
+    planning_ms : float
+        Before that: deciding what runs.
+    passes : tuple of PassReport
+    """
+
+    frame_ms: float
+    process_ms: float
+    planning_ms: float
+    passes: tuple[PassReport, ...]
+
+
+@dataclass(frozen=True)
 class RenderResult:
     """The outcome of `Renderer.render`.
 

@@ -23,7 +23,7 @@ from ssdo_gl.image_average import ImageAverage
 from ssdo_gl.options import settings_for
 from ssdo_gl.pipelines import Pipeline
 from ssdo_gl.planner import FramePlan, Planner
-from ssdo_gl.render_result import FrameLog, Image, RenderResult
+from ssdo_gl.render_result import FrameLog, FrameTimes, Image, RenderResult
 from ssdo_gl.scene.animate import scene_at
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.load import load_scene
@@ -70,6 +70,8 @@ class Renderer:
         self.settings = self._completed(settings or settings_for(scene.render, {}))
         self._owns_device = device is None
         self.device = device or create_context(backend)
+        # Another device may have been made, and be current, since.
+        self.device.activate()
         self._shaders = shaders or ShaderLibrary(self.device.gl)
         self._executor = Executor(self.device, self._shaders)
         self._geometry = Geometry(self.device.gl, scene)
@@ -79,6 +81,11 @@ class Renderer:
         self._lean = scene
         self._moved: tuple[Scene, float, Scene] | None = None
         self._versions = {"geometry": 0, "lights": 0, "environment": 0}
+
+    @property
+    def shaders(self) -> ShaderLibrary:
+        """Compiled programs, to be shared with other renderers of the same device."""
+        return self._shaders
 
     @property
     def timer_kind(self) -> str:
@@ -180,6 +187,35 @@ class Renderer:
             partial=partial,
             notes=pipeline.notes,
         )
+
+    def time_frame(
+        self,
+        wanted: Iterable[str],
+        *,
+        camera: Camera | None = None,
+        seconds: float = 0.0,
+        number: int = 0,
+        time_passes: bool = False,
+    ) -> FrameTimes:
+        """Draw one frame, leave it on the device and return what it took.
+
+        Parameters
+        ----------
+        number : int
+            A frame of another number than the last one computes all that depends on the
+            view again; with the same number, what still holds is kept.
+        """
+        self.device.activate()
+        moved = self._scene_at(seconds)
+        self._follow(moved)
+        camera = camera or self.scene.camera
+        start = time.perf_counter()
+        pipeline, plan = self._plan(tuple(dict.fromkeys(wanted)), self._view(camera, 0, 1))
+        planning_ms = (time.perf_counter() - start) * 1e3
+        log = FrameLog()
+        self._run(plan, self._frame(moved, camera, 0, 1, number), log, time_passes, None)
+        reports = log.reports(pipeline, plan)
+        return FrameTimes(log.frame_ms[0], log.process_ms[0], planning_ms, reports)
 
     def _run(
         self,

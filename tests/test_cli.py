@@ -331,3 +331,14 @@ def test_ctrl_c_keeps_what_a_reference_has_reached(tmp_path, capsys, monkeypatch
         assert 0.0 < file["visibility"].mean() <= 1.0
     assert meta["partial"] is True
     assert meta["references"]["reference_ao"]["spp"] < 4096
+
+
+def test_explanations_say_what_was_saved(tmp_path, capsys):
+    stats = tmp_path / "stats.json"
+    assert main(["corner", "--explain", "--stats", str(stats), *SMALL]) == 0
+    text = capsys.readouterr().out
+    assert "of the full pipeline" in text and "saved" in text
+    decisions = {row["effect"]: row for row in json.loads(stats.read_text())["decisions"]}
+    skipped = decisions["directional occlusion"]
+    assert not skipped["run"] and skipped["saved_ms"] > 0.0
+    assert skipped["reason"] == "there is neither an environment nor an ssdo light in reach"

@@ -12,13 +12,18 @@ from typing import Any
 
 from rich.console import Console
 from rich.markup import escape
-from rich.table import Table
 
 from ssdo_gl import __version__
 from ssdo_gl.app.display import picture_of
+from ssdo_gl.app.explain import (
+    Explanation,
+    decisions_for_json,
+    explain,
+    explanation_table,
+    summary,
+)
 from ssdo_gl.app.image_files import exr_bytes, npz_bytes, png_bytes, write_atomically
 from ssdo_gl.app.progress import progress_on_terminal
-from ssdo_gl.effects import Decision
 from ssdo_gl.render_result import RenderResult
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
@@ -77,7 +82,10 @@ def take_snapshot(request: SnapshotRequest) -> RenderResult:
             time_passes=request.stats is not None or request.explain,
             progress=progress,
         )
-        stats = stats_of(renderer, result)
+        explanation = Explanation(result)
+        if request.explain:
+            explanation = explain(renderer, result, request.camera, request.seconds)
+        stats = stats_of(renderer, explanation)
     if request.out is not None:
         write_images(request.out, request.wanted, result, stats)
     if request.stats is not None:
@@ -87,7 +95,7 @@ def take_snapshot(request: SnapshotRequest) -> RenderResult:
             "ssdo-gl: interrupted; the image holds what the reference had reached"
         )
     if not request.quiet:
-        _print_summary(console, request, result, stats)
+        _print_summary(console, request, explanation, stats)
     return result
 
 
@@ -133,8 +141,9 @@ def meta_without_times(stats: dict[str, Any]) -> dict[str, Any]:
     return {"ssdo_gl": __version__, **{key: stats[key] for key in kept if key in stats}}
 
 
-def stats_of(renderer: Renderer, result: RenderResult) -> dict[str, Any]:
+def stats_of(renderer: Renderer, explanation: Explanation) -> dict[str, Any]:
     """Return the content of ``--stats``: device, frame and pass times, settings."""
+    result = explanation.result
     settings = dataclasses.asdict(result.settings)
     return {
         "ssdo_gl": __version__,
@@ -157,7 +166,7 @@ def stats_of(renderer: Renderer, result: RenderResult) -> dict[str, Any]:
             }
             for row in result.passes
         ],
-        "decisions": [dataclasses.asdict(decision) for decision in result.decisions],
+        "decisions": decisions_for_json(explanation),
         "references": result.references,
         "partial": result.partial,
         "notes": list(renderer.scene.notes) + list(result.notes),
@@ -166,12 +175,16 @@ def stats_of(renderer: Renderer, result: RenderResult) -> dict[str, Any]:
 
 
 def _print_summary(
-    console: Console, request: SnapshotRequest, result: RenderResult, stats: dict[str, Any]
+    console: Console, request: SnapshotRequest, explanation: Explanation, stats: dict[str, Any]
 ) -> None:
+    result = explanation.result
     for note in stats["notes"]:
         Console(stderr=True, highlight=False, soft_wrap=True).print(f"note: {escape(note)}")
     if request.explain:
-        console.print(explanation_table(result))
+        console.print(explanation_table(explanation))
+        whole = summary(explanation)
+        if whole is not None:
+            console.print(whole)
     ran = [row.name for row in result.passes if row.ran]
     width, height = result.size
     frame = stats["frame_ms"]
@@ -205,20 +218,3 @@ def reference_text(statistics: Mapping[str, Any]) -> str:
     )
     partial = " (interrupted: partial)" if statistics["partial"] else ""
     return f"{statistics['spp']} samples per pixel{partial}, standard error {errors}"
-
-
-def explanation_table(result: RenderResult) -> Table:
-    """Return what ran and what did not, and why, as a table."""
-    table = Table(title="passes", title_justify="left")
-    for column in ("pass", "runs", "ms", "reason"):
-        table.add_column(column, justify="right" if column == "ms" else "left")
-    for row in result.passes:
-        milliseconds = "" if row.gpu_ms is None else f"{row.gpu_ms:.2f}"
-        table.add_row(row.name, "yes" if row.ran else "no", milliseconds, escape(row.reason))
-    for decision in result.decisions:
-        table.add_row(*_decision_cells(decision))
-    return table
-
-
-def _decision_cells(decision: Decision) -> tuple[str, str, str, str]:
-    return f"({decision.effect})", "yes" if decision.run else "no", "", escape(decision.reason)
