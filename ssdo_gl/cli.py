@@ -279,7 +279,9 @@ def run(arguments: Sequence[str] | None = None) -> int:
         camera=camera,
         source=options.scene,
         presets={name: load_preset(name, settings.method) for name in NAMES},
-        measured=[rung.fields() for rung in read_ladder().rungs],
+        measured=[
+            {**dataclasses.asdict(rung), "label": rung.label} for rung in read_ladder().rungs
+        ],
         **budget,
     )
     return EXIT_OK

@@ -94,6 +94,11 @@ class LiveImage:
         return self._wish is not None and self.sample_count >= self._wish.samples_wanted
 
     @property
+    def samples_wanted(self) -> int:
+        """How many samples make the present image refined."""
+        return 0 if self._wish is None else self._wish.samples_wanted
+
+    @property
     def plane(self) -> Plane:
         """The image: a sum over `sample_count` samples, or the last frame itself."""
         assert self.drawing is not None and self._wish is not None, "nothing was drawn yet"

@@ -107,10 +107,10 @@ class Overlay(ImguiBackend):
             f"{METHOD_LABELS[viewer.view.method]}, {viewer.view.aov}   "
             f"{size[0]} x {size[1]}   {state}"
         )
-        if viewer.alarm is not None:
-            x, y = viewer.alarm.pixel
+        if viewer.look_out.alarm is not None:
+            x, y = viewer.look_out.alarm.pixel
             imgui.text_colored(
-                _FAULT, f"{viewer.alarm.count} pixels are no numbers, from ({x}, {y}) on"
+                _FAULT, f"{viewer.look_out.alarm.count} pixels are no numbers, from ({x}, {y}) on"
             )
         imgui.end()
 
@@ -138,7 +138,8 @@ class Overlay(ImguiBackend):
             return
         x = view.divider * window_size[0]
         names = (view.method, view.other_method)
-        for name, side, pivot in zip(names, (-1.0, 1.0), (1.0, 0.0), strict=True):
+        sides = (self._viewer.left, self._viewer.right)
+        for name, shown, side, pivot in zip(names, sides, (-1.0, 1.0), (1.0, 0.0), strict=True):
             imgui.set_next_window_pos(
                 ImVec2(x + side * _MARGIN, window_size[1] - 6.0 * _MARGIN),
                 imgui.Cond_.always,
@@ -146,6 +147,8 @@ class Overlay(ImguiBackend):
             )
             imgui.begin(f"side {side}", None, _SEE_THROUGH)
             imgui.text(METHOD_LABELS[name])
+            if shown is not None and shown.image.sample_count:
+                imgui.text_disabled(f"{shown.image.sample_count} of {shown.image.samples_wanted}")
             imgui.end()
 
     def _legend(self, window_size: tuple[int, int]) -> None:
@@ -158,6 +161,9 @@ class Overlay(ImguiBackend):
         unit = "" if view.kind is Kind.VISIBILITY else " %"
         ends = view.error_range if view.kind is Kind.VISIBILITY else 100.0 * view.error_range
         imgui.text(f"{METHOD_LABELS[view.method]} against {other}")
+        if self._viewer.look_out.error is not None:
+            imgui.same_line()
+            imgui.text(f"  rms error {self._viewer.look_out.error:.1%} of the mean")
         imgui.text(f"-{ends:.3g}{unit}")
         imgui.same_line()
         corner = imgui.get_cursor_screen_pos()

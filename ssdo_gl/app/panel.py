@@ -88,6 +88,8 @@ class Panel:
         self._viewer.times_passes = _header("Effects and passes")
         if self._viewer.times_passes:
             self._reports.effects()
+        if _header("Accuracy against time"):
+            self._reports.pareto()
         self._viewer.shows_histogram = _header("Histogram")
         if self._viewer.shows_histogram:
             self._reports.histogram()

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import statistics
+from collections import deque
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -20,6 +22,8 @@ from ssdo_gl.settings import Settings
 # Frames at rest in which the governor may look for its rung: five for each of the four
 # or five it will try on a slow machine.
 CALIBRATION_FRAMES = 24
+# Frames at full quality whose median tells what one takes.
+FULL_FRAMES = 9
 
 
 class Side:
@@ -53,15 +57,23 @@ class Side:
         self.image = LiveImage(renderer, device, shaders)
         self.is_governed = True
         self._kind = Kind.DISPLAY
+        self._full_times: deque[float] = deque(maxlen=FULL_FRAMES)
         self._measured = measured
+        self._last_settings = settings
         self._rungs = ladder(settings, measured)
         self._calibration_left = CALIBRATION_FRAMES
         self.governor = Governor(budget_ms, [rung.work for rung in self._rungs])
+        self._begin_coarsely(settings)
 
     @property
     def rung(self) -> Rung:
         """The quality in motion."""
         return self._rungs[self.governor.rung]
+
+    @property
+    def full_ms(self) -> float:
+        """What a frame takes at full quality, milliseconds; 0 until that is known."""
+        return statistics.median(self._full_times) if len(self._full_times) > 1 else 0.0
 
     @property
     def kind(self) -> Kind:
@@ -124,6 +136,8 @@ class Side:
         )
         wish = Wish(image, kind, camera, quality, seconds, extra)
         drew = self.image.update(wish, time_passes=time_passes, progress=progress)
+        if drew and rung is self._rungs[0] and self.image.drawing is not None:
+            self._full_times.append(self.image.drawing.frame_ms)
         # At rest the times are those of rung 0, and of more samples than in motion.
         tells = (not full or self.governor.rung == 0) and self.image.last_samples == 1
         if drew and self.is_governed and tells:
@@ -142,6 +156,9 @@ class Side:
 
     def _fit_ladder(self, settings: Settings) -> None:
         """Begin a new ladder where the settings call for one, on a rung as cheap."""
+        if settings != self._last_settings:
+            self._last_settings = settings
+            self._full_times.clear()
         rungs = ladder(settings, self._measured)
         if rungs != self._rungs:
             work = self.rung.work
@@ -149,6 +166,15 @@ class Side:
             self._restart_governor()
             cheap = [i for i, rung in enumerate(rungs) if rung.work <= work]
             self.governor.rung = cheap[0] if cheap else len(rungs) - 1
+            self._begin_coarsely(settings)
+
+    def _begin_coarsely(self, settings: Settings) -> None:
+        """Let a reference begin at its cheapest: the first step must not take seconds.
+
+        It is not tried at rest as other methods are; it comes up from below in motion.
+        """
+        if settings.is_reference:
+            self.governor.rung = len(self._rungs) - 1
 
     def _restart_governor(self) -> None:
         self.governor = Governor(self.governor.budget_ms, [rung.work for rung in self._rungs])

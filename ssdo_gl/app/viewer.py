@@ -16,8 +16,9 @@ from ssdo_gl.app.bookmarks import views_file
 from ssdo_gl.app.clock import Clock
 from ssdo_gl.app.controls import Controls
 from ssdo_gl.app.fly_camera import Flight
-from ssdo_gl.app.inspector import INSPECTED, Alarm, NonFiniteWatch
+from ssdo_gl.app.inspector import INSPECTED
 from ssdo_gl.app.light_edits import with_lights
+from ssdo_gl.app.look_out import LookOut
 from ssdo_gl.app.messages import Messages
 from ssdo_gl.app.presenter import Presenter
 from ssdo_gl.app.side import Side
@@ -39,8 +40,6 @@ DEFAULT_BUDGET_MS = 33.0
 # Nothing has to move for this long before full quality is worth starting: between two
 # strokes of a key one does not want to wait for a frame of it.
 REST_SECONDS = 0.2
-# A flight is watched for NaN this often (frames); a picture at rest once it is refined.
-WATCH_EVERY = 30
 
 
 class Viewer:
@@ -76,8 +75,8 @@ class Viewer:
         As edited; one for each light of the scene as it was loaded.
     is_inspecting, shows_histogram, times_passes : bool
         What besides the picture has to be made for somebody who looks at it.
-    alarm : Alarm or None
-        NaN or infinity in what is shown.
+    look_out : LookOut
+        Alarms, and the error of the left side against the right one.
     frame_ms : float
         Of the last frame, both sides together.
     """
@@ -103,23 +102,20 @@ class Viewer:
         self.folder = folder
         self.view = View(method=settings.method)
         self.presets = presets
-        self._measured = measured
+        self.measured = measured
         self.budget_ms = budget_ms or DEFAULT_BUDGET_MS
         self.is_governed = budget_ms is not None
         self.is_inspecting = False
         self.shows_histogram = False
         self.times_passes = False
         self.messages = Messages()
-        self.alarm: Alarm | None = None
         self.frame_ms = 0.0
-        self._watch = NonFiniteWatch(device, self.shaders)
+        self.look_out = LookOut(device, self.shaders)
         self._sides: list[Side] = []
         self._shown: tuple[object, ...] = ()
         self._still_s = 0.0
         self._last_camera: Camera | None = None
         self._last_state: object = None
-        self._frames = 0
-        self._was_watched = False
         self._take(scene, source, camera)
 
     # --- the scene -----------------------------------------------------------------
@@ -231,7 +227,7 @@ class Viewer:
             or not self._sides
             or not self.is_resting
             or not all(side.image.is_refined for side in self._sides)
-            or not self._was_watched
+            or self.look_out.is_due
         )
 
     def pick(self, uv: tuple[float, float]) -> tuple[float, float, float] | None:
@@ -271,8 +267,9 @@ class Viewer:
         if drew or shown != self._shown:
             self._present(size)
             self._shown = shown
-        self._frames += int(drew)
-        self._look_out(drew)
+        is_finished = self.is_resting and all(side.image.is_refined for side in self._sides)
+        images = [side.image for side in self._sides]
+        self.look_out.look(images, self.view, drew=drew, is_finished=is_finished)
         return drew
 
     def _pass_time(self, controls: Controls, seconds: float) -> None:
@@ -307,7 +304,7 @@ class Viewer:
         while len(self._sides) < wanted:
             settings = self.settings_of_side(len(self._sides))
             side = Side(
-                self.device, self.shaders, self.scene, settings, self.budget_ms, self._measured
+                self.device, self.shaders, self.scene, settings, self.budget_ms, self.measured
             )
             self._sides.append(side)
         for side in self._sides:
@@ -359,20 +356,6 @@ class Viewer:
             curve=str(self.settings.overrides.get("tone_map.curve", "plain")),
         )
 
-    def _look_out(self, drew: bool) -> None:
-        """Look for NaN now and then, and whenever a picture has been finished."""
-        finished = self.is_resting and all(side.image.is_refined for side in self._sides)
-        if drew:
-            self._was_watched = False
-        if self._was_watched or not (finished or self._frames % WATCH_EVERY == 0):
-            return
-        self._was_watched = finished
-        self.alarm = None
-        for side in self._sides:
-            texture = side.image.plane.texture
-            if texture is not None:
-                self.alarm = self._watch.check(texture) or self.alarm
-
     def copy_to(self, target: moderngl.Framebuffer, size: tuple[int, int]) -> None:
         """Copy the picture to the screen."""
         self.presenter.copy_to(target, size)
@@ -383,4 +366,4 @@ class Viewer:
             side.image.release()
         self._sides.clear()
         self.presenter.release()
-        self._watch.release()
+        self.look_out.release()

@@ -106,7 +106,7 @@ def test_comes_to_rest_and_then_draws_nothing(gl, viewer) -> None:
     assert before.std() > 10.0
     assert not viewer.frame(Controls(), FRAME_S, SIZE)
     assert np.array_equal(viewer.presenter.pixels(), before)
-    assert viewer.alarm is None
+    assert viewer.look_out.alarm is None
 
 
 def test_walking_changes_the_picture_and_home_brings_it_back(gl, viewer) -> None:
@@ -183,6 +183,35 @@ def test_split_and_difference(gl, viewer) -> None:
     settle(viewer)
     assert viewer.right is None
     assert np.array_equal(viewer.presenter.pixels(), whole)
+
+
+def test_error_view_measures_the_error(gl, viewer) -> None:
+    viewer.view = dataclasses.replace(viewer.view, other_method="direct")
+    ask(viewer, Command.ERROR)
+    settle(viewer)
+    against_direct = viewer.look_out.error
+    assert against_direct is not None and against_direct > 0.05
+    viewer.view = dataclasses.replace(viewer.view, other_method=viewer.view.method)
+    settle(viewer)
+    assert viewer.look_out.error == pytest.approx(0.0, abs=1e-6)
+    ask(viewer, Command.ERROR)
+    settle(viewer)
+    assert viewer.look_out.error is None
+
+
+def test_number_that_is_none_raises_the_alarm(gl, viewer) -> None:
+    settle(viewer)
+    texture = viewer.left.image.plane.texture
+    values = np.zeros((*SIZE[::-1], 4), np.float32)
+    values[3, 5] = np.nan
+    texture.write(values.tobytes())
+    viewer.look_out.is_due = True
+    viewer.frame(Controls(), FRAME_S, SIZE)
+    assert viewer.look_out.alarm is not None
+    assert viewer.look_out.alarm.count == 1
+    viewer.restart()
+    settle(viewer)
+    assert viewer.look_out.alarm is None
 
 
 def test_divider_is_grabbed_where_it_is() -> None:
