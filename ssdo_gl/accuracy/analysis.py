@@ -19,8 +19,13 @@ from ssdo_gl.accuracy.sweep import TimeTable
 
 @dataclass(frozen=True)
 class Timing:
-    """What one point costs; milliseconds, drift divided out."""
+    """What one point costs; milliseconds, drift divided out.
 
+    `ms` is by the clock of the bench, `frame_ms` by the wall clock, `process_ms` the
+    processor time of all threads.
+    """
+
+    ms: Interval
     frame_ms: Interval
     process_ms: Interval
     setup_ms: float
@@ -99,7 +104,6 @@ def analyse(
     table: TimeTable,
     judged: Mapping[str, Mapping[str, Judged]],
     *,
-    by_process_time: bool = False,
     replicas: int = bootstrap.REPLICA_COUNT,
     seed: int = 0,
 ) -> list[Result]:
@@ -109,31 +113,31 @@ def analyse(
     ----------
     judged : mapping
         Point key -> panel name -> measurement.
-    by_process_time : bool
-        Whether fronts use processor time instead of the wall clock.
     """
     rng = np.random.default_rng(seed)
+    times = bootstrap.median_replicas(table.ms, replicas, rng)
+
+    def interval(row: NDArray[np.float64], drawn: NDArray[np.float64]) -> Interval:
+        return bootstrap.percentile_interval(float(np.median(row)), drawn)
+
     frame = bootstrap.median_replicas(table.frame_ms, replicas, rng)
     process = bootstrap.median_replicas(table.process_ms, replicas, rng)
     timings = [
         Timing(
-            bootstrap.percentile_interval(float(np.median(table.frame_ms[i])), frame[:, i]),
-            bootstrap.percentile_interval(float(np.median(table.process_ms[i])), process[:, i]),
+            interval(table.ms[i], times[:, i]),
+            interval(table.frame_ms[i], frame[:, i]),
+            interval(table.process_ms[i], process[:, i]),
             float(table.setup_ms[i]),
         )
         for i in range(len(points))
     ]
-    times = process if by_process_time else frame
     verdicts: list[dict[str, Verdict]] = [{} for _ in points]
     for panel in PANELS:
         members = [i for i, p in enumerate(points) if panel.name in judged.get(p.key, {})]
         if not members:
             continue
         entries = [judged[points[i].key][panel.name] for i in members]
-        typical = [
-            (timings[i].process_ms if by_process_time else timings[i].frame_ms).value
-            for i in members
-        ]
+        typical = [timings[i].ms.value for i in members]
         for i, verdict in zip(
             members, _verdicts(panel, entries, typical, times[:, members], rng), strict=True
         ):
@@ -185,7 +189,7 @@ def _verdicts(
 def front_of(results: Sequence[Result], panel: str) -> list[Result]:
     """Return the members of a panel's front, fastest first."""
     members = [r for r in results if panel in r.verdicts and r.verdicts[panel].on_front]
-    return sorted(members, key=lambda result: result.timing.frame_ms.value)
+    return sorted(members, key=lambda result: result.timing.ms.value)
 
 
 @dataclass(frozen=True)
@@ -206,19 +210,19 @@ def recommend(results: Sequence[Result], panel: str = "near") -> Recommendation:
     front = [
         r
         for r in front_of(results, panel)
-        if r.verdicts[panel].error.value > 0.0 and r.timing.frame_ms.value > 0.0
+        if r.verdicts[panel].error.value > 0.0 and r.timing.ms.value > 0.0
     ]
     if not front:
         return Recommendation(None, "nothing measured can be recommended")
     best = front[-1]
-    chosen = min(front, key=lambda r: r.timing.frame_ms.value * r.verdicts[panel].error.value ** 2)
+    chosen = min(front, key=lambda r: r.timing.ms.value * r.verdicts[panel].error.value ** 2)
     error = chosen.verdicts[panel].error
     sentence = (
-        f"take {chosen.point.label}: {chosen.timing.frame_ms.value:.1f} ms a frame, error "
+        f"take {chosen.point.label}: {chosen.timing.ms.value:.1f} ms a frame, error "
         f"{percent(error.value)} of the mean [{percent(error.low)}, {percent(error.high)}]"
     )
     if best is not chosen:
-        ratio = best.timing.frame_ms.value / chosen.timing.frame_ms.value
+        ratio = best.timing.ms.value / chosen.timing.ms.value
         sentence += (
             f"; the most accurate ({best.point.label}) takes {ratio:.1f} times as long "
             f"for {percent(best.verdicts[panel].error.value)}"
@@ -248,7 +252,7 @@ def as_row(result: Result) -> dict[str, Any]:
         "radius_factor": point.radius_factor,
         "setup_ms": round(timing.setup_ms, 2),
     }
-    for name in ("frame_ms", "process_ms"):
+    for name in ("ms", "frame_ms", "process_ms"):
         row |= _cells(name, getattr(timing, name))
     for panel in PANELS:
         verdict = result.verdicts.get(panel.name)

@@ -52,6 +52,8 @@ from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 
 QUICK_SIZE, FULL_SIZE = (320, 180), (640, 360)
+# More than this share of the cores wanted by others, and the wall clock misleads.
+BUSY_SHARE = 0.5
 
 
 @dataclass(frozen=True)
@@ -203,12 +205,7 @@ class BenchRun:
         self, source: str, machine: Mapping[str, Any], open_studio: scaling.OpenStudio
     ) -> Bench:
         """Carry out every stage and return what was found."""
-        load = machine["load"]
-        if load is not None and load > 0.5 * core_count():
-            self.notes.append(
-                f"The machine was busy when this began (load {load:.1f} on {machine['cores']} "
-                "cores): times are less sure than on an idle one."
-            )
+        clock = self._clock(machine)
         state = self._state(str(machine["renderer"]))
         self._start_over_unless_same(state)
         mask = self._mask()
@@ -221,7 +218,7 @@ class BenchRun:
             self.outdir / "rounds.csv",
             self.progress.steps,
         )
-        table = sweep.tabulate(rows, self.points, self.plan.rounds)
+        table = sweep.tabulate(rows, self.points, self.plan.rounds, clock)
         results = analysis.analyse(self.points, table, judged)
         recommendation = analysis.recommend(results)
         chosen = pictures.chosen_results(results, recommendation)
@@ -251,6 +248,7 @@ class BenchRun:
             seeds=self.plan.seeds,
             rounds=self.plan.rounds,
             frames=self.plan.frames,
+            clock=clock,
             drift=tuple(float(value) for value in table.drift),
             machine=dict(machine),
             results=results,
@@ -268,6 +266,23 @@ class BenchRun:
             notes=tuple(self.notes),
         )
         return dataclasses.replace(bench, splits=self._splits(split_results(bench)))
+
+    def _clock(self, machine: Mapping[str, Any]) -> str:
+        """Return what to time by, and note why if it is not the usual.
+
+        A GPU is asked itself. On a software rasterizer the wall clock counts, unless
+        other programs share the cores: processor time does not count theirs.
+        """
+        if not machine["software"]:
+            return "gpu"
+        load = machine["load"]
+        if load is None or load <= BUSY_SHARE * core_count():
+            return "wall"
+        self.notes.append(
+            f"The machine was busy when this began (load {load:.1f} on {machine['cores']} cores), "
+            "so times are processor times, which are surer but longer than a frame takes."
+        )
+        return "process"
 
     def _state(self, renderer: str) -> dict[str, Any]:
         """Return what identifies this bench: a folder of another one is not continued."""

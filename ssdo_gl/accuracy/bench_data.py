@@ -61,6 +61,8 @@ class Bench:
     ----------
     splits : dict of str to tuple of (str, float)
         Point key -> (pass, milliseconds).
+    clock : str
+        What times were measured by: a key of `sweep.CLOCKS`.
     drift : tuple of float
         How much slower each round was than usual; 1 is usual.
     """
@@ -75,6 +77,7 @@ class Bench:
     seeds: int
     rounds: int
     frames: int
+    clock: str
     drift: tuple[float, ...]
     machine: dict[str, Any]
     results: list[Result]

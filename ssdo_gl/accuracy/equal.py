@@ -45,7 +45,7 @@ def curve_of(
         Lines of ``points.csv``.
     """
     chosen = [row for row in rows if row["family"] in families and row[f"{panel}_error"]]
-    times = [float(row["frame_ms"]) for row in chosen]
+    times = [float(row["ms"]) for row in chosen]
     errors = [float(row[f"{panel}_error"]) for row in chosen]
     members = pareto.front(times, errors)
     return Curve(

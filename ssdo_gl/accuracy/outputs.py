@@ -59,6 +59,7 @@ def bench_json(bench: Bench) -> dict[str, Any]:
         "seeds": bench.seeds,
         "rounds": bench.rounds,
         "frames": bench.frames,
+        "clock": bench.clock,
         "drift": list(bench.drift),
         "machine": bench.machine,
         "truths": {name: dataclasses.asdict(truth) for name, truth in bench.truths.items()},

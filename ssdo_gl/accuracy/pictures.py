@@ -136,7 +136,7 @@ def take_pictures(
         picture = shown(panel, image, exposure)
         flip = metrics.flip_ldr(picture, target, mask)
         caption = (
-            f"{result.point.label}: {result.timing.frame_ms.value:.3g} ms, mean FLIP "
+            f"{result.point.label}: {result.timing.ms.value:.3g} ms, mean FLIP "
             f"{flip.mean:.3f} against {panel.method}; flags: {result.point.flags}"
         )
         pictures.append(

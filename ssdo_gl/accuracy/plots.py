@@ -13,6 +13,7 @@ from ssdo_gl.accuracy.errors import PANELS, Panel
 from ssdo_gl.accuracy.fit import fit_power_law
 from ssdo_gl.accuracy.metrics import missing
 from ssdo_gl.accuracy.points import families
+from ssdo_gl.accuracy.sweep import CLOCK_NAMES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -95,7 +96,7 @@ def _pareto_chart(chart: Axes, bench: Bench, panel: Panel) -> None:
         if not members:
             continue
         errors = [r.verdicts[panel.name].error for r in members]
-        times = [r.timing.frame_ms for r in members]
+        times = [r.timing.ms for r in members]
         chart.errorbar(
             [t.value for t in times],
             [e.value for e in errors],
@@ -121,7 +122,7 @@ def _pareto_chart(chart: Axes, bench: Bench, panel: Panel) -> None:
     else:
         chart.text(0.3, 0.5, "no error that could be drawn", transform=chart.transAxes)
     lines = [
-        f"{i + 1:>2}  {r.point.label}: {r.timing.frame_ms.value:.3g} ms, "
+        f"{i + 1:>2}  {r.point.label}: {r.timing.ms.value:.3g} ms, "
         f"{r.verdicts[panel.name].error.value:.3g} ({r.verdicts[panel.name].confidence:.0%} sure)"
         for i, r in enumerate(front[:MAX_NUMBERED])
     ]
@@ -133,14 +134,14 @@ def _pareto_chart(chart: Axes, bench: Bench, panel: Panel) -> None:
 
 def _can_be_plotted(result: Result, panel: Panel) -> bool:
     """Whether both coordinates have a logarithm."""
-    error, time = result.verdicts[panel.name].error, result.timing.frame_ms
+    error, time = result.verdicts[panel.name].error, result.timing.ms
     return 0.0 < error.value < math.inf and 0.0 < time.value < math.inf
 
 
 def _draw_front(chart: Axes, front: Sequence[Result], panel: Panel) -> None:
     if not front:
         return
-    x = [r.timing.frame_ms.value for r in front]
+    x = [r.timing.ms.value for r in front]
     y = [r.verdicts[panel.name].error.value for r in front]
     chart.step(x, y, where="post", color="black", linewidth=1.0, zorder=1)
     for number, (a, b) in enumerate(zip(x[:MAX_NUMBERED], y[:MAX_NUMBERED], strict=True)):
@@ -188,8 +189,7 @@ def _short(value: float) -> str:
 
 
 def _time_label(bench: Bench) -> str:
-    clock = "time queries" if bench.machine.get("timer") == "gl_query" else "finish() + wall clock"
-    return f"frame time, ms ({clock}), {bench.size[0]}x{bench.size[1]}"
+    return f"frame time, ms ({CLOCK_NAMES[bench.clock]}), {bench.size[0]}x{bench.size[1]}"
 
 
 def samples_figure(bench: Bench) -> Figure:

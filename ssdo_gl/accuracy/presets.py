@@ -240,7 +240,7 @@ def _merged(tables: Sequence[Sequence[Mapping[str, str]]]) -> list[_Candidate]:
         by_key = {row["key"]: row for row in table}
         if BASELINE not in by_key:
             raise ValueError(f"a bench lacks the baseline {BASELINE}")
-        benches.append((float(by_key[BASELINE]["frame_ms"]), by_key))
+        benches.append((float(by_key[BASELINE]["ms"]), by_key))
     shared = [
         key
         for key, row in benches[0][1].items()
@@ -264,7 +264,7 @@ def _averaged(rows: Sequence[tuple[float, Mapping[str, str]]]) -> _Candidate:
         "resolution_scale": float(first["resolution_scale"]),
         "filter": first["filter"],
     }
-    times = [float(row["frame_ms"]) / unit for unit, row in rows]
+    times = [float(row["ms"]) / unit for unit, row in rows]
     errors = [float(row["near_error"]) for _, row in rows]
     return _Candidate(fields, float(np.exp(np.mean(np.log(times)))), float(np.mean(errors)))
 

@@ -17,6 +17,7 @@ from ssdo_gl.accuracy.bench_data import Bench
 from ssdo_gl.accuracy.bootstrap import Interval
 from ssdo_gl.accuracy.errors import PANELS, Panel
 from ssdo_gl.accuracy.report_text import facts, machine_rows, method_paragraphs, truth_sentence
+from ssdo_gl.accuracy.sweep import CLOCK_NAMES
 
 
 def data_uri(data: bytes, kind: str) -> str:
@@ -136,7 +137,7 @@ def _front_table(bench: Bench, panel: Panel) -> str:
         rows.append(
             [
                 html.escape(result.point.label),
-                interval_text(result.timing.frame_ms),
+                interval_text(result.timing.ms),
                 interval_text(verdict.error),
                 number(verdict.scalars.noise),
                 number(verdict.scalars.own_bias),
@@ -195,7 +196,7 @@ def _compare(bench: Bench) -> str:
 
 
 _COLUMNS = (
-    "setting", "ms", "processor ms", "first frame ms", "near error", "noise", "own bias",
+    "setting", "ms", "wall ms", "processor ms", "first frame ms", "near error", "noise", "own bias",
     "systematic", "direct", "directional", "bounce", "relMSE", "SSIM", "FLIP", "HDR-FLIP",
     "GI error", "visibility RMSE", "bias", "failed pixels", "flags",
 )  # fmt: skip
@@ -213,6 +214,7 @@ def _point_row(result: Result) -> str:
     parts = near.scalars.parts if near else {}
     nan = math.nan
     values = [
+        result.timing.ms.value,
         result.timing.frame_ms.value,
         result.timing.process_ms.value,
         result.timing.setup_ms,
@@ -253,6 +255,7 @@ def _of(verdict: Verdict | None, name: str) -> float:
 
 def _data(bench: Bench) -> dict[str, Any]:
     """Return what the script of the page draws."""
+    clock = CLOCK_NAMES[bench.clock]
     panels = []
     for panel in PANELS:
         points = [_dot(r, panel) for r in bench.results if panel.name in r.verdicts]
@@ -273,7 +276,7 @@ def _data(bench: Bench) -> dict[str, Any]:
         }
         for picture in bench.pictures
     ]
-    return {"panels": panels, "pictures": pictures}
+    return {"panels": panels, "pictures": pictures, "clock": f"frame time, ms ({clock})"}
 
 
 def _dot(result: Result, panel: Panel) -> dict[str, Any]:
@@ -283,15 +286,15 @@ def _dot(result: Result, panel: Panel) -> dict[str, Any]:
     return {
         "label": result.point.label,
         "family": result.point.family,
-        "x": timing.frame_ms.value,
-        "x_low": timing.frame_ms.low,
-        "x_high": timing.frame_ms.high,
+        "x": timing.ms.value,
+        "x_low": timing.ms.low,
+        "x_high": timing.ms.high,
         "y": verdict.error.value if finite else 0.0,
         "low": verdict.error.low if finite else 0.0,
         "high": verdict.error.high if math.isfinite(verdict.error.high) else 0.0,
         "front": verdict.on_front,
         "tip": (
-            f"{result.point.label}\n{timing.frame_ms.value:.3g} ms, error {error}\n"
+            f"{result.point.label}\n{timing.ms.value:.3g} ms, error {error}\n"
             f"noise {number(verdict.scalars.noise)}, systematic "
             f"{number(verdict.scalars.systematic)}\n"
             f"on the front: {verdict.confidence:.0%} sure"

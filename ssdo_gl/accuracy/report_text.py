@@ -8,6 +8,7 @@ from ssdo_gl.accuracy.analysis import TruthSummary, percent
 from ssdo_gl.accuracy.bench_data import Bench
 from ssdo_gl.accuracy.errors import PANELS, Panel
 from ssdo_gl.accuracy.metrics import FLIP_EXPOSURES_EV, FLIP_PIXELS_PER_DEGREE, REL_MSE_EPSILON
+from ssdo_gl.accuracy.sweep import CLOCK_NAMES
 
 # A truth may be used without a word if its standard error is at most this part of the
 # smallest error that is reported against it.
@@ -21,13 +22,6 @@ _LEFT = {
 }
 
 
-def clock(bench: Bench) -> str:
-    """Return how times were taken."""
-    if bench.machine.get("timer") == "gl_query":
-        return "OpenGL time queries"
-    return "finish() and the wall clock"
-
-
 def facts(bench: Bench) -> list[tuple[str, str]]:
     """Return the facts a reader needs before any number, as (name, value)."""
     slowest = max(bench.drift, default=1.0)
@@ -36,7 +30,7 @@ def facts(bench: Bench) -> list[tuple[str, str]]:
         ("near field", f"R = {bench.radius:.3g} scene units, about {bench.radius_px:.0f} px"),
         ("triangles", f"{bench.triangles:,}"),
         ("settings measured", str(len(bench.results))),
-        ("timed by", clock(bench)),
+        ("timed by", CLOCK_NAMES[bench.clock]),
         ("rounds", f"{bench.rounds} of {bench.frames} warm frames, interleaved"),
         ("slowest round", f"{slowest:.2f} times the usual (divided out)"),
         ("seeds", str(bench.seeds)),
@@ -81,8 +75,8 @@ def method_paragraphs(bench: Bench) -> list[str]:
             f"(seeded), {bench.frames} frames a visit, each recomputing the whole view. The median "
             "over frames is one measurement; the median over rounds is reported, after each "
             "round's own slowness (the median over all settings) has been divided out. Compilation "
-            f"and uploads are in the column 'first frame'. Clock: {clock(bench)}; processor time "
-            "counts all threads of the process."
+            f"and uploads are in the column 'first frame'. Clock: {CLOCK_NAMES[bench.clock]}; "
+            "processor time counts all threads of the process."
         ),
         (
             "Error: over covered pixels that do not themselves emit light, all three channels, "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -28,12 +29,16 @@ class FrameTimes:
         Median until the device had finished, by the wall clock.
     process_ms : float
         Median processor time of all threads.
+    gpu_ms : float
+        Sum over the passes of the median of OpenGL's time queries; NaN on a software
+        rasterizer, whose queries are wrong.
     setup_ms : float
         The frame before them: with shader compilation and uploads if it was the first.
     """
 
     frame_ms: float
     process_ms: float
+    gpu_ms: float
     setup_ms: float
 
 
@@ -72,10 +77,15 @@ class RendererStudio:
         self.renderer.use(settings)
         # One frame alone would be the cold one; the median of two needs a third to be
         # robust, and costs little more.
-        result = self.renderer.render(wanted, camera=self.camera, frames=max(frames, 2))
+        queries = self.renderer.timer_kind == "gl_query"
+        result = self.renderer.render(
+            wanted, camera=self.camera, frames=max(frames, 2), time_passes=queries
+        )
+        by_pass = [row.gpu_ms for row in result.passes if row.gpu_ms is not None]
         return FrameTimes(
             statistics.median(result.frame_ms),
             statistics.median(result.process_ms),
+            sum(by_pass) if queries else math.nan,
             result.setup_ms,
         )
 

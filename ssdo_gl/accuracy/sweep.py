@@ -8,6 +8,7 @@ whole round down is then estimated from all its points and divided out.
 from __future__ import annotations
 
 import csv
+import dataclasses
 import io
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -23,7 +24,15 @@ from ssdo_gl.settings import Settings
 
 # Called with what is being done, steps done and steps in all.
 Report = Callable[[str, int, int], None]
-_COLUMNS = ("round", "point", "frame_ms", "process_ms", "setup_ms")
+_COLUMNS = ("round", "point", "frame_ms", "process_ms", "gpu_ms", "setup_ms")
+# What a time may be measured by; the fields of `Row` that hold it.
+CLOCKS = {"wall": "frame_ms", "process": "process_ms", "gpu": "gpu_ms"}
+# How a person calls them.
+CLOCK_NAMES = {
+    "wall": "finish() and the wall clock",
+    "process": "processor time of all threads",
+    "gpu": "OpenGL time queries",
+}
 
 
 @dataclass(frozen=True)
@@ -58,6 +67,7 @@ class Row:
     point: str
     frame_ms: float
     process_ms: float
+    gpu_ms: float
     setup_ms: float
 
 
@@ -66,11 +76,16 @@ def read_rows(path: Path) -> list[Row]:
     rows = []
     for cells in csv.reader(whole_lines(path)):
         try:
-            number, point, frame, process, setup = cells
-            rows.append(Row(int(number), point, float(frame), float(process), float(setup)))
+            number, point, *times = cells
+            frame, process, gpu, setup = map(float, times)
+            rows.append(Row(int(number), point, frame, process, gpu, setup))
         except ValueError:
             continue
     return rows
+
+
+def _times(row: Row) -> tuple[float, ...]:
+    return row.frame_ms, row.process_ms, row.gpu_ms, row.setup_ms
 
 
 def _line(cells: Sequence[object]) -> str:
@@ -107,20 +122,9 @@ def time_points(
             if (number, point.key) in done:
                 continue
             times = studio.timed(point.settings(base), point.wanted, plan.frames)
-            row = Row(number, point.key, times.frame_ms, times.process_ms, times.setup_ms)
+            row = Row(number, point.key, **dataclasses.asdict(times))
             rows.append(row)
-            append_line(
-                path,
-                _line(
-                    (
-                        number,
-                        point.key,
-                        f"{row.frame_ms:.4f}",
-                        f"{row.process_ms:.4f}",
-                        f"{row.setup_ms:.3f}",
-                    )
-                ),
-            )
+            append_line(path, _line([number, point.key, *(f"{t:.4f}" for t in _times(row))]))
             finished += 1
             if report is not None:
                 report("timing", finished, total)
@@ -133,34 +137,48 @@ class TimeTable:
 
     Attributes
     ----------
+    clock : str
+        Which of `CLOCKS` counts.
+    ms : ndarray, shape (points, rounds)
+        By that clock.
     frame_ms, process_ms : ndarray, shape (points, rounds)
+        By the wall clock and in processor time.
     drift : ndarray, shape (rounds,)
-        By how much each round was slower than usual; 1 is usual.
+        By how much each round was slower than usual, by the clock; 1 is usual.
     setup_ms : ndarray, shape (points,)
         The first frame of the first visit.
     """
 
+    clock: str
+    ms: NDArray[np.float64]
     frame_ms: NDArray[np.float64]
     process_ms: NDArray[np.float64]
     drift: NDArray[np.float64]
     setup_ms: NDArray[np.float64]
 
 
-def tabulate(rows: Sequence[Row], points: Sequence[Point], rounds: int) -> TimeTable:
+def tabulate(
+    rows: Sequence[Row], points: Sequence[Point], rounds: int, clock: str = "wall"
+) -> TimeTable:
     """Arrange visits as a table.
 
     Raises
     ------
     KeyError
-        If a visit is missing.
+        If a visit is missing, or there is no such clock.
     """
     by_place = {(row.point, row.round): row for row in rows}
     table = [[by_place[point.key, number] for number in range(rounds)] for point in points]
-    frame = np.array([[row.frame_ms for row in line] for line in table])
-    process = np.array([[row.process_ms for row in line] for line in table])
-    drift = round_drift(frame)
+
+    def times(field: str) -> NDArray[np.float64]:
+        return np.array([[getattr(row, field) for row in line] for line in table])
+
+    chosen, frame, process = times(CLOCKS[clock]), times("frame_ms"), times("process_ms")
+    drift = round_drift(chosen)
     return TimeTable(
-        frame / drift,
+        clock,
+        chosen / drift,
+        frame / round_drift(frame),
         process / round_drift(process),
         drift,
         np.array([line[0].setup_ms for line in table]),

@@ -45,7 +45,7 @@ def front_table(bench: Bench, panel: Panel) -> Table:
         is_recommended = result is bench.recommendation.result
         table.add_row(
             escape(result.point.label),
-            f"{result.timing.frame_ms.value:.1f}",
+            f"{result.timing.ms.value:.1f}",
             f"{show(error.value)} [{show(error.low)}, {show(error.high)}]",
             f"{verdict.confidence:.0%}",
             style="bold" if is_recommended else "",

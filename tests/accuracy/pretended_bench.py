@@ -60,7 +60,7 @@ def results(quick: bool = True) -> list[Result]:
     rng = np.random.default_rng(0)
     grid = [p for p in points.read_grid() if p.quick or not quick]
     times = np.array([[cost_ms(p) * rng.uniform(0.97, 1.03) for _ in range(5)] for p in grid])
-    table = TimeTable(times, 2 * times, np.ones(5), 50 + times[:, 0])
+    table = TimeTable("wall", times, times, 2 * times, np.ones(5), 50 + times[:, 0])
     judged = {
         p.key: {
             panel.name: Judged(*blocks(p, panel.name, rng)) for panel in PANELS if panel.judges(p)
@@ -114,6 +114,7 @@ def bench(**changes: Any) -> Bench:
         seeds=2,
         rounds=5,
         frames=3,
+        clock="wall",
         drift=(1.0, 1.02, 0.99, 1.3, 1.0),
         machine=MACHINE,
         results=found,

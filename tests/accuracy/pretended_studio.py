@@ -93,7 +93,7 @@ class PretendedStudio:
     def timed(self, settings: Settings, wanted: Sequence[str], frames: int) -> FrameTimes:
         self._count("timed", settings)
         cost = self.cost_ms(settings)
-        return FrameTimes(cost, 2.0 * cost, cost + 100.0)
+        return FrameTimes(cost, 2.0 * cost, math.nan, cost + 100.0)
 
     def split(
         self, settings: Settings, wanted: Sequence[str], frames: int

@@ -31,7 +31,7 @@ def errors(rmse: float, spread: float = 0.0, seed: int = 0) -> Judged:
 
 def analysed(times: np.ndarray, rmse: list[float], spread: float = 0.0) -> list[analysis.Result]:
     grid = points(len(rmse))
-    table = TimeTable(times, 2 * times, np.ones(times.shape[1]), times[:, 0])
+    table = TimeTable("wall", times, times, 2 * times, np.ones(times.shape[1]), times[:, 0])
     judged = {
         p.key: {"visibility": errors(e, spread, i)}
         for i, (p, e) in enumerate(zip(grid, rmse, strict=True))
@@ -113,9 +113,7 @@ def test_rows_hold_every_number_once():
     assert row["visibility_error"] == ""
     assert float(row["near_bounce_error"]) > 0.0
     result = results()[0]
-    assert float(analysis.as_row(result)["frame_ms"]) == pytest.approx(
-        cost_ms(result.point), rel=0.05
-    )
+    assert float(analysis.as_row(result)["ms"]) == pytest.approx(cost_ms(result.point), rel=0.05)
 
 
 def test_truths_say_what_they_are_worth():

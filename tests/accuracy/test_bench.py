@@ -171,6 +171,23 @@ def test_another_bench_in_the_folder_is_measured_anew(tmp_path, monkeypatch):
     assert studio.count("timed") == PLAN.rounds * len(POINTS)
 
 
+@pytest.mark.parametrize(
+    ("machine", "clock"),
+    [
+        ({"software": True, "load": 0.1}, "wall"),
+        ({"software": True, "load": None}, "wall"),
+        ({"software": True, "load": 1e3}, "process"),
+        ({"software": False, "load": 1e3}, "gpu"),
+    ],
+)
+def test_the_clock_is_the_one_that_can_be_trusted(tmp_path, machine, clock):
+    bench_run = BenchRun(
+        PretendedStudio(), BASE, POINTS, PLAN, False, tmp_path, BenchProgress(None, None)
+    )
+    assert bench_run._clock({**MACHINE, **machine}) == clock
+    assert bool(bench_run.notes) == (clock == "process")
+
+
 def test_a_black_frame_is_refused(tmp_path, monkeypatch):
     studio = PretendedStudio()
     plain = studio.images

@@ -95,7 +95,7 @@ def row(samples: int, ms: float, error: float, **changes: str) -> dict[str, str]
     return {
         "key": key, "method": "bounce", "estimator": "march", "samples": str(samples),
         "steps": "8", "resolution_scale": "0.5", "filter": "edge", "radius_factor": "1.0",
-        "frame_ms": str(ms), "near_error": str(error),
+        "ms": str(ms), "near_error": str(error),
     } | changes  # fmt: skip
 
 

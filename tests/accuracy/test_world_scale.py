@@ -99,7 +99,7 @@ def test_what_cannot_be_compared_is_said_to_be_so():
 def test_a_curve_is_the_front_of_its_families():
     def row(family: str, ms: float, error: str) -> dict[str, str]:
         return {
-            "family": family, "frame_ms": str(ms), "near_error": error, "label": f"{family}{ms}",
+            "family": family, "ms": str(ms), "near_error": error, "label": f"{family}{ms}",
         }  # fmt: skip
 
     rows = [row("f", 2, "0.2"), row("f", 1, "0.3"), row("f", 3, "0.25"), row("g", 1, "0.1"),
