@@ -8,7 +8,6 @@ import moderngl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ssdo_gl import math3d
 from ssdo_gl.gpu.geometry import Eye, Geometry
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.shader import ShaderLibrary
@@ -140,15 +139,3 @@ def world_point(camera: Camera, point_vs: ArrayLike) -> NDArray[np.float64]:
     """Return a view-space point in world space."""
     rotation = camera.view_from_world_rotation()
     return np.asarray(np.asarray(point_vs) @ rotation) + camera.position
-
-
-__all__ = [
-    "DEFAULT_CAMERA",
-    "box",
-    "make_frame",
-    "make_scene",
-    "math3d",
-    "quad",
-    "run_pass",
-    "world_point",
-]
