@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
+from ssdo_gl import resources
 from ssdo_gl.gpu.shader import ShaderError, ShaderLibrary
 
 # How often files are looked at, seconds: a person switching from an editor to the window
@@ -68,3 +69,9 @@ class ShaderWatch:
                 # An editor replaces a file by removing it first; the next look finds it.
                 continue
         return state
+
+
+def shader_folder() -> Path | None:
+    """Return the folder of the shipped shaders, if they are files."""
+    folder = Path(str(resources.folder("shaders")))
+    return folder if folder.is_dir() else None

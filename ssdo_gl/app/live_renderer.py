@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -103,6 +103,8 @@ class LiveRenderer(Renderer):
             index has a sample pattern of its own.
         time_passes : bool
             Time every pass, too; on a software renderer that costs their overlap.
+        progress : callable or None
+            Called between passes, and within long ones; may raise to give the frame up.
         """
         self.device.activate()
         names = tuple(dict.fromkeys((*wanted, "depth")))
@@ -113,6 +115,7 @@ class LiveRenderer(Renderer):
         seed = self.settings.seed + index
         frame = dataclasses.replace(frame, seed=seed, versions={**frame.versions, "seed": seed})
         log = FrameLog()
+        self._executor.before_pass = None if progress is None else self._pause(progress)
         try:
             self._run(plan, frame, log, time_passes, progress)
         except BaseException:
@@ -132,6 +135,14 @@ class LiveRenderer(Renderer):
             log.frame_ms[0],
             {item.name: dict(item.statistics) for item in plan.order if item.statistics},
         )
+
+    def _pause(self, progress: ProgressCallback) -> Callable[[], None]:
+        def pause() -> None:
+            # On a software renderer the work of a pass is done while one waits for it.
+            self.device.gl.finish()
+            progress("pass", 0, 0)
+
+        return pause
 
     def show(self, scene: Scene, settings: Settings) -> None:
         """Render `scene` from now on: the same with other lights, or quite another."""

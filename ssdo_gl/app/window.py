@@ -12,12 +12,11 @@ from typing import TYPE_CHECKING, Any
 
 import glfw
 
-from ssdo_gl import resources
 from ssdo_gl.app.actions import open_file, perform
 from ssdo_gl.app.controls import Controls
 from ssdo_gl.app.film_desk import FilmDesk, Interrupted
 from ssdo_gl.app.glfw_window import GlfwWindow, gamepad, has_gamepad
-from ssdo_gl.app.hot_reload import ShaderWatch
+from ssdo_gl.app.hot_reload import ShaderWatch, shader_folder
 from ssdo_gl.app.input_map import Action, Command, InputMap, combined
 from ssdo_gl.app.viewer import DEFAULT_BUDGET_MS, Viewer
 from ssdo_gl.app.views import divider_hit
@@ -105,7 +104,7 @@ class Session:
         self._hands = InputMap()
         self._hands.cursor_jumped(*window.cursor)
         self._pending: list[Callable[[], object]] = []
-        self._shader_watch = ShaderWatch(self._viewer.shaders, _shader_folder())
+        self._shader_watch = ShaderWatch(self._viewer.shaders, shader_folder())
         self._films = FilmDesk(self._viewer)
         self._is_broken = False
         self._drags_divider = False
@@ -129,6 +128,9 @@ class Session:
 
     def run(self) -> None:
         """Answer events and draw until the window is closed."""
+        self._viewer.say("compiling shaders")
+        for _ in range(PANEL_FRAMES):
+            self._draw(self._window.pixels, 1.0 / 60.0)
         last = time.perf_counter()
         while not self._window.should_close:
             if self._is_busy():
@@ -392,9 +394,3 @@ class Session:
             self._overlay.show_faults(faults)
         for fault in faults:
             print(f"ssdo-gl: {fault}", file=sys.stderr)
-
-
-def _shader_folder() -> Path | None:
-    """Return the folder of shaders, if they are files."""
-    folder = Path(str(resources.folder("shaders")))
-    return folder if folder.is_dir() else None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Hashable, Iterable
+from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -75,6 +75,12 @@ class Executor:
     needs its result and there is none of this identity. Transient textures are lent to
     later passes of the same frame once their last reader has run. Two passes of the
     same name in different plans replace each other.
+
+    Attributes
+    ----------
+    before_pass : callable or None
+        Called before each pass that runs; may raise to give the frame up, after which
+        the caller must `forget`.
     """
 
     # A moving camera makes new identities every frame; forgetting all of them once in
@@ -90,6 +96,7 @@ class Executor:
         self._next_identity = 0
         self._last_shape: Hashable = None
         self.timer = Timer(device)
+        self.before_pass: Callable[[], None] | None = None
 
     @property
     def texture_count(self) -> int:
@@ -123,6 +130,8 @@ class Executor:
         timings = []
         for index, item in enumerate(plan.order):
             if item.name in stale:
+                if self.before_pass is not None:
+                    self.before_pass()
                 result = self._prepare(item, frame.view.size)
                 target = self._pool.target(list(result.borrowed.values()), depth=item.needs_depth)
                 context = PassContext(

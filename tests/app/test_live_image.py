@@ -120,6 +120,31 @@ def test_first_frame_after_a_move_is_the_same_whatever_came_before(
     assert np.array_equal(shown(presenter, scene, View(), live), fresh)
 
 
+def test_frame_given_up_between_two_passes_leaves_the_image_as_it_was(
+    gl, live, presenter, scene
+) -> None:
+    class GivenUp(Exception):
+        pass
+
+    calls = []
+
+    def give_up(what: str, done: int, total: int) -> None:
+        calls.append(what)
+        if len(calls) == 4:
+            raise GivenUp
+
+    live.update(wish(scene))
+    before = shown(presenter, scene, View(), live)
+    moved = dataclasses.replace(scene.camera, position=(0.2, 0.1, 3.0))
+    with pytest.raises(GivenUp):
+        live.update(dataclasses.replace(wish(scene), camera=moved), progress=give_up)
+    assert np.array_equal(shown(presenter, scene, View(), live), before)
+    # What was half drawn must not pass for either view's.
+    live.restart()
+    live.update(wish(scene))
+    assert np.array_equal(shown(presenter, scene, View(), live), before)
+
+
 def test_window_may_shrink_and_grow(gl, live, presenter, scene) -> None:
     for size in ((64, 36), (1, 1), (33, 70), (64, 36)):
         settings = dataclasses.replace(SETTINGS, size=size)
