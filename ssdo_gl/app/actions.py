@@ -108,6 +108,10 @@ def _home(viewer: Viewer, host: Host, number: int) -> None:
     viewer.flight = fly_camera.go_home(viewer.flight)
 
 
+def _collide(viewer: Viewer, host: Host, number: int) -> None:
+    viewer.toggle_collisions()
+
+
 def _show_image(viewer: Viewer, host: Host, number: int) -> None:
     viewer.view = viewer.view.with_number(number)
     viewer.say(viewer.view.aov)
@@ -259,6 +263,7 @@ _ACTIONS: dict[Command, Callable[[Viewer, Host, int], None]] = {
     Command.RELEASE: _host(lambda host: host.let_go()),
     Command.FOCUS: _focus,
     Command.HOME: _home,
+    Command.COLLIDE: _collide,
     Command.VIEW: _show_image,
     Command.NEXT_METHOD: _method(1),
     Command.PREVIOUS_METHOD: _method(-1),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from importlib.util import find_spec
 from pathlib import Path
 
 from ssdo_gl.app.film import FilmJob
@@ -47,12 +46,14 @@ class FilmDesk:
         if not viewer.tour.path.keys:
             viewer.say("no camera path yet: record one with L")
             return
-        suffix = ".mp4" if find_spec("imageio_ffmpeg") else ".webp"
+        # A sequence of .png is a folder; its name must be free, too.
+        suffix = viewer.film_suffix
+        stem = free_stem(viewer.folder, Path(viewer.source).stem, suffix.replace(".png", ""))
         self._job = FilmJob(
             viewer.scene,
             dataclasses.replace(viewer.settings_of_side(0), size=viewer.picture_size),
             viewer.tour.path,
-            free_stem(viewer.folder, Path(viewer.source).stem, suffix),
+            stem.with_suffix(suffix),
             start_s=viewer.clock.seconds,
             device=viewer.device,
         )

@@ -32,6 +32,7 @@ class Command(StrEnum):
     RELEASE = "let go of the mouse, close the help"
     FOCUS = "turn to the point under the cursor and approach it"
     HOME = "back to where the scene begins"
+    COLLIDE = "stop at walls, or not"
     VIEW = "show image 1 to 9, 0 is the tenth"
     NEXT_METHOD = "next method"
     PREVIOUS_METHOD = "previous method"
@@ -85,6 +86,7 @@ BINDINGS: tuple[Binding, ...] = (
     Binding("Esc", glfw.KEY_ESCAPE, Command.RELEASE),
     Binding("F", glfw.KEY_F, Command.FOCUS),
     Binding("Home", glfw.KEY_HOME, Command.HOME),
+    Binding("B", glfw.KEY_B, Command.COLLIDE),
     *(Binding(str(i % 10), k, Command.VIEW, 0, i) for i, k in enumerate(_DIGITS, 1)),
     Binding("T", glfw.KEY_T, Command.NEXT_METHOD),
     Binding("Shift+T", glfw.KEY_T, Command.PREVIOUS_METHOD, glfw.MOD_SHIFT),

@@ -8,6 +8,7 @@ from typing import Any
 from imgui_bundle import ImVec2, imgui
 
 from ssdo_gl.app.actions import Host, perform
+from ssdo_gl.app.film_files import FILM_SUFFIXES
 from ssdo_gl.app.input_map import Action, Command
 from ssdo_gl.app.panel_lights import lights_section
 from ssdo_gl.app.panel_model import (
@@ -231,6 +232,14 @@ class Panel:
         _hint("write the path as a film at full quality   (Ctrl+P)")
         imgui.same_line()
         imgui.text_disabled(f"{tour.path.seconds:.1f} s")
+        for suffix in FILM_SUFFIXES:
+            if imgui.radio_button(suffix, self._viewer.film_suffix == suffix):
+                self._viewer.film_suffix = suffix
+            imgui.same_line()
+        imgui.new_line()
+        if imgui.checkbox("stop at walls", self._viewer.collides)[0]:
+            self._ask(Command.COLLIDE)
+        _hint("the camera slides along surfaces instead of flying through   (B)")
 
     def _output_row(self) -> None:
         imgui.separator()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -14,6 +15,7 @@ import numpy as np
 from ssdo_gl.app import fly_camera, inspector
 from ssdo_gl.app.bookmarks import views_file
 from ssdo_gl.app.clock import Clock
+from ssdo_gl.app.collisions import KEEP_AWAY, Obstacles
 from ssdo_gl.app.controls import Controls
 from ssdo_gl.app.fly_camera import Flight
 from ssdo_gl.app.inspector import INSPECTED
@@ -29,6 +31,7 @@ from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.options import settings_for
+from ssdo_gl.scene.animate import scene_at
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.content import analyse
 from ssdo_gl.scene.light import Light
@@ -73,6 +76,8 @@ class Viewer:
         Bookmarks and camera path.
     lights, lights_on : lists
         As edited; one for each light of the scene as it was loaded.
+    film_suffix : str
+        Which kind of film is exported, one of `film_files.FILM_SUFFIXES`.
     is_inspecting, shows_histogram, times_passes : bool
         What besides the picture has to be made for somebody who looks at it.
     look_out : LookOut
@@ -106,6 +111,7 @@ class Viewer:
         self.budget_ms = budget_ms or DEFAULT_BUDGET_MS
         self.is_governed = budget_ms is not None
         self.is_inspecting = False
+        self.film_suffix = ".mp4" if find_spec("imageio_ffmpeg") else ".webp"
         self.shows_histogram = False
         self.times_passes = False
         self.messages = Messages()
@@ -129,6 +135,7 @@ class Viewer:
         self.diagonal = float(np.linalg.norm(self.bounds[1] - self.bounds[0]))
         self.flight: Flight = fly_camera.start_flight(camera or scene.camera, self.diagonal)
         self.clock = Clock.of(analyse(scene).has_motion)
+        self._obstacles: Obstacles | None = None
         self.tour = Tour(views_file(source, self.folder), scene.camera)
         if self.tour.fault:
             self.say(self.tour.fault, is_fault=True)
@@ -178,6 +185,23 @@ class Viewer:
     def say(self, text: str, *, is_fault: bool = False, key: str = "") -> None:
         """Show a line for a while; it replaces one of the same `key`."""
         self.messages.say(text, is_fault=is_fault, key=key)
+
+    @property
+    def collides(self) -> bool:
+        """Whether the camera is kept out of walls."""
+        return self._obstacles is not None
+
+    def toggle_collisions(self) -> None:
+        """Keep the camera out of walls, as they stand now, or no longer."""
+        if self._obstacles is not None:
+            self._obstacles = None
+            self.say("flies through walls")
+            return
+        try:
+            self._obstacles = Obstacles(scene_at(self.scene, self.clock.seconds))
+            self.say("stops at walls")
+        except ValueError as error:
+            self.say(str(error), is_fault=True)
 
     def touch(self) -> None:
         """Note that something has changed: draw fluidly first, refine later."""
@@ -282,7 +306,12 @@ class Viewer:
         near = None
         if any(controls.move) and self.left is not None and self.left.image.drawing is not None:
             near = inspector.clearance(self.device.gl, self.left.image.drawing)
-        self.flight = fly_camera.advance(self.flight, controls, seconds, near)
+        before = self.flight
+        self.flight = fly_camera.advance(before, controls, seconds, near)
+        if self._obstacles is not None and self.flight.position != before.position:
+            keep_away = KEEP_AWAY * self.diagonal
+            place = self._obstacles.moved(before.position, self.flight.position, keep_away)
+            self.flight = dataclasses.replace(self.flight, position=place)
         self.tour.record(seconds, self.flight.camera())
 
     def stop_path(self) -> None:

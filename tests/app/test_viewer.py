@@ -14,6 +14,7 @@ from PIL import Image
 
 from ssdo_gl.app.actions import open_file, perform, view_command
 from ssdo_gl.app.controls import Controls
+from ssdo_gl.app.film_desk import FilmDesk
 from ssdo_gl.app.input_map import Action, Command
 from ssdo_gl.app.light_edits import with_power
 from ssdo_gl.app.viewer import Viewer
@@ -269,6 +270,46 @@ def test_near_a_wall_the_same_key_goes_less_far(gl, viewer) -> None:
         return float(np.linalg.norm(viewer.camera.position - before))
 
     assert step_from((0.5, 0.6, -0.95)) < 0.5 * step_from((0.0, 0.0, 3.6))
+
+
+def test_collisions_keep_the_camera_in_the_room(gl, viewer) -> None:
+    viewer.settings = dataclasses.replace(viewer.settings, method="direct")
+    viewer.choose_method("direct")
+    assert not viewer.collides
+    ask(viewer, Command.COLLIDE)
+    for _ in range(150):
+        viewer.frame(Controls(move=(0.1, 0.0, 1.0), fast=True), FRAME_S, SIZE)
+    assert viewer.camera.position[2] > -1.0
+    ask(viewer, Command.COLLIDE)
+    for _ in range(30):
+        viewer.frame(Controls(move=(0.0, 0.0, 1.0), fast=True), FRAME_S, SIZE)
+    assert viewer.camera.position[2] < -1.0
+
+
+@pytest.mark.parametrize("suffix", [".webp", ".png"])
+def test_film_of_the_path_in_each_format(gl, viewer, tmp_path, suffix: str) -> None:
+    viewer.choose_method("direct")
+    viewer.frame(Controls(), FRAME_S, SIZE)
+    films = FilmDesk(viewer)
+    films.toggle()
+    assert not films.is_busy
+    assert "record one" in said(viewer)
+    ask(viewer, Command.RECORD)
+    for _ in range(6):
+        viewer.frame(FORWARD, FRAME_S, SIZE)
+    ask(viewer, Command.RECORD)
+    viewer.film_suffix = suffix
+    films.toggle()
+    while films.step():
+        pass
+    assert "wrote" in said(viewer)
+    made = {path.name for path in tmp_path.iterdir() if "views" not in path.name}
+    assert made == {"cornell_meso-001.webp" if suffix == ".webp" else "cornell_meso-001"}
+    films.toggle()
+    films.step()
+    films.toggle()
+    assert not films.is_busy
+    assert {path.name for path in tmp_path.iterdir() if "views" not in path.name} == made
 
 
 def test_carousel_runs_stops_and_steps(gl, make_viewer) -> None:
