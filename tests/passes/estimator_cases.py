@@ -13,13 +13,20 @@ from passes.pass_harness import Array, make_frame, make_scene, quad, run_pass
 
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import RenderPass
+from ssdo_gl.passes.directional import DirectionalPass, DirectionalSettings
 from ssdo_gl.passes.screen_space_settings import (
     ScreenSpaceSettings,
     estimator_uniforms,
     pattern_offset,
 )
+from ssdo_gl.passes.ssao import SsaoPass, SsaoSettings
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment import Environment
+from ssdo_gl.scene.environment import (
+    ConstantEnvironment,
+    Environment,
+    GradientEnvironment,
+    MapEnvironment,
+)
 from ssdo_gl.scene.light import Light
 
 NEAR = 0.01
@@ -56,6 +63,51 @@ def run_on(
     inputs = {name: images[name] for name in render_pass.reads}
     (result,) = run_pass(gl, shaders, render_pass, frame, inputs).values()  # type: ignore[arg-type]
     return np.asarray(result[::-1])
+
+
+def run_visibility(
+    gl: object,
+    shaders: object,
+    picture: Picture,
+    settings: SsaoSettings,
+    frame: Frame | None = None,
+    has_back: bool | None = None,
+) -> Array:
+    """Return visibility (h, w) of a picture; by default with its back layer, if any."""
+    has_back = picture.z_back is not None if has_back is None else has_back
+    size = picture.z.shape[1], picture.z.shape[0]
+    frame = frame or picture_frame(size, picture.tan_half_fov[1], near=picture.near)
+    render_pass = SsaoPass(settings, has_back_layer=has_back)
+    return np.asarray(run_on(gl, shaders, render_pass, frame, picture)[..., 0])
+
+
+def run_directional(
+    gl: object,
+    shaders: object,
+    picture: Picture,
+    settings: DirectionalSettings,
+    *,
+    environment: Environment | None = None,
+    lights: tuple[Light, ...] = (),
+    has_back: bool = False,
+    more: Mapping[str, NDArray[np.float64]] | None = None,
+    **switches: bool,
+) -> Array:
+    """Return irradiance and visibility (h, w, 4) of a picture under a light of its own."""
+    size = picture.z.shape[1], picture.z.shape[0]
+    frame = picture_frame(
+        size, picture.tan_half_fov[1], near=picture.near, environment=environment, lights=lights
+    )
+    kinds = {
+        type(None): "none",
+        ConstantEnvironment: "constant",
+        GradientEnvironment: "gradient",
+        MapEnvironment: "map",
+    }
+    render_pass = DirectionalPass(
+        settings, environment=kinds[type(environment)], has_back_layer=has_back, **switches
+    )
+    return run_on(gl, shaders, render_pass, frame, picture, more)
 
 
 def inputs_of(picture: Picture) -> dict[str, NDArray[np.float64]]:
@@ -165,7 +217,9 @@ __all__ = [
     "picture_frame",
     "positions",
     "random_picture",
+    "run_directional",
     "run_on",
+    "run_visibility",
     "screen_space",
     "stored",
     "tilted_plane",
