@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 
 from ssdo_gl.accuracy import pareto
+from ssdo_gl.accuracy.sweep import CLOCK_NAMES
 from ssdo_gl.graph.settings import SettingError, describe
 from ssdo_gl.settings import ESTIMATORS, Settings
 
@@ -213,18 +214,18 @@ def derive(tables: Sequence[Sequence[Mapping[str, str]]]) -> tuple[list[Rung], d
     merged = _merged(tables)
     front = pareto.front([c.relative_time for c in merged], [c.error for c in merged])
     kept: list[_Candidate] = []
+    # Where the present group of rungs that the clock cannot tell apart begins.
+    begins = 0.0
     for index in front:
         candidate = merged[int(index)]
-        if kept:
-            faster = candidate.relative_time / kept[-1].relative_time
-            better = kept[-1].error / candidate.error
-            if better < MIN_ERROR_RATIO:
-                continue
-            if faster < MIN_TIME_RATIO:
-                # Practically as fast and better: it takes the other's place.
-                kept[-1] = candidate
-                continue
+        if kept and kept[-1].error < MIN_ERROR_RATIO * candidate.error:
+            continue
+        if kept and candidate.relative_time < MIN_TIME_RATIO * begins:
+            # Practically as fast and better: it stands for the group.
+            kept[-1] = candidate
+            continue
         kept.append(candidate)
+        begins = candidate.relative_time
     rungs = [
         Rung(**c.fields, relative_time=round(c.relative_time, 3), error=round(c.error, 4))
         for c in kept
@@ -307,17 +308,19 @@ def main(folders: Sequence[str]) -> int:
     if not folders:
         print("usage: python -m ssdo_gl.accuracy.presets OUTDIR... > ladder.toml", file=sys.stderr)
         return 2
-    tables, scenes, machine = [], [], {}
+    tables, scenes, machine, clocks = [], [], {}, set()
     for folder in folders:
         with (Path(folder) / "points.csv").open(encoding="utf-8", newline="") as file:
             tables.append(list(csv.DictReader(file)))
         bench = json.loads((Path(folder) / "bench.json").read_text(encoding="utf-8"))
         scenes.append(f"{bench['scene']} {bench['size'][0]}x{bench['size'][1]}")
         machine = bench["machine"]
+        clocks.add(CLOCK_NAMES[bench["clock"]])
     rungs, presets = derive(tables)
     source = {
         "benches": scenes,
         "renderer": machine.get("renderer", ""),
+        "clock": ", ".join(sorted(clocks)),
         "version": machine.get("ssdo_gl", ""),
         "date": str(machine.get("date", ""))[:10],
     }

@@ -133,6 +133,15 @@ def test_rungs_that_the_clock_cannot_tell_apart_are_one():
     assert [rung.samples for rung in rungs] == [17], "32 gains nothing, 17 replaces 16"
 
 
+def test_many_small_steps_are_not_one():
+    # Each is 6 % slower than the one before; all together 1.06^6 = 1.42.
+    rows = [baseline(10), *(row(16 + i, 5 * 1.06**i, 0.1 * 0.8**i) for i in range(7))]
+    rungs, _ = presets.derive([rows])
+    times = [rung.relative_time for rung in rungs]
+    assert 3 <= len(times) <= 5
+    assert times[0] < 0.5 * presets.MIN_TIME_RATIO
+
+
 def test_a_bench_without_the_baseline_is_refused():
     with pytest.raises(ValueError, match="baseline"):
         presets.derive([[row(16, 5, 0.1)]])
