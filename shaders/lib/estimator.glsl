@@ -42,6 +42,14 @@ float finite_radius(Tangent t)
     return min(u_radius, FAR_REACH * -t.position_vs.z);
 }
 
+// Over how far single points are spread: R, or what of the ray is in the frame where R
+// is without end. (Where it is not, points may well fall outside, as in the paper.)
+float point_reach(Tangent t, vec3 w)
+{
+    float radius = finite_radius(t);
+    return radius < u_radius ? distance_in_frame(t.position_vs, w) : radius;
+}
+
 // What blocks the direction within R.
 Blocker blocker_of(Tangent t, Direction d)
 {
@@ -50,11 +58,11 @@ Blocker blocker_of(Tangent t, Direction d)
 #elif ESTIMATOR == ESTIMATOR_MARCH
     return march(t, d.w_vs, u_radius, d.jitter, STEP_COUNT, REFINE_COUNT);
 #elif ESTIMATOR == ESTIMATOR_RGS09
-    return point_blocker(t, d.w_vs, finite_radius(t) * d.jitter, false);
+    return point_blocker(t, d.w_vs, point_reach(t, d.w_vs) * d.jitter, false);
 #else
-    // Distances R sqrt(u) instead of the paper's R u: a point near the receiver misses
-    // what stands farther out, so at d = R / 20 to R / 2 from a wall u loses 18 to 73 % of its occlusion,
-    // sqrt(u) 6 to 56 % (closed forms A1, A4).
-    return point_blocker(t, d.w_vs, finite_radius(t) * sqrt(d.jitter), true);
+    // Distances R sqrt(u) instead of the paper's R u: a point near the receiver misses what
+    // stands farther out. From R / 20 to R / 2 away from a wall, u loses 18 to 73 % of its
+    // occlusion, sqrt(u) 6 to 56 % (closed forms A1, A4).
+    return point_blocker(t, d.w_vs, point_reach(t, d.w_vs) * sqrt(d.jitter), true);
 #endif
 }

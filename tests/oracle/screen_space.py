@@ -256,7 +256,8 @@ def _point(
     picture: Picture, p: Array, n: Array, w: Array, u: Array, estimator: Estimator
 ) -> tuple[Indices, Flags]:
     has_end = estimator.kind == "hemisphere"
-    reach = np.minimum(estimator.radius, FAR_REACH * -p[..., 2])
+    endless = estimator.radius > FAR_REACH * -p[..., 2]
+    reach = np.where(endless, _distance_in_frame(picture, p, w), estimator.radius)
     s_vs = p + (reach * (np.sqrt(u) if has_end else u))[..., None] * w
     decide = _Decisions(u.shape)
     visible = -s_vs[..., 2] > picture.near

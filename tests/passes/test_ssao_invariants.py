@@ -123,6 +123,18 @@ def test_larger_radius_never_brightens(gl, shaders, estimator):
 
 
 @pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_endless_radius_still_finds_a_wall(gl, shaders, estimator):
+    """Single points are spread over what of a ray is in the frame, not over infinity."""
+    frame = picture_frame(WIDE_SIZE, WIDE_TAN)
+    picture = corner(WIDE_SIZE, frame.view.tan_half_fov)
+    settings = SsaoSettings(estimator=estimator, radius=np.inf, samples=64)
+    found = run_visibility(gl, shaders, picture, settings, frame)
+    # Two walls at a right angle cover half of each other's hemispheres; near the edge
+    # where they meet most of that is in the frame.
+    assert found[40:56, 60:100].mean() < 0.75
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
 def test_mirrored_picture_gives_the_mirrored_image(gl, shaders, estimator):
     """On average over blocks: the sample pattern itself is not symmetric."""
     frame = picture_frame(WIDE_SIZE, WIDE_TAN)
