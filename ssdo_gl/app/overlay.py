@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import moderngl
 from imgui_bundle import ImVec2, imgui
 
@@ -15,6 +17,8 @@ from ssdo_gl.app.viewer import Viewer
 from ssdo_gl.app.views import METHOD_LABELS, Kind
 from ssdo_gl.gpu.context import Device
 
+# In a window narrower than this, the panel would cover half of the picture.
+NARROW = 720.0
 _MARGIN = 10.0
 _FAULT = imgui.ImVec4(1.0, 0.55, 0.45, 1.0)
 _STILL = (
@@ -38,15 +42,24 @@ class Overlay(ImguiBackend):
     host : Host
     scale : float
         Of text and widgets.
+    width : float
+        Of the window; a narrow one begins without the panel.
 
     Attributes
     ----------
     shows_panel, shows_help : bool
     """
 
-    def __init__(self, device: Device, viewer: Viewer, host: Host, scale: float = 1.0) -> None:
+    def __init__(
+        self,
+        device: Device,
+        viewer: Viewer,
+        host: Host,
+        scale: float = 1.0,
+        width: float = math.inf,
+    ) -> None:
         super().__init__(device, viewer.shaders, scale)
-        self.shows_panel = True
+        self.shows_panel = width >= NARROW * scale
         self.shows_help = False
         self._viewer = viewer
         self._host = host

@@ -110,7 +110,6 @@ class Session:
         self._drags_divider = False
         self._has_input = self._wants_release = False
         self._waits = True
-        self._said_at = 0.0
         self._panel_frames = PANEL_FRAMES
         self._overlay: Overlay | None = None
         self._make_overlay()
@@ -123,8 +122,9 @@ class Session:
             self._viewer.say(_NO_PANEL)
             print(f"ssdo-gl: {_NO_PANEL}", file=sys.stderr)
             return
-        scale = self._window.content_scale
-        self._overlay = Overlay(self._window.device, self._viewer, self, scale)
+        scale, width = self._window.content_scale, self._window.size[0]
+        self._overlay = Overlay(self._window.device, self._viewer, self, scale, width)
+        self._viewer.say("Tab: panel   F1: keys")
 
     def run(self) -> None:
         """Answer events and draw until the window is closed."""
@@ -216,12 +216,8 @@ class Session:
 
     def _say_in_title(self) -> None:
         """Without a panel the title is where there is room for a line."""
-        now = time.monotonic()
         viewer = self._viewer
-        if now < self._said_at + 0.25:
-            return
-        self._said_at = now
-        text = f"{viewer.view.method} {viewer.view.aov}, {viewer.frame_ms:.1f} ms"
+        text = f"{viewer.view.method} {viewer.view.aov}"
         text = viewer.messages.lines[-1].text if viewer.messages.lines else text
         self._window.set_title(f"{self._title} - {text}")
 
@@ -302,7 +298,7 @@ class Session:
         """Open the first of the dropped files."""
         self._panel_frames = PANEL_FRAMES
         self._has_input = True
-        self._pending += [partial(open_file, path, self._viewer) for path in paths[:1]]
+        self._pending += [partial(self._open, path) for path in paths[:1]]
 
     def on_change(self) -> None:
         """Draw again, for another size or scale."""
@@ -315,6 +311,11 @@ class Session:
         if action is not None:
             self._pending.append(partial(perform, action, self._viewer, self))
             self._wants_release |= action.command == Command.RELEASE
+
+    def _open(self, path: str) -> None:
+        if open_file(path, self._viewer):
+            self._title = f"{Path(path).name} - ssdo_gl"
+            self._window.set_title(self._title)
 
     def _grab_divider(self, presses: bool, x: float) -> None:
         width = self._window.size[0]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -157,6 +158,19 @@ class App:
                 return now
             before, used = now, now_used
             assert time.monotonic() < end, "the picture does not come to rest"
+
+    def without_messages(self) -> np.ndarray:
+        """Wait until no line is shown any more; return the screen."""
+        # The longest-lived line, a fault, goes after 8 s; it is looked for twice a second.
+        time.sleep(9.0)
+        return self.settled()
+
+    def drop(self, path: Path) -> None:
+        """Drop a file on the window."""
+        command = [sys.executable, str(Path(__file__).with_name("x_drop.py"))]
+        subprocess.run(
+            [*command, self.window, str(path)], env=self.server.environment, check=True, timeout=120
+        )
 
     def cpu_seconds(self) -> float:
         """Return the processor time that the program has used."""
