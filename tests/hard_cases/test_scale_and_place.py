@@ -37,10 +37,11 @@ def scaled(factor):
     return math3d.scaling(factor)
 
 
-# The pattern of directions has no symmetry, so only expectations mirror. Means over
-# the image average 3072 pixels of 4 directions and a filter; the references 8 samples
-# of paths with an HDR light. Their standard errors are below a third of these.
-MEAN_BOUND = {"screen": 0.01, "reference": 0.05}
+# The pattern of directions has no symmetry, so only expectations mirror. The noisiest
+# mean over the image is that of the bounce, 3072 pixels of 4 directions that meet few
+# bright senders: over seeds its standard deviation is 1.35 %, that of the difference of
+# two 1.9 %. Three of these. (Over eight seeds the gap is -0.1 +- 0.7 %.)
+MEAN_BOUND = {"screen": 0.057, "reference": 0.057}
 
 
 def check_means(record, case, method, images, others, name):
