@@ -245,9 +245,7 @@ def _march(
         front = _inverse_depths(x, estimator.front_slack * stride, inverse, estimator.growth)
         back = _inverse_depths(x, estimator.back_slack * stride, inverse, estimator.growth)
         span = np.minimum(*front), np.maximum(*back)
-        hit = _surface_tests(
-            picture, p, n, texel, span, estimator, decide, live, True, end_plane
-        )
+        hit = _surface_tests(picture, p, n, texel, span, estimator, decide, live, True, end_plane)
         blocker = np.where((live & hit)[..., None], texel, blocker)
     return blocker, decide.unsure
 

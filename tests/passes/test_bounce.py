@@ -203,9 +203,7 @@ def test_furnace_is_exact_per_pixel(gl, shaders, refine):
         frame,
         picture,
     )
-    bounce = run(
-        gl, shaders, picture, BounceSettings(refine_steps=refine, **more), ones(picture)
-    )
+    bounce = run(gl, shaders, picture, BounceSettings(refine_steps=refine, **more), ones(picture))
     total = directional[..., :3] + bounce[..., :3]
     np.testing.assert_allclose(total, np.pi, rtol=SUM_TOLERANCE)
     assert directional[..., 3].min() < 0.6

@@ -168,9 +168,7 @@ def test_weights_know_no_unit_of_length(gl, shaders, scale):
     picture = random_picture(5, SIZE, tan_half(), False)
     raw, _ = pattern()
     scaled = dataclasses.replace(picture, z=picture.z * scale, near=picture.near * scale)
-    np.testing.assert_array_equal(
-        run(gl, shaders, scaled, raw), run(gl, shaders, picture, raw)
-    )
+    np.testing.assert_array_equal(run(gl, shaders, scaled, raw), run(gl, shaders, picture, raw))
 
 
 @pytest.mark.parametrize("scale", [1, 2])
