@@ -4,6 +4,7 @@
 # make test      all tests            make hard-cases   only the scenes known to be hard
 # make bench     accuracy against time, into bench/
 # make bench-passes  milliseconds of every pass, beside the published method
+# make bench-effects  what planning saves in each scene, against the full pipeline
 # make bench-rays  rays per second of the reference tracers
 # make lint      ruff, mypy and every shader
 # make clean     remove what can be made again, .venv excepted
@@ -22,7 +23,7 @@ READY := $(VENV)/.ssdo_gl-ready
 endif
 
 .DELETE_ON_ERROR:
-.PHONY: setup snapshot view test hard-cases bench bench-passes bench-rays lint clean
+.PHONY: setup snapshot view test hard-cases bench bench-passes bench-effects bench-rays lint clean
 
 setup: $(READY)
 
@@ -48,6 +49,9 @@ bench: $(READY)
 
 bench-passes: $(READY)
 	$(PY) -m ssdo_gl.accuracy.pass_times $(SCENE)
+
+bench-effects: $(READY)
+	$(PY) -m ssdo_gl.accuracy.bench_effects $(SCENES)
 
 bench-rays: $(READY)
 	$(PY) -m ssdo_gl.accuracy.ray_speed

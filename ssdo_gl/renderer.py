@@ -209,8 +209,9 @@ class Renderer:
         moved = self._scene_at(seconds)
         self._follow(moved)
         camera = camera or self.scene.camera
+        names, view = tuple(dict.fromkeys(wanted)), self._view(camera, 0, 1)
         start = time.perf_counter()
-        pipeline, plan = self._plan(tuple(dict.fromkeys(wanted)), self._view(camera, 0, 1))
+        pipeline, plan = self._plan(names, view)
         planning_ms = (time.perf_counter() - start) * 1e3
         log = FrameLog()
         self._run(plan, self._frame(moved, camera, 0, 1, number), log, time_passes, None)

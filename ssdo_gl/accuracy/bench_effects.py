@@ -11,11 +11,10 @@ from __future__ import annotations
 
 import argparse
 import statistics
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-
-from rich.console import Console
-from rich.table import Table
+from pathlib import Path
 
 from ssdo_gl.gpu.context import create_context
 from ssdo_gl.options import settings_for, size_from_text
@@ -126,34 +125,20 @@ def _replanning(renderer: Renderer, scene: Scene) -> list[float]:
     return times
 
 
-def table_of(costs: Sequence[SceneCost]) -> Table:
-    """Return the costs as a table."""
-    table = Table(title="planned frames against full ones", title_justify="left")
-    table.add_column("scene")
-    for column in (
-        "passes",
-        "planned ms",
-        "full ms",
-        "planned / full",
-        "G-buffer / full",
-        "static / full",
-        "planning ms",
-        "new view ms",
-    ):
-        table.add_column(column, justify="right")
-    for cost in costs:
-        table.add_row(
-            cost.scene,
-            f"{cost.passes_run} of {cost.passes_possible}",
-            f"{cost.planned_ms:.1f}",
-            f"{cost.full_ms:.1f}",
-            f"{cost.planned:.2f}",
-            f"{cost.gbuffer:.3f}",
-            f"{cost.static:.4f}",
-            f"{cost.planning_ms:.4f}",
-            f"{cost.replanning_ms:.3f}",
-        )
-    return table
+def table_of(costs: Sequence[SceneCost]) -> str:
+    """Return the costs as a table in Markdown; times in milliseconds, ratios to full."""
+    lines = [
+        "| scene | passes | planned | full | ratio | G-buffer | unchanged | planning | new view |",
+        "|---|---|---|---|---|---|---|---|---|",
+    ]
+    lines += [
+        f"| {cost.scene} | {cost.passes_run} of {cost.passes_possible}"
+        f" | {cost.planned_ms:.1f} | {cost.full_ms:.1f} | {cost.planned:.2f}"
+        f" | {cost.gbuffer:.3f} | {cost.static:.4f}"
+        f" | {cost.planning_ms:.4f} | {cost.replanning_ms:.2f} |"
+        for cost in costs
+    ]
+    return "\n".join(lines)
 
 
 def built_in_scenes() -> list[str]:
@@ -171,15 +156,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--rounds", type=int, default=ROUNDS)
     options = parser.parse_args(arguments)
     flags = {"size": size_from_text(options.size), "method": options.method}
-    console = Console(highlight=False)
     costs = []
     for name in options.scenes or built_in_scenes():
         scene = load_scene(name)
+        print(f"{scene.title or name} ...", file=sys.stderr, flush=True)
         settings = settings_for(scene.render, flags)
-        label = name.rsplit("/", 1)[-1]
-        console.print(f"{label} ...", style="dim")
-        costs.append(measure(label, scene, settings, options.rounds))
-    console.print(table_of(costs))
+        costs.append(measure(Path(name).name, scene, settings, options.rounds))
+    print(table_of(costs))
     return 0
 
 

@@ -1,0 +1,34 @@
+"""The table of what planning saves, on one small scene."""
+
+from __future__ import annotations
+
+from ssdo_gl.accuracy import bench_effects
+from ssdo_gl.accuracy.bench_effects import SceneCost, built_in_scenes, main, measure, table_of
+from ssdo_gl.options import settings_for
+from ssdo_gl.scene.load import load_scene
+
+COST = SceneCost("room", 7, 11, 50.0, 100.0, 0.5, 0.125, 0.0015, 0.004, 0.25)
+
+
+def test_a_scene_s_cost():
+    scene = load_scene("corner")
+    cost = measure("corner", scene, settings_for(scene.render, {"size": (48, 27)}), rounds=1)
+    # One light, no sky, no solid, nothing that emits: of 12 passes, these are spared.
+    spared = {"back_faces", "depth_layers", "directional", "directional_filter"}
+    assert cost.passes_possible - cost.passes_run == len(spared)
+    assert 0.0 < cost.planning_ms < cost.replanning_ms
+    assert min(cost.planned, cost.gbuffer, cost.static, cost.planned_ms, cost.full_ms) > 0.0
+
+
+def test_the_table_is_markdown():
+    head, rule, row = table_of([COST]).splitlines()
+    assert head.count("|") == rule.count("|") == row.count("|") == 10
+    assert "7 of 11" in row and "0.125" in row and "0.50" in row
+
+
+def test_scenes_are_measured_in_turn(monkeypatch, capsys):
+    monkeypatch.setattr(bench_effects, "measure", lambda name, *_: COST)
+    assert main(["corner", "furnace", "--size", "32x18"]) == 0
+    assert capsys.readouterr().out.count("7 of 11") == 2
+    assert main([]) == 0
+    assert capsys.readouterr().out.count("7 of 11") == len(built_in_scenes()) > 5
