@@ -131,8 +131,8 @@ def check_errors(scene: Scene, device: Device) -> list[Check]:
     best = error_of(scene, rungs[-1].applied(base), device)[1]
     checks = []
     for part in PARTS:
-        # From half above the worst to what the best just reaches with its margin.
-        bound = between(1.5 * worst, 1.3 * best, part)
+        # From above the worst to what the best just reaches.
+        bound = between(1.2 * worst, 1.02 * best, part)
         choice = choose_for_error(scene, settings, bound, device=device)
         other = dataclasses.replace(scene, camera=turned(scene.camera, TURN_DEGREES))
         here = error_of(scene, choice.settings, device)[0]

@@ -35,16 +35,14 @@ CALIBRATION_FRAMES = 7
 # median does not break it.
 FILL = 0.95
 # Errors are calibrated on a smaller frame: a truth of the whole one would take minutes.
-CALIBRATION_PIXELS = 192 * 108
+# A larger frame shows more detail, so errors there are smaller, not larger.
+CALIBRATION_PIXELS = 320 * 180
 CALIBRATION_SPP = 16
 CALIBRATION_SEEDS = 2
 # The truth's standard error for the calibration, relative to the mean; it is subtracted,
 # so what is left of it is far smaller.
 CALIBRATION_GOAL = 0.03
 CALIBRATION_SECONDS = 20.0
-# Another view of the same scene, at another size, may be worse than the calibrated one
-# by about this factor; measured on the built-in scenes.
-VIEW_MARGIN = 1.15
 
 
 class CannotTuneError(SettingError):
@@ -249,7 +247,11 @@ def measured_errors(
     renderer: str,
     cache: TruthCache,
 ) -> dict[str, float]:
-    """Return the upper end of each rung's error interval on this scene, by label."""
+    """Return the upper end of each rung's error interval on this scene, by label.
+
+    The interval is over pixel blocks, so its end allows for views whose content is like
+    that of the calibrated one.
+    """
     panel = panel_named("near")
     small = dataclasses.replace(
         settings, size=_smaller(settings.size), antialias=1, max_error=None, method="bounce",
@@ -304,7 +306,7 @@ def within_error(
     """Return the first rung, from the cheapest, whose error is surely small enough."""
     calibrated = f"calibrated in {took:.1f} s" if took > 0.5 else "calibrated before"
     for rung in rungs:
-        expected = errors[rung.label] * VIEW_MARGIN
+        expected = errors[rung.label]
         if expected <= max_error:
             sentence = (
                 f"chose {rung.label}: error at most {percent(expected)} of the mean, "
@@ -312,7 +314,7 @@ def within_error(
             )
             return Choice(rung.applied(settings), sentence, True, error=expected)
     best = min(rungs, key=lambda rung: errors[rung.label])
-    reached = percent(errors[best.label] * VIEW_MARGIN)
+    reached = percent(errors[best.label])
     if allow_rays:
         traced = dataclasses.replace(
             settings, method="reference-near", estimator=None, max_error=max_error

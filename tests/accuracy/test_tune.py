@@ -90,7 +90,7 @@ def test_errors_are_upper_ends_of_what_is_measured(tmp_path):
 
 def test_the_cheapest_rung_within_the_error_is_chosen(tmp_path):
     found = errors_of(PretendedStudio(), tmp_path)
-    allowed = 1.01 * tune.VIEW_MARGIN * found[RUNGS[3].label]
+    allowed = 1.01 * found[RUNGS[3].label]
     choice = tune.within_error(SETTINGS, allowed, RUNGS, found, 1.0, True)
     assert choice.holds
     assert choice.settings.samples == RUNGS[3].samples
@@ -110,7 +110,7 @@ def test_where_no_screen_space_setting_suffices_rays_do(tmp_path):
 
 
 def test_the_calibration_frame_is_small_and_keeps_its_shape():
-    assert tune._smaller((1920, 1080)) == (192, 108)
+    assert tune._smaller((1920, 1080)) == (320, 180)
     assert tune._smaller((64, 36)) == (64, 36)
     width, height = tune._smaller((1000, 5000))
     assert height == pytest.approx(5 * width, abs=3)
