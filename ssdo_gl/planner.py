@@ -15,7 +15,7 @@ from ssdo_gl.pipelines import Pipeline, build_pipeline
 from ssdo_gl.scene.content import SceneContent, analyse, simplest_environment
 from ssdo_gl.scene.content_bodies import Bodies, bodies_of
 from ssdo_gl.scene.content_shadows import COARSEST_MAP
-from ssdo_gl.scene.content_sight import Sight, seen_bodies, sight_of
+from ssdo_gl.scene.content_sight import Company, Sight, company_of, seen_bodies, sight_of
 from ssdo_gl.scene.environment import Environment
 from ssdo_gl.scene.light import DirectionalLight, Light, RectangleLight
 from ssdo_gl.scene.scene import Scene
@@ -51,6 +51,7 @@ class Planner:
         self._last: tuple[tuple[object, ...], object, FramePlan] | None = None
         self._content: tuple[Scene, SceneContent] | None = None
         self._bodies: tuple[tuple[object, ...], Bodies] | None = None
+        self._company: tuple[tuple[object, ...], Company] | None = None
         self._plans: dict[tuple[tuple[str, ...], Effects], tuple[Pipeline, Plan]] = {}
         self._plans_for: tuple[object, ...] = ()
         self._mapped: tuple[tuple[object, ...], frozenset[int]] = ((), frozenset())
@@ -105,7 +106,13 @@ class Planner:
         if self._bodies is None or not _identical(self._bodies[0], parts):
             self._bodies = parts, bodies_of(scene)
         bodies = self._bodies[1]
-        sight = sight_of(bodies, seen_bodies(bodies, view), scene.lights, view)
+        seen = seen_bodies(bodies, view)
+        known = self._company
+        # A camera that moves mostly keeps the same bodies in view.
+        same = (bodies, *scene.lights)
+        if known is None or not _identical(known[0], same) or list(known[1].seen) != list(seen):
+            known = self._company = same, company_of(bodies, seen, scene.lights)
+        sight = sight_of(bodies, known[1], view)
         return dataclasses.replace(sight, shadows=self._shadows(scene, settings, sight))
 
     def _shadows(self, scene: Scene, settings: Settings, sight: Sight) -> tuple[bool, ...]:

@@ -100,22 +100,50 @@ def seen_bodies(bodies: Bodies, eye: Eye) -> IntArray:
     return np.flatnonzero(_in_frame(bodies, eye))
 
 
-def sight_of(bodies: Bodies, seen: IntArray, lights: Sequence[Light], eye: Eye) -> Sight:
-    """Return what can be said of the view in which the bodies `seen` are."""
-    pixel = 2.0 * eye.tan_half_fov[1] / eye.size[1]
+@dataclass(frozen=True, eq=False)
+class Company:
+    """What holds wherever the eye is, as long as the same bodies are in view.
+
+    Attributes
+    ----------
+    seen : ndarray of int
+        Their numbers.
+    gap : float
+        No body that is not flat in one plane with another is nearer to it than this;
+        inf for a single one, 0 where nothing can be said.
+    reaches, shadows : tuple of bool
+        As in `Sight`.
+    """
+
+    seen: IntArray
+    gap: float
+    reaches: tuple[bool, ...]
+    shadows: tuple[bool, ...]
+
+
+def company_of(bodies: Bodies, seen: IntArray, lights: Sequence[Light]) -> Company:
+    """Return what can be said of the bodies `seen` and of the lights."""
     reaches = tuple(can_reach(light, bodies, seen) for light in lights)
+    shadows = tuple(
+        reached and light.shadow == "map" and shadow_is_possible(light, number, bodies, seen)
+        for number, (light, reached) in enumerate(zip(lights, reaches, strict=True))
+    )
+    return Company(seen, smallest_gap(bodies, seen), reaches, shadows)
+
+
+def sight_of(bodies: Bodies, company: Company, eye: Eye) -> Sight:
+    """Return what can be said of the view from `eye` of the bodies in `company`."""
+    pixel = 2.0 * eye.tan_half_fov[1] / eye.size[1]
+    seen = company.seen
     return Sight(
         is_empty=len(seen) == 0,
-        open_distance=open_distance(bodies, seen, eye.position_ws),
+        open_distance=open_distance(bodies, company, eye.position_ws),
         only_solids=bool(np.all(bodies.form[seen] == CONVEX_SOLID)),
         nearest_pixel=pixel * eye.near,
         farthest_pixel=pixel * eye.far,
         slant=math.hypot(1.0, *eye.tan_half_fov),
-        reaches=reaches,
-        shadows=tuple(
-            reached and shadow_is_possible(light, number, bodies, seen)
-            for number, (light, reached) in enumerate(zip(lights, reaches, strict=True))
-        ),
+        reaches=company.reaches,
+        shadows=company.shadows,
     )
 
 
@@ -156,23 +184,28 @@ def can_reach(light: Light, bodies: Bodies, seen: IntArray) -> bool:
     return True
 
 
-def open_distance(bodies: Bodies, seen: IntArray, eye_ws: FloatArray) -> float:
+def open_distance(bodies: Bodies, company: Company, eye_ws: FloatArray) -> float:
     """Return how near to a visible surface anything above its tangent plane can be.
 
     A convex solid seen from outside has nothing of its own above any visible tangent
     plane, nor has a flat sheet. So only other bodies count, and they are no nearer than
     the gap between the boxes; flat sheets in one plane do not count for each other.
     """
+    if company.gap <= 0.0:
+        return 0.0
+    solids = company.seen[bodies.form[company.seen] == CONVEX_SOLID]
+    inside = any(bodies.holds(int(body), eye_ws) for body in solids)
+    return 0.0 if inside else company.gap
+
+
+def smallest_gap(bodies: Bodies, seen: IntArray) -> float:
+    """Return `Company.gap` of the bodies `seen`."""
     if len(seen) > MOST_COMPARED or np.any(bodies.form[seen] == ANY):
         return 0.0
-    for body in seen:
-        if bodies.form[body] == CONVEX_SOLID and bodies.holds(int(body), eye_ws):
-            return 0.0
     first, second = np.triu_indices(len(seen), 1)
     i, j = seen[first], seen[second]
     gaps = box_gaps(bodies, i, j)
-    touching = np.flatnonzero(gaps < np.inf)
-    for pair in touching:
+    for pair in range(len(gaps)):
         if _coplanar(bodies, int(i[pair]), int(j[pair])):
             gaps[pair] = np.inf
     return max(float(gaps.min(initial=np.inf)), 0.0)

@@ -15,7 +15,7 @@ from ssdo_gl import math3d
 from ssdo_gl.scene import content_sight, shapes
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.content_bodies import bodies_of
-from ssdo_gl.scene.content_sight import can_reach, open_distance, seen_bodies, sight_of
+from ssdo_gl.scene.content_sight import can_reach, company_of, seen_bodies, sight_of
 from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import SceneObject
@@ -55,6 +55,14 @@ def bodies(*items, lights=None):
         for i, ((_, matrix), owner) in enumerate(zip(items, owners, strict=True))
     )
     return bodies_of(Scene(meshes, (Material(),), objects, Camera((0, 0, 9), (0, 0, 0))))
+
+
+def open_distance(found, seen, eye_ws):
+    return content_sight.open_distance(found, company_of(found, seen, ()), eye_ws)
+
+
+def look(found, seen, lights, eye):
+    return sight_of(found, company_of(found, seen, lights), eye)
 
 
 def every(found):
@@ -216,7 +224,7 @@ def test_a_sight_puts_the_facts_together():
     found = bodies((QUAD, IDENTITY), (QUAD, at(50, 0, 0)))
     lights = (POINT, spot(5.0))
     seen = seen_bodies(found, EYE)
-    sight = sight_of(found, seen, lights, EYE)
+    sight = look(found, seen, lights, EYE)
     assert sight.open_distance == math.inf and not sight.is_empty
     assert sight.reaches == (True, False)
     assert sight.shadows == (False, False)
@@ -224,17 +232,23 @@ def test_a_sight_puts_the_facts_together():
     assert sight.nearest_pixel == pytest.approx(0.1 * 0.5 / 16.0)
     assert sight.farthest_pixel == pytest.approx(100.0 * 0.5 / 16.0)
     assert sight.slant == pytest.approx(1.5)
-    nothing = sight_of(found, np.empty(0, dtype=np.int64), lights, EYE)
+    nothing = look(found, np.empty(0, dtype=np.int64), lights, EYE)
     assert nothing.is_empty and nothing.reaches == (False, False)
 
 
 def test_light_that_reaches_nothing_needs_no_map():
     found = bodies((BOX, IDENTITY), (BOX, at(0, 2, 0)))
     lights = (POINT, spot(5.0, position=(9.0, 5.0, 0.0)))
-    assert sight_of(found, every(found), lights, EYE).shadows == (True, False)
+    assert look(found, every(found), lights, EYE).shadows == (True, False)
+
+
+def test_light_that_casts_no_shadow_needs_no_map():
+    found = bodies((BOX, IDENTITY), (BOX, at(0, 2, 0)))
+    lights = tuple(dataclasses.replace(POINT, shadow=shadow) for shadow in ("map", "ssdo", "none"))
+    assert look(found, every(found), lights, EYE).shadows == (True, False, False)
 
 
 def test_a_sheet_in_view_is_no_solid():
     found = bodies((BOX, IDENTITY), (QUAD, at(5, 0, 0)))
-    assert not sight_of(found, every(found), (), EYE).only_solids
-    assert sight_of(found, np.array([0]), (), EYE).only_solids
+    assert not look(found, every(found), (), EYE).only_solids
+    assert look(found, np.array([0]), (), EYE).only_solids
