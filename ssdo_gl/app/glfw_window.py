@@ -205,7 +205,8 @@ class GlfwWindow:
 
     def _on_error(self, code: int, text: str | bytes) -> None:
         # The binding hands over bytes, whatever its type hints say.
-        self._errors.append(text.decode("utf-8", "replace") if isinstance(text, bytes) else text)
+        text = text.decode("utf-8", "replace") if isinstance(text, bytes) else text
+        self._errors = [*self._errors[-7:], text]
 
     def _fault(self) -> str:
         return "; ".join(dict.fromkeys(self._errors)) or "GLFW gives no reason"

@@ -57,6 +57,7 @@ class Side:
         self.image = LiveImage(renderer, device, shaders)
         self.is_governed = True
         self._kind = Kind.DISPLAY
+        self._is_full = False
         self._full_times: deque[float] = deque(maxlen=FULL_FRAMES)
         self._measured = measured
         self._last_settings = settings
@@ -69,6 +70,11 @@ class Side:
     def rung(self) -> Rung:
         """The quality in motion."""
         return self._rungs[self.governor.rung]
+
+    @property
+    def is_done(self) -> bool:
+        """Whether the image is refined, and at full quality."""
+        return self._is_full and self.image.is_refined
 
     @property
     def full_ms(self) -> float:
@@ -126,6 +132,7 @@ class Side:
         calibrates = self._calibrates(settings)
         self._calibration_left -= int(calibrates and is_resting)
         full = not self.is_governed or (is_resting and not calibrates)
+        self._is_full = full
         rung = self._rungs[0 if full else self.governor.rung]
         quality = dataclasses.replace(
             rung.applied(settings),
@@ -136,6 +143,9 @@ class Side:
         )
         wish = Wish(image, kind, camera, quality, seconds, extra)
         drew = self.image.update(wish, time_passes=time_passes, progress=progress)
+        if calibrates and is_resting and not drew:
+            # All frames that this rung is good for were not enough to be sure of it.
+            self._calibration_left = 0
         if drew and rung is self._rungs[0] and self.image.drawing is not None:
             self._full_times.append(self.image.drawing.frame_ms)
         # At rest the times are those of rung 0, and of more samples than in motion.

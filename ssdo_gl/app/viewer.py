@@ -250,7 +250,7 @@ class Viewer:
             or self.tour.is_recording
             or not self._sides
             or not self.is_resting
-            or not all(side.image.is_refined for side in self._sides)
+            or not all(side.is_done for side in self._sides)
             or self.look_out.is_due
         )
 
@@ -291,7 +291,7 @@ class Viewer:
         if drew or shown != self._shown:
             self._present(size)
             self._shown = shown
-        is_finished = self.is_resting and all(side.image.is_refined for side in self._sides)
+        is_finished = self.is_resting and all(side.is_done for side in self._sides)
         images = [side.image for side in self._sides]
         self.look_out.look(images, self.view, drew=drew, is_finished=is_finished)
         return drew

@@ -482,6 +482,21 @@ def test_budget_lowers_what_moves_and_rest_restores_it(gl, make_viewer) -> None:
     assert np.array_equal(viewer.presenter.pixels(), still)
 
 
+def test_governor_that_cannot_decide_does_not_keep_the_picture_coarse(gl, make_viewer) -> None:
+    """Times that are over the budget on the whole and under it of late, for ever."""
+    viewer = make_viewer()
+    settle(viewer)
+    side = viewer.left
+    side._restart_governor()
+    side.governor.rung = 3
+    side.governor.observe = lambda frame_ms: 3
+    viewer.touch()
+    viewer.settings = dataclasses.replace(viewer.settings, seed=1)
+    settle(viewer)
+    assert viewer.left.image.drawing.view.size == SIZE
+    assert viewer.left.is_done
+
+
 def test_no_budget_means_full_quality_in_motion(gl, make_viewer) -> None:
     viewer = make_viewer()
     viewer.is_governed = False
