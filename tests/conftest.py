@@ -40,16 +40,11 @@ def shaders(device: Device) -> ShaderLibrary:
     return ShaderLibrary(device.gl)
 
 
-@pytest.fixture(autouse=True)
-def _current_device(request: pytest.FixtureRequest) -> None:
-    """Make the shared context current again: an earlier test may have had its own."""
-    if "device" in request.fixturenames:
-        request.getfixturevalue("device").activate()
-
-
 @pytest.fixture
 def gl(device: Device) -> Iterator[moderngl.Context]:
     """The context in its first state, with no OpenGL error pending before or after the test."""
+    # Another test may have made, and released, a context of its own.
+    device.activate()
     device.gl.enable_only(moderngl.NOTHING)
     device.gl.depth_func = "<"
     device.gl.cull_face = "back"

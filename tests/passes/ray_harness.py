@@ -35,6 +35,8 @@ class Tracer:
     def __init__(
         self, device: Device, shaders: ShaderLibrary, scene: Scene, size: tuple[int, int]
     ) -> None:
+        # An earlier test may have drawn with a context of its own.
+        device.activate()
         self.scene = scene
         self.size = size
         self.geometry = Geometry(device.gl, scene)
