@@ -20,6 +20,9 @@
 
 uniform usampler2D t_bvh;
 uniform vec2 u_bvh_texel;  // size of a texel in texture coordinates
+// The first three texels of the root. Every ray begins there: fetching it, once for each
+// pixel that runs in lockstep, would be a tenth of all fetches.
+uniform uvec4 u_bvh_root[3];
 
 const uint BVH_NO_CHILD = 0xffffffffu;
 
@@ -96,19 +99,6 @@ BvhRay bvh_ray(vec3 origin, vec3 w)
 {
     vec3 inverse = bvh_inverse(w);
     return BvhRay(origin, frame_from_z(w), inverse, lessThan(inverse, vec3(0.0)));
-}
-
-// From the root; a negative t_max goes nowhere.
-void bvh_begin(inout BvhWalk walk, float t_max)
-{
-    for (int i = 0; i < BVH_LEVELS; ++i) {
-        walk.waiting[i] = 0u;
-    }
-    walk.top = 0;
-    walk.record = 0;
-    walk.is_leaf = false;
-    walk.goes_on = t_max > 0.0;
-    walk.hit = BvhHit(t_max, -1, false);
 }
 
 // What a record holds, as bits.
@@ -236,6 +226,21 @@ void bvh_go_on(BvhChildren children, inout BvhWalk walk)
 #endif
 }
 
+// Takes the root; a negative t_max goes nowhere.
+BvhWalk bvh_begin(BvhRay ray, float t_max)
+{
+    BvhWalk walk;
+    for (int i = 0; i < BVH_LEVELS; ++i) {
+        walk.waiting[i] = 0u;
+    }
+    walk.top = 0;
+    walk.hit = BvhHit(t_max, -1, false);
+    BvhRecord root = BvhRecord(u_bvh_root[0], u_bvh_root[1], u_bvh_root[2]);
+    bvh_go_on(bvh_children(ray, root, false, t_max), walk);
+    walk.goes_on = walk.goes_on && t_max > 0.0;
+    return walk;
+}
+
 // Takes one record, node or primitive, and does the work of both kinds.
 void bvh_step(BvhRay ray, inout BvhWalk walk)
 {
@@ -253,8 +258,7 @@ void bvh_step(BvhRay ray, inout BvhWalk walk)
 BvhHit bvh_nearest(vec3 origin, vec3 w, float t_max)
 {
     BvhRay ray = bvh_ray(origin, w);
-    BvhWalk walk;
-    bvh_begin(walk, t_max);
+    BvhWalk walk = bvh_begin(ray, t_max);
     while (walk.goes_on) {
         bvh_step(ray, walk);
     }
@@ -265,8 +269,7 @@ BvhHit bvh_nearest(vec3 origin, vec3 w, float t_max)
 bool bvh_is_blocked(vec3 origin, vec3 w, float t_max)
 {
     BvhRay ray = bvh_ray(origin, w);
-    BvhWalk walk;
-    bvh_begin(walk, t_max);
+    BvhWalk walk = bvh_begin(ray, t_max);
     while (walk.goes_on) {
         bvh_step(ray, walk);
         walk.goes_on = walk.goes_on && walk.hit.record < 0;
@@ -280,20 +283,23 @@ bool bvh_is_blocked(vec3 origin, vec3 w, float t_max)
 BvhHit bvh_blocked_and_nearest(
     vec3 origin, vec3 w_1, float t_max_1, vec3 w_2, float t_max_2, out bool is_blocked)
 {
-    bool is_first = t_max_1 > 0.0;
+    BvhRay ray = bvh_ray(origin, w_1);
+    BvhRay ray_2 = bvh_ray(origin, w_2);
+    BvhWalk walk = bvh_begin(ray, t_max_1);
+    BvhWalk walk_2 = bvh_begin(ray_2, t_max_2);
+    bool is_first = walk.goes_on;
     is_blocked = false;
-    BvhRay ray = bvh_ray(origin, is_first ? w_1 : w_2);
-    BvhRay second = bvh_ray(origin, w_2);
-    BvhWalk walk;
-    bvh_begin(walk, is_first ? t_max_1 : t_max_2);
+    if (!is_first) {
+        ray = ray_2;
+        walk = walk_2;
+    }
     while (walk.goes_on) {
         bvh_step(ray, walk);
-        bool ends_first = is_first && (!walk.goes_on || walk.hit.record >= 0);
-        if (ends_first) {
+        if (is_first && (!walk.goes_on || walk.hit.record >= 0)) {
             is_blocked = walk.hit.record >= 0;
             is_first = false;
-            ray = second;
-            bvh_begin(walk, t_max_2);
+            ray = ray_2;
+            walk = walk_2;
         }
     }
     return walk.hit;

@@ -68,20 +68,22 @@ def ray_defines(gl: moderngl.Context, frame: Frame, features: RayFeatures) -> di
 
 
 def table_uniforms(
-    inputs: Mapping[str, moderngl.Texture], scene: Scene | None = None
+    inputs: Mapping[str, moderngl.Texture], scene: Scene, *, emitters: bool = False
 ) -> dict[str, object]:
-    """Return the uniforms that say how large the tables among `inputs` are.
+    """Return the uniforms that say what is in the tables among `inputs`.
 
     Parameters
     ----------
-    scene : Scene or None
+    emitters : bool
         For shaders that include ``lib/emitters.glsl``.
     """
-    values: dict[str, object] = {}
+    values: dict[str, object] = {
+        "u_bvh_root": cached_bvh(scene).records[0, :12].reshape(3, 4),
+    }
     for name, uniform in TABLE_TEXELS.items():
         if name in inputs:
             values[uniform] = (1.0 / inputs[name].width, 1.0 / inputs[name].height)
-    if scene is not None:
+    if emitters:
         tables = cached_emitter_tables(scene)
         values["u_emitter_group_count"] = tables.group_count
         values["u_emitter_density"] = tables.density

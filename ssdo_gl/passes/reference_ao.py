@@ -78,7 +78,10 @@ class ReferenceAoPass(RenderPass):
         self.statistics = accumulate(
             context,
             program,
-            {**uniforms(self.settings, context.frame), **table_uniforms(inputs)},
+            {
+                **uniforms(self.settings, context.frame),
+                **table_uniforms(inputs, context.frame.scene),
+            },
             {f"t_{name}": inputs[name] for name in self.reads},
             [OUTPUT],
             Schedule(self.settings.spp, SAMPLES_PER_DRAW, 1, self.settings.max_error),

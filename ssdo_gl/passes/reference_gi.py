@@ -120,7 +120,10 @@ class ReferenceGiPass(RenderPass):
         self.statistics = accumulate(
             context,
             context.shaders.fullscreen("reference_gi.frag", defines),
-            {**uniforms(self.settings, frame), **table_uniforms(inputs, frame.scene)},
+            {
+                **uniforms(self.settings, frame),
+                **table_uniforms(inputs, frame.scene, emitters=True),
+            },
             {f"t_{name}": inputs[name] for name in self.reads},
             [OUTPUT],
             Schedule(self.settings.spp, SAMPLES_PER_DRAW, RAYS_PER_PATH, self.settings.max_error),

@@ -107,7 +107,10 @@ class ReferenceNearPass(RenderPass):
         self.statistics = accumulate(
             context,
             context.shaders.fullscreen("reference_near.frag", defines),
-            {**uniforms(self.settings, frame), **table_uniforms(inputs, frame.scene)},
+            {
+                **uniforms(self.settings, frame),
+                **table_uniforms(inputs, frame.scene, emitters=True),
+            },
             {f"t_{name}": inputs[name] for name in self.reads},
             OUTPUTS,
             Schedule(self.settings.spp, SAMPLES_PER_DRAW, rays_per_sample, self.settings.max_error),

@@ -76,7 +76,7 @@ class TracedShadowsPass(RenderPass):
         self.statistics = accumulate(
             context,
             context.shaders.fullscreen("traced_shadows.frag", defines),
-            {**uniforms(frame), **table_uniforms(inputs, frame.scene)},
+            {**uniforms(frame), **table_uniforms(inputs, frame.scene, emitters=True)},
             {f"t_{name}": inputs[name] for name in self.reads},
             [OUTPUT],
             Schedule(

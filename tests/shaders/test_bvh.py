@@ -55,7 +55,10 @@ def arguments(gl: moderngl.Context, bvh: Bvh, is_software: int = 1) -> dict[str,
             "RAY_CUTOUTS": 0,
         },
         "textures": {"t_bvh": make_texture(gl, (width, height), 4, "u4", image)},
-        "uniforms": {"u_bvh_texel": (1.0 / width, 1.0 / height)},
+        "uniforms": {
+            "u_bvh_texel": (1.0 / width, 1.0 / height),
+            "u_bvh_root": bvh.records[0, :12].reshape(3, 4),
+        },
     }
 
 
