@@ -10,12 +10,10 @@ import pytest
 from numpy.typing import NDArray
 from oracle.monte_carlo import two_sample_deviation
 from passes.ray_harness import Tracer
-from validation.mitsuba_scene import load_mitsuba, mitsuba_scene, render
 
+from ssdo_gl.accuracy.mitsuba_scene import compared_scene, load_mitsuba, mitsuba_scene, render
 from ssdo_gl.passes.reference_gi import ReferenceGiPass, ReferenceGiSettings
 from ssdo_gl.scene.bvh_surfaces import RayFeatures
-from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
 
 # What both must agree to in the mean; the standard error of each mean is a fifth of it.
@@ -25,18 +23,7 @@ MEAN_TOLERANCE = 5e-3
 # of the scene off.
 PIXEL_ALLOWANCE = 2e-3
 RUNS = 16
-# In the room, since the lamp before its open side, invisible here, would hide the room in
-# Mitsuba; and so low that the ceiling lamp is out of sight, whose outline, 50 times as
-# bright as the rest, would decide the mean by how many samples it happens to get.
-CAMERAS = {"cornell_meso": Camera((0.0, -0.3, 1.9), (0.0, -0.55, 0.0), fov_y=52.0)}
 DEPTHS = {"direct": (0, 2), "one bounce": (1, 3), "full": (None, -1)}
-
-
-def flat(name: str) -> Scene:
-    """Return a built-in scene shaded flat, at rest."""
-    scene = load_scene(name)
-    meshes = tuple(dataclasses.replace(mesh, normals=None) for mesh in scene.meshes)
-    return dataclasses.replace(scene, meshes=meshes, camera=CAMERAS.get(name, scene.camera))
 
 
 def ours(
@@ -68,7 +55,7 @@ def ours(
 
 def compare(device, shaders, folder: Path, name: str, depth: str, size, frames, spp) -> None:
     mi = load_mitsuba()
-    scene = flat(name)
+    scene = compared_scene(name)
     bounces, max_depth = DEPTHS[depth]
     loaded = mitsuba_scene(mi, scene, folder)
     theirs = np.array(
