@@ -172,7 +172,7 @@ def run_world_scale(device: Device, cache: TruthCache) -> list[world_scale.Scale
         traced = dataclasses.replace(base, method=panel.method, spp=SCALE_SPP)
         wanted = (panel.image, *panel.parts)
         truth = obtain(
-            truth_key(scene, traced, device.renderer),
+            truth_key(scene, traced, device.renderer, wanted),
             [Goal("bounce", SCALE_GOAL, True, SCALE_SECONDS)],
             mask,
             lambda seed: studio.images(dataclasses.replace(traced, seed=seed), wanted),

@@ -105,7 +105,7 @@ def error_of(scene: Scene, settings: Settings, device: Device) -> tuple[float, f
         mask = judged_pixels(studio.images(plain, ("depth", "emission")))
         traced = dataclasses.replace(base, method=panel.method, estimator=None, spp=TRUTH_SPP)
         truth = obtain(
-            truth_key(scene, traced, device.renderer),
+            truth_key(scene, traced, device.renderer, (panel.image,)),
             [Goal(panel.image, TRUTH_GOAL, True, TRUTH_SECONDS)],
             mask,
             lambda seed: studio.images(dataclasses.replace(traced, seed=seed), (panel.image,)),

@@ -34,7 +34,7 @@ FIRST_SEED = 1_000_003
 # A variance needs two.
 MIN_BATCHES = 2
 # Settings that change what a reference converges to.
-_RELEVANT = ("method", "size", "shadows", "combine", "effects", "overrides")
+_RELEVANT = ("method", "size", "spp", "shadows", "combine", "effects", "overrides")
 _RELEVANT_NEAR = ("radius",)
 _RELEVANT_GI = ("bounces",)
 
@@ -154,17 +154,20 @@ class Goal:
         return of(self.name, mask)
 
 
-def truth_key(scene: Scene, settings: Settings, renderer: str) -> str:
+def truth_key(scene: Scene, settings: Settings, renderer: str, images: Sequence[str]) -> str:
     """Return the name under which a truth is cached.
 
     It changes with everything that changes what the reference converges to: the scene's
     geometry, materials, lights and camera, the relevant settings, the reference shaders
-    and the renderer (its rasterization decides what each pixel sees).
+    and the renderer (its rasterization decides what each pixel sees). Truths that hold
+    other `images`, or batches of another number of samples, are other truths.
     """
     own = _RELEVANT_GI if settings.method == "reference-gi" else _RELEVANT_NEAR
     relevant = {name: getattr(settings, name) for name in (*_RELEVANT, *own)}
     shaders = shader_fingerprint(("reference", "gbuffer", "traced"))
-    return fingerprint(TRUTH_FORMAT, scene_fingerprint(scene), relevant, shaders, renderer)
+    return fingerprint(
+        TRUTH_FORMAT, scene_fingerprint(scene), relevant, shaders, renderer, *sorted(images)
+    )
 
 
 class TruthCache:

@@ -130,7 +130,7 @@ def make_truth(
     def report(text: str, share: float) -> None:
         progress.share(stage, f"{stage}: {text}", share)
 
-    key = truth_key(request.studio.scene, settings, request.renderer)
+    key = truth_key(request.studio.scene, settings, request.renderer, wanted)
     target, deadline = FIRST_GOAL, time.perf_counter() + request.max_seconds
     while True:
         seconds = max(0.0, deadline - time.perf_counter())

@@ -263,7 +263,7 @@ def measured_errors(
         raise CannotTuneError("--max-error: the camera sees no surface, so there is no error")
     traced = dataclasses.replace(small, method=panel.method, spp=CALIBRATION_SPP)
     truth = obtain(
-        truth_key(studio.scene, traced, renderer),
+        truth_key(studio.scene, traced, renderer, (panel.image,)),
         [Goal(panel.image, CALIBRATION_GOAL, True, CALIBRATION_SECONDS)],
         mask,
         lambda seed: studio.images(dataclasses.replace(traced, seed=seed), (panel.image,)),
