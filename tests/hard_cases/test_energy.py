@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from ctypes.util import find_library
 
 import numpy as np
 import pytest
@@ -11,8 +10,6 @@ from hard_cases.hard_scene import box, room, sphere, transformed
 from hard_cases.methods import METHODS, label, render
 
 from ssdo_gl import math3d
-from ssdo_gl.gpu.context import ContextError, create_context
-from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import ConstantEnvironment
 from ssdo_gl.scene.material import Material
@@ -79,30 +76,6 @@ def test_the_same_seed_gives_the_same_bytes(device, shaders, method):
     again = render(device, shaders, room(), method, seed=7)
     for name in first:
         assert first[name].tobytes() == again[name].tobytes(), name
-
-
-@pytest.fixture(scope="module")
-def osmesa():
-    """Return a device and shaders through OSMesa, beside the tests' own."""
-    if find_library("OSMesa") is None:
-        pytest.skip("libOSMesa is not installed (libosmesa6)")
-    try:
-        other = create_context("osmesa")
-    except ContextError as error:
-        pytest.skip(str(error))
-    yield other, ShaderLibrary(other.gl)
-    other.release()
-
-
-@pytest.mark.parametrize("method", METHODS, ids=label)
-def test_backends_agree_to_the_bit(device, shaders, osmesa, record, method):
-    """The same driver through EGL and OSMesa; another driver rounds in other places."""
-    if osmesa[0].renderer != device.renderer:
-        pytest.skip(f"OSMesa draws with {osmesa[0].renderer}")
-    ours = render(device, shaders, room(), method, size=(32, 24))
-    others = render(*osmesa, room(), method, size=(32, 24))
-    gap = max(float(np.abs(ours[name] - others[name]).max()) for name in ours)
-    record("OSMesa beside EGL", label(method), gap, 0.0)
 
 
 @pytest.mark.parametrize("method", [m for m in METHODS if m[0] in ("ssdo", "bounce")], ids=label)
