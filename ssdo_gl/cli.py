@@ -278,7 +278,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
         settings,
         camera=camera,
         source=options.scene,
-        presets={name: load_preset(name, settings.method) for name in NAMES},
+        # As if no method had been chosen: one of the presets is a method.
+        presets={name: load_preset(name) for name in NAMES},
         measured=[
             {**dataclasses.asdict(rung), "label": rung.label} for rung in read_ladder().rungs
         ],

@@ -81,6 +81,9 @@ def view_command(viewer: Viewer, out: str = "view.png") -> str:
     settings = dataclasses.replace(
         viewer.settings_of_side(0), size=(width, height), antialias=REFINE_FRAMES
     )
+    if not settings.is_reference:
+        # There the flag asks for other settings, which the window has found by now.
+        settings = dataclasses.replace(settings, max_error=None)
     camera = viewer.camera
     return command_line(
         viewer.source,

@@ -152,6 +152,7 @@ class Viewer:
         }
         overrides = given.pop("overrides", self.settings.overrides)
         self.settings = dataclasses.replace(settings_for(scene.render, given), overrides=overrides)
+        self.view = dataclasses.replace(self.view, method=self.settings.method)
         self._take(scene, source, None)
         for side in self._sides:
             side.show(scene, self.settings)

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from ssdo_gl.accuracy.presets import NAMES, load_preset
 from ssdo_gl.app.actions import open_file, perform, view_command
 from ssdo_gl.app.controls import Controls
 from ssdo_gl.app.film_desk import FilmDesk
@@ -165,6 +166,21 @@ def test_estimator_of_another_method_is_dropped(viewer) -> None:
     viewer.choose_method("ssdo")
     viewer.settings.checked()
     assert viewer.settings.estimator is None
+
+
+def test_presets_set_quality_and_one_of_them_the_method(gl, viewer) -> None:
+    viewer.presets = {name: load_preset(name) for name in NAMES}
+    for name in NAMES:
+        viewer.choose_preset(name)
+        viewer.settings.checked()
+        viewer.settings_of_side(0).checked()
+    assert viewer.view.method == "reference-near"
+    assert "--max-error" in view_command(viewer)
+    viewer.choose_method("ssao")
+    viewer.choose_preset("fast")
+    viewer.settings_of_side(0).checked()
+    assert viewer.view.method == "ssao"
+    assert "--max-error" not in view_command(viewer)
 
 
 def test_split_and_difference(gl, viewer) -> None:
@@ -357,6 +373,7 @@ def test_dropped_model_replaces_the_scene(gl, viewer, tmp_path) -> None:
     settle(viewer)
     assert viewer.source == str(model)
     assert viewer.settings.samples == SETTINGS.samples
+    assert viewer.view.method == viewer.settings.method
     assert viewer.diagonal == pytest.approx(100.0 * 2**0.5)
     assert not np.array_equal(viewer.presenter.pixels(), before)
     assert viewer.presenter.pixels().std() > 5.0
