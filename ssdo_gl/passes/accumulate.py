@@ -26,6 +26,9 @@ from ssdo_gl.passes.ray_uniforms import stream_of
 # Rays in one draw. 2^22 take half a second on two cores of llvmpipe, a tenth of that on
 # the slowest graphics processor: watchdogs fire after two seconds.
 RAYS_PER_DRAW = 1 << 22
+# Rays of one pixel in one draw. llvmpipe silently ends the loops of a shader after 65535
+# turns, all of them counted together; a ray takes some 20 on average and seldom 150.
+RAYS_PER_PIXEL = 400
 # Tiles are multiples of llvmpipe's 64 x 64 bins, so that none is drawn twice.
 TILE_STEP_PX = 64
 # Below this many samples in each half the error estimate itself is mostly noise.
@@ -58,18 +61,23 @@ class Schedule:
     ----------
     spp : int
         Samples per pixel, both halves together.
-    samples_per_draw : int
-        Of one half, added to each pixel of a tile by one draw.
     rays_per_sample : int
         Rough number of rays that a sample costs.
+    most_per_draw : int
+        Samples of one draw, at most.
     max_error : float or None
         Stop once the standard error, relative to the mean, is below.
     """
 
     spp: int
-    samples_per_draw: int
     rays_per_sample: int
+    most_per_draw: int
     max_error: float | None = None
+
+    @property
+    def samples_per_draw(self) -> int:
+        """Samples of one half that one draw adds to each pixel of a tile."""
+        return max(1, min(self.most_per_draw, RAYS_PER_PIXEL // self.rays_per_sample))
 
     def half_counts(self) -> tuple[int, int]:
         """Return the samples of each half; with an odd number the first has one more."""

@@ -21,7 +21,7 @@ from ssdo_gl.passes.ray_uniforms import (
 from ssdo_gl.scene.bvh_surfaces import RayFeatures
 
 # Rays of one draw and pixel: enough to spread the cost of finding the surface again.
-SAMPLES_PER_DRAW = 32
+MOST_PER_DRAW = 32
 OUTPUT = SumOutput("visibility", channels=1)
 
 
@@ -84,6 +84,6 @@ class ReferenceAoPass(RenderPass):
             },
             {f"t_{name}": inputs[name] for name in self.reads},
             [OUTPUT],
-            Schedule(self.settings.spp, SAMPLES_PER_DRAW, 1, self.settings.max_error),
+            Schedule(self.settings.spp, 1, MOST_PER_DRAW, self.settings.max_error),
             "ray-traced visibility",
         )

@@ -27,11 +27,11 @@ from ssdo_gl.scene.bvh_emitters import cached_emitter_tables
 from ssdo_gl.scene.bvh_surfaces import RayFeatures
 from ssdo_gl.scene.environment import Environment
 
-# Paths of one draw and pixel. llvmpipe silently ends a shader's loops after 65535 turns:
-# eight paths of a hundred vertices with two rays of forty steps stay below.
-SAMPLES_PER_DRAW = 8
-# Rays of a path, roughly: two to each of some five vertices.
-RAYS_PER_PATH = 10
+# Paths of one draw and pixel: enough to spread the cost of finding the surface again.
+MOST_PER_DRAW = 8
+# Rays of a path that ends by chance, at most on average: 20 vertices in a white room,
+# since none survives more surely than 0.95, and two rays from each.
+RAYS_PER_PATH = 40
 # Bounces that no path reaches under Russian roulette: 0.95^512 is 4e-12.
 UNLIMITED_BOUNCES = 512
 OUTPUT = SumOutput("gi_radiance", channels=3)
@@ -117,6 +117,8 @@ class ReferenceGiPass(RenderPass):
         defines = ray_defines(context.gl, frame, self.features)
         defines["ENVIRONMENT_KIND"] = self.environment_kind
         defines["HAS_EMITTERS"] = int(cached_emitter_tables(frame.scene).group_count > 0)
+        bounces = self.settings.bounces
+        rays_per_path = RAYS_PER_PATH if bounces is None else 2 * (bounces + 1)
         self.statistics = accumulate(
             context,
             context.shaders.fullscreen("reference_gi.frag", defines),
@@ -126,6 +128,6 @@ class ReferenceGiPass(RenderPass):
             },
             {f"t_{name}": inputs[name] for name in self.reads},
             [OUTPUT],
-            Schedule(self.settings.spp, SAMPLES_PER_DRAW, RAYS_PER_PATH, self.settings.max_error),
+            Schedule(self.settings.spp, rays_per_path, MOST_PER_DRAW, self.settings.max_error),
             "path tracing",
         )

@@ -28,7 +28,7 @@ from ssdo_gl.scene.bvh_surfaces import RayFeatures
 from ssdo_gl.scene.environment import Environment
 
 # Samples of one draw and pixel; each takes a ray, and from what it hits one to each light.
-SAMPLES_PER_DRAW = 16
+MOST_PER_DRAW = 16
 OUTPUTS = (SumOutput("directional_irradiance", 3), SumOutput("bounce_irradiance", 3))
 
 
@@ -102,8 +102,9 @@ class ReferenceNearPass(RenderPass):
         inputs, frame = context.inputs, context.frame
         defines = ray_defines(context.gl, frame, self.features)
         defines["ENVIRONMENT_KIND"] = self.environment_kind
-        # A ray, and where it hits one to each light and one to the sky.
-        rays_per_sample = 2 + len(frame.scene.lights)
+        # A ray, where it hits one to each light and one to the sky, and those of the
+        # lights that arrive through the receiver's own open directions.
+        rays_per_sample = 2 + 2 * len(frame.scene.lights)
         self.statistics = accumulate(
             context,
             context.shaders.fullscreen("reference_near.frag", defines),
@@ -113,6 +114,6 @@ class ReferenceNearPass(RenderPass):
             },
             {f"t_{name}": inputs[name] for name in self.reads},
             OUTPUTS,
-            Schedule(self.settings.spp, SAMPLES_PER_DRAW, rays_per_sample, self.settings.max_error),
+            Schedule(self.settings.spp, rays_per_sample, MOST_PER_DRAW, self.settings.max_error),
             "ray-traced near field",
         )

@@ -22,7 +22,7 @@ from ssdo_gl.passes.ray_uniforms import (
 from ssdo_gl.scene.bvh_surfaces import RayFeatures
 
 # Rays to each light of one draw and pixel.
-SAMPLES_PER_DRAW = 16
+MOST_PER_DRAW = 16
 OUTPUT = SumOutput("direct_irradiance", channels=3)
 
 
@@ -81,8 +81,8 @@ class TracedShadowsPass(RenderPass):
             [OUTPUT],
             Schedule(
                 settings.shadow_rays,
-                SAMPLES_PER_DRAW,
                 max(1, len(frame.scene.lights)),
+                MOST_PER_DRAW,
                 settings.max_error,
             ),
             "traced shadows",

@@ -185,3 +185,20 @@ def test_light_adds_up(device, shaders) -> None:
     both, first, second = images
     # A point light has no noise, only the rounding of sums.
     assert worst_deviation(both - first - second, 0.0, 1e-5) <= 1.0
+
+
+def test_hundreds_of_lights_all_arrive(device, shaders) -> None:
+    # llvmpipe ends loops after 65535 turns: too many rays in one draw would go missing.
+    rng = np.random.default_rng(2)
+    places = rng.uniform([-3, 1.0, -3], [3, 2.0, 3], (1500, 3))
+    lights = [PointLight(tuple(p), (0.1, 0.1, 0.1)) for p in places]
+    # Out of sight, so that the hierarchy has levels.
+    stones = [box([x, 0, z], [x + 0.1, 0.1, z + 0.1]) for x in range(3, 9) for z in range(3, 9)]
+    scene = make_scene([FLOOR, *stones], lights=lights, camera=CAMERA)
+    with Tracer(device, shaders, scene, (8, 6)) as tracer:
+        image = tracer.run(direct(scene, 64))["direct_irradiance"][..., 0]
+        at = tracer.positions_ws()
+    gaps = places[:, None, None] - at
+    distance = np.linalg.norm(gaps, axis=-1)
+    truth = np.sum(0.1 * gaps[..., 1] / distance**3, axis=0)
+    np.testing.assert_allclose(image, truth, rtol=2e-4)
