@@ -2,7 +2,8 @@
 # make snapshot  snapshot.png of the built-in scene, without a display
 # make view      fly through it in a window
 # make test      all tests            make hard-cases   only the scenes known to be hard
-# make bench     accuracy against time, into bench/
+# make bench     accuracy against time and the headline experiments, into bench/; an hour a
+#                scene on two cores, or minutes with BENCH_FLAGS=--quick
 # make bench-passes  milliseconds of every pass, beside the published method
 # make bench-effects  what planning saves in each scene, against the full pipeline
 # make bench-rays  rays per second of the reference tracers
@@ -16,6 +17,8 @@ PYTHON ?= python3
 VENV ?= .venv
 EXTRAS ?= all
 SCENE ?= cornell_meso
+BENCH_SCENES ?= cornell_meso courtyard stairs
+BENCH_FLAGS ?=
 
 ifeq ($(origin PY), undefined)
 PY := $(VENV)/bin/python
@@ -45,7 +48,10 @@ hard-cases: $(READY)
 	$(PY) -m pytest -q tests/hard_cases
 
 bench: $(READY)
-	$(PY) -m ssdo_gl.cli $(SCENE) --bench bench
+	for scene in $(BENCH_SCENES); do \
+		$(PY) -m ssdo_gl.cli $$scene --bench bench/$$scene $(BENCH_FLAGS) || exit 1; \
+	done
+	$(PY) -m ssdo_gl.accuracy.experiments bench/experiments $(addprefix bench/,$(BENCH_SCENES))
 
 bench-passes: $(READY)
 	$(PY) -m ssdo_gl.accuracy.pass_times $(SCENE)
