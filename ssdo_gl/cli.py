@@ -325,8 +325,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         message, code = str(error), EXIT_USER
     except ContextError as error:
         message, code = str(error), EXIT_NO_OPENGL
-    except KeyboardInterrupt:
-        message, code = "interrupted; nothing was written", EXIT_INTERRUPTED
+    except KeyboardInterrupt as error:
+        message, code = str(error) or "interrupted; nothing was written", EXIT_INTERRUPTED
     except BrokenPipeError:
         # The reader of our output has left; Python would complain again at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

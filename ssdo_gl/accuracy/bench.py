@@ -148,7 +148,12 @@ def run_bench(
             base = dataclasses.replace(r.settings, antialias=1, estimator=None, max_error=None)
             machine = describe_machine(device, r.timer_kind, command)
             run = BenchRun(RendererStudio(r), base, points, plan, quick, outdir, progress)
-            bench = run.measure(scene_source, machine, _opener(device))
+            try:
+                bench = run.measure(scene_source, machine, _opener(device))
+            except KeyboardInterrupt:
+                raise KeyboardInterrupt(
+                    f"interrupted; {outdir} keeps what was measured, and the same command goes on"
+                ) from None
             progress.say("writing tables, plots and report ...")
             outputs.write_all(bench, outdir)
     finally:

@@ -77,6 +77,16 @@ def test_a_bench_of_a_real_scene(tmp_path, monkeypatch):
     assert all(split for split in found.splits.values())
 
 
+def test_ctrl_c_says_that_the_bench_can_go_on(tmp_path, monkeypatch, capsys):
+    def pressed(*arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(bench.BenchRun, "measure", pressed)
+    out = tmp_path / "out"
+    assert main(["corner", "--bench", str(out), "--quiet"]) == 130
+    assert f"{out} keeps what was measured" in capsys.readouterr().err
+
+
 def refused(capsys, arguments: list[str]) -> str:
     assert main(arguments) == 2
     lines = capsys.readouterr().err.strip().splitlines()
