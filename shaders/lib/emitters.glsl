@@ -268,12 +268,23 @@ float shadow_reach(LightSample light)
     return light.distance * (1.0 - EMITTER_GAP) - RAY_OFFSET;
 }
 
+// Bound on the light of one sample, so that a light within rounding of a surface stays
+// finite and sums of many samples do, too. No picture comes near it.
+const float SAMPLE_MAX = 1e30;
+
+// A select, because min() may pass a NaN: infinity times a cosine of zero is one.
+float bounded_light(float light)
+{
+    return light > 0.0 ? (light < SAMPLE_MAX ? light : SAMPLE_MAX) : 0.0;
+}
+
 // Irradiance of a light sample before anything blocks it. Light from below the geometric
 // horizon does not count.
 vec3 unblocked_irradiance(RaySurface surface, LightSample light)
 {
     bool is_above = dot(light.w, surface.geometric) > 0.0;
-    return light.radiance * (is_above ? max(dot(light.w, surface.normal), 0.0) : 0.0);
+    vec3 arriving = light.radiance * (is_above ? max(dot(light.w, surface.normal), 0.0) : 0.0);
+    return vec3(bounded_light(arriving.r), bounded_light(arriving.g), bounded_light(arriving.b));
 }
 
 bool is_dark(vec3 light)

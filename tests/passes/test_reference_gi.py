@@ -11,6 +11,8 @@ from passes.pass_harness import box, make_scene, quad
 from passes.ray_harness import Tracer
 
 from ssdo_gl.passes.reference_gi import ReferenceGiPass, ReferenceGiSettings
+from ssdo_gl.passes.reference_near import ReferenceNearPass, ReferenceNearSettings
+from ssdo_gl.passes.traced_shadows import TracedShadowsPass, TracedShadowsSettings
 from ssdo_gl.scene.bvh_surfaces import RayFeatures
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import (
@@ -18,7 +20,7 @@ from ssdo_gl.scene.environment import (
     GradientEnvironment,
     MapEnvironment,
 )
-from ssdo_gl.scene.light import RectangleLight
+from ssdo_gl.scene.light import PointLight, RectangleLight
 from ssdo_gl.scene.material import Material, Texture
 from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene
@@ -319,3 +321,39 @@ def test_nothing_lit_is_exactly_black(device, shaders) -> None:
     scene = make_scene([box([-1, -1, -1], [1, 1, 1])], camera=Camera((0, 0, 0), (0, 0, -1)))
     image = radiance(device, shaders, scene, paths(scene, 4), 1)
     assert not image.any()
+
+
+def test_smooth_normals_lose_next_to_nothing(device, shaders) -> None:
+    ball = sphere(32)
+    ball = dataclasses.replace(ball, positions=ball.positions - [0.0, 0.0, 3.0])
+    assert ball.normals is not None
+    scene = make_scene([ball], materials=[grey(0.6)], environment=SKY)
+    with Tracer(device, shaders, scene, SIZE) as tracer:
+        images = tracer.run(paths(scene, 256), ["z_vs"])
+    covered = images["z_vs"][..., 0] > 0.0
+    found = images["gi_radiance"][covered][:, :3]
+    # Of a hemisphere tilted by up to pi / 32 against its facet, (1 - cos) / 2 = 0.24 %
+    # lies below the facet and sees nothing.
+    assert np.all(found <= 0.6 * (1.0 + 1e-5))
+    assert found.mean() > 0.6 * (1.0 - 0.0024)
+    assert found.min() > 0.6 * 0.97
+
+
+def test_lights_in_contact_with_surfaces_stay_finite(device, shaders) -> None:
+    scene = lit_room()
+    touching = [
+        PointLight((0.0, -1.0, 0.6), (1e9, 1e9, 1e9)),
+        PointLight((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0)),
+        RectangleLight((-0.5, -1.0, 0.4), (0.3, 0, 0), (0, 0, 0.3), (1e6,) * 3, visible=False),
+    ]
+    scene = dataclasses.replace(scene, lights=(*scene.lights, *touching))
+    features = RayFeatures.of(scene)
+    with Tracer(device, shaders, scene, SIZE) as tracer:
+        for item in (
+            paths(scene, 16),
+            TracedShadowsPass(TracedShadowsSettings(shadow_rays=16), features),
+            ReferenceNearPass(ReferenceNearSettings(radius=0.5, spp=16), features, None),
+        ):
+            for image in tracer.run(item).values():
+                assert np.all(np.isfinite(image))
+                assert image.min() >= 0.0
