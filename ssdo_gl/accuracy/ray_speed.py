@@ -127,8 +127,8 @@ def measure_occlusion(device: Device, name: str, radius: float | None) -> Occlus
 def _embree_rays(scene: Scene, depth: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return origins and directions (N, 6), normalised frame, as the shader draws them.
 
-    Pixel after pixel, one ray each, all from the same cell of the hemisphere, then the
-    next cell.
+    Pixel after pixel over all of the picture, one ray each, all from the same cell of the
+    hemisphere, then the next cell.
     """
     triangles = scene_triangles(scene)
     camera, (height, width) = scene.camera, depth.shape
@@ -145,8 +145,9 @@ def _embree_rays(scene: Scene, depth: NDArray[np.float32]) -> NDArray[np.float32
     rng = np.random.default_rng(1)
     cells = 8
     per_cell = min(len(normal), EMBREE_RAYS // cells**2)
-    start = (position[depth > 0.0][:per_cell] - triangles.centre) / triangles.half_diagonal
-    normal = normal[:per_cell]
+    chosen = np.linspace(0, len(normal) - 1, per_cell).astype(np.int64)
+    start = (position[depth > 0.0][chosen] - triangles.centre) / triangles.half_diagonal
+    normal = normal[chosen]
     helper = np.where(np.abs(normal[:, :1]) < 0.9, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
     tangent = np.cross(helper, normal)
     tangent /= np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), 1e-30)
