@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import re
 from collections.abc import Mapping
 from pathlib import PurePath
 from typing import Any
@@ -12,6 +13,9 @@ import numpy as np
 
 from ssdo_gl import resources
 from ssdo_gl.scene.scene import Scene
+
+# Names are relative to the shader folder wherever they are written.
+_INCLUDED = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
 
 
 def fingerprint(*values: Any) -> str:
@@ -75,15 +79,16 @@ def scene_fingerprint(scene: Scene) -> str:
 def shader_fingerprint(prefixes: tuple[str, ...]) -> str:
     """Return the hash of the shader files whose names start with one of `prefixes`.
 
-    The include folder ``lib`` counts always.
+    What they include counts, too, and nothing else.
     """
     root = resources.folder("shaders")
+    waiting = [
+        item.name for item in root.iterdir() if item.is_file() and item.name.startswith(prefixes)
+    ]
     texts: dict[str, str] = {}
-    for item in root.iterdir():
-        if item.is_file() and item.name.startswith(prefixes):
-            texts[item.name] = item.read_text(encoding="utf-8")
-        elif item.is_dir() and item.name == "lib":
-            for part in item.iterdir():
-                if part.is_file():
-                    texts[f"lib/{part.name}"] = part.read_text(encoding="utf-8")
+    while waiting:
+        name = waiting.pop()
+        if name not in texts:
+            texts[name] = root.joinpath(*name.split("/")).read_text(encoding="utf-8")
+            waiting += _INCLUDED.findall(texts[name])
     return fingerprint(texts)

@@ -49,3 +49,17 @@ def test_what_is_not_data_is_refused():
 def test_shader_files_count_by_prefix():
     assert shader_fingerprint(("gbuffer",)) != shader_fingerprint(("ssao",))
     assert shader_fingerprint(("gbuffer",)) == shader_fingerprint(("gbuffer",))
+
+
+def test_a_shader_file_counts_where_it_is_included(tmp_path, monkeypatch):
+    (tmp_path / "lib").mkdir()
+    (tmp_path / "a.frag").write_text('#include "lib/used.glsl"\n')
+    (tmp_path / "lib" / "used.glsl").write_text('#include "lib/deep.glsl"\n')
+    (tmp_path / "lib" / "deep.glsl").write_text("one\n")
+    (tmp_path / "lib" / "other.glsl").write_text("one\n")
+    monkeypatch.setattr("ssdo_gl.accuracy.fingerprint.resources.folder", lambda name: tmp_path)
+    before = shader_fingerprint(("a",))
+    (tmp_path / "lib" / "other.glsl").write_text("two\n")
+    assert shader_fingerprint(("a",)) == before
+    (tmp_path / "lib" / "deep.glsl").write_text("two\n")
+    assert shader_fingerprint(("a",)) != before
