@@ -3,7 +3,7 @@
 // The usual hyperbolic depth resolves z^2 / (near 2^24): enough while far / near is
 // small. Beyond that (WIDE_DEPTH_RANGE, the eye inside or right at the geometry) the
 // fragment writes log(z / near) / log(far / near), whose resolution is the same
-// fraction of z everywhere: ln(far / near) 2^-24, 8e-7 at far / near = 1e6.
+// fraction of z everywhere: ln(far / near) 2^-24, 1.2e-6 at far / near = 1e9.
 
 #if WIDE_DEPTH_RANGE
 uniform vec2 u_log_depth;  // 1 / log2(far / near), -log2(near) times that

@@ -14,9 +14,10 @@ from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.scene import Scene
 
 # Geometry nearer than this fraction of the farthest visible bound is cut off: a
-# clip plane must lie somewhere in front of the eye, and a millionth of the view is
-# below what a picture shows.
-NEAREST_CLIP_RATIO = 1e-6
+# clip plane must lie somewhere in front of the eye. A tenth of a millimetre within
+# 100 km; logarithmic depth resolves 1.2e-6 of z over such a range (at 1e-6, which hid
+# cards before the camera from landscapes, it was 8e-7).
+NEAREST_CLIP_RATIO = 1e-9
 # The clip distances keep this far (relative) from the bounds, far above float32 rounding
 # (1e-7) and far below what depth precision would notice.
 CLIP_MARGIN = 1e-3
