@@ -39,8 +39,9 @@ VIEW_FROM_FACE = np.diag([1.0, 1.0, -1.0])
 class ShadowMapSettings:
     """How finely shadow maps are sampled."""
 
+    # With half of it, boxes a twentieth of the room's size lose their contact shadows.
     resolution: int = setting(
-        512,
+        1024,
         "texels along each face of a rectangle light's map; twice as many for point lights, "
         "four times for lights with one face: sharper shadows",
         unit="texels",
