@@ -5,7 +5,8 @@
 // the hemisphere and a white furnace comes out exact.
 //
 // Defines: ESTIMATOR 0 march, 1 rgs09; DIRECTION_COUNT, STEP_COUNT, HAS_BACK_LAYER;
-// KEPT_TEXTURE_COUNT (see lib/kept_directions.glsl): another pass has marched already.
+// KEPT_TEXTURE_COUNT (see lib/kept_directions.glsl): another pass has marched already;
+// OPEN_TILE_SIZE (see lib/open_tiles.glsl).
 #include "lib/estimator.glsl"
 #include "lib/finite.glsl"
 #define TAKES_DIRECTIONS 1
@@ -70,7 +71,8 @@ void main()
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     Receiver r = receiver_at(pixel, DIRECTION_COUNT);
     vec3 irradiance = vec3(0.0);
-    if (r.z_vs > 0.0 && !is_radius_under_a_pixel(r.z_vs)) {
+    bool is_open = is_radius_under_a_pixel(r.z_vs) || is_in_open_tile(receiver_texel(pixel));
+    if (r.z_vs > 0.0 && !is_open) {
         Tangent t = tangent_at(r.position_vs, r.geometric_vs);
 #if KEPT_TEXTURE_COUNT > 0
         take_directions(pixel);

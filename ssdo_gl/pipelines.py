@@ -27,11 +27,13 @@ from ssdo_gl.passes.directional import (
 from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterPass, EdgeAwareFilterSettings
 from ssdo_gl.passes.environment import EnvironmentPass
 from ssdo_gl.passes.gbuffer import GBufferPass
+from ssdo_gl.passes.open_tiles import OpenTilesPass
 from ssdo_gl.passes.radiance_aov import RadianceAovPass
 from ssdo_gl.passes.screen_space_settings import ScreenSpaceSettings, default_thickness
 from ssdo_gl.passes.sender_radiance import SenderRadiancePass
 from ssdo_gl.passes.shadow_map import ShadowMapPass, ShadowMapSettings
 from ssdo_gl.passes.ssao import SsaoPass, SsaoSettings
+from ssdo_gl.passes.tile_planes import TilePlanesPass
 from ssdo_gl.passes.tone_map import ToneMapPass, ToneMapSettings
 from ssdo_gl.scene.content import SceneContent, simplest_environment
 from ssdo_gl.scene.environment import ConstantEnvironment, Environment, MapEnvironment
@@ -152,8 +154,7 @@ class _Builder:
         self._add_lights()
         settings, effects = self.settings, self.effects
         if settings.is_reference or effects.traced_shadows:
-            traced = traced_passes(self.scene, settings, effects, paths=self.paths)
-            for item, reason in traced:
+            for item, reason in traced_passes(self.scene, settings, effects, paths=self.paths):
                 self.add(item, reason)
         if not settings.is_reference:
             self._add_near_field()
@@ -208,6 +209,8 @@ class _Builder:
             self.add(BackFacesPass(), "the thickness of closed bodies")
             self.add(DepthLayersPass(), "fronts and backs in one texture, one fetch for both")
         bounce = self.estimator_settings("bounce", BounceSettings)
+        if effects.open_tile_size:
+            self._add_open_tiles(bounce)
         keeps = bounce.refine_steps if effects.shares_directions else None
         if effects.is_scalar:
             self._add_scalar_directional(keeps)
@@ -217,13 +220,21 @@ class _Builder:
             self.add(ConstantPass("visibility", (1.0,)), "every visible point is open")
         elif effects.visibility:
             settings = self.estimator_settings("ssao", SsaoSettings)
-            self.add(
-                SsaoPass(settings, has_back_layer=effects.back_layer, keeps=keeps),
-                "how open each point is",
-            )
+            self._add_ssao(settings, keeps, "how open each point is")
             self._add_filter("ssao")
         if effects.bounce:
             self._add_bounce(bounce)
+
+    def _add_open_tiles(self, bounce: BounceSettings) -> None:
+        """Look for open tiles on behalf of every estimator that may run."""
+        directional = self.estimator_settings("directional", DirectionalSettings)
+        alone = self.estimator_settings("ssao", SsaoSettings)
+        # Lights that are looked at may be marched to in fewer steps than the rest.
+        steps = min(directional.step_count, directional.light_steps)
+        relying = [(bounce, bounce.step_count), (directional, steps), (alone, alone.step_count)]
+        size = self.effects.open_tile_size
+        self.add(TilePlanesPass(size), "which squares of the frame show a single plane")
+        self.add(OpenTilesPass(relying, size), "which of them nothing in reach rises above")
 
     def _add_scalar_directional(self, keeps: int | None) -> None:
         """One colour from everywhere: what arrives is that of an open point times visibility."""
@@ -240,24 +251,33 @@ class _Builder:
             self.add(constant, "the same light arrives at every visible point")
             return
         shared = {f.name: getattr(like, f.name) for f in dataclasses.fields(ScreenSpaceSettings)}
-        self.add(
-            SsaoPass(SsaoSettings(**shared), has_back_layer=self.effects.back_layer, keeps=keeps),
-            "how open each point is says how much of the environment's one colour arrives",
-        )
+        reason = "how open each point is says how much of the environment's one colour arrives"
+        self._add_ssao(SsaoSettings(**shared), keeps, reason)
         self._add_filter("ssao", "directional_irradiance", (red, green, blue))
+
+    def _add_ssao(self, settings: SsaoSettings, keeps: int | None, reason: str) -> None:
+        self.add(
+            SsaoPass(
+                settings,
+                has_back_layer=self.effects.back_layer,
+                keeps=keeps,
+                open_tile_size=self.effects.open_tile_size,
+            ),
+            reason,
+        )
 
     def _add_directional(self, keeps: int | None) -> None:
         effects = self.effects
-        number = environment_kind(self.environment)
         names = {value: name for name, value in ENVIRONMENT_NUMBERS.items()}
         self.add(
             DirectionalPass(
                 self.estimator_settings("directional", DirectionalSettings),
-                environment=names[number],
+                environment=names[environment_kind(self.environment)],
                 has_back_layer=effects.back_layer,
                 needs_visibility=effects.samples_hemisphere,
                 is_open=effects.is_open,
                 keeps=keeps,
+                open_tile_size=effects.open_tile_size,
             ),
             "light through open directions",
         )
@@ -279,6 +299,7 @@ class _Builder:
                 sender_bound=sender_bound(self.scene, self.radius),
                 has_back_layer=effects.back_layer,
                 takes_directions=effects.shares_directions,
+                open_tile_size=effects.open_tile_size,
             ),
             "light from blocked directions",
         )

@@ -38,6 +38,7 @@ CROWDED = Sight(
     only_solids=False,
     nearest_pixel=1e-4,
     farthest_pixel=1e-3,
+    farthest=10.0,
     slant=1.2,
     reaches=(True, True),
     shadows=(True, True),

@@ -18,7 +18,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("gpu",),
     ("graph",),
     ("passes", "settings"),
-    ("near_field",),
+    ("near_field", "decisions"),
     ("effects",),
     ("traced_passes",),
     ("pipelines",),

@@ -11,15 +11,14 @@
 // is exactly false there, because Q is rebuilt at the centre where its depth was taken.
 #include "lib/constants.glsl"
 #include "lib/gbuffer.glsl"
+#include "lib/tangent_height.glsl"
 
 #if HAS_BACK_LAYER
 uniform sampler2D t_z_layers;   // x: z_vs, y: depth of the nearest back face, 0 = none
 #endif
 
 uniform float u_near_vs;           // distance of the near plane
-uniform float u_radius;            // R, may be infinite
 uniform float u_thickness;         // depth of solids whose back is unknown, relative to R
-uniform float u_bias;              // height above the tangent plane to block, relative to R
 
 // A surface that blocks a direction, and how far along it that was noticed.
 struct Blocker {
@@ -37,9 +36,6 @@ bool is_blocked(Blocker b)
 // Height that rounding may give a coplanar Q, relative to its distance from P: normals
 // in 2 x 16 octahedral bits are off by up to 0.0037 degrees = 6.5e-5; twice for safety.
 const float NORMAL_ERROR = 1.3e-4;
-// ... and relative to depth: float32 z and its interpolation, some 80 ulp. Measured on
-// planes at up to 89.9 degrees; 1e-5 z is also what a pixel covers in 100k columns.
-const float DEPTH_ERROR = 1.0e-5;
 // Stands for an infinite reach: beyond it the rest of a ray covers 1e-4 of the frame.
 const float FAR_REACH = 1.0e4;
 // Surfaces nearer to the first one than this, relative to z, are the surface itself
@@ -54,16 +50,15 @@ struct Tangent {
     float thickness;    // scene units
     vec3 end_normal_vs; // blockers lie on this side of a plane where rays end: Q . n > offset
     float end_offset;
+    bool is_open;       // it is known that nothing blocks any ray of length R
 };
 
 Tangent tangent_at(vec3 position_vs, vec3 geometric_vs)
 {
     float z = -position_vs.z;
-    // A radius beyond the distance to the camera says nothing about the size of things.
-    float length_scale = min(u_radius, z);
     return Tangent(position_vs, geometric_vs,
-                   DEPTH_ERROR * z + u_bias * length_scale, u_thickness * length_scale,
-                   vec3(0.0), -1.0);
+                   min_blocking_height(z), u_thickness * length_scale_at(z),
+                   vec3(0.0), -1.0, false);
 }
 
 // The same for rays that are aimed at a surface with the plane (n, offset): that surface

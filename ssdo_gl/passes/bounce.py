@@ -77,6 +77,8 @@ class BouncePass(RenderPass):
     takes_directions : bool
         Read what blocks each direction from ``kept_0``, ``kept_1``, ..., which an earlier
         pass wrote with the same directions, instead of looking for it again.
+    open_tile_size : int
+        Read ``open_tiles``, of that many pixels, to spare what is open; 0: do not.
     """
 
     def __init__(
@@ -86,19 +88,25 @@ class BouncePass(RenderPass):
         sender_bound: float = math.inf,
         has_back_layer: bool = False,
         takes_directions: bool = False,
+        open_tile_size: int = 0,
     ) -> None:
         self.name = "bounce"
         self.settings = settings
         self.sender_bound = sender_bound
         back = ("z_layers",) if has_back_layer and not takes_directions else ()
         kept = kept_names(settings) if takes_directions else ()
-        self.reads = ("z_vs", "normals_vs", "sender_radiance", *back, *kept)
+        tiles = ("open_tiles",) if open_tile_size else ()
+        self.reads = ("z_vs", "normals_vs", "sender_radiance", *back, *kept, *tiles)
         spec = TextureSpec(4, scale=settings.resolution_scale, transient=True)
         self.writes = {"bounce_raw": spec}
         self.depends_on = ("view", "seed")
         self._has_back_layer = has_back_layer
         self._defines = defines(
-            settings, bool(back), settings.refine_steps, keeps_directions=takes_directions
+            settings,
+            bool(back),
+            settings.refine_steps,
+            keeps_directions=takes_directions,
+            open_tile_size=open_tile_size,
         )
 
     def settings_key(self) -> Hashable:

@@ -53,6 +53,8 @@ class SsaoPass(RenderPass):
     keeps : int or None
         Keep what blocks each direction, refined by so many bisections, for a bounce:
         ``kept_0``, ``kept_1``, ... (see ``lib/kept_directions.glsl``). None: do not.
+    open_tile_size : int
+        Read ``open_tiles``, of that many pixels, to spare what is open; 0: do not.
     """
 
     def __init__(
@@ -61,10 +63,13 @@ class SsaoPass(RenderPass):
         *,
         has_back_layer: bool = False,
         keeps: int | None = None,
+        open_tile_size: int = 0,
     ) -> None:
         self.name = "ssao"
         self.settings = settings
-        self.reads = ("z_vs", "normals_vs", *(("z_layers",) if has_back_layer else ()))
+        back = ("z_layers",) if has_back_layer else ()
+        tiles = ("open_tiles",) if open_tile_size else ()
+        self.reads = ("z_vs", "normals_vs", *back, *tiles)
         spec = TextureSpec(2, scale=settings.resolution_scale, transient=True)
         self.writes = {"visibility_raw": spec}
         if keeps is not None:
@@ -72,7 +77,11 @@ class SsaoPass(RenderPass):
         self.depends_on = ("view", "seed")
         self._has_back_layer = has_back_layer
         self._defines = defines(
-            settings, has_back_layer, keeps or 0, keeps_directions=keeps is not None
+            settings,
+            has_back_layer,
+            keeps or 0,
+            keeps_directions=keeps is not None,
+            open_tile_size=open_tile_size,
         )
 
     def settings_key(self) -> Hashable:
