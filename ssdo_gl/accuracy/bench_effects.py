@@ -40,7 +40,7 @@ class SceneCost:
     Attributes
     ----------
     passes_run, passes_possible : int
-        Of a picture, planned and full.
+        Of a picture: as planned, and all that some plan of it has.
     planned_ms, full_ms : float
         Medians.
     planned, gbuffer, static : float
@@ -103,7 +103,7 @@ def measure(name: str, scene: Scene, settings: Settings, rounds: int = ROUNDS) -
     return SceneCost(
         name,
         len(names["planned"]),
-        len(names["full"]),
+        len(names["full"] | names["planned"]),
         statistics.median(row["planned"] for row in rows),
         statistics.median(row["full"] for row in rows),
         ratio("planned"),

@@ -156,8 +156,10 @@ def summary(explanation: Explanation) -> str | None:
     if planned is None or full is None:
         return None
     part = planned.frame / full.frame
+    # What runs instead of other passes could run, too.
+    possible = {**planned.passes, **full.passes}
     return (
-        f"{len(planned.passes)} of {len(full.passes)} passes,"
+        f"{len(planned.passes)} of {len(possible)} passes,"
         f" {planned.frame:.1f} of {full.frame:.1f} ms a frame ({part:.2f} of the full pipeline)"
     )
 

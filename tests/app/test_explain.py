@@ -91,7 +91,7 @@ def test_the_table_shows_cost_and_gain():
 
 def test_the_summary_counts_passes_and_compares_frames():
     assert summary(MEASURED) == (
-        "3 of 4 passes, 4.5 of 18.0 ms a frame (0.25 of the full pipeline)"
+        "3 of 5 passes, 4.5 of 18.0 ms a frame (0.25 of the full pipeline)"
     )
 
 
