@@ -132,9 +132,10 @@ class Planner:
             light if i in chosen else dataclasses.replace(light, shadow="none")
             for i, light in enumerate(scene.lights)
         ]
-        # With fewer maps in the atlas each may become finer, and another picture. And what
-        # passes closely is told apart by maps of some fineness only.
-        is_same = tile_size(maps, atlas_layout(fewer)) == size
+        # With fewer maps in the atlas each may become finer, and another picture; not if
+        # none is left. And what passes closely is told apart by maps of some fineness only.
+        layout = atlas_layout(fewer)
+        is_same = not any(layout.tiles) or tile_size(maps, layout) == size
         if not is_same or size // maps.parts_per_side < COARSEST_MAP:
             return (True,) * len(scene.lights)
         return tuple(i in chosen for i in range(len(scene.lights)))
