@@ -18,6 +18,7 @@ from ssdo_gl import __version__
 from ssdo_gl.accuracy import analysis, outputs, pictures, scaling, sweep
 from ssdo_gl.accuracy.analysis import Result
 from ssdo_gl.accuracy.bench_data import Bench
+from ssdo_gl.accuracy.clock import trusted_clock
 from ssdo_gl.accuracy.errors import (
     ERROR_FORMAT,
     PANELS,
@@ -30,7 +31,7 @@ from ssdo_gl.accuracy.errors import (
 )
 from ssdo_gl.accuracy.files import BenchError, replace_json
 from ssdo_gl.accuracy.fingerprint import fingerprint, scene_fingerprint, shader_fingerprint
-from ssdo_gl.accuracy.machine import core_count, describe_machine
+from ssdo_gl.accuracy.machine import describe_machine
 from ssdo_gl.accuracy.metrics import Mask
 from ssdo_gl.accuracy.points import Point, read_grid
 from ssdo_gl.accuracy.progress import BenchProgress, bench_progress
@@ -52,8 +53,6 @@ from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 
 QUICK_SIZE, FULL_SIZE = (320, 180), (640, 360)
-# More than this share of the cores wanted by others, and the wall clock misleads.
-BUSY_SHARE = 0.5
 
 
 @dataclass(frozen=True)
@@ -273,21 +272,15 @@ class BenchRun:
         return dataclasses.replace(bench, splits=self._splits(split_results(bench)))
 
     def _clock(self, machine: Mapping[str, Any]) -> str:
-        """Return what to time by, and note why if it is not the usual.
-
-        A GPU is asked itself. On a software rasterizer the wall clock counts, unless
-        other programs share the cores: processor time does not count theirs.
-        """
-        if not machine["software"]:
-            return "gpu"
-        load = machine["load"]
-        if load is None or load <= BUSY_SHARE * core_count():
-            return "wall"
-        self.notes.append(
-            f"The machine was busy when this began (load {load:.1f} on {machine['cores']} cores), "
-            "so times are processor times, which are surer but longer than a frame takes."
-        )
-        return "process"
+        """Return what to time by, and note why if it is not the usual."""
+        clock = trusted_clock(machine)
+        if clock == "process":
+            self.notes.append(
+                f"The machine was busy when this began (load {machine['load']:.1f} on "
+                f"{machine['cores']} cores), so times are processor times, which are surer but "
+                "longer than a frame takes."
+            )
+        return clock
 
     def _state(self, renderer: str) -> dict[str, Any]:
         """Return what identifies this bench: a folder of another one is not continued."""

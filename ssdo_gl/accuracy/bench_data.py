@@ -62,7 +62,7 @@ class Bench:
     splits : dict of str to tuple of (str, float)
         Point key -> (pass, milliseconds).
     clock : str
-        What times were measured by: a key of `sweep.CLOCKS`.
+        What times were measured by: a key of `clock.CLOCKS`.
     drift : tuple of float
         How much slower each round was than usual; 1 is usual.
     """

@@ -198,10 +198,9 @@ def run_report_table(device: Device) -> str:
     """Return the report's table as text, measured now."""
     settings = Settings(size=report_table.SIZE)
     with Renderer(load_scene(SCALE_SCENE), settings, device=device) as renderer:
-        rows = report_table.measure(RendererStudio(renderer), renderer.settings)
-        title = f"{SCALE_SCENE}, 150x150, {device.renderer}, timer {renderer.timer_kind}"
+        table = report_table.measured_table(renderer)
     buffer = io.StringIO()
-    Console(file=buffer, width=130).print(report_table.as_table(rows, title))
+    Console(file=buffer, width=report_table.WIDTH).print(table)
     return buffer.getvalue()
 
 
@@ -237,7 +236,7 @@ def main(arguments: Sequence[str]) -> int:
     finally:
         device.release()
     figure = world_scale.scale_figure(curves)
-    lines = ["# Experiments", "", "## The first report's table", "", "```", table.rstrip(), "```"]
+    lines = ["# Experiments", "", "## The first report's table", "", table.strip()]
     lines += ["", f"## Units of length ({SCALE_SCENE})", "", *scale_lines(curves)]
     lines += bench_sections(benches)
     replace_file(outdir / "report_table.txt", table.encode())

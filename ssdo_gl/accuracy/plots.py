@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 from ssdo_gl.accuracy.analysis import Result, TruthSummary, front_of
 from ssdo_gl.accuracy.bench_data import Bench, Series
+from ssdo_gl.accuracy.clock import CLOCK_NAMES
 from ssdo_gl.accuracy.errors import PANELS, Panel
 from ssdo_gl.accuracy.fit import fit_power_law
 from ssdo_gl.accuracy.metrics import missing
 from ssdo_gl.accuracy.points import families
-from ssdo_gl.accuracy.sweep import CLOCK_NAMES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from ssdo_gl.accuracy import pareto
-from ssdo_gl.accuracy.sweep import CLOCK_NAMES
+from ssdo_gl.accuracy.clock import CLOCK_NAMES
 from ssdo_gl.graph.settings import SettingError, describe
 from ssdo_gl.settings import ESTIMATORS, Settings
 

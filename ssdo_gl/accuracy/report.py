@@ -15,9 +15,9 @@ from ssdo_gl.accuracy import plots
 from ssdo_gl.accuracy.analysis import Result, Verdict, front_of, percent
 from ssdo_gl.accuracy.bench_data import Bench
 from ssdo_gl.accuracy.bootstrap import Interval
+from ssdo_gl.accuracy.clock import CLOCK_NAMES
 from ssdo_gl.accuracy.errors import PANELS, Panel
 from ssdo_gl.accuracy.report_text import facts, machine_rows, method_paragraphs, truth_sentence
-from ssdo_gl.accuracy.sweep import CLOCK_NAMES
 
 
 def data_uri(data: bytes, kind: str) -> str:

@@ -16,9 +16,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from ssdo_gl.accuracy.clock import CLOCK_NAMES, CLOCKS, trusted_clock
+from ssdo_gl.accuracy.machine import describe_machine
 from ssdo_gl.accuracy.studio import RendererStudio, Studio
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
@@ -26,6 +29,8 @@ from ssdo_gl.settings import Settings
 
 SIZE = (150, 150)
 NORMAL_SAMPLES = 16
+# Of the printed table, columns.
+WIDTH = 160
 # References are slow and steady, the rest fast and noisy.
 FRAMES, REFERENCE_FRAMES = 9, 2
 
@@ -135,8 +140,10 @@ def report_normalised(ms: float, fixed_ms: float, count: int) -> float:
     return (ms - fixed_ms) * NORMAL_SAMPLES / count + fixed_ms
 
 
-def measure(studio: Studio, base: Settings, methods: Sequence[Method] = METHODS) -> list[Row]:
-    """Time every row at its own sample count and at 16."""
+def measure(
+    studio: Studio, base: Settings, methods: Sequence[Method] = METHODS, clock: str = "wall"
+) -> list[Row]:
+    """Time every row at its own sample count and at 16, by one of `CLOCKS`."""
     rows = []
     for method in methods:
         plain = {"estimator": None, "filter": "none"}
@@ -151,7 +158,8 @@ def measure(studio: Studio, base: Settings, methods: Sequence[Method] = METHODS)
         ) -> float:
             counted: dict[str, Any] = {method.count_field: count} if method.count_field else {}
             chosen = dataclasses.replace(settings, **counted).checked()
-            return studio.timed(chosen, (method.wanted,), frames).frame_ms
+            times = studio.timed(chosen, (method.wanted,), frames)
+            return float(getattr(times, CLOCKS[clock]))
 
         own = at(method.count)
         same = method.count_field is None or method.count == NORMAL_SAMPLES
@@ -167,8 +175,8 @@ def measure(studio: Studio, base: Settings, methods: Sequence[Method] = METHODS)
 
 def as_table(rows: Sequence[Row], title: str) -> Table:
     """Return the rows as a table, the report's numbers beside them."""
-    table = Table(title=title, title_justify="left")
-    table.add_column("method")
+    table = Table(title=title, title_justify="left", box=box.MARKDOWN)
+    table.add_column("method", no_wrap=True)
     columns = "report ms,ours ms,report at 16,put right,ours at 16,fixed ms,us a sample"
     for column in columns.split(","):
         table.add_column(column, justify="right")
@@ -195,13 +203,24 @@ def _cell(value: float, digits: int) -> str:
     return "" if math.isnan(value) else f"{value:.{digits}f}"
 
 
+def measured_table(renderer: Renderer) -> Table:
+    """Return the table, measured now on the renderer's scene at its size."""
+    machine = describe_machine(renderer.device, renderer.timer_kind, "")
+    clock = trusted_clock(machine)
+    rows = measure(RendererStudio(renderer), renderer.settings, clock=clock)
+    width, height = renderer.settings.size
+    title = (
+        f"{renderer.scene.title}, {width}x{height}; {machine['renderer']}, "
+        f"{machine['cores']} cores of {machine['processor']}; {CLOCK_NAMES[clock]}"
+    )
+    return as_table(rows, title)
+
+
 def main() -> int:
     """Measure the table on ``cornell_meso`` and print it."""
-    scene = load_scene("cornell_meso")
-    with Renderer(scene, Settings(size=SIZE)) as renderer:
-        rows = measure(RendererStudio(renderer), renderer.settings)
-        title = f"cornell_meso, 150x150, {renderer.device.renderer}, timer {renderer.timer_kind}"
-    Console(width=120).print(as_table(rows, title))
+    with Renderer(load_scene("cornell_meso"), Settings(size=SIZE)) as renderer:
+        table = measured_table(renderer)
+    Console(width=WIDTH).print(table)
     return 0
 
 

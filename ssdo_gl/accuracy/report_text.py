@@ -6,9 +6,9 @@ import math
 
 from ssdo_gl.accuracy.analysis import TruthSummary, percent
 from ssdo_gl.accuracy.bench_data import Bench
+from ssdo_gl.accuracy.clock import CLOCK_NAMES
 from ssdo_gl.accuracy.errors import PANELS, Panel
 from ssdo_gl.accuracy.metrics import FLIP_EXPOSURES_EV, FLIP_PIXELS_PER_DEGREE, REL_MSE_EPSILON
-from ssdo_gl.accuracy.sweep import CLOCK_NAMES
 
 # A truth may be used without a word if its standard error is at most this part of the
 # smallest error that is reported against it.

@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ssdo_gl.accuracy.clock import CLOCKS
 from ssdo_gl.accuracy.files import append_line, whole_lines
 from ssdo_gl.accuracy.points import Point
 from ssdo_gl.accuracy.studio import Studio
@@ -25,14 +26,6 @@ from ssdo_gl.settings import Settings
 # Called with what is being done, steps done and steps in all.
 Report = Callable[[str, int, int], None]
 _COLUMNS = ("round", "point", "frame_ms", "process_ms", "gpu_ms", "setup_ms")
-# What a time may be measured by; the fields of `Row` that hold it.
-CLOCKS = {"wall": "frame_ms", "process": "process_ms", "gpu": "gpu_ms"}
-# How a person calls them.
-CLOCK_NAMES = {
-    "wall": "finish() and the wall clock",
-    "process": "processor time of all threads",
-    "gpu": "OpenGL time queries",
-}
 
 
 @dataclass(frozen=True)
