@@ -1,0 +1,214 @@
+"""One line for every skip: what calls for it, what almost does, and how to tell.
+
+Each scene is rendered as planned and in full; `compare` asserts that all images that were
+asked for agree, and unless a line says otherwise that is every AOV. `test_skips.py` goes into
+the details of most lines, `test_kept.py` has the skips over time.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from properties.planned_and_full import (
+    BLACK,
+    BOX,
+    FRONT,
+    GREY,
+    QUAD,
+    SPHERE,
+    TORUS,
+    Compared,
+    at,
+    compare,
+    make_scene,
+    turned,
+)
+
+from ssdo_gl.gpu.shader import ShaderLibrary
+from ssdo_gl.scene.environment import ConstantEnvironment, GradientEnvironment
+from ssdo_gl.scene.light import PointLight, RectangleLight, SpotLight
+from ssdo_gl.scene.material import Material, Texture
+
+LAMP = PointLight((1.5, 3.0, 2.5), (20.0, 20.0, 20.0))
+OFF = dataclasses.replace(LAMP, intensity=BLACK)
+FAINT = dataclasses.replace(LAMP, intensity=(0.0, 0.0, 1e-3))
+AWAY = SpotLight((9.0, 4.0, 0.0), (0.0, -1.0, 0.0), (20.0, 20.0, 20.0), 10.0, 30.0)
+ASIDE = dataclasses.replace(AWAY, position=(3.4, 4.0, 0.0))
+WINDOW = RectangleLight((-1.0, 2.5, -1.0), (2, 0, 0), (0, 0, 2), (3.0, 3.0, 3.0), shadow="ssdo")
+SKY = ConstantEnvironment((0.5, 0.6, 0.7))
+ALMOST_SKY = GradientEnvironment((0.5, 0.6, 0.7), (0.5, 0.6, 0.7), (0.5, 0.6, 0.69))
+FAINT_SKY = ConstantEnvironment((0.0, 0.0, 1e-3))
+FLOOR = (QUAD, at(-2.5, -1.0, 2.5) @ turned(-90.0, 0.0, 0.0) @ np.diag([5.0, 5.0, 1.0, 1.0]))
+PILE = (FLOOR, (BOX, at(-0.6, -0.5, 0.0)), (TORUS, at(0.8, -0.7, 0.2)))
+WALL = (QUAD, at(-2.5, -1.0, -1.0) @ np.diag([5.0, 5.0, 1.0, 1.0]))
+ROOF = (QUAD, at(-4.0, 2.0, 4.0) @ turned(-90.0, 0.0, 0.0) @ np.diag([8.0, 8.0, 1.0, 1.0]))
+BELOW = dataclasses.replace(FRONT, position=(0.0, 0.5, 6.0), target=(0.0, -0.5, 0.0))
+LARGE = {"size": (160, 96), "samples": 64, "steps": 8, "wanted": ("beauty", "bounce", "direct")}
+
+
+def painted(albedo, last):
+    """Return the pile in `albedo`, its last body in `last`."""
+    *most, (mesh, matrix) = PILE
+    items = [(*item, Material(albedo=albedo)) for item in most]
+    return [*items, (mesh, matrix, Material(albedo=last))]
+
+
+def apart(distance):
+    return [(BOX, at(-0.5 - distance, -0.5, 0.0)), (SPHERE, at(1.0, 0.0, 0.0))]
+
+
+class Skip(NamedTuple):
+    """A skip, two scenes, and whether what was rendered shows that it was made."""
+
+    name: str
+    trigger: Mapping[str, Any]
+    almost: Mapping[str, Any]
+    is_skipped: Callable[[Compared], bool]
+
+
+SKIPS = [
+    Skip(
+        "a constant environment becomes scalar visibility",
+        {"environment": SKY},
+        {"environment": ALMOST_SKY},
+        lambda c: c.effects.is_scalar and "directional" not in c.ran,
+    ),
+    Skip(
+        "no environment and no ssdo light: no directional light",
+        {"lights": [LAMP]},
+        {"lights": [LAMP], "environment": FAINT_SKY},
+        lambda c: not c.effects.directional and "directional" in c.ran_in_full,
+    ),
+    Skip(
+        "an ssdo light that is off is none",
+        {"lights": [LAMP, dataclasses.replace(WINDOW, radiance=BLACK)]},
+        {"lights": [LAMP, dataclasses.replace(WINDOW, radiance=(0.0, 1e-3, 0.0))]},
+        lambda c: not c.effects.directional and "directional" in c.ran_in_full,
+    ),
+    Skip(
+        "nothing lit: no bounce",
+        {"lights": [OFF]},
+        {"lights": [FAINT]},
+        lambda c: not c.effects.bounce and "bounce" in c.ran_in_full,
+    ),
+    Skip(
+        "black albedo everywhere: no bounce",
+        {"items": painted(BLACK, BLACK), "lights": [LAMP]},
+        {"items": painted(BLACK, (0.0, 1e-3, 0.0)), "lights": [LAMP]},
+        lambda c: not c.effects.bounce and "bounce" in c.ran_in_full,
+    ),
+    Skip(
+        # Rays of .2 end up to .2 (1 + 3 * 1.16) = .9 away, and two pixels, .2, more.
+        "convex bodies out of each other's reach: neither occlusion nor bounce",
+        {"items": apart(1.3), "environment": SKY, "radius": 0.2},
+        {"items": apart(0.9), "environment": SKY, "radius": 0.2},
+        lambda c: c.effects.is_open and not {"ssao", "directional", "bounce"} & c.ran,
+    ),
+    Skip(
+        # A pixel at the nearest depth in view, 3, is .068 high.
+        "radius below a pixel: neither occlusion nor bounce",
+        {"lights": [LAMP], "environment": SKY, "radius": 0.05},
+        {"lights": [LAMP], "environment": SKY, "radius": 0.1},
+        lambda c: c.effects.is_open and not {"ssao", "directional", "bounce"} & c.ran,
+    ),
+    Skip(
+        "a light that reaches nothing in view: neither light nor map",
+        {"lights": [AWAY]},
+        {"lights": [ASIDE]},
+        lambda c: not (c.effects.direct or c.effects.shadow_map) and "direct" in c.ran_in_full,
+    ),
+    Skip(
+        "a light that nothing can shadow: no map",
+        {"items": [FLOOR], "lights": [LAMP], "camera": BELOW},
+        {"items": [FLOOR, ROOF], "lights": [LAMP], "camera": BELOW},
+        lambda c: c.effects.direct and not c.effects.shadow_map and "shadow_map" in c.ran_in_full,
+    ),
+    Skip(
+        "provably open tiles: no march there",
+        {"items": [FLOOR, WALL], "lights": [LAMP], **LARGE},
+        {"items": [FLOOR, WALL, PILE[1]], "lights": [LAMP], **LARGE},
+        lambda c: "open_tiles" in c.ran,
+    ),
+    Skip(
+        "images of the G-buffer alone: one pass",
+        {"environment": SKY, "lights": [LAMP], "wanted": ("depth", "normal_ws", "albedo")},
+        {"environment": SKY, "lights": [LAMP], "wanted": ("depth", "visibility")},
+        lambda c: c.ran == {"gbuffer"},
+    ),
+    Skip(
+        "an image without the bounce: no bounce",
+        {"environment": SKY, "lights": [LAMP], "wanted": ("direct", "directional")},
+        {"environment": SKY, "lights": [LAMP], "wanted": ("direct", "directional", "bounce")},
+        lambda c: not c.effects.bounce,
+    ),
+    Skip(
+        "one march for directional light and bounce",
+        {"environment": ALMOST_SKY, "lights": [LAMP]},
+        {"environment": ALMOST_SKY, "lights": [LAMP], "overrides": {"bounce.bias": 0.011}},
+        lambda c: c.effects.shares_directions,
+    ),
+    Skip(
+        "no emission: none read",
+        {"lights": [LAMP]},
+        {"items": [*PILE[:2], (*PILE[2], Material(emission=(0.0, 1e-3, 0.0)))], "lights": [LAMP]},
+        lambda c: not c.effects.emission,
+    ),
+    Skip(
+        "no solid: no layer of backs",
+        {"items": [FLOOR, WALL], "lights": [LAMP], "environment": SKY},
+        {"items": [FLOOR, WALL, PILE[1]], "lights": [LAMP], "environment": SKY},
+        lambda c: "back_faces" not in c.ran and "back_faces" in c.ran_in_full,
+    ),
+    Skip(
+        "no surface in view: nothing",
+        {"lights": [LAMP], "camera": dataclasses.replace(FRONT, target=(0.0, 0.0, 12.0))},
+        {"lights": [LAMP], "camera": dataclasses.replace(FRONT, target=(4.0, 0.0, 1.0))},
+        lambda c: not {"direct", "directional", "bounce", "ssao", "shadow_map"} & c.ran,
+    ),
+]
+
+
+def rendered(device, shaders, case):
+    known = {"items": PILE, **case}
+    about = {k: known.pop(k) for k in ("lights", "environment", "camera") if k in known}
+    scene = make_scene(*known.pop("items"), **about)
+    return compare(device, shaders, scene, **known)
+
+
+@pytest.mark.parametrize("skip", SKIPS, ids=lambda skip: skip.name)
+def test_a_scene_that_calls_for_it_and_one_that_almost_does(device, shaders, skip):
+    assert skip.is_skipped(rendered(device, shaders, skip.trigger))
+    assert not skip.is_skipped(rendered(device, shaders, skip.almost))
+
+
+def test_without_images_the_variant_without_fetches(device):
+    """A white image changes nothing but the variant that is compiled."""
+    white = Texture(np.full((4, 4, 4), 255, np.uint8))
+    images, fetches = [], []
+    for texture in (None, white):
+        material = Material(albedo=GREY, albedo_texture=texture)
+        items = [(mesh, matrix, material) for mesh, matrix in PILE]
+        fresh = ShaderLibrary(device.gl)
+        found = rendered(device, fresh, {"items": items, "lights": [LAMP], "environment": SKY})
+        images.append(found.images)
+        variants = [dict(defines) for _, name, defines in fresh._by_name if name == "gbuffer.frag"]
+        fetches.append({variant["HAS_ALBEDO_TEXTURE"] for variant in variants})
+    assert fetches == [{0}, {1}]
+    for name, plain in images[0].items():
+        assert np.array_equal(plain, images[1][name]), name
+
+
+@pytest.mark.parametrize("environment", [None, SKY, ALMOST_SKY])
+def test_pixels_of_the_sky_hold_neutral_values(device, shaders, environment):
+    found = rendered(device, shaders, {"lights": [LAMP, WINDOW], "environment": environment})
+    sky = found.images["depth"][..., 0] == 0.0
+    assert 0.2 < sky.mean() < 0.8
+    assert np.all(found.images["visibility"][sky] == 1.0)
+    for name in ("direct", "directional", "bounce", "emission", "albedo", "normal_ws"):
+        assert np.all(found.images[name][sky] == 0.0), name
+    # The neighbours of the sky are not.
+    assert np.all(found.images["albedo"][~sky] > 0.0)
