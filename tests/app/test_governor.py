@@ -103,6 +103,12 @@ def test_a_rung_that_costs_more_than_expected_is_tried_once() -> None:
     assert rungs[-1] == 2
 
 
+def test_does_not_wait_for_a_third_frame_that_takes_a_second() -> None:
+    rungs, _ = simulate(lambda f, rung: 1200.0 if rung == 0 else COSTS[rung], 12)
+    assert rungs[:4] == [0, 0, 0, rungs[3]]
+    assert rungs[3] > 0
+
+
 def test_one_hiccup_changes_nothing() -> None:
     rungs, _ = simulate(lambda f, rung: 500.0 if f % 50 == 49 else 20.0, 500)
     assert changes(rungs) == 0
@@ -187,6 +193,21 @@ def test_rungs_are_the_measured_ones_where_there_are_any() -> None:
 def test_without_measurements_samples_are_halved_first() -> None:
     rungs = ladder(Settings(samples=64, steps=8))
     assert rungs[:4] == (Rung(64, 8, 1.0), Rung(32, 8, 1.0), Rung(16, 8, 0.5), Rung(8, 8, 0.5))
+
+
+def test_shadows_become_rough_before_the_picture_becomes_coarse() -> None:
+    rungs = ladder(Settings(samples=64, steps=8))
+    rough = [rung.has_rough_shadows for rung in rungs]
+    first = rough.index(True)
+    assert all(rough[first:])
+    assert [rung.frame_scale for rung in rungs[: first + 1]] == [1.0] * (first + 1)
+    given = Settings(overrides={"direct.filter_samples": 2, "bounce.strength": 0.5})
+    overrides = rungs[first].applied(given).overrides
+    # Never more than was asked for.
+    assert overrides["direct.filter_samples"] == 2
+    assert overrides["shadow_map.parts_per_side"] == 1
+    assert overrides["bounce.strength"] == 0.5
+    assert rungs[0].applied(given).overrides == given.overrides
 
 
 def test_a_rung_changes_nothing_but_quality() -> None:
