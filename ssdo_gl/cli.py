@@ -283,6 +283,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
         measured=[
             {**dataclasses.asdict(rung), "label": rung.label} for rung in read_ladder().rungs
         ],
+        read_preset=load_preset,
         **budget,
     )
     return EXIT_OK

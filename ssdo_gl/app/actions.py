@@ -13,10 +13,11 @@ from ssdo_gl.app.command_line import command_line
 from ssdo_gl.app.image_files import OutputError
 from ssdo_gl.app.input_map import Action, Command
 from ssdo_gl.app.live_image import REFINE_FRAMES
-from ssdo_gl.app.preset_files import save_preset
+from ssdo_gl.app.preset_files import is_preset, preset_fields, save_preset
 from ssdo_gl.app.screenshot import save_screenshot
 from ssdo_gl.app.viewer import Viewer
 from ssdo_gl.app.views import METHOD_LABELS
+from ssdo_gl.graph.settings import SettingError
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import SceneError
 
@@ -64,7 +65,14 @@ def perform(action: Action, viewer: Viewer, host: Host) -> None:
 
 
 def open_file(path: str, viewer: Viewer) -> bool:
-    """Show the model or scene in `path`; a bad one leaves the present scene."""
+    """Show the model or scene in `path`; a bad one leaves the present scene.
+
+    A preset is taken over instead, and gets a button in the panel. Returns whether
+    there is another scene.
+    """
+    if is_preset(path):
+        _open_preset(path, viewer)
+        return False
     try:
         scene = load_scene(path)
     except SceneError as error:
@@ -73,6 +81,20 @@ def open_file(path: str, viewer: Viewer) -> bool:
     viewer.open(scene, path)
     viewer.say(f"opened {Path(path).name}: {scene.triangle_count} triangles")
     return True
+
+
+def _open_preset(path: str, viewer: Viewer) -> None:
+    if viewer.read_preset is None:
+        return
+    try:
+        fields = viewer.read_preset(path)
+    except SettingError as error:
+        viewer.say(str(error), is_fault=True)
+        return
+    name = Path(path).stem
+    viewer.presets = {**viewer.presets, name: fields}
+    viewer.choose_preset(name)
+    viewer.say(f"preset {name}")
 
 
 def view_command(viewer: Viewer, out: str = "view.png") -> str:
@@ -193,7 +215,10 @@ def picture_meta(viewer: Viewer) -> dict[str, Any]:
 
 
 def _save_preset(viewer: Viewer, host: Host, number: int) -> None:
-    path = save_preset(viewer.folder, viewer.settings_of_side(0), viewer.original.render)
+    settings = viewer.settings_of_side(0)
+    path = save_preset(viewer.folder, settings, viewer.original.render)
+    # All of it: what the file leaves to its defaults is not what is shown at that time.
+    viewer.presets = {**viewer.presets, path.stem: preset_fields(settings)}
     viewer.say(f"wrote {path.name}: --preset {path.name} reads it")
 
 

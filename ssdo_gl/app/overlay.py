@@ -11,7 +11,7 @@ from ssdo_gl.app.actions import Host
 from ssdo_gl.app.imgui_backend import ImguiBackend
 from ssdo_gl.app.input_map import help_rows
 from ssdo_gl.app.inspector import inspect, shown_values
-from ssdo_gl.app.panel import Panel
+from ssdo_gl.app.panel import Panel, panel_width
 from ssdo_gl.app.presenter import error_color
 from ssdo_gl.app.viewer import Viewer
 from ssdo_gl.app.views import METHOD_LABELS, Kind
@@ -94,9 +94,12 @@ class Overlay(ImguiBackend):
             self._viewer.times_passes = self._viewer.shows_histogram = False
         self._status()
         self._messages(window_size)
-        self._names_of_sides(window_size)
+        # What explains the picture stays clear of the panel.
+        taken = panel_width(window_size, self._scale) if self.shows_panel else 0.0
+        free = window_size[0] - taken
+        self._names_of_sides(window_size, free)
         if self._viewer.view.is_error:
-            self._legend(window_size)
+            self._legend(free)
         if self._viewer.is_inspecting:
             self._values()
         if self.shows_help:
@@ -109,17 +112,20 @@ class Overlay(ImguiBackend):
         left = viewer.left
         if left is None or left.image.drawing is None:
             return
-        _place(_MARGIN, _MARGIN)
-        if not imgui.begin("status", None, _SEE_THROUGH)[0]:
-            imgui.end()
-            return
         size = left.image.drawing.view.size
         samples = left.image.sample_count
         state = f"{samples} samples" if samples > 1 else "moving" if viewer.is_busy else "still"
-        imgui.text(
+        text = (
             f"{METHOD_LABELS[viewer.view.method]}, {viewer.view.aov}   "
             f"{size[0]} x {size[1]}   {state}"
         )
+        if viewer.look_out.alarm is None:
+            # Known beforehand: a window that measures itself is a frame late, and a frame
+            # may take a second.
+            imgui.set_next_window_content_size(imgui.calc_text_size(text))
+        _place(_MARGIN, _MARGIN)
+        imgui.begin("status", None, _SEE_THROUGH)
+        imgui.text(text)
         if viewer.look_out.alarm is not None:
             x, y = viewer.look_out.alarm.pixel
             imgui.text_colored(
@@ -145,11 +151,11 @@ class Overlay(ImguiBackend):
         imgui.pop_text_wrap_pos()
         imgui.end()
 
-    def _names_of_sides(self, window_size: tuple[int, int]) -> None:
+    def _names_of_sides(self, window_size: tuple[int, int], free: float) -> None:
         view = self._viewer.view
         if not view.is_split:
             return
-        x = view.divider * window_size[0]
+        x = min(view.divider * window_size[0], free)
         names = (view.method, view.other_method)
         sides = (self._viewer.left, self._viewer.right)
         for name, shown, side, pivot in zip(names, sides, (-1.0, 1.0), (1.0, 0.0), strict=True):
@@ -164,10 +170,10 @@ class Overlay(ImguiBackend):
                 imgui.text_disabled(f"{shown.image.sample_count} of {shown.image.samples_wanted}")
             imgui.end()
 
-    def _legend(self, window_size: tuple[int, int]) -> None:
+    def _legend(self, free: float) -> None:
         view = self._viewer.view
         imgui.set_next_window_pos(
-            ImVec2(0.5 * window_size[0], _MARGIN), imgui.Cond_.always, ImVec2(0.5, 0.0)
+            ImVec2(0.5 * free, 4.0 * _MARGIN), imgui.Cond_.always, ImVec2(0.5, 0.0)
         )
         imgui.begin("legend", None, _SEE_THROUGH)
         other = METHOD_LABELS[view.other_method]

@@ -30,7 +30,14 @@ from ssdo_gl.settings import AOVS, METHODS, Settings
 # Width in window coordinates: labels fit beside sliders wide enough to aim at.
 WIDTH = 360.0
 _LABEL_SHARE = 0.44
+_GAP = 8.0
+_PRESETS_PER_LINE = 4
 _BUDGETS_MS = (4.0, 250.0)
+
+
+def panel_width(window_size: tuple[int, int], scale: float) -> float:
+    """Return how wide the panel is, window coordinates; a narrow window keeps an edge."""
+    return min(WIDTH * scale, 0.9 * window_size[0])
 
 
 class Panel:
@@ -62,10 +69,10 @@ class Panel:
         scale : float
             Of text, for displays of high density.
         """
-        width = min(WIDTH * scale, 0.9 * window_size[0])
-        imgui.set_next_window_pos(ImVec2(window_size[0] - width - 8.0, 8.0))
+        width = panel_width(window_size, scale)
+        imgui.set_next_window_pos(ImVec2(window_size[0] - width - _GAP, _GAP))
         imgui.set_next_window_size_constraints(
-            ImVec2(width, 0.0), ImVec2(width, max(64.0, window_size[1] - 16.0))
+            ImVec2(width, 0.0), ImVec2(width, max(64.0, window_size[1] - 2.0 * _GAP))
         )
         flags = (
             imgui.WindowFlags_.no_move
@@ -139,14 +146,18 @@ class Panel:
 
     def _presets(self) -> None:
         viewer = self._viewer
-        for name, fields in viewer.presets.items():
+        for index, (name, fields) in enumerate(viewer.presets.items(), 1):
             if imgui.button(name):
                 viewer.choose_preset(name)
             _hint("\n".join(f"{key} = {value}" for key, value in fields.items()))
-            imgui.same_line()
+            if index % _PRESETS_PER_LINE:
+                imgui.same_line()
         if imgui.button("save"):
             self._ask(Command.SAVE_PRESET)
-        _hint("write these settings to a file\n--preset FILE   (Ctrl+S)")
+        _hint(
+            "write these settings to a file; one that is dropped here is read\n"
+            "--preset FILE   (Ctrl+S)"
+        )
 
     def _passes(self) -> None:
         for name, rows in self._pass_rows.items():

@@ -8,6 +8,7 @@ from imgui_bundle import imgui
 
 from ssdo_gl.app.light_edits import moved_to, place_of, power_of, power_unit, with_power
 from ssdo_gl.app.viewer import Viewer
+from ssdo_gl.scene.defaults import SKY
 from ssdo_gl.scene.environment import ConstantEnvironment, Environment, GradientEnvironment
 from ssdo_gl.scene.material import Color
 
@@ -64,6 +65,9 @@ def _environment(viewer: Viewer) -> None:
     environment = viewer.scene.environment
     if environment is None:
         imgui.text_disabled("no environment")
+        imgui.same_line()
+        if imgui.small_button("add a sky"):
+            _replace_environment(viewer, SKY)
         return
     if not imgui.tree_node("environment"):
         return
@@ -79,10 +83,19 @@ def _environment(viewer: Viewer) -> None:
         )
     else:
         imgui.text_disabled(f"image {environment.name or 'map'}")
-    if new != environment:
-        viewer.original = dataclasses.replace(viewer.original, environment=new)
-        viewer.apply_lights()
+        turned, degrees = imgui.drag_float("turn (deg)", environment.rotation_y, 0.5)
+        if turned:
+            new = dataclasses.replace(environment, rotation_y=degrees)
+    if new is not environment and new != environment:
+        _replace_environment(viewer, new)
+    if imgui.small_button("remove"):
+        _replace_environment(viewer, None)
     imgui.tree_pop()
+
+
+def _replace_environment(viewer: Viewer, environment: Environment | None) -> None:
+    viewer.original = dataclasses.replace(viewer.original, environment=environment)
+    viewer.apply_lights()
 
 
 def _color(label: str, color: Color) -> Color:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -53,6 +54,22 @@ def save_preset(folder: Path, settings: Settings, wishes: Mapping[str, Any]) -> 
     path = free_stem(folder, "preset", ".toml")
     write_atomically(path, preset_text(settings, wishes).encode())
     return path
+
+
+def preset_fields(settings: Settings) -> dict[str, Any]:
+    """Return the fields of `settings` that belong to a preset."""
+    fields = dataclasses.fields(Settings)
+    return {f.name: getattr(settings, f.name) for f in fields if f.name not in _LEFT_OUT}
+
+
+def is_preset(path: str | Path) -> bool:
+    """Return whether a file has a table of settings, as no scene has."""
+    if Path(path).suffix != ".toml":
+        return False
+    try:
+        return "settings" in tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+        return False
 
 
 def _toml(value: object) -> str:

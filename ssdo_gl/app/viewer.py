@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from types import MappingProxyType
@@ -107,6 +107,7 @@ class Viewer:
         self.folder = folder
         self.view = View(method=settings.method)
         self.presets = presets
+        self.read_preset: Callable[[str], Mapping[str, Any]] | None = None
         self.measured = measured
         self.budget_ms = budget_ms or DEFAULT_BUDGET_MS
         self.is_governed = budget_ms is not None

@@ -170,6 +170,46 @@ def test_split_names_its_sides(gl, stage: Stage) -> None:
     assert np.count_nonzero(middle.min(axis=2) > 220) > 50
 
 
+def test_legend_and_names_stay_clear_of_the_panel(gl, stage: Stage) -> None:
+    stage.viewer.view = dataclasses.replace(
+        stage.viewer.view, is_error=True, divider=0.95, other_method="direct"
+    )
+    places = {}
+    begin = imgui_bundle.imgui.begin
+
+    def noted(name: str, *more: object) -> object:
+        result = begin(name, *more)
+        places[name] = imgui_bundle.imgui.get_window_pos().x, imgui_bundle.imgui.get_window_width()
+        return result
+
+    imgui_bundle.imgui.begin = noted
+    try:
+        stage.frames(4)
+        stage.viewer.view = dataclasses.replace(stage.viewer.view, is_split=True, is_error=False)
+        stage.frames(4)
+    finally:
+        imgui_bundle.imgui.begin = begin
+    left = places["panel"][0]
+    assert left > 0.5 * SIZE[0]
+    for name in ("legend", "side -1.0"):
+        x, width = places[name]
+        assert x + width <= left, name
+
+
+def test_sky_can_be_added_and_removed(gl, stage: Stage, all_open, monkeypatch) -> None:
+    pressed = ["add a sky"]
+    monkeypatch.setattr(
+        panel_module.imgui, "small_button", lambda label: bool(pressed) and label == pressed[0]
+    )
+    stage.frames(1)
+    assert stage.viewer.scene.environment is not None
+    pressed[0] = "remove"
+    stage.frames(1)
+    assert stage.viewer.scene.environment is None
+    pressed.clear()
+    stage.frames(3)
+
+
 def test_cursor_over_the_panel_is_the_panels(gl, stage: Stage) -> None:
     stage.frames(3)
     stage.overlay.cursor(200.0, 400.0)

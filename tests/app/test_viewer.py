@@ -379,6 +379,33 @@ def test_dropped_model_replaces_the_scene(gl, viewer, tmp_path) -> None:
     assert viewer.presenter.pixels().std() > 5.0
 
 
+def test_dropped_preset_is_taken_over_and_a_bad_one_is_not(gl, viewer, tmp_path) -> None:
+    viewer.read_preset = load_preset
+    good = tmp_path / "mine.toml"
+    good.write_text('[settings]\nmethod = "ssdo"\nsamples = 24\n')
+    assert not open_file(str(good), viewer), "the scene is still the same"
+    assert (viewer.view.method, viewer.settings.samples) == ("ssdo", 24)
+    assert viewer.source == "cornell_meso"
+    bad = tmp_path / "bad.toml"
+    bad.write_text("[settings]\nsamples = -3\n")
+    before = viewer.settings
+    assert not open_file(str(bad), viewer)
+    assert viewer.settings == before
+    assert viewer.messages.lines[-1].is_fault
+    assert "bad.toml" in viewer.messages.lines[-1].text
+    assert "samples" in viewer.messages.lines[-1].text
+    assert list(viewer.presets) == ["mine"]
+
+
+def test_saved_preset_can_be_chosen_again(gl, viewer) -> None:
+    perform(Action(Command.SAVE_PRESET), viewer, Desk())
+    viewer.settings = dataclasses.replace(viewer.settings, samples=64, overrides={"a.b": 1})
+    viewer.choose_method("direct")
+    viewer.choose_preset("preset-001")
+    assert viewer.settings == SETTINGS
+    assert viewer.view.method == SETTINGS.method
+
+
 def test_lights_are_edited_and_restored(gl, viewer) -> None:
     settle(viewer)
     before = viewer.presenter.pixels()
