@@ -1,5 +1,8 @@
 """Each stage of the shaders against a float64 twin, over 100 000 inputs and their edges.
 
+Hypothesis draws the ranges, edges and seeds of the inputs (see drawn.py), the same ones
+every time.
+
 The table states the worst error in units in the last place (ULP: the gap between
 neighbouring float32 numbers, 1.2e-7 of the value at most) or in relative terms. Bounds are
 the roundings of the formula, counted, with what drivers are known to add.
@@ -9,6 +12,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hard_cases.drawn import COUNT, SEEDS, batches, directions, float32, numbers, squares, unit
+from hypothesis import strategies as st
 from oracle import lambert_polygon, ray_triangles, screen_space
 from shaders.harness import evaluate
 from shaders.test_bvh import NEAREST, arguments, bvh_of, soup
@@ -16,69 +21,59 @@ from shaders.test_lights import corners_of, random_lights
 
 from ssdo_gl.graph.frame import FrameView
 
-COUNT = 100_000
 STAGE = "shader against float64"
-
-
-def float32(values):
-    """Return float64 numbers that float32 holds exactly."""
-    return np.asarray(values, np.float32).astype(np.float64)
 
 
 def ulp(values):
     return np.spacing(np.abs(values).astype(np.float32)).astype(np.float64)
 
 
-def unit(vectors):
-    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
-
-
-def directions(rng):
-    """Random unit vectors, those near the axes and folds included."""
-    n = unit(rng.normal(size=(COUNT, 3)))
-    tiny = rng.choice([0.0, 1e-7, -1e-7, 1e-20, -1e-20, 1e-3], (COUNT // 10, 3))
-    near_axis = unit(np.eye(3)[rng.integers(0, 3, COUNT // 10)] + tiny)
-    signs = rng.choice([-1.0, 1.0], near_axis.shape)
-    edges = unit(rng.integers(-1, 2, (COUNT // 10, 3)) + [1e-9, 0.0, 2e-9])
-    return float32(np.concatenate([n, near_axis * signs, edges]))
-
-
 def angle_between(a, b):
     return np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), (a * b).sum(1))
 
 
-@pytest.mark.parametrize("size", [(1, 1), (1280, 720), (16384, 16384)])
-@pytest.mark.parametrize("tangent", [1e-3, 0.5, 20.0])
-def test_positions_from_depth(gl, shaders, record, size, tangent):
+SIDES = st.sampled_from([1, 2, 720, 1280, 16384]) | st.integers(1, 16384)
+
+
+@batches(
+    8,
+    seed=SEEDS,
+    size=st.tuples(SIDES, SIDES),
+    tangent=st.floats(1e-3, 20.0),
+    jitter=st.tuples(*[st.floats(-0.5, 0.5)] * 2),
+    depths=numbers(-15, 15),
+)
+def test_positions_from_depth(gl, shaders, record, seed, size, tangent, jitter, depths):
     """From 1e-15 to 1e15 units away, at any field of view, with jitter.
 
     Of the largest component: uv, 2 uv - 1, + jitter, * tangent, * z round once each, and
     2 uv - 1 doubles what came before.
     """
-    rng = np.random.default_rng(1)
-    view = FrameView(size, np.zeros(3), np.eye(3), (tangent, tangent), 0.1, 1e3, (0.3, -0.4))
+    rng = np.random.default_rng(seed)
+    view = FrameView(size, np.zeros(3), np.eye(3), (tangent, tangent), 0.1, 1e3, jitter)
     texel = np.stack([rng.integers(0, n, COUNT) for n in size], 1)
     texel[:2] = (0, 0), np.subtract(size, 1)
-    z = float32(np.exp(rng.uniform(np.log(1e-15), np.log(1e15), COUNT)))
+    z = depths.array(COUNT)
     inputs = {"texel": texel, "z": z}
     body = "position_vs_at(uv_of_texel(texel), z)"
     args = {"uniforms": view.uniforms()}
     found = evaluate(gl, shaders, ["lib/space.glsl"], body, inputs, 3, **args).astype(float)
-    jitter, tangents = float32(view.jitter_ndc), float32(view.tan_half_fov)
-    ndc = (2.0 * texel + 1.0) / size - 1.0 + jitter
+    shift, tangents = float32(view.jitter_ndc), float32(view.tan_half_fov)
+    ndc = (2.0 * texel + 1.0) / size - 1.0 + shift
     wanted = np.concatenate([ndc * tangents * z[:, None], -z[:, None]], 1)
-    extent = z * max(1.0, tangent) * (1.0 + np.abs(jitter).max())
+    extent = z * max(1.0, tangent) * (1.0 + np.abs(shift).max())
     error = (np.abs(found - wanted).max(axis=1) / ulp(extent)).max()
-    record(f"{STAGE}: position from depth", f"{size[0]} px, {tangent:g}", error, 4.0, "ULP")
+    record(f"{STAGE}: position from depth", "space", error, 4.0, "ULP")
     body = "texel_of_uv(uv_of_position_vs(position_vs_at(uv_of_texel(texel), z))) - texel"
     moved = evaluate(
         gl, shaders, ["lib/space.glsl"], body, inputs, 2, output_dtype="i4", **args
     )  # fmt: skip
-    record("texel from its own position", f"{size[0]} px", np.abs(moved).max(), 0, "texels off")
+    record("texel from its own position", "space", np.abs(moved).max(), 0, "texels off")
 
 
-def test_octahedral_normals(gl, shaders, record):
-    n = directions(np.random.default_rng(2))
+@batches(normals=directions())
+def test_octahedral_normals(gl, shaders, record, normals):
+    n = normals.array()
     include = ["lib/octahedral.glsl"]
     found = evaluate(gl, shaders, include, "oct_decode(oct_encode(n))", {"n": n}, 3).astype(float)
     # The code in [0, 1] has a ULP of 6e-8, of 2 units of the map; the map stretches by sqrt 3.
@@ -94,17 +89,10 @@ def test_octahedral_normals(gl, shaders, record):
     record("octahedral round trip, stored", "16 + 16 bits", error, 0.004, "degrees")
 
 
-def square(rng):
-    u = rng.uniform(0.0, 1.0, (COUNT, 2))
-    top = 1.0 - 2.0**-24
-    u[:4] = (0.0, 0.0), (top, top), (0.0, top), (top, 0.0)
-    u[4:1000, 0] = 10.0 ** rng.uniform(-30.0, 0.0, 996)
-    return float32(np.minimum(u, top))
-
-
 @pytest.mark.parametrize("name", ["cosine_hemisphere", "uniform_hemisphere"])
-def test_hemisphere_directions(gl, shaders, record, name):
-    u = square(np.random.default_rng(3))
+@batches(points=squares())
+def test_hemisphere_directions(gl, shaders, record, name, points):
+    u = points.array()
     found = evaluate(gl, shaders, ["lib/sampling.glsl"], f"{name}(u)", {"u": u}, 3).astype(float)
     wanted = getattr(screen_space, name)(u)
     # 2 pi u rounds an angle of up to 6.3 by 2.4e-7, twice.
@@ -115,8 +103,9 @@ def test_hemisphere_directions(gl, shaders, record, name):
     assert found[:, 2].min() > 0.0, "no direction may lie in the plane"
 
 
-def test_frames(gl, shaders, record):
-    n = directions(np.random.default_rng(4))
+@batches(normals=directions())
+def test_frames(gl, shaders, record, normals):
+    n = normals.array()
     wanted = screen_space.frame_from_z(n)
     worst = 0.0
     for i in range(3):
@@ -126,12 +115,11 @@ def test_frames(gl, shaders, record):
     record(f"{STAGE}: tangent frame", "frame_from_z", worst / 2.0**-23, 4.0, "ULP of 1")
 
 
-def test_angles(gl, shaders, record):
+@batches(sines=numbers(-18, 18), ratios=numbers(-7, 7, (1.0,)))
+def test_angles(gl, shaders, record, sines, ratios):
     """Over all quadrants and ratios, where acos() of a cosine would lose all digits."""
-    rng = np.random.default_rng(5)
-    sine = float32(10.0 ** rng.uniform(-18.0, 18.0, COUNT))
-    ratio = 10.0 ** rng.uniform(-7.0, 7.0, COUNT) * rng.choice([-1.0, 1.0], COUNT)
-    cosine = float32(sine * ratio)
+    sine = sines.array(COUNT)
+    cosine = float32(sine * ratios.signed(COUNT))
     cosine[:100] = 0.0
     found = evaluate(
         gl, shaders, ["lib/angle.glsl"], "angle_of(s, c)", {"s": sine, "c": cosine}
@@ -170,9 +158,11 @@ def polygon_integral(corners, n):
     return -0.5 * (total + edge(leaves, returns, cut))
 
 
-def test_polygon_irradiance(gl, shaders, record):
+@batches(seed=SEEDS, powers=st.tuples(*[st.floats(-3.0, 0.5)] * 2))
+def test_polygon_irradiance(gl, shaders, record, seed, powers):
     """Rectangles from a thousandth to three times their distance, many below the horizon."""
-    c, u, v, n = random_lights(int(COUNT * 1.1), np.random.default_rng(6), (1e-3, 3.0))
+    sizes = tuple(10.0**power for power in sorted(powers))
+    c, u, v, n = random_lights(int(COUNT * 1.1), np.random.default_rng(seed), sizes)
     corners = np.stack([c - u - v, c + u - v, c + u + v, c - u + v], 1)
     wanted = polygon_integral(corners, n)
     for i in range(50):
@@ -195,30 +185,31 @@ def test_polygon_irradiance(gl, shaders, record):
     record(f"{STAGE}: rectangle irradiance", "Lambert", worst, 8.0, "ULP of its outline")
     # A square that faces the receiver overhead gives a sixteenth of its outline squared.
     bright = wanted > outline**2 / 64.0
-    median = np.median(error[bright] / wanted[bright])
+    median = np.median(error[bright] / wanted[bright]) if np.any(bright) else 0.0
     record(f"{STAGE}: rectangle, median", "Lambert", median, 5e-7, "relative")
 
 
-def test_tone_curve_and_encoding(gl, shaders, record):
-    rng = np.random.default_rng(7)
-    x = float32(np.concatenate([10.0 ** rng.uniform(-30.0, 4.8, COUNT), [0.0, 65504.0]]))
+@batches(radiances=numbers(-30, 4.8, (0.0, 65504.0)), codes=numbers(-8, 0, (0.0, 1.0, 0.0031308)))
+def test_tone_curve_and_encoding(gl, shaders, record, radiances, codes):
+    x = radiances.array(COUNT)
     include = ["lib/color.glsl"]
     found = evaluate(gl, shaders, include, "tone_curve_aces(vec3(x)).x", {"x": x})[:, 0]
     y = 0.6 * x
     wanted = np.clip(y * (2.51 * y + 0.03) / (y * (2.43 * y + 0.59) + 0.14), 0.0, 1.0)
     error = np.abs(found - wanted) / np.maximum(wanted, 1e-30)
     record(f"{STAGE}: filmic curve", "aces", error.max(), 8.0 * 2.0**-23, "relative")
-    x = float32(np.concatenate([rng.uniform(0.0, 1.0, COUNT), [0.0, 1.0, 0.0031308]]))
+    x = codes.array(COUNT)
     found = evaluate(gl, shaders, include, "srgb_encode(x)", {"x": x})[:, 0]
     wanted = np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1.0 / 2.4) - 0.055)
     # pow() is exp2(y log2 x): 5.5e-7 on llvmpipe. A step of the display is 4e-3.
     record(f"{STAGE}: sRGB", "encode", np.abs(found - wanted).max(), 1e-6, "absolute")
 
 
-def test_rays_against_all_triangles(gl, shaders, record):
+@batches(2, seed=SEEDS, scene=st.integers(0, 100))
+def test_rays_against_all_triangles(gl, shaders, record, seed, scene):
     """Nearest hits through the hierarchy against every triangle tried in float64."""
-    bvh = bvh_of(soup(60, 8))
-    rng = np.random.default_rng(9)
+    bvh = bvh_of(soup(60, scene))
+    rng = np.random.default_rng(seed)
     origin = float32(rng.uniform(-0.7, 0.7, (COUNT, 3)))
     direction = rng.normal(size=(COUNT, 3))
     # Along axes and in their planes, where slabs divide by zero.
