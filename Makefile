@@ -2,11 +2,13 @@
 # make snapshot  snapshot.png of the built-in scene, without a display
 # make view      fly through it in a window
 # make test      all tests            make hard-cases   only the scenes known to be hard
+# make test-slow  those that take minutes: 10^8 rays, thousands of frames, long flights
 # make bench     accuracy against time and the headline experiments, into bench/; an hour a
 #                scene on two cores, or minutes with BENCH_FLAGS=--quick
 # make bench-passes  milliseconds of every pass, beside the published method
 # make bench-effects  what planning saves in each scene, against the full pipeline
 # make bench-rays  rays per second of the reference tracers
+# make pictures  the README's still pictures
 # make lint      ruff, mypy and every shader
 # make clean     remove what can be made again, .venv excepted
 #
@@ -26,7 +28,7 @@ READY := $(VENV)/.ssdo_gl-ready
 endif
 
 .DELETE_ON_ERROR:
-.PHONY: setup snapshot view test hard-cases bench bench-passes bench-effects bench-rays lint clean
+.PHONY: setup snapshot view test test-slow hard-cases pictures bench bench-passes bench-effects bench-rays lint clean
 
 setup: $(READY)
 
@@ -43,6 +45,9 @@ view: $(READY)
 
 test: $(READY)
 	$(PY) -m pytest -q
+
+test-slow: $(READY)
+	$(PY) -m pytest -q -m slow
 
 hard-cases: $(READY)
 	$(PY) -m pytest -q tests/hard_cases
@@ -61,6 +66,9 @@ bench-effects: $(READY)
 
 bench-rays: $(READY)
 	$(PY) -m ssdo_gl.accuracy.ray_speed
+
+pictures: $(READY)
+	$(PY) .github/pictures/make_pictures.py
 
 lint: $(READY)
 	$(PY) -m ruff check .

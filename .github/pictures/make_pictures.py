@@ -1,0 +1,83 @@
+"""Draws the README's still pictures anew: ``make pictures``.
+
+Each tile is what one ``ssdo-gl --snapshot`` command draws; here they are only put side by
+side and labelled.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from pathlib import Path
+
+from PIL import Image, ImageDraw, ImageFont
+
+from ssdo_gl import cli
+
+FOLDER = Path(__file__).parent
+TILE = 240
+LABEL_HEIGHT = 18
+# JPEG loses the noise of few paths below this quality, which is what one is to see.
+QUALITY = 88
+
+VIEWS = {
+    "the room": "0,0,3.6 0,0,0 32",
+    "blue boxes": "0.1,-0.5,1.5 0.74,-0.86,0.2 34",
+    "red boxes": "-0.1,-0.45,1.3 -0.62,-0.9,0.3 34",
+}
+METHODS = {
+    "1 path": ["--method", "reference-gi", "--spp", "1"],
+    "16 paths": ["--method", "reference-gi", "--spp", "16"],
+    "256 paths": ["--method", "reference-gi", "--spp", "256"],
+    "near field, 64 rays": ["--method", "reference-near", "--spp", "64"],
+    "SSDO and bounce": ["--method", "bounce"],
+}
+
+
+def tile(folder: Path, view: str, arguments: list[str]) -> Image.Image:
+    """Return the built-in room from `view`, drawn by the command."""
+    path = folder / "tile.png"
+    size = f"{TILE}x{TILE}"
+    # One frame: with several, one path would be several.
+    common = ["--snapshot", str(path), "--size", size, "--antialias", "1", "--quiet"]
+    code = cli.main(["cornell_meso", "--camera", view, *common, *arguments])
+    if code:
+        raise SystemExit(code)
+    with Image.open(path) as image:
+        return image.convert("RGB")
+
+
+def draw_paths(folder: Path) -> None:
+    """Draw path tracing with 1, 16 and 256 paths beside SSDO, the room and two details."""
+    width = TILE * len(METHODS)
+    sheet = Image.new("RGB", (width, LABEL_HEIGHT + TILE * len(VIEWS)), "white")
+    draw = ImageDraw.Draw(sheet)
+    font = ImageFont.load_default()
+    for column, (label, arguments) in enumerate(METHODS.items()):
+        draw.text((column * TILE + 6, 3), label, fill="black", font=font)
+        for row, view in enumerate(VIEWS.values()):
+            place = (column * TILE, LABEL_HEIGHT + row * TILE)
+            sheet.paste(tile(folder, view, arguments), place)
+    sheet.save(FOLDER / "paths.jpg", quality=QUALITY)
+
+
+def draw_lead(folder: Path) -> None:
+    """Draw the README's first picture."""
+    path = folder / "lead.png"
+    code = cli.main(["cornell_meso", "--snapshot", str(path), "--size", "960x720", "--quiet"])
+    if code:
+        raise SystemExit(code)
+    with Image.open(path) as image:
+        image.convert("RGB").save(FOLDER / "cornell_meso.jpg", quality=QUALITY)
+
+
+def main() -> int:
+    """Draw all of them."""
+    with tempfile.TemporaryDirectory() as name:
+        draw_lead(Path(name))
+        draw_paths(Path(name))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
