@@ -72,8 +72,8 @@ METHODS = (
     Method("full transport, 256 paths", {"method": "reference-gi"}, "beauty", "spp", 256),
     Method("ray-traced AO, 256 rays", {"method": "reference-ao"}, "visibility", "spp", 256),
     Method(
-        "ray-traced AO, 16 rays, with direct light",
-        {"method": "reference-ao", "combine": "report"},
+        "ray-traced AO, 16 rays; direct light, 1 ray",
+        {"method": "reference-ao", "combine": "report", "shadow_rays": 1},
         "beauty",
         "spp",
         16,
