@@ -13,7 +13,7 @@ TESTS = Path(__file__).parent
 
 # Low to high. A unit is a folder or a file of the package; it imports lower ones only.
 LAYERS: tuple[tuple[str, ...], ...] = (
-    ("resources", "math3d", "color"),
+    ("resources", "math3d", "color", "whole_files"),
     ("scene",),
     ("gpu",),
     ("graph",),

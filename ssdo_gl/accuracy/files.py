@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 import os
 import sys
-import tempfile
 from pathlib import Path
 from typing import Any
+
+from ssdo_gl.whole_files import replace_whole
 
 
 class BenchError(ValueError):
@@ -40,23 +41,10 @@ def cache_folder(kind: str) -> Path:
 
 def replace_file(path: Path, data: bytes) -> None:
     """Replace `path` by `data` in one step; a failure leaves the old file untouched."""
-    temporary = None
     try:
-        with tempfile.NamedTemporaryFile(
-            dir=path.parent, prefix=f".{path.name}.", delete=False
-        ) as file:
-            temporary = Path(file.name)
-            file.write(data)
-        # NamedTemporaryFile makes files private; give what a plain open() would.
-        umask = os.umask(0)
-        os.umask(umask)
-        temporary.chmod(0o666 & ~umask)
-        temporary.replace(path)
+        replace_whole(path, data)
     except OSError as error:
         raise BenchError(f"{path}: cannot be written: {error.strerror}") from None
-    finally:
-        if temporary is not None and temporary.exists():
-            temporary.unlink()
 
 
 def replace_json(path: Path, content: Any) -> None:

@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from ssdo_gl.whole_files import replace_whole
+
 SUFFIXES = (".png", ".exr", ".npz")
 
 
@@ -44,23 +46,10 @@ def check_output(path: Path, suffixes: tuple[str, ...] = SUFFIXES) -> None:
 
 def write_atomically(path: Path, data: bytes) -> None:
     """Replace `path` by `data` in one step; a failure leaves the old file untouched."""
-    temporary = None
     try:
-        with tempfile.NamedTemporaryFile(
-            dir=path.parent, prefix=f".{path.name}.", delete=False
-        ) as file:
-            temporary = Path(file.name)
-            file.write(data)
-        # NamedTemporaryFile makes files private; give what a plain open() would.
-        umask = os.umask(0)
-        os.umask(umask)
-        temporary.chmod(0o666 & ~umask)
-        temporary.replace(path)
+        replace_whole(path, data)
     except OSError as error:
         raise OutputError(f"{path}: cannot be written: {error.strerror}") from None
-    finally:
-        if temporary is not None and temporary.exists():
-            temporary.unlink()
 
 
 def png_bytes(pixels: NDArray[np.uint8]) -> bytes:
