@@ -101,6 +101,39 @@ def test_large_meshes_are_given_up_instead_of_looked_through(monkeypatch):
     assert content_bodies._form_of(shapes.box()).form == ANY
 
 
+def six_solids():
+    ball, box = shapes.sphere(8), shapes.box()
+    meshes = [dataclasses.replace(mesh) for mesh in (box, ball, box, ball, box, ball)]
+    return [(mesh, math3d.translation((3.0 * i, 0.0, 0.0))) for i, mesh in enumerate(meshes)]
+
+
+@pytest.mark.parametrize(
+    ("name", "limit", "known"),
+    [
+        ("MOST_MESHES", 6, [CONVEX_SOLID] * 6),
+        ("MOST_MESHES", 4, [CONVEX_SOLID] * 4 + [ANY] * 2),
+        ("MOST_LOOKS_PER_SCENE", 10_000, [CONVEX_SOLID] * 6),
+        # A box takes 6 x 24 looks, and 12 x 24 at most as far as can be told before; a ball
+        # takes more.
+        ("MOST_LOOKS_PER_SCENE", 500, [CONVEX_SOLID, ANY] * 2 + [ANY] * 2),
+    ],
+)
+@pytest.mark.parametrize("is_known_before", [False, True])
+def test_many_meshes_are_known_by_their_boxes_alone(
+    monkeypatch, name, limit, known, is_known_before
+):
+    items = six_solids()
+    if is_known_before:
+        for mesh, _ in items:
+            form_of(mesh)
+    whole = bodies_of(scene_of(*items))
+    monkeypatch.setattr(content_bodies, name, limit)
+    part = bodies_of(scene_of(*items))
+    assert list(part.form) == known
+    for field in ("center", "half_edges"):
+        assert np.array_equal(getattr(part, field), getattr(whole, field))
+
+
 def test_the_planes_of_a_box_are_its_six_faces():
     planes = form_of(shapes.box()).planes
     assert planes.shape == (6, 4)
