@@ -65,7 +65,7 @@ class Event(ctypes.Union):
     ]
 
 
-def drop(target: int, path: Path, seconds: float = 60.0) -> None:
+def drop(target: int, path: Path, seconds: float = 240.0) -> None:
     """Drop `path` on the window `target`; return when it has been taken."""
     x11 = ctypes.CDLL(ctypes.util.find_library("X11") or "libX11.so.6")
     x11.XOpenDisplay.restype = ctypes.c_void_p
