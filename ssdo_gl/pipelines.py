@@ -333,7 +333,7 @@ class _Builder:
 
     def _add_composite(self) -> None:
         effects, settings = self.effects, self.settings
-        multiplied = settings.method in ("ssao", "reference-ao") and effects.visibility
+        gathers = settings.method not in ("ssao", "reference-ao")  # else visibility stands in
         combine: Combine = effective_combine(self.content, settings)
         if combine == "report" and settings.method == "reference-ao":
             combine = "report_traced"
@@ -341,9 +341,9 @@ class _Builder:
             CompositePass(
                 self.environment,
                 direct="direct_irradiance" if effects.direct else None,
-                directional="directional_irradiance" if effects.directional else None,
-                bounce="bounce_irradiance" if effects.bounce else None,
-                visibility="visibility" if multiplied else None,
+                directional="directional_irradiance" if gathers and effects.directional else None,
+                bounce="bounce_irradiance" if gathers and effects.bounce else None,
+                visibility="visibility" if effects.visibility and not gathers else None,
                 combine=combine,
                 has_emission=effects.emission,
             ),

@@ -101,10 +101,7 @@ def check_subsets(device, shaders, record, method, case, subsets):
     record(case, label(method), changed, 0, "images changed")
 
 
-COMPOSED = [m for m in METHODS if m[0] != "reference-ao"]
-
-
-@pytest.mark.parametrize("method", COMPOSED, ids=label)
+@pytest.mark.parametrize("method", METHODS, ids=label)
 def test_a_subset_of_images_is_the_same_as_all(device, shaders, record, method):
     """Each image alone, all but each, and some in between; every one is a slow test."""
     ends = [s for s in SUBSETS if len(s) in (1, len(AOVS) - 1)]
@@ -112,7 +109,7 @@ def test_a_subset_of_images_is_the_same_as_all(device, shaders, record, method):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", COMPOSED, ids=label)
+@pytest.mark.parametrize("method", METHODS, ids=label)
 def test_every_subset_of_images_is_the_same_as_all(device, shaders, record, method):
     check_subsets(device, shaders, record, method, "all 1023 subsets of outputs", SUBSETS)
 
