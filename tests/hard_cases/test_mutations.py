@@ -172,10 +172,10 @@ HEIGHT_TEST = "return height > t.min_height"
 SNAPPED = "position_vs_at(uv_of_texel(texel), z)"
 MUTATIONS = {
     "bias made absolute": Mutation(
-        {"lib/occlusion.glsl": (("u_bias * length_scale", "0.025"),)}, scale_shows
+        {"lib/tangent_height.glsl": (("u_bias * length_scale_at(z)", "0.025"),)}, scale_shows
     ),
     "thickness made absolute": Mutation(
-        {"lib/occlusion.glsl": (("u_thickness * length_scale", "0.1"),)}, scale_shows
+        {"lib/occlusion.glsl": (("u_thickness * length_scale_at(z)", "0.1"),)}, scale_shows
     ),
     "tangent-plane test removed": Mutation(
         {"lib/occlusion.glsl": ((HEIGHT_TEST, "return true || height > t.min_height"),)},
