@@ -6,6 +6,7 @@ the shaders as they are and fail with the copy; a check that cannot fail proves 
 
 from __future__ import annotations
 
+import dataclasses
 import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -14,16 +15,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hard_cases import poison
+from hard_cases.drawn import Directions
 from hard_cases.hard_scene import quad, room, sphere, transformed
 from hard_cases.invariants import difference
 from hard_cases.methods import render
 from hard_cases.test_depth import with_meshes
+from hard_cases.test_energy import white_sky
+from hard_cases.test_precision import angle_between
+from hard_cases.test_stability_in_time import orbit_scene
 from passes.estimator_cases import corner
+from shaders.harness import evaluate
+from shaders.test_lights import LIGHT
 
 from ssdo_gl import math3d, resources
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.light import PointLight
+from ssdo_gl.scene.light import PointLight, RectangleLight
 
 MARCH = ("bounce", "march")
 RGS09 = ("bounce", "rgs09")
@@ -168,6 +175,71 @@ def convex_body_is_occluded(device, shaders):
     return 1.0 - images["visibility"].min(), 0.0
 
 
+def light_comes_from_below(device, shaders):
+    """Change of a floor's light where a rectangle goes on below it: none.
+
+    The floor's edge, at which half of it vanishes, moves by rounding: some 1e-6.
+    """
+    floor = quad((-1, 0, 1), (2, 0, 0), (0, 0, -2))
+    images = []
+    for low in (-0.5, 0.0):
+        card = RectangleLight((-0.5, low, 0.5), (1, 0, 0), (0, 0.5 - low, 0), (5, 5, 5),
+                              two_sided=True, visible=False)  # fmt: skip
+        scene = with_meshes(floor, lights=(card,), environment=None)
+        options = {"images": ("direct",), "shadows": "none"}
+        images.append(render(device, shaders, scene, ("direct", None), **options))
+    return difference(images[1], images[0], "direct")[0], 1e-5
+
+
+def contact_is_not_finite(device, shaders):
+    """Irradiances that are not numbers, from point lights at no and at any distance."""
+    distance = np.array([0.0, 1e-38, 1e-30, 1e-20, 1e-10, 1.0, 1e18, 1e25])
+    place = distance[:, None] * [0.0, 1.0, 0.0]
+    n = np.tile([0.0, 1.0, 0.0], (len(distance), 1))
+    body = "unshadowed_irradiance(make(LIGHT_POINT, place, n, n, vec2(0.0)), vec3(0.0), n, n)"
+    found = evaluate(device.gl, shaders, ["lib/lights.glsl"], body, {"place": place, "n": n},
+                     3, functions=LIGHT)  # fmt: skip
+    return float((~np.isfinite(found)).sum()), 0.0
+
+
+def half_size_shows_another_picture(device, shaders):
+    """Occlusion at half resolution against full: RMSE of what both estimate."""
+    full, half = (
+        render(device, shaders, room(), MARCH, images=("visibility",), resolution_scale=scale)
+        for scale in (1.0, 0.5)
+    )
+    # Noise of 4 directions, filtered, and edges of a pixel's width.
+    return difference(full, half, "visibility")[0], 0.08
+
+
+def octahedron_loses_a_fold(device, shaders):
+    """Largest angle between normals and what their codes give back, radians."""
+    n = Directions(0, (1e-3, 1e-20)).array(10_000)
+    found = evaluate(device.gl, shaders, ["lib/octahedral.glsl"], "oct_decode(oct_encode(n))",
+                     {"n": n}, 3)  # fmt: skip
+    # As in test_precision.py: 5 ULP of 1 rad.
+    return float(angle_between(found.astype(float), n).max()), 5.0 * 2.0**-23
+
+
+def noise_swims(device, shaders):
+    """What a step around a round scene changes: nothing (see test_stability_in_time.py)."""
+    frames = []
+    for angle in (0.0, np.pi / 12.0):
+        camera = Camera((2.5 * np.sin(angle), 1.6, 2.5 * np.cos(angle)), (0.0, 0.3, 0.0))
+        scene = dataclasses.replace(orbit_scene(), camera=camera)
+        frames.append(render(device, shaders, scene, MARCH, images=("visibility",)))
+    return difference(*frames, "visibility")[0], 1e-4
+
+
+def light_is_gained(device, shaders):
+    """By how much open and blocked directions together exceed a white sky: not at all."""
+    names = ("directional", "bounce")
+    scene = white_sky(room())
+    images = render(device, shaders, scene, MARCH, images=names, filter="none", samples=64)
+    # Albedo has 16 bits.
+    return float((images["directional"] + images["bounce"]).max()) - 1.0, 5e-5
+
+
 HEIGHT_TEST = "return height > t.min_height"
 SNAPPED = "position_vs_at(uv_of_texel(texel), z)"
 MUTATIONS = {
@@ -240,6 +312,38 @@ MUTATIONS = {
             ("NEUTRAL = vec4(1.0, 0.0, 0.0, 0.0)", "NEUTRAL = vec4(0.0)"),
         )},
         sky_is_dark,
+    ),
+    "light from below the horizon": Mutation(
+        {"lib/lights.glsl": (
+            ("vec3 plane_normal, inout Cut cut)\n{",
+             "vec3 plane_normal, inout Cut cut)\n{\n    return true;"),
+        )},
+        light_comes_from_below,
+    ),
+    "division by a distance that vanishes": Mutation(
+        {"lib/lights.glsl": (
+            ("bounded_irradiance(light.power / distance * cos_theta / distance)",
+             "light.power * cos_theta / dot(to_light, to_light)"),
+        )},
+        contact_is_not_finite,
+    ),
+    "half size without its stride": Mutation(
+        {"lib/receiver.glsl": (("return pixel * u_receiver_stride;", "return pixel;"),)},
+        half_size_shows_another_picture,
+    ),
+    "sign() of zero at a fold": Mutation(
+        {"lib/octahedral.glsl": (("abs(p.yx)) * sign_not_zero(p)", "abs(p.yx)) * sign(p)"),)},
+        octahedron_loses_a_fold,
+    ),
+    "noise that hangs on the position": Mutation(
+        {"lib/receiver.glsl": (
+            ("uint(i), u_pattern_offset)",
+             "uint(i), u_pattern_offset + floatBitsToUint(r.z_vs) * 2654435769u)"),
+        )},
+        noise_swims,
+    ),
+    "blocked directions count twice": Mutation(
+        {"bounce.frag": (("(PI * share *", "(2.0 * PI * share *"),)}, light_is_gained
     ),
     "smooth normals decide what is above": Mutation(
         dict.fromkeys(
