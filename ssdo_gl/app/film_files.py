@@ -21,7 +21,10 @@ from ssdo_gl.app.image_files import OutputError, check_output, png_bytes, write_
 FILM_SUFFIXES = (".mp4", ".webp", ".gif", ".png")
 # imageio-ffmpeg's scale of 1 to 10; at 8 the noise of an estimator survives.
 MP4_QUALITY = 8
-WEBP_QUALITY = 85
+# A walk through the built-in room: at 92 the mean error is 1 step of 255, for 9 kB a
+# frame of 480x270. Every frame is a key frame: what is only patched keeps blocks of
+# frames before, twice the error for the same size.
+WEBP_OPTIONS = {"quality": 92, "method": 6, "kmin": 0, "kmax": 1}
 
 
 class FilmWriter(Protocol):
@@ -116,7 +119,7 @@ class _AnimationWriter:
         first, *rest = self._frames
         options: dict[str, Any] = {"save_all": True, "append_images": rest, "loop": 0}
         if self._path.suffix.lower() == ".webp":
-            options |= {"quality": WEBP_QUALITY, "method": 6}
+            options |= WEBP_OPTIONS
         first.save(buffer, format=self._path.suffix[1:].upper(), duration=self._frame_ms, **options)
         write_atomically(self._path, buffer.getvalue())
 
