@@ -9,6 +9,9 @@
 // and the factor is undone without rounding because it is a power of two.
 const float KEPT_ROW = 4096.0;
 
+// Only ever indexed by constants, or compilers unroll the loop over directions around it;
+// Mesa's software rasterizer then follows every direction of the sky's pixels, too, where
+// a loop ends at once: 163 ms instead of 17 for a small thing before the sky.
 float kept_direction[4 * KEPT_TEXTURE_COUNT];
 
 #if TAKES_DIRECTIONS
@@ -48,7 +51,9 @@ void take_directions(ivec2 pixel)
 // What blocks direction `i`; how far along it is not kept.
 Blocker kept_blocker(int i)
 {
-    float number = kept_direction[i];
+    float number = -1.0;
+    for (int k = 0; k < 4 * KEPT_TEXTURE_COUNT; ++k)
+        number = k == i ? kept_direction[k] : number;
     float y = floor(number / KEPT_ROW);
     ivec2 texel = ivec2(int(number - y * KEPT_ROW), int(y));
     if (number < 0.0)
@@ -75,7 +80,9 @@ void keep_nothing()
 
 void keep_direction(int i, Blocker b)
 {
-    kept_direction[i] = is_blocked(b) ? float(b.texel.x) + KEPT_ROW * float(b.texel.y) : -1.0;
+    float number = is_blocked(b) ? float(b.texel.x) + KEPT_ROW * float(b.texel.y) : -1.0;
+    for (int k = 0; k < 4 * KEPT_TEXTURE_COUNT; ++k)
+        kept_direction[k] = k == i ? number : kept_direction[k];
 }
 
 vec4 four_kept(int first)
