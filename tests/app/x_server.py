@@ -59,7 +59,9 @@ class XServer:
                 "-displayfd",
                 str(write),
                 *("-screen", "0", f"{width}x{height}x24", "-fbdir", str(folder)),
-                *("-nolisten", "tcp", "-nocursor"),
+                # When the last program leaves, a server starts anew and lets nobody in
+                # meanwhile, unless it is told not to.
+                *("-nolisten", "tcp", "-nocursor", "-noreset"),
             ],
             pass_fds=[write],
             stderr=subprocess.DEVNULL,
@@ -68,6 +70,7 @@ class XServer:
         with os.fdopen(read) as pipe:
             number = pipe.readline().strip()
         if not number:
+            self.close()
             raise RuntimeError("Xvfb does not start")
         self.environment = {**os.environ, "DISPLAY": f":{number}"}
         self.environment.pop("WAYLAND_DISPLAY", None)
@@ -122,18 +125,22 @@ class App:
             )
         try:
             wait_for("the window opens", lambda: bool(self._windows()))
+            self.window = self._windows()[0]
+            # Out of the window, whatever the program before this one has left: where nobody
+            # has the keyboard, keys go to the window under the pointer.
+            server.do("mousemove", "900", "600")
+            # Without a window manager nobody gives the keyboard to a window.
+            server.do("windowfocus", "--sync", self.window)
         except BaseException:
             self.kill()
             raise
-        self.window = self._windows()[0]
-        # Without a window manager nobody gives the keyboard to a window.
-        server.do("windowfocus", "--sync", self.window)
 
     def _windows(self) -> list[str]:
         if self.process.poll() is not None:
             raise AssertionError(f"the program ended: {self.said()}")
         done = subprocess.run(
-            ["xdotool", "search", "--name", "ssdo_gl"],
+            # One that is not on the screen yet cannot be given the keyboard.
+            ["xdotool", "search", "--onlyvisible", "--name", "ssdo_gl"],
             env=self.server.environment,
             capture_output=True,
             text=True,
