@@ -207,17 +207,21 @@ class Overlay(ImguiBackend):
         reading = inspect(viewer.device.gl, left.image.drawing, self._host.cursor_uv())
         if reading is None:
             return
-        imgui.begin_tooltip()
-        imgui.text(f"pixel  {reading.pixel[0]}, {reading.pixel[1]}")
+        lines = [f"pixel  {reading.pixel[0]}, {reading.pixel[1]}"]
         if reading.position_ws is None:
-            imgui.text("background")
+            lines.append("background")
         else:
-            imgui.text(f"P  {shown_values(reading.position_ws)}")
-            imgui.text(f"z  {reading.z_vs:.5g}")
+            lines.append(f"P  {shown_values(reading.position_ws)}")
+            lines.append(f"z  {reading.z_vs:.5g}")
         if reading.normal_ws is not None:
-            imgui.text(f"n  {shown_values(reading.normal_ws)}")
-        for name, values in reading.values.items():
-            imgui.text(f"{name}  {shown_values(values)}")
+            # Kept with 16 bits: further digits would be of the rounding.
+            lines.append("n  " + "  ".join(f"{part:.4f}" for part in reading.normal_ws))
+        lines += [f"{name}  {shown_values(values)}" for name, values in reading.values.items()]
+        widest = max(imgui.calc_text_size(line).x for line in lines)
+        imgui.set_next_window_content_size(ImVec2(widest, 0.0))
+        imgui.begin_tooltip()
+        for line in lines:
+            imgui.text_unformatted(line)
         if not reading.is_finite:
             imgui.text_colored(_FAULT, "no number")
         imgui.end_tooltip()
