@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -52,6 +53,15 @@ def test_animation_holds_all_frames_in_order(tmp_path: Path, suffix: str) -> Non
             assert image.info["duration"] == 100
             # Lossy; a step between two frames is 20.
             assert np.abs(np.asarray(image.convert("RGB")).astype(int) - (20 * i + 10)).max() < 6
+
+
+def test_without_imageio_ffmpeg_the_message_names_it_and_what_goes_without(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    with pytest.raises(OutputError, match=r"pip install 'ssdo_gl\[window\]'.*\.webp"):
+        film_writer(tmp_path / "walk.mp4", RATE)
+    assert not list(tmp_path.iterdir())
 
 
 # imageio-ffmpeg leaves the pipes to its process to the garbage collector.
