@@ -231,7 +231,7 @@ def test_edge_aware_filter(gl, shaders, record, seed, degrees, rough):
     record(f"{STAGE}: edge-aware filter", "separable", error, 1e-4, "of values up to 1")
 
 
-@batches(3, seed=SEEDS, away=numbers(0, 3), scale=numbers(-6, 6))
+@batches(4, seed=SEEDS, away=numbers(0, 3), scale=numbers(-6, 6))
 def test_depth_and_normals_of_triangles(gl, shaders, record, seed, away, scale):
     """A dozen triangles at any distance and size, in any pose, against rays."""
     rng = np.random.default_rng(seed)
@@ -245,14 +245,20 @@ def test_depth_and_normals_of_triangles(gl, shaders, record, seed, away, scale):
     rays = rays_of(frame).reshape(-1, 3)
     wanted, index, weights = nearest(rays, corners)
     z = images["z_vs"].reshape(-1).astype(float) / unit_length
-    # Pixels on an edge may go either way, and near ones may win a tie of depths.
+    # Pixels on an edge may go either way: only those among neighbours of their own
+    # triangle count. Slivers thinner than a pixel slip through that.
+    around = index.reshape(PIXELS[::-1])
     firm = np.isfinite(wanted) & (weights.min(1) > 1e-3) & (z > 0.0)
+    for axis in (0, 1):
+        for step in (-1, 1):
+            firm &= (np.roll(around, step, axis) == around).ravel()
     face = unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))[index]
     cosine = np.abs((face * unit(rays)).sum(1))
     error = np.abs(z / wanted - 1.0) * np.maximum(cosine, 1e-3)
-    other = float(np.mean(error[firm] > 0.05))
-    record("pixels that show another triangle", "gbuffer", other, 1e-3, "share")
-    firm &= error <= 0.05
+    is_other = error > 1e-4
+    share = float(np.mean(is_other[firm]))
+    record("pixels that show another triangle", "gbuffer", share, 1e-3, "share")
+    firm &= ~is_other
     record(
         f"{STAGE}: depth of triangles", "gbuffer", error[firm].max() / EPSILON, 8.0,
         "ULP x cos",
