@@ -2,31 +2,60 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
+
 import pytest
 
-_ROWS: dict[tuple[str, str], tuple[float, float, set[str]]] = {}
+
+@dataclass
+class Row:
+    """One line of the table: a case, over all methods that were tried with it."""
+
+    unit: str
+    bound: float
+    worst: float = 0.0
+    methods: set[str] = field(default_factory=set)
+
+    def line(self, case: str, width: int) -> str:
+        """Return the line; few methods by name, more by number."""
+        names = ", ".join(sorted(self.methods))
+        methods = names if len(names) <= METHODS_WIDTH else f"{len(self.methods)} methods"
+        return (
+            f"{case:{width}}  {methods:{METHODS_WIDTH}}  "
+            f"{self.worst:10.3g}  {self.bound:10.3g}  {self.unit}"
+        )
+
+
+METHODS_WIDTH = 18
+# Title of a class of cases -> (case, unit) -> row.
+_ROWS: dict[str, dict[tuple[str, str], Row]] = {}
 
 
 @pytest.fixture
-def record():
+def record(request):
     """Return ``record(case, method, error, bound)``, which also asserts error <= bound."""
+    title = request.module.__doc__.partition("\n")[0]
 
     def note(case: str, method: str, error: float, bound: float, unit: str = "") -> None:
-        worst, _, methods = _ROWS.get((case, unit), (0.0, bound, set()))
-        _ROWS[case, unit] = max(worst, float(error)), bound, methods | {method}
+        row = _ROWS.setdefault(title, {}).setdefault((case, unit), Row(unit, bound))
+        row.worst = max(row.worst, float(error))
+        row.bound = max(row.bound, bound)
+        row.methods.add(method)
         assert error <= bound, f"{case}, {method}: {error:.3g} where {bound:.3g} is allowed"
 
     return note
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Print one line for each case: methods tried, worst error, bound."""
+    """Print one line for each case, class by class: methods tried, worst error, bound."""
     if not _ROWS:
         return
     terminalreporter.section("hard cases")
-    width = max(len(case) for case, _ in _ROWS)
-    terminalreporter.write_line(f"{'case':{width}}  methods  worst error      bound")
-    for (case, unit), (worst, bound, methods) in sorted(_ROWS.items()):
-        terminalreporter.write_line(
-            f"{case:{width}}  {len(methods):7d}  {worst:11.3g}  {bound:9.3g} {unit}"
-        )
+    width = max(len(case) for rows in _ROWS.values() for case, _ in rows)
+    terminalreporter.write_line(
+        f"{'case':{width}}  {'methods':{METHODS_WIDTH}}  {'worst':>10}  {'bound':>10}"
+    )
+    for title, rows in _ROWS.items():
+        terminalreporter.write_line(f"\n{title}")
+        for (case, _), row in sorted(rows.items()):
+            terminalreporter.write_line(row.line(case, width))
