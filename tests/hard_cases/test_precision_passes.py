@@ -43,6 +43,17 @@ SIZE = (160, 120)
 TAN_Y = 0.5
 # Some comparison of a pixel's 24 is within 1e-5 of a tie.
 UNSURE_SHARE = 0.03
+# Of the others, those that rounding decides after all: products of several roundings go
+# beyond 1e-5 once in a million comparisons, and a pixel hangs on 24.
+OTHERWISE_SHARE = 3e-4
+
+
+def compare(record, case, estimator, error, bound, unit):
+    """Record the errors (N,) of pixels: how many are decided otherwise, the worst of the rest."""
+    otherwise = error > 1e-4
+    share = float(np.mean(otherwise))
+    record(f"{case}, otherwise", estimator, share, OTHERWISE_SHARE, "of the pixels")
+    record(case, estimator, error[~otherwise].max() / EPSILON, bound, unit)
 
 
 @pytest.mark.parametrize("estimator", ["march", "hemisphere", "rgs09"])
@@ -58,9 +69,9 @@ def test_visibility(gl, shaders, record, estimator, seed, radius, has_back):
     sure = ~samples.unsure.any(1)
     record(f"{STAGE}: near ties", estimator, 1.0 - sure.mean(), UNSURE_SHARE, "of the pixels")
     wanted = screen_space.visibility(samples)
-    error = np.abs(found[texel[:, 1], texel[:, 0]] - wanted)[sure].max() / EPSILON
+    error = np.abs(found[texel[:, 1], texel[:, 0]] - wanted)[sure]
     # N shares of 1 / N are added; rgs09 weights them by cosines.
-    record(f"{STAGE}: visibility", estimator, error, 4.0, "ULP of 1")
+    compare(record, f"{STAGE}: visibility", estimator, error, 4.0, "ULP of 1")
 
 
 @pytest.mark.parametrize("estimator", ["march", "rgs09"])
@@ -85,15 +96,15 @@ def test_bounce(gl, shaders, record, estimator, seed, radius):
             picture, texel, samples, sent, settings.hidden_senders
         )
         # Sums of 6 terms of pi / 6 times a radiance of up to 1.
-        error = np.abs(found - wanted)[sure].max() / np.pi / EPSILON
-        record(f"{STAGE}: bounce by solid angle", estimator, error, 8.0, "ULP of pi")
+        error = np.abs(found - wanted)[sure].max(1) / np.pi
+        compare(record, f"{STAGE}: bounce by solid angle", estimator, error, 8.0, "ULP of pi")
         return
     wanted = screen_space.bounce_rgs09(picture, texel, samples, sent, radius, clamp)
     # A form factor is pi / (24 clamp^2) at most; its distance is a difference of positions
     # whose rounding, 6e-8 of z, shows against the clamp: 3 / (0.2 R).
-    largest = np.pi / (24.0 * clamp**2)
-    error = np.abs(found - wanted)[sure].max() / largest / (1.0 + 3.0 / (clamp * radius)) / EPSILON
-    record(f"{STAGE}: bounce, rgs09", estimator, error, 8.0, "ULP x z / clamp")
+    largest = np.pi / (24.0 * clamp**2) * (1.0 + 3.0 / (clamp * radius))
+    error = np.abs(found - wanted)[sure].max(1) / largest
+    compare(record, f"{STAGE}: bounce, rgs09", estimator, error, 8.0, "ULP x z / clamp")
 
 
 @batches(seed=SEEDS, normals_=directions(), radius=numbers(-6, 6), depths=numbers(-3, 3))
