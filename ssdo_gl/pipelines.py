@@ -3,40 +3,27 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from typing import Any
 
 from ssdo_gl.effects import Decision, Effects, decide, effective_combine
-from ssdo_gl.graph.environment_uniforms import environment_kind
 from ssdo_gl.graph.graph import compile_graph
 from ssdo_gl.graph.render_pass import RenderPass
-from ssdo_gl.near_field import estimator_of, sender_bound
-from ssdo_gl.passes.back_faces import BackFacesPass
-from ssdo_gl.passes.bounce import BouncePass, BounceSettings
+from ssdo_gl.near_field_passes import near_field_passes
+from ssdo_gl.passes.bounce import BounceSettings
 from ssdo_gl.passes.composite import Combine, CompositePass
-from ssdo_gl.passes.constant import ConstantPass
-from ssdo_gl.passes.depth_layers import DepthLayersPass
 from ssdo_gl.passes.direct import DirectPass, DirectSettings
-from ssdo_gl.passes.directional import (
-    ENVIRONMENT_NUMBERS,
-    DirectionalPass,
-    DirectionalSettings,
-)
-from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterPass, EdgeAwareFilterSettings
+from ssdo_gl.passes.directional import DirectionalSettings
+from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterSettings
 from ssdo_gl.passes.environment import EnvironmentPass
 from ssdo_gl.passes.gbuffer import GBufferPass
-from ssdo_gl.passes.open_tiles import OpenTilesPass
 from ssdo_gl.passes.radiance_aov import RadianceAovPass
-from ssdo_gl.passes.screen_space_settings import ScreenSpaceSettings, default_thickness
-from ssdo_gl.passes.sender_radiance import SenderRadiancePass
 from ssdo_gl.passes.shadow_map import ShadowMapPass, ShadowMapSettings
-from ssdo_gl.passes.ssao import SsaoPass, SsaoSettings
-from ssdo_gl.passes.tile_planes import TilePlanesPass
+from ssdo_gl.passes.ssao import SsaoSettings
 from ssdo_gl.passes.tone_map import ToneMapPass, ToneMapSettings
 from ssdo_gl.scene.content import SceneContent, simplest_environment
-from ssdo_gl.scene.environment import ConstantEnvironment, Environment, MapEnvironment
+from ssdo_gl.scene.environment import Environment, MapEnvironment
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.traced_passes import TRACED_SETTINGS, traced_passes, with_overrides
@@ -52,7 +39,6 @@ PASS_SETTINGS: dict[str, type[Any]] = {
     "tone_map": ToneMapSettings,
     **TRACED_SETTINGS,
 }
-EstimatorSettings = TypeVar("EstimatorSettings", bound=ScreenSpaceSettings)
 
 
 @dataclass(frozen=True)
@@ -142,8 +128,6 @@ class _Builder:
         self.effects = effects
         self.passes: list[RenderPass] = []
         self.reasons: dict[str, str] = {}
-        assert settings.radius is not None, "the renderer fills the radius in"
-        self.radius: float = settings.radius
         self.paths = settings.method == "reference-gi"
         self.environment: Environment | None = scene.environment
         if effects.simplifies_environment:
@@ -157,7 +141,10 @@ class _Builder:
             for item, reason in traced_passes(self.scene, settings, effects, paths=self.paths):
                 self.add(item, reason)
         if not settings.is_reference:
-            self._add_near_field()
+            for item, reason in near_field_passes(
+                self.scene, self.content, settings, effects, self.environment
+            ):
+                self.add(item, reason)
         self._add_composite()
         outputs = {name: self._output(name) for name in self.wanted}
         pipeline = Pipeline(tuple(self.passes), outputs, self.effects.decisions, self.reasons)
@@ -166,24 +153,6 @@ class _Builder:
     def add(self, item: RenderPass, reason: str) -> None:
         self.passes.append(item)
         self.reasons[item.name] = reason
-
-    def estimator_settings(self, name: str, cls: type[EstimatorSettings]) -> EstimatorSettings:
-        settings = self.settings
-        base = cls(
-            estimator=estimator_of(settings, name),
-            radius=self.radius,
-            samples=settings.samples,
-            steps=settings.steps,
-            resolution_scale=settings.resolution_scale,
-        )
-        chosen = with_overrides(self.settings, name, base)
-        if chosen.thickness is None:
-            # By what the scene holds, not by whether its backs happen to be drawn.
-            marches = settings.chosen_estimator == "march"
-            has_backs = marches and self.content.has_closed_meshes
-            thickness = default_thickness(chosen.estimator, has_backs)
-            chosen = dataclasses.replace(chosen, thickness=thickness)
-        return chosen
 
     def _add_lights(self) -> None:
         effects = self.effects
@@ -202,134 +171,6 @@ class _Builder:
             )
         if isinstance(self.environment, MapEnvironment):
             self.add(EnvironmentPass(), "the image of the environment, and its irradiance")
-
-    def _add_near_field(self) -> None:
-        effects = self.effects
-        if effects.back_layer:
-            self.add(BackFacesPass(), "the thickness of closed bodies")
-            self.add(DepthLayersPass(), "fronts and backs in one texture, one fetch for both")
-        bounce = self.estimator_settings("bounce", BounceSettings)
-        if effects.open_tile_size:
-            self._add_open_tiles(bounce)
-        keeps = bounce.refine_steps if effects.shares_directions else None
-        if effects.is_scalar:
-            self._add_scalar_directional(keeps)
-        elif effects.directional:
-            self._add_directional(keeps)
-        elif effects.visibility and effects.is_open:
-            self.add(ConstantPass("visibility", (1.0,)), "every visible point is open")
-        elif effects.visibility:
-            settings = self.estimator_settings("ssao", SsaoSettings)
-            self._add_ssao(settings, keeps, "how open each point is")
-            self._add_filter("ssao")
-        if effects.bounce:
-            self._add_bounce(bounce)
-
-    def _add_open_tiles(self, bounce: BounceSettings) -> None:
-        """Look for open tiles on behalf of every estimator that may run."""
-        directional = self.estimator_settings("directional", DirectionalSettings)
-        alone = self.estimator_settings("ssao", SsaoSettings)
-        # Lights that are looked at may be marched to in fewer steps than the rest.
-        steps = min(directional.step_count, directional.light_steps)
-        relying = [(bounce, bounce.step_count), (directional, steps), (alone, alone.step_count)]
-        size = self.effects.open_tile_size
-        self.add(TilePlanesPass(size), "which squares of the frame show a single plane")
-        self.add(OpenTilesPass(relying, size), "which of them nothing in reach rises above")
-
-    def _add_scalar_directional(self, keeps: int | None) -> None:
-        """One colour from everywhere: what arrives is that of an open point times visibility."""
-        assert isinstance(self.environment, ConstantEnvironment)
-        red, green, blue = (math.pi * value for value in self.environment.radiance)
-        # The same directions as the directional estimator takes, whose settings hold.
-        like = self.estimator_settings("directional", DirectionalSettings)
-        if self.effects.is_open and like.resolution_scale != 1.0:
-            # The filter leaves pixels dark of which the smaller image shows nothing.
-            self._add_directional(None)
-            return
-        if self.effects.is_open:
-            constant = ConstantPass("directional_irradiance", (red, green, blue, 1.0))
-            self.add(constant, "the same light arrives at every visible point")
-            return
-        shared = {f.name: getattr(like, f.name) for f in dataclasses.fields(ScreenSpaceSettings)}
-        reason = "how open each point is says how much of the environment's one colour arrives"
-        self._add_ssao(SsaoSettings(**shared), keeps, reason)
-        self._add_filter("ssao", "directional_irradiance", (red, green, blue))
-
-    def _add_ssao(self, settings: SsaoSettings, keeps: int | None, reason: str) -> None:
-        self.add(
-            SsaoPass(
-                settings,
-                has_back_layer=self.effects.back_layer,
-                keeps=keeps,
-                open_tile_size=self.effects.open_tile_size,
-            ),
-            reason,
-        )
-
-    def _add_directional(self, keeps: int | None) -> None:
-        effects = self.effects
-        names = {value: name for name, value in ENVIRONMENT_NUMBERS.items()}
-        self.add(
-            DirectionalPass(
-                self.estimator_settings("directional", DirectionalSettings),
-                environment=names[environment_kind(self.environment)],
-                has_back_layer=effects.back_layer,
-                needs_visibility=effects.samples_hemisphere,
-                is_open=effects.is_open,
-                keeps=keeps,
-                open_tile_size=effects.open_tile_size,
-            ),
-            "light through open directions",
-        )
-        self._add_filter("directional")
-
-    def _add_bounce(self, settings: BounceSettings) -> None:
-        effects = self.effects
-        self.add(
-            SenderRadiancePass(
-                has_direct=effects.direct,
-                has_directional=effects.directional,
-                has_emission=effects.sender_emission,
-            ),
-            "what each surface sends on",
-        )
-        self.add(
-            BouncePass(
-                settings,
-                sender_bound=sender_bound(self.scene, self.radius),
-                has_back_layer=effects.back_layer,
-                takes_directions=effects.shares_directions,
-                open_tile_size=effects.open_tile_size,
-            ),
-            "light from blocked directions",
-        )
-        self._add_filter("bounce")
-
-    def _add_filter(
-        self,
-        kind: str,
-        result: str | None = None,
-        open_irradiance: tuple[float, float, float] | None = None,
-    ) -> None:
-        """Add the filter after the estimator `kind`: ssao, directional or bounce."""
-        source, usual = {
-            "ssao": ("visibility_raw", "visibility"),
-            "directional": ("directional_raw", "directional_irradiance"),
-            "bounce": ("bounce_raw", "bounce_irradiance"),
-        }[kind]
-        settings = EdgeAwareFilterSettings(filter=self.settings.filter)
-        self.add(
-            EdgeAwareFilterPass(
-                f"{kind}_filter",
-                with_overrides(self.settings, "edge_aware_filter", settings),
-                source=source,
-                result=result or usual,
-                is_visibility=kind == "ssao",
-                holds_z=kind != "directional",
-                open_irradiance=open_irradiance,
-            ),
-            "removes the sampling noise along surfaces",
-        )
 
     def _add_composite(self) -> None:
         effects, settings = self.effects, self.settings

@@ -21,6 +21,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("near_field", "decisions"),
     ("effects",),
     ("traced_passes",),
+    ("near_field_passes",),
     ("pipelines",),
     ("planner",),
     ("options", "surface_arrays", "image_average", "render_result"),
