@@ -10,6 +10,7 @@ import moderngl
 from ssdo_gl.app.live_renderer import Drawing, LiveRenderer, Plane
 from ssdo_gl.app.views import Kind, is_averaged
 from ssdo_gl.gpu.context import Device
+from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.graph.render_pass import ProgressCallback
@@ -26,6 +27,8 @@ _ORDER = tuple((7 + 7 * k) % REFINE_FRAMES for k in range(REFINE_FRAMES))
 CHUNK_MS = 60.0
 # Samples per frame of a reference double at most this often.
 MAX_CHUNK = 64
+# Larger values are faults, which frames to come make good: no light brings so much.
+VALUE_BOUND = 1e18
 
 
 @dataclass(frozen=True)
@@ -85,8 +88,9 @@ class LiveImage:
         self._applied: Settings | None = None
         self._frames = 0
         self._chunk = 1
-        self._sum: moderngl.Texture | None = None
-        self._target: moderngl.Framebuffer | None = None
+        # Two sums: what a frame is added to, and what comes of it.
+        self._sums: list[moderngl.Texture] = []
+        self._targets: list[moderngl.Framebuffer] = []
 
     @property
     def is_refined(self) -> bool:
@@ -105,7 +109,13 @@ class LiveImage:
         plane = self.drawing.planes[self._wish.image]
         if plane.texture is None or not is_averaged(self._wish.kind):
             return plane
-        return Plane(self._sum, plane.first_channel)
+        return Plane(self._sums[0], plane.first_channel)
+
+    @property
+    def last_plane(self) -> Plane:
+        """The image as the last frame drew it: a sum leaves out what is no number."""
+        assert self.drawing is not None and self._wish is not None, "nothing was drawn yet"
+        return self.drawing.planes[self._wish.image]
 
     @property
     def weight(self) -> float:
@@ -166,8 +176,8 @@ class LiveImage:
         return True
 
     def release(self) -> None:
-        """Free the sum and the renderer."""
-        self._free_sum()
+        """Free the sums and the renderer."""
+        self._free_sums()
         self.renderer.release()
 
     def _choose_chunk(self, samples: int, frame_ms: float) -> None:
@@ -180,28 +190,36 @@ class LiveImage:
     def _add(self, plane: Plane, samples: int) -> None:
         if plane.texture is None:
             return
-        if self._target is None or self._target.size != plane.texture.size:
-            self._free_sum()
-            self._sum = make_texture(self._device.gl, plane.texture.size, 4, "f4")
-            # A picture that is smaller than the window is stretched smoothly.
-            self._sum.filter = (moderngl.LINEAR, moderngl.LINEAR)
-            self._target = make_framebuffer(self._device.gl, [self._sum])
-        if self.sample_count == 0:
-            self._target.clear()
-        gl = self._device.gl
+        if not self._sums or self._sums[0].size != plane.texture.size:
+            self._make_sums(plane.texture.size)
         is_encoded = self._wish is not None and self._wish.kind is Kind.DISPLAY
         program = self._shaders.fullscreen("live_sum.frag", {"IS_ENCODED": int(is_encoded)})
-        gl.enable_only(moderngl.BLEND)
-        gl.blend_func = moderngl.ONE, moderngl.ONE
-        self._target.use()
-        self._target.viewport = (0, 0, *self._target.size)
-        program.set({"u_weight": float(samples)}, {"t_image": plane.texture})
-        program.check_complete()
-        program.empty_vertex_array().render(moderngl.TRIANGLES, vertices=3)
-        gl.enable_only(moderngl.NOTHING)
+        draw_fullscreen(
+            self._device.gl,
+            program,
+            self._targets[1],
+            {
+                "u_weight": float(samples),
+                "u_count": float(self.sample_count),
+                "u_bound": VALUE_BOUND,
+            },
+            {"t_image": plane.texture, "t_sum": self._sums[0]},
+        )
+        self._sums.reverse()
+        self._targets.reverse()
 
-    def _free_sum(self) -> None:
-        for item in (self._target, self._sum):
-            if item is not None:
-                item.release()
-        self._target = self._sum = None
+    def _make_sums(self, size: tuple[int, int]) -> None:
+        self._free_sums()
+        gl = self._device.gl
+        self._sums = [make_texture(gl, size, 4, "f4") for _ in range(2)]
+        for item in self._sums:
+            # A picture that is smaller than the window is stretched smoothly.
+            item.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        self._targets = [make_framebuffer(gl, [item]) for item in self._sums]
+
+    def _free_sums(self) -> None:
+        for target in self._targets:
+            target.release()
+        for texture in self._sums:
+            texture.release()
+        self._targets, self._sums = [], []

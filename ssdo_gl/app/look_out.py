@@ -65,7 +65,8 @@ class LookOut:
             self.error = None
         self.alarm = None
         for image in images:
-            texture = image.plane.texture
+            # Not the average: frames to come make good in it what is no number.
+            texture = image.last_plane.texture
             if texture is not None:
                 self.alarm = self._watch.check(texture) or self.alarm
 

@@ -150,9 +150,9 @@ def accumulate(
     dict
         ``spp`` (least samples of any pixel), ``standard_error`` and
         ``relative_standard_error`` (by resource: root mean square over covered pixels,
-        in the resource's unit and relative to its mean; None with fewer than two
-        samples), ``partial`` (interrupted), ``stopped_by`` ("spp", "max_error" or
-        "interrupt").
+        in the resource's unit and relative to its mean, without those that hold a NaN or
+        an infinity; None with fewer than two samples), ``partial`` (interrupted),
+        ``stopped_by`` ("spp", "max_error" or "interrupt").
     """
     assert context.target is not None
     sums = _Sums(context.gl, context.target.size, len(outputs))
@@ -275,6 +275,12 @@ def _standard_error(
         / counts[half][known][:, None]
         for half in range(2)
     ]
+    # One pixel without a number would leave the whole image without an error, and a
+    # limit on it without effect.
+    finite = np.isfinite(halves).all(axis=(0, 2))
+    if not finite.any():
+        return None
+    halves = [half[finite] for half in halves]
     error = float(np.sqrt(np.mean((halves[0] - halves[1]) ** 2)) / 2.0)
     mean = float(np.mean(halves[0] + halves[1]) / 2.0)
     return error, error / abs(mean) if mean else 0.0

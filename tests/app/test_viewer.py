@@ -217,8 +217,9 @@ def test_error_view_measures_the_error(gl, viewer) -> None:
 
 
 def test_number_that_is_none_raises_the_alarm(gl, viewer) -> None:
+    viewer.view = dataclasses.replace(viewer.view, aov="direct")
     settle(viewer)
-    texture = viewer.left.image.plane.texture
+    texture = viewer.left.image.last_plane.texture
     values = np.zeros((*SIZE[::-1], 4), np.float32)
     values[3, 5] = np.nan
     texture.write(values.tobytes())

@@ -21,6 +21,7 @@ from hard_cases.invariants import difference
 from hard_cases.methods import render
 from hard_cases.test_depth import with_meshes
 from hard_cases.test_energy import white_sky
+from hard_cases.test_histories import history_keeps_fault
 from hard_cases.test_precision import angle_between
 from hard_cases.test_stability_in_time import orbit_scene
 from passes.estimator_cases import corner
@@ -293,6 +294,10 @@ MUTATIONS = {
              "sum.value += use ? min(value, vec4(u_value_bound)) * weight"),
         )},
         filter_takes_poison,
+    ),
+    "faults stay in a history": Mutation(
+        {"live_sum.frag": (("return is_finite(value)", "return true || is_finite(value)"),)},
+        history_keeps_fault,
     ),
     "filter mixes depths": Mutation(
         {"edge_aware_filter.frag": (("return z > 0.0 ? weight : 0.0;", "return 1.0;"),)},
