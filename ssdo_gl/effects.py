@@ -115,6 +115,7 @@ class _Decider:
             is_scalar=is_scalar,
             shares_directions=shares,
             samples_hemisphere=samples,
+            grey_bounce=bounce and self._grey_bounce(directional),
             open_tile_size=(
                 self._open_tiles(first, bounce)
                 if not (is_open or shares or (directional and not is_scalar))
@@ -244,6 +245,24 @@ class _Decider:
             ],
             ("sender_radiance", "bounce", "bounce_filter", "bounce_radiance"),
         )
+
+    def _grey_bounce(self, directional: bool) -> bool:
+        """Return whether one channel tells all that the bounce carries."""
+        content = self.content
+        lights = zip(content.lights, self.lights, strict=True)
+        colored = (
+            content.has_colored_albedo
+            or content.has_colored_unlit_emission
+            or (directional and content.has_colored_environment)
+            or any(chosen and light.is_colored for light, chosen in lights)
+        )
+        # References trace it together with the rest, in colour.
+        if self.is_full or self.settings.is_reference or colored:
+            return False
+        reason = "surfaces and the light on them are grey: one channel tells all three"
+        passes = ("sender_radiance", "bounce", "bounce_filter")
+        self.rows.append(Decision("colour of the bounce", False, reason, passes))
+        return True
 
     def _ambient_visibility(self, direct: bool) -> bool:
         combine = effective_combine(self.content, self.settings)

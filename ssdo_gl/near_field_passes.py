@@ -186,6 +186,7 @@ class _NearField:
                 has_direct=effects.direct,
                 has_directional=effects.directional,
                 has_emission=effects.sender_emission,
+                is_grey=effects.grey_bounce,
             ),
             "what each surface sends on",
         )
@@ -195,6 +196,7 @@ class _NearField:
                 sender_bound=sender_bound(self.scene, self.radius),
                 has_back_layer=effects.back_layer,
                 takes_directions=effects.shares_directions,
+                is_grey=effects.grey_bounce,
                 open_tile_size=effects.open_tile_size,
             ),
             "light from blocked directions",
@@ -221,6 +223,7 @@ class _NearField:
                 source=source,
                 result=result or usual,
                 is_visibility=kind == "ssao",
+                is_grey=kind == "bounce" and self.effects.grey_bounce,
                 holds_z=kind != "directional",
                 open_irradiance=open_irradiance,
             ),

@@ -186,6 +186,7 @@ class _Builder:
                 bounce="bounce_irradiance" if gathers and effects.bounce else None,
                 visibility="visibility" if effects.visibility and not gathers else None,
                 combine=combine,
+                bounce_is_grey=effects.grey_bounce,
                 has_emission=effects.emission,
             ),
             "adds up the terms",
@@ -226,7 +227,9 @@ class _Builder:
         if name == "emission":
             return Output("emission", 3)
         resource = f"{name}_radiance"
-        self.add(RadianceAovPass(f"{name}_irradiance", resource), f"the image {name} was asked for")
+        is_grey = name == "bounce" and effects.grey_bounce
+        aov = RadianceAovPass(f"{name}_irradiance", resource, is_grey=is_grey)
+        self.add(aov, f"the image {name} was asked for")
         return Output(resource, 3)
 
 

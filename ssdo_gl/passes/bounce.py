@@ -63,7 +63,7 @@ class BouncePass(RenderPass):
     """Estimates the integral of (1 - V_R(w)) L_out(sender) cos(theta) dw.
 
     Writes ``bounce_raw``: rgb = irradiance, a = z of the receiver, for the filter.
-    Background is 0.
+    Background is 0. Where all is grey: r = irradiance, g = z.
 
     Parameters
     ----------
@@ -79,6 +79,8 @@ class BouncePass(RenderPass):
         pass wrote with the same directions, instead of looking for it again.
     open_tile_size : int
         Read ``open_tiles``, of that many pixels, to spare what is open; 0: do not.
+    is_grey : bool
+        ``sender_radiance`` has one channel, which stands for red, green and blue.
     """
 
     def __init__(
@@ -89,6 +91,7 @@ class BouncePass(RenderPass):
         has_back_layer: bool = False,
         takes_directions: bool = False,
         open_tile_size: int = 0,
+        is_grey: bool = False,
     ) -> None:
         self.name = "bounce"
         self.settings = settings
@@ -97,17 +100,18 @@ class BouncePass(RenderPass):
         kept = kept_names(settings) if takes_directions else ()
         tiles = ("open_tiles",) if open_tile_size else ()
         self.reads = ("z_vs", "normals_vs", "sender_radiance", *back, *kept, *tiles)
-        spec = TextureSpec(4, scale=settings.resolution_scale, transient=True)
+        spec = TextureSpec(2 if is_grey else 4, scale=settings.resolution_scale, transient=True)
         self.writes = {"bounce_raw": spec}
         self.depends_on = ("view", "seed")
         self._has_back_layer = has_back_layer
-        self._defines = defines(
+        switches = defines(
             settings,
             bool(back),
             settings.refine_steps,
             keeps_directions=takes_directions,
             open_tile_size=open_tile_size,
         )
+        self._defines = {**switches, "IS_GREY": int(is_grey)}
 
     def settings_key(self) -> Hashable:
         """Return the settings, the bound and switches."""

@@ -26,19 +26,25 @@ places = st.tuples(numbers, numbers, numbers)
 angles = st.one_of(st.sampled_from([0.0, 90.0, 180.0, 270.0]), st.floats(0.0, 360.0, width=32))
 sizes = st.sampled_from([0.05, 0.5, 1.0, 3.0, 12.0])
 BLACK = (0.0, 0.0, 0.0)
-colors = st.sampled_from([BLACK, (0.5, 0.5, 0.5), (0.8, 0.1, 0.05), (1.0, 1.0, 1.0)])
-powers = st.sampled_from([BLACK, (1.0, 1.0, 1.0), (9.0, 9.0, 9.0), (3.0, 0.5, 0.0)])
+GREYS = [BLACK, (0.5, 0.5, 0.5), (1.0, 1.0, 1.0)]
+GREY_POWERS = [BLACK, (1.0, 1.0, 1.0), (9.0, 9.0, 9.0)]
+COLORS, POWERS = [*GREYS, (0.8, 0.1, 0.05)], [*GREY_POWERS, (3.0, 0.5, 0.0)]
+EMITTED, GREY_EMITTED = [BLACK] * 3 + [(0.5, 0.4, 0.1)], [BLACK] * 3 + [(0.5, 0.5, 0.5)]
 shadows = st.sampled_from(["map", "ssdo", "none"])
 
 
 @st.composite
-def items(draw):
+def items(draw, is_grey):
     mesh = draw(st.sampled_from([BOX, QUAD, SPHERE, TORUS, CONE]))
     turn = turned(draw(angles), draw(angles), draw(angles))
     scale = np.diag([draw(sizes), draw(sizes), draw(sizes), 1.0])
-    emission = draw(st.sampled_from([BLACK, BLACK, BLACK, (0.5, 0.4, 0.1)]))
-    material = Material(albedo=draw(colors), emission=emission)
+    emission = draw(st.sampled_from(GREY_EMITTED if is_grey else EMITTED))
+    material = Material(albedo=draw(colors(is_grey)), emission=emission)
     return mesh, at(*draw(places)) @ turn @ scale, material
+
+
+def colors(is_grey):
+    return st.sampled_from(GREYS if is_grey else COLORS)
 
 
 def direction(draw):
@@ -48,8 +54,9 @@ def direction(draw):
 
 
 @st.composite
-def lights(draw):
-    power, shadow = draw(powers), draw(shadows)
+def lights(draw, is_grey):
+    power = draw(st.sampled_from(GREY_POWERS if is_grey else POWERS))
+    shadow = draw(shadows)
     kind = draw(st.sampled_from(["point", "spot", "directional", "rectangle"]))
     if kind == "directional":
         return DirectionalLight(direction(draw), power, shadow)
@@ -64,24 +71,27 @@ def lights(draw):
     return RectangleLight(place, *edges, power, shadow, two_sided=draw(st.booleans()))
 
 
-def sky_map(changed):
+def sky_map(changed=None):
     image = np.full((4, 8, 3), 0.5, np.float32)
-    if changed:
-        image[1, 2] = 4.0
+    if changed is not None:
+        image[1, 2] = changed
     return MapEnvironment(image)
 
 
-environments = st.sampled_from(
-    [
-        None,
-        ConstantEnvironment(BLACK),
-        ConstantEnvironment((0.4, 0.5, 0.6)),
-        GradientEnvironment((0.5, 0.5, 0.5), (0.5, 0.5, 0.5), (0.5, 0.5, 0.5)),
-        GradientEnvironment((0.9, 0.9, 1.0), (0.4, 0.3, 0.2), BLACK),
-        sky_map(False),
-        sky_map(True),
-    ]
-)
+GREY_ENVIRONMENTS = [
+    None,
+    ConstantEnvironment(BLACK),
+    GradientEnvironment((0.5, 0.5, 0.5), (0.5, 0.5, 0.5), (0.5, 0.5, 0.5)),
+    GradientEnvironment((0.9, 0.9, 0.9), (0.4, 0.4, 0.4), BLACK),
+    sky_map(),
+    sky_map((4.0, 4.0, 4.0)),
+]
+ENVIRONMENTS = [
+    *GREY_ENVIRONMENTS,
+    ConstantEnvironment((0.4, 0.5, 0.6)),
+    GradientEnvironment((0.9, 0.9, 1.0), (0.4, 0.3, 0.2), BLACK),
+    sky_map((4.0, 3.0, 4.0)),
+]
 
 
 @st.composite
@@ -118,11 +128,16 @@ FLOOR = (QUAD, at(-3, -1, 3) @ turned(-90.0, 0.0, 0.0) @ np.diag([6.0, 6.0, 1.0,
 
 @st.composite
 def scenes(draw):
-    things = draw(st.lists(items(), min_size=1, max_size=4))
+    # Left to chance alone, few scenes were all grey, or all but for one kind of thing.
+    colored = draw(st.sampled_from(["nothing", "surfaces", "lights", "sky", "all", "all"]))
+    is_grey = colored not in ("surfaces", "all")
+    things = draw(st.lists(items(is_grey), min_size=1, max_size=4))
     if draw(st.booleans()):
-        things.append((*FLOOR, Material(albedo=draw(colors))))
-    lamps = draw(st.lists(lights(), max_size=3))
-    return make_scene(*things, lights=lamps, environment=draw(environments), camera=draw(cameras()))
+        things.append((*FLOOR, Material(albedo=draw(colors(is_grey)))))
+    lamps = draw(st.lists(lights(colored not in ("lights", "all")), max_size=3))
+    skies = ENVIRONMENTS if colored in ("sky", "all") else GREY_ENVIRONMENTS
+    sky = draw(st.sampled_from(skies))
+    return make_scene(*things, lights=lamps, environment=sky, camera=draw(cameras()))
 
 
 AS_FEW = {
