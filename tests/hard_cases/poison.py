@@ -54,3 +54,32 @@ def bounced(gl, shaders, senders, picture, *, bound=np.inf, **settings):
     inputs = {"sender_radiance": senders, **{k: images[k] for k in ("z_vs", "normals_vs")}}
     item = BouncePass(settings, sender_bound=bound)
     return run_pass(gl, shaders, item, picture_frame(SIZE, TAN_HALF[1]), inputs)["bounce_raw"]
+
+
+def filter_takes_poison(device, shaders):
+    """Values outside of what sound texels hold, after filtering with one that is not."""
+    value = noise(4)
+    value[FAULT] = np.nan
+    smooth = filtered(
+        device.gl, shaders, value, kind="edge", picture=sheet(),
+        is_visibility=False, holds_z=False,
+    )  # fmt: skip
+    return float((~((smooth >= 0.0) & (smooth <= 1.0 + 1e-6))).sum()), 0.0
+
+
+def filter_mixes_depths(device, shaders):
+    """What crosses a silhouette between a near white and a far black sheet: nothing.
+
+    At a depth ratio of 4 and 3 / 4 of the width away the tangent planes lie some 20
+    footprints apart: weights of 1 / (1 + 40^2)^2 are below 1e-6.
+    """
+    picture = sheet()
+    half = SIZE[0] // 2
+    picture.z[:, :half] *= 0.25
+    value = np.zeros((*picture.z.shape, 4))
+    value[:, :half] = 1.0
+    smooth = filtered(
+        device.gl, shaders, value, kind="edge", picture=picture,
+        is_visibility=False, holds_z=False,
+    )  # fmt: skip
+    return float(np.abs(smooth - value).max()), 1e-3

@@ -23,6 +23,7 @@ from hard_cases.test_depth import with_meshes
 from hard_cases.test_energy import white_sky
 from hard_cases.test_histories import history_keeps_fault
 from hard_cases.test_precision import angle_between
+from hard_cases.test_shadows import light_gets_under, plane_shadows_itself
 from hard_cases.test_stability_in_time import orbit_scene
 from passes.estimator_cases import corner
 from shaders.harness import evaluate
@@ -105,35 +106,6 @@ def bounce_takes_poison(device, shaders):
         irradiance = poison.bounced(device.gl, shaders, senders, picture)[..., :3]
         worst = max(worst, float(np.where(np.isfinite(irradiance), irradiance, np.inf).max()))
     return worst, np.pi * (1.0 + 1e-5)
-
-
-def filter_takes_poison(device, shaders):
-    """Values outside of what sound texels hold, after filtering with one that is not."""
-    value = poison.noise(4)
-    value[poison.FAULT] = np.nan
-    smooth = poison.filtered(
-        device.gl, shaders, value, kind="edge", picture=poison.sheet(),
-        is_visibility=False, holds_z=False,
-    )  # fmt: skip
-    return float((~((smooth >= 0.0) & (smooth <= 1.0 + 1e-6))).sum()), 0.0
-
-
-def filter_mixes_depths(device, shaders):
-    """What crosses a silhouette between a near white and a far black sheet: nothing.
-
-    At a depth ratio of 4 and 3 / 4 of the width away the tangent planes lie some 20
-    footprints apart: weights of 1 / (1 + 40^2)^2 are below 1e-6.
-    """
-    picture = poison.sheet()
-    half = poison.SIZE[0] // 2
-    picture.z[:, :half] *= 0.25
-    value = np.zeros((*picture.z.shape, 4))
-    value[:, :half] = 1.0
-    smooth = poison.filtered(
-        device.gl, shaders, value, kind="edge", picture=picture,
-        is_visibility=False, holds_z=False,
-    )  # fmt: skip
-    return float(np.abs(smooth - value).max()), 1e-3
 
 
 def lit_corner(device, shaders, method):
@@ -293,7 +265,7 @@ MUTATIONS = {
             ("sum.value += use ? value * weight",
              "sum.value += use ? min(value, vec4(u_value_bound)) * weight"),
         )},
-        filter_takes_poison,
+        poison.filter_takes_poison,
     ),
     "faults stay in a history": Mutation(
         {"live_sum.frag": (("return is_finite(value)", "return true || is_finite(value)"),)},
@@ -301,7 +273,7 @@ MUTATIONS = {
     ),
     "filter mixes depths": Mutation(
         {"edge_aware_filter.frag": (("return z > 0.0 ? weight : 0.0;", "return 1.0;"),)},
-        filter_mixes_depths,
+        poison.filter_mixes_depths,
     ),
     "sender cosine of the wrong sign, march": Mutation(
         {"bounce.frag": (("to_receiver) > 0.0", "to_receiver) < 0.0"),)},
@@ -324,6 +296,14 @@ MUTATIONS = {
              "vec3 plane_normal, inout Cut cut)\n{\n    return true;"),
         )},
         light_comes_from_below,
+    ),
+    "shadow maps block below the tangent plane": Mutation(
+        {"lib/shadow.glsl": (("SHADOW_TEXEL_SLACK = 0.25", "SHADOW_TEXEL_SLACK = -2.0"),)},
+        plane_shadows_itself,
+    ),
+    "shadow depth with a bias": Mutation(
+        {"lib/shadow.glsl": (("o.z < p.z && is_above", "o.z < 0.9 * p.z && is_above"),)},
+        light_gets_under,
     ),
     "division by a distance that vanishes": Mutation(
         {"lib/lights.glsl": (
