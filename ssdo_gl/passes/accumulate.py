@@ -23,9 +23,10 @@ from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.passes.ray_uniforms import stream_of
 
-# Rays in one draw. 2^22 take half a second on two cores of llvmpipe, a tenth of that on
-# the slowest graphics processor: watchdogs fire after two seconds.
-RAYS_PER_DRAW = 1 << 22
+# Rays in one draw. 2^24 take up to two seconds on two cores of llvmpipe, which has no
+# watchdog, and a tenth of that on the slowest graphics processor: watchdogs fire after two
+# seconds. With a quarter of it, path tracing drew one bin at a time: on a single core.
+RAYS_PER_DRAW = 1 << 24
 # Rays of one pixel in one draw. llvmpipe silently ends the loops of a shader after 65535
 # turns, all of them counted together; a ray takes some 20 on average and seldom 150.
 RAYS_PER_PIXEL = 400
