@@ -8,6 +8,7 @@
 # make bench-passes  milliseconds of every pass, beside the published method
 # make bench-effects  what planning saves in each scene, against the full pipeline
 # make bench-rays  rays per second of the reference tracers
+# make bench-promises  whether --budget-ms and --max-error keep what they promise
 # make pictures  the README's still pictures
 # make lint      ruff, mypy and every shader
 # make clean     remove what can be made again, .venv excepted
@@ -28,7 +29,7 @@ READY := $(VENV)/.ssdo_gl-ready
 endif
 
 .DELETE_ON_ERROR:
-.PHONY: setup snapshot view test test-slow hard-cases pictures bench bench-passes bench-effects bench-rays lint clean
+.PHONY: setup snapshot view test test-slow hard-cases pictures bench bench-passes bench-effects bench-rays bench-promises lint clean
 
 setup: $(READY)
 
@@ -66,6 +67,9 @@ bench-effects: $(READY)
 
 bench-rays: $(READY)
 	$(PY) -m ssdo_gl.accuracy.ray_speed
+
+bench-promises: $(READY)
+	$(PY) -m ssdo_gl.accuracy.promises
 
 pictures: $(READY)
 	$(PY) .github/pictures/make_pictures.py
