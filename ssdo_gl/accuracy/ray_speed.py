@@ -50,6 +50,8 @@ REPEATS = 4
 EMBREE_RAYS = 400_000
 # The compiled variant first; the scalar one runs anywhere.
 MITSUBA_VARIANTS = ("llvm_ad_rgb", "scalar_rgb")
+# The wider of the two tables, columns.
+TABLE_WIDTH = 100
 # What each worker may take before it is given up, seconds.
 WORKER_LIMIT_S = 600.0
 
@@ -307,7 +309,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         else:
             print(json.dumps(mitsuba_worker(rest[0], int(rest[1]), rest[2])))
         return
-    console = Console()
+    # A pipe is taken for 80 columns, in which names would be cut short.
+    console = Console() if sys.stdout.isatty() else Console(width=TABLE_WIDTH)
     device = create_context()
     clock = "CPU time" if device.is_software else "the wall clock; others: CPU time"
     console.print(f"{device.renderer}, {os.cpu_count()} CPU cores; here: {clock}")
