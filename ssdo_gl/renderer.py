@@ -153,15 +153,14 @@ class Renderer:
         """
         self.device.activate()
         names = tuple(dict.fromkeys(wanted))
-        camera = camera or self.scene.camera
-        moved = self._scene_at(seconds)
-        self._follow(moved)
-        pipeline, plan = self._plan(names, self._view(camera, 0, 1))
+        self._follow(self._scene_at(seconds))
+        view = self._view(camera or self.scene.camera)
+        pipeline, plan = self._plan(names, view)
         count, partial = self.settings.antialias, False
         log = FrameLog()
         average = ImageAverage()
         for index in range(count):
-            frame = self._frame(moved, camera, index, count, 0)
+            frame = self._frame(view, index, count)
             self._run(plan, frame, log, time_passes, progress)
             average.add(self._read(pipeline, names, frame.view))
             partial = any(item.statistics.get("partial") for item in plan.order)
@@ -172,7 +171,7 @@ class Renderer:
         if frames > 1 and not partial:
             log.restart()
             for number in range(frames):
-                frame = self._frame(moved, camera, 0, count, number + 1)
+                frame = self._frame(view, 0, count, number + 1)
                 self._run(plan, frame, log, time_passes, progress)
         return RenderResult(
             images=average.images(),
@@ -206,15 +205,14 @@ class Renderer:
             view again; with the same number, what still holds is kept.
         """
         self.device.activate()
-        moved = self._scene_at(seconds)
-        self._follow(moved)
-        camera = camera or self.scene.camera
-        names, view = tuple(dict.fromkeys(wanted)), self._view(camera, 0, 1)
+        self._follow(self._scene_at(seconds))
+        names = tuple(dict.fromkeys(wanted))
+        view = self._view(camera or self.scene.camera)
         start = time.perf_counter()
         pipeline, plan = self._plan(names, view)
         planning_ms = (time.perf_counter() - start) * 1e3
         log = FrameLog()
-        self._run(plan, self._frame(moved, camera, 0, 1, number), log, time_passes, None)
+        self._run(plan, self._frame(view, 0, 1, number), log, time_passes, None)
         reports = log.reports(pipeline, plan)
         return FrameTimes(log.frame_ms[0], log.process_ms[0], planning_ms, reports)
 
@@ -271,7 +269,8 @@ class Renderer:
             self._lean = lean
         return self._planned.pipeline, self._planned.graph
 
-    def _view(self, camera: Camera, index: int, count: int) -> FrameView:
+    def _view(self, camera: Camera) -> FrameView:
+        """Return the view through the pixels' centres of the geometry as it stands."""
         size = self.settings.size
         rotation = camera.view_from_world_rotation()
         position = np.asarray(camera.position, dtype=np.float64)
@@ -284,12 +283,14 @@ class Renderer:
             tan_half_fov=tan_half_fov,
             near=near,
             far=far,
-            jitter_px=jitter(index, count),
         )
 
-    def _frame(self, scene: Scene, camera: Camera, index: int, count: int, nonce: int) -> Frame:
-        """Return a frame of what was planned last."""
-        view = self._view(camera, index, count)
+    def _frame(self, view: FrameView, index: int, count: int, nonce: int = 0) -> Frame:
+        """Return frame `index` of `count` of what was planned last.
+
+        Another `nonce` makes anew what depends on the view.
+        """
+        view = dataclasses.replace(view, jitter_px=jitter(index, count))
         seed = self.settings.seed + index
         versions = {**self._versions, "view": (view.key(), nonce), "seed": seed}
         return Frame(view=view, scene=self._lean, seed=seed, versions=versions)

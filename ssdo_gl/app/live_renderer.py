@@ -108,10 +108,10 @@ class LiveRenderer(Renderer):
         """
         self.device.activate()
         names = tuple(dict.fromkeys((*wanted, "depth")))
-        moved = self._scene_at(seconds)
-        self._follow(moved)
-        pipeline, plan = self._plan(names, self._view(camera, 0, 1))
-        frame = self._frame(moved, camera, index % count, count, 0)
+        self._follow(self._scene_at(seconds))
+        view = self._view(camera)
+        pipeline, plan = self._plan(names, view)
+        frame = self._frame(view, index % count, count)
         seed = self.settings.seed + index
         frame = dataclasses.replace(frame, seed=seed, versions={**frame.versions, "seed": seed})
         log = FrameLog()
