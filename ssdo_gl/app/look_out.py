@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from ssdo_gl.app.inspector import Alarm, NonFiniteWatch
 from ssdo_gl.app.live_image import LiveImage
-from ssdo_gl.app.pareto_chart import relative_rms
 from ssdo_gl.app.views import Kind, View
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.readback import read_texture
@@ -88,3 +87,30 @@ def _difference(images: Sequence[LiveImage]) -> float | None:
     if z_vs is None or len(arrays) != 2 or arrays[0].shape != arrays[1].shape:
         return None
     return relative_rms(arrays[0], arrays[1], read_texture(z_vs)[:, :, 0] > 0.0)
+
+
+def relative_rms(
+    image: NDArray[np.float64], truth: NDArray[np.float64], covered: NDArray[np.bool_]
+) -> float | None:
+    """Return the root mean square difference over the mean of the truth.
+
+    Parameters
+    ----------
+    image, truth : ndarray, shape (height, width, 3)
+        Scene-linear radiance.
+    covered : ndarray of bool, shape (height, width)
+        Pixels that show a surface.
+
+    Returns
+    -------
+    float or None
+        None where there is nothing to compare with: no surface, or a black truth.
+    """
+    a, b = image[covered], truth[covered]
+    finite = np.isfinite(a).all(axis=1) & np.isfinite(b).all(axis=1)
+    if not finite.any():
+        return None
+    mean = float(b[finite].mean())
+    if mean <= 0.0:
+        return None
+    return float(np.sqrt(np.mean((a[finite] - b[finite]) ** 2)) / mean)

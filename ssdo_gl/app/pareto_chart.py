@@ -12,9 +12,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ssdo_gl.settings import Settings
 
 
@@ -68,33 +65,6 @@ def chart_points(
         )
         for row in measured
     ]
-
-
-def relative_rms(
-    image: NDArray[np.float64], truth: NDArray[np.float64], covered: NDArray[np.bool_]
-) -> float | None:
-    """Return the root mean square difference over the mean of the truth.
-
-    Parameters
-    ----------
-    image, truth : ndarray, shape (height, width, 3)
-        Scene-linear radiance.
-    covered : ndarray of bool, shape (height, width)
-        Pixels that show a surface.
-
-    Returns
-    -------
-    float or None
-        None where there is nothing to compare with: no surface, or a black truth.
-    """
-    a, b = image[covered], truth[covered]
-    finite = np.isfinite(a).all(axis=1) & np.isfinite(b).all(axis=1)
-    if not finite.any():
-        return None
-    mean = float(b[finite].mean())
-    if mean <= 0.0:
-        return None
-    return float(np.sqrt(np.mean((a[finite] - b[finite]) ** 2)) / mean)
 
 
 def log_position(value: float, low: float, high: float) -> float:

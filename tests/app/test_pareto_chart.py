@@ -1,14 +1,13 @@
-"""The measured front laid over this machine's times, and the live error."""
+"""The measured front laid over this machine's times."""
 
 from __future__ import annotations
 
 import dataclasses
 
-import numpy as np
 import pytest
 
 from ssdo_gl.accuracy.presets import read_ladder
-from ssdo_gl.app.pareto_chart import chart_points, log_position, relative_rms
+from ssdo_gl.app.pareto_chart import chart_points, log_position
 from ssdo_gl.settings import Settings
 
 FRONT = [
@@ -42,28 +41,6 @@ def test_the_shipped_ladder_can_be_charted() -> None:
     points = chart_points(rows, Settings(), 10.0)
     assert len(points) == len(rows)
     assert all(p.frame_ms > 0.0 and p.error > 0.0 for p in points)
-
-
-def test_relative_rms_is_over_covered_pixels() -> None:
-    truth = np.full((2, 2, 3), 2.0)
-    image = truth + [[[0.2], [-0.2]], [[9.0], [9.0]]]
-    covered = np.array([[True, True], [False, False]])
-    assert relative_rms(image, truth, covered) == pytest.approx(0.1)
-
-
-def test_relative_rms_leaves_out_what_is_no_number() -> None:
-    truth = np.full((1, 2, 3), 2.0)
-    image = truth.copy()
-    image[0, 0, 1] = np.nan
-    covered = np.ones((1, 2), bool)
-    assert relative_rms(image, truth, covered) == 0.0
-    assert relative_rms(np.full_like(truth, np.nan), truth, covered) is None
-
-
-def test_relative_rms_of_nothing_is_unknown() -> None:
-    zero = np.zeros((2, 2, 3))
-    assert relative_rms(zero, zero, np.zeros((2, 2), bool)) is None
-    assert relative_rms(zero, zero, np.ones((2, 2), bool)) is None
 
 
 def test_logarithmic_axis() -> None:
