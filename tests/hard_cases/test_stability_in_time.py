@@ -41,6 +41,19 @@ def shifted(pixels, height):
     return dataclasses.replace(CAMERA, position=tuple(position + step), target=tuple(target + step))
 
 
+def changes(frames):
+    """Yield (name, mean, changes from frame to frame over the mean) of images not all black."""
+    for name in NAMES:
+        mean = np.mean([frame[name][..., :3].mean() for frame in frames])
+        if mean != 0.0:
+            pairs = itertools.pairwise(frames)
+            yield name, mean, [change(a[name], b[name]) / mean for a, b in pairs]
+
+
+def change(before, after):
+    return float(np.abs(after - before)[..., :3].mean())
+
+
 # Half of what an eighth of the edges' pixels can change by, each by the image's mean: 2 %.
 # References draw their 4 rays anew on as many pixels. The bounce is dark but for the
 # creases, some 5 % of the directions: its mean is small beside the steps at their edges,
@@ -66,14 +79,7 @@ def test_sub_pixel_moves_change_little_and_evenly(device, shaders, record, metho
             renderer.render(NAMES, camera=shifted(i / 8.0, BOUNCE.size[1])).images for i in range(9)
         ]
     is_screen = method in SCREEN_SPACE
-    for name in NAMES:
-        mean = np.mean([frame[name][..., :3].mean() for frame in frames])
-        if mean == 0.0:
-            continue
-        steps = [
-            float(np.abs(b[name] - a[name])[..., :3].mean() / mean)
-            for a, b in itertools.pairwise(frames)
-        ]
+    for name, _, steps in changes(frames):
         kind = "screen" if is_screen else "reference"
         bound = MOVE_BOUND["bounce" if name == "bounce" else kind]
         record(f"1/8 pixel: {name} ({kind})", label(method), max(steps), bound, "rel. change")
@@ -102,7 +108,7 @@ def test_finer_pixels_and_more_samples_change_less(device, shaders, record, meth
                 renderer.render(("bounce",), camera=shifted(i / 8.0, height)).images["bounce"]
                 for i in range(4)
             ]
-        steps = [np.abs(b - a)[..., :3].mean() for a, b in itertools.pairwise(frames)]
+        steps = [change(a, b) for a, b in itertools.pairwise(frames)]
         return float(np.mean(steps) / frames[0][..., :3].mean())
 
     coarse = change(48, 32)
@@ -178,16 +184,9 @@ def test_a_full_turn_around_a_round_scene_changes_nothing(device, shaders, recor
             eye = (2.5 * np.sin(angle), 1.6, 2.5 * np.cos(angle))
             camera = Camera(eye, (0.0, 0.3, 0.0), fov_y=40.0)
             frames.append(renderer.render(NAMES, camera=camera).images)
-    for name in NAMES:
-        mean = np.mean([frame[name][..., :3].mean() for frame in frames])
-        if mean == 0.0:
-            continue
-        steps = [
-            float(np.abs(b[name] - a[name])[..., :3].mean() / mean)
-            for a, b in itertools.pairwise(frames)
-        ]
+    for name, mean, steps in changes(frames):
         record(f"around a sphere: {name}", label(method), max(steps), ORBIT_BOUND, "rel. change")
-        drift = float(np.abs(frames[-1][name] - frames[0][name])[..., :3].mean() / mean)
+        drift = change(frames[0][name], frames[-1][name]) / mean
         record(f"around a sphere, back: {name}", label(method), drift, ORBIT_BOUND, "rel. change")
 
 
