@@ -97,9 +97,8 @@ def face_count(light: Light) -> int:
 def tile_span(light: Light) -> int:
     """Return how many tiles a face of `light` is wide and high.
 
-    Shadows of rectangles are soft: finer maps were measured to gain them nothing. The
-    edges of other shadows are as sharp as their map, and a map of one face may spend on
-    that what others spend on six.
+    Only soft shadows, those of rectangles, hide their map's texels. The edges of others are
+    as sharp as their map, and a map of one face may spend on that what others spend on six.
     """
     if isinstance(light, RectangleLight):
         return 1
