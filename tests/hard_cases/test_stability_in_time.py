@@ -100,7 +100,7 @@ MORE_SAMPLES_BOUND = 0.9
 def test_finer_pixels_and_more_samples_change_less(device, shaders, record, method):
     """What the bounce changes by when the camera moves belongs to pixels and to noise."""
 
-    def change(height, samples):
+    def mean_step(height, samples):
         size = (height * 4 // 3, height)
         settings = settings_of(method, size=size, samples=samples)
         with Renderer(room(), settings, device=device, shaders=shaders) as renderer:
@@ -111,10 +111,10 @@ def test_finer_pixels_and_more_samples_change_less(device, shaders, record, meth
         steps = [change(a, b) for a, b in itertools.pairwise(frames)]
         return float(np.mean(steps) / frames[0][..., :3].mean())
 
-    coarse = change(48, 32)
+    coarse = mean_step(48, 32)
     for case, share, bound in (
-        ("4 x the size", change(192, 32) / coarse, FINER_BOUND),
-        ("8 x the samples", change(48, 256) / coarse, MORE_SAMPLES_BOUND),
+        ("4 x the size", mean_step(192, 32) / coarse, FINER_BOUND),
+        ("8 x the samples", mean_step(48, 256) / coarse, MORE_SAMPLES_BOUND),
     ):
         record(f"1/8 pixel: bounce at {case}", label(method), share, bound, "of the change")
 
