@@ -57,19 +57,19 @@ bench: $(READY)
 	for scene in $(BENCH_SCENES); do \
 		$(PY) -m ssdo_gl.cli $$scene --bench bench/$$scene $(BENCH_FLAGS) || exit 1; \
 	done
-	$(PY) -m ssdo_gl.accuracy.experiments bench/experiments $(addprefix bench/,$(BENCH_SCENES))
+	$(PY) -m benchmarks.experiments bench/experiments $(addprefix bench/,$(BENCH_SCENES))
 
 bench-passes: $(READY)
-	$(PY) -m ssdo_gl.accuracy.pass_times $(SCENE)
+	$(PY) -m benchmarks.pass_times $(SCENE)
 
 bench-effects: $(READY)
-	$(PY) -m ssdo_gl.accuracy.bench_effects $(SCENES)
+	$(PY) -m benchmarks.planning_gain $(SCENES)
 
 bench-rays: $(READY)
-	$(PY) -m ssdo_gl.accuracy.ray_speed
+	$(PY) -m benchmarks.ray_speed
 
 bench-promises: $(READY)
-	$(PY) -m ssdo_gl.accuracy.promises
+	$(PY) -m benchmarks.promises
 
 pictures: $(READY)
 	$(PY) .github/pictures/make_pictures.py

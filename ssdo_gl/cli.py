@@ -13,16 +13,16 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from ssdo_gl import __version__
-from ssdo_gl.accuracy.files import BenchError
-from ssdo_gl.accuracy.metrics import MissingLibraryError
-from ssdo_gl.app.image_files import OutputError, check_output
+from ssdo_gl.bench.files import BenchError
+from ssdo_gl.bench.metrics import MissingLibraryError
 from ssdo_gl.gpu.context import BACKENDS, ContextError
-from ssdo_gl.graph.settings import SettingError
-from ssdo_gl.options import camera_from_text, settings_for, size_from_text
+from ssdo_gl.images.files import OutputError, check_output
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene, SceneError
 from ssdo_gl.settings import AOVS, ESTIMATORS, METHODS, Settings
+from ssdo_gl.settings.fields import SettingError
+from ssdo_gl.settings.resolve import camera_from_text, settings_for, size_from_text
 
 EXIT_OK, EXIT_USER, EXIT_NO_OPENGL, EXIT_INTERRUPTED = 0, 2, 3, 130
 DEFAULT_SCENE = "cornell_meso"
@@ -162,7 +162,7 @@ def _apply_preset(options: argparse.Namespace, flags: dict[str, Any]) -> None:
     """Fill in what the preset sets and no flag does."""
     if options.preset is None:
         return
-    from ssdo_gl.accuracy.presets import load_preset
+    from ssdo_gl.bench.presets import load_preset
 
     fields = load_preset(options.preset, flags["method"])
     overrides = fields.pop("overrides", {})
@@ -181,7 +181,7 @@ def _tuned(
         return settings
     if options.budget_ms is not None and wants_error:
         raise UsageError("--budget-ms and --max-error: give one of them")
-    from ssdo_gl.accuracy.tune import choose_for_budget, choose_for_error
+    from ssdo_gl.bench.tune import choose_for_budget, choose_for_error
 
     if options.budget_ms is not None:
         choice = choose_for_budget(
@@ -229,7 +229,7 @@ def _flags(options: argparse.Namespace) -> dict[str, Any]:
     if options.size is not None:
         flags["size"] = size_from_text(options.size)
     elif options.bench is not None:
-        from ssdo_gl.accuracy.bench import bench_size
+        from ssdo_gl.bench.run import bench_size
 
         flags["size"] = bench_size(options.quick)
     if options.snapshot is not None and flags["antialias"] is None:
@@ -251,7 +251,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     settings = settings_for(scene.render, flags, options.overrides)
     camera = None if view is None else dataclasses.replace(scene.camera, **view)
     if options.bench is not None:
-        from ssdo_gl.accuracy.bench import run_bench
+        from ssdo_gl.bench.run import run_bench
 
         run_bench(
             options.scene,
@@ -268,8 +268,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
     settings = _tuned(options, scene, settings, camera)
     if options.snapshot is not None or options.explain:
         return _snapshot(options, scene, settings, camera, wanted)
-    from ssdo_gl.accuracy.presets import NAMES, load_preset, read_ladder
-    from ssdo_gl.app.window import open_window
+    from ssdo_gl.bench.presets import NAMES, load_preset, read_ladder
+    from ssdo_gl.window.window import open_window
 
     # The window goes on measuring and gives way where a frame turns out dearer.
     budget = {} if options.budget_ms is None else {"budget_ms": options.budget_ms}
@@ -296,7 +296,7 @@ def _snapshot(
     camera: Camera | None,
     wanted: tuple[str, ...],
 ) -> int:
-    from ssdo_gl.app.snapshot import SnapshotRequest, take_snapshot
+    from ssdo_gl.headless.snapshot import SnapshotRequest, take_snapshot
 
     result = take_snapshot(
         SnapshotRequest(

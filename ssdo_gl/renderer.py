@@ -19,17 +19,17 @@ from ssdo_gl.graph.execute import Executor
 from ssdo_gl.graph.frame import Frame, FrameView
 from ssdo_gl.graph.graph import Plan
 from ssdo_gl.graph.render_pass import ProgressCallback
-from ssdo_gl.image_average import ImageAverage
-from ssdo_gl.options import settings_for
-from ssdo_gl.pipelines import Pipeline
-from ssdo_gl.planner import FramePlan, Planner
+from ssdo_gl.images.average import ImageAverage
+from ssdo_gl.images.surface_arrays import world_normals, world_positions
+from ssdo_gl.planning.pipelines import Pipeline
+from ssdo_gl.planning.planner import FramePlan, Planner
 from ssdo_gl.render_result import FrameLog, FrameTimes, Image, RenderResult
 from ssdo_gl.scene.animate import scene_at
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
-from ssdo_gl.surface_arrays import world_normals, world_positions
+from ssdo_gl.settings.resolve import settings_for
 
 
 class Renderer:

@@ -19,7 +19,7 @@ import ssdo_gl
 from ssdo_gl import resources
 print(ssdo_gl.__file__)
 shaders = resources.folder("shaders")
-assert "#version 330 core" in shaders.joinpath("fullscreen.vert").read_text(encoding="utf-8")
+assert "#version 330 core" in shaders.joinpath("passes/fullscreen.vert").read_text(encoding="utf-8")
 assert "PI" in shaders.joinpath("lib", "constants.glsl").read_text(encoding="utf-8")
 scenes = [item for item in resources.folder("scenes").iterdir() if item.name.endswith(".toml")]
 assert scenes and all(scene.read_text(encoding="utf-8") for scene in scenes)

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import ssdo_gl
-from ssdo_gl.graph.settings import SettingError
 from ssdo_gl.renderer import Renderer, jitter
 from ssdo_gl.settings import Settings
+from ssdo_gl.settings.fields import SettingError
 
 SMALL = Settings(size=(32, 18), samples=8)
 

@@ -1,5 +1,5 @@
 // The surface that a ray has hit, with what it takes to shade it.
-#include "lib/ray.glsl"
+#include "rays/ray.glsl"
 
 struct Surface {
     RaySurface at;       // normals on the side that the ray came from

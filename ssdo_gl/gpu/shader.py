@@ -173,7 +173,7 @@ class ShaderLibrary:
     def program(
         self, vertex: str, fragment: str, defines: Mapping[str, int] = _NO_DEFINES
     ) -> Program:
-        """Return the program of two files, e.g. ``"gbuffer.vert", "gbuffer.frag"``.
+        """Return the program of two files, e.g. ``"passes/gbuffer.vert", "passes/gbuffer.frag"``.
 
         Raises
         ------
@@ -188,15 +188,15 @@ class ShaderLibrary:
         return self._by_name[key]
 
     def fullscreen(self, fragment: str, defines: Mapping[str, int] = _NO_DEFINES) -> Program:
-        """Return the program of a fragment shader behind ``fullscreen.vert``."""
-        return self.program("fullscreen.vert", fragment, defines)
+        """Return the program of a fragment shader behind ``passes/fullscreen.vert``."""
+        return self.program("passes/fullscreen.vert", fragment, defines)
 
     def fullscreen_source(
         self, text: str, defines: Mapping[str, int] = _NO_DEFINES, name: str = "<test>"
     ) -> Program:
         """Return a program whose fragment shader is `text`, under the same rules."""
         fragment = flatten(name, lambda n: text if n == name else self._read(n), defines)
-        vertex = flatten("fullscreen.vert", self._read, defines)
+        vertex = flatten("passes/fullscreen.vert", self._read, defines)
         _check(vertex, fragment, defines)
         digest = _digest(vertex, fragment)
         if digest not in self._by_content:

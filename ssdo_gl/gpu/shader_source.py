@@ -114,7 +114,7 @@ def flatten(name: str, read: Reader, defines: Mapping[str, int] | None = None) -
     Parameters
     ----------
     name : str
-        As `read` knows it, e.g. ``"gbuffer.frag"``.
+        As `read` knows it, e.g. ``"passes/gbuffer.frag"``.
     read : callable
         Returns the text of a file; raises FileNotFoundError.
     defines : mapping of str to int

@@ -244,7 +244,9 @@ def _add(gl: moderngl.Context, program: Program, target: moderngl.Framebuffer, t
 def _resolve(context: PassContext, sums: _Sums, outputs: Sequence[SumOutput]) -> None:
     """Write the mean of each tile into the pass' target."""
     assert context.target is not None
-    program = context.shaders.fullscreen("accumulate_resolve.frag", {"OUTPUT_COUNT": len(outputs)})
+    program = context.shaders.fullscreen(
+        "passes/accumulate_resolve.frag", {"OUTPUT_COUNT": len(outputs)}
+    )
     textures = {
         f"t_sum_{name}_{i}": sums.textures[half][i]
         for half, name in enumerate("ab")

@@ -33,7 +33,9 @@ class BackFacesPass(RenderPass):
         defines = {"WIDE_DEPTH_RANGE": wide_depth_range(view.near, view.far)}
 
         def program_of(features: Features) -> Program:
-            return context.shaders.program("back_faces.vert", "back_faces.frag", defines)
+            return context.shaders.program(
+                "effects/back_faces.vert", "effects/back_faces.frag", defines
+            )
 
         context.target.use()
         context.gl.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)

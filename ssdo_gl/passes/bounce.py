@@ -11,13 +11,13 @@ from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.graph.settings import setting
 from ssdo_gl.passes.screen_space_settings import (
     ScreenSpaceSettings,
     defines,
     estimator_uniforms,
     kept_names,
 )
+from ssdo_gl.settings.fields import setting
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class BounceSettings(ScreenSpaceSettings):
 def uniforms(
     settings: BounceSettings, frame: Frame, has_back_layer: bool, sender_bound: float
 ) -> dict[str, Any]:
-    """Return the uniforms of `bounce.frag`."""
+    """Return the uniforms of `effects/bounce.frag`."""
     return {
         **estimator_uniforms(settings, frame, has_back_layer),
         "u_strength": settings.strength,
@@ -122,7 +122,7 @@ class BouncePass(RenderPass):
         assert context.target is not None
         draw_fullscreen(
             context.gl,
-            context.shaders.fullscreen("bounce.frag", self._defines),
+            context.shaders.fullscreen("effects/bounce.frag", self._defines),
             context.target,
             uniforms(self.settings, context.frame, self._has_back_layer, self.sender_bound),
             {f"t_{name}": context.inputs[name] for name in self.reads},

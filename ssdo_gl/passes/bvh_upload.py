@@ -11,8 +11,8 @@ from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.ray_uniforms import folded
-from ssdo_gl.scene.bvh import cached_bvh
-from ssdo_gl.scene.bvh_surfaces import material_words
+from ssdo_gl.raytracing.bvh import cached_bvh
+from ssdo_gl.raytracing.surface_tables import material_words
 
 
 class BvhUploadPass(RenderPass):

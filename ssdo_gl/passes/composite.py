@@ -6,15 +6,15 @@ from collections.abc import Mapping
 from typing import Literal
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
-from ssdo_gl.graph.environment_uniforms import (
+from ssdo_gl.graph.frame import Frame
+from ssdo_gl.graph.render_pass import PassContext, RenderPass
+from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.passes.environment_uniforms import (
     MAP_IRRADIANCE,
     MAP_RADIANCE,
     environment_kind,
     environment_uniforms,
 )
-from ssdo_gl.graph.frame import Frame
-from ssdo_gl.graph.render_pass import PassContext, RenderPass
-from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.scene.environment import Environment
 
 Combine = Literal["ambient", "multiply", "report", "report_traced"]
@@ -27,7 +27,7 @@ COMBINE_NUMBERS: Mapping[Combine, int] = {
 
 
 def uniforms(frame: Frame) -> dict[str, object]:
-    """Return the uniforms of ``composite.frag``."""
+    """Return the uniforms of ``passes/composite.frag``."""
     return {**frame.view.uniforms(), **environment_uniforms(frame)}
 
 
@@ -100,6 +100,6 @@ class CompositePass(RenderPass):
     def execute(self, context: PassContext) -> None:
         """Draw one full-screen triangle."""
         assert context.target is not None
-        program = context.shaders.fullscreen("composite.frag", self.defines)
+        program = context.shaders.fullscreen("passes/composite.frag", self.defines)
         textures = {sampler: context.inputs[name] for sampler, name in self._wiring.items()}
         draw_fullscreen(context.gl, program, context.target, uniforms(context.frame), textures)

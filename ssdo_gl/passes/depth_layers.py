@@ -25,7 +25,7 @@ class DepthLayersPass(RenderPass):
         assert context.target is not None
         draw_fullscreen(
             context.gl,
-            context.shaders.fullscreen("depth_layers.frag"),
+            context.shaders.fullscreen("effects/depth_layers.frag"),
             context.target,
             {},
             {f"t_{name}": context.inputs[name] for name in self.reads},

@@ -8,14 +8,13 @@ from dataclasses import dataclass
 import moderngl
 
 from ssdo_gl.graph.frame import Frame
-from ssdo_gl.graph.light_rows import KIND_NUMBERS, light_rows
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.graph.settings import setting
-from ssdo_gl.graph.shadow_frames import atlas_layout, shadow_frames
+from ssdo_gl.passes.light_rows import KIND_NUMBERS, light_rows
 from ssdo_gl.passes.screen_space_settings import pattern_offset
-from ssdo_gl.scene.content import power
-from ssdo_gl.scene.light import Light
+from ssdo_gl.scene.light import Light, power
+from ssdo_gl.scene.shadow_frames import atlas_layout, shadow_frames
+from ssdo_gl.settings.fields import setting
 
 
 @dataclass(frozen=True)
@@ -34,7 +33,7 @@ class DirectSettings:
 
 
 def uniforms(settings: DirectSettings, frame: Frame) -> dict[str, object]:
-    """Return the uniforms of ``direct.frag`` that all lights share."""
+    """Return the uniforms of ``effects/direct.frag`` that all lights share."""
     return {**frame.view.uniforms(), "u_pattern_offset": pattern_offset(frame.seed)}
 
 
@@ -98,7 +97,7 @@ class DirectPass(RenderPass):
             context.gl.enable_only(moderngl.NOTHING if i == chosen[0] else moderngl.BLEND)
             light, light_row = scene.lights[i], rows[i]
             defines = self._defines(light, smooth)
-            program = context.shaders.fullscreen("direct.frag", defines)
+            program = context.shaders.fullscreen("effects/direct.frag", defines)
             program.set({**common, "u_light": light_row}, textures)
             program.check_complete()
             program.empty_vertex_array().render(moderngl.TRIANGLES, vertices=3)

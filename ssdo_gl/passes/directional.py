@@ -9,15 +9,14 @@ from typing import Any
 import numpy as np
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
-from ssdo_gl.graph.environment_uniforms import (
+from ssdo_gl.graph.frame import Frame
+from ssdo_gl.graph.render_pass import PassContext, RenderPass
+from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.passes.environment_uniforms import (
     MAP_IRRADIANCE,
     MAP_RADIANCE,
     environment_uniforms,
 )
-from ssdo_gl.graph.frame import Frame
-from ssdo_gl.graph.render_pass import PassContext, RenderPass
-from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.graph.settings import setting
 from ssdo_gl.passes.screen_space_settings import (
     ScreenSpaceSettings,
     defines,
@@ -25,11 +24,12 @@ from ssdo_gl.passes.screen_space_settings import (
     kept_resources,
 )
 from ssdo_gl.scene.light import DirectionalLight, Light, PointLight, RectangleLight, SpotLight
+from ssdo_gl.settings.fields import setting
 
 # By `SceneContent.environment`, for lib/environment.glsl.
 ENVIRONMENT_NUMBERS = {"none": 0, "constant": 1, "gradient": 2, "map": 3}
 CONTROL_NUMBERS = {"none": 0, "ratio": 1, "subtract": 2}
-# As lib/lights.glsl numbers them.
+# As lights/lights.glsl numbers them.
 _POINT_KINDS: dict[type, int] = {PointLight: 0, SpotLight: 1, DirectionalLight: 2}
 
 
@@ -56,7 +56,7 @@ def ssdo_lights(frame: Frame) -> tuple[list[RectangleLight], list[Light]]:
 
 
 def light_uniforms(frame: Frame) -> dict[str, Any]:
-    """Return the uniforms of `lib/ssdo_lights.glsl`: the lights in view space."""
+    """Return the uniforms of `lights/ssdo_lights.glsl`: the lights in view space."""
     rectangles, points = ssdo_lights(frame)
     return {**_rectangle_uniforms(frame, rectangles), **_point_uniforms(frame, points)}
 
@@ -108,7 +108,7 @@ def _point_uniforms(frame: Frame, lights: Sequence[Light]) -> dict[str, Any]:
 
 
 def uniforms(settings: DirectionalSettings, frame: Frame, has_back_layer: bool) -> dict[str, Any]:
-    """Return the uniforms of `directional.frag`."""
+    """Return the uniforms of `effects/directional.frag`."""
     return {
         **estimator_uniforms(settings, frame, has_back_layer),
         **environment_uniforms(frame),
@@ -206,7 +206,7 @@ class DirectionalPass(RenderPass):
         }
         draw_fullscreen(
             context.gl,
-            context.shaders.fullscreen("directional.frag", all_defines),
+            context.shaders.fullscreen("effects/directional.frag", all_defines),
             context.target,
             uniforms(self.settings, context.frame, self._has_back_layer),
             {f"t_{name}": context.inputs[name] for name in self.reads},

@@ -11,7 +11,7 @@ from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.graph.settings import setting
+from ssdo_gl.settings.fields import setting
 
 if TYPE_CHECKING:
     import moderngl
@@ -50,7 +50,7 @@ def uniforms(
     stride: int,
     open_irradiance: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> dict[str, Any]:
-    """Return the uniforms of `edge_aware_filter.frag` that all its stages share."""
+    """Return the uniforms of `passes/edge_aware_filter.frag` that all its stages share."""
     return {
         "u_open_irradiance": open_irradiance,
         **frame.view.uniforms(),
@@ -164,7 +164,7 @@ class EdgeAwareFilterPass(RenderPass):
         }
         draw_fullscreen(
             context.gl,
-            context.shaders.fullscreen("edge_aware_filter.frag", defines),
+            context.shaders.fullscreen("passes/edge_aware_filter.frag", defines),
             target,
             {
                 **uniforms(self.settings, context.frame, stride, irradiance or (0.0, 0.0, 0.0)),

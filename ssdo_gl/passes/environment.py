@@ -12,9 +12,9 @@ from ssdo_gl import math3d
 from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.graph.settings import setting
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.environment_light import irradiance, radiance_image
+from ssdo_gl.settings.fields import setting
 
 
 @dataclass(frozen=True)

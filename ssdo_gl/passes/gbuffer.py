@@ -16,7 +16,7 @@ from ssdo_gl.graph.resource import TextureSpec
 
 
 def uniforms(frame: Frame) -> dict[str, object]:
-    """Return the uniforms of ``gbuffer.frag``."""
+    """Return the uniforms of ``passes/gbuffer.frag``."""
     return {**frame.view.uniforms(), **depth_uniforms(frame.view.near, frame.view.far)}
 
 
@@ -64,7 +64,7 @@ class GBufferPass(RenderPass):
         def program_of(features: Features) -> Program:
             defines = {**features.defines(), **self._defines}
             defines["WIDE_DEPTH_RANGE"] = wide_depth_range(view.near, view.far)
-            return context.shaders.program("gbuffer.vert", "gbuffer.frag", defines)
+            return context.shaders.program("passes/gbuffer.vert", "passes/gbuffer.frag", defines)
 
         context.gl.enable_only(moderngl.DEPTH_TEST)
         context.geometry.draw(

@@ -11,7 +11,7 @@ from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.screen_space_settings import ScreenSpaceSettings
 
-# Within a ball that is at least three radii away, as `open_tiles.frag` asks, a step of the
+# Within a ball that is at least three radii away, as `passes/open_tiles.frag` asks, a step of the
 # projected ray is at most this much longer in space than in the middle: z / (z - R).
 LARGEST_PERSPECTIVE = 1.5
 
@@ -27,7 +27,7 @@ def step_reach(settings: ScreenSpaceSettings, step_count: int) -> float:
 
 
 def uniforms(estimators: Sequence[tuple[ScreenSpaceSettings, int]], frame: Frame) -> dict[str, Any]:
-    """Return the uniforms of ``open_tiles.frag``, on the safe side for all `estimators`."""
+    """Return the uniforms of ``passes/open_tiles.frag``, on the safe side for all `estimators`."""
     return {
         **frame.view.uniforms(),
         "u_radius": max(settings.radius for settings, _ in estimators),
@@ -66,7 +66,9 @@ class OpenTilesPass(RenderPass):
         assert context.target is not None
         draw_fullscreen(
             context.gl,
-            context.shaders.fullscreen("open_tiles.frag", {"OPEN_TILE_SIZE": self._tile_size}),
+            context.shaders.fullscreen(
+                "passes/open_tiles.frag", {"OPEN_TILE_SIZE": self._tile_size}
+            ),
             context.target,
             uniforms(self._estimators, context.frame),
             {f"t_{name}": context.inputs[name] for name in self.reads},

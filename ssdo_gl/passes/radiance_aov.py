@@ -40,5 +40,5 @@ class RadianceAovPass(RenderPass):
             "t_albedo": context.inputs["albedo"],
             "t_irradiance": context.inputs[self._irradiance],
         }
-        program = context.shaders.fullscreen("radiance_aov.frag", self._defines)
+        program = context.shaders.fullscreen("passes/radiance_aov.frag", self._defines)
         draw_fullscreen(context.gl, program, context.target, {}, textures)

@@ -13,9 +13,9 @@ from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.ray_uniforms import folded
-from ssdo_gl.scene.bvh import cached_bvh
-from ssdo_gl.scene.bvh_emitters import cached_emitter_tables, map_cells
-from ssdo_gl.scene.bvh_surfaces import (
+from ssdo_gl.raytracing.bvh import cached_bvh
+from ssdo_gl.raytracing.emitter_tables import cached_emitter_tables, map_cells
+from ssdo_gl.raytracing.surface_tables import (
     Atlas,
     RayFeatures,
     build_atlas,

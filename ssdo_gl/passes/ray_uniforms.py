@@ -11,17 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.graph.frame import Frame
-from ssdo_gl.scene.bvh import cached_bvh
-from ssdo_gl.scene.bvh_emitters import cached_emitter_tables
-from ssdo_gl.scene.bvh_surfaces import RayFeatures
-from ssdo_gl.scene.bvh_triangles import normalised_frame
+from ssdo_gl.raytracing.bvh import cached_bvh
+from ssdo_gl.raytracing.emitter_tables import cached_emitter_tables
+from ssdo_gl.raytracing.surface_tables import RayFeatures
+from ssdo_gl.raytracing.triangles import normalised_frame
 from ssdo_gl.scene.scene import Scene
 
 # Longer than any ray that starts within the scene's bounds: their diagonal is 2 in the
-# normalised frame (`RAY_FAR` of shaders/lib/ray.glsl).
+# normalised frame (`RAY_FAR` of shaders/rays/ray.glsl).
 FAR_NS = 4.0
 # Records in a row of a table: 256 of four texels are the 1024 that OpenGL 3.3
-# guarantees. `shaders/lib/bvh.glsl` knows the number as BVH_ROW_SHIFT.
+# guarantees. `shaders/rays/bvh.glsl` knows the number as BVH_ROW_SHIFT.
 RECORDS_PER_ROW = 256
 # Tables that are looked up by texture coordinates, and the uniform with a texel's size.
 TABLE_TEXELS = {
@@ -38,7 +38,7 @@ SOFTWARE_RENDERERS = ("llvmpipe", "softpipe", "swrast", "SwiftShader")
 def folded(records: NDArray[Any]) -> NDArray[Any]:
     """Return records (R, 16) of four texels each as an image (rows, 1024, 4).
 
-    `shaders/lib/bvh.glsl` finds record i at texel (4 i mod 1024, i / 256). The number of
+    `shaders/rays/bvh.glsl` finds record i at texel (4 i mod 1024, i / 256). The number of
     rows is a power of two, so that texel centres are exact in float32 coordinates.
     """
     rows = -(-len(records) // RECORDS_PER_ROW)
@@ -54,7 +54,7 @@ def ray_reads(features: RayFeatures, *, shades: bool = False) -> tuple[str, ...]
 
 
 def ray_defines(gl: moderngl.Context, frame: Frame, features: RayFeatures) -> dict[str, int]:
-    """Return the defines of ``lib/bvh.glsl`` and what it includes."""
+    """Return the defines of ``rays/bvh.glsl`` and what it includes."""
     is_software = any(name in gl.info["GL_RENDERER"] for name in SOFTWARE_RENDERERS)
     return {
         "BVH_LEVELS": cached_bvh(frame.scene).depth,
@@ -75,7 +75,7 @@ def table_uniforms(
     Parameters
     ----------
     emitters : bool
-        For shaders that include ``lib/emitters.glsl``.
+        For shaders that include ``rays/emitters.glsl``.
     """
     values: dict[str, object] = {
         "u_bvh_root": cached_bvh(scene).records[0, :12].reshape(3, 4),
@@ -91,7 +91,7 @@ def table_uniforms(
 
 
 def ray_uniforms(frame: Frame) -> dict[str, object]:
-    """Return the uniforms of ``lib/ray.glsl``: from view space to the normalised frame."""
+    """Return the uniforms of ``rays/ray.glsl``: from view space to the normalised frame."""
     centre, half_diagonal = normalised_frame(frame.scene)
     return {
         **frame.view.uniforms(),

@@ -9,7 +9,6 @@ from typing import Any
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.graph.settings import setting
 from ssdo_gl.passes.accumulate import Schedule, SumOutput, accumulate
 from ssdo_gl.passes.ray_uniforms import (
     radius_ns,
@@ -18,7 +17,8 @@ from ssdo_gl.passes.ray_uniforms import (
     ray_uniforms,
     table_uniforms,
 )
-from ssdo_gl.scene.bvh_surfaces import RayFeatures
+from ssdo_gl.raytracing.surface_tables import RayFeatures
+from ssdo_gl.settings.fields import setting
 
 # Rays of one draw and pixel: enough to spread the cost of finding the surface again.
 MOST_PER_DRAW = 32
@@ -39,7 +39,7 @@ class ReferenceAoSettings:
 
 
 def uniforms(settings: ReferenceAoSettings, frame: Frame) -> dict[str, object]:
-    """Return the uniforms of ``reference_ao.frag`` but those of textures and draws."""
+    """Return the uniforms of ``effects/reference_ao.frag`` but those of textures and draws."""
     return {**ray_uniforms(frame), "u_radius_ns": radius_ns(settings.radius, frame)}
 
 
@@ -73,7 +73,7 @@ class ReferenceAoPass(RenderPass):
         """Trace all rays, draw after draw."""
         inputs = context.inputs
         program = context.shaders.fullscreen(
-            "reference_ao.frag", ray_defines(context.gl, context.frame, self.features)
+            "effects/reference_ao.frag", ray_defines(context.gl, context.frame, self.features)
         )
         self.statistics = accumulate(
             context,

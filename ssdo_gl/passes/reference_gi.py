@@ -6,16 +6,15 @@ from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ssdo_gl.graph.environment_uniforms import (
+from ssdo_gl.graph.frame import Frame
+from ssdo_gl.graph.render_pass import PassContext, RenderPass
+from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.passes.accumulate import Schedule, SumOutput, accumulate
+from ssdo_gl.passes.environment_uniforms import (
     MAP_RADIANCE,
     environment_kind,
     environment_uniforms,
 )
-from ssdo_gl.graph.frame import Frame
-from ssdo_gl.graph.render_pass import PassContext, RenderPass
-from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.graph.settings import setting
-from ssdo_gl.passes.accumulate import Schedule, SumOutput, accumulate
 from ssdo_gl.passes.ray_uniforms import (
     EMITTER_TABLES,
     ray_defines,
@@ -23,9 +22,10 @@ from ssdo_gl.passes.ray_uniforms import (
     ray_uniforms,
     table_uniforms,
 )
-from ssdo_gl.scene.bvh_emitters import cached_emitter_tables
-from ssdo_gl.scene.bvh_surfaces import RayFeatures
+from ssdo_gl.raytracing.emitter_tables import cached_emitter_tables
+from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment import Environment
+from ssdo_gl.settings.fields import setting
 
 # Paths of one draw and pixel: enough to spread the cost of finding the surface again.
 MOST_PER_DRAW = 8
@@ -57,7 +57,7 @@ class ReferenceGiSettings:
 
 
 def uniforms(settings: ReferenceGiSettings, frame: Frame) -> dict[str, object]:
-    """Return the uniforms of ``reference_gi.frag`` but those of textures and draws."""
+    """Return the uniforms of ``effects/reference_gi.frag`` but those of textures and draws."""
     limited = settings.bounces is not None
     return {
         **ray_uniforms(frame),
@@ -121,7 +121,7 @@ class ReferenceGiPass(RenderPass):
         rays_per_path = RAYS_PER_PATH if bounces is None else 2 * (bounces + 1)
         self.statistics = accumulate(
             context,
-            context.shaders.fullscreen("reference_gi.frag", defines),
+            context.shaders.fullscreen("effects/reference_gi.frag", defines),
             {
                 **uniforms(self.settings, frame),
                 **table_uniforms(inputs, frame.scene, emitters=True),

@@ -6,16 +6,15 @@ from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ssdo_gl.graph.environment_uniforms import (
+from ssdo_gl.graph.frame import Frame
+from ssdo_gl.graph.render_pass import PassContext, RenderPass
+from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.passes.accumulate import Schedule, SumOutput, accumulate
+from ssdo_gl.passes.environment_uniforms import (
     MAP_RADIANCE,
     environment_kind,
     environment_uniforms,
 )
-from ssdo_gl.graph.frame import Frame
-from ssdo_gl.graph.render_pass import PassContext, RenderPass
-from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.graph.settings import setting
-from ssdo_gl.passes.accumulate import Schedule, SumOutput, accumulate
 from ssdo_gl.passes.ray_uniforms import (
     EMITTER_TABLES,
     radius_ns,
@@ -24,8 +23,9 @@ from ssdo_gl.passes.ray_uniforms import (
     ray_uniforms,
     table_uniforms,
 )
-from ssdo_gl.scene.bvh_surfaces import RayFeatures
+from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment import Environment
+from ssdo_gl.settings.fields import setting
 
 # Samples of one draw and pixel; each takes a ray, and from what it hits one to each light.
 MOST_PER_DRAW = 16
@@ -46,7 +46,7 @@ class ReferenceNearSettings:
 
 
 def uniforms(settings: ReferenceNearSettings, frame: Frame) -> dict[str, object]:
-    """Return the uniforms of ``reference_near.frag`` but those of textures and draws."""
+    """Return the uniforms of ``effects/reference_near.frag`` but those of textures and draws."""
     return {
         **ray_uniforms(frame),
         **environment_uniforms(frame),
@@ -107,7 +107,7 @@ class ReferenceNearPass(RenderPass):
         rays_per_sample = 2 + 2 * len(frame.scene.lights)
         self.statistics = accumulate(
             context,
-            context.shaders.fullscreen("reference_near.frag", defines),
+            context.shaders.fullscreen("effects/reference_near.frag", defines),
             {
                 **uniforms(self.settings, frame),
                 **table_uniforms(inputs, frame.scene, emitters=True),

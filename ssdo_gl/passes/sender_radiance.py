@@ -59,7 +59,7 @@ class SenderRadiancePass(RenderPass):
         assert context.target is not None
         draw_fullscreen(
             context.gl,
-            context.shaders.fullscreen("sender_radiance.frag", self._defines),
+            context.shaders.fullscreen("passes/sender_radiance.frag", self._defines),
             context.target,
             {},
             {f"t_{name}": context.inputs[name] for name in self.reads},

@@ -16,15 +16,15 @@ from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.graph.depth_range import depth_uniforms, far_plane, wide_depth_range
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.graph.settings import setting
-from ssdo_gl.graph.shadow_frames import (
+from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.shadow_frames import (
     FACE_FROM_LIGHT,
     AtlasLayout,
     ShadowFrame,
     atlas_layout,
     shadow_frames,
 )
-from ssdo_gl.math3d import FloatArray
+from ssdo_gl.settings.fields import setting
 
 # Texels around each face that show what lies beyond its edge, so that filtering there
 # needs no neighbour. A 2 x 2 footprint reaches one texel out, jitter half of one more.
@@ -158,7 +158,9 @@ def _draw_face(
         defines = features.cutout_defines()
         defines["IS_PARALLEL"] = int(frame.is_parallel)
         defines["WIDE_DEPTH_RANGE"] = wide_depth_range(near, far)
-        return context.shaders.program("shadow_map.vert", "shadow_map.frag", defines)
+        return context.shaders.program(
+            "effects/shadow_map.vert", "effects/shadow_map.frag", defines
+        )
 
     context.geometry.draw(
         eye,

@@ -10,13 +10,13 @@ from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.graph.settings import setting
 from ssdo_gl.passes.screen_space_settings import (
     ScreenSpaceSettings,
     defines,
     estimator_uniforms,
     kept_resources,
 )
+from ssdo_gl.settings.fields import setting
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class SsaoSettings(ScreenSpaceSettings):
 
 
 def uniforms(settings: SsaoSettings, frame: Frame, has_back_layer: bool) -> dict[str, Any]:
-    """Return the uniforms of `ssao.frag`."""
+    """Return the uniforms of `effects/ssao.frag`."""
     return {**estimator_uniforms(settings, frame, has_back_layer), "u_box_px": settings.box_px}
 
 
@@ -93,7 +93,7 @@ class SsaoPass(RenderPass):
         assert context.target is not None
         draw_fullscreen(
             context.gl,
-            context.shaders.fullscreen("ssao.frag", self._defines),
+            context.shaders.fullscreen("effects/ssao.frag", self._defines),
             context.target,
             uniforms(self.settings, context.frame, self._has_back_layer),
             {f"t_{name}": context.inputs[name] for name in self.reads},

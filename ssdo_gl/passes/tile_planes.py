@@ -35,7 +35,9 @@ class TilePlanesPass(RenderPass):
         assert context.target is not None
         draw_fullscreen(
             context.gl,
-            context.shaders.fullscreen("tile_planes.frag", {"OPEN_TILE_SIZE": self._tile_size}),
+            context.shaders.fullscreen(
+                "passes/tile_planes.frag", {"OPEN_TILE_SIZE": self._tile_size}
+            ),
             context.target,
             context.frame.view.uniforms(),
             {f"t_{name}": context.inputs[name] for name in self.reads},

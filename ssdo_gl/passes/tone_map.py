@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.graph.settings import setting
+from ssdo_gl.settings.fields import setting
 
 CURVES = ("aces", "plain")
 
@@ -28,12 +28,12 @@ class ToneMapSettings:
 
 
 def uniforms(settings: ToneMapSettings) -> dict[str, object]:
-    """Return the uniforms of ``tone_map.frag``."""
+    """Return the uniforms of ``passes/tone_map.frag``."""
     return {"u_exposure_scale": 2.0**settings.exposure}
 
 
 def defines(settings: ToneMapSettings) -> dict[str, int]:
-    """Return the defines of ``tone_map.frag``."""
+    """Return the defines of ``passes/tone_map.frag``."""
     return {"TONE_CURVE": int(settings.curve == "aces")}
 
 
@@ -57,7 +57,7 @@ class ToneMapPass(RenderPass):
     def execute(self, context: PassContext) -> None:
         """Draw one full-screen triangle."""
         assert context.target is not None
-        program = context.shaders.fullscreen("tone_map.frag", defines(self.settings))
+        program = context.shaders.fullscreen("passes/tone_map.frag", defines(self.settings))
         draw_fullscreen(
             context.gl,
             program,

@@ -6,12 +6,11 @@ from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ssdo_gl.graph.environment_uniforms import environment_uniforms
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.graph.settings import setting
 from ssdo_gl.passes.accumulate import Schedule, SumOutput, accumulate
+from ssdo_gl.passes.environment_uniforms import environment_uniforms
 from ssdo_gl.passes.ray_uniforms import (
     EMITTER_TABLES,
     ray_defines,
@@ -19,7 +18,8 @@ from ssdo_gl.passes.ray_uniforms import (
     ray_uniforms,
     table_uniforms,
 )
-from ssdo_gl.scene.bvh_surfaces import RayFeatures
+from ssdo_gl.raytracing.surface_tables import RayFeatures
+from ssdo_gl.settings.fields import setting
 
 # Rays to each light of one draw and pixel.
 MOST_PER_DRAW = 16
@@ -37,7 +37,7 @@ class TracedShadowsSettings:
 
 
 def uniforms(frame: Frame) -> dict[str, object]:
-    """Return the uniforms of ``traced_shadows.frag`` but those of textures and draws."""
+    """Return the uniforms of ``effects/traced_shadows.frag`` but those of textures and draws."""
     return {**ray_uniforms(frame), **environment_uniforms(frame)}
 
 
@@ -75,7 +75,7 @@ class TracedShadowsPass(RenderPass):
         settings = self.settings
         self.statistics = accumulate(
             context,
-            context.shaders.fullscreen("traced_shadows.frag", defines),
+            context.shaders.fullscreen("effects/traced_shadows.frag", defines),
             {**uniforms(frame), **table_uniforms(inputs, frame.scene, emitters=True)},
             {f"t_{name}": inputs[name] for name in self.reads},
             [OUTPUT],

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene import defaults, emitters, framing
+from ssdo_gl.scene import defaults, framing
+from ssdo_gl.scene import emissive_meshes as emitters
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import Environment
 from ssdo_gl.scene.exposure import exposure_for

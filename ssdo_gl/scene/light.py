@@ -88,3 +88,17 @@ class RectangleLight:
 
 
 Light = PointLight | SpotLight | DirectionalLight | RectangleLight
+
+
+def power(light: Light) -> float:
+    """Return the largest component of what the light emits, in the unit of its kind."""
+    return max(emitted(light))
+
+
+def emitted(light: Light) -> Color:
+    """Return what the light emits, in the unit of its kind."""
+    if isinstance(light, RectangleLight):
+        return light.radiance
+    if isinstance(light, DirectionalLight):
+        return light.irradiance
+    return light.intensity

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from ssdo_gl import resources
 from ssdo_gl.scene.builder import SceneBuilder
-from ssdo_gl.scene.description import read_description
-from ssdo_gl.scene.description.table import suggestion
-from ssdo_gl.scene.importers import SUFFIXES, read_model
+from ssdo_gl.scene.formats import SUFFIXES, read_model
+from ssdo_gl.scene.formats.toml import read_description
+from ssdo_gl.scene.formats.toml.table import suggestion
 from ssdo_gl.scene.scene import Scene, SceneError
 
 

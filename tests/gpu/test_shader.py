@@ -15,9 +15,10 @@ HEAD = "#version 330 core\nlayout(location = 0) out vec4 o_color;\n"
 
 @pytest.fixture
 def library(gl, tmp_path):
-    """An empty library in a folder of its own, with the shipped fullscreen.vert."""
+    """An empty library in a folder of its own, with the shipped passes/fullscreen.vert."""
     (tmp_path / "lib").mkdir()
-    (tmp_path / "fullscreen.vert").write_text(
+    (tmp_path / "passes").mkdir()
+    (tmp_path / "passes/fullscreen.vert").write_text(
         "#version 330 core\nvoid main() {\n"
         "  gl_Position = vec4(float((gl_VertexID & 1) << 2) - 1.0,\n"
         "                     float((gl_VertexID & 2) << 1) - 1.0, 0.0, 1.0);\n}\n"
@@ -73,7 +74,7 @@ def test_link_error_names_both_files(library, tmp_path):
 )
 def test_varying_without_its_writer_is_refused(shaders, declaration, fault):
     text = HEAD + declaration + "\nvoid main() { o_color = vec4(0.0); }\n"
-    with pytest.raises(ShaderError, match=rf"^<test>:3: in .*: fullscreen\.vert {fault}"):
+    with pytest.raises(ShaderError, match=rf"^<test>:3: in .*: passes/fullscreen\.vert {fault}"):
         shaders.fullscreen_source(text)
 
 

@@ -14,16 +14,16 @@ from hard_cases.hard_scene import CAMERA
 from hard_cases.poison import FAULT, SIZE, noise
 from passes.estimator_cases import picture_frame
 
-from ssdo_gl.app.live_image import LiveImage, Wish
-from ssdo_gl.app.live_renderer import Drawing, Plane
-from ssdo_gl.app.views import Kind
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture, texture_from_image
 from ssdo_gl.graph.render_pass import PassContext
-from ssdo_gl.image_average import ImageAverage
+from ssdo_gl.images.average import ImageAverage
 from ssdo_gl.passes.accumulate import MIN_SAMPLES_TO_STOP, Schedule, SumOutput, accumulate
 from ssdo_gl.passes.ray_uniforms import stream_of
 from ssdo_gl.settings import Settings
+from ssdo_gl.window.live.live_image import LiveImage, Wish
+from ssdo_gl.window.live.live_renderer import Drawing, Plane
+from ssdo_gl.window.views import Kind
 
 POISONS = {"NaN": np.nan, "Inf": np.inf, "-Inf": -np.inf, "1e30": 1e30}
 # Sixteen additions in float32 and a quotient, of values up to 1: a rounding each.

@@ -170,7 +170,7 @@ def contact_is_not_finite(device, shaders):
     place = distance[:, None] * [0.0, 1.0, 0.0]
     n = np.tile([0.0, 1.0, 0.0], (len(distance), 1))
     body = "unshadowed_irradiance(make(LIGHT_POINT, place, n, n, vec2(0.0)), vec3(0.0), n, n)"
-    found = evaluate(device.gl, shaders, ["lib/lights.glsl"], body, {"place": place, "n": n},
+    found = evaluate(device.gl, shaders, ["lights/lights.glsl"], body, {"place": place, "n": n},
                      3, functions=LIGHT)  # fmt: skip
     return float((~np.isfinite(found)).sum()), 0.0
 
@@ -244,23 +244,23 @@ MUTATIONS = {
     ),
     "depth in 16 bits": Mutation(
         # The mantissa of a half float: 10 bits.
-        {"gbuffer.frag": (
+        {"passes/gbuffer.frag": (
             ("o_z_vs = z;", "float u = exp2(floor(log2(z)) - 10.0); o_z_vs = round(z / u) * u;"),
         )},
         depth_is_coarse,
     ),
     "distance clamp removed": Mutation(
-        {"bounce.frag": (("max(d2, d_min * d_min)", "d2"),)}, form_factor_is_unbounded
+        {"effects/bounce.frag": (("max(d2, d_min * d_min)", "d2"),)}, form_factor_is_unbounded
     ),
     "min instead of select, senders": Mutation(
-        {"bounce.frag": (
+        {"effects/bounce.frag": (
             ("return is_light && largest > 0.0 ? radiance * factor : vec3(0.0);",
              "return min(radiance, vec3(FLOAT_MAX));"),
         )},
         bounce_takes_poison,
     ),
     "min instead of select, filter": Mutation(
-        {"edge_aware_filter.frag": (
+        {"passes/edge_aware_filter.frag": (
             ("bool is_sound(vec4 value)\n{", "bool is_sound(vec4 value)\n{\nreturn true;"),
             ("sum.value += use ? value * weight",
              "sum.value += use ? min(value, vec4(u_value_bound)) * weight"),
@@ -268,45 +268,45 @@ MUTATIONS = {
         poison.filter_takes_poison,
     ),
     "faults stay in a history": Mutation(
-        {"live_sum.frag": (("return is_finite(value)", "return true || is_finite(value)"),)},
+        {"window/live_sum.frag": (("return is_finite(value)", "return true || is_finite(value)"),)},
         history_keeps_fault,
     ),
     "filter mixes depths": Mutation(
-        {"edge_aware_filter.frag": (("return z > 0.0 ? weight : 0.0;", "return 1.0;"),)},
+        {"passes/edge_aware_filter.frag": (("return z > 0.0 ? weight : 0.0;", "return 1.0;"),)},
         poison.filter_mixes_depths,
     ),
     "sender cosine of the wrong sign, march": Mutation(
-        {"bounce.frag": (("to_receiver) > 0.0", "to_receiver) < 0.0"),)},
+        {"effects/bounce.frag": (("to_receiver) > 0.0", "to_receiver) < 0.0"),)},
         senders_face_wrongly_march,
     ),
     "sender cosine of the wrong sign, rgs09": Mutation(
-        {"bounce.frag": (("max(dot(gbuffer_shading_normal_vs(texel), -w), 0.0)",
+        {"effects/bounce.frag": (("max(dot(gbuffer_shading_normal_vs(texel), -w), 0.0)",
                           "max(dot(gbuffer_shading_normal_vs(texel), w), 0.0)"),)},
         senders_face_wrongly_rgs09,
     ),
     "background not neutral": Mutation(
-        {"edge_aware_filter.frag": (
+        {"passes/edge_aware_filter.frag": (
             ("NEUTRAL = vec4(1.0, 0.0, 0.0, 0.0)", "NEUTRAL = vec4(0.0)"),
         )},
         sky_is_dark,
     ),
     "light from below the horizon": Mutation(
-        {"lib/lights.glsl": (
+        {"lights/lights.glsl": (
             ("vec3 plane_normal, inout Cut cut)\n{",
              "vec3 plane_normal, inout Cut cut)\n{\n    return true;"),
         )},
         light_comes_from_below,
     ),
     "shadow maps block below the tangent plane": Mutation(
-        {"lib/shadow.glsl": (("SHADOW_TEXEL_SLACK = 0.25", "SHADOW_TEXEL_SLACK = -2.0"),)},
+        {"lights/shadow.glsl": (("SHADOW_TEXEL_SLACK = 0.25", "SHADOW_TEXEL_SLACK = -2.0"),)},
         plane_shadows_itself,
     ),
     "shadow depth with a bias": Mutation(
-        {"lib/shadow.glsl": (("o.z < p.z && is_above", "o.z < 0.9 * p.z && is_above"),)},
+        {"lights/shadow.glsl": (("o.z < p.z && is_above", "o.z < 0.9 * p.z && is_above"),)},
         light_gets_under,
     ),
     "division by a distance that vanishes": Mutation(
-        {"lib/lights.glsl": (
+        {"lights/lights.glsl": (
             ("bounded_irradiance(light.power / distance * cos_theta / distance)",
              "light.power * cos_theta / dot(to_light, to_light)"),
         )},
@@ -328,11 +328,11 @@ MUTATIONS = {
         noise_swims,
     ),
     "blocked directions count twice": Mutation(
-        {"bounce.frag": (("(PI * share *", "(2.0 * PI * share *"),)}, light_is_gained
+        {"effects/bounce.frag": (("(PI * share *", "(2.0 * PI * share *"),)}, light_is_gained
     ),
     "smooth normals decide what is above": Mutation(
         dict.fromkeys(
-            ("directional.frag", "ssao.frag"),
+            ("effects/directional.frag", "effects/ssao.frag"),
             (("(r.position_vs, r.geometric_vs)", "(r.position_vs, r.normal_vs)"),),
         ),
         convex_body_is_occluded,
@@ -366,6 +366,6 @@ def test_a_broken_shader_is_noticed(device, shaders, record, tmp_path, name):
 
 
 def test_a_mutation_that_no_longer_applies_is_an_error(tmp_path):
-    stale = Mutation({"bounce.frag": (("no such text", ""),)}, sky_is_dark)
+    stale = Mutation({"effects/bounce.frag": (("no such text", ""),)}, sky_is_dark)
     with pytest.raises(AssertionError, match="no longer contains"):
         mutated(stale, tmp_path)

@@ -171,7 +171,7 @@ def test_polygon_irradiance(gl, shaders, record, seed, powers):
     found = evaluate(
         gl,
         shaders,
-        ["lib/lights.glsl"],
+        ["lights/lights.glsl"],
         "parallelogram_cosine_integral(c, u, v, n, n)",
         {"c": c, "u": u, "v": v, "n": n},
         defines={"HAS_SHADING_NORMALS": 0},
@@ -219,7 +219,7 @@ def test_rays_against_all_triangles(gl, shaders, record, seed, scene):
     triangles = bvh.triangles.positions.astype(np.float64)
     t, which = ray_triangles.intersect_all(origin, direction, triangles)
     inputs = {"origin": origin, "direction": direction, "limit": np.full(COUNT, 4.0)}
-    out = evaluate(gl, shaders, ["lib/bvh.glsl"], NEAREST, inputs, 4, **arguments(gl, bvh))
+    out = evaluate(gl, shaders, ["rays/bvh.glsl"], NEAREST, inputs, 4, **arguments(gl, bvh))
     slot = out[:, 1].astype(np.int64)
     found = np.where(slot < 0, -1, bvh.primitive_triangles.reshape(-1)[np.maximum(slot, 0)])
     a, b, c = np.moveaxis(triangles[which], 1, 0)

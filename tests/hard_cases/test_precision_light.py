@@ -15,7 +15,7 @@ from shaders.test_lights import LIGHT
 from ssdo_gl.gpu.texture import make_texture
 
 STAGE = "shader against float64"
-# Under which rectangles are sampled by area: lib/emitters.glsl.
+# Under which rectangles are sampled by area: rays/emitters.glsl.
 SMALL_SOLID_ANGLE = 0.02
 EPSILON = 2.0**-23
 
@@ -60,7 +60,7 @@ def test_point_spot_and_directional_lights(
     ):
         body = f"unshadowed_irradiance(make({kind}, {at}, axis, vec3(0.0), cone), vec3(0.0), n, m)"
         found = evaluate(
-            gl, shaders, ["lib/lights.glsl"], body, inputs, 3, functions=LIGHT
+            gl, shaders, ["lights/lights.glsl"], body, inputs, 3, functions=LIGHT
         )[:, 0].astype(float)  # fmt: skip
         scale = 1.0 / squares_ if at == "place" else np.ones(COUNT)
         error = (np.abs(found - law * factor) / scale)[sure].max() / EPSILON
@@ -153,7 +153,7 @@ def test_spherical_rectangles(gl, shaders, record, seed, points, sizes, offsets,
 
     wanted = part(x1, y1) - part(x0, y1) - part(x1, y0) + part(x0, y0)
     inputs = {"corner": corner, "size": size}
-    include = ["lib/spherical_rectangle.glsl"]
+    include = ["lights/spherical_rectangle.glsl"]
     body = "spherical_rectangle(corner, size.x, size.y)"
     found = evaluate(gl, shaders, include, f"{body}.solid_angle", inputs)[:, 0]
     error = np.abs(found - wanted).max()
@@ -260,7 +260,7 @@ def test_shadow_filter(gl, shaders, record, seed, half, share):
     half = float(np.float32(half))
     texture = make_texture(gl, (SIDE, SIDE), 1, "f4", depth)
     found = evaluate(
-        gl, shaders, ["lib/shadow.glsl"], "shadow(p, m, 64.0)", {"p": p, "m": m},
+        gl, shaders, ["lights/shadow.glsl"], "shadow(p, m, 64.0)", {"p": p, "m": m},
         functions=SHADOW, uniforms={"u_half_size": (half, half), "u_shadow_tile_texels": SIDE},
         textures={"t_shadow_atlas": texture},
     )[:, 0]  # fmt: skip

@@ -10,7 +10,7 @@ from hard_cases.hard_scene import RADIUS, room
 from hard_cases.invariants import sane
 from hard_cases.methods import METHODS, SCREEN_SPACE, label, render
 
-from ssdo_gl.app.image_files import exr_bytes
+from ssdo_gl.images.files import exr_bytes
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.settings import AOVS, Settings
 

@@ -13,12 +13,12 @@ from hard_cases.hard_scene import CAMERA, RADIUS, quad, room, sphere
 from hard_cases.methods import METHODS, SCREEN_SPACE, label
 
 from ssdo_gl.gpu.shader import ShaderLibrary
-from ssdo_gl.graph.settings import SettingError
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.light import DirectionalLight, PointLight
 from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.settings import Settings
+from ssdo_gl.settings.fields import SettingError
 
 NAMES = ("beauty", "direct", "directional", "bounce", "visibility")
 BOUNCE = Settings(

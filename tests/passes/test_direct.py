@@ -12,12 +12,12 @@ from passes.test_gbuffer import sphere
 
 from ssdo_gl import math3d
 from ssdo_gl.gpu.geometry import Geometry
+from ssdo_gl.images.surface_arrays import world_positions
 from ssdo_gl.passes.direct import DirectPass, DirectSettings
 from ssdo_gl.passes.gbuffer import GBufferPass
 from ssdo_gl.passes.shadow_map import ShadowMapPass, ShadowMapSettings
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight, SpotLight
-from ssdo_gl.surface_arrays import world_positions
 
 SIZE = (64, 48)
 FLOOR = quad((-10.0, 0.0, 10.0), (20.0, 0.0, 0.0), (0.0, 0.0, -20.0))

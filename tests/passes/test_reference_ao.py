@@ -17,7 +17,7 @@ from passes.pass_harness import box, make_scene, quad
 from passes.ray_harness import Tracer
 
 from ssdo_gl.passes.reference_ao import ReferenceAoPass, ReferenceAoSettings
-from ssdo_gl.scene.bvh_surfaces import RayFeatures
+from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.mesh import Mesh
 from ssdo_gl.scene.scene import Scene

@@ -13,7 +13,7 @@ from passes.ray_harness import Tracer
 from ssdo_gl.passes.reference_gi import ReferenceGiPass, ReferenceGiSettings
 from ssdo_gl.passes.reference_near import ReferenceNearPass, ReferenceNearSettings
 from ssdo_gl.passes.traced_shadows import TracedShadowsPass, TracedShadowsSettings
-from ssdo_gl.scene.bvh_surfaces import RayFeatures
+from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import (
     ConstantEnvironment,

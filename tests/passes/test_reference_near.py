@@ -14,7 +14,7 @@ from passes.ray_harness import Tracer
 from ssdo_gl.passes.reference_ao import ReferenceAoPass, ReferenceAoSettings
 from ssdo_gl.passes.reference_near import ReferenceNearPass, ReferenceNearSettings
 from ssdo_gl.passes.traced_shadows import TracedShadowsPass, TracedShadowsSettings
-from ssdo_gl.scene.bvh_surfaces import RayFeatures
+from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import ConstantEnvironment, GradientEnvironment
 from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight

@@ -7,7 +7,6 @@ import dataclasses
 import pytest
 from passes.estimator_cases import picture_frame
 
-from ssdo_gl.graph.settings import SettingError, check, parse
 from ssdo_gl.passes.bounce import BounceSettings
 from ssdo_gl.passes.directional import DirectionalSettings
 from ssdo_gl.passes.screen_space_settings import (
@@ -16,6 +15,7 @@ from ssdo_gl.passes.screen_space_settings import (
     pattern_offset,
 )
 from ssdo_gl.passes.ssao import SsaoPass, SsaoSettings
+from ssdo_gl.settings.fields import SettingError, check, parse
 
 CLASSES = (ScreenSpaceSettings, SsaoSettings, DirectionalSettings, BounceSettings)
 

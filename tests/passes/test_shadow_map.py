@@ -9,7 +9,6 @@ import pytest
 from oracle.shadows import box_distance
 from passes.pass_harness import box, make_frame, make_scene, quad, run_pass
 
-from ssdo_gl.graph.shadow_frames import atlas_layout
 from ssdo_gl.passes.shadow_map import (
     BORDER_TEXELS,
     EMPTY_DEPTH,
@@ -20,6 +19,7 @@ from ssdo_gl.passes.shadow_map import (
 from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import SceneObject
+from ssdo_gl.scene.shadow_frames import atlas_layout
 
 # Along the faces of a rectangle's map, of other maps, and of maps with one face.
 TILE = 16

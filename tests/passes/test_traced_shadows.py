@@ -12,7 +12,7 @@ from passes.pass_harness import box, make_scene, quad
 from passes.ray_harness import Tracer
 
 from ssdo_gl.passes.traced_shadows import TracedShadowsPass, TracedShadowsSettings
-from ssdo_gl.scene.bvh_surfaces import RayFeatures
+from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.material import Material

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl import math3d
-from ssdo_gl.effects import Effects
+from ssdo_gl.planning.effects import Effects
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene import shapes
 from ssdo_gl.scene.camera import Camera

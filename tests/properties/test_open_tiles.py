@@ -147,7 +147,7 @@ def test_tiles_without_a_margin_show(device, tmp_path, margin, without):
     """Whoever takes a margin away is told by the comparison of images."""
     with importlib.resources.as_file(resources.folder("shaders")) as folder:
         shutil.copytree(folder, tmp_path / "shaders")
-    path = tmp_path / "shaders" / "open_tiles.frag"
+    path = tmp_path / "shaders" / "passes/open_tiles.frag"
     text = path.read_text()
     assert text.count(margin) == 1
     path.write_text(text.replace(margin, without))

@@ -206,7 +206,9 @@ def test_without_images_the_variant_without_fetches(device):
         fresh = ShaderLibrary(device.gl)
         found = rendered(device, fresh, {"items": items, "lights": [LAMP], "environment": SKY})
         images.append(found.images)
-        variants = [dict(defines) for _, name, defines in fresh._by_name if name == "gbuffer.frag"]
+        variants = [
+            dict(defines) for _, name, defines in fresh._by_name if name == "passes/gbuffer.frag"
+        ]
         fetches.append({variant["HAS_ALBEDO_TEXTURE"] for variant in variants})
     assert fetches == [{0}, {1}]
     for name, plain in images[0].items():

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ssdo_gl.scene.description import read_description
+from ssdo_gl.scene.formats.toml import read_description
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import SceneError
 

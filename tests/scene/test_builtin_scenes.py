@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ssdo_gl.planning.content import analyse
 from ssdo_gl.scene.animate import scene_at
-from ssdo_gl.scene.content import analyse
 from ssdo_gl.scene.environment import ConstantEnvironment, GradientEnvironment
 from ssdo_gl.scene.light import RectangleLight
 from ssdo_gl.scene.load import builtin_names, load_scene

@@ -10,7 +10,7 @@ import OpenEXR
 import pytest
 from PIL import Image
 
-from ssdo_gl.color import linear_from_srgb
+from ssdo_gl.images.color import linear_from_srgb
 from ssdo_gl.scene.images import read_radiance_map, read_texture
 from ssdo_gl.scene.radiance_hdr import decode_hdr
 

@@ -17,7 +17,7 @@ from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.passes.ray_uniforms import folded
-from ssdo_gl.scene.bvh import Bvh, build_bvh
+from ssdo_gl.raytracing.bvh import Bvh, build_bvh
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject
@@ -41,7 +41,7 @@ def soup(count: int, seed: int) -> Mesh:
 
 
 def arguments(gl: moderngl.Context, bvh: Bvh, is_software: int = 1) -> dict[str, Any]:
-    """Return defines, textures and uniforms of lib/bvh.glsl for `evaluate`."""
+    """Return defines, textures and uniforms of rays/bvh.glsl for `evaluate`."""
     image = folded(bvh.records)
     height, width = image.shape[:2]
     return {
@@ -94,7 +94,7 @@ def test_nearest_hit_is_that_of_every_triangle_tried(gl, shaders, count, is_soft
     out = evaluate(
         gl,
         shaders,
-        ["lib/bvh.glsl"],
+        ["rays/bvh.glsl"],
         NEAREST,
         {"origin": origins, "direction": directions, "limit": limits},
         4,
@@ -123,7 +123,7 @@ def test_blocked_is_the_same_as_having_a_nearest_hit(gl, shaders, is_software) -
     out = evaluate(
         gl,
         shaders,
-        ["lib/bvh.glsl"],
+        ["rays/bvh.glsl"],
         """
         bool blocked = bvh_is_blocked(origin, direction, limit);
         bool hit = bvh_nearest(origin, direction, limit).record >= 0;
@@ -145,7 +145,7 @@ def test_an_empty_hierarchy_is_hit_by_nothing(gl, shaders) -> None:
     out = evaluate(
         gl,
         shaders,
-        ["lib/bvh.glsl"],
+        ["rays/bvh.glsl"],
         "bvh_is_blocked(origin, direction, 4.0) ? 1.0 : 0.0",
         {"origin": origins, "direction": directions},
         **arguments(gl, bvh_of(flat)),
@@ -171,7 +171,7 @@ def test_rays_at_vertices_and_edges_do_not_slip_through(gl, shaders, shape, is_s
     out = evaluate(
         gl,
         shaders,
-        ["lib/bvh.glsl"],
+        ["rays/bvh.glsl"],
         "bvh_is_blocked(origin, direction, 4.0) ? 0.0 : 1.0",
         {"origin": origins, "direction": directions},
         **arguments(gl, bvh, is_software),
@@ -180,7 +180,7 @@ def test_rays_at_vertices_and_edges_do_not_slip_through(gl, shaders, shape, is_s
 
 
 LEAKS = """#version 330 core
-#include "lib/bvh.glsl"
+#include "rays/bvh.glsl"
 #include "lib/random.glsl"
 uniform float u_extent;
 layout(location = 0) out float o_leaks;

@@ -7,7 +7,7 @@ import pytest
 from shaders.harness import evaluate
 
 from ssdo_gl.gpu.texture import make_texture
-from ssdo_gl.graph.environment_uniforms import environment_kind
+from ssdo_gl.passes.environment_uniforms import environment_kind
 from ssdo_gl.scene.environment import ConstantEnvironment, GradientEnvironment, MapEnvironment
 
 INCLUDES = ["lib/environment.glsl"]

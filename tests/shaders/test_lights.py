@@ -7,7 +7,7 @@ import pytest
 from oracle import lambert_polygon
 from shaders.harness import evaluate
 
-INCLUDES = ["lib/lights.glsl"]
+INCLUDES = ["lights/lights.glsl"]
 POLYGON = "parallelogram_cosine_integral(c, u, v, n, m)"
 # Float32: some 50 roundings of 6e-8 in the sum over edges, whose terms are of the order
 # of the light's size over its distance (here above .05) while the sum is its square.

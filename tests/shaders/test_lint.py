@@ -29,7 +29,7 @@ FILES = sorted(p.relative_to(ROOT).as_posix() for p in ROOT.rglob("*") if p.is_f
 LIBRARIES = [name for name in FILES if name.endswith(".glsl")]
 STAGES = [name for name in FILES if name not in LIBRARIES]
 # Cut-outs remove the surface itself, so nothing may be written there.
-MAY_DISCARD = {"gbuffer.frag", "shadow_map.frag", "back_faces.frag"}
+MAY_DISCARD = {"passes/gbuffer.frag", "effects/shadow_map.frag", "effects/back_faces.frag"}
 
 _MACRO = re.compile(r"^\s*#\s*define\s+(\w+)(?:\s+(-?\d+)\s*$)?", re.MULTILINE)
 _CONDITION = re.compile(r"^\s*#\s*(?:el)?if\s+(.*)$", re.MULTILINE)
@@ -96,7 +96,7 @@ def partner(fragment: str, defines: dict[str, int]) -> FlatSource:
     """Return the vertex shader that writes what `fragment` reads under `defines`."""
     flat = flatten(fragment, read, defines)
     own = Path(fragment).with_suffix(".vert").as_posix()
-    candidates = [own] if own in STAGES else ["fullscreen.vert", *STAGES]
+    candidates = [own] if own in STAGES else ["passes/fullscreen.vert", *STAGES]
     faults = []
     for name in candidates:
         if not name.endswith(".vert"):
@@ -235,5 +235,5 @@ def test_faulty_shader_is_found_at_its_line(validator, tmp_path, code, message):
     source = flatten("a.frag", lambda _: text)
     assert message in validate(validator, tmp_path, source)
     # As one of two stages, too.
-    vertex = flatten("fullscreen.vert", read)
+    vertex = flatten("passes/fullscreen.vert", read)
     assert message in validate(validator, tmp_path, vertex, source)

@@ -34,7 +34,7 @@ def test_solid_angle_is_exact(gl, shaders, name: str) -> None:
     out = evaluate(
         gl,
         shaders,
-        ["lib/spherical_rectangle.glsl"],
+        ["lights/spherical_rectangle.glsl"],
         "spherical_rectangle(corner, size.x, size.y).solid_angle",
         {"corner": [corner], "size": [(length_x, length_y)]},
     )
@@ -53,7 +53,7 @@ def test_points_share_out_the_solid_angle(gl, shaders, name: str) -> None:
     point = evaluate(
         gl,
         shaders,
-        ["lib/spherical_rectangle.glsl"],
+        ["lights/spherical_rectangle.glsl"],
         "spherical_rectangle_point(spherical_rectangle(corner, size.x, size.y), u)",
         {
             "corner": np.tile(corner, (len(u), 1)),

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from oracle.monte_carlo import two_sample_deviation
 from passes.ray_harness import Tracer
 
-from ssdo_gl.accuracy.mitsuba_scene import compared_scene, load_mitsuba, mitsuba_scene, render
+from benchmarks.mitsuba_scene import compared_scene, load_mitsuba, mitsuba_scene, render
 from ssdo_gl.passes.reference_gi import ReferenceGiPass, ReferenceGiSettings
-from ssdo_gl.scene.bvh_surfaces import RayFeatures
+from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.scene import Scene
 
 # What both must agree to in the mean; the standard error of each mean is a fifth of it.

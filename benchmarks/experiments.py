@@ -1,0 +1,252 @@
+"""The headline experiments, from finished benches and a few renderings of their own.
+
+``python -m benchmarks.experiments OUTDIR BENCH...`` writes into OUTDIR
+
+- ``report_table.txt``: the first SSDO report's table, measured here, put right;
+- ``world_scale.png``: the bounce in other units of length, ``rgs09`` against ``march``;
+- ``experiments.md``: those, and for every bench folder the paper's SSDO against the march
+  at equal time and at equal error, how cost grows, and whether two benches of the same
+  scene agree on the front.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import dataclasses
+import io
+import itertools
+import json
+import math
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+
+from benchmarks import report_table, world_scale
+from benchmarks.equal import Comparison, compare, curve_of
+from ssdo_gl.bench.analysis import percent
+from ssdo_gl.bench.errors import judged_pixels, panel_named
+from ssdo_gl.bench.files import replace_file
+from ssdo_gl.bench.fit import fit_power_law
+from ssdo_gl.bench.pareto import agreement
+from ssdo_gl.bench.renderings import RendererStudio, Studio
+from ssdo_gl.bench.report import plots
+from ssdo_gl.bench.report.outputs import check_libraries
+from ssdo_gl.bench.truth import Goal, TruthCache, obtain, truth_key
+from ssdo_gl.gpu.context import Device, create_context
+from ssdo_gl.renderer import Renderer
+from ssdo_gl.scene.load import load_scene
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.settings import Settings
+
+PAPER = ("paper's ssdo, naive blur",)
+MARCH = ("march, half resolution", "march, full resolution")
+SCALE_SCENE, SCALE_SIZE = "cornell_meso", (320, 180)
+# The bounce's truth, relative to its own mean; its errors there are tens of percent.
+SCALE_GOAL, SCALE_SPP, SCALE_SECONDS = 0.03, 256, 120.0
+# Runs contradict each other where both are this sure of the opposite.
+AGREEMENT_CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True)
+class Finished:
+    """A bench on disk."""
+
+    folder: Path
+    rows: list[dict[str, str]]
+    meta: dict[str, Any]
+
+    @property
+    def name(self) -> str:
+        """Scene and size."""
+        width, height = self.meta["size"]
+        return f"{self.meta['scene']} {width}x{height}"
+
+
+def read_bench(folder: Path) -> Finished:
+    """Return the bench that was written into `folder`."""
+    with (folder / "points.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    return Finished(folder, rows, json.loads((folder / "bench.json").read_text(encoding="utf-8")))
+
+
+def comparison_lines(found: Comparison) -> list[str]:
+    """Return a Markdown table of one family against another."""
+    other = found.second
+    lines = [
+        f"| {found.first} | ms | error | {other} in that time | {other} at that error, ms |",
+        "|---|---|---|---|---|",
+    ]
+    for (label, ms, error, reached), (_, _, _, needed) in zip(
+        found.equal_time, found.equal_error, strict=True
+    ):
+        cells = (label, f"{ms:.1f}", percent(error), _share(reached), _milliseconds(needed))
+        lines.append("| " + " | ".join(cells) + " |")
+    lines.append("")
+    lines.append(
+        f"At equal time the march has {_times(found.error_ratio)} the error; at equal error it "
+        f"takes {_times(found.time_ratio)} the time (geometric means)."
+    )
+    return lines
+
+
+def _share(value: float) -> str:
+    return percent(value) if math.isfinite(value) else "nothing fits"
+
+
+def _milliseconds(value: float) -> str:
+    return f"{value:.1f}" if math.isfinite(value) else "never"
+
+
+def _times(ratio: float) -> str:
+    return "no comparable part of" if math.isnan(ratio) else f"{ratio:.2f} times"
+
+
+def growth_lines(series: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return a Markdown table of fitted exponents: which cost grows with what."""
+    parts = list(dict.fromkeys(part for item in series for part in item["curves"]))
+    lines = [
+        "| exponent of cost in | " + " | ".join(item["name"] for item in series) + " |",
+        "|---|" + "---|" * len(series),
+    ]
+    for part in parts:
+        cells = []
+        for item in series:
+            values = [math.nan if v is None else float(v) for v in item["curves"].get(part, [])]
+            law = fit_power_law(item["x"][: len(values)], values)
+            cells.append(str(law) if law else "")
+        lines.append(f"| {part} | " + " | ".join(cells) + " |")
+    return lines
+
+
+def agreement_lines(first: Finished, second: Finished) -> list[str]:
+    """Return where two benches of one scene contradict each other about the fronts."""
+    lines = []
+    for panel in ("near", "gi", "visibility"):
+        column = f"{panel}_front_confidence"
+        theirs = {row["key"]: row for row in second.rows if row[column]}
+        shared = [row for row in first.rows if row[column] and row["key"] in theirs]
+        if not shared:
+            continue
+        one = np.array([float(row[column]) for row in shared])
+        two = np.array([float(theirs[row["key"]][column]) for row in shared])
+        clash = [shared[i]["label"] for i in agreement(one, two, AGREEMENT_CONFIDENCE)]
+        both = sum(
+            row[f"{panel}_front"] == theirs[row["key"]][f"{panel}_front"] == "1" for row in shared
+        )
+        either = sum(
+            "1" in (row[f"{panel}_front"], theirs[row["key"]][f"{panel}_front"]) for row in shared
+        )
+        verdict = f"contradictions: {', '.join(clash)}" if clash else "no contradiction"
+        lines.append(
+            f"- {panel}: {both} of {either} members in common, {verdict} at "
+            f"{AGREEMENT_CONFIDENCE:.0%} confidence"
+        )
+    return lines
+
+
+def opener(device: Device) -> world_scale.OpenStudio:
+    """Return a function that opens a studio for a scene on `device`."""
+
+    @contextlib.contextmanager
+    def open_studio(scene: Scene) -> Iterator[Studio]:
+        with Renderer(scene, device=device) as renderer:
+            yield RendererStudio(renderer)
+
+    return open_studio
+
+
+def run_world_scale(device: Device, cache: TruthCache) -> list[world_scale.ScaleCurve]:
+    """Measure the bounce of the scale scene in other units of length."""
+    scene = load_scene(SCALE_SCENE)
+    panel = panel_named("near")
+    with Renderer(scene, Settings(size=SCALE_SIZE), device=device) as renderer:
+        studio = RendererStudio(renderer)
+        base = renderer.settings
+        plain = dataclasses.replace(base, method="direct")
+        mask = judged_pixels(studio.images(plain, ("depth", "emission")))
+        traced = dataclasses.replace(base, method=panel.method, spp=SCALE_SPP)
+        wanted = (panel.image, *panel.parts)
+        truth = obtain(
+            truth_key(scene, traced, device.renderer, wanted),
+            [Goal("bounce", SCALE_GOAL, True, SCALE_SECONDS)],
+            mask,
+            lambda seed: studio.images(dataclasses.replace(traced, seed=seed), wanted),
+            SCALE_SPP,
+            cache,
+        )
+    return world_scale.measure_world_scale(scene, base, truth, mask, opener(device))
+
+
+def scale_lines(curves: Sequence[world_scale.ScaleCurve]) -> list[str]:
+    """Return the curves of `measure_world_scale` as a Markdown table."""
+    factors = curves[0].factors
+    lines = [
+        "| mean bounce / truth at scale | " + " | ".join(f"{f:g}" for f in factors) + " |",
+        "|---|" + "---|" * len(factors),
+    ]
+    for curve in curves:
+        lines.append(f"| {curve.name} | " + " | ".join(f"{v:.3g}" for v in curve.levels) + " |")
+    return lines
+
+
+def run_report_table(device: Device) -> str:
+    """Return the report's table as text, measured now."""
+    settings = Settings(size=report_table.SIZE)
+    with Renderer(load_scene(SCALE_SCENE), settings, device=device) as renderer:
+        table = report_table.measured_table(renderer)
+    buffer = io.StringIO()
+    Console(file=buffer, width=report_table.WIDTH).print(table)
+    return buffer.getvalue()
+
+
+def bench_sections(benches: Sequence[Finished]) -> list[str]:
+    """Return what the finished benches say, as Markdown."""
+    lines: list[str] = []
+    for bench in benches:
+        lines += ["", f"## {bench.name}: paper's SSDO against the march", ""]
+        paper = curve_of(bench.rows, "paper's SSDO", PAPER)
+        march = curve_of(bench.rows, "the march", MARCH)
+        lines += comparison_lines(compare(paper, march))
+        lines += ["", f"## {bench.name}: how cost grows", "", *growth_lines(bench.meta["series"])]
+    for first, second in itertools.combinations(benches, 2):
+        if first.name == second.name:
+            lines += ["", f"## {first.name}: do two runs agree?", ""]
+            lines += agreement_lines(first, second)
+    return lines
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Run the experiments; the first argument is where they go, the rest are benches."""
+    if not arguments:
+        print("usage: python -m benchmarks.experiments OUTDIR [BENCH...]", file=sys.stderr)
+        return 2
+    check_libraries()
+    outdir = Path(arguments[0])
+    outdir.mkdir(parents=True, exist_ok=True)
+    benches = [read_bench(Path(folder)) for folder in arguments[1:]]
+    device = create_context("auto")
+    try:
+        table = run_report_table(device)
+        curves = run_world_scale(device, TruthCache())
+    finally:
+        device.release()
+    figure = world_scale.scale_figure(curves)
+    lines = ["# Experiments", "", "## The first report's table", "", table.strip()]
+    lines += ["", f"## Units of length ({SCALE_SCENE})", "", *scale_lines(curves)]
+    lines += bench_sections(benches)
+    replace_file(outdir / "report_table.txt", table.encode())
+    replace_file(outdir / "world_scale.png", plots.as_bytes(figure, "png"))
+    text = "\n".join(lines) + "\n"
+    replace_file(outdir / "experiments.md", text.encode())
+    print(text, end="")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,106 @@
+"""Milliseconds of every pass, beside the paper's method as published.
+
+``python -m benchmarks.pass_times [SCENE] [ROUNDS]`` prints a table in Markdown. All
+settings are rendered in turn, round after round, so that a machine that speeds up or
+slows down does so for all of them; the table holds medians, and ratios of medians.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import statistics
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
+
+from ssdo_gl.bench.machine import cpu_name, load_average
+from ssdo_gl.bench.presets import load_preset
+from ssdo_gl.gpu.context import create_context
+from ssdo_gl.renderer import Renderer
+from ssdo_gl.scene.load import load_scene
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.settings import Settings
+from ssdo_gl.settings.resolve import settings_for
+
+SIZE = (640, 360)
+ROUNDS = 15
+# The paper's SSDO with one bounce: 8 uniform directions, one point each, a 4x4 blur.
+BASELINE = "rgs09, 8 samples, naive blur"
+
+
+def columns(scene: Scene) -> Iterator[tuple[str, Settings]]:
+    """Yield what is compared: a name and its settings."""
+
+    def settings(**flags: object) -> Settings:
+        return settings_for(scene.render, {"size": SIZE, **flags})
+
+    yield BASELINE, settings(method="bounce", estimator="rgs09", samples=8, filter="naive")
+    yield "direct", settings(method="direct")
+    yield "ssao, 16 samples", settings(method="ssao", samples=16)
+    for preset in ("fast", "balanced", "fine"):
+        yield f"preset {preset}", settings(**load_preset(preset, "bounce"))
+    yield "default", settings()
+
+
+def measure(scene: Scene, rounds: int) -> dict[str, dict[str, float]]:
+    """Return the median milliseconds of every pass (and of the ``frame``) by column."""
+    times: dict[str, dict[str, list[float]]] = {}
+    device = create_context()
+    with ExitStack() as stack:
+        stack.callback(device.release)
+        renderers = {
+            name: stack.enter_context(Renderer(scene, settings, device=device))
+            for name, settings in columns(scene)
+        }
+        for renderer in renderers.values():
+            renderer.render(frames=2)
+        for _ in range(rounds):
+            for name, renderer in renderers.items():
+                row = times.setdefault(name, {})
+                # Frames are timed whole and passes apart: a pass that is waited for cannot
+                # overlap the next one.
+                frame = renderer.render(["display"], frames=2).frame_ms
+                row.setdefault("frame", []).extend(frame)
+                for item in renderer.render(["display"], frames=2, time_passes=True).passes:
+                    if item.ran and item.gpu_ms is not None:
+                        row.setdefault(item.name, []).append(item.gpu_ms)
+    return {
+        name: {item: statistics.median(values) for item, values in row.items()}
+        for name, row in times.items()
+    }
+
+
+def table(times: dict[str, dict[str, float]]) -> str:
+    """Return a Markdown table: passes down, settings across, ratios at the end."""
+    names = list(times)
+    passes = list(dict.fromkeys(item for row in times.values() for item in row if item != "frame"))
+    base = times[BASELINE]["frame"]
+    lines = [
+        "| pass, ms | " + " | ".join(names) + " |",
+        "|---" * (len(names) + 1) + "|",
+    ]
+    for item in passes:
+        cells = [f"{times[n][item]:.1f}" if item in times[n] else "" for n in names]
+        lines.append(f"| `{item}` | " + " | ".join(cells) + " |")
+    frames = [f"**{times[n]['frame']:.1f}**" for n in names]
+    ratios = [f"{times[n]['frame'] / base:.2f}" for n in names]
+    lines.append("| whole frame | " + " | ".join(frames) + " |")
+    lines.append("| over the baseline | " + " | ".join(ratios) + " |")
+    return "\n".join(lines)
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Measure and print; arguments: [SCENE] [ROUNDS]."""
+    source = arguments[0] if arguments else "cornell_meso"
+    rounds = int(arguments[1]) if len(arguments) > 1 else ROUNDS
+    scene = load_scene(source)
+    with Renderer(scene, dataclasses.replace(Settings(), size=(1, 1))) as renderer:
+        device = renderer.device.renderer
+    print(table(measure(scene, rounds)))
+    print(f"\n{source}, {SIZE[0]}x{SIZE[1]}, medians of {2 * rounds} frames; {device};", end=" ")
+    print(f"{cpu_name()}; load {load_average()}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,172 @@
+"""Checks what `tune` promises: budgets by 50 frames, errors by fresh seeds and another view.
+
+``python -m benchmarks.promises [SCENE...]`` prints a Markdown table for each scene.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import statistics
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ssdo_gl.bench.analysis import percent
+from ssdo_gl.bench.bootstrap import draw, rmse_interval
+from ssdo_gl.bench.errors import judge, judged_pixels, panel_named
+from ssdo_gl.bench.presets import read_ladder
+from ssdo_gl.bench.renderings import RendererStudio
+from ssdo_gl.bench.truth import Goal, TruthCache, obtain, truth_key
+from ssdo_gl.bench.tune import Choice, choose_for_budget, choose_for_error
+from ssdo_gl.gpu.context import Device, create_context
+from ssdo_gl.renderer import Renderer
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.load import load_scene
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.settings import Settings
+
+SCENES = ("cornell_meso", "courtyard", "stairs")
+SIZE = (320, 180)
+FRAMES = 50
+# Far from the seeds that the calibration took.
+FRESH_SEED = 777
+# The other view: the camera turned about its target.
+TURN_DEGREES = 20.0
+# Budgets and bounds lie between these parts of the ladder's range, so that there is
+# something to choose.
+PARTS = (0.2, 0.5, 0.8)
+TRUTH_SPP, TRUTH_GOAL, TRUTH_SECONDS = 64, 0.01, 60.0
+# A budget counts as honoured if the median frame is not above it by more than this.
+TOLERANCE = 0.15
+
+
+@dataclass(frozen=True)
+class Check:
+    """One promise and what came of it."""
+
+    promise: str
+    choice: Choice
+    found: str
+    kept: bool
+
+
+def turned(camera: Camera, degrees: float) -> Camera:
+    """Return `camera` turned about the vertical axis through its target."""
+    angle = np.radians(degrees)
+    offset = np.subtract(camera.position, camera.target)
+    up = np.asarray(camera.up, dtype=np.float64)
+    up /= np.linalg.norm(up)
+    # Rodrigues' rotation.
+    moved = (
+        offset * np.cos(angle)
+        + np.cross(up, offset) * np.sin(angle)
+        + up * np.dot(up, offset) * (1.0 - np.cos(angle))
+    )
+    x, y, z = (float(value) for value in np.add(camera.target, moved))
+    return dataclasses.replace(camera, position=(x, y, z))
+
+
+def between(low: float, high: float, part: float) -> float:
+    """Return the geometric interpolation of two positive numbers."""
+    return float(low ** (1.0 - part) * high**part)
+
+
+def check_budgets(scene: Scene, device: Device) -> list[Check]:
+    """Choose for three budgets and time 50 frames of each choice."""
+    rungs = read_ladder().rungs
+    with Renderer(scene, Settings(size=SIZE), device=device) as renderer:
+        studio = RendererStudio(renderer)
+        base = renderer.settings
+        ends = [
+            studio.timed(rung.applied(base), ("beauty",), 9).frame_ms
+            for rung in (rungs[0], rungs[-1])
+        ]
+    checks = []
+    for part in PARTS:
+        budget = between(ends[0], ends[1], part)
+        choice = choose_for_budget(scene, Settings(size=SIZE), budget, device=device)
+        with Renderer(scene, choice.settings, device=device) as renderer:
+            median = statistics.median(renderer.render(("beauty",), frames=FRAMES).frame_ms)
+        kept = median <= budget * (1.0 + TOLERANCE)
+        found = f"{median:.1f} ms ({median / budget - 1.0:+.0%})"
+        checks.append(Check(f"{budget:.1f} ms", choice, found, kept))
+    return checks
+
+
+def error_of(scene: Scene, settings: Settings, device: Device) -> tuple[float, float]:
+    """Return the near-field error of `settings` on `scene`: (value, upper end)."""
+    panel = dataclasses.replace(panel_named("near"), parts=())
+    with Renderer(scene, settings, device=device) as renderer:
+        studio = RendererStudio(renderer)
+        base = dataclasses.replace(renderer.settings, max_error=None)
+        plain = dataclasses.replace(base, method="direct", estimator=None)
+        mask = judged_pixels(studio.images(plain, ("depth", "emission")))
+        traced = dataclasses.replace(base, method=panel.method, estimator=None, spp=TRUTH_SPP)
+        truth = obtain(
+            truth_key(scene, traced, device.renderer, (panel.image,)),
+            [Goal(panel.image, TRUTH_GOAL, True, TRUTH_SECONDS)],
+            mask,
+            lambda seed: studio.images(dataclasses.replace(traced, seed=seed), (panel.image,)),
+            TRUTH_SPP,
+            TruthCache(),
+        )
+        images = [
+            studio.images(dataclasses.replace(settings, seed=FRESH_SEED + i), (panel.image,))
+            for i in range(2)
+        ]
+    blocks = judge(panel, images, truth, mask, 0.0).blocks
+    interval = rmse_interval(blocks, draw(blocks.block_count, 2), relative=True)
+    return interval.value, interval.high
+
+
+def check_errors(scene: Scene, device: Device) -> list[Check]:
+    """Choose for three error bounds; check with fresh seeds, here and from elsewhere."""
+    rungs = read_ladder().rungs
+    settings = Settings(size=SIZE)
+    with Renderer(scene, settings, device=device) as renderer:
+        base = renderer.settings
+    worst = error_of(scene, rungs[0].applied(base), device)[1]
+    best = error_of(scene, rungs[-1].applied(base), device)[1]
+    checks = []
+    for part in PARTS:
+        # From above the worst to what the best just reaches.
+        bound = between(1.2 * worst, 1.02 * best, part)
+        choice = choose_for_error(scene, settings, bound, device=device)
+        other = dataclasses.replace(scene, camera=turned(scene.camera, TURN_DEGREES))
+        here = error_of(scene, choice.settings, device)[0]
+        there = error_of(other, choice.settings, device)[0]
+        found = f"{percent(here)} here, {percent(there)} from elsewhere"
+        checks.append(Check(percent(bound), choice, found, max(here, there) <= bound))
+    return checks
+
+
+def table(title: str, checks: Sequence[Check]) -> list[str]:
+    """Return checks as Markdown."""
+    lines = [f"### {title}", "", "| promised | chosen | found | kept |", "|---|---|---|---|"]
+    for check in checks:
+        chosen = check.choice.sentence.split(":")[0].removeprefix("chose ")
+        kept = "yes" if check.kept else "no"
+        lines.append(f"| {check.promise} | {chosen} | {check.found} | {kept} |")
+    return [*lines, ""]
+
+
+def main(names: Sequence[str]) -> int:
+    """Check the promises on the named scenes; 1 if one was broken."""
+    broken = 0
+    device = create_context("auto")
+    try:
+        for name in names or SCENES:
+            scene = load_scene(name)
+            for title, check in (("time", check_budgets), ("error", check_errors)):
+                checks = check(scene, device)
+                broken += sum(not item.kept for item in checks)
+                print("\n".join(table(f"{name}: {title}", checks)), flush=True)
+    finally:
+        device.release()
+    return 1 if broken else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,100 @@
+#version 330 core
+// The near field by rays: the integrals that SSDO approximates, with V_R from the true
+// surfaces instead of the depth buffer.
+//   directional E = integral of L_in(w) V_R(w) cos
+//   bounce      E = integral of (1 - V_R(w)) L_out1(sender) cos
+//   L_out1 = emission that no light delivers + albedo / pi (E_direct + E_directional)
+// L_in = environment and the lights marked ssdo, whose light arrives unless something
+// within R stands before them. Shadows of `direct` light at the sender have no limit.
+//
+// Adds this draw's samples to the sums; defines as in rays/surface_data.glsl and
+// lib/environment.glsl.
+#include "rays/emitters.glsl"
+#include "lib/random.glsl"
+
+uniform float u_radius_ns;
+
+layout(location = 0) out vec4 o_directional;  // rgb irradiance, a visibility
+layout(location = 1) out vec4 o_bounce;       // rgb irradiance
+
+const uint DIMENSION_FIRST = 0u;
+const uint DIMENSION_SENDER_SKY = 1u;
+const uint DIMENSION_LIGHTS = 2u;  // two for each light and place
+
+// Irradiance of the lights marked ssdo at `surface`, one sample of each.
+vec3 ssdo_irradiance(RaySurface surface, uint index, uint seed)
+{
+    vec3 irradiance = vec3(0.0);
+    for (int g = 0; g < u_emitter_group_count; ++g) {
+        EmitterGroup group = emitter_group(g);
+        if (group.is_direct && group.shadow == EMITTER_SSDO) {
+            uint dimension = DIMENSION_LIGHTS + 4u * uint(g);
+            vec2 u = random_2d(index, seed, dimension, false);
+            vec2 choice = random_2d(index, seed, dimension + 1u, false);
+            LightSample light = sample_group(group, choice, u, surface.start);
+            vec3 arriving = unblocked_irradiance(surface, light);
+            float reach = needed_reach(group, light, arriving, u_radius_ns);
+            irradiance += ray_is_blocked(surface, light.w, reach) ? vec3(0.0) : arriving;
+        }
+    }
+    return irradiance;
+}
+
+// E_direct + E_directional at a sender: one ray to each light and one to the sky.
+vec3 sender_irradiance(RaySurface surface, uint index, uint seed)
+{
+    vec3 irradiance = vec3(0.0);
+    // The turn after the last light is the sky's: one loop, because every call of the
+    // traversal is another copy of it in the program.
+    for (int g = 0; g <= u_emitter_group_count; ++g) {
+        bool is_sky = g == u_emitter_group_count;
+        EmitterGroup group = emitter_group(max(min(g, u_emitter_group_count - 1), 0));
+        uint dimension = DIMENSION_LIGHTS + 4u * uint(g) + 2u;
+        vec2 u = random_2d(index, seed, is_sky ? DIMENSION_SENDER_SKY : dimension, false);
+        LightSample light = NO_LIGHT;
+        vec3 arriving = vec3(0.0);
+        float reach = -1.0;
+        if (is_sky) {
+            light.w = ray_direction(surface, frame_from_z(surface.normal), u);
+            arriving = PI * environment_radiance(light.w);
+            reach = is_dark(arriving) ? -1.0 : u_radius_ns;
+        } else if (group.is_direct) {
+            vec2 choice = random_2d(index, seed, dimension + 1u, false);
+            light = sample_group(group, choice, u, surface.start);
+            arriving = unblocked_irradiance(surface, light);
+            float longest = group.shadow == EMITTER_SSDO ? u_radius_ns : RAY_FAR;
+            reach = needed_reach(group, light, arriving, longest);
+        }
+        irradiance += ray_is_blocked(surface, light.w, reach) ? vec3(0.0) : arriving;
+    }
+    return irradiance;
+}
+
+void main()
+{
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    vec4 directional = vec4(0.0, 0.0, 0.0, float(u_sample_count));
+    vec3 bounce = vec3(0.0);
+    if (gbuffer_z_vs(pixel) > 0.0) {
+        RaySurface receiver = ray_surface_at(pixel);
+        mat3 frame = frame_from_z(receiver.normal);
+        uint seed = pixel_seed(pixel);
+        for (int i = 0; i < u_sample_count; ++i) {
+            uint index = u_first_sample + uint(i);
+            vec3 w = ray_direction(receiver, frame, random_2d(index, seed, DIMENSION_FIRST, true));
+            BvhHit hit = bvh_nearest(receiver.start, w, u_radius_ns);
+            if (hit.record >= 0) {
+                Surface sender = surface_at_hit(hit, receiver.start, w);
+                bool is_lamp = (sender.flags & LIGHT_BODY_FLAG) != 0u;
+                vec3 reflected = sender.albedo * INV_PI * sender_irradiance(sender.at, index, seed);
+                bounce += PI * ((is_lamp ? vec3(0.0) : sender.emission) + reflected);
+                directional.a -= 1.0;
+            } else {
+                directional.rgb += PI * environment_radiance(w);
+            }
+            directional.rgb += ssdo_irradiance(receiver, index, seed);
+        }
+    }
+    o_directional = directional;
+    o_bounce = vec4(bounce, 0.0);
+}

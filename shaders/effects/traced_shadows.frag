@@ -1,0 +1,36 @@
+#version 330 core
+// Irradiance from the scene's lights with shadows by rays: for each sample one point of
+// each light, E = mean of L cos(theta) cos(theta') / (d^2 density) V. Lights that an
+// emissive mesh stands behind are that mesh here, triangle by triangle.
+//
+// Adds this draw's samples to the sum; defines as in rays/surface_data.glsl.
+#include "rays/emitters.glsl"
+#include "lib/random.glsl"
+
+layout(location = 0) out vec4 o_sum;
+
+void main()
+{
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    vec3 irradiance = vec3(0.0);
+    if (gbuffer_z_vs(pixel) > 0.0) {
+        RaySurface surface = ray_surface_at(pixel);
+        uint seed = pixel_seed(pixel);
+        for (int g = 0; g < u_emitter_group_count; ++g) {
+            EmitterGroup group = emitter_group(g);
+            if (group.is_direct && group.shadow != EMITTER_SSDO) {
+                uint own = seed + uint(g) * 0x9e3779b9u;
+                for (int i = 0; i < u_sample_count; ++i) {
+                    uint index = u_first_sample + uint(i);
+                    vec2 u = random_2d(index, own, 0u, true);
+                    vec2 choice = random_2d(index, own, 1u, false);
+                    LightSample light = sample_group(group, choice, u, surface.start);
+                    vec3 arriving = unblocked_irradiance(surface, light);
+                    float reach = needed_reach(group, light, arriving, RAY_FAR);
+                    irradiance += ray_is_blocked(surface, light.w, reach) ? vec3(0.0) : arriving;
+                }
+            }
+        }
+    }
+    o_sum = vec4(irradiance, 0.0);
+}

@@ -1,0 +1,301 @@
+// Points of light: drawn by chance, and how likely a point that a ray has hit was.
+//
+// Layout of the tables: ssdo_gl/scene/bvh_emitters.py. Everything is in the normalised
+// frame: intensities are per (half-diagonal)^2, so that intensity / distance^2 holds.
+// ENVIRONMENT_KIND: see lib/environment.glsl; only a map (3) is drawn from here, the
+// others vary too little to be worth it.
+#include "lib/constants.glsl"
+#include "lib/surface.glsl"
+#include "lights/spherical_rectangle.glsl"
+#include "lib/environment.glsl"
+
+#define EMITTER_POINT 0
+#define EMITTER_SPOT 1
+#define EMITTER_DIRECTIONAL 2
+#define EMITTER_PARALLELOGRAM 3
+#define EMITTER_TRIANGLE 4
+#define EMITTER_MAP 5
+
+#define EMITTER_UNSHADOWED 0
+#define EMITTER_SHADOWED 1
+#define EMITTER_SSDO 2
+
+#define EMITTER_TWO_SIDED 8
+#define EMITTER_BODY 16
+#define EMITTER_DIRECT 4
+
+uniform sampler2D t_ray_emitters;
+uniform vec2 u_emitters_texel;
+uniform sampler2D t_ray_emitter_groups;
+uniform sampler2D t_ray_map_cells;
+uniform int u_emitter_group_count;
+uniform float u_emitter_density;  // probability per area and mean emission of being drawn
+
+// Rays towards light end this share, and an offset, before it, so as not to hit the lamp
+// itself: some ten roundings of the distance.
+const float EMITTER_GAP = 1e-6;
+// Rectangles that subtend less are drawn from by area: it is as good there, and exact,
+// while a solid angle is a difference of angles with an error of some 1e-6.
+const float SMALL_SOLID_ANGLE = 0.02;
+// Distance from a rectangle's plane below which a point counts as lying in it: a quarter
+// of what rays start off their surface, ten roundings.
+const float COPLANAR = 1e-6;
+
+struct EmitterGroup {
+    int first;
+    int count;
+    int shadow;
+    bool is_direct;      // its light is in the scene's lights
+    float probability;
+};
+
+// Light from one drawn point. Arriving irradiance is `radiance` times the cosine at the
+// receiver; the probability of drawing the point is divided out already.
+struct LightSample {
+    vec3 w;          // towards the light
+    float distance;
+    vec3 radiance;
+    float density;   // of points drawn by area, over solid angle: for weighing against
+                     // scattered rays, which is right with any such number; 0 where no
+                     // scattered ray could have found the point
+};
+
+const LightSample NO_LIGHT = LightSample(vec3(0.0, 0.0, 1.0), 0.0, vec3(0.0), 0.0);
+
+// An entry takes two records of 4 texels.
+vec4 emitter_texel(int entry, int texel)
+{
+    vec2 place = record_address(2 * entry, u_emitters_texel);
+    return textureLod(t_ray_emitters, place + vec2(float(texel) * u_emitters_texel.x, 0.0), 0.0);
+}
+
+EmitterGroup emitter_group(int group)
+{
+    vec4 head = texelFetch(t_ray_emitter_groups, ivec2(0, group), 0);
+    int code = int(head.z);
+    return EmitterGroup(int(head.x), int(head.y), code & 3, code >= EMITTER_DIRECT, head.w);
+}
+
+// What is left of u in [0, 1), uniform again, once it has chosen a share that ends at `end`.
+float rest_of_choice(float u, float end, float share)
+{
+    return clamp((u - (end - share)) / max(share, 1e-30), 0.0, 1.0 - FLOAT_EPSILON);
+}
+
+// The group that u in [0, 1) falls on.
+EmitterGroup draw_emitter_group(inout float u)
+{
+    int low = 0;
+    int high = u_emitter_group_count - 1;
+    while (low < high) {
+        int middle = (low + high) >> 1;
+        bool is_left = u < texelFetch(t_ray_emitter_groups, ivec2(1, middle), 0).x;
+        high = is_left ? middle : high;
+        low = is_left ? low : middle + 1;
+    }
+    EmitterGroup group = emitter_group(low);
+    u = rest_of_choice(u, texelFetch(t_ray_emitter_groups, ivec2(1, low), 0).x, group.probability);
+    return group;
+}
+
+int draw_emitter(EmitterGroup group, float u)
+{
+    int low = 0;
+    int high = group.count - 1;
+    while (low < high) {
+        int middle = (low + high) >> 1;
+        bool is_left = u < emitter_texel(group.first + middle, 3).w;
+        high = is_left ? middle : high;
+        low = is_left ? low : middle + 1;
+    }
+    return group.first + low;
+}
+
+// The four texels that every entry has.
+struct Emitter {
+    int kind;
+    bool two_sided;
+    bool can_be_hit;
+    vec3 place;
+    vec4 edge_u;     // w: probability within the group
+    vec4 edge_v;     // w: area
+    vec4 power;      // w: cumulative probability
+};
+
+Emitter emitter_at(int entry)
+{
+    vec4 head = emitter_texel(entry, 0);
+    int code = int(head.w);
+    return Emitter(code & 7, (code & EMITTER_TWO_SIDED) != 0, (code & EMITTER_BODY) != 0, head.xyz,
+                   emitter_texel(entry, 1), emitter_texel(entry, 2), emitter_texel(entry, 3));
+}
+
+// Part of a spot's light that leaves towards -w: KHR_lights_punctual.
+float emitter_spot_falloff(Emitter e, vec3 w)
+{
+    float ramp = clamp((dot(-w, e.edge_u.xyz) - e.edge_v.x) * e.edge_v.y, 0.0, 1.0);
+    return ramp * ramp;
+}
+
+// Where on the parallelogram or triangle: x, y along its edges, z = the factor between
+// light and mean, 1 / density over solid angle; 0 asks for the density of area.
+vec3 emitter_place(vec3 corner, vec3 edge_u, vec3 edge_v, bool is_triangle, vec2 u)
+{
+    // Folding the far half over keeps a triangle's points as evenly spread as the square's.
+    vec2 s = is_triangle && u.x + u.y > 1.0 ? 1.0 - u : u;
+    float length_u = max(length(edge_u), 1e-15);
+    float length_v = max(length(edge_v), 1e-15);
+    vec3 x = edge_u / length_u;
+    vec3 y = edge_v / length_v;
+    vec3 seen = vec3(dot(corner, x), dot(corner, y), dot(corner, cross(x, y)));
+    SphericalRectangle r = spherical_rectangle(seen, length_u, length_v);
+    bool is_rectangle = !is_triangle && abs(dot(x, y)) < 1e-4;
+    vec3 point = spherical_rectangle_point(r, u);
+    vec2 place = (point.xy - seen.xy) / vec2(length_u, length_v);
+    bool by_angle = is_rectangle && r.solid_angle > SMALL_SOLID_ANGLE && r.low.z < -COPLANAR;
+    return by_angle ? vec3(clamp(place, 0.0, 1.0), r.solid_angle) : vec3(s, 0.0);
+}
+
+#if RAY_TEXTURES
+// The texture's factor of a material's emission: nothing where there is a hole.
+vec3 emitter_color(uint material, vec2 uv)
+{
+    vec4 place = material_texel(material, 3);
+    vec3 color = place.z != 0.0 ? atlas_color(place, uv).rgb : vec3(1.0);
+#if RAY_CUTOUTS
+    place = material_texel(material, 2);
+    float alpha = material_texel(material, 0).a * (place.z != 0.0 ? atlas_color(place, uv).a : 1.0);
+    color = alpha < material_texel(material, 4).x ? vec3(0.0) : color;
+#endif
+    return color;
+}
+#endif
+
+LightSample sample_surface_emitter(Emitter e, int entry, vec2 u, vec3 p)
+{
+    vec3 corner = e.place - p;
+    vec3 s = emitter_place(corner, e.edge_u.xyz, e.edge_v.xyz, e.kind == EMITTER_TRIANGLE, u);
+    vec3 to_light = corner + s.x * e.edge_u.xyz + s.y * e.edge_v.xyz;
+    float distance_2 = max(dot(to_light, to_light), 1e-30);
+    float distance = sqrt(distance_2);
+    vec3 w = to_light / distance;
+    vec3 normal = cross(e.edge_u.xyz, e.edge_v.xyz);
+    float cosine = -dot(normal, w) * inversesqrt(max(dot(normal, normal), 1e-30));
+    cosine = e.two_sided ? abs(cosine) : max(cosine, 0.0);
+    vec3 radiance = e.power.rgb;
+#if RAY_TEXTURES
+    vec4 uv_along = emitter_texel(entry, 4);
+    vec4 uv_last = emitter_texel(entry, 5);
+    vec2 uv = uv_along.xy + s.x * uv_along.zw + s.y * uv_last.xy;
+    radiance *= uv_last.z >= 0.0 ? emitter_color(uint(uv_last.z), uv) : vec3(1.0);
+#endif
+    float density = distance_2 / max(e.edge_v.w * cosine, 1e-30);
+    bool is_lit = cosine > 0.0 && distance_2 > 1e-20;
+    radiance *= s.z > 0.0 ? s.z : 1.0 / density;
+    return LightSample(w, distance, is_lit ? radiance : vec3(0.0), e.can_be_hit ? density : 0.0);
+}
+
+LightSample sample_map(vec2 choice, vec2 u)
+{
+#if ENVIRONMENT_KIND == 3
+    ivec2 size = textureSize(t_ray_map_cells, 0);
+    float scaled = choice.x * float(size.x * size.y);
+    int cell = min(int(scaled), size.x * size.y - 1);
+    vec4 entry = texelFetch(t_ray_map_cells, ivec2(cell % size.x, cell / size.x), 0);
+    cell = choice.y < entry.x ? cell : int(entry.y);
+    ivec2 place = ivec2(cell % size.x, cell / size.x);
+    float density = texelFetch(t_ray_map_cells, place, 0).z;
+    // Uniform over the cell's solid angle: the height is uniform between its edges.
+    float high = cos(PI * float(place.y) / float(size.y));
+    float low = cos(PI * float(place.y + 1) / float(size.y));
+    float y = mix(high, low, u.y);
+    float azimuth = TWO_PI * ((float(place.x) + u.x) / float(size.x) - 0.5);
+    float r = sqrt(max(0.0, 1.0 - y * y));
+    vec3 w = vec3(r * sin(azimuth), y, -r * cos(azimuth));
+    return LightSample(w, RAY_FAR, environment_radiance(w) / max(density, 1e-30), density);
+#else
+    return NO_LIGHT;
+#endif
+}
+
+// Density with which `sample_map` draws direction `w`.
+float map_density(vec3 w)
+{
+#if ENVIRONMENT_KIND == 3
+    ivec2 size = textureSize(t_ray_map_cells, 0);
+    vec2 uv = vec2(atan(w.x, -w.z) * INV_TWO_PI + 0.5, atan(length(w.xz), w.y) * INV_PI);
+    ivec2 place = clamp(ivec2(uv * vec2(size)), ivec2(0), size - 1);
+    return texelFetch(t_ray_map_cells, place, 0).z;
+#else
+    return 0.0;
+#endif
+}
+
+// A point of the group's light as seen from `p`, the start of rays: a point on an edge of
+// a lamp lies in the lamp's plane, from where it would be dark. Probabilities within the group are
+// divided out of `radiance` and part of `density`, that of the group is not.
+LightSample sample_group(EmitterGroup group, vec2 choice, vec2 u, vec3 p)
+{
+    int entry = draw_emitter(group, choice.x);
+    Emitter e = emitter_at(entry);
+    choice.x = rest_of_choice(choice.x, e.power.w, e.edge_u.w);
+    LightSample light = sample_surface_emitter(e, entry, u, p);
+
+    bool is_surface = e.kind == EMITTER_PARALLELOGRAM || e.kind == EMITTER_TRIANGLE;
+    bool is_distant = e.kind == EMITTER_DIRECTIONAL;
+    vec3 to_light = is_distant ? e.place : e.place - p;
+    float distance = max(length(to_light), 1e-15);
+    vec3 w = to_light / distance;
+    vec3 radiance = is_distant ? e.power.rgb : e.power.rgb / distance / distance;
+    radiance *= e.kind == EMITTER_SPOT ? emitter_spot_falloff(e, w) : 1.0;
+    light.w = is_surface ? light.w : w;
+    light.distance = is_surface ? light.distance : (is_distant ? RAY_FAR : distance);
+    light.radiance = is_surface ? light.radiance : radiance;
+    light.density = is_surface ? light.density : 0.0;
+#if ENVIRONMENT_KIND == 3
+    if (e.kind == EMITTER_MAP) {
+        light = sample_map(choice, u);
+    }
+#endif
+    light.radiance /= max(e.edge_u.w, 1e-30);
+    light.density *= e.edge_u.w;
+    return light;
+}
+
+// How far a shadow ray towards the sample goes.
+float shadow_reach(LightSample light)
+{
+    return light.distance * (1.0 - EMITTER_GAP) - RAY_OFFSET;
+}
+
+// Bound on the light of one sample, so that a light within rounding of a surface stays
+// finite and sums of many samples do, too. No picture comes near it.
+const float SAMPLE_MAX = 1e30;
+
+// A select, because min() may pass a NaN: infinity times a cosine of zero is one.
+float bounded_light(float light)
+{
+    return light > 0.0 ? (light < SAMPLE_MAX ? light : SAMPLE_MAX) : 0.0;
+}
+
+// Irradiance of a light sample before anything blocks it. Light from below the geometric
+// horizon does not count.
+vec3 unblocked_irradiance(RaySurface surface, LightSample light)
+{
+    bool is_above = dot(light.w, surface.geometric) > 0.0;
+    vec3 arriving = light.radiance * (is_above ? max(dot(light.w, surface.normal), 0.0) : 0.0);
+    return vec3(bounded_light(arriving.r), bounded_light(arriving.g), bounded_light(arriving.b));
+}
+
+bool is_dark(vec3 light)
+{
+    return !(light.r + light.g + light.b > 0.0);
+}
+
+// Length of the shadow ray of a sample that would bring `irradiance`: negative, so that
+// it meets nothing and costs nothing, where there is nothing to find out.
+float needed_reach(EmitterGroup group, LightSample light, vec3 irradiance, float longest)
+{
+    bool is_free = is_dark(irradiance) || group.shadow == EMITTER_UNSHADOWED;
+    return is_free ? -1.0 : min(shadow_reach(light), longest);
+}

@@ -1,0 +1,97 @@
+// Where rays start: the surface points of the G-buffer, in the normalised frame.
+#include "lib/gbuffer.glsl"
+#include "lib/sampling.glsl"
+#include "rays/bvh.glsl"
+
+uniform mat3 u_ns_from_vs;     // rotation only: the frame has the axes of the world
+uniform vec3 u_eye_ns;
+uniform float u_ns_per_unit;   // 1 / half-diagonal of the scene
+
+// Rays start this far off their surface, along its geometric normal. Hits are exact to
+// some 4e-7 (4 roundings of coordinates up to 1 and of t up to 2); ten times that keeps a
+// ray at 89 degrees from its own plane, and is 4e-6 of the scene's half-diagonal.
+// They also start as far back along the ray that found the surface, where nothing is in
+// the way: rounding may put a point on an edge outside the other wall of a corner, from
+// where rays escape, but both walls turn towards that ray.
+const float RAY_OFFSET = 4e-6;
+// How far the position that the G-buffer gives may be off, relative to the distance from
+// the eye: rasterizers interpolate z with some 80 roundings.
+const float GBUFFER_ERROR = 2e-5;
+// Longer than any ray that starts within the scene's bounds, whose diagonal is 2.
+const float RAY_FAR = 4.0;
+
+struct RaySurface {
+    vec3 position;    // ns
+    vec3 normal;      // shading normal, on the side of the geometric one
+    vec3 geometric;   // of the triangle, on the side that the ray came from
+    vec3 start;       // ns: of rays that leave it, a little off the surface
+};
+
+bool ray_is_blocked(RaySurface surface, vec3 w, float t_max)
+{
+    return bvh_is_blocked(surface.start, w, t_max);
+}
+
+// Where rays start that leave a surface at `p`, which a ray along `w` has found.
+vec3 ray_start(vec3 p, vec3 geometric, vec3 w, float offset)
+{
+    return p + (geometric - w) * offset;
+}
+
+// A triangle's unit normal, towards its front. The longest edge as unit keeps products
+// of small edges from underflowing.
+vec3 triangle_normal(vec3 a, vec3 b, vec3 c)
+{
+    vec3 u = b - a;
+    vec3 v = c - a;
+    vec3 extent = max(abs(u), abs(v));
+    float scale = 1.0 / max(max(extent.x, extent.y), max(extent.z, 1e-30));
+    vec3 n = cross(u * scale, v * scale);
+    return n * inversesqrt(max(dot(n, n), 1e-30));
+}
+
+// The surface that the camera sees at `texel`; the caller has checked that there is one.
+// A short ray around the position of the G-buffer finds it again in the hierarchy, whose
+// triangles are exact to float32: an offset that covered the rasterizer's error instead
+// would have to be ten times as long, and grow with the distance of the camera.
+RaySurface ray_surface_at(ivec2 texel)
+{
+    vec3 to_surface = u_ns_from_vs * (gbuffer_position_vs(texel) * u_ns_per_unit);
+    float distance = length(to_surface);
+    vec3 w = to_surface / max(distance, 1e-30);
+    float reach = GBUFFER_ERROR * distance + RAY_OFFSET;
+    RaySurface surface;
+    surface.normal = u_ns_from_vs * gbuffer_shading_normal_vs(texel);
+    surface.geometric = u_ns_from_vs * gbuffer_geometric_normal_vs(texel);
+    surface.position = u_eye_ns + to_surface;
+    surface.start = ray_start(surface.position, surface.geometric, w, reach);
+    vec3 start = surface.position - w * reach;
+    BvhHit hit = bvh_nearest(start, w, 2.0 * reach);
+    if (hit.record >= 0) {
+        vec3 a, b, c;
+        bvh_triangle(hit, a, b, c);
+        vec3 n = triangle_normal(a, b, c);
+        n = dot(n, w) > 0.0 ? -n : n;
+        if (dot(n, surface.geometric) > 0.999) {
+            surface.position = start + hit.t * w;
+            surface.geometric = n;
+            surface.start = ray_start(surface.position, n, w, RAY_OFFSET);
+        } else {
+            // At an edge the short ray may meet the neighbouring face first. Its normal
+            // is not the one that the pixel is shaded with, but rays must keep clear of
+            // both faces.
+            surface.start += n * reach;
+        }
+    }
+    return surface;
+}
+
+// A direction of the hemisphere about the shading normal. Those that point below the
+// triangle, which stands for a smooth surface here, are mirrored above it: the sum over
+// all directions keeps its weight, and a sphere of facets stays open.
+vec3 ray_direction(RaySurface surface, mat3 frame, vec2 u)
+{
+    vec3 w = frame * cosine_hemisphere(u);
+    float height = dot(w, surface.geometric);
+    return w - min(2.0 * height, 0.0) * surface.geometric;
+}

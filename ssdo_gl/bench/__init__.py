@@ -1,0 +1,1 @@
+"""Measures error against time: sweeps, truths, statistics, presets."""

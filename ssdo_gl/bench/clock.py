@@ -1,0 +1,31 @@
+"""Which clock can be trusted on this machine, now."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ssdo_gl.bench.machine import core_count
+
+# What a time may be measured by; the fields that hold it, of `FrameTimes` and `Row`.
+CLOCKS = {"wall": "frame_ms", "process": "process_ms", "gpu": "gpu_ms"}
+# How a person calls them.
+CLOCK_NAMES = {
+    "wall": "finish() and the wall clock",
+    "process": "processor time of all threads",
+    "gpu": "OpenGL time queries",
+}
+# More than this share of the cores wanted by others, and the wall clock misleads.
+BUSY_SHARE = 0.5
+
+
+def trusted_clock(machine: Mapping[str, Any]) -> str:
+    """Return one of `CLOCKS` for a machine as `describe_machine` describes it.
+
+    A GPU is asked itself. On a software rasterizer the wall clock counts, unless other
+    programs share the cores: processor time does not count theirs.
+    """
+    if not machine["software"]:
+        return "gpu"
+    load = machine["load"]
+    return "wall" if load is None or load <= BUSY_SHARE * core_count() else "process"

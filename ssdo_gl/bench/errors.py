@@ -1,0 +1,304 @@
+"""Measures how wrong each point of a sweep is, against every truth it can be held to."""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ssdo_gl.bench import metrics
+from ssdo_gl.bench.bootstrap import BlockErrors
+from ssdo_gl.bench.files import replace_file
+from ssdo_gl.bench.metrics import Mask
+from ssdo_gl.bench.points import Point
+from ssdo_gl.bench.renderings import Images, Studio
+from ssdo_gl.bench.truth import Truth
+from ssdo_gl.settings import Settings
+
+# Raised whenever the content of a stored measurement changes.
+ERROR_FORMAT = 3
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One way to hold a point to a truth: one Pareto chart.
+
+    Attributes
+    ----------
+    name : str
+    kind : str
+        Which points it judges.
+    method : str
+        The reference that is its truth.
+    image : str
+        The AOV whose error counts.
+    parts : tuple of str
+        Further AOVs whose errors are reported.
+    relative : bool
+        Whether the error is given relative to the truth's mean.
+    own_radius : bool
+        Whether the truth has the bench's radius, so that points of another radius
+        cannot be held to it. Full transport is held to its own truth only.
+    title, error_label : str
+        For plots and tables.
+    """
+
+    name: str
+    kind: str
+    method: str
+    image: str
+    parts: tuple[str, ...]
+    relative: bool
+    own_radius: bool
+    title: str
+    error_label: str
+
+    def judges(self, point: Point) -> bool:
+        """Whether `point` can be held to this panel's truth."""
+        if point.kind != self.kind or (point.method == "reference-gi" and self.name != "gi"):
+            return False
+        return not self.own_radius or point.radius_factor == 1.0
+
+
+PANELS = (
+    Panel(
+        "near",
+        "radiance",
+        "reference-near",
+        "beauty",
+        ("direct", "directional", "bounce"),
+        True,
+        True,
+        "Picture against the near-field reference (same integral, rays instead of depth reads)",
+        "RMSE / mean of the truth",
+    ),
+    Panel(
+        "gi",
+        "radiance",
+        "reference-gi",
+        "beauty",
+        (),
+        True,
+        False,
+        "Picture against full global illumination (path traced)",
+        "RMSE / mean of the truth",
+    ),
+    Panel(
+        "visibility",
+        "visibility",
+        "reference-ao",
+        "visibility",
+        (),
+        False,
+        True,
+        "Visibility against ray-traced ambient occlusion of the same radius",
+        "RMSE of visibility",
+    ),
+)
+
+
+def panel_named(name: str) -> Panel:
+    """Return the panel called `name`."""
+    return next(panel for panel in PANELS if panel.name == name)
+
+
+@dataclass(frozen=True)
+class Scalars:
+    """What one point loses against one truth, in single numbers.
+
+    Attributes
+    ----------
+    noise, systematic : float
+        Root mean squares: the estimator against its own expectation (over seeds), and
+        its expectation against the truth; in the panel's unit.
+    own_bias : float
+        The expectation against that of the converged march, which has seen all that the
+        screen shows: what better settings would mend. NaN for rays.
+    rel_mse, ssim, flip_ldr, flip_hdr : float
+        Of the first seed, exposed; NaN where not measured.
+    parts : dict of str to float
+        Error of further AOVs (relative RMSE).
+    failures : int
+        Pixels with NaN or infinity.
+    """
+
+    noise: float = math.nan
+    systematic: float = math.nan
+    own_bias: float = math.nan
+    rel_mse: float = math.nan
+    ssim: float = math.nan
+    flip_ldr: float = math.nan
+    flip_hdr: float = math.nan
+    parts: dict[str, float] = field(default_factory=dict)
+    failures: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """One point against one truth."""
+
+    blocks: BlockErrors
+    scalars: Scalars
+
+
+def color(image: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the image without a coverage channel."""
+    return image[:, :, :3] if image.shape[2] == 4 else image
+
+
+def judged_pixels(images: Images) -> Mask:
+    """Return which pixels count: covered ones that do not themselves emit light.
+
+    Background and emitters are the same in every method; they would only dilute the
+    error. Takes the images ``depth`` and ``emission``.
+    """
+    covered = images["depth"][:, :, 0] > 0.0
+    dark = ~np.any(images["emission"] > 0.0, axis=2)
+    return np.asarray(covered & dark)
+
+
+def wanted_images(panels: Sequence[Panel]) -> tuple[str, ...]:
+    """Return the AOVs that judging by `panels` needs."""
+    names: list[str] = []
+    for panel in panels:
+        names += [panel.image, *panel.parts]
+    return tuple(dict.fromkeys(names))
+
+
+def judge(
+    panel: Panel,
+    renderings: Sequence[Images],
+    truth: Truth,
+    mask: Mask,
+    exposure_ev: float,
+    flips: Sequence[str] = (),
+    limit: Truth | None = None,
+) -> Judged:
+    """Hold renderings of one point (one per seed) to the truth of `panel`.
+
+    `flips` names the FLIP metrics that are wanted: ``ldr``, ``hdr``; `limit` is the
+    converged march.
+    """
+    name = panel.image
+    images = [color(rendering[name]) for rendering in renderings]
+    target, variance = color(truth.images[name]), color(truth.variance[name])
+    blocks = BlockErrors.of_images(list(images), target, mask, variance)
+    split = metrics.decompose(list(images), target, mask, variance)
+    level = metrics.masked_mean(target.astype(np.float64).mean(axis=2), mask)
+    unit = level if panel.relative and level > 0.0 else 1.0
+    parts = {
+        part: metrics.relative_rmse(
+            color(renderings[0][part]),
+            color(truth.images[part]),
+            mask,
+            color(truth.variance[part]),
+        )
+        for part in panel.parts
+    }
+    extra: dict[str, float] = {}
+    if panel.kind == "radiance":
+        extra = picture_metrics(images[0], target, variance, mask, exposure_ev, flips)
+    own_bias = math.nan
+    if limit is not None:
+        own_bias = metrics.decompose(
+            list(images), color(limit.images[name]), mask, color(limit.variance[name])
+        ).bias
+    scalars = Scalars(
+        noise=split.noise / unit,
+        systematic=split.bias / unit,
+        own_bias=own_bias / unit,
+        parts=parts,
+        failures=blocks.failures,
+        **extra,
+    )
+    return Judged(blocks, scalars)
+
+
+def picture_metrics(
+    image: NDArray[np.float32],
+    truth: NDArray[np.float32],
+    variance: NDArray[np.float32],
+    mask: Mask,
+    exposure_ev: float,
+    flips: Sequence[str],
+) -> dict[str, float]:
+    """Return relMSE, SSIM and the FLIP means that are wanted of a picture."""
+    gain = np.float32(2.0**exposure_ev)
+    shown, wanted = metrics.srgb_of(image, exposure_ev), metrics.srgb_of(truth, exposure_ev)
+    result = {
+        "rel_mse": metrics.relative_mse(image * gain, truth * gain, mask, variance * gain**2),
+        "ssim": metrics.ssim(shown, wanted, mask),
+    }
+    if "ldr" in flips:
+        result["flip_ldr"] = metrics.flip_ldr(shown, wanted, mask).mean
+    if "hdr" in flips:
+        result["flip_hdr"] = metrics.flip_hdr(image, truth, mask, exposure_ev).mean
+    return result
+
+
+def render_seeds(
+    studio: Studio, point: Point, base: Settings, seeds: int, wanted: Sequence[str]
+) -> list[Images]:
+    """Return the images of `point` for each of `seeds` seeds."""
+    return [studio.images(point.settings(base, seed), wanted) for seed in range(seeds)]
+
+
+class ErrorStore:
+    """Measurements on disk, one file a point, so that a sweep can be resumed.
+
+    Parameters
+    ----------
+    folder : Path
+    key : str
+        Identifies scene, settings and truths; files of another key do not count.
+    """
+
+    def __init__(self, folder: Path, key: str) -> None:
+        self.folder = folder
+        self.key = key
+        folder.mkdir(parents=True, exist_ok=True)
+
+    def path(self, point: Point) -> Path:
+        """Return the file of `point`."""
+        return self.folder / f"{point.key}.npz"
+
+    def save(self, point: Point, judged: Mapping[str, Judged]) -> None:
+        """Write the measurements of `point`, by panel name."""
+        arrays: dict[str, Any] = {}
+        meta: dict[str, Any] = {"key": self.key, "format": ERROR_FORMAT, "panels": {}}
+        for name, item in judged.items():
+            meta["panels"][name] = asdict(item.scalars)
+            for part in ("squared", "signed", "truth", "pixels"):
+                arrays[f"{name}:{part}"] = getattr(item.blocks, part)
+        arrays["meta"] = np.array(json.dumps(meta))
+        buffer = io.BytesIO()
+        np.savez_compressed(buffer, **arrays)
+        replace_file(self.path(point), buffer.getvalue())
+
+    def load(self, point: Point) -> dict[str, Judged] | None:
+        """Return the measurements of `point`; None if there are none that count."""
+        path = self.path(point)
+        if not path.exists():
+            return None
+        with np.load(io.BytesIO(path.read_bytes())) as data:
+            meta = json.loads(str(data["meta"]))
+            if meta.get("key") != self.key or meta.get("format") != ERROR_FORMAT:
+                return None
+            result = {}
+            for name, scalars in meta["panels"].items():
+                blocks = BlockErrors(
+                    data[f"{name}:squared"],
+                    data[f"{name}:signed"],
+                    data[f"{name}:truth"],
+                    data[f"{name}:pixels"],
+                    scalars["failures"],
+                )
+                result[name] = Judged(blocks, Scalars(**scalars))
+        return result

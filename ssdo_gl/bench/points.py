@@ -1,0 +1,238 @@
+"""What a sweep measures: points in the space of settings, declared as data.
+
+The grid is a TOML file of families. Each key of a family that names an axis holds one
+value or a list; the family stands for the product of its lists. `grid.toml` beside this
+module is the default; pass another file to `read_grid` to measure something else.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import re
+import tomllib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from ssdo_gl.settings import Settings
+from ssdo_gl.settings.fields import SettingError
+
+# What is measured together: ambient visibility alone, or the picture.
+KINDS = ("visibility", "radiance")
+_FAMILY_KEYS = ("name", "kind", "quick", "only", "set")
+_AXES = (
+    "method",
+    "estimator",
+    "samples",
+    "steps",
+    "resolution_scale",
+    "filter",
+    "radius_factor",
+    "spp",
+)
+
+
+class GridError(SettingError):
+    """A grid file that cannot be read: one line naming the file, family and key."""
+
+
+@dataclass(frozen=True)
+class Point:
+    """One setting to be measured.
+
+    Attributes
+    ----------
+    kind : str
+        ``visibility`` (the AOV of that name) or ``radiance`` (the picture).
+    family : str
+        The grid family it comes from; points of one family share a curve in plots.
+    radius_factor : float
+        Radius relative to that of the bench.
+    spp : int or None
+        Rays or paths per pixel; only of the ray-traced methods.
+    overrides : tuple of (str, value)
+        ``PASS.FIELD`` settings beyond the named ones.
+    quick : bool
+        Whether ``--quick`` measures it.
+    """
+
+    kind: str
+    family: str
+    method: str
+    estimator: str | None = None
+    samples: int = 1
+    steps: int = 1
+    resolution_scale: float = 1.0
+    filter: str = "none"
+    radius_factor: float = 1.0
+    spp: int | None = None
+    overrides: tuple[tuple[str, Any], ...] = ()
+    quick: bool = False
+
+    @property
+    def key(self) -> str:
+        """A name that is unique in a grid and stable between runs: fit for a file."""
+        parts = [self.kind, self.method]
+        if self.estimator:
+            parts += [self.estimator, f"n{self.samples}", f"m{self.steps}"]
+            parts += [f"s{self.resolution_scale:g}", self.filter]
+        if self.spp:
+            parts.append(f"spp{self.spp}")
+        if self.radius_factor != 1.0:
+            parts.append(f"r{self.radius_factor:g}")
+        parts += [f"{name}={value}" for name, value in self.overrides]
+        return re.sub(r"[^A-Za-z0-9.=+-]", "_", "-".join(parts))
+
+    @property
+    def label(self) -> str:
+        """What a person reads: ``bounce march 8x8 half edge``."""
+        if not self.estimator:
+            return f"{self.method} {self.spp} spp" if self.spp else self.method
+        step_count = min(self.steps, self.samples) if self.estimator == "march" else 1
+        directions = max(1, self.samples // step_count)
+        count = f"{directions}x{step_count}" if step_count > 1 else f"{self.samples}"
+        parts = [self.method, self.estimator, count]
+        parts.append("half" if self.resolution_scale == 0.5 else "full")
+        parts.append(self.filter if self.filter != "none" else "unfiltered")
+        if self.radius_factor != 1.0:
+            parts.append(f"R x{self.radius_factor:g}")
+        parts += [f"{name.partition('.')[2]}={value}" for name, value in self.overrides]
+        return " ".join(parts)
+
+    @property
+    def flags(self) -> str:
+        """The command-line flags that choose this point."""
+        parts = [f"--method {self.method}"]
+        if self.estimator:
+            parts += [
+                f"--estimator {self.estimator}",
+                f"--samples {self.samples}",
+                f"--steps {self.steps}",
+                f"--filter {self.filter}",
+                f"--resolution-scale {self.resolution_scale:g}",
+            ]
+        if self.spp:
+            parts.append(f"--spp {self.spp}")
+        parts += [f"--set {name}={value}" for name, value in self.overrides]
+        return " ".join(parts)
+
+    @property
+    def wanted(self) -> tuple[str, ...]:
+        """The image that a user of this point asks for, and that is timed."""
+        return ("visibility",) if self.kind == "visibility" else ("beauty",)
+
+    def settings(self, base: Settings, seed_offset: int = 0) -> Settings:
+        """Return `base` with this point's settings.
+
+        Parameters
+        ----------
+        base : Settings
+            With a radius; its size, shadows and exposure hold.
+        seed_offset : int
+            Added to the seed.
+        """
+        if base.radius is None:
+            raise ValueError("the base of a sweep needs a radius")
+        fields: dict[str, Any] = {"spp": self.spp} if self.spp else {}
+        if self.estimator:
+            fields = {
+                "samples": self.samples,
+                "steps": self.steps,
+                "resolution_scale": self.resolution_scale,
+                "filter": self.filter,
+            }
+        return dataclasses.replace(
+            base,
+            method=self.method,
+            estimator=self.estimator,
+            radius=base.radius * self.radius_factor,
+            seed=base.seed + seed_offset,
+            antialias=1,
+            max_error=None,
+            overrides={**base.overrides, **dict(self.overrides)},
+            **fields,
+        ).checked()
+
+
+def default_grid_text() -> str:
+    """Return the text of the shipped grid."""
+    return files("ssdo_gl.bench").joinpath("grid.toml").read_text(encoding="utf-8")
+
+
+def read_grid(path: Path | None = None) -> tuple[Point, ...]:
+    """Return the points of a grid file; the shipped one if `path` is None.
+
+    Raises
+    ------
+    GridError
+    """
+    name = str(path) if path else "grid.toml"
+    try:
+        text = path.read_text(encoding="utf-8") if path else default_grid_text()
+        data = tomllib.loads(text)
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise GridError(f"{name}: {error}") from None
+    families = data.get("family")
+    if not isinstance(families, list) or not families or set(data) != {"family"}:
+        raise GridError(f"{name}: expected [[family]] tables and nothing else")
+    points: dict[str, Point] = {}
+    for family in families:
+        for point in _points_of(family, name):
+            # Two families may share a point; it is measured once, for the first.
+            kept = points.setdefault(point.key, point)
+            if point.quick and not kept.quick:
+                points[point.key] = dataclasses.replace(kept, quick=True)
+    return tuple(points.values())
+
+
+def _points_of(family: Mapping[str, Any], file: str) -> list[Point]:
+    """Return the points that one family stands for."""
+    where = f"{file}: family {family.get('name', '?')!r}"
+    unknown = [key for key in family if key not in _AXES + _FAMILY_KEYS]
+    if unknown:
+        raise GridError(f"{where}: unknown key {unknown[0]!r}; use {', '.join(_AXES)}")
+    if not isinstance(family.get("name"), str) or family.get("kind") not in KINDS:
+        raise GridError(f"{where}: needs a name and a kind ({' or '.join(KINDS)})")
+    quick = family.get("quick", {})
+    if not isinstance(quick, Mapping) or any(key not in _AXES for key in quick):
+        raise GridError(f"{where}: quick must be a table of axes")
+    overrides = tuple(sorted(family.get("set", {}).items()))
+    lists = [_as_list(family.get(axis)) for axis in _AXES]
+    points = []
+    for values in itertools.product(*lists):
+        row = {axis: value for axis, value in zip(_AXES, values, strict=True) if value is not None}
+        if row.get("steps", 1) > row.get("samples", row.get("steps", 1)):
+            continue
+        is_quick = "quick" in family and all(
+            row.get(axis) in _as_list(wanted) for axis, wanted in quick.items()
+        )
+        try:
+            points.append(
+                Point(
+                    kind=family["kind"],
+                    family=family["name"],
+                    overrides=overrides,
+                    quick=is_quick,
+                    **row,
+                )
+            )
+        except TypeError:
+            raise GridError(f"{where}: needs a method") from None
+    return points
+
+
+def _as_list(value: Any) -> list[Any]:
+    return list(value) if isinstance(value, list) else [value]
+
+
+def of_kind(points: Iterable[Point], kind: str) -> list[Point]:
+    """Return the points of one kind, in order."""
+    return [point for point in points if point.kind == kind]
+
+
+def families(points: Sequence[Point]) -> list[str]:
+    """Return the names of the families, in order of appearance."""
+    return list(dict.fromkeys(point.family for point in points))

@@ -1,0 +1,89 @@
+"""Everything a bench found out, as plain data: what tables, plots and report are made of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from ssdo_gl.bench.analysis import Recommendation, Result, TruthSummary
+
+
+@dataclass(frozen=True)
+class Series:
+    """How a cost grows with one quantity.
+
+    Attributes
+    ----------
+    name : str
+        ``samples``, ``pixels``, ``radius`` or ``triangles``.
+    x_label : str
+    x : tuple of float
+    curves : dict of str to tuple of float
+        Milliseconds by what is timed; NaN where it did not run.
+    """
+
+    name: str
+    x_label: str
+    x: tuple[float, ...]
+    curves: dict[str, tuple[float, ...]]
+
+
+@dataclass(frozen=True)
+class Picture:
+    """An image of the report.
+
+    Attributes
+    ----------
+    name : str
+        What the reader chooses it by.
+    png : bytes
+    flip_png : bytes or None
+        Its FLIP map against the truth of its group.
+    group : str
+        ``radiance`` or ``visibility``; only pictures of one group are compared.
+    is_truth : bool
+    caption : str
+    """
+
+    name: str
+    png: bytes
+    flip_png: bytes | None
+    group: str
+    is_truth: bool
+    caption: str
+
+
+@dataclass(frozen=True)
+class Bench:
+    """The outcome of one bench.
+
+    Attributes
+    ----------
+    splits : dict of str to tuple of (str, float)
+        Point key -> (pass, milliseconds).
+    clock : str
+        What times were measured by: a key of `clock.CLOCKS`.
+    drift : tuple of float
+        How much slower each round was than usual; 1 is usual.
+    """
+
+    scene: str
+    title: str
+    size: tuple[int, int]
+    radius: float
+    radius_px: float
+    triangles: int
+    quick: bool
+    seeds: int
+    rounds: int
+    frames: int
+    clock: str
+    drift: tuple[float, ...]
+    machine: dict[str, Any]
+    results: list[Result]
+    truths: dict[str, TruthSummary]
+    recommendation: Recommendation
+    series: list[Series] = field(default_factory=list)
+    splits: dict[str, tuple[tuple[str, float], ...]] = field(default_factory=dict)
+    pictures: list[Picture] = field(default_factory=list)
+    notes: tuple[str, ...] = ()

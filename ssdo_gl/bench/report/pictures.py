@@ -1,0 +1,149 @@
+"""The pictures of a report: chosen settings beside their truths, with FLIP maps."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from ssdo_gl.bench import metrics
+from ssdo_gl.bench.analysis import Recommendation, Result, front_of
+from ssdo_gl.bench.errors import PANELS, Panel, color
+from ssdo_gl.bench.metrics import Mask
+from ssdo_gl.bench.renderings import Studio
+from ssdo_gl.bench.report.bench_data import Picture
+from ssdo_gl.bench.sweep import Report
+from ssdo_gl.bench.truth import Truth
+from ssdo_gl.settings import Settings
+
+# Pictures weigh about 0.1 MB each in the report; more than this of one group and nobody
+# clicks through them.
+MAX_OF_A_GROUP = 9
+
+
+def png_of(srgb: NDArray[np.float32]) -> bytes:
+    """Return an image in [0, 1] (height, width, 3) as a PNG file."""
+    buffer = io.BytesIO()
+    pixels = np.round(255.0 * np.clip(srgb, 0.0, 1.0)).astype(np.uint8)
+    Image.fromarray(pixels).save(buffer, format="PNG", optimize=True)
+    return buffer.getvalue()
+
+
+def flip_map_png(error: NDArray[np.float32]) -> bytes:
+    """Return a FLIP error map in the colours of its authors (magma) as a PNG file."""
+    try:
+        from matplotlib import colormaps
+    except ImportError:
+        raise metrics.missing("matplotlib") from None
+    return png_of(np.asarray(colormaps["magma"](error))[:, :, :3].astype(np.float32))
+
+
+def shown(panel: Panel, image: NDArray[np.float32], exposure_ev: float) -> NDArray[np.float32]:
+    """Return an AOV as it is displayed: radiance exposed, visibility as it is."""
+    if panel.kind == "visibility":
+        return metrics.srgb_of(np.repeat(image[:, :, :1], 3, axis=2))
+    return metrics.srgb_of(color(image), exposure_ev)
+
+
+def chosen_results(results: Sequence[Result], recommendation: Recommendation) -> list[Result]:
+    """Return the results worth looking at: recommended, front members, and what they beat."""
+    chosen: dict[str, Result] = {}
+    if recommendation.result is not None:
+        chosen[recommendation.result.point.key] = recommendation.result
+    for panel in PANELS:
+        front = front_of(results, panel.name)
+        spread = {round(i * (len(front) - 1) / 3) for i in range(4)} if front else set()
+        members = [front[i] for i in sorted(spread)]
+        others = [r for r in results if panel.name in r.verdicts]
+        seen = {r.point.family for r in members}
+        # One of each family, so that what lost can be seen, too.
+        for result in others:
+            if result.point.family not in seen:
+                seen.add(result.point.family)
+                members.append(result)
+        for result in members[:MAX_OF_A_GROUP]:
+            chosen.setdefault(result.point.key, result)
+    return list(chosen.values())
+
+
+def with_hdr_flip(
+    studio: Studio,
+    base: Settings,
+    results: Sequence[Result],
+    chosen: Sequence[Result],
+    truths: Mapping[str, Truth],
+    mask: Mask,
+    report: Report | None = None,
+) -> list[Result]:
+    """Return `results` with the HDR-FLIP of those that are `chosen` filled in."""
+    exposure = base.exposure or 0.0
+    keys = {result.point.key for result in chosen}
+    filled = []
+    for done, result in enumerate(results, 1):
+        point = result.point
+        verdicts = dict(result.verdicts)
+        if point.key in keys and point.kind == "radiance":
+            image = color(studio.images(point.settings(base), ("beauty",))["beauty"])
+            for name, verdict in result.verdicts.items():
+                target = color(truths[name].images["beauty"])
+                mean = metrics.flip_hdr(image, target, mask, exposure).mean
+                scalars = dataclasses.replace(verdict.scalars, flip_hdr=mean)
+                verdicts[name] = dataclasses.replace(verdict, scalars=scalars)
+        filled.append(dataclasses.replace(result, verdicts=verdicts))
+        if report is not None:
+            report("HDR-FLIP", done, len(results))
+    return filled
+
+
+def take_pictures(
+    studio: Studio,
+    base: Settings,
+    results: Sequence[Result],
+    truths: Mapping[str, Truth],
+    mask: Mask,
+    report: Report | None = None,
+) -> list[Picture]:
+    """Return the truths, then every result with its FLIP map against its truth."""
+    exposure = base.exposure or 0.0
+    pictures = []
+    targets: dict[str, tuple[Panel, NDArray[np.float32]]] = {}
+    for panel in PANELS:
+        if panel.name not in truths:
+            continue
+        target = shown(panel, truths[panel.name].images[panel.image], exposure)
+        # Of two truths of one kind the first judges the FLIP maps: the near-field one.
+        targets.setdefault(panel.kind, (panel, target))
+        pictures.append(
+            Picture(
+                f"truth: {panel.method}",
+                png_of(target),
+                None,
+                panel.kind,
+                True,
+                f"{panel.method}, {truths[panel.name].spp} samples per pixel",
+            )
+        )
+    for done, result in enumerate(results, 1):
+        kind = result.point.kind
+        if kind not in targets:
+            continue
+        panel, target = targets[kind]
+        image = studio.images(result.point.settings(base), (panel.image,))[panel.image]
+        picture = shown(panel, image, exposure)
+        flip = metrics.flip_ldr(picture, target, mask)
+        caption = (
+            f"{result.point.label}: {result.timing.ms.value:.3g} ms, mean FLIP "
+            f"{flip.mean:.3f} against {panel.method}; flags: {result.point.flags}"
+        )
+        pictures.append(
+            Picture(
+                result.point.label, png_of(picture), flip_map_png(flip.error), kind, False, caption
+            )
+        )
+        if report is not None:
+            report("pictures", done, len(results))
+    return pictures

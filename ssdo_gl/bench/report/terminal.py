@@ -1,0 +1,74 @@
+"""What a bench found, in ten lines on the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from ssdo_gl.bench.analysis import Result, front_of, percent
+from ssdo_gl.bench.errors import PANELS, Panel
+from ssdo_gl.bench.report.bench_data import Bench
+
+# With heading, truth and recommendation the whole says it in about ten lines.
+MAX_ROWS = 6
+
+
+def chosen_rows(front: Sequence[Result], always: Result | None) -> list[Result]:
+    """Return at most `MAX_ROWS` members of a front, spread evenly, `always` among them."""
+    if len(front) <= MAX_ROWS:
+        return list(front)
+    last = len(front) - 1
+    picked = {round(i * last / (MAX_ROWS - 1)) for i in range(MAX_ROWS)}
+    index = next((i for i, result in enumerate(front) if result is always), None)
+    if index is not None and index not in picked:
+        # Neither end gives way: they say what is cheapest and what is best.
+        inner = sorted(picked - {0, last}, key=lambda i: abs(i - index))
+        picked = (picked - {inner[0]}) | {index}
+    return [front[i] for i in sorted(picked)]
+
+
+def front_table(bench: Bench, panel: Panel) -> Table:
+    """Return members of a panel's front as a table."""
+    front = front_of(bench.results, panel.name)
+    rows = chosen_rows(front, bench.recommendation.result)
+    table = Table(box=None, padding=(0, 2))
+    table.add_column("setting")
+    for column in ("ms", "error [95 %]", "sure"):
+        table.add_column(column, justify="right")
+    for result in rows:
+        verdict = result.verdicts[panel.name]
+        error = verdict.error
+        show = percent if panel.relative else lambda value: f"{value:.3g}"
+        is_recommended = result is bench.recommendation.result
+        table.add_row(
+            escape(result.point.label),
+            f"{result.timing.ms.value:.1f}",
+            f"{show(error.value)} [{show(error.low)}, {show(error.high)}]",
+            f"{verdict.confidence:.0%}",
+            style="bold" if is_recommended else "",
+        )
+    return table
+
+
+def print_summary(bench: Bench, console: Console) -> None:
+    """Print the front against the near-field truth, its worth, and a recommendation."""
+    panel = next((p for p in PANELS if any(p.name in r.verdicts for r in bench.results)), PANELS[0])
+    measured = sum(panel.name in r.verdicts for r in bench.results)
+    count = len(front_of(bench.results, panel.name))
+    console.print(f"{panel.title}: {count} of {measured} settings are on the front", markup=False)
+    console.print(front_table(bench, panel))
+    truth = bench.truths.get(panel.name)
+    if truth is not None:
+        console.print(
+            escape(
+                f"truth: {truth.method}, {truth.spp} spp, standard error "
+                f"{truth.ratio:.2f} of the smallest error, subtracted"
+            ),
+            style="dim",
+        )
+    console.print(escape(bench.recommendation.sentence))
+    if bench.recommendation.result is not None:
+        console.print(escape(f"flags: {bench.recommendation.result.point.flags}"))

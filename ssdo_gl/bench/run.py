@@ -1,0 +1,390 @@
+"""Runs a whole bench: truths, errors, times, scaling, then tables, plots and report."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import json
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+
+from ssdo_gl import __version__
+from ssdo_gl.bench import analysis, scaling, sweep
+from ssdo_gl.bench.analysis import Result
+from ssdo_gl.bench.clock import trusted_clock
+from ssdo_gl.bench.errors import (
+    ERROR_FORMAT,
+    PANELS,
+    ErrorStore,
+    Judged,
+    judge,
+    judged_pixels,
+    render_seeds,
+    wanted_images,
+)
+from ssdo_gl.bench.files import BenchError, replace_json
+from ssdo_gl.bench.fingerprint import fingerprint, scene_fingerprint, shader_fingerprint
+from ssdo_gl.bench.machine import describe_machine
+from ssdo_gl.bench.metrics import Mask
+from ssdo_gl.bench.points import Point, read_grid
+from ssdo_gl.bench.progress import BenchProgress, bench_progress
+from ssdo_gl.bench.renderings import RendererStudio, Studio
+from ssdo_gl.bench.report import outputs, pictures
+from ssdo_gl.bench.report.bench_data import Bench
+from ssdo_gl.bench.report.report import split_results
+from ssdo_gl.bench.truth_set import (
+    Standards,
+    TruthRequest,
+    good_enough,
+    make_standards,
+    smallest_errors,
+    summaries,
+)
+from ssdo_gl.gpu.context import Device, create_context
+from ssdo_gl.renderer import Renderer
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.load import load_scene
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.settings import Settings
+
+QUICK_SIZE, FULL_SIZE = (320, 180), (640, 360)
+
+
+@dataclass(frozen=True)
+class BenchPlan:
+    """How much is measured.
+
+    Attributes
+    ----------
+    rounds, frames : int
+        Visits to each point, and warm frames in each.
+    seeds : int
+        Sample patterns whose errors are averaged.
+    truth_seconds : float
+        At most this long for each truth, in one run.
+    batch_spp : int
+        Samples per pixel of one independent batch of a truth.
+    flips : tuple of str
+        FLIP metrics: ``ldr`` of every point, ``hdr``, which takes seconds, of those whose
+        pictures are shown.
+    """
+
+    rounds: int
+    frames: int
+    seeds: int
+    truth_seconds: float
+    batch_spp: int
+    flips: tuple[str, ...]
+
+
+QUICK = BenchPlan(3, 3, 2, 15.0, 64, flips=("ldr",))
+FULL = BenchPlan(7, 5, 4, 900.0, 256, flips=("ldr", "hdr"))
+
+
+def bench_size(quick: bool) -> tuple[int, int]:
+    """Return the picture size of a bench for which the user named none."""
+    return QUICK_SIZE if quick else FULL_SIZE
+
+
+def run_bench(
+    scene_source: str,
+    settings: Settings,
+    outdir: Path,
+    *,
+    quick: bool = False,
+    scene: Scene | None = None,
+    camera: Camera | None = None,
+    backend: str = "auto",
+    grid: Path | None = None,
+    command: str = "",
+    quiet: bool = False,
+    plan: BenchPlan | None = None,
+) -> Bench:
+    """Measure error against time for a scene and write tables, plots and the report.
+
+    Parameters
+    ----------
+    scene_source : str
+        A scene file, a model file or the name of a built-in scene.
+    settings : Settings
+        Size, radius, shadows, exposure and seed hold; method, estimator and the other
+        axes of the grid are what is varied.
+    outdir : Path
+        Receives report.html, points.csv, pareto.png, pareto.svg, bench.json and the raw
+        measurements. An interrupted bench in it is resumed.
+    quick : bool
+        A smaller grid and shorter truths, within about two minutes.
+    scene : Scene or None
+        The scene that `scene_source` names, if it is loaded already.
+    camera : Camera or None
+        Replaces the scene's camera.
+    grid : Path or None
+        A grid file; None for the shipped one.
+    command : str
+        What the user typed, for the report.
+
+    Raises
+    ------
+    BenchError, MissingLibraryError, GridError, SceneError, SettingError, ContextError
+    """
+    outputs.check_libraries()
+    points = [p for p in read_grid(grid) if p.quick or not quick]
+    if not points:
+        raise BenchError(f"{grid}: no family has a quick table, so --quick measures nothing")
+    scene = scene or load_scene(scene_source)
+    if camera is not None:
+        scene = dataclasses.replace(scene, camera=camera)
+    plan = plan or (QUICK if quick else FULL)
+    _make_folder(outdir)
+    device = create_context(backend)
+    try:
+        with bench_progress(quiet=quiet) as progress, Renderer(scene, settings, device=device) as r:
+            base = dataclasses.replace(r.settings, antialias=1, estimator=None, max_error=None)
+            machine = describe_machine(device, r.timer_kind, command)
+            run = BenchRun(RendererStudio(r), base, points, plan, quick, outdir, progress)
+            try:
+                bench = run.measure(scene_source, machine, _opener(device))
+            except KeyboardInterrupt:
+                raise KeyboardInterrupt(
+                    f"interrupted; {outdir} keeps what was measured, and the same command goes on"
+                ) from None
+            progress.say("writing tables, plots and report ...")
+            outputs.write_all(bench, outdir)
+    finally:
+        device.release()
+    if not quiet:
+        outputs.print_outcome(bench, outdir, Console(highlight=False, soft_wrap=True))
+    return bench
+
+
+def _make_folder(outdir: Path) -> None:
+    try:
+        outdir.mkdir(parents=True, exist_ok=True)
+        probe = outdir / ".probe"
+        probe.write_bytes(b"")
+        probe.unlink()
+    except OSError as error:
+        raise BenchError(f"{outdir}: cannot be written: {error.strerror}") from None
+
+
+def _opener(device: Device) -> scaling.OpenStudio:
+    """Return a function that opens a studio for another scene on the same device."""
+
+    @contextlib.contextmanager
+    def open_studio(scene: Scene) -> Iterator[Studio]:
+        with Renderer(scene, device=device) as renderer:
+            yield RendererStudio(renderer)
+
+    return open_studio
+
+
+class BenchRun:
+    """One bench in progress: what its stages share."""
+
+    def __init__(
+        self,
+        studio: Studio,
+        base: Settings,
+        points: Sequence[Point],
+        plan: BenchPlan,
+        quick: bool,
+        outdir: Path,
+        progress: BenchProgress,
+    ) -> None:
+        self.studio = studio
+        self.base = base
+        self.points = list(points)
+        self.plan = plan
+        self.quick = quick
+        self.outdir = outdir
+        self.progress = progress
+        self.notes: list[str] = []
+
+    def measure(
+        self, source: str, machine: Mapping[str, Any], open_studio: scaling.OpenStudio
+    ) -> Bench:
+        """Carry out every stage and return what was found."""
+        clock = self._clock(machine)
+        state = self._state(str(machine["renderer"]))
+        self._start_over_unless_same(state)
+        mask = self._mask()
+        standards, judged = self._judged(state, str(machine["renderer"]), mask)
+        rows = sweep.time_points(
+            self.studio,
+            self.points,
+            self.base,
+            sweep.RoundPlan(self.plan.rounds, self.plan.frames),
+            self.outdir / "rounds.csv",
+            self.progress.steps,
+        )
+        table = sweep.tabulate(rows, self.points, self.plan.rounds, clock)
+        results = analysis.analyse(self.points, table, judged)
+        recommendation = analysis.recommend(results)
+        chosen = pictures.chosen_results(results, recommendation)
+        if "hdr" in self.plan.flips:
+            results = pictures.with_hdr_flip(
+                self.studio,
+                self.base,
+                results,
+                chosen,
+                standards.truths,
+                mask,
+                self.progress.steps,
+            )
+            recommendation = analysis.recommend(results)
+        radius_px = self._radius_px(mask)
+        series = scaling.measure_scaling(
+            self.studio, self.base, radius_px, self.quick, open_studio, self.progress.steps
+        )
+        bench = Bench(
+            scene=source,
+            title=self.studio.scene.title or source,
+            size=self.base.size,
+            radius=self.base.radius or 0.0,
+            radius_px=radius_px,
+            triangles=self.studio.scene.triangle_count,
+            quick=self.quick,
+            seeds=self.plan.seeds,
+            rounds=self.plan.rounds,
+            frames=self.plan.frames,
+            clock=clock,
+            drift=tuple(float(value) for value in table.drift),
+            machine=dict(machine),
+            results=results,
+            truths=summaries(results, standards, mask),
+            recommendation=recommendation,
+            series=series,
+            pictures=pictures.take_pictures(
+                self.studio,
+                self.base,
+                chosen,
+                standards.truths,
+                mask,
+                self.progress.steps,
+            ),
+            notes=tuple(self.notes),
+        )
+        return dataclasses.replace(bench, splits=self._splits(split_results(bench)))
+
+    def _clock(self, machine: Mapping[str, Any]) -> str:
+        """Return what to time by, and note why if it is not the usual."""
+        clock = trusted_clock(machine)
+        if clock == "process":
+            self.notes.append(
+                f"The machine was busy when this began (load {machine['load']:.1f} on "
+                f"{machine['cores']} cores), so times are processor times, which are surer but "
+                "longer than a frame takes."
+            )
+        return clock
+
+    def _state(self, renderer: str) -> dict[str, Any]:
+        """Return what identifies this bench: a folder of another one is not continued."""
+        parts = (scene_fingerprint(self.studio.scene), self.base, self.points, self.plan)
+        return {
+            "bench": fingerprint(ERROR_FORMAT, parts, renderer, __version__),
+            "shaders": shader_fingerprint(("",)),
+        }
+
+    def _start_over_unless_same(self, state: Mapping[str, Any]) -> None:
+        path = self.outdir / "state.json"
+        try:
+            found = json.loads(path.read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            found = None
+        if found == state:
+            self.progress.say(f"continuing the bench in {self.outdir}")
+            return
+        if found is not None:
+            self.progress.say(f"{self.outdir} holds another bench; measuring anew")
+        (self.outdir / "rounds.csv").unlink(missing_ok=True)
+        shutil.rmtree(self.outdir / "errors", ignore_errors=True)
+        replace_json(path, state)
+
+    def _mask(self) -> Mask:
+        plain = dataclasses.replace(self.base, method="direct")
+        mask = judged_pixels(self.studio.images(plain, ("depth", "emission")))
+        if not mask.any():
+            raise BenchError("the camera sees no surface: there is nothing to measure")
+        return mask
+
+    def _radius_px(self, mask: Mask) -> float:
+        """Return the mean radius of the near field on the screen, pixels."""
+        plain = dataclasses.replace(self.base, method="direct")
+        depth = self.studio.images(plain, ("depth",))["depth"][:, :, 0][mask]
+        width, height = self.base.size
+        _, tangent = self.studio.scene.camera.tan_half_fov(width / height)
+        radius = self.base.radius or 0.0
+        return float(np.mean(radius * height / (2.0 * tangent * depth.astype(np.float64))))
+
+    def _judged(
+        self, state: Mapping[str, Any], renderer: str, mask: Mask
+    ) -> tuple[Standards, dict[str, dict[str, Judged]]]:
+        """Return what points are held to, and every point's errors."""
+        request = TruthRequest(
+            self.studio,
+            self.base,
+            mask,
+            sorted({point.kind for point in self.points}),
+            self.plan.seeds,
+            self.plan.batch_spp,
+            self.plan.truth_seconds,
+            renderer,
+        )
+        standards = make_standards(request, self.progress)
+        judged = self._errors(state, standards, mask)
+        smallest = smallest_errors(judged)
+        if not self.quick and not good_enough(standards.truths, smallest, mask):
+            # A setting came closer to a truth than the converged march did.
+            request = dataclasses.replace(request, smallest=smallest)
+            standards = make_standards(request, self.progress)
+            judged = self._errors(state, standards, mask)
+        return standards, judged
+
+    def _errors(
+        self, state: Mapping[str, Any], standards: Standards, mask: Mask
+    ) -> dict[str, dict[str, Judged]]:
+        """Return the errors of every point against every truth it can be held to."""
+        truths = standards.truths
+        counts = {name: truth.spp for name, truth in truths.items()}
+        store = ErrorStore(self.outdir / "errors", fingerprint(dict(state), counts))
+        judged: dict[str, dict[str, Judged]] = {}
+        for done, point in enumerate(self.points, 1):
+            kept = store.load(point)
+            if kept is None:
+                panels = [p for p in PANELS if p.name in truths and p.judges(point)]
+                renderings = render_seeds(
+                    self.studio, point, self.base, self.plan.seeds, wanted_images(panels)
+                )
+                kept = {
+                    panel.name: judge(
+                        panel,
+                        renderings,
+                        truths[panel.name],
+                        mask,
+                        self.base.exposure or 0.0,
+                        [flip for flip in self.plan.flips if flip == "ldr"],
+                        None if point.spp else standards.limits[panel.name],
+                    )
+                    for panel in panels
+                }
+                store.save(point, kept)
+            judged[point.key] = kept
+            self.progress.steps("errors", done, len(self.points))
+        return judged
+
+    def _splits(self, results: Sequence[Result]) -> dict[str, tuple[tuple[str, float], ...]]:
+        """Return where the time of some points goes."""
+        splits = {}
+        for done, result in enumerate(results, 1):
+            point = result.point
+            splits[point.key] = self.studio.split(
+                point.settings(self.base), point.wanted, self.plan.frames
+            )
+            self.progress.steps("pass times", done, len(results))
+        return splits

@@ -1,0 +1,264 @@
+"""Ray-traced truths: rendered in batches until they are good enough, kept on disk.
+
+Every batch uses another seed, so batches are independent estimates of the same image:
+their mean is the truth, and their scatter says how far that mean can be trusted, without
+believing what the reference says of itself.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+import time
+import zipfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ssdo_gl.bench.files import cache_folder, replace_file
+from ssdo_gl.bench.fingerprint import fingerprint, scene_fingerprint, shader_fingerprint
+from ssdo_gl.bench.metrics import Mask, masked_mean
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.settings import Settings
+
+# Raised whenever the meaning of a cached truth changes.
+TRUTH_FORMAT = 2
+# Far from the seeds that a user or a sweep takes, so that no truth shares its samples
+# with what it judges.
+FIRST_SEED = 1_000_003
+# A variance needs two.
+MIN_BATCHES = 2
+# Settings that change what a reference converges to.
+_RELEVANT = ("method", "size", "spp", "shadows", "combine", "effects", "overrides")
+_RELEVANT_NEAR = ("radius",)
+_RELEVANT_GI = ("bounces",)
+
+RenderBatch = Callable[[int], Mapping[str, NDArray[np.float32]]]
+Report = Callable[[str, float], None]
+
+
+@dataclass
+class Accumulator:
+    """Mean and variance of images that arrive one batch at a time (Welford)."""
+
+    count: int = 0
+    mean: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    scatter: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+
+    def add(self, images: Mapping[str, NDArray[Any]]) -> None:
+        """Add one independent estimate of every image.
+
+        Raises
+        ------
+        ValueError
+            If a truth is not finite: nothing can be measured against it.
+        """
+        self.count += 1
+        for name, image in images.items():
+            value = image.astype(np.float64)
+            if not np.isfinite(value).all():
+                raise ValueError(f"the reference image {name!r} holds NaN or infinity")
+            if name not in self.mean:
+                self.mean[name] = np.zeros_like(value)
+                self.scatter[name] = np.zeros_like(value)
+            step = value - self.mean[name]
+            self.mean[name] += step / self.count
+            self.scatter[name] += step * (value - self.mean[name])
+
+    def truth(self, spp: int, seconds: float) -> Truth:
+        """Return the mean so far with its variance; infinite with a single batch."""
+        pairs = self.count * (self.count - 1)
+        variance = {
+            name: (scatter / pairs if pairs else np.full_like(scatter, np.inf))
+            for name, scatter in self.scatter.items()
+        }
+        return Truth(
+            {name: mean.astype(np.float32) for name, mean in self.mean.items()},
+            {name: value.astype(np.float32) for name, value in variance.items()},
+            self.count,
+            spp,
+            seconds,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """A reference and how sure it is.
+
+    Attributes
+    ----------
+    images : dict of str to ndarray (height, width, channels), float32
+    variance : dict of str to ndarray
+        Per-pixel variance of `images`, which are means.
+    batches : int
+        Independent renderings that were averaged.
+    spp : int
+        Rays or paths per pixel, all batches together.
+    seconds : float
+        What it took to render.
+    """
+
+    images: dict[str, NDArray[np.float32]]
+    variance: dict[str, NDArray[np.float32]]
+    batches: int
+    spp: int
+    seconds: float
+
+    def standard_error(self, name: str, mask: Mask) -> float:
+        """Return the root mean square standard error of a pixel over `mask`."""
+        mean = masked_mean(self.variance[name].astype(np.float64).mean(axis=2), mask)
+        return math.sqrt(mean) if mean > 0.0 else 0.0
+
+    def relative_standard_error(self, name: str, mask: Mask) -> float:
+        """Return `standard_error` over the image's mean; infinite for noise on black."""
+        level = masked_mean(self.images[name].astype(np.float64).mean(axis=2), mask)
+        error = self.standard_error(name, mask)
+        if level > 0.0:
+            return error / level
+        return 0.0 if error == 0.0 else math.inf
+
+
+@dataclass(frozen=True)
+class Goal:
+    """When a truth is good enough.
+
+    Attributes
+    ----------
+    name : str
+        The image that is judged.
+    standard_error : float
+        Rendering stops when the image's standard error is not above it.
+    relative : bool
+        Whether it is relative to the image's mean.
+    max_seconds : float
+        Rendering stops after this, reached or not.
+    """
+
+    name: str
+    standard_error: float
+    relative: bool
+    max_seconds: float
+
+    def reached(self, truth: Truth, mask: Mask) -> bool:
+        """Whether `truth` meets the goal."""
+        return truth.batches >= MIN_BATCHES and self.now(truth, mask) <= self.standard_error
+
+    def now(self, truth: Truth, mask: Mask) -> float:
+        """Return the standard error that the goal is about."""
+        of = truth.relative_standard_error if self.relative else truth.standard_error
+        return of(self.name, mask)
+
+
+def truth_key(scene: Scene, settings: Settings, renderer: str, images: Sequence[str]) -> str:
+    """Return the name under which a truth is cached.
+
+    It changes with everything that changes what the reference converges to: the scene's
+    geometry, materials, lights and camera, the relevant settings, the reference shaders
+    and the renderer (its rasterization decides what each pixel sees). Truths that hold
+    other `images`, or batches of another number of samples, are other truths.
+    """
+    own = _RELEVANT_GI if settings.method == "reference-gi" else _RELEVANT_NEAR
+    relevant = {name: getattr(settings, name) for name in (*_RELEVANT, *own)}
+    shaders = shader_fingerprint(("reference", "gbuffer", "traced"))
+    return fingerprint(
+        TRUTH_FORMAT, scene_fingerprint(scene), relevant, shaders, renderer, *sorted(images)
+    )
+
+
+class TruthCache:
+    """Truths on disk, one file each; extended in place when more is asked for."""
+
+    def __init__(self, folder: Path | None = None) -> None:
+        self.folder = folder or cache_folder("truth")
+
+    def path(self, key: str) -> Path:
+        """Return the file of the truth `key`."""
+        return self.folder / f"{key}.npz"
+
+    def load(self, key: str) -> tuple[Accumulator, dict[str, Any]]:
+        """Return what is known of `key`; an unreadable file counts as nothing."""
+        try:
+            # From memory: np.load leaves a damaged file open.
+            with np.load(io.BytesIO(self.path(key).read_bytes())) as data:
+                meta = json.loads(str(data["meta"]))
+                kept = Accumulator(int(meta["count"]))
+                for name in meta["names"]:
+                    kept.mean[name] = data[f"mean:{name}"].astype(np.float64)
+                    kept.scatter[name] = data[f"scatter:{name}"].astype(np.float64)
+        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+            return Accumulator(), {"spp": 0, "seconds": 0.0}
+        return kept, meta
+
+    def save(self, key: str, kept: Accumulator, meta: Mapping[str, Any]) -> None:
+        """Write what is known of `key`."""
+        buffer = io.BytesIO()
+        arrays: dict[str, Any] = {
+            "meta": np.array(json.dumps({**meta, "count": kept.count, "names": list(kept.mean)}))
+        }
+        for name in kept.mean:
+            # float32 halves the file; the scatter needs no more than a few digits, and
+            # the mean's rounding (6e-8) is far below any standard error reached here.
+            arrays[f"mean:{name}"] = kept.mean[name].astype(np.float32)
+            arrays[f"scatter:{name}"] = kept.scatter[name].astype(np.float32)
+        np.savez_compressed(buffer, **arrays)
+        replace_file(self.path(key), buffer.getvalue())
+
+
+def obtain(
+    key: str,
+    goals: Sequence[Goal],
+    mask: Mask,
+    render_batch: RenderBatch,
+    batch_spp: int,
+    cache: TruthCache,
+    report: Report | None = None,
+) -> Truth:
+    """Return the truth `key`, rendering more batches until every goal is reached.
+
+    Parameters
+    ----------
+    goals : sequence of Goal
+        The shortest ``max_seconds`` limits the time spent in this call.
+    render_batch : callable
+        Takes a seed, returns the images of one batch of `batch_spp` samples per pixel.
+    report : callable or None
+        Called with a sentence and the share of the work that is done, [0, 1].
+    """
+    kept, meta = cache.load(key)
+    spent, start = float(meta["seconds"]), time.perf_counter()
+    spp = int(meta["spp"])
+    truth = kept.truth(spp, spent)
+    limit = min((goal.max_seconds for goal in goals), default=math.inf)
+    while not all(goal.reached(truth, mask) for goal in goals):
+        elapsed = time.perf_counter() - start
+        if kept.count >= MIN_BATCHES and elapsed >= limit:
+            break
+        kept.add(render_batch(FIRST_SEED + kept.count))
+        spp += batch_spp
+        now = time.perf_counter() - start
+        truth = kept.truth(spp, spent + now)
+        cache.save(key, kept, {"spp": spp, "seconds": spent + now})
+        if report is not None:
+            report(_sentence(truth, goals, mask), _share_done(truth, goals, mask, now))
+    return truth
+
+
+def _sentence(truth: Truth, goals: Sequence[Goal], mask: Mask) -> str:
+    worst = max(goals, key=lambda goal: goal.now(truth, mask) / goal.standard_error)
+    now = worst.now(truth, mask)
+    return f"{worst.name} {truth.spp} spp, error {now:.2g} (goal {worst.standard_error:.2g})"
+
+
+def _share_done(truth: Truth, goals: Sequence[Goal], mask: Mask, elapsed: float) -> float:
+    """Estimate progress: the variance falls as 1 / batches, and time may run out."""
+    shares = []
+    for goal in goals:
+        now = goal.now(truth, mask)
+        by_error = (goal.standard_error / now) ** 2 if now > 0.0 else 1.0
+        shares.append(max(min(by_error, 1.0), min(elapsed / goal.max_seconds, 1.0)))
+    return min(shares, default=1.0)

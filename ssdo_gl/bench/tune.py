@@ -1,0 +1,331 @@
+"""Chooses settings for the user: the most accurate in a budget, the cheapest in an error.
+
+The ladder (`presets`) says which settings are worth having. What they cost here is
+measured on the user's own scene, frame and machine, a few rungs by bisection, and
+remembered for scenes of the same class; what they lose is measured against a short
+ray-traced truth of the scene.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ssdo_gl.bench.analysis import percent
+from ssdo_gl.bench.bootstrap import draw, rmse_interval
+from ssdo_gl.bench.calibration import Calibration, Opened, scene_class
+from ssdo_gl.bench.errors import judge, judged_pixels, panel_named
+from ssdo_gl.bench.fingerprint import fingerprint, scene_fingerprint, shader_fingerprint
+from ssdo_gl.bench.presets import Ladder, Rung, read_ladder
+from ssdo_gl.bench.renderings import Studio
+from ssdo_gl.bench.truth import Goal, TruthCache, obtain, truth_key
+from ssdo_gl.gpu.context import Device
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.settings import ESTIMATORS, Settings
+from ssdo_gl.settings.fields import SettingError
+
+# Frames whose median is one calibrated time.
+CALIBRATION_FRAMES = 7
+# A calibrated time may be this part of the budget, so that the scatter of a frame's
+# median does not break it.
+FILL = 0.95
+# Errors are calibrated on a smaller frame: a truth of the whole one would take minutes.
+# A larger frame shows more detail, so errors there are smaller, not larger.
+CALIBRATION_PIXELS = 320 * 180
+CALIBRATION_SPP = 16
+CALIBRATION_SEEDS = 2
+# The truth's standard error for the calibration, relative to the mean; it is subtracted,
+# so what is left of it is far smaller.
+CALIBRATION_GOAL = 0.03
+CALIBRATION_SECONDS = 20.0
+
+
+class CannotTuneError(SettingError):
+    """A budget or an error bound that makes no sense for the chosen method."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What was chosen and why.
+
+    Attributes
+    ----------
+    settings : Settings
+    sentence : str
+        The reason in one line.
+    holds : bool
+        Whether the wish can be met; if not, `settings` comes nearest.
+    frame_ms : float
+        Expected frame time; NaN if it was not calibrated.
+    error : float
+        Expected error (RMSE / mean of the near-field truth): of this scene if it was
+        calibrated, else of the benched scenes.
+    """
+
+    settings: Settings
+    sentence: str
+    holds: bool
+    frame_ms: float = math.nan
+    error: float = math.nan
+
+
+def _usable(settings: Settings) -> None:
+    """Raise unless the ladder's settings make a difference to the method."""
+    if settings.method not in ESTIMATORS:
+        valid = ", ".join(ESTIMATORS)
+        raise CannotTuneError(
+            f"--method {settings.method}: --budget-ms and --max-error choose settings of {valid}"
+        )
+
+
+def choose_for_budget(
+    scene: Scene,
+    settings: Settings,
+    budget_ms: float,
+    *,
+    camera: Camera | None = None,
+    backend: str = "auto",
+    device: Device | None = None,
+) -> Choice:
+    """Return the most accurate measured setting that keeps a frame within `budget_ms`.
+
+    Parameters
+    ----------
+    settings : Settings
+        Method, size and everything that the ladder does not decide hold.
+    budget_ms : float
+        Milliseconds a frame, > 0.
+
+    Raises
+    ------
+    CannotTuneError, ContextError
+    """
+    if not (budget_ms > 0.0 and math.isfinite(budget_ms)):
+        raise CannotTuneError(f"--budget-ms {budget_ms:g}: must be a positive number")
+    _usable(settings)
+    with Opened(scene, settings, camera, backend, device) as opened:
+        key = fingerprint(
+            "times", opened.machine, scene_class(scene, opened.settings), shader_fingerprint(("",))
+        )
+        return within_budget(
+            opened.studio, opened.settings, budget_ms, read_ladder(), Calibration(), key
+        )
+
+
+def within_budget(
+    studio: Studio,
+    settings: Settings,
+    budget_ms: float,
+    ladder: Ladder,
+    calibration: Calibration,
+    key: str,
+) -> Choice:
+    """Find the last rung that fits, measuring as few as possible.
+
+    Rungs are ordered by time, so bisection finds the last one that fits. Times
+    remembered for the class of scene say where to begin; the rung that is returned has
+    been measured now.
+    """
+    start = time.perf_counter()
+    remembered: dict[str, float] = calibration.load(key)
+    measured: dict[int, float] = {}
+
+    single = dataclasses.replace(settings, antialias=1)
+
+    def cost(index: int) -> float:
+        if index not in measured:
+            times = studio.timed(
+                ladder.rungs[index].applied(single), ("beauty",), CALIBRATION_FRAMES
+            )
+            measured[index] = times.frame_ms
+        return measured[index]
+
+    best = _last_that_fits(ladder.rungs, budget_ms * FILL, cost, remembered)
+    remembered |= {ladder.rungs[i].label: value for i, value in measured.items()}
+    calibration.save(key, remembered)
+    index = max(best, 0)
+    rung = ladder.rungs[index]
+    took = time.perf_counter() - start
+    frame_ms = cost(index)
+    tail = f"about {percent(rung.error)} error on the benched scenes; calibrated in {took:.1f} s"
+    if best < 0:
+        sentence = (
+            f"no measured setting fits {budget_ms:g} ms at {settings.size[0]}x"
+            f"{settings.size[1]}: the cheapest, {rung.label}, takes {frame_ms:.1f} ms ({tail})"
+        )
+    else:
+        sentence = f"chose {rung.label}: {frame_ms:.1f} ms of {budget_ms:g} ms, {tail}"
+        if index + 1 in measured:
+            following = ladder.rungs[index + 1]
+            sentence += f"; {following.label} would take {measured[index + 1]:.1f} ms"
+    return Choice(rung.applied(settings), sentence, best >= 0, frame_ms, rung.error)
+
+
+def _last_that_fits(
+    rungs: Sequence[Rung], limit_ms: float, cost: Any, remembered: Mapping[str, float]
+) -> int:
+    """Return the last rung whose cost is within `limit_ms`, -1 if none, by bisection."""
+    low, high = -1, len(rungs)
+    guess = _guess(rungs, limit_ms, remembered)
+    while high - low > 1:
+        middle = guess if guess is not None and low < guess < high else (low + high) // 2
+        if cost(middle) <= limit_ms:
+            low = middle
+            # A guess that fits is checked from above: is the next one already too dear?
+            guess = middle + 1 if guess is not None else None
+        else:
+            high, guess = middle, None
+    return low
+
+
+def _guess(rungs: Sequence[Rung], limit_ms: float, remembered: Mapping[str, float]) -> int | None:
+    """Return the rung that remembered times say is the last that fits."""
+    known = [i for i, rung in enumerate(rungs) if remembered.get(rung.label, math.inf) <= limit_ms]
+    return max(known) if known else None
+
+
+def choose_for_error(
+    scene: Scene,
+    settings: Settings,
+    max_error: float,
+    *,
+    camera: Camera | None = None,
+    backend: str = "auto",
+    device: Device | None = None,
+    allow_rays: bool = True,
+) -> Choice:
+    """Return the cheapest measured setting whose error is at most `max_error`.
+
+    The error is RMSE over the mean of the near-field truth, measured on this scene.
+
+    Parameters
+    ----------
+    max_error : float
+        Relative, > 0: 0.05 is five percent of the mean.
+    allow_rays : bool
+        Whether the ray-traced near field may be chosen where no screen-space setting is
+        accurate enough; for a window it may not.
+
+    Raises
+    ------
+    CannotTuneError, ContextError
+    """
+    if not (max_error > 0.0 and math.isfinite(max_error)):
+        raise CannotTuneError(f"--max-error {max_error:g}: must be a positive number")
+    _usable(settings)
+    ladder = read_ladder()
+    with Opened(scene, settings, camera, backend, device) as opened:
+        calibration = Calibration()
+        key = fingerprint(
+            "errors",
+            opened.machine,
+            scene_fingerprint(opened.studio.scene),
+            dataclasses.replace(opened.settings, seed=0),
+            opened.camera_key,
+            shader_fingerprint(("",)),
+        )
+        found = calibration.load(key)
+        start = time.perf_counter()
+        if set(found) != {rung.label for rung in ladder.rungs}:
+            found = measured_errors(
+                opened.studio, opened.settings, ladder.rungs, opened.machine, TruthCache()
+            )
+            calibration.save(key, found)
+        took = time.perf_counter() - start
+    return within_error(opened.settings, max_error, ladder.rungs, found, took, allow_rays)
+
+
+def measured_errors(
+    studio: Studio,
+    settings: Settings,
+    rungs: Sequence[Rung],
+    renderer: str,
+    cache: TruthCache,
+) -> dict[str, float]:
+    """Return the upper end of each rung's error interval on this scene, by label.
+
+    The interval is over pixel blocks, so its end allows for views whose content is like
+    that of the calibrated one.
+    """
+    panel = panel_named("near")
+    small = dataclasses.replace(
+        settings, size=_smaller(settings.size), antialias=1, max_error=None, method="bounce",
+        estimator=None,
+    )  # fmt: skip
+    plain = dataclasses.replace(small, method="direct")
+    mask = judged_pixels(studio.images(plain, ("depth", "emission")))
+    if not mask.any():
+        raise CannotTuneError("--max-error: the camera sees no surface, so there is no error")
+    traced = dataclasses.replace(small, method=panel.method, spp=CALIBRATION_SPP)
+    truth = obtain(
+        truth_key(studio.scene, traced, renderer, (panel.image,)),
+        [Goal(panel.image, CALIBRATION_GOAL, True, CALIBRATION_SECONDS)],
+        mask,
+        lambda seed: studio.images(dataclasses.replace(traced, seed=seed), (panel.image,)),
+        CALIBRATION_SPP,
+        cache,
+    )
+    alone = dataclasses.replace(panel, parts=())
+    found = {}
+    for rung in rungs:
+        renderings = [
+            studio.images(
+                rung.applied(
+                    dataclasses.replace(small, method=settings.method, seed=small.seed + seed)
+                ),
+                (panel.image,),
+            )
+            for seed in range(CALIBRATION_SEEDS)
+        ]
+        blocks = judge(alone, renderings, truth, mask, 0.0).blocks
+        draws = draw(blocks.block_count, blocks.seed_count)
+        found[rung.label] = rmse_interval(blocks, draws, relative=True).high
+    return found
+
+
+def _smaller(size: tuple[int, int]) -> tuple[int, int]:
+    """Return a size of the same shape with at most `CALIBRATION_PIXELS` pixels."""
+    width, height = size
+    factor = min(1.0, math.sqrt(CALIBRATION_PIXELS / (width * height)))
+    return max(1, round(width * factor)), max(1, round(height * factor))
+
+
+def within_error(
+    settings: Settings,
+    max_error: float,
+    rungs: Sequence[Rung],
+    errors: Mapping[str, float],
+    took: float,
+    allow_rays: bool,
+) -> Choice:
+    """Return the first rung, from the cheapest, whose error is surely small enough."""
+    calibrated = f"calibrated in {took:.1f} s" if took > 0.5 else "calibrated before"
+    for rung in rungs:
+        expected = errors[rung.label]
+        if expected <= max_error:
+            sentence = (
+                f"chose {rung.label}: error at most {percent(expected)} of the mean, "
+                f"{percent(max_error)} allowed ({calibrated})"
+            )
+            return Choice(rung.applied(settings), sentence, True, error=expected)
+    best = min(rungs, key=lambda rung: errors[rung.label])
+    reached = percent(errors[best.label])
+    if allow_rays:
+        traced = dataclasses.replace(
+            settings, method="reference-near", estimator=None, max_error=max_error
+        ).checked()
+        sentence = (
+            f"chose rays (reference-near): no screen-space setting is within "
+            f"{percent(max_error)}; the best, {best.label}, reaches {reached} ({calibrated})"
+        )
+        return Choice(traced, sentence, True, error=max_error)
+    sentence = (
+        f"no measured setting is within {percent(max_error)}: the most accurate, {best.label}, "
+        f"reaches {reached} ({calibrated})"
+    )
+    return Choice(best.applied(settings), sentence, False, error=errors[best.label])

@@ -1,0 +1,220 @@
+"""Renders one picture or a set of arrays without a window, and says what it took."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import platform
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.markup import escape
+
+from ssdo_gl import __version__
+from ssdo_gl.headless.explain import (
+    Explanation,
+    decisions_for_json,
+    explain,
+    explanation_table,
+    summary,
+)
+from ssdo_gl.headless.progress import progress_on_terminal
+from ssdo_gl.images.display import picture_of
+from ssdo_gl.images.files import exr_bytes, npz_bytes, png_bytes, write_atomically
+from ssdo_gl.render_result import RenderResult
+from ssdo_gl.renderer import Renderer
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.settings import ESTIMATORS, Settings
+
+
+@dataclass(frozen=True)
+class SnapshotRequest:
+    """What `take_snapshot` is asked to do.
+
+    Attributes
+    ----------
+    wanted : tuple of str
+        AOV names.
+    out : Path or None
+        Where the image goes; None only explains.
+    camera : Camera or None
+        Replaces the scene's camera.
+    frames : int
+        Timed frames after one warm-up.
+    seconds : float
+        Time of an animated scene.
+    """
+
+    scene: Scene
+    settings: Settings
+    wanted: tuple[str, ...] = ("beauty",)
+    out: Path | None = None
+    camera: Camera | None = None
+    frames: int = 1
+    seconds: float = 0.0
+    stats: Path | None = None
+    backend: str = "auto"
+    explain: bool = False
+    quiet: bool = False
+
+
+def take_snapshot(request: SnapshotRequest) -> RenderResult:
+    """Render as requested, write the files and print a summary to standard output."""
+    console = Console(highlight=False, soft_wrap=True)
+    if not console.is_terminal:
+        # Files and pipes have no width; whole sentences are easier to search.
+        console = Console(highlight=False, soft_wrap=True, width=200)
+    as_picture = request.out is not None and request.out.suffix.lower() == ".png"
+    wanted = _resources_wanted(request.wanted, as_picture)
+    with (
+        Renderer(request.scene, request.settings, backend=request.backend) as renderer,
+        progress_on_terminal(quiet=request.quiet) as progress,
+    ):
+        result = renderer.render(
+            wanted,
+            camera=request.camera,
+            seconds=request.seconds,
+            frames=request.frames,
+            time_passes=request.stats is not None or request.explain,
+            progress=progress,
+        )
+        explanation = Explanation(result)
+        if request.explain:
+            explanation = explain(renderer, result, request.camera, request.seconds)
+        stats = stats_of(renderer, explanation)
+    if request.out is not None:
+        write_images(request.out, request.wanted, result, stats)
+    if request.stats is not None:
+        write_atomically(request.stats, (json.dumps(stats, indent=2) + "\n").encode())
+    if result.partial:
+        Console(stderr=True, highlight=False, soft_wrap=True).print(
+            "ssdo-gl: interrupted; the image holds what the reference had reached"
+        )
+    if not request.quiet:
+        _print_summary(console, request, explanation, stats)
+    return result
+
+
+def _resources_wanted(aovs: tuple[str, ...], as_picture: bool) -> tuple[str, ...]:
+    """A picture of the beauty comes from the tone mapper; arrays stay linear."""
+    if not as_picture:
+        return aovs
+    return tuple("display" if name == "beauty" else name for name in aovs)
+
+
+def write_images(
+    out: Path, aovs: tuple[str, ...], result: RenderResult, meta: dict[str, Any]
+) -> None:
+    """Write what was rendered to `out`; several pictures become ``stem-name.png``."""
+    suffix = out.suffix.lower()
+    if suffix == ".npz":
+        write_atomically(out, npz_bytes(result.images, meta_without_times(meta)))
+        return
+    if suffix == ".exr":
+        write_atomically(out, exr_bytes(result.images, meta_without_times(meta)))
+        return
+    for name in aovs:
+        path = out if len(aovs) == 1 or name == "beauty" else out.with_stem(f"{out.stem}-{name}")
+        if name == "beauty":
+            pixels = picture_of("display", result.images["display"])
+        else:
+            pixels = picture_of(name, result.images[name])
+        write_atomically(path, png_bytes(pixels))
+
+
+def meta_without_times(stats: dict[str, Any]) -> dict[str, Any]:
+    """Return the part of `stats` that is the same in every run, so that files are too."""
+    kept = (
+        "renderer",
+        "gl_version",
+        "backend",
+        "size",
+        "settings",
+        "notes",
+        "references",
+        "partial",
+    )
+    return {"ssdo_gl": __version__, **{key: stats[key] for key in kept if key in stats}}
+
+
+def stats_of(renderer: Renderer, explanation: Explanation) -> dict[str, Any]:
+    """Return the content of ``--stats``: device, frame and pass times, settings."""
+    result = explanation.result
+    settings = dataclasses.asdict(result.settings)
+    return {
+        "ssdo_gl": __version__,
+        "renderer": renderer.device.renderer,
+        "gl_version": renderer.device.version,
+        "backend": renderer.device.backend,
+        "platform": platform.platform(),
+        "size": list(result.size),
+        "frames": len(result.frame_ms),
+        "timer": renderer.timer_kind,
+        "setup_ms": round(result.setup_ms, 3),
+        "frame_ms": result.frame_summary(),
+        "passes": [
+            {
+                "name": row.name,
+                "ran": row.ran,
+                "reason": row.reason,
+                "gpu_ms": None if row.gpu_ms is None else round(row.gpu_ms, 4),
+                "cpu_ms": round(row.cpu_ms, 4),
+            }
+            for row in result.passes
+        ],
+        "decisions": decisions_for_json(explanation),
+        "references": result.references,
+        "partial": result.partial,
+        "notes": list(renderer.scene.notes) + list(result.notes),
+        "settings": settings,
+    }
+
+
+def _print_summary(
+    console: Console, request: SnapshotRequest, explanation: Explanation, stats: dict[str, Any]
+) -> None:
+    result = explanation.result
+    for note in stats["notes"]:
+        Console(stderr=True, highlight=False, soft_wrap=True).print(f"note: {escape(note)}")
+    if request.explain:
+        console.print(explanation_table(explanation))
+        whole = summary(explanation)
+        if whole is not None:
+            console.print(whole)
+    ran = [row.name for row in result.passes if row.ran]
+    width, height = result.size
+    frame = stats["frame_ms"]
+    where = f"{request.out}: " if request.out is not None else ""
+    settings = result.settings
+    method = settings.method
+    if method in ESTIMATORS:
+        method += f" ({settings.chosen_estimator})"
+    console.print(
+        escape(
+            f"{where}{width}x{height}, {method}, R = {settings.radius:.4g},"
+            f" {frame['median']:.1f} ms a frame (first: {result.setup_ms:.0f} ms)"
+        )
+    )
+    console.print(escape(f"passes: {' '.join(ran)}"))
+    console.print(
+        escape(
+            f"{stats['renderer']}, OpenGL {stats['gl_version']}, {stats['backend']},"
+            f" {request.scene.triangle_count} triangles"
+        )
+    )
+    for name, statistics in stats["references"].items():
+        console.print(escape(f"{name}: {reference_text(statistics)}"))
+
+
+def reference_text(statistics: Mapping[str, Any]) -> str:
+    """Return what a Monte-Carlo pass reached, in words."""
+    errors = ", ".join(
+        f"{resource} {error:.2g} ({statistics['relative_standard_error'][resource]:.1%})"
+        for resource, error in statistics["standard_error"].items()
+    )
+    partial = " (interrupted: partial)" if statistics["partial"] else ""
+    return f"{statistics['spp']} samples per pixel{partial}, standard error {errors}"

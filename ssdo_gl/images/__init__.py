@@ -1,0 +1,1 @@
+"""What a rendering gives back: arrays, colours, averages, files."""

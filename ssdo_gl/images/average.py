@@ -1,0 +1,42 @@
+"""Averages the jittered frames of an anti-aliased picture."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ssdo_gl.images.color import linear_from_srgb, srgb_from_linear
+
+
+class ImageAverage:
+    """The mean of images of the same names and shapes.
+
+    ``display`` is averaged as the light that a screen emits, not as its sRGB code:
+    the mean of codes would draw edges too dark. Tone mapping comes before averaging, so
+    that an edge against a blinding light is smooth, too. A single image passes
+    unchanged.
+    """
+
+    def __init__(self) -> None:
+        self._sums: dict[str, NDArray[np.float64]] = {}
+        self._count = 0
+        self._single: dict[str, NDArray[np.float32]] = {}
+
+    def add(self, images: Mapping[str, NDArray[np.float32]]) -> None:
+        """Take one more frame's images."""
+        self._count += 1
+        self._single = dict(images) if self._count == 1 else {}
+        for name, image in images.items():
+            light = linear_from_srgb(image) if name == "display" else image.astype(np.float64)
+            self._sums[name] = self._sums.get(name, 0.0) + light
+
+    def images(self) -> dict[str, NDArray[np.float32]]:
+        """Return the means so far."""
+        if self._single:
+            return self._single
+        means = {name: total / self._count for name, total in self._sums.items()}
+        if "display" in means:
+            means["display"] = srgb_from_linear(means["display"])
+        return {name: mean.astype(np.float32) for name, mean in means.items()}

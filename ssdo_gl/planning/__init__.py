@@ -1,0 +1,1 @@
+"""Decides from scene and view what a frame runs, and why."""

@@ -1,0 +1,219 @@
+"""What is in a scene, as far as it decides which effects can matter."""
+
+from __future__ import annotations
+
+import weakref
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ssdo_gl.scene.environment import (
+    ConstantEnvironment,
+    Environment,
+    GradientEnvironment,
+    MapEnvironment,
+)
+from ssdo_gl.scene.light import RectangleLight, Shadow, emitted, power
+from ssdo_gl.scene.material import Color
+from ssdo_gl.scene.mesh import Mesh
+from ssdo_gl.scene.scene import Scene
+
+EnvironmentKind = Literal["none", "constant", "gradient", "map"]
+
+
+@dataclass(frozen=True)
+class LightContent:
+    """One light, as far as it decides about effects.
+
+    Attributes
+    ----------
+    shadow : str
+        How it arrives: map, ssdo or none.
+    is_on : bool
+        Any component of what it emits is above zero.
+    is_rectangle : bool
+    is_colored : bool
+        It emits more of one colour than of another.
+    """
+
+    shadow: Shadow
+    is_on: bool = True
+    is_rectangle: bool = False
+    is_colored: bool = False
+
+
+@dataclass(frozen=True)
+class SceneContent:
+    """Facts about a scene that decide which passes are needed.
+
+    They hold whatever moves and wherever the camera stands; what depends on those is in
+    `scene.content_sight`.
+
+    Attributes
+    ----------
+    lights : tuple of LightContent
+    environment : str
+        none, constant, gradient or map: the simplest that gives the same light, so a
+        black map counts as none and one of a single colour as constant.
+    environment_is_simplified : bool
+        The scene's own is of another kind than that.
+    has_albedo : bool
+        Any surface reflects light.
+    has_emission : bool
+        Any surface emits, the bodies of lights included.
+    has_unlit_emission : bool
+        Any surface emits light that no light of the scene stands for.
+    has_colored_environment, has_colored_albedo, has_colored_unlit_emission : bool
+        Some of it may differ from colour to colour. Images of materials are not looked
+        into: they count as coloured.
+    has_textures, has_vertex_colors, has_cutouts : bool
+    has_closed_meshes : bool
+        Any mesh bounds a solid, so that its back faces tell how thick it is.
+    has_motion : bool
+    triangle_count : int
+        Instances included.
+    """
+
+    lights: tuple[LightContent, ...]
+    environment: EnvironmentKind
+    environment_is_simplified: bool
+    has_albedo: bool
+    has_emission: bool
+    has_unlit_emission: bool
+    has_colored_environment: bool
+    has_colored_albedo: bool
+    has_colored_unlit_emission: bool
+    has_textures: bool
+    has_vertex_colors: bool
+    has_cutouts: bool
+    has_closed_meshes: bool
+    has_motion: bool
+    triangle_count: int
+
+    @property
+    def has_lights(self) -> bool:
+        """Whether any light is on."""
+        return any(light.is_on for light in self.lights)
+
+    @property
+    def has_ssdo_lights(self) -> bool:
+        """Whether any of them arrives through SSDO's open directions."""
+        return any(light.is_on and light.shadow == "ssdo" for light in self.lights)
+
+    @property
+    def has_direct_lights(self) -> bool:
+        """Whether any of them does not."""
+        return any(light.is_on and light.shadow != "ssdo" for light in self.lights)
+
+
+def analyse(scene: Scene) -> SceneContent:
+    """Return what `scene` contains; looks at objects, and at vertices only for their colours."""
+    used = [scene.materials[i] for i in {item.material for item in scene.objects}]
+    meshes = [scene.meshes[i] for i in {item.mesh for item in scene.objects}]
+    unlit = [scene.materials[o.material] for o in scene.objects if o.light is None]
+    emits_unlit = [material for material in unlit if material.emits]
+    moving = [*scene.objects, *scene.lights]
+    kind = _kind(simplest_environment(scene.environment))
+    return SceneContent(
+        lights=tuple(
+            LightContent(
+                light.shadow,
+                is_on=power(light) > 0.0,
+                is_rectangle=isinstance(light, RectangleLight),
+                is_colored=_is_colored(emitted(light)),
+            )
+            for light in scene.lights
+        ),
+        environment=kind,
+        environment_is_simplified=kind != _kind(scene.environment),
+        has_albedo=any(max(material.albedo) > 0.0 for material in used),
+        has_emission=any(material.emits for material in used),
+        has_unlit_emission=bool(emits_unlit),
+        has_colored_environment=_has_color(scene.environment),
+        has_colored_albedo=(
+            any(m.albedo_texture is not None or _is_colored(m.albedo) for m in used)
+            or any(_has_colored_vertices(mesh) for mesh in meshes)
+        ),
+        has_colored_unlit_emission=any(
+            m.emission_texture is not None or _is_colored(m.emission) for m in emits_unlit
+        ),
+        has_textures=any(m.albedo_texture or m.emission_texture for m in used),
+        has_vertex_colors=any(mesh.colors is not None for mesh in meshes),
+        has_cutouts=any(material.alpha_cutoff is not None for material in used),
+        has_closed_meshes=any(mesh.closed for mesh in meshes),
+        has_motion=any(item.motion is not None for item in moving),
+        triangle_count=scene.triangle_count,
+    )
+
+
+def _is_colored(color: Color) -> bool:
+    return min(color) < max(color)
+
+
+def _has_colored_vertices(mesh: Mesh) -> bool:
+    # The first vertices decide for nearly every mesh that has any colour.
+    return mesh.colors is not None and (_differs(mesh.colors[:64]) or _differs(mesh.colors))
+
+
+def _differs(colors: NDArray[Any]) -> bool:
+    """Return whether any of the colours (..., 3 or 4) has unequal red, green and blue."""
+    red, green, blue = (colors[..., channel] for channel in range(3))
+    return not (np.array_equal(red, green) and np.array_equal(red, blue))
+
+
+def _has_color(environment: Environment | None) -> bool:
+    """Return whether light from the environment may differ from colour to colour."""
+    if isinstance(environment, MapEnvironment):
+        if environment not in _colored_maps:
+            # The first row decides for nearly every map, so that few are read to their end.
+            image = environment.image
+            _colored_maps[environment] = _differs(image[:1]) or _differs(image)
+        return _colored_maps[environment]
+    if isinstance(environment, GradientEnvironment):
+        colors = (environment.zenith, environment.horizon, environment.ground)
+        return any(_is_colored(color) for color in colors)
+    return environment is not None and _is_colored(environment.radiance)
+
+
+def simplest_environment(environment: Environment | None) -> Environment | None:
+    """Return the cheapest environment that gives exactly the same light from everywhere."""
+    if isinstance(environment, MapEnvironment):
+        if environment not in _simplest_of_maps:
+            _simplest_of_maps[environment] = _simplest_of_map(environment)
+        found = _simplest_of_maps[environment]
+        return environment if found is None else simplest_environment(found)
+    if isinstance(environment, GradientEnvironment):
+        colors = {environment.zenith, environment.horizon, environment.ground}
+        if len(colors) > 1:
+            return environment
+        environment = ConstantEnvironment(environment.zenith)
+    if environment is not None and max(environment.radiance) <= 0.0:
+        return None
+    return environment
+
+
+_colored_maps: weakref.WeakKeyDictionary[MapEnvironment, bool] = weakref.WeakKeyDictionary()
+# A map is looked through once. The value must not hold the key, or neither would ever go,
+# so None stands for the map itself.
+_simplest_of_maps: weakref.WeakKeyDictionary[MapEnvironment, ConstantEnvironment | None] = (
+    weakref.WeakKeyDictionary()
+)
+
+
+def _simplest_of_map(environment: MapEnvironment) -> ConstantEnvironment | None:
+    image = environment.image
+    # The first row decides for nearly every map, so that few are read to their end.
+    if image.size and (np.any(image[0] != image[0, 0]) or np.any(image != image[0, 0])):
+        return None
+    r, g, b = (float(value) for value in image[0, 0]) if image.size else (0.0, 0.0, 0.0)
+    return ConstantEnvironment((r, g, b))
+
+
+def _kind(environment: Environment | None) -> EnvironmentKind:
+    if environment is None:
+        return "none"
+    if isinstance(environment, ConstantEnvironment):
+        return "constant"
+    return "gradient" if isinstance(environment, GradientEnvironment) else "map"

@@ -1,0 +1,201 @@
+"""Plans each frame from what is known of scene and view; remembers what has not changed."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ssdo_gl.graph.frame import FrameView
+from ssdo_gl.graph.graph import Plan, compile_graph
+from ssdo_gl.passes.shadow_map import ShadowMapSettings, tile_size
+from ssdo_gl.planning.bodies import Bodies, bodies_of
+from ssdo_gl.planning.content import SceneContent, analyse, simplest_environment
+from ssdo_gl.planning.effects import Effects, decide
+from ssdo_gl.planning.pipelines import Pipeline, build_pipeline
+from ssdo_gl.planning.shadows import COARSEST_MAP
+from ssdo_gl.planning.traced_passes import with_overrides
+from ssdo_gl.planning.view import Company, Sight, company_of, seen_bodies, sight_of
+from ssdo_gl.scene.environment import Environment
+from ssdo_gl.scene.light import DirectionalLight, Light, RectangleLight
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.scene.shadow_frames import atlas_layout
+from ssdo_gl.settings import Settings
+
+BLACK = (0.0, 0.0, 0.0)
+# Plans kept for when a decision goes back and forth; each may hold textures of its own.
+MOST_PLANS = 8
+
+
+@dataclass(frozen=True)
+class FramePlan:
+    """What one frame runs, and the scene as its passes are to see it.
+
+    Attributes
+    ----------
+    scene : Scene
+        Without lights and shadows that cannot matter, and with the simplest environment
+        that gives the same light. Indices of lights are those of the whole scene.
+    """
+
+    pipeline: Pipeline
+    graph: Plan
+    scene: Scene
+    effects: Effects
+
+
+class Planner:
+    """Decides what a frame runs. Asked again about the same frame, it answers at once."""
+
+    def __init__(self) -> None:
+        self._last: tuple[tuple[object, ...], object, FramePlan] | None = None
+        self._content: tuple[Scene, SceneContent] | None = None
+        self._bodies: tuple[tuple[object, ...], Bodies] | None = None
+        self._company: tuple[tuple[object, ...], Company] | None = None
+        self._plans: dict[tuple[tuple[str, ...], Effects], tuple[Pipeline, Plan]] = {}
+        self._plans_for: tuple[object, ...] = ()
+        self._mapped: tuple[tuple[object, ...], frozenset[int]] = ((), frozenset())
+        self._lights: dict[tuple[int, bool, bool], tuple[Light, Light]] = {}
+
+    def plan(
+        self,
+        scene: Scene,
+        moved: Scene,
+        settings: Settings,
+        wanted: tuple[str, ...],
+        view: FrameView | None = None,
+    ) -> FramePlan:
+        """Return what a frame has to run.
+
+        Parameters
+        ----------
+        scene : Scene
+            At rest.
+        moved : Scene
+            As it stands in this frame.
+        settings : Settings
+            With the radius filled in.
+        wanted : tuple of str
+            AOV names or ``display``.
+        view : FrameView or None
+            Without it, nothing is ruled out by what the camera sees.
+        """
+        same = (scene, moved, settings)
+        view_key = (wanted, None if view is None else view.key())
+        last = self._last
+        if last is not None and _identical(last[0], same) and last[1] == view_key:
+            return last[2]
+        content = self.content(scene)
+        sight = None
+        if view is not None and settings.effects == "auto" and not settings.is_reference:
+            sight = self._sight(moved, settings, view)
+        effects = decide(content, settings, wanted, sight)
+        pipeline, graph = self._passes(scene, content, settings, wanted, effects)
+        planned = FramePlan(pipeline, graph, self._lean(moved, effects), effects)
+        self._last = (same, view_key, planned)
+        return planned
+
+    def content(self, scene: Scene) -> SceneContent:
+        """Return what `scene` contains, looked up once for each scene."""
+        if self._content is None or self._content[0] is not scene:
+            self._content = scene, analyse(scene)
+        return self._content[1]
+
+    def _sight(self, scene: Scene, settings: Settings, view: FrameView) -> Sight:
+        parts = (scene.objects, scene.meshes, scene.materials)
+        if self._bodies is None or not _identical(self._bodies[0], parts):
+            self._bodies = parts, bodies_of(scene)
+        bodies = self._bodies[1]
+        seen = seen_bodies(bodies, view)
+        known = self._company
+        # A camera that moves mostly keeps the same bodies in view.
+        same = (bodies, *scene.lights)
+        if known is None or not _identical(known[0], same) or list(known[1].seen) != list(seen):
+            known = self._company = same, company_of(bodies, seen, scene.lights)
+        sight = sight_of(bodies, known[1], view)
+        return dataclasses.replace(sight, shadows=self._shadows(scene, settings, sight))
+
+    def _shadows(self, scene: Scene, settings: Settings, sight: Sight) -> tuple[bool, ...]:
+        """Return for which lights a shadow must be looked for.
+
+        A map that was needed once is kept for as long as lights and casters stand still:
+        making the atlas anew costs more than an entry that is not looked at.
+        """
+        key = (scene.objects, scene.lights)
+        known = self._mapped[1] if _identical(self._mapped[0], key) else frozenset()
+        needed = frozenset(i for i, possible in enumerate(sight.shadows) if possible)
+        self._mapped = key, known | needed
+        chosen = self._mapped[1]
+        maps = with_overrides(settings, "shadow_map", ShadowMapSettings())
+        size = tile_size(maps, atlas_layout(scene.lights))
+        fewer = [
+            light if i in chosen else dataclasses.replace(light, shadow="none")
+            for i, light in enumerate(scene.lights)
+        ]
+        # With fewer maps in the atlas each may become finer, and another picture; not if
+        # none is left. And what passes closely is told apart by maps of some fineness only.
+        layout = atlas_layout(fewer)
+        is_same = not any(layout.tiles) or tile_size(maps, layout) == size
+        if not is_same or size // maps.parts_per_side < COARSEST_MAP:
+            return (True,) * len(scene.lights)
+        return tuple(i in chosen for i in range(len(scene.lights)))
+
+    def _passes(
+        self,
+        scene: Scene,
+        content: SceneContent,
+        settings: Settings,
+        wanted: tuple[str, ...],
+        effects: Effects,
+    ) -> tuple[Pipeline, Plan]:
+        if not _identical(self._plans_for, (scene, settings)):
+            self._plans.clear()
+            self._plans_for = (scene, settings)
+        key = (wanted, effects)
+        if key not in self._plans:
+            while len(self._plans) >= MOST_PLANS:
+                self._plans.pop(next(iter(self._plans)))
+            pipeline = build_pipeline(scene, content, settings, wanted, effects)
+            self._plans[key] = pipeline, compile_graph(pipeline.passes, pipeline.resources)
+        return self._plans[key]
+
+    def _lean(self, scene: Scene, effects: Effects) -> Scene:
+        """Return `scene` as passes are to see it; the very same if nothing is spared."""
+        lights: Sequence[Light] = scene.lights
+        if effects.lights is not None:
+            maps = effects.shadow_maps or tuple(light.shadow == "map" for light in lights)
+            choices = zip(lights, effects.lights, maps, strict=True)
+            lights = [self._light(light, is_on, mapped) for light, is_on, mapped in choices]
+        environment: Environment | None = scene.environment
+        if effects.simplifies_environment:
+            environment = simplest_environment(environment)
+        if environment is scene.environment and _identical(lights, scene.lights):
+            return scene
+        return dataclasses.replace(scene, lights=tuple(lights), environment=environment)
+
+    def _light(self, light: Light, is_on: bool, mapped: bool) -> Light:
+        """Return a light without what cannot matter of it; the same one every time."""
+        if is_on and (mapped or light.shadow != "map"):
+            return light
+        key = (id(light), is_on, mapped)
+        known = self._lights.get(key)
+        if known is None or known[0] is not light:
+            if len(self._lights) > 4096:
+                self._lights.clear()
+            known = self._lights[key] = light, _switched_off(light, is_on)
+        return known[1]
+
+
+def _switched_off(light: Light, is_on: bool) -> Light:
+    """Return `light` without its shadow and, if it is not on, without its power."""
+    if is_on:
+        return dataclasses.replace(light, shadow="none")
+    if isinstance(light, RectangleLight):
+        return dataclasses.replace(light, shadow="none", radiance=BLACK)
+    if isinstance(light, DirectionalLight):
+        return dataclasses.replace(light, shadow="none", irradiance=BLACK)
+    return dataclasses.replace(light, shadow="none", intensity=BLACK)
+
+
+def _identical(a: Sequence[object], b: Sequence[object]) -> bool:
+    return len(a) == len(b) and all(x is y for x, y in zip(a, b, strict=True))

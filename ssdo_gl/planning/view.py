@@ -1,0 +1,258 @@
+"""What of a scene a camera can see, and what that rules out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from ssdo_gl.math3d import FloatArray, normalized
+from ssdo_gl.planning.bodies import (
+    ANY,
+    CONVEX_SOLID,
+    FLAT,
+    ROUNDING,
+    Bodies,
+    BoolArray,
+    IntArray,
+)
+from ssdo_gl.planning.shadows import (
+    candidate_axes,
+    reach_along_each,
+    shadow_is_possible,
+)
+from ssdo_gl.scene.light import Light, RectangleLight, SpotLight, power
+
+# Bodies outside the frame by less than this count as seen: jitter moves a sample by half
+# a pixel, and rounding by far less.
+FRAME_MARGIN_PX = 2.0
+# More bodies in view than this are not compared pair by pair: with so many, some touch.
+MOST_COMPARED = 48
+# Among more flat sheets than this, each fills a small part of the frame.
+FEW_SHEETS = 8
+
+
+class Eye(Protocol):
+    """A camera, as far as visibility goes; `graph.frame.FrameView` is one."""
+
+    @property
+    def position_ws(self) -> FloatArray:
+        """World-space position, shape (3,)."""
+
+    @property
+    def view_from_world(self) -> FloatArray:
+        """Rotation, shape (3, 3); the eye looks along -z."""
+
+    @property
+    def tan_half_fov(self) -> tuple[float, float]:
+        """Horizontal and vertical."""
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Pixels."""
+
+    @property
+    def near(self) -> float:
+        """Everything visible is at least this far along the view axis, scene units."""
+
+    @property
+    def far(self) -> float:
+        """And at most this far."""
+
+
+@dataclass(frozen=True)
+class Sight:
+    """Facts about one view of a scene. Everything is conservative: in doubt, it matters.
+
+    Attributes
+    ----------
+    is_empty : bool
+        No body is in view.
+    open_distance : float
+        Nothing in view stands above any visible tangent plane nearer than this, scene
+        units; inf for a single convex body, 0 where nothing can be said.
+    only_solids : bool
+        All bodies in view are convex solids.
+    nearest_pixel, farthest_pixel : float
+        Height of a pixel at the nearest and at the farthest depth in view, scene units.
+    farthest : float
+        That depth.
+    slant : float
+        Distance from the eye over depth, in the corner of the frame, where it is largest.
+    reaches : tuple of bool
+        For each light, whether it can light anything in view.
+    shadows : tuple of bool
+        For each light, whether anything can keep its light from what is in view.
+    smallest_sheet : float
+        Shorter side of the smallest body in view, scene units, if these are a few flat
+        sheets that may fill parts of the frame; else 0.
+    """
+
+    is_empty: bool
+    open_distance: float
+    only_solids: bool
+    nearest_pixel: float
+    farthest_pixel: float
+    farthest: float
+    slant: float
+    reaches: tuple[bool, ...]
+    shadows: tuple[bool, ...]
+    smallest_sheet: float = 0.0
+
+
+def seen_bodies(bodies: Bodies, eye: Eye) -> IntArray:
+    """Return the numbers of the bodies whose boxes reach into the frame."""
+    return np.flatnonzero(_in_frame(bodies, eye))
+
+
+@dataclass(frozen=True, eq=False)
+class Company:
+    """What holds wherever the eye is, as long as the same bodies are in view.
+
+    Attributes
+    ----------
+    seen : ndarray of int
+        Their numbers.
+    gap : float
+        No body that is not flat in one plane with another is nearer to it than this;
+        inf for a single one, 0 where nothing can be said.
+    reaches, shadows, smallest_sheet
+        As in `Sight`.
+    """
+
+    seen: IntArray
+    gap: float
+    reaches: tuple[bool, ...]
+    shadows: tuple[bool, ...]
+    smallest_sheet: float
+
+
+def company_of(bodies: Bodies, seen: IntArray, lights: Sequence[Light]) -> Company:
+    """Return what can be said of the bodies `seen` and of the lights."""
+    reaches = tuple(can_reach(light, bodies, seen) for light in lights)
+    shadows = tuple(
+        reached and light.shadow == "map" and shadow_is_possible(light, number, bodies, seen)
+        for number, (light, reached) in enumerate(zip(lights, reaches, strict=True))
+    )
+    return Company(seen, smallest_gap(bodies, seen), reaches, shadows, smallest_sheet(bodies, seen))
+
+
+def sight_of(bodies: Bodies, company: Company, eye: Eye) -> Sight:
+    """Return what can be said of the view from `eye` of the bodies in `company`."""
+    pixel = 2.0 * eye.tan_half_fov[1] / eye.size[1]
+    seen = company.seen
+    return Sight(
+        is_empty=len(seen) == 0,
+        open_distance=open_distance(bodies, company, eye.position_ws),
+        only_solids=bool(np.all(bodies.form[seen] == CONVEX_SOLID)),
+        nearest_pixel=pixel * eye.near,
+        farthest_pixel=pixel * eye.far,
+        farthest=eye.far,
+        slant=math.hypot(1.0, *eye.tan_half_fov),
+        reaches=company.reaches,
+        shadows=company.shadows,
+        smallest_sheet=company.smallest_sheet,
+    )
+
+
+def _in_frame(bodies: Bodies, eye: Eye) -> BoolArray:
+    x, y = (
+        tangent * (1.0 + 2.0 * FRAME_MARGIN_PX / pixels)
+        for tangent, pixels in zip(eye.tan_half_fov, eye.size, strict=True)
+    )
+    # Inward normals of the frame's sides, and of the plane through the eye.
+    sides = np.array([[1, 0, -x], [-1, 0, -x], [0, 1, -y], [0, -1, -y], [0, 0, -1]])
+    planes = sides @ eye.view_from_world
+    height = (bodies.center - eye.position_ws) @ planes.T
+    return np.asarray(np.all(height + bodies.reach_along(planes) >= 0.0, axis=1))
+
+
+def can_reach(light: Light, bodies: Bodies, seen: IntArray) -> bool:
+    """Return whether `light` can light any side of the bodies `seen`, shadows aside."""
+    if len(seen) == 0 or power(light) <= 0.0:
+        return False
+    center = bodies.center[seen]
+    if isinstance(light, RectangleLight):
+        normal = np.cross(light.edge_u, light.edge_v)
+        if light.two_sided or not np.any(normal):
+            return bool(np.any(normal))
+        axis = normalized(normal)
+        height = (center - np.asarray(light.corner)) @ axis
+        return bool(np.any(height + bodies.reach_along(axis[None])[seen, 0] > 0.0))
+    if isinstance(light, SpotLight):
+        offset = center - np.asarray(light.position)
+        distance = np.linalg.norm(offset, axis=1)
+        radius = bodies.radius[seen]
+        inside = distance <= radius
+        away = np.where(inside, 1.0, distance)
+        angle = np.arccos(np.clip(offset @ normalized(light.direction) / away, -1.0, 1.0))
+        widest = math.radians(light.outer_angle) + np.arcsin(np.clip(radius / away, 0.0, 1.0))
+        # A millionth of a radian for the rounding of arccos near its ends.
+        return bool(np.any(inside | (angle <= widest + 1e-6)))
+    return True
+
+
+def open_distance(bodies: Bodies, company: Company, eye_ws: FloatArray) -> float:
+    """Return how near to a visible surface anything above its tangent plane can be.
+
+    A convex solid seen from outside has nothing of its own above any visible tangent
+    plane, nor has a flat sheet. So only other bodies count, and they are no nearer than
+    the gap between the boxes; flat sheets in one plane do not count for each other.
+    """
+    if company.gap <= 0.0:
+        return 0.0
+    solids = company.seen[bodies.form[company.seen] == CONVEX_SOLID]
+    inside = any(bodies.holds(int(body), eye_ws) for body in solids)
+    return 0.0 if inside else company.gap
+
+
+def smallest_gap(bodies: Bodies, seen: IntArray) -> float:
+    """Return `Company.gap` of the bodies `seen`."""
+    if len(seen) > MOST_COMPARED or np.any(bodies.form[seen] == ANY):
+        return 0.0
+    first, second = np.triu_indices(len(seen), 1)
+    i, j = seen[first], seen[second]
+    gaps = box_gaps(bodies, i, j)
+    for pair in range(len(gaps)):
+        if _coplanar(bodies, int(i[pair]), int(j[pair])):
+            gaps[pair] = np.inf
+    return max(float(gaps.min(initial=np.inf)), 0.0)
+
+
+def smallest_sheet(bodies: Bodies, seen: IntArray) -> float:
+    """Return `Sight.smallest_sheet` of the bodies `seen`."""
+    if not 0 < len(seen) <= FEW_SHEETS or np.any(bodies.form[seen] != FLAT):
+        return 0.0
+    sides = 2.0 * np.linalg.norm(bodies.half_edges[seen], axis=2)
+    # The shortest of the three edges of its box is a sheet's thickness.
+    return float(np.sort(sides, axis=1)[:, 1].min())
+
+
+def box_gaps(bodies: Bodies, i: IntArray, j: IntArray) -> FloatArray:
+    """Return lower bounds (P,) of the distance between bodies i and j; < 0: boxes overlap.
+
+    The widest gap along the axes of the world, of both boxes and between their centres.
+    """
+    across = bodies.center[j] - bodies.center[i]
+    axes = candidate_axes(bodies, i, j, across[:, None])
+    apart = np.abs(np.einsum("pkc,pc->pk", axes, across))
+    for side in (i, j):
+        apart -= reach_along_each(bodies, side, axes)
+    return np.asarray(apart.max(axis=1))
+
+
+def _coplanar(bodies: Bodies, i: int, j: int) -> bool:
+    """Return whether two flat bodies lie in one plane."""
+    if bodies.form[i] != FLAT or bodies.form[j] != FLAT:
+        return False
+    points = [bodies.outline_ws(body) for body in (i, j)]
+    scale = max(float(np.abs(p).max()) for p in points)
+    for body, other in ((i, points[1]), (j, points[0])):
+        plane = bodies.flat_plane_ws(body)
+        # Ten times, for the transform of both sheets and the plane itself.
+        if np.abs(other @ plane[:3] + plane[3]).max() > 10.0 * ROUNDING * scale:
+            return False
+    return True

@@ -1,0 +1,1 @@
+"""Triangles, surfaces and emitters as tables that rays descend: plain data, no OpenGL."""

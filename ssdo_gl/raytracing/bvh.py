@@ -1,0 +1,223 @@
+"""Bounding-volume hierarchy for ray tracing in shaders: 64-byte records, four boxes each.
+
+What a traversal step costs on llvmpipe is fetches (one takes the time of some 50
+multiplications) and divergent stores, not arithmetic. So boxes are quantised to 8 bits
+relative to their node, in the manner of Ylitie, Karras, Laine, "Efficient Incoherent
+Ray Traversal on GPUs Through Compressed Wide BVHs" (2017); nodes and primitives are
+records of one array, so that a step fetches once whatever it finds; and siblings lie
+side by side, so that one number names all four.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from dataclasses import dataclass
+from hashlib import blake2b
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ssdo_gl.raytracing.pairs import Pairs, pair_triangles
+from ssdo_gl.raytracing.split import BinaryTree, build_binary
+from ssdo_gl.raytracing.triangles import SceneTriangles, scene_triangles
+from ssdo_gl.raytracing.widen import best_cuts, open_nodes
+from ssdo_gl.scene.scene import Scene, SceneError
+
+IntArray = NDArray[np.int64]
+
+WIDTH = 4
+RECORD_WORDS = 16
+# A waiting entry of the traversal is one 32-bit word, 22 bits of which name a record.
+MAX_RECORDS = 1 << 22
+# Boxes grow by this much, normalised frame (coordinates within [-1, 1]). The shader's
+# slab test rounds positions to a few 2^-24 = 6e-8; 1e-6 covers 16 such roundings, so a
+# ray never misses the box of a triangle that it hits.
+BOX_MARGIN = 1e-6
+# A box edge is a byte times a power of two; 2^-40 is far below float32 resolution in
+# the frame, so even a box without extent has a normal number as its scale.
+MIN_EXPONENT = -40
+# Hierarchies kept by `cached_bvh`: the scene on screen and the ones just left.
+CACHE_SIZE = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Bvh:
+    """A hierarchy over pairs of triangles, ready for upload.
+
+    Attributes
+    ----------
+    triangles : SceneTriangles
+    records : ndarray, shape (R, 16), uint32
+        Record 0 is the root. Words of a node: 0-2 = origin x, y, z (float32 bits);
+        3 = exponents of x, y, z (biased by 127, 8 bits each) and in the top byte the
+        number of inner children (low 4 bits) and of all children; 4-9 = low x, y, z and
+        high x, y, z of the four children, one byte each, in units of 2^exponent from
+        the origin; 10 = record of the first child, the others follow it, inner ones
+        first. Words of a primitive: 0-11 = vertices v0 to v3 (float32 bits, normalised
+        frame) of triangles (v0, v1, v2) and (v0, v2, v3), a single triangle repeats v2
+        as v3, which no ray hits; 12 = number of the primitive. Other words are 0.
+    primitive_triangles : ndarray, shape (P, 2), int64
+        Index into `triangles`, -1 where there is no second one.
+    primitive_corners : ndarray, shape (P, 2, 3), int64
+        Corner of the source triangle that each vertex of (v0, v1, v2), (v0, v2, v3) is.
+    node_records : ndarray, shape (N,), int64
+        The records that are nodes, root first.
+    depth : int
+        Levels of nodes, >= 1: as many entries can wait in a depth-first traversal,
+        because the children of one node that wait share an entry.
+    """
+
+    triangles: SceneTriangles
+    records: NDArray[np.uint32]
+    primitive_triangles: IntArray
+    primitive_corners: IntArray
+    node_records: IntArray
+    depth: int
+
+
+def build_bvh(scene: Scene) -> Bvh:
+    """Build the hierarchy of all triangles of `scene`.
+
+    Raises
+    ------
+    SceneError
+        If the scene has more than some six million triangles.
+    """
+    return build_from_triangles(scene_triangles(scene))
+
+
+def build_from_triangles(triangles: SceneTriangles) -> Bvh:
+    """Build the hierarchy over triangles that are already in the normalised frame."""
+    if triangles.count == 0:
+        # A root without children, which no ray leaves with a hit.
+        root = np.zeros((1, RECORD_WORDS), dtype=np.uint32)
+        none, corners = np.empty((0, 2), dtype=np.int64), np.empty((0, 2, 3), dtype=np.int64)
+        return Bvh(triangles, root, none, corners, np.zeros(1, dtype=np.int64), 1)
+    pairs = pair_triangles(triangles.positions)
+    vertices = _pair_vertices(triangles.positions, pairs)
+    corners = vertices.astype(np.float64)
+    tree = build_binary(corners.min(axis=1), corners.max(axis=1))
+    records, order, levels = _widen(tree, vertices)
+    if len(records) > MAX_RECORDS:
+        raise SceneError(
+            f"{triangles.count} triangles: ray tracing takes up to some six million; "
+            "use a screen-space method or a simpler model"
+        )
+    return Bvh(
+        triangles,
+        records,
+        pairs.triangles[order],
+        pairs.corners[order],
+        np.concatenate(levels),
+        len(levels),
+    )
+
+
+_cache: OrderedDict[bytes, Bvh] = OrderedDict()
+
+
+def cached_bvh(scene: Scene) -> Bvh:
+    """Return the hierarchy of `scene`, built once for each content."""
+    key = content_key(scene)
+    if key in _cache:
+        _cache.move_to_end(key)
+        return _cache[key]
+    bvh = build_bvh(scene)
+    _cache[key] = bvh
+    while len(_cache) > CACHE_SIZE:
+        _cache.popitem(last=False)
+    return bvh
+
+
+def content_key(scene: Scene) -> bytes:
+    """Return a digest of all that the hierarchy and its triangles are made from."""
+    digest = blake2b(digest_size=16)
+    for item in scene.objects:
+        mesh = scene.meshes[item.mesh]
+        head = (item.mesh, item.material, -1 if item.light is None else item.light)
+        digest.update(repr((head, item.world_from_object.shape)).encode())
+        digest.update(item.world_from_object.tobytes())
+        for array in (mesh.positions, mesh.triangles, mesh.normals, mesh.uvs, mesh.colors):
+            digest.update(b"-" if array is None else repr(array.shape).encode())
+            if array is not None:
+                digest.update(array.tobytes())
+    return digest.digest()
+
+
+def _pair_vertices(positions: NDArray[np.float32], pairs: Pairs) -> NDArray[np.float32]:
+    first = positions[pairs.triangles[:, :1], pairs.corners[:, 0]]
+    second = positions[pairs.triangles[:, 1], pairs.corners[:, 1, 2]]
+    alone = pairs.triangles[:, 1] < 0
+    fourth = np.where(alone[:, None], first[:, 2], second)
+    return np.concatenate([first, fourth[:, None]], axis=1)
+
+
+def _widen(
+    tree: BinaryTree, vertices: NDArray[np.float32]
+) -> tuple[NDArray[np.uint32], IntArray, list[IntArray]]:
+    """Collapse a binary tree into nodes of up to four children, breadth first.
+
+    Returns the records, the primitives in the order of their numbers, and which records
+    are the nodes of each level.
+    """
+    cuts = best_cuts(tree, WIDTH)
+    primitives = np.ascontiguousarray(vertices).view(np.uint32).reshape(len(vertices), -1)
+    records = np.zeros((2 * len(vertices), RECORD_WORDS), dtype=np.uint32)
+    orders: list[IntArray] = []
+    levels: list[IntArray] = []
+    level, places = np.array([0]), np.array([0])
+    used, primitive_count = 1, 0
+    while len(level):
+        levels.append(places)
+        children = open_nodes(tree, cuts, level)
+        is_child = children >= 0
+        is_inner = is_child & (tree.left[children] >= 0)
+        # Inner children first, then leaves, then empty slots.
+        kind = np.where(is_inner, 0, np.where(is_child, 1, 2))
+        children = np.take_along_axis(children, np.argsort(kind, axis=1, kind="stable"), axis=1)
+        inner, total = is_inner.sum(axis=1), is_child.sum(axis=1)
+        records[places, :11] = _pack(
+            tree, level, children, inner, total, used + np.cumsum(total) - total
+        )
+        flat = children[children >= 0]
+        flat_places = used + np.arange(len(flat))
+        is_leaf = tree.left[flat] < 0
+        leaves = tree.primitive[flat[is_leaf]]
+        records[flat_places[is_leaf], :12] = primitives[leaves]
+        records[flat_places[is_leaf], 12] = primitive_count + np.arange(len(leaves))
+        orders.append(leaves)
+        primitive_count += len(leaves)
+        used += len(flat)
+        level, places = flat[~is_leaf], flat_places[~is_leaf]
+    return records[:used].copy(), np.concatenate(orders), levels
+
+
+def _pack(
+    tree: BinaryTree,
+    level: IntArray,
+    children: IntArray,
+    inner: IntArray,
+    total: IntArray,
+    first_child: IntArray,
+) -> NDArray[np.uint32]:
+    """Return words 0 to 10 of a level's nodes, child boxes rounded outwards."""
+    low = tree.low[level] - 2.0 * BOX_MARGIN
+    origin = low.astype(np.float32)
+    extent = tree.high[level] + 2.0 * BOX_MARGIN - origin
+    exponent = np.ceil(np.log2(extent / 255.0)).astype(np.int64)
+    np.maximum(exponent, MIN_EXPONENT, out=exponent)
+    step = np.exp2(exponent.astype(np.float64))[:, None]
+    relative_low = tree.low[children] - BOX_MARGIN - origin[:, None]
+    relative_high = tree.high[children] + BOX_MARGIN - origin[:, None]
+    low_byte = np.clip(np.floor(relative_low / step), 0, 255).astype(np.uint32)
+    high_byte = np.clip(np.ceil(relative_high / step), 0, 255).astype(np.uint32)
+    shift = (8 * np.arange(WIDTH, dtype=np.uint32))[None, :, None]
+    biased = (exponent + 127).astype(np.uint32)
+    words = np.empty((len(level), 11), dtype=np.uint32)
+    words[:, 0:3] = origin.view(np.uint32)
+    counts = (inner | total << 4).astype(np.uint32)
+    words[:, 3] = biased[:, 0] | biased[:, 1] << 8 | biased[:, 2] << 16 | counts << 24
+    words[:, 4:7] = np.bitwise_or.reduce(low_byte << shift, axis=1)
+    words[:, 7:10] = np.bitwise_or.reduce(high_byte << shift, axis=1)
+    words[:, 10] = first_child
+    return words

@@ -1,0 +1,348 @@
+"""All that shines on a scene, as tables from which rays draw points of light.
+
+Unlike `Scene.lights`, in which a few rectangles may stand for an emissive mesh, this is
+the exact light: every emissive triangle, where it is and as bright as it is.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import OrderedDict
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ssdo_gl.math3d import FloatArray, normalized
+from ssdo_gl.raytracing.bvh import CACHE_SIZE, Bvh, cached_bvh, content_key
+from ssdo_gl.scene.environment import MapEnvironment
+from ssdo_gl.scene.environment_light import radiance_image
+from ssdo_gl.scene.light import DirectionalLight, Light, PointLight, RectangleLight, SpotLight
+from ssdo_gl.scene.scene import Scene
+
+# As rays/emitters.glsl numbers them.
+KIND_POINT, KIND_SPOT, KIND_DIRECTIONAL, KIND_PARALLELOGRAM, KIND_TRIANGLE, KIND_MAP = range(6)
+TWO_SIDED_CODE, BODY_CODE = 8, 16
+SHADOW_NUMBERS = {"none": 0, "map": 1, "ssdo": 2}
+ENTRY_TEXELS = 8
+GROUP_TEXELS = 2
+# Corners of a quadrilateral may be off a parallelogram by this much of its extent: the
+# rounding of positions to float32.
+PARALLELOGRAM_TOLERANCE = 1e-6
+# Importance of an environment map is kept for cells of at most this many rows; finer
+# detail than 1.4 degrees is left to chance.
+MAX_CELL_ROWS = 128
+
+
+@dataclass(frozen=True, eq=False)
+class EmitterTables:
+    """Emitters in groups: one group is one light, or one body that glows.
+
+    Attributes
+    ----------
+    entries : ndarray, shape (max(N, 1), 8, 4), float32
+        Texels: 0 = position or corner, or direction towards a directional light, and a
+        code: kind + 8 if both sides emit + 16 if rays can hit the emitter; 1 = first
+        edge, or direction in which a spot shines, probability within the group; 2 =
+        second edge, area (a spot: cosine of its outer angle, 1 / (cos inner - cos
+        outer)); 3 = intensity, irradiance or radiance (lengths in normalised units),
+        cumulative probability within the group including this entry; 4, 5 = texture
+        coordinates at the corner, along the first and second edge (two each), material
+        or -1, 0. 6 and 7 are unused.
+    groups : ndarray, shape (max(G, 1), 2, 4), float32
+        Texels: 0 = first entry, number of entries, shadow mode + 4 if the group's light
+        counts as direct light, probability; 1 = cumulative probability including this
+        group, 0, 0, 0.
+    group_count : int
+    density : float
+        Probability per area (normalised units) and mean emission with which a point of
+        an emissive triangle is drawn.
+    """
+
+    entries: NDArray[np.float32]
+    groups: NDArray[np.float32]
+    group_count: int
+    density: float
+
+
+@dataclass(frozen=True)
+class _Group:
+    rows: NDArray[np.float64]
+    weights: FloatArray  # of the entries
+    power: float
+    shadow: int
+    is_direct: bool
+
+
+def emitter_tables(bvh: Bvh, scene: Scene, map_power: float = 0.0) -> EmitterTables:
+    """Return the tables of all emitters of `scene`.
+
+    Parameters
+    ----------
+    map_power : float
+        Mean radiance of the environment map over all directions; 0 if there is none.
+        Constant and gradient environments are met by scattered rays well enough.
+    """
+    bodies, covered = _bodies(bvh, scene)
+    groups = bodies + [
+        _light_group(light, bvh.triangles.centre, bvh.triangles.half_diagonal)
+        for i, light in enumerate(scene.lights)
+        if i not in covered
+    ]
+    if map_power > 0.0:
+        row = np.zeros((1, ENTRY_TEXELS, 4))
+        row[0, 0, 3] = KIND_MAP
+        # The power that enters the unit sphere, which encloses the scene.
+        groups.append(_Group(row, np.ones(1), 4.0 * math.pi**2 * map_power, 1, False))
+    groups = [group for group in groups if group.power > 0.0]
+    return _assemble(groups)
+
+
+_cache: OrderedDict[tuple[bytes, int, int, int], tuple[Scene, EmitterTables]] = OrderedDict()
+
+
+def cached_emitter_tables(scene: Scene) -> EmitterTables:
+    """Return the tables of `scene`, made once as long as geometry and lights stay."""
+    # Lights, materials and sky are compared by identity: the scene is kept, so that no
+    # other can take their place in memory.
+    sky = scene.environment
+    key = (content_key(scene), id(scene.lights), id(scene.materials), id(sky))
+    if key not in _cache:
+        power = 0.0
+        if isinstance(sky, MapEnvironment):
+            power = map_mean_radiance(radiance_image(sky).astype(np.float32))
+        _cache[key] = scene, emitter_tables(cached_bvh(scene), scene, power)
+    _cache.move_to_end(key)
+    while len(_cache) > CACHE_SIZE:
+        _cache.popitem(last=False)
+    return _cache[key][1]
+
+
+def _assemble(groups: Sequence[_Group]) -> EmitterTables:
+    total = sum(group.power for group in groups)
+    entries = np.zeros((max(sum(len(g.rows) for g in groups), 1), ENTRY_TEXELS, 4))
+    heads = np.zeros((max(len(groups), 1), GROUP_TEXELS, 4))
+    first, cumulative = 0, 0.0
+    for head, group in zip(heads, groups, strict=False):
+        share = group.weights / group.weights.sum()
+        rows = group.rows.copy()
+        rows[:, 1, 3], rows[:, 3, 3] = share, np.cumsum(share)
+        rows[-1, 3, 3] = 1.0
+        entries[first : first + len(rows)] = rows
+        cumulative += group.power / total
+        head[0] = first, len(rows), group.shadow + 4 * group.is_direct, group.power / total
+        head[1, 0] = cumulative
+        first += len(rows)
+    heads[-1, 1, 0] = 1.0
+    return EmitterTables(
+        entries.astype(np.float32),
+        heads.astype(np.float32),
+        len(groups),
+        math.pi / total if groups else 0.0,
+    )
+
+
+def body_lights(scene: Scene) -> dict[int, range]:
+    """Return, for each light that names a glowing object, all lights that stand for it.
+
+    An object names the first of them; the others follow it, alike in name and visibility,
+    up to the first that another object names.
+    """
+    owners = {
+        item.light
+        for item in scene.objects
+        if item.light is not None and scene.materials[item.material].emits
+    }
+    runs = {}
+    for first in sorted(owners):
+        head, last = scene.lights[first], first + 1
+        while (
+            last < len(scene.lights) and last not in owners and _are_alike(head, scene.lights[last])
+        ):
+            last += 1
+        runs[first] = range(first, last)
+    return runs
+
+
+def _are_alike(head: Light, other: Light) -> bool:
+    return (
+        isinstance(head, RectangleLight)
+        and isinstance(other, RectangleLight)
+        and (head.name, head.visible, head.shadow) == (other.name, other.visible, other.shadow)
+    )
+
+
+def _bodies(bvh: Bvh, scene: Scene) -> tuple[list[_Group], set[int]]:
+    """Return a group for each glowing body, and the lights that they replace."""
+    triangles = bvh.triangles
+    emits = np.array([material.emits for material in scene.materials] or [False])
+    if triangles.count == 0 or not emits[triangles.material].any():
+        return [], set()
+    rows, weights, owner = _emissive_rows(bvh, scene, emits)
+    groups: list[_Group] = []
+    covered: set[int] = set()
+    runs = body_lights(scene)
+    for light in np.unique(owner):
+        mine = owner == light
+        shadow, is_direct = SHADOW_NUMBERS["map"], False
+        if light >= 0:
+            shadow, is_direct = SHADOW_NUMBERS[scene.lights[light].shadow], True
+            covered.update(runs[int(light)])
+        power = math.pi * float(weights[mine].sum())
+        groups.append(_Group(rows[mine], weights[mine], power, shadow, is_direct))
+    return groups, covered
+
+
+def _emissive_rows(
+    bvh: Bvh, scene: Scene, emits: NDArray[np.bool_]
+) -> tuple[FloatArray, FloatArray, NDArray[np.int64]]:
+    """Return rows, weights and lights of emissive triangles, parallelograms joined."""
+    triangles = bvh.triangles
+    pair = bvh.primitive_triangles
+    both = (pair >= 0) & emits[triangles.material[np.maximum(pair, 0)]]
+    same = (triangles.material[pair[:, 0]] == triangles.material[pair[:, 1]]) & (
+        triangles.light[pair[:, 0]] == triangles.light[pair[:, 1]]
+    )
+    vertices, uvs = _pair_corners(bvh)
+    joined = both.all(axis=1) & same & _is_parallelogram(vertices) & _is_parallelogram(uvs)
+    single = both & ~joined[:, None]
+    # (primitive, kind, its triangle, corners that span it)
+    parts = [
+        (np.flatnonzero(joined), KIND_PARALLELOGRAM, 0, (0, 1, 3)),
+        (np.flatnonzero(single[:, 0]), KIND_TRIANGLE, 0, (0, 1, 2)),
+        (np.flatnonzero(single[:, 1]), KIND_TRIANGLE, 1, (0, 2, 3)),
+    ]
+    emission = np.array([material.emission for material in scene.materials])
+    sides = np.array([1.0 + material.two_sided_emission for material in scene.materials])
+    rows, weights, owners = [], [], []
+    for chosen, kind, second, (o, u, v) in parts:
+        which = pair[chosen, second]
+        material = triangles.material[which]
+        corner = vertices[chosen, o]
+        edge_u, edge_v = vertices[chosen, u] - corner, vertices[chosen, v] - corner
+        area = np.linalg.norm(np.cross(edge_u, edge_v), axis=1)
+        area *= 0.5 if kind == KIND_TRIANGLE else 1.0
+        row = np.zeros((len(chosen), ENTRY_TEXELS, 4))
+        row[:, 0, :3], row[:, 1, :3], row[:, 2, :3] = corner, edge_u, edge_v
+        row[:, 0, 3] = kind + TWO_SIDED_CODE * (sides[material] - 1.0) + BODY_CODE
+        row[:, 2, 3], row[:, 3, :3] = area, emission[material]
+        uv = uvs[chosen, o]
+        row[:, 4, :2], row[:, 4, 2:] = uv, uvs[chosen, u] - uv
+        row[:, 5, :2], row[:, 5, 2] = uvs[chosen, v] - uv, material
+        rows.append(row)
+        weights.append(area * emission[material].mean(axis=1) * sides[material])
+        owners.append(triangles.light[which])
+    return np.concatenate(rows), np.concatenate(weights), np.concatenate(owners)
+
+
+def _pair_corners(bvh: Bvh) -> tuple[FloatArray, FloatArray]:
+    """Return vertices (P, 4, 3) and texture coordinates (P, 4, 2) of all primitives."""
+    pair, corners = bvh.primitive_triangles, bvh.primitive_corners
+    fourth = (np.maximum(pair[:, 1:], 0), corners[:, 1, 2:])
+    first = (pair[:, :1], corners[:, 0])
+    arrays = []
+    for array in (bvh.triangles.positions.astype(np.float64), bvh.triangles.uvs):
+        arrays.append(np.concatenate([array[first], array[fourth]], axis=1))
+    return arrays[0], arrays[1]
+
+
+def _is_parallelogram(corners: FloatArray) -> NDArray[np.bool_]:
+    gap = np.abs(corners[:, 0] - corners[:, 1] + corners[:, 2] - corners[:, 3]).max(axis=1)
+    extent = np.ptp(corners, axis=1).max(axis=1)
+    return np.asarray(gap <= PARALLELOGRAM_TOLERANCE * np.maximum(extent, 1.0))
+
+
+def _light_group(light: Light, centre: FloatArray, unit: float) -> _Group:
+    """Return the group of one light without a body, lengths in units of `unit`."""
+    row = np.zeros((1, ENTRY_TEXELS, 4))
+    row[0, 5, 2] = -1.0
+    if isinstance(light, RectangleLight):
+        edge_u, edge_v = np.asarray(light.edge_u) / unit, np.asarray(light.edge_v) / unit
+        area = float(np.linalg.norm(np.cross(edge_u, edge_v)))
+        row[0, 0, :3] = (np.asarray(light.corner) - centre) / unit
+        row[0, 0, 3] = KIND_PARALLELOGRAM + TWO_SIDED_CODE * light.two_sided
+        row[0, 1, :3], row[0, 2, :3], row[0, 2, 3] = edge_u, edge_v, area
+        row[0, 3, :3] = light.radiance
+        power = math.pi * area * float(np.mean(light.radiance)) * (1.0 + light.two_sided)
+    elif isinstance(light, DirectionalLight):
+        row[0, 0, :3], row[0, 0, 3] = -normalized(light.direction), KIND_DIRECTIONAL
+        row[0, 3, :3] = light.irradiance
+        power = math.pi * float(np.mean(light.irradiance))
+    else:
+        intensity = np.asarray(light.intensity) / unit**2
+        row[0, 0, :3] = (np.asarray(light.position) - centre) / unit
+        row[0, 0, 3] = KIND_POINT
+        row[0, 3, :3] = intensity
+        power = 4.0 * math.pi * float(np.mean(intensity))
+        if isinstance(light, SpotLight):
+            inner = math.cos(math.radians(light.inner_angle))
+            outer = math.cos(math.radians(light.outer_angle))
+            row[0, 0, 3], row[0, 1, :3] = KIND_SPOT, normalized(light.direction)
+            row[0, 2, :2] = outer, 1.0 / (inner - outer)
+            power *= 0.5 * (1.0 - outer)
+    assert isinstance(light, (RectangleLight, DirectionalLight, PointLight, SpotLight))
+    return _Group(row, np.ones(1), power, SHADOW_NUMBERS[light.shadow], True)
+
+
+def map_mean_radiance(image: NDArray[np.float32]) -> float:
+    """Return the mean over directions and channels of a lat-long map, row 0 = up."""
+    edges = np.cos(np.pi * np.arange(len(image) + 1) / len(image))
+    rows = image[..., :3].astype(np.float64).mean(axis=(1, 2))
+    return float(np.sum(rows * (edges[:-1] - edges[1:])) / 2.0)
+
+
+def map_cells(image: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return a table for drawing directions in proportion to a lat-long map's light.
+
+    Parameters
+    ----------
+    image : ndarray, shape (height, width, >= 3)
+        Radiance, row 0 = up.
+
+    Returns
+    -------
+    ndarray, shape (rows, columns, 4), float32
+        Walker's alias method: a cell is taken if a random number is below channel 0,
+        else the cell numbered in channel 1; channel 2: the cell's probability density
+        over solid angle.
+    """
+    radiance = image[..., :3].astype(np.float64).mean(axis=2)
+    factor = max(1, -(-len(radiance) // MAX_CELL_ROWS))
+    rows, columns = (-(-n // factor) for n in radiance.shape)
+    # A cell takes the largest light of the texels that it touches, so that no light is
+    # left without a chance where cells and texels do not line up.
+    bands = np.array([radiance[span].max(axis=0) for span in _spans(len(radiance), rows)])
+    cells = np.array([bands[:, span].max(axis=1) for span in _spans(bands.shape[1], columns)]).T
+    edges = np.cos(np.pi * np.arange(rows + 1) / rows)
+    solid_angle = (edges[:-1] - edges[1:])[:, None] * (2.0 * np.pi / columns)
+    weight = cells * solid_angle
+    probability = weight / weight.sum()
+    table = np.zeros((rows, columns, 4), dtype=np.float32)
+    threshold, alias = _alias(probability.reshape(-1))
+    table[..., 0] = threshold.reshape(rows, columns)
+    table[..., 1] = alias.reshape(rows, columns)
+    table[..., 2] = probability / solid_angle
+    return table
+
+
+def _spans(texels: int, cells: int) -> list[slice]:
+    """Return the texels that each of `cells` equal parts touches."""
+    return [slice(i * texels // cells, -(-(i + 1) * texels // cells)) for i in range(cells)]
+
+
+def _alias(probability: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
+    """Vose's construction of the alias method."""
+    count = len(probability)
+    scaled = probability * count
+    threshold, alias = np.ones(count), np.arange(count)
+    small = [int(i) for i in np.flatnonzero(scaled < 1.0)]
+    large = [int(i) for i in np.flatnonzero(scaled >= 1.0)]
+    left = scaled.tolist()
+    while small and large:
+        low, high = small.pop(), large[-1]
+        threshold[low], alias[low] = left[low], high
+        left[high] -= 1.0 - left[low]
+        if left[high] < 1.0:
+            small.append(large.pop())
+    return threshold, alias

@@ -1,0 +1,199 @@
+"""What a ray needs to know of the surface it hits, as tables for upload."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ssdo_gl.images.color import linear_from_srgb
+from ssdo_gl.math3d import FloatArray
+from ssdo_gl.raytracing.bvh import Bvh
+from ssdo_gl.scene.material import Material, Texture
+from ssdo_gl.scene.scene import Scene
+
+SURFACE_WORDS = 16
+MATERIAL_TEXELS = 5
+# Flags in the word that names a triangle's material.
+SMOOTH_FLAG = 1 << 31
+LIGHT_BODY_FLAG = 1 << 30
+UNSHADOWED_BODY_FLAG = 1 << 29
+# Steps of a 16-bit octahedral component: as lib/octahedral.glsl, which makes 0 exact.
+OCT_HALF_RANGE = 32767
+
+
+@dataclass(frozen=True)
+class RayFeatures:
+    """What rays can meet in a scene; a shader without what nobody has is faster.
+
+    Attributes
+    ----------
+    smooth_normals, vertex_colors, textures, cutouts : bool
+    """
+
+    smooth_normals: bool
+    vertex_colors: bool
+    textures: bool
+    cutouts: bool
+
+    @classmethod
+    def of(cls, scene: Scene) -> RayFeatures:
+        """Return the features of the objects of `scene`."""
+        pairs = [(scene.meshes[o.mesh], scene.materials[o.material]) for o in scene.objects]
+        return cls(
+            smooth_normals=any(mesh.normals is not None for mesh, _ in pairs),
+            vertex_colors=any(mesh.colors is not None for mesh, _ in pairs),
+            textures=any(
+                mesh.uvs is not None and (m.albedo_texture or m.emission_texture)
+                for mesh, m in pairs
+            ),
+            cutouts=any(m.alpha_cutoff is not None for _, m in pairs),
+        )
+
+    @property
+    def needs_corners(self) -> bool:
+        """Whether anything is interpolated between the corners of triangles."""
+        return self.smooth_normals or self.vertex_colors or self.textures
+
+
+def oct_words(normals: FloatArray) -> NDArray[np.uint32]:
+    """Pack unit vectors (..., 3) into 32 bits, as lib/octahedral.glsl does."""
+    x, y, z = np.moveaxis(normals, -1, 0)
+    total = np.maximum(np.abs(x) + np.abs(y) + np.abs(z), np.finfo(np.float64).tiny)
+    u, v = x / total, y / total
+    folded_u = (1.0 - np.abs(v)) * np.where(u < 0.0, -1.0, 1.0)
+    folded_v = (1.0 - np.abs(u)) * np.where(v < 0.0, -1.0, 1.0)
+    u, v = np.where(z < 0.0, folded_u, u), np.where(z < 0.0, folded_v, v)
+    steps = [np.rint((c + 1.0) * OCT_HALF_RANGE).astype(np.uint32) for c in (u, v)]
+    return np.asarray(steps[0] | steps[1] << 16, dtype=np.uint32)
+
+
+def surface_table(bvh: Bvh) -> NDArray[np.uint32]:
+    """Return corner attributes, (2 P, 16): row 2 p + s belongs to triangle s of primitive p.
+
+    Words 0-2: shading normals; 3-8: texture coordinates (float32 bits, u and v in turn);
+    9-14: colours, 4 x 16 bits each. Corners in the order of the primitive's vertices.
+    """
+    triangles = bvh.triangles
+    chosen, corners = bvh.primitive_triangles.reshape(-1), bvh.primitive_corners.reshape(-1, 3)
+    rows = np.maximum(chosen, 0)[:, None]
+    table = np.zeros((len(chosen), SURFACE_WORDS), dtype=np.uint32)
+    if triangles.count == 0:
+        return table
+    table[:, 0:3] = oct_words(triangles.normals[rows, corners])
+    uvs = triangles.uvs[rows, corners].astype(np.float32)
+    table[:, 3:9] = uvs.reshape(-1, 6).view(np.uint32)
+    colors = np.rint(np.clip(triangles.colors[rows, corners], 0.0, 1.0) * 65535.0)
+    packed = colors.astype(np.uint32).reshape(-1, 3, 2, 2)
+    table[:, 9:15] = (packed[..., 0] | packed[..., 1] << 16).reshape(-1, 6)
+    return table
+
+
+def material_words(bvh: Bvh, scene: Scene) -> NDArray[np.uint32]:
+    """Return the material index of both triangles of each primitive with flags, (P, 2)."""
+    triangles = bvh.triangles
+    if triangles.count == 0:
+        return np.zeros((0, 2), dtype=np.uint32)
+    words = triangles.material.astype(np.uint32)
+    words |= np.where(triangles.smooth, SMOOTH_FLAG, 0).astype(np.uint32)
+    is_body = triangles.light >= 0
+    words |= np.where(is_body, LIGHT_BODY_FLAG, 0).astype(np.uint32)
+    unshadowed = np.array([light.shadow == "none" for light in scene.lights] + [False])
+    words |= np.where(is_body & unshadowed[triangles.light], UNSHADOWED_BODY_FLAG, 0).astype(
+        np.uint32
+    )
+    return words[np.maximum(bvh.primitive_triangles, 0)]
+
+
+@dataclass(frozen=True, eq=False)
+class Atlas:
+    """All images of a scene in one.
+
+    Attributes
+    ----------
+    pixels : ndarray, shape (height, width, 4), uint8 (sRGB) or float32 (linear)
+        Row 0 is the top row of the images.
+    places : dict
+        id(Texture) -> (x, y, width, height), texels.
+    """
+
+    pixels: NDArray[np.uint8] | NDArray[np.float32]
+    places: dict[int, tuple[int, int, int, int]]
+
+
+def build_atlas(textures: Sequence[Texture], max_size: int) -> Atlas:
+    """Pack `textures` on shelves; images are halved until all fit into `max_size`.
+
+    Parameters
+    ----------
+    textures : sequence of Texture
+        At least one.
+    max_size : int
+        Largest width and height, texels.
+    """
+    unique = list({id(texture): texture for texture in textures}.values())
+    linear = any(texture.pixels.dtype != np.uint8 for texture in unique)
+    images = {id(t): _as_linear(t.pixels) if linear else t.pixels for t in unique}
+    while True:
+        places, width, height = _shelves({k: i.shape[:2] for k, i in images.items()}, max_size)
+        if height <= max_size and width <= max_size:
+            break
+        images = {key: _halved(image) for key, image in images.items()}
+    pixels = np.zeros((height, width, 4), dtype=np.float32 if linear else np.uint8)
+    for key, (x, y, w, h) in places.items():
+        pixels[y : y + h, x : x + w] = images[key]
+    return Atlas(pixels, places)
+
+
+def _shelves(
+    sizes: dict[int, tuple[int, int]], max_size: int
+) -> tuple[dict[int, tuple[int, int, int, int]], int, int]:
+    """Place images (height, width) in rows, tallest first; return places and extent."""
+    area = sum(h * w for h, w in sizes.values())
+    # A square that wastes a tenth, but never narrower than the widest image.
+    row_width = max(max(w for _, w in sizes.values()), min(int((1.1 * area) ** 0.5), max_size))
+    places = {}
+    x = y = shelf = 0
+    for key in sorted(sizes, key=lambda k: -sizes[k][0]):
+        h, w = sizes[key]
+        if x + w > row_width:
+            x, y, shelf = 0, y + shelf, 0
+        places[key] = (x, y, w, h)
+        x, shelf = x + w, max(shelf, h)
+    return places, row_width, y + shelf
+
+
+def _as_linear(pixels: NDArray[np.uint8] | NDArray[np.float32]) -> NDArray[np.float32]:
+    if pixels.dtype != np.uint8:
+        return np.asarray(pixels, dtype=np.float32)
+    linear = linear_from_srgb(pixels.astype(np.float64) / 255.0)
+    linear[..., 3] = pixels[..., 3] / 255.0
+    return linear.astype(np.float32)
+
+
+def _halved(
+    pixels: NDArray[np.uint8] | NDArray[np.float32],
+) -> NDArray[np.uint8] | NDArray[np.float32]:
+    """Keep every second texel; one pixel stays one."""
+    return pixels[:: 2 if pixels.shape[0] > 1 else 1, :: 2 if pixels.shape[1] > 1 else 1]
+
+
+def material_table(materials: Sequence[Material], atlas: Atlas | None) -> NDArray[np.float32]:
+    """Return a row of five texels for each material, (M, 5, 4).
+
+    0: albedo, alpha factor. 1: emission, 1 if both sides emit. 2 and 3: x, y, width and
+    height of albedo and emission texture in the atlas; width 0: none, negative: clamped
+    instead of repeated. 4: alpha cutoff, -1 if nothing is cut out.
+    """
+    table = np.zeros((max(len(materials), 1), MATERIAL_TEXELS, 4), dtype=np.float32)
+    for row, material in zip(table, materials, strict=False):
+        row[0] = *material.albedo, material.alpha
+        row[1] = *material.emission, float(material.two_sided_emission)
+        for texel, texture in ((2, material.albedo_texture), (3, material.emission_texture)):
+            if texture is not None and atlas is not None:
+                x, y, width, height = atlas.places[id(texture)]
+                row[texel] = x, y, width * (-1 if texture.wrap == "clamp" else 1), height
+        row[4, 0] = -1.0 if material.alpha_cutoff is None else material.alpha_cutoff
+    return table

@@ -1,0 +1,138 @@
+"""Vertices and triangles of one glTF primitive."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.formats.gltf_document import Document, GltfError, Json
+
+_TRIANGLES, _STRIP, _FAN = 4, 5, 6
+
+
+@dataclass
+class Shape:
+    """One primitive in the space of its mesh.
+
+    Attributes
+    ----------
+    positions, normals : ndarray, shape (V, 3)
+    triangles : ndarray, shape (T, 3)
+    uvs : ndarray, shape (V, 2)
+    colors : ndarray, shape (V, 4)
+        Linear, as the format defines them.
+    joints, weights : ndarray, shape (V, 4 k)
+    morphed : bool
+        Whether morph targets were applied.
+    """
+
+    positions: FloatArray
+    triangles: NDArray[np.int64]
+    normals: FloatArray | None
+    uvs: FloatArray | None
+    colors: FloatArray | None
+    joints: NDArray[np.int64] | None
+    weights: FloatArray | None
+    morphed: bool
+
+
+def read_shape(document: Document, primitive: Json, mesh: Json, uv_set: int) -> Shape | None:
+    """Return a primitive, or None if it is made of points or lines.
+
+    Parameters
+    ----------
+    uv_set : int
+        Which TEXCOORD_n the material's texture uses.
+    """
+    mode = int(primitive.get("mode", _TRIANGLES))
+    attributes = primitive["attributes"]
+    if mode not in (_TRIANGLES, _STRIP, _FAN) or "POSITION" not in attributes:
+        return None
+    positions = document.accessor(int(attributes["POSITION"]))
+    count = len(positions)
+
+    def optional(name: str) -> FloatArray | None:
+        if name not in attributes:
+            return None
+        values = document.accessor(int(attributes[name]))
+        if len(values) != count:
+            raise GltfError(f"{name} has {len(values)} entries for {count} vertices")
+        return values
+
+    normals = optional("NORMAL")
+    positions, normals, morphed = _morphed(document, primitive, mesh, positions, normals)
+    joints, weights = _influences(document, attributes, count)
+    colors = optional("COLOR_0")
+    if colors is not None and colors.shape[1] == 3:
+        colors = np.concatenate([colors, np.ones((count, 1))], axis=1)
+    return Shape(
+        positions,
+        _triangles(document, primitive, mode, count),
+        normals,
+        optional(f"TEXCOORD_{uv_set}"),
+        colors,
+        joints,
+        weights,
+        morphed,
+    )
+
+
+def _triangles(document: Document, primitive: Json, mode: int, count: int) -> NDArray[np.int64]:
+    if "indices" in primitive:
+        index = document.raw_accessor(int(primitive["indices"]))[:, 0].astype(np.int64)
+    else:
+        index = np.arange(count)
+    if mode == _TRIANGLES:
+        return index[: len(index) // 3 * 3].reshape(-1, 3)
+    later = np.arange(max(len(index) - 2, 0))
+    if mode == _FAN:
+        return np.stack([index[np.zeros_like(later)], index[later + 1], index[later + 2]], axis=1)
+    # Every second triangle of a strip runs the other way round.
+    odd = later % 2
+    return np.stack([index[later], index[later + 1 + odd], index[later + 2 - odd]], axis=1)
+
+
+def _morphed(
+    document: Document,
+    primitive: Json,
+    mesh: Json,
+    positions: FloatArray,
+    normals: FloatArray | None,
+) -> tuple[FloatArray, FloatArray | None, bool]:
+    """Apply morph targets with the mesh's default weights."""
+    applied = False
+    for target, weight in zip(primitive.get("targets", []), mesh.get("weights", []), strict=False):
+        if float(weight) == 0.0:
+            continue
+        applied = True
+        if "POSITION" in target:
+            positions = positions + float(weight) * document.accessor(int(target["POSITION"]))
+        if normals is not None and "NORMAL" in target:
+            normals = normals + float(weight) * document.accessor(int(target["NORMAL"]))
+    return positions, normals, applied
+
+
+def _influences(
+    document: Document, attributes: Json, count: int
+) -> tuple[NDArray[np.int64] | None, FloatArray | None]:
+    """Return joint numbers and weights (V, 4 k), the weights summing to one."""
+    sets = 0
+    while f"JOINTS_{sets}" in attributes and f"WEIGHTS_{sets}" in attributes:
+        sets += 1
+    if not sets:
+        return None, None
+    joints = np.concatenate(
+        [document.raw_accessor(int(attributes[f"JOINTS_{i}"])) for i in range(sets)], axis=1
+    ).astype(np.int64)
+    weights = np.concatenate(
+        [document.accessor(int(attributes[f"WEIGHTS_{i}"])) for i in range(sets)], axis=1
+    )
+    if len(joints) != count or len(weights) != count:
+        raise GltfError(f"JOINTS or WEIGHTS do not match the {count} vertices")
+    total = weights.sum(axis=1, keepdims=True)
+    weights = np.where(total > 0.0, weights / np.where(total > 0.0, total, 1.0), 0.0)
+    weights[total[:, 0] <= 0.0, 0] = 1.0
+    return joints, weights

@@ -1,0 +1,185 @@
+"""Materials and textures of glTF, reduced to what a diffuse surface can show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.formats.gltf_document import Document, GltfError, Json
+from ssdo_gl.scene.formats.model import Model
+from ssdo_gl.scene.images import read_texture
+from ssdo_gl.scene.material import Color, Material, Texture
+from ssdo_gl.scene.scene import SceneError
+
+_CLAMP_TO_EDGE = 33071
+# Extensions of materials that ask for more than diffuse reflection, in words.
+_BEYOND_DIFFUSE = {
+    "KHR_materials_transmission": "transmission",
+    "KHR_materials_diffuse_transmission": "diffuse transmission",
+    "KHR_materials_volume": "volumes",
+    "KHR_materials_clearcoat": "clear coats",
+    "KHR_materials_sheen": "sheen",
+    "KHR_materials_specular": "specular reflection",
+    "KHR_materials_iridescence": "iridescence",
+    "KHR_materials_anisotropy": "anisotropy",
+    "KHR_materials_dispersion": "dispersion",
+    "KHR_materials_unlit": "unlit shading, drawn lit",
+}
+
+
+@dataclass(frozen=True)
+class UsedMaterial:
+    """A material of the model, and how its texture coordinates are made.
+
+    Attributes
+    ----------
+    index : int
+        Into Model.materials.
+    uv_set : int
+        Which TEXCOORD_n to use.
+    uv_matrix : ndarray, shape (2, 3), or None
+        KHR_texture_transform of the base colour texture.
+    """
+
+    index: int
+    uv_set: int = 0
+    uv_matrix: FloatArray | None = None
+
+    def transformed(self, uvs: FloatArray) -> FloatArray:
+        """Return texture coordinates (V, 2) as the image is to be looked up."""
+        if self.uv_matrix is None:
+            return uvs
+        return np.asarray(uvs @ self.uv_matrix[:, :2].T + self.uv_matrix[:, 2])
+
+
+class MaterialReader:
+    """Reads each material and each image of a document once."""
+
+    def __init__(self, document: Document, model: Model, where: str) -> None:
+        self.document, self.model, self.where = document, model, where
+        self._known: dict[int | None, UsedMaterial] = {}
+        self._images: dict[tuple[int, str], Texture] = {}
+
+    def read(self, index: int | None) -> UsedMaterial:
+        """Return the material with this index; None is the format's default."""
+        if index not in self._known:
+            entry = {} if index is None else self.document.json["materials"][index]
+            self._known[index] = self._read(entry)
+        return self._known[index]
+
+    def _read(self, entry: Json) -> UsedMaterial:
+        name = str(entry.get("name", ""))
+        extensions = entry.get("extensions", {})
+        base = entry.get("pbrMetallicRoughness", {})
+        factor_key, texture_key = "baseColorFactor", "baseColorTexture"
+        if "KHR_materials_pbrSpecularGlossiness" in extensions:
+            base = extensions["KHR_materials_pbrSpecularGlossiness"]
+            factor_key, texture_key = "diffuseFactor", "diffuseTexture"
+            self.model.asks_for("specular reflection", name)
+        factor = np.asarray(base.get(factor_key, (1.0, 1.0, 1.0, 1.0)), dtype=np.float64)
+        if factor.shape != (4,) or not np.all((factor >= 0.0) & (factor <= 1.0)):
+            raise GltfError(f"material {name!r}: {factor_key} must be four numbers from 0 to 1")
+        self._list_the_rest(name, entry, factor_key == "baseColorFactor")
+        reference = base.get(texture_key)
+        glow = entry.get("emissiveTexture")
+        main = reference if reference is not None else glow or {}
+        emission = self._emission(name, entry, extensions)
+        material = Material(
+            name=name,
+            albedo=_triple(factor[:3]),
+            emission=emission,
+            albedo_texture=self._texture(reference),
+            emission_texture=self._texture(glow) if any(emission) else None,
+            alpha_cutoff=self._cutoff(name, entry),
+            alpha=float(factor[3]),
+            two_sided_emission=bool(entry.get("doubleSided", False)) and any(emission),
+        )
+        if glow and reference and any(emission) and _placement(glow) != _placement(reference):
+            self.model.note(f"material {name!r}: its glow uses the base colour's coordinates")
+        self.model.materials.append(material)
+        uv_set, matrix = _placement_matrix(main)
+        return UsedMaterial(len(self.model.materials) - 1, uv_set, matrix)
+
+    def _emission(self, name: str, entry: Json, extensions: Json) -> Color:
+        factor = np.asarray(entry.get("emissiveFactor", (0.0, 0.0, 0.0)), dtype=np.float64)
+        strength = extensions.get("KHR_materials_emissive_strength", {})
+        factor = factor * float(strength.get("emissiveStrength", 1.0))
+        if factor.shape != (3,) or not np.all((factor >= 0.0) & (factor < np.inf)):
+            raise GltfError(f"material {name!r}: emissiveFactor must be three numbers >= 0")
+        return _triple(factor)
+
+    def _cutoff(self, name: str, entry: Json) -> float | None:
+        mode = entry.get("alphaMode", "OPAQUE")
+        if mode == "MASK":
+            return float(np.clip(float(entry.get("alphaCutoff", 0.5)), 0.0, 1.0))
+        if mode == "BLEND":
+            self.model.asks_for("alpha blending, drawn opaque", name)
+        return None
+
+    def _list_the_rest(self, name: str, entry: Json, metallic_workflow: bool) -> None:
+        """List what the material asks for beyond diffuse reflection."""
+        base = entry.get("pbrMetallicRoughness", {})
+        # Without a material of its own a primitive is formally metal; nobody means it.
+        if entry and metallic_workflow and float(base.get("metallicFactor", 1.0)) > 0.0:
+            self.model.asks_for("metal", name)
+        if "normalTexture" in entry:
+            self.model.asks_for("normal maps", name)
+        if "occlusionTexture" in entry:
+            self.model.asks_for("baked occlusion", name)
+        for extension in entry.get("extensions", {}):
+            if extension in _BEYOND_DIFFUSE:
+                self.model.asks_for(_BEYOND_DIFFUSE[extension], name)
+
+    def _texture(self, reference: Json | None) -> Texture | None:
+        if reference is None:
+            return None
+        texture = self.document.json["textures"][int(reference["index"])]
+        webp = texture.get("extensions", {}).get("EXT_texture_webp", {})
+        source = webp.get("source", texture.get("source"))
+        if source is None:
+            self.model.note("textures in a format that is not supported (KTX2) are not drawn")
+            return None
+        samplers = self.document.json.get("samplers", [])
+        sampler = samplers[int(texture["sampler"])] if "sampler" in texture else {}
+        wrap = "clamp" if sampler.get("wrapS") == _CLAMP_TO_EDGE else "repeat"
+        key = (int(source), wrap)
+        if key not in self._images:
+            image = self.document.json["images"][int(source)]
+            name = str(image.get("name") or f"image {source}")
+            try:
+                data = self.document.image(int(source))
+            except SceneError as error:
+                self.model.note(f"texture not used: {error}")
+                return None
+            self._images[key] = read_texture(
+                data, self.where, name, "clamp" if wrap == "clamp" else "repeat"
+            )
+        return self._images[key]
+
+
+def _placement(reference: Json) -> tuple[int, str]:
+    transform = reference.get("extensions", {}).get("KHR_texture_transform", {})
+    return int(reference.get("texCoord", 0)), repr(sorted(transform.items()))
+
+
+def _placement_matrix(reference: Json) -> tuple[int, FloatArray | None]:
+    """Return the coordinate set and the (2, 3) matrix of KHR_texture_transform."""
+    transform = reference.get("extensions", {}).get("KHR_texture_transform")
+    uv_set = int(reference.get("texCoord", 0))
+    if transform is None:
+        return uv_set, None
+    uv_set = int(transform.get("texCoord", uv_set))
+    angle = float(transform.get("rotation", 0.0))
+    scale = np.asarray(transform.get("scale", (1.0, 1.0)), dtype=np.float64)
+    offset = np.asarray(transform.get("offset", (0.0, 0.0)), dtype=np.float64)
+    cosine, sine = np.cos(angle), np.sin(angle)
+    # Scale, then rotate, then move; v points down, so the turn is clockwise in uv.
+    rotation = np.array([[cosine, sine], [-sine, cosine]])
+    return uv_set, np.concatenate([rotation * scale, offset[:, None]], axis=1)
+
+
+def _triple(array: FloatArray) -> Color:
+    r, g, b = (float(value) for value in array)
+    return r, g, b

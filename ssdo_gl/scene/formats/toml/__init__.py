@@ -1,0 +1,95 @@
+"""The TOML scene format: text -> Scene."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+
+from ssdo_gl.scene.builder import SceneBuilder
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.formats.toml import environments, lights, materials, objects, wishes
+from ssdo_gl.scene.formats.toml.table import Table
+from ssdo_gl.scene.scene import Scene, SceneError
+
+TOP_KEYS = ("title", "purpose", "camera", "environment", "render", "materials", "light", "object")
+
+
+def read_description(text: str, source: str, file: Path | None = None) -> Scene:
+    """Return the scene that a TOML text describes.
+
+    Parameters
+    ----------
+    text : str
+    source : str
+        What errors call the text, usually the file as the user named it.
+    file : Path or None
+        The file it comes from; meshes and images are looked up in its folder.
+        None: the text may not name files.
+
+    Raises
+    ------
+    SceneError
+        One line naming `source`, the key (or line and column), the value and what
+        would be valid.
+    """
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise SceneError(f"{source}: {_syntax_message(str(error), text)}") from None
+    except RecursionError:
+        raise SceneError(f"{source}: tables or arrays are nested too deeply") from None
+    top = Table(source, "", data)
+    top.allow(*TOP_KEYS)
+    builder = SceneBuilder(source)
+    environment = environments.read_environment(top.table("environment"), file, builder)
+    render = wishes.read_wishes(top.table("render"))
+    material_of_name = materials.read_materials(top.table("materials"), file, builder)
+    for table in top.tables("light"):
+        lights.read_light(table, builder)
+    for table in top.tables("object"):
+        objects.read_object(table, file, material_of_name, builder)
+    camera_table = top.table("camera") or Table(source, "[camera]", {})
+    camera, fov_y, exposure = _read_camera(camera_table)
+    return builder.build(
+        camera,
+        environment,
+        exposure=exposure,
+        fov_y=fov_y,
+        render=render,
+        title=top.text("title", ""),
+        purpose=top.text("purpose", ""),
+    )
+
+
+def _syntax_message(message: str, text: str) -> str:
+    """Return the parser's message, on one line and with the place in front."""
+    flat = " ".join(message.split())
+    match = re.fullmatch(r"(.*) \(at line (\d+), column (\d+)\)", flat)
+    if match:
+        return f"line {match[2]}, column {match[3]}: not valid TOML: {match[1]}"
+    end = re.fullmatch(r"(.*) \(at end of document\)", flat)
+    if end:
+        last = text.rsplit("\n", 1)[-1]
+        line, column = text.count("\n") + 1, len(last) + 1
+        return f"line {line}, column {column}: not valid TOML: {end[1]} at the end of the file"
+    return f"not valid TOML: {flat}"
+
+
+def _read_camera(table: Table) -> tuple[Camera | None, float, float]:
+    """Return the camera (None if it has no position), its field of view and exposure."""
+    table.allow("position", "target", "up", "fov_y", "exposure")
+    fov_y = table.number("fov_y", 40.0, low=0.0, high=180.0, open_ends=True)
+    # Beyond 2^60 the exposed image would leave the range of float32.
+    exposure = table.number("exposure", 0.0, low=-60.0, high=60.0)
+    if "position" not in table:
+        for key in ("target", "up"):
+            if key in table:
+                table.fail("position", f"a camera with {key!r} needs a position too")
+        return None, fov_y, exposure
+    position = table.vector("position")
+    target = table.vector("target")
+    if position == target:
+        table.fail("target", "must not coincide with position")
+    up = table.direction("up", (0.0, 1.0, 0.0))
+    return Camera(position, target, up, fov_y, exposure), fov_y, exposure

@@ -1,0 +1,45 @@
+"""The [environment] table."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ssdo_gl.scene.builder import SceneBuilder
+from ssdo_gl.scene.environment import (
+    ConstantEnvironment,
+    Environment,
+    GradientEnvironment,
+    MapEnvironment,
+)
+from ssdo_gl.scene.formats.toml.materials import file_beside
+from ssdo_gl.scene.formats.toml.table import Table
+from ssdo_gl.scene.images import read_radiance_map
+
+_KEYS: dict[str, tuple[str, ...]] = {
+    "constant": ("radiance",),
+    "gradient": ("zenith", "horizon", "ground"),
+    "map": ("path", "rotation_y", "scale"),
+}
+
+
+def read_environment(
+    table: Table | None, file: Path | None, builder: SceneBuilder
+) -> Environment | None:
+    """Return the environment that the table describes, or None."""
+    if table is None:
+        return None
+    kind = table.text("kind", choices=tuple(_KEYS))
+    table.allow("kind", *_KEYS[kind])
+    if kind == "constant":
+        return ConstantEnvironment(table.color("radiance"))
+    if kind == "gradient":
+        return GradientEnvironment(
+            table.color("zenith"), table.color("horizon"), table.color("ground")
+        )
+    path = file_beside(table, "path", file)
+    image, note = read_radiance_map(path, table.where("path"))
+    if note:
+        builder.note(note)
+    scale = table.number("scale", 1.0, low=0.0)
+    rotation = table.number("rotation_y", 0.0)
+    return MapEnvironment(image * image.dtype.type(scale), rotation, path.name)

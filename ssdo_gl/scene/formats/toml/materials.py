@@ -1,0 +1,67 @@
+"""The [materials.NAME] tables."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ssdo_gl.scene.builder import SceneBuilder
+from ssdo_gl.scene.formats.toml.table import Table
+from ssdo_gl.scene.images import read_texture
+from ssdo_gl.scene.material import Material, Texture
+from ssdo_gl.scene.paths import contained_file
+from ssdo_gl.scene.scene import SceneError
+
+KEYS = (
+    "albedo",
+    "emission",
+    "albedo_texture",
+    "emission_texture",
+    "alpha",
+    "alpha_cutoff",
+    "two_sided_emission",
+)
+
+
+def read_materials(table: Table | None, file: Path | None, builder: SceneBuilder) -> dict[str, int]:
+    """Add every named material and return name -> index."""
+    index: dict[str, int] = {}
+    for name in table.data if table else ():
+        assert table is not None
+        inside = table.table(name)
+        assert inside is not None
+        material = Table(inside.source, f"[materials.{name}]", inside.data)
+        index[name] = builder.material(_read_material(name, material, file))
+    return index
+
+
+def _read_material(name: str, table: Table, file: Path | None) -> Material:
+    table.allow(*KEYS)
+    cutoff = None
+    if "alpha_cutoff" in table:
+        cutoff = table.number("alpha_cutoff", low=0.0, high=1.0)
+    has_texture = "albedo_texture" in table
+    return Material(
+        name=name,
+        # A texture alone should show as it is; a plain surface is light grey.
+        albedo=table.color("albedo", (1.0, 1.0, 1.0) if has_texture else (0.8, 0.8, 0.8), 1.0),
+        emission=table.color("emission", (0.0, 0.0, 0.0)),
+        albedo_texture=_texture(table, "albedo_texture", file),
+        emission_texture=_texture(table, "emission_texture", file),
+        alpha_cutoff=cutoff,
+        alpha=table.number("alpha", 1.0, low=0.0, high=1.0),
+        two_sided_emission=table.boolean("two_sided_emission", False),
+    )
+
+
+def _texture(table: Table, key: str, file: Path | None) -> Texture | None:
+    if key not in table:
+        return None
+    return read_texture(file_beside(table, key, file), table.where(key))
+
+
+def file_beside(table: Table, key: str, file: Path | None) -> Path:
+    """Return the file that `key` names, in the folder of the scene file."""
+    name = table.text(key)
+    if file is None:
+        raise SceneError(f"{table.where(key)} = {name!r}: this scene has no folder to look in")
+    return contained_file(file, name, table.where(key))

@@ -1,0 +1,167 @@
+"""The [[object]] tables: shape, material, transform, repetition, motion."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ssdo_gl import math3d
+from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.builder import SceneBuilder
+from ssdo_gl.scene.formats import read_model
+from ssdo_gl.scene.formats.toml.forms import FORM_KEYS, read_form
+from ssdo_gl.scene.formats.toml.lights import SHADOWS, as_vector
+from ssdo_gl.scene.formats.toml.materials import file_beside
+from ssdo_gl.scene.formats.toml.motions import MOTION_TABLE, read_motion, spins_in_place
+from ssdo_gl.scene.formats.toml.table import Table, suggestion
+from ssdo_gl.scene.light import Shadow
+from ssdo_gl.scene.material import Material
+from ssdo_gl.scene.mesh import SceneObject
+
+_COMMON = ("shape", "name", "material", "transform", "repeat", MOTION_TABLE, "shadow")
+SHAPES = (*FORM_KEYS, "mesh")
+# A million instances fill 128 MB with matrices alone.
+MAX_INSTANCES = 1_000_000
+
+
+def read_object(
+    table: Table, file: Path | None, material_of_name: dict[str, int], builder: SceneBuilder
+) -> None:
+    """Add what one [[object]] table describes."""
+    shape = table.text("shape", choices=SHAPES)
+    keys = ("path",) if shape == "mesh" else FORM_KEYS[shape]
+    table.allow(*_COMMON, *keys)
+    material = _material(table, material_of_name, builder)
+    name = table.text("name", shape)
+    if shape == "mesh":
+        parts = _model_parts(table, file, material, builder)
+    else:
+        key, make, matrix = read_form(shape, table)
+        if material is None:
+            material = _default_material(builder)
+        parts = [SceneObject(builder.mesh(key, make), material, matrix[None], name=name)]
+    matrices = _instances(table)
+    shadow = cast(Shadow, table.text("shadow", "map", SHADOWS))
+    placed = [
+        dataclasses.replace(
+            part,
+            world_from_object=(matrices[:, None] @ part.world_from_object).reshape(-1, 4, 4),
+        )
+        for part in parts
+    ]
+    _add(table, placed, len(matrices), shadow, builder)
+
+
+def _add(
+    table: Table, parts: list[SceneObject], count: int, shadow: Shadow, builder: SceneBuilder
+) -> None:
+    """Add the parts with their motion; each copy that spins does so about itself."""
+    if not spins_in_place(table):
+        motion = read_motion(table, (0.0, 0.0, 0.0))
+        for part in parts:
+            builder.add(dataclasses.replace(part, motion=motion), shadow)
+        return
+    for copy in range(count):
+        copies = []
+        for part in parts:
+            per_copy = len(part.world_from_object) // count
+            rows = slice(copy * per_copy, (copy + 1) * per_copy)
+            copies.append(dataclasses.replace(part, world_from_object=part.world_from_object[rows]))
+        motion = read_motion(table, as_vector(_middle(copies, builder)))
+        for part in copies:
+            builder.add(dataclasses.replace(part, motion=motion), shadow)
+
+
+def _middle(parts: list[SceneObject], builder: SceneBuilder) -> FloatArray:
+    """Return the middle of the parts' bounding box in world space."""
+    points = []
+    for part in parts:
+        low, high = builder.meshes[part.mesh].bounds()
+        for matrix in part.world_from_object:
+            middle = math3d.transform_points(matrix, 0.5 * (low + high))
+            reach = np.abs(matrix[:3, :3]) @ (0.5 * (high - low))
+            points += [middle - reach, middle + reach]
+    return np.asarray(0.5 * (np.min(points, axis=0) + np.max(points, axis=0)))
+
+
+def _material(table: Table, material_of_name: dict[str, int], builder: SceneBuilder) -> int | None:
+    if "material" not in table:
+        return None
+    name = table.text("material")
+    if name not in material_of_name:
+        hint = suggestion(name, list(material_of_name))
+        table.fail("material", f"no [materials.{name}] in this file; {hint}")
+    return material_of_name[name]
+
+
+def _default_material(builder: SceneBuilder) -> int:
+    for index, material in enumerate(builder.materials):
+        if material.name == "default":
+            return index
+    return builder.material(Material(name="default"))
+
+
+def _model_parts(
+    table: Table, file: Path | None, material: int | None, builder: SceneBuilder
+) -> list[SceneObject]:
+    """Return the objects of a model file, with `material` in place of its own."""
+    path = file_beside(table, "path", file)
+    key = ("model", str(path), material)
+    known = builder.models.get(key)
+    if known is None:
+        known = read_model(path, table.where("path")).add_to(builder, material)
+        builder.models[key] = known
+    return known
+
+
+def _instances(table: Table) -> FloatArray:
+    """Return (N, 4, 4): the transform, repeated in world space."""
+    transform = np.eye(4)
+    inside = table.table("transform")
+    if inside is not None:
+        inside.allow("translate", "rotate", "scale")
+        transform = (
+            math3d.translation(inside.vector("translate", (0.0, 0.0, 0.0)))
+            @ math3d.rotation_euler(inside.vector("rotate", (0.0, 0.0, 0.0)))
+            @ math3d.scaling(_scale(inside))
+        )
+    repeat = table.table("repeat")
+    if repeat is None:
+        return transform[None]
+    repeat.allow("count", "step")
+    grid = _grid(repeat)
+    matrices = np.repeat(transform[None], len(grid), axis=0)
+    matrices[:, :3, 3] += grid * repeat.numbers("step", 3)
+    return matrices
+
+
+def _grid(repeat: Table) -> NDArray[np.int64]:
+    """Return (N, 3) multiples of `step`: a grid for three counts, a row for one."""
+    along_row = not isinstance(repeat.data.get("count"), list)
+    counts = np.array([repeat.number("count")]) if along_row else repeat.numbers("count", 3)
+    if not all(n >= 1 and n == int(n) for n in counts) or np.prod(counts) > MAX_INSTANCES:
+        repeat.fail(
+            "count",
+            f"expected one or three whole numbers >= 1, at most {MAX_INSTANCES} copies in all",
+        )
+    if along_row:
+        return np.repeat(np.arange(int(counts[0]))[:, None], 3, axis=1)
+    axes = [np.arange(int(n)) for n in counts]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+
+
+def _scale(table: Table) -> FloatArray:
+    """Return three scale factors; negative ones mirror, zero is refused."""
+    if "scale" not in table:
+        return np.ones(3)
+    if isinstance(table.data["scale"], list):
+        factors = table.numbers("scale", 3)
+    else:
+        factors = np.full(3, table.number("scale"))
+    if not np.all(factors):
+        table.fail("scale", "must not be zero")
+    return factors

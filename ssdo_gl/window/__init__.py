@@ -1,0 +1,1 @@
+"""The interactive window: input, views, overlay."""

@@ -1,0 +1,1 @@
+"""A recorded camera path rendered to a file."""

@@ -1,0 +1,111 @@
+"""Renders a camera path frame by frame at full quality."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+from ssdo_gl.gpu.context import Device
+from ssdo_gl.graph.render_pass import ProgressCallback
+from ssdo_gl.images.display import picture_of
+from ssdo_gl.renderer import Renderer
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.settings import Settings
+from ssdo_gl.window.camera.camera_path import CameraPath
+from ssdo_gl.window.film.writers import FilmWriter, film_writer
+
+FRAMES_PER_SECOND = 30.0
+# As many sub-pixel offsets as a snapshot has by default.
+ANTIALIAS = 4
+
+
+class FilmJob:
+    """A film in the making, one frame at a time so that a window stays alive.
+
+    Parameters
+    ----------
+    scene : Scene
+    settings : Settings
+        With the size of the film.
+    path : CameraPath
+    out : Path
+        ``.mp4``, ``.webp``, ``.gif``, or ``.png`` for a folder of pictures.
+    start_s : float
+        Time of an animated scene at the beginning.
+    device : Device or None
+        An existing device to draw with.
+
+    Raises
+    ------
+    OutputError
+        If `out` cannot be written.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        settings: Settings,
+        path: CameraPath,
+        out: Path,
+        *,
+        frames_per_second: float = FRAMES_PER_SECOND,
+        start_s: float = 0.0,
+        device: Device | None = None,
+    ) -> None:
+        self.out = out
+        self.frame_count = max(1, round(path.seconds * frames_per_second))
+        self.done_count = 0
+        self._path = path
+        self._rate = frames_per_second
+        self._start_s = start_s
+        self._writer: FilmWriter = film_writer(out, frames_per_second)
+        antialias = max(settings.antialias, ANTIALIAS)
+        self._renderer = Renderer(
+            scene, dataclasses.replace(settings, antialias=antialias), device=device
+        )
+
+    @property
+    def is_done(self) -> bool:
+        """Whether the film is complete and lies under its name."""
+        return self.done_count == self.frame_count
+
+    def step(self, progress: ProgressCallback | None = None) -> None:
+        """Render the next frame; after the last one the film is finished.
+
+        Whatever `progress` raises leaves the frame to be rendered again.
+        """
+        if self.is_done:
+            return
+        seconds = self.done_count / self._rate
+        camera = self._path.camera(seconds, self._renderer.scene.camera)
+        result = self._renderer.render(
+            ["display"], camera=camera, seconds=self._start_s + seconds, progress=progress
+        )
+        self._writer.add(picture_of("display", result.images["display"]))
+        self.done_count += 1
+        if self.is_done:
+            self._writer.finish()
+            self._renderer.release()
+
+    def cancel(self) -> None:
+        """Leave no trace of an unfinished film."""
+        if not self.is_done:
+            self._writer.discard()
+            self._renderer.release()
+
+
+def render_film(
+    scene: Scene,
+    settings: Settings,
+    path: CameraPath,
+    out: Path,
+    *,
+    frames_per_second: float = FRAMES_PER_SECOND,
+) -> None:
+    """Render `path` through `scene` into `out`, without a window."""
+    job = FilmJob(scene, settings, path, out, frames_per_second=frames_per_second)
+    try:
+        while not job.is_done:
+            job.step()
+    finally:
+        job.cancel()

@@ -1,0 +1,255 @@
+"""Draws Dear ImGui with this project's own OpenGL layer and feeds it GLFW's events.
+
+The backends that come with imgui-bundle need PyOpenGL, a second view of the same
+context that knows nothing of the first; this one needs no window either, so that
+panels can be tested without a display.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from pathlib import Path
+from typing import Any
+
+import glfw
+import imgui_bundle
+import moderngl
+import numpy as np
+from imgui_bundle import imgui
+
+from ssdo_gl.gpu.context import Device
+from ssdo_gl.gpu.shader import ShaderLibrary
+
+# Height of text in window coordinates, before the display's own scale.
+FONT_PX = 15.0
+# Names as both GLFW and ImGui have them; letters and digits follow.
+_SHARED_KEYS = (
+    "TAB BACKSPACE ENTER ESCAPE INSERT DELETE SPACE HOME END PAGE_UP PAGE_DOWN MINUS PERIOD "
+    "COMMA EQUAL SLASH"
+)
+_KEYS: dict[int, Any] = {
+    getattr(glfw, f"KEY_{name}"): getattr(imgui.Key, name.lower()) for name in _SHARED_KEYS.split()
+}
+_KEYS |= {
+    getattr(glfw, f"KEY_{c}"): getattr(imgui.Key, c.lower()) for c in "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
+}
+_KEYS |= {getattr(glfw, f"KEY_{d}"): getattr(imgui.Key, f"_{d}") for d in range(10)}
+_KEYS |= {getattr(glfw, f"KEY_KP_{d}"): getattr(imgui.Key, f"keypad{d}") for d in range(10)}
+_KEYS |= {
+    glfw.KEY_LEFT: imgui.Key.left_arrow,
+    glfw.KEY_RIGHT: imgui.Key.right_arrow,
+    glfw.KEY_UP: imgui.Key.up_arrow,
+    glfw.KEY_DOWN: imgui.Key.down_arrow,
+    glfw.KEY_KP_ENTER: imgui.Key.keypad_enter,
+    glfw.KEY_KP_DECIMAL: imgui.Key.keypad_decimal,
+    glfw.KEY_KP_SUBTRACT: imgui.Key.keypad_subtract,
+}
+_MODIFIERS = (
+    (glfw.MOD_CONTROL, imgui.Key.mod_ctrl),
+    (glfw.MOD_SHIFT, imgui.Key.mod_shift),
+    (glfw.MOD_ALT, imgui.Key.mod_alt),
+    (glfw.MOD_SUPER, imgui.Key.mod_super),
+)
+_VERTEX_LAYOUT = ("2f 2f 4f1", "a_position_px", "a_uv", "a_color")
+
+
+class ImguiBackend:
+    """One ImGui context that draws with a device.
+
+    Parameters
+    ----------
+    device : Device
+    shaders : ShaderLibrary
+    scale : float
+        Of text and widgets, for displays of high density.
+    """
+
+    def __init__(self, device: Device, shaders: ShaderLibrary, scale: float = 1.0) -> None:
+        self._gl = device.gl
+        self._shaders = shaders
+        self._context = imgui.create_context()
+        imgui.set_current_context(self._context)
+        io = imgui.get_io()
+        # Positions of panels are the program's business: no file appears beside the user's.
+        io.set_ini_filename("")
+        io.set_log_filename("")
+        io.backend_flags |= imgui.BackendFlags_.renderer_has_textures
+        io.backend_flags |= imgui.BackendFlags_.renderer_has_vtx_offset
+        limit = int(device.gl.info["GL_MAX_TEXTURE_SIZE"])
+        imgui.get_platform_io().renderer_texture_max_width = limit
+        imgui.get_platform_io().renderer_texture_max_height = limit
+        fonts = Path(imgui_bundle.__file__).parent / "assets" / "fonts" / "Roboto"
+        io.fonts.add_font_from_file_ttf(str(fonts / "Roboto-Regular.ttf"), FONT_PX * scale)
+        _style(scale)
+        self._scale = scale
+        self._textures: dict[int, moderngl.Texture] = {}
+        self._vertices = self._gl.buffer(reserve=1, dynamic=True)
+        self._indices = self._gl.buffer(reserve=1, dynamic=True)
+        self._next_texture = 1
+
+    def rescale(self, scale: float) -> None:
+        """Follow the window to a display of another density."""
+        if scale != self._scale:
+            imgui.set_current_context(self._context)
+            style = imgui.get_style()
+            style.scale_all_sizes(scale / self._scale)
+            style.font_scale_main *= scale / self._scale
+            self._scale = scale
+
+    @property
+    def wants_keyboard(self) -> bool:
+        """Whether a text field is being typed into."""
+        return bool(imgui.get_io().want_text_input)
+
+    @property
+    def wants_mouse(self) -> bool:
+        """Whether the cursor is over a widget, or drags one."""
+        return bool(imgui.get_io().want_capture_mouse)
+
+    def key(self, key: int, action: int, mods: int) -> None:
+        """Take a GLFW key event."""
+        io = imgui.get_io()
+        for bit, name in _MODIFIERS:
+            io.add_key_event(name, bool(mods & bit))
+        if key in _KEYS and action != glfw.REPEAT:
+            io.add_key_event(_KEYS[key], action == glfw.PRESS)
+
+    def character(self, code: int) -> None:
+        """Take a typed character."""
+        imgui.get_io().add_input_character(code)
+
+    def cursor(self, x: float, y: float) -> None:
+        """Take the cursor's position, window coordinates."""
+        imgui.get_io().add_mouse_pos_event(x, y)
+
+    def cursor_left(self) -> None:
+        """Note that there is no cursor: outside the window, or captured by the camera."""
+        nowhere = -float(np.finfo(np.float32).max)
+        imgui.get_io().add_mouse_pos_event(nowhere, nowhere)
+
+    def button(self, button: int, action: int) -> None:
+        """Take a mouse button event."""
+        if 0 <= button < imgui.MouseButton_.count:
+            imgui.get_io().add_mouse_button_event(button, action == glfw.PRESS)
+
+    def scroll(self, x: float, y: float) -> None:
+        """Take the wheel."""
+        imgui.get_io().add_mouse_wheel_event(x, y)
+
+    def focus(self, has_focus: bool) -> None:
+        """Note that the window got or lost the keyboard."""
+        imgui.get_io().add_focus_event(has_focus)
+
+    def begin(
+        self, window_size: tuple[int, int], framebuffer_size: tuple[int, int], seconds: float
+    ) -> None:
+        """Begin a frame; widgets may be issued until `draw`."""
+        imgui.set_current_context(self._context)
+        io = imgui.get_io()
+        io.display_size = imgui.ImVec2(*window_size)
+        io.display_framebuffer_scale = imgui.ImVec2(
+            *(f / max(1, w) for f, w in zip(framebuffer_size, window_size, strict=True))
+        )
+        # ImGui refuses a step of no time.
+        io.delta_time = max(seconds, 1e-4)
+        imgui.new_frame()
+
+    def draw(self, target: moderngl.Framebuffer) -> None:
+        """End the frame and draw it over `target`."""
+        imgui.render()
+        data = imgui.get_draw_data()
+        for texture in imgui.get_platform_io().textures:
+            self._update_texture(texture)
+        scale = data.framebuffer_scale
+        width = round(data.display_size.x * scale.x)
+        height = round(data.display_size.y * scale.y)
+        if width <= 0 or height <= 0:
+            return
+        program = self._shaders.program("window/panel.vert", "window/panel.frag")
+        program.set({"u_window_size": (data.display_size.x, data.display_size.y)})
+        target.use()
+        target.viewport = (0, 0, width, height)
+        self._gl.enable_only(moderngl.BLEND)
+        self._gl.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
+        for commands in data.cmd_lists:
+            self._upload(commands)
+            array = self._gl.vertex_array(
+                program.gl,
+                [(self._vertices, *_VERTEX_LAYOUT)],
+                index_buffer=self._indices,
+                index_element_size=imgui.INDEX_SIZE,
+            )
+            for command in commands.cmd_buffer:
+                left, top, right, bottom = (
+                    round(edge * factor)
+                    for edge, factor in zip(command.clip_rect, (*scale, *scale), strict=True)
+                )
+                if right <= left or bottom <= top:
+                    continue
+                target.scissor = (left, height - bottom, right - left, bottom - top)
+                program.set({}, {"t_atlas": self._textures[command.tex_ref.get_tex_id()]})
+                array.render(
+                    moderngl.TRIANGLES, vertices=command.elem_count, first=command.idx_offset
+                )
+            array.release()
+        target.scissor = (0, 0, width, height)
+        self._gl.enable_only(moderngl.NOTHING)
+
+    def release(self) -> None:
+        """Free the textures and the context."""
+        for texture in self._textures.values():
+            texture.release()
+        self._vertices.release()
+        self._indices.release()
+        imgui.set_current_context(self._context)
+        for item in imgui.get_platform_io().textures:
+            item.set_tex_id(0)
+            item.status = imgui.ImTextureStatus.destroyed
+        imgui.destroy_context(self._context)
+
+    def _upload(self, commands: Any) -> None:
+        for buffer, items, size in (
+            (self._vertices, commands.vtx_buffer, imgui.VERTEX_SIZE),
+            (self._indices, commands.idx_buffer, imgui.INDEX_SIZE),
+        ):
+            data = ctypes.string_at(items.data_address(), items.size() * size)
+            # A fresh store of the right size: the last list may still be drawn from.
+            buffer.orphan(max(len(data), 1))
+            buffer.write(data)
+
+    def _update_texture(self, item: Any) -> None:
+        """Do what ImGui asks for with one of its textures (imgui_impl_opengl3.cpp's part)."""
+        status = imgui.ImTextureStatus
+        if item.status == status.want_create:
+            texture = self._gl.texture((item.width, item.height), 4, item.get_pixels_array())
+            texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+            texture.repeat_x = texture.repeat_y = False
+            item.set_tex_id(self._next_texture)
+            self._textures[self._next_texture] = texture
+            self._next_texture += 1
+            item.status = status.ok
+        elif item.status == status.want_updates:
+            pixels = np.asarray(item.get_pixels_array()).reshape(item.height, item.width, 4)
+            texture = self._textures[item.tex_id]
+            for part in item.updates:
+                block = pixels[part.y : part.y + part.h, part.x : part.x + part.w]
+                texture.write(block.tobytes(), viewport=(part.x, part.y, part.w, part.h))
+            item.status = status.ok
+        elif item.status == status.want_destroy and item.unused_frames > 0:
+            self._textures.pop(item.tex_id).release()
+            item.set_tex_id(0)
+            item.status = status.destroyed
+
+
+def _style(scale: float) -> None:
+    """Dark and see-through, so that the picture behind stays the main thing."""
+    imgui.style_colors_dark()
+    style = imgui.get_style()
+    style.window_rounding = 6.0
+    style.frame_rounding = 4.0
+    style.grab_rounding = 4.0
+    style.window_border_size = 0.0
+    style.item_spacing = imgui.ImVec2(8.0, 5.0)
+    r, g, b, _ = style.color_(imgui.Col_.window_bg)
+    style.set_color_(imgui.Col_.window_bg, imgui.ImVec4(r, g, b, 0.86))
+    style.scale_all_sizes(scale)

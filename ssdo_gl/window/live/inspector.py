@@ -1,0 +1,218 @@
+"""Reads single pixels of what was drawn, and watches for numbers that are none."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+
+from ssdo_gl.gpu.context import Device
+from ssdo_gl.gpu.fullscreen import draw_fullscreen
+from ssdo_gl.gpu.readback import read_texture
+from ssdo_gl.gpu.shader import ShaderLibrary
+from ssdo_gl.gpu.texture import make_framebuffer, make_texture, unpack
+from ssdo_gl.graph.frame import FrameView
+from ssdo_gl.images.surface_arrays import world_normals
+from ssdo_gl.window.camera.orientation import Vector, vector
+from ssdo_gl.window.live.live_renderer import Drawing, Plane
+
+# What the inspector shows beyond the image itself.
+INSPECTED = ("normal_ws", "albedo", "visibility", "beauty")
+# Texels summed up by one thread of the alarm: few enough results to read back at once.
+_BLOCK = 16
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What is at one pixel.
+
+    Attributes
+    ----------
+    pixel : (int, int)
+        Column and row of the rendered image, row 0 at the top.
+    z_vs : float
+        Distance along the view axis, scene units; 0 = background.
+    position_ws, normal_ws : Vector or None
+        None at the background.
+    values : dict of image name to tuple of floats
+        Of the last frame, not averaged.
+    """
+
+    pixel: tuple[int, int]
+    z_vs: float
+    position_ws: Vector | None
+    normal_ws: Vector | None
+    values: dict[str, tuple[float, ...]]
+
+    @property
+    def is_finite(self) -> bool:
+        """Whether everything that was read is a plain number."""
+        numbers = [self.z_vs, *(n for group in self.values.values() for n in group)]
+        return all(map(math.isfinite, numbers))
+
+
+@dataclass(frozen=True)
+class Alarm:
+    """Numbers that are none, in an image.
+
+    Attributes
+    ----------
+    count : int
+        Pixels that hold a NaN or an infinity.
+    pixel : (int, int)
+        The corner of a block that has some; column and row, row 0 at the top.
+    """
+
+    count: int
+    pixel: tuple[int, int]
+
+
+def read_texel(gl: moderngl.Context, texture: moderngl.Texture, x: int, y: int) -> list[float]:
+    """Return the channels of texel (x, y), y counted from the bottom as OpenGL does."""
+    target = make_framebuffer(gl, [texture])
+    try:
+        data = target.read(
+            viewport=(x, y, 1, 1), components=texture.components, alignment=1, dtype=texture.dtype
+        )
+    finally:
+        target.release()
+    values = unpack(data, (1, 1, texture.components), texture.dtype)
+    return [float(v) for v in values[0, 0]]
+
+
+def surface_point(gl: moderngl.Context, drawing: Drawing, uv: tuple[float, float]) -> Vector | None:
+    """Return the world-space point under a place of the picture; None at the background.
+
+    Parameters
+    ----------
+    uv : (float, float)
+        0..1 from the top left.
+    """
+    texture = drawing.planes["depth"].texture
+    assert texture is not None, "the G-buffer always has depth"
+    x, y = _texel(texture.size, uv)
+    z_vs = read_texel(gl, texture, x, y)[0]
+    return _position(drawing.view, texture.size, x, y, z_vs)
+
+
+def clearance(gl: moderngl.Context, drawing: Drawing) -> float | None:
+    """Return the distance of the nearest surface around the middle of the picture.
+
+    None if there is only sky. The middle third of one row is enough to notice a wall
+    ahead, and one read-back is all that a frame in motion can spare.
+    """
+    texture = drawing.planes["depth"].texture
+    assert texture is not None, "the G-buffer always has depth"
+    width, height = texture.size
+    count = max(1, width // 3)
+    target = make_framebuffer(gl, [texture])
+    try:
+        viewport = ((width - count) // 2, height // 2, count, 1)
+        data = target.read(viewport=viewport, components=1, alignment=1, dtype="f4")
+    finally:
+        target.release()
+    depths = np.frombuffer(data, np.float32)
+    depths = depths[depths > 0.0]
+    return float(depths.min()) if depths.size else None
+
+
+def inspect(gl: moderngl.Context, drawing: Drawing, uv: tuple[float, float]) -> Reading | None:
+    """Return what is at a place of the picture, 0..1 from the top left; None outside it."""
+    if not (0.0 <= uv[0] < 1.0 and 0.0 <= uv[1] < 1.0):
+        return None
+    texture = drawing.planes["depth"].texture
+    assert texture is not None, "the G-buffer always has depth"
+    x, y = _texel(texture.size, uv)
+    z_vs = read_texel(gl, texture, x, y)[0]
+    normal: Vector | None = None
+    encoded = drawing.planes["normal_ws"].texture if "normal_ws" in drawing.planes else None
+    if encoded is not None and z_vs > 0.0:
+        array = np.array([[read_texel(gl, encoded, x, y)]], np.float32)
+        normal = vector(
+            world_normals(array, np.full((1, 1, 1), z_vs, np.float32), drawing.view)[0, 0]
+        )
+    values = {
+        name: _channels(gl, plane, name, x, y)
+        for name, plane in drawing.planes.items()
+        if name not in ("depth", "normal_ws", "display")
+    }
+    position = _position(drawing.view, texture.size, x, y, z_vs)
+    return Reading((x, texture.height - 1 - y), z_vs, position, normal, values)
+
+
+class NonFiniteWatch:
+    """Counts the pixels of an image that hold a NaN or an infinity.
+
+    Parameters
+    ----------
+    device : Device
+    shaders : ShaderLibrary
+    """
+
+    def __init__(self, device: Device, shaders: ShaderLibrary) -> None:
+        self._gl = device.gl
+        self._shaders = shaders
+        self._target: moderngl.Framebuffer | None = None
+        self._counts: moderngl.Texture | None = None
+
+    def check(self, texture: moderngl.Texture) -> Alarm | None:
+        """Return what is wrong with `texture`; None if all of it is finite."""
+        size = -(-texture.width // _BLOCK), -(-texture.height // _BLOCK)
+        if self._target is None or self._target.size != size:
+            self.release()
+            self._counts = make_texture(self._gl, size, 1, "f4")
+            self._target = make_framebuffer(self._gl, [self._counts])
+        assert self._counts is not None
+        program = self._shaders.fullscreen("window/count_non_finite.frag", {"BLOCK": _BLOCK})
+        draw_fullscreen(self._gl, program, self._target, {}, {"t_image": texture})
+        counts = read_texture(self._counts)[:, :, 0]
+        total = int(counts.sum())
+        if total == 0:
+            return None
+        row, column = np.unravel_index(int(counts.argmax()), counts.shape)
+        # Blocks start at the bottom; the topmost one may stick out of the image.
+        bottom = (size[1] - 1 - int(row)) * _BLOCK
+        top = texture.height - min(bottom + _BLOCK, texture.height)
+        return Alarm(total, (int(column) * _BLOCK, top))
+
+    def release(self) -> None:
+        """Free the device objects."""
+        for item in (self._target, self._counts):
+            if item is not None:
+                item.release()
+        self._target = self._counts = None
+
+
+def _texel(size: tuple[int, int], uv: tuple[float, float]) -> tuple[int, int]:
+    x = min(max(int(uv[0] * size[0]), 0), size[0] - 1)
+    y = min(max(int(uv[1] * size[1]), 0), size[1] - 1)
+    return x, size[1] - 1 - y
+
+
+def _position(view: FrameView, size: tuple[int, int], x: int, y: int, z_vs: float) -> Vector | None:
+    """Return the world-space point seen through the centre of a texel, float64."""
+    if z_vs <= 0.0:
+        return None
+    ndc = [
+        2.0 * (texel + 0.5) / count - 1.0 + offset
+        for texel, count, offset in zip((x, y), size, view.jitter_ndc, strict=True)
+    ]
+    tangents = view.tan_half_fov
+    position_vs = np.array([ndc[0] * tangents[0], ndc[1] * tangents[1], -1.0]) * z_vs
+    return vector(position_vs @ view.view_from_world + view.position_ws)
+
+
+def _channels(gl: moderngl.Context, plane: Plane, name: str, x: int, y: int) -> tuple[float, ...]:
+    count = 1 if name == "visibility" else 3
+    if plane.texture is None:
+        return (plane.neutral,) * count
+    first = plane.first_channel
+    return tuple(read_texel(gl, plane.texture, x, y)[first : first + count])
+
+
+def shown_values(values: Sequence[float]) -> str:
+    """Return numbers in a form that a person can compare: four digits."""
+    return "  ".join(f"{value:.4g}" for value in values)

@@ -1,0 +1,225 @@
+"""One image of the window: redrawn while something moves, refined while nothing does."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import moderngl
+
+from ssdo_gl.gpu.context import Device
+from ssdo_gl.gpu.fullscreen import draw_fullscreen
+from ssdo_gl.gpu.shader import ShaderLibrary
+from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.graph.render_pass import ProgressCallback
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.settings import Settings
+from ssdo_gl.window.live.live_renderer import Drawing, LiveRenderer, Plane
+from ssdo_gl.window.views import Kind, is_averaged
+
+# Frames averaged at rest. Sixteen sub-pixel offsets leave edges with steps of a
+# sixteenth of the contrast, and a quarter of the estimators' noise.
+REFINE_FRAMES = 16
+# In which order: the one nearest to the pixel's centre first, because that is what is
+# seen while moving, then in steps that spread over the pixel early.
+_ORDER = tuple((7 + 7 * k) % REFINE_FRAMES for k in range(REFINE_FRAMES))
+# A reference in the background may keep the hands waiting this long.
+CHUNK_MS = 60.0
+# Samples per frame of a reference double at most this often.
+MAX_CHUNK = 64
+# Larger values are faults, which frames to come make good: no light brings so much.
+VALUE_BOUND = 1e18
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What a frame is to show; two equal wishes refine one another.
+
+    Attributes
+    ----------
+    image : str
+        AOV name or ``display``.
+    kind : Kind
+    camera : Camera
+    settings : Settings
+        With the size in pixels; ``spp`` of a reference is when it counts as refined.
+    seconds : float
+        Of the animation.
+    extra : tuple of str
+        Images that are drawn besides and not averaged.
+    """
+
+    image: str
+    kind: Kind
+    camera: Camera
+    settings: Settings
+    seconds: float = 0.0
+    extra: tuple[str, ...] = ()
+
+    @property
+    def samples_wanted(self) -> int:
+        """How many samples (frames, or a reference's rays per pixel) make it refined."""
+        if not is_averaged(self.kind):
+            return 1
+        return self.settings.spp if self.settings.is_reference else REFINE_FRAMES
+
+
+class LiveImage:
+    """Draws what is wished for and averages it for as long as the wish stays the same.
+
+    Attributes
+    ----------
+    drawing : Drawing or None
+        The last frame.
+    sample_count : int
+        Samples in the sum.
+    last_samples : int
+        Samples of the last frame: a reference takes several while nothing moves.
+    """
+
+    def __init__(self, renderer: LiveRenderer, device: Device, shaders: ShaderLibrary) -> None:
+        self.renderer = renderer
+        self.drawing: Drawing | None = None
+        self.sample_count = 0
+        self.last_samples = 0
+        self._device = device
+        self._shaders = shaders
+        self._wish: Wish | None = None
+        self._applied: Settings | None = None
+        self._frames = 0
+        self._chunk = 1
+        # Two sums: what a frame is added to, and what comes of it.
+        self._sums: list[moderngl.Texture] = []
+        self._targets: list[moderngl.Framebuffer] = []
+
+    @property
+    def is_refined(self) -> bool:
+        """Whether another frame would not add anything that was asked for."""
+        return self._wish is not None and self.sample_count >= self._wish.samples_wanted
+
+    @property
+    def samples_wanted(self) -> int:
+        """How many samples make the present image refined."""
+        return 0 if self._wish is None else self._wish.samples_wanted
+
+    @property
+    def plane(self) -> Plane:
+        """The image: a sum over `sample_count` samples, or the last frame itself."""
+        assert self.drawing is not None and self._wish is not None, "nothing was drawn yet"
+        plane = self.drawing.planes[self._wish.image]
+        if plane.texture is None or not is_averaged(self._wish.kind):
+            return plane
+        return Plane(self._sums[0], plane.first_channel)
+
+    @property
+    def last_plane(self) -> Plane:
+        """The image as the last frame drew it: a sum leaves out what is no number."""
+        assert self.drawing is not None and self._wish is not None, "nothing was drawn yet"
+        return self.drawing.planes[self._wish.image]
+
+    @property
+    def weight(self) -> float:
+        """What the plane's numbers have to be multiplied with."""
+        assert self._wish is not None, "nothing was drawn yet"
+        return 1.0 / self.sample_count if is_averaged(self._wish.kind) else 1.0
+
+    def restart(self) -> None:
+        """Forget what was averaged: shaders or the scene have changed."""
+        self._wish = self._applied = None
+        self.sample_count = 0
+
+    def update(
+        self,
+        wish: Wish,
+        *,
+        time_passes: bool = False,
+        progress: ProgressCallback | None = None,
+    ) -> bool:
+        """Draw one frame towards `wish`; return whether there was anything to draw.
+
+        Whatever `progress` or a shader raises leaves the image as it was.
+        """
+        if wish == self._wish and self.is_refined:
+            return False
+        goes_on = wish == self._wish
+        frame = self._frames if goes_on else 0
+        index = _ORDER[frame % REFINE_FRAMES] + frame // REFINE_FRAMES * REFINE_FRAMES
+        samples = 1
+        settings = wish.settings
+        if settings.is_reference:
+            # A view that may change with the next frame gets the least there is.
+            left = wish.samples_wanted - self.sample_count
+            samples = max(1, min(self._chunk, left)) if goes_on else 1
+            settings = dataclasses.replace(settings, spp=samples)
+        # Not the renderer's own settings: it has filled in what the scene decides.
+        if settings != self._applied:
+            self.renderer.use(settings)
+            self._applied = settings
+        drawing = self.renderer.draw(
+            [wish.image, *wish.extra],
+            camera=wish.camera,
+            seconds=wish.seconds,
+            index=index if is_averaged(wish.kind) else 0,
+            count=REFINE_FRAMES if is_averaged(wish.kind) else 1,
+            time_passes=time_passes,
+            progress=progress,
+        )
+        if not goes_on:
+            self._wish, self._frames, self.sample_count = wish, 0, 0
+        if settings.is_reference:
+            self._choose_chunk(samples, drawing.frame_ms)
+        self.drawing = drawing
+        self._add(drawing.planes[wish.image], samples)
+        self._frames += 1
+        self.sample_count += samples
+        self.last_samples = samples
+        return True
+
+    def release(self) -> None:
+        """Free the sums and the renderer."""
+        self._free_sums()
+        self.renderer.release()
+
+    def _choose_chunk(self, samples: int, frame_ms: float) -> None:
+        """Take as many samples per frame as fit the time one may wait for the hands."""
+        if frame_ms > CHUNK_MS:
+            self._chunk = max(1, samples // 2)
+        elif frame_ms < 0.4 * CHUNK_MS:
+            self._chunk = min(2 * samples, MAX_CHUNK)
+
+    def _add(self, plane: Plane, samples: int) -> None:
+        if plane.texture is None:
+            return
+        if not self._sums or self._sums[0].size != plane.texture.size:
+            self._make_sums(plane.texture.size)
+        is_encoded = self._wish is not None and self._wish.kind is Kind.DISPLAY
+        program = self._shaders.fullscreen("window/live_sum.frag", {"IS_ENCODED": int(is_encoded)})
+        draw_fullscreen(
+            self._device.gl,
+            program,
+            self._targets[1],
+            {
+                "u_weight": float(samples),
+                "u_count": float(self.sample_count),
+                "u_bound": VALUE_BOUND,
+            },
+            {"t_image": plane.texture, "t_sum": self._sums[0]},
+        )
+        self._sums.reverse()
+        self._targets.reverse()
+
+    def _make_sums(self, size: tuple[int, int]) -> None:
+        self._free_sums()
+        gl = self._device.gl
+        self._sums = [make_texture(gl, size, 4, "f4") for _ in range(2)]
+        for item in self._sums:
+            # A picture that is smaller than the window is stretched smoothly.
+            item.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        self._targets = [make_framebuffer(gl, [item]) for item in self._sums]
+
+    def _free_sums(self) -> None:
+        for target in self._targets:
+            target.release()
+        for texture in self._sums:
+            texture.release()
+        self._targets, self._sums = [], []

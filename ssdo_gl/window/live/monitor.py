@@ -1,0 +1,116 @@
+"""Looks at what was drawn, now and then: numbers that are none, and the live error."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ssdo_gl.gpu.context import Device
+from ssdo_gl.gpu.readback import read_texture
+from ssdo_gl.gpu.shader import ShaderLibrary
+from ssdo_gl.window.live.inspector import Alarm, NonFiniteWatch
+from ssdo_gl.window.live.live_image import LiveImage
+from ssdo_gl.window.views import Kind, View
+
+# A flight is looked at this often (frames); a picture at rest once it is refined.
+LOOK_EVERY = 30
+
+
+class LookOut:
+    """Reads pictures back when there is time for it.
+
+    Attributes
+    ----------
+    alarm : Alarm or None
+        NaN or infinity in what was shown last.
+    error : float or None
+        RMSE over the mean of the left image against the right one; known at rest while
+        their difference is shown.
+    is_due : bool
+        Whether the present picture was not looked at yet.
+    """
+
+    def __init__(self, device: Device, shaders: ShaderLibrary) -> None:
+        self.alarm: Alarm | None = None
+        self.error: float | None = None
+        self.is_due = True
+        self._watch = NonFiniteWatch(device, shaders)
+        self._frames = 0
+
+    def look(
+        self, images: Sequence[LiveImage], view: View, *, drew: bool, is_finished: bool
+    ) -> None:
+        """Look at `images` if it is time.
+
+        Parameters
+        ----------
+        images : sequence of LiveImage
+            Left and, where two are compared, right.
+        drew : bool
+            Whether they have changed since the last call.
+        is_finished : bool
+            Whether they will not change any more by themselves.
+        """
+        if drew:
+            self.is_due = True
+            self._frames += 1
+        if not self.is_due or not (is_finished or self._frames % LOOK_EVERY == 0):
+            return
+        self.is_due = not is_finished
+        self.error = _difference(images) if is_finished and view.is_error else None
+        if view.kind is not Kind.DISPLAY:
+            self.error = None
+        self.alarm = None
+        for image in images:
+            # Not the average: frames to come make good in it what is no number.
+            texture = image.last_plane.texture
+            if texture is not None:
+                self.alarm = self._watch.check(texture) or self.alarm
+
+    def release(self) -> None:
+        """Free the device objects."""
+        self._watch.release()
+
+
+def _difference(images: Sequence[LiveImage]) -> float | None:
+    """Return the relative RMSE of the first image against the second."""
+    arrays: list[NDArray[np.float64]] = []
+    for image in images:
+        texture = image.plane.texture
+        if texture is None or image.drawing is None:
+            return None
+        arrays.append(read_texture(texture)[:, :, :3].astype(np.float64) * image.weight)
+    drawing = images[0].drawing
+    z_vs = None if drawing is None else drawing.planes["depth"].texture
+    if z_vs is None or len(arrays) != 2 or arrays[0].shape != arrays[1].shape:
+        return None
+    return relative_rms(arrays[0], arrays[1], read_texture(z_vs)[:, :, 0] > 0.0)
+
+
+def relative_rms(
+    image: NDArray[np.float64], truth: NDArray[np.float64], covered: NDArray[np.bool_]
+) -> float | None:
+    """Return the root mean square difference over the mean of the truth.
+
+    Parameters
+    ----------
+    image, truth : ndarray, shape (height, width, 3)
+        Scene-linear radiance.
+    covered : ndarray of bool, shape (height, width)
+        Pixels that show a surface.
+
+    Returns
+    -------
+    float or None
+        None where there is nothing to compare with: no surface, or a black truth.
+    """
+    a, b = image[covered], truth[covered]
+    finite = np.isfinite(a).all(axis=1) & np.isfinite(b).all(axis=1)
+    if not finite.any():
+        return None
+    mean = float(b[finite].mean())
+    if mean <= 0.0:
+        return None
+    return float(np.sqrt(np.mean((a[finite] - b[finite]) ** 2)) / mean)

@@ -1,0 +1,250 @@
+"""Everything that is drawn over the picture: panel, messages, values, keys, legend."""
+
+from __future__ import annotations
+
+import math
+
+import moderngl
+from imgui_bundle import ImVec2, imgui
+
+from ssdo_gl.gpu.context import Device
+from ssdo_gl.window.actions import Host
+from ssdo_gl.window.imgui_backend import ImguiBackend
+from ssdo_gl.window.input_map import help_rows
+from ssdo_gl.window.live.inspector import inspect, shown_values
+from ssdo_gl.window.panel.panel import Panel, panel_width
+from ssdo_gl.window.presenter import error_color
+from ssdo_gl.window.viewer import Viewer
+from ssdo_gl.window.views import METHOD_LABELS, Kind
+
+# In a window narrower than this, the panel would cover half of the picture.
+NARROW = 720.0
+_MARGIN = 10.0
+_FAULT = imgui.ImVec4(1.0, 0.55, 0.45, 1.0)
+_STILL = (
+    imgui.WindowFlags_.no_decoration
+    | imgui.WindowFlags_.always_auto_resize
+    | imgui.WindowFlags_.no_move
+    | imgui.WindowFlags_.no_nav
+    | imgui.WindowFlags_.no_focus_on_appearing
+)
+_SEE_THROUGH = _STILL | imgui.WindowFlags_.no_inputs
+_LEGEND_STEPS = 41
+
+
+class Overlay(ImguiBackend):
+    """The user interface over the viewer's picture.
+
+    Parameters
+    ----------
+    device : Device
+    viewer : Viewer
+    host : Host
+    scale : float
+        Of text and widgets.
+    width : float
+        Of the window; a narrow one begins without the panel.
+
+    Attributes
+    ----------
+    shows_panel, shows_help : bool
+    """
+
+    def __init__(
+        self,
+        device: Device,
+        viewer: Viewer,
+        host: Host,
+        scale: float = 1.0,
+        width: float = math.inf,
+    ) -> None:
+        super().__init__(device, viewer.shaders, scale)
+        self.shows_panel = width >= NARROW * scale
+        self.shows_help = False
+        self._viewer = viewer
+        self._host = host
+        self._panel = Panel(viewer, host)
+        self._faults: tuple[str, ...] = ()
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether a widget is being used, so that frames must follow one another."""
+        return bool(imgui.is_any_item_active())
+
+    def show_faults(self, faults: tuple[str, ...]) -> None:
+        """Show what does not compile until it does."""
+        self._faults = faults
+
+    def compose(
+        self,
+        target: moderngl.Framebuffer,
+        window_size: tuple[int, int],
+        framebuffer_size: tuple[int, int],
+        seconds: float,
+    ) -> None:
+        """Issue all widgets and draw them over `target`."""
+        if min(*window_size, *framebuffer_size) < 1:
+            return
+        self.begin(window_size, framebuffer_size, seconds)
+        if self._viewer.frame_ms > 0.0:
+            self._panel.note_frame(self._viewer.frame_ms)
+        if self.shows_panel:
+            self._panel.draw(window_size, self._scale)
+        else:
+            self._viewer.times_passes = self._viewer.shows_histogram = False
+        self._status()
+        self._messages(window_size)
+        # What explains the picture stays clear of the panel.
+        taken = panel_width(window_size, self._scale) if self.shows_panel else 0.0
+        free = window_size[0] - taken
+        self._names_of_sides(window_size, free)
+        if self._viewer.view.is_error:
+            self._legend(free)
+        if self._viewer.is_inspecting:
+            self._values()
+        if self.shows_help:
+            self._help(window_size)
+        self.draw(target)
+
+    def _status(self) -> None:
+        """One line at the top left: what is shown, how long it took, how refined it is."""
+        viewer = self._viewer
+        left = viewer.left
+        if left is None or left.image.drawing is None:
+            return
+        size = left.image.drawing.view.size
+        samples = left.image.sample_count
+        state = f"{samples} samples" if samples > 1 else "moving" if viewer.is_busy else "still"
+        text = (
+            f"{METHOD_LABELS[viewer.view.method]}, {viewer.view.aov}   "
+            f"{size[0]} x {size[1]}   {state}"
+        )
+        if viewer.look_out.alarm is None:
+            # Known beforehand: a window that measures itself is a frame late, and a frame
+            # may take a second.
+            imgui.set_next_window_content_size(imgui.calc_text_size(text))
+        _place(_MARGIN, _MARGIN)
+        imgui.begin("status", None, _SEE_THROUGH)
+        imgui.text(text)
+        if viewer.look_out.alarm is not None:
+            x, y = viewer.look_out.alarm.pixel
+            imgui.text_colored(
+                _FAULT, f"{viewer.look_out.alarm.count} pixels are no numbers, from ({x}, {y}) on"
+            )
+        imgui.end()
+
+    def _messages(self, window_size: tuple[int, int]) -> None:
+        lines = [(line.text, line.is_fault) for line in self._viewer.messages.lines]
+        lines += [(fault, True) for fault in self._faults]
+        if not lines:
+            return
+        imgui.set_next_window_pos(
+            ImVec2(_MARGIN, window_size[1] - _MARGIN), imgui.Cond_.always, ImVec2(0.0, 1.0)
+        )
+        imgui.begin("messages", None, _SEE_THROUGH)
+        imgui.push_text_wrap_pos(0.6 * window_size[0])
+        for text, is_fault in lines:
+            if is_fault:
+                imgui.text_colored(_FAULT, text)
+            else:
+                imgui.text_unformatted(text)
+        imgui.pop_text_wrap_pos()
+        imgui.end()
+
+    def _names_of_sides(self, window_size: tuple[int, int], free: float) -> None:
+        view = self._viewer.view
+        if not view.is_split:
+            return
+        x = min(view.divider * window_size[0], free)
+        names = (view.method, view.other_method)
+        sides = (self._viewer.left, self._viewer.right)
+        for name, shown, side, pivot in zip(names, sides, (-1.0, 1.0), (1.0, 0.0), strict=True):
+            imgui.set_next_window_pos(
+                ImVec2(x + side * _MARGIN, window_size[1] - 6.0 * _MARGIN),
+                imgui.Cond_.always,
+                ImVec2(pivot, 1.0),
+            )
+            imgui.begin(f"side {side}", None, _SEE_THROUGH)
+            imgui.text(METHOD_LABELS[name])
+            if shown is not None and shown.image.sample_count:
+                imgui.text_disabled(f"{shown.image.sample_count} of {shown.image.samples_wanted}")
+            imgui.end()
+
+    def _legend(self, free: float) -> None:
+        view = self._viewer.view
+        imgui.set_next_window_pos(
+            ImVec2(0.5 * free, 4.0 * _MARGIN), imgui.Cond_.always, ImVec2(0.5, 0.0)
+        )
+        imgui.begin("legend", None, _SEE_THROUGH)
+        other = METHOD_LABELS[view.other_method]
+        unit = "" if view.kind is Kind.VISIBILITY else " %"
+        ends = view.error_range if view.kind is Kind.VISIBILITY else 100.0 * view.error_range
+        imgui.text(f"{METHOD_LABELS[view.method]} against {other}")
+        if self._viewer.look_out.error is not None:
+            imgui.same_line()
+            imgui.text(f"  rms error {self._viewer.look_out.error:.1%} of the mean")
+        imgui.text(f"-{ends:.3g}{unit}")
+        imgui.same_line()
+        corner = imgui.get_cursor_screen_pos()
+        width, height = 5.0 * self._scale, imgui.get_text_line_height()
+        draw = imgui.get_window_draw_list()
+        for step in range(_LEGEND_STEPS):
+            r, g, b = error_color(2.0 * step / (_LEGEND_STEPS - 1) - 1.0)
+            color = imgui.color_convert_float4_to_u32(imgui.ImVec4(r, g, b, 1.0))
+            left = ImVec2(corner.x + step * width, corner.y)
+            draw.add_rect_filled(left, ImVec2(left.x + width, left.y + height), color)
+        imgui.dummy(ImVec2(_LEGEND_STEPS * width, height))
+        imgui.same_line()
+        imgui.text(f"+{ends:.3g}{unit}")
+        imgui.end()
+
+    def _values(self) -> None:
+        """What is under the cursor, beside it."""
+        viewer = self._viewer
+        left = viewer.left
+        if left is None or left.image.drawing is None or self.wants_mouse:
+            return
+        reading = inspect(viewer.device.gl, left.image.drawing, self._host.cursor_uv())
+        if reading is None:
+            return
+        lines = [f"pixel  {reading.pixel[0]}, {reading.pixel[1]}"]
+        if reading.position_ws is None:
+            lines.append("background")
+        else:
+            lines.append(f"P  {shown_values(reading.position_ws)}")
+            lines.append(f"z  {reading.z_vs:.5g}")
+        if reading.normal_ws is not None:
+            # Kept with 16 bits: further digits would be of the rounding.
+            lines.append("n  " + "  ".join(f"{part:.4f}" for part in reading.normal_ws))
+        lines += [f"{name}  {shown_values(values)}" for name, values in reading.values.items()]
+        widest = max(imgui.calc_text_size(line).x for line in lines)
+        imgui.set_next_window_content_size(ImVec2(widest, 0.0))
+        imgui.begin_tooltip()
+        for line in lines:
+            imgui.text_unformatted(line)
+        if not reading.is_finite:
+            imgui.text_colored(_FAULT, "no number")
+        imgui.end_tooltip()
+
+    def _help(self, window_size: tuple[int, int]) -> None:
+        imgui.set_next_window_pos(
+            ImVec2(0.5 * window_size[0], 0.5 * window_size[1]),
+            imgui.Cond_.always,
+            ImVec2(0.5, 0.5),
+        )
+        height = window_size[1] - 2.0 * _MARGIN
+        imgui.set_next_window_size_constraints(ImVec2(0.0, 0.0), ImVec2(window_size[0], height))
+        imgui.begin("keys", None, _STILL & ~imgui.WindowFlags_.no_scrollbar)
+        if imgui.begin_table("keys", 2, imgui.TableFlags_.sizing_fixed_fit):
+            for keys, meaning in help_rows():
+                imgui.table_next_row()
+                imgui.table_next_column()
+                imgui.text(keys)
+                imgui.table_next_column()
+                imgui.text(meaning)
+            imgui.end_table()
+        imgui.end()
+
+
+def _place(x: float, y: float) -> None:
+    imgui.set_next_window_pos(ImVec2(x, y))

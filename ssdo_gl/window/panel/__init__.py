@@ -1,0 +1,1 @@
+"""The panel over the picture: every setting, lights, times and reasons."""

@@ -1,0 +1,114 @@
+"""The section of the panel that edits lights and environment."""
+
+from __future__ import annotations
+
+import dataclasses
+
+from imgui_bundle import imgui
+
+from ssdo_gl.scene.defaults import SKY
+from ssdo_gl.scene.environment import ConstantEnvironment, Environment, GradientEnvironment
+from ssdo_gl.scene.material import Color
+from ssdo_gl.window.light_edits import moved_to, place_of, power_of, power_unit, with_power
+from ssdo_gl.window.viewer import Viewer
+
+# A light is turned up or down within these factors of the value one sees.
+_STRENGTH_SPEED = 0.01
+# A place is dragged by this part of the scene's diagonal per pixel.
+_MOVE_SPEED = 0.002
+
+
+def lights_section(viewer: Viewer) -> None:
+    """Draw a row of widgets for each light, and for the environment."""
+    changed = False
+    for index, light in enumerate(viewer.lights):
+        imgui.push_id(str(index))
+        was_on = viewer.lights_on[index]
+        toggled, viewer.lights_on[index] = imgui.checkbox("##on", was_on)
+        imgui.same_line()
+        kind = type(light).__name__.removesuffix("Light").lower()
+        is_open = imgui.tree_node(f"{light.name or kind} {index + 1}###light")
+        changed |= toggled
+        if is_open:
+            changed |= _light(viewer, index)
+            imgui.tree_pop()
+        imgui.pop_id()
+    if changed:
+        viewer.apply_lights()
+    _environment(viewer)
+
+
+def _light(viewer: Viewer, index: int) -> bool:
+    light = viewer.lights[index]
+    strength, color = split(power_of(light))
+    changed_color, new_color = imgui.color_edit3("colour", list(color))
+    changed, new = imgui.drag_float(
+        power_unit(light), strength, _STRENGTH_SPEED * max(strength, 1e-3), 0.0, 0.0, "%.4g"
+    )
+    if changed or changed_color:
+        r, g, b = (max(new, 0.0) * c for c in new_color[:3])
+        light = with_power(light, (r, g, b))
+    place = place_of(light)
+    moved = False
+    if place is not None:
+        moved, where = imgui.drag_float3(
+            "place", list(place), _MOVE_SPEED * viewer.diagonal, 0.0, 0.0, "%.3g"
+        )
+        if moved:
+            light = moved_to(light, (where[0], where[1], where[2]))
+    imgui.text_disabled(f"shadow: {light.shadow}")
+    viewer.lights[index] = light
+    return bool(changed or changed_color or moved)
+
+
+def _environment(viewer: Viewer) -> None:
+    environment = viewer.scene.environment
+    if environment is None:
+        imgui.text_disabled("no environment")
+        imgui.same_line()
+        if imgui.small_button("add a sky"):
+            _replace_environment(viewer, SKY)
+        return
+    if not imgui.tree_node("environment"):
+        return
+    new: Environment = environment
+    if isinstance(environment, ConstantEnvironment):
+        new = dataclasses.replace(environment, radiance=_color("radiance", environment.radiance))
+    elif isinstance(environment, GradientEnvironment):
+        new = dataclasses.replace(
+            environment,
+            zenith=_color("zenith", environment.zenith),
+            horizon=_color("horizon", environment.horizon),
+            ground=_color("ground", environment.ground),
+        )
+    else:
+        imgui.text_disabled(f"image {environment.name or 'map'}")
+        turned, degrees = imgui.drag_float("turn (deg)", environment.rotation_y, 0.5)
+        if turned:
+            new = dataclasses.replace(environment, rotation_y=degrees)
+    if new is not environment and new != environment:
+        _replace_environment(viewer, new)
+    if imgui.small_button("remove"):
+        _replace_environment(viewer, None)
+    imgui.tree_pop()
+
+
+def _replace_environment(viewer: Viewer, environment: Environment | None) -> None:
+    viewer.original = dataclasses.replace(viewer.original, environment=environment)
+    viewer.apply_lights()
+
+
+def _color(label: str, color: Color) -> Color:
+    """Edit a radiance, W/sr/m^2, which may exceed 1."""
+    flags = imgui.ColorEditFlags_.float | imgui.ColorEditFlags_.hdr
+    changed, new = imgui.color_edit3(label, list(color), flags)
+    return (new[0], new[1], new[2]) if changed else color
+
+
+def split(power: Color) -> tuple[float, Color]:
+    """Return (strength, colour) of a light: the colour's largest part is 1."""
+    strength = max(power)
+    if strength <= 0.0:
+        return 0.0, (1.0, 1.0, 1.0)
+    r, g, b = (part / strength for part in power)
+    return strength, (r, g, b)

@@ -1,0 +1,214 @@
+"""Turns images on the device into the picture on the screen."""
+
+from __future__ import annotations
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from ssdo_gl.gpu.context import Device
+from ssdo_gl.gpu.shader import Program, ShaderLibrary
+from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.math3d import FloatArray
+from ssdo_gl.window.live.live_image import LiveImage
+from ssdo_gl.window.live.live_renderer import Plane
+from ssdo_gl.window.views import Kind, View
+
+# Width of the divider's line, pixels of the framebuffer.
+DIVIDER_PX = 2
+_DIVIDER_COLOR = (1.0, 0.85, 0.3, 1.0)
+
+
+def error_color(t: float) -> tuple[float, float, float]:
+    """Return the sRGB colour of a difference, -1 (too dark) to 1 (too bright).
+
+    The same as in ``shaders/window/error_colors.frag``, for the legend.
+    """
+    neutral = np.full(3, 0.08)
+    middle = np.array([0.10, 0.36, 0.90] if t < 0.0 else [0.88, 0.24, 0.10])
+    tip = np.array([0.78, 0.93, 1.00] if t < 0.0 else [1.00, 0.92, 0.62])
+    size = min(abs(t), 1.0)
+    start, end, u = (neutral, middle, 2 * size) if size < 0.5 else (middle, tip, 2 * size - 1)
+    r, g, b = (float(c) for c in start + (end - start) * u)
+    return r, g, b
+
+
+class Presenter:
+    """Draws one or two images, or their difference, into a picture of the window's size.
+
+    Parameters
+    ----------
+    device : Device
+    shaders : ShaderLibrary
+
+    Attributes
+    ----------
+    picture : moderngl.Framebuffer or None
+        8-bit sRGB, what `draw` made last.
+    """
+
+    def __init__(self, device: Device, shaders: ShaderLibrary) -> None:
+        self.picture: moderngl.Framebuffer | None = None
+        self._texture: moderngl.Texture | None = None
+        self._gl = device.gl
+        self._shaders = shaders
+        self._constants: dict[float, moderngl.Texture] = {}
+
+    def draw(
+        self,
+        size: tuple[int, int],
+        view: View,
+        left: LiveImage,
+        right: LiveImage | None,
+        *,
+        kinds: tuple[Kind, Kind],
+        bounds: tuple[FloatArray, FloatArray],
+        exposure: float,
+        curve: str = "plain",
+    ) -> None:
+        """Draw `view` into `picture`.
+
+        Parameters
+        ----------
+        size : (int, int)
+            Pixels of the window's framebuffer.
+        left, right : LiveImage
+            Both drawn at least once; `right` if the view compares.
+        kinds : (Kind, Kind)
+            How the numbers of left and right become colours.
+        bounds : (ndarray, ndarray)
+            Corners of the scene, world space.
+        exposure : float
+            EV, for images that are still linear.
+        curve : str
+            Tone curve for those, one of `passes.tone_map.CURVES`.
+        """
+        self._fit(size)
+        assert self.picture is not None
+        if view.is_error and right is not None:
+            self._draw_error(view, left, right, exposure)
+            return
+        split = round(view.divider * size[0]) if view.is_split and right is not None else size[0]
+        self._draw_image(left, kinds[0], (0, 0, split, size[1]), bounds, exposure, curve)
+        if right is not None and split < size[0]:
+            rest = (split, 0, size[0] - split, size[1])
+            self._draw_image(right, kinds[1], rest, bounds, exposure, curve)
+            line = (split - DIVIDER_PX // 2, 0, DIVIDER_PX, size[1])
+            self.picture.clear(*_DIVIDER_COLOR, viewport=line)
+
+    def copy_to(self, target: moderngl.Framebuffer, size: tuple[int, int]) -> None:
+        """Copy the picture to `target` (the screen), whose size is `size` pixels."""
+        assert self._texture is not None, "nothing was drawn yet"
+        program = self._shaders.fullscreen("passes/copy.frag")
+        program.set({}, {"t_image": self._texture})
+        self._fill(program, target, size, None)
+
+    def pixels(self) -> NDArray[np.uint8]:
+        """Return the picture, shape (height, width, 3), sRGB, row 0 at the top."""
+        assert self.picture is not None, "nothing was drawn yet"
+        width, height = self.picture.size
+        data = np.frombuffer(self.picture.read(components=3, alignment=1), np.uint8)
+        return np.ascontiguousarray(data.reshape(height, width, 3)[::-1])
+
+    def release(self) -> None:
+        """Free every device object."""
+        self._free_picture()
+        for texture in self._constants.values():
+            texture.release()
+        self._constants.clear()
+
+    def _fit(self, size: tuple[int, int]) -> None:
+        if self.picture is not None and self.picture.size == size:
+            return
+        self._free_picture()
+        self._texture = make_texture(self._gl, size, 4, "nu1")
+        self.picture = make_framebuffer(self._gl, [self._texture])
+
+    def _free_picture(self) -> None:
+        for item in (self.picture, self._texture):
+            if item is not None:
+                item.release()
+        self.picture = self._texture = None
+
+    def _draw_image(
+        self,
+        image: LiveImage,
+        kind: Kind,
+        region: tuple[int, int, int, int],
+        bounds: tuple[FloatArray, FloatArray],
+        exposure: float,
+        curve: str,
+    ) -> None:
+        assert self.picture is not None and image.drawing is not None
+        view = image.drawing.view
+        defines = {"KIND": int(kind), "TONE_CURVE": int(curve == "aces")}
+        program = self._shaders.fullscreen("window/present.frag", defines)
+        plane, texture = self._plane(image)
+        program.set(
+            {
+                "u_weight": image.weight if plane.texture is not None else 1.0,
+                "u_first_channel": plane.first_channel,
+                "u_exposure_scale": 2.0**exposure,
+                "u_world_from_view": view.view_from_world.T,
+                "u_tan_half_fov": view.tan_half_fov,
+                # In float64, because float32 cannot tell a room at 1e5 from its corner.
+                "u_scene_low_rel_ws": bounds[0] - view.position_ws,
+                "u_scene_high_rel_ws": bounds[1] - view.position_ws,
+                "u_near_far": (view.near, view.far),
+            },
+            {"t_image": texture, "t_z_vs": self._z_vs(image)},
+        )
+        self._fill(program, self.picture, self.picture.size, region)
+
+    def _draw_error(self, view: View, left: LiveImage, right: LiveImage, exposure: float) -> None:
+        assert self.picture is not None
+        defines = {"KIND": int(view.kind == Kind.VISIBILITY)}
+        program = self._shaders.fullscreen("window/error_colors.frag", defines)
+        plane, texture = self._plane(left)
+        other_plane, other_texture = self._plane(right)
+        program.set(
+            {
+                "u_weight": left.weight if plane.texture is not None else 1.0,
+                "u_other_weight": right.weight if other_plane.texture is not None else 1.0,
+                "u_first_channel": plane.first_channel,
+                "u_other_first_channel": other_plane.first_channel,
+                "u_exposure_scale": 2.0**exposure,
+                "u_range": view.error_range,
+            },
+            {"t_image": texture, "t_other": other_texture, "t_z_vs": self._z_vs(left)},
+        )
+        self._fill(program, self.picture, self.picture.size, None)
+
+    def _plane(self, image: LiveImage) -> tuple[Plane, moderngl.Texture]:
+        plane = image.plane
+        if plane.texture is not None:
+            return plane, plane.texture
+        value = plane.neutral
+        if value not in self._constants:
+            data = np.full((1, 1, 4), value)
+            self._constants[value] = make_texture(self._gl, (1, 1), 4, "f4", data)
+        return plane, self._constants[value]
+
+    @staticmethod
+    def _z_vs(image: LiveImage) -> moderngl.Texture:
+        assert image.drawing is not None
+        texture = image.drawing.planes["depth"].texture
+        assert texture is not None, "the G-buffer always has depth"
+        return texture
+
+    def _fill(
+        self,
+        program: Program,
+        target: moderngl.Framebuffer,
+        size: tuple[int, int],
+        region: tuple[int, int, int, int] | None,
+    ) -> None:
+        """Draw over `region` (x, y, width, height) of `target`, or all of it."""
+        program.check_complete()
+        self._gl.enable_only(moderngl.NOTHING)
+        target.use()
+        # Not target.size: that of the screen was read when its context was made.
+        target.viewport = (0, 0, *size)
+        target.scissor = region or (0, 0, *size)
+        program.empty_vertex_array().render(moderngl.TRIANGLES, vertices=3)
+        target.scissor = (0, 0, *size)

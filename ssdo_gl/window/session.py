@@ -1,0 +1,343 @@
+"""A viewer in a window: events in, the viewer's picture and the panel out."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import glfw
+
+from ssdo_gl.gpu.shader import ShaderError
+from ssdo_gl.window.actions import open_file, perform
+from ssdo_gl.window.controls import Controls
+from ssdo_gl.window.divider import DividerGrip
+from ssdo_gl.window.film.export import FilmDesk, Interrupted
+from ssdo_gl.window.glfw_window import GlfwWindow, gamepad, has_gamepad
+from ssdo_gl.window.hot_reload import ShaderWatch, shader_folder
+from ssdo_gl.window.input_map import Action, Command, InputMap, combined
+from ssdo_gl.window.viewer import Viewer
+
+if TYPE_CHECKING:
+    from ssdo_gl.window.overlay import Overlay
+
+# How long to sleep when there is nothing to do. Shader files are looked at as often.
+IDLE_SECONDS = 0.5
+GAMEPAD_SECONDS = 1.0 / 60.0
+PANEL_FRAMES = 3  # after an event: hover and layout take two to settle
+# A picture that takes longer waits until the panel has answered a click: press, release
+# and layout are a frame each, and nobody wants to see those a second apart.
+PATIENCE_MS = 60.0
+ANSWER_FRAMES = 4
+_NO_PANEL = "there is no panel without imgui-bundle: pip install 'ssdo_gl[window]'"
+
+
+class Session:
+    """A viewer in a window: hears of events, performs what they ask for, draws.
+
+    Commands are performed between two frames and in the order of their events, never
+    from within an event: events also come while a long pass is looked after.
+    """
+
+    def __init__(self, window: GlfwWindow, title: str, viewer: Viewer) -> None:
+        self._window = window
+        self._title = title
+        self._viewer = viewer
+        self._hands = InputMap()
+        self._hands.cursor_jumped(*window.cursor)
+        self._pending: list[Callable[[], object]] = []
+        self._shader_watch = ShaderWatch(self._viewer.shaders, shader_folder())
+        self._films = FilmDesk(self._viewer)
+        self._is_broken = False
+        self._divider = DividerGrip(viewer)
+        self._has_input = self._wants_release = False
+        self._waits = True
+        self._panel_frames = PANEL_FRAMES
+        self._answer_frames, self._is_slow = 0, False
+        self._overlay: Overlay | None = None
+        self._make_overlay()
+        window.listen(self)
+
+    def _make_overlay(self) -> None:
+        try:
+            from ssdo_gl.window.overlay import Overlay
+        except ImportError:
+            self._viewer.say(_NO_PANEL)
+            print(f"ssdo-gl: {_NO_PANEL}", file=sys.stderr)
+            return
+        scale, width = self._window.content_scale, self._window.size[0]
+        self._overlay = Overlay(self._window.device, self._viewer, self, scale, width)
+        self._viewer.say("Tab: panel   F1: keys")
+
+    def run(self) -> None:
+        """Answer events and draw until the window is closed."""
+        self._viewer.say("compiling shaders")
+        for _ in range(PANEL_FRAMES):
+            self._draw(self._window.pixels, 1.0 / 60.0)
+        last = time.perf_counter()
+        while not self._window.should_close:
+            if self._is_busy():
+                glfw.poll_events()
+            else:
+                glfw.wait_events_timeout(GAMEPAD_SECONDS if has_gamepad() else IDLE_SECONDS)
+                # What was slept through was no flight.
+                last = time.perf_counter()
+            now = time.perf_counter()
+            self._frame(now - last)
+            last = now
+
+    def release(self) -> None:
+        """Free everything on the device."""
+        self._films.give_up()
+        if self._overlay is not None:
+            self._overlay.release()
+        self._viewer.release()
+
+    # --- one frame -----------------------------------------------------------------
+
+    def _is_busy(self) -> bool:
+        if min(self._window.pixels) < 1:
+            return bool(self._pending)
+        return bool(
+            (self._viewer.is_busy and not self._is_broken)
+            or self._pending
+            or self._panel_frames > 0
+            or self._hands.is_holding
+            or self._films.is_busy
+            or (self._overlay is not None and self._overlay.is_busy)
+        )
+
+    def _frame(self, seconds: float) -> None:
+        pending, self._pending = self._pending, []
+        for act in pending:
+            act()
+        if self._window.hide_cursor(self._hands.is_looking):
+            self._hands.cursor_jumped(*self._window.cursor)
+        controls = self._hands.take(orbiting=self._viewer.flight.orbiting)
+        size = self._window.pixels
+        self._has_input = self._wants_release = False
+        if self._shader_watch.poll():
+            self._after_reload()
+        if self._films.is_busy:
+            drew = self._films.step(self._interrupt_film)
+        else:
+            drew = self._render(combined(controls, gamepad()), seconds, size)
+        # Before `drew` is looked at: lines go while pictures follow one another, too.
+        if self._viewer.messages.expire() or drew:
+            self._is_slow = self._viewer.frame_ms > PATIENCE_MS
+            drew = True
+            # Text that has changed its length takes another frame to fit its window.
+            self._panel_frames = max(self._panel_frames, 2)
+        if min(size) > 0 and (drew or self._panel_frames > 0):
+            self._panel_frames = max(0, self._panel_frames - 1)
+            self._draw(size, seconds)
+
+    def _render(self, controls: Controls, seconds: float, size: tuple[int, int]) -> bool:
+        """Let the viewer draw; return whether there is another picture."""
+        if self._is_broken:
+            return False
+        if self._answer_frames > 0:
+            self._answer_frames -= 1
+            if self._viewer.is_resting and self._is_slow:
+                self._viewer.frame_ms = 0.0
+                return False
+        # A picture at rest may be interrupted between two draws; one in motion is short,
+        # and would never be seen if every key interrupted it.
+        progress = self._interrupt if self._viewer.is_resting else None
+        try:
+            return self._viewer.frame(controls, seconds, size, progress)
+        except Interrupted:
+            return False
+        except ShaderError as error:
+            # A variant that was never compiled has no last good version.
+            self._is_broken = True
+            self._show_faults((*self._shader_watch.faults, str(error)))
+            return False
+
+    def _draw(self, size: tuple[int, int], seconds: float) -> None:
+        screen = self._window.device.gl.screen
+        if self._viewer.presenter.picture is not None:
+            self._viewer.copy_to(screen, size)
+        if self._overlay is not None:
+            self._overlay.compose(screen, self._window.size, size, seconds)
+        else:
+            self._say_in_title()
+        self._window.swap()
+
+    def _say_in_title(self) -> None:
+        """Without a panel the title is where there is room for a line."""
+        viewer = self._viewer
+        said = [line.text for line in viewer.messages.lines]
+        said = said or [f"{viewer.view.method} {viewer.view.aov}"]
+        self._window.set_title(f"{self._title} - {said[-1]}")
+
+    def _interrupt(self, what: str, done: int, total: int) -> None:
+        """Between two draws of a long pass: look whether somebody wants something else."""
+        glfw.poll_events()
+        if self._has_input or self._window.should_close:
+            raise Interrupted
+
+    def _interrupt_film(self, what: str, done: int, total: int) -> None:
+        glfw.poll_events()
+        if self._wants_release or self._window.should_close:
+            raise Interrupted
+
+    # --- events --------------------------------------------------------------------
+
+    def on_key(self, key: int, action: int, mods: int) -> None:
+        """Hand a key to a text field, or to the hands."""
+        self._panel_frames = PANEL_FRAMES
+        if self._overlay is not None:
+            self._overlay.key(key, action, mods)
+            if self._overlay.wants_keyboard and action != glfw.RELEASE:
+                return
+        self._has_input = True
+        self._perform_later(self._hands.key(key, action, mods))
+
+    def on_character(self, code: int) -> None:
+        """Hand a character to a text field."""
+        if self._overlay is not None:
+            self._overlay.character(code)
+
+    def on_button(self, button: int, action: int) -> None:
+        """Hand a mouse button to a widget, the divider, or the hands."""
+        self._panel_frames = PANEL_FRAMES
+        self._has_input = True
+        if self._overlay is not None:
+            self._overlay.button(button, action)
+            if self._overlay.wants_mouse:
+                self._answer_frames = ANSWER_FRAMES
+                if action == glfw.PRESS:
+                    return
+        if button == glfw.MOUSE_BUTTON_LEFT:
+            x, width = self._hands.cursor_px[0], self._window.size[0]
+            presses = action == glfw.PRESS
+            self._pending.append(partial(self._divider.press, presses, x, width))
+        self._perform_later(self._hands.button(button, action))
+
+    def on_cursor(self, x: float, y: float) -> None:
+        """Hand the cursor to widgets, the divider and the hands."""
+        self._panel_frames = PANEL_FRAMES
+        self._hands.cursor(x, y)
+        self._has_input |= self._hands.is_looking or self._hands.is_orbiting
+        if self._overlay is not None:
+            if self._hands.is_looking:
+                self._overlay.cursor_left()
+            else:
+                self._overlay.cursor(x, y)
+        if self._hands.is_dragging:
+            self._pending.append(partial(self._divider.drag, x, self._window.size[0]))
+
+    def on_scroll(self, x: float, y: float) -> None:
+        """Hand the wheel to the panel, or to the hands."""
+        self._panel_frames = PANEL_FRAMES
+        if self._overlay is not None:
+            self._overlay.scroll(x, y)
+            if self._overlay.wants_mouse:
+                self._answer_frames = ANSWER_FRAMES
+                return
+        self._has_input = True
+        self._hands.scroll(y)
+
+    def on_focus(self, has_focus: bool) -> None:
+        """Let go of everything when the keyboard goes to another window."""
+        self._panel_frames = PANEL_FRAMES
+        if not has_focus:
+            self._hands.focus_lost()
+            self._divider.let_go()
+        if self._overlay is not None:
+            self._overlay.focus(has_focus)
+
+    def on_drop(self, paths: list[str]) -> None:
+        """Open the first of the dropped files."""
+        self._panel_frames = PANEL_FRAMES
+        self._has_input = True
+        self._pending += [partial(self._open, path) for path in paths[:1]]
+
+    def on_change(self) -> None:
+        """Draw again, for another size or scale."""
+        self._panel_frames = PANEL_FRAMES
+        self._has_input = True
+        if self._overlay is not None:
+            self._overlay.rescale(self._window.content_scale)
+
+    def _perform_later(self, action: Action | None) -> None:
+        if action is not None:
+            self._pending.append(partial(perform, action, self._viewer, self))
+            self._wants_release |= action.command == Command.RELEASE
+
+    def _open(self, path: str) -> None:
+        if open_file(path, self._viewer):
+            self._title = f"{Path(path).name} - ssdo_gl"
+            self._window.set_title(self._title)
+
+    # --- what commands ask of the window -------------------------------------------
+
+    def cursor_uv(self) -> tuple[float, float]:
+        """Return the cursor's place in the picture; its middle while it is hidden."""
+        (x, y), (width, height) = self._hands.cursor_px, self._window.size
+        return (0.5, 0.5) if self._hands.is_looking else (x / max(1, width), y / max(1, height))
+
+    def set_clipboard(self, text: str) -> None:
+        """Put `text` where other programs paste from."""
+        self._window.set_clipboard(text)
+
+    def toggle_vsync(self) -> bool:
+        """Wait for the display or no longer; return whether it now waits."""
+        self._waits = not self._waits
+        self._window.set_vsync(self._waits)
+        return self._waits
+
+    def toggle_fullscreen(self) -> None:
+        """Fill the screen, or go back to a window."""
+        self._window.toggle_fullscreen()
+
+    def toggle_panel(self) -> None:
+        """Show or hide the panel."""
+        if self._overlay is None:
+            self._viewer.say(_NO_PANEL)
+        else:
+            self._overlay.shows_panel = not self._overlay.shows_panel
+
+    def toggle_help(self) -> None:
+        """Show or hide the list of keys."""
+        if self._overlay is None:
+            self._viewer.say(_NO_PANEL)
+        else:
+            self._overlay.shows_help = not self._overlay.shows_help
+
+    def let_go(self) -> None:
+        """Hide the list of keys; give up a film."""
+        if self._overlay is not None:
+            self._overlay.shows_help = False
+        self._films.give_up()
+
+    def quit(self) -> None:
+        """Close the window after this frame."""
+        self._window.ask_to_close()
+
+    def toggle_film(self) -> None:
+        """Begin to export the camera path, or give it up."""
+        self._films.toggle()
+
+    def reload_shaders(self) -> None:
+        """Compile what has changed on disk."""
+        self._shader_watch.reload()
+        self._after_reload()
+
+    def _after_reload(self) -> None:
+        self._is_broken = False
+        self._viewer.restart()
+        self._show_faults(self._shader_watch.faults)
+        if not self._shader_watch.faults:
+            self._viewer.say("shaders are up to date")
+
+    def _show_faults(self, faults: tuple[str, ...]) -> None:
+        self._panel_frames = PANEL_FRAMES
+        if self._overlay is not None:
+            self._overlay.show_faults(faults)
+        for fault in faults:
+            print(f"ssdo-gl: {fault}", file=sys.stderr)

@@ -1,0 +1,400 @@
+"""What the window shows and how it answers: everything but the window itself."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from ssdo_gl.gpu.context import Device
+from ssdo_gl.gpu.shader import ShaderLibrary
+from ssdo_gl.graph.render_pass import ProgressCallback
+from ssdo_gl.math3d import FloatArray
+from ssdo_gl.planning.content import analyse
+from ssdo_gl.scene.animate import scene_at
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.light import Light
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.settings import Settings
+from ssdo_gl.settings.resolve import settings_for
+from ssdo_gl.window.animation_clock import Clock
+from ssdo_gl.window.camera import fly_camera
+from ssdo_gl.window.camera.bookmarks import views_file
+from ssdo_gl.window.camera.collisions import KEEP_AWAY, Obstacles
+from ssdo_gl.window.camera.fly_camera import Flight
+from ssdo_gl.window.camera.tour import Tour
+from ssdo_gl.window.controls import Controls
+from ssdo_gl.window.light_edits import with_lights
+from ssdo_gl.window.live import inspector
+from ssdo_gl.window.live.monitor import LookOut
+from ssdo_gl.window.messages import Messages
+from ssdo_gl.window.presenter import Presenter
+from ssdo_gl.window.side import Side
+from ssdo_gl.window.views import View, image_of, kind_of_image, settings_of
+
+# A frame of a 30 Hz display.
+DEFAULT_BUDGET_MS = 33.0
+# Nothing has to move for this long before full quality is worth starting: between two
+# strokes of a key one does not want to wait for a frame of it.
+REST_SECONDS = 0.2
+
+
+class Viewer:
+    """A scene, a camera in it, and one or two methods that draw it.
+
+    Parameters
+    ----------
+    device : Device
+        Its context is current.
+    scene : Scene
+    settings : Settings
+        As the command line gave them; the size is the window's business.
+    source : str
+        The scene as it was named.
+    camera : Camera or None
+        Replaces the scene's; home of the flight.
+    folder : Path
+        Where bookmarks, pictures and films go.
+    presets : mapping of name to fields of Settings
+    measured : sequence of mapping
+        Settings that were found best for their time, from fast to accurate.
+
+    Attributes
+    ----------
+    settings : Settings
+        Chosen by the user; the method is that of `view`.
+    view : View
+    flight : Flight
+    clock : Clock
+    tour : Tour
+        Bookmarks and camera path.
+    lights, lights_on : lists
+        As edited; one for each light of the scene as it was loaded.
+    film_suffix : str
+        Which kind of film is exported, one of `film_files.FILM_SUFFIXES`.
+    is_inspecting, shows_histogram, times_passes : bool
+        What besides the picture has to be made for somebody who looks at it.
+    look_out : LookOut
+        Alarms, and the error of the left side against the right one.
+    frame_ms : float
+        Of the last frame, both sides together.
+    """
+
+    def __init__(
+        self,
+        device: Device,
+        scene: Scene,
+        settings: Settings,
+        *,
+        source: str,
+        camera: Camera | None = None,
+        folder: Path = Path(),
+        budget_ms: float | None = DEFAULT_BUDGET_MS,
+        presets: Mapping[str, Mapping[str, Any]] = MappingProxyType({}),
+        measured: Sequence[Mapping[str, Any]] = (),
+        shaders: ShaderLibrary | None = None,
+    ) -> None:
+        self.device = device
+        self.shaders = shaders or ShaderLibrary(device.gl)
+        self.presenter = Presenter(device, self.shaders)
+        self.settings = settings
+        self.folder = folder
+        self.view = View(method=settings.method)
+        self.presets = presets
+        self.read_preset: Callable[[str], Mapping[str, Any]] | None = None
+        self.measured = measured
+        self.budget_ms = budget_ms or DEFAULT_BUDGET_MS
+        self.is_governed = budget_ms is not None
+        self.is_inspecting = False
+        self.film_suffix = ".mp4" if find_spec("imageio_ffmpeg") else ".webp"
+        self.shows_histogram = False
+        self.times_passes = False
+        self.messages = Messages()
+        self.frame_ms = 0.0
+        self.look_out = LookOut(device, self.shaders)
+        self._sides: list[Side] = []
+        self._shown: tuple[object, ...] = ()
+        self._still_s = 0.0
+        self._last_camera: Camera | None = None
+        self._last_state: object = None
+        self._take(scene, source, camera)
+
+    # --- the scene -----------------------------------------------------------------
+
+    def _take(self, scene: Scene, source: str, camera: Camera | None) -> None:
+        self.source = source
+        self.original = self.scene = scene
+        self.lights: list[Light] = list(scene.lights)
+        self.lights_on = [True] * len(scene.lights)
+        self.bounds: tuple[FloatArray, FloatArray] = scene.bounds()
+        self.diagonal = float(np.linalg.norm(self.bounds[1] - self.bounds[0]))
+        self.flight: Flight = fly_camera.start_flight(camera or scene.camera, self.diagonal)
+        self.clock = Clock.of(analyse(scene).has_motion)
+        self._obstacles: Obstacles | None = None
+        self.tour = Tour(views_file(source, self.folder), scene.camera)
+        if self.tour.fault:
+            self.say(self.tour.fault, is_fault=True)
+        for note in scene.notes:
+            self.say(note)
+
+    def open(self, scene: Scene, source: str) -> None:
+        """Show another scene; what the flags asked for goes on to hold."""
+        usual = settings_for(self.original.render, {})
+        given = {
+            field.name: getattr(self.settings, field.name)
+            for field in dataclasses.fields(Settings)
+            if getattr(self.settings, field.name) != getattr(usual, field.name)
+        }
+        overrides = given.pop("overrides", self.settings.overrides)
+        self.settings = dataclasses.replace(settings_for(scene.render, given), overrides=overrides)
+        self.view = dataclasses.replace(self.view, method=self.settings.method)
+        self._take(scene, source, None)
+        for side in self._sides:
+            side.show(scene, self.settings)
+        self.touch()
+
+    def apply_lights(self) -> None:
+        """Draw with `lights` and `lights_on` as they are now."""
+        self.edit(with_lights(self.original, self.lights, self.lights_on))
+
+    def edit(self, scene: Scene) -> None:
+        """Draw an edited version of the same scene."""
+        self.scene = scene
+        for side in self._sides:
+            side.show(scene, self.settings, is_new=False)
+        self.touch()
+
+    # --- what is asked for ---------------------------------------------------------
+
+    def choose_preset(self, name: str) -> None:
+        """Take over what a preset sets; the method stays, unless the preset is one."""
+        fields = dict(self.presets[name])
+        method = fields.pop("method", self.view.method)
+        self.settings = dataclasses.replace(self.settings, **fields)
+        self.choose_method(method)
+
+    def choose_method(self, method: str) -> None:
+        """Show another method; an estimator that it does not know is dropped."""
+        self.view = dataclasses.replace(self.view, method=method)
+        self.settings = settings_of(self.settings, method)
+
+    def say(self, text: str, *, is_fault: bool = False, key: str = "") -> None:
+        """Show a line for a while; it replaces one of the same `key`."""
+        self.messages.say(text, is_fault=is_fault, key=key)
+
+    @property
+    def collides(self) -> bool:
+        """Whether the camera is kept out of walls."""
+        return self._obstacles is not None
+
+    def toggle_collisions(self) -> None:
+        """Keep the camera out of walls, as they stand now, or no longer."""
+        if self._obstacles is not None:
+            self._obstacles = None
+            self.say("flies through walls")
+            return
+        try:
+            self._obstacles = Obstacles(scene_at(self.scene, self.clock.seconds))
+            self.say("stops at walls")
+        except ValueError as error:
+            self.say(str(error), is_fault=True)
+
+    def touch(self) -> None:
+        """Note that something has changed: draw fluidly first, refine later."""
+        self._still_s = 0.0
+
+    def restart(self) -> None:
+        """Draw everything anew: shaders have changed."""
+        for side in self._sides:
+            side.image.renderer.forget()
+            side.image.restart()
+        self.touch()
+
+    @property
+    def camera(self) -> Camera:
+        """The camera of the next frame."""
+        return self.tour.camera() or self.flight.camera()
+
+    @property
+    def left(self) -> Side | None:
+        """The side of `view.method`; None before the first frame."""
+        return self._sides[0] if self._sides else None
+
+    @property
+    def right(self) -> Side | None:
+        """The side of `view.other_method`, while two are compared."""
+        return self._sides[1] if len(self._sides) > 1 else None
+
+    @property
+    def picture_size(self) -> tuple[int, int]:
+        """Pixels of the picture that was drawn last."""
+        picture = self.presenter.picture
+        return self.settings.size if picture is None else picture.size
+
+    @property
+    def is_resting(self) -> bool:
+        """Whether nothing has moved for a moment."""
+        return self._still_s >= REST_SECONDS
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether another frame would change the picture without anybody's doing."""
+        return bool(
+            self.flight.is_moving
+            or self.clock.is_running
+            or self.tour.played_s is not None
+            or self.tour.is_recording
+            or not self._sides
+            or not self.is_resting
+            or not all(side.is_done for side in self._sides)
+            or self.look_out.is_due
+        )
+
+    def pick(self, uv: tuple[float, float]) -> tuple[float, float, float] | None:
+        """Return the world-space point under a place of the picture, 0..1 from the top left."""
+        if self.left is None or self.left.image.drawing is None:
+            return None
+        return inspector.surface_point(self.device.gl, self.left.image.drawing, uv)
+
+    # --- frames --------------------------------------------------------------------
+
+    def frame(
+        self,
+        controls: Controls,
+        seconds: float,
+        size: tuple[int, int],
+        progress: ProgressCallback | None = None,
+    ) -> bool:
+        """Let `seconds` pass and draw what is due; return whether the picture is another.
+
+        Parameters
+        ----------
+        size : (int, int)
+            Pixels of the window's framebuffer; with a side of 0 nothing is drawn.
+        progress : callable or None
+            May raise to interrupt a long pass; the picture then stays as it is.
+        """
+        self._pass_time(controls, seconds)
+        if min(size) < 1:
+            return False
+        self._notice_changes(seconds, size)
+        self._fit_sides()
+        drew = False
+        self.frame_ms = 0.0
+        for index, side in enumerate(self._sides):
+            drew |= self._update(side, index, size, progress)
+        shown = (self.view, size, self.settings.exposure, len(self._sides))
+        if drew or shown != self._shown:
+            self._present(size)
+            self._shown = shown
+        is_finished = self.is_resting and all(side.is_done for side in self._sides)
+        images = [side.image for side in self._sides]
+        self.look_out.look(images, self.view, drew=drew, is_finished=is_finished)
+        return drew
+
+    def _pass_time(self, controls: Controls, seconds: float) -> None:
+        self.clock.advance(seconds)
+        if self.tour.played_s is not None:
+            self.tour.advance(seconds)
+            if not controls.is_idle or self.tour.has_ended:
+                self.stop_path()
+            return
+        near = None
+        if any(controls.move) and self.left is not None and self.left.image.drawing is not None:
+            near = inspector.clearance(self.device.gl, self.left.image.drawing)
+        before = self.flight
+        self.flight = fly_camera.advance(before, controls, seconds, near)
+        if self._obstacles is not None and self.flight.position != before.position:
+            keep_away = KEEP_AWAY * self.diagonal
+            place = self._obstacles.moved(before.position, self.flight.position, keep_away)
+            self.flight = dataclasses.replace(self.flight, position=place)
+        self.tour.record(seconds, self.flight.camera())
+
+    def stop_path(self) -> None:
+        """Go on by hand from where the path has come to."""
+        self.flight = fly_camera.jump_to(self.flight, self.camera)
+        self.tour.stop()
+
+    def _notice_changes(self, seconds: float, size: tuple[int, int]) -> None:
+        state = (self.settings, self.view.method, self.view.aov, size)
+        camera = self.camera
+        moved = camera != self._last_camera or self.clock.is_running or state != self._last_state
+        self._still_s = 0.0 if moved else self._still_s + seconds
+        self._last_camera, self._last_state = camera, state
+
+    def _fit_sides(self) -> None:
+        wanted = 2 if self.view.compares else 1
+        while len(self._sides) > wanted:
+            self._sides.pop().image.release()
+        while len(self._sides) < wanted:
+            settings = self.settings_of_side(len(self._sides))
+            side = Side(
+                self.device, self.shaders, self.scene, settings, self.budget_ms, self.measured
+            )
+            self._sides.append(side)
+        for side in self._sides:
+            side.set_budget(self.budget_ms / wanted)
+            side.is_governed = self.is_governed
+
+    def settings_of_side(self, index: int) -> Settings:
+        """Return the settings of the left (0) or right (1) method."""
+        method = (self.view.method, self.view.other_method)[index]
+        return settings_of(self.settings, method)
+
+    def _update(
+        self, side: Side, index: int, size: tuple[int, int], progress: ProgressCallback | None
+    ) -> bool:
+        settings = self.settings_of_side(index)
+        image = image_of(self.view, settings)
+        drew = side.update(
+            image,
+            kind_of_image(self.view, image),
+            extra=self._extra(),
+            camera=self.camera,
+            settings=settings,
+            size=size,
+            seconds=self.clock.seconds,
+            is_resting=self.is_resting,
+            time_passes=self.times_passes,
+            progress=progress,
+        )
+        if drew and side.image.drawing is not None:
+            self.frame_ms += side.image.drawing.frame_ms
+        return drew
+
+    def _extra(self) -> tuple[str, ...]:
+        if self.is_inspecting:
+            return inspector.INSPECTED
+        return ("beauty",) if self.shows_histogram else ()
+
+    def _present(self, size: tuple[int, int]) -> None:
+        left, right = self._sides[0], self.right
+        exposure = self.settings.exposure
+        self.presenter.draw(
+            size,
+            self.view,
+            left.image,
+            None if right is None else right.image,
+            kinds=(left.kind, left.kind if right is None else right.kind),
+            bounds=self.bounds,
+            exposure=self.scene.camera.exposure if exposure is None else exposure,
+            curve=str(self.settings.overrides.get("tone_map.curve", "plain")),
+        )
+
+    def copy_to(self, target: moderngl.Framebuffer, size: tuple[int, int]) -> None:
+        """Copy the picture to the screen."""
+        self.presenter.copy_to(target, size)
+
+    def release(self) -> None:
+        """Free everything on the device."""
+        for side in self._sides:
+            side.image.release()
+        self._sides.clear()
+        self.presenter.release()
+        self.look_out.release()

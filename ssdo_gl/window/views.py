@@ -1,0 +1,146 @@
+"""What of a scene is shown, and how an image becomes colours. Pure."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+
+from ssdo_gl.settings import AOVS, ESTIMATORS, METHODS, Settings
+
+# A divider at the very edge could not be grabbed again.
+DIVIDER_MARGIN = 0.02
+
+
+class Kind(IntEnum):
+    """How `shaders/window/present.frag` turns an image into colours; its numbers are KIND."""
+
+    DISPLAY = 0
+    RADIANCE = 1
+    VISIBILITY = 2
+    ALBEDO = 3
+    NORMAL = 4
+    POSITION = 5
+    DEPTH = 6
+
+
+KINDS: Mapping[str, Kind] = {
+    "beauty": Kind.DISPLAY,
+    "emission": Kind.RADIANCE,
+    "direct": Kind.RADIANCE,
+    "directional": Kind.RADIANCE,
+    "bounce": Kind.RADIANCE,
+    "visibility": Kind.VISIBILITY,
+    "albedo": Kind.ALBEDO,
+    "normal_ws": Kind.NORMAL,
+    "position_ws": Kind.POSITION,
+    "depth": Kind.DEPTH,
+}
+# What each method shows of its own accord, for people who do not know the names.
+METHOD_LABELS: Mapping[str, str] = {
+    "direct": "direct light",
+    "ssao": "SSAO",
+    "ssdo": "SSDO",
+    "bounce": "SSDO + bounce",
+    "reference-ao": "ray-traced AO",
+    "reference-near": "near-field reference",
+    "reference-gi": "path-traced GI",
+}
+
+
+@dataclass(frozen=True)
+class View:
+    """What the window shows.
+
+    Attributes
+    ----------
+    aov : str
+        One of `AOVS`.
+    method, other_method : str
+        Left and right of the divider; `other_method` only while `is_split`, or as
+        what `is_error` compares with.
+    divider : float
+        Where the split is, 0 (left edge) to 1.
+    is_error : bool
+        Show the difference of the two methods in false colour.
+    error_range : float
+        Relative difference at which the colours saturate.
+    """
+
+    aov: str = "beauty"
+    method: str = "bounce"
+    other_method: str = "reference-gi"
+    is_split: bool = False
+    divider: float = 0.5
+    is_error: bool = False
+    error_range: float = 0.5
+
+    @property
+    def kind(self) -> Kind:
+        """How the image becomes colours."""
+        return KINDS[self.aov]
+
+    @property
+    def compares(self) -> bool:
+        """Whether the second method has to be rendered."""
+        return self.is_split or self.is_error
+
+    def with_number(self, number: int) -> View:
+        """Return the view of image 1 to 10."""
+        return dataclasses.replace(self, aov=AOVS[number - 1])
+
+    def with_next_method(self, step: int = 1) -> View:
+        """Return the view with another method on the left."""
+        return dataclasses.replace(self, method=_stepped(self.method, step))
+
+    def with_next_other_method(self, step: int = 1) -> View:
+        """Return the view with another method on the right."""
+        return dataclasses.replace(self, other_method=_stepped(self.other_method, step))
+
+    def with_divider(self, position: float) -> View:
+        """Return the view with the divider at `position`, kept inside the window."""
+        position = min(1.0 - DIVIDER_MARGIN, max(DIVIDER_MARGIN, position))
+        return dataclasses.replace(self, divider=position)
+
+
+def image_of(view: View, settings: Settings) -> str:
+    """Return which image must be rendered: linear where it is averaged or subtracted.
+
+    The picture of a screen-space method is averaged after tone mapping, as ``--snapshot``
+    does it, so that edges against a blinding light come out smooth. A reference is noisy
+    radiance whose mean is the answer; tone mapping before averaging would darken it.
+    """
+    if view.aov != "beauty":
+        return view.aov
+    return "beauty" if settings.is_reference or view.is_error else "display"
+
+
+def kind_of_image(view: View, image: str) -> Kind:
+    """Return how the rendered `image` becomes colours."""
+    return Kind.RADIANCE if image == "beauty" else view.kind
+
+
+def is_averaged(kind: Kind) -> bool:
+    """Whether frames with other sub-pixel offsets and seeds are averaged.
+
+    Geometry is not: the mean of two depths or normals lies on neither surface.
+    """
+    return kind in (Kind.DISPLAY, Kind.RADIANCE, Kind.VISIBILITY, Kind.ALBEDO)
+
+
+def settings_of(settings: Settings, method: str) -> Settings:
+    """Return `settings` for another method; an estimator it does not know is dropped."""
+    estimator = settings.estimator
+    if estimator not in ESTIMATORS.get(method, ()):
+        estimator = None
+    return dataclasses.replace(settings, method=method, estimator=estimator)
+
+
+def _stepped(method: str, step: int) -> str:
+    return METHODS[(METHODS.index(method) + step) % len(METHODS)]
+
+
+def divider_hit(view: View, x: float, width: float, reach: float = 6.0) -> bool:
+    """Return whether a cursor at `x` of `width` pixels grabs the divider."""
+    return view.is_split and abs(x - view.divider * width) <= reach

@@ -1,0 +1,75 @@
+"""Opens the interactive window."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.settings import Settings
+from ssdo_gl.window.glfw_window import GlfwWindow
+from ssdo_gl.window.session import Session
+from ssdo_gl.window.viewer import DEFAULT_BUDGET_MS, Viewer
+
+
+def open_window(
+    scene: Scene,
+    settings: Settings,
+    *,
+    camera: Camera | None = None,
+    source: str = "",
+    budget_ms: float | None = DEFAULT_BUDGET_MS,
+    presets: Mapping[str, Mapping[str, Any]] = MappingProxyType({}),
+    measured: Sequence[Mapping[str, Any]] = (),
+    read_preset: Callable[[str], Mapping[str, Any]] | None = None,
+) -> None:
+    """Show `scene` in a window until it is closed.
+
+    Parameters
+    ----------
+    scene : Scene
+    settings : Settings
+        ``size`` is that of the window, in its own coordinates.
+    camera : Camera or None
+        Where the flight begins; None: the scene's.
+    source : str
+        The scene as the user named it.
+    budget_ms : float or None
+        What a frame may take while something moves; None: whatever it needs.
+    presets : mapping of name to fields of Settings
+    measured : sequence of mapping
+        Settings that were found best for their time, from fast to accurate: what the
+        budget is held with.
+    read_preset : callable or None
+        Returns the fields of Settings in a file that is dropped on the window; raises
+        SettingError.
+
+    Raises
+    ------
+    ContextError
+        If there is no display or no OpenGL for a window.
+    """
+    title = f"{Path(source).name or scene.title} - ssdo_gl"
+    window = GlfwWindow(settings.size, title)
+    try:
+        viewer = Viewer(
+            window.device,
+            scene,
+            settings,
+            source=source,
+            camera=camera,
+            budget_ms=budget_ms,
+            presets=presets,
+            measured=measured,
+        )
+        viewer.read_preset = read_preset
+        session = Session(window, title, viewer)
+        try:
+            session.run()
+        finally:
+            session.release()
+    finally:
+        window.close()

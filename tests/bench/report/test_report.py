@@ -1,0 +1,213 @@
+"""The report: valid HTML that needs nothing else, with the bench's numbers in it."""
+
+from __future__ import annotations
+
+import base64
+import dataclasses
+import json
+import re
+from html.parser import HTMLParser
+
+import pytest
+from bench.fake_bench import bench
+from rich.console import Console
+
+from ssdo_gl.bench.analysis import front_of
+from ssdo_gl.bench.bootstrap import Interval
+from ssdo_gl.bench.errors import Scalars
+from ssdo_gl.bench.report import outputs, plots, terminal
+from ssdo_gl.bench.report.report import report_html
+
+pytest.importorskip("matplotlib")
+
+# Elements that have no end tag in HTML.
+VOID = {"meta", "img", "input", "br", "link"}
+
+
+class Page(HTMLParser):
+    """Collects elements and complains about tags that do not match."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(convert_charrefs=True)
+        self.open: list[str] = []
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.text: dict[str, str] = {}
+        self.faults: list[str] = []
+        self.feed(text)
+        self.close()
+        self.faults += [f"<{tag}> is never closed" for tag in self.open]
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        if not self.open or self.open.pop() != tag:
+            self.faults.append(f"</{tag}> closes nothing at {self.getpos()}")
+
+    def handle_data(self, data: str) -> None:
+        if self.open:
+            key = self.open[-1]
+            self.text[key] = self.text.get(key, "") + data
+
+    def values(self, name: str) -> list[str]:
+        return [v for _, attributes in self.tags if (v := attributes.get(name)) is not None]
+
+
+@pytest.fixture(scope="module")
+def page() -> Page:
+    """The page with its plots; every other test does without, for they take seconds."""
+    return Page(report_html(bench()))
+
+
+@pytest.fixture
+def without_plots(monkeypatch):
+    monkeypatch.setattr(plots, "as_bytes", lambda figure, kind: b"<svg/>")
+
+
+def test_every_tag_is_closed(page):
+    assert page.faults == []
+
+
+def test_the_checker_sees_a_fault():
+    assert Page("<p><b>x</p>").faults
+    assert Page("<p>x").faults
+
+
+def test_nothing_is_fetched_from_elsewhere(page):
+    for name in ("src", "href", "data", "action", "poster", "srcset"):
+        for value in page.values(name):
+            assert value.startswith("data:"), f"{name}={value[:60]}"
+    assert not re.search(r"url\((?!#)|@import", page.text["style"])
+    assert "fetch(" not in page.text["script"]
+    assert "XMLHttpRequest" not in page.text["script"]
+    policy = next(a["content"] for t, a in page.tags if t == "meta" and "http-equiv" in a)
+    assert policy is not None
+    assert policy.startswith("default-src 'none'"), "the browser refuses anything external"
+
+
+def test_ids_are_unique(page):
+    ids = page.values("id")
+    assert len(ids) == len(set(ids))
+
+
+def test_user_text_is_escaped(page):
+    assert page.text["h1"] == "A <room> & more: what accuracy costs"
+    assert not any(tag in ("angle", "room", "device") for tag, _ in page.tags)
+
+
+@pytest.mark.usefixtures("without_plots")
+def test_the_data_of_the_script_can_be_read_and_cannot_end_it():
+    text = report_html(bench())
+    raw = text.partition('<script type="application/json" id="data">')[2].partition("</script>")[0]
+    assert not set("<>&") & set(raw)
+    data = json.loads(raw)
+    found = bench()
+    near = next(p for p in data["panels"] if p["title"].startswith("Picture against the near"))
+    assert {p["label"] for p in near["points"] if p["front"]} == {
+        r.point.label for r in front_of(found.results, "near")
+    }
+    assert data["pictures"][0]["name"] == "truth </script> & near"
+    png = base64.b64decode(data["pictures"][0]["png"].partition(",")[2])
+    assert png == found.pictures[0].png
+
+
+def test_every_setting_has_a_row(page):
+    assert sum(tag == "tr" for tag, _ in page.tags) >= len(bench().results)
+    assert "bounce march 8x8 full edge" in page.text["td"]
+
+
+@pytest.mark.usefixtures("without_plots")
+def test_failed_pixels_are_shown(page):
+    found = bench()
+    verdict = found.results[0].verdicts["near"]
+    broken = dataclasses.replace(
+        verdict, scalars=dataclasses.replace(verdict.scalars, failures=12345)
+    )
+    result = dataclasses.replace(found.results[0], verdicts={"near": broken})
+    text = report_html(bench(results=[result, *found.results[1:]]))
+    assert '<td data-value="12345" class="failed">12345</td>' in text
+    assert 'class="failed"' not in report_html(found)
+
+
+@pytest.mark.usefixtures("without_plots")
+def test_an_unsure_truth_is_called_unsure():
+    found = bench()
+    poor = {
+        name: dataclasses.replace(truth, standard_error=0.02)
+        for name, truth in found.truths.items()
+    }
+    assert "less sure" in report_html(bench(truths=poor))
+    assert "less sure" not in report_html(found)
+
+
+@pytest.mark.usefixtures("without_plots")
+def test_a_report_without_pictures_scaling_or_splits_is_still_a_report():
+    text = report_html(bench(pictures=[], series=[], splits={}))
+    assert Page(text).faults == []
+    assert "No pictures were kept" in text
+
+
+@pytest.mark.parametrize("scale", [0.0, float("inf"), float("nan")])
+def test_errors_without_a_logarithm_do_not_stop_the_report(scale):
+    found = bench()
+    odd = [
+        dataclasses.replace(
+            result,
+            verdicts={
+                name: dataclasses.replace(
+                    verdict,
+                    error=Interval(scale, scale, scale),
+                    on_front=False,
+                    scalars=Scalars(noise=scale, systematic=scale),
+                )
+                for name, verdict in result.verdicts.items()
+            },
+        )
+        for result in found.results
+    ]
+    assert Page(report_html(bench(results=odd, splits={}))).faults == []
+
+
+def test_the_same_bench_gives_the_same_bytes(page):
+    assert Page(report_html(bench())).tags == page.tags
+
+
+def test_the_terminal_says_it_in_about_ten_lines():
+    console = Console(record=True, width=120, file=open("/dev/null", "w"))  # noqa: SIM115
+    with console.file:
+        terminal.print_summary(bench(), console)
+    lines = [line for line in console.export_text().splitlines() if line.strip()]
+    # The title may wrap once at this width.
+    assert len(lines) <= 12
+    assert any(line.startswith("take ") for line in lines)
+    assert lines[-1].startswith("flags: --method")
+
+
+def test_rows_of_the_terminal_keep_both_ends_and_the_recommended_one():
+    found = bench().results
+    front = sorted(found, key=lambda r: r.timing.frame_ms.value)
+    for always in front:
+        rows = terminal.chosen_rows(front, always)
+        assert len(rows) == terminal.MAX_ROWS
+        assert rows[0] is front[0]
+        assert rows[-1] is front[-1]
+        assert always in rows
+    assert terminal.chosen_rows(front[:3], None) == front[:3]
+
+
+def test_files_are_written(tmp_path):
+    outputs.write_all(bench(), tmp_path)
+    names = {path.name for path in tmp_path.iterdir()}
+    assert names == {"points.csv", "bench.json", "pareto.png", "pareto.svg", "report.html"}
+    lines = (tmp_path / "points.csv").read_text().splitlines()
+    assert len(lines) == 1 + len(bench().results)
+    assert lines[0].startswith("key,label,")
+    assert json.loads((tmp_path / "bench.json").read_text())["machine"]["cores"] == 2
+
+
+def test_a_missing_library_is_noticed_before_any_work(monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    with pytest.raises(Exception, match=r"ssdo_gl\[bench\]"):
+        outputs.check_libraries()

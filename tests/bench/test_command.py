@@ -1,0 +1,159 @@
+"""The bench and the choices as a user meets them, on a real device."""
+
+from __future__ import annotations
+
+import csv
+import json
+
+import pytest
+
+from ssdo_gl.bench import presets
+from ssdo_gl.bench import run as bench
+from ssdo_gl.bench.run import BenchPlan, run_bench
+from ssdo_gl.cli import main
+from ssdo_gl.settings import Settings
+
+pytest.importorskip("matplotlib")
+pytest.importorskip("flip_evaluator")
+
+GRID = """
+[[family]]
+name = "paper's ssdo, naive blur"
+kind = "radiance"
+method = "bounce"
+estimator = "rgs09"
+samples = 8
+filter = "naive"
+
+[[family]]
+name = "march, full resolution"
+kind = "radiance"
+method = "bounce"
+estimator = "march"
+samples = [16, 64]
+steps = 8
+filter = "edge"
+[family.quick]
+
+[[family]]
+name = "rays"
+kind = "visibility"
+method = "reference-ao"
+spp = [4, 64]
+"""
+PLAN = BenchPlan(2, 2, 2, 20.0, 32, flips=())
+
+
+@pytest.fixture(autouse=True)
+def own_cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("SSDO_GL_CACHE", str(tmp_path / "cache"))
+
+
+def test_a_bench_of_a_real_scene(tmp_path, monkeypatch):
+    # Scaling opens scenes of up to 400 000 triangles: not for a test of seconds.
+    monkeypatch.setattr(bench.scaling, "measure_scaling", lambda *arguments: [])
+    grid = tmp_path / "grid.toml"
+    grid.write_text(GRID)
+    outdir = tmp_path / "out"
+    found = run_bench(
+        "corner", Settings(size=(48, 36)), outdir, grid=grid, plan=PLAN, quiet=True, command="x"
+    )
+    assert {path.name for path in outdir.iterdir()} >= {
+        "points.csv", "bench.json", "pareto.png", "pareto.svg", "report.html", "rounds.csv",
+    }  # fmt: skip
+    with (outdir / "points.csv").open(newline="") as file:
+        rows = {row["key"]: row for row in csv.DictReader(file)}
+    assert len(rows) == 5
+    few, many = (
+        float(rows[f"visibility-reference-ao-spp{n}"]["visibility_error"]) for n in (4, 64)
+    )
+    # Independent rays would give a quarter; the sampler's stratification does better.
+    assert 0.0 < many < 0.4 * few
+    paper = float(rows[presets.BASELINE]["near_error"])
+    march = float(rows["radiance-bounce-march-n64-m8-s1-edge"]["near_error"])
+    assert march < paper
+    assert all(float(row["frame_ms"]) > 0.0 for row in rows.values())
+    assert json.loads((outdir / "bench.json").read_text())["machine"]["command"] == "x"
+    assert found.truths["near"].ratio < 1.0
+    assert all(split for split in found.splits.values())
+
+
+def test_ctrl_c_says_that_the_bench_can_go_on(tmp_path, monkeypatch, capsys):
+    def pressed(*arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(bench.BenchRun, "measure", pressed)
+    out = tmp_path / "out"
+    assert main(["corner", "--bench", str(out), "--quiet"]) == 130
+    assert f"{out} keeps what was measured" in capsys.readouterr().err
+
+
+def refused(capsys, arguments: list[str]) -> str:
+    assert main(arguments) == 2
+    lines = capsys.readouterr().err.strip().splitlines()
+    assert len(lines) == 1
+    return lines[0]
+
+
+def test_mistakes_are_named(tmp_path, capsys):
+    blocked = tmp_path / "file"
+    blocked.write_text("in the way")
+    assert "file" in refused(capsys, ["corner", "--bench", str(blocked / "out")])
+    assert "--bench" in refused(capsys, ["corner", "--quick", "--snapshot", "x.png"])
+    out = str(tmp_path / "x.png")
+    assert "--snapshot" in refused(
+        capsys, ["corner", "--bench", str(tmp_path / "b"), "--snapshot", out]
+    )
+    assert "did you mean fine" in refused(capsys, ["corner", "--preset", "fin", "--snapshot", out])
+    assert "--budget-ms 0" in refused(capsys, ["corner", "--budget-ms", "0", "--snapshot", out])
+    assert "one of them" in refused(
+        capsys, ["corner", "--budget-ms", "9", "--max-error", "0.1", "--snapshot", out]
+    )
+    assert "direct" in refused(
+        capsys, ["corner", "--method", "direct", "--budget-ms", "9", "--snapshot", out]
+    )
+
+
+SMALL = ["--size", "48x36", "--antialias", "1"]
+
+
+def settings_of(path) -> dict[str, object]:
+    content = json.loads(path.read_text())
+    settings: dict[str, object] = content["settings"]
+    return settings
+
+
+def test_a_preset_sets_what_no_flag_does(tmp_path):
+    stats = tmp_path / "s.json"
+    fast = presets.load_preset("fast")
+    arguments = ["corner", *SMALL, "--snapshot", str(tmp_path / "x.png"), "--stats", str(stats)]
+    assert main([*arguments, "--preset", "fast", "--samples", "24"]) == 0
+    used = settings_of(stats)
+    assert used["samples"] == 24
+    assert used["resolution_scale"] == fast["resolution_scale"]
+
+
+def test_a_generous_budget_gives_the_best_setting(tmp_path, capsys):
+    stats = tmp_path / "s.json"
+    arguments = ["corner", *SMALL, "--snapshot", str(tmp_path / "x.png"), "--stats", str(stats)]
+    # A 48x36 frame takes milliseconds with any setting; ten minutes are enough.
+    assert main([*arguments, "--budget-ms", "600000"]) == 0
+    best = presets.read_ladder().rungs[-1]
+    assert settings_of(stats)["samples"] == best.samples
+    assert capsys.readouterr().out.startswith(f"chose {best.label}")
+
+
+def test_an_impossible_budget_still_gives_a_picture(tmp_path, capsys):
+    out = tmp_path / "x.png"
+    assert main(["corner", *SMALL, "--snapshot", str(out), "--budget-ms", "0.001"]) == 0
+    assert out.exists()
+    assert "no measured setting fits 0.001 ms" in capsys.readouterr().err
+
+
+def test_a_generous_error_gives_the_cheapest_setting(tmp_path):
+    stats = tmp_path / "s.json"
+    arguments = ["corner", *SMALL, "--snapshot", str(tmp_path / "x.png"), "--stats", str(stats)]
+    assert main([*arguments, "--max-error", "10"]) == 0
+    cheapest = presets.read_ladder().rungs[0]
+    assert settings_of(stats)["samples"] == cheapest.samples
+    assert settings_of(stats)["method"] == "bounce"

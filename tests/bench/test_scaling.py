@@ -1,0 +1,80 @@
+"""Cost series: what is timed, how parts are summed, what quick leaves out."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+
+import pytest
+from bench.fake_renderings import PretendedStudio
+
+from ssdo_gl.bench import scaling
+from ssdo_gl.settings import Settings
+
+BASE = Settings(size=(64, 48), radius=0.3, exposure=0.0)
+
+
+def test_passes_are_summed_by_part():
+    parts = scaling.parts_of(
+        [("gbuffer", 1.0), ("ssao", 2.0), ("bounce", 4.0), ("bounce_filter", 0.5), ("new", 0.25)]
+    )
+    assert parts == {
+        "G-buffer": 1.0,
+        "estimators": 6.0,
+        "filters": 0.5,
+        "rest": 0.25,
+        "whole frame": 7.75,
+    }
+
+
+def test_quick_keeps_both_ends():
+    assert scaling.Budget(True).of((1, 2, 3, 4, 5)) == (1, 3, 5)
+    assert scaling.Budget(True).of((1, 2)) == (1, 2)
+    assert scaling.Budget(False).of((1, 2, 3, 4, 5)) == (1, 2, 3, 4, 5)
+
+
+def test_each_series_varies_one_quantity():
+    studio = PretendedStudio()
+    series = {
+        item.name: item
+        for item in scaling.measure_scaling(studio, BASE, radius_px=20.0, quick=False)
+    }
+    assert set(series) == {"samples", "pixels", "radius"}
+    assert series["samples"].x == tuple(float(n) for n in scaling.SAMPLE_COUNTS)
+    assert series["pixels"].x[2] == 64 * 48
+    assert series["radius"].x == tuple(20.0 * f for f in scaling.RADIUS_FACTORS)
+    settings = [used for _, used in studio.calls]
+    sampled = settings[: len(scaling.SAMPLE_COUNTS)]
+    assert {s.size for s in sampled} == {BASE.size}
+    assert {s.radius for s in sampled} == {0.3}
+    grown = settings[-len(scaling.RADIUS_FACTORS) :]
+    assert [s.radius for s in grown] == pytest.approx([0.3 * f for f in scaling.RADIUS_FACTORS])
+    assert {s.samples for s in grown} == {scaling.TIMED_POINT.samples}
+    whole = series["samples"].curves["whole frame"]
+    assert whole == pytest.approx([studio.cost_ms(s) + 0.1 for s in sampled])
+
+
+def test_triangles_are_counted_as_they_are():
+    counts = []
+
+    @contextlib.contextmanager
+    def open_studio(scene):
+        counts.append(scene.triangle_count)
+        yield PretendedStudio()
+
+    series = scaling.measure_scaling(PretendedStudio(), BASE, 20.0, True, open_studio)[-1]
+    assert series.name == "triangles"
+    assert series.x == tuple(float(n) for n in counts)
+    assert len(counts) == scaling.QUICK_COUNT
+    assert counts[-1] == pytest.approx(400_000, rel=0.05)
+    # The pretended studio has no pass called reference.
+    assert all(math.isnan(v) for v in series.curves["4 rays a pixel"])
+
+
+def test_every_field_shows_the_same_picture():
+    scenes = [scaling.sphere_field(count) for count in scaling.TRIANGLE_COUNTS]
+    assert len({scene.camera for scene in scenes}) == 1
+    assert all(scene.meshes[0].closed for scene in scenes)
+    first, last = (scene.bounds() for scene in (scenes[1], scenes[-1]))
+    assert last[0] == pytest.approx(first[0], abs=0.02)
+    assert last[1] == pytest.approx(first[1], abs=0.02)

@@ -1,0 +1,140 @@
+"""Choosing settings: the right rung, few measurements, memory, honest refusals."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import pytest
+from bench.fake_renderings import PretendedStudio, triangle_scene
+
+from ssdo_gl.bench import calibration, tune
+from ssdo_gl.bench.calibration import Calibration
+from ssdo_gl.bench.presets import Ladder, Rung
+from ssdo_gl.bench.truth import TruthCache
+from ssdo_gl.settings import Settings
+
+RUNGS = tuple(
+    Rung("march", samples, 8, 1.0, "none", 0.1 * samples, 1.0 / samples)
+    for samples in (8, 16, 32, 64, 128, 256, 512, 1024)
+)
+LADDER = Ladder(RUNGS, {"fast": 0, "balanced": 3, "fine": 7}, {})
+SETTINGS = Settings(size=(100, 100), radius=0.3, exposure=0.0)
+
+
+def choose(tmp_path, budget: float, studio: PretendedStudio | None = None) -> tune.Choice:
+    tmp_path.mkdir(exist_ok=True)
+    memory = Calibration(tmp_path)
+    return tune.within_budget(studio or PretendedStudio(), SETTINGS, budget, LADDER, memory, "key")
+
+
+@pytest.mark.parametrize("budget", [2.0, 3.0, 9.0, 14.5, 50.0, 1e4])
+def test_the_last_rung_that_fits_is_chosen(tmp_path, budget):
+    studio = PretendedStudio()
+    choice = choose(tmp_path, budget, studio)
+    costs = [studio.cost_ms(rung.applied(SETTINGS)) for rung in RUNGS]
+    fitting = [i for i, cost in enumerate(costs) if cost <= budget * tune.FILL]
+    assert choice.holds
+    assert choice.settings.samples == RUNGS[fitting[-1]].samples
+    assert choice.frame_ms == pytest.approx(costs[fitting[-1]])
+    assert f"{budget:g} ms" in choice.sentence
+    assert "\n" not in choice.sentence
+
+
+def test_an_impossible_budget_is_called_impossible(tmp_path):
+    choice = choose(tmp_path, 0.5)
+    assert not choice.holds
+    assert choice.settings.samples == RUNGS[0].samples
+    assert "no measured setting fits 0.5 ms" in choice.sentence
+
+
+def test_few_rungs_are_measured_and_fewer_the_second_time(tmp_path):
+    first, second = PretendedStudio(), PretendedStudio()
+    one = choose(tmp_path, 9.0, first)
+    two = choose(tmp_path, 9.0, second)
+    assert first.count("timed") <= 4, "bisection of eight rungs"
+    assert second.count("timed") == 2, "the remembered rung and the one above it"
+    assert one.settings == two.settings
+
+
+def test_memory_of_a_faster_machine_does_not_break_the_budget(tmp_path):
+    choose(tmp_path, 9.0, PretendedStudio())
+    slow = PretendedStudio(speed=4.0)
+    choice = choose(tmp_path, 9.0, slow)
+    assert slow.cost_ms(choice.settings) <= 9.0
+
+
+def test_memory_of_a_slower_machine_does_not_waste_the_budget(tmp_path):
+    choose(tmp_path, 9.0, PretendedStudio(speed=4.0))
+    fast = PretendedStudio()
+    assert choose(tmp_path, 9.0, fast).settings == choose(tmp_path / "x", 9.0, fast).settings
+
+
+def test_a_damaged_memory_counts_as_none(tmp_path):
+    choose(tmp_path, 9.0)
+    (tmp_path / "key.json").write_text("[1,")
+    assert choose(tmp_path, 9.0).holds
+
+
+def errors_of(studio: PretendedStudio, tmp_path) -> dict[str, float]:
+    return tune.measured_errors(studio, SETTINGS, RUNGS, "r", TruthCache(tmp_path))
+
+
+def test_errors_are_upper_ends_of_what_is_measured(tmp_path):
+    found = errors_of(PretendedStudio(), tmp_path)
+    values = [found[rung.label] for rung in RUNGS]
+    # The pretended error is a screen loss of 0.06 plus noise, on a mean of about 0.5.
+    assert values == sorted(values, reverse=True)
+    assert 0.06 / 0.5 <= values[-1] <= 0.06 / 0.5 * 1.15
+
+
+def test_the_cheapest_rung_within_the_error_is_chosen(tmp_path):
+    found = errors_of(PretendedStudio(), tmp_path)
+    allowed = 1.01 * found[RUNGS[3].label]
+    choice = tune.within_error(SETTINGS, allowed, RUNGS, found, 1.0, True)
+    assert choice.holds
+    assert choice.settings.samples == RUNGS[3].samples
+    assert choice.error <= allowed
+
+
+def test_where_no_screen_space_setting_suffices_rays_do(tmp_path):
+    found = {rung.label: 0.1 for rung in RUNGS}
+    traced = tune.within_error(SETTINGS, 0.01, RUNGS, found, 0.0, True)
+    assert traced.holds
+    assert traced.settings.method == "reference-near"
+    assert traced.settings.max_error == 0.01
+    refused = tune.within_error(SETTINGS, 0.01, RUNGS, found, 0.0, False)
+    assert not refused.holds
+    assert refused.settings.method == "bounce"
+    assert "no measured setting" in refused.sentence
+
+
+def test_the_calibration_frame_is_small_and_keeps_its_shape():
+    assert tune._smaller((1920, 1080)) == (320, 180)
+    assert tune._smaller((64, 36)) == (64, 36)
+    width, height = tune._smaller((1000, 5000))
+    assert height == pytest.approx(5 * width, abs=3)
+    assert width * height <= tune.CALIBRATION_PIXELS * 1.02
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
+def test_bad_wishes_are_refused_before_a_device_is_opened(value):
+    with pytest.raises(tune.CannotTuneError, match="--budget-ms"):
+        tune.choose_for_budget(triangle_scene(), SETTINGS, value, backend="nonsense")
+    with pytest.raises(tune.CannotTuneError, match="--max-error"):
+        tune.choose_for_error(triangle_scene(), SETTINGS, value, backend="nonsense")
+
+
+def test_methods_that_the_ladder_does_not_concern_are_refused():
+    for method in ("direct", "reference-gi"):
+        with pytest.raises(tune.CannotTuneError, match=method):
+            tune.choose_for_budget(triangle_scene(), Settings(method=method), 10.0)
+
+
+def test_scene_classes_tell_apart_what_costs_differently():
+    scene = triangle_scene()
+    same = calibration.scene_class(scene, SETTINGS)
+    assert calibration.scene_class(scene, dataclasses.replace(SETTINGS, seed=3)) == same
+    for change in ({"size": (200, 100)}, {"method": "ssao"}, {"shadows": "none"}, {"radius": 3.0}):
+        assert calibration.scene_class(scene, dataclasses.replace(SETTINGS, **change)) != same
+    assert calibration.scene_class(dataclasses.replace(scene, title="x"), SETTINGS) == same

@@ -1,0 +1,287 @@
+"""The hierarchy: every triangle once, every box around what it holds, no needless depth."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from ssdo_gl.raytracing.bvh import (
+    BOX_MARGIN,
+    MAX_RECORDS,
+    Bvh,
+    build_bvh,
+    build_from_triangles,
+    cached_bvh,
+)
+from ssdo_gl.raytracing.pairs import pair_triangles, vertex_ids
+from ssdo_gl.raytracing.split import MAX_SAH_DEPTH, build_binary, half_area
+from ssdo_gl.raytracing.triangles import SceneTriangles, scene_triangles
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.material import Material
+from ssdo_gl.scene.mesh import Mesh, SceneObject
+from ssdo_gl.scene.scene import Scene
+
+CAMERA = Camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0))
+
+
+def soup(count: int, seed: int = 0, size: float = 0.1) -> Mesh:
+    """Return unconnected random triangles."""
+    rng = np.random.default_rng(seed)
+    positions = rng.uniform(-1.0, 1.0, (count, 1, 3)) + rng.normal(0.0, size, (count, 3, 3))
+    return Mesh(positions.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3))
+
+
+def grid(count: int) -> Mesh:
+    """Return a plane of count x count quadrilaterals with shared vertices."""
+    x, y = np.meshgrid(np.arange(count + 1.0), np.arange(count + 1.0), indexing="ij")
+    positions = np.stack([x, y, np.zeros_like(x)], axis=-1).reshape(-1, 3)
+    a = (np.arange(count)[:, None] * (count + 1) + np.arange(count)).reshape(-1)
+    b, c, d = a + count + 1, a + count + 2, a + 1
+    return Mesh(positions, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]))
+
+
+def scene_of(*meshes: Mesh, transform: NDArray[np.float64] | None = None) -> Scene:
+    matrices = np.eye(4)[None] if transform is None else transform
+    objects = tuple(SceneObject(i, 0, matrices) for i in range(len(meshes)))
+    return Scene(meshes, (Material(),), objects, CAMERA)
+
+
+def triangles_of(positions: NDArray[np.float32]) -> SceneTriangles:
+    """Return bare triangles (T, 3, 3) of the normalised frame."""
+    count = len(positions)
+    zeros = np.zeros(count, dtype=np.int64)
+    return SceneTriangles(
+        positions.astype(np.float32),
+        np.zeros((count, 3, 3)),
+        np.zeros((count, 3, 2)),
+        np.ones((count, 3, 4)),
+        zeros,
+        zeros - 1,
+        zeros > 0,
+        np.zeros(3),
+        1.0,
+        0,
+    )
+
+
+def decode(bvh: Bvh) -> tuple[dict[int, NDArray[np.float64]], int]:
+    """Walk the records; return the primitives' vertices by record and the depth.
+
+    Asserts on the way that every child lies inside its quantised box and that no record
+    is reached twice.
+    """
+    found: dict[int, NDArray[np.float64]] = {}
+    seen = {0}
+
+    def bounds(record: int, is_leaf: bool, level: int) -> tuple[NDArray[np.float64], int]:
+        words = bvh.records[record]
+        if is_leaf:
+            vertices = words[:12].view(np.float32).astype(np.float64).reshape(4, 3)
+            found[record] = vertices
+            return np.stack([vertices.min(axis=0), vertices.max(axis=0)]), level
+        origin = words[:3].view(np.float32).astype(np.float64)
+        step = np.exp2([float(words[3] >> 8 * axis & 255) - 127.0 for axis in range(3)])
+        inner, total = words[3] >> 24 & 15, words[3] >> 28
+        boxes, depths = [], [level + 1]
+        for child in range(int(total)):
+            place = int(words[10]) + child
+            assert place not in seen
+            seen.add(place)
+            box, depth = bounds(place, child >= inner, level + 1)
+            low = origin + step * [words[4 + axis] >> 8 * child & 255 for axis in range(3)]
+            high = origin + step * [words[7 + axis] >> 8 * child & 255 for axis in range(3)]
+            # Half of the margin: the parent's box grew by it, and so did this one.
+            assert np.all(low <= box[0] - 0.5 * BOX_MARGIN)
+            assert np.all(high >= box[1] + 0.5 * BOX_MARGIN)
+            boxes.append(box)
+            depths.append(depth)
+        merged = np.stack([np.min([b[0] for b in boxes], 0), np.max([b[1] for b in boxes], 0)])
+        return merged, max(depths)
+
+    if bvh.records[0, 3] >> 28 == 0:
+        return found, 1
+    _, depth = bounds(0, False, 0)
+    assert seen == set(range(len(bvh.records)))
+    return found, depth
+
+
+@pytest.mark.parametrize("mesh", [soup(1), soup(2), soup(5), soup(700), grid(13)], ids=str)
+def test_boxes_hold_their_children_and_every_triangle_is_there_once(mesh: Mesh) -> None:
+    bvh = build_bvh(scene_of(mesh))
+
+    vertices, depth = decode(bvh)
+
+    assert depth == bvh.depth
+    used = bvh.primitive_triangles[bvh.primitive_triangles >= 0]
+    assert sorted(used) == list(range(len(mesh.triangles)))
+    for record, found in vertices.items():
+        number = bvh.records[record, 12]
+        for second, columns in enumerate(([0, 1, 2], [0, 2, 3])):
+            triangle = bvh.primitive_triangles[number, second]
+            if triangle < 0:
+                np.testing.assert_array_equal(found[3], found[2])
+                continue
+            corners = bvh.primitive_corners[number, second]
+            np.testing.assert_array_equal(
+                found[columns], bvh.triangles.positions[triangle, corners]
+            )
+
+
+def test_quadrilaterals_become_one_primitive_each() -> None:
+    bvh = build_bvh(scene_of(grid(8)))
+    assert len(bvh.primitive_triangles) == 64
+    assert np.all(bvh.primitive_triangles >= 0)
+
+
+def test_pairs_keep_the_winding() -> None:
+    mesh = grid(6)
+    bvh = build_bvh(scene_of(mesh))
+    vertices = np.array([v for _, v in sorted(decode(bvh)[0].items())])
+    for columns in ([0, 1, 2], [0, 2, 3]):
+        a, b, c = np.moveaxis(vertices[:, columns], 1, 0)
+        assert np.all(np.cross(b - a, c - a)[:, 2] > 0.0)
+
+
+def test_triangles_of_opposite_winding_are_not_paired() -> None:
+    mesh = Mesh(
+        np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]), np.array([[0, 1, 2], [0, 3, 2]])
+    )
+    assert len(build_bvh(scene_of(mesh)).primitive_triangles) == 2
+
+
+def test_pairing_goes_by_position_not_by_index() -> None:
+    mesh = grid(4)
+    unshared = Mesh(mesh.positions[mesh.triangles].reshape(-1, 3), np.arange(96).reshape(-1, 3))
+    assert len(pair_triangles(scene_triangles(scene_of(unshared)).positions).triangles) == 16
+
+
+def test_vertex_ids_are_equal_exactly_for_equal_positions() -> None:
+    rng = np.random.default_rng(3)
+    points = rng.integers(-2, 3, (500, 3)).astype(np.float32)
+    points[::7] *= np.float32(-1.0)  # brings in negative zeros
+    ids = vertex_ids(points)
+    same = np.all(points[:, None] == points[None], axis=2)
+    np.testing.assert_array_equal(ids[:, None] == ids[None], same)
+
+
+def test_triangles_without_area_are_dropped_and_counted() -> None:
+    positions = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [2, 0, 0], [1, 0, 0], [1e-30, 0, 0]])
+    triangles = np.array([[0, 1, 2], [0, 1, 3], [1, 4, 2], [0, 5, 2], [0, 0, 0]])
+    flat = scene_triangles(scene_of(Mesh(positions, triangles)))
+    assert (flat.count, flat.dropped_count) == (1, 4)
+
+
+def test_a_scene_of_degenerate_triangles_only_has_an_empty_root() -> None:
+    mesh = Mesh(np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]]), np.array([[0, 1, 2]]))
+    bvh = build_bvh(scene_of(mesh))
+    assert bvh.records.shape == (1, 16)
+    assert not bvh.records.any()
+
+
+def test_many_triangles_in_one_place_are_split_by_count() -> None:
+    corner = np.array([[[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]])
+    bvh = build_from_triangles(triangles_of(np.repeat(corner, 300, axis=0)))
+    found, depth = decode(bvh)
+    # Single triangles (pairs need opposite edges): 300 leaves, 5 levels of four at best.
+    assert len(found) == 300
+    assert depth <= 9
+
+
+def test_depth_stays_bounded_for_hostile_input() -> None:
+    # Sizes that halve from triangle to triangle: the heuristic peels off one at a time.
+    size = np.exp2(-np.arange(120.0))[:, None, None]
+    shape = np.array([[[1.0, 1, 1], [0.9, 1, 1], [1, 0.9, 1]]])
+    bvh = build_from_triangles(triangles_of((shape * size).astype(np.float32)))
+    decode(bvh)
+    assert bvh.depth <= MAX_SAH_DEPTH + 8
+    boxes = shape[0, 0] * np.exp2(-np.arange(120.0))[:, None]
+    tree = build_binary(boxes * 0.9, boxes)
+    assert len(tree.level_starts) <= MAX_SAH_DEPTH + 8
+
+
+def test_the_heuristic_beats_halving_by_count() -> None:
+    mesh = soup(2000, size=0.01)
+    corners = mesh.positions.reshape(-1, 3, 3)
+    low, high = corners.min(axis=1), corners.max(axis=1)
+
+    def cost(tree_low: NDArray[np.float64], tree_high: NDArray[np.float64]) -> float:
+        areas = half_area(tree_low, tree_high)
+        return float(areas.sum() / areas[0])
+
+    tree = build_binary(low, high)
+    # Boxes of a median split along the axes in turn, for comparison.
+    boxes = []
+
+    def halve(members: NDArray[np.int64], axis: int) -> None:
+        boxes.append((low[members].min(axis=0), high[members].max(axis=0)))
+        if len(members) > 1:
+            order = members[np.argsort(low[members, axis])]
+            halve(order[: len(order) // 2], (axis + 1) % 3)
+            halve(order[len(order) // 2 :], (axis + 1) % 3)
+
+    halve(np.arange(len(low)), 0)
+    median = cost(np.array([b[0] for b in boxes]), np.array([b[1] for b in boxes]))
+    # Evenly spread soup is the hardest input to gain on; clustered ones gain far more.
+    assert cost(tree.low, tree.high) < 0.95 * median
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(1, 60), st.integers(0, 1 << 30), st.sampled_from([1e-6, 0.1, 3.0]))
+def test_any_soup_is_built_right(count: int, seed: int, size: float) -> None:
+    bvh = build_bvh(scene_of(soup(count, seed, size)))
+    decode(bvh)
+    used = bvh.primitive_triangles[bvh.primitive_triangles >= 0]
+    assert sorted(used) == list(range(bvh.triangles.count))
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e4])
+@pytest.mark.parametrize("offset", [0.0, 1e5])
+def test_the_frame_is_normalised_whatever_scale_and_place(scale: float, offset: float) -> None:
+    mesh = soup(50)
+    moved = dataclasses.replace(mesh, positions=mesh.positions * scale + offset)
+    reference = scene_triangles(scene_of(mesh))
+    flat = scene_triangles(scene_of(moved))
+    assert np.abs(flat.positions).max() <= 1.0
+    # Positions given at 1e5 have steps of 1.5e-11, relative to the scale.
+    tolerance = 2e-7 + 1.5e-11 * offset / 1e5 / scale
+    np.testing.assert_allclose(flat.positions, reference.positions, atol=tolerance)
+    assert flat.half_diagonal == pytest.approx(reference.half_diagonal * scale, rel=1e-6)
+
+
+def test_instances_carry_normals_and_mirrored_ones_their_winding() -> None:
+    mesh = Mesh(
+        np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]),
+        np.array([[0, 1, 2]]),
+        normals=np.array([[0.0, 0, 1]] * 3),
+    )
+    matrices = np.stack([np.eye(4), np.diag([-1.0, 1, 1, 1]), np.diag([2.0, 1, -3, 1])])
+    flat = scene_triangles(scene_of(mesh, transform=matrices))
+    a, b, c = (flat.positions[:, i].astype(np.float64) for i in range(3))
+    winding = np.cross(b - a, c - a)
+    assert np.all(np.einsum("tk,tk->t", winding, flat.normals[:, 0]) > 0.0)
+    np.testing.assert_allclose(flat.normals[:, 0, 2], [1.0, 1.0, -1.0])
+
+
+def test_the_cache_knows_content_not_identity() -> None:
+    mesh = soup(20)
+    first = cached_bvh(scene_of(mesh))
+    assert cached_bvh(scene_of(dataclasses.replace(mesh))) is first
+    positions = mesh.positions.copy()
+    positions[0, 0] += 1e-3
+    assert cached_bvh(scene_of(dataclasses.replace(mesh, positions=positions))) is not first
+    painted = scene_of(mesh)
+    painted = dataclasses.replace(
+        painted,
+        materials=(Material(), Material()),
+        objects=(dataclasses.replace(painted.objects[0], material=1),),
+    )
+    assert cached_bvh(painted) is not first
+
+
+def test_the_limit_on_records_is_what_a_waiting_word_can_name() -> None:
+    assert MAX_RECORDS == 1 << (32 - 3 - 7)

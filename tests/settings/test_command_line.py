@@ -1,0 +1,76 @@
+"""What the window copies, the command line reads back as the same settings."""
+
+from __future__ import annotations
+
+import dataclasses
+import shlex
+from typing import Any
+
+import pytest
+
+from ssdo_gl.cli import build_parser
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.settings import Settings
+from ssdo_gl.settings.command_line import camera_text, command_line, number_text
+from ssdo_gl.settings.resolve import camera_from_text, settings_for, size_from_text
+
+
+def read_back(command: str, wishes: dict[str, Any]) -> Settings:
+    """Return the settings that the command line makes of `command`."""
+    options = vars(build_parser().parse_args(shlex.split(command)[1:]))
+    flags = {f.name: options[f.name] for f in dataclasses.fields(Settings) if f.name in options}
+    if options["size"]:
+        flags["size"] = size_from_text(options["size"])
+    flags.pop("overrides")
+    return settings_for(wishes, flags, options["overrides"])
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        Settings(),
+        Settings(method="ssao", estimator="hemisphere", combine="report"),
+        Settings(samples=24, steps=6, radius=0.375, resolution_scale=0.5),
+        Settings(size=(640, 360), exposure=-1.5, filter="none", antialias=16, seed=7),
+        Settings(method="reference-gi", spp=32, bounces=3, shadows="traced", shadow_rays=4),
+        Settings(overrides={"bounce.strength": 2.0, "tone_map.curve": "aces"}),
+    ],
+)
+@pytest.mark.parametrize("wishes", [{}, {"radius": 0.3}, {"method": "ssao", "samples": 16}])
+def test_settings_survive_the_round_trip(settings: Settings, wishes: dict[str, Any]) -> None:
+    command = command_line("room", settings, wishes=wishes, camera=None)
+    expected = settings
+    for name in ("radius", "estimator", "combine", "exposure"):
+        # None means "as the scene wishes", which no flag can contradict.
+        if getattr(settings, name) is None and name in wishes:
+            expected = dataclasses.replace(expected, **{name: wishes[name]})
+    assert read_back(command, wishes) == expected
+
+
+def test_defaults_need_no_flags() -> None:
+    command = command_line("room", Settings(), wishes={}, camera=None)
+    assert command == "ssdo-gl room --snapshot view.png"
+
+
+def test_method_of_the_scene_is_overruled() -> None:
+    command = command_line("room", Settings(), wishes={"method": "ssao"}, camera=None)
+    assert "--method bounce" in command
+
+
+def test_view_is_named_exactly() -> None:
+    camera = Camera((-1e5 - 1 / 3, -2.0, 0.1 + 0.2), (1e5, 0.0, -1.0), fov_y=39.6)
+    command = command_line(
+        "my room.toml", Settings(), wishes={}, camera=camera, aov="visibility", seconds=2.5
+    )
+    options = build_parser().parse_args(shlex.split(command)[1:])
+    assert options.scene == "my room.toml"
+    assert (options.aov, options.time) == ("visibility", 2.5)
+    read = camera_from_text(options.camera)
+    assert read["position"] == pytest.approx(camera.position, rel=5e-15)
+    assert (read["target"], read["fov_y"]) == (camera.target, 39.6)
+
+
+def test_numbers_are_short_and_exact_enough() -> None:
+    assert number_text(0.1 + 0.2) == "0.3"
+    assert number_text(-0.0) == "0"
+    assert camera_text(Camera((0, 0, 3.6), (0, 0, 0))) == "0,0,3.6 0,0,0 40"

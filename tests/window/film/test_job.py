@@ -1,0 +1,156 @@
+"""Films of a camera path: complete, in order, or not there at all."""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from ssdo_gl.gpu.context import Device
+from ssdo_gl.images.display import picture_of
+from ssdo_gl.images.files import OutputError
+from ssdo_gl.renderer import Renderer
+from ssdo_gl.scene.load import load_scene
+from ssdo_gl.settings import Settings
+from ssdo_gl.window.camera.camera_path import CameraPath
+from ssdo_gl.window.film import writers as film_files
+from ssdo_gl.window.film.job import ANTIALIAS, FilmJob
+from ssdo_gl.window.film.writers import film_writer
+
+SIZE = (31, 18)
+SETTINGS = Settings(size=SIZE, method="direct")
+RATE = 10.0
+
+
+def frames(count: int) -> list[np.ndarray]:
+    """Pictures of one brightness each, so that their order can be told."""
+    return [np.full((18, 31, 3), 20 * i + 10, np.uint8) for i in range(count)]
+
+
+def path() -> CameraPath:
+    scene = load_scene("cornell_meso")
+    moved = dataclasses.replace(scene.camera, position=(0.3, 0.1, 3.0))
+    return CameraPath().recorded(0.0, scene.camera).recorded(0.5, moved)
+
+
+@pytest.mark.parametrize("suffix", [".gif", ".webp"])
+def test_animation_holds_all_frames_in_order(tmp_path: Path, suffix: str) -> None:
+    out = tmp_path / f"walk{suffix}"
+    writer = film_writer(out, RATE)
+    for frame in frames(5):
+        writer.add(frame)
+        assert not out.exists()
+    writer.finish()
+    with Image.open(out) as image:
+        assert (image.size, image.n_frames, image.info["loop"]) == (SIZE, 5, 0)
+        for i in range(5):
+            image.seek(i)
+            image.load()
+            assert image.info["duration"] == 100
+            # Lossy; a step between two frames is 20.
+            assert np.abs(np.asarray(image.convert("RGB")).astype(int) - (20 * i + 10)).max() < 6
+
+
+def test_without_imageio_ffmpeg_the_message_names_it_and_what_goes_without(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    with pytest.raises(OutputError, match=r"pip install 'ssdo_gl\[window\]'.*\.webp"):
+        film_writer(tmp_path / "walk.mp4", RATE)
+    assert not list(tmp_path.iterdir())
+
+
+# imageio-ffmpeg leaves the pipes to its process to the garbage collector.
+@pytest.mark.filterwarnings("ignore::ResourceWarning")
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_film_holds_all_frames_in_order(tmp_path: Path) -> None:
+    ffmpeg = pytest.importorskip("imageio_ffmpeg")
+    out = tmp_path / "walk.mp4"
+    writer = film_writer(out, RATE)
+    for frame in frames(5):
+        writer.add(frame)
+    assert not out.exists()
+    writer.finish()
+    reader = ffmpeg.read_frames(str(out))
+    meta = next(reader)
+    # Odd sides lose a line.
+    assert meta["size"] == (30, 18)
+    assert meta["fps"] == RATE
+    levels = [np.frombuffer(data, np.uint8).mean() for data in reader]
+    assert np.abs(np.array(levels) - [10, 30, 50, 70, 90]).max() < 6
+    assert list(tmp_path.iterdir()) == [out]
+
+
+def test_sequence_is_a_folder_of_numbered_pictures(tmp_path: Path) -> None:
+    writer = film_writer(tmp_path / "walk.png", RATE)
+    for frame in frames(3):
+        writer.add(frame)
+    assert not (tmp_path / "walk").exists()
+    writer.finish()
+    names = sorted(p.name for p in (tmp_path / "walk").iterdir())
+    assert names == ["0001.png", "0002.png", "0003.png"]
+    with Image.open(tmp_path / "walk" / "0003.png") as image:
+        assert np.asarray(image).max() == 50
+    with pytest.raises(OutputError, match="walk: exists already"):
+        film_writer(tmp_path / "walk.png", RATE)
+
+
+@pytest.mark.parametrize("suffix", film_files.FILM_SUFFIXES)
+def test_discarded_film_leaves_no_trace(tmp_path: Path, suffix: str) -> None:
+    writer = film_writer(tmp_path / f"walk{suffix}", RATE)
+    writer.add(frames(1)[0])
+    writer.discard()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_impossible_films_are_refused_in_one_line(tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match="suffix"):
+        film_writer(tmp_path / "walk.avi", RATE)
+    with pytest.raises(OutputError, match="does not exist"):
+        film_writer(tmp_path / "nowhere" / "walk.webp", RATE)
+
+
+def test_job_renders_the_path_as_snapshots_would(device: Device, tmp_path: Path) -> None:
+    scene = load_scene("cornell_meso")
+    out = tmp_path / "walk.png"
+    job = FilmJob(scene, SETTINGS, path(), out, frames_per_second=RATE, device=device)
+    assert job.frame_count == 5
+    while not job.is_done:
+        job.step()
+    job.cancel()
+    settings = dataclasses.replace(SETTINGS, antialias=ANTIALIAS)
+    with Renderer(scene, settings, device=device) as renderer:
+        camera = path().camera(3 / RATE, scene.camera)
+        display = renderer.render(["display"], camera=camera).images["display"]
+    with Image.open(tmp_path / "walk" / "0004.png") as image:
+        assert np.array_equal(np.asarray(image), picture_of("display", display))
+
+
+def test_cancelled_job_leaves_no_trace(device: Device, tmp_path: Path) -> None:
+    scene = load_scene("cornell_meso")
+    job = FilmJob(scene, SETTINGS, path(), tmp_path / "walk.webp", device=device)
+    job.step()
+    job.cancel()
+    assert not job.is_done
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_interrupted_frame_is_rendered_again(device: Device, tmp_path: Path) -> None:
+    class Interrupted(Exception):
+        pass
+
+    def interrupt(what: str, done: int, total: int) -> None:
+        raise Interrupted
+
+    scene = load_scene("cornell_meso")
+    job = FilmJob(scene, SETTINGS, path(), tmp_path / "walk.webp", device=device)
+    with pytest.raises(Interrupted):
+        job.step(interrupt)
+    assert job.done_count == 0
+    job.step()
+    assert job.done_count == 1
+    job.cancel()

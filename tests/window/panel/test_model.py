@@ -1,0 +1,108 @@
+"""The panel's controls come from the settings: same fields, same ranges, same checks."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import pytest
+
+from ssdo_gl.cli import build_parser
+from ssdo_gl.planning.pipelines import PASS_SETTINGS
+from ssdo_gl.settings import ESTIMATORS, METHODS, Settings
+from ssdo_gl.settings.fields import SettingError, describe
+from ssdo_gl.window.panel.model import (
+    ControlRow,
+    Widget,
+    default_of,
+    first_value,
+    main_rows,
+    pass_rows,
+    value_of,
+    with_value,
+)
+
+ALL_ROWS = [*main_rows(Settings()), *(row for rows in pass_rows().values() for row in rows)]
+
+
+def ids(row: ControlRow) -> str:
+    return row.key
+
+
+def test_every_setting_has_a_control_or_a_reason_to_have_none() -> None:
+    shown = {row.key for row in main_rows(Settings())}
+    assert set(describe(Settings)) - shown == {"method", "size", "overrides", "antialias"}
+    for name, settings_class in PASS_SETTINGS.items():
+        own = set(describe(settings_class)) - set(describe(Settings))
+        assert {row.field for row in pass_rows().get(name, [])} == own
+
+
+@pytest.mark.parametrize("row", ALL_ROWS, ids=ids)
+def test_both_ends_of_a_control_are_allowed(row: ControlRow) -> None:
+    values = {
+        Widget.CHOICE: row.choices,
+        Widget.CHECK: (True, False),
+        Widget.INTEGER: (int(row.low), int(row.high)),
+        Widget.NUMBER: (row.low, row.high),
+    }[row.widget]
+    assert values
+    for value in values:
+        changed = with_value(Settings(), row, value)
+        assert value_of(changed, row) == value
+
+
+@pytest.mark.parametrize("row", ALL_ROWS, ids=ids)
+def test_what_the_command_line_refuses_the_panel_refuses(row: ControlRow) -> None:
+    settings_class = PASS_SETTINGS[row.pass_name] if row.pass_name else Settings
+    info = describe(settings_class)[row.field]
+    if row.widget not in (Widget.INTEGER, Widget.NUMBER):
+        return
+    for bound, step in ((info.low, -1), (info.high, 1)):
+        if bound is not None and not row.pass_name:
+            with pytest.raises(SettingError, match=row.field):
+                with_value(Settings(), row, type(bound)(bound + step))
+
+
+@pytest.mark.parametrize("row", ALL_ROWS, ids=ids)
+def test_default_is_a_value_of_the_control(row: ControlRow) -> None:
+    default = default_of(row)
+    assert value_of(Settings(), row) == default
+    if default is None:
+        assert row.is_optional
+        assert with_value(Settings(), row, first_value(row)) != Settings()
+    elif row.widget in (Widget.INTEGER, Widget.NUMBER) and math.isfinite(default):
+        assert row.low <= default <= row.high
+
+
+@pytest.mark.parametrize("row", main_rows(Settings()), ids=ids)
+def test_hint_names_a_flag_that_exists(row: ControlRow) -> None:
+    flag = row.hint.splitlines()[-1]
+    known = {option for action in build_parser()._actions for option in action.option_strings}
+    assert flag in known
+
+
+def test_going_back_to_the_default_leaves_no_override() -> None:
+    row = next(row for row in ALL_ROWS if row.key == "bounce.strength")
+    changed = with_value(Settings(), row, 2.0)
+    assert changed.overrides == {"bounce.strength": 2.0}
+    assert with_value(changed, row, default_of(row)) == Settings()
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_estimators_are_those_of_the_method(method: str) -> None:
+    rows = [row for row in main_rows(Settings(method=method)) if row.key == "estimator"]
+    choices = [row.choices for row in rows]
+    assert choices == ([ESTIMATORS[method]] if method in ESTIMATORS else [])
+
+
+def test_unit_is_part_of_the_label() -> None:
+    labels = {row.key: row.label for row in ALL_ROWS}
+    assert labels["radius"] == "radius (scene units)"
+    assert labels["exposure"] == "exposure (EV)"
+
+
+def test_wide_ranges_are_logarithmic() -> None:
+    by_key = {row.key: row for row in ALL_ROWS}
+    assert by_key["samples"].is_log
+    assert not by_key["exposure"].is_log
+    assert dataclasses.astuple(by_key["exposure"])[3:5] == (-10.0, 10.0)

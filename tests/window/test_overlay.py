@@ -1,0 +1,291 @@
+"""The panel drawn without a window: every section, fed with clicks and keys."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from pathlib import Path
+
+import glfw
+import moderngl
+import numpy as np
+import pytest
+
+from ssdo_gl.gpu.context import Device
+from ssdo_gl.gpu.shader import ShaderLibrary
+from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.scene.load import load_scene
+from ssdo_gl.settings import METHODS, Settings
+from ssdo_gl.window.controls import Controls
+from ssdo_gl.window.panel.histogram import BINS_PER_STOP, STOPS, radiance_histogram
+from ssdo_gl.window.viewer import Viewer
+
+imgui_bundle = pytest.importorskip("imgui_bundle")
+from ssdo_gl.window.overlay import Overlay  # noqa: E402
+from ssdo_gl.window.panel import panel as panel_module  # noqa: E402
+
+SIZE = (900, 700)
+PICTURE = (36, 28)
+
+
+class Desk:
+    def cursor_uv(self) -> tuple[float, float]:
+        return 0.3, 0.6
+
+    def set_clipboard(self, text: str) -> None:
+        self.clipboard = text
+
+    def toggle_vsync(self) -> bool:
+        return True
+
+    def toggle_help(self) -> None:
+        self.helped = True
+
+    def toggle_panel(self) -> None: ...
+    def toggle_fullscreen(self) -> None: ...
+    def toggle_film(self) -> None: ...
+    def let_go(self) -> None: ...
+    def reload_shaders(self) -> None: ...
+    def quit(self) -> None: ...
+
+
+class Stage:
+    """A viewer with its overlay, and a framebuffer for a screen."""
+
+    def __init__(self, device: Device, shaders: ShaderLibrary, scene: str, folder: Path) -> None:
+        self.viewer = Viewer(
+            device,
+            load_scene(scene),
+            Settings(samples=8, steps=4),
+            source=scene,
+            folder=folder,
+            shaders=shaders,
+        )
+        self.overlay = Overlay(device, self.viewer, Desk())
+        self.texture = make_texture(device.gl, SIZE, 4, "nu1")
+        self.screen: moderngl.Framebuffer = make_framebuffer(device.gl, [self.texture])
+
+    def frames(self, count: int = 3) -> np.ndarray:
+        """Let frames pass; return the screen, (height, width, 3), row 0 at the top."""
+        for _ in range(count):
+            self.viewer.frame(Controls(), 0.05, PICTURE)
+            self.screen.clear()
+            self.viewer.copy_to(self.screen, SIZE)
+            self.overlay.compose(self.screen, SIZE, SIZE, 0.05)
+        data = np.frombuffer(self.screen.read(components=3, alignment=1), np.uint8)
+        return data.reshape(SIZE[1], SIZE[0], 3)[::-1].astype(int)
+
+    def settled(self) -> np.ndarray:
+        """Return the screen once the picture behind the panel stands still."""
+        for _ in range(100):
+            if not self.viewer.is_busy:
+                break
+            self.viewer.frame(Controls(), 0.05, PICTURE)
+        self.viewer.messages.lines.clear()
+        return self.frames(4)
+
+    def click(self, x: float, y: float) -> None:
+        self.overlay.cursor(x, y)
+        self.frames(2)
+        self.overlay.button(glfw.MOUSE_BUTTON_LEFT, glfw.PRESS)
+        self.frames(2)
+        self.overlay.button(glfw.MOUSE_BUTTON_LEFT, glfw.RELEASE)
+        self.frames(2)
+
+    def release(self) -> None:
+        self.overlay.release()
+        self.viewer.release()
+        self.screen.release()
+        self.texture.release()
+
+
+@pytest.fixture
+def stage(device: Device, shaders: ShaderLibrary, tmp_path: Path) -> Iterator[Stage]:
+    stage = Stage(device, shaders, "cornell_meso", tmp_path)
+    yield stage
+    stage.release()
+
+
+@pytest.fixture
+def all_open(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every section and every tree of the panel is open."""
+    tree_node = panel_module.imgui.tree_node
+
+    def open_tree(label: str) -> bool:
+        panel_module.imgui.set_next_item_open(True)
+        return bool(tree_node(label))
+
+    monkeypatch.setattr(panel_module, "_header", lambda label, *, is_open=False: True)
+    monkeypatch.setattr(panel_module.imgui, "tree_node", open_tree)
+
+
+def test_panel_is_drawn_over_the_picture(gl, stage: Stage) -> None:
+    with_panel = stage.settled()
+    stage.overlay.shows_panel = False
+    without = stage.settled()
+    covered = np.abs(with_panel - without).max(axis=2) > 8
+    assert covered[:, SIZE[0] // 2 :].mean() > 0.2
+    assert covered[60:, : SIZE[0] // 2].mean() < 0.01
+
+
+def test_help_covers_the_middle(gl, stage: Stage) -> None:
+    before = stage.settled()
+    stage.overlay.shows_help = True
+    after = stage.settled()
+    assert np.abs(after - before)[300:400, 400:500].max() > 30
+
+
+@pytest.mark.parametrize("method", METHODS[:4])
+def test_every_section_draws_for_every_method(gl, stage: Stage, all_open, method: str) -> None:
+    stage.viewer.choose_method(method)
+    stage.viewer.view = dataclasses.replace(stage.viewer.view, is_error=True, other_method="direct")
+    stage.viewer.is_inspecting = True
+    stage.overlay.show_faults(("effects/bounce.frag:12: syntax error",))
+    stage.overlay.shows_help = True
+    settings = stage.viewer.settings
+    stage.frames(8)
+    # Drawing a control must not change what it shows.
+    assert stage.viewer.settings == settings
+    assert stage.viewer.scene is stage.viewer.original
+
+
+@pytest.mark.parametrize("scene", ["carousel", "courtyard", "furnace", "coloured_lights"])
+def test_every_section_draws_for_every_kind_of_light(
+    gl, device, shaders, tmp_path, all_open, scene: str
+) -> None:
+    stage = Stage(device, shaders, scene, tmp_path)
+    try:
+        stage.frames(4)
+        assert stage.viewer.scene is stage.viewer.original
+    finally:
+        stage.release()
+
+
+def test_split_names_its_sides(gl, stage: Stage) -> None:
+    stage.overlay.shows_panel = False
+    stage.viewer.view = dataclasses.replace(stage.viewer.view, is_split=True, other_method="direct")
+    named = stage.frames(5)
+    middle = named[SIZE[1] - 100 : SIZE[1] - 50, SIZE[0] // 2 - 120 : SIZE[0] // 2 + 120]
+    # White text on dark plates.
+    assert np.count_nonzero(middle.min(axis=2) > 220) > 50
+
+
+def test_legend_and_names_stay_clear_of_the_panel(gl, stage: Stage) -> None:
+    stage.viewer.view = dataclasses.replace(
+        stage.viewer.view, is_error=True, divider=0.95, other_method="direct"
+    )
+    places = {}
+    begin = imgui_bundle.imgui.begin
+
+    def noted(name: str, *more: object) -> object:
+        result = begin(name, *more)
+        places[name] = imgui_bundle.imgui.get_window_pos().x, imgui_bundle.imgui.get_window_width()
+        return result
+
+    imgui_bundle.imgui.begin = noted
+    try:
+        stage.frames(4)
+        stage.viewer.view = dataclasses.replace(stage.viewer.view, is_split=True, is_error=False)
+        stage.frames(4)
+    finally:
+        imgui_bundle.imgui.begin = begin
+    left = places["panel"][0]
+    assert left > 0.5 * SIZE[0]
+    for name in ("legend", "side -1.0"):
+        x, width = places[name]
+        assert x + width <= left, name
+
+
+def test_sky_can_be_added_and_removed(gl, stage: Stage, all_open, monkeypatch) -> None:
+    pressed = ["add a sky"]
+    monkeypatch.setattr(
+        panel_module.imgui, "small_button", lambda label: bool(pressed) and label == pressed[0]
+    )
+    stage.frames(1)
+    assert stage.viewer.scene.environment is not None
+    pressed[0] = "remove"
+    stage.frames(1)
+    assert stage.viewer.scene.environment is None
+    pressed.clear()
+    stage.frames(3)
+
+
+def test_cursor_over_the_panel_is_the_panels(gl, stage: Stage) -> None:
+    stage.frames(3)
+    stage.overlay.cursor(200.0, 400.0)
+    stage.frames(2)
+    assert not stage.overlay.wants_mouse
+    stage.overlay.cursor(SIZE[0] - 100.0, 60.0)
+    stage.frames(2)
+    assert stage.overlay.wants_mouse
+    stage.overlay.cursor_left()
+    stage.frames(2)
+    assert not stage.overlay.wants_mouse
+
+
+def test_click_on_a_check_box_does_what_its_key_does(gl, stage: Stage) -> None:
+    stage.viewer.view = dataclasses.replace(stage.viewer.view, other_method="direct")
+    stage.frames(3)
+    # The row of check boxes is the third one of the panel; "split" is its first.
+    stage.click(SIZE[0] - panel_module.WIDTH + 10.0, 8.0 + 2.7 * 26.0)
+    assert stage.viewer.view.is_split
+
+
+def test_typing_into_a_control_changes_the_setting(gl, stage: Stage, monkeypatch) -> None:
+    """Ctrl+click turns a slider into a text field; what is typed is checked as a flag is."""
+    shown = [row for row in panel_module.main_rows(Settings()) if row.key == "samples"]
+    monkeypatch.setattr(panel_module, "main_rows", lambda settings: shown)
+    monkeypatch.setattr(panel_module, "_header", lambda label, *, is_open=False: label == "Quality")
+    stage.frames(3)
+    # Under the three rows of the view and the presets.
+    x, y = SIZE[0] - panel_module.WIDTH + 60.0, 8.0 + 4.7 * 26.0
+    stage.overlay.key(glfw.KEY_LEFT_CONTROL, glfw.PRESS, glfw.MOD_CONTROL)
+    stage.click(x, y)
+    stage.overlay.key(glfw.KEY_LEFT_CONTROL, glfw.RELEASE, 0)
+    stage.frames(2)
+    assert stage.overlay.wants_keyboard
+    for character in "24":
+        stage.overlay.character(ord(character))
+        stage.frames(1)
+    stage.overlay.key(glfw.KEY_ENTER, glfw.PRESS, 0)
+    stage.frames(2)
+    stage.overlay.key(glfw.KEY_ENTER, glfw.RELEASE, 0)
+    stage.frames(2)
+    assert stage.viewer.settings.samples == 24
+    assert not stage.overlay.wants_keyboard
+
+
+def test_high_density_display_gets_larger_text(gl, stage: Stage) -> None:
+    small = stage.settled()
+    stage.overlay.rescale(2.0)
+    large = stage.settled()
+    stage.overlay.rescale(1.0)
+    assert np.array_equal(stage.settled(), small)
+    # The line at the top left is twice as high and wide.
+    line = [np.abs(s[10:90, 10:600] - small[200:280, 10:600]).max(axis=2) for s in (small, large)]
+    assert np.count_nonzero(line[1]) > np.count_nonzero(line[0])
+
+
+def test_window_of_no_size_draws_nothing(gl, stage: Stage) -> None:
+    stage.frames(2)
+    stage.overlay.compose(stage.screen, (0, 0), (0, 0), 0.05)
+    stage.frames(2)
+
+
+def test_histogram_counts_stops() -> None:
+    image = np.zeros((4, 4, 4), np.float32)
+    image[:2, :, :3] = 1.0
+    image[2, :, :3] = 2.0**-20
+    image[:3, :, 3] = 1.0
+    histogram = radiance_histogram(image)
+    assert len(histogram) == (STOPS[1] - STOPS[0]) * BINS_PER_STOP
+    assert histogram.sum() == pytest.approx(1.0)
+    assert histogram[int(-STOPS[0]) * BINS_PER_STOP] == pytest.approx(2 / 3)
+    assert histogram[0] == pytest.approx(1 / 3)
+
+
+def test_histogram_of_nothing_and_of_no_numbers_is_empty() -> None:
+    image = np.full((2, 2, 4), np.nan, np.float32)
+    assert radiance_histogram(image).sum() == 0.0
+    image[:, :, 3] = 1.0
+    assert radiance_histogram(image).sum() == 0.0

@@ -1,0 +1,551 @@
+"""The viewer without a window: moves, rests, and does what commands ask for."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import shlex
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from ssdo_gl.bench.presets import NAMES, load_preset
+from ssdo_gl.cli import main
+from ssdo_gl.gpu.context import Device
+from ssdo_gl.gpu.shader import ShaderLibrary
+from ssdo_gl.scene.load import load_scene
+from ssdo_gl.settings import AOVS, METHODS, Settings
+from ssdo_gl.window.actions import open_file, perform, view_command
+from ssdo_gl.window.controls import Controls
+from ssdo_gl.window.film.export import FilmDesk
+from ssdo_gl.window.input_map import Action, Command
+from ssdo_gl.window.light_edits import with_power
+from ssdo_gl.window.viewer import Viewer
+from ssdo_gl.window.views import View, divider_hit
+
+SIZE = (48, 27)
+SETTINGS = Settings(samples=8, steps=4)
+FORWARD = Controls(move=(0.0, 0.0, 1.0))
+FRAME_S = 1.0 / 30.0
+# Both are averages of the same 16 frames, one in float32 and one in float64.
+ROUNDING = 1
+
+
+class Desk:
+    """A host that only remembers what it was asked for."""
+
+    def __init__(self) -> None:
+        self.asked: list[str] = []
+        self.clipboard = ""
+
+    def cursor_uv(self) -> tuple[float, float]:
+        return 0.5, 0.6
+
+    def set_clipboard(self, text: str) -> None:
+        self.clipboard = text
+
+    def toggle_vsync(self) -> bool:
+        return False
+
+    def __getattr__(self, name: str) -> Callable[[], None]:
+        return lambda: self.asked.append(name)
+
+
+@pytest.fixture
+def make_viewer(device: Device, shaders: ShaderLibrary, tmp_path: Path):
+    """Make viewers that are released at the end."""
+    made = []
+
+    def make(source: str = "cornell_meso", settings: Settings = SETTINGS) -> Viewer:
+        viewer = Viewer(
+            device,
+            load_scene(source),
+            settings,
+            source=source,
+            folder=tmp_path,
+            shaders=shaders,
+        )
+        made.append(viewer)
+        return viewer
+
+    yield make
+    for viewer in made:
+        viewer.release()
+
+
+@pytest.fixture
+def viewer(make_viewer) -> Viewer:
+    return make_viewer()
+
+
+def settle(viewer: Viewer, limit: int = 300) -> int:
+    """Let frames pass until nothing is left to do; return how many it took."""
+    for count in range(limit):
+        # The first frame notices what has changed, as the one after an event does.
+        viewer.frame(Controls(), FRAME_S, SIZE)
+        if not viewer.is_busy:
+            return count
+    raise AssertionError("the picture does not come to rest")
+
+
+def ask(viewer: Viewer, command: Command, number: int = 0) -> Desk:
+    desk = Desk()
+    perform(Action(command, number), viewer, desk)
+    return desk
+
+
+def said(viewer: Viewer) -> str:
+    return " | ".join(line.text for line in viewer.messages.lines)
+
+
+def test_comes_to_rest_and_then_draws_nothing(gl, viewer) -> None:
+    settle(viewer)
+    assert viewer.left.image.is_refined
+    before = viewer.presenter.pixels()
+    assert before.std() > 10.0
+    assert not viewer.frame(Controls(), FRAME_S, SIZE)
+    assert np.array_equal(viewer.presenter.pixels(), before)
+    assert viewer.look_out.alarm is None
+
+
+def test_walking_changes_the_picture_and_home_brings_it_back(gl, viewer) -> None:
+    settle(viewer)
+    before = viewer.presenter.pixels().astype(int)
+    for _ in range(15):
+        assert viewer.frame(FORWARD, FRAME_S, SIZE)
+    assert viewer.camera.position[2] < 3.4
+    settle(viewer)
+    walked = viewer.presenter.pixels().astype(int)
+    assert np.abs(walked - before).mean() > 5.0
+    ask(viewer, Command.HOME)
+    settle(viewer)
+    assert np.array_equal(viewer.presenter.pixels(), before)
+
+
+def test_the_copied_command_renders_the_same_picture(gl, device, viewer, tmp_path) -> None:
+    for _ in range(10):
+        viewer.frame(Controls(move=(0.3, 0.0, 1.0), turn_rate=(0.4, -0.1)), FRAME_S, SIZE)
+    settle(viewer)
+    desk = ask(viewer, Command.COPY_COMMAND)
+    assert desk.clipboard == view_command(viewer)
+    picture = viewer.presenter.pixels().astype(int)
+    out = tmp_path / "again.png"
+    command = desk.clipboard.replace("view.png", str(out))
+    assert main(shlex.split(command)[1:]) == 0
+    device.activate()
+    with Image.open(out) as image:
+        again = np.asarray(image).astype(int)
+    assert picture.std() > 10.0
+    assert np.abs(again - picture).max() <= ROUNDING
+
+
+@pytest.mark.parametrize("number", range(1, len(AOVS) + 1))
+def test_number_keys_show_each_image(gl, viewer, number: int) -> None:
+    ask(viewer, Command.VIEW, number)
+    settle(viewer)
+    assert viewer.view.aov == AOVS[number - 1]
+    if viewer.view.aov not in ("directional",):
+        assert viewer.presenter.pixels().max() > 0
+
+
+@pytest.mark.parametrize("method", METHODS[:4])
+def test_methods_follow_one_another(gl, make_viewer, method: str) -> None:
+    viewer = make_viewer(settings=dataclasses.replace(SETTINGS, method=method))
+    ask(viewer, Command.NEXT_METHOD)
+    assert viewer.view.method == METHODS[METHODS.index(method) + 1]
+    ask(viewer, Command.PREVIOUS_METHOD)
+    settle(viewer)
+    assert viewer.left.image.renderer.settings.method == method
+
+
+def test_estimator_of_another_method_is_dropped(viewer) -> None:
+    viewer.settings = dataclasses.replace(viewer.settings, method="ssao", estimator="zbuffer")
+    viewer.choose_method("ssdo")
+    viewer.settings.checked()
+    assert viewer.settings.estimator is None
+
+
+def test_presets_set_quality_and_one_of_them_the_method(gl, viewer) -> None:
+    viewer.presets = {name: load_preset(name) for name in NAMES}
+    for name in NAMES:
+        viewer.choose_preset(name)
+        viewer.settings.checked()
+        viewer.settings_of_side(0).checked()
+    assert viewer.view.method == "reference-near"
+    assert "--max-error" in view_command(viewer)
+    viewer.choose_method("ssao")
+    viewer.choose_preset("fast")
+    viewer.settings_of_side(0).checked()
+    assert viewer.view.method == "ssao"
+    assert "--max-error" not in view_command(viewer)
+
+
+def test_split_and_difference(gl, viewer) -> None:
+    viewer.view = dataclasses.replace(viewer.view, other_method="direct")
+    settle(viewer)
+    whole = viewer.presenter.pixels().astype(int)
+    ask(viewer, Command.SPLIT)
+    settle(viewer)
+    split = viewer.presenter.pixels().astype(int)
+    assert np.array_equal(split[:, : SIZE[0] // 2 - 2], whole[:, : SIZE[0] // 2 - 2])
+    assert np.abs(split[:, SIZE[0] // 2 + 2 :] - whole[:, SIZE[0] // 2 + 2 :]).mean() > 2.0
+    ask(viewer, Command.ERROR)
+    assert not viewer.view.is_split
+    settle(viewer)
+    assert viewer.right is not None
+    ask(viewer, Command.ERROR)
+    settle(viewer)
+    assert viewer.right is None
+    assert np.array_equal(viewer.presenter.pixels(), whole)
+
+
+def test_error_view_measures_the_error(gl, viewer) -> None:
+    viewer.view = dataclasses.replace(viewer.view, other_method="direct")
+    ask(viewer, Command.ERROR)
+    settle(viewer)
+    against_direct = viewer.look_out.error
+    assert against_direct is not None and against_direct > 0.05
+    viewer.view = dataclasses.replace(viewer.view, other_method=viewer.view.method)
+    settle(viewer)
+    assert viewer.look_out.error == pytest.approx(0.0, abs=1e-6)
+    ask(viewer, Command.ERROR)
+    settle(viewer)
+    assert viewer.look_out.error is None
+
+
+def test_number_that_is_none_raises_the_alarm(gl, viewer) -> None:
+    viewer.view = dataclasses.replace(viewer.view, aov="direct")
+    settle(viewer)
+    texture = viewer.left.image.last_plane.texture
+    values = np.zeros((*SIZE[::-1], 4), np.float32)
+    values[3, 5] = np.nan
+    texture.write(values.tobytes())
+    viewer.look_out.is_due = True
+    viewer.frame(Controls(), FRAME_S, SIZE)
+    assert viewer.look_out.alarm is not None
+    assert viewer.look_out.alarm.count == 1
+    viewer.restart()
+    settle(viewer)
+    assert viewer.look_out.alarm is None
+
+
+def test_divider_is_grabbed_where_it_is() -> None:
+    view = View(is_split=True, divider=0.25)
+    assert divider_hit(view, 102.0, 400.0)
+    assert not divider_hit(view, 110.0, 400.0)
+    assert not divider_hit(dataclasses.replace(view, is_split=False), 100.0, 400.0)
+    assert view.with_divider(-3.0).divider > 0.0
+    assert view.with_divider(9.0).divider < 1.0
+
+
+def test_window_without_pixels_draws_nothing(gl, viewer) -> None:
+    assert not viewer.frame(FORWARD, FRAME_S, (0, 0))
+    assert viewer.presenter.picture is None
+    settle(viewer)
+    assert not viewer.frame(Controls(), FRAME_S, (0, 40))
+    settle(viewer)
+
+
+def test_resizing_keeps_the_picture(gl, viewer) -> None:
+    settle(viewer)
+    small = viewer.presenter.pixels()
+    viewer.frame(Controls(), FRAME_S, (96, 54))
+    assert viewer.picture_size == (96, 54)
+    settle(viewer)
+    assert np.array_equal(viewer.presenter.pixels(), small)
+
+
+def test_focus_and_orbit_take_the_point_under_the_cursor(gl, viewer) -> None:
+    settle(viewer)
+    point = viewer.pick((0.5, 0.6))
+    assert point is not None
+    ask(viewer, Command.ORBIT_START)
+    assert viewer.flight.pivot == point
+    ask(viewer, Command.FOCUS)
+    settle(viewer)
+    after = viewer.pick((0.5, 0.5))
+    # The picture is 27 pixels high: a pixel is 0.03 units wide at that distance.
+    assert np.linalg.norm(np.subtract(after, point)) < 0.1
+
+
+def test_near_a_wall_the_same_key_goes_less_far(gl, viewer) -> None:
+    def step_from(position: tuple[float, float, float]) -> float:
+        camera = dataclasses.replace(
+            viewer.scene.camera, position=position, target=(0.0, 0.0, -9.0)
+        )
+        viewer.flight = viewer.flight.__class__(
+            **{**vars(viewer.flight), "position": position, "velocity": (0.0, 0.0, 0.0)}
+        )
+        viewer.frame(Controls(), FRAME_S, SIZE)
+        before = np.array(viewer.camera.position)
+        for _ in range(5):
+            viewer.frame(Controls(move=(1.0, 0.0, 0.0)), FRAME_S, SIZE)
+        assert camera.fov_y == viewer.camera.fov_y
+        return float(np.linalg.norm(viewer.camera.position - before))
+
+    assert step_from((0.5, 0.6, -0.95)) < 0.5 * step_from((0.0, 0.0, 3.6))
+
+
+def test_collisions_keep_the_camera_in_the_room(gl, viewer) -> None:
+    viewer.settings = dataclasses.replace(viewer.settings, method="direct")
+    viewer.choose_method("direct")
+    assert not viewer.collides
+    ask(viewer, Command.COLLIDE)
+    for _ in range(150):
+        viewer.frame(Controls(move=(0.1, 0.0, 1.0), fast=True), FRAME_S, SIZE)
+    assert viewer.camera.position[2] > -1.0
+    ask(viewer, Command.COLLIDE)
+    for _ in range(30):
+        viewer.frame(Controls(move=(0.0, 0.0, 1.0), fast=True), FRAME_S, SIZE)
+    assert viewer.camera.position[2] < -1.0
+
+
+@pytest.mark.parametrize("suffix", [".webp", ".png"])
+def test_film_of_the_path_in_each_format(gl, viewer, tmp_path, suffix: str) -> None:
+    viewer.choose_method("direct")
+    viewer.frame(Controls(), FRAME_S, SIZE)
+    films = FilmDesk(viewer)
+    films.toggle()
+    assert not films.is_busy
+    assert "record one" in said(viewer)
+    ask(viewer, Command.RECORD)
+    for _ in range(6):
+        viewer.frame(FORWARD, FRAME_S, SIZE)
+    ask(viewer, Command.RECORD)
+    viewer.film_suffix = suffix
+    films.toggle()
+    while films.step():
+        pass
+    assert "wrote" in said(viewer)
+    made = {path.name for path in tmp_path.iterdir() if "views" not in path.name}
+    assert made == {"cornell_meso-001.webp" if suffix == ".webp" else "cornell_meso-001"}
+    films.toggle()
+    films.step()
+    films.toggle()
+    assert not films.is_busy
+    assert {path.name for path in tmp_path.iterdir() if "views" not in path.name} == made
+
+
+def test_carousel_runs_stops_and_steps(gl, make_viewer) -> None:
+    viewer = make_viewer("carousel")
+    for _ in range(5):
+        assert viewer.is_busy
+        viewer.frame(Controls(), FRAME_S, SIZE)
+    assert viewer.clock.seconds == pytest.approx(5 * FRAME_S)
+    moving = viewer.presenter.pixels().astype(int)
+    ask(viewer, Command.PAUSE)
+    settle(viewer)
+    assert viewer.clock.seconds == pytest.approx(5 * FRAME_S)
+    ask(viewer, Command.STEP)
+    settle(viewer)
+    assert viewer.clock.seconds == pytest.approx(5 * FRAME_S + 1 / 30)
+    viewer.clock.seconds = 1.0
+    viewer.frame(Controls(), FRAME_S, SIZE)
+    assert np.abs(viewer.presenter.pixels() - moving).max() > 10
+
+
+def test_still_scene_says_that_nothing_moves(viewer) -> None:
+    ask(viewer, Command.PAUSE)
+    assert "nothing moves" in said(viewer)
+    assert not viewer.clock.is_running
+
+
+def test_bad_file_keeps_the_scene_and_says_why(gl, viewer, tmp_path) -> None:
+    settle(viewer)
+    before = viewer.presenter.pixels()
+    bad = tmp_path / "broken.obj"
+    bad.write_text("v nonsense")
+    assert not open_file(str(bad), viewer)
+    assert "broken.obj" in said(viewer)
+    assert any(line.is_fault for line in viewer.messages.lines)
+    settle(viewer)
+    assert np.array_equal(viewer.presenter.pixels(), before)
+
+
+def test_dropped_model_replaces_the_scene(gl, viewer, tmp_path) -> None:
+    settle(viewer)
+    before = viewer.presenter.pixels()
+    model = tmp_path / "triangle.obj"
+    model.write_text("v 0 0 0\nv 100 0 0\nv 0 100 0\nf 1 2 3\n")
+    assert open_file(str(model), viewer)
+    settle(viewer)
+    assert viewer.source == str(model)
+    assert viewer.settings.samples == SETTINGS.samples
+    assert viewer.view.method == viewer.settings.method
+    assert viewer.diagonal == pytest.approx(100.0 * 2**0.5)
+    assert not np.array_equal(viewer.presenter.pixels(), before)
+    assert viewer.presenter.pixels().std() > 5.0
+
+
+def test_dropped_preset_is_taken_over_and_a_bad_one_is_not(gl, viewer, tmp_path) -> None:
+    viewer.read_preset = load_preset
+    good = tmp_path / "mine.toml"
+    good.write_text('[settings]\nmethod = "ssdo"\nsamples = 24\n')
+    assert not open_file(str(good), viewer), "the scene is still the same"
+    assert (viewer.view.method, viewer.settings.samples) == ("ssdo", 24)
+    assert viewer.source == "cornell_meso"
+    bad = tmp_path / "bad.toml"
+    bad.write_text("[settings]\nsamples = -3\n")
+    before = viewer.settings
+    assert not open_file(str(bad), viewer)
+    assert viewer.settings == before
+    assert viewer.messages.lines[-1].is_fault
+    assert "bad.toml" in viewer.messages.lines[-1].text
+    assert "samples" in viewer.messages.lines[-1].text
+    assert list(viewer.presets) == ["mine"]
+
+
+def test_saved_preset_can_be_chosen_again(gl, viewer) -> None:
+    perform(Action(Command.SAVE_PRESET), viewer, Desk())
+    viewer.settings = dataclasses.replace(viewer.settings, samples=64, overrides={"a.b": 1})
+    viewer.choose_method("direct")
+    viewer.choose_preset("preset-001")
+    assert viewer.settings == SETTINGS
+    assert viewer.view.method == SETTINGS.method
+
+
+def test_lights_are_edited_and_restored(gl, viewer) -> None:
+    settle(viewer)
+    before = viewer.presenter.pixels()
+    viewer.lights_on = [False] * len(viewer.lights)
+    viewer.apply_lights()
+    settle(viewer)
+    assert viewer.presenter.pixels().max() == 0
+    viewer.lights_on = [True] * len(viewer.lights)
+    viewer.apply_lights()
+    settle(viewer)
+    assert np.array_equal(viewer.presenter.pixels(), before)
+    viewer.lights[0] = with_power(viewer.lights[0], (0.0, 9.0, 0.0))
+    viewer.apply_lights()
+    settle(viewer)
+    green = viewer.presenter.pixels().astype(int)
+    assert (green[:, :, 1] - green[:, :, 0]).mean() > 5.0
+
+
+def test_screenshot_and_settings_lie_side_by_side(gl, viewer, tmp_path) -> None:
+    settle(viewer)
+    ask(viewer, Command.SCREENSHOT)
+    ask(viewer, Command.SCREENSHOT)
+    files = {path.name for path in tmp_path.iterdir()}
+    assert {f"cornell_meso-00{i}.{s}" for i in (1, 2) for s in ("png", "json")} <= files
+    meta = json.loads((tmp_path / "cornell_meso-001.json").read_text())
+    assert meta["command"].startswith("ssdo-gl cornell_meso --snapshot")
+    assert meta["settings"]["samples"] == SETTINGS.samples
+    with Image.open(tmp_path / "cornell_meso-001.png") as image:
+        assert np.array_equal(np.asarray(image), viewer.presenter.pixels())
+
+
+def test_bookmarks_are_kept_and_recalled(gl, viewer, make_viewer) -> None:
+    for _ in range(10):
+        viewer.frame(FORWARD, FRAME_S, SIZE)
+    settle(viewer)
+    place = viewer.camera.position
+    ask(viewer, Command.STORE, 3)
+    other = make_viewer()
+    assert other.tour.numbers == [3]
+    ask(other, Command.RECALL, 3)
+    settle(other)
+    assert other.camera.position == pytest.approx(place, abs=1e-5)
+    ask(other, Command.RECALL, 4)
+    assert "no bookmark 4" in said(other)
+
+
+def test_path_is_recorded_played_and_kept(gl, viewer, make_viewer) -> None:
+    ask(viewer, Command.RECORD)
+    for _ in range(30):
+        viewer.frame(FORWARD, FRAME_S, SIZE)
+    ask(viewer, Command.RECORD)
+    end = viewer.camera.position
+    assert viewer.tour.path.seconds == pytest.approx(1.0, abs=0.15)
+    other = make_viewer()
+    ask(other, Command.PLAY)
+    other.frame(Controls(), 0.0, SIZE)
+    assert other.camera.position == pytest.approx(viewer.scene.camera.position)
+    for _ in range(40):
+        other.frame(Controls(), FRAME_S, SIZE)
+    assert other.tour.played_s is None
+    # Keys are a tenth of a second apart: the end may be cut by as much.
+    assert np.linalg.norm(np.subtract(other.camera.position, end)) < 0.1
+    settle(other)
+
+
+def test_hands_take_over_from_a_playing_path(gl, viewer) -> None:
+    ask(viewer, Command.RECORD)
+    for _ in range(20):
+        viewer.frame(FORWARD, FRAME_S, SIZE)
+    ask(viewer, Command.RECORD)
+    ask(viewer, Command.PLAY)
+    for _ in range(5):
+        viewer.frame(Controls(), FRAME_S, SIZE)
+    there = viewer.camera.position
+    viewer.frame(Controls(move=(1.0, 0.0, 0.0)), FRAME_S, SIZE)
+    assert viewer.tour.played_s is None
+    assert np.linalg.norm(np.subtract(viewer.camera.position, there)) < 0.1
+
+
+def test_play_without_a_path_says_so(viewer) -> None:
+    ask(viewer, Command.PLAY)
+    assert "record one" in said(viewer)
+    assert viewer.tour.played_s is None
+
+
+@pytest.mark.parametrize("command", list(Command))
+def test_every_command_can_be_given_at_any_time(gl, viewer, command: Command) -> None:
+    for _ in range(2):
+        ask(viewer, command, 1)
+        viewer.frame(Controls(), FRAME_S, SIZE)
+
+
+def test_folder_that_cannot_be_written_to_is_a_message(gl, viewer) -> None:
+    settle(viewer)
+    viewer.folder = Path("/nonexistent")
+    ask(viewer, Command.SCREENSHOT)
+    assert "cannot be written" in said(viewer)
+
+
+def test_views_file_that_is_broken_is_a_message(make_viewer, tmp_path) -> None:
+    (tmp_path / "cornell_meso.views.json").write_text("nonsense")
+    assert "views.json" in said(make_viewer())
+
+
+def test_budget_lowers_what_moves_and_rest_restores_it(gl, make_viewer) -> None:
+    """With a budget nothing can hold, motion is coarse; at rest all of it is there."""
+    viewer = make_viewer()
+    viewer.budget_ms = 1e-3
+    settle(viewer)
+    still = viewer.presenter.pixels()
+    for _ in range(60):
+        viewer.frame(Controls(move=(0.0, 0.0, 1e-3)), FRAME_S, SIZE)
+    assert viewer.left.governor.is_exhausted
+    assert viewer.left.image.drawing.view.size[0] < SIZE[0]
+    ask(viewer, Command.HOME)
+    settle(viewer)
+    assert viewer.left.image.drawing.view.size == SIZE
+    assert np.array_equal(viewer.presenter.pixels(), still)
+
+
+def test_governor_that_cannot_decide_does_not_keep_the_picture_coarse(gl, make_viewer) -> None:
+    """Times that are over the budget on the whole and under it of late, for ever."""
+    viewer = make_viewer()
+    settle(viewer)
+    side = viewer.left
+    side._restart_governor()
+    side.governor.rung = 3
+    side.governor.observe = lambda frame_ms: 3
+    viewer.touch()
+    viewer.settings = dataclasses.replace(viewer.settings, seed=1)
+    settle(viewer)
+    assert viewer.left.image.drawing.view.size == SIZE
+    assert viewer.left.is_done
+
+
+def test_no_budget_means_full_quality_in_motion(gl, make_viewer) -> None:
+    viewer = make_viewer()
+    viewer.is_governed = False
+    viewer.budget_ms = 1e-3
+    for _ in range(20):
+        viewer.frame(FORWARD, FRAME_S, SIZE)
+    assert viewer.left.image.drawing.view.size == SIZE
