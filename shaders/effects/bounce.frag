@@ -5,11 +5,9 @@
 // the hemisphere and a white furnace comes out exact.
 //
 // Defines: ESTIMATOR 0 march, 1 rgs09; DIRECTION_COUNT, STEP_COUNT, HAS_BACK_LAYER;
-// KEPT_TEXTURE_COUNT (see lib/kept_directions.glsl): another pass has marched already;
-// OPEN_TILE_SIZE (see lib/open_tiles.glsl); IS_GREY (see lib/light_channels.glsl).
+// KEPT_TEXTURE_COUNT (see lib/kept_directions.glsl): another pass has marched already.
 #include "lib/estimator.glsl"
 #include "lib/finite.glsl"
-#include "lib/light_channels.glsl"
 #define TAKES_DIRECTIONS 1
 #include "lib/kept_directions.glsl"
 
@@ -23,17 +21,13 @@ layout(location = 0) out vec4 o_bounce;  // irradiance, then z for the filter
 
 // Radiance that leaves the surface at `texel`, kept within the scene's own light. Scaling
 // by the largest component keeps the hue; what is no number, or negative, is no light.
-LIGHT bounded_radiance(ivec2 texel)
+vec3 bounded_radiance(ivec2 texel)
 {
-    LIGHT radiance = light_in(texelFetch(t_sender_radiance, texel, 0));
-#if IS_GREY
-    return is_finite(radiance) && radiance > 0.0 ? min(radiance, u_sender_bound) : 0.0;
-#else
+    vec3 radiance = texelFetch(t_sender_radiance, texel, 0).rgb;
     float largest = max(radiance.r, max(radiance.g, radiance.b));
     float factor = largest > u_sender_bound ? u_sender_bound / largest : 1.0;
     bool is_light = is_finite(radiance) && all(greaterThanEqual(radiance, vec3(0.0)));
     return is_light && largest > 0.0 ? radiance * factor : vec3(0.0);
-#endif
 }
 
 #if ESTIMATOR == ESTIMATOR_RGS09
@@ -42,7 +36,7 @@ LIGHT bounded_radiance(ivec2 texel)
 //
 // Departure: the paper clamps d to 1 in world units, which makes the bounce scale as R^2
 // where R < 1; here d is clamped relative to R.
-LIGHT sent(Receiver r, Tangent t, LIGHT radiance, ivec2 texel)
+vec3 sent(Receiver r, Tangent t, vec3 radiance, ivec2 texel)
 {
     vec3 to_sender = gbuffer_position_vs(texel) - r.position_vs;
     float d2 = dot(to_sender, to_sender);
@@ -60,7 +54,7 @@ LIGHT sent(Receiver r, Tangent t, LIGHT radiance, ivec2 texel)
 #else
 // Each blocked direction stands for the solid angle it was drawn with, pi / N of the
 // cosine-weighted hemisphere: no area, no distance, no singularity, no scale.
-LIGHT sent(Receiver r, LIGHT radiance, ivec2 texel, float share)
+vec3 sent(Receiver r, vec3 radiance, ivec2 texel, float share)
 {
     vec3 to_receiver = r.position_vs - gbuffer_position_vs(texel);
     // What is seen of a surface is its front. If that turns away from the receiver, the
@@ -75,9 +69,8 @@ void main()
 {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     Receiver r = receiver_at(pixel, DIRECTION_COUNT);
-    LIGHT irradiance = LIGHT(0.0);
-    bool is_open = is_radius_under_a_pixel(r.z_vs) || is_in_open_tile(receiver_texel(pixel));
-    if (r.z_vs > 0.0 && !is_open) {
+    vec3 irradiance = vec3(0.0);
+    if (r.z_vs > 0.0 && !is_radius_under_a_pixel(r.z_vs)) {
         Tangent t = tangent_at(r.position_vs, r.geometric_vs);
 #if KEPT_TEXTURE_COUNT > 0
         take_directions(pixel);
@@ -90,7 +83,7 @@ void main()
             Blocker b = blocker_of(t, d);
 #endif
             if (is_blocked(b)) {
-                LIGHT radiance = bounded_radiance(b.texel);
+                vec3 radiance = bounded_radiance(b.texel);
 #if ESTIMATOR == ESTIMATOR_RGS09
                 irradiance += sent(r, t, radiance, b.texel);
 #else
@@ -99,5 +92,5 @@ void main()
             }
         }
     }
-    o_bounce = texel_of_light(irradiance * u_strength, r.z_vs);
+    o_bounce = vec4(irradiance * u_strength, r.z_vs);
 }

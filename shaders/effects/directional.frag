@@ -9,8 +9,7 @@
 // NEEDS_HEMISPHERE 0 if neither environment nor visibility are called for;
 // CONTROL_VARIATE 0 sum the open light (the paper), 1 correct it by the exact total as far
 // as the environment seems to be open, 2 subtract the blocked light from the exact total;
-// IS_OPEN (see lib/estimator.glsl); KEPT_TEXTURE_COUNT (see lib/kept_directions.glsl);
-// OPEN_TILE_SIZE (see lib/open_tiles.glsl).
+// IS_OPEN (see lib/estimator.glsl); KEPT_TEXTURE_COUNT (see lib/kept_directions.glsl).
 #include "lib/estimator.glsl"
 #define TAKES_DIRECTIONS 0
 #include "lib/kept_directions.glsl"
@@ -147,9 +146,8 @@ void main()
 #endif
     if (r.z_vs > 0.0) {
         Tangent t = tangent_at(r.position_vs, r.geometric_vs);
-        t.is_open = is_in_open_tile(receiver_texel(pixel));
 #if NEEDS_HEMISPHERE
-        bool is_open = t.is_open || is_radius_under_a_pixel(r.z_vs);
+        bool is_open = is_radius_under_a_pixel(r.z_vs);
         Gathered g = Gathered(0.0, vec3(0.0), vec3(0.0), vec3(0.0));
         for (int i = 0; i < HEMISPHERE_COUNT; ++i) {
             Direction d = direction_of(r, i);

@@ -3,8 +3,7 @@
 //
 // Defines: ESTIMATOR 0 march, 1 rgs09, 2 hemisphere, 3 zbuffer; DIRECTION_COUNT,
 // STEP_COUNT (depth reads along each direction), HAS_BACK_LAYER, IS_OPEN (see
-// lib/estimator.glsl); KEPT_TEXTURE_COUNT (see lib/kept_directions.glsl);
-// OPEN_TILE_SIZE (see lib/open_tiles.glsl).
+// lib/estimator.glsl); KEPT_TEXTURE_COUNT (see lib/kept_directions.glsl).
 #include "lib/estimator.glsl"
 #define TAKES_DIRECTIONS 0
 #include "lib/kept_directions.glsl"
@@ -63,9 +62,8 @@ void main()
 #if KEPT_TEXTURE_COUNT > 0
     keep_nothing();
 #endif
-    ivec2 texel = receiver_texel(pixel);
-    if (r.z_vs > 0.0 && !is_radius_under_a_pixel(r.z_vs) && !is_in_open_tile(texel))
-        visibility = visibility_of(r, texel);
+    if (r.z_vs > 0.0 && !is_radius_under_a_pixel(r.z_vs))
+        visibility = visibility_of(r, receiver_texel(pixel));
     o_visibility = vec2(visibility, r.z_vs);
 #if KEPT_TEXTURE_COUNT > 0
     write_kept_directions();

@@ -5,7 +5,6 @@
 // IS_OPEN: 1 if it is known beforehand that nothing in view blocks any direction within R.
 #include "lib/receiver.glsl"
 #include "lib/march.glsl"
-#include "lib/open_tiles.glsl"
 #include "lib/rgs09.glsl"
 
 #define ESTIMATOR_MARCH 0

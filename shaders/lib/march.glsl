@@ -110,8 +110,6 @@ Blocker march(Tangent t, vec3 w, float reach, float jitter, int count, int refin
 #if IS_OPEN
     return NO_BLOCKER;
 #endif
-    if (t.is_open)
-        return NO_BLOCKER;
     Segment g = segment_of(t.position_vs, w, reach);
     float stride = 1.0 / float(max(count - 1, 1));
     float found = -1.0;

@@ -50,7 +50,6 @@ struct Tangent {
     float thickness;    // scene units
     vec3 end_normal_vs; // blockers lie on this side of a plane where rays end: Q . n > offset
     float end_offset;
-    bool is_open;       // it is known that nothing blocks any ray of length R
 };
 
 Tangent tangent_at(vec3 position_vs, vec3 geometric_vs)
@@ -58,7 +57,7 @@ Tangent tangent_at(vec3 position_vs, vec3 geometric_vs)
     float z = -position_vs.z;
     return Tangent(position_vs, geometric_vs,
                    min_blocking_height(z), u_thickness * length_scale_at(z),
-                   vec3(0.0), -1.0, false);
+                   vec3(0.0), -1.0);
 }
 
 // The same for rays that are aimed at a surface with the plane (n, offset): that surface

@@ -1,8 +1,7 @@
 #version 330 core
 // The picture: emission + albedo / pi * irradiance, before a sky.
 //
-// HAS_DIRECT, HAS_DIRECTIONAL, HAS_BOUNCE: which irradiances there are; HAS_EMISSION;
-// BOUNCE_IS_GREY: the bounce has one channel, which stands for all three.
+// HAS_DIRECT, HAS_DIRECTIONAL, HAS_BOUNCE: which irradiances there are; HAS_EMISSION.
 // COMBINE, what the visibility of an ambient-occlusion method multiplies:
 //   0 there is none
 //   1 ambient: the unoccluded irradiance of the environment
@@ -67,9 +66,7 @@ void main()
 #if HAS_DIRECTIONAL
     irradiance += texelFetch(t_directional, texel, 0).rgb;
 #endif
-#if HAS_BOUNCE && BOUNCE_IS_GREY
-    irradiance += texelFetch(t_bounce, texel, 0).r;
-#elif HAS_BOUNCE
+#if HAS_BOUNCE
     irradiance += texelFetch(t_bounce, texel, 0).rgb;
 #endif
     vec3 albedo = texelFetch(t_albedo, texel, 0).rgb;

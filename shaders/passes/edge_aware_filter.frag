@@ -3,8 +3,8 @@
 // size to full size.
 //
 // Defines: STAGE 0 separable, 1 upsample, 2 box, 3 copy;
-// IS_SCALAR 1: one value, 0: rgb + a; IS_VISIBILITY: it is in [0, 1], and 1 where nothing
-// is; VALUE_HOLDS_Z: the channel after the value is z, else it is visibility; WRITES_IRRADIANCE: visibility becomes rgb irradiance + visibility;
+// IS_VISIBILITY 1: one value in [0, 1], and 1 where nothing is, 0: rgb irradiance + a;
+// VALUE_HOLDS_Z: the channel after the value is z, else it is visibility; WRITES_IRRADIANCE: visibility becomes rgb irradiance + visibility;
 // TAP_RADIUS: taps on each side; USE_NORMALS.
 //
 // The estimators give neighbouring pixels different sample sets that repeat every 4 x 4
@@ -91,8 +91,6 @@ bool is_sound(vec4 value)
 {
 #if IS_VISIBILITY
     return is_finite(value.x) && value.x >= 0.0 && value.x <= 1.0;
-#elif IS_SCALAR
-    return is_finite(value.x) && value.x >= 0.0 && value.x <= u_value_bound;
 #else
     bool is_light = is_finite(value) && all(greaterThanEqual(value.rgb, vec3(0.0)))
                  && all(lessThanEqual(value.rgb, vec3(u_value_bound)));
@@ -106,7 +104,7 @@ bool is_sound(vec4 value)
 
 float z_of(ivec2 texel, vec4 value)
 {
-#if VALUE_HOLDS_Z && IS_SCALAR
+#if VALUE_HOLDS_Z && IS_VISIBILITY
     return value.y;
 #elif VALUE_HOLDS_Z
     return value.a;
@@ -191,7 +189,7 @@ void main()
     }
 #if VALUE_HOLDS_Z && (STAGE == STAGE_SEPARABLE || STAGE == STAGE_BOX)
     // The next stage reads z beside the value again.
-#if IS_SCALAR
+#if IS_VISIBILITY
     result.y = z;
 #else
     result.a = z;

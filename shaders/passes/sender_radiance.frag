@@ -2,10 +2,8 @@
 // What every visible surface sends on: L = L_e + (albedo / pi) (E_direct + E_directional).
 // Emission counts only where no light delivers it already (emission.a = 1).
 //
-// Defines: HAS_DIRECT, HAS_DIRECTIONAL: whether those irradiances exist; HAS_EMISSION;
-// IS_GREY (see lib/light_channels.glsl).
+// Defines: HAS_DIRECT, HAS_DIRECTIONAL: whether those irradiances exist; HAS_EMISSION.
 #include "lib/constants.glsl"
-#include "lib/light_channels.glsl"
 
 uniform sampler2D t_albedo;
 #if HAS_EMISSION
@@ -23,20 +21,20 @@ layout(location = 0) out vec4 o_sender_radiance;
 void main()
 {
     ivec2 texel = ivec2(gl_FragCoord.xy);
-    LIGHT irradiance = LIGHT(0.0);
+    vec3 irradiance = vec3(0.0);
 #if HAS_DIRECT
-    irradiance += light_in(texelFetch(t_direct_irradiance, texel, 0));
+    irradiance += texelFetch(t_direct_irradiance, texel, 0).rgb;
 #endif
 #if HAS_DIRECTIONAL
-    irradiance += light_in(texelFetch(t_directional_irradiance, texel, 0));
+    irradiance += texelFetch(t_directional_irradiance, texel, 0).rgb;
 #endif
     vec4 albedo = texelFetch(t_albedo, texel, 0);
-    LIGHT emitted = LIGHT(0.0);
+    vec3 emitted = vec3(0.0);
 #if HAS_EMISSION
     vec4 emission = texelFetch(t_emission, texel, 0);
     // A select, not a product: emission of a lamp that is left out may be anything.
-    emitted = emission.a > 0.5 ? light_in(emission) : LIGHT(0.0);
+    emitted = emission.a > 0.5 ? emission.rgb : vec3(0.0);
 #endif
-    LIGHT radiance = emitted + light_in(albedo) * irradiance * INV_PI;
-    o_sender_radiance = albedo.a > 0.0 ? texel_of_light(radiance, 1.0) : vec4(0.0);
+    vec3 radiance = emitted + albedo.rgb * irradiance * INV_PI;
+    o_sender_radiance = albedo.a > 0.0 ? vec4(radiance, 1.0) : vec4(0.0);
 }

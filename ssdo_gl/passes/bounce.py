@@ -63,7 +63,7 @@ class BouncePass(RenderPass):
     """Estimates the integral of (1 - V_R(w)) L_out(sender) cos(theta) dw.
 
     Writes ``bounce_raw``: rgb = irradiance, a = z of the receiver, for the filter.
-    Background is 0. Where all is grey: r = irradiance, g = z.
+    Background is 0.
 
     Parameters
     ----------
@@ -77,10 +77,6 @@ class BouncePass(RenderPass):
     takes_directions : bool
         Read what blocks each direction from ``kept_0``, ``kept_1``, ..., which an earlier
         pass wrote with the same directions, instead of looking for it again.
-    open_tile_size : int
-        Read ``open_tiles``, of that many pixels, to spare what is open; 0: do not.
-    is_grey : bool
-        ``sender_radiance`` has one channel, which stands for red, green and blue.
     """
 
     def __init__(
@@ -90,28 +86,20 @@ class BouncePass(RenderPass):
         sender_bound: float = math.inf,
         has_back_layer: bool = False,
         takes_directions: bool = False,
-        open_tile_size: int = 0,
-        is_grey: bool = False,
     ) -> None:
         self.name = "bounce"
         self.settings = settings
         self.sender_bound = sender_bound
         back = ("z_layers",) if has_back_layer and not takes_directions else ()
         kept = kept_names(settings) if takes_directions else ()
-        tiles = ("open_tiles",) if open_tile_size else ()
-        self.reads = ("z_vs", "normals_vs", "sender_radiance", *back, *kept, *tiles)
-        spec = TextureSpec(2 if is_grey else 4, scale=settings.resolution_scale, transient=True)
+        self.reads = ("z_vs", "normals_vs", "sender_radiance", *back, *kept)
+        spec = TextureSpec(4, scale=settings.resolution_scale, transient=True)
         self.writes = {"bounce_raw": spec}
         self.depends_on = ("view", "seed")
         self._has_back_layer = has_back_layer
-        switches = defines(
-            settings,
-            bool(back),
-            settings.refine_steps,
-            keeps_directions=takes_directions,
-            open_tile_size=open_tile_size,
+        self._defines = defines(
+            settings, bool(back), settings.refine_steps, keeps_directions=takes_directions
         )
-        self._defines = {**switches, "IS_GREY": int(is_grey)}
 
     def settings_key(self) -> Hashable:
         """Return the settings, the bound and switches."""

@@ -47,8 +47,6 @@ class CompositePass(RenderPass):
         ambient occlusion. Without effect if `visibility` is None.
     has_emission : bool
         Whether any surface emits.
-    bounce_is_grey : bool
-        `bounce` has one channel, which stands for red, green and blue.
     """
 
     name = "composite"
@@ -65,7 +63,6 @@ class CompositePass(RenderPass):
         visibility: str | None = None,
         combine: Combine = "ambient",
         has_emission: bool = True,
-        bounce_is_grey: bool = False,
     ) -> None:
         kind = environment_kind(environment)
         number = 0 if visibility is None else COMBINE_NUMBERS[combine]
@@ -74,7 +71,6 @@ class CompositePass(RenderPass):
             "HAS_DIRECT": int(direct is not None),
             "HAS_DIRECTIONAL": int(directional is not None),
             "HAS_BOUNCE": int(bounce is not None),
-            "BOUNCE_IS_GREY": int(bounce_is_grey),
             "HAS_EMISSION": int(has_emission),
             "COMBINE": number,
         }

@@ -140,8 +140,6 @@ class DirectionalPass(RenderPass):
     keeps : int or None
         Keep what blocks each direction, refined by so many bisections, for a bounce:
         ``kept_0``, ``kept_1``, ... (see ``lib/kept_directions.glsl``). None: do not.
-    open_tile_size : int
-        Read ``open_tiles``, of that many pixels, to spare what is open; 0: do not.
     """
 
     def __init__(
@@ -153,7 +151,6 @@ class DirectionalPass(RenderPass):
         needs_visibility: bool = True,
         is_open: bool = False,
         keeps: int | None = None,
-        open_tile_size: int = 0,
     ) -> None:
         self.name = "directional"
         self.settings = settings
@@ -161,7 +158,6 @@ class DirectionalPass(RenderPass):
             "z_vs",
             "normals_vs",
             *(("z_layers",) if has_back_layer else ()),
-            *(("open_tiles",) if open_tile_size else ()),
             *((MAP_RADIANCE, MAP_IRRADIANCE) if environment == "map" else ()),
         )
         spec = TextureSpec(4, scale=settings.resolution_scale, transient=True)
@@ -183,7 +179,6 @@ class DirectionalPass(RenderPass):
                 keeps or 0,
                 is_open=is_open,
                 keeps_directions=keeps is not None,
-                open_tile_size=open_tile_size,
             ),
             "ENVIRONMENT_KIND": ENVIRONMENT_NUMBERS[environment],
             "CONTROL_VARIATE": CONTROL_NUMBERS[control],

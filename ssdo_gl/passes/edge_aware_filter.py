@@ -78,8 +78,6 @@ class EdgeAwareFilterPass(RenderPass):
         half the frame's size; the result has all of it.
     is_visibility : bool
         One value (written to one channel) instead of rgb and a.
-    is_grey : bool
-        One value, too, but irradiance: red that stands for green and blue.
     holds_z : bool
         The source's last channel is the depth of its receiver, which saves a read. The
         last channel of a source of irradiance that does not hold it is visibility.
@@ -96,22 +94,19 @@ class EdgeAwareFilterPass(RenderPass):
         source: str,
         result: str,
         is_visibility: bool = False,
-        is_grey: bool = False,
         holds_z: bool = False,
         open_irradiance: tuple[float, float, float] | None = None,
     ) -> None:
         self.name = name
         self.settings = settings
         self.reads = (source, "z_vs", "normals_vs")
-        is_scalar = is_visibility or is_grey
-        writes_one = is_scalar and open_irradiance is None
+        writes_one = is_visibility and open_irradiance is None
         self.writes = {result: TextureSpec(1 if writes_one else 4)}
         self.depends_on = ("view",)
         self._source = source
         self._open_irradiance = open_irradiance
         self._switches = {
             "IS_VISIBILITY": int(is_visibility),
-            "IS_SCALAR": int(is_scalar),
             "VALUE_HOLDS_Z": int(holds_z),
         }
         self._scratch: list[tuple[moderngl.Texture, moderngl.Framebuffer]] = []

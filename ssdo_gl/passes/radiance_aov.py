@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
-
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
@@ -18,20 +16,13 @@ class RadianceAovPass(RenderPass):
         Resource to read, e.g. ``direct_irradiance``.
     radiance : str
         Resource to write, 4 x f4: rgb radiance, a = coverage. Also names the pass.
-    is_grey : bool
-        The irradiance has one channel, which stands for red, green and blue.
     """
 
-    def __init__(self, irradiance: str, radiance: str, *, is_grey: bool = False) -> None:
+    def __init__(self, irradiance: str, radiance: str) -> None:
         self.name = radiance
         self.reads = ("albedo", irradiance)
         self.writes = {radiance: TextureSpec(4, "f4")}
         self._irradiance = irradiance
-        self._defines = {"IS_GREY": int(is_grey)}
-
-    def settings_key(self) -> Hashable:
-        """Return the switch."""
-        return tuple(self._defines.items())
 
     def execute(self, context: PassContext) -> None:
         """Draw one full-screen triangle."""
@@ -40,5 +31,5 @@ class RadianceAovPass(RenderPass):
             "t_albedo": context.inputs["albedo"],
             "t_irradiance": context.inputs[self._irradiance],
         }
-        program = context.shaders.fullscreen("passes/radiance_aov.frag", self._defines)
+        program = context.shaders.fullscreen("passes/radiance_aov.frag")
         draw_fullscreen(context.gl, program, context.target, {}, textures)

@@ -93,7 +93,6 @@ def defines(
     *,
     is_open: bool = False,
     keeps_directions: bool = False,
-    open_tile_size: int = 0,
 ) -> dict[str, int]:
     """Return the loop bounds and switches of an estimator's shader.
 
@@ -105,11 +104,8 @@ def defines(
         Nothing in view blocks any direction, so nothing has to be looked for.
     keeps_directions : bool
         One pass writes what blocks each direction, or another reads it.
-    open_tile_size : int
-        Of ``open_tiles``, pixels; 0: it is not read.
     """
     return {
-        "OPEN_TILE_SIZE": open_tile_size,
         "IS_OPEN": int(is_open),
         "KEPT_TEXTURE_COUNT": len(kept_names(settings)) if keeps_directions else 0,
         "ESTIMATOR": ESTIMATOR_NUMBERS[settings.estimator],

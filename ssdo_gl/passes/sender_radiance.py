@@ -13,7 +13,7 @@ class SenderRadiancePass(RenderPass):
     """Adds up emission and reflected direct and directional light.
 
     Writes ``sender_radiance``: rgb = L_e + (albedo / pi) * irradiance, W sr^-1 m^-2,
-    a = 1 on surfaces; background is 0. Where all is grey, red alone.
+    a = 1 on surfaces; background is 0.
 
     Parameters
     ----------
@@ -23,8 +23,6 @@ class SenderRadiancePass(RenderPass):
         Read ``directional_irradiance``.
     has_emission : bool
         Read ``emission``: some of it is delivered by no light.
-    is_grey : bool
-        What is read holds the same value in red, green and blue.
     """
 
     def __init__(
@@ -33,7 +31,6 @@ class SenderRadiancePass(RenderPass):
         has_direct: bool = True,
         has_directional: bool = True,
         has_emission: bool = True,
-        is_grey: bool = False,
     ) -> None:
         self.name = "sender_radiance"
         self.reads = (
@@ -42,12 +39,11 @@ class SenderRadiancePass(RenderPass):
             *(("direct_irradiance",) if has_direct else ()),
             *(("directional_irradiance",) if has_directional else ()),
         )
-        self.writes = {"sender_radiance": TextureSpec(1 if is_grey else 4)}
+        self.writes = {"sender_radiance": TextureSpec(4)}
         self._defines = {
             "HAS_DIRECT": int(has_direct),
             "HAS_DIRECTIONAL": int(has_directional),
             "HAS_EMISSION": int(has_emission),
-            "IS_GREY": int(is_grey),
         }
 
     def settings_key(self) -> Hashable:

@@ -53,8 +53,6 @@ class SsaoPass(RenderPass):
     keeps : int or None
         Keep what blocks each direction, refined by so many bisections, for a bounce:
         ``kept_0``, ``kept_1``, ... (see ``lib/kept_directions.glsl``). None: do not.
-    open_tile_size : int
-        Read ``open_tiles``, of that many pixels, to spare what is open; 0: do not.
     """
 
     def __init__(
@@ -63,13 +61,11 @@ class SsaoPass(RenderPass):
         *,
         has_back_layer: bool = False,
         keeps: int | None = None,
-        open_tile_size: int = 0,
     ) -> None:
         self.name = "ssao"
         self.settings = settings
         back = ("z_layers",) if has_back_layer else ()
-        tiles = ("open_tiles",) if open_tile_size else ()
-        self.reads = ("z_vs", "normals_vs", *back, *tiles)
+        self.reads = ("z_vs", "normals_vs", *back)
         spec = TextureSpec(2, scale=settings.resolution_scale, transient=True)
         self.writes = {"visibility_raw": spec}
         if keeps is not None:
@@ -81,7 +77,6 @@ class SsaoPass(RenderPass):
             has_back_layer,
             keeps or 0,
             keeps_directions=keeps is not None,
-            open_tile_size=open_tile_size,
         )
 
     def settings_key(self) -> Hashable:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import weakref
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ssdo_gl.scene.environment import (
     ConstantEnvironment,
@@ -15,9 +14,7 @@ from ssdo_gl.scene.environment import (
     GradientEnvironment,
     MapEnvironment,
 )
-from ssdo_gl.scene.light import RectangleLight, Shadow, emitted, power
-from ssdo_gl.scene.material import Color
-from ssdo_gl.scene.mesh import Mesh
+from ssdo_gl.scene.light import RectangleLight, Shadow, power
 from ssdo_gl.scene.scene import Scene
 
 EnvironmentKind = Literal["none", "constant", "gradient", "map"]
@@ -34,14 +31,11 @@ class LightContent:
     is_on : bool
         Any component of what it emits is above zero.
     is_rectangle : bool
-    is_colored : bool
-        It emits more of one colour than of another.
     """
 
     shadow: Shadow
     is_on: bool = True
     is_rectangle: bool = False
-    is_colored: bool = False
 
 
 @dataclass(frozen=True)
@@ -65,9 +59,6 @@ class SceneContent:
         Any surface emits, the bodies of lights included.
     has_unlit_emission : bool
         Any surface emits light that no light of the scene stands for.
-    has_colored_environment, has_colored_albedo, has_colored_unlit_emission : bool
-        Some of it may differ from colour to colour. Images of materials are not looked
-        into: they count as coloured.
     has_textures, has_vertex_colors, has_cutouts : bool
     has_closed_meshes : bool
         Any mesh bounds a solid, so that its back faces tell how thick it is.
@@ -82,9 +73,6 @@ class SceneContent:
     has_albedo: bool
     has_emission: bool
     has_unlit_emission: bool
-    has_colored_environment: bool
-    has_colored_albedo: bool
-    has_colored_unlit_emission: bool
     has_textures: bool
     has_vertex_colors: bool
     has_cutouts: bool
@@ -122,7 +110,6 @@ def analyse(scene: Scene) -> SceneContent:
                 light.shadow,
                 is_on=power(light) > 0.0,
                 is_rectangle=isinstance(light, RectangleLight),
-                is_colored=_is_colored(emitted(light)),
             )
             for light in scene.lights
         ),
@@ -131,14 +118,6 @@ def analyse(scene: Scene) -> SceneContent:
         has_albedo=any(max(material.albedo) > 0.0 for material in used),
         has_emission=any(material.emits for material in used),
         has_unlit_emission=bool(emits_unlit),
-        has_colored_environment=_has_color(scene.environment),
-        has_colored_albedo=(
-            any(m.albedo_texture is not None or _is_colored(m.albedo) for m in used)
-            or any(_has_colored_vertices(mesh) for mesh in meshes)
-        ),
-        has_colored_unlit_emission=any(
-            m.emission_texture is not None or _is_colored(m.emission) for m in emits_unlit
-        ),
         has_textures=any(m.albedo_texture or m.emission_texture for m in used),
         has_vertex_colors=any(mesh.colors is not None for mesh in meshes),
         has_cutouts=any(material.alpha_cutoff is not None for material in used),
@@ -146,35 +125,6 @@ def analyse(scene: Scene) -> SceneContent:
         has_motion=any(item.motion is not None for item in moving),
         triangle_count=scene.triangle_count,
     )
-
-
-def _is_colored(color: Color) -> bool:
-    return min(color) < max(color)
-
-
-def _has_colored_vertices(mesh: Mesh) -> bool:
-    # The first vertices decide for nearly every mesh that has any colour.
-    return mesh.colors is not None and (_differs(mesh.colors[:64]) or _differs(mesh.colors))
-
-
-def _differs(colors: NDArray[Any]) -> bool:
-    """Return whether any of the colours (..., 3 or 4) has unequal red, green and blue."""
-    red, green, blue = (colors[..., channel] for channel in range(3))
-    return not (np.array_equal(red, green) and np.array_equal(red, blue))
-
-
-def _has_color(environment: Environment | None) -> bool:
-    """Return whether light from the environment may differ from colour to colour."""
-    if isinstance(environment, MapEnvironment):
-        if environment not in _colored_maps:
-            # The first row decides for nearly every map, so that few are read to their end.
-            image = environment.image
-            _colored_maps[environment] = _differs(image[:1]) or _differs(image)
-        return _colored_maps[environment]
-    if isinstance(environment, GradientEnvironment):
-        colors = (environment.zenith, environment.horizon, environment.ground)
-        return any(_is_colored(color) for color in colors)
-    return environment is not None and _is_colored(environment.radiance)
 
 
 def simplest_environment(environment: Environment | None) -> Environment | None:
@@ -194,7 +144,6 @@ def simplest_environment(environment: Environment | None) -> Environment | None:
     return environment
 
 
-_colored_maps: weakref.WeakKeyDictionary[MapEnvironment, bool] = weakref.WeakKeyDictionary()
 # A map is looked through once. The value must not hold the key, or neither would ever go,
 # so None stands for the map itself.
 _simplest_of_maps: weakref.WeakKeyDictionary[MapEnvironment, ConstantEnvironment | None] = (

@@ -52,10 +52,6 @@ class Effects:
         The bounce takes over what the first estimator found blocked.
     samples_hemisphere : bool
         The directional estimator looks in all directions, not only at lights.
-    grey_bounce : bool
-        Surfaces and what lights them are grey, so one channel of the bounce tells all three.
-    open_tile_size : int
-        Pixels along squares of the frame that may prove open as a whole; 0: not tried.
     lights, shadow_maps : tuple of bool, or None
         For each light of the scene, whether it can matter, and whether it needs a shadow
         map. None: as the scene says.
@@ -76,8 +72,6 @@ class Effects:
     is_scalar: bool = False
     shares_directions: bool = False
     samples_hemisphere: bool = True
-    grey_bounce: bool = False
-    open_tile_size: int = 0
     lights: tuple[bool, ...] | None = None
     shadow_maps: tuple[bool, ...] | None = None
     simplifies_environment: bool = False

@@ -13,7 +13,6 @@ from ssdo_gl.planning.decisions import Decision, Effects
 from ssdo_gl.planning.near_field import (
     can_share_directions,
     estimator_of,
-    open_tile_size,
     reason_to_be_open,
 )
 from ssdo_gl.planning.view import Sight
@@ -115,12 +114,6 @@ class _Decider:
             is_scalar=is_scalar,
             shares_directions=shares,
             samples_hemisphere=samples,
-            grey_bounce=bounce and self._grey_bounce(directional),
-            open_tile_size=(
-                self._open_tiles(first, bounce)
-                if not (is_open or shares or (directional and not is_scalar))
-                else 0
-            ),
             lights=None if self.is_full or traces else self.lights,
             shadow_maps=None if self.is_full or not maps else maps,
             simplifies_environment=not self.is_full and not traces,
@@ -246,24 +239,6 @@ class _Decider:
             ("sender_radiance", "bounce", "bounce_filter", "bounce_radiance"),
         )
 
-    def _grey_bounce(self, directional: bool) -> bool:
-        """Return whether one channel tells all that the bounce carries."""
-        content = self.content
-        lights = zip(content.lights, self.lights, strict=True)
-        colored = (
-            content.has_colored_albedo
-            or content.has_colored_unlit_emission
-            or (directional and content.has_colored_environment)
-            or any(chosen and light.is_colored for light, chosen in lights)
-        )
-        # References trace it together with the rest, in colour.
-        if self.is_full or self.settings.is_reference or colored:
-            return False
-        reason = "surfaces and the light on them are grey: one channel tells all three"
-        passes = ("sender_radiance", "bounce", "bounce_filter")
-        self.rows.append(Decision("colour of the bounce", False, reason, passes))
-        return True
-
     def _ambient_visibility(self, direct: bool) -> bool:
         combine = effective_combine(self.content, self.settings)
         no_sky = self.content.environment == "none"
@@ -319,28 +294,6 @@ class _Decider:
         reason = "the bounce takes over which directions were found blocked, and by what"
         self.rows.append(Decision("second march", False, reason, ("bounce",)))
         return True
-
-    def _open_tiles(self, first: str, bounce: bool) -> int:
-        """Return the size of tiles that may prove open as a whole, 0 if none are tried.
-
-        Only for passes that do nothing but march. Those that look up light in open
-        directions, or keep blocked ones for the bounce, have that to do in open tiles too:
-        in the corner under a sky, 1.02 of the time without tiles.
-        """
-        estimators = [*([first] if first else []), *(["bounce"] if bounce else [])]
-        if self.sight is None:
-            return 0
-        size = open_tile_size(self.settings, self.sight, estimators)
-        if size:
-            # Other decisions make the march leaner, too; nobody can tell the two apart.
-            reason = (
-                "where a plane fills the radius around a point no ray is blocked;"
-                " saved is all that the march spares"
-            )
-            names = ("ssao", "directional", "bounce")
-            new = ("tile_planes", "open_tiles")
-            self.rows.append(Decision("march in open tiles", False, reason, names, new))
-        return size
 
     def _back_layer(self, is_open: bool) -> bool:
         marches = self.settings.chosen_estimator == "march" and not self.settings.is_reference

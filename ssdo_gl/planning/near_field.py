@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
 
 from ssdo_gl.passes.screen_space_settings import ScreenSpaceSettings
 from ssdo_gl.planning.content import SceneContent
@@ -28,16 +27,6 @@ LONGEST_NUMBERED_SIDE = 4096
 MOST_KEPT_DIRECTIONS = 16
 # Where a direction takes fewer depth reads, keeping what they found saves nothing.
 FEWEST_STEPS_WORTH_KEEPING = 4
-# Looking for open tiles takes as long as some eight depth reads for every pixel.
-FEWEST_READS_WORTH_TILES = 24
-# Where sheets are smaller, too little of them is out of reach of others. Frame time with
-# open tiles over that without, 640x360, and the part of the surfaces in view found open:
-#   corner (sheets of 4 R)   .86, .36     sphere_on_plane      1.06, .03
-#   stairs                  1.04, .09     CornellBox-Original  1.00, .03
-#   courtyard               1.02, .00     cornell_meso          .98, .05
-SHEET_SIDE_IN_RADII = 4.0
-# A tile is open only if the camera is at least three radii away (open_tiles.frag).
-FEWEST_RADII = 3.0
 
 
 def estimator_of(settings: Settings, name: str) -> str:
@@ -107,30 +96,6 @@ def can_share_directions(settings: Settings, first: str) -> bool:
         and march.direction_count <= MOST_KEPT_DIRECTIONS
         and max(settings.size) <= LONGEST_NUMBERED_SIDE
     )
-
-
-def open_tile_size(settings: Settings, sight: Sight, estimators: Sequence[str]) -> int:
-    """Return the size of tiles in which to look for open ones, pixels; 0: not worth it.
-
-    Parameters
-    ----------
-    estimators : sequence of str
-        The passes that look for what blocks directions.
-    """
-    overrides, radius = settings.overrides, settings.radius
-    assert radius is not None, "the renderer fills the radius in"
-    reads = [overrides.get(f"{name}.samples", settings.samples) for name in estimators]
-    radii = [overrides.get(f"{name}.radius", radius) for name in estimators]
-    if (
-        not estimators
-        or sight.smallest_sheet < SHEET_SIDE_IN_RADII * max(radii)
-        or sum(reads) < FEWEST_READS_WORTH_TILES
-        or any(estimator_of(settings, name) != "march" for name in estimators)
-        or FEWEST_RADII * max(radii) > sight.farthest
-    ):
-        return 0
-    # The same number of tiles in any frame from 360 to 720 lines and more.
-    return 16 if settings.size[1] <= 480 else 32
 
 
 def sender_bound(scene: Scene, radius: float) -> float:

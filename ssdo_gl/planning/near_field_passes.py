@@ -19,11 +19,9 @@ from ssdo_gl.passes.directional import (
 )
 from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterPass, EdgeAwareFilterSettings
 from ssdo_gl.passes.environment_uniforms import environment_kind
-from ssdo_gl.passes.open_tiles import OpenTilesPass
 from ssdo_gl.passes.screen_space_settings import ScreenSpaceSettings, default_thickness
 from ssdo_gl.passes.sender_radiance import SenderRadiancePass
 from ssdo_gl.passes.ssao import SsaoPass, SsaoSettings
-from ssdo_gl.passes.tile_planes import TilePlanesPass
 from ssdo_gl.planning.content import SceneContent
 from ssdo_gl.planning.effects import Effects
 from ssdo_gl.planning.near_field import estimator_of, sender_bound
@@ -105,8 +103,6 @@ class _NearField:
             self.add(BackFacesPass(), "the thickness of closed bodies")
             self.add(DepthLayersPass(), "fronts and backs in one texture, one fetch for both")
         bounce = self.estimator_settings("bounce", BounceSettings)
-        if effects.open_tile_size:
-            self._add_open_tiles(bounce)
         keeps = bounce.refine_steps if effects.shares_directions else None
         if effects.is_scalar:
             self._add_scalar_directional(keeps)
@@ -120,17 +116,6 @@ class _NearField:
             self._add_filter("ssao")
         if effects.bounce:
             self._add_bounce(bounce)
-
-    def _add_open_tiles(self, bounce: BounceSettings) -> None:
-        """Look for open tiles on behalf of every estimator that may run."""
-        directional = self.estimator_settings("directional", DirectionalSettings)
-        alone = self.estimator_settings("ssao", SsaoSettings)
-        # Lights that are looked at may be marched to in fewer steps than the rest.
-        steps = min(directional.step_count, directional.light_steps)
-        relying = [(bounce, bounce.step_count), (directional, steps), (alone, alone.step_count)]
-        size = self.effects.open_tile_size
-        self.add(TilePlanesPass(size), "which squares of the frame show a single plane")
-        self.add(OpenTilesPass(relying, size), "which of them nothing in reach rises above")
 
     def _add_scalar_directional(self, keeps: int | None) -> None:
         """One colour from everywhere: what arrives is that of an open point times visibility."""
@@ -157,7 +142,6 @@ class _NearField:
                 settings,
                 has_back_layer=self.effects.back_layer,
                 keeps=keeps,
-                open_tile_size=self.effects.open_tile_size,
             ),
             reason,
         )
@@ -173,7 +157,6 @@ class _NearField:
                 needs_visibility=effects.samples_hemisphere,
                 is_open=effects.is_open,
                 keeps=keeps,
-                open_tile_size=effects.open_tile_size,
             ),
             "light through open directions",
         )
@@ -186,7 +169,6 @@ class _NearField:
                 has_direct=effects.direct,
                 has_directional=effects.directional,
                 has_emission=effects.sender_emission,
-                is_grey=effects.grey_bounce,
             ),
             "what each surface sends on",
         )
@@ -196,8 +178,6 @@ class _NearField:
                 sender_bound=sender_bound(self.scene, self.radius),
                 has_back_layer=effects.back_layer,
                 takes_directions=effects.shares_directions,
-                is_grey=effects.grey_bounce,
-                open_tile_size=effects.open_tile_size,
             ),
             "light from blocked directions",
         )
@@ -223,7 +203,6 @@ class _NearField:
                 source=source,
                 result=result or usual,
                 is_visibility=kind == "ssao",
-                is_grey=kind == "bounce" and self.effects.grey_bounce,
                 holds_z=kind != "directional",
                 open_irradiance=open_irradiance,
             ),

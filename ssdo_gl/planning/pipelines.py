@@ -186,7 +186,6 @@ class _Builder:
                 bounce="bounce_irradiance" if gathers and effects.bounce else None,
                 visibility="visibility" if effects.visibility and not gathers else None,
                 combine=combine,
-                bounce_is_grey=effects.grey_bounce,
                 has_emission=effects.emission,
             ),
             "adds up the terms",
@@ -227,8 +226,7 @@ class _Builder:
         if name == "emission":
             return Output("emission", 3)
         resource = f"{name}_radiance"
-        is_grey = name == "bounce" and effects.grey_bounce
-        aov = RadianceAovPass(f"{name}_irradiance", resource, is_grey=is_grey)
+        aov = RadianceAovPass(f"{name}_irradiance", resource)
         self.add(aov, f"the image {name} was asked for")
         return Output(resource, 3)
 

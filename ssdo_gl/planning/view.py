@@ -31,8 +31,6 @@ from ssdo_gl.scene.light import Light, RectangleLight, SpotLight, power
 FRAME_MARGIN_PX = 2.0
 # More bodies in view than this are not compared pair by pair: with so many, some touch.
 MOST_COMPARED = 48
-# Among more flat sheets than this, each fills a small part of the frame.
-FEW_SHEETS = 8
 
 
 class Eye(Protocol):
@@ -78,17 +76,12 @@ class Sight:
         All bodies in view are convex solids.
     nearest_pixel, farthest_pixel : float
         Height of a pixel at the nearest and at the farthest depth in view, scene units.
-    farthest : float
-        That depth.
     slant : float
         Distance from the eye over depth, in the corner of the frame, where it is largest.
     reaches : tuple of bool
         For each light, whether it can light anything in view.
     shadows : tuple of bool
         For each light, whether anything can keep its light from what is in view.
-    smallest_sheet : float
-        Shorter side of the smallest body in view, scene units, if these are a few flat
-        sheets that may fill parts of the frame; else 0.
     """
 
     is_empty: bool
@@ -96,11 +89,9 @@ class Sight:
     only_solids: bool
     nearest_pixel: float
     farthest_pixel: float
-    farthest: float
     slant: float
     reaches: tuple[bool, ...]
     shadows: tuple[bool, ...]
-    smallest_sheet: float = 0.0
 
 
 def seen_bodies(bodies: Bodies, eye: Eye) -> IntArray:
@@ -119,7 +110,7 @@ class Company:
     gap : float
         No body that is not flat in one plane with another is nearer to it than this;
         inf for a single one, 0 where nothing can be said.
-    reaches, shadows, smallest_sheet
+    reaches, shadows
         As in `Sight`.
     """
 
@@ -127,7 +118,6 @@ class Company:
     gap: float
     reaches: tuple[bool, ...]
     shadows: tuple[bool, ...]
-    smallest_sheet: float
 
 
 def company_of(bodies: Bodies, seen: IntArray, lights: Sequence[Light]) -> Company:
@@ -137,7 +127,7 @@ def company_of(bodies: Bodies, seen: IntArray, lights: Sequence[Light]) -> Compa
         reached and light.shadow == "map" and shadow_is_possible(light, number, bodies, seen)
         for number, (light, reached) in enumerate(zip(lights, reaches, strict=True))
     )
-    return Company(seen, smallest_gap(bodies, seen), reaches, shadows, smallest_sheet(bodies, seen))
+    return Company(seen, smallest_gap(bodies, seen), reaches, shadows)
 
 
 def sight_of(bodies: Bodies, company: Company, eye: Eye) -> Sight:
@@ -150,11 +140,9 @@ def sight_of(bodies: Bodies, company: Company, eye: Eye) -> Sight:
         only_solids=bool(np.all(bodies.form[seen] == CONVEX_SOLID)),
         nearest_pixel=pixel * eye.near,
         farthest_pixel=pixel * eye.far,
-        farthest=eye.far,
         slant=math.hypot(1.0, *eye.tan_half_fov),
         reaches=company.reaches,
         shadows=company.shadows,
-        smallest_sheet=company.smallest_sheet,
     )
 
 
@@ -220,15 +208,6 @@ def smallest_gap(bodies: Bodies, seen: IntArray) -> float:
         if _coplanar(bodies, int(i[pair]), int(j[pair])):
             gaps[pair] = np.inf
     return max(float(gaps.min(initial=np.inf)), 0.0)
-
-
-def smallest_sheet(bodies: Bodies, seen: IntArray) -> float:
-    """Return `Sight.smallest_sheet` of the bodies `seen`."""
-    if not 0 < len(seen) <= FEW_SHEETS or np.any(bodies.form[seen] != FLAT):
-        return 0.0
-    sides = 2.0 * np.linalg.norm(bodies.half_edges[seen], axis=2)
-    # The shortest of the three edges of its box is a sheet's thickness.
-    return float(np.sort(sides, axis=1)[:, 1].min())
 
 
 def box_gaps(bodies: Bodies, i: IntArray, j: IntArray) -> FloatArray:

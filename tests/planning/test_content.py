@@ -98,63 +98,6 @@ def test_textures_cutouts_colours_solids_and_motion():
     assert analyse(scene_with(lights=(swaying,))).has_motion
 
 
-def colors_of(**parts):
-    found = analyse(scene_with(**parts))
-    return (
-        found.has_colored_albedo,
-        found.has_colored_unlit_emission,
-        found.has_colored_environment,
-    )
-
-
-def test_grey_is_told_from_colour():
-    assert colors_of(lights=LIGHTS, environment=ConstantEnvironment(GREY)) == (False,) * 3
-    assert colors_of(materials=(Material(albedo=(0.5, 0.5, 0.5005)),))[0]
-    assert colors_of(materials=(Material(emission=(1.0, 1.001, 1.0)),))[1]
-    assert not any(colors_of(materials=(Material(albedo=BLACK, emission=GREY),)))
-    assert colors_of(environment=ConstantEnvironment((0.5, 0.499, 0.5)))[2]
-
-
-def test_images_of_materials_count_as_coloured():
-    image = Texture(np.zeros((1, 1, 4), np.uint8))
-    assert colors_of(materials=(Material(albedo_texture=image),)) == (True, False, False)
-    lamp = Material(emission=GREY, emission_texture=image)
-    assert colors_of(materials=(lamp,)) == (False, True, False)
-    # A factor of nothing.
-    assert not any(colors_of(materials=(Material(emission_texture=image),)))
-
-
-@pytest.mark.parametrize("vertex", [0, -1])
-@pytest.mark.parametrize("channel", [0, 1, 2])
-def test_one_tinted_vertex_is_colour(vertex, channel):
-    mesh = shapes.sphere()
-    shades = np.random.default_rng(0).random((len(mesh.positions), 1))
-    colors = np.concatenate([shades, shades, shades, shades**2], axis=-1)
-    assert not any(colors_of(mesh=dataclasses.replace(mesh, colors=colors.copy())))
-    colors[vertex, channel] += 1e-9
-    assert colors_of(mesh=dataclasses.replace(mesh, colors=colors))[0]
-
-
-def test_the_colour_of_a_body_that_a_light_stands_for_is_that_lights():
-    lamp, wall = Material(emission=RED), Material(albedo=GREY)
-    objects = (SceneObject(0, 0, light=0), SceneObject(0, 1))
-    parts = {"materials": (lamp, wall), "objects": objects}
-    assert not any(colors_of(**parts, lights=(PANEL,)))
-    tinted = dataclasses.replace(PANEL, radiance=RED)
-    lights = analyse(scene_with(**parts, lights=(tinted, POINT, SPOT, SUN))).lights
-    assert [light.is_colored for light in lights] == [True, False, False, False]
-
-
-@pytest.mark.parametrize("row", [0, -1])
-def test_the_colours_of_environments(row):
-    image = np.tile(np.random.default_rng(0).random((4, 8, 1)).astype(np.float32), (1, 1, 3))
-    assert not any(colors_of(environment=MapEnvironment(image.copy())))
-    image[row, -1, 1] *= 1.001
-    assert colors_of(environment=MapEnvironment(image))[2]
-    assert not any(colors_of(environment=GradientEnvironment(GREY, BLACK, GREY)))
-    assert colors_of(environment=GradientEnvironment(GREY, BLACK, RED))[2]
-
-
 def test_triangles_are_counted_with_instances():
     three = SceneObject(0, 0, np.tile(np.eye(4), (3, 1, 1)))
     assert analyse(scene_with(objects=(three,), mesh=shapes.box())).triangle_count == 36

@@ -21,9 +21,6 @@ RICH = SceneContent(
     has_albedo=True,
     has_emission=True,
     has_unlit_emission=False,
-    has_colored_environment=True,
-    has_colored_albedo=True,
-    has_colored_unlit_emission=False,
     has_textures=False,
     has_vertex_colors=False,
     has_cutouts=False,
@@ -41,7 +38,6 @@ CROWDED = Sight(
     only_solids=False,
     nearest_pixel=1e-4,
     farthest_pixel=1e-3,
-    farthest=10.0,
     slant=1.2,
     reaches=(True, True),
     shadows=(True, True),
@@ -310,46 +306,9 @@ def test_the_report_adds_traced_visibility_as_light_of_its_own():
     assert "visibility" in running(dark, method="reference-ao", combine="report")
 
 
-GREY = content(has_colored_albedo=False, has_colored_environment=False)
-TINTED = dataclasses.replace(LAMP, is_colored=True)
-
-
-@pytest.mark.parametrize(
-    ("changes", "is_grey"),
-    [
-        ({}, True),
-        ({"has_colored_albedo": True}, False),
-        ({"has_colored_environment": True}, False),
-        ({"has_colored_unlit_emission": True}, False),
-        ({"lights": (TINTED, PANEL)}, False),
-        ({"lights": (LAMP, dataclasses.replace(PANEL, is_colored=True))}, False),
-        ({"lights": (dataclasses.replace(TINTED, is_on=False), PANEL)}, True),
-    ],
-)
-def test_grey_surfaces_in_grey_light_send_one_channel(changes, is_grey):
-    scene = dataclasses.replace(GREY, **changes)
-    effects = effects_of(scene)
-    assert effects.grey_bounce == is_grey
-    assert bool(reasons(effects, "colour of the bounce")) == is_grey
-
-
-def test_a_tinted_light_that_reaches_nothing_does_not_count():
-    scene = dataclasses.replace(GREY, lights=(TINTED, PANEL))
-    assert effects_of(scene, sight=sight(reaches=(False, True))).grey_bounce
-    assert not effects_of(scene, sight=CROWDED).grey_bounce
-
-
-@pytest.mark.parametrize(
-    "settings", [{"effects": "full"}, {"method": "ssdo"}, {"method": "reference-near"}]
-)
-def test_where_no_bounce_can_be_grey(settings):
-    assert not effects_of(GREY, **settings).grey_bounce
-    assert not effects_of(GREY, ("direct", "directional")).grey_bounce
-
-
 def test_every_decision_has_a_reason_and_no_effect_is_decided_twice():
     views = (None, CROWDED, ALONE, sight(is_empty=True))
-    for scene in (RICH, NO_LIGHT, SKY, GREY):
+    for scene in (RICH, NO_LIGHT, SKY):
         for view in views:
             small = None if view is None else sight_for(view, scene)
             rows = effects_of(scene, sight=small).decisions

@@ -26,25 +26,20 @@ places = st.tuples(numbers, numbers, numbers)
 angles = st.one_of(st.sampled_from([0.0, 90.0, 180.0, 270.0]), st.floats(0.0, 360.0, width=32))
 sizes = st.sampled_from([0.05, 0.5, 1.0, 3.0, 12.0])
 BLACK = (0.0, 0.0, 0.0)
-GREYS = [BLACK, (0.5, 0.5, 0.5), (1.0, 1.0, 1.0)]
-GREY_POWERS = [BLACK, (1.0, 1.0, 1.0), (9.0, 9.0, 9.0)]
-COLORS, POWERS = [*GREYS, (0.8, 0.1, 0.05)], [*GREY_POWERS, (3.0, 0.5, 0.0)]
-EMITTED, GREY_EMITTED = [BLACK] * 3 + [(0.5, 0.4, 0.1)], [BLACK] * 3 + [(0.5, 0.5, 0.5)]
+COLORS = [BLACK, (0.5, 0.5, 0.5), (1.0, 1.0, 1.0), (0.8, 0.1, 0.05)]
+POWERS = [BLACK, (1.0, 1.0, 1.0), (9.0, 9.0, 9.0), (3.0, 0.5, 0.0)]
+EMITTED = [BLACK] * 3 + [(0.5, 0.4, 0.1)]
 shadows = st.sampled_from(["map", "ssdo", "none"])
 
 
 @st.composite
-def items(draw, is_grey):
+def items(draw):
     mesh = draw(st.sampled_from([BOX, QUAD, SPHERE, TORUS, CONE]))
     turn = turned(draw(angles), draw(angles), draw(angles))
     scale = np.diag([draw(sizes), draw(sizes), draw(sizes), 1.0])
-    emission = draw(st.sampled_from(GREY_EMITTED if is_grey else EMITTED))
-    material = Material(albedo=draw(colors(is_grey)), emission=emission)
+    emission = draw(st.sampled_from(EMITTED))
+    material = Material(albedo=draw(st.sampled_from(COLORS)), emission=emission)
     return mesh, at(*draw(places)) @ turn @ scale, material
-
-
-def colors(is_grey):
-    return st.sampled_from(GREYS if is_grey else COLORS)
 
 
 def direction(draw):
@@ -54,8 +49,8 @@ def direction(draw):
 
 
 @st.composite
-def lights(draw, is_grey):
-    power = draw(st.sampled_from(GREY_POWERS if is_grey else POWERS))
+def lights(draw):
+    power = draw(st.sampled_from(POWERS))
     shadow = draw(shadows)
     kind = draw(st.sampled_from(["point", "spot", "directional", "rectangle"]))
     if kind == "directional":
@@ -78,16 +73,13 @@ def sky_map(changed=None):
     return MapEnvironment(image)
 
 
-GREY_ENVIRONMENTS = [
+ENVIRONMENTS = [
     None,
     ConstantEnvironment(BLACK),
     GradientEnvironment((0.5, 0.5, 0.5), (0.5, 0.5, 0.5), (0.5, 0.5, 0.5)),
     GradientEnvironment((0.9, 0.9, 0.9), (0.4, 0.4, 0.4), BLACK),
     sky_map(),
     sky_map((4.0, 4.0, 4.0)),
-]
-ENVIRONMENTS = [
-    *GREY_ENVIRONMENTS,
     ConstantEnvironment((0.4, 0.5, 0.6)),
     GradientEnvironment((0.9, 0.9, 1.0), (0.4, 0.3, 0.2), BLACK),
     sky_map((4.0, 3.0, 4.0)),
@@ -128,15 +120,11 @@ FLOOR = (QUAD, at(-3, -1, 3) @ turned(-90.0, 0.0, 0.0) @ np.diag([6.0, 6.0, 1.0,
 
 @st.composite
 def scenes(draw):
-    # Left to chance alone, few scenes were all grey, or all but for one kind of thing.
-    colored = draw(st.sampled_from(["nothing", "surfaces", "lights", "sky", "all", "all"]))
-    is_grey = colored not in ("surfaces", "all")
-    things = draw(st.lists(items(is_grey), min_size=1, max_size=4))
+    things = draw(st.lists(items(), min_size=1, max_size=4))
     if draw(st.booleans()):
-        things.append((*FLOOR, Material(albedo=draw(colors(is_grey)))))
-    lamps = draw(st.lists(lights(colored not in ("lights", "all")), max_size=3))
-    skies = ENVIRONMENTS if colored in ("sky", "all") else GREY_ENVIRONMENTS
-    sky = draw(st.sampled_from(skies))
+        things.append((*FLOOR, Material(albedo=draw(st.sampled_from(COLORS)))))
+    lamps = draw(st.lists(lights(), max_size=3))
+    sky = draw(st.sampled_from(ENVIRONMENTS))
     return make_scene(*things, lights=lamps, environment=sky, camera=draw(cameras()))
 
 

@@ -129,12 +129,6 @@ SKIPS = [
         lambda c: c.effects.direct and not c.effects.shadow_map and "shadow_map" in c.ran_in_full,
     ),
     Skip(
-        "provably open tiles: no march there",
-        {"items": [FLOOR, WALL], "lights": [LAMP], **LARGE},
-        {"items": [FLOOR, WALL, PILE[1]], "lights": [LAMP], **LARGE},
-        lambda c: "open_tiles" in c.ran,
-    ),
-    Skip(
         "images of the G-buffer alone: one pass",
         {"environment": SKY, "lights": [LAMP], "wanted": ("depth", "normal_ws", "albedo")},
         {"environment": SKY, "lights": [LAMP], "wanted": ("depth", "visibility")},
@@ -151,16 +145,6 @@ SKIPS = [
         {"environment": ALMOST_SKY, "lights": [LAMP]},
         {"environment": ALMOST_SKY, "lights": [LAMP], "overrides": {"bounce.bias": 0.011}},
         lambda c: c.effects.shares_directions,
-    ),
-    Skip(
-        "grey surfaces in grey light: one channel of bounce",
-        {"lights": [LAMP, WINDOW], "environment": DUSK},
-        {
-            "items": painted(GREY, (0.5, 0.5, 0.501)),
-            "lights": [LAMP, WINDOW],
-            "environment": DUSK,
-        },
-        lambda c: c.effects.grey_bounce and "bounce" in c.ran,
     ),
     Skip(
         "no emission: none read",
