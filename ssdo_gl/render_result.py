@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.graph.execute import PassTiming
 from ssdo_gl.graph.graph import Plan
-from ssdo_gl.planning.effects import Decision
-from ssdo_gl.planning.pipelines import Pipeline
+from ssdo_gl.planning.walk import Pipeline
 from ssdo_gl.settings import Settings
 
 Image = NDArray[np.float32]

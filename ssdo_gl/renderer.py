@@ -21,8 +21,8 @@ from ssdo_gl.graph.graph import Plan
 from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.images.average import ImageAverage
 from ssdo_gl.images.surface_arrays import world_normals, world_positions
-from ssdo_gl.planning.pipelines import Pipeline
 from ssdo_gl.planning.planner import FramePlan, Planner
+from ssdo_gl.planning.walk import Pipeline
 from ssdo_gl.render_result import FrameLog, FrameTimes, Image, RenderResult
 from ssdo_gl.scene.animate import scene_at
 from ssdo_gl.scene.camera import Camera
@@ -178,13 +178,12 @@ class Renderer:
             size=self.settings.size,
             settings=self.settings,
             passes=log.reports(pipeline, plan),
-            decisions=pipeline.decisions,
+            decisions=pipeline.decided.rows,
             frame_ms=log.frame_ms,
             setup_ms=log.setup_ms or 0.0,
             process_ms=log.process_ms,
             references={item.name: dict(item.statistics) for item in plan.order if item.statistics},
             partial=partial,
-            notes=pipeline.notes,
         )
 
     def time_frame(

@@ -20,8 +20,14 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("gpu",),
     ("settings/fields",),
     ("graph",),
-    ("settings", "passes"),
+    ("effects/estimators",),
+    ("effects/methods",),
+    ("settings",),
+    ("passes",),
     ("planning",),
+    ("effects",),
+    ("planning/walk",),
+    ("planning/planner",),
     ("settings/resolve", "images"),
     ("settings/command_line",),
     ("render_result",),
@@ -105,22 +111,39 @@ def layer_faults(sources: dict[str, str]) -> list[str]:
     return faults
 
 
-def pass_faults(sources: dict[str, str]) -> list[str]:
-    """Return one line for every pass that imports another pass."""
-    passes = {
-        name
-        for name, source in sources.items()
-        if name.startswith("passes/")
-        and any(
-            isinstance(node, ast.ClassDef) and node.name.endswith("Pass")
-            for node in ast.parse(source).body
+def sibling_faults(sources: dict[str, str]) -> list[str]:
+    """Return one line for every pass that imports a pass, and every effect an effect.
+
+    What several of them need stands in a module without a pass or an effect of its own.
+    """
+    faults = []
+    for folder, suffix, allowed in (
+        ("passes/", "Pass", ()),
+        ("effects/", "Effect", ("effects/effect", "effects/registry")),
+    ):
+        members = {
+            name
+            for name, source in sources.items()
+            if name.startswith(folder) and name not in allowed and _defines(source, suffix)
+        }
+        faults += [
+            f"{name} imports {target}"
+            for name in sorted(members)
+            for target in sorted(own(imported(sources[name]), set(sources)) & members - {name})
+        ]
+    return faults
+
+
+def _defines(source: str, suffix: str) -> bool:
+    """Return whether `source` defines a class that is, or derives from, a `suffix`."""
+    return any(
+        isinstance(node, ast.ClassDef)
+        and (
+            node.name.endswith(suffix)
+            or any(ast.unparse(base).endswith(suffix) for base in node.bases)
         )
-    }
-    return [
-        f"{name} imports {target}"
-        for name in sorted(passes)
-        for target in sorted(own(imported(sources[name]), set(sources)) & passes - {name})
-    ]
+        for node in ast.parse(source).body
+    )
 
 
 def opengl_faults(sources: dict[str, str]) -> list[str]:
@@ -162,8 +185,8 @@ def test_imports_point_down():
     assert layer_faults(modules(PACKAGE)) == []
 
 
-def test_passes_do_not_import_each_other():
-    assert pass_faults(modules(PACKAGE)) == []
+def test_passes_and_effects_do_not_import_their_kind():
+    assert sibling_faults(modules(PACKAGE)) == []
 
 
 def test_scenes_and_graph_do_not_need_opengl():
@@ -196,8 +219,10 @@ def test_oracles_are_independent_of_the_package():
         (layer_faults, {"scene/a": "from ssdo_gl import renderer", "renderer": ""}),
         (layer_faults, {"window/a": "from ssdo_gl.bench.b import c", "bench/b": ""}),
         (layer_faults, {"stranger": ""}),
-        (pass_faults, {"passes/a": "from ssdo_gl.passes.b import BPass\nclass APass: ...",
+        (sibling_faults, {"passes/a": "from ssdo_gl.passes.b import BPass\nclass APass: ...",
                        "passes/b": "class BPass: ..."}),
+        (sibling_faults, {"effects/a": "from ssdo_gl.effects.b import B\nclass A(Effect): ...",
+                          "effects/b": "class B(Effect): ..."}),
         (opengl_faults, {"scene/a": "import moderngl"}),
         (opengl_faults, {"graph/graph": "from ssdo_gl.graph import x",
                          "graph/x": "import moderngl"}),
@@ -215,7 +240,7 @@ def test_each_rule_finds_its_fault(check, sources):
         (layer_faults, {"gpu/a": "from ssdo_gl.scene.b import c\nimport numpy", "scene/b": ""}),
         (layer_faults, {"scene/a": "from ssdo_gl.scene.b import c", "scene/b": ""}),
         (layer_faults, {"window/a": "from ssdo_gl import __version__", "__init__": ""}),
-        (pass_faults, {"passes/a": "from ssdo_gl.passes.b import f\nclass APass: ...",
+        (sibling_faults, {"passes/a": "from ssdo_gl.passes.b import f\nclass APass: ...",
                        "passes/b": "def f(): ..."}),
         (opengl_faults, {"scene/a": "if TYPE_CHECKING:\n    import moderngl"}),
         (opengl_faults, {"gpu/a": "import moderngl"}),

@@ -1,7 +1,7 @@
 #version 330 core
-// The picture: emission + albedo / pi * irradiance, before a sky.
+// The picture: radiance + albedo / pi * irradiance, before a sky.
 //
-// HAS_DIRECT, HAS_DIRECTIONAL, HAS_BOUNCE: which irradiances there are; HAS_EMISSION.
+// Defines: see lib/terms.glsl for what is added;
 // COMBINE, what the visibility of an ambient-occlusion method multiplies:
 //   0 there is none
 //   1 ambient: the unoccluded irradiance of the environment
@@ -11,20 +11,9 @@
 #include "lib/constants.glsl"
 #include "lib/gbuffer.glsl"
 #include "lib/environment.glsl"
+#include "lib/terms.glsl"
 
 uniform sampler2D t_albedo;
-#if HAS_EMISSION
-uniform sampler2D t_emission;
-#endif
-#if HAS_DIRECT
-uniform sampler2D t_direct;
-#endif
-#if HAS_DIRECTIONAL
-uniform sampler2D t_directional;
-#endif
-#if HAS_BOUNCE
-uniform sampler2D t_bounce;
-#endif
 #if COMBINE > 0
 uniform sampler2D t_visibility;
 #endif
@@ -40,14 +29,8 @@ void main()
         return;
     }
 
-    vec3 irradiance = vec3(0.0);
-    vec3 added_radiance = vec3(0.0);
-#if HAS_EMISSION
-    added_radiance = texelFetch(t_emission, texel, 0).rgb;
-#endif
-#if HAS_DIRECT
-    irradiance += texelFetch(t_direct, texel, 0).rgb;
-#endif
+    vec3 irradiance = summed_irradiance(texel);
+    vec3 radiance = summed_radiance(texel, false);
 #if COMBINE > 0
     float visibility = texelFetch(t_visibility, texel, 0).x;
 #endif
@@ -61,14 +44,8 @@ void main()
 #elif COMBINE == 3
     irradiance *= visibility + 0.4;
 #elif COMBINE == 4
-    added_radiance += 0.5 * visibility;
-#endif
-#if HAS_DIRECTIONAL
-    irradiance += texelFetch(t_directional, texel, 0).rgb;
-#endif
-#if HAS_BOUNCE
-    irradiance += texelFetch(t_bounce, texel, 0).rgb;
+    radiance += 0.5 * visibility;
 #endif
     vec3 albedo = texelFetch(t_albedo, texel, 0).rgb;
-    o_beauty = vec4(added_radiance + albedo * INV_PI * irradiance, 1.0);
+    o_beauty = vec4(radiance + albedo * INV_PI * irradiance, 1.0);
 }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Literal
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
@@ -15,6 +15,7 @@ from ssdo_gl.passes.environment_uniforms import (
     environment_kind,
     environment_uniforms,
 )
+from ssdo_gl.passes.terms import term_defines, term_wiring
 from ssdo_gl.scene.environment import Environment
 
 Combine = Literal["ambient", "multiply", "report", "report_traced"]
@@ -32,21 +33,19 @@ def uniforms(frame: Frame) -> dict[str, object]:
 
 
 class CompositePass(RenderPass):
-    """`beauty` = emission + albedo / pi * irradiance, in front of the environment.
+    """`beauty` = radiance + albedo / pi * irradiance, in front of the environment.
 
     Parameters
     ----------
     environment : Environment or None
         The scene's: decides the kind of sky, and which of its maps are read.
-    direct, directional, bounce : str or None
-        Irradiance resources, full size; those given are added.
+    irradiances, radiances : sequence of str
+        Resources that are added up, full size, in this order.
     visibility : str or None
         Visibility of an ambient-occlusion method, full size, in its first channel.
     combine : str
         What `visibility` multiplies; ``report_traced`` is ``report`` for ray-traced
         ambient occlusion. Without effect if `visibility` is None.
-    has_emission : bool
-        Whether any surface emits.
     """
 
     name = "composite"
@@ -56,35 +55,27 @@ class CompositePass(RenderPass):
     def __init__(
         self,
         environment: Environment | None,
+        irradiances: Sequence[str] = (),
+        radiances: Sequence[str] = (),
         *,
-        direct: str | None = None,
-        directional: str | None = None,
-        bounce: str | None = None,
         visibility: str | None = None,
         combine: Combine = "ambient",
-        has_emission: bool = True,
     ) -> None:
         kind = environment_kind(environment)
         number = 0 if visibility is None else COMBINE_NUMBERS[combine]
         self.defines = {
             "ENVIRONMENT_KIND": kind,
-            "HAS_DIRECT": int(direct is not None),
-            "HAS_DIRECTIONAL": int(directional is not None),
-            "HAS_BOUNCE": int(bounce is not None),
-            "HAS_EMISSION": int(has_emission),
             "COMBINE": number,
+            **term_defines(irradiances, radiances),
         }
         wiring = {
             "t_z_vs": "z_vs",
             "t_normals_vs": "normals_vs" if number in (1, 2) else None,
             "t_albedo": "albedo",
-            "t_emission": "emission" if has_emission else None,
-            "t_direct": direct,
-            "t_directional": directional,
-            "t_bounce": bounce,
             "t_visibility": visibility,
             "t_environment": MAP_RADIANCE if kind == 3 else None,
             "t_environment_irradiance": MAP_IRRADIANCE if kind == 3 and number in (1, 2) else None,
+            **term_wiring(irradiances, radiances),
         }
         self._wiring = {sampler: name for sampler, name in wiring.items() if name is not None}
         self.reads = tuple(dict.fromkeys(self._wiring.values()))

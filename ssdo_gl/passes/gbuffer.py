@@ -14,6 +14,15 @@ from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 
+# The images that show it: resource and channels. Positions and normals are finished on the
+# host, in float64, from what they start with.
+GBUFFER_IMAGES: Mapping[str, tuple[str, int]] = {
+    "albedo": ("albedo", 3),
+    "normal_ws": ("normals_vs", 4),
+    "position_ws": ("z_vs", 1),
+    "depth": ("z_vs", 1),
+}
+
 
 def uniforms(frame: Frame) -> dict[str, object]:
     """Return the uniforms of ``passes/gbuffer.frag``."""

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
+from ssdo_gl.effects.estimators import ESTIMATORS, LIGHT_ESTIMATORS
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.settings.fields import SettingError, setting
@@ -22,7 +23,7 @@ class ScreenSpaceSettings:
     estimator: str = setting(
         "march",
         "march: several depth reads along each direction; rgs09: the paper's single one",
-        choices=("march", "rgs09"),
+        choices=LIGHT_ESTIMATORS,
     )
     radius: float = setting(
         0.3, "reach R of the near field; inf: the whole frame", unit="scene units", low=0.0
@@ -59,13 +60,10 @@ class ScreenSpaceSettings:
         1.0, "size of the estimator's image relative to the frame: 0.5 or 1", low=0.5, high=1.0
     )
 
-    # The estimator's point samples have no steps.
-    STEPPING: ClassVar[tuple[str, ...]] = ("march",)
-
     @property
     def step_count(self) -> int:
         """Depth reads along each direction."""
-        return min(self.steps, self.samples) if self.estimator in self.STEPPING else 1
+        return min(self.steps, self.samples) if ESTIMATORS[self.estimator].takes_steps else 1
 
     @property
     def direction_count(self) -> int:
@@ -108,7 +106,7 @@ def defines(
     return {
         "IS_OPEN": int(is_open),
         "KEPT_TEXTURE_COUNT": len(kept_names(settings)) if keeps_directions else 0,
-        "ESTIMATOR": ESTIMATOR_NUMBERS[settings.estimator],
+        "ESTIMATOR": ESTIMATORS[settings.estimator].number,
         "DIRECTION_COUNT": settings.direction_count,
         "STEP_COUNT": settings.step_count,
         "REFINE_COUNT": refine_count,
@@ -125,17 +123,6 @@ def kept_resources(settings: ScreenSpaceSettings) -> dict[str, TextureSpec]:
     """Return what the pass writes that keeps directions."""
     spec = TextureSpec(4, scale=settings.resolution_scale, transient=True)
     return dict.fromkeys(kept_names(settings), spec)
-
-
-# Where a back-face layer holds every closed body, what lacks a back is mostly a wall, seen
-# from the inside of a room; without the layer it may be anything. Best of .2, .3, .5, 1, 2
-# for the mean error of visibility over six scenes, but for 2 against 1 (.056 against .057),
-# which was not worth the deeper shadow behind a sheet.
-_THICKNESS_BESIDE_BACKS = 1.0
-_THICKNESS_ALONE = 0.3
-# Single points miss so much that taking solids for deeper mends more than it spoils: over
-# five scenes .180, .143, .130, .136 with .5, 1, 2, infinity.
-_THICKNESS_OF_POINTS = 2.0
 
 
 def estimator_uniforms(
@@ -161,9 +148,8 @@ def estimator_uniforms(
 
 def default_thickness(estimator: str, has_back_layer: bool) -> float:
     """Return the thickness that stands for None, relative to R."""
-    if estimator == "hemisphere":
-        return _THICKNESS_OF_POINTS
-    return _THICKNESS_BESIDE_BACKS if has_back_layer else _THICKNESS_ALONE
+    chosen = ESTIMATORS[estimator]
+    return chosen.thickness_beside_backs if has_back_layer else chosen.thickness
 
 
 def pattern_offset(seed: int) -> tuple[int, int, int]:

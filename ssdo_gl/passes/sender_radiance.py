@@ -2,49 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.passes.terms import term_defines, term_wiring
 
 
 class SenderRadiancePass(RenderPass):
-    """Adds up emission and reflected direct and directional light.
+    """Adds up emission and the light that surfaces reflect.
 
     Writes ``sender_radiance``: rgb = L_e + (albedo / pi) * irradiance, W sr^-1 m^-2,
     a = 1 on surfaces; background is 0.
 
     Parameters
     ----------
-    has_direct : bool
-        Read ``direct_irradiance``.
-    has_directional : bool
-        Read ``directional_irradiance``.
-    has_emission : bool
-        Read ``emission``: some of it is delivered by no light.
+    irradiances : sequence of str
+        Resources of what arrives, full size, rgb.
+    radiances : sequence of str
+        Resources of what is emitted; only where their alpha is 1.
     """
 
-    def __init__(
-        self,
-        *,
-        has_direct: bool = True,
-        has_directional: bool = True,
-        has_emission: bool = True,
-    ) -> None:
+    def __init__(self, irradiances: Sequence[str] = (), radiances: Sequence[str] = ()) -> None:
         self.name = "sender_radiance"
-        self.reads = (
-            "albedo",
-            *(("emission",) if has_emission else ()),
-            *(("direct_irradiance",) if has_direct else ()),
-            *(("directional_irradiance",) if has_directional else ()),
-        )
+        self._wiring = {"t_albedo": "albedo", **term_wiring(irradiances, radiances)}
+        self._defines = term_defines(irradiances, radiances)
+        self.reads = tuple(self._wiring.values())
         self.writes = {"sender_radiance": TextureSpec(4)}
-        self._defines = {
-            "HAS_DIRECT": int(has_direct),
-            "HAS_DIRECTIONAL": int(has_directional),
-            "HAS_EMISSION": int(has_emission),
-        }
 
     def settings_key(self) -> Hashable:
         """Return the switches."""
@@ -58,5 +43,5 @@ class SenderRadiancePass(RenderPass):
             context.shaders.fullscreen("passes/sender_radiance.frag", self._defines),
             context.target,
             {},
-            {f"t_{name}": context.inputs[name] for name in self.reads},
+            {sampler: context.inputs[name] for sampler, name in self._wiring.items()},
         )

@@ -6,6 +6,7 @@ from collections.abc import Hashable
 from dataclasses import dataclass
 from typing import Any
 
+from ssdo_gl.effects.estimators import ESTIMATORS
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
@@ -27,7 +28,7 @@ class SsaoSettings(ScreenSpaceSettings):
         "hemisphere",
         "hemisphere: points of the normal's half-ball; march: several reads along each "
         "direction; rgs09: the paper's points; zbuffer: a box in the image",
-        choices=("hemisphere", "march", "rgs09", "zbuffer"),
+        choices=tuple(ESTIMATORS),
     )
     box_px: float = setting(
         10.0, "zbuffer: half the width of the box around the pixel", unit="px", low=0.5, high=512.0

@@ -6,16 +6,16 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from ssdo_gl.effects.decisions import Decided
+from ssdo_gl.effects.request import Request, overridden
+from ssdo_gl.effects.shadow_settings import ShadowMapSettings, tile_size
 from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.graph.graph import Plan, compile_graph
-from ssdo_gl.passes.shadow_map import ShadowMapSettings, tile_size
 from ssdo_gl.planning.bodies import Bodies, bodies_of
 from ssdo_gl.planning.content import SceneContent, analyse, simplest_environment
-from ssdo_gl.planning.effects import Effects, decide
-from ssdo_gl.planning.pipelines import Pipeline, build_pipeline
 from ssdo_gl.planning.shadows import COARSEST_MAP
-from ssdo_gl.planning.traced_passes import with_overrides
 from ssdo_gl.planning.view import Company, Sight, company_of, seen_bodies, sight_of
+from ssdo_gl.planning.walk import Pipeline, build, decide
 from ssdo_gl.scene.environment import Environment
 from ssdo_gl.scene.light import DirectionalLight, Light, RectangleLight
 from ssdo_gl.scene.scene import Scene
@@ -41,7 +41,7 @@ class FramePlan:
     pipeline: Pipeline
     graph: Plan
     scene: Scene
-    effects: Effects
+    decided: Decided
 
 
 class Planner:
@@ -52,7 +52,7 @@ class Planner:
         self._content: tuple[Scene, SceneContent] | None = None
         self._bodies: tuple[tuple[object, ...], Bodies] | None = None
         self._company: tuple[tuple[object, ...], Company] | None = None
-        self._plans: dict[tuple[tuple[str, ...], Effects], tuple[Pipeline, Plan]] = {}
+        self._plans: dict[tuple[tuple[str, ...], Decided], tuple[Pipeline, Plan]] = {}
         self._plans_for: tuple[object, ...] = ()
         self._mapped: tuple[tuple[object, ...], frozenset[int]] = ((), frozenset())
         self._lights: dict[tuple[int, bool, bool], tuple[Light, Light]] = {}
@@ -89,9 +89,10 @@ class Planner:
         sight = None
         if view is not None and settings.effects == "auto" and not settings.is_reference:
             sight = self._sight(moved, settings, view)
-        effects = decide(content, settings, wanted, sight)
-        pipeline, graph = self._passes(scene, content, settings, wanted, effects)
-        planned = FramePlan(pipeline, graph, self._lean(moved, effects), effects)
+        request = Request(scene, content, settings, wanted, sight)
+        decided = decide(request)
+        pipeline, graph = self._passes(request, decided)
+        planned = FramePlan(pipeline, graph, self._lean(moved, decided), decided)
         self._last = (same, view_key, planned)
         return planned
 
@@ -126,7 +127,7 @@ class Planner:
         needed = frozenset(i for i, possible in enumerate(sight.shadows) if possible)
         self._mapped = key, known | needed
         chosen = self._mapped[1]
-        maps = with_overrides(settings, "shadow_map", ShadowMapSettings())
+        maps = overridden(settings, "shadow_map", ShadowMapSettings())
         size = tile_size(maps, atlas_layout(scene.lights))
         fewer = [
             light if i in chosen else dataclasses.replace(light, shadow="none")
@@ -140,34 +141,28 @@ class Planner:
             return (True,) * len(scene.lights)
         return tuple(i in chosen for i in range(len(scene.lights)))
 
-    def _passes(
-        self,
-        scene: Scene,
-        content: SceneContent,
-        settings: Settings,
-        wanted: tuple[str, ...],
-        effects: Effects,
-    ) -> tuple[Pipeline, Plan]:
-        if not _identical(self._plans_for, (scene, settings)):
+    def _passes(self, request: Request, decided: Decided) -> tuple[Pipeline, Plan]:
+        made_for = (request.scene, request.settings)
+        if not _identical(self._plans_for, made_for):
             self._plans.clear()
-            self._plans_for = (scene, settings)
-        key = (wanted, effects)
+            self._plans_for = made_for
+        key = (request.wanted, decided)
         if key not in self._plans:
             while len(self._plans) >= MOST_PLANS:
                 self._plans.pop(next(iter(self._plans)))
-            pipeline = build_pipeline(scene, content, settings, wanted, effects)
+            pipeline = build(request)
             self._plans[key] = pipeline, compile_graph(pipeline.passes, pipeline.resources)
         return self._plans[key]
 
-    def _lean(self, scene: Scene, effects: Effects) -> Scene:
+    def _lean(self, scene: Scene, decided: Decided) -> Scene:
         """Return `scene` as passes are to see it; the very same if nothing is spared."""
         lights: Sequence[Light] = scene.lights
-        if effects.lights is not None:
-            maps = effects.shadow_maps or tuple(light.shadow == "map" for light in lights)
-            choices = zip(lights, effects.lights, maps, strict=True)
+        if decided.lights is not None:
+            maps = decided.shadow_maps or tuple(light.shadow == "map" for light in lights)
+            choices = zip(lights, decided.lights, maps, strict=True)
             lights = [self._light(light, is_on, mapped) for light, is_on, mapped in choices]
         environment: Environment | None = scene.environment
-        if effects.simplifies_environment:
+        if decided.simplifies_environment:
             environment = simplest_environment(environment)
         if environment is scene.environment and _identical(lights, scene.lights):
             return scene

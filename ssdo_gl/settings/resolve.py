@@ -9,7 +9,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ssdo_gl.planning.pipelines import PASS_SETTINGS
+from ssdo_gl.effects.registry import pass_settings
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, describe, parse
 
@@ -51,12 +51,13 @@ def overrides_from_text(items: Sequence[str]) -> dict[str, Any]:
         pass_name, dot, name = key.strip().partition(".")
         if not equals or not dot:
             raise SettingError(f"--set {item!r}: expected PASS.FIELD=VALUE")
-        if pass_name not in PASS_SETTINGS:
-            near = difflib.get_close_matches(pass_name, PASS_SETTINGS, n=1)
-            hint = f"did you mean {near[0]}?" if near else f"one of {', '.join(PASS_SETTINGS)}"
+        known = pass_settings()
+        if pass_name not in known:
+            near = difflib.get_close_matches(pass_name, known, n=1)
+            hint = f"did you mean {near[0]}?" if near else f"one of {', '.join(known)}"
             raise SettingError(f"--set {item!r}: unknown pass {pass_name!r}; {hint}")
         try:
-            result[f"{pass_name}.{name}"] = parse(PASS_SETTINGS[pass_name], name, text.strip())
+            result[f"{pass_name}.{name}"] = parse(known[pass_name], name, text.strip())
         except SettingError as error:
             raise SettingError(f"--set {item!r}: {error}") from None
     return result

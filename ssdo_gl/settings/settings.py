@@ -7,35 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.settings.fields import SettingError, check, setting
 
-METHODS = (
-    "direct",
-    "ssao",
-    "ssdo",
-    "bounce",
-    "reference-ao",
-    "reference-near",
-    "reference-gi",
-)
-# Estimators that each method understands; the first one is its default.
-ESTIMATORS: Mapping[str, tuple[str, ...]] = {
-    "ssao": ("hemisphere", "march", "rgs09", "zbuffer"),
-    "ssdo": ("march", "rgs09"),
-    "bounce": ("march", "rgs09"),
-}
-AOVS = (
-    "beauty",
-    "emission",
-    "direct",
-    "directional",
-    "bounce",
-    "visibility",
-    "albedo",
-    "normal_ws",
-    "position_ws",
-    "depth",
-)
 Combine = Literal["ambient", "multiply", "report"]
 SHADOWS = (None, "map", "traced", "none")
 # 16384 is the smallest maximum texture size of desktop OpenGL drivers in use, and
@@ -51,7 +25,7 @@ class Settings:
     own wish holds, and without one a default derived from scene and method.
     """
 
-    method: str = setting("bounce", "which quantities make up the image", choices=METHODS)
+    method: str = setting("bounce", "which quantities make up the image", choices=tuple(METHODS))
     estimator: str | None = setting(None, "how screen space is sampled; None: by method")
     size: tuple[int, int] = setting((1280, 720), "width and height", unit="px")
     samples: int = setting(64, "depth reads per pixel", low=1, high=1024)
@@ -91,7 +65,7 @@ class Settings:
             raise SettingError(
                 f"size = {width}x{height}: each side must be within 1 to {MAX_SIZE_PX} px"
             )
-        allowed = ESTIMATORS.get(self.method, ())
+        allowed = METHODS[self.method].estimators
         if self.estimator is not None and self.estimator not in allowed:
             valid = f"choose one of {', '.join(allowed)}" if allowed else "it takes none"
             raise SettingError(f"estimator = {self.estimator!r} for method {self.method}: {valid}")
@@ -108,7 +82,7 @@ class Settings:
     @property
     def chosen_estimator(self) -> str:
         """The estimator in force: the chosen one or the method's default."""
-        return self.estimator or ESTIMATORS.get(self.method, ("march",))[0]
+        return self.estimator or METHODS[self.method].estimator
 
     @property
     def chosen_shadows(self) -> str:
@@ -118,4 +92,4 @@ class Settings:
     @property
     def is_reference(self) -> bool:
         """Whether the method traces rays."""
-        return self.method.startswith("reference-")
+        return METHODS[self.method].is_reference

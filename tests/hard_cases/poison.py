@@ -6,7 +6,7 @@ import numpy as np
 from passes.estimator_cases import inputs_of, picture_frame, tilted_plane
 from passes.pass_harness import run_pass
 
-from ssdo_gl.passes.bounce import BouncePass, BounceSettings
+from ssdo_gl.effects.bounce import BouncePass, BounceSettings
 from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterPass, EdgeAwareFilterSettings
 
 SIZE = (24, 16)

@@ -10,10 +10,10 @@ import dataclasses
 
 import numpy as np
 import pytest
+from effects import test_bounce as bounce_tests
 from hard_cases.drawn import COUNT, SEEDS, batches, directions, float32, numbers, unit
 from hypothesis import strategies as st
 from oracle import analytic_pictures, screen_space
-from passes import test_bounce as bounce_tests
 from passes import test_edge_aware_filter as filter_tests
 from passes.estimator_cases import (
     covered_texels,
@@ -28,7 +28,7 @@ from passes.pass_harness import make_scene, run_pass
 from passes.test_gbuffer import draw, nearest, normals, rays_of
 from shaders.harness import evaluate
 
-from ssdo_gl.passes.bounce import BounceSettings
+from ssdo_gl.effects.bounce import BounceSettings
 from ssdo_gl.passes.composite import CompositePass
 from ssdo_gl.passes.sender_radiance import SenderRadiancePass
 from ssdo_gl.passes.ssao import SsaoSettings

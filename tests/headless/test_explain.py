@@ -8,6 +8,7 @@ import io
 import pytest
 from rich.console import Console
 
+from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.headless.explain import (
     Explanation,
     Times,
@@ -16,7 +17,6 @@ from ssdo_gl.headless.explain import (
     explanation_table,
     summary,
 )
-from ssdo_gl.planning.effects import Decision
 from ssdo_gl.render_result import PassReport, RenderResult
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene

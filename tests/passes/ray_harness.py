@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from passes.pass_harness import make_frame
 
+from ssdo_gl.effects.environment import EnvironmentPass
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.geometry import Geometry
 from ssdo_gl.gpu.readback import read_texture
@@ -17,7 +18,6 @@ from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.graph import compile_graph
 from ssdo_gl.graph.render_pass import ProgressCallback, RenderPass
 from ssdo_gl.passes.bvh_upload import BvhUploadPass
-from ssdo_gl.passes.environment import EnvironmentPass
 from ssdo_gl.passes.environment_uniforms import environment_kind
 from ssdo_gl.passes.gbuffer import GBufferPass
 from ssdo_gl.passes.ray_tables import EmitterTablesPass, SurfaceTablesPass

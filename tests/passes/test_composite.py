@@ -44,6 +44,7 @@ def terms(seed=1):
 
 def compose(gl, shaders, images, environment=None, **wiring):
     scene = make_scene(camera=CAMERA, environment=environment)
+    wiring = {"radiances": ["emission"], **wiring}
     composite = CompositePass(environment, **wiring)
     frame = make_frame(scene, SIZE)
     inputs = {name: images[name] for name in composite.reads}
@@ -59,9 +60,9 @@ def on_surfaces(image):
 )
 def test_terms_add_up(gl, shaders, chosen):
     images, _ = terms()
-    names = {name: f"{name}_irradiance" for name in chosen.split()}
-    _, beauty = compose(gl, shaders, images, **names)
-    irradiance = sum((images[name][..., :3] for name in names.values()), np.zeros((*SIZE[::-1], 3)))
+    names = [f"{name}_irradiance" for name in chosen.split()]
+    _, beauty = compose(gl, shaders, images, irradiances=names)
+    irradiance = sum((images[name][..., :3] for name in names), np.zeros((*SIZE[::-1], 3)))
     wanted = images["emission"][..., :3] + images["albedo"][..., :3] / np.pi * irradiance
     np.testing.assert_allclose(
         on_surfaces(beauty), on_surfaces(wanted), rtol=TOLERANCE, atol=ALBEDO_ROUNDING
@@ -79,7 +80,7 @@ def test_what_visibility_multiplies(gl, shaders, combine, environment):
         shaders,
         images,
         environment,
-        direct="direct_irradiance",
+        irradiances=["direct_irradiance"],
         visibility="visibility",
         combine=combine,
     )
@@ -146,11 +147,38 @@ def test_unlit_is_exactly_black(gl, shaders):
     images, _ = terms()
     for name in ("emission", "direct_irradiance", "bounce_irradiance"):
         images[name][:] = 0.0
-    _, beauty = compose(gl, shaders, images, direct="direct_irradiance", bounce="bounce_irradiance")
+    lights = ["direct_irradiance", "bounce_irradiance"]
+    _, beauty = compose(gl, shaders, images, irradiances=lights)
     assert np.all(beauty[..., :3] == 0.0)
 
 
 def test_only_what_is_needed_is_read():
-    assert CompositePass(None).reads == ("z_vs", "albedo", "emission")
+    assert CompositePass(None, ["e"], ["l"]).reads == ("z_vs", "albedo", "e", "l")
     assert "normals_vs" not in CompositePass(None, visibility="v", combine="report").reads
     assert CompositePass(None).settings_key() != CompositePass(GRADIENT).settings_key()
+
+
+def test_more_terms_than_the_shader_has_slots_for_are_refused():
+    CompositePass(None, list("abcdef"), list("ghij"))
+    with pytest.raises(ValueError, match="7 irradiances and 0 radiances"):
+        CompositePass(None, list("abcdefg"))
+    with pytest.raises(ValueError, match="0 irradiances and 5 radiances"):
+        CompositePass(None, [], list("abcde"))
+
+
+def test_every_slot_is_added(gl, shaders):
+    images, _ = terms()
+    rng = np.random.default_rng(3)
+    shape = (SIZE[1], SIZE[0], 4)
+    more = {f"x{i}": rng.uniform(0.0, 3.0, shape) for i in range(10)}
+    irradiances, radiances = list(more)[:6], list(more)[6:]
+    _, beauty = compose(
+        gl, shaders, {**images, **more}, irradiances=irradiances, radiances=radiances
+    )
+    irradiance = sum(more[name][..., :3] for name in irradiances)
+    radiance = sum(more[name][..., :3] for name in radiances)
+    wanted = radiance + images["albedo"][..., :3] / np.pi * irradiance
+    # Six irradiances of up to 3 each: twice what others add up.
+    np.testing.assert_allclose(
+        on_surfaces(beauty), on_surfaces(wanted), rtol=TOLERANCE, atol=2.0 * ALBEDO_ROUNDING
+    )

@@ -7,8 +7,8 @@ import dataclasses
 import pytest
 from passes.estimator_cases import picture_frame
 
-from ssdo_gl.passes.bounce import BounceSettings
-from ssdo_gl.passes.directional import DirectionalSettings
+from ssdo_gl.effects.bounce import BounceSettings
+from ssdo_gl.effects.directional import DirectionalSettings
 from ssdo_gl.passes.screen_space_settings import (
     ScreenSpaceSettings,
     estimator_uniforms,

@@ -28,7 +28,8 @@ def sender_images(shape=(4, 5)):
 @pytest.mark.parametrize("directional", [False, True])
 def test_sender_radiance_adds_up(gl, shaders, direct, directional):
     images = sender_images()
-    render_pass = SenderRadiancePass(has_direct=direct, has_directional=directional)
+    chosen = {"direct_irradiance": direct, "directional_irradiance": directional}
+    render_pass = SenderRadiancePass([n for n, is_in in chosen.items() if is_in], ["emission"])
     frame = picture_frame((5, 4), 0.5)
     found = run_pass(
         gl, shaders, render_pass, frame, {name: images[name] for name in render_pass.reads}

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl import math3d
-from ssdo_gl.planning.effects import Effects
+from ssdo_gl.effects.decisions import Decided
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene import shapes
 from ssdo_gl.scene.camera import Camera
@@ -32,10 +32,29 @@ FRONT = Camera((0.0, 0.0, 6.0), (0.0, 0.0, 0.0))
 class Compared:
     """What a planned rendering decided and showed."""
 
-    effects: Effects
+    decided: Decided
     images: dict[str, NDArray[np.float32]]
     ran: frozenset[str]
     ran_in_full: frozenset[str]
+
+    def runs(self, *effects: str) -> bool:
+        """Return whether any of these effects was decided to run."""
+        return self.decided.runs(*effects)
+
+    @property
+    def is_open(self) -> bool:
+        """Nothing within R blocks any direction of any visible point."""
+        return self.decided.spares("blocked directions")
+
+    @property
+    def is_scalar(self) -> bool:
+        """Directional light is one colour times visibility."""
+        return self.decided.spares("light by direction")
+
+    @property
+    def shares_directions(self) -> bool:
+        """The bounce takes over what an earlier march found."""
+        return self.decided.spares("second march")
 
 
 def at(x: float, y: float, z: float) -> NDArray[np.float64]:
@@ -71,8 +90,8 @@ def compare(device, shaders, scene: Scene, wanted=AOVS, **settings) -> Compared:
         for effects in ("auto", "full"):
             renderer.use(dataclasses.replace(chosen, effects=effects))
             result = renderer.render(wanted)
-            results.append((result, renderer._planned.effects))
-    (planned, effects), (full, _) = results
+            results.append((result, renderer._planned.decided))
+    (planned, decided), (full, _) = results
     for name in wanted:
         a, b = planned.images[name], full.images[name]
         assert a.shape == b.shape, name
@@ -81,4 +100,4 @@ def compare(device, shaders, scene: Scene, wanted=AOVS, **settings) -> Compared:
         difference = float(np.abs(a.astype(np.float64) - b).max(initial=0.0))
         assert difference <= bound, f"{name}: {difference:.2e} > {bound:.2e}"
     ran = [frozenset(row.name for row in result.passes if row.ran) for result in (planned, full)]
-    return Compared(effects, planned.images, *ran)
+    return Compared(decided, planned.images, *ran)

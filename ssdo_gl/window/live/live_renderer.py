@@ -9,11 +9,11 @@ from typing import Any
 
 import moderngl
 
+from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.graph.render_pass import ProgressCallback
-from ssdo_gl.planning.effects import Decision
 from ssdo_gl.render_result import FrameLog, PassReport
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
@@ -131,7 +131,7 @@ class LiveRenderer(Renderer):
             planes,
             frame.view,
             log.reports(pipeline, plan),
-            pipeline.decisions,
+            pipeline.decided.rows,
             log.frame_ms[0],
             {item.name: dict(item.statistics) for item in plan.order if item.statistics},
         )

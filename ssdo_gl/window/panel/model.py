@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
-from ssdo_gl.planning.pipelines import PASS_SETTINGS
+from ssdo_gl.effects.registry import pass_settings
 from ssdo_gl.settings import ESTIMATORS, Settings
 from ssdo_gl.settings.fields import SettingInfo, describe
 
@@ -110,7 +110,7 @@ def pass_rows() -> dict[str, list[ControlRow]]:
     """Return the controls of each pass; what `Settings` decides for all is left out."""
     common = set(describe(Settings)) | {"estimator"}
     result = {}
-    for pass_name, settings_class in PASS_SETTINGS.items():
+    for pass_name, settings_class in pass_settings().items():
         rows = [
             _row(f"{pass_name}.{name}", info, settings_class, f"--set {pass_name}.{name}=")
             for name, info in describe(settings_class).items()
@@ -124,7 +124,7 @@ def pass_rows() -> dict[str, list[ControlRow]]:
 def value_of(settings: Settings, row: ControlRow) -> Any:
     """Return the present value of a control's setting."""
     if row.pass_name:
-        default = describe(PASS_SETTINGS[row.pass_name])[row.field].default
+        default = describe(pass_settings()[row.pass_name])[row.field].default
         return settings.overrides.get(row.key, default)
     return getattr(settings, row.key)
 
@@ -140,7 +140,7 @@ def with_value(settings: Settings, row: ControlRow, value: Any) -> Settings:
     if not row.pass_name:
         return dataclasses.replace(settings, **{row.key: value}).checked()
     overrides = dict(settings.overrides)
-    default = describe(PASS_SETTINGS[row.pass_name])[row.field].default
+    default = describe(pass_settings()[row.pass_name])[row.field].default
     if value == default:
         overrides.pop(row.key, None)
     else:
@@ -150,7 +150,7 @@ def with_value(settings: Settings, row: ControlRow, value: Any) -> Settings:
 
 def default_of(row: ControlRow) -> Any:
     """Return the value that the setting has when nobody chooses one."""
-    settings_class = PASS_SETTINGS[row.pass_name] if row.pass_name else Settings
+    settings_class = pass_settings()[row.pass_name] if row.pass_name else Settings
     return describe(settings_class)[row.field].default
 
 

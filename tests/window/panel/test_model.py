@@ -8,7 +8,7 @@ import math
 import pytest
 
 from ssdo_gl.cli import build_parser
-from ssdo_gl.planning.pipelines import PASS_SETTINGS
+from ssdo_gl.effects.registry import pass_settings
 from ssdo_gl.settings import ESTIMATORS, METHODS, Settings
 from ssdo_gl.settings.fields import SettingError, describe
 from ssdo_gl.window.panel.model import (
@@ -32,7 +32,7 @@ def ids(row: ControlRow) -> str:
 def test_every_setting_has_a_control_or_a_reason_to_have_none() -> None:
     shown = {row.key for row in main_rows(Settings())}
     assert set(describe(Settings)) - shown == {"method", "size", "overrides", "antialias"}
-    for name, settings_class in PASS_SETTINGS.items():
+    for name, settings_class in pass_settings().items():
         own = set(describe(settings_class)) - set(describe(Settings))
         assert {row.field for row in pass_rows().get(name, [])} == own
 
@@ -53,7 +53,7 @@ def test_both_ends_of_a_control_are_allowed(row: ControlRow) -> None:
 
 @pytest.mark.parametrize("row", ALL_ROWS, ids=ids)
 def test_what_the_command_line_refuses_the_panel_refuses(row: ControlRow) -> None:
-    settings_class = PASS_SETTINGS[row.pass_name] if row.pass_name else Settings
+    settings_class = pass_settings()[row.pass_name] if row.pass_name else Settings
     info = describe(settings_class)[row.field]
     if row.widget not in (Widget.INTEGER, Widget.NUMBER):
         return

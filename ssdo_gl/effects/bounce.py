@@ -1,0 +1,227 @@
+"""One bounce of indirect light, sent by what blocks the receiver's directions."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Hashable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from ssdo_gl.effects.decisions import Decision
+from ssdo_gl.effects.effect import Effect, ReasonedPass, Term
+from ssdo_gl.effects.near_field import (
+    OPEN_DIRECTIONS,
+    can_share_directions,
+    estimator_settings,
+    filtered,
+)
+from ssdo_gl.effects.request import Request
+from ssdo_gl.gpu.fullscreen import draw_fullscreen
+from ssdo_gl.graph.frame import Frame
+from ssdo_gl.graph.render_pass import PassContext, RenderPass
+from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterSettings
+from ssdo_gl.passes.screen_space_settings import (
+    ScreenSpaceSettings,
+    defines,
+    estimator_uniforms,
+    kept_names,
+)
+from ssdo_gl.scene.environment import MapEnvironment
+from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight, SpotLight
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.settings.fields import setting
+
+
+@dataclass(frozen=True)
+class BounceSettings(ScreenSpaceSettings):
+    """Settings of the bounce."""
+
+    refine_steps: int = setting(
+        2, "march: bisections that find where a blocked direction meets its sender", low=0, high=8
+    )
+    # Hidden sides are a guess: 0 leaves them out and loses 17 % of the bounce's light over
+    # eight scenes; a quarter halves that and lowers the error in every one of them
+    # (relative RMSE .815 for .891). A half is too much in rooms lit by lamps.
+    hidden_senders: float = setting(
+        0.25,
+        "march: share of its visible side's radiance that a blocker sends from a side which "
+        "the camera does not see; 0: none",
+        low=0.0,
+        high=1.0,
+    )
+    strength: float = setting(1.0, "factor on the bounced light; 1 is physical", low=0.0)
+    distance_clamp: float = setting(
+        0.1,
+        "rgs09: distances to senders count as at least this, relative to R",
+        low=1e-3,
+        high=10.0,
+    )
+
+
+def uniforms(
+    settings: BounceSettings, frame: Frame, has_back_layer: bool, sender_bound: float
+) -> dict[str, Any]:
+    """Return the uniforms of `effects/bounce.frag`."""
+    return {
+        **estimator_uniforms(settings, frame, has_back_layer),
+        "u_strength": settings.strength,
+        "u_hidden_senders": settings.hidden_senders,
+        "u_distance_clamp": settings.distance_clamp,
+        "u_sender_bound": sender_bound,
+    }
+
+
+class BouncePass(RenderPass):
+    """Estimates the integral of (1 - V_R(w)) L_out(sender) cos(theta) dw.
+
+    Writes ``bounce_raw``: rgb = irradiance, a = z of the receiver, for the filter.
+    Background is 0.
+
+    Parameters
+    ----------
+    settings : BounceSettings
+    sender_bound : float
+        Radiance above which a sender is scaled down (largest component), so that one
+        bright texel that few directions meet cannot make a firefly. Derive it from the
+        scene's own lights; inf leaves senders as they are.
+    has_back_layer : bool
+        Read ``z_layers`` to know where solids end.
+    takes_directions : bool
+        Read what blocks each direction from ``kept_0``, ``kept_1``, ..., which an earlier
+        pass wrote with the same directions, instead of looking for it again.
+    """
+
+    def __init__(
+        self,
+        settings: BounceSettings,
+        *,
+        sender_bound: float = math.inf,
+        has_back_layer: bool = False,
+        takes_directions: bool = False,
+    ) -> None:
+        self.name = "bounce"
+        self.settings = settings
+        self.sender_bound = sender_bound
+        back = ("z_layers",) if has_back_layer and not takes_directions else ()
+        kept = kept_names(settings) if takes_directions else ()
+        self.reads = ("z_vs", "normals_vs", "sender_radiance", *back, *kept)
+        spec = TextureSpec(4, scale=settings.resolution_scale, transient=True)
+        self.writes = {"bounce_raw": spec}
+        self.depends_on = ("view", "seed")
+        self._has_back_layer = has_back_layer
+        self._defines = defines(
+            settings, bool(back), settings.refine_steps, keeps_directions=takes_directions
+        )
+
+    def settings_key(self) -> Hashable:
+        """Return the settings, the bound and switches."""
+        return self.settings, self.sender_bound, tuple(self._defines.items())
+
+    def execute(self, context: PassContext) -> None:
+        """Draw one triangle over the target."""
+        assert context.target is not None
+        draw_fullscreen(
+            context.gl,
+            context.shaders.fullscreen("effects/bounce.frag", self._defines),
+            context.target,
+            uniforms(self.settings, context.frame, self._has_back_layer, self.sender_bound),
+            {f"t_{name}": context.inputs[name] for name in self.reads},
+        )
+
+
+def sender_bound(scene: Scene, radius: float) -> float:
+    """Return the largest radiance a diffuse sender can plausibly have in `scene`.
+
+    A rectangle or the environment of radiance L lights a surface with at most pi L, so
+    it sends at most L. Directional light E sends E / pi. A point light is unbounded near
+    itself; nearer than a tenth of R, or of the R that suits the scene if that is less, it
+    is part of no receiver's near field worth having. Emission that no light stands for
+    counts as it is.
+    """
+    has_points = any(isinstance(light, (PointLight, SpotLight)) for light in scene.lights)
+    nearest = 0.1 * min(radius, scene.default_radius()) if has_points else 0.0
+    total = 0.0
+    for light in scene.lights:
+        if isinstance(light, RectangleLight):
+            total += max(light.radiance)
+        elif isinstance(light, DirectionalLight):
+            total += max(light.irradiance) / math.pi
+        elif isinstance(light, (PointLight, SpotLight)) and nearest > 0.0:
+            total += max(light.intensity) / (math.pi * nearest * nearest)
+    emitted = [max(m.emission) for m in scene.materials]
+    return total + max(emitted, default=0.0) + _environment_maximum(scene)
+
+
+def _environment_maximum(scene: Scene) -> float:
+    environment = scene.environment
+    if environment is None:
+        return 0.0
+    if isinstance(environment, MapEnvironment):
+        return float(environment.image.max(initial=0.0))
+    colors = dataclasses.astuple(environment)
+    return float(max(max(color) for color in colors))
+
+
+class Bounce(Effect):
+    """One bounce of light from the surfaces that block a receiver's directions."""
+
+    name = "bounce"
+    methods = frozenset({"bounce"})
+    terms = (Term("bounce", "bounce_irradiance"),)
+    shortcuts = (OPEN_DIRECTIONS,)
+    settings: ClassVar[Mapping[str, type]] = {
+        "bounce": BounceSettings,
+        "bounce_filter": EdgeAwareFilterSettings,
+    }
+    gathers_from_senders = True
+    looks_around = True
+
+    def need(self, request: Request) -> Decision:
+        """Run where lit surfaces are near enough to each other."""
+        decision = request.decision(
+            "bounce",
+            "lit surfaces send light to their neighbours",
+            [
+                (request.is_view_empty, "no surface is in view"),
+                (
+                    not request.content.has_albedo,
+                    "every surface is black, nothing is sent on",
+                ),
+                (not request.anything_is_sent, "nothing that can be seen is lit"),
+                (
+                    request.takes(OPEN_DIRECTIONS),
+                    "nothing is near enough to send light to what is in view",
+                ),
+            ],
+            ("sender_radiance", "bounce", "bounce_filter", "bounce_radiance"),
+        )
+        if decision.run:
+            self._take_directions(request)
+        return decision
+
+    def _take_directions(self, request: Request) -> None:
+        """Let an earlier march keep what it finds, if this one would find the same."""
+        first = request.first_march
+        if first is None or not can_share_directions(request, first, self.name):
+            return
+        settings = estimator_settings(request, self.name, BounceSettings)
+        request.kept_refinements = settings.refine_steps
+        reason = "the bounce takes over which directions were found blocked, and by what"
+        request.record(Decision("second march", False, reason, ("bounce",)))
+
+    def passes(self, request: Request) -> Iterator[ReasonedPass]:
+        """Yield estimator and filter."""
+        item = BouncePass(
+            estimator_settings(request, self.name, BounceSettings),
+            sender_bound=sender_bound(request.scene, request.radius),
+            has_back_layer=request.runs("back_layer"),
+            takes_directions=request.kept_refinements is not None,
+        )
+        yield item, "light from blocked directions"
+        yield filtered(request, "bounce_filter", "bounce_raw", "bounce_irradiance")
+
+    def sends(self, request: Request) -> bool:
+        """Return that what arrives here is not sent on: it is a single bounce."""
+        return False

@@ -1,0 +1,147 @@
+"""Light that arrives straight from the scene's lights."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import moderngl
+
+from ssdo_gl.effects.decisions import Decision
+from ssdo_gl.effects.effect import Effect, ReasonedPass, Term
+from ssdo_gl.effects.methods import ALL
+from ssdo_gl.effects.request import Request
+from ssdo_gl.effects.scene_lights import USELESS_LIGHTS, need_of_direct_light
+from ssdo_gl.effects.shadow_settings import ShadowMapSettings
+from ssdo_gl.graph.frame import Frame
+from ssdo_gl.graph.render_pass import PassContext, RenderPass
+from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.passes.light_rows import KIND_NUMBERS, light_rows
+from ssdo_gl.passes.screen_space_settings import pattern_offset
+from ssdo_gl.scene.light import Light, power
+from ssdo_gl.scene.shadow_frames import atlas_layout, shadow_frames
+from ssdo_gl.settings.fields import setting
+
+
+@dataclass(frozen=True)
+class DirectSettings:
+    """How soft shadows of rectangle lights are sampled."""
+
+    blocker_samples: int = setting(
+        3,
+        "shadow-map reads per part of a light that look for what stands before it",
+        low=1,
+        high=256,
+    )
+    filter_samples: int = setting(
+        8, "shadow-map reads per part of a light in its penumbra: smoother", low=1, high=256
+    )
+
+
+def uniforms(settings: DirectSettings, frame: Frame) -> dict[str, object]:
+    """Return the uniforms of ``effects/direct.frag`` that all lights share."""
+    return {**frame.view.uniforms(), "u_pattern_offset": pattern_offset(frame.seed)}
+
+
+class DirectPass(RenderPass):
+    """Writes `direct_irradiance`: rgb irradiance; background 0.
+
+    Points, spots and directional lights are exact; rectangles by Lambert's polygon
+    formula. Linear in the light; exactly 0 where none arrives.
+
+    Parameters
+    ----------
+    settings : DirectSettings
+    shadow_maps : bool
+        Read `shadow_atlas` for lights whose shadow is "map"; else they cast none.
+    parts_per_side : int
+        That of the shadow maps' settings.
+    """
+
+    name = "direct"
+    writes: Mapping[str, TextureSpec] = {"direct_irradiance": TextureSpec(4, "f4")}
+
+    def __init__(
+        self,
+        settings: DirectSettings | None = None,
+        *,
+        shadow_maps: bool = True,
+        parts_per_side: int = 1,
+    ) -> None:
+        self.settings = settings or DirectSettings()
+        self.shadow_maps = shadow_maps
+        self.parts_per_side = parts_per_side
+        self.reads = ("z_vs", "normals_vs", *(("shadow_atlas",) if shadow_maps else ()))
+        # The map of a directional light encloses the geometry; the seed turns the
+        # pattern of soft shadows.
+        self.depends_on = ("view", "lights", *(("geometry", "seed") if shadow_maps else ()))
+
+    def settings_key(self) -> Hashable:
+        """Return the settings and how there are shadow maps."""
+        return self.settings, self.shadow_maps, self.parts_per_side
+
+    def execute(self, context: PassContext) -> None:
+        """Draw one full-screen triangle for each light, adding up."""
+        assert context.target is not None
+        scene = context.frame.scene
+        parts = self.parts_per_side
+        frames = shadow_frames(scene.lights, context.geometry.bounds_along, parts)
+        rows = light_rows(scene.lights, frames, context.frame.view)
+        textures = {f"t_{name}": context.inputs[name] for name in self.reads}
+        common = uniforms(self.settings, context.frame)
+        if self.shadow_maps:
+            columns = atlas_layout(scene.lights).columns
+            common["u_shadow_tile_texels"] = context.inputs["shadow_atlas"].width // columns
+        smooth = any(mesh.normals is not None for mesh in scene.meshes)
+        context.target.use()
+        context.gl.blend_func = moderngl.ONE, moderngl.ONE
+        chosen = [
+            i for i, light in enumerate(scene.lights) if light.shadow != "ssdo" and power(light) > 0
+        ]
+        for i in chosen:
+            # The first overwrites, which is cheaper.
+            context.gl.enable_only(moderngl.NOTHING if i == chosen[0] else moderngl.BLEND)
+            light, light_row = scene.lights[i], rows[i]
+            defines = self._defines(light, smooth)
+            program = context.shaders.fullscreen("effects/direct.frag", defines)
+            program.set({**common, "u_light": light_row}, textures)
+            program.check_complete()
+            program.empty_vertex_array().render(moderngl.TRIANGLES, vertices=3)
+        context.gl.enable_only(moderngl.NOTHING)
+
+    def _defines(self, light: Light, smooth: bool) -> dict[str, int]:
+        return {
+            "LIGHT_KIND": KIND_NUMBERS[type(light)],
+            "HAS_SHADOW_MAP": int(self.shadow_maps and light.shadow == "map"),
+            "HAS_SHADING_NORMALS": int(smooth),
+            "BLOCKER_COUNT": self.settings.blocker_samples,
+            "FILTER_COUNT": self.settings.filter_samples,
+        }
+
+
+class Direct(Effect):
+    """Light of the scene's lights, shadowed by maps or not at all."""
+
+    name = "direct"
+    methods = ALL - {"reference-gi"}
+    shown_by = ALL
+    terms = (Term("direct", "direct_irradiance"),)
+    shortcuts = (USELESS_LIGHTS,)
+    settings: ClassVar[Mapping[str, type]] = {"direct": DirectSettings}
+
+    def is_asked(self, request: Request) -> bool:
+        """Return whether shadows are not traced: then another effect has this light."""
+        return super().is_asked(request) and request.settings.chosen_shadows != "traced"
+
+    def need(self, request: Request) -> Decision:
+        """Run where any light can light what is in view."""
+        return need_of_direct_light(request)
+
+    def passes(self, request: Request) -> Iterator[ReasonedPass]:
+        """Yield the one pass."""
+        settings = request.with_overrides("direct", DirectSettings())
+        maps = request.with_overrides("shadow_map", ShadowMapSettings())
+        has_maps = request.runs("shadow_map")
+        item = DirectPass(settings, shadow_maps=has_maps, parts_per_side=maps.parts_per_side)
+        yield item, "light of the scene's lights"

@@ -1,0 +1,343 @@
+"""Light through open directions: directional occlusion."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Hashable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ssdo_gl.effects.decisions import Decision
+from ssdo_gl.effects.effect import Effect, ImageSource, ReasonedPass, Term
+from ssdo_gl.effects.estimators import ESTIMATORS
+from ssdo_gl.effects.near_field import OPEN_DIRECTIONS, estimator_of, estimator_settings, filtered
+from ssdo_gl.effects.request import Request, Shortcut
+from ssdo_gl.gpu.fullscreen import draw_fullscreen
+from ssdo_gl.graph.frame import Frame
+from ssdo_gl.graph.render_pass import PassContext, RenderPass
+from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.passes.constant import ConstantPass
+from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterSettings
+from ssdo_gl.passes.environment_uniforms import (
+    MAP_IRRADIANCE,
+    MAP_RADIANCE,
+    environment_kind,
+    environment_uniforms,
+)
+from ssdo_gl.passes.screen_space_settings import (
+    ScreenSpaceSettings,
+    defines,
+    estimator_uniforms,
+    kept_resources,
+)
+from ssdo_gl.passes.ssao import SsaoPass, SsaoSettings
+from ssdo_gl.scene.environment import ConstantEnvironment
+from ssdo_gl.scene.light import DirectionalLight, Light, PointLight, RectangleLight, SpotLight
+from ssdo_gl.settings.fields import setting
+
+# By `SceneContent.environment`, for lib/environment.glsl.
+ENVIRONMENT_NUMBERS = {"none": 0, "constant": 1, "gradient": 2, "map": 3}
+CONTROL_NUMBERS = {"none": 0, "ratio": 1, "subtract": 2}
+# As lights/lights.glsl numbers them.
+_POINT_KINDS: dict[type, int] = {PointLight: 0, SpotLight: 1, DirectionalLight: 2}
+
+
+@dataclass(frozen=True)
+class DirectionalSettings(ScreenSpaceSettings):
+    """Settings of directional occlusion."""
+
+    control: str = setting(
+        "auto",
+        "march: how the environment's exact light corrects the sampled light; "
+        "auto: ratio for a map, else subtract",
+        choices=("auto", "subtract", "ratio", "none"),
+    )
+    light_steps: int = setting(
+        16, "depth reads towards each point, spot or directional ssdo light", low=1, high=256
+    )
+
+
+def ssdo_lights(frame: Frame) -> tuple[list[RectangleLight], list[Light]]:
+    """Return the rectangles and the other lights that arrive through SSDO."""
+    chosen = [light for light in frame.scene.lights if light.shadow == "ssdo"]
+    rectangles = [light for light in chosen if isinstance(light, RectangleLight)]
+    return rectangles, [light for light in chosen if not isinstance(light, RectangleLight)]
+
+
+def light_uniforms(frame: Frame) -> dict[str, Any]:
+    """Return the uniforms of `lights/ssdo_lights.glsl`: the lights in view space."""
+    rectangles, points = ssdo_lights(frame)
+    return {**_rectangle_uniforms(frame, rectangles), **_point_uniforms(frame, points)}
+
+
+def _rectangle_uniforms(frame: Frame, lights: Sequence[RectangleLight]) -> dict[str, Any]:
+    if not lights:
+        return {}
+    half_u = 0.5 * np.array([light.edge_u for light in lights])
+    half_v = 0.5 * np.array([light.edge_v for light in lights])
+    centre = np.array([light.corner for light in lights]) + half_u + half_v
+    return {
+        "u_rectangle_centre_vs": frame.view.point_vs(centre),
+        "u_rectangle_half_u_vs": frame.view.direction_vs(half_u),
+        "u_rectangle_half_v_vs": frame.view.direction_vs(half_v),
+        "u_rectangle_radiance": np.array([light.radiance for light in lights]),
+        "u_rectangle_two_sided": np.array([int(light.two_sided) for light in lights]),
+    }
+
+
+def _point_uniforms(frame: Frame, lights: Sequence[Light]) -> dict[str, Any]:
+    if not lights:
+        return {}
+    view = frame.view
+    places, axes, powers, cones = [], [], [], []
+    for light in lights:
+        axis, cone = np.array([0.0, 0.0, -1.0]), (0.0, 1.0)
+        if isinstance(light, DirectionalLight):
+            place = view.direction_vs(-np.asarray(light.direction))
+            power = light.irradiance
+        else:
+            assert isinstance(light, (PointLight, SpotLight))
+            place = view.point_vs(np.asarray(light.position))
+            power = light.intensity
+        if isinstance(light, SpotLight):
+            axis = view.direction_vs(np.asarray(light.direction))
+            inner, outer = np.cos(np.radians([light.inner_angle, light.outer_angle]))
+            cone = float(outer), float(1.0 / (inner - outer))
+        places.append(place)
+        axes.append(axis)
+        powers.append(power)
+        cones.append(cone)
+    return {
+        "u_point_kind": np.array([_POINT_KINDS[type(light)] for light in lights]),
+        "u_point_place_vs": np.array(places),
+        "u_point_axis_vs": np.array(axes),
+        "u_point_power": np.array(powers),
+        "u_point_cone": np.array(cones),
+    }
+
+
+def uniforms(settings: DirectionalSettings, frame: Frame, has_back_layer: bool) -> dict[str, Any]:
+    """Return the uniforms of `effects/directional.frag`."""
+    return {
+        **estimator_uniforms(settings, frame, has_back_layer),
+        **environment_uniforms(frame),
+        **light_uniforms(frame),
+    }
+
+
+class DirectionalPass(RenderPass):
+    """Estimates the integral of L_in(w) V_R(w) cos(theta) dw at every receiver.
+
+    Writes ``directional_raw``: rgb = irradiance, a = visibility. Background: 0 and 1.
+
+    Parameters
+    ----------
+    settings : DirectionalSettings
+        With ``estimator="rgs09"`` the open light is summed as in the paper, whatever
+        ``control`` says.
+    environment : str
+        Kind of the scene's: none, constant, gradient or map. For a map, the resources
+        ``environment`` and ``environment_irradiance`` are read.
+    has_back_layer : bool
+        Read ``z_layers`` to know where solids end.
+    needs_visibility : bool
+        Whether anyone reads the visibility. Without it and without an environment, the
+        hemisphere is not sampled at all (lights have directions of their own), and
+        visibility comes out as 1.
+    is_open : bool
+        It is known that nothing in view blocks any direction within R.
+    keeps : int or None
+        Keep what blocks each direction, refined by so many bisections, for a bounce:
+        ``kept_0``, ``kept_1``, ... (see ``lib/kept_directions.glsl``). None: do not.
+    """
+
+    def __init__(
+        self,
+        settings: DirectionalSettings,
+        *,
+        environment: str = "none",
+        has_back_layer: bool = False,
+        needs_visibility: bool = True,
+        is_open: bool = False,
+        keeps: int | None = None,
+    ) -> None:
+        self.name = "directional"
+        self.settings = settings
+        self.reads = (
+            "z_vs",
+            "normals_vs",
+            *(("z_layers",) if has_back_layer else ()),
+            *((MAP_RADIANCE, MAP_IRRADIANCE) if environment == "map" else ()),
+        )
+        spec = TextureSpec(4, scale=settings.resolution_scale, transient=True)
+        self.writes = {"directional_raw": spec}
+        if keeps is not None:
+            self.writes |= kept_resources(settings)
+        self.depends_on = ("view", "seed", "lights", "environment")
+        control = settings.control
+        if control == "auto":
+            control = "ratio" if environment == "map" else "subtract"
+        is_paper = settings.estimator == "rgs09"
+        if is_paper:
+            control = "none"
+        self._has_back_layer = has_back_layer
+        self._defines = {
+            **defines(
+                settings,
+                has_back_layer,
+                keeps or 0,
+                is_open=is_open,
+                keeps_directions=keeps is not None,
+            ),
+            "ENVIRONMENT_KIND": ENVIRONMENT_NUMBERS[environment],
+            "CONTROL_VARIATE": CONTROL_NUMBERS[control],
+            "LIGHT_STEP_COUNT": settings.samples if is_paper else settings.light_steps,
+            "NEEDS_HEMISPHERE": int(needs_visibility or environment != "none" or is_paper),
+        }
+
+    def settings_key(self) -> Hashable:
+        """Return the settings and switches."""
+        return self.settings, self.reads, tuple(self._defines.items())
+
+    def execute(self, context: PassContext) -> None:
+        """Draw one triangle over the target."""
+        assert context.target is not None
+        rectangles, points = ssdo_lights(context.frame)
+        all_defines = {
+            **self._defines,
+            "SSDO_RECTANGLE_COUNT": len(rectangles),
+            "SSDO_POINT_COUNT": len(points),
+        }
+        draw_fullscreen(
+            context.gl,
+            context.shaders.fullscreen("effects/directional.frag", all_defines),
+            context.target,
+            uniforms(self.settings, context.frame, self._has_back_layer),
+            {f"t_{name}": context.inputs[name] for name in self.reads},
+        )
+
+
+def _corrects_exact_light(request: Request) -> bool:
+    return not ESTIMATORS[estimator_of(request, "directional")].sums_open_light
+
+
+def _reason_for_one_color(request: Request) -> str | None:
+    """Return why visibility alone tells how much directional light arrives, or None."""
+    is_constant = isinstance(request.environment, ConstantEnvironment)
+    if not is_constant or not _corrects_exact_light(request) or request.has_light("ssdo"):
+        return None
+    return "the environment is the same from everywhere: how open a point is says it all"
+
+
+def _reason_for_lights_only(request: Request) -> str | None:
+    """Return why no other directions than those to lights are looked in, or None."""
+    if request.content.environment != "none" or "visibility" in request.wanted:
+        return None
+    if not _corrects_exact_light(request):
+        return None
+    return "light comes from lights only, so no other direction is looked in"
+
+
+# Directional light is one colour times visibility.
+ONE_COLOR = Shortcut(
+    "light by direction",
+    _reason_for_one_color,
+    ("directional", "directional_filter"),
+    ("ssao", "ssao_filter"),
+)
+LIGHTS_ONLY = Shortcut("hemisphere", _reason_for_lights_only, ("directional",))
+
+
+class Directional(Effect):
+    """Light of the environment and of ``ssdo`` lights through open directions."""
+
+    name = "directional"
+    methods = frozenset({"ssdo", "bounce"})
+    terms = (Term("directional", "directional_irradiance"),)
+    images = ("visibility",)
+    shortcuts = (OPEN_DIRECTIONS, ONE_COLOR, LIGHTS_ONLY)
+    settings: ClassVar[Mapping[str, type]] = {
+        "directional": DirectionalSettings,
+        "directional_filter": EdgeAwareFilterSettings,
+    }
+    looks_around = True
+
+    def need(self, request: Request) -> Decision:
+        """Run where any light comes from the environment or from lights marked ``ssdo``."""
+        arrives = request.content.environment != "none" or request.has_light("ssdo")
+        return request.decision(
+            "directional occlusion",
+            "light comes from the environment or from lights marked shadow = ssdo",
+            [
+                (request.is_view_empty, "no surface is in view"),
+                (not arrives, "there is neither an environment nor an ssdo light in reach"),
+            ],
+            ("directional", "directional_filter", "directional_radiance"),
+        )
+
+    def passes(self, request: Request) -> Iterator[ReasonedPass]:
+        """Yield estimator and filter: of visibility alone where that says it all."""
+        settings = estimator_settings(request, "directional", DirectionalSettings)
+        is_open = request.takes(OPEN_DIRECTIONS)
+        if request.takes(ONE_COLOR) and not (is_open and settings.resolution_scale != 1.0):
+            yield from self._passes_of_one_color(request, settings, is_open)
+            return
+        # Where all is open at half size, the filter leaves pixels dark of which the smaller
+        # image shows nothing; a constant would not.
+        names = {value: name for name, value in ENVIRONMENT_NUMBERS.items()}
+        item = DirectionalPass(
+            settings,
+            environment=names[environment_kind(request.environment)],
+            has_back_layer=request.runs("back_layer"),
+            needs_visibility=not request.takes(LIGHTS_ONLY),
+            is_open=is_open,
+            keeps=None if is_open else request.kept_refinements,
+        )
+        yield item, "light through open directions"
+        yield filtered(
+            request,
+            "directional_filter",
+            "directional_raw",
+            "directional_irradiance",
+            holds_z=False,
+        )
+
+    def _passes_of_one_color(
+        self, request: Request, settings: DirectionalSettings, is_open: bool
+    ) -> Iterator[ReasonedPass]:
+        """Yield what an open point receives, times visibility."""
+        assert isinstance(request.environment, ConstantEnvironment)
+        red, green, blue = (math.pi * value for value in request.environment.radiance)
+        if is_open:
+            constant = ConstantPass("directional_irradiance", (red, green, blue, 1.0))
+            yield constant, "the same light arrives at every visible point"
+            return
+        # The same directions as the directional estimator takes, whose settings hold.
+        fields = dataclasses.fields(ScreenSpaceSettings)
+        shared = {field.name: getattr(settings, field.name) for field in fields}
+        item = SsaoPass(
+            SsaoSettings(**shared),
+            has_back_layer=request.runs("back_layer"),
+            keeps=request.kept_refinements,
+        )
+        yield item, "how open each point is says how much of the environment's one colour arrives"
+        yield filtered(
+            request,
+            "ssao_filter",
+            "visibility_raw",
+            "directional_irradiance",
+            is_visibility=True,
+            open_irradiance=(red, green, blue),
+        )
+
+    def image(self, request: Request, name: str) -> ImageSource:
+        """Return the visibility, which rides along in the alpha of the irradiance."""
+        return ImageSource("directional_irradiance", 1, first_channel=3)
+
+    def marches(self, request: Request) -> str | None:
+        """Return the pass whose settings hold, if it looks in all directions."""
+        looks = request.takes(ONE_COLOR) or not request.takes(LIGHTS_ONLY)
+        return "directional" if looks else None

@@ -1,0 +1,36 @@
+"""Light that surfaces emit of their own accord."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from ssdo_gl.effects.decisions import Decision
+from ssdo_gl.effects.effect import Effect, ReasonedPass, Term
+from ssdo_gl.effects.methods import ALL
+from ssdo_gl.effects.request import Request
+
+
+class Emission(Effect):
+    """L_e, as the G-buffer holds it; senders pass on what no light of the scene delivers."""
+
+    name = "emission"
+    methods = ALL - {"reference-gi"}
+    shown_by = ALL
+    terms = (Term("emission", "emission", "radiance"),)
+
+    def need(self, request: Request) -> Decision:
+        """Run where any surface emits."""
+        return request.decision(
+            "emission",
+            "surfaces emit",
+            [(not request.content.has_emission, "no surface emits")],
+            ("gbuffer", "composite"),
+        )
+
+    def passes(self, request: Request) -> Iterator[ReasonedPass]:
+        """Yield nothing: the G-buffer writes it wherever it is read."""
+        yield from ()
+
+    def sends(self, request: Request) -> bool:
+        """Return whether any surface emits light that no light of the scene stands for."""
+        return request.is_full or request.content.has_unlit_emission

@@ -1,0 +1,165 @@
+"""What the effects have in common that look around in the depth buffer."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterable
+from typing import TypeVar
+
+from ssdo_gl.effects.effect import ReasonedPass
+from ssdo_gl.effects.estimators import ESTIMATORS, LARGEST_DEFAULT_THICKNESS
+from ssdo_gl.effects.request import Request, Shortcut
+from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterPass, EdgeAwareFilterSettings
+from ssdo_gl.passes.screen_space_settings import ScreenSpaceSettings, default_thickness
+from ssdo_gl.settings.settings import Settings
+
+EstimatorSettings = TypeVar("EstimatorSettings", bound=ScreenSpaceSettings)
+
+# Fields that make two estimators follow the same directions to the same ends.
+DIRECTION_FIELDS = tuple(field.name for field in dataclasses.fields(ScreenSpaceSettings))
+# A radius just under a pixel in float64 might reach one in the shader's float32.
+PIXEL_MARGIN = 1.0 - 1e-5
+# Blocked directions are kept as numbers of texels, x + 4096 y, exact in float32, ...
+LONGEST_NUMBERED_SIDE = 4096
+# ... four to a texture. More textures than four cost what a second march would.
+MOST_KEPT_DIRECTIONS = 16
+# Where a direction takes fewer depth reads, keeping what they found saves nothing.
+FEWEST_STEPS_WORTH_KEEPING = 4
+# The settings of all filters, which those of a single one overrule.
+FILTER = "edge_aware_filter"
+
+
+def estimator_of(request: Request, name: str) -> str:
+    """Return the estimator of the pass `name`: ssao, directional or bounce."""
+    return str(request.override(f"{name}.estimator", request.settings.chosen_estimator))
+
+
+def estimator_settings(
+    request: Request, name: str, settings_class: type[EstimatorSettings]
+) -> EstimatorSettings:
+    """Return the settings of the estimator pass `name`, thickness filled in."""
+    settings = request.settings
+    chosen = request.with_overrides(
+        name,
+        settings_class(
+            estimator=estimator_of(request, name),
+            radius=request.radius,
+            samples=settings.samples,
+            steps=settings.steps,
+            resolution_scale=settings.resolution_scale,
+        ),
+    )
+    if chosen.thickness is not None:
+        return chosen
+    # By what the scene holds, not by whether its backs happen to be drawn.
+    has_backs = reads_backs(settings) and request.content.has_closed_meshes
+    return dataclasses.replace(chosen, thickness=default_thickness(chosen.estimator, has_backs))
+
+
+def reads_backs(settings: Settings) -> bool:
+    """Return whether the estimator in force uses the back-face layer."""
+    return ESTIMATORS[settings.chosen_estimator].reads_backs
+
+
+def filtered(
+    request: Request,
+    name: str,
+    source: str,
+    result: str,
+    *,
+    is_visibility: bool = False,
+    holds_z: bool = True,
+    open_irradiance: tuple[float, float, float] | None = None,
+) -> ReasonedPass:
+    """Return the filter pass `name` from `source` to `result`; see `EdgeAwareFilterPass`."""
+    common = EdgeAwareFilterSettings(filter=request.settings.filter)
+    item = EdgeAwareFilterPass(
+        name,
+        request.with_overrides(name, request.with_overrides(FILTER, common)),
+        source=source,
+        result=result,
+        is_visibility=is_visibility,
+        holds_z=holds_z,
+        open_irradiance=open_irradiance,
+    )
+    return item, "removes the sampling noise along surfaces"
+
+
+def _estimator_passes(request: Request) -> list[str]:
+    return [
+        name for name, cls in request.pass_settings.items() if issubclass(cls, ScreenSpaceSettings)
+    ]
+
+
+def _reason_to_be_open(request: Request) -> str | None:
+    """Return why nothing within R can block any visible point, or None if something may."""
+    view = request.view
+    if view is None:
+        return None
+    if view.is_empty:
+        return "no surface is in view"
+    names = _estimator_passes(request)
+    radius = max(request.override(f"{name}.radius", request.radius) for name in names)
+    estimators = [ESTIMATORS[estimator_of(request, name)] for name in names]
+    # Directions to ``ssdo`` lights are marched along, too. These have no rule for a radius
+    # below a pixel.
+    looks_at_lights = request.runs("directional") and request.has_light("ssdo")
+    if radius < view.nearest_pixel * PIXEL_MARGIN and not looks_at_lights:
+        return "the radius is smaller than a pixel everywhere in view"
+    if view.open_distance == math.inf and all(e.has_radius for e in estimators):
+        return "what is in view is convex and stands alone"
+    # What hides a point in space is told by depth alone for the other estimators, however
+    # far in front of it that is.
+    if all(e.stays_in_reach for e in estimators) and _far_apart(request, radius, names):
+        return "what is in view is convex and farther apart than rays of this radius reach"
+    return None
+
+
+def _far_apart(request: Request, radius: float, names: Iterable[str]) -> bool:
+    """Return whether all bodies are out of reach of each other's rays.
+
+    A ray ends at R. The surface that its texel shows may be nearer to the camera, or
+    farther, by the stretch that a step stands for, at most R, and by the assumed thickness.
+    """
+    view = request.view
+    assert view is not None
+    if request.content.has_closed_meshes and not view.only_solids:
+        # The back-face layer may take a sheet and a solid behind it for one.
+        return False
+    given = [request.override(f"{name}.thickness", None) for name in names]
+    thickness = max(LARGEST_DEFAULT_THICKNESS if t is None else float(t) for t in given)
+    reach = radius * (1.0 + (1.0 + thickness) * view.slant) + 2.0 * view.farthest_pixel
+    return view.open_distance > reach
+
+
+# Nothing within R blocks any direction of any visible point.
+OPEN_DIRECTIONS = Shortcut(
+    "blocked directions",
+    _reason_to_be_open,
+    ("ssao", "ssao_filter", "directional", "directional_filter"),
+    ("constant_visibility", "constant_directional_irradiance"),
+)
+
+
+def can_share_directions(request: Request, first: str, second: str) -> bool:
+    """Return whether the pass `second` can take over what the pass `first` found blocked."""
+    if request.is_full or request.settings.is_reference:
+        return False
+    if any(
+        request.override(f"{first}.{name}", None) != request.override(f"{second}.{name}", None)
+        for name in DIRECTION_FIELDS
+    ):
+        return False
+    march = ScreenSpaceSettings(
+        estimator=estimator_of(request, second),
+        samples=request.override(f"{second}.samples", request.settings.samples),
+        steps=request.override(f"{second}.steps", request.settings.steps),
+    )
+    return (
+        march.estimator == estimator_of(request, first)
+        and ESTIMATORS[march.estimator].takes_steps
+        and march.step_count >= FEWEST_STEPS_WORTH_KEEPING
+        and march.direction_count <= MOST_KEPT_DIRECTIONS
+        and max(request.settings.size) <= LONGEST_NUMBERED_SIDE
+    )

@@ -1,0 +1,32 @@
+"""The scene as rays need it: the hierarchy, materials and emitters as tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from ssdo_gl.effects.decisions import Decision
+from ssdo_gl.effects.effect import Effect, ReasonedPass
+from ssdo_gl.effects.request import Request
+from ssdo_gl.passes.bvh_upload import BvhUploadPass
+from ssdo_gl.passes.ray_tables import EmitterTablesPass, SurfaceTablesPass
+
+
+class RayData(Effect):
+    """The tables that every pass reads that traces rays."""
+
+    name = "ray_data"
+
+    def is_asked(self, request: Request) -> bool:
+        """Return whether rays are traced."""
+        return request.traces
+
+    def need(self, request: Request) -> Decision:
+        """Run whenever rays are traced."""
+        passes = ("bvh_upload", "surface_tables", "emitter_tables")
+        return Decision("ray data", True, "rays are traced", passes)
+
+    def passes(self, request: Request) -> Iterator[ReasonedPass]:
+        """Yield the three uploads."""
+        yield BvhUploadPass(), "the triangles, in a tree that rays descend"
+        yield SurfaceTablesPass(), "the materials of what rays hit"
+        yield EmitterTablesPass(), "the lights that rays are sent to"

@@ -1,0 +1,126 @@
+"""Ray-traced ambient visibility: the truth for every estimator of it."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from ssdo_gl.effects.ambient import combine_of, need_of_visibility
+from ssdo_gl.effects.decisions import Decision
+from ssdo_gl.effects.effect import Effect, ImageSource, ReasonedPass
+from ssdo_gl.effects.methods import REFERENCES
+from ssdo_gl.effects.request import Request
+from ssdo_gl.graph.frame import Frame
+from ssdo_gl.graph.render_pass import PassContext, RenderPass
+from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.passes.accumulate import Schedule, SumOutput, accumulate
+from ssdo_gl.passes.composite import Combine
+from ssdo_gl.passes.ray_uniforms import (
+    radius_ns,
+    ray_defines,
+    ray_reads,
+    ray_uniforms,
+    table_uniforms,
+)
+from ssdo_gl.raytracing.surface_tables import RayFeatures
+from ssdo_gl.settings.fields import setting
+
+# Rays of one draw and pixel: enough to spread the cost of finding the surface again.
+MOST_PER_DRAW = 32
+OUTPUT = SumOutput("visibility", channels=1)
+
+
+@dataclass(frozen=True)
+class ReferenceAoSettings:
+    """Settings of ray-traced visibility."""
+
+    radius: float = setting(
+        0.3, "length R of the rays; inf: the whole scene", unit="scene units", low=0.0
+    )
+    spp: int = setting(256, "rays per pixel", low=1, high=1 << 20)
+    max_error: float | None = setting(
+        None, "stop below this standard error, relative to the mean", low=0.0
+    )
+
+
+def uniforms(settings: ReferenceAoSettings, frame: Frame) -> dict[str, object]:
+    """Return the uniforms of ``effects/reference_ao.frag`` but those of textures and draws."""
+    return {**ray_uniforms(frame), "u_radius_ns": radius_ns(settings.radius, frame)}
+
+
+class ReferenceAoPass(RenderPass):
+    """Writes `visibility`: (1 / pi) integral of V_R(w) cos over the hemisphere, by rays.
+
+    Cosine-weighted about the shading normal; 1 = open; 1 where there is no surface.
+
+    Parameters
+    ----------
+    settings : ReferenceAoSettings
+    features : RayFeatures
+        Of the scene: `RayFeatures.of`.
+    """
+
+    name = "reference_ao"
+    writes: Mapping[str, TextureSpec] = {"visibility": TextureSpec(1, "f4")}
+    depends_on = ("view", "geometry", "seed")
+
+    def __init__(self, settings: ReferenceAoSettings, features: RayFeatures) -> None:
+        self.settings = settings
+        self.features = features
+        self.reads = ("z_vs", "normals_vs", *ray_reads(features))
+        self.statistics: Mapping[str, Any] = {}
+
+    def settings_key(self) -> Hashable:
+        """Return the settings and the features."""
+        return self.settings, self.features
+
+    def execute(self, context: PassContext) -> None:
+        """Trace all rays, draw after draw."""
+        inputs = context.inputs
+        program = context.shaders.fullscreen(
+            "effects/reference_ao.frag", ray_defines(context.gl, context.frame, self.features)
+        )
+        self.statistics = accumulate(
+            context,
+            program,
+            {
+                **uniforms(self.settings, context.frame),
+                **table_uniforms(inputs, context.frame.scene),
+            },
+            {f"t_{name}": inputs[name] for name in self.reads},
+            [OUTPUT],
+            Schedule(self.settings.spp, 1, MOST_PER_DRAW, self.settings.max_error),
+            "ray-traced visibility",
+        )
+
+
+class ReferenceAo(Effect):
+    """Ambient visibility by rays."""
+
+    name = "reference_ao"
+    methods = frozenset({"reference-ao"})
+    shown_by = REFERENCES
+    images = ("visibility",)
+    settings: ClassVar[Mapping[str, type]] = {"reference_ao": ReferenceAoSettings}
+    traces = True
+
+    def need(self, request: Request) -> Decision:
+        """Run where there is light for it to multiply, or where its image is wanted."""
+        return need_of_visibility(request, multiplies_direct=False)
+
+    def passes(self, request: Request) -> Iterator[ReasonedPass]:
+        """Yield the one pass."""
+        chosen = request.settings
+        base = ReferenceAoSettings(request.radius, chosen.spp, chosen.max_error)
+        settings = request.with_overrides(self.name, base)
+        yield ReferenceAoPass(settings, RayFeatures.of(request.scene)), "how open each point is"
+
+    def image(self, request: Request, name: str) -> ImageSource:
+        """Return the visibility."""
+        return ImageSource("visibility", 1)
+
+    def occlusion(self, request: Request) -> tuple[str, Combine]:
+        """Return the visibility; the report adds it as a light of its own."""
+        combine = combine_of(request)
+        return "visibility", "report_traced" if combine == "report" else combine

@@ -1,0 +1,164 @@
+"""Directional light and one bounce with ray-traced visibility: the truth of SSDO."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from ssdo_gl.effects.decisions import Decision
+from ssdo_gl.effects.effect import Effect, ReasonedPass, Term
+from ssdo_gl.effects.methods import REFERENCES
+from ssdo_gl.effects.request import Request
+from ssdo_gl.graph.frame import Frame
+from ssdo_gl.graph.render_pass import PassContext, RenderPass
+from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.passes.accumulate import Schedule, SumOutput, accumulate
+from ssdo_gl.passes.environment_uniforms import (
+    MAP_RADIANCE,
+    environment_kind,
+    environment_uniforms,
+)
+from ssdo_gl.passes.ray_uniforms import (
+    EMITTER_TABLES,
+    radius_ns,
+    ray_defines,
+    ray_reads,
+    ray_uniforms,
+    table_uniforms,
+)
+from ssdo_gl.raytracing.surface_tables import RayFeatures
+from ssdo_gl.scene.environment import Environment
+from ssdo_gl.settings.fields import setting
+
+# Samples of one draw and pixel; each takes a ray, and from what it hits one to each light.
+MOST_PER_DRAW = 16
+OUTPUTS = (SumOutput("directional_irradiance", 3), SumOutput("bounce_irradiance", 3))
+
+
+@dataclass(frozen=True)
+class ReferenceNearSettings:
+    """Settings of the ray-traced near field."""
+
+    radius: float = setting(
+        0.3, "reach R of the near field; inf: the whole scene", unit="scene units", low=0.0
+    )
+    spp: int = setting(256, "directions per pixel", low=1, high=1 << 20)
+    max_error: float | None = setting(
+        None, "stop below this standard error, relative to the mean", low=0.0
+    )
+
+
+def uniforms(settings: ReferenceNearSettings, frame: Frame) -> dict[str, object]:
+    """Return the uniforms of ``effects/reference_near.frag`` but those of textures and draws."""
+    return {
+        **ray_uniforms(frame),
+        **environment_uniforms(frame),
+        "u_radius_ns": radius_ns(settings.radius, frame),
+    }
+
+
+class ReferenceNearPass(RenderPass):
+    """Writes `directional_irradiance` (a = visibility) and `bounce_irradiance`.
+
+    Unbiased estimates of the integrals of DESIGN section 2, V_R by rays clipped at R.
+
+    Parameters
+    ----------
+    settings : ReferenceNearSettings
+    features : RayFeatures
+        Of the scene: `RayFeatures.of`.
+    environment : Environment or None
+        Of the scene: decides how the sky is looked up.
+    """
+
+    name = "reference_near"
+    writes: Mapping[str, TextureSpec] = {
+        "directional_irradiance": TextureSpec(4, "f4"),
+        "bounce_irradiance": TextureSpec(4, "f4"),
+    }
+    depends_on = ("view", "geometry", "lights", "environment", "seed")
+
+    def __init__(
+        self,
+        settings: ReferenceNearSettings,
+        features: RayFeatures,
+        environment: Environment | None,
+    ) -> None:
+        self.settings = settings
+        self.features = features
+        self.environment_kind = environment_kind(environment)
+        self.reads = (
+            "z_vs",
+            "normals_vs",
+            *ray_reads(features, shades=True),
+            *EMITTER_TABLES,
+            *((MAP_RADIANCE,) if self.environment_kind == 3 else ()),
+        )
+        self.statistics: Mapping[str, Any] = {}
+
+    def settings_key(self) -> Hashable:
+        """Return the settings, the features and the kind of sky."""
+        return self.settings, self.features, self.environment_kind
+
+    def execute(self, context: PassContext) -> None:
+        """Trace all rays, draw after draw."""
+        inputs, frame = context.inputs, context.frame
+        defines = ray_defines(context.gl, frame, self.features)
+        defines["ENVIRONMENT_KIND"] = self.environment_kind
+        # A ray, where it hits one to each light and one to the sky, and those of the
+        # lights that arrive through the receiver's own open directions.
+        rays_per_sample = 2 + 2 * len(frame.scene.lights)
+        self.statistics = accumulate(
+            context,
+            context.shaders.fullscreen("effects/reference_near.frag", defines),
+            {
+                **uniforms(self.settings, frame),
+                **table_uniforms(inputs, frame.scene, emitters=True),
+            },
+            {f"t_{name}": inputs[name] for name in self.reads},
+            OUTPUTS,
+            Schedule(self.settings.spp, rays_per_sample, MOST_PER_DRAW, self.settings.max_error),
+            "ray-traced near field",
+        )
+
+
+class ReferenceNear(Effect):
+    """Directional light and one bounce by rays."""
+
+    name = "reference_near"
+    methods = frozenset({"reference-near"})
+    shown_by = REFERENCES
+    terms = (
+        Term("directional", "directional_irradiance"),
+        Term("bounce", "bounce_irradiance"),
+    )
+    settings: ClassVar[Mapping[str, type]] = {"reference_near": ReferenceNearSettings}
+    traces = True
+
+    def need(self, request: Request) -> Decision:
+        """Run where any light arrives from directions or is sent on."""
+        content = request.content
+        by_direction = content.environment != "none" or content.has_ssdo_lights
+        is_lit = by_direction or content.has_lights or content.has_unlit_emission
+        return request.decision(
+            "near field",
+            "light arrives from all directions, or is sent on by what blocks them",
+            [
+                (not is_lit, "there is no light at all"),
+                (
+                    not (by_direction or content.has_albedo),
+                    "no light comes by direction, and every surface is black",
+                ),
+            ],
+            ("reference_near", "directional_radiance", "bounce_radiance"),
+        )
+
+    def passes(self, request: Request) -> Iterator[ReasonedPass]:
+        """Yield the one pass."""
+        chosen = request.settings
+        base = ReferenceNearSettings(request.radius, chosen.spp, chosen.max_error)
+        settings = request.with_overrides(self.name, base)
+        features = RayFeatures.of(request.scene)
+        item = ReferenceNearPass(settings, features, request.environment)
+        yield item, "the near field, by rays"

@@ -1,0 +1,240 @@
+"""What one frame is asked for, and what is known and decided about it so far."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from ssdo_gl.effects.decisions import Decided, Decision
+from ssdo_gl.planning.content import SceneContent, simplest_environment
+from ssdo_gl.planning.view import Sight
+from ssdo_gl.scene.environment import Environment
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.settings.settings import Settings
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+    from ssdo_gl.effects.effect import Effect
+
+PassSettings = TypeVar("PassSettings", bound="DataclassInstance")
+
+
+def overridden(settings: Settings, name: str, base: PassSettings) -> PassSettings:
+    """Return `base` with the values of ``--set NAME.FIELD=VALUE`` for the pass called `name`."""
+    prefix = f"{name}."
+    own = {
+        key.removeprefix(prefix): value
+        for key, value in settings.overrides.items()
+        if key.startswith(prefix)
+    }
+    return dataclasses.replace(base, **own)
+
+
+@dataclass(frozen=True)
+class Shortcut:
+    """A cheaper way to the same image, open only where the scene or the view allows it.
+
+    Attributes
+    ----------
+    name : str
+        What is spared, for the user.
+    reason : callable
+        Says for a `Request` why the shortcut may be taken, or returns None.
+    passes, instead : tuple of str
+        As in `Decision`.
+    """
+
+    name: str
+    reason: Callable[[Request], str | None]
+    passes: tuple[str, ...]
+    instead: tuple[str, ...] = ()
+
+
+class Request:
+    """The question that effects answer, one after the other.
+
+    Parameters
+    ----------
+    scene : Scene
+        At rest.
+    content : SceneContent
+    settings : Settings
+        With its radius filled in. ``effects="full"`` takes no notice of content and view.
+    wanted : sequence of str
+        Image names, or ``display``.
+    view : Sight or None
+        What is known of the view; without it, the view rules nothing out.
+    pass_settings : mapping of str to type
+        The settings classes of all passes, by pass name.
+
+    Attributes
+    ----------
+    asked : frozenset of str
+        Names of the effects that picture or images ask for.
+    running : list of Effect
+        Those that were decided to run, in the order of the registry.
+    kept_refinements : int or None
+        A later effect takes over which directions the first march finds blocked, refined
+        by so many bisections; None: nobody does.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        content: SceneContent,
+        settings: Settings,
+        wanted: Sequence[str],
+        view: Sight | None = None,
+        pass_settings: Mapping[str, type[Any]] | None = None,
+    ) -> None:
+        assert settings.radius is not None, "the renderer fills the radius in"
+        self.scene = scene
+        self.content = content
+        self.settings = settings
+        self.radius: float = settings.radius
+        self.wanted = tuple(wanted)
+        self.is_full = settings.effects == "full"
+        # Rays leave the view: what it does not show may matter to them.
+        self.view = None if self.is_full or settings.is_reference else view
+        self.pass_settings = pass_settings or {}
+        self.asked: frozenset[str] = frozenset()
+        self.kept_refinements: int | None = None
+        self.running: list[Effect] = []
+        self._shortcuts: dict[str, bool] = {}
+        self._rows: list[Decision] = []
+        self._is_decided = False
+
+    @property
+    def shows_picture(self) -> bool:
+        """Whether the picture itself is wanted, linear or tone-mapped."""
+        return bool({"beauty", "display"} & set(self.wanted))
+
+    @property
+    def is_view_empty(self) -> bool:
+        """Whether no surface is in view."""
+        return self.view is not None and self.view.is_empty
+
+    @property
+    def simplifies_environment(self) -> bool:
+        """Whether the simplest environment of the same light stands in; not before rays."""
+        return not (self.is_full or self.traces)
+
+    @property
+    def environment(self) -> Environment | None:
+        """The environment that passes are to see."""
+        environment = self.scene.environment
+        return simplest_environment(environment) if self.simplifies_environment else environment
+
+    @cached_property
+    def lights(self) -> tuple[bool, ...]:
+        """For each light of the scene, whether it can matter."""
+        lights = self.content.lights
+        if self.is_full:
+            return (True,) * len(lights)
+        reaches = self.view.reaches if self.view is not None else (True,) * len(lights)
+        return tuple(light.is_on and r for light, r in zip(lights, reaches, strict=True))
+
+    @cached_property
+    def shadow_maps(self) -> tuple[bool, ...]:
+        """For each light of the scene, whether it casts a shadow by a map that can be seen."""
+        lights = self.content.lights
+        possible = (True,) * len(lights) if self.view is None else self.view.shadows
+        return tuple(
+            light.shadow == "map" and chosen and (self.is_full or shadowed)
+            for light, chosen, shadowed in zip(lights, self.lights, possible, strict=True)
+        )
+
+    def has_light(self, *shadows: str) -> bool:
+        """Return whether any light that can matter has one of these kinds of shadow."""
+        pairs = zip(self.content.lights, self.lights, strict=True)
+        return any(chosen and light.shadow in shadows for light, chosen in pairs)
+
+    def with_overrides(self, name: str, base: PassSettings) -> PassSettings:
+        """Return `base` with the user's own values for the pass called `name`."""
+        return overridden(self.settings, name, base)
+
+    def override(self, name: str, default: Any) -> Any:
+        """Return the user's value of ``PASS.FIELD``, or `default`."""
+        return self.settings.overrides.get(name, default)
+
+    def decision(
+        self,
+        effect: str,
+        why: str,
+        skips: Sequence[tuple[bool, str]],
+        passes: tuple[str, ...] = (),
+    ) -> Decision:
+        """Return the decision on `effect`: skipped for the first true reason, else run.
+
+        With ``effects="full"`` it runs whatever the reasons say.
+        """
+        reason = None if self.is_full else next((text for holds, text in skips if holds), None)
+        return Decision(effect, reason is None, reason or why, passes)
+
+    def record(self, decision: Decision) -> None:
+        """Add a row to what the user is told."""
+        if decision not in self._rows:
+            self._rows.append(decision)
+
+    def runs(self, *names: str) -> bool:
+        """Return whether any of these effects was decided to run."""
+        return any(effect.name in names for effect in self.running)
+
+    @property
+    def traces(self) -> bool:
+        """Whether rays are traced: their tables hold the scene as it is."""
+        return self.settings.is_reference or any(effect.traces for effect in self.running)
+
+    @property
+    def looks_around(self) -> bool:
+        """Whether an effect runs that looks for blockers in the depth buffer."""
+        return any(effect.looks_around for effect in self.running)
+
+    @property
+    def anything_is_sent(self) -> bool:
+        """Whether any effect that runs gives surfaces something to send on."""
+        return any(effect.sends(self) for effect in self.running)
+
+    @property
+    def first_march(self) -> str | None:
+        """The pass that looks in all directions first, by whose settings it does so."""
+        found = (effect.marches(self) for effect in self.running)
+        return next((name for name in found if name is not None), None)
+
+    def takes(self, shortcut: Shortcut) -> bool:
+        """Return whether a shortcut is taken; asked for the first time, it is recorded.
+
+        Raises
+        ------
+        LookupError
+            Once all is decided, of a shortcut that no running effect declares: plans are
+            kept by what was decided.
+        """
+        known = self._shortcuts.get(shortcut.name)
+        if known is not None:
+            return known
+        if self._is_decided:
+            raise LookupError(f"no running effect declares the shortcut {shortcut.name!r}")
+        reason = None if self.is_full or self.settings.is_reference else shortcut.reason(self)
+        self._shortcuts[shortcut.name] = reason is not None
+        if reason is not None:
+            self.record(Decision(shortcut.name, False, reason, shortcut.passes, shortcut.instead))
+        return reason is not None
+
+    def decided(self) -> Decided:
+        """Return all that was decided; nothing is decided after that."""
+        self._is_decided = True
+        spares_lights = not (self.is_full or self.traces)
+        return Decided(
+            running=frozenset(effect.name for effect in self.running),
+            lights=self.lights if spares_lights else None,
+            shadow_maps=(
+                self.shadow_maps if not self.is_full and self.runs("shadow_map") else None
+            ),
+            simplifies_environment=self.simplifies_environment,
+            rows=tuple(self._rows),
+        )

@@ -1,0 +1,171 @@
+"""Depth as each light sees it, all maps in one atlas."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator, Mapping
+from typing import ClassVar
+
+import moderngl
+import numpy as np
+
+from ssdo_gl import math3d
+from ssdo_gl.effects.decisions import Decision
+from ssdo_gl.effects.effect import Effect, ReasonedPass
+from ssdo_gl.effects.request import Request
+from ssdo_gl.effects.shadow_settings import ShadowMapSettings, tile_size
+from ssdo_gl.gpu.draw_group import Features
+from ssdo_gl.gpu.instances import Eye
+from ssdo_gl.gpu.shader import Program
+from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.graph.depth_range import depth_uniforms, far_plane, wide_depth_range
+from ssdo_gl.graph.render_pass import PassContext, RenderPass
+from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.shadow_frames import (
+    FACE_FROM_LIGHT,
+    ShadowFrame,
+    atlas_layout,
+    shadow_frames,
+)
+
+# Texels around each face that show what lies beyond its edge, so that filtering there
+# needs no neighbour. A 2 x 2 footprint reaches one texel out, jitter half of one more.
+BORDER_TEXELS = 2
+# Nothing blocks: farther than any receiver, yet finite.
+EMPTY_DEPTH = 3.0e38
+# Geometry looks along -z, a face along its third axis.
+VIEW_FROM_FACE = np.diag([1.0, 1.0, -1.0])
+
+
+def border_scale(size: int) -> float:
+    """Return by how much a tile of `size` texels is wider than its face."""
+    return size / (size - 2 * BORDER_TEXELS)
+
+
+def parallel_projection(half_size: tuple[float, float], depth: float) -> FloatArray:
+    """Return the (4, 4) clip_from_view of parallel rays, depth 0 to `depth` along -z."""
+    matrix = np.diag([1.0 / half_size[0], 1.0 / half_size[1], -2.0 / depth, 1.0])
+    matrix[2, 3] = -1.0
+    return matrix
+
+
+class ShadowMapPass(RenderPass):
+    """Draws `shadow_atlas`: squares of one or more tiles for each face of each light's map.
+
+    The parts of a rectangle share a tile in equal squares.
+
+    A texel holds the linear depth
+    along the axis of its face, `EMPTY_DEPTH` where there is nothing. Lights whose body
+    is part of the scene do not see that body.
+    """
+
+    name = "shadow_map"
+    writes: Mapping[str, TextureSpec] = {"shadow_atlas": TextureSpec(1, "f4", own=True)}
+    depends_on = ("geometry", "lights")
+
+    def __init__(self, settings: ShadowMapSettings | None = None) -> None:
+        self.settings = settings or ShadowMapSettings()
+
+    def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
+        """Return the atlas as a new texture."""
+        lights = context.frame.scene.lights
+        parts_per_side = self.settings.parts_per_side
+        layout = atlas_layout(lights)
+        size = tile_size(self.settings, layout)
+        atlas = make_texture(context.gl, (layout.columns * size, layout.rows * size), 1, "f4")
+        target = make_framebuffer(context.gl, [atlas], depth=True)
+        before = context.gl.fbo
+        target.use()
+        target.clear(EMPTY_DEPTH, depth=1.0)
+        context.gl.enable_only(moderngl.DEPTH_TEST)
+        frames = shadow_frames(lights, context.geometry.bounds_along, parts_per_side)
+        for index, frame in enumerate(frames):
+            if frame is None:
+                continue
+            part_size = size * frame.span // frame.parts_per_side
+            for face, part in np.ndindex(frame.face_count, len(frame.parts)):
+                y, x = divmod(part, frame.parts_per_side)
+                corner = (
+                    (frame.tile[0] + face * frame.span) * size + x * part_size,
+                    frame.tile[1] * size + y * part_size,
+                )
+                # Rasterization is clipped to the viewport, so tiles stay apart.
+                target.viewport = (*corner, part_size, part_size)
+                origin = frame.origin_ws + frame.parts[part]
+                _draw_face(context, frame, origin, face, index, border_scale(part_size))
+        # A framebuffer that is released while bound makes the next one an OpenGL error.
+        if before is not None:
+            before.use()
+        if target.depth_attachment is not None:
+            target.depth_attachment.release()
+        target.release()
+        return {"shadow_atlas": atlas}
+
+
+def _draw_face(
+    context: PassContext,
+    frame: ShadowFrame,
+    origin_ws: FloatArray,
+    face: int,
+    light: int,
+    scale: float,
+) -> None:
+    rotation = VIEW_FROM_FACE @ FACE_FROM_LIGHT[face] @ frame.light_from_world
+    eye = Eye(origin_ws, rotation)
+    half_size = (frame.half_size[0] * scale, frame.half_size[1] * scale)
+    if frame.is_parallel:
+        clip_from_view = parallel_projection(half_size, frame.depth)
+        near, far = 1.0, 2.0
+    else:
+        near, far = context.geometry.near_far(eye, half_size, skip_light=light)
+        clip_from_view = math3d.perspective(half_size, near, far_plane(far))
+
+    def program_of(features: Features) -> Program:
+        defines = features.cutout_defines()
+        defines["IS_PARALLEL"] = int(frame.is_parallel)
+        defines["WIDE_DEPTH_RANGE"] = wide_depth_range(near, far)
+        return context.shaders.program(
+            "effects/shadow_map.vert", "effects/shadow_map.frag", defines
+        )
+
+    context.geometry.draw(
+        eye,
+        clip_from_view,
+        program_of,
+        depth_uniforms(near, far),
+        hide_backs=True,
+        skip_light=light,
+    )
+
+
+class ShadowMaps(Effect):
+    """The maps that direct light reads."""
+
+    name = "shadow_map"
+    settings: ClassVar[Mapping[str, type]] = {"shadow_map": ShadowMapSettings}
+
+    def is_asked(self, request: Request) -> bool:
+        """Return whether direct light runs and takes its shadows from maps."""
+        return request.runs("direct") and request.settings.chosen_shadows == "map"
+
+    def need(self, request: Request) -> Decision:
+        """Run where anything can stand between a light and what is in view."""
+        maps = request.shadow_maps
+        marked = sum(light.shadow == "map" for light in request.content.lights)
+        some = f"{sum(maps)} of {marked} lights cast a shadow that can be seen"
+        none_marked = not request.has_light("map"), "no light that matters is marked shadow = map"
+        nothing_between = not any(maps), "nothing can stand between a light and what is in view"
+        decision = request.decision(
+            "shadow maps",
+            "lights cast shadows" if sum(maps) == marked else some,
+            [none_marked, nothing_between],
+            ("shadow_map",),
+        )
+        # There is no map to be made even where nothing is skipped.
+        return decision if any(maps) else dataclasses.replace(decision, run=False)
+
+    def passes(self, request: Request) -> Iterator[ReasonedPass]:
+        """Yield the one pass."""
+        settings = request.with_overrides("shadow_map", ShadowMapSettings())
+        yield ShadowMapPass(settings), "lights cast shadows"

@@ -1,0 +1,214 @@
+"""One walk over the registry: what a frame runs, how its passes are wired, and why."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from ssdo_gl.effects import registry
+from ssdo_gl.effects.decisions import Decided, Decision
+from ssdo_gl.effects.effect import Effect, ImageSource, ReasonedPass, Term
+from ssdo_gl.effects.request import Request, Shortcut
+from ssdo_gl.graph.graph import compile_graph
+from ssdo_gl.graph.render_pass import RenderPass
+from ssdo_gl.passes.composite import Combine, CompositePass
+from ssdo_gl.passes.gbuffer import GBUFFER_IMAGES, GBufferPass
+from ssdo_gl.passes.radiance_aov import RadianceAovPass
+from ssdo_gl.passes.sender_radiance import SenderRadiancePass
+from ssdo_gl.passes.tone_map import ToneMapPass, ToneMapSettings
+
+
+@dataclass(frozen=True)
+class Pipeline:
+    """Passes for what was asked for.
+
+    Attributes
+    ----------
+    passes : tuple of RenderPass
+    outputs : dict of image name to ImageSource
+    decided : Decided
+    reasons : dict of pass name to why it runs
+    skipped : dict of pass name to why it is not needed
+    """
+
+    passes: tuple[RenderPass, ...]
+    outputs: dict[str, ImageSource]
+    decided: Decided
+    reasons: dict[str, str] = field(default_factory=dict)
+    skipped: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def resources(self) -> tuple[str, ...]:
+        """Resources that must be made, for the graph."""
+        named = (output.resource for output in self.outputs.values())
+        return tuple(dict.fromkeys(name for name in named if name is not None))
+
+
+def _reason_without_images(request: Request) -> str | None:
+    if not request.shows_picture or request.content.has_textures:
+        return None
+    return "no material has an image, so none is fetched"
+
+
+# The variants of the G-buffer's shader take care of it.
+NO_SURFACE_IMAGES = Shortcut("surface images", _reason_without_images, ())
+
+
+def decide(request: Request) -> Decided:
+    """Ask every effect whether it is needed, those that others rest on first."""
+    effects = registry.effects()
+    request.pass_settings = registry.pass_settings()
+    request.asked = _asked(request, effects)
+    for effect in effects:
+        if effect.is_asked(request):
+            decision = effect.need(request)
+            request.record(decision)
+            if decision.run:
+                request.running.append(effect)
+    for effect in request.running:
+        for shortcut in effect.shortcuts:
+            request.takes(shortcut)
+    request.takes(NO_SURFACE_IMAGES)
+    return request.decided()
+
+
+def _asked(request: Request, effects: Iterable[Effect]) -> frozenset[str]:
+    """Return the names of the effects that the picture, or an image, is made of."""
+    method, wanted = request.settings.method, set(request.wanted)
+
+    def is_shown(effect: Effect) -> bool:
+        own = {*(term.name for term in effect.terms), *effect.images}
+        return method in effect.methods | effect.shown_by and bool(own & wanted)
+
+    asked = [
+        effect
+        for effect in effects
+        if is_shown(effect) or (request.shows_picture and method in effect.methods)
+    ]
+    if any(effect.gathers_from_senders for effect in asked):
+        asked += [effect for effect in effects if effect.terms and method in effect.methods]
+    return frozenset(effect.name for effect in asked)
+
+
+def build(request: Request) -> Pipeline:
+    """Return the passes of a request that was decided."""
+    pipeline = _Builder(request).build()
+    if request.is_full:
+        return pipeline
+    full = dataclasses.replace(request.settings, effects="full")
+    everything = Request(request.scene, request.content, full, request.wanted)
+    decide(everything)
+    return dataclasses.replace(pipeline, skipped=_reasons_to_skip(pipeline, build(everything)))
+
+
+def _reasons_to_skip(pipeline: Pipeline, full: Pipeline) -> dict[str, str]:
+    """Return why the passes do not run that only the full pipeline has."""
+    has = {item.name for item in pipeline.passes}
+    order = compile_graph(full.passes, full.resources).order
+    rows = [row for row in pipeline.decided.rows if not row.run]
+    reasons: dict[str, str] = {}
+    for name in (item.name for item in order if item.name not in has):
+        spared = (row.reason for row in rows if name in row.passes)
+        reasons[name] = next(spared, "no effect that runs needs it")
+    return reasons
+
+
+# No visibility multiplies anything.
+NO_OCCLUSION: tuple[None, Combine] = (None, "ambient")
+
+
+class _Builder:
+    """Wires the passes of all running effects, and what adds up their terms."""
+
+    def __init__(self, request: Request) -> None:
+        self.request = request
+        self.passes: list[RenderPass] = []
+        self.reasons: dict[str, str] = {}
+        pictures = (effect.picture for effect in request.running)
+        self.picture = next((name for name in pictures if name is not None), "beauty")
+
+    def build(self) -> Pipeline:
+        self.add(GBufferPass(), "everything starts from what the camera sees")
+        for effect in self.request.running:
+            for reasoned in effect.passes(self.request):
+                self.add(*reasoned)
+        if any(effect.gathers_from_senders for effect in self.request.running):
+            self.add(*self._senders())
+        self._add_picture()
+        outputs = {name: self._output(name) for name in self.request.wanted}
+        decided = self.request.decided()
+        pipeline = Pipeline(tuple(self.passes), outputs, decided, self.reasons)
+        return pipeline if self.request.is_full else _without_unread_targets(pipeline)
+
+    def add(self, item: RenderPass, reason: str) -> None:
+        self.passes.append(item)
+        self.reasons[item.name] = reason
+
+    def _senders(self) -> ReasonedPass:
+        senders = [effect for effect in self.request.running if effect.sends(self.request)]
+        terms = [term for effect in senders for term in effect.terms]
+        return SenderRadiancePass(*_by_kind(terms)), "what each surface sends on"
+
+    def _add_picture(self) -> None:
+        """Add the sum of all terms, and the picture as a display shows it."""
+        request = self.request
+        shown = [e for e in request.running if request.settings.method in e.methods]
+        occlusions = (effect.occlusion(request) for effect in shown)
+        visibility, combine = next((found for found in occlusions if found), NO_OCCLUSION)
+        composite = CompositePass(
+            request.environment,
+            *_by_kind(term for effect in shown for term in effect.terms),
+            visibility=visibility,
+            combine=combine,
+        )
+        self.add(composite, "adds up the terms")
+        tone = ToneMapSettings(exposure=request.settings.exposure or 0.0)
+        display = ToneMapPass(request.with_overrides("tone_map", tone), self.picture)
+        self.add(display, "from radiance to the display")
+
+    def _output(self, name: str) -> ImageSource:
+        """Return where image `name` is read from, adding a pass if it needs one."""
+        if name == "display":
+            return ImageSource("display", 4)
+        if name == "beauty":
+            return ImageSource(self.picture, 4)
+        if name in GBUFFER_IMAGES:
+            return ImageSource(*GBUFFER_IMAGES[name])
+        for effect in self.request.running:
+            if name in effect.images and (found := effect.image(self.request, name)):
+                return found
+            for term in effect.terms:
+                if term.name == name:
+                    return self._output_of_term(term)
+        return ImageSource(None, 3)
+
+    def _output_of_term(self, term: Term) -> ImageSource:
+        if term.kind == "radiance":
+            return ImageSource(term.resource, 3)
+        resource = f"{term.name}_radiance"
+        aov = RadianceAovPass(term.resource, resource)
+        self.add(aov, f"the image {term.name} was asked for")
+        return ImageSource(resource, 3)
+
+
+def _by_kind(terms: Iterable[Term]) -> tuple[list[str], list[str]]:
+    """Return the resources that are irradiances, and those that are radiances."""
+    terms = list(terms)
+    return (
+        [term.resource for term in terms if term.kind == "irradiance"],
+        [term.resource for term in terms if term.kind == "radiance"],
+    )
+
+
+def _without_unread_targets(pipeline: Pipeline) -> Pipeline:
+    """Return `pipeline` with a G-buffer of what the passes that will run read of it."""
+    order = compile_graph(pipeline.passes, pipeline.resources).order
+    read = {resource for item in order for resource in item.reads} | set(pipeline.resources)
+    passes = tuple(
+        GBufferPass(read) if isinstance(item, GBufferPass) else item for item in pipeline.passes
+    )
+    return dataclasses.replace(pipeline, passes=passes)
+
+
+__all__ = ["Decided", "Decision", "Pipeline", "build", "decide"]

@@ -1,0 +1,377 @@
+"""Effects follow the scene's content; with --effects full they follow the request alone."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from ssdo_gl.effects.ambient import combine_of
+from ssdo_gl.effects.request import Request
+from ssdo_gl.planning.content import LightContent, SceneContent
+from ssdo_gl.planning.view import Sight
+from ssdo_gl.planning.walk import decide
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.environment import ConstantEnvironment, GradientEnvironment, MapEnvironment
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.settings import Settings
+
+LAMP, PANEL = LightContent("map"), LightContent("ssdo", is_rectangle=True)
+OFF = LightContent("map", is_on=False)
+RICH = SceneContent(
+    lights=(LAMP, PANEL),
+    environment="gradient",
+    environment_is_simplified=False,
+    has_albedo=True,
+    has_emission=True,
+    has_unlit_emission=False,
+    has_textures=False,
+    has_vertex_colors=False,
+    has_cutouts=False,
+    has_closed_meshes=True,
+    has_motion=False,
+    triangle_count=12,
+)
+NO_LIGHT = dataclasses.replace(
+    RICH, lights=(OFF, dataclasses.replace(PANEL, is_on=False)), environment="none"
+)
+# A view that rules nothing out.
+CROWDED = Sight(
+    is_empty=False,
+    open_distance=0.0,
+    only_solids=False,
+    nearest_pixel=1e-4,
+    farthest_pixel=1e-3,
+    slant=1.2,
+    reaches=(True, True),
+    shadows=(True, True),
+)
+RADIUS = 0.3
+SWITCHES = ("direct", "shadow_map", "directional", "bounce", "back_layer", "ssao", "reference_ao")
+ENVIRONMENTS = {
+    "none": None,
+    "constant": ConstantEnvironment((1.0, 1.0, 1.0)),
+    "gradient": GradientEnvironment((1.0, 1.0, 1.0), (0.5, 0.5, 0.5), (0.0, 0.0, 0.0)),
+    "map": MapEnvironment(np.eye(4, 8, dtype=np.float32)[:, :, None].repeat(3, axis=2)),
+}
+
+
+def request_of(content, wanted=("beauty",), sight=None, **settings):
+    environment = ENVIRONMENTS[content.environment]
+    scene = Scene((), (), (), Camera((0.0, 0.0, 1.0), (0.0, 0.0, 0.0)), (), environment)
+    chosen = Settings(**{"radius": RADIUS, **settings})
+    return Request(scene, content, chosen, wanted, sight)
+
+
+def decided_of(content, wanted=("beauty",), sight=None, **settings):
+    return decide(request_of(content, wanted, sight, **settings))
+
+
+def running(content, wanted=("beauty",), sight=None, **settings):
+    decided = decided_of(content, wanted, sight, **settings)
+    return {name for name in SWITCHES if decided.runs(name)}
+
+
+def content(**changes):
+    return dataclasses.replace(RICH, **changes)
+
+
+def sight(**changes):
+    return dataclasses.replace(CROWDED, **changes)
+
+
+def reasons(decided, effect):
+    return [row.reason for row in decided.rows if row.effect == effect and not row.run]
+
+
+def is_open(decided):
+    return decided.spares("blocked directions")
+
+
+def is_scalar(decided):
+    return decided.spares("light by direction")
+
+
+def shares_directions(decided):
+    return decided.spares("second march")
+
+
+EVERYTHING = {"direct", "shadow_map", "directional", "bounce", "back_layer"}
+
+
+def test_a_rich_scene_runs_everything():
+    assert running(RICH) == running(RICH, sight=CROWDED) == EVERYTHING
+
+
+@pytest.mark.parametrize(
+    ("method", "expected"),
+    [
+        ("direct", {"direct", "shadow_map"}),
+        ("ssao", {"direct", "shadow_map", "ssao"}),
+        ("ssdo", {"direct", "shadow_map", "directional", "back_layer"}),
+    ],
+)
+def test_a_method_runs_what_its_picture_needs(method, expected):
+    assert running(RICH, method=method) == expected
+
+
+def test_only_what_was_asked_for_runs():
+    assert running(RICH, wanted=("albedo", "depth")) == set()
+    assert running(RICH, wanted=("direct",)) == {"direct", "shadow_map"}
+    assert running(RICH, wanted=("directional",)) == {"directional", "back_layer"}
+    visible = running(RICH, wanted=("visibility",), method="direct")
+    assert visible == {"ssao", "back_layer"}
+
+
+@pytest.mark.parametrize(
+    ("changes", "missing"),
+    [
+        ({"lights": (LightContent("none"), PANEL)}, {"shadow_map"}),
+        ({"has_closed_meshes": False}, {"back_layer"}),
+        ({"has_albedo": False}, {"bounce"}),
+        ({"environment": "none", "lights": (LAMP,)}, {"directional"}),
+        ({"environment": "none", "lights": (LAMP, OFF)}, {"directional"}),
+        ({"lights": (PANEL,)}, {"direct", "shadow_map"}),
+        ({"lights": (OFF, PANEL)}, {"direct", "shadow_map"}),
+    ],
+)
+def test_what_a_scene_lacks_is_not_simulated(changes, missing):
+    assert running(RICH) - running(content(**changes)) == missing
+
+
+def test_a_scene_almost_without_an_effect_keeps_it():
+    assert "directional" in running(content(environment="none"))
+    assert "directional" in running(content(lights=(LAMP,)))
+    assert "bounce" in running(dataclasses.replace(NO_LIGHT, has_unlit_emission=True))
+    assert "shadow_map" in running(content(lights=(LightContent("none"), LAMP)))
+
+
+def test_an_unlit_scene_runs_nothing():
+    assert running(NO_LIGHT) == set()
+
+
+def test_full_takes_no_notice_of_content_and_view():
+    nothing = sight(is_empty=True, open_distance=math.inf, reaches=(False, False))
+    bare = dataclasses.replace(NO_LIGHT, has_albedo=False, has_emission=False)
+    full = decided_of(bare, sight=nothing, effects="full")
+    assert running(bare, sight=nothing, effects="full") == EVERYTHING
+    assert full.lights is None and full.shadow_maps is None and full.runs("emission")
+    assert not full.spares("hemisphere")
+    assert not (is_open(full) or is_scalar(full) or shares_directions(full))
+    assert not full.simplifies_environment
+
+
+def test_no_shadows_means_no_shadow_map():
+    assert running(RICH, method="direct", shadows="none") == {"direct"}
+    traced = decided_of(RICH, method="direct", shadows="traced")
+    assert traced.runs("traced_shadows") and not traced.runs("shadow_map")
+
+
+def test_lights_that_reach_nothing_are_left_out():
+    dark = decided_of(RICH, sight=sight(reaches=(False, True), shadows=(False, True)))
+    assert dark.lights == (False, True)
+    assert not dark.runs("direct") and not dark.runs("shadow_map") and dark.runs("directional")
+    assert reasons(dark, "direct light") == ["no light can reach anything in view"]
+    neither = decided_of(
+        content(environment="none"), sight=sight(reaches=(False, False), shadows=(False, False))
+    )
+    assert not (neither.runs("direct") or neither.runs("directional") or neither.runs("bounce"))
+    assert reasons(neither, "bounce") == ["nothing that can be seen is lit"]
+
+
+def test_a_light_that_nothing_shadows_needs_no_map():
+    two = content(lights=(LAMP, LAMP))
+    one = decided_of(two, sight=sight(shadows=(True, False)))
+    assert (
+        one.runs("shadow_map") and one.shadow_maps == (True, False) and one.lights == (True, True)
+    )
+    free = decided_of(two, sight=sight(shadows=(False, False)))
+    assert free.runs("direct") and not free.runs("shadow_map")
+    assert reasons(free, "shadow maps") == ["nothing can stand between a light and what is in view"]
+
+
+def test_an_empty_view_needs_nothing():
+    empty = sight(is_empty=True, reaches=(False, False), shadows=(False, False))
+    assert running(RICH, sight=empty) == set()
+    assert is_open(decided_of(RICH, ("visibility",), empty))
+
+
+ALONE, APART = sight(open_distance=math.inf), sight(open_distance=2.0, only_solids=True)
+
+
+@pytest.mark.parametrize("view", [ALONE, APART, sight(nearest_pixel=0.31)])
+def test_where_nothing_is_near_there_is_no_bounce_and_no_march(view):
+    sky = content(lights=(LAMP, LAMP))
+    effects = decided_of(sky, sight=view)
+    assert is_open(effects) and effects.runs("directional")
+    assert not effects.runs("bounce") and not effects.runs("back_layer")
+    assert len(reasons(effects, "blocked directions")) == 1
+
+
+@pytest.mark.parametrize(
+    ("view", "changes"),
+    [
+        # Rays of .3 end up to .3 (1 + 3 * 1.2) = 1.38 away, and two pixels more.
+        (sight(open_distance=1.381, only_solids=True), {}),
+        (sight(open_distance=2.0, only_solids=False), {}),
+        (APART, {"estimator": "rgs09"}),
+        (APART, {"radius": 0.5}),
+        (APART, {"radius": math.inf}),
+        (APART, {"overrides": {"directional.thickness": 9.0}}),
+        (APART, {"overrides": {"bounce.radius": 0.5}}),
+        (sight(nearest_pixel=0.2999), {}),
+        (sight(nearest_pixel=0.31), {"overrides": {"bounce.radius": 0.4}}),
+    ],
+)
+def test_where_something_is_almost_out_of_reach_everything_runs(view, changes):
+    effects = decided_of(content(lights=(LAMP, LAMP)), sight=view, **changes)
+    assert not is_open(effects) and effects.runs("bounce")
+
+
+def test_without_solids_sheets_may_be_far_apart():
+    sheets = content(has_closed_meshes=False)
+    assert is_open(decided_of(sheets, sight=sight(open_distance=2.0)))
+
+
+def test_the_estimator_without_a_radius_is_never_open():
+    view = sight(open_distance=math.inf)
+    assert not decided_of(RICH, ("visibility",), view, method="ssao", estimator="zbuffer").spares(
+        "blocked directions"
+    )
+    assert decided_of(RICH, ("visibility",), view, method="ssao", estimator="rgs09").spares(
+        "blocked directions"
+    )
+
+
+def test_marches_to_lights_know_no_smallest_radius():
+    assert not is_open(decided_of(RICH, sight=sight(nearest_pixel=0.31)))
+    far_light = sight(nearest_pixel=0.31, reaches=(True, False))
+    assert is_open(decided_of(RICH, sight=far_light))
+
+
+SKY = content(environment="constant", lights=(LAMP,))
+
+
+def test_a_constant_environment_needs_only_visibility():
+    assert is_scalar(decided_of(SKY))
+    assert not is_scalar(decided_of(content(environment="constant")))
+    assert decided_of(content(environment="constant", lights=(LAMP, OFF))).spares(
+        "light by direction"
+    )
+    assert not is_scalar(decided_of(content(lights=(LAMP,))))
+    assert not is_scalar(decided_of(SKY, estimator="rgs09"))
+    assert not decided_of(SKY, overrides={"directional.estimator": "rgs09"}).spares(
+        "light by direction"
+    )
+    assert not is_scalar(decided_of(SKY, effects="full"))
+
+
+def test_lights_alone_need_no_other_directions():
+    room = content(environment="none")
+    assert decided_of(room).spares("hemisphere")
+    assert not decided_of(room, ("beauty", "visibility")).spares("hemisphere")
+    assert not decided_of(RICH).spares("hemisphere")
+    assert not decided_of(room, estimator="rgs09").spares("hemisphere")
+
+
+def test_one_march_serves_two_passes():
+    assert shares_directions(decided_of(RICH))
+    assert shares_directions(decided_of(SKY))
+    assert not shares_directions(decided_of(RICH, method="ssdo"))
+    lamp = content(environment="none", lights=(LAMP,))
+    assert not shares_directions(decided_of(lamp))
+    assert shares_directions(decided_of(lamp, ("beauty", "visibility")))
+    # The window's lights have directions of their own.
+    assert not shares_directions(decided_of(content(environment="none")))
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"estimator": "rgs09"},
+        {"effects": "full"},
+        {"samples": 256},
+        {"steps": 2, "samples": 16},
+        {"size": (4097, 16)},
+        {"size": (16, 4097)},
+        {"overrides": {"bounce.radius": 0.1}},
+        {"overrides": {"directional.steps": 4}},
+        {"overrides": {"bounce.estimator": "rgs09", "directional.estimator": "rgs09"}},
+    ],
+)
+def test_marches_that_differ_are_not_shared(changes):
+    assert not shares_directions(decided_of(RICH, **changes))
+
+
+def test_the_same_override_on_both_sides_is_shared():
+    both = {"bounce.bias": 0.01, "directional.bias": 0.01, "bounce.strength": 2.0}
+    assert shares_directions(decided_of(RICH, overrides=both))
+
+
+def sends_emission(content, **settings):
+    request = request_of(content, **settings)
+    decide(request)
+    return any(e.sends(request) for e in request.running if e.name == "emission")
+
+
+def test_emission_is_read_only_where_something_emits():
+    assert decided_of(RICH).runs("emission") and not sends_emission(RICH)
+    assert not decided_of(content(has_emission=False)).runs("emission")
+    glowing = content(has_unlit_emission=True)
+    assert sends_emission(glowing) and sends_emission(RICH, effects="full")
+
+
+def test_references_take_no_notice_of_the_view():
+    empty = sight(is_empty=True, reaches=(False, False), shadows=(False, False))
+    effects = decided_of(RICH, sight=empty, method="reference-near")
+    assert effects.runs("traced_shadows") and effects.runs("reference_near")
+    assert effects.lights is None and not effects.simplifies_environment
+    assert not is_scalar(effects) and not shares_directions(effects)
+
+
+@pytest.mark.parametrize(
+    ("changes", "combine", "runs"),
+    [
+        ({}, "ambient", True),
+        ({"environment": "none"}, "ambient", False),
+        ({"environment": "none"}, "multiply", True),
+        ({"environment": "none", "lights": (OFF,)}, "multiply", False),
+        ({"lights": (OFF,)}, "multiply", True),
+        ({"lights": (OFF,)}, "report", False),
+        ({}, "report", True),
+    ],
+)
+def test_visibility_runs_where_there_is_something_to_multiply(changes, combine, runs):
+    assert ("ssao" in running(content(**changes), method="ssao", combine=combine)) == runs
+
+
+def test_the_report_adds_traced_visibility_as_light_of_its_own():
+    dark = content(lights=(OFF,))
+    assert "reference_ao" in running(dark, method="reference-ao", combine="report")
+
+
+def test_every_decision_has_a_reason_and_no_effect_is_decided_twice():
+    views = (None, CROWDED, ALONE, sight(is_empty=True))
+    for scene in (RICH, NO_LIGHT, SKY):
+        for view in views:
+            small = None if view is None else sight_for(view, scene)
+            rows = decided_of(scene, sight=small).rows
+            assert all(row.reason and row.effect for row in rows)
+            names = [row.effect for row in rows]
+            assert len(names) == len(set(names))
+
+
+def sight_for(view, scene):
+    count = len(scene.lights)
+    return dataclasses.replace(view, reaches=view.reaches[:count], shadows=view.shadows[:count])
+
+
+@pytest.mark.parametrize(
+    ("environment", "chosen", "expected"),
+    [("none", None, "multiply"), ("map", None, "ambient"), ("map", "report", "report")],
+)
+def test_what_visibility_multiplies(environment, chosen, expected):
+    changed = dataclasses.replace(RICH, environment=environment)
+    assert combine_of(request_of(changed, combine=chosen)) == expected
