@@ -51,7 +51,7 @@ def test_a_constant_depends_on_nothing():
 
 def test_without_emission_nothing_is_added(gl, shaders, frame, base):
     inputs = {**base, "emission": np.zeros((HEIGHT, WIDTH, 4)), "e": noise(1, 4)}
-    whole, lean = (CompositePass(None, direct="e", has_emission=n) for n in (True, False))
+    whole, lean = (CompositePass(None, ["e"], emitted) for emitted in (["emission"], []))
     assert "emission" not in lean.reads and whole.settings_key() != lean.settings_key()
     pictures = [
         run_pass(gl, shaders, item, frame, {n: inputs[n] for n in item.reads})["beauty"]
@@ -65,7 +65,9 @@ def test_senders_without_emission_of_their_own(gl, shaders, frame, base):
     lamps = noise(2, 4)
     lamps[..., 3] = 0.0  # delivered by lights
     inputs = {**base, "emission": lamps, "direct_irradiance": noise(3, 4)}
-    whole, lean = (SenderRadiancePass(has_directional=False, has_emission=n) for n in (True, False))
+    whole, lean = (
+        SenderRadiancePass(["direct_irradiance"], emitted) for emitted in (["emission"], [])
+    )
     assert "emission" not in lean.reads and whole.settings_key() != lean.settings_key()
     sent = [
         run_pass(gl, shaders, item, frame, {n: inputs[n] for n in item.reads})["sender_radiance"]

@@ -140,11 +140,8 @@ def test_the_panel_has_its_settings(glow):
 def test_lists_have_it_only_while_it_is_registered():
     with registered(Glow()):
         assert "glow" in term_names() and "glow" in image_names() and "glow" in pass_settings()
-        assert effects()[-1].name == "glow"
-        with (
-            pytest.raises(ValueError, match="there is an effect called 'glow'"),
-            registered(Glow()),
-        ):
+        assert [effect.name for effect in effects()].count("glow") == 1
+        with pytest.raises(ValueError, match="there is an effect called"), registered(Glow()):
             pass
     assert "glow" not in term_names() + image_names() and "glow" not in pass_settings()
     assert Settings(method="direct").checked()

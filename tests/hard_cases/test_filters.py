@@ -184,10 +184,8 @@ def test_texel_by_texel_passes_keep_faults_where_they_are(gl, shaders, record, p
     images |= {term: noise(4, seed=i) for i, term in enumerate((*TERMS, "albedo"))}
     frame = picture_frame(SIZE, 0.4)
     passes = {
-        "sender_radiance": SenderRadiancePass(),
-        "beauty": CompositePass(
-            None, direct="direct_irradiance", directional="directional_irradiance"
-        ),
+        "sender_radiance": SenderRadiancePass(TERMS[1:], TERMS[:1]),
+        "beauty": CompositePass(None, TERMS[1:], TERMS[:1]),
     }
     faulty = {key: image.copy() for key, image in images.items()}
     faulty[name][FAULT] = POISONS[poison]

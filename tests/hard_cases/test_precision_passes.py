@@ -161,12 +161,12 @@ def test_terms_are_added_up(gl, shaders, record, seed, light):
     images["emission"][..., 3] = 1.0
     emission, direct, directional, bounce = (images[term][..., :3] for term in TERMS)
     passes = (
-        (SenderRadiancePass(), emission + albedo[..., :3] / np.pi * (direct + directional)),
         (
-            CompositePass(
-                None, direct="direct_irradiance", directional="directional_irradiance",
-                bounce="bounce_irradiance",
-            ),
+            SenderRadiancePass(TERMS[1:3], TERMS[:1]),
+            emission + albedo[..., :3] / np.pi * (direct + directional),
+        ),
+        (
+            CompositePass(None, TERMS[1:], TERMS[:1]),
             emission + albedo[..., :3] / np.pi * (direct + directional + bounce),
         ),
     )  # fmt: skip
