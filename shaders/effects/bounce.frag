@@ -4,8 +4,12 @@
 // with the same directions that effects/directional.frag uses, so that V and 1 - V share out
 // the hemisphere and a white furnace comes out exact.
 //
-// Defines: ESTIMATOR 0 march, 1 rgs09; DIRECTION_COUNT, STEP_COUNT, HAS_BACK_LAYER;
+// Defines: DIRECTION_COUNT, STEP_COUNT, HAS_BACK_LAYER;
 // KEPT_TEXTURE_COUNT (see lib/kept_directions.glsl): another pass has marched already.
+#define GATHERS_SENDERS 1
+uniform float u_hidden_senders;  // march: share of the radiance sent from a hidden side
+uniform float u_distance_clamp;  // rgs09, relative to R
+
 #include "lib/estimator.glsl"
 #include "lib/finite.glsl"
 #define TAKES_DIRECTIONS 1
@@ -13,9 +17,7 @@
 
 uniform sampler2D t_sender_radiance;
 uniform float u_strength;
-uniform float u_hidden_senders;  // march: share of the radiance sent from a hidden side
 uniform float u_sender_bound;    // W sr^-1 m^-2, may be infinite
-uniform float u_distance_clamp;  // rgs09, relative to R
 
 layout(location = 0) out vec4 o_bounce;  // irradiance, then z for the filter
 
@@ -29,41 +31,6 @@ vec3 bounded_radiance(ivec2 texel)
     bool is_light = is_finite(radiance) && all(greaterThanEqual(radiance, vec3(0.0)));
     return is_light && largest > 0.0 ? radiance * factor : vec3(0.0);
 }
-
-#if ESTIMATOR == ESTIMATOR_RGS09
-// Section 3.2 of the paper: (1 - V) A_s cos(theta_s) cos(theta_r) / d^2 with the sender's
-// area A_s = pi r_max^2 / N: the base disk of the hemisphere, shared out evenly.
-//
-// Departure: the paper clamps d to 1 in world units, which makes the bounce scale as R^2
-// where R < 1; here d is clamped relative to R.
-vec3 sent(Receiver r, Tangent t, vec3 radiance, ivec2 texel)
-{
-    vec3 to_sender = gbuffer_position_vs(texel) - r.position_vs;
-    float d2 = dot(to_sender, to_sender);
-    // is_above has ruled out d = 0: Q lies off the tangent plane of P.
-    vec3 w = to_sender * inversesqrt(d2);
-    float cos_r = max(dot(r.normal_vs, w), 0.0);
-    // The sender's normal against the direction back to the receiver: positive where the
-    // lit side faces it. Senders that turn away contribute nothing.
-    float cos_s = max(dot(gbuffer_shading_normal_vs(texel), -w), 0.0);
-    float reach = finite_radius(t);
-    float d_min = u_distance_clamp * reach;
-    float area_over_d2 = PI * reach * reach / (float(DIRECTION_COUNT) * max(d2, d_min * d_min));
-    return radiance * (area_over_d2 * cos_s * cos_r);
-}
-#else
-// Each blocked direction stands for the solid angle it was drawn with, pi / N of the
-// cosine-weighted hemisphere: no area, no distance, no singularity, no scale.
-vec3 sent(Receiver r, vec3 radiance, ivec2 texel, float share)
-{
-    vec3 to_receiver = r.position_vs - gbuffer_position_vs(texel);
-    // What is seen of a surface is its front. If that turns away from the receiver, the
-    // ray met a side of the solid that the camera does not see. All that is known of what
-    // this side sends is that the other side of the same thing is near.
-    bool faces = dot(gbuffer_geometric_normal_vs(texel), to_receiver) > 0.0;
-    return radiance * (PI * share * (faces ? 1.0 : u_hidden_senders));
-}
-#endif
 
 void main()
 {
@@ -84,11 +51,7 @@ void main()
 #endif
             if (is_blocked(b)) {
                 vec3 radiance = bounded_radiance(b.texel);
-#if ESTIMATOR == ESTIMATOR_RGS09
-                irradiance += sent(r, t, radiance, b.texel);
-#else
-                irradiance += sent(r, radiance, b.texel, d.share);
-#endif
+                irradiance += estimator_sent(r, t, d, radiance, b.texel);
             }
         }
     }

@@ -3,13 +3,15 @@
 //   E(P) = integral of L_in(w) V_R(w) cos(theta) dw,
 // L_in = environment and the lights that arrive through SSDO.
 //
-// Defines: ESTIMATOR 0 march, 1 rgs09; DIRECTION_COUNT, STEP_COUNT, HAS_BACK_LAYER;
+// Defines: DIRECTION_COUNT, STEP_COUNT, HAS_BACK_LAYER; SUMS_OPEN_LIGHT 1 for the paper's
+// estimator, which adds up what arrives instead of correcting the exact light;
 // ENVIRONMENT_KIND (see lib/environment.glsl); SSDO_RECTANGLE_COUNT, SSDO_POINT_COUNT,
 // LIGHT_STEP_COUNT (depth reads towards each point, spot or directional light);
 // NEEDS_HEMISPHERE 0 if neither environment nor visibility are called for;
 // CONTROL_VARIATE 0 sum the open light (the paper), 1 correct it by the exact total as far
 // as the environment seems to be open, 2 subtract the blocked light from the exact total;
 // IS_OPEN (see lib/estimator.glsl); KEPT_TEXTURE_COUNT (see lib/kept_directions.glsl).
+#define GATHERS_SENDERS 0
 #include "lib/estimator.glsl"
 #define TAKES_DIRECTIONS 0
 #include "lib/kept_directions.glsl"
@@ -20,8 +22,7 @@ layout(location = 0) out vec4 o_directional;  // rgb irradiance, a visibility
 
 // The environment is sampled unless it is constant: then visibility says it all. The
 // paper's estimator samples it all the same.
-#define IS_PAPER (ESTIMATOR == ESTIMATOR_RGS09)
-#define SAMPLES_ENVIRONMENT (ENVIRONMENT_KIND > 1 || (ENVIRONMENT_KIND == 1 && IS_PAPER))
+#define SAMPLES_ENVIRONMENT (ENVIRONMENT_KIND > 1 || (ENVIRONMENT_KIND == 1 && SUMS_OPEN_LIGHT))
 
 // Where nothing blocks, the sampled light that corrects the exact one is what it corrects.
 const int HEMISPHERE_COUNT = IS_OPEN == 1 && CONTROL_VARIATE > 0 ? 0 : DIRECTION_COUNT;
@@ -43,7 +44,7 @@ void gather(inout Gathered g, Tangent t, Direction d, Blocker b)
     g.all += sky;
     g.open += is_blocked(b) ? vec3(0.0) : sky;
 #endif
-#if SSDO_RECTANGLE_COUNT > 0 && IS_PAPER
+#if SSDO_RECTANGLE_COUNT > 0 && SUMS_OPEN_LIGHT
     // A rectangle that stands nearer than what blocks the direction is seen all the same.
     for (int i = 0; i < SSDO_RECTANGLE_COUNT; ++i) {
         bool meets = distance_to_rectangle(i, t.position_vs, d.w_vs) < b.distance;
@@ -79,7 +80,7 @@ vec3 environment_arrived(Receiver r, Gathered g, float visibility)
 #endif
 }
 
-#if SSDO_RECTANGLE_COUNT > 0 && !IS_PAPER
+#if SSDO_RECTANGLE_COUNT > 0 && !SUMS_OPEN_LIGHT
 // Rectangles: the exact irradiance (Lambert's polygon) times the part of it that arrives.
 // Directions are aimed at points of the rectangle instead of drawn from the hemisphere,
 // of which it may fill little: with 2, 4, 8 of 8 steps, relative RMSE in a room lit
@@ -162,7 +163,7 @@ void main()
         visibility = max(1.0 - g.blocked, 0.0);
         irradiance = environment_arrived(r, g, visibility) + PI * g.rectangles;
 #endif
-#if SSDO_RECTANGLE_COUNT > 0 && !IS_PAPER
+#if SSDO_RECTANGLE_COUNT > 0 && !SUMS_OPEN_LIGHT
         for (int i = 0; i < SSDO_RECTANGLE_COUNT; ++i)
             irradiance += rectangle_arrived(r, t, i, r.first_point);
 #endif

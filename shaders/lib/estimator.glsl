@@ -2,14 +2,19 @@
 // The integral over the hemisphere of f(w) cos(theta) dw is estimated by
 // pi * sum_i share_i f(w_i).
 //
+// The pass chooses one of shaders/estimators/ (`#include <estimator>`). It defines
+//   FINDS_BLOCKERS: 1, or 0 if all it tells is visibility. If 1,
+//     vec3 estimator_direction(vec2 u): unit vector about +z for u in [0, 1)^2
+//     float estimator_share(vec3 local): of the cosine-weighted hemisphere
+//     Blocker estimator_blocker(Tangent t, Direction d, int steps, int refinements)
+//     vec3 estimator_sent(Receiver r, Tangent t, Direction d, vec3 radiance, ivec2 texel):
+//       irradiance from a blocker, if GATHERS_SENDERS, which the including file defines;
+//   if 0,
+//     float estimator_visibility(Receiver r, ivec2 centre).
+//
 // IS_OPEN: 1 if it is known beforehand that nothing in view blocks any direction within R.
 #include "lib/receiver.glsl"
 #include "lib/march.glsl"
-#include "lib/rgs09.glsl"
-
-#define ESTIMATOR_MARCH 0
-#define ESTIMATOR_RGS09 1
-#define ESTIMATOR_HEMISPHERE 2
 
 struct Direction {
     vec3 w_vs;       // unit length, above the tangent plane
@@ -17,37 +22,19 @@ struct Direction {
     float jitter;    // in [0, 1), for the distance
 };
 
+#include <estimator>
+
+#if FINDS_BLOCKERS
 Direction direction_of(Receiver r, int i)
 {
     vec3 u = sample_point(r, i);
-#if ESTIMATOR == ESTIMATOR_RGS09
-    // The paper: uniform directions, each with solid angle 2 pi / N.
-    vec3 local = uniform_hemisphere(u.xy);
-    float share = local.z * 2.0 / float(DIRECTION_COUNT);
-#else
-    vec3 local = cosine_hemisphere(u.xy);
-    float share = 1.0 / float(DIRECTION_COUNT);
-#endif
+    vec3 local = estimator_direction(u.xy);
     vec3 w = r.vs_from_tangent * local;
     // The facets of a smooth shape tilt away from its shading normals. A direction below
     // the facet is mirrored above it, as the ray-traced references do: no weight is lost,
     // and a convex shape stays open.
     w -= 2.0 * min(dot(w, r.geometric_vs), 0.0) * r.geometric_vs;
-    return Direction(w, share, u.z);
-}
-
-// Distances above FAR_REACH times z have no place in the picture; R may be infinite.
-float finite_radius(Tangent t)
-{
-    return min(u_radius, FAR_REACH * -t.position_vs.z);
-}
-
-// Over how far single points are spread: R, or what of the ray is in the frame where R
-// is without end. (Where it is not, points may well fall outside, as in the paper.)
-float point_reach(Tangent t, vec3 w)
-{
-    float radius = finite_radius(t);
-    return radius < u_radius ? distance_in_frame(t.position_vs, w) : radius;
+    return Direction(w, estimator_share(local), u.z);
 }
 
 // What blocks the direction within R.
@@ -55,14 +42,8 @@ Blocker blocker_of(Tangent t, Direction d)
 {
 #if IS_OPEN
     return NO_BLOCKER;
-#elif ESTIMATOR == ESTIMATOR_MARCH
-    return march(t, d.w_vs, u_radius, d.jitter, STEP_COUNT, REFINE_COUNT);
-#elif ESTIMATOR == ESTIMATOR_RGS09
-    return point_blocker(t, d.w_vs, point_reach(t, d.w_vs) * d.jitter, false);
 #else
-    // Distances R sqrt(u) instead of the paper's R u: a point near the receiver misses what
-    // stands farther out. From R / 20 to R / 2 away from a wall, u loses 18 to 73 % of its
-    // occlusion, sqrt(u) 6 to 56 % (closed forms A1, A4).
-    return point_blocker(t, d.w_vs, point_reach(t, d.w_vs) * sqrt(d.jitter), true);
+    return estimator_blocker(t, d, STEP_COUNT, REFINE_COUNT);
 #endif
 }
+#endif

@@ -15,6 +15,7 @@ from ssdo_gl import resources
 from ssdo_gl.scene.scene import Scene
 
 # Names are relative to the shader folder wherever they are written.
+_CHOSEN = re.compile(r"^\s*#\s*include\s+<(\w+)>", re.MULTILINE)
 _INCLUDED = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
 
 
@@ -95,4 +96,10 @@ def shader_fingerprint(prefixes: tuple[str, ...]) -> str:
         if name not in texts:
             texts[name] = root.joinpath(*name.split("/")).read_text(encoding="utf-8")
             waiting += _INCLUDED.findall(texts[name])
+            # One of several files that define the same, all in a folder named after it.
+            waiting += [
+                f"{choice}s/{item.name}"
+                for choice in _CHOSEN.findall(texts[name])
+                for item in root.joinpath(f"{choice}s").iterdir()
+            ]
     return fingerprint(texts)

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 
 from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ReasonedPass, Term
+from ssdo_gl.effects.estimators import ESTIMATORS
 from ssdo_gl.effects.near_field import (
     OPEN_DIRECTIONS,
     can_share_directions,
@@ -124,7 +125,11 @@ class BouncePass(RenderPass):
         assert context.target is not None
         draw_fullscreen(
             context.gl,
-            context.shaders.fullscreen("effects/bounce.frag", self._defines),
+            context.shaders.fullscreen(
+                "effects/bounce.frag",
+                self._defines,
+                ESTIMATORS[self.settings.estimator].choices,
+            ),
             context.target,
             uniforms(self.settings, context.frame, self._has_back_layer, self.sender_bound),
             {f"t_{name}": context.inputs[name] for name in self.reads},

@@ -180,7 +180,7 @@ class DirectionalPass(RenderPass):
         control = settings.control
         if control == "auto":
             control = "ratio" if environment == "map" else "subtract"
-        is_paper = settings.estimator == "rgs09"
+        is_paper = ESTIMATORS[settings.estimator].sums_open_light
         if is_paper:
             control = "none"
         self._has_back_layer = has_back_layer
@@ -195,6 +195,7 @@ class DirectionalPass(RenderPass):
             "ENVIRONMENT_KIND": ENVIRONMENT_NUMBERS[environment],
             "CONTROL_VARIATE": CONTROL_NUMBERS[control],
             "LIGHT_STEP_COUNT": settings.samples if is_paper else settings.light_steps,
+            "SUMS_OPEN_LIGHT": int(is_paper),
             "NEEDS_HEMISPHERE": int(needs_visibility or environment != "none" or is_paper),
         }
 
@@ -213,7 +214,11 @@ class DirectionalPass(RenderPass):
         }
         draw_fullscreen(
             context.gl,
-            context.shaders.fullscreen("effects/directional.frag", all_defines),
+            context.shaders.fullscreen(
+                "effects/directional.frag",
+                all_defines,
+                ESTIMATORS[self.settings.estimator].choices,
+            ),
             context.target,
             uniforms(self.settings, context.frame, self._has_back_layer),
             {f"t_{name}": context.inputs[name] for name in self.reads},

@@ -23,9 +23,7 @@ class Estimator:
     Attributes
     ----------
     name : str
-        As ``--estimator`` knows it.
-    number : int
-        As ``lib/estimator.glsl`` and ``effects/ssao.frag`` know it.
+        As ``--estimator`` knows it, and of its shader: ``estimators/<name>.glsl``.
     doc : str
         One line for the user.
     gives_light : bool
@@ -47,7 +45,6 @@ class Estimator:
     """
 
     name: str
-    number: int
     doc: str
     gives_light: bool = False
     takes_steps: bool = False
@@ -58,13 +55,17 @@ class Estimator:
     thickness_beside_backs: float = _THICKNESS_BESIDE_BACKS
     sums_open_light: bool = False
 
+    @property
+    def choices(self) -> Mapping[str, str]:
+        """What ``#include <estimator>`` stands for."""
+        return {"estimator": f"estimators/{self.name}.glsl"}
+
 
 ESTIMATORS: Mapping[str, Estimator] = {
     estimator.name: estimator
     for estimator in (
         Estimator(
             "march",
-            0,
             "several depth reads along each direction",
             gives_light=True,
             takes_steps=True,
@@ -73,20 +74,18 @@ ESTIMATORS: Mapping[str, Estimator] = {
         ),
         Estimator(
             "rgs09",
-            1,
             "the paper's single point in each direction",
             gives_light=True,
             sums_open_light=True,
         ),
         Estimator(
             "hemisphere",
-            2,
             "points of the normal's half-ball",
             stays_in_reach=True,
             thickness=_THICKNESS_OF_POINTS,
             thickness_beside_backs=_THICKNESS_OF_POINTS,
         ),
-        Estimator("zbuffer", 3, "a box in the image", has_radius=False),
+        Estimator("zbuffer", "a box in the image", has_radius=False),
     )
 }
 LIGHT_ESTIMATORS = tuple(e.name for e in ESTIMATORS.values() if e.gives_light)

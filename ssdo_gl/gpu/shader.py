@@ -23,6 +23,9 @@ from ssdo_gl.gpu.shader_source import (
 __all__ = ["Program", "ShaderError", "ShaderLibrary"]
 
 _NO_DEFINES: Mapping[str, int] = {}
+_NO_CHOICES: Mapping[str, str] = {}
+# Files of both stages, defines and choices, sorted.
+_Key = tuple[str, str, tuple[tuple[str, int], ...], tuple[tuple[str, str], ...]]
 _NO_TEXTURES: Mapping[str, moderngl.Texture] = {}
 # Matrices are square: the number of rows by GLSL type.
 _MATRIX_ROWS = {"mat2": 2, "mat3": 3, "mat4": 4}
@@ -167,13 +170,22 @@ class ShaderLibrary:
     def __init__(self, gl: moderngl.Context, root: Traversable | None = None) -> None:
         self._gl = gl
         self._root = resources.folder("shaders") if root is None else root
-        self._by_name: dict[tuple[str, str, tuple[tuple[str, int], ...]], Program] = {}
+        self._by_name: dict[_Key, Program] = {}
         self._by_content: dict[str, Program] = {}
 
     def program(
-        self, vertex: str, fragment: str, defines: Mapping[str, int] = _NO_DEFINES
+        self,
+        vertex: str,
+        fragment: str,
+        defines: Mapping[str, int] = _NO_DEFINES,
+        choices: Mapping[str, str] = _NO_CHOICES,
     ) -> Program:
         """Return the program of two files, e.g. ``"passes/gbuffer.vert", "passes/gbuffer.frag"``.
+
+        Parameters
+        ----------
+        choices : mapping of str to str
+            The file behind each ``#include <name>``.
 
         Raises
         ------
@@ -181,15 +193,25 @@ class ShaderLibrary:
             If a file is missing, does not compile, never mentions a define, or reads
             a varying that the other does not write.
         """
-        key = (vertex, fragment, tuple(sorted(defines.items())))
+        key = (
+            vertex,
+            fragment,
+            tuple(sorted(defines.items())),
+            tuple(sorted(choices.items())),
+        )
         if key not in self._by_name:
-            stages = self._flatten(vertex, fragment, defines)
+            stages = self._flatten(vertex, fragment, defines, choices)
             self._by_name[key] = Program(self._gl, *stages)
         return self._by_name[key]
 
-    def fullscreen(self, fragment: str, defines: Mapping[str, int] = _NO_DEFINES) -> Program:
+    def fullscreen(
+        self,
+        fragment: str,
+        defines: Mapping[str, int] = _NO_DEFINES,
+        choices: Mapping[str, str] = _NO_CHOICES,
+    ) -> Program:
         """Return the program of a fragment shader behind ``passes/fullscreen.vert``."""
-        return self.program("passes/fullscreen.vert", fragment, defines)
+        return self.program("passes/fullscreen.vert", fragment, defines, choices)
 
     def fullscreen_source(
         self, text: str, defines: Mapping[str, int] = _NO_DEFINES, name: str = "<test>"
@@ -209,9 +231,9 @@ class ShaderLibrary:
         A program that no longer compiles keeps its last good version.
         """
         faults: list[ShaderError] = []
-        for (vertex, fragment, defines), program in self._by_name.items():
+        for (vertex, fragment, defines, choices), program in self._by_name.items():
             try:
-                stages = self._flatten(vertex, fragment, dict(defines))
+                stages = self._flatten(vertex, fragment, dict(defines), dict(choices))
                 if _digest(*stages) != program.digest:
                     program._replace(*stages)
             except ShaderError as fault:
@@ -219,9 +241,16 @@ class ShaderLibrary:
         return faults
 
     def _flatten(
-        self, vertex: str, fragment: str, defines: Mapping[str, int]
+        self,
+        vertex: str,
+        fragment: str,
+        defines: Mapping[str, int],
+        choices: Mapping[str, str],
     ) -> tuple[FlatSource, FlatSource]:
-        stages = flatten(vertex, self._read, defines), flatten(fragment, self._read, defines)
+        stages = (
+            flatten(vertex, self._read, defines),
+            flatten(fragment, self._read, defines, choices),
+        )
         _check(*stages, defines)
         return stages
 

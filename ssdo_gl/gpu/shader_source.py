@@ -11,13 +11,13 @@ import difflib
 import operator
 import re
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 Reader = Callable[[str], str]
 
 _VERSION_LINE = "#version 330 core"
 _COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
-_INCLUDE = re.compile(r'^\s*#\s*include\b\s*(?:"([^"]*)")?\s*$')
+_INCLUDE = re.compile(r'^\s*#\s*include\b\s*(?:"([^"]*)"|<(\w+)>)?\s*$')
 _DIRECTIVE = re.compile(r"^\s*#\s*(\w+)\s*(.*)$")
 _DEFINED = re.compile(r"\bdefined\s*(?:\(\s*(\w+)\s*\)|(\w+))")
 _IDENTIFIER = re.compile(r"\b[A-Za-z_]\w*")
@@ -108,7 +108,15 @@ class FlatSource:
         return found
 
 
-def flatten(name: str, read: Reader, defines: Mapping[str, int] | None = None) -> FlatSource:
+_NO_CHOICES: Mapping[str, str] = {}
+
+
+def flatten(
+    name: str,
+    read: Reader,
+    defines: Mapping[str, int] | None = None,
+    choices: Mapping[str, str] = _NO_CHOICES,
+) -> FlatSource:
     """Return the shader `name` with its includes in place, each once, and `defines` set.
 
     Parameters
@@ -119,11 +127,14 @@ def flatten(name: str, read: Reader, defines: Mapping[str, int] | None = None) -
         Returns the text of a file; raises FileNotFoundError.
     defines : mapping of str to int
         Written right after ``#version``.
+    choices : mapping of str to str
+        The file behind each ``#include <name>``: one of several that define the same.
 
     Raises
     ------
     ShaderError
-        A file that is missing, ``#version 330 core`` missing or in the wrong place, an
+        A file that is missing, an include that nobody chose a file for, a
+        ``#version 330 core`` that is missing or in the wrong place, an
         include inside a conditional, or an undefined name in ``#if``.
     """
     lines = [_VERSION_LINE]
@@ -131,7 +142,7 @@ def flatten(name: str, read: Reader, defines: Mapping[str, int] | None = None) -
     for key, value in sorted((defines or {}).items()):
         lines.append(_define_line(key, value))
         positions.append((f"<define {key}>", 1))
-    _append(name, None, read, set(), lines, positions)
+    _Flattener(read, choices, lines, positions).append(name, None)
     text = "\n".join(lines) + "\n"
     flat = FlatSource(name, text, strip_comments(text), tuple(positions))
     _check_conditions(flat)
@@ -188,49 +199,62 @@ def _define_line(name: str, value: int) -> str:
     return f"#define {name} {number}" if number >= 0 else f"#define {name} ({number})"
 
 
-def _append(
-    name: str,
-    includer: str | None,
-    read: Reader,
-    seen: set[str],
-    lines: list[str],
-    positions: list[tuple[str, int]],
-) -> None:
-    """Append the lines of the file `name`, and first those of what it includes."""
-    seen.add(name)
-    try:
-        text = read(name)
-    except (FileNotFoundError, IsADirectoryError):
-        where = f"{includer}: cannot find the include" if includer else "cannot find the shader"
-        raise ShaderError(f'{where} "{name}"') from None
-    depth = 0
-    has_version = False
-    code = strip_comments(text).split("\n")
-    for number, (line, bare) in enumerate(zip(text.split("\n"), code, strict=True), start=1):
-        here = f"{name}:{number}"
-        directive = _DIRECTIVE.match(bare)
-        word = directive.group(1) if directive else ""
-        if word == "version":
-            is_first = not "".join(code[: number - 1]).strip()
-            _check_version(here, bare, includer, is_first)
-            has_version = True
-            line = ""  # It is already the first line of the flattened text.
-        depth += {"if": 1, "ifdef": 1, "ifndef": 1, "endif": -1}.get(word, 0)
-        if word == "include":
-            match = _INCLUDE.match(bare)
-            if not match or not match.group(1):
-                raise ShaderError(f'{here}: write #include "lib/name.glsl"')
-            if depth:
-                # Flattening cannot know which branch the driver takes, and include-once
-                # would then drop the file from the branch that needs it.
-                raise ShaderError(f"{here}: an #include inside #if is not allowed")
-            if match.group(1) not in seen:
-                _append(match.group(1), here, read, seen, lines, positions)
-            line = ""
-        lines.append(line.rstrip("\r"))
-        positions.append((name, number))
-    if includer is None and not has_version:
-        raise ShaderError(f"{name}:1: a shader starts with {_VERSION_LINE}")
+@dataclass
+class _Flattener:
+    """Appends files to `lines`, each once."""
+
+    read: Reader
+    choices: Mapping[str, str]
+    lines: list[str]
+    positions: list[tuple[str, int]]
+    seen: set[str] = field(default_factory=set)
+
+    def append(self, name: str, includer: str | None) -> None:
+        """Append the lines of the file `name`, and first those of what it includes."""
+        self.seen.add(name)
+        text = self._text(name, includer)
+        depth = 0
+        has_version = False
+        code = strip_comments(text).split("\n")
+        for number, (line, bare) in enumerate(zip(text.split("\n"), code, strict=True), start=1):
+            here = f"{name}:{number}"
+            directive = _DIRECTIVE.match(bare)
+            word = directive.group(1) if directive else ""
+            if word == "version":
+                is_first = not "".join(code[: number - 1]).strip()
+                _check_version(here, bare, includer, is_first)
+                has_version = True
+                line = ""  # It is already the first line of the flattened text.
+            depth += {"if": 1, "ifdef": 1, "ifndef": 1, "endif": -1}.get(word, 0)
+            if word == "include":
+                file = self._included(here, bare, depth)
+                if file not in self.seen:
+                    self.append(file, here)
+                line = ""
+            self.lines.append(line.rstrip("\r"))
+            self.positions.append((name, number))
+        if includer is None and not has_version:
+            raise ShaderError(f"{name}:1: a shader starts with {_VERSION_LINE}")
+
+    def _text(self, name: str, includer: str | None) -> str:
+        try:
+            return self.read(name)
+        except (FileNotFoundError, IsADirectoryError):
+            where = f"{includer}: cannot find the include" if includer else "cannot find the shader"
+            raise ShaderError(f'{where} "{name}"') from None
+
+    def _included(self, here: str, line: str, depth: int) -> str:
+        """Return the file that an include names, or that was chosen for it."""
+        match = _INCLUDE.match(line)
+        if not match or not (match[1] or match[2]):
+            raise ShaderError(f'{here}: write #include "lib/name.glsl"')
+        if depth:
+            # Flattening cannot know which branch the driver takes, and include-once
+            # would then drop the file from the branch that needs it.
+            raise ShaderError(f"{here}: an #include inside #if is not allowed")
+        if match[2] and match[2] not in self.choices:
+            raise ShaderError(f"{here}: no file was chosen for #include <{match[2]}>")
+        return match[1] or self.choices[match[2]]
 
 
 def _check_version(here: str, line: str, includer: str | None, is_first: bool) -> None:

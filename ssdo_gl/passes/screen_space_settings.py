@@ -106,7 +106,6 @@ def defines(
     return {
         "IS_OPEN": int(is_open),
         "KEPT_TEXTURE_COUNT": len(kept_names(settings)) if keeps_directions else 0,
-        "ESTIMATOR": ESTIMATORS[settings.estimator].number,
         "DIRECTION_COUNT": settings.direction_count,
         "STEP_COUNT": settings.step_count,
         "REFINE_COUNT": refine_count,

@@ -89,7 +89,9 @@ class SsaoPass(RenderPass):
         assert context.target is not None
         draw_fullscreen(
             context.gl,
-            context.shaders.fullscreen("effects/ssao.frag", self._defines),
+            context.shaders.fullscreen(
+                "effects/ssao.frag", self._defines, ESTIMATORS[self.settings.estimator].choices
+            ),
             context.target,
             uniforms(self.settings, context.frame, self._has_back_layer),
             {f"t_{name}": context.inputs[name] for name in self.reads},

@@ -57,11 +57,6 @@ def test_effects_that_look_around_have_an_estimator_to_choose():
         assert bool(classes) == effect.looks_around
 
 
-def test_estimators_have_numbers_of_their_own():
-    numbers = [estimator.number for estimator in ESTIMATORS.values()]
-    assert len(numbers) == len(set(numbers))
-
-
 @pytest.mark.parametrize("method", METHODS.values(), ids=lambda method: method.name)
 def test_methods_may_use_what_gives_what_they_estimate(method):
     chosen = [ESTIMATORS[name] for name in method.estimators]

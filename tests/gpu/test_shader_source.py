@@ -89,7 +89,23 @@ def test_missing_shader_is_named():
         flatten("b.frag", reader({}))
 
 
-@pytest.mark.parametrize("line", ["#include <x>", "#include lib/x.glsl", "#include", '#include ""'])
+def test_a_chosen_file_stands_behind_its_name():
+    files = {
+        "a.frag": HEAD + "#include <way>\nint b;\n",
+        "x.glsl": "int x;\n",
+        "y.glsl": "int y;\n",
+    }
+    for letter in "xy":
+        chosen = flatten("a.frag", reader(files), {}, {"way": f"{letter}.glsl"})
+        assert body(chosen) == [f"int {letter};", "int b;"]
+        assert where(chosen, f"int {letter}") == f"{letter}.glsl:1"
+    with pytest.raises(ShaderError, match=r"a\.frag:2: no file was chosen for #include <way>"):
+        flatten("a.frag", reader(files), {}, {"other": "x.glsl"})
+    with pytest.raises(ShaderError, match=r'a\.frag:2: cannot find the include "z.glsl"'):
+        flatten("a.frag", reader(files), {}, {"way": "z.glsl"})
+
+
+@pytest.mark.parametrize("line", ["#include <>", "#include lib/x.glsl", "#include", '#include ""'])
 def test_malformed_include_is_refused(line):
     with pytest.raises(ShaderError, match=r"a\.frag:2: write #include"):
         flat(HEAD + line + "\n")

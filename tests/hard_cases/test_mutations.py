@@ -235,7 +235,7 @@ MUTATIONS = {
             "lib/march.glsl": (
                 ("return ivec2(g.start_px", "return ivec2(sample_px = g.start_px"),
             ),
-            "lib/rgs09.glsl": (
+            "lib/point_samples.glsl": (
                 ("ivec2 texel = texel_of_uv(uv);",
                  "sample_px = uv * u_frame_size_px; ivec2 texel = texel_of_uv(uv);"),
             ),
@@ -250,7 +250,7 @@ MUTATIONS = {
         depth_is_coarse,
     ),
     "distance clamp removed": Mutation(
-        {"effects/bounce.frag": (("max(d2, d_min * d_min)", "d2"),)}, form_factor_is_unbounded
+        {"estimators/rgs09.glsl": (("max(d2, d_min * d_min)", "d2"),)}, form_factor_is_unbounded
     ),
     "min instead of select, senders": Mutation(
         {"effects/bounce.frag": (
@@ -276,11 +276,11 @@ MUTATIONS = {
         poison.filter_mixes_depths,
     ),
     "sender cosine of the wrong sign, march": Mutation(
-        {"effects/bounce.frag": (("to_receiver) > 0.0", "to_receiver) < 0.0"),)},
+        {"estimators/march.glsl": (("to_receiver) > 0.0", "to_receiver) < 0.0"),)},
         senders_face_wrongly_march,
     ),
     "sender cosine of the wrong sign, rgs09": Mutation(
-        {"effects/bounce.frag": (("max(dot(gbuffer_shading_normal_vs(texel), -w), 0.0)",
+        {"estimators/rgs09.glsl": (("max(dot(gbuffer_shading_normal_vs(texel), -w), 0.0)",
                           "max(dot(gbuffer_shading_normal_vs(texel), w), 0.0)"),)},
         senders_face_wrongly_rgs09,
     ),
@@ -328,7 +328,7 @@ MUTATIONS = {
         noise_swims,
     ),
     "blocked directions count twice": Mutation(
-        {"effects/bounce.frag": (("(PI * share *", "(2.0 * PI * share *"),)}, light_is_gained
+        {"estimators/march.glsl": (("(PI * d.share *", "(2.0 * PI * d.share *"),)}, light_is_gained
     ),
     "smooth normals decide what is above": Mutation(
         dict.fromkeys(

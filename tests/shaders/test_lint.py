@@ -16,6 +16,7 @@ from pathlib import Path
 import pytest
 
 from ssdo_gl import resources
+from ssdo_gl.effects.estimators import ESTIMATORS
 from ssdo_gl.gpu.shader_source import (
     FlatSource,
     ShaderError,
@@ -42,12 +43,26 @@ def read(name: str) -> str:
     return (ROOT / name).read_text(encoding="utf-8")
 
 
-@cache
-def unchecked(name: str) -> str:
+def choices_of(name: str) -> list[dict[str, str]]:
+    """Return the sets of files that may stand behind ``#include <estimator>`` in a shader."""
+    # Those of mere visibility cannot say what light a blocker sends.
+    needs_light = name in ("effects/bounce.frag", "effects/directional.frag")
+    able = [e for e in ESTIMATORS.values() if e.gives_light or not needs_light]
+    takes_one = '#include "lib/estimator.glsl"' in read(name)
+    return [dict(estimator.choices) for estimator in able] if takes_one else [{}]
+
+
+def unchecked(name: str, choices: dict[str, str] | None = None) -> str:
     """Return the code of a shader and all it includes, before defines are checked."""
+    chosen = choices_of(name)[0] if choices is None else choices
+    return _unchecked(name, tuple(chosen.items()))
+
+
+@cache
+def _unchecked(name: str, choices: tuple[tuple[str, str], ...]) -> str:
     # Any capitalised word counts as defined, so that flatten's own check stays silent.
     words = {word for file in FILES for word in _CAPITALS.findall(read(file))}
-    lines = flatten(name, read, dict.fromkeys(words, 1)).code.splitlines()
+    lines = flatten(name, read, dict.fromkeys(words, 1), dict(choices)).code.splitlines()
     return "\n".join(line for line in lines[1 + len(words) :])
 
 
@@ -92,9 +107,8 @@ def known_by(code: str, defines: dict[str, int]) -> dict[str, int]:
     return {name: value for name, value in defines.items() if re.search(rf"\b{name}\b", code)}
 
 
-def partner(fragment: str, defines: dict[str, int]) -> FlatSource:
+def partner(fragment: str, flat: FlatSource, defines: dict[str, int]) -> FlatSource:
     """Return the vertex shader that writes what `fragment` reads under `defines`."""
-    flat = flatten(fragment, read, defines)
     own = Path(fragment).with_suffix(".vert").as_posix()
     candidates = [own] if own in STAGES else ["passes/fullscreen.vert", *STAGES]
     faults = []
@@ -150,11 +164,12 @@ def validate(validator: str, folder: Path, *sources: FlatSource) -> str:
 
 @pytest.mark.parametrize("name", STAGES)
 def test_shader_is_valid_glsl_in_every_variant(name, validator, tmp_path):
-    for defines in variants(unchecked(name)):
-        sources = [flatten(name, read, defines)]
-        if name.endswith(".frag"):
-            sources.insert(0, partner(name, defines))
-        assert validate(validator, tmp_path, *sources) == "", f"{name} with {defines}"
+    for choices in choices_of(name):
+        for defines in variants(unchecked(name, choices)):
+            sources = [flatten(name, read, defines, choices)]
+            if name.endswith(".frag"):
+                sources.insert(0, partner(name, sources[0], defines))
+            assert validate(validator, tmp_path, *sources) == "", f"{name} with {defines}, {choices}"
 
 
 @pytest.mark.parametrize("name", [*STAGES, *LIBRARIES])
@@ -194,12 +209,17 @@ def test_programs_have_a_main_and_libraries_do_not():
 
 
 def test_every_library_is_used_by_a_program():
-    used = {file for name in STAGES for file, _ in flatten_all(name).positions}
+    used = {
+        file
+        for name in STAGES
+        for choices in choices_of(name)
+        for file, _ in flatten_all(name, choices).positions
+    }
     assert sorted(set(LIBRARIES) - used) == []
 
 
-def flatten_all(name: str) -> FlatSource:
-    return flatten(name, read, {**variants(unchecked(name))[0]})
+def flatten_all(name: str, choices: dict[str, str]) -> FlatSource:
+    return flatten(name, read, {**variants(unchecked(name, choices))[0]}, choices)
 
 
 # The lint itself must be able to fail.

@@ -1,9 +1,25 @@
 // The sample test of Ritschel, Grosch and Seidel 2009, "Approximating Dynamic Global
 // Illumination in Image Space": one point per direction, at a random distance.
+#include "lib/march.glsl"
 #include "lib/occlusion.glsl"
 
-// The surface that hides the point `distance` along w from the receiver. Section 3: the point is back-projected into the picture and counts as
-// occluded iff moving it onto the surface found there brings it towards the viewer.
+// Distances above FAR_REACH times z have no place in the picture; R may be infinite.
+float finite_radius(Tangent t)
+{
+    return min(u_radius, FAR_REACH * -t.position_vs.z);
+}
+
+// Over how far single points are spread: R, or what of the ray is in the frame where R
+// is without end. (Where it is not, points may well fall outside, as in the paper.)
+float point_reach(Tangent t, vec3 w)
+{
+    float radius = finite_radius(t);
+    return radius < u_radius ? distance_in_frame(t.position_vs, w) : radius;
+}
+
+// The surface that hides the point `distance` along w from the receiver. Section 3: the
+// point is back-projected into the picture and counts as occluded iff moving it onto the
+// surface found there brings it towards the viewer.
 //
 // Departures from the paper: the texel is snapped to its centre and must lie above the
 // tangent plane (see occlusion.glsl; as printed, the test shadows every tilted plane);
