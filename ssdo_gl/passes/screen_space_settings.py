@@ -12,9 +12,6 @@ from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.settings.fields import SettingError, setting
 
-# Numbers by which `shaders/lib/estimator.glsl` and `effects/ssao.frag` know the estimators.
-ESTIMATOR_NUMBERS = {"march": 0, "rgs09": 1, "hemisphere": 2, "zbuffer": 3}
-
 
 @dataclass(frozen=True)
 class ScreenSpaceSettings:

@@ -1,0 +1,97 @@
+"""The walk over the registry: what is wired to what, and why; no OpenGL needed."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+
+from ssdo_gl.effects.methods import METHODS
+from ssdo_gl.effects.registry import image_names
+from ssdo_gl.effects.request import Request, Shortcut
+from ssdo_gl.graph.graph import compile_graph
+from ssdo_gl.planning.content import analyse
+from ssdo_gl.planning.walk import build, decide
+from ssdo_gl.scene.load import load_scene
+from ssdo_gl.settings import Settings
+
+SCENE = load_scene("cornell_meso")
+
+
+def pipeline_of(wanted=("beauty",), scene=SCENE, **settings):
+    chosen = Settings(**{"radius": 0.3, **settings})
+    request = Request(scene, analyse(scene), chosen, wanted)
+    decide(request)
+    return build(request)
+
+
+def order_of(pipeline):
+    return [item.name for item in compile_graph(pipeline.passes, pipeline.resources).order]
+
+
+@pytest.mark.parametrize("scene", ["coloured_lights", "corner", "furnace", "courtyard"])
+@pytest.mark.parametrize("effects", ["auto", "full"])
+@pytest.mark.parametrize("method", METHODS)
+def test_every_method_is_wired_soundly(scene, effects, method):
+    """`compile_graph` refuses reads and outputs that nobody writes, and two writers."""
+    pipeline = pipeline_of(image_names(), load_scene(scene), method=method, effects=effects)
+    order = order_of(pipeline)
+    assert order[0] == "gbuffer"
+    assert set(order) <= set(pipeline.reasons)
+
+
+def test_passes_follow_what_they_read():
+    order = order_of(pipeline_of(("display",)))
+    assert order.index("direct") < order.index("sender_radiance") < order.index("bounce")
+    assert order.index("bounce_filter") < order.index("composite") < order.index("tone_map")
+
+
+def test_the_g_buffer_writes_what_is_read():
+    (depth_only,) = (p for p in pipeline_of(("depth",)).passes if p.name == "gbuffer")
+    assert set(depth_only.writes) == {"z_vs"}
+    (all_of_it,) = (
+        p for p in pipeline_of(("depth",), effects="full").passes if p.name == "gbuffer"
+    )
+    assert set(all_of_it.writes) == {"z_vs", "normals_vs", "albedo", "emission"}
+
+
+def test_images_that_no_running_effect_has_are_neutral():
+    outputs = pipeline_of(("bounce", "depth"), method="ssdo").outputs
+    assert outputs["bounce"].resource is None and outputs["bounce"].neutral == 0.0
+    assert outputs["depth"].resource == "z_vs"
+
+
+def test_the_path_tracer_is_the_picture_and_its_terms_are_not():
+    pipeline = pipeline_of(("beauty", "display", "direct"), method="reference-gi")
+    assert pipeline.outputs["beauty"].resource == "gi_radiance"
+    assert "composite" not in order_of(pipeline)
+    assert pipeline.outputs["direct"].resource == "direct_radiance"
+
+
+def test_skipped_passes_have_the_reason_of_the_decision_that_spared_them():
+    dark = dataclasses.replace(SCENE, lights=(), environment=None)
+    skipped = pipeline_of(scene=dark).skipped
+    assert skipped["direct"] == "the scene has no light that is on"
+    assert skipped["directional"].startswith("there is neither an environment nor")
+    assert not pipeline_of(scene=dark, effects="full").skipped
+
+
+def test_a_shortcut_that_nobody_declared_is_refused_once_all_is_decided():
+    request = Request(SCENE, analyse(SCENE), Settings(radius=0.3), ("beauty",))
+    early = Shortcut("early", lambda _: "why not", ())
+    assert request.takes(early)
+    decide(request)
+    assert request.takes(early), "what was settled before may be asked about again"
+    with pytest.raises(LookupError, match="'late'"):
+        request.takes(Shortcut("late", lambda _: "why not", ()))
+
+
+@pytest.mark.parametrize("method", ["bounce", "ssao", "reference-near"])
+def test_a_sky_of_one_colour_is_one_decision_whatever_casts_shadows(method):
+    """Tables of rays hold the sky as it is: what follows from its kind must ask the same."""
+    from ssdo_gl.scene.environment import GradientEnvironment
+
+    uniform = GradientEnvironment(*[(0.5, 0.5, 0.5)] * 3)
+    scene = dataclasses.replace(SCENE, environment=uniform)
+    for shadows in ("map", "traced", "none"):
+        order_of(pipeline_of(image_names(), scene, method=method, shadows=shadows))
