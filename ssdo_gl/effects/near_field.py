@@ -108,11 +108,11 @@ def _reason_to_be_open(request: Request) -> str | None:
     if radius < view.nearest_pixel * PIXEL_MARGIN and not looks_at_lights:
         return "the radius is smaller than a pixel everywhere in view"
     if view.open_distance == math.inf and all(e.has_radius for e in estimators):
-        return "what is in view is convex and stands alone"
+        return "what is in view is a box or a sheet that stands alone"
     # What hides a point in space is told by depth alone for the other estimators, however
     # far in front of it that is.
     if all(e.stays_in_reach for e in estimators) and _far_apart(request, radius, names):
-        return "what is in view is convex and farther apart than rays of this radius reach"
+        return "boxes and sheets in view are farther apart than rays of this radius reach"
     return None
 
 
@@ -133,7 +133,8 @@ def _far_apart(request: Request, radius: float, names: Iterable[str]) -> bool:
     return view.open_distance > reach
 
 
-# Nothing within R blocks any direction of any visible point.
+# Nothing within R blocks any direction of any visible point. A frame of a lone textured box
+# (a model made by others) takes .41 of the time.
 OPEN_DIRECTIONS = Shortcut(
     "blocked directions",
     _reason_to_be_open,

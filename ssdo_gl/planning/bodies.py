@@ -1,12 +1,11 @@
-"""The pieces that a scene is made of: boxes around them, and which of them are convex."""
+"""The pieces that a scene is made of: boxes around them, and which of them fill theirs."""
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import weakref
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,23 +20,19 @@ IntArray = NDArray[np.int64]
 # Heights above a plane below this fraction of a mesh's size are rounding: transforms in
 # float64 leave 1e-16 per operation, coordinates themselves 1e-16.
 ROUNDING = 1e-12
-# Convexity is proven by looking at every vertex from every face: a sphere of 4000
-# triangles takes 4 million looks, 2 ms once. What is larger counts as not convex.
-MOST_LOOKS = 10_000_000
-# The same for all meshes of a scene together, some 10 ms, and the most meshes that are
-# looked at, each a quarter of a millisecond however small. Of the rest nothing is said.
-MOST_LOOKS_PER_SCENE = 20_000_000
+# Meshes that are looked at, each a quarter of a millisecond; of the rest nothing is said.
 MOST_MESHES = 32
-MOST_FACES = 6_000
-# Nearly every mesh that is not convex fails on this many faces and vertices, spread
-# evenly over it, so that 300 000 triangles take no longer than a few thousand.
-FIRST_LOOK_FACES, FIRST_LOOK_VERTICES = 128, 256
+# Larger meshes fill no box: exporters write six faces in 8 to 36 vertices.
+MOST_BOX_TRIANGLES = 1000
+# Nearly every mesh that is not flat shows it in this many vertices, spread over it.
+FIRST_LOOK_VERTICES = 256
 # Of a flat mesh with more vertices than this, the corners of its box stand for them.
 MOST_OUTLINE_POINTS = 64
 
-# What can be said of a mesh: nothing, that it is a solid without any dent, or that all
-# of it lies in one plane.
-ANY, CONVEX_SOLID, FLAT = 0, 1, 2
+# What can be said of a mesh: nothing, that it is a solid that fills its bounding box (a
+# proof of convexity for other solids had no use in models made by others), or that all of
+# it lies in one plane.
+ANY, SOLID_BOX, FLAT = 0, 1, 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,22 +44,18 @@ class MeshForm:
     center, half_extent : ndarray, shape (3,)
         Of its bounds.
     form : int
-        `ANY`, `CONVEX_SOLID` or `FLAT`.
-    planes : ndarray, shape (F, 4)
-        Outward unit normals and offsets of the faces of a convex solid, each once; the
-        one plane of a flat mesh; else empty.
+        `ANY`, `SOLID_BOX` or `FLAT`.
+    normal : ndarray, shape (3,)
+        Of a flat mesh, unit length; else zero.
     outline : ndarray, shape (K, 3)
         Of a flat mesh: points whose convex hull holds it; else empty.
-    looks : int
-        How many times a vertex was looked at from a face to prove that.
     """
 
     center: FloatArray
     half_extent: FloatArray
     form: int
-    planes: FloatArray
-    outline: FloatArray
-    looks: int = 0
+    normal: FloatArray = field(default_factory=lambda: np.zeros(3))
+    outline: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
 
 
 _forms: weakref.WeakKeyDictionary[Mesh, MeshForm] = weakref.WeakKeyDictionary()
@@ -81,72 +72,54 @@ def _form_of(mesh: Mesh) -> MeshForm:
     low, high = mesh.positions.min(axis=0), mesh.positions.max(axis=0)
     center, half = 0.5 * (low + high), 0.5 * (high - low)
     tolerance = ROUNDING * float(np.linalg.norm(half) + np.abs(center).max())
-    unknown = MeshForm(center, half, ANY, np.empty((0, 4)), np.empty((0, 3)))
-    first = _spread(len(mesh.triangles), FIRST_LOOK_FACES)
-    planes = _planes(mesh, first)
-    vertices = mesh.positions[_spread(len(mesh.positions), FIRST_LOOK_VERTICES)]
-    heights = _heights(vertices, planes)
-    if np.abs(heights).max() <= tolerance:
-        if np.abs(_heights(mesh.positions, planes[:1])).max() > tolerance:
-            return unknown
+    normal = _largest_normal(mesh)
+    if _is_flat(mesh, normal, tolerance):
         few = len(mesh.positions) <= MOST_OUTLINE_POINTS
-        outline = mesh.positions if few else _corners(low, high)
-        return MeshForm(center, half, FLAT, planes[:1], outline)
-    if not mesh.closed or heights.max() > tolerance or len(mesh.triangles) > MOST_FACES:
-        return unknown
-    if len(first) < len(mesh.triangles):
-        planes = _planes(mesh, np.arange(len(mesh.triangles)))
-    planes = _distinct(planes, mesh.positions)
-    looks = len(planes) * len(mesh.positions)
-    if looks > MOST_LOOKS:
-        return unknown
-    if not _is_below(mesh.positions, planes, tolerance):
-        return dataclasses.replace(unknown, looks=looks)
-    return MeshForm(center, half, CONVEX_SOLID, planes, np.empty((0, 3)), looks)
+        return MeshForm(center, half, FLAT, normal, mesh.positions if few else _corners(low, high))
+    is_box = mesh.closed and _fills_box(mesh, low, high, tolerance)
+    return MeshForm(center, half, SOLID_BOX if is_box else ANY)
 
 
-def _is_below(points: FloatArray, planes: FloatArray, tolerance: float) -> bool:
-    """Return whether no point rises above any of the planes."""
-    columns = np.ascontiguousarray(points.T)
-    # Few faces at a time, and always into the same memory, keep the heights in the cache:
-    # 2 ms instead of 34 for a sphere of 4000 triangles.
-    heights = np.empty((64, len(points)))
-    for start in range(0, len(planes), len(heights)):
-        some = planes[start : start + len(heights)]
-        along = np.matmul(some[:, :3], columns, out=heights[: len(some)])
-        if (along.max(axis=1) + some[:, 3]).max() > tolerance:
+def _is_flat(mesh: Mesh, normal: FloatArray, tolerance: float) -> bool:
+    """Return whether all vertices lie in one plane."""
+    for step in (max(1, len(mesh.positions) // FIRST_LOOK_VERTICES), 1):
+        heights = mesh.positions[::step] @ normal
+        if not np.ptp(heights) <= 2.0 * tolerance:
             return False
     return True
 
 
-def _heights(points: FloatArray, planes: FloatArray) -> FloatArray:
-    return np.asarray(points @ planes[:, :3].T + planes[:, 3])
+def _fills_box(mesh: Mesh, low: FloatArray, high: FloatArray, tolerance: float) -> bool:
+    """Return whether a closed mesh is its bounding box, faces outward.
+
+    All triangles lie in faces of the box, and what they enclose has its volume: so none is
+    missing, none turned inside out, and nothing covered twice.
+    """
+    if len(mesh.triangles) > MOST_BOX_TRIANGLES:
+        return False
+    corners = mesh.positions[mesh.triangles]
+    at_low, at_high = (np.all(np.abs(corners - side) <= tolerance, axis=1) for side in (low, high))
+    if not np.all(np.any(at_low | at_high, axis=1)):
+        return False
+    a, b, c = (corners[:, i] - low for i in range(3))
+    volume = float(np.sum(a * np.cross(b, c)) / 6.0)
+    extent = float(np.prod(high - low))
+    # Rounding, times the triangles that are summed.
+    return abs(volume - extent) <= 1e-9 * extent
 
 
-def _distinct(planes: FloatArray, positions: FloatArray) -> FloatArray:
-    """Return each plane once: the two triangles of a rectangle share theirs."""
-    scale = float(np.abs(positions).max())
-    rounded = np.round(planes / [1.0, 1.0, 1.0, scale], 9)
-    return np.asarray(planes[np.unique(rounded, axis=0, return_index=True)[1]])
+def _largest_normal(mesh: Mesh) -> FloatArray:
+    """Return the unit normal of the largest of some triangles, spread over the mesh."""
+    chosen = mesh.triangles[:: max(1, len(mesh.triangles) // FIRST_LOOK_VERTICES)]
+    a, b, c = (mesh.positions[chosen[:, i]] for i in range(3))
+    # The longest edge as unit keeps tiny triangles from underflowing.
+    size = float(max(np.abs(b - a).max(), np.abs(c - a).max())) or 1.0
+    normals = np.cross((b - a) / size, (c - a) / size)
+    return unit(normals[np.argmax(np.einsum("ij,ij->i", normals, normals))])
 
 
 def _corners(low: FloatArray, high: FloatArray) -> FloatArray:
     return np.asarray(np.where(np.indices((2, 2, 2)).reshape(3, 8).T, high, low))
-
-
-def _spread(count: int, wanted: int) -> IntArray:
-    """Return up to `wanted` of the numbers below `count`, evenly spread."""
-    return np.unique(np.linspace(0, count - 1, min(count, wanted)).astype(np.int64))
-
-
-def _planes(mesh: Mesh, chosen: IntArray) -> FloatArray:
-    a, b, c = (mesh.positions[mesh.triangles[chosen, i]] for i in range(3))
-    edge_1, edge_2 = b - a, c - a
-    # The longest edge as unit keeps tiny triangles from underflowing.
-    size = np.maximum(np.abs(edge_1).max(axis=1), np.abs(edge_2).max(axis=1))[:, None]
-    normal = np.cross(edge_1 / size, edge_2 / size)
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    return np.concatenate([normal, -np.sum(normal * a, axis=1, keepdims=True)], axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +132,7 @@ class Bodies:
     half_edges : ndarray, shape (N, 3, 3)
         Rows are half the edges of the box around the body: a parallelepiped.
     form : ndarray, shape (N,), int64
-        `ANY`, `CONVEX_SOLID` or `FLAT`.
+        `ANY`, `SOLID_BOX` or `FLAT`.
     light : ndarray, shape (N,), int64
         The light whose visible body it is, or -1.
     mesh_forms : tuple of MeshForm
@@ -198,7 +171,7 @@ class Bodies:
         # The cofactor matrix carries normals even where a matrix has no inverse.
         linear = matrix[:3, :3]
         cofactor = np.stack([np.cross(linear[(i + 1) % 3], linear[(i + 2) % 3]) for i in range(3)])
-        normal = unit(cofactor @ self.mesh_forms[body].planes[0, :3])
+        normal = unit(cofactor @ self.mesh_forms[body].normal)
         point = linear @ points[0] + matrix[:3, 3]
         return np.append(normal, -float(normal @ point))
 
@@ -212,29 +185,21 @@ class Bodies:
         return np.asarray(np.abs(self.half_edges @ axes.T).sum(axis=1))
 
     def holds(self, body: int, point_ws: FloatArray) -> bool:
-        """Return whether a point lies in the convex solid `body`, or too close to tell."""
-        planes = self.mesh_forms[body].planes
-        matrix = self.world_from_object[body]
+        """Return whether a point lies in the solid box `body`, or too close to tell."""
+        form, matrix = self.mesh_forms[body], self.world_from_object[body]
         try:
             local = np.linalg.solve(matrix[:3, :3], point_ws - matrix[:3, 3])
         except np.linalg.LinAlgError:
             return True
-        half = float(np.linalg.norm(self.mesh_forms[body].half_extent))
         # A billionth of the size: far above rounding, far below what a picture shows.
-        return bool(np.max(planes[:, :3] @ local + planes[:, 3]) <= 1e-9 * half)
+        margin = 1e-9 * float(np.linalg.norm(form.half_extent))
+        return bool(np.all(np.abs(local - form.center) <= form.half_extent + margin))
 
 
 def _forms_of(meshes: Sequence[Mesh]) -> dict[int, MeshForm]:
     """Return the form of each mesh by its id: of as many as a scene has the time for."""
     each = {id(mesh): mesh for mesh in meshes}
-    forms: dict[int, MeshForm] = {}
-    looks = 0
-    for number in list(each)[:MOST_MESHES]:
-        mesh = each[number]
-        # What was found out before counts like the rest, or plans would depend on it.
-        if looks + _likely_looks(mesh) <= MOST_LOOKS_PER_SCENE:
-            forms[number] = form_of(mesh)
-            looks += forms[number].looks
+    forms = {number: form_of(each[number]) for number in list(each)[:MOST_MESHES]}
     rest = [number for number in each if number not in forms]
     if rest:
         counts = [len(each[number].positions) for number in rest]
@@ -242,16 +207,9 @@ def _forms_of(meshes: Sequence[Mesh]) -> dict[int, MeshForm]:
         positions = np.concatenate([each[number].positions for number in rest])
         low = np.minimum.reduceat(positions, starts, axis=0)
         high = np.maximum.reduceat(positions, starts, axis=0)
-        planes, outline = np.empty((0, 4)), np.empty((0, 3))
         for number, center, half in zip(rest, 0.5 * (low + high), 0.5 * (high - low), strict=True):
-            forms[number] = MeshForm(center, half, ANY, planes, outline)
+            forms[number] = MeshForm(center, half, ANY)
     return forms
-
-
-def _likely_looks(mesh: Mesh) -> int:
-    """Return how many looks it may take, at most, to find out the form of `mesh`."""
-    is_tried = mesh.closed and len(mesh.triangles) <= MOST_FACES
-    return min(len(mesh.triangles) * len(mesh.positions), MOST_LOOKS) if is_tried else 0
 
 
 def bodies_of(scene: Scene) -> Bodies:
@@ -289,4 +247,4 @@ def _kind(scene: Scene, number: int, form: MeshForm) -> int:
     """A solid with holes cut out of it shows its inside; a flat sheet has none."""
     material = scene.materials[scene.objects[number].material]
     cut_out = material.alpha_cutoff is not None
-    return ANY if cut_out and form.form == CONVEX_SOLID else form.form
+    return ANY if cut_out and form.form == SOLID_BOX else form.form

@@ -12,9 +12,9 @@ import numpy as np
 from ssdo_gl.math3d import FloatArray, normalized
 from ssdo_gl.planning.bodies import (
     ANY,
-    CONVEX_SOLID,
     FLAT,
     ROUNDING,
+    SOLID_BOX,
     Bodies,
     BoolArray,
     IntArray,
@@ -71,9 +71,9 @@ class Sight:
         No body is in view.
     open_distance : float
         Nothing in view stands above any visible tangent plane nearer than this, scene
-        units; inf for a single convex body, 0 where nothing can be said.
+        units; inf for a single box or sheet, 0 where nothing can be said.
     only_solids : bool
-        All bodies in view are convex solids.
+        All bodies in view are solid boxes.
     nearest_pixel, farthest_pixel : float
         Height of a pixel at the nearest and at the farthest depth in view, scene units.
     slant : float
@@ -137,7 +137,7 @@ def sight_of(bodies: Bodies, company: Company, eye: Eye) -> Sight:
     return Sight(
         is_empty=len(seen) == 0,
         open_distance=open_distance(bodies, company, eye.position_ws),
-        only_solids=bool(np.all(bodies.form[seen] == CONVEX_SOLID)),
+        only_solids=bool(np.all(bodies.form[seen] == SOLID_BOX)),
         nearest_pixel=pixel * eye.near,
         farthest_pixel=pixel * eye.far,
         slant=math.hypot(1.0, *eye.tan_half_fov),
@@ -186,13 +186,13 @@ def can_reach(light: Light, bodies: Bodies, seen: IntArray) -> bool:
 def open_distance(bodies: Bodies, company: Company, eye_ws: FloatArray) -> float:
     """Return how near to a visible surface anything above its tangent plane can be.
 
-    A convex solid seen from outside has nothing of its own above any visible tangent
+    A solid box seen from outside has nothing of its own above any visible tangent
     plane, nor has a flat sheet. So only other bodies count, and they are no nearer than
     the gap between the boxes; flat sheets in one plane do not count for each other.
     """
     if company.gap <= 0.0:
         return 0.0
-    solids = company.seen[bodies.form[company.seen] == CONVEX_SOLID]
+    solids = company.seen[bodies.form[company.seen] == SOLID_BOX]
     inside = any(bodies.holds(int(body), eye_ws) for body in solids)
     return 0.0 if inside else company.gap
 
