@@ -12,7 +12,6 @@
 #include "rays/emitters.glsl"
 #include "lib/random.glsl"
 
-uniform sampler2D t_albedo;
 uniform sampler2D t_emission;
 uniform int u_max_bounces;       // indirect bounces; with roulette, far beyond any path
 uniform int u_roulette_start;    // bounces before a path may end by chance
@@ -44,10 +43,11 @@ float sky_density(vec3 w)
 struct DirectSample {
     vec3 w;
     float reach;     // length of the shadow ray; negative: none is needed
-    vec3 arriving;   // times cos / pi, unless something blocks the ray
+    vec3 reflected;  // unless something blocks the ray
 };
 
-DirectSample sampled_light(RaySurface at, uint index, uint seed, uint dimension, bool is_first)
+DirectSample sampled_light(RaySurface at, Brdf brdf, uint index, uint seed, uint dimension,
+                           bool is_first)
 {
     vec2 choice = random_2d(index, seed, dimension, false);
     // The first shadow rays of neighbouring pixels stay together.
@@ -55,57 +55,65 @@ DirectSample sampled_light(RaySurface at, uint index, uint seed, uint dimension,
     EmitterGroup group = draw_emitter_group(choice.x);
     LightSample light = sample_group(group, choice, u, at.start);
     bool can_be_hit = light.density > 0.0 && group.shadow != EMITTER_UNSHADOWED;
-    float scattered = max(dot(light.w, at.normal), 0.0) * INV_PI;
+    float scattered = brdf_density(brdf, at.normal, at.w_out, light.w);
     float weight = can_be_hit ? balance(light.density * group.probability, scattered) : 1.0;
-    vec3 arriving = unblocked_irradiance(at, light) * (INV_PI * weight / max(group.probability, 1e-30));
-    arriving = is_dark(arriving) ? vec3(0.0) : arriving;
-    return DirectSample(light.w, needed_reach(group, light, arriving, RAY_FAR), arriving);
+    vec3 response = brdf_times_cosine(brdf, at.normal, at.w_out, light.w);
+    vec3 reflected = unblocked_light(at, light, response) * (weight / max(group.probability, 1e-30));
+    reflected = is_dark(reflected) ? vec3(0.0) : reflected;
+    return DirectSample(light.w, needed_reach(group, light, reflected, RAY_FAR), reflected);
 }
 
-vec3 traced_radiance(RaySurface first, vec3 first_albedo, uint seed)
+vec3 traced_radiance(RaySurface first, Brdf first_brdf, uint seed)
 {
     vec3 sum = vec3(0.0);
     RaySurface at = first;
-    vec3 weight = first_albedo;   // of what arrives at the vertex, its albedo included
+    Brdf brdf = first_brdf;
+    vec3 weight = vec3(1.0);   // of what leaves the vertex
+    float survival = 1.0;      // chance with which the path has come to it
     int path = 0;
     int bounce = 0;
-    bool goes_on = u_sample_count > 0 && !is_dark(first_albedo);
+    bool goes_on = u_sample_count > 0 && !is_dark(brdf_reflectance(first_brdf));
     while (goes_on) {
         uint index = u_first_sample + uint(path);
         uint dimension = DIMENSIONS_PER_VERTEX * uint(bounce);
         DirectSample direct = DirectSample(vec3(0.0, 0.0, 1.0), -1.0, vec3(0.0));
 #if HAS_EMITTERS
-        direct = sampled_light(at, index, seed, dimension, bounce == 0);
+        direct = sampled_light(at, brdf, index, seed, dimension, bounce == 0);
 #endif
         vec2 u = random_2d(index, seed, dimension + 2u, bounce == 0);
-        vec3 w = frame_from_z(at.normal) * cosine_hemisphere(u);
-        float scattered = dot(w, at.normal) * INV_PI;
+        BrdfSample scattered = brdf_sample(brdf, at.normal, at.w_out, u);
+        vec3 w = scattered.w_in;
+        vec3 onward = weight * scattered.weight / survival;   // of what arrives along w
         bool is_above = dot(w, at.geometric) > 0.0;
         bool is_blocked;
         BvhHit hit = bvh_blocked_and_nearest(
             at.start, direct.w, direct.reach, w, is_above ? RAY_FAR : -1.0, is_blocked);
         bool is_hit = hit.record >= 0;
-        sum += is_blocked ? vec3(0.0) : weight * direct.arriving;
+        sum += is_blocked ? vec3(0.0) : weight * direct.reflected / survival;
         if (is_above && !is_hit) {
-            sum += weight * environment_radiance(w) * balance(scattered, sky_density(w));
+            sum += onward * environment_radiance(w) * balance(scattered.density, sky_density(w));
         }
         if (is_hit) {
             Surface met = surface_at_hit(hit, at.start, w);
             float per_angle = hit.t * hit.t / max(met.area_cosine, 1e-20);
             float drawn = u_emitter_density * met.mean_emission * per_angle;
             bool counts = (met.flags & UNSHADOWED_BODY_FLAG) == 0u;
-            sum += counts ? weight * met.emission * balance(scattered, drawn) : vec3(0.0);
-            weight *= met.albedo;
+            sum += counts ? onward * met.emission * balance(scattered.density, drawn) : vec3(0.0);
             at = met.at;
+            brdf = met.brdf;
         }
         ++bounce;
-        float largest = max(weight.r, max(weight.g, weight.b));
-        float survival = bounce > u_roulette_start ? min(largest, MAX_SURVIVAL) : 1.0;
+        weight = onward;
+        vec3 worth = weight * brdf_reflectance(brdf);
+        float largest = max(worth.r, max(worth.g, worth.b));
+        survival = bounce > u_roulette_start ? min(largest, MAX_SURVIVAL) : 1.0;
         float chance = random_2d(index, seed, dimension + 3u, false).x;
         bool ends = !is_hit || bounce > u_max_bounces || !(largest > 0.0) || chance >= survival;
-        weight = ends ? first_albedo : weight / max(survival, 1e-30);
         if (ends) {
             at = first;
+            brdf = first_brdf;
+            weight = vec3(1.0);
+            survival = 1.0;
             bounce = 0;
             ++path;
         }
@@ -120,9 +128,8 @@ void main()
     float count = float(u_sample_count);
     if (gbuffer_z_vs(pixel) > 0.0) {
         RaySurface first = ray_surface_at(pixel);
-        vec3 albedo = texelFetch(t_albedo, pixel, 0).rgb;
         vec3 emission = texelFetch(t_emission, pixel, 0).rgb;
-        vec3 sum = traced_radiance(first, albedo, pixel_seed(pixel));
+        vec3 sum = traced_radiance(first, brdf_at(pixel), pixel_seed(pixel));
         o_sum = vec4(sum + emission * count, count);
     } else {
         vec3 ray_ws = u_ns_from_vs * normalize(view_ray_at(uv_of_texel(pixel)));

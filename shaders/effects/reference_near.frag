@@ -3,7 +3,7 @@
 // surfaces instead of the depth buffer.
 //   directional E = integral of L_in(w) V_R(w) cos
 //   bounce      E = integral of (1 - V_R(w)) L_out1(sender) cos
-//   L_out1 = emission that no light delivers + albedo / pi (E_direct + E_directional)
+//   L_out1 = emission that no light delivers + reflected E_direct + E_directional
 // L_in = environment and the lights marked ssdo, whose light arrives unless something
 // within R stands before them. Shadows of `direct` light at the sender have no limit.
 //
@@ -86,7 +86,7 @@ void main()
             if (hit.record >= 0) {
                 Surface sender = surface_at_hit(hit, receiver.start, w);
                 bool is_lamp = (sender.flags & LIGHT_BODY_FLAG) != 0u;
-                vec3 reflected = sender.albedo * INV_PI * sender_irradiance(sender.at, index, seed);
+                vec3 reflected = diffuse_radiance(sender.brdf, sender_irradiance(sender.at, index, seed));
                 bounce += PI * ((is_lamp ? vec3(0.0) : sender.emission) + reflected);
                 directional.a -= 1.0;
             } else {

@@ -1,9 +1,10 @@
 // The surface that a ray has hit, with what it takes to shade it.
+#include "lib/brdf.glsl"
 #include "rays/ray.glsl"
 
 struct Surface {
     RaySurface at;       // normals on the side that the ray came from
-    vec3 albedo;
+    Brdf brdf;
     vec3 emission;       // towards the ray
     float mean_emission; // of the material, both sides together, without its texture
     float area_cosine;   // between the ray and the triangle
@@ -23,6 +24,7 @@ Surface surface_at_hit(BvhHit hit, vec3 origin, vec3 w)
     s.at.geometric = is_front ? front : -front;
     // t is off by some roundings of its own length; the plane is not.
     vec3 p = origin + hit.t * w;
+    s.at.w_out = -w;
     s.at.position = p - front * dot(p - a, front);
     s.at.start = ray_start(s.at.position, s.at.geometric, w, RAY_OFFSET);
     s.at.normal = s.at.geometric;
@@ -44,7 +46,7 @@ Surface surface_at_hit(BvhHit hit, vec3 origin, vec3 w)
     bool is_smooth = (word & SMOOTH_FLAG) != 0u && size_2 > 1e-12;
     s.at.normal = is_smooth ? smoothed * inversesqrt(size_2) : s.at.geometric;
 #endif
-    s.albedo = albedo_of(word, corners, weights).rgb;
+    s.brdf = Brdf(albedo_of(word, corners, weights).rgb);
 #if RAY_TEXTURES
     vec4 place = material_texel(word, 3);
     vec3 texture_color = place.z != 0.0 ? atlas_color(place, interpolated_uv(corners, weights)).rgb : vec3(1.0);
@@ -52,7 +54,7 @@ Surface surface_at_hit(BvhHit hit, vec3 origin, vec3 w)
     const vec3 texture_color = vec3(1.0);
 #endif
 #else
-    s.albedo = material_texel(word, 0).rgb;
+    s.brdf = Brdf(material_texel(word, 0).rgb);
     const vec3 texture_color = vec3(1.0);
 #endif
     bool two_sided = emission.a > 0.5;

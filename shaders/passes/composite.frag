@@ -1,5 +1,5 @@
 #version 330 core
-// The picture: radiance + albedo / pi * irradiance, before a sky.
+// The picture: radiance and reflected irradiance, before a sky.
 //
 // Defines: see lib/terms.glsl for what is added;
 // COMBINE, what the visibility of an ambient-occlusion method multiplies:
@@ -8,12 +8,11 @@
 //   2 multiply: that and the direct light
 //   3 report: (visibility + 0.4) x direct, the INF584 report's empirical mix for SSAO
 //   4 report, ray-traced: direct + visibility / 2 (a grey, whatever the albedo)
-#include "lib/constants.glsl"
+#include "lib/brdf.glsl"
 #include "lib/gbuffer.glsl"
 #include "lib/environment.glsl"
 #include "lib/terms.glsl"
 
-uniform sampler2D t_albedo;
 #if COMBINE > 0
 uniform sampler2D t_visibility;
 #endif
@@ -46,6 +45,5 @@ void main()
 #elif COMBINE == 4
     radiance += 0.5 * visibility;
 #endif
-    vec3 albedo = texelFetch(t_albedo, texel, 0).rgb;
-    o_beauty = vec4(radiance + albedo * INV_PI * irradiance, 1.0);
+    o_beauty = vec4(radiance + diffuse_radiance(brdf_at(texel), irradiance), 1.0);
 }

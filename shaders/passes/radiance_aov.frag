@@ -1,8 +1,7 @@
 #version 330 core
-// What one irradiance contributes to the picture: albedo / pi * irradiance.
-#include "lib/constants.glsl"
+// What one irradiance contributes to the picture: the radiance that it is reflected as.
+#include "lib/brdf.glsl"
 
-uniform sampler2D t_albedo;
 uniform sampler2D t_irradiance;
 
 layout(location = 0) out vec4 o_radiance;
@@ -10,7 +9,7 @@ layout(location = 0) out vec4 o_radiance;
 void main()
 {
     ivec2 texel = ivec2(gl_FragCoord.xy);
-    vec4 albedo = texelFetch(t_albedo, texel, 0);
     vec3 irradiance = texelFetch(t_irradiance, texel, 0).rgb;
-    o_radiance = vec4(albedo.rgb * INV_PI * irradiance, albedo.a);
+    float coverage = texelFetch(t_albedo, texel, 0).a;
+    o_radiance = vec4(diffuse_radiance(brdf_at(texel), irradiance), coverage);
 }

@@ -278,13 +278,18 @@ float bounded_light(float light)
     return light > 0.0 ? (light < SAMPLE_MAX ? light : SAMPLE_MAX) : 0.0;
 }
 
-// Irradiance of a light sample before anything blocks it. Light from below the geometric
-// horizon does not count.
-vec3 unblocked_irradiance(RaySurface surface, LightSample light)
+// What a light sample brings before anything blocks it: its radiance times `response`.
+// Light from below the geometric horizon does not count.
+vec3 unblocked_light(RaySurface surface, LightSample light, vec3 response)
 {
     bool is_above = dot(light.w, surface.geometric) > 0.0;
-    vec3 arriving = light.radiance * (is_above ? max(dot(light.w, surface.normal), 0.0) : 0.0);
+    vec3 arriving = light.radiance * (is_above ? response : vec3(0.0));
     return vec3(bounded_light(arriving.r), bounded_light(arriving.g), bounded_light(arriving.b));
+}
+
+vec3 unblocked_irradiance(RaySurface surface, LightSample light)
+{
+    return unblocked_light(surface, light, vec3(max(dot(light.w, surface.normal), 0.0)));
 }
 
 bool is_dark(vec3 light)

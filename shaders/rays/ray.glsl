@@ -25,6 +25,7 @@ struct RaySurface {
     vec3 normal;      // shading normal, on the side of the geometric one
     vec3 geometric;   // of the triangle, on the side that the ray came from
     vec3 start;       // ns: of rays that leave it, a little off the surface
+    vec3 w_out;       // unit, back along the ray that found it
 };
 
 bool ray_is_blocked(RaySurface surface, vec3 w, float t_max)
@@ -61,6 +62,7 @@ RaySurface ray_surface_at(ivec2 texel)
     vec3 w = to_surface / max(distance, 1e-30);
     float reach = GBUFFER_ERROR * distance + RAY_OFFSET;
     RaySurface surface;
+    surface.w_out = -w;
     surface.normal = u_ns_from_vs * gbuffer_shading_normal_vs(texel);
     surface.geometric = u_ns_from_vs * gbuffer_geometric_normal_vs(texel);
     surface.position = u_eye_ns + to_surface;

@@ -30,6 +30,17 @@ def student_quantile(level: float, degrees: int) -> float:
     return z + g1 / degrees + g2 / degrees**2 + g3 / degrees**3
 
 
+def chi_square_quantile(level: float, degrees: int) -> float:
+    """Return the upper quantile of chi-square: it is exceeded with chance `level`.
+
+    Wilson and Hilferty's cube; from 100 degrees on and down to a level of 1e-4 within
+    0.1 %.
+    """
+    spread = 2.0 / (9.0 * degrees)
+    z = NormalDist().inv_cdf(1.0 - level)
+    return float(degrees * (1.0 - spread + z * spread**0.5) ** 3)
+
+
 def worst_deviation(
     runs: Array,
     truth: Array | float,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from oracle.monte_carlo import (
+    chi_square_quantile,
     sidak_level,
     student_quantile,
     two_sample_deviation,
@@ -19,6 +20,14 @@ from oracle.monte_carlo import (
 )
 def test_quantiles_are_those_of_the_tables(level: float, degrees: int, quantile: float) -> None:
     assert student_quantile(level, degrees) == pytest.approx(quantile, rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("level", "degrees", "quantile"),
+    [(0.05, 100, 124.342), (0.01, 100, 135.807), (0.001, 100, 149.449)],
+)
+def test_chi_square_quantiles_too(level: float, degrees: int, quantile: float) -> None:
+    assert chi_square_quantile(level, degrees) == pytest.approx(quantile, rel=1e-3)
 
 
 def test_sidak_levels_compound_to_the_significance() -> None:
