@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Hashable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from ssdo_gl.gpu.texture_pool import TexturePool
 from ssdo_gl.gpu.timer import Timer
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.graph import Plan
-from ssdo_gl.graph.render_pass import PassContext, ProgressCallback, RenderPass
+from ssdo_gl.graph.render_pass import (
+    PassContext,
+    ProgressCallback,
+    RenderPass,
+    TextureWithFacts,
+)
 
 if TYPE_CHECKING:
     import moderngl
@@ -49,6 +54,7 @@ class _Result:
     identity: int
     textures: dict[str, moderngl.Texture]
     borrowed: dict[str, moderngl.Texture]
+    facts: dict[str, object] = field(default_factory=dict)
 
 
 _Format = tuple[tuple[int, int], int, str]
@@ -127,6 +133,7 @@ class Executor:
         stale = self._stale(plan, identities)
         last_readers = plan.last_readers()
         textures: dict[str, moderngl.Texture] = {}
+        facts: dict[str, object] = {}
         timings = []
         for index, item in enumerate(plan.order):
             if item.name in stale:
@@ -142,6 +149,7 @@ class Executor:
                     inputs={name: textures[name] for name in item.reads},
                     target=target,
                     progress=progress,
+                    facts={name: facts[name] for name in item.reads if name in facts},
                 )
                 timer = self.timer if time_passes else None
                 timings.append(self._execute(item, result, context, timer))
@@ -152,6 +160,7 @@ class Executor:
                 timings.append(PassTiming(item.name, False, None, 0.0))
             if item.name in self._results:
                 textures.update(self._results[item.name].textures)
+                facts.update(self._results[item.name].facts)
             if item.name in stale:
                 self._lend_on(plan, index, last_readers)
         return timings
@@ -257,7 +266,12 @@ class Executor:
         else:
             own = item.execute(context)
         cpu_ms = (time.perf_counter() - start) * 1e3
-        result.textures.update(own or {})
+        result.facts.clear()
+        for name, made in (own or {}).items():
+            if isinstance(made, TextureWithFacts):
+                result.textures[name], result.facts[name] = made
+            else:
+                result.textures[name] = made
         missing = [name for name in item.writes if name not in result.textures]
         if missing:
             raise RuntimeError(f"pass {item.name!r} did not return {', '.join(missing)}")

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.resource import TextureSpec
@@ -20,6 +20,20 @@ if TYPE_CHECKING:
 
 # Called with (what is being done, steps done, steps in all) by long passes.
 ProgressCallback = Callable[[str, int, int], None]
+
+
+class TextureWithFacts(NamedTuple):
+    """An ``own`` texture, and what its readers need to know of it on the host.
+
+    Facts are kept with the texture and are as old as it is, so that nobody looks up
+    again what was known when it was made.
+    """
+
+    texture: moderngl.Texture
+    facts: object
+
+
+Produced = Mapping[str, "moderngl.Texture | TextureWithFacts"]
 
 
 @dataclass(frozen=True)
@@ -40,6 +54,8 @@ class PassContext:
         to zero; viewport set. None if the pass writes none.
     progress : ProgressCallback or None
         For passes of many draws.
+    facts : mapping of resource name to object
+        Of those ``inputs`` whose producer gave some.
     """
 
     gl: moderngl.Context
@@ -49,6 +65,7 @@ class PassContext:
     inputs: Mapping[str, moderngl.Texture]
     target: moderngl.Framebuffer | None
     progress: ProgressCallback | None = None
+    facts: Mapping[str, Any] = field(default_factory=dict)
 
 
 class RenderPass(ABC):
@@ -86,5 +103,5 @@ class RenderPass(ABC):
         return getattr(self, "settings", None)
 
     @abstractmethod
-    def execute(self, context: PassContext) -> Mapping[str, moderngl.Texture] | None:
+    def execute(self, context: PassContext) -> Produced | None:
         """Run; return the textures of ``own`` resources, newly made or kept."""

@@ -12,7 +12,7 @@ from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.graph.execute import Executor
 from ssdo_gl.graph.frame import Frame, FrameView
 from ssdo_gl.graph.graph import compile_graph
-from ssdo_gl.graph.render_pass import RenderPass
+from ssdo_gl.graph.render_pass import RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.material import Material
@@ -114,6 +114,40 @@ def test_a_pass_may_bring_its_own_texture(world):
     run([Paint("table", value=5.0, own=True)], ["table"], frame())
     assert executor.texture("table").size == (1, 1)
     assert read_texture(executor.texture("table")).item() == 5.0
+
+
+class Table(Paint):
+    """Makes a texture of its own and says its value to whoever reads it."""
+
+    def execute(self, context):
+        made = super().execute(context)
+        return {self.name: TextureWithFacts(made[self.name], ("value", self.value))}
+
+
+class Reader(Paint):
+    """Keeps the facts that it was given."""
+
+    def execute(self, context):
+        self.seen = dict(context.facts)
+        return super().execute(context)
+
+
+def test_facts_come_with_the_resource_and_are_as_old_as_it_is(world):
+    run, _ = world
+    table, other = Table("table", own=True), Table("other", own=True)
+    reader = Reader("a", reads=["table", "plain"], depends_on=["view"])
+    passes = [table, other, Paint("plain"), reader]
+    run(passes, ["a", "other"], frame(view=1))
+    assert reader.seen == {"table": ("value", 1.0)}, "of what it reads, nothing else"
+    run(passes, ["a", "other"], frame(view=2))
+    assert (table.runs, reader.runs) == (1, 2)
+    assert reader.seen == {"table": ("value", 1.0)}, "kept with the texture"
+    table.value = 2.0
+    run(passes, ["a", "other"], frame(view=2))
+    assert reader.seen == {"table": ("value", 2.0)}
+    silent = Paint("table", value=3.0, own=True)
+    run([silent, *passes[1:]], ["a", "other"], frame(view=2))
+    assert reader.seen == {}, "facts of a texture that is gone"
 
 
 def test_forget_makes_a_pass_run_again(world):
