@@ -11,7 +11,6 @@ from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ImageSource, ReasonedPass
 from ssdo_gl.effects.methods import REFERENCES
 from ssdo_gl.effects.request import Request
-from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.accumulate import Schedule, SumOutput, accumulate
@@ -21,7 +20,6 @@ from ssdo_gl.passes.ray_uniforms import (
     ray_defines,
     ray_reads,
     ray_uniforms,
-    table_uniforms,
 )
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.settings.fields import setting
@@ -42,11 +40,6 @@ class ReferenceAoSettings:
     max_error: float | None = setting(
         None, "stop below this standard error, relative to the mean", low=0.0
     )
-
-
-def uniforms(settings: ReferenceAoSettings, frame: Frame) -> dict[str, object]:
-    """Return the uniforms of ``effects/reference_ao.frag`` but those of textures and draws."""
-    return {**ray_uniforms(frame), "u_radius_ns": radius_ns(settings.radius, frame)}
 
 
 class ReferenceAoPass(RenderPass):
@@ -79,15 +72,12 @@ class ReferenceAoPass(RenderPass):
         """Trace all rays, draw after draw."""
         inputs = context.inputs
         program = context.shaders.fullscreen(
-            "effects/reference_ao.frag", ray_defines(context.gl, context.frame, self.features)
+            "effects/reference_ao.frag", ray_defines(context, self.features)
         )
         self.statistics = accumulate(
             context,
             program,
-            {
-                **uniforms(self.settings, context.frame),
-                **table_uniforms(inputs, context.frame.scene),
-            },
+            {**ray_uniforms(context), "u_radius_ns": radius_ns(self.settings.radius, context)},
             {f"t_{name}": inputs[name] for name in self.reads},
             [OUTPUT],
             Schedule(self.settings.spp, 1, MOST_PER_DRAW, self.settings.max_error),

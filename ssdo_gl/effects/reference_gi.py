@@ -9,7 +9,6 @@ from typing import Any, ClassVar
 from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ReasonedPass
 from ssdo_gl.effects.request import Request
-from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.accumulate import Schedule, SumOutput, accumulate
@@ -20,12 +19,11 @@ from ssdo_gl.passes.environment_uniforms import (
 )
 from ssdo_gl.passes.ray_uniforms import (
     EMITTER_TABLES,
+    emitters_of,
     ray_defines,
     ray_reads,
     ray_uniforms,
-    table_uniforms,
 )
-from ssdo_gl.raytracing.emitter_tables import cached_emitter_tables
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment import Environment
 from ssdo_gl.settings.fields import setting
@@ -59,12 +57,10 @@ class ReferenceGiSettings:
     )
 
 
-def uniforms(settings: ReferenceGiSettings, frame: Frame) -> dict[str, object]:
-    """Return the uniforms of ``effects/reference_gi.frag`` but those of textures and draws."""
+def uniforms(settings: ReferenceGiSettings) -> dict[str, object]:
+    """Return the uniforms that say how long the paths of ``effects/reference_gi.frag`` are."""
     limited = settings.bounces is not None
     return {
-        **ray_uniforms(frame),
-        **environment_uniforms(frame),
         "u_max_bounces": settings.bounces if limited else UNLIMITED_BOUNCES,
         # A fixed number of bounces is not shortened by chance.
         "u_roulette_start": UNLIMITED_BOUNCES if limited else settings.roulette_start,
@@ -117,17 +113,18 @@ class ReferenceGiPass(RenderPass):
     def execute(self, context: PassContext) -> None:
         """Trace all paths, draw after draw."""
         inputs, frame = context.inputs, context.frame
-        defines = ray_defines(context.gl, frame, self.features)
+        defines = ray_defines(context, self.features)
         defines["ENVIRONMENT_KIND"] = self.environment_kind
-        defines["HAS_EMITTERS"] = int(cached_emitter_tables(frame.scene).group_count > 0)
+        defines["HAS_EMITTERS"] = int(emitters_of(context).group_count > 0)
         bounces = self.settings.bounces
         rays_per_path = RAYS_PER_PATH if bounces is None else 2 * (bounces + 1)
         self.statistics = accumulate(
             context,
             context.shaders.fullscreen("effects/reference_gi.frag", defines),
             {
-                **uniforms(self.settings, frame),
-                **table_uniforms(inputs, frame.scene, emitters=True),
+                **ray_uniforms(context),
+                **environment_uniforms(frame),
+                **uniforms(self.settings),
             },
             {f"t_{name}": inputs[name] for name in self.reads},
             [OUTPUT],

@@ -10,7 +10,6 @@ from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ReasonedPass, Term
 from ssdo_gl.effects.methods import REFERENCES
 from ssdo_gl.effects.request import Request
-from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.accumulate import Schedule, SumOutput, accumulate
@@ -25,7 +24,6 @@ from ssdo_gl.passes.ray_uniforms import (
     ray_defines,
     ray_reads,
     ray_uniforms,
-    table_uniforms,
 )
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment import Environment
@@ -47,15 +45,6 @@ class ReferenceNearSettings:
     max_error: float | None = setting(
         None, "stop below this standard error, relative to the mean", low=0.0
     )
-
-
-def uniforms(settings: ReferenceNearSettings, frame: Frame) -> dict[str, object]:
-    """Return the uniforms of ``effects/reference_near.frag`` but those of textures and draws."""
-    return {
-        **ray_uniforms(frame),
-        **environment_uniforms(frame),
-        "u_radius_ns": radius_ns(settings.radius, frame),
-    }
 
 
 class ReferenceNearPass(RenderPass):
@@ -104,7 +93,7 @@ class ReferenceNearPass(RenderPass):
     def execute(self, context: PassContext) -> None:
         """Trace all rays, draw after draw."""
         inputs, frame = context.inputs, context.frame
-        defines = ray_defines(context.gl, frame, self.features)
+        defines = ray_defines(context, self.features)
         defines["ENVIRONMENT_KIND"] = self.environment_kind
         # A ray, where it hits one to each light and one to the sky, and those of the
         # lights that arrive through the receiver's own open directions.
@@ -113,8 +102,9 @@ class ReferenceNearPass(RenderPass):
             context,
             context.shaders.fullscreen("effects/reference_near.frag", defines),
             {
-                **uniforms(self.settings, frame),
-                **table_uniforms(inputs, frame.scene, emitters=True),
+                **ray_uniforms(context),
+                **environment_uniforms(frame),
+                "u_radius_ns": radius_ns(self.settings.radius, context),
             },
             {f"t_{name}": inputs[name] for name in self.reads},
             OUTPUTS,

@@ -11,7 +11,6 @@ from ssdo_gl.effects.effect import Effect, ReasonedPass, Term
 from ssdo_gl.effects.methods import ALL
 from ssdo_gl.effects.request import Request
 from ssdo_gl.effects.scene_lights import need_of_direct_light
-from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.accumulate import Schedule, SumOutput, accumulate
@@ -21,7 +20,6 @@ from ssdo_gl.passes.ray_uniforms import (
     ray_defines,
     ray_reads,
     ray_uniforms,
-    table_uniforms,
 )
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.settings.fields import setting
@@ -39,11 +37,6 @@ class TracedShadowsSettings:
     max_error: float | None = setting(
         None, "stop below this standard error, relative to the mean", low=0.0
     )
-
-
-def uniforms(frame: Frame) -> dict[str, object]:
-    """Return the uniforms of ``effects/traced_shadows.frag`` but those of textures and draws."""
-    return {**ray_uniforms(frame), **environment_uniforms(frame)}
 
 
 class TracedShadowsPass(RenderPass):
@@ -76,12 +69,12 @@ class TracedShadowsPass(RenderPass):
         """Trace all rays, draw after draw."""
         inputs, frame = context.inputs, context.frame
         # The environment is no light of `direct`: the shader needs none.
-        defines = {**ray_defines(context.gl, frame, self.features), "ENVIRONMENT_KIND": 0}
+        defines = {**ray_defines(context, self.features), "ENVIRONMENT_KIND": 0}
         settings = self.settings
         self.statistics = accumulate(
             context,
             context.shaders.fullscreen("effects/traced_shadows.frag", defines),
-            {**uniforms(frame), **table_uniforms(inputs, frame.scene, emitters=True)},
+            {**ray_uniforms(context), **environment_uniforms(frame)},
             {f"t_{name}": inputs[name] for name in self.reads},
             [OUTPUT],
             Schedule(

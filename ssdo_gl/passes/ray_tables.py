@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 
 from ssdo_gl.gpu.material_textures import GL_SRGB8_ALPHA8
 from ssdo_gl.gpu.texture import make_texture
-from ssdo_gl.graph.render_pass import PassContext, RenderPass
+from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.passes.ray_uniforms import folded
-from ssdo_gl.raytracing.bvh import cached_bvh
-from ssdo_gl.raytracing.emitter_tables import cached_emitter_tables, map_cells
+from ssdo_gl.passes.ray_uniforms import bvh_of, folded
+from ssdo_gl.raytracing.emitter_tables import emitter_tables, map_cells, map_mean_radiance
 from ssdo_gl.raytracing.surface_tables import (
     Atlas,
     RayFeatures,
@@ -34,6 +33,7 @@ class SurfaceTablesPass(RenderPass):
     """
 
     name = "surface_tables"
+    reads = ("bvh",)
     writes: Mapping[str, TextureSpec] = {
         "ray_surfaces": TextureSpec(4, "u4", own=True),
         "ray_materials": TextureSpec(4, "f4", own=True),
@@ -47,7 +47,7 @@ class SurfaceTablesPass(RenderPass):
         features = RayFeatures.of(scene)
         atlas = _atlas(gl, scene) if features.textures else None
         if features.needs_corners:
-            surfaces = folded(surface_table(cached_bvh(scene)))
+            surfaces = folded(surface_table(bvh_of(context)))
         else:
             surfaces = np.zeros((1, 1, 4), dtype=np.uint32)
         size = surfaces.shape[1], surfaces.shape[0]
@@ -81,9 +81,13 @@ def _upload_atlas(gl: moderngl.Context, atlas: Atlas | None) -> moderngl.Texture
 
 
 class EmitterTablesPass(RenderPass):
-    """Uploads `ray_emitters`, `ray_emitter_groups` and `ray_map_cells`."""
+    """Uploads `ray_emitters`, `ray_emitter_groups` and `ray_map_cells`.
+
+    The `EmitterTables` come with `ray_emitters`.
+    """
 
     name = "emitter_tables"
+    reads = ("bvh",)
     writes: Mapping[str, TextureSpec] = {
         "ray_emitters": TextureSpec(4, "f4", own=True),
         "ray_emitter_groups": TextureSpec(4, "f4", own=True),
@@ -91,18 +95,20 @@ class EmitterTablesPass(RenderPass):
     }
     depends_on = ("geometry", "lights", "environment")
 
-    def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
+    def execute(self, context: PassContext) -> Produced:
         """Return the tables as new textures."""
         gl, scene = context.gl, context.frame.scene
+        map_power = 0.0
         cells = np.ones((1, 1, 4), dtype=np.float32)
         if isinstance(scene.environment, MapEnvironment):
             image = radiance_image(scene.environment).astype(np.float32)
             cells = map_cells(image) if image[..., :3].any() else cells
-        tables = cached_emitter_tables(scene)
+            map_power = map_mean_radiance(image)
+        tables = emitter_tables(bvh_of(context), scene, map_power)
         # An entry takes two records: 128 entries to a row.
         entries = folded(tables.entries.reshape(-1, 16))
         return {
-            "ray_emitters": _table(gl, entries),
+            "ray_emitters": TextureWithFacts(_table(gl, entries), tables),
             "ray_emitter_groups": _table(gl, tables.groups),
             "ray_map_cells": _table(gl, cells),
         }

@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
-import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.graph.frame import Frame
-from ssdo_gl.raytracing.bvh import cached_bvh
-from ssdo_gl.raytracing.emitter_tables import cached_emitter_tables
+from ssdo_gl.graph.render_pass import PassContext
+from ssdo_gl.raytracing.bvh import Bvh
+from ssdo_gl.raytracing.emitter_tables import EmitterTables
 from ssdo_gl.raytracing.surface_tables import RayFeatures
-from ssdo_gl.raytracing.triangles import normalised_frame
-from ssdo_gl.scene.scene import Scene
 
 # Longer than any ray that starts within the scene's bounds: their diagonal is 2 in the
 # normalised frame (`RAY_FAR` of shaders/rays/ray.glsl).
@@ -53,11 +49,11 @@ def ray_reads(features: RayFeatures, *, shades: bool = False) -> tuple[str, ...]
     return ("bvh", *SHADING_TABLES) if shades or features.cutouts else ("bvh",)
 
 
-def ray_defines(gl: moderngl.Context, frame: Frame, features: RayFeatures) -> dict[str, int]:
+def ray_defines(context: PassContext, features: RayFeatures) -> dict[str, int]:
     """Return the defines of ``rays/bvh.glsl`` and what it includes."""
-    is_software = any(name in gl.info["GL_RENDERER"] for name in SOFTWARE_RENDERERS)
+    is_software = any(name in context.gl.info["GL_RENDERER"] for name in SOFTWARE_RENDERERS)
     return {
-        "BVH_LEVELS": cached_bvh(frame.scene).depth,
+        "BVH_LEVELS": bvh_of(context).depth,
         "BVH_STACK_IN_REGISTERS": int(is_software),
         "BVH_FUSES": int(not is_software),
         "RAY_SMOOTH_NORMALS": int(features.smooth_normals),
@@ -67,44 +63,44 @@ def ray_defines(gl: moderngl.Context, frame: Frame, features: RayFeatures) -> di
     }
 
 
-def table_uniforms(
-    inputs: Mapping[str, moderngl.Texture], scene: Scene, *, emitters: bool = False
-) -> dict[str, object]:
-    """Return the uniforms that say what is in the tables among `inputs`.
+def bvh_of(context: PassContext) -> Bvh:
+    """Return the hierarchy that the resource ``bvh`` holds."""
+    bvh: Bvh = context.facts["bvh"]
+    return bvh
 
-    Parameters
-    ----------
-    emitters : bool
-        For shaders that include ``rays/emitters.glsl``.
-    """
+
+def emitters_of(context: PassContext) -> EmitterTables:
+    """Return the tables that the resources of `EMITTER_TABLES` hold."""
+    tables: EmitterTables = context.facts["ray_emitters"]
+    return tables
+
+
+def ray_uniforms(context: PassContext) -> dict[str, object]:
+    """Return the uniforms of ``rays/ray.glsl``, and of ``rays/emitters.glsl`` where it is read."""
+    triangles, view = bvh_of(context).triangles, context.frame.view
     values: dict[str, object] = {
-        "u_bvh_root": cached_bvh(scene).records[0, :12].reshape(3, 4),
+        **view.uniforms(),
+        # From view space to the normalised frame.
+        "u_ns_from_vs": view.view_from_world.T,
+        "u_eye_ns": tuple((view.position_ws - triangles.centre) / triangles.half_diagonal),
+        "u_ns_per_unit": 1.0 / triangles.half_diagonal,
+        "u_bvh_root": bvh_of(context).records[0, :12].reshape(3, 4),
     }
     for name, uniform in TABLE_TEXELS.items():
-        if name in inputs:
-            values[uniform] = (1.0 / inputs[name].width, 1.0 / inputs[name].height)
-    if emitters:
-        tables = cached_emitter_tables(scene)
+        if name in context.inputs:
+            size = context.inputs[name].size
+            values[uniform] = (1.0 / size[0], 1.0 / size[1])
+    if "ray_emitters" in context.inputs:
+        tables = emitters_of(context)
         values["u_emitter_group_count"] = tables.group_count
         values["u_emitter_density"] = tables.density
     return values
 
 
-def ray_uniforms(frame: Frame) -> dict[str, object]:
-    """Return the uniforms of ``rays/ray.glsl``: from view space to the normalised frame."""
-    centre, half_diagonal = normalised_frame(frame.scene)
-    return {
-        **frame.view.uniforms(),
-        "u_ns_from_vs": frame.view.view_from_world.T,
-        "u_eye_ns": tuple((frame.view.position_ws - centre) / half_diagonal),
-        "u_ns_per_unit": 1.0 / half_diagonal,
-    }
-
-
-def radius_ns(radius: float, frame: Frame) -> float:
+def radius_ns(radius: float, context: PassContext) -> float:
     """Return a length in scene units, infinity included, in the normalised frame."""
-    _, half_diagonal = normalised_frame(frame.scene)
-    return min(radius / half_diagonal, FAR_NS) if math.isfinite(radius) else FAR_NS
+    unit = bvh_of(context).triangles.half_diagonal
+    return min(radius / unit, FAR_NS) if math.isfinite(radius) else FAR_NS
 
 
 def stream_of(seed: int, half: int) -> int:

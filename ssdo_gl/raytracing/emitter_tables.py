@@ -7,7 +7,6 @@ the exact light: every emissive triangle, where it is and as bright as it is.
 from __future__ import annotations
 
 import math
-from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -15,9 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray, normalized
-from ssdo_gl.raytracing.bvh import CACHE_SIZE, Bvh, cached_bvh, content_key
-from ssdo_gl.scene.environment import MapEnvironment
-from ssdo_gl.scene.environment_light import radiance_image
+from ssdo_gl.raytracing.bvh import Bvh
 from ssdo_gl.scene.light import DirectionalLight, Light, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.scene import Scene
 
@@ -97,26 +94,6 @@ def emitter_tables(bvh: Bvh, scene: Scene, map_power: float = 0.0) -> EmitterTab
         groups.append(_Group(row, np.ones(1), 4.0 * math.pi**2 * map_power, 1, False))
     groups = [group for group in groups if group.power > 0.0]
     return _assemble(groups)
-
-
-_cache: OrderedDict[tuple[bytes, int, int, int], tuple[Scene, EmitterTables]] = OrderedDict()
-
-
-def cached_emitter_tables(scene: Scene) -> EmitterTables:
-    """Return the tables of `scene`, made once as long as geometry and lights stay."""
-    # Lights, materials and sky are compared by identity: the scene is kept, so that no
-    # other can take their place in memory.
-    sky = scene.environment
-    key = (content_key(scene), id(scene.lights), id(scene.materials), id(sky))
-    if key not in _cache:
-        power = 0.0
-        if isinstance(sky, MapEnvironment):
-            power = map_mean_radiance(radiance_image(sky).astype(np.float32))
-        _cache[key] = scene, emitter_tables(cached_bvh(scene), scene, power)
-    _cache.move_to_end(key)
-    while len(_cache) > CACHE_SIZE:
-        _cache.popitem(last=False)
-    return _cache[key][1]
 
 
 def _assemble(groups: Sequence[_Group]) -> EmitterTables:
