@@ -14,8 +14,7 @@ const int BVH_ROW_SHIFT = 8;
 
 const uint SMOOTH_FLAG = 0x80000000u;
 const uint LIGHT_BODY_FLAG = 0x40000000u;       // its light is in the scene's lights
-const uint UNSHADOWED_BODY_FLAG = 0x20000000u;  // and passes through everything
-const uint MATERIAL_MASK = 0x1fffffffu;
+const uint MATERIAL_MASK = 0x3fffffffu;
 
 // Texture coordinates of a record's first texel. Sizes are powers of two, so centres are
 // exact, and a lookup by coordinates takes half the time of texelFetch on llvmpipe.
@@ -34,6 +33,12 @@ uvec4 record_texel(usampler2D table, vec2 texel_size, int record, int texel)
 vec4 material_texel(uint word, int texel)
 {
     return texelFetch(t_ray_materials, ivec2(texel, int(word & MATERIAL_MASK)), 0);
+}
+
+// Whether the triangle is the body of a light that passes through everything.
+bool is_unshadowed_body(uint word)
+{
+    return material_texel(word, 4).y > 0.5;
 }
 
 // What the corners of a triangle carry, words as in the table.

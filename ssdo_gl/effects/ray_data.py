@@ -8,7 +8,7 @@ from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ReasonedPass
 from ssdo_gl.effects.request import Request
 from ssdo_gl.passes.bvh_upload import BvhUploadPass
-from ssdo_gl.passes.ray_tables import EmitterTablesPass, SurfaceTablesPass
+from ssdo_gl.passes.ray_tables import EmitterTablesPass, MaterialTablePass, SurfaceTablesPass
 
 
 class RayData(Effect):
@@ -22,11 +22,12 @@ class RayData(Effect):
 
     def need(self, request: Request) -> Decision:
         """Run whenever rays are traced."""
-        passes = ("bvh_upload", "surface_tables", "emitter_tables")
+        passes = ("bvh_upload", "surface_tables", "material_table", "emitter_tables")
         return Decision("ray data", True, "rays are traced", passes)
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
-        """Yield the three uploads."""
+        """Yield the four uploads."""
         yield BvhUploadPass(), "the triangles, in a tree that rays descend"
-        yield SurfaceTablesPass(), "the materials of what rays hit"
+        yield SurfaceTablesPass(), "what rays hit, from corner to corner"
+        yield MaterialTablePass(), "the materials of what rays hit"
         yield EmitterTablesPass(), "the lights that rays are sent to"

@@ -27,7 +27,7 @@ from ssdo_gl.scene.scene import Scene
 
 
 class SurfaceTablesPass(RenderPass):
-    """Uploads `ray_surfaces`, `ray_materials` and `ray_atlas`.
+    """Uploads `ray_surfaces` and `ray_atlas`; `Atlas.places` come with the latter.
 
     Tables that no object of the scene needs are a single texel.
     """
@@ -36,12 +36,11 @@ class SurfaceTablesPass(RenderPass):
     reads = ("bvh",)
     writes: Mapping[str, TextureSpec] = {
         "ray_surfaces": TextureSpec(4, "u4", own=True),
-        "ray_materials": TextureSpec(4, "f4", own=True),
         "ray_atlas": TextureSpec(4, "nu1", own=True),
     }
     depends_on = ("geometry",)
 
-    def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
+    def execute(self, context: PassContext) -> Produced:
         """Return the tables as new textures."""
         gl, scene = context.gl, context.frame.scene
         features = RayFeatures.of(scene)
@@ -51,11 +50,9 @@ class SurfaceTablesPass(RenderPass):
         else:
             surfaces = np.zeros((1, 1, 4), dtype=np.uint32)
         size = surfaces.shape[1], surfaces.shape[0]
-        materials = material_table(scene.materials, atlas)
         return {
             "ray_surfaces": make_texture(gl, size, 4, "u4", surfaces),
-            "ray_materials": _table(gl, materials),
-            "ray_atlas": _upload_atlas(gl, atlas),
+            "ray_atlas": TextureWithFacts(_upload_atlas(gl, atlas), atlas.places if atlas else {}),
         }
 
 
@@ -78,6 +75,20 @@ def _upload_atlas(gl: moderngl.Context, atlas: Atlas | None) -> moderngl.Texture
     )
     texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
     return texture
+
+
+class MaterialTablePass(RenderPass):
+    """Uploads `ray_materials`, which also says which lights pass through everything."""
+
+    name = "material_table"
+    reads = ("ray_atlas",)
+    writes: Mapping[str, TextureSpec] = {"ray_materials": TextureSpec(4, "f4", own=True)}
+    depends_on = ("geometry", "lights")
+
+    def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
+        """Return the table as a new texture."""
+        rows = material_table(context.frame.scene, context.facts["ray_atlas"])
+        return {"ray_materials": _table(context.gl, rows)}
 
 
 class EmitterTablesPass(RenderPass):

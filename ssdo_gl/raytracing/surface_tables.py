@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,15 +11,14 @@ from numpy.typing import NDArray
 from ssdo_gl.images.color import linear_from_srgb
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.raytracing.bvh import Bvh
-from ssdo_gl.scene.material import Material, Texture
+from ssdo_gl.scene.material import Texture
 from ssdo_gl.scene.scene import Scene
 
 SURFACE_WORDS = 16
 MATERIAL_TEXELS = 5
-# Flags in the word that names a triangle's material.
+# Flags in the word that names a triangle's row of the material table.
 SMOOTH_FLAG = 1 << 31
 LIGHT_BODY_FLAG = 1 << 30
-UNSHADOWED_BODY_FLAG = 1 << 29
 # Steps of a 16-bit octahedral component: as lib/octahedral.glsl, which makes 0 exact.
 OCT_HALF_RANGE = 32767
 
@@ -92,19 +91,30 @@ def surface_table(bvh: Bvh) -> NDArray[np.uint32]:
 
 
 def material_words(bvh: Bvh, scene: Scene) -> NDArray[np.uint32]:
-    """Return the material index of both triangles of each primitive with flags, (P, 2)."""
+    """Return the row of `material_table` of both triangles of each primitive with flags, (P, 2).
+
+    They change with the geometry only: what a light does is up to the table.
+    """
     triangles = bvh.triangles
     if triangles.count == 0:
         return np.zeros((0, 2), dtype=np.uint32)
-    words = triangles.material.astype(np.uint32)
-    words |= np.where(triangles.smooth, SMOOTH_FLAG, 0).astype(np.uint32)
     is_body = triangles.light >= 0
-    words |= np.where(is_body, LIGHT_BODY_FLAG, 0).astype(np.uint32)
-    unshadowed = np.array([light.shadow == "none" for light in scene.lights] + [False])
-    words |= np.where(is_body & unshadowed[triangles.light], UNSHADOWED_BODY_FLAG, 0).astype(
-        np.uint32
+    rows = triangles.material.copy()
+    lamps = np.array(lamp_materials(scene), dtype=np.int64).reshape(-1, 2)
+    stride = len(scene.materials)
+    rows[is_body] = stride + np.searchsorted(
+        lamps[:, 0] * stride + lamps[:, 1],
+        triangles.light[is_body] * stride + triangles.material[is_body],
     )
+    words = rows.astype(np.uint32)
+    words |= np.where(triangles.smooth, SMOOTH_FLAG, 0).astype(np.uint32)
+    words |= np.where(is_body, LIGHT_BODY_FLAG, 0).astype(np.uint32)
     return words[np.maximum(bvh.primitive_triangles, 0)]
+
+
+def lamp_materials(scene: Scene) -> list[tuple[int, int]]:
+    """Return (light, material) of the bodies of lights, each pair once, in order."""
+    return sorted({(o.light, o.material) for o in scene.objects if o.light is not None})
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,20 +190,36 @@ def _halved(
     return pixels[:: 2 if pixels.shape[0] > 1 else 1, :: 2 if pixels.shape[1] > 1 else 1]
 
 
-def material_table(materials: Sequence[Material], atlas: Atlas | None) -> NDArray[np.float32]:
-    """Return a row of five texels for each material, (M, 5, 4).
+def material_table(
+    scene: Scene, places: Mapping[int, tuple[int, int, int, int]]
+) -> NDArray[np.float32]:
+    """Return a row of five texels for each material, then for each lamp, (M, 5, 4).
+
+    Lamps are those of `lamp_materials`.
 
     0: albedo, alpha factor. 1: emission, 1 if both sides emit. 2 and 3: x, y, width and
     height of albedo and emission texture in the atlas; width 0: none, negative: clamped
-    instead of repeated. 4: alpha cutoff, -1 if nothing is cut out.
+    instead of repeated. 4: alpha cutoff, -1 if nothing is cut out; 1 for the body of a
+    light without shadows, which passes through everything.
+
+    Parameters
+    ----------
+    scene : Scene
+    places : mapping
+        `Atlas.places` of the atlas with the textures; textures that are not in it are
+        left out.
     """
-    table = np.zeros((max(len(materials), 1), MATERIAL_TEXELS, 4), dtype=np.float32)
-    for row, material in zip(table, materials, strict=False):
+    lamps = lamp_materials(scene)
+    rows = [*scene.materials, *(scene.materials[material] for _, material in lamps)]
+    table = np.zeros((max(len(rows), 1), MATERIAL_TEXELS, 4), dtype=np.float32)
+    for row, material in zip(table, rows, strict=False):
         row[0] = *material.albedo, material.alpha
         row[1] = *material.emission, float(material.two_sided_emission)
         for texel, texture in ((2, material.albedo_texture), (3, material.emission_texture)):
-            if texture is not None and atlas is not None:
-                x, y, width, height = atlas.places[id(texture)]
+            if texture is not None and id(texture) in places:
+                x, y, width, height = places[id(texture)]
                 row[texel] = x, y, width * (-1 if texture.wrap == "clamp" else 1), height
         row[4, 0] = -1.0 if material.alpha_cutoff is None else material.alpha_cutoff
+    for row, (light, _) in zip(table[len(scene.materials) :], lamps, strict=False):
+        row[4, 1] = float(scene.lights[light].shadow == "none")
     return table

@@ -20,7 +20,7 @@ from ssdo_gl.graph.render_pass import ProgressCallback, RenderPass
 from ssdo_gl.passes.bvh_upload import BvhUploadPass
 from ssdo_gl.passes.environment_uniforms import environment_kind
 from ssdo_gl.passes.gbuffer import GBufferPass
-from ssdo_gl.passes.ray_tables import EmitterTablesPass, SurfaceTablesPass
+from ssdo_gl.passes.ray_tables import EmitterTablesPass, MaterialTablePass, SurfaceTablesPass
 from ssdo_gl.scene.scene import Scene
 
 Images = dict[str, NDArray[np.float32]]
@@ -60,7 +60,8 @@ class Tracer:
     ) -> Images:
         """Run `item` and return what it writes and `outputs`, top row first."""
         names = (*item.writes, *outputs)
-        tables = [GBufferPass(), BvhUploadPass(), SurfaceTablesPass(), EmitterTablesPass()]
+        tables = [GBufferPass(), BvhUploadPass(), SurfaceTablesPass(), MaterialTablePass()]
+        tables.append(EmitterTablesPass())
         if environment_kind(self.scene.environment) == 3:
             tables.append(EnvironmentPass())
         plan = compile_graph([*tables, item], names)

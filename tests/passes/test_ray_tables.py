@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections import Counter
 
+import numpy as np
 import pytest
 from passes.pass_harness import box, make_scene, quad
 
@@ -113,3 +114,19 @@ def test_a_second_renderer_of_the_same_content_does_not_build_again(device, call
             renderer.time_frame(["beauty"])
     assert calls["ssdo_gl.passes.bvh_upload.cached_bvh"] == 2
     assert calls["ssdo_gl.raytracing.bvh.build_bvh"] <= 1
+
+
+def test_a_lamp_that_stops_casting_shadows_is_as_if_it_never_had(device) -> None:
+    """Its body passes through everything, which rays read from the triangles' words."""
+    settings = Settings(size=SIZE, method="reference-gi", spp=8)
+    scene = room()
+    unshadowed = dataclasses.replace(scene.lights[0], shadow="none")
+    changed = dataclasses.replace(scene, lights=(unshadowed, scene.lights[1]))
+    with Renderer(changed, settings, device=device) as renderer:
+        wanted = renderer.render(["beauty"]).images["beauty"]
+    with Renderer(scene, settings, device=device) as renderer:
+        before = renderer.render(["beauty"]).images["beauty"]
+        renderer.use_scene(changed)
+        found = renderer.render(["beauty"]).images["beauty"]
+    assert not np.array_equal(before, wanted)
+    np.testing.assert_array_equal(found, wanted)

@@ -11,7 +11,6 @@ from ssdo_gl.raytracing.bvh import build_bvh
 from ssdo_gl.raytracing.surface_tables import (
     LIGHT_BODY_FLAG,
     SMOOTH_FLAG,
-    UNSHADOWED_BODY_FLAG,
     RayFeatures,
     build_atlas,
     material_table,
@@ -97,11 +96,28 @@ def test_words_name_materials_and_flags() -> None:
     bvh = build_bvh(scene)
     words = material_words(bvh, scene)
     found = {int(word) for word in words[bvh.primitive_triangles >= 0]}
-    assert found == {
-        0,
-        1 | LIGHT_BODY_FLAG,
-        1 | LIGHT_BODY_FLAG | UNSHADOWED_BODY_FLAG | SMOOTH_FLAG,
-    }
+    # Two rows for materials, then one for each lamp.
+    assert found == {0, 2 | LIGHT_BODY_FLAG, 3 | LIGHT_BODY_FLAG | SMOOTH_FLAG}
+    table = material_table(scene, {})
+    np.testing.assert_array_equal(table[2:, :4], table[[1, 1], :4])
+    assert table[:, 4, 1].tolist() == [0.0, 0.0, 0.0, 1.0]
+
+
+def test_lamps_of_several_materials_keep_each_their_own() -> None:
+    lamp = RectangleLight((0, 0, 0), (1, 0, 0), (0, 1, 0), (1.0,) * 3)
+    materials = tuple(Material(emission=(float(i),) * 3) for i in range(1, 4))
+    # (material, light) of each object, in no order.
+    pairs = [(2, 1), (0, None), (1, 1), (2, 0), (1, None), (2, 1)]
+    objects = tuple(SceneObject(0, material, light=light) for material, light in pairs)
+    scene = Scene((box(),), materials, objects, CAMERA, (lamp, lamp))
+    bvh = build_bvh(scene)
+    table, words = material_table(scene, {}), material_words(bvh, scene)
+    rows = words & ~np.uint32(LIGHT_BODY_FLAG | SMOOTH_FLAG)
+    is_there = bvh.primitive_triangles >= 0
+    emission = table[rows[is_there], 1, 0]
+    wanted = 1.0 + bvh.triangles.material[bvh.primitive_triangles[is_there]]
+    np.testing.assert_array_equal(emission, wanted)
+    assert len(np.unique(rows)) == 5
 
 
 def image(height: int, width: int, seed: int, dtype=np.uint8) -> Texture:
@@ -151,7 +167,8 @@ def test_materials_name_their_place_in_the_atlas() -> None:
         two_sided_emission=True,
         emission_texture=texture,
     )
-    table = material_table([Material(), material], build_atlas([texture], 64))
+    scene = Scene((), (Material(), material), (), CAMERA)
+    table = material_table(scene, build_atlas([texture], 64).places)
     np.testing.assert_allclose(table[1, 0], [0.1, 0.2, 0.3, 0.5], rtol=1e-6)
     np.testing.assert_allclose(table[1, 1], [4.0, 5.0, 6.0, 1.0])
     np.testing.assert_allclose(table[1, 2], 0.0)
