@@ -1,7 +1,7 @@
 // Rays against the scene's triangles: the nearest hit, or whether there is one.
 //
 // Everything is in the normalised frame (_ns): the scene's bounds centred, half-diagonal
-// 1, axes of the world. Layout of the records: ssdo_gl/scene/bvh.py.
+// 1, axes of the world. Layout of the records: ssdo_gl/raytracing/bvh.py.
 //
 // A step takes one record, node or primitive, and does the work of both kinds, because
 // pixels that run in lockstep wait for each other anyway and fetching is what costs. The

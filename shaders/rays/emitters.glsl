@@ -1,6 +1,6 @@
 // Points of light: drawn by chance, and how likely a point that a ray has hit was.
 //
-// Layout of the tables: ssdo_gl/scene/bvh_emitters.py. Everything is in the normalised
+// Layout of the tables: ssdo_gl/raytracing/emitter_tables.py. Everything is in the normalised
 // frame: intensities are per (half-diagonal)^2, so that intensity / distance^2 holds.
 // ENVIRONMENT_KIND: see lib/environment.glsl; only a map (3) is drawn from here, the
 // others vary too little to be worth it.

@@ -1,7 +1,7 @@
 // Tables of what rays hit: where a record lies, and what materials look like.
 //
 // RAY_SMOOTH_NORMALS, RAY_VERTEX_COLORS, RAY_TEXTURES, RAY_CUTOUTS: what the scene has.
-// Layouts: ssdo_gl/scene/bvh_surfaces.py.
+// Layouts: ssdo_gl/raytracing/surface_tables.py.
 #include "lib/octahedral.glsl"
 
 uniform usampler2D t_ray_surfaces;

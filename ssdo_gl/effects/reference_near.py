@@ -50,7 +50,7 @@ class ReferenceNearSettings:
 class ReferenceNearPass(RenderPass):
     """Writes `directional_irradiance` (a = visibility) and `bounce_irradiance`.
 
-    Unbiased estimates of the integrals of DESIGN section 2, V_R by rays clipped at R.
+    Unbiased estimates of the integrals that ``effects/reference_near.frag`` states.
 
     Parameters
     ----------
