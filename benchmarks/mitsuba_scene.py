@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import importlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ssdo_gl.raytracing.triangles import SceneTriangles, scene_triangles
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import ConstantEnvironment, GradientEnvironment
-from ssdo_gl.scene.light import DirectionalLight, RectangleLight
+from ssdo_gl.scene.lights import DirectionalLight, Light, RectangleLight
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
 
@@ -95,19 +95,20 @@ def mitsuba_scene(mi: ModuleType, scene: Scene, folder: Path) -> Any:
             shape["emitter"] = {"type": "area", "radiance": rgb(material.emission)}
         content[f"part{number}"] = shape
     for number, lamp in enumerate(scene.lights):
-        if isinstance(lamp, DirectionalLight):
-            content[f"light{number}"] = {
-                "type": "directional",
-                "direction": list(lamp.direction),
-                "irradiance": rgb(lamp.irradiance),
-            }
-        elif isinstance(lamp, RectangleLight):
-            if not lamp.visible:
-                content[f"light{number}"] = _rectangle(mi, lamp)
-        else:
+        if type(lamp) not in LIGHTS:
             raise ValueError(f"{type(lamp).__name__} is not among the compared lights")
+        if lamp.body() is None:
+            content[f"light{number}"] = LIGHTS[type(lamp)](mi, lamp)
     content.update(_sky(mi, scene))
     return mi.load_dict(content)
+
+
+def _directional(mi: ModuleType, lamp: DirectionalLight) -> dict[str, Any]:
+    return {
+        "type": "directional",
+        "direction": list(lamp.direction),
+        "irradiance": rgb(lamp.irradiance),
+    }
 
 
 def _rectangle(mi: ModuleType, lamp: RectangleLight) -> dict[str, Any]:
@@ -123,6 +124,13 @@ def _rectangle(mi: ModuleType, lamp: RectangleLight) -> dict[str, Any]:
         "bsdf": {"type": "diffuse", "reflectance": rgb((0.0, 0.0, 0.0))},
         "emitter": {"type": "area", "radiance": rgb(lamp.radiance)},
     }
+
+
+# What makes a Mitsuba emitter of a light of each compared kind that has no body.
+LIGHTS: dict[type[Light], Callable[[ModuleType, Any], dict[str, Any]]] = {
+    DirectionalLight: _directional,
+    RectangleLight: _rectangle,
+}
 
 
 def _sky(mi: ModuleType, scene: Scene) -> dict[str, Any]:

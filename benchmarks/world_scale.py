@@ -23,7 +23,6 @@ from ssdo_gl.bench.renderings import Studio
 from ssdo_gl.bench.report import plots
 from ssdo_gl.bench.truth import Truth
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.light import DirectionalLight, Light, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 
@@ -52,7 +51,9 @@ def scaled_scene(scene: Scene, factor: float) -> Scene:
     return dataclasses.replace(
         scene,
         objects=tuple(objects),
-        lights=tuple(_scaled_light(light, factor) for light in scene.lights),
+        lights=tuple(
+            dataclasses.replace(light.scaled(factor), motion=None) for light in scene.lights
+        ),
         camera=_scaled_camera(scene.camera, factor),
         render={},
     )
@@ -66,26 +67,6 @@ def _times(vector: Sequence[float], factor: float) -> tuple[float, float, float]
 def _scaled_camera(camera: Camera, factor: float) -> Camera:
     return dataclasses.replace(
         camera, position=_times(camera.position, factor), target=_times(camera.target, factor)
-    )
-
-
-def _scaled_light(light: Light, factor: float) -> Light:
-    if isinstance(light, DirectionalLight):
-        return dataclasses.replace(light, motion=None)
-    if isinstance(light, RectangleLight):
-        return dataclasses.replace(
-            light,
-            corner=_times(light.corner, factor),
-            edge_u=_times(light.edge_u, factor),
-            edge_v=_times(light.edge_v, factor),
-            motion=None,
-        )
-    assert isinstance(light, (PointLight, SpotLight))
-    return dataclasses.replace(
-        light,
-        position=_times(light.position, factor),
-        intensity=_times(light.intensity, factor * factor),
-        motion=None,
     )
 
 

@@ -5,8 +5,8 @@
 //
 // Defines: DIRECTION_COUNT, STEP_COUNT, HAS_BACK_LAYER; SUMS_OPEN_LIGHT 1 for the paper's
 // estimator, which adds up what arrives instead of correcting the exact light;
-// ENVIRONMENT_KIND (see lib/environment.glsl); SSDO_RECTANGLE_COUNT, SSDO_POINT_COUNT,
-// LIGHT_STEP_COUNT (depth reads towards each point, spot or directional light);
+// ENVIRONMENT_KIND (see lib/environment.glsl); SSDO_AREA_COUNT, SSDO_POINT_COUNT,
+// LIGHT_STEP_COUNT (depth reads towards each light without an area);
 // NEEDS_HEMISPHERE 0 if neither environment nor visibility are called for;
 // CONTROL_VARIATE 0 sum the open light (the paper), 1 correct it by the exact total as far
 // as the environment seems to be open, 2 subtract the blocked light from the exact total;
@@ -32,7 +32,7 @@ struct Gathered {
     float blocked;         // share of directions
     vec3 open;             // share * radiance of the environment, open directions
     vec3 all;              // the same, all directions
-    vec3 rectangles;       // rgs09: share * radiance of rectangles, open directions
+    vec3 areas;            // rgs09: share * radiance of lights with an area, open directions
 };
 
 // Adds what arrives along direction `d`.
@@ -44,11 +44,12 @@ void gather(inout Gathered g, Tangent t, Direction d, Blocker b)
     g.all += sky;
     g.open += is_blocked(b) ? vec3(0.0) : sky;
 #endif
-#if SSDO_RECTANGLE_COUNT > 0 && SUMS_OPEN_LIGHT
-    // A rectangle that stands nearer than what blocks the direction is seen all the same.
-    for (int i = 0; i < SSDO_RECTANGLE_COUNT; ++i) {
-        bool meets = distance_to_rectangle(i, t.position_vs, d.w_vs) < b.distance;
-        g.rectangles += meets ? d.share * u_rectangle_radiance[i] : vec3(0.0);
+#if SSDO_AREA_COUNT > 0 && SUMS_OPEN_LIGHT
+    // A light that stands nearer than what blocks the direction is seen all the same.
+    for (int i = 0; i < SSDO_AREA_COUNT; ++i) {
+        Light light = ssdo_light(i);
+        bool meets = area_distance(light, t.position_vs, d.w_vs) < b.distance;
+        g.areas += meets ? d.share * light.power : vec3(0.0);
     }
 #endif
 }
@@ -80,24 +81,24 @@ vec3 environment_arrived(Receiver r, Gathered g, float visibility)
 #endif
 }
 
-#if SSDO_RECTANGLE_COUNT > 0 && !SUMS_OPEN_LIGHT
-// Rectangles: the exact irradiance (Lambert's polygon) times the part of it that arrives.
-// Directions are aimed at points of the rectangle instead of drawn from the hemisphere,
+#if SSDO_AREA_COUNT > 0 && !SUMS_OPEN_LIGHT
+// Lights with an area: the exact irradiance times the part of it that arrives.
+// Directions are aimed at points of the light instead of drawn from the hemisphere,
 // of which it may fill little: with 2, 4, 8 of 8 steps, relative RMSE in a room lit
 // through a window .073, .063, .061; hemisphere directions that subtract what they find
 // blocked .133, .088, .085.
-vec3 rectangle_arrived(Receiver r, Tangent t, int i, uint first_point)
+vec3 area_arrived(Receiver r, Tangent t, Light light, uint first_point)
 {
-    vec3 exact = rectangle_irradiance_at(i, r.position_vs, r.normal_vs, r.geometric_vs);
+    vec3 exact = area_irradiance(light, r.position_vs, r.normal_vs, r.geometric_vs);
     float open = 0.0;
     float all = 0.0;
-    vec3 normal = rectangle_normal(i, r.position_vs);
-    Tangent aimed = with_end_plane(t, normal, dot(u_rectangle_centre_vs[i], normal));
+    vec3 normal = area_normal(light, r.position_vs);
+    Tangent aimed = with_end_plane(t, normal, dot(light.place_vs, normal));
     // Where nothing blocks, all / all is left of the ratio below.
     bool is_dark = IS_OPEN == 1 || exact == vec3(0.0);
     for (int k = 0; k < DIRECTION_COUNT && !is_dark; ++k) {
         vec3 u = kronecker_point(first_point + uint(k), u_pattern_offset);
-        vec3 to_light = rectangle_point(i, u.xy) - r.position_vs;
+        vec3 to_light = area_point(light, u.xy) - r.position_vs;
         float distance = max(length(to_light), 1e-18);
         vec3 w = to_light / distance;
         // Points are uniform over the area: each stands for cos cos' / d^2 of irradiance.
@@ -114,17 +115,17 @@ vec3 rectangle_arrived(Receiver r, Tangent t, int i, uint first_point)
 #endif
 
 #if SSDO_POINT_COUNT > 0
-// A point, spot or directional light: RGS09 section 5 puts its samples on the one segment
+// A light without an area: RGS09 section 5 puts its samples on the one segment
 // of length R towards the light.
 vec3 point_lights(Receiver r, Tangent t)
 {
     vec3 e = vec3(0.0);
     for (int i = 0; i < SSDO_POINT_COUNT; ++i) {
-        Light light = point_light(i);
+        Light light = ssdo_light(SSDO_AREA_COUNT + i);
         vec3 unshadowed = unshadowed_irradiance(light, r.position_vs, r.normal_vs, r.geometric_vs);
         vec3 to_light = light.place_vs - r.position_vs;
         float distance = max(length(to_light), 1e-18);
-        bool is_distant = light.kind == LIGHT_DIRECTIONAL;
+        bool is_distant = light_form(light.kind) == FORM_PARALLEL;
         vec3 w = is_distant ? light.place_vs : to_light / distance;
         float reach = is_distant ? u_radius : min(u_radius, distance);
         bool is_lit = unshadowed != vec3(0.0);
@@ -161,11 +162,11 @@ void main()
 #endif
         }
         visibility = max(1.0 - g.blocked, 0.0);
-        irradiance = environment_arrived(r, g, visibility) + PI * g.rectangles;
+        irradiance = environment_arrived(r, g, visibility) + PI * g.areas;
 #endif
-#if SSDO_RECTANGLE_COUNT > 0 && !SUMS_OPEN_LIGHT
-        for (int i = 0; i < SSDO_RECTANGLE_COUNT; ++i)
-            irradiance += rectangle_arrived(r, t, i, r.first_point);
+#if SSDO_AREA_COUNT > 0 && !SUMS_OPEN_LIGHT
+        for (int i = 0; i < SSDO_AREA_COUNT; ++i)
+            irradiance += area_arrived(r, t, ssdo_light(i), r.first_point);
 #endif
 #if SSDO_POINT_COUNT > 0
         irradiance += point_lights(r, t);

@@ -45,7 +45,7 @@ ShadowMap shadow_map_from_rows(vec4 rows[LIGHT_ROWS])
     vec2 half_size = vec2(rows[3].w, rows[4].w)
                    * (texels / (texels - 2.0 * SHADOW_BORDER_TEXELS));
     return ShadowMap(vec2(rows[5].w, rows[6].w), rows[7].w, int(rows[0].z), texels, int(rows[8].w),
-                     int(rows[0].x) == LIGHT_DIRECTIONAL, half_size, rows[8].xyz,
+                     light_form(int(rows[0].x)) == FORM_PARALLEL, half_size, rows[8].xyz,
                      transpose(mat3(rows[5].xyz, rows[6].xyz, rows[7].xyz)));
 }
 
@@ -248,8 +248,8 @@ float part_visibility(SoftShadow shadow, Face face, vec3 centre, vec3 start, ive
 }
 
 // Soft shadow of a rectangle: its parts, weighted by what each contributes.
-float rectangle_shadow_visibility(ShadowMap map, vec3 p_ls, vec3 m_ls, float rounding,
-                                  vec2 half_u, vec2 half_v, ivec2 pixel, bool is_surface)
+float area_shadow_visibility(ShadowMap map, vec3 p_ls, vec3 m_ls, float rounding,
+                             vec2 half_u, vec2 half_v, ivec2 pixel, bool is_surface)
 {
     float inverse = 1.0 / float(map.parts_per_side);
     int number = face_of(p_ls);

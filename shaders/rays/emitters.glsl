@@ -6,22 +6,21 @@
 // others vary too little to be worth it.
 #include "lib/constants.glsl"
 #include "lib/surface.glsl"
+#include "lights/lights.glsl"
 #include "lights/spherical_rectangle.glsl"
 #include "lib/environment.glsl"
 
-#define EMITTER_POINT 0
-#define EMITTER_SPOT 1
-#define EMITTER_DIRECTIONAL 2
-#define EMITTER_PARALLELOGRAM 3
-#define EMITTER_TRIANGLE 4
-#define EMITTER_MAP 5
+#define EMITTER_PARALLELOGRAM 0
+#define EMITTER_TRIANGLE 1
+#define EMITTER_MAP 2
+#define EMITTER_LIGHT 3  // the first kind of lights/kinds.glsl; others follow
 
 #define EMITTER_UNSHADOWED 0
 #define EMITTER_SHADOWED 1
 #define EMITTER_SSDO 2
 
-#define EMITTER_TWO_SIDED 8
-#define EMITTER_BODY 16
+#define EMITTER_TWO_SIDED 64
+#define EMITTER_BODY 128
 #define EMITTER_DIRECT 4
 
 uniform sampler2D t_ray_emitters;
@@ -126,15 +125,15 @@ Emitter emitter_at(int entry)
 {
     vec4 head = emitter_texel(entry, 0);
     int code = int(head.w);
-    return Emitter(code & 7, (code & EMITTER_TWO_SIDED) != 0, (code & EMITTER_BODY) != 0, head.xyz,
+    return Emitter(code & 63, (code & EMITTER_TWO_SIDED) != 0, (code & EMITTER_BODY) != 0, head.xyz,
                    emitter_texel(entry, 1), emitter_texel(entry, 2), emitter_texel(entry, 3));
 }
 
-// Part of a spot's light that leaves towards -w: KHR_lights_punctual.
-float emitter_spot_falloff(Emitter e, vec3 w)
+// Part of the light of a kind without an area that leaves towards -w.
+float emitter_falloff(Emitter e, vec3 w)
 {
-    float ramp = clamp((dot(-w, e.edge_u.xyz) - e.edge_v.x) * e.edge_v.y, 0.0, 1.0);
-    return ramp * ramp;
+    return light_falloff(Light(e.kind - EMITTER_LIGHT, SHADOW_NONE, false, e.place, e.power.rgb,
+                               e.edge_u.xyz, vec3(0.0), e.edge_v.xy), w);
 }
 
 // Where on the parallelogram or triangle: x, y along its edges, z = the factor between
@@ -242,12 +241,12 @@ LightSample sample_group(EmitterGroup group, vec2 choice, vec2 u, vec3 p)
     LightSample light = sample_surface_emitter(e, entry, u, p);
 
     bool is_surface = e.kind == EMITTER_PARALLELOGRAM || e.kind == EMITTER_TRIANGLE;
-    bool is_distant = e.kind == EMITTER_DIRECTIONAL;
+    bool is_distant = light_form(e.kind - EMITTER_LIGHT) == FORM_PARALLEL;
     vec3 to_light = is_distant ? e.place : e.place - p;
     float distance = max(length(to_light), 1e-15);
     vec3 w = to_light / distance;
     vec3 radiance = is_distant ? e.power.rgb : e.power.rgb / distance / distance;
-    radiance *= e.kind == EMITTER_SPOT ? emitter_spot_falloff(e, w) : 1.0;
+    radiance *= emitter_falloff(e, w);
     light.w = is_surface ? light.w : w;
     light.distance = is_surface ? light.distance : (is_distant ? RAY_FAR : distance);
     light.radiance = is_surface ? light.radiance : radiance;

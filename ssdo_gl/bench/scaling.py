@@ -16,7 +16,7 @@ from ssdo_gl.bench.report.bench_data import Series
 from ssdo_gl.scene import shapes
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import GradientEnvironment
-from ssdo_gl.scene.light import DirectionalLight
+from ssdo_gl.scene.lights import DirectionalLight
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene

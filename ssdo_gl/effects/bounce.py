@@ -30,7 +30,7 @@ from ssdo_gl.passes.screen_space_settings import (
     kept_names,
 )
 from ssdo_gl.scene.environment import MapEnvironment
-from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight, SpotLight
+from ssdo_gl.scene.lights import Form
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.fields import setting
 
@@ -145,16 +145,9 @@ def sender_bound(scene: Scene, radius: float) -> float:
     is part of no receiver's near field worth having. Emission that no light stands for
     counts as it is.
     """
-    has_points = any(isinstance(light, (PointLight, SpotLight)) for light in scene.lights)
+    has_points = any(light.form is Form.POINT for light in scene.lights)
     nearest = 0.1 * min(radius, scene.default_radius()) if has_points else 0.0
-    total = 0.0
-    for light in scene.lights:
-        if isinstance(light, RectangleLight):
-            total += max(light.radiance)
-        elif isinstance(light, DirectionalLight):
-            total += max(light.irradiance) / math.pi
-        elif isinstance(light, (PointLight, SpotLight)) and nearest > 0.0:
-            total += max(light.intensity) / (math.pi * nearest * nearest)
+    total = sum(light.sender_radiance(nearest) for light in scene.lights)
     emitted = [max(m.emission) for m in scene.materials]
     return total + max(emitted, default=0.0) + _environment_maximum(scene)
 

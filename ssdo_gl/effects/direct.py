@@ -17,9 +17,9 @@ from ssdo_gl.effects.shadow_settings import ShadowMapSettings
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.passes.light_rows import KIND_NUMBERS, light_rows
+from ssdo_gl.passes.light_rows import light_rows
 from ssdo_gl.passes.screen_space_settings import pattern_offset
-from ssdo_gl.scene.light import Light, power
+from ssdo_gl.scene.lights import Light, kind_number
 from ssdo_gl.scene.shadow_frames import atlas_layout, shadow_frames
 from ssdo_gl.settings.fields import setting
 
@@ -97,7 +97,7 @@ class DirectPass(RenderPass):
         context.target.use()
         context.gl.blend_func = moderngl.ONE, moderngl.ONE
         chosen = [
-            i for i, light in enumerate(scene.lights) if light.shadow != "ssdo" and power(light) > 0
+            i for i, light in enumerate(scene.lights) if light.shadow != "ssdo" and light.power > 0
         ]
         for i in chosen:
             # The first overwrites, which is cheaper.
@@ -112,7 +112,8 @@ class DirectPass(RenderPass):
 
     def _defines(self, light: Light, smooth: bool) -> dict[str, int]:
         return {
-            "LIGHT_KIND": KIND_NUMBERS[type(light)],
+            "LIGHT_KIND": kind_number(light),
+            "LIGHT_FORM": light.form,
             "HAS_SHADOW_MAP": int(self.shadow_maps and light.shadow == "map"),
             "HAS_SHADING_NORMALS": int(smooth),
             "BLOCKER_COUNT": self.settings.blocker_samples,

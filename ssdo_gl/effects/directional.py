@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Hashable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
-
-import numpy as np
 
 from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ImageSource, ReasonedPass, Term
@@ -27,6 +25,7 @@ from ssdo_gl.passes.environment_uniforms import (
     environment_kind,
     environment_uniforms,
 )
+from ssdo_gl.passes.light_rows import UNSHADOWED_ROWS, light_rows
 from ssdo_gl.passes.screen_space_settings import (
     ScreenSpaceSettings,
     defines,
@@ -35,14 +34,12 @@ from ssdo_gl.passes.screen_space_settings import (
 )
 from ssdo_gl.passes.ssao import SsaoPass, SsaoSettings
 from ssdo_gl.scene.environment import ConstantEnvironment
-from ssdo_gl.scene.light import DirectionalLight, Light, PointLight, RectangleLight, SpotLight
+from ssdo_gl.scene.lights import Form, Light
 from ssdo_gl.settings.fields import setting
 
 # By `SceneContent.environment`, for lib/environment.glsl.
 ENVIRONMENT_NUMBERS = {"none": 0, "constant": 1, "gradient": 2, "map": 3}
 CONTROL_NUMBERS = {"none": 0, "ratio": 1, "subtract": 2}
-# As lights/lights.glsl numbers them.
-_POINT_KINDS: dict[type, int] = {PointLight: 0, SpotLight: 1, DirectionalLight: 2}
 
 
 @dataclass(frozen=True)
@@ -60,63 +57,19 @@ class DirectionalSettings(ScreenSpaceSettings):
     )
 
 
-def ssdo_lights(frame: Frame) -> tuple[list[RectangleLight], list[Light]]:
-    """Return the rectangles and the other lights that arrive through SSDO."""
+def ssdo_lights(frame: Frame) -> list[Light]:
+    """Return the lights that arrive through SSDO, those with an area first."""
     chosen = [light for light in frame.scene.lights if light.shadow == "ssdo"]
-    rectangles = [light for light in chosen if isinstance(light, RectangleLight)]
-    return rectangles, [light for light in chosen if not isinstance(light, RectangleLight)]
+    return sorted(chosen, key=lambda light: light.form is not Form.AREA)
 
 
 def light_uniforms(frame: Frame) -> dict[str, Any]:
     """Return the uniforms of `lights/ssdo_lights.glsl`: the lights in view space."""
-    rectangles, points = ssdo_lights(frame)
-    return {**_rectangle_uniforms(frame, rectangles), **_point_uniforms(frame, points)}
-
-
-def _rectangle_uniforms(frame: Frame, lights: Sequence[RectangleLight]) -> dict[str, Any]:
+    lights = ssdo_lights(frame)
     if not lights:
         return {}
-    half_u = 0.5 * np.array([light.edge_u for light in lights])
-    half_v = 0.5 * np.array([light.edge_v for light in lights])
-    centre = np.array([light.corner for light in lights]) + half_u + half_v
-    return {
-        "u_rectangle_centre_vs": frame.view.point_vs(centre),
-        "u_rectangle_half_u_vs": frame.view.direction_vs(half_u),
-        "u_rectangle_half_v_vs": frame.view.direction_vs(half_v),
-        "u_rectangle_radiance": np.array([light.radiance for light in lights]),
-        "u_rectangle_two_sided": np.array([int(light.two_sided) for light in lights]),
-    }
-
-
-def _point_uniforms(frame: Frame, lights: Sequence[Light]) -> dict[str, Any]:
-    if not lights:
-        return {}
-    view = frame.view
-    places, axes, powers, cones = [], [], [], []
-    for light in lights:
-        axis, cone = np.array([0.0, 0.0, -1.0]), (0.0, 1.0)
-        if isinstance(light, DirectionalLight):
-            place = view.direction_vs(-np.asarray(light.direction))
-            power = light.irradiance
-        else:
-            assert isinstance(light, (PointLight, SpotLight))
-            place = view.point_vs(np.asarray(light.position))
-            power = light.intensity
-        if isinstance(light, SpotLight):
-            axis = view.direction_vs(np.asarray(light.direction))
-            inner, outer = np.cos(np.radians([light.inner_angle, light.outer_angle]))
-            cone = float(outer), float(1.0 / (inner - outer))
-        places.append(place)
-        axes.append(axis)
-        powers.append(power)
-        cones.append(cone)
-    return {
-        "u_point_kind": np.array([_POINT_KINDS[type(light)] for light in lights]),
-        "u_point_place_vs": np.array(places),
-        "u_point_axis_vs": np.array(axes),
-        "u_point_power": np.array(powers),
-        "u_point_cone": np.array(cones),
-    }
+    rows = light_rows(lights, [None] * len(lights), frame.view)
+    return {"u_ssdo_lights": rows[:, :UNSHADOWED_ROWS].reshape(-1, 4)}
 
 
 def uniforms(settings: DirectionalSettings, frame: Frame, has_back_layer: bool) -> dict[str, Any]:
@@ -206,11 +159,12 @@ class DirectionalPass(RenderPass):
     def execute(self, context: PassContext) -> None:
         """Draw one triangle over the target."""
         assert context.target is not None
-        rectangles, points = ssdo_lights(context.frame)
+        lights = ssdo_lights(context.frame)
+        area_count = sum(light.form is Form.AREA for light in lights)
         all_defines = {
             **self._defines,
-            "SSDO_RECTANGLE_COUNT": len(rectangles),
-            "SSDO_POINT_COUNT": len(points),
+            "SSDO_AREA_COUNT": area_count,
+            "SSDO_POINT_COUNT": len(lights) - area_count,
         }
         draw_fullscreen(
             context.gl,

@@ -11,6 +11,7 @@ import moderngl
 import numpy as np
 
 from ssdo_gl import resources
+from ssdo_gl.gpu.light_kinds import LIGHT_KINDS_FILE, light_kinds_source
 from ssdo_gl.gpu.shader_source import (
     FlatSource,
     ShaderError,
@@ -255,6 +256,8 @@ class ShaderLibrary:
         return stages
 
     def _read(self, name: str) -> str:
+        if name == LIGHT_KINDS_FILE:
+            return light_kinds_source()
         return self._root.joinpath(*name.split("/")).read_text(encoding="utf-8")
 
 

@@ -14,7 +14,8 @@ from ssdo_gl.scene.environment import (
     GradientEnvironment,
     MapEnvironment,
 )
-from ssdo_gl.scene.light import RectangleLight, Shadow, power
+from ssdo_gl.scene.lights import Form, Light, Shadow
+from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.scene import Scene
 
 EnvironmentKind = Literal["none", "constant", "gradient", "map"]
@@ -102,14 +103,14 @@ def analyse(scene: Scene) -> SceneContent:
     meshes = [scene.meshes[i] for i in {item.mesh for item in scene.objects}]
     unlit = [scene.materials[o.material] for o in scene.objects if o.light is None]
     emits_unlit = [material for material in unlit if material.emits]
-    moving = [*scene.objects, *scene.lights]
+    moving: list[SceneObject | Light] = [*scene.objects, *scene.lights]
     kind = _kind(simplest_environment(scene.environment))
     return SceneContent(
         lights=tuple(
             LightContent(
                 light.shadow,
-                is_on=power(light) > 0.0,
-                is_rectangle=isinstance(light, RectangleLight),
+                is_on=light.power > 0.0,
+                is_rectangle=light.form is Form.AREA,
             )
             for light in scene.lights
         ),

@@ -17,12 +17,11 @@ from ssdo_gl.planning.shadows import COARSEST_MAP
 from ssdo_gl.planning.view import Company, Sight, company_of, seen_bodies, sight_of
 from ssdo_gl.planning.walk import Pipeline, build, decide
 from ssdo_gl.scene.environment import Environment
-from ssdo_gl.scene.light import DirectionalLight, Light, RectangleLight
+from ssdo_gl.scene.lights import BLACK, Light
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.scene.shadow_frames import atlas_layout
 from ssdo_gl.settings import Settings
 
-BLACK = (0.0, 0.0, 0.0)
 # Plans kept for when a decision goes back and forth; each may hold textures of its own.
 MOST_PLANS = 8
 
@@ -183,13 +182,7 @@ class Planner:
 
 def _switched_off(light: Light, is_on: bool) -> Light:
     """Return `light` without its shadow and, if it is not on, without its power."""
-    if is_on:
-        return dataclasses.replace(light, shadow="none")
-    if isinstance(light, RectangleLight):
-        return dataclasses.replace(light, shadow="none", radiance=BLACK)
-    if isinstance(light, DirectionalLight):
-        return dataclasses.replace(light, shadow="none", irradiance=BLACK)
-    return dataclasses.replace(light, shadow="none", intensity=BLACK)
+    return light.without_shadow() if is_on else light.without_shadow().with_emitted(BLACK)
 
 
 def _identical(a: Sequence[object], b: Sequence[object]) -> bool:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ssdo_gl.math3d import FloatArray, normalized
+from ssdo_gl.math3d import FloatArray
 from ssdo_gl.planning.bodies import FLAT, Bodies, BoolArray, IntArray, unit
-from ssdo_gl.scene.light import DirectionalLight, Light, RectangleLight
+from ssdo_gl.scene.lights import Light
 
 # Pairs of receiver and caster that are looked at; with more bodies, some cast shadows.
 MOST_PAIRS = 2048
@@ -46,7 +46,7 @@ def shadow_is_possible(light: Light, number: int, bodies: Bodies, seen: IntArray
 
 def _kept_apart(light: Light, bodies: Bodies, i: IntArray, j: IntArray) -> BoolArray:
     """Return for each pair whether a plane parts caster j from receiver i and the light."""
-    toward, points = _light_place(light)
+    points, toward = light.outline(), -light.axes()[2]
     across = bodies.center[j] - bodies.center[i]
     if points is None:
         seen_from_light = across - np.outer(across @ toward, toward)
@@ -73,16 +73,6 @@ def _kept_apart(light: Light, bodies: Bodies, i: IntArray, j: IntArray) -> BoolA
     margin = MARGIN_TEXELS * 2.0 / COARSEST_MAP * distances
     free = lowest_j - np.maximum(highest_i, reaches_over)
     return np.asarray((free > margin[:, None]).any(axis=1))
-
-
-def _light_place(light: Light) -> tuple[FloatArray, FloatArray | None]:
-    """Return the unit vector towards parallel light, or the points that span the light."""
-    if isinstance(light, DirectionalLight):
-        return -normalized(light.direction), None
-    if isinstance(light, RectangleLight):
-        corner, u, v = (np.asarray(a, float) for a in (light.corner, light.edge_u, light.edge_v))
-        return np.zeros(3), np.array([corner, corner + u, corner + u + v, corner + v])
-    return np.zeros(3), np.asarray(light.position, float)[None]
 
 
 def candidate_axes(bodies: Bodies, i: IntArray, j: IntArray, more: FloatArray) -> FloatArray:

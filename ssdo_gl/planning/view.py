@@ -9,7 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
-from ssdo_gl.math3d import FloatArray, normalized
+from ssdo_gl.math3d import FloatArray
 from ssdo_gl.planning.bodies import (
     ANY,
     FLAT,
@@ -24,7 +24,7 @@ from ssdo_gl.planning.shadows import (
     reach_along_each,
     shadow_is_possible,
 )
-from ssdo_gl.scene.light import Light, RectangleLight, SpotLight, power
+from ssdo_gl.scene.lights import Light
 
 # Bodies outside the frame by less than this count as seen: jitter moves a sample by half
 # a pixel, and rounding by far less.
@@ -160,27 +160,13 @@ def _in_frame(bodies: Bodies, eye: Eye) -> BoolArray:
 
 def can_reach(light: Light, bodies: Bodies, seen: IntArray) -> bool:
     """Return whether `light` can light any side of the bodies `seen`, shadows aside."""
-    if len(seen) == 0 or power(light) <= 0.0:
+    if len(seen) == 0 or light.power <= 0.0:
         return False
-    center = bodies.center[seen]
-    if isinstance(light, RectangleLight):
-        normal = np.cross(light.edge_u, light.edge_v)
-        if light.two_sided or not np.any(normal):
-            return bool(np.any(normal))
-        axis = normalized(normal)
-        height = (center - np.asarray(light.corner)) @ axis
-        return bool(np.any(height + bodies.reach_along(axis[None])[seen, 0] > 0.0))
-    if isinstance(light, SpotLight):
-        offset = center - np.asarray(light.position)
-        distance = np.linalg.norm(offset, axis=1)
-        radius = bodies.radius[seen]
-        inside = distance <= radius
-        away = np.where(inside, 1.0, distance)
-        angle = np.arccos(np.clip(offset @ normalized(light.direction) / away, -1.0, 1.0))
-        widest = math.radians(light.outer_angle) + np.arcsin(np.clip(radius / away, 0.0, 1.0))
-        # A millionth of a radian for the rounding of arccos near its ends.
-        return bool(np.any(inside | (angle <= widest + 1e-6)))
-    return True
+    return light.can_reach(
+        bodies.center[seen],
+        bodies.radius[seen],
+        lambda axis: bodies.reach_along(axis[None])[seen, 0],
+    )
 
 
 def open_distance(bodies: Bodies, company: Company, eye_ws: FloatArray) -> float:

@@ -13,15 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.math3d import FloatArray, normalized
+from ssdo_gl.math3d import FloatArray
 from ssdo_gl.raytracing.bvh import Bvh
-from ssdo_gl.scene.light import DirectionalLight, Light, PointLight, RectangleLight, SpotLight
+from ssdo_gl.scene.lights import SHADOW_NUMBERS, Form, Light, kind_number
 from ssdo_gl.scene.scene import Scene
 
-# As rays/emitters.glsl numbers them.
-KIND_POINT, KIND_SPOT, KIND_DIRECTIONAL, KIND_PARALLELOGRAM, KIND_TRIANGLE, KIND_MAP = range(6)
-TWO_SIDED_CODE, BODY_CODE = 8, 16
-SHADOW_NUMBERS = {"none": 0, "map": 1, "ssdo": 2}
+# As rays/emitters.glsl numbers them. Lights without an area follow, by number of their kind.
+KIND_PARALLELOGRAM, KIND_TRIANGLE, KIND_MAP, KIND_LIGHT = range(4)
+TWO_SIDED_CODE, BODY_CODE = 64, 128
 ENTRY_TEXELS = 8
 GROUP_TEXELS = 2
 # Corners of a quadrilateral may be off a parallelogram by this much of its extent: the
@@ -39,14 +38,13 @@ class EmitterTables:
     Attributes
     ----------
     entries : ndarray, shape (max(N, 1), 8, 4), float32
-        Texels: 0 = position or corner, or direction towards a directional light, and a
-        code: kind + 8 if both sides emit + 16 if rays can hit the emitter; 1 = first
-        edge, or direction in which a spot shines, probability within the group; 2 =
-        second edge, area (a spot: cosine of its outer angle, 1 / (cos inner - cos
-        outer)); 3 = intensity, irradiance or radiance (lengths in normalised units),
-        cumulative probability within the group including this entry; 4, 5 = texture
-        coordinates at the corner, along the first and second edge (two each), material
-        or -1, 0. 6 and 7 are unused.
+        Texels: 0 = position or corner, or direction towards a parallel light, and a code:
+        kind + 64 if both sides emit + 128 if rays can hit the emitter; 1 = first edge, or
+        axis of a light without an area, probability within the group; 2 = second edge,
+        area (numbers of a light without an area: see `ShaderRow`); 3 = intensity,
+        irradiance or radiance (lengths in normalised units), cumulative probability
+        within the group including this entry; 4, 5 = texture coordinates at the corner,
+        along the first and second edge (two each), material or -1, 0. 6 and 7 are unused.
     groups : ndarray, shape (max(G, 1), 2, 4), float32
         Texels: 0 = first entry, number of entries, shadow mode + 4 if the group's light
         counts as direct light, probability; 1 = cumulative probability including this
@@ -123,8 +121,8 @@ def _assemble(groups: Sequence[_Group]) -> EmitterTables:
 def body_lights(scene: Scene) -> dict[int, range]:
     """Return, for each light that names a glowing object, all lights that stand for it.
 
-    An object names the first of them; the others follow it, alike in name and visibility,
-    up to the first that another object names.
+    An object names the first of them; the others follow it, up to the first that another
+    object names or that cannot be of the same body.
     """
     owners = {
         item.light
@@ -135,19 +133,13 @@ def body_lights(scene: Scene) -> dict[int, range]:
     for first in sorted(owners):
         head, last = scene.lights[first], first + 1
         while (
-            last < len(scene.lights) and last not in owners and _are_alike(head, scene.lights[last])
+            last < len(scene.lights)
+            and last not in owners
+            and head.can_share_body(scene.lights[last])
         ):
             last += 1
         runs[first] = range(first, last)
     return runs
-
-
-def _are_alike(head: Light, other: Light) -> bool:
-    return (
-        isinstance(head, RectangleLight)
-        and isinstance(other, RectangleLight)
-        and (head.name, head.visible, head.shadow) == (other.name, other.visible, other.shadow)
-    )
 
 
 def _bodies(bvh: Bvh, scene: Scene) -> tuple[list[_Group], set[int]]:
@@ -232,34 +224,16 @@ def _is_parallelogram(corners: FloatArray) -> NDArray[np.bool_]:
 
 def _light_group(light: Light, centre: FloatArray, unit: float) -> _Group:
     """Return the group of one light without a body, lengths in units of `unit`."""
+    own = light.emitter(centre, unit)
     row = np.zeros((1, ENTRY_TEXELS, 4))
+    is_area = light.form is Form.AREA
+    kind = KIND_PARALLELOGRAM if is_area else KIND_LIGHT + kind_number(light)
+    row[0, 0] = *own.place, kind + TWO_SIDED_CODE * own.two_sided
+    row[0, 1, :3] = own.axis
+    row[0, 2] = *own.second_axis, own.number
+    row[0, 3, :3] = own.emitted
     row[0, 5, 2] = -1.0
-    if isinstance(light, RectangleLight):
-        edge_u, edge_v = np.asarray(light.edge_u) / unit, np.asarray(light.edge_v) / unit
-        area = float(np.linalg.norm(np.cross(edge_u, edge_v)))
-        row[0, 0, :3] = (np.asarray(light.corner) - centre) / unit
-        row[0, 0, 3] = KIND_PARALLELOGRAM + TWO_SIDED_CODE * light.two_sided
-        row[0, 1, :3], row[0, 2, :3], row[0, 2, 3] = edge_u, edge_v, area
-        row[0, 3, :3] = light.radiance
-        power = math.pi * area * float(np.mean(light.radiance)) * (1.0 + light.two_sided)
-    elif isinstance(light, DirectionalLight):
-        row[0, 0, :3], row[0, 0, 3] = -normalized(light.direction), KIND_DIRECTIONAL
-        row[0, 3, :3] = light.irradiance
-        power = math.pi * float(np.mean(light.irradiance))
-    else:
-        intensity = np.asarray(light.intensity) / unit**2
-        row[0, 0, :3] = (np.asarray(light.position) - centre) / unit
-        row[0, 0, 3] = KIND_POINT
-        row[0, 3, :3] = intensity
-        power = 4.0 * math.pi * float(np.mean(intensity))
-        if isinstance(light, SpotLight):
-            inner = math.cos(math.radians(light.inner_angle))
-            outer = math.cos(math.radians(light.outer_angle))
-            row[0, 0, 3], row[0, 1, :3] = KIND_SPOT, normalized(light.direction)
-            row[0, 2, :2] = outer, 1.0 / (inner - outer)
-            power *= 0.5 * (1.0 - outer)
-    assert isinstance(light, (RectangleLight, DirectionalLight, PointLight, SpotLight))
-    return _Group(row, np.ones(1), power, SHADOW_NUMBERS[light.shadow], True)
+    return _Group(row, np.ones(1), own.power, SHADOW_NUMBERS[light.shadow], True)
 
 
 def map_mean_radiance(image: NDArray[np.float32]) -> float:

@@ -15,7 +15,7 @@ from ssdo_gl.scene import emissive_meshes as emitters
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import Environment
 from ssdo_gl.scene.exposure import exposure_for
-from ssdo_gl.scene.light import Light, Shadow
+from ssdo_gl.scene.lights import Light, Shadow
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene, SceneError

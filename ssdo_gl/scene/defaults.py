@@ -7,7 +7,7 @@ import numpy as np
 from ssdo_gl import math3d
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import GradientEnvironment
-from ssdo_gl.scene.light import DirectionalLight
+from ssdo_gl.scene.lights import DirectionalLight
 
 # A white surface that faces the key light reaches (pi 0.32 + 2.15) / pi = 1.0, and one
 # that sees the sky alone 0.3: the range of a picture at exposure 0, with shape in it.
@@ -34,4 +34,4 @@ def soft_light(camera: Camera) -> tuple[GradientEnvironment, DirectionalLight]:
         + np.sin(elevation) * up
     )
     x, y, z = (float(value) for value in -toward_light)
-    return SKY, DirectionalLight((x, y, z), KEY_IRRADIANCE, "map", "key light")
+    return SKY, DirectionalLight((x, y, z), KEY_IRRADIANCE, name="key light")

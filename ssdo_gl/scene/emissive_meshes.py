@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ssdo_gl.images.color import linear_from_srgb
 from ssdo_gl.math3d import FloatArray, frame_from_z
-from ssdo_gl.scene.light import Light, RectangleLight, Shadow
+from ssdo_gl.scene.lights import Light, RectangleLight, Shadow
 from ssdo_gl.scene.material import Color, Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.light import DirectionalLight, Light, PointLight, RectangleLight
+from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.mesh import Mesh, SceneObject
 
 # Radiance that a light grey surface gets from direct light alone at the brighter end
@@ -28,7 +28,7 @@ def exposure_for(
     points, normals = _surface_samples(meshes, objects)
     total = np.zeros(len(points))
     for light in lights:
-        total += _irradiance(light, points, normals)
+        total += light.irradiance_at(points, normals)
     reached = total[total > 0.0]
     if not len(reached):
         return 0.0
@@ -62,30 +62,3 @@ def _surface_samples(
     weight = np.stack([1.0 - root, root * (1.0 - b), root * b], axis=1)
     points = np.einsum("pk,pkc->pc", weight, corners[chosen])
     return points, cross[chosen] / doubled[chosen, None]
-
-
-def _irradiance(light: Light, points: FloatArray, normals: FloatArray) -> FloatArray:
-    """Return unshadowed irradiance (N,), mean over colours, on the better lit side."""
-    if isinstance(light, DirectionalLight):
-        cosine = np.abs(normals @ math3d.normalized(light.direction))
-        return np.asarray(cosine * np.mean(light.irradiance))
-    if isinstance(light, RectangleLight):
-        edges = np.asarray(light.edge_u), np.asarray(light.edge_v)
-        area_vector = np.cross(*edges)
-        area = float(np.linalg.norm(area_vector))
-        offset = np.asarray(light.corner) + 0.5 * (edges[0] + edges[1]) - points
-        # Adding the disk of the same area keeps the nearest points finite.
-        squared = (offset**2).sum(axis=1) + area / np.pi
-        distance = np.sqrt(squared)
-        emitted = -(offset @ area_vector) / distance
-        emitted = np.abs(emitted) if light.two_sided else np.maximum(emitted, 0.0)
-        cosine = np.abs((offset * normals).sum(axis=1)) / distance
-        return np.asarray(emitted * cosine / squared * np.mean(light.radiance))
-    offset = np.asarray(light.position) - points
-    squared = np.maximum((offset**2).sum(axis=1), 1e-12 * float(np.ptp(points) ** 2) or 1.0)
-    direction = offset / np.sqrt(squared)[:, None]
-    cosine = np.abs((direction * normals).sum(axis=1))
-    if not isinstance(light, PointLight):
-        aim = -(direction @ math3d.normalized(light.direction))
-        cosine = np.where(aim > np.cos(np.radians(light.outer_angle)), cosine, 0.0)
-    return np.asarray(cosine / squared * np.mean(light.intensity))

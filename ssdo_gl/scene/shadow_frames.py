@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.light import DirectionalLight, Light, RectangleLight, SpotLight
+from ssdo_gl.scene.lights import BoundsOf, Form, Light
 
 # Rows are the axes (u, v, w) of a face in the frame of its light, whose +z is where the
 # light shines; w is the axis that depth runs along. Order: +z, +x, -x, +y, -y, -z.
@@ -25,16 +24,6 @@ FACE_FROM_LIGHT = np.array(
     ],
     dtype=np.float64,
 )
-# A wider cone in one picture would waste most texels on its rim: at 60 degrees the rim
-# has 1/4 of the centre's density, and the five faces of a half cube do better beyond.
-WIDEST_SINGLE_FACE = 60.0
-# Tangent of half a face's angle for rectangles: the shadow of one receiver is looked up
-# in one face, so faces reach into their neighbours by the width of a penumbra.
-OVERLAP = 1.25
-# Bounds of a scene along a light, grown by this much so that nothing sits on a border.
-BOUNDS_MARGIN = 1e-3
-
-BoundsOf = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,30 +70,6 @@ class ShadowFrame:
         return math.isqrt(len(self.parts))
 
 
-def face_count(light: Light) -> int:
-    """Return how many tiles of the atlas `light` needs; 0 if it has no shadow map."""
-    if light.shadow != "map":
-        return 0
-    if isinstance(light, DirectionalLight):
-        return 1
-    if isinstance(light, SpotLight):
-        return 1 if light.outer_angle <= WIDEST_SINGLE_FACE else 5
-    if isinstance(light, RectangleLight):
-        return 6 if light.two_sided else 5
-    return 6
-
-
-def tile_span(light: Light) -> int:
-    """Return how many tiles a face of `light` is wide and high.
-
-    Only soft shadows, those of rectangles, hide their map's texels. The edges of others are
-    as sharp as their map, and a map of one face may spend on that what others spend on six.
-    """
-    if isinstance(light, RectangleLight):
-        return 1
-    return 4 if face_count(light) == 1 else 2
-
-
 @dataclass(frozen=True)
 class AtlasLayout:
     """Where the faces of all shadow maps lie, in tiles from the bottom left.
@@ -124,7 +89,7 @@ class AtlasLayout:
 
 def atlas_layout(lights: Sequence[Light]) -> AtlasLayout:
     """Return a layout about as wide as high that keeps each light's faces in one row."""
-    sizes = [(face_count(light) * tile_span(light), tile_span(light)) for light in lights]
+    sizes = [(light.face_count * light.tile_span, light.tile_span) for light in lights]
     area = sum(width * height for width, height in sizes)
     columns = max([math.isqrt(max(area, 1) - 1) + 1, *(width for width, _ in sizes)])
     tops = [0] * columns  # rows in use in each column
@@ -139,19 +104,6 @@ def atlas_layout(lights: Sequence[Light]) -> AtlasLayout:
         tops[column : column + width] = [row + height] * width
         tiles.append((column, row))
     return AtlasLayout(columns, max(1, *tops), tuple(tiles))
-
-
-def light_axes(light: Light) -> FloatArray:
-    """Return the (3, 3) rotation light_from_world; +z is where the light shines."""
-    if isinstance(light, RectangleLight):
-        if not np.any(np.cross(light.edge_u, light.edge_v)):
-            return np.eye(3)  # No area, no light: any axes will do.
-        x = math3d.normalized(light.edge_u)
-        z = math3d.normalized(np.cross(x, math3d.normalized(light.edge_v)))
-        return np.stack([x, np.cross(z, x), z])
-    if isinstance(light, SpotLight | DirectionalLight):
-        return math3d.frame_from_z(light.direction).T
-    return np.eye(3)
 
 
 def shadow_frames(
@@ -175,30 +127,15 @@ def shadow_frames(
 def _shadow_frame(
     light: Light, bounds_of: BoundsOf, tile: tuple[int, int], parts_per_side: int
 ) -> ShadowFrame:
-    axes, count = light_axes(light), face_count(light)
-    parts = np.zeros((1, 3))
-    if isinstance(light, DirectionalLight):
-        low, high = bounds_of(axes)
-        # A flat scene has no extent along some axis; any is right that is not zero.
-        extent = np.maximum(high - low, BOUNDS_MARGIN * float(np.max(high - low)))
-        extent = np.where(extent > 0.0, extent, 1.0) * (1.0 + BOUNDS_MARGIN)
-        middle = 0.5 * (low + high)
-        origin = np.array([middle[0], middle[1], middle[2] - 0.5 * extent[2]]) @ axes
-        half = (0.5 * float(extent[0]), 0.5 * float(extent[1]))
-        return ShadowFrame(
-            origin, axes, True, half, float(extent[2]), count, tile, tile_span(light), parts
-        )
-    tangent = 1.0
-    if isinstance(light, RectangleLight):
-        tangent = OVERLAP
-        origin = np.asarray(light.corner) + 0.5 * np.add(light.edge_u, light.edge_v)
-        place = (np.arange(parts_per_side) + 0.5) / parts_per_side - 0.5
-        v, u = (axis.reshape(-1, 1) for axis in np.meshgrid(place, place, indexing="ij"))
-        parts = u * np.asarray(light.edge_u) + v * np.asarray(light.edge_v)
-    else:
-        origin = np.asarray(light.position, np.float64)
-        if isinstance(light, SpotLight) and count == 1:
-            tangent = math.tan(math.radians(light.outer_angle))
+    view = light.shadow_view(bounds_of, parts_per_side)
     return ShadowFrame(
-        origin, axes, False, (tangent, tangent), 0.0, count, tile, tile_span(light), parts
+        view.origin_ws,
+        light.axes(),
+        light.form is Form.PARALLEL,
+        view.half_size,
+        view.depth,
+        light.face_count,
+        tile,
+        light.tile_span,
+        view.parts,
     )

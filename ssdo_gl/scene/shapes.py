@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.mesh import Mesh
 
@@ -39,6 +40,17 @@ def quad() -> Mesh:
     positions = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
     uvs = np.stack([positions[:, 0], 1.0 - positions[:, 1]], axis=1)
     return Mesh(positions, np.array([[0, 1, 2], [0, 2, 3]]), uvs=uvs, name="quad")
+
+
+def parallelogram_matrix(corner: ArrayLike, edge_u: ArrayLike, edge_v: ArrayLike) -> FloatArray:
+    """Return the (4, 4) matrix that puts `quad` onto a parallelogram."""
+    matrix = np.eye(4)
+    matrix[:3, 0], matrix[:3, 1], matrix[:3, 3] = edge_u, edge_v, corner
+    # Any third column on the front side will do for a flat shape; one as long as
+    # the edges keeps the matrix well conditioned at every scale.
+    normal = math3d.normalized(np.cross(math3d.normalized(edge_u), math3d.normalized(edge_v)))
+    matrix[:3, 2] = normal * np.sqrt(np.linalg.norm(edge_u) * np.linalg.norm(edge_v))
+    return matrix
 
 
 def sphere(

@@ -8,60 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from ssdo_gl import math3d
-from ssdo_gl.scene.light import DirectionalLight, Light, RectangleLight
-from ssdo_gl.scene.material import Color
+from ssdo_gl.scene.lights import BLACK, Light
 from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.scene import Scene
-from ssdo_gl.window.camera.orientation import Vector, difference
-
-BLACK: Color = (0.0, 0.0, 0.0)
-
-
-def power_of(light: Light) -> Color:
-    """Return how bright a light is: intensity, irradiance or radiance."""
-    if isinstance(light, RectangleLight):
-        return light.radiance
-    return light.irradiance if isinstance(light, DirectionalLight) else light.intensity
-
-
-def power_unit(light: Light) -> str:
-    """Return the name and unit of `power_of`."""
-    if isinstance(light, RectangleLight):
-        return "radiance, W/sr/m²"
-    return "irradiance, W/m²" if isinstance(light, DirectionalLight) else "intensity, W/sr"
-
-
-def with_power(light: Light, power: Color) -> Light:
-    """Return the light with another brightness."""
-    if isinstance(light, RectangleLight):
-        return dataclasses.replace(light, radiance=power)
-    if isinstance(light, DirectionalLight):
-        return dataclasses.replace(light, irradiance=power)
-    return dataclasses.replace(light, intensity=power)
-
-
-def place_of(light: Light) -> Vector | None:
-    """Return where the light is (a rectangle's centre); None for a direction."""
-    if isinstance(light, DirectionalLight):
-        return None
-    if isinstance(light, RectangleLight):
-        x, y, z = (
-            c + 0.5 * (u + v)
-            for c, u, v in zip(light.corner, light.edge_u, light.edge_v, strict=True)
-        )
-        return x, y, z
-    return light.position
-
-
-def moved_to(light: Light, place: Vector) -> Light:
-    """Return the light at another place; a directional one stays as it is."""
-    if isinstance(light, RectangleLight):
-        before = place_of(light) or place
-        x, y, z = (c + d for c, d in zip(light.corner, difference(place, before), strict=True))
-        return dataclasses.replace(light, corner=(x, y, z))
-    if isinstance(light, DirectionalLight):
-        return light
-    return dataclasses.replace(light, position=place)
 
 
 def with_lights(original: Scene, lights: Sequence[Light], on: Sequence[bool]) -> Scene:
@@ -79,7 +28,7 @@ def with_lights(original: Scene, lights: Sequence[Light], on: Sequence[bool]) ->
     on : sequence of bool
     """
     shining = tuple(
-        light if is_on else with_power(light, BLACK)
+        light if is_on else light.with_emitted(BLACK)
         for light, is_on in zip(lights, on, strict=True)
     )
     materials = list(original.materials)
@@ -92,9 +41,7 @@ def with_lights(original: Scene, lights: Sequence[Light], on: Sequence[bool]) ->
         material = original.materials[item.material]
         emission = [
             e * new / old if old > 0.0 else new
-            for e, old, new in zip(
-                material.emission, power_of(before), power_of(after), strict=True
-            )
+            for e, old, new in zip(material.emission, before.emitted, after.emitted, strict=True)
         ]
         materials.append(
             dataclasses.replace(material, emission=(emission[0], emission[1], emission[2]))
@@ -106,7 +53,7 @@ def with_lights(original: Scene, lights: Sequence[Light], on: Sequence[bool]) ->
 
 
 def _moved(item: SceneObject, before: Light, after: Light, material: int) -> SceneObject:
-    start, end = place_of(before), place_of(after)
+    start, end = before.place, after.place
     matrices = item.world_from_object
     if start is not None and end is not None and start != end:
         offset = math3d.translation(np.subtract(end, start))

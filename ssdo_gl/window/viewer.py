@@ -19,7 +19,7 @@ from ssdo_gl.math3d import FloatArray
 from ssdo_gl.planning.content import analyse
 from ssdo_gl.scene.animate import scene_at
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.light import Light
+from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.resolve import settings_for

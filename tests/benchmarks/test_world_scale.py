@@ -32,21 +32,6 @@ def test_scaling_back_gives_the_scene_again(name):
     assert big.default_radius() == pytest.approx(64.0 * scene.default_radius())
 
 
-def test_scaled_lights_give_the_same_irradiance():
-    from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight
-
-    point = PointLight((1.0, 2.0, 3.0), (4.0, 5.0, 6.0))
-    scaled = world_scale._scaled_light(point, 10.0)
-    # Irradiance is intensity / distance^2; the distance grows tenfold.
-    assert scaled.intensity == (400.0, 500.0, 600.0)
-    assert scaled.position == (10.0, 20.0, 30.0)
-    rectangle = RectangleLight((0, 0, 0), (1, 0, 0), (0, 1, 0), (7.0, 7.0, 7.0))
-    scaled = world_scale._scaled_light(rectangle, 10.0)
-    assert (scaled.edge_u, scaled.radiance) == ((10, 0, 0), (7.0, 7.0, 7.0))
-    sun = DirectionalLight((0, -1, 0), (1.0, 1.0, 1.0))
-    assert world_scale._scaled_light(sun, 10.0) == sun
-
-
 def test_curves_hold_levels_and_errors_for_every_scale():
     target = truth_image(BASE.size, "bounce")
     truth = Truth({"bounce": target}, {"bounce": np.zeros_like(target)}, 2, 8, 0.0)

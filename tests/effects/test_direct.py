@@ -17,7 +17,7 @@ from ssdo_gl.gpu.geometry import Geometry
 from ssdo_gl.images.surface_arrays import world_positions
 from ssdo_gl.passes.gbuffer import GBufferPass
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight, SpotLight
+from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
 
 SIZE = (64, 48)
 FLOOR = quad((-10.0, 0.0, 10.0), (20.0, 0.0, 0.0), (0.0, 0.0, -20.0))

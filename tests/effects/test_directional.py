@@ -22,7 +22,7 @@ from ssdo_gl.scene.environment import (
     GradientEnvironment,
     MapEnvironment,
 )
-from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight
+from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight
 
 SIZE = (48, 36)
 TAN_Y = 0.5
@@ -30,10 +30,12 @@ TAN_Y = 0.5
 SUM_TOLERANCE = 2e-6
 SKY = GradientEnvironment((0.5, 1.0, 2.0), (1.0, 0.75, 0.5), (0.1, 0.2, 0.3))
 # Overhead and to the left of a floor that lies 3 below the camera's axis and beyond.
-LAMP = RectangleLight((-0.5, 1.0, -4.0), (0.0, 0.0, 1.5), (-1.0, 0.5, 0.0), (3.0, 2.0, 1.0), "ssdo")
+LAMP = RectangleLight(
+    (-0.5, 1.0, -4.0), (0.0, 0.0, 1.5), (-1.0, 0.5, 0.0), (3.0, 2.0, 1.0), shadow="ssdo"
+)
 
-POINT = PointLight((0.3, 0.4, -2.5), (1.0, 2.0, 3.0), "ssdo")
-SUN = DirectionalLight((0.0, -0.6, -0.8), (1.0, 2.0, 3.0), "ssdo")
+POINT = PointLight((0.3, 0.4, -2.5), (1.0, 2.0, 3.0), shadow="ssdo")
+SUN = DirectionalLight((0.0, -0.6, -0.8), (1.0, 2.0, 3.0), shadow="ssdo")
 
 
 def noise(seed=3, has_back=False):

@@ -22,7 +22,7 @@ from ssdo_gl.effects.directional import DirectionalSettings
 from ssdo_gl.scene.environment import (
     GradientEnvironment,
 )
-from ssdo_gl.scene.light import DirectionalLight, Light, PointLight, RectangleLight, SpotLight
+from ssdo_gl.scene.lights import DirectionalLight, Light, PointLight, RectangleLight, SpotLight
 
 SIZE = (48, 36)
 TAN_Y = 0.5
@@ -30,7 +30,9 @@ TAN_Y = 0.5
 SUM_TOLERANCE = 2e-6
 SKY = GradientEnvironment((0.5, 1.0, 2.0), (1.0, 0.75, 0.5), (0.1, 0.2, 0.3))
 # Overhead and to the left of a floor that lies 3 below the camera's axis and beyond.
-LAMP = RectangleLight((-0.5, 1.0, -4.0), (0.0, 0.0, 1.5), (-1.0, 0.5, 0.0), (3.0, 2.0, 1.0), "ssdo")
+LAMP = RectangleLight(
+    (-0.5, 1.0, -4.0), (0.0, 0.0, 1.5), (-1.0, 0.5, 0.0), (3.0, 2.0, 1.0), shadow="ssdo"
+)
 
 
 def noise(seed=3, has_back=False):
@@ -63,7 +65,9 @@ def test_rectangle_lights_an_open_floor(gl, shaders, estimator):
     u /= np.linalg.norm(u)
     v = np.cross(u, n)  # so that u x v = -n: it faces the plane
     corner_ = middle + 0.7 * n - 0.4 * u - 0.3 * v
-    light = RectangleLight(tuple(corner_), tuple(0.8 * u), tuple(0.6 * v), (3.0, 2.0, 1.0), "ssdo")
+    light = RectangleLight(
+        tuple(corner_), tuple(0.8 * u), tuple(0.6 * v), (3.0, 2.0, 1.0), shadow="ssdo"
+    )
     assert np.cross(light.edge_u, light.edge_v) @ n < 0.0
     image = run_directional(gl, shaders, picture, settings, lights=(light,))
     expected = lambert(light, middle, n)
@@ -118,7 +122,7 @@ def test_wall_within_reach_takes_a_rectangle_s_light(gl, shaders, estimator):
         tuple(0.2 * up),
         (0.4, 0.0, 0.0),
         (3.0, 2.0, 1.0),
-        "ssdo",
+        shadow="ssdo",
         two_sided=True,
     )
     settings = DirectionalSettings(
@@ -145,7 +149,9 @@ def test_visible_lamp_nearer_than_r_does_not_block_itself(gl, shaders):
     # The wall itself shines.
     up, normal = np.array([0.0, c, c]), np.array([0.0, -c, c])
     start = np.array([-0.3, 0.0, -3.0]) + 0.1 * up
-    light = RectangleLight(tuple(start), (0.6, 0.0, 0.0), tuple(0.4 * up), (1.0, 1.0, 1.0), "ssdo")
+    light = RectangleLight(
+        tuple(start), (0.6, 0.0, 0.0), tuple(0.4 * up), (1.0, 1.0, 1.0), shadow="ssdo"
+    )
     assert np.cross(light.edge_u, light.edge_v) @ normal > 0.0
     settings = DirectionalSettings(radius=3.0, samples=128, steps=8)
     image = run_directional(gl, shaders, picture, settings, lights=(light,))
@@ -159,9 +165,9 @@ def test_visible_lamp_nearer_than_r_does_not_block_itself(gl, shaders):
 # --- points, spots, directional lights ----------------------------------------------------
 
 POINTS: tuple[Light, ...] = (
-    PointLight((0.3, 0.4, -2.5), (1.0, 2.0, 3.0), "ssdo"),
-    SpotLight((0.3, 0.4, -2.5), (0.0, 0.0, -1.0), (1.0, 2.0, 3.0), 20.0, 60.0, "ssdo"),
-    DirectionalLight((0.0, -0.6, -0.8), (1.0, 2.0, 3.0), "ssdo"),
+    PointLight((0.3, 0.4, -2.5), (1.0, 2.0, 3.0), shadow="ssdo"),
+    SpotLight((0.3, 0.4, -2.5), (0.0, 0.0, -1.0), (1.0, 2.0, 3.0), 20.0, 60.0, shadow="ssdo"),
+    DirectionalLight((0.0, -0.6, -0.8), (1.0, 2.0, 3.0), shadow="ssdo"),
 )
 
 
@@ -196,7 +202,7 @@ def test_shadow_of_a_wall_ends_at_r(gl, shaders):
     c = np.sqrt(0.5)
     normal = np.array([0.0, -c, c])  # of the wall
     sun = DirectionalLight(
-        tuple(0.8 * normal - 0.6 * np.array([0.0, c, c])), (1.0, 1.0, 1.0), "ssdo"
+        tuple(0.8 * normal - 0.6 * np.array([0.0, c, c])), (1.0, 1.0, 1.0), shadow="ssdo"
     )
     settings = DirectionalSettings(radius=0.25, light_steps=32, thickness=np.inf, front_slack=0.0)
     image = run_directional(gl, shaders, picture, settings, lights=(sun,))

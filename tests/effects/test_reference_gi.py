@@ -20,7 +20,7 @@ from ssdo_gl.scene.environment import (
     GradientEnvironment,
     MapEnvironment,
 )
-from ssdo_gl.scene.light import PointLight, RectangleLight
+from ssdo_gl.scene.lights import PointLight, RectangleLight
 from ssdo_gl.scene.material import Material, Texture
 from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene

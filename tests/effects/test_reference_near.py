@@ -17,7 +17,7 @@ from ssdo_gl.effects.traced_shadows import TracedShadowsPass, TracedShadowsSetti
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import ConstantEnvironment, GradientEnvironment
-from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight
+from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.scene import Scene
@@ -142,7 +142,12 @@ def test_visibility_is_that_of_reference_ao(device, shaders) -> None:
 
 def test_a_lamp_marked_ssdo_is_hidden_only_by_what_is_near(device, shaders) -> None:
     lamp = RectangleLight(
-        (0.3, 2.0, -0.3), (0.6, 0.0, 0.0), (0.0, 0.0, 0.6), (3.0, 2.0, 1.0), "ssdo", visible=False
+        (0.3, 2.0, -0.3),
+        (0.6, 0.0, 0.0),
+        (0.0, 0.0, 0.6),
+        (3.0, 2.0, 1.0),
+        shadow="ssdo",
+        visible=False,
     )
     lid = quad([-5, 1.0, -5], [0, 0, 10], [10, 0, 0])
     camera = dataclasses.replace(CAMERA, position=(0.6, 0.8, 0.0))
@@ -163,8 +168,8 @@ def test_a_lamp_marked_ssdo_is_hidden_only_by_what_is_near(device, shaders) -> N
 
 
 def test_points_marked_ssdo_follow_one_ray(device, shaders) -> None:
-    light = PointLight((0.6, 1.5, 0.0), (2.0, 2.0, 2.0), "ssdo")
-    sun = DirectionalLight((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), "ssdo")
+    light = PointLight((0.6, 1.5, 0.0), (2.0, 2.0, 2.0), shadow="ssdo")
+    sun = DirectionalLight((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), shadow="ssdo")
     blocker = quad([-5, 0.3, -5], [0, 0, 10], [5.5, 0, 0])  # x < 0.5
     camera = dataclasses.replace(CAMERA, position=(0.6, 0.29, 0.0))
     for lights, radius, hidden in (([light], 1.0, True), ([sun], 1.0, True), ([sun], 0.2, False)):

@@ -16,7 +16,7 @@ from ssdo_gl.effects.shadow_map import (
     ShadowMapSettings,
     tile_size,
 )
-from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight, SpotLight
+from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.shadow_frames import atlas_layout

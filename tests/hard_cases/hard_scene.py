@@ -9,7 +9,7 @@ import numpy as np
 from ssdo_gl import math3d
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import ConstantEnvironment
-from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight, SpotLight
+from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene
@@ -81,7 +81,12 @@ def room(**changes):
             SpotLight((-0.5, 1.4, 0.9), tuple(math3d.normalized([0.4, -1, -0.6])), (0.5, 0.4, 0.3)),
             DirectionalLight(tuple(math3d.normalized([-0.4, -1, -0.5])), (0.4, 0.4, 0.35)),
             RectangleLight(
-                (1.3, 0.2, 1.0), (0, 0, -1.2), (0, 1.0, 0), (0.8, 0.9, 1.2), "ssdo", visible=False
+                (1.3, 0.2, 1.0),
+                (0, 0, -1.2),
+                (0, 1.0, 0),
+                (0.8, 0.9, 1.2),
+                shadow="ssdo",
+                visible=False,
             ),
         ),
         environment=ConstantEnvironment((0.35, 0.4, 0.5)),

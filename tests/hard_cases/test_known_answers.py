@@ -15,7 +15,7 @@ from hard_cases.test_light import only
 
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import MapEnvironment
-from ssdo_gl.scene.light import PointLight
+from ssdo_gl.scene.lights import PointLight
 
 RADIANCES = ("direct", "directional", "bounce")
 OCCLUDING = [m for m in METHODS if m[0] != "direct" and m[1] != "zbuffer"]

@@ -11,7 +11,7 @@ from hard_cases.invariants import sane
 from hard_cases.methods import METHODS, SCREEN_SPACE, label, render
 
 from ssdo_gl.scene.environment import ConstantEnvironment, MapEnvironment
-from ssdo_gl.scene.light import PointLight, RectangleLight
+from ssdo_gl.scene.lights import PointLight, RectangleLight
 from ssdo_gl.scene.material import Material
 
 RADIANCES = ("beauty", "direct", "directional", "bounce")

@@ -32,7 +32,7 @@ from shaders.test_lights import LIGHT
 from ssdo_gl import math3d, resources
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.light import PointLight, RectangleLight
+from ssdo_gl.scene.lights import PointLight, RectangleLight
 
 MARCH = ("bounce", "march")
 RGS09 = ("bounce", "rgs09")
@@ -291,7 +291,7 @@ MUTATIONS = {
         sky_is_dark,
     ),
     "light from below the horizon": Mutation(
-        {"lights/lights.glsl": (
+        {"lights/rectangle.glsl": (
             ("vec3 plane_normal, inout Cut cut)\n{",
              "vec3 plane_normal, inout Cut cut)\n{\n    return true;"),
         )},

@@ -12,7 +12,7 @@ from hard_cases.test_depth import with_meshes
 
 from ssdo_gl import math3d
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight, SpotLight
+from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
 
 # Three axes that no texel's grid and no code of a normal is aligned with.
 U, V, N = np.linalg.qr(np.array([[0.9, 0.2, 0.3], [0.1, -0.4, 0.8], [-0.3, 0.8, 0.5]]))[0].T

@@ -27,7 +27,7 @@ from ssdo_gl.scene.environment import (
     GradientEnvironment,
     MapEnvironment,
 )
-from ssdo_gl.scene.light import Light
+from ssdo_gl.scene.lights import Light
 
 NEAR = 0.01
 

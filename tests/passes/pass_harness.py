@@ -16,7 +16,7 @@ from ssdo_gl.graph.frame import Frame, FrameView
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import Environment
-from ssdo_gl.scene.light import Light
+from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene

@@ -8,7 +8,7 @@ import pytest
 from ssdo_gl import math3d
 from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.passes.light_rows import light_rows
-from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight, SpotLight
+from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.shadow_frames import shadow_frames
 
 OFFSET = np.array([1e6, -2e6, 3e6])

@@ -11,7 +11,7 @@ from ssdo_gl.planning.content import LightContent, analyse, simplest_environment
 from ssdo_gl.scene import shapes
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import ConstantEnvironment, GradientEnvironment, MapEnvironment
-from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight, SpotLight, power
+from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.material import Material, Texture
 from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.motion import Motion
@@ -39,7 +39,7 @@ def off(light):
 
 @pytest.mark.parametrize("light", LIGHTS)
 def test_a_light_counts_unless_it_is_off(light):
-    assert power(light) == 0.5
+    assert light.power == 0.5
     assert analyse(scene_with(lights=(light,))).has_direct_lights
     dark = analyse(scene_with(lights=(off(light),)))
     assert not dark.has_lights and not dark.has_direct_lights

@@ -14,7 +14,7 @@ from ssdo_gl.planning.bodies import bodies_of
 from ssdo_gl.planning.shadows import shadow_is_possible
 from ssdo_gl.scene import shapes
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight
+from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.scene import Scene

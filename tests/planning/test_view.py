@@ -17,7 +17,7 @@ from ssdo_gl.planning.bodies import bodies_of
 from ssdo_gl.planning.view import can_reach, company_of, seen_bodies, sight_of
 from ssdo_gl.scene import shapes
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight, SpotLight
+from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.scene import Scene

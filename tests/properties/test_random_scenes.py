@@ -12,7 +12,7 @@ from properties.planned_and_full import BOX, QUAD, SPHERE, TORUS, at, compare, m
 from ssdo_gl.scene import shapes
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import ConstantEnvironment, GradientEnvironment, MapEnvironment
-from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight, SpotLight
+from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.material import Material
 
 # The same in every run. A search among fresh ones (derandomize=False) found no
@@ -54,16 +54,16 @@ def lights(draw):
     shadow = draw(shadows)
     kind = draw(st.sampled_from(["point", "spot", "directional", "rectangle"]))
     if kind == "directional":
-        return DirectionalLight(direction(draw), power, shadow)
+        return DirectionalLight(direction(draw), power, shadow=shadow)
     place = draw(places)
     if kind == "point":
-        return PointLight(place, power, shadow)
+        return PointLight(place, power, shadow=shadow)
     if kind == "spot":
         outer = draw(st.sampled_from([20.0, 80.0]))
-        return SpotLight(place, direction(draw), power, 5.0, outer, shadow)
+        return SpotLight(place, direction(draw), power, 5.0, outer, shadow=shadow)
     x, y, z = (1.0, 0.0, 0.0), (0.0, 0.5, 0.0), (0.0, 0.0, 2.0)
     edges = draw(st.sampled_from([(x, y), (y, x), (y, z), (x, z), (z, x)]))
-    return RectangleLight(place, *edges, power, shadow, two_sided=draw(st.booleans()))
+    return RectangleLight(place, *edges, power, shadow=shadow, two_sided=draw(st.booleans()))
 
 
 def sky_map(changed=None):

@@ -29,7 +29,7 @@ from properties.planned_and_full import (
 
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.scene.environment import ConstantEnvironment, GradientEnvironment
-from ssdo_gl.scene.light import PointLight, RectangleLight, SpotLight
+from ssdo_gl.scene.lights import PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.material import Material, Texture
 
 LAMP = PointLight((1.5, 3.0, 2.5), (20.0, 20.0, 20.0))

@@ -23,7 +23,7 @@ from properties.planned_and_full import (
 
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import ConstantEnvironment, GradientEnvironment, MapEnvironment
-from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight, SpotLight
+from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.material import Material
 
 POINT = PointLight((1.5, 3.0, 2.5), (20.0, 20.0, 20.0))

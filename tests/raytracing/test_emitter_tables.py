@@ -10,11 +10,9 @@ import pytest
 from ssdo_gl.raytracing.bvh import build_bvh
 from ssdo_gl.raytracing.emitter_tables import (
     BODY_CODE,
-    KIND_DIRECTIONAL,
+    KIND_LIGHT,
     KIND_MAP,
     KIND_PARALLELOGRAM,
-    KIND_POINT,
-    KIND_SPOT,
     KIND_TRIANGLE,
     TWO_SIDED_CODE,
     EmitterTables,
@@ -25,7 +23,7 @@ from ssdo_gl.raytracing.emitter_tables import (
 )
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import MapEnvironment
-from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight, SpotLight
+from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene
@@ -56,7 +54,7 @@ def test_a_glowing_panel_is_one_parallelogram_and_a_sphere_its_triangles() -> No
     ball = sphere(8)
     scene = scene_of([quad(), ball], [SceneObject(0, 1), SceneObject(1, 1)])
     tables = tables_of(scene)
-    kinds = np.array(codes(tables)) & 7
+    kinds = np.array(codes(tables)) & 63
     # Neither stands for a light of the scene: one group of light that is no direct light.
     assert tables.group_count == 1
     assert tables.groups[0, 0, 2] == 1.0
@@ -124,24 +122,22 @@ def test_a_body_replaces_all_lights_that_stand_for_it() -> None:
     # Two bodies, the sun and the rectangle that stands for itself.
     assert tables.group_count == 4
     kinds = np.array(codes(tables))
-    assert (kinds & 7 == KIND_DIRECTIONAL).sum() == 1
-    assert ((kinds & 7 == KIND_PARALLELOGRAM) & (kinds & BODY_CODE == 0)).sum() == 1
+    assert (kinds & 63 == KIND_LIGHT + 2).sum() == 1
+    assert ((kinds & 63 == KIND_PARALLELOGRAM) & (kinds & BODY_CODE == 0)).sum() == 1
     # All of it is direct light with a shadow: mode 1 + 4.
     np.testing.assert_array_equal(tables.groups[:, 0, 2], 5.0)
 
 
 def test_shadow_modes_and_sides_are_kept() -> None:
     lights = [
-        PointLight((0, 2, 0), (1.0,) * 3, "none"),
-        SpotLight((0, 2, 0), (0, -1, 0), (1.0,) * 3, 10.0, 40.0, "ssdo"),
-        RectangleLight(
-            (0, 3, 0), (1, 0, 0), (0, 0, 1), (1.0,) * 3, "map", visible=False, two_sided=True
-        ),
+        PointLight((0, 2, 0), (1.0,) * 3, shadow="none"),
+        SpotLight((0, 2, 0), (0, -1, 0), (1.0,) * 3, 10.0, 40.0, shadow="ssdo"),
+        RectangleLight((0, 3, 0), (1, 0, 0), (0, 0, 1), (1.0,) * 3, visible=False, two_sided=True),
     ]
     scene = scene_of([sphere(6)], [SceneObject(0, 0)], lights=lights)
     tables = tables_of(scene)
     np.testing.assert_array_equal(tables.groups[:, 0, 2], [4.0, 6.0, 5.0])
-    assert codes(tables) == [KIND_POINT, KIND_SPOT, KIND_PARALLELOGRAM + TWO_SIDED_CODE]
+    assert codes(tables) == [KIND_LIGHT, KIND_LIGHT + 1, KIND_PARALLELOGRAM + TWO_SIDED_CODE]
     inner, outer = np.cos(np.radians([10.0, 40.0]))
     np.testing.assert_allclose(tables.entries[1, 2, :2], [outer, 1.0 / (inner - outer)], rtol=1e-5)
 
@@ -214,6 +210,6 @@ def test_triangles_of_different_emission_are_not_joined() -> None:
     bright = Material(emission=(9.0, 9.0, 9.0))
     scene = scene_of(halves, [SceneObject(0, 1), SceneObject(1, 2)], materials=(DULL, GLOW, bright))
     tables = tables_of(scene)
-    assert sorted(np.array(codes(tables)) & 7) == [KIND_TRIANGLE, KIND_TRIANGLE]
+    assert sorted(np.array(codes(tables)) & 63) == [KIND_TRIANGLE, KIND_TRIANGLE]
     shares = sorted(tables.entries[:, 1, 3])
     np.testing.assert_allclose(shares, [2.0 / 11.0, 9.0 / 11.0], rtol=1e-5)

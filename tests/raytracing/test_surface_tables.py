@@ -19,7 +19,7 @@ from ssdo_gl.raytracing.surface_tables import (
     surface_table,
 )
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.light import RectangleLight
+from ssdo_gl.scene.lights import RectangleLight
 from ssdo_gl.scene.material import Material, Texture
 from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene

@@ -10,7 +10,7 @@ import pytest
 from ssdo_gl.scene import shapes
 from ssdo_gl.scene.animate import scene_at
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.light import DirectionalLight, Light, PointLight, RectangleLight, SpotLight
+from ssdo_gl.scene.lights import DirectionalLight, Light, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.motion import Motion

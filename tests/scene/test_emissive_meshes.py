@@ -10,7 +10,7 @@ from ssdo_gl.scene import emissive_meshes as emitters
 from ssdo_gl.scene import shapes
 from ssdo_gl.scene.emissive_meshes import MAX_LIGHTS, SAMPLE_COUNT, emitter_lights
 from ssdo_gl.scene.formats.toml import read_description
-from ssdo_gl.scene.light import RectangleLight
+from ssdo_gl.scene.lights import RectangleLight
 from ssdo_gl.scene.material import Material, Texture
 from ssdo_gl.scene.mesh import Mesh, SceneObject
 

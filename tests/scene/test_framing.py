@@ -14,7 +14,7 @@ from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.defaults import soft_light
 from ssdo_gl.scene.exposure import exposure_for
 from ssdo_gl.scene.framing import frame, side_coverage
-from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight
+from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight
 from ssdo_gl.scene.mesh import SceneObject
 
 BOX = shapes.box()

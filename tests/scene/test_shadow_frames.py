@@ -5,14 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight, SpotLight
+from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.shadow_frames import (
     FACE_FROM_LIGHT,
     atlas_layout,
-    face_count,
-    light_axes,
     shadow_frames,
-    tile_span,
 )
 
 POINT = PointLight((1, 2, 3), (1, 1, 1))
@@ -33,7 +30,7 @@ def bounds_of(axes):
 
 
 def test_faces_by_kind():
-    assert [face_count(light) for light in EVERYTHING] == [6, 0, 1, 5, 1, 5, 0, 6, 1, 1]
+    assert [light.face_count for light in EVERYTHING] == [6, 0, 1, 5, 1, 5, 0, 6, 1, 1]
 
 
 def test_face_axes_are_orthonormal_and_cover_all_directions():
@@ -49,10 +46,10 @@ def test_tiles_never_overlap_and_fill_the_atlas_well(count):
     layout = atlas_layout(lights)
     taken = set()
     for light, tile in zip(lights, layout.tiles, strict=True):
-        assert (tile is None) == (face_count(light) == 0)
+        assert (tile is None) == (light.face_count == 0)
         if tile is not None:
-            span = tile_span(light)
-            for x in range(face_count(light) * span):
+            span = light.tile_span
+            for x in range(light.face_count * span):
                 for y in range(span):
                     place = tile[0] + x, tile[1] + y
                     assert place not in taken
@@ -64,12 +61,12 @@ def test_tiles_never_overlap_and_fill_the_atlas_well(count):
 
 
 def test_sharp_shadows_have_larger_faces():
-    assert [tile_span(light) for light in (POINT, SPOT, WIDE_SPOT, SUN, PANEL)] == [2, 4, 2, 4, 1]
+    assert [light.tile_span for light in (POINT, SPOT, WIDE_SPOT, SUN, PANEL)] == [2, 4, 2, 4, 1]
 
 
 @pytest.mark.parametrize("light", [SPOT, SUN, PANEL, BOTH, POINT])
 def test_axes_are_a_rotation_onto_where_the_light_shines(light):
-    axes = light_axes(light)
+    axes = light.axes()
     np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-15)
     assert np.linalg.det(axes) == pytest.approx(1.0)
     if isinstance(light, RectangleLight):
@@ -81,7 +78,7 @@ def test_axes_are_a_rotation_onto_where_the_light_shines(light):
 
 def test_a_light_without_area_has_axes_all_the_same():
     sliver = RectangleLight((0, 0, 0), (1, 0, 0), (2, 0, 0), (1, 1, 1))
-    np.testing.assert_array_equal(light_axes(sliver), np.eye(3))
+    np.testing.assert_array_equal(sliver.axes(), np.eye(3))
 
 
 def test_the_map_of_the_sun_encloses_the_scene():

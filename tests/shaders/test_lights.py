@@ -19,7 +19,7 @@ POINT_TOLERANCE = 6e-7
 LIGHT = """
 Light make(int kind, vec3 place, vec3 axis, vec3 half_v, vec2 cone) {
     return Light(kind, SHADOW_NONE, false, place, vec3(1.0, 10.0, 100.0), axis, half_v,
-                 cone.x, cone.y);
+                 cone);
 }
 """
 
@@ -175,7 +175,7 @@ def rectangle_light(gl, shaders, p, n, c, u, v, two_sided=False):
     body = f"""
     bool sides = {str(two_sided).lower()};
     Light light = Light(LIGHT_RECTANGLE, SHADOW_NONE, sides, c, vec3(1.0, 2.0, 3.0),
-                        u, v, 0.0, 0.0);
+                        u, v, vec2(0.0));
     return unshadowed_irradiance(light, p, n, n);"""
     return evaluate(gl, shaders, INCLUDES, body, {"p": p, "n": n, "c": c, "u": u, "v": v}, 3)
 

@@ -17,6 +17,7 @@ import pytest
 
 from ssdo_gl import resources
 from ssdo_gl.effects.estimators import ESTIMATORS
+from ssdo_gl.gpu.light_kinds import LIGHT_KINDS_FILE, light_kinds_source
 from ssdo_gl.gpu.shader_source import (
     FlatSource,
     ShaderError,
@@ -40,6 +41,8 @@ _COMPARISON = re.compile(r"\b([A-Z][A-Z0-9_]*)\s*([=!]=|[<>]=?)\s*(\w+)")
 
 
 def read(name: str) -> str:
+    if name == LIGHT_KINDS_FILE:
+        return light_kinds_source()
     return (ROOT / name).read_text(encoding="utf-8")
 
 

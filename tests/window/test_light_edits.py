@@ -7,55 +7,15 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ssdo_gl.scene.light import DirectionalLight, Light, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.window.animation_clock import STEP_SECONDS, Clock
-from ssdo_gl.window.light_edits import (
-    moved_to,
-    place_of,
-    power_of,
-    power_unit,
-    with_lights,
-    with_power,
-)
-
-LIGHTS: tuple[Light, ...] = (
-    PointLight((1.0, 2.0, 3.0), (4.0, 5.0, 6.0)),
-    SpotLight((1.0, 2.0, 3.0), (0.0, -1.0, 0.0), (4.0, 5.0, 6.0)),
-    DirectionalLight((0.0, -1.0, 0.0), (4.0, 5.0, 6.0)),
-    RectangleLight((0.0, 2.0, 3.0), (2.0, 0.0, 0.0), (0.0, 0.0, 1.0), (4.0, 5.0, 6.0)),
-)
+from ssdo_gl.window.light_edits import with_lights
 
 
 @pytest.fixture(scope="module")
 def room() -> Scene:
     return load_scene("cornell_meso")
-
-
-@pytest.mark.parametrize("light", LIGHTS, ids=lambda light: type(light).__name__)
-def test_brightness_is_read_and_written_by_one_name(light: Light) -> None:
-    assert power_of(light) == (4.0, 5.0, 6.0)
-    brighter = with_power(light, (8.0, 5.0, 0.0))
-    assert power_of(brighter) == (8.0, 5.0, 0.0)
-    assert with_power(brighter, power_of(light)) == light
-    assert "W" in power_unit(light)
-
-
-@pytest.mark.parametrize("light", LIGHTS, ids=lambda light: type(light).__name__)
-def test_moving_there_and_back(light: Light) -> None:
-    place = place_of(light)
-    moved = moved_to(light, (7.0, 8.0, 9.0))
-    if isinstance(light, DirectionalLight):
-        assert (place, moved) == (None, light)
-    else:
-        assert place is not None
-        assert place_of(moved) == (7.0, 8.0, 9.0)
-        assert moved_to(moved, place) == light
-
-
-def test_rectangle_is_placed_by_its_centre() -> None:
-    assert place_of(LIGHTS[3]) == (1.0, 2.0, 3.5)
 
 
 def bodies(scene: Scene) -> list[int]:
@@ -73,12 +33,11 @@ def test_body_of_a_light_follows_it(room: Scene) -> None:
     index = room.objects[bodies(room)[0]].light
     assert index is not None
     light = room.lights[index]
-    place = place_of(light)
+    place = light.place
     assert place is not None
     lights = list(room.lights)
-    lights[index] = moved_to(
-        with_power(light, (1.0, 2.0, 3.0)), (place[0] + 0.5, place[1], place[2])
-    )
+    brighter = light.with_emitted((1.0, 2.0, 3.0))
+    lights[index] = brighter.moved_to((place[0] + 0.5, place[1], place[2]))
     edited = with_lights(room, lights, [True] * len(lights))
     for i in range(len(room.objects)):
         before, after = room.objects[i], edited.objects[i]
@@ -95,7 +54,7 @@ def test_body_of_a_light_follows_it(room: Scene) -> None:
 
 def test_light_that_is_off_shines_nowhere_and_comes_back(room: Scene) -> None:
     off = with_lights(room, room.lights, [False] * len(room.lights))
-    assert all(power_of(light) == (0.0, 0.0, 0.0) for light in off.lights)
+    assert all(light.emitted == (0.0, 0.0, 0.0) for light in off.lights)
     for i in bodies(off):
         assert off.materials[off.objects[i].material].emission == (0.0, 0.0, 0.0)
     on = with_lights(room, room.lights, [True] * len(room.lights))
@@ -104,7 +63,7 @@ def test_light_that_is_off_shines_nowhere_and_comes_back(room: Scene) -> None:
 
 def test_black_light_can_be_turned_up(room: Scene) -> None:
     dark = with_lights(room, room.lights, [False] * len(room.lights))
-    lights = [with_power(light, (2.0, 2.0, 2.0)) for light in dark.lights]
+    lights = [light.with_emitted((2.0, 2.0, 2.0)) for light in dark.lights]
     lit = with_lights(dark, lights, [True] * len(lights))
     for i in bodies(lit):
         assert lit.materials[lit.objects[i].material].emission == (2.0, 2.0, 2.0)

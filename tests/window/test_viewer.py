@@ -22,7 +22,6 @@ from ssdo_gl.window.actions import open_file, perform, view_command
 from ssdo_gl.window.controls import Controls
 from ssdo_gl.window.film.export import FilmDesk
 from ssdo_gl.window.input_map import Action, Command
-from ssdo_gl.window.light_edits import with_power
 from ssdo_gl.window.viewer import Viewer
 from ssdo_gl.window.views import View, divider_hit
 
@@ -418,7 +417,7 @@ def test_lights_are_edited_and_restored(gl, viewer) -> None:
     viewer.apply_lights()
     settle(viewer)
     assert np.array_equal(viewer.presenter.pixels(), before)
-    viewer.lights[0] = with_power(viewer.lights[0], (0.0, 9.0, 0.0))
+    viewer.lights[0] = viewer.lights[0].with_emitted((0.0, 9.0, 0.0))
     viewer.apply_lights()
     settle(viewer)
     green = viewer.presenter.pixels().astype(int)

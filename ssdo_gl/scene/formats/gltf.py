@@ -21,7 +21,7 @@ from ssdo_gl.scene.formats.gltf_document import Document, GltfError, Json
 from ssdo_gl.scene.formats.gltf_geometry import Shape, read_shape
 from ssdo_gl.scene.formats.gltf_materials import MaterialReader
 from ssdo_gl.scene.formats.model import Model
-from ssdo_gl.scene.light import DirectionalLight, Light, PointLight, SpotLight
+from ssdo_gl.scene.lights import Light, kind_of_gltf
 from ssdo_gl.scene.material import Color
 from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.scene import SceneError
@@ -235,22 +235,11 @@ class _Reader:
         if not all(0.0 <= c < np.inf for c in color):
             raise GltfError(f"light {index}: colour and intensity must be finite and >= 0")
         name = str(light.get("name", ""))
-        x, y, z = (float(c) for c in world[:3, 3])
-        dx, dy, dz = (float(c) for c in math3d.normalized(-world[:3, 2]))
-        kind = light["type"]
-        if kind == "directional":
-            return DirectionalLight((dx, dy, dz), color, name=name)
-        if kind == "point":
-            return PointLight((x, y, z), color, name=name)
-        if kind != "spot":
-            raise GltfError(f"light {index}: type {kind!r}: expected directional, point or spot")
-        spot = light.get("spot", {})
-        outer = float(np.degrees(spot.get("outerConeAngle", np.pi / 4.0)))
-        inner = float(np.degrees(spot.get("innerConeAngle", 0.0)))
-        # The widest cone that a spot's shadow map can hold; inner must stay below.
-        outer = min(max(outer, 0.01), 89.9)
-        inner = min(max(inner, 0.0), 0.999 * outer)
-        return SpotLight((x, y, z), (dx, dy, dz), color, inner, outer, name=name)
+        kind = kind_of_gltf(light["type"])
+        if kind is None:
+            raise GltfError(f"light {index}: unknown type {light['type']!r}")
+        forward = math3d.normalized(-world[:3, 2])
+        return kind.from_gltf(light, _triple(world[:3, 3]), _triple(forward), color, name)
 
     def _read_camera(self) -> Camera | None:
         """Return the first camera of the scene, if it is a perspective one."""

@@ -9,7 +9,6 @@ from imgui_bundle import imgui
 from ssdo_gl.scene.defaults import SKY
 from ssdo_gl.scene.environment import ConstantEnvironment, Environment, GradientEnvironment
 from ssdo_gl.scene.material import Color
-from ssdo_gl.window.light_edits import moved_to, place_of, power_of, power_unit, with_power
 from ssdo_gl.window.viewer import Viewer
 
 # A light is turned up or down within these factors of the value one sees.
@@ -26,8 +25,7 @@ def lights_section(viewer: Viewer) -> None:
         was_on = viewer.lights_on[index]
         toggled, viewer.lights_on[index] = imgui.checkbox("##on", was_on)
         imgui.same_line()
-        kind = type(light).__name__.removesuffix("Light").lower()
-        is_open = imgui.tree_node(f"{light.name or kind} {index + 1}###light")
+        is_open = imgui.tree_node(f"{light.name or light.kind} {index + 1}###light")
         changed |= toggled
         if is_open:
             changed |= _light(viewer, index)
@@ -40,22 +38,27 @@ def lights_section(viewer: Viewer) -> None:
 
 def _light(viewer: Viewer, index: int) -> bool:
     light = viewer.lights[index]
-    strength, color = split(power_of(light))
+    strength, color = split(light.emitted)
     changed_color, new_color = imgui.color_edit3("colour", list(color))
     changed, new = imgui.drag_float(
-        power_unit(light), strength, _STRENGTH_SPEED * max(strength, 1e-3), 0.0, 0.0, "%.4g"
+        f"{light.emitted_field}, {light.emitted_unit}",
+        strength,
+        _STRENGTH_SPEED * max(strength, 1e-3),
+        0.0,
+        0.0,
+        "%.4g",
     )
     if changed or changed_color:
         r, g, b = (max(new, 0.0) * c for c in new_color[:3])
-        light = with_power(light, (r, g, b))
-    place = place_of(light)
+        light = light.with_emitted((r, g, b))
+    place = light.place
     moved = False
     if place is not None:
         moved, where = imgui.drag_float3(
             "place", list(place), _MOVE_SPEED * viewer.diagonal, 0.0, 0.0, "%.3g"
         )
         if moved:
-            light = moved_to(light, (where[0], where[1], where[2]))
+            light = light.moved_to((where[0], where[1], where[2]))
     imgui.text_disabled(f"shadow: {light.shadow}")
     viewer.lights[index] = light
     return bool(changed or changed_color or moved)

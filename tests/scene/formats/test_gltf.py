@@ -14,7 +14,7 @@ import trimesh
 from PIL import Image
 
 from ssdo_gl.math3d import transform_points
-from ssdo_gl.scene.light import DirectionalLight, PointLight, SpotLight
+from ssdo_gl.scene.lights import DirectionalLight, PointLight, SpotLight
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene, SceneError
 

@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 from ssdo_gl import settings
 from ssdo_gl.math3d import transform_points
 from ssdo_gl.scene.environment import ConstantEnvironment, GradientEnvironment, MapEnvironment
-from ssdo_gl.scene.formats.toml import forms, lights, read_description, wishes
-from ssdo_gl.scene.light import DirectionalLight, PointLight, RectangleLight, SpotLight
+from ssdo_gl.scene.formats.toml import forms, read_description, wishes
+from ssdo_gl.scene.lights import KINDS, DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.fields import describe
@@ -147,7 +147,7 @@ def test_point_spot_and_directional_lights(scene_of: SceneOf) -> None:
         """
     )
     point, spot, sun = result.lights
-    assert point == PointLight((1, 2, 3), (4, 5, 6), "none", "bulb")
+    assert point == PointLight((1, 2, 3), (4, 5, 6), shadow="none", name="bulb")
     assert spot == SpotLight((0, 1, 0), (0, -1, 0), (1, 1, 1), 10.0, 20.0)
     assert isinstance(sun, DirectionalLight)
     assert sun.direction == pytest.approx((0.6, 0.0, 0.8))
@@ -396,7 +396,7 @@ def test_the_example_of_the_readme_is_a_scene() -> None:
 def test_the_readme_names_every_key_of_lights_and_shapes() -> None:
     readme = (Path(__file__).parents[3] / "README.md").read_text(encoding="utf-8")
     section = readme.split("## Scene files")[1].split("\n## ")[0]
-    for keys in (*lights._KEYS.values(), *forms.FORM_KEYS.values()):
+    for keys in (*(kind.keys() for kind in KINDS.values()), *forms.FORM_KEYS.values()):
         for key in keys:
             assert f"`{key}" in section, key
 

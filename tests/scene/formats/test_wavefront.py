@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 from ssdo_gl.images.color import linear_from_srgb
-from ssdo_gl.scene.light import RectangleLight
+from ssdo_gl.scene.lights import RectangleLight
 from ssdo_gl.scene.load import load_scene
 
 Write = Callable[[dict[str, str | bytes]], Path]

@@ -10,7 +10,6 @@ import numpy as np
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene import shapes
-from ssdo_gl.scene.formats.toml.lights import parallelogram_matrix, read_parallelogram
 from ssdo_gl.scene.formats.toml.table import Table
 from ssdo_gl.scene.mesh import Mesh
 
@@ -43,7 +42,7 @@ def _box(table: Table) -> Form:
 
 
 def _quad(table: Table) -> Form:
-    return "quad", shapes.quad, parallelogram_matrix(*read_parallelogram(table))
+    return "quad", shapes.quad, shapes.parallelogram_matrix(*table.parallelogram())
 
 
 def _plane(table: Table) -> Form:

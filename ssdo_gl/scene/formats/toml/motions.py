@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ssdo_gl.scene.formats.toml.table import Table
-from ssdo_gl.scene.light import Vector
+from ssdo_gl.scene.lights import Vector
 from ssdo_gl.scene.motion import Motion
 
 MOTION_TABLE = "animate"

@@ -14,11 +14,12 @@ from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.formats import read_model
 from ssdo_gl.scene.formats.toml.forms import FORM_KEYS, read_form
-from ssdo_gl.scene.formats.toml.lights import SHADOWS, as_vector
+from ssdo_gl.scene.formats.toml.lights import SHADOWS
 from ssdo_gl.scene.formats.toml.materials import file_beside
 from ssdo_gl.scene.formats.toml.motions import MOTION_TABLE, read_motion, spins_in_place
 from ssdo_gl.scene.formats.toml.table import Table, suggestion
-from ssdo_gl.scene.light import Shadow
+from ssdo_gl.scene.lights import Shadow
+from ssdo_gl.scene.lights.base import triple
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import SceneObject
 
@@ -71,7 +72,7 @@ def _add(
             per_copy = len(part.world_from_object) // count
             rows = slice(copy * per_copy, (copy + 1) * per_copy)
             copies.append(dataclasses.replace(part, world_from_object=part.world_from_object[rows]))
-        motion = read_motion(table, as_vector(_middle(copies, builder)))
+        motion = read_motion(table, triple(_middle(copies, builder)))
         for part in copies:
             builder.add(dataclasses.replace(part, motion=motion), shadow)
 

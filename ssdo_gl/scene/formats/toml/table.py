@@ -9,13 +9,17 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.light import Vector
+from ssdo_gl.scene.lights import Vector
 from ssdo_gl.scene.material import Color
 from ssdo_gl.scene.scene import SceneError
 
 # Beyond it float32 positions and their squares overflow on the GPU.
 LARGEST_NUMBER = 1e15
+# The sine of the angle between two edges below which the float64 cross product is
+# rounding noise rather than an area.
+FLAT_SINE = 1e-12
 
 
 def suggestion(name: str, known: Sequence[str]) -> str:
@@ -137,6 +141,15 @@ class Table:
         if not any(value):
             self.fail(key, "a direction must not be zero")
         return value
+
+    def parallelogram(self) -> tuple[Vector, Vector, Vector]:
+        """Return `corner`, `edge_u` and `edge_v`, which must span an area."""
+        corner = self.vector("corner")
+        edge_u, edge_v = self.direction("edge_u"), self.direction("edge_v")
+        sine = np.linalg.norm(np.cross(math3d.normalized(edge_u), math3d.normalized(edge_v)))
+        if sine < FLAT_SINE:
+            self.fail("edge_v", "must not be parallel to edge_u: the area would be zero")
+        return corner, edge_u, edge_v
 
     def color(self, key: str, default: Color | None = None, high: float = math.inf) -> Color:
         """Return linear red, green and blue >= 0 and at most `high`."""

@@ -1,0 +1,66 @@
+"""The lights of a scene: plain data in world space, one file for each kind.
+
+A new kind is a module here, ``shaders/lights/<kind>.glsl`` with its functions (see
+``shaders/lights/lights.glsl``), a test, and a row in `KINDS`.
+"""
+
+from __future__ import annotations
+
+from ssdo_gl.scene.lights.base import (
+    BLACK,
+    SHADOW_NUMBERS,
+    BoundsOf,
+    Form,
+    Light,
+    Shadow,
+    Vector,
+)
+from ssdo_gl.scene.lights.directional import DirectionalLight
+from ssdo_gl.scene.lights.point import PointLight, PunctualLight
+from ssdo_gl.scene.lights.rectangle import RectangleLight
+from ssdo_gl.scene.lights.spot import SpotLight
+
+__all__ = [
+    "BLACK",
+    "KINDS",
+    "SHADOW_NUMBERS",
+    "BoundsOf",
+    "DirectionalLight",
+    "Form",
+    "Light",
+    "PointLight",
+    "PunctualLight",
+    "RectangleLight",
+    "Shadow",
+    "SpotLight",
+    "Vector",
+    "kind_number",
+    "kind_of_gltf",
+]
+
+# By the name in scene files. Shaders number kinds in this order.
+KINDS: dict[str, type[Light]] = {
+    "point": PointLight,
+    "spot": SpotLight,
+    "directional": DirectionalLight,
+    "area": RectangleLight,
+}
+
+
+def kind_number(light: Light) -> int:
+    """Return the number of the light's kind in shaders.
+
+    Raises
+    ------
+    ValueError
+        If its class is not in `KINDS`.
+    """
+    kinds = list(KINDS.values())
+    if type(light) not in kinds:
+        raise ValueError(f"{type(light).__name__} is not in ssdo_gl.scene.lights.KINDS")
+    return kinds.index(type(light))
+
+
+def kind_of_gltf(name: str) -> type[Light] | None:
+    """Return the kind that glTF's KHR_lights_punctual calls `name`."""
+    return next((kind for kind in KINDS.values() if kind.gltf_type == name), None)

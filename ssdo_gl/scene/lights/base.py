@@ -1,0 +1,302 @@
+"""What the rest of the program asks of a light, whatever its kind. World space."""
+
+from __future__ import annotations
+
+import dataclasses
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+
+import numpy as np
+
+from ssdo_gl import math3d
+from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.material import Color, Material
+from ssdo_gl.scene.mesh import Mesh
+from ssdo_gl.scene.motion import Motion
+
+if TYPE_CHECKING:
+    from ssdo_gl.scene.formats.toml.table import Table
+
+Vector = tuple[float, float, float]
+# map: shadow map (or shadow rays); ssdo: arrives through SSDO's open directions
+# and is part of `directional`, not of `direct`; none: casts no shadow.
+Shadow = Literal["map", "ssdo", "none"]
+# Numbers of the above in the tables that shaders read.
+SHADOW_NUMBERS: Mapping[str, int] = {"none": 0, "map": 1, "ssdo": 2}
+
+BLACK: Color = (0.0, 0.0, 0.0)
+# Corners (low, high) of the scene in the frame of a (3, 3) rotation.
+BoundsOf = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+# Half the extents (N,) of bodies along a unit vector.
+ReachAlong = Callable[[FloatArray], FloatArray]
+
+
+class Form(IntEnum):
+    """What shape light comes from: it decides how shadows are looked up and rays aimed."""
+
+    POINT = 0  # emits an intensity, W/sr
+    PARALLEL = 1  # arrives from one direction, W/m^2
+    AREA = 2  # emits a radiance, W/sr/m^2
+
+
+@dataclass(frozen=True, eq=False)
+class ShadowView:
+    """From where and how wide the shadow map of a light sees; see `ShadowFrame`."""
+
+    origin_ws: FloatArray
+    half_size: tuple[float, float] = (1.0, 1.0)
+    depth: float = 0.0
+    parts: FloatArray = dataclasses.field(default_factory=lambda: np.zeros((1, 3)))
+
+
+@dataclass(frozen=True, eq=False)
+class ShaderRow:
+    """What ``shaders/lights/lights.glsl`` knows of a light beyond kind, shadow and power.
+
+    Attributes
+    ----------
+    place : ndarray, shape (3,)
+        A point; of parallel light the unit vector towards it.
+    axis, second_axis : ndarray, shape (3,)
+        Vectors of the kind's own choice.
+    numbers : (float, float)
+        Of the kind's own choice.
+    two_sided : bool
+    """
+
+    place: FloatArray
+    axis: FloatArray = dataclasses.field(default_factory=lambda: np.zeros(3))
+    second_axis: FloatArray = dataclasses.field(default_factory=lambda: np.zeros(3))
+    numbers: tuple[float, float] = (0.0, 0.0)
+    two_sided: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Emitter:
+    """A light as an entry of the table that rays draw lights from, lengths normalised.
+
+    `power` is what it emits in all, by which it is chosen; `place`, `axis`, `second_axis`,
+    `emitted` and `number` are texels of the entry: see `EmitterTables`.
+    """
+
+    place: FloatArray
+    axis: FloatArray
+    second_axis: FloatArray
+    number: float
+    emitted: FloatArray
+    power: float
+    two_sided: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """What is seen of a light: a mesh, known by a key, its material and (4, 4) matrix."""
+
+    key: str
+    make: Callable[[], Mesh]
+    material: Material
+    world_from_object: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class Light(ABC):
+    """A light of some kind; one file of this folder is all there is to know of a kind.
+
+    Class attributes
+    ----------------
+    kind : str
+        Its name in shaders and window; ``shaders/lights/<kind>.glsl`` holds its functions.
+    form : Form
+    emitted_field, emitted_unit : str
+        The field that says how bright it is, and its unit.
+    point_fields, direction_fields, edge_fields : tuple of str
+        Which fields are points, unit vectors, and vectors with a length.
+    gltf_type : str or None
+        Its name in glTF's KHR_lights_punctual.
+    """
+
+    kind: ClassVar[str]
+    form: ClassVar[Form]
+    emitted_field: ClassVar[str]
+    emitted_unit: ClassVar[str]
+    point_fields: ClassVar[tuple[str, ...]] = ()
+    direction_fields: ClassVar[tuple[str, ...]] = ()
+    edge_fields: ClassVar[tuple[str, ...]] = ()
+    gltf_type: ClassVar[str | None] = None
+
+    shadow: Shadow = "map"
+    name: str = ""
+    motion: Motion | None = None
+
+    # How bright.
+
+    @property
+    def emitted(self) -> Color:
+        """What the light emits, in the unit of its kind."""
+        color: Color = getattr(self, self.emitted_field)
+        return color
+
+    @property
+    def power(self) -> float:
+        """The largest component of what the light emits; 0: it is off."""
+        return max(self.emitted)
+
+    def with_emitted(self, color: Color) -> Self:
+        """Return the light with another brightness."""
+        return self._replace({self.emitted_field: color})
+
+    def without_shadow(self) -> Self:
+        """Return the light unshadowed."""
+        return dataclasses.replace(self, shadow="none")
+
+    # Where.
+
+    @property
+    def place(self) -> Vector | None:
+        """Where the light is; None for a direction."""
+        return getattr(self, self.point_fields[0]) if self.point_fields else None
+
+    def moved_to(self, place: Vector) -> Self:
+        """Return the light at another place; one without a place stays as it is."""
+        return self._replace(dict.fromkeys(self.point_fields, place))
+
+    def at(self, seconds: float) -> Self:
+        """Return the light `seconds` after rest."""
+        return self if self.motion is None else self.moved(self.motion.world_from_rest(seconds))
+
+    def moved(self, matrix: FloatArray) -> Self:
+        """Return the light moved by a rigid (4, 4) matrix."""
+        points = {
+            name: triple(math3d.transform_points(matrix, getattr(self, name)))
+            for name in self.point_fields
+        }
+        turned = {
+            name: triple(matrix[:3, :3] @ np.asarray(getattr(self, name)))
+            for name in (*self.direction_fields, *self.edge_fields)
+        }
+        return self._replace({**points, **turned})
+
+    def scaled(self, factor: float) -> Self:
+        """Return the light in a scene `factor` times as large that looks the same."""
+        lengths = {
+            name: triple(np.multiply(getattr(self, name), factor))
+            for name in (*self.point_fields, *self.edge_fields)
+        }
+        if self.form is Form.POINT:
+            lengths[self.emitted_field] = triple(np.multiply(self.emitted, factor * factor))
+        return self._replace(lengths)
+
+    def _replace(self, fields: Mapping[str, Any]) -> Self:
+        return dataclasses.replace(self, **fields)
+
+    # In files.
+
+    @classmethod
+    def keys(cls) -> tuple[str, ...]:
+        """Return the keys of a scene file's [[light]] table that the kind has of its own."""
+        common = {field.name for field in dataclasses.fields(Light)}
+        return tuple(f.name for f in dataclasses.fields(cls) if f.name not in common)
+
+    @classmethod
+    @abstractmethod
+    def from_table(cls, table: Table, **common: Any) -> Self:
+        """Return the light that a [[light]] table describes; `common` are fields of `Light`."""
+
+    @classmethod
+    def from_gltf(
+        cls, light: Mapping[str, Any], place: Vector, direction: Vector, color: Color, name: str
+    ) -> Self:
+        """Return a light of KHR_lights_punctual, `color` its colour times its intensity."""
+        raise NotImplementedError(f"{cls.kind} lights are none of KHR_lights_punctual")
+
+    def body(self) -> Body | None:
+        """Return what is seen of the light, if anything."""
+        return None
+
+    def can_share_body(self, other: Light) -> bool:
+        """Return whether both may stand for parts of one glowing body."""
+        own = {*self.point_fields, *self.edge_fields, self.emitted_field}
+        return (
+            self.form is Form.AREA
+            and type(self) is type(other)
+            and all(
+                getattr(self, field.name) == getattr(other, field.name)
+                for field in dataclasses.fields(self)
+                if field.name not in own
+            )
+        )
+
+    # For shaders.
+
+    @abstractmethod
+    def axes(self) -> FloatArray:
+        """Return the (3, 3) rotation light_from_world; +z is where the light shines."""
+
+    @abstractmethod
+    def shader_row(self) -> ShaderRow:
+        """Return what shaders know of it."""
+
+    @abstractmethod
+    def emitter(self, centre: FloatArray, unit: float) -> Emitter:
+        """Return its entry for rays, lengths from `centre` in units of `unit`."""
+
+    # Shadow map.
+
+    @property
+    @abstractmethod
+    def map_faces(self) -> int:
+        """How many faces its shadow map needs, the first of `FACE_FROM_LIGHT`."""
+
+    @property
+    def face_count(self) -> int:
+        """How many faces of the atlas it needs; 0 if it has no shadow map."""
+        return self.map_faces if self.shadow == "map" else 0
+
+    @property
+    def tile_span(self) -> int:
+        """How many tiles a face is wide and high.
+
+        Only soft shadows hide their map's texels. The edges of others are as sharp as their
+        map, and a map of one face may spend on that what others spend on six.
+        """
+        if self.form is Form.AREA:
+            return 1
+        return 4 if self.face_count == 1 else 2
+
+    @abstractmethod
+    def shadow_view(self, bounds_of: BoundsOf, parts_per_side: int) -> ShadowView:
+        """Return from where its shadow map sees, which has `parts_per_side`^2 parts."""
+
+    # What it can do to a scene.
+
+    @abstractmethod
+    def outline(self) -> FloatArray | None:
+        """Return points (N, 3) whose convex hull all its light comes from; None if parallel."""
+
+    def can_reach(self, center: FloatArray, radius: FloatArray, reach_along: ReachAlong) -> bool:
+        """Return whether it can light any of N bodies, shadows aside; True if in doubt.
+
+        Parameters
+        ----------
+        center : ndarray, shape (N, 3)
+        radius : ndarray, shape (N,)
+        reach_along : callable
+        """
+        return True
+
+    @abstractmethod
+    def sender_radiance(self, nearest: float) -> float:
+        """Return the largest radiance of a white surface, no nearer than `nearest` to it."""
+
+    @abstractmethod
+    def irradiance_at(self, points: FloatArray, normals: FloatArray) -> FloatArray:
+        """Return unshadowed irradiance (N,), mean over colours, on the better lit side."""
+
+
+def triple(array: FloatArray) -> Vector:
+    """Return three floats as a tuple."""
+    x, y, z = (float(value) for value in array)
+    return x, y, z

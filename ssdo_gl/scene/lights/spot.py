@@ -1,0 +1,110 @@
+"""Light from a point into a cone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+
+from ssdo_gl import math3d
+from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.lights.base import BoundsOf, ReachAlong, ShaderRow, ShadowView, Vector, triple
+from ssdo_gl.scene.lights.point import PunctualLight
+from ssdo_gl.scene.material import Color
+
+if TYPE_CHECKING:
+    from ssdo_gl.scene.formats.toml.table import Table
+
+# A wider cone in one picture would waste most texels on its rim: at 60 degrees the rim
+# has 1/4 of the centre's density, and the five faces of a half cube do better beyond.
+WIDEST_SINGLE_FACE = 60.0
+
+
+@dataclass(frozen=True)
+class SpotLight(PunctualLight):
+    """A point light inside a cone around `direction` (world space, unit length).
+
+    `intensity` (W/sr) holds within `inner_angle`, falls smoothly to zero at
+    `outer_angle` (half-angles in degrees, 0 <= inner < outer < 90) by glTF's
+    KHR_lights_punctual rule: the squared, clamped linear ramp in the cosine.
+    """
+
+    kind = "spot"
+    gltf_type = "spot"
+    direction_fields = ("direction",)
+
+    position: Vector
+    direction: Vector
+    intensity: Color
+    inner_angle: float = 0.0
+    outer_angle: float = 45.0
+
+    @classmethod
+    def from_table(cls, table: Table, **common: Any) -> Self:
+        """Return the light of a [[light]] table."""
+        position, intensity = table.vector("position"), table.color("intensity")
+        outer = table.number("outer_angle", 45.0, low=0.0, high=90.0, open_ends=True)
+        inner = table.number("inner_angle", 0.0, low=0.0, high=90.0)
+        if inner >= outer:
+            table.fail("inner_angle", f"must be less than outer_angle ({outer:g} degrees)")
+        direction = triple(math3d.normalized(table.direction("direction")))
+        return cls(position, direction, intensity, inner, outer, **common)
+
+    @classmethod
+    def from_gltf(
+        cls, light: Mapping[str, Any], place: Vector, direction: Vector, color: Color, name: str
+    ) -> Self:
+        """Return the light of a glTF file."""
+        spot = light.get("spot", {})
+        outer = float(np.degrees(spot.get("outerConeAngle", np.pi / 4.0)))
+        inner = float(np.degrees(spot.get("innerConeAngle", 0.0)))
+        # The widest cone that a spot's shadow map can hold; inner must stay below.
+        outer = min(max(outer, 0.01), 89.9)
+        inner = min(max(inner, 0.0), 0.999 * outer)
+        return cls(place, direction, color, inner, outer, name=name)
+
+    def axes(self) -> FloatArray:
+        """Return a frame around the direction."""
+        return math3d.frame_from_z(self.direction).T
+
+    def shader_row(self) -> ShaderRow:
+        """Return the position, the unit direction and the cone.
+
+        Its numbers: cosine of the outer angle, 1 / (cosine inner - cosine outer).
+        """
+        inner, outer = (math.cos(math.radians(a)) for a in (self.inner_angle, self.outer_angle))
+        return ShaderRow(self.source, self.axes()[2], numbers=(outer, 1.0 / (inner - outer)))
+
+    def share(self) -> float:
+        """Return the cone's part of all directions."""
+        return 0.5 * (1.0 - math.cos(math.radians(self.outer_angle)))
+
+    @property
+    def map_faces(self) -> int:
+        """One, or the half cube."""
+        return 1 if self.outer_angle <= WIDEST_SINGLE_FACE else 5
+
+    def shadow_view(self, bounds_of: BoundsOf, parts_per_side: int) -> ShadowView:
+        """Return the cone, or right angles around the position."""
+        tangent = math.tan(math.radians(self.outer_angle)) if self.map_faces == 1 else 1.0
+        return ShadowView(self.source, (tangent, tangent))
+
+    def can_reach(self, center: FloatArray, radius: FloatArray, reach_along: ReachAlong) -> bool:
+        """Return whether the cone meets any of the spheres."""
+        offset = center - self.source
+        distance = np.linalg.norm(offset, axis=1)
+        inside = distance <= radius
+        away = np.where(inside, 1.0, distance)
+        axis = math3d.normalized(self.direction)
+        angle = np.arccos(np.clip(offset @ axis / away, -1.0, 1.0))
+        widest = math.radians(self.outer_angle) + np.arcsin(np.clip(radius / away, 0.0, 1.0))
+        # A millionth of a radian for the rounding of arccos near its ends.
+        return bool(np.any(inside | (angle <= widest + 1e-6)))
+
+    def is_lit(self, direction: FloatArray) -> FloatArray:
+        """Return 1 within the outer angle."""
+        aim = direction @ math3d.normalized(self.direction)
+        return np.asarray(aim > np.cos(np.radians(self.outer_angle)), np.float64)
