@@ -23,9 +23,11 @@ def exposure_for(
     """Return the exposure in EV at which a scene of unknown light shows well.
 
     From the unshadowed irradiance at points spread evenly over the surfaces; 0 if no
-    light reaches any.
+    light reaches any, or if all of them are lamps.
     """
     points, normals = _surface_samples(meshes, objects)
+    if not len(points):
+        return 0.0
     total = np.zeros(len(points))
     for light in lights:
         total += light.irradiance_at(points, normals)

@@ -44,7 +44,7 @@ def test_point_spot_and_directional_lights(
     axis = around(-w, rng, 0.5)
     outer = min(inner + width, 89.0)
     cos_inner, cos_outer = np.cos(np.radians([inner, outer]))
-    cone = float32(np.tile([cos_outer, 1.0 / (cos_inner - cos_outer)], (COUNT, 1)))
+    cone = float32(np.tile([1.0 - cos_outer, 1.0 / (cos_inner - cos_outer)], (COUNT, 1)))
     cosine = np.maximum((w * n).sum(1), 0.0)
     side = (w * m).sum(1)
     # Rounding decides on which side of its horizon a light exactly on it lies.

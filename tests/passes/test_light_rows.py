@@ -53,7 +53,7 @@ def test_places_are_exact_however_far_out(rows, view):
 
 def test_spot_cone(rows, view):
     cos_inner, cos_outer = np.cos(np.radians([20.0, 50.0]))
-    assert rows[1, 1, 3] == pytest.approx(cos_outer)
+    assert rows[1, 1, 3] == pytest.approx(1.0 - cos_outer)
     assert rows[1, 2, 3] == pytest.approx(1.0 / (cos_inner - cos_outer))
     np.testing.assert_allclose(rows[1, 3, :3], view.view_from_world @ [0.0, 0.6, -0.8], atol=1e-15)
 

@@ -139,7 +139,8 @@ def test_shadow_modes_and_sides_are_kept() -> None:
     np.testing.assert_array_equal(tables.groups[:, 0, 2], [4.0, 6.0, 5.0])
     assert codes(tables) == [KIND_LIGHT, KIND_LIGHT + 1, KIND_PARALLELOGRAM + TWO_SIDED_CODE]
     inner, outer = np.cos(np.radians([10.0, 40.0]))
-    np.testing.assert_allclose(tables.entries[1, 2, :2], [outer, 1.0 / (inner - outer)], rtol=1e-5)
+    numbers = [1.0 - outer, 1.0 / (inner - outer)]
+    np.testing.assert_allclose(tables.entries[1, 2, :2], numbers, rtol=1e-5)
 
 
 def test_lengths_are_those_of_the_frame() -> None:

@@ -121,6 +121,13 @@ SPHERE = '[[object]]\nshape = "sphere"\nradius = 1\n'
         ),
         (
             (
+                "[[light]]\nkind='spot'\nposition=[0,0,0]\ndirection=[0,0,1]\nintensity=[1,1,1]\n"
+                "outer_angle = 1e-9\n"
+            ),
+            ["outer_angle = 1e-09", "at least 0.01 degrees"],
+        ),
+        (
+            (
                 "[[light]]\nkind='area'\ncorner=[0,0,0]\nedge_u=[1,0,0]\nedge_v=[1,0,0]\n"
                 "radiance=[1,1,1]\n"
             ),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -14,7 +16,7 @@ from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.defaults import soft_light
 from ssdo_gl.scene.exposure import exposure_for
 from ssdo_gl.scene.framing import frame, side_coverage
-from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight
+from ssdo_gl.scene.lights import DirectionalLight, Light, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.mesh import SceneObject
 
 BOX = shapes.box()
@@ -154,6 +156,22 @@ def test_exposure_undoes_the_strength_of_the_light(factor: float) -> None:
     ]
     plain = exposure_for([QUAD], floor, lights)
     assert exposure_for([QUAD], floor, strong) == pytest.approx(plain - np.log2(factor), abs=0.11)
+
+
+@pytest.mark.parametrize(
+    "light",
+    [
+        PointLight((0.5, 0.5, 2.0), (1.0, 1.0, 1.0)),
+        SpotLight((0.5, 0.5, 2.0), (0.0, 0.0, -1.0), (1.0, 1.0, 1.0)),
+        DirectionalLight((0.0, 0.0, -1.0), (1.0, 1.0, 1.0)),
+        RectangleLight((0, 0, 1), (0, 1, 0), (1, 0, 0), (1.0, 1.0, 1.0)),
+    ],
+    ids=lambda light: light.kind,
+)
+def test_exposure_of_lamps_alone_is_zero(light: Light) -> None:
+    """Every surface glows: none is left whose brightness would say how to expose."""
+    lamps = [dataclasses.replace(item, light=0) for item in placed(np.eye(4))]
+    assert exposure_for([QUAD], lamps, [light]) == 0.0
 
 
 def test_exposure_of_an_unlit_scene_is_zero() -> None:

@@ -7,6 +7,8 @@ import pytest
 from oracle import lambert_polygon
 from shaders.harness import evaluate
 
+from ssdo_gl.scene.lights import SpotLight
+
 INCLUDES = ["lights/lights.glsl"]
 POLYGON = "parallelogram_cosine_integral(c, u, v, n, m)"
 # Float32: some 50 roundings of 6e-8 in the sum over edges, whose terms are of the order
@@ -217,7 +219,7 @@ def test_point_and_spot_lights_follow_their_law(gl, shaders, scale):
     p, place = p * 2.0 ** np.round(np.log2(scale)), place * 2.0 ** np.round(np.log2(scale))
     inner, outer = 10.0, 50.0
     cos_inner, cos_outer = np.cos(np.radians([inner, outer]))
-    cone = np.tile([cos_outer, 1.0 / (cos_inner - cos_outer)], (count, 1))
+    cone = np.tile([1.0 - cos_outer, 1.0 / (cos_inner - cos_outer)], (count, 1))
     to_light = place - p
     w = unit(to_light)
     cosine = np.maximum((w * n).sum(1), 0.0) * ((w * m).sum(1) > 0.0)
@@ -236,6 +238,25 @@ def test_point_and_spot_lights_follow_their_law(gl, shaders, scale):
             rtol=POINT_TOLERANCE,
             atol=4e-6 * wanted.max() * 100.0,
         )
+
+
+@pytest.mark.parametrize(("inner", "outer"), [(0.0, 0.01), (0.0, 0.02), (0.05, 0.1), (0.999, 1.0)])
+def test_narrow_spots_light_their_disk(gl, shaders, inner, outer):
+    """Cosines of such cones differ by less than a few roundings of float32."""
+    light = SpotLight((0.0, 0.0, 0.0), (0.0, 0.0, -1.0), (1.0, 1.0, 1.0), inner, outer)
+    angle = np.radians(outer) * np.linspace(0.0, 1.2, 200)
+    p = np.stack([np.sin(angle), 0.0 * angle, -np.cos(angle)], 1)
+    cone = np.tile(light.shader_row().numbers, (len(p), 1))
+    body = """unshadowed_irradiance(make(LIGHT_SPOT, vec3(0.0), vec3(0.0, 0.0, -1.0), vec3(0.0), cone),
+                                    p, vec3(0.0, 0.0, 1.0), vec3(0.0, 0.0, 1.0))"""
+    found = evaluate(gl, shaders, INCLUDES, body, {"p": p, "cone": cone}, 3, functions=LIGHT)
+    # Half the sum times half the difference: float64 cancels, too.
+    i, o = np.radians(inner), np.radians(outer)
+    ramp = np.sin((o + angle) / 2) * np.sin((o - angle) / 2)
+    ramp /= np.sin((o + i) / 2) * np.sin((o - i) / 2)
+    wanted = np.clip(ramp, 0.0, 1.0) ** 2 * np.cos(angle)
+    # Positions are good to 6e-8 of the distance, the cone is 1.7e-4 wide, or its rim is.
+    np.testing.assert_allclose(found[:, 0], wanted, atol=4.0 * 6e-8 / (o - i))
 
 
 def test_directional_light_is_the_cosine(gl, shaders):

@@ -21,7 +21,7 @@ from ssdo_gl.scene.formats.gltf_document import Document, GltfError, Json
 from ssdo_gl.scene.formats.gltf_geometry import Shape, read_shape
 from ssdo_gl.scene.formats.gltf_materials import MaterialReader
 from ssdo_gl.scene.formats.model import Model
-from ssdo_gl.scene.lights import Light, kind_of_gltf
+from ssdo_gl.scene.lights import kind_of_gltf
 from ssdo_gl.scene.material import Color
 from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.scene import SceneError
@@ -37,6 +37,7 @@ _UNDERSTOOD = {
     "EXT_texture_webp",
     "KHR_texture_basisu",
 }
+FLOAT32_MAX = float(np.finfo(np.float32).max)
 # Damage to the document's structure surfaces as one of these while it is walked.
 _STRUCTURE_ERRORS = (
     KeyError,
@@ -130,7 +131,7 @@ class _Reader:
             self._camera = (int(node["camera"]), world)
         light = node.get("extensions", {}).get("KHR_lights_punctual")
         if light is not None:
-            self.model.lights.append(self._read_light(int(light["light"]), world))
+            self._read_light(int(light["light"]), world)
 
     def _read_mesh(self, node: Json, world: FloatArray) -> None:
         mesh_index = int(node["mesh"])
@@ -225,21 +226,30 @@ class _Reader:
             return positions, None
         return positions, np.einsum("vab,vb->va", blended[:, :3, :3], shape.normals)
 
-    def _read_light(self, index: int, world: FloatArray) -> Light:
-        """Return a light of KHR_lights_punctual; it shines along the node's -z."""
+    def _read_light(self, index: int, world: FloatArray) -> None:
+        """Add a light of KHR_lights_punctual; it shines along the node's -z."""
         lights = self.document.json["extensions"]["KHR_lights_punctual"]["lights"]
         light = lights[index]
         red, green, blue = (float(c) for c in light.get("color", (1.0, 1.0, 1.0)))
         strength = float(light.get("intensity", 1.0))
         color: Color = (red * strength, green * strength, blue * strength)
-        if not all(0.0 <= c < np.inf for c in color):
+        if not all(0.0 <= c <= FLOAT32_MAX for c in color):
             raise GltfError(f"light {index}: colour and intensity must be finite and >= 0")
         name = str(light.get("name", ""))
         kind = kind_of_gltf(light["type"])
         if kind is None:
             raise GltfError(f"light {index}: unknown type {light['type']!r}")
-        forward = math3d.normalized(-world[:3, 2])
-        return kind.from_gltf(light, _triple(world[:3, 3]), _triple(forward), color, name)
+        # The node's scale does not count: one axis may even vanish.
+        backward = world[:3, 2] if world[:3, 2].any() else np.cross(world[:3, 0], world[:3, 1])
+        if kind.direction_fields and not backward.any():
+            self.model.note(f"light {name or index} dropped: its node is scaled to zero")
+            return
+        forward = -math3d.normalized(backward) if backward.any() else np.array([0.0, 0.0, -1.0])
+        try:
+            made = kind.from_gltf(light, _triple(world[:3, 3]), _triple(forward), color, name)
+        except ValueError as error:
+            raise GltfError(f"light {index}: {error}") from None
+        self.model.lights.append(made)
 
     def _read_camera(self) -> Camera | None:
         """Return the first camera of the scene, if it is a perspective one."""

@@ -21,6 +21,10 @@ if TYPE_CHECKING:
 # A wider cone in one picture would waste most texels on its rim: at 60 degrees the rim
 # has 1/4 of the centre's density, and the five faces of a half cube do better beyond.
 WIDEST_SINGLE_FACE = 60.0
+# Of files, degrees: a narrower cone would be a few hundred roundings of float32 wide.
+NARROWEST = 0.01
+# A ramp that takes less of the cone is a step: float32 would not resolve it.
+NARROWEST_RAMP = 1e-6
 
 
 @dataclass(frozen=True)
@@ -50,6 +54,8 @@ class SpotLight(PunctualLight):
         inner = table.number("inner_angle", 0.0, low=0.0, high=90.0)
         if inner >= outer:
             table.fail("inner_angle", f"must be less than outer_angle ({outer:g} degrees)")
+        if outer < NARROWEST:
+            table.fail("outer_angle", f"must be at least {NARROWEST:g} degrees")
         direction = triple(math3d.normalized(table.direction("direction")))
         return cls(position, direction, intensity, inner, outer, **common)
 
@@ -61,8 +67,10 @@ class SpotLight(PunctualLight):
         spot = light.get("spot", {})
         outer = float(np.degrees(spot.get("outerConeAngle", np.pi / 4.0)))
         inner = float(np.degrees(spot.get("innerConeAngle", 0.0)))
+        if not (math.isfinite(outer) and math.isfinite(inner)):
+            raise ValueError("the angles of a spot must be finite")
         # The widest cone that a spot's shadow map can hold; inner must stay below.
-        outer = min(max(outer, 0.01), 89.9)
+        outer = min(max(outer, NARROWEST), 89.9)
         inner = min(max(inner, 0.0), 0.999 * outer)
         return cls(place, direction, color, inner, outer, name=name)
 
@@ -73,10 +81,14 @@ class SpotLight(PunctualLight):
     def shader_row(self) -> ShaderRow:
         """Return the position, the unit direction and the cone.
 
-        Its numbers: cosine of the outer angle, 1 / (cosine inner - cosine outer).
+        Its numbers: 1 - cosine of the outer angle, 1 / (cosine inner - cosine outer). Both
+        by half angles, because cosines of narrow cones are all 1 but for rounding.
         """
-        inner, outer = (math.cos(math.radians(a)) for a in (self.inner_angle, self.outer_angle))
-        return ShaderRow(self.source, self.axes()[2], numbers=(outer, 1.0 / (inner - outer)))
+        inner, outer = 0.5 * math.radians(self.inner_angle), 0.5 * math.radians(self.outer_angle)
+        width = 2.0 * math.sin(outer) ** 2
+        ramp = 2.0 * math.sin(outer + inner) * math.sin(outer - inner)
+        slope = 1.0 / max(ramp, NARROWEST_RAMP * width, 1e-30)
+        return ShaderRow(self.source, self.axes()[2], numbers=(width, slope))
 
     def share(self) -> float:
         """Return the cone's part of all directions."""

@@ -339,6 +339,48 @@ def test_punctual_lights_shine_along_minus_z(glb, tmp_path: Path) -> None:
     assert scene.camera.exposure != 0.0
 
 
+@pytest.mark.parametrize(
+    ("kind", "scale", "expected"),
+    [
+        ("point", [0, 0, 0], (1, 2, 3)),
+        ("directional", [1, 1, 0], (0, 0, -1)),
+        ("spot", [2, 3, 0], (0, 0, -1)),
+        ("spot", [0, 0, 0], None),
+    ],
+)
+def test_lights_shine_whatever_the_scale_of_their_node(
+    kind: str, scale: list[float], expected: tuple[float, ...] | None, glb, tmp_path: Path
+) -> None:
+    glb.json["extensions"] = {"KHR_lights_punctual": {"lights": [{"type": kind, "name": "lamp"}]}}
+    glb.json["scenes"] = [{"nodes": [0, 1]}]
+    extension = {"KHR_lights_punctual": {"light": 0}}
+    node = {"translation": [1, 2, 3], "scale": scale, "extensions": extension}
+    glb.json["nodes"] = [{"mesh": 0}, node]
+    glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
+    scene = load(glb, tmp_path)
+    dropped = [note for note in scene.notes if "light lamp dropped" in note]
+    assert len(dropped) == (expected is None)
+    if expected is not None:
+        (light,) = scene.lights
+        assert getattr(light, "direction", light.place) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(
+    ("light", "message"),
+    [
+        ({"type": "point", "intensity": 1e39}, "light 0: colour and intensity must be finite"),
+        ({"type": "area"}, "light 0: unknown type 'area'"),
+        ({"type": "spot", "spot": {"outerConeAngle": np.nan}}, "light 0: the angles of a spot"),
+    ],
+)
+def test_bad_lights_are_refused_by_number(light, message: str, glb, tmp_path: Path) -> None:
+    glb.json["extensions"] = {"KHR_lights_punctual": {"lights": [light]}}
+    glb.json["nodes"] = [{"mesh": 0, "extensions": {"KHR_lights_punctual": {"light": 0}}}]
+    glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
+    with pytest.raises(SceneError, match=message):
+        load(glb, tmp_path)
+
+
 def test_the_camera_of_the_file_is_used(glb, tmp_path: Path) -> None:
     glb.json["cameras"] = [{"type": "perspective", "perspective": {"yfov": 0.5, "znear": 1}}]
     glb.json["scenes"] = [{"nodes": [0, 1]}]

@@ -26,9 +26,41 @@ def test_cone_ends_at_the_outer_angle() -> None:
 
 
 def test_shader_row_ramps_between_the_angles() -> None:
-    cosine, slope = LIGHT.shader_row().numbers
-    ramp = [(np.cos(np.radians(a)) - cosine) * slope for a in (20.0, 40.0)]
+    width, slope = LIGHT.shader_row().numbers
+    ramp = [(np.cos(np.radians(a)) - 1.0 + width) * slope for a in (20.0, 40.0)]
     assert ramp == pytest.approx([1.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("inner", "outer"), [(0.0, 1e-300), (0.0, 1e-9), (40.0 - 1e-13, 40.0), (40.0, 40.0)]
+)
+def test_shader_row_of_the_narrowest_is_finite_in_float32(inner: float, outer: float) -> None:
+    light = SpotLight((0, 0, 0), (0, 0, -1), (1, 1, 1), inner, outer)
+    numbers = np.float32(light.shader_row().numbers)
+    assert np.all(np.isfinite(numbers))
+    # The ramp from the axis to the rim is not lost, nor does it become nothing at all.
+    assert numbers[1] * numbers[0] >= 1.0 or outer < 1e-6
+    assert np.isfinite(light.emitter(np.zeros(3), 1.0).second_axis).all()
+
+
+@pytest.mark.parametrize(
+    ("spot", "inner", "outer"),
+    [
+        ({}, 0.0, 45.0),
+        ({"outerConeAngle": 1e-12}, 0.0, 0.01),
+        ({"outerConeAngle": np.pi / 2, "innerConeAngle": np.pi / 2}, 0.999 * 89.9, 89.9),
+    ],
+)
+def test_angles_of_gltf_are_brought_into_range(spot, inner: float, outer: float) -> None:
+    light = SpotLight.from_gltf({"spot": spot}, (0, 0, 0), (0, 0, -1), (1, 1, 1), "")
+    assert (light.inner_angle, light.outer_angle) == pytest.approx((inner, outer))
+
+
+def test_angles_of_gltf_are_finite() -> None:
+    with pytest.raises(ValueError, match="must be finite"):
+        SpotLight.from_gltf(
+            {"spot": {"innerConeAngle": np.nan}}, (0, 0, 0), (0, 0, -1), (1, 1, 1), ""
+        )
 
 
 def test_rays_choose_it_by_its_share_of_directions() -> None:
