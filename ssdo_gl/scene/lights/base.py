@@ -210,7 +210,7 @@ class Light(ABC):
         cls, light: Mapping[str, Any], place: Vector, direction: Vector, color: Color, name: str
     ) -> Self:
         """Return a light of KHR_lights_punctual, `color` its colour times its intensity."""
-        raise NotImplementedError(f"{cls.kind} lights are none of KHR_lights_punctual")
+        raise TypeError(f"KHR_lights_punctual has no {cls.kind} lights")
 
     def body(self) -> Body | None:
         """Return what is seen of the light, if anything."""
