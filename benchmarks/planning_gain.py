@@ -33,7 +33,8 @@ from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.resolve import settings_for, size_from_text
+from ssdo_gl.settings.fields import parse
+from ssdo_gl.settings.resolve import settings_for
 
 PICTURE = ("display",)
 GBUFFER = ("depth", "normal_ws", "albedo")
@@ -231,7 +232,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--method", default=None)
     parser.add_argument("--rounds", type=int, default=ROUNDS)
     options = parser.parse_args(arguments)
-    flags = {"size": size_from_text(options.size), "method": options.method}
+    flags = {"size": parse(Settings, "size", options.size), "method": options.method}
     costs = []
     for name in options.scenes or built_in_scenes():
         scene = load_scene(name)

@@ -29,7 +29,7 @@ from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.resolve import settings_for
+from ssdo_gl.settings.resolve import resolved, settings_for
 
 
 class Renderer:
@@ -41,6 +41,8 @@ class Renderer:
     ----------
     scene : Scene
     settings : Settings
+        Fields that were not given yield to the scene's own wishes (``Scene.render``), as
+        flags of the command line do.
     backend : str
         auto, egl, osmesa or window.
     device : Device or None
@@ -67,7 +69,7 @@ class Renderer:
         shaders: ShaderLibrary | None = None,
     ) -> None:
         self.scene = scene
-        self.settings = self._completed(settings or settings_for(scene.render, {}))
+        self.settings = resolved(settings or Settings(), scene)
         self._owns_device = device is None
         self.device = device or create_context(backend)
         # Another device may have been made, and be current, since.
@@ -114,7 +116,7 @@ class Renderer:
     def use(self, settings: Settings) -> None:
         """Render with other settings from now on; what they leave alone stays warm."""
         self.device.activate()
-        self.settings = self._completed(settings)
+        self.settings = resolved(settings, self.scene)
 
     def use_scene(self, scene: Scene) -> None:
         """Render another scene from now on, or this one after a change.
@@ -232,16 +234,6 @@ class Renderer:
         log.add(
             (time.perf_counter() - start) * 1e3, (time.process_time() - process_start) * 1e3, rows
         )
-
-    def _completed(self, settings: Settings) -> Settings:
-        """Return `settings` with what the scene decides filled in."""
-        radius = settings.radius
-        if radius is None:
-            radius = float(self.scene.render.get("radius") or self.scene.default_radius())
-        exposure = settings.exposure
-        if exposure is None:
-            exposure = self.scene.camera.exposure
-        return dataclasses.replace(settings, radius=radius, exposure=exposure).checked()
 
     def _scene_at(self, seconds: float) -> Scene:
         """Return the scene at a time: the very same as last time while time stands still."""

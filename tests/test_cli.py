@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import struct
 import zlib
@@ -12,6 +13,12 @@ import trimesh
 from PIL import Image
 
 from ssdo_gl.cli import main
+from ssdo_gl.renderer import Renderer
+from ssdo_gl.scene.environment import MapEnvironment
+from ssdo_gl.scene.load import load_scene
+from ssdo_gl.settings import Settings
+from ssdo_gl.settings.names import aov_names, method_names
+from ssdo_gl.settings.passes import pass_settings, passes_without_settings
 
 SMALL = ["--size", "32x18", "--samples", "8"]
 BOX = """
@@ -19,6 +26,20 @@ BOX = """
 shape = "box"
 min = [0, 0, 0]
 max = [1, 1, 1]
+"""
+# A box on a floor, under a sky of one colour.
+SKY = f"""
+[camera]
+position = [1.5, 2.2, 3]
+target = [0.5, 0.1, 1.2]
+[environment]
+kind = "constant"
+radiance = [1, 1, 1]
+[[object]]
+shape = "box"
+min = [-9, 0, -9]
+max = [9, 0.1, 9]
+{BOX}
 """
 
 
@@ -155,7 +176,8 @@ def test_version(capsys):
     [
         (["--size", "0x5"], "--size"),
         (["--size", "5"], "WIDTHxHEIGHT"),
-        (["--radius", "-1"], "--radius = -1.0: must be within 0 to inf"),
+        (["--time", "nan"], "--time = nan"),
+        (["--radius", "-1"], "--radius = -1.0: expected a number from 1e-15"),
         (["--radius", "wide"], "--radius"),
         (["--samples", "0"], "--samples = 0"),
         (["--method", "magic"], "--method"),
@@ -163,7 +185,7 @@ def test_version(capsys):
         (["--aov", "beauty,alb"], "--aov 'alb'"),
         (["--camera", "1,2"], "--camera"),
         (["--set", "bounce.strenght=2"], "did you mean strength"),
-        (["--frames", "0"], "--frames 0"),
+        (["--frames", "0"], "--frames = 0"),
         (["--sise", "3x3"], "--sise"),
         (["--resolution-scale", "0.7"], "--resolution-scale"),
     ],
@@ -342,3 +364,135 @@ def test_explanations_say_what_was_saved(tmp_path, capsys):
     skipped = decisions["directional occlusion"]
     assert not skipped["run"] and skipped["saved_ms"] > 0.0
     assert skipped["reason"] == "there is neither an environment nor an ssdo light in reach"
+
+
+# --- references: what they reached, and whether that is enough -----------------------
+
+REFERENCE = ["corner", "--method", "reference-ao", "--aov", "visibility"]
+
+
+@pytest.mark.parametrize("spp", ["1", "2"])
+def test_an_error_that_nobody_can_know_is_said_to_be_unknown(tmp_path, capsys, spp):
+    out = str(tmp_path / "a.npz")
+    assert main([*REFERENCE, "--spp", spp, "--snapshot", out, *SMALL]) == 0
+    said = capsys.readouterr().out
+    assert ("visibility unknown" in said) == (spp == "1")
+
+
+@pytest.mark.parametrize("method", ["reference-ao", "reference-near", "reference-gi"])
+def test_a_view_without_surfaces_has_no_error(tmp_path, capsys, method):
+    out = str(tmp_path / "a.npz")
+    away = ["--camera", "0,0,100 0,0,200", "--spp", "4"]
+    assert main(["corner", "--method", method, *away, "--snapshot", out, *SMALL]) == 0
+    assert "Traceback" not in capsys.readouterr().err
+
+
+def test_a_reference_goes_on_until_its_bound_holds(tmp_path, capsys):
+    """256 rays, the usual number, leave 1.5 % here: four times as many are needed."""
+    stats = tmp_path / "s.json"
+    command = [*REFERENCE, "--size", "32x18", "--stats", str(stats)]
+    assert main([*command, "--explain"]) == 0
+    first = json.loads(stats.read_text())["references"]["reference_ao"]
+    bound = 0.5 * first["relative_standard_error"]["visibility"]
+    capsys.readouterr()
+    assert main([*command, "--explain", "--max-error", repr(bound)]) == 0
+    content = json.loads(stats.read_text())["references"]["reference_ao"]
+    assert first["spp"] == 256 < content["spp"]
+    assert content["relative_standard_error"]["visibility"] <= bound
+    assert content["stopped_by"] == "max_error"
+    # A number that was asked for is the limit, and that it was met is said.
+    assert main([*command, "--explain", "--max-error", repr(bound), "--spp", "256"]) == 4
+    captured = capsys.readouterr()
+    assert "after 256 samples per pixel, --max-error asked for" in captured.err
+    assert len(captured.err.strip().splitlines()) == 1
+
+
+# --- scene, flags and modes -----------------------------------------------------------
+
+
+def test_a_scene_may_wish_for_size_and_antialiasing_of_a_picture(tmp_path):
+    text = BOX + "[render]\nsize = [20, 10]\nantialias = 2\nsamples = 8\n"
+    stats = tmp_path / "s.json"
+    command = [scene_file(tmp_path, text), "--stats", str(stats)]
+    assert main([*command, "--snapshot", str(tmp_path / "a.png")]) == 0
+    settings = json.loads(stats.read_text())["settings"]
+    assert (settings["size"], settings["antialias"], settings["samples"]) == ([20, 10], 2, 8)
+    assert main([*command, "--snapshot", str(tmp_path / "a.png"), "--antialias", "1"]) == 0
+    assert json.loads(stats.read_text())["settings"]["antialias"] == 1
+
+
+def test_an_estimator_may_be_that_of_the_method_the_scene_wishes_for(tmp_path):
+    text = BOX + "[render]\nmethod = 'ssao'\n"
+    command = [scene_file(tmp_path, text), "--estimator", "hemisphere", *SMALL]
+    assert main([*command, "--snapshot", str(tmp_path / "a.png"), "--quiet"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("flags", "said"),
+    [
+        (["--frames", "3"], "--frames has no effect in the window"),
+        (["--stats", "s.json"], "--stats has no effect in the window"),
+        (["--backend", "egl"], "--backend egl makes no window"),
+        (["--aov", "all"], "a window begins with one of"),
+    ],
+)
+def test_flags_without_effect_in_a_window_are_refused(capsys, flags, said):
+    assert said in refused(capsys, ["corner", *flags])
+
+
+def test_the_window_begins_with_the_image_and_the_time_that_are_named(monkeypatch):
+    taken = {}
+    monkeypatch.setattr(
+        "ssdo_gl.window.window.open_window", lambda *args, **more: taken.update(more)
+    )
+    assert main(["corner", "--aov", "depth", "--time", "2.5", "--backend", "window"]) == 0
+    assert (taken["aov"], taken["seconds"]) == ("depth", 2.5)
+
+
+@pytest.mark.parametrize("method", method_names())
+@pytest.mark.parametrize("scene", ["courtyard", "furnace"])
+def test_set_knows_every_pass_that_is_explained(scene, method):
+    """By the name that `--explain` gives it; a pass without settings says so."""
+    known = {*pass_settings(), *passes_without_settings()}
+    settings = Settings(size=(16, 9), method=method, spp=1, samples=8)
+    with Renderer(load_scene(scene), settings) as renderer:
+        passes = {row.name for row in renderer.render(aov_names()).passes}
+    assert "gbuffer" in passes
+    assert passes <= known, passes - known
+
+
+@pytest.mark.parametrize(
+    ("scene", "method", "aov", "changed"),
+    [
+        ("courtyard", "ssao", "visibility", "ssao_filter"),
+        ("courtyard", "bounce", "directional", "directional_filter"),
+        ("courtyard", "bounce", "bounce", "bounce_filter"),
+        # One colour from everywhere: visibility is all that directions would tell.
+        ("sky.toml", "ssdo", "directional", "directional_filter"),
+    ],
+)
+def test_set_reaches_filters_one_by_one(tmp_path, scene, method, aov, changed):
+    images = {}
+    scene = scene_file(tmp_path, SKY) if scene == "sky.toml" else scene
+    for name in ("ssao_filter", "directional_filter", "bounce_filter", None):
+        out = tmp_path / f"{name}.npz"
+        command = [scene, "--method", method, "--aov", aov, "--snapshot", str(out)]
+        flags = [] if name is None else ["--set", f"{name}.filter=none"]
+        assert main([*command, *SMALL, "--quiet", *flags]) == 0
+        with np.load(out) as file:
+            images[name] = file[aov]
+    different = {name for name in images if not np.array_equal(images[name], images[None])}
+    # What surfaces send on has been filtered, too.
+    assert different - {"directional_filter"} == {changed} - {"directional_filter"}
+    assert changed in different
+
+
+def test_set_reaches_the_environment():
+    pixels = np.random.default_rng(1).uniform(0.0, 2.0, (8, 16, 3)).astype(np.float32)
+    scene = dataclasses.replace(load_scene("courtyard"), environment=MapEnvironment(pixels))
+    images = []
+    for overrides in ({}, {"environment.irradiance_size": 4}):
+        settings = Settings(size=(32, 18), method="ssao", samples=8, overrides=overrides)
+        with Renderer(scene, settings) as renderer:
+            images.append(renderer.render().images["beauty"])
+    assert not np.array_equal(*images)

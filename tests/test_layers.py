@@ -14,22 +14,22 @@ TESTS = Path(__file__).parent
 # Low to high. A unit is a folder, or a file that stands apart from the rest of its folder;
 # it imports lower ones only.
 LAYERS: tuple[tuple[str, ...], ...] = (
-    ("resources", "math3d", "whole_files", "images/color"),
+    ("resources", "math3d", "whole_files", "toml_text", "process", "images/color"),
+    ("settings/fields", "effects/estimators"),
+    ("effects/methods",),
+    ("settings",),
     ("scene",),
     ("raytracing",),
     ("gpu",),
-    ("settings/fields",),
     ("graph",),
-    ("effects/estimators",),
-    ("effects/methods",),
-    ("settings",),
     ("passes",),
     ("planning",),
     ("effects",),
     ("planning/walk",),
     ("planning/planner",),
-    ("settings/resolve", "images"),
-    ("settings/command_line",),
+    ("settings/passes", "images"),
+    ("settings/resolve",),
+    ("settings/command_line", "settings/presets", "settings/flags"),
     ("render_result",),
     ("renderer",),
     ("headless", "bench", "window"),
@@ -38,7 +38,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
 )
 LEVEL = {unit: level for level, units in enumerate(LAYERS) for unit in units}
 # Run without a device, so that wiring and scenes can be tested anywhere.
-WITHOUT_OPENGL = ("scene", "graph/graph", "graph/resource", "graph/frame", "settings/fields")
+WITHOUT_OPENGL = ("scene", "graph/graph", "graph/resource", "graph/frame", "settings/settings")
 
 MAX_FILE_LINES = 400
 MAX_FUNCTION_LINES = 70

@@ -13,8 +13,6 @@ import difflib
 import json
 import sys
 import tomllib
-import types
-import typing
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
@@ -25,8 +23,10 @@ import numpy as np
 
 from ssdo_gl.bench import pareto
 from ssdo_gl.bench.clock import CLOCK_NAMES
-from ssdo_gl.settings import ESTIMATORS, Settings
-from ssdo_gl.settings.fields import SettingError, describe
+from ssdo_gl.settings import Settings
+from ssdo_gl.settings.fields import SettingError, shown
+from ssdo_gl.settings.names import estimators_of
+from ssdo_gl.settings.presets import read_preset
 
 # What a rung decides; everything else is the user's.
 FIELDS = ("estimator", "samples", "steps", "resolution_scale", "filter")
@@ -82,7 +82,7 @@ class Rung:
 
 def fitting(fields: Mapping[str, Any], method: str) -> dict[str, Any]:
     """Return `fields` without an estimator that `method` does not have."""
-    known = fields.get("estimator") in ESTIMATORS.get(method, ())
+    known = fields.get("estimator") in estimators_of(method)
     return {name: value for name, value in fields.items() if name != "estimator" or known}
 
 
@@ -110,8 +110,7 @@ def load_preset(name_or_file: str, method: str | None = None) -> dict[str, Any]:
     Parameters
     ----------
     name_or_file : str
-        ``fast``, ``balanced``, ``fine``, ``reference``, or a TOML file with names and
-        values of settings, at the top or in a table ``settings``.
+        ``fast``, ``balanced``, ``fine``, ``reference``, or a file that `read_preset` reads.
     method : str or None
         The method in force, if the user chose one: an estimator it lacks is left out.
 
@@ -129,55 +128,8 @@ def load_preset(name_or_file: str, method: str | None = None) -> dict[str, Any]:
     if path.suffix != ".toml":
         near = difflib.get_close_matches(name_or_file, NAMES, n=1)
         hint = f"did you mean {near[0]}?" if near else f"choose {', '.join(NAMES)}"
-        raise SettingError(f"--preset {name_or_file!r}: {hint} or a .toml file")
-    return _preset_file(path)
-
-
-def _preset_file(path: Path) -> dict[str, Any]:
-    try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise SettingError(f"--preset {path}: {error}") from None
-    table = data.get("settings", data)
-    if not isinstance(table, dict):
-        raise SettingError(f"--preset {path}: settings must be a table")
-    fields: dict[str, Any] = {key.replace("-", "_"): value for key, value in table.items()}
-    known, hints = describe(Settings), typing.get_type_hints(Settings)
-    for name, value in fields.items():
-        if name not in known:
-            near = difflib.get_close_matches(name, known, n=1)
-            hint = f"; did you mean {near[0]}?" if near else ""
-            raise SettingError(f"--preset {path}: unknown setting {name!r}{hint}")
-        if name == "size":
-            fields[name] = _size(value, path)
-        elif not _has_type(value, hints[name]):
-            raise SettingError(f"--preset {path}: {name} = {value!r}: wrong type")
-    try:
-        dataclasses.replace(Settings(), **fields).checked()
-    except (SettingError, TypeError) as error:
-        raise SettingError(f"--preset {path}: {error}") from None
-    return fields
-
-
-def _has_type(value: Any, wanted: Any) -> bool:
-    """Whether a TOML value fits a field's type; whole numbers are floats, too."""
-    if wanted is float:
-        return isinstance(value, (int, float)) and not isinstance(value, bool)
-    origin = typing.get_origin(wanted)
-    # Whether `A | None` is one or the other depends on what A is.
-    if origin in (types.UnionType, typing.Union):
-        return any(_has_type(value, item) for item in typing.get_args(wanted))
-    if origin is typing.Literal:
-        return value in typing.get_args(wanted)
-    if origin is not None:
-        return isinstance(value, dict)
-    return type(value) is wanted
-
-
-def _size(value: Any, path: Path) -> tuple[int, int]:
-    if isinstance(value, list) and len(value) == 2 and all(type(n) is int for n in value):
-        return value[0], value[1]
-    raise SettingError(f"--preset {path}: size = {value!r}: expected [width, height]")
+        raise SettingError(f"--preset {shown(name_or_file)}: {hint} or a .toml file")
+    return read_preset(path)
 
 
 # ------------------------------------------------------------------------- derivation

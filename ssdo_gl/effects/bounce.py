@@ -52,7 +52,9 @@ class BounceSettings(ScreenSpaceSettings):
         low=0.0,
         high=1.0,
     )
-    strength: float = setting(1.0, "factor on the bounced light; 1 is physical", low=0.0)
+    strength: float = setting(
+        1.0, "factor on the bounced light; 1 is physical", low=0.0, slider_high=4.0
+    )
     distance_clamp: float = setting(
         0.1,
         "rgs09: distances to senders count as at least this, relative to R",

@@ -204,8 +204,8 @@ def _reason_for_lights_only(request: Request) -> str | None:
 ONE_COLOR = Shortcut(
     "light by direction",
     _reason_for_one_color,
-    ("directional", "directional_filter"),
-    ("ssao", "ssao_filter"),
+    ("directional",),
+    ("ssao",),
 )
 LIGHTS_ONLY = Shortcut("hemisphere", _reason_for_lights_only, ("directional",))
 
@@ -285,7 +285,7 @@ class Directional(Effect):
         yield item, "how open each point is says how much of the environment's one colour arrives"
         yield filtered(
             request,
-            "ssao_filter",
+            "directional_filter",
             "visibility_raw",
             "directional_irradiance",
             is_visibility=True,

@@ -22,7 +22,7 @@ from ssdo_gl.passes.ray_uniforms import (
     ray_uniforms,
 )
 from ssdo_gl.raytracing.surface_tables import RayFeatures
-from ssdo_gl.settings.fields import setting
+from ssdo_gl.settings.settings import same_as
 
 # Rays of one draw and pixel: enough to spread the cost of finding the surface again.
 MOST_PER_DRAW = 32
@@ -33,13 +33,9 @@ OUTPUT = SumOutput("visibility", channels=1)
 class ReferenceAoSettings:
     """Settings of ray-traced visibility."""
 
-    radius: float = setting(
-        0.3, "length R of the rays; inf: the whole scene", unit="scene units", low=0.0
-    )
-    spp: int = setting(256, "rays per pixel", low=1, high=1 << 20)
-    max_error: float | None = setting(
-        None, "stop below this standard error, relative to the mean", low=0.0
-    )
+    radius: float = same_as("radius", 0.3)
+    spp: int = same_as("spp")
+    max_error: float | None = same_as("max_error")
 
 
 class ReferenceAoPass(RenderPass):

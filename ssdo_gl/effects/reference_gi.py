@@ -27,14 +27,13 @@ from ssdo_gl.passes.ray_uniforms import (
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment import Environment
 from ssdo_gl.settings.fields import setting
+from ssdo_gl.settings.settings import MAX_BOUNCES, same_as
 
 # Paths of one draw and pixel: enough to spread the cost of finding the surface again.
 MOST_PER_DRAW = 8
 # Rays of a path that ends by chance, at most on average: 20 vertices in a white room,
 # since none survives more surely than 0.95, and two rays from each.
 RAYS_PER_PATH = 40
-# Bounces that no path reaches under Russian roulette: 0.95^512 is 4e-12.
-UNLIMITED_BOUNCES = 512
 OUTPUT = SumOutput("gi_radiance", channels=3)
 
 
@@ -42,28 +41,21 @@ OUTPUT = SumOutput("gi_radiance", channels=3)
 class ReferenceGiSettings:
     """Settings of the path tracer."""
 
-    spp: int = setting(256, "paths per pixel", low=1, high=1 << 20)
-    bounces: int | None = setting(
-        None,
-        "indirect bounces; None: all, paths end by Russian roulette without bias",
-        low=0,
-        high=UNLIMITED_BOUNCES,
-    )
+    spp: int = same_as("spp")
+    bounces: int | None = same_as("bounces")
     roulette_start: int = setting(
         2, "bounces that every path makes before it may end by chance", low=0, high=64
     )
-    max_error: float | None = setting(
-        None, "stop below this standard error, relative to the mean", low=0.0
-    )
+    max_error: float | None = same_as("max_error")
 
 
 def uniforms(settings: ReferenceGiSettings) -> dict[str, object]:
     """Return the uniforms that say how long the paths of ``effects/reference_gi.frag`` are."""
     limited = settings.bounces is not None
     return {
-        "u_max_bounces": settings.bounces if limited else UNLIMITED_BOUNCES,
+        "u_max_bounces": settings.bounces if limited else MAX_BOUNCES,
         # A fixed number of bounces is not shortened by chance.
-        "u_roulette_start": UNLIMITED_BOUNCES if limited else settings.roulette_start,
+        "u_roulette_start": MAX_BOUNCES if limited else settings.roulette_start,
     }
 
 

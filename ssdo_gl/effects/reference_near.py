@@ -27,7 +27,7 @@ from ssdo_gl.passes.ray_uniforms import (
 )
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment import Environment
-from ssdo_gl.settings.fields import setting
+from ssdo_gl.settings.settings import same_as
 
 # Samples of one draw and pixel; each takes a ray, and from what it hits one to each light.
 MOST_PER_DRAW = 16
@@ -38,13 +38,9 @@ OUTPUTS = (SumOutput("directional_irradiance", 3), SumOutput("bounce_irradiance"
 class ReferenceNearSettings:
     """Settings of the ray-traced near field."""
 
-    radius: float = setting(
-        0.3, "reach R of the near field; inf: the whole scene", unit="scene units", low=0.0
-    )
-    spp: int = setting(256, "directions per pixel", low=1, high=1 << 20)
-    max_error: float | None = setting(
-        None, "stop below this standard error, relative to the mean", low=0.0
-    )
+    radius: float = same_as("radius", 0.3)
+    spp: int = same_as("spp")
+    max_error: float | None = same_as("max_error")
 
 
 class ReferenceNearPass(RenderPass):

@@ -22,7 +22,7 @@ from ssdo_gl.passes.ray_uniforms import (
     ray_uniforms,
 )
 from ssdo_gl.raytracing.surface_tables import RayFeatures
-from ssdo_gl.settings.fields import setting
+from ssdo_gl.settings.settings import same_as
 
 # Rays to each light of one draw and pixel.
 MOST_PER_DRAW = 16
@@ -33,10 +33,8 @@ OUTPUT = SumOutput("direct_irradiance", channels=3)
 class TracedShadowsSettings:
     """Settings of direct light with traced shadows."""
 
-    shadow_rays: int = setting(16, "rays per pixel to each light", low=1, high=1 << 20)
-    max_error: float | None = setting(
-        None, "stop below this standard error, relative to the mean", low=0.0
-    )
+    shadow_rays: int = same_as("shadow_rays")
+    max_error: float | None = same_as("max_error")
 
 
 class TracedShadowsPass(RenderPass):

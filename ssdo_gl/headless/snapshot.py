@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import platform
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,7 +28,9 @@ from ssdo_gl.render_result import RenderResult
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
-from ssdo_gl.settings import ESTIMATORS, Settings
+from ssdo_gl.settings import Settings
+from ssdo_gl.settings.fields import values
+from ssdo_gl.settings.names import estimators_of
 
 
 @dataclass(frozen=True)
@@ -94,6 +96,8 @@ def take_snapshot(request: SnapshotRequest) -> RenderResult:
         Console(stderr=True, highlight=False, soft_wrap=True).print(
             "ssdo-gl: interrupted; the image holds what the reference had reached"
         )
+    for line in missed_bounds(result):
+        print(f"ssdo-gl: {line}", file=sys.stderr)
     if not request.quiet:
         _print_summary(console, request, explanation, stats)
     return result
@@ -144,7 +148,6 @@ def meta_without_times(stats: dict[str, Any]) -> dict[str, Any]:
 def stats_of(renderer: Renderer, explanation: Explanation) -> dict[str, Any]:
     """Return the content of ``--stats``: device, frame and pass times, settings."""
     result = explanation.result
-    settings = dataclasses.asdict(result.settings)
     return {
         "ssdo_gl": __version__,
         "renderer": renderer.device.renderer,
@@ -170,7 +173,7 @@ def stats_of(renderer: Renderer, explanation: Explanation) -> dict[str, Any]:
         "references": result.references,
         "partial": result.partial,
         "notes": list(renderer.scene.notes) + list(result.notes),
-        "settings": settings,
+        "settings": values(result.settings),
     }
 
 
@@ -191,7 +194,7 @@ def _print_summary(
     where = f"{request.out}: " if request.out is not None else ""
     settings = result.settings
     method = settings.method
-    if method in ESTIMATORS:
+    if estimators_of(method):
         method += f" ({settings.chosen_estimator})"
     console.print(
         escape(
@@ -212,9 +215,27 @@ def _print_summary(
 
 def reference_text(statistics: Mapping[str, Any]) -> str:
     """Return what a Monte-Carlo pass reached, in words."""
+    relative = statistics["relative_standard_error"]
+    # From less than two samples of a surface no error can be told.
     errors = ", ".join(
-        f"{resource} {error:.2g} ({statistics['relative_standard_error'][resource]:.1%})"
+        f"{resource} unknown"
+        if error is None
+        else f"{resource} {error:.2g} ({relative[resource]:.1%})"
         for resource, error in statistics["standard_error"].items()
     )
     partial = " (interrupted: partial)" if statistics["partial"] else ""
     return f"{statistics['spp']} samples per pixel{partial}, standard error {errors}"
+
+
+def missed_bounds(result: RenderResult) -> list[str]:
+    """Return a line for each reference that ended above the error it was to stay below."""
+    bound = result.settings.max_error
+    if bound is None or not result.settings.is_reference or result.partial:
+        return []
+    return [
+        f"{name}: relative standard error {error:.2%} of {resource} after "
+        f"{statistics['spp']} samples per pixel, --max-error asked for {bound:.2%}"
+        for name, statistics in result.references.items()
+        for resource, error in statistics["relative_standard_error"].items()
+        if error is not None and error > bound
+    ]

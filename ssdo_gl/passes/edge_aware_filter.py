@@ -12,6 +12,7 @@ from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.settings.fields import setting
+from ssdo_gl.settings.settings import same_as
 
 if TYPE_CHECKING:
     import moderngl
@@ -25,10 +26,8 @@ VALUE_BOUND = 1.8e19
 class EdgeAwareFilterSettings:
     """Settings of the edge-aware filter."""
 
-    filter: str = setting(
-        "edge",
-        "edge: separable, along the surface; naive: 4 x 4 box; none: leave the noise",
-        choices=("edge", "naive", "none"),
+    filter: str = same_as(
+        "filter", doc="edge: separable, along the surface; naive: 4 x 4 box; none: leave the noise"
     )
     tap_radius: int = setting(
         3, "edge: pixels read on each side, along both axes", unit="px", low=2, high=16

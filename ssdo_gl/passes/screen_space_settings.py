@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,6 +12,7 @@ from ssdo_gl.effects.estimators import ESTIMATORS, LIGHT_ESTIMATORS
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.settings.fields import SettingError, setting
+from ssdo_gl.settings.settings import same_as
 
 
 @dataclass(frozen=True)
@@ -22,11 +24,9 @@ class ScreenSpaceSettings:
         "march: several depth reads along each direction; rgs09: the paper's single one",
         choices=LIGHT_ESTIMATORS,
     )
-    radius: float = setting(
-        0.3, "reach R of the near field; inf: the whole frame", unit="scene units", low=0.0
-    )
-    samples: int = setting(64, "depth reads per pixel", low=1, high=1024)
-    steps: int = setting(8, "of them along each direction, for march", low=1, high=256)
+    radius: float = same_as("radius", 0.3)
+    samples: int = same_as("samples")
+    steps: int = same_as("steps")
     step_growth: float = setting(
         0.5, "0: equal steps; 1: steps lengthen linearly with distance", low=0.0, high=1.0
     )
@@ -49,13 +49,16 @@ class ScreenSpaceSettings:
         "depth of solids whose back is unknown, relative to R; "
         "None: 1 beside a back-face layer, 0.3 without, 2 for hemisphere",
         low=0.0,
+        also=(math.inf,),
+        slider_high=4.0,
     )
     bias: float = setting(
-        0.002, "height above the tangent plane that starts to block, relative to R", low=0.0
+        0.002,
+        "height above the tangent plane that starts to block, relative to R",
+        low=0.0,
+        slider_high=0.1,
     )
-    resolution_scale: float = setting(
-        1.0, "size of the estimator's image relative to the frame: 0.5 or 1", low=0.5, high=1.0
-    )
+    resolution_scale: float = same_as("resolution_scale")
 
     @property
     def step_count(self) -> int:

@@ -9,6 +9,7 @@ from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.settings.fields import setting
+from ssdo_gl.settings.settings import same_as
 
 CURVES = ("aces", "plain")
 
@@ -17,9 +18,7 @@ CURVES = ("aces", "plain")
 class ToneMapSettings:
     """How radiance becomes a picture."""
 
-    exposure: float = setting(
-        0.0, "doubles the brightness with each step", unit="EV", low=-32.0, high=32.0
-    )
+    exposure: float = same_as("exposure", 0.0)
     curve: str = setting(
         "plain",
         "plain shows radiance 1 as white and clips above; aces rolls highlights off",

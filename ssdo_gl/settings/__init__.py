@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from ssdo_gl.effects.methods import METHODS as _METHODS
+from ssdo_gl.settings import names
 from ssdo_gl.settings.settings import Combine, Settings
 
 __all__ = ["AOVS", "ESTIMATORS", "METHODS", "Combine", "Settings"]
 
-METHODS = tuple(_METHODS)
+METHODS = names.method_names()
 # Estimators that each method understands; the first one is its default.
 ESTIMATORS: Mapping[str, tuple[str, ...]] = {
-    name: method.estimators for name, method in _METHODS.items() if method.estimators
+    name: names.estimators_of(name) for name in METHODS if names.estimators_of(name)
 }
 if TYPE_CHECKING:
     AOVS: tuple[str, ...]
@@ -23,6 +23,4 @@ def __getattr__(name: str) -> Any:
     """Return the names of all images; the effects that have them rest on this package."""
     if name != "AOVS":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from importlib import import_module
-
-    return import_module("ssdo_gl.effects.registry").image_names()
+    return names.aov_names()

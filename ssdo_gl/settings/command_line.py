@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import dataclasses
 import shlex
 from collections.abc import Mapping
 from typing import Any
 
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.settings import Settings
+from ssdo_gl.settings.fields import describe, number_text, value_text
 from ssdo_gl.settings.resolve import settings_for
-
-# Every decimal of this length is a float64 of its own, and 0.1 + 0.2 still reads 0.3.
-_DIGITS = 15
 
 
 def command_line(
@@ -57,12 +54,10 @@ def settings_flags(settings: Settings, wishes: Mapping[str, Any]) -> list[str]:
     usual = settings_for(wishes, given)
     if settings.method != settings_for(wishes, {}).method:
         words += ["--method", settings.method]
-    for field in dataclasses.fields(Settings):
-        value = getattr(settings, field.name)
-        if field.name in ("method", "overrides") or value == getattr(usual, field.name):
-            continue
-        if value is not None:
-            words += [f"--{field.name.replace('_', '-')}", value_text(value)]
+    for name, info in describe(Settings).items():
+        value = getattr(settings, name)
+        if name not in ("method", "overrides") and value not in (None, getattr(usual, name)):
+            words += [info.flag, value_text(value)]
     for key, value in sorted(settings.overrides.items()):
         words += ["--set", f"{key}={value_text(value)}"]
     return words
@@ -72,17 +67,3 @@ def camera_text(camera: Camera) -> str:
     """Return ``"px,py,pz tx,ty,tz fov"``, which ``--camera`` reads."""
     groups = (camera.position, camera.target, (camera.fov_y,))
     return " ".join(",".join(number_text(n) for n in group) for group in groups)
-
-
-def value_text(value: object) -> str:
-    """Return a setting's value as a flag takes it."""
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, tuple):
-        return "x".join(str(n) for n in value)
-    return number_text(value) if isinstance(value, float) else str(value)
-
-
-def number_text(value: float) -> str:
-    """Return a float in as few digits as say it to a relative 5e-15."""
-    return f"{value + 0.0:.{_DIGITS}g}"

@@ -2,82 +2,182 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
+import typing
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, Literal
 
 from ssdo_gl.effects.methods import METHODS
-from ssdo_gl.settings.fields import SettingError, check, setting
+from ssdo_gl.settings import modes, names
+from ssdo_gl.settings.fields import SettingError, SettingInfo, Unset, check, describe, setting
 
 Combine = Literal["ambient", "multiply", "report"]
-SHADOWS = (None, "map", "traced", "none")
+COMBINES: tuple[str, ...] = typing.get_args(Combine)
 # 16384 is the smallest maximum texture size of desktop OpenGL drivers in use, and
 # of llvmpipe; larger frames would need tiling.
 MAX_SIZE_PX = 16384
+# Squares of lengths within these ends are normal numbers of float32; scenes end there, too.
+SHORTEST, LONGEST = 1e-15, 1e15
+# Beyond 2^60 the exposed image would leave the range of float32.
+MAX_EXPOSURE_EV = 60.0
+# About what shaders count without a loop that would be cut off.
+MAX_SPP = 1 << 20
+# No path reaches as many under Russian roulette: 0.95^512 is 4e-12.
+MAX_BOUNCES = 512
+
+LOOK, QUALITY = "what to show", "accuracy against time"
+_look = partial(setting, yields=True, group=LOOK, modes=modes.ONE)
+_quality = partial(setting, yields=True, group=QUALITY, modes=modes.ONE)
 
 
 @dataclass(frozen=True)
 class Settings:
     """Settings of a rendering; each field's line says unit, range and effect.
 
-    ``radius``, ``estimator``, ``combine`` and ``exposure`` may be None: the scene's
-    own wish holds, and without one a default derived from scene and method.
+    A field that was not given yields to the scene's own wish, and without one holds its
+    default; None, where it is one, stands for a default derived from scene and method.
+    `resolve.resolved` fills in both, and `Renderer` calls it.
     """
 
-    method: str = setting("bounce", "which quantities make up the image", choices=tuple(METHODS))
-    estimator: str | None = setting(None, "how screen space is sampled; None: by method")
-    size: tuple[int, int] = setting((1280, 720), "width and height", unit="px")
-    samples: int = setting(64, "depth reads per pixel", low=1, high=1024)
-    steps: int = setting(8, "depth reads along each direction", low=1, high=256)
-    spp: int = setting(256, "rays or paths per pixel of the references", low=1, high=1 << 20)
-    bounces: int | None = setting(
-        None, "indirect bounces of reference-gi; None: 16 with Russian roulette", low=0, high=64
+    method: str = _look(
+        "bounce", "which quantities make up the image", choices=lambda: names.method_names()
     )
-    shadow_rays: int = setting(16, "rays per pixel and light, traced shadows", low=1, high=4096)
-    radius: float | None = setting(
-        None, "reach R of the near field; None: by scene", unit="scene units", low=0.0
+    estimator: str | None = _quality(
+        None,
+        "how screen space is sampled; by default the method's first",
+        choices=lambda: names.estimator_names(),
     )
-    seed: int = setting(0, "selects the sample pattern", low=0, high=(1 << 31) - 1)
-    shadows: str | None = setting(
-        None, "how lights are shadowed; None: maps, for references traced", choices=SHADOWS
+    size: tuple[int, int] = _look(
+        (1280, 720),
+        "width and height of the picture",
+        unit="px",
+        low=1,
+        high=MAX_SIZE_PX,
+        metavar="WxH",
+        modes=modes.ALL,
+        is_quality=False,
     )
-    combine: Combine | None = setting(
-        None, "what visibility multiplies, for ssao and reference-ao; None: by scene"
+    samples: int = _quality(64, "depth reads per pixel", low=1, high=1024, metavar="N")
+    steps: int = _quality(8, "depth reads along each direction", low=1, high=256, metavar="M")
+    spp: int = _quality(
+        256,
+        "rays or paths per pixel of the references; with --max-error at most, if given",
+        low=1,
+        high=MAX_SPP,
+        metavar="N",
     )
-    filter: str = setting("edge", "denoising filter", choices=("edge", "naive", "none"))
-    effects: str = setting("auto", "skip what the scene lacks, or not", choices=("auto", "full"))
-    exposure: float | None = setting(None, "exposure; None: the camera's", unit="EV")
-    antialias: int = setting(1, "sub-pixel jittered frames averaged", low=1, high=256)
-    resolution_scale: float = setting(1.0, "size of the estimators' images, relative")
-    max_error: float | None = setting(
-        None, "references stop below this standard error (relative)", low=0.0
+    bounces: int | None = _quality(
+        None,
+        "indirect bounces of reference-gi; by default all, ended by Russian roulette",
+        low=0,
+        high=MAX_BOUNCES,
+        slider_high=64,
+        metavar="B",
+        modes=modes.ALL,
+    )
+    shadow_rays: int = _quality(
+        16,
+        "rays per pixel to each light, for traced shadows",
+        low=1,
+        high=MAX_SPP,
+        slider_high=4096,
+        metavar="N",
+        modes=modes.ALL,
+    )
+    radius: float | None = _quality(
+        None,
+        "reach R of the near field; by default the scene's, or 0.08 of its diagonal",
+        unit="scene units",
+        low=SHORTEST,
+        high=LONGEST,
+        also=(0.0, math.inf),
+        slider_high=4.0,
+        metavar="R",
+        modes=modes.ALL,
+    )
+    seed: int = _quality(
+        0, "selects the sample pattern", low=0, high=(1 << 31) - 1, metavar="S", modes=modes.ALL
+    )
+    shadows: str | None = _quality(
+        None,
+        "how lights are shadowed; by default maps, for references rays",
+        choices=("map", "traced", "none"),
+        modes=modes.ALL,
+    )
+    combine: Combine | None = _look(  # noqa: RUF009 - a field like the others
+        None,
+        "what visibility multiplies, for ssao and reference-ao; by default by scene",
+        choices=COMBINES,
+        modes=modes.ALL,
+    )
+    filter: str = _quality("edge", "how noise is filtered", choices=("edge", "naive", "none"))
+    effects: str = _quality(
+        "auto", "skip what the scene lacks, or not", choices=("auto", "full"), modes=modes.ALL
+    )
+    exposure: float | None = _look(
+        None,
+        "doubles the brightness with each step; by default the camera's",
+        unit="EV",
+        low=-MAX_EXPOSURE_EV,
+        high=MAX_EXPOSURE_EV,
+        slider_high=10.0,
+        metavar="EV",
+        modes=modes.ALL,
+    )
+    antialias: int = _quality(
+        1,
+        "sub-pixel jittered frames averaged; 4 for a .png",
+        low=1,
+        high=256,
+        metavar="N",
+        modes=modes.HEADLESS,
+        is_quality=False,
+    )
+    resolution_scale: float = _quality(
+        1.0, "size of the estimators' images, relative to the frame", choices=(1.0, 0.5)
+    )
+    max_error: float | None = _quality(
+        None,
+        "bound on the relative error: references go on until their standard error is below,"
+        " other methods take the cheapest setting measured to be",
+        low=1e-9,
+        high=1e9,
+        slider_high=1.0,
+        metavar="E",
     )
     overrides: Mapping[str, Any] = field(
-        default_factory=dict, metadata={"info": setting({}, "PASS.FIELD values").metadata["info"]}
+        default_factory=dict,
+        metadata={
+            "info": SettingInfo(
+                {},
+                doc="any setting of any pass; a wrong one names what exists",
+                flag_name="set",
+                metavar="PASS.FIELD=VALUE",
+                in_scene=False,
+                group=QUALITY,
+                modes=modes.ALL,
+            )
+        },
     )
+    # Whether the scene's wishes are in; its own None's then stay, whatever the scene says.
+    is_resolved: bool = field(default=False, repr=False, compare=False)
 
     def checked(self) -> Settings:
         """Return self after checking every field, or raise SettingError."""
         check(self)
-        width, height = self.size
-        if not (1 <= width <= MAX_SIZE_PX and 1 <= height <= MAX_SIZE_PX):
-            raise SettingError(
-                f"size = {width}x{height}: each side must be within 1 to {MAX_SIZE_PX} px"
-            )
-        allowed = METHODS[self.method].estimators
+        allowed = names.estimators_of(self.method)
         if self.estimator is not None and self.estimator not in allowed:
-            valid = f"choose one of {', '.join(allowed)}" if allowed else "it takes none"
+            valid = f"expected one of {', '.join(allowed)}" if allowed else "it takes none"
             raise SettingError(f"estimator = {self.estimator!r} for method {self.method}: {valid}")
-        if self.combine not in (None, "ambient", "multiply", "report"):
-            raise SettingError(
-                f"combine = {self.combine!r}: choose one of ambient, multiply, report"
-            )
-        if self.resolution_scale not in (0.5, 1.0):
-            raise SettingError(f"resolution_scale = {self.resolution_scale}: must be 0.5 or 1")
-        if self.exposure is not None and not math.isfinite(self.exposure):
-            raise SettingError(f"exposure = {self.exposure}: must be a finite number of EV")
         return self
+
+    def gives(self, name: str) -> bool:
+        """Return whether somebody chose the value of a field."""
+        value = getattr(self, name)
+        return value is not None and not isinstance(value, Unset)
 
     @property
     def chosen_estimator(self) -> str:
@@ -92,4 +192,24 @@ class Settings:
     @property
     def is_reference(self) -> bool:
         """Whether the method traces rays."""
-        return METHODS[self.method].is_reference
+        return names.is_reference(self.method)
+
+
+def same_as(name: str, default: Any = None, doc: str = "") -> Any:
+    """Declare a field of a pass that repeats one of `Settings`: its unit, range, choices.
+
+    Parameters
+    ----------
+    name : str
+        The field of `Settings`.
+    default : object or None
+        The pass' own default; None: that of `Settings`.
+    doc : str
+        The effect, where it has other words in the pass.
+    """
+    info = describe(Settings)[name]
+    default = info.default if default is None else default
+    return dataclasses.field(
+        default=default,
+        metadata={"info": dataclasses.replace(info, default=default, doc=doc or info.doc)},
+    )

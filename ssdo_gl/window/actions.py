@@ -12,12 +12,12 @@ from ssdo_gl.images.files import OutputError
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import SceneError
 from ssdo_gl.settings.command_line import command_line
-from ssdo_gl.settings.fields import SettingError
+from ssdo_gl.settings.fields import SettingError, values
+from ssdo_gl.settings.presets import is_preset, preset_fields, write_preset
 from ssdo_gl.window.camera import fly_camera
 from ssdo_gl.window.input_map import Action, Command
 from ssdo_gl.window.live.live_image import REFINE_FRAMES
-from ssdo_gl.window.preset_files import is_preset, preset_fields, save_preset
-from ssdo_gl.window.screenshot import save_screenshot
+from ssdo_gl.window.screenshot import free_stem, save_screenshot
 from ssdo_gl.window.viewer import Viewer
 from ssdo_gl.window.views import METHOD_LABELS
 
@@ -205,7 +205,7 @@ def picture_meta(viewer: Viewer) -> dict[str, Any]:
         "seconds": viewer.clock.seconds,
         "camera": dataclasses.asdict(camera),
         "view": dataclasses.asdict(viewer.view),
-        "settings": dataclasses.asdict(viewer.settings),
+        "settings": values(viewer.settings),
         "renderer": viewer.device.renderer,
         "gl_version": viewer.device.version,
         "samples": {
@@ -216,7 +216,8 @@ def picture_meta(viewer: Viewer) -> dict[str, Any]:
 
 def _save_preset(viewer: Viewer, host: Host, number: int) -> None:
     settings = viewer.settings_of_side(0)
-    path = save_preset(viewer.folder, settings, viewer.original.render)
+    path = free_stem(viewer.folder, "preset", ".toml")
+    write_preset(path, settings, viewer.original.render)
     # All of it: what the file leaves to its defaults is not what is shown at that time.
     viewer.presets = {**viewer.presets, path.stem: preset_fields(settings)}
     viewer.say(f"wrote {path.name}: --preset {path.name} reads it")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
@@ -25,6 +26,8 @@ def open_window(
     presets: Mapping[str, Mapping[str, Any]] = MappingProxyType({}),
     measured: Sequence[Mapping[str, Any]] = (),
     read_preset: Callable[[str], Mapping[str, Any]] | None = None,
+    aov: str = "beauty",
+    seconds: float = 0.0,
 ) -> None:
     """Show `scene` in a window until it is closed.
 
@@ -46,6 +49,10 @@ def open_window(
     read_preset : callable or None
         Returns the fields of Settings in a file that is dropped on the window; raises
         SettingError.
+    aov : str
+        The image that is shown first.
+    seconds : float
+        Time of an animated scene at the beginning.
 
     Raises
     ------
@@ -66,6 +73,8 @@ def open_window(
             measured=measured,
         )
         viewer.read_preset = read_preset
+        viewer.view = dataclasses.replace(viewer.view, aov=aov)
+        viewer.clock.seconds = seconds
         session = Session(window, title, viewer)
         try:
             session.run()

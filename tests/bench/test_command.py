@@ -105,7 +105,7 @@ def test_mistakes_are_named(tmp_path, capsys):
         capsys, ["corner", "--bench", str(tmp_path / "b"), "--snapshot", out]
     )
     assert "did you mean fine" in refused(capsys, ["corner", "--preset", "fin", "--snapshot", out])
-    assert "--budget-ms 0" in refused(capsys, ["corner", "--budget-ms", "0", "--snapshot", out])
+    assert "--budget-ms = 0.0" in refused(capsys, ["corner", "--budget-ms", "0", "--snapshot", out])
     assert "one of them" in refused(
         capsys, ["corner", "--budget-ms", "9", "--max-error", "0.1", "--snapshot", out]
     )

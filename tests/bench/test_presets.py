@@ -64,25 +64,6 @@ def test_a_preset_file(tmp_path):
     }  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("text", "complaint"),
-    [
-        ("sampels = 3", "did you mean samples"),
-        ("samples = 0", "samples = 0"),
-        ("samples = 'many'", "mine.toml"),
-        ("samples = true", "wrong type"),
-        ("size = '64x36'", "width, height"),
-        ("settings = 3", "table"),
-        ("not toml", "mine.toml"),
-    ],
-)
-def test_a_bad_preset_file_is_named(tmp_path, text, complaint):
-    path = tmp_path / "mine.toml"
-    path.write_text(text)
-    with pytest.raises(SettingError, match=complaint):
-        load_preset(str(path))
-
-
 def test_an_unknown_preset_is_named():
     with pytest.raises(SettingError, match="did you mean balanced"):
         load_preset("balancd")

@@ -114,7 +114,7 @@ def test_senders_pass_it_on(glow, device, shaders):
 
 def test_it_can_be_set_and_is_checked(glow):
     assert settings_for({}, {}, ["glow.gain=0.5"]).overrides == {"glow.gain": 0.5}
-    with pytest.raises(SettingError, match=r"gain = 10\.0: must be within 0 to 9 W m\^-2"):
+    with pytest.raises(SettingError, match=r"gain = 10\.0: expected a number from 0 to 9 W m\^-2"):
         settings_for({}, {}, ["glow.gain=10"])
 
 

@@ -48,7 +48,16 @@ SPHERE = '[[object]]\nshape = "sphere"\nradius = 1\n'
         ("[camera]\nposition = [0, true, 1]\n", ["3 finite numbers"]),
         ("[render]\nsamples = 1.5\n", ["samples = 1.5", "whole number from 1 to 1024"]),
         ("[render]\nmethod = 'ssdoo'\n", ["method = 'ssdoo'", "did you mean 'ssdo'"]),
-        ("[render]\nradius = -1\n", ["radius = -1", "greater than 0"]),
+        ("[render]\nradius = -1\n", ["radius = -1", "a number from 1e-15"]),
+        ("[render]\nmax_error = 0\n", ["[render] max_error = 0", "a number from"]),
+        ("[render]\nresolution_scale = 0.7\n", ["resolution_scale = 0.7", "one of 1, 0.5"]),
+        (
+            "[render]\nmethod = 'ssdo'\nestimator = 'zbuffer'\n",
+            ["[render] estimator = 'zbuffer'", "one of march, rgs09"],
+        ),
+        ("[render]\nseed = " + "9" * 5000 + "\n", ["thousands of digits"]),
+        ("[render]\nseed = 0x" + "f" * 5000 + "\n", ["seed = a whole number of thousands"]),
+        ("[camera]\nfov_y = 0x" + "f" * 5000 + "\n", ["fov_y = a whole number of thousands"]),
         ("[render]\nsize = [0, 5]\n", ["size = [0, 5]", "[width, height]"]),
         # Numbers that are none.
         ("[camera]\nposition = [nan, 0, 0]\n", ["position = [nan, 0, 0]", "finite"]),

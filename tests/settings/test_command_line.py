@@ -8,21 +8,17 @@ from typing import Any
 
 import pytest
 
-from ssdo_gl.cli import build_parser
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.command_line import camera_text, command_line, number_text
-from ssdo_gl.settings.resolve import camera_from_text, settings_for, size_from_text
+from ssdo_gl.settings.command_line import camera_text, command_line
+from ssdo_gl.settings.fields import number_text
+from ssdo_gl.settings.flags import read_command
+from ssdo_gl.settings.resolve import camera_from_text, settings_for
 
 
 def read_back(command: str, wishes: dict[str, Any]) -> Settings:
     """Return the settings that the command line makes of `command`."""
-    options = vars(build_parser().parse_args(shlex.split(command)[1:]))
-    flags = {f.name: options[f.name] for f in dataclasses.fields(Settings) if f.name in options}
-    if options["size"]:
-        flags["size"] = size_from_text(options["size"])
-    flags.pop("overrides")
-    return settings_for(wishes, flags, options["overrides"])
+    return settings_for(wishes, read_command(shlex.split(command)[1:]).settings)
 
 
 @pytest.mark.parametrize(
@@ -62,10 +58,11 @@ def test_view_is_named_exactly() -> None:
     command = command_line(
         "my room.toml", Settings(), wishes={}, camera=camera, aov="visibility", seconds=2.5
     )
-    options = build_parser().parse_args(shlex.split(command)[1:])
-    assert options.scene == "my room.toml"
-    assert (options.aov, options.time) == ("visibility", 2.5)
-    read = camera_from_text(options.camera)
+    read_back = read_command(shlex.split(command)[1:])
+    assert read_back.scene == "my room.toml"
+    assert (read_back.run.aov, read_back.run.time) == ("visibility", 2.5)
+    assert read_back.run.camera is not None
+    read = camera_from_text(read_back.run.camera)
     assert read["position"] == pytest.approx(camera.position, rel=5e-15)
     assert (read["target"], read["fov_y"]) == (camera.target, 39.6)
 

@@ -6,36 +6,24 @@ The command line checks values by the same `SettingInfo`, so the two cannot disa
 from __future__ import annotations
 
 import dataclasses
-import types
-import typing
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
-from ssdo_gl.effects.registry import pass_settings
-from ssdo_gl.settings import ESTIMATORS, Settings
-from ssdo_gl.settings.fields import SettingInfo, describe
+from ssdo_gl.settings import Settings
+from ssdo_gl.settings.fields import Kind, SettingInfo, describe, info_of
+from ssdo_gl.settings.names import estimators_of
+from ssdo_gl.settings.passes import override_info, overrides_from_table, pass_settings
 
 # Beyond this ratio of its ends, or without an upper one, a slider needs a logarithmic
 # scale to be of use low down.
 LOG_RATIO = 50.0
-# How far a slider goes where a setting has no upper end; typing a number goes beyond.
-OPEN_ENDS = {
-    "radius": 4.0,
-    "exposure": 10.0,
-    "strength": 4.0,
-    "thickness": 4.0,
-    "bias": 0.1,
-    "max_error": 1.0,
-}
+# The lower end of a slider without 0, at least, as a part of the upper one.
+SLIDER_SPAN = 1e-6
+# How far a slider goes where neither a limit nor its declaration says.
 OPEN_END = 10.0
 # The window has its own size and refines by itself; the rest has a place of its own.
 _ELSEWHERE = ("method", "size", "overrides", "antialias")
-# Where a method's choices are not in the metadata because they depend on other fields.
-_CHOICES: dict[str, tuple[Any, ...]] = {
-    "combine": ("ambient", "multiply", "report"),
-    "resolution_scale": (1.0, 0.5),
-}
 
 
 class Widget(Enum):
@@ -45,6 +33,13 @@ class Widget(Enum):
     CHECK = "check"
     INTEGER = "integer"
     NUMBER = "number"
+
+
+_WIDGETS = {
+    Kind.BOOLEAN: Widget.CHECK,
+    Kind.INTEGER: Widget.INTEGER,
+    Kind.NUMBER: Widget.NUMBER,
+}
 
 
 @dataclass(frozen=True)
@@ -92,15 +87,13 @@ class ControlRow:
 def main_rows(settings: Settings) -> list[ControlRow]:
     """Return the controls of the rendering as a whole, in the order of `Settings`."""
     rows = [
-        _row(name, info, Settings, f"--{name.replace('_', '-')}")
+        _row(name, info, info.flag)
         for name, info in describe(Settings).items()
         if name not in _ELSEWHERE
     ]
-    estimators = ESTIMATORS.get(settings.method, ())
+    estimators = estimators_of(settings.method)
     rows = [
-        dataclasses.replace(row, choices=estimators, widget=Widget.CHOICE)
-        if row.key == "estimator"
-        else row
+        dataclasses.replace(row, choices=estimators) if row.key == "estimator" else row
         for row in rows
     ]
     return [row for row in rows if row.widget is not Widget.CHOICE or row.choices]
@@ -112,7 +105,7 @@ def pass_rows() -> dict[str, list[ControlRow]]:
     result = {}
     for pass_name, settings_class in pass_settings().items():
         rows = [
-            _row(f"{pass_name}.{name}", info, settings_class, f"--set {pass_name}.{name}=")
+            _row(f"{pass_name}.{name}", info, f"--set {pass_name}.{name}=")
             for name, info in describe(settings_class).items()
             if name not in common
         ]
@@ -124,8 +117,7 @@ def pass_rows() -> dict[str, list[ControlRow]]:
 def value_of(settings: Settings, row: ControlRow) -> Any:
     """Return the present value of a control's setting."""
     if row.pass_name:
-        default = describe(pass_settings()[row.pass_name])[row.field].default
-        return settings.overrides.get(row.key, default)
+        return settings.overrides.get(row.key, default_of(row))
     return getattr(settings, row.key)
 
 
@@ -140,18 +132,17 @@ def with_value(settings: Settings, row: ControlRow, value: Any) -> Settings:
     if not row.pass_name:
         return dataclasses.replace(settings, **{row.key: value}).checked()
     overrides = dict(settings.overrides)
-    default = describe(pass_settings()[row.pass_name])[row.field].default
-    if value == default:
+    if value == default_of(row):
         overrides.pop(row.key, None)
     else:
-        overrides[row.key] = value
+        overrides |= overrides_from_table({row.key: value})
     return dataclasses.replace(settings, overrides=overrides).checked()
 
 
 def default_of(row: ControlRow) -> Any:
     """Return the value that the setting has when nobody chooses one."""
-    settings_class = pass_settings()[row.pass_name] if row.pass_name else Settings
-    return describe(settings_class)[row.field].default
+    info = override_info(row.key) if row.pass_name else info_of(Settings, row.key)
+    return info.default
 
 
 def first_value(row: ControlRow) -> Any:
@@ -163,53 +154,29 @@ def first_value(row: ControlRow) -> Any:
     return round(middle) if row.widget is Widget.INTEGER else middle
 
 
-def _row(key: str, info: SettingInfo, settings_class: type[Any], flag: str) -> ControlRow:
-    name = key.rpartition(".")[2]
-    kinds = _kinds(settings_class, name)
-    choices = tuple(c for c in info.choices if c is not None) or _CHOICES.get(name, ())
-    low, high = _ends(name, info)
-    if choices:
-        widget = Widget.CHOICE
-    elif bool in kinds:
-        widget = Widget.CHECK
-    elif int in kinds:
-        widget = Widget.INTEGER
-    else:
-        widget = Widget.NUMBER if float in kinds else Widget.CHOICE
-    numeric = widget in (Widget.INTEGER, Widget.NUMBER)
-    is_wide = high > LOG_RATIO * low if low > 0.0 else low == 0.0 and info.high is None
+def _row(key: str, info: SettingInfo, flag: str) -> ControlRow:
+    widget = Widget.CHOICE if info.choices else _WIDGETS[info.kind]
+    low, high = _ends(info)
+    is_open = info.high is None or info.slider_high is not None
+    is_wide = high > LOG_RATIO * low if low > 0.0 else low == 0.0 and is_open
     unit = f" ({info.unit})" if info.unit else ""
-    label = name.replace("_", " ") + unit
     return ControlRow(
         key,
-        label,
+        info.name.replace("_", " ") + unit,
         widget,
         low,
         high,
-        numeric and is_wide,
-        choices,
-        type(None) in kinds,
-        _hint(info, flag),
+        widget in (Widget.INTEGER, Widget.NUMBER) and is_wide,
+        info.choices,
+        info.is_optional,
+        "\n".join(part for part in (info.doc, info.range_text, flag) if part),
     )
 
 
-def _kinds(settings_class: type[Any], name: str) -> tuple[Any, ...]:
-    wanted = typing.get_type_hints(settings_class)[name]
-    if isinstance(wanted, types.UnionType) or typing.get_origin(wanted) is typing.Union:
-        return typing.get_args(wanted)
-    return (wanted,)
-
-
-def _ends(name: str, info: SettingInfo) -> tuple[float, float]:
-    high = info.high if info.high is not None else OPEN_ENDS.get(name, OPEN_END)
-    low = info.low if info.low is not None else -high
-    return float(low), float(high)
-
-
-def _hint(info: SettingInfo, flag: str) -> str:
-    parts = [info.doc]
-    if info.low is not None or info.high is not None:
-        low = "" if info.low is None else f"from {info.low:g} "
-        high = "" if info.high is None else f"to {info.high:g} "
-        parts.append(f"{low}{high}{info.unit}".strip())
-    return "\n".join([*parts, flag])
+def _ends(info: SettingInfo) -> tuple[float, float]:
+    """Return the ends of a slider, which a typed number may exceed."""
+    high = next(end for end in (info.slider_high, info.high, OPEN_END) if end is not None)
+    low = -high if info.low is None else max(info.low, -high)
+    low = 0.0 if 0.0 in info.also else low
+    # A hand cannot aim within more decades.
+    return max(float(low), SLIDER_SPAN * high) if low > 0.0 else float(low), float(high)

@@ -7,8 +7,10 @@ from typing import Any
 
 from imgui_bundle import ImVec2, imgui
 
-from ssdo_gl.settings import AOVS, METHODS, Settings
+from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError
+from ssdo_gl.settings.flags import flag_infos
+from ssdo_gl.settings.names import aov_names, method_names
 from ssdo_gl.window.actions import Host, perform
 from ssdo_gl.window.film.writers import FILM_SUFFIXES
 from ssdo_gl.window.input_map import Action, Command
@@ -111,14 +113,15 @@ class Panel:
 
     def _view_section(self) -> None:
         viewer, view = self._viewer, self._viewer.view
-        labels = [METHOD_LABELS[name] for name in METHODS]
-        changed, index = imgui.combo("method", METHODS.index(view.method), labels)
-        _hint("what makes up the picture\n--method   (T)")
+        methods, aovs = method_names(), aov_names()
+        labels = [METHOD_LABELS[name] for name in methods]
+        changed, index = imgui.combo("method", methods.index(view.method), labels)
+        _flag_hint("method", "T")
         if changed:
-            viewer.choose_method(METHODS[index])
-        names = [f"{(i + 1) % 10}  {name}" for i, name in enumerate(AOVS)]
-        changed, index = imgui.combo("image", AOVS.index(view.aov), names)
-        _hint("what of it is shown\n--aov   (number keys)")
+            viewer.choose_method(methods[index])
+        names = [f"{(i + 1) % 10}  {name}" for i, name in enumerate(aovs)]
+        changed, index = imgui.combo("image", aovs.index(view.aov), names)
+        _flag_hint("aov", "number keys")
         if changed:
             viewer.view = viewer.view.with_number(index + 1)
         if imgui.checkbox("split", view.is_split)[0]:
@@ -133,10 +136,10 @@ class Panel:
             self._ask(Command.INSPECT)
         _hint("the numbers under the cursor   (I)")
         if view.compares:
-            index = METHODS.index(view.other_method)
+            index = methods.index(view.other_method)
             changed, index = imgui.combo("compared with", index, labels)
             if changed:
-                viewer.view = dataclasses.replace(viewer.view, other_method=METHODS[index])
+                viewer.view = dataclasses.replace(viewer.view, other_method=methods[index])
         if view.is_error:
             changed, value = imgui.slider_float(
                 "full colour at", view.error_range, 0.01, 4.0, "%.2f", _LOG
@@ -154,10 +157,7 @@ class Panel:
                 imgui.same_line()
         if imgui.button("save"):
             self._ask(Command.SAVE_PRESET)
-        _hint(
-            "write these settings to a file; one that is dropped here is read\n"
-            "--preset FILE   (Ctrl+S)"
-        )
+        _hint("write these settings to a file; one that is dropped here is read   (Ctrl+S)")
 
     def _passes(self) -> None:
         for name, rows in self._pass_rows.items():
@@ -197,7 +197,7 @@ class Panel:
         low, high = _BUDGETS_MS
         imgui.set_next_item_width(0.4 * imgui.get_content_region_avail().x)
         changed, value = imgui.slider_float("ms a frame", viewer.budget_ms, low, high, "%.0f", _LOG)
-        _hint(f"budget of a frame, {low:g} to {high:g} ms\n--budget-ms")
+        _flag_hint("budget_ms")
         if changed:
             viewer.budget_ms = min(high, max(low, value))
         left = viewer.left
@@ -285,6 +285,12 @@ def _header(label: str, *, is_open: bool = False) -> bool:
 def _hint(text: str) -> None:
     if imgui.is_item_hovered(imgui.HoveredFlags_.delay_short):
         imgui.set_tooltip(text)
+
+
+def _flag_hint(name: str, keys: str = "") -> None:
+    """Explain a control as ``--help`` explains the flag that does the same."""
+    info = flag_infos()[name][1]
+    _hint(f"{info.doc}\n{info.flag}" + (f"   ({keys})" if keys else ""))
 
 
 def _control(row: ControlRow, value: Any, effective: Any) -> tuple[bool, Any]:

@@ -12,14 +12,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ssdo_gl import settings
 from ssdo_gl.math3d import transform_points
 from ssdo_gl.scene.environment import ConstantEnvironment, GradientEnvironment, MapEnvironment
-from ssdo_gl.scene.formats.toml import forms, read_description, wishes
+from ssdo_gl.scene.formats.toml import forms, read_description
 from ssdo_gl.scene.lights import KINDS, DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
-from ssdo_gl.settings.fields import describe
 
 SceneOf = Callable[[str], Scene]
 Write = Callable[[dict[str, str | bytes]], Path]
@@ -69,18 +67,6 @@ def test_without_a_camera_the_scene_is_framed_with_its_wishes(scene_of: SceneOf)
     assert (camera.fov_y, camera.exposure) == (70.0, 2.0)
     # The box [0, 1] x [0, 2] x [0, 3] is looked at.
     assert np.all(np.abs(np.subtract(camera.target, (0.5, 1.0, 1.5))) < 0.5)
-
-
-def test_wishes_are_settings_of_the_renderer() -> None:
-    known = describe(settings.Settings)
-    assert set(wishes.NAMES) <= set(known)
-    assert set(known["method"].choices) == set(wishes._METHODS)
-    for name, choices in wishes._TEXTS.items():
-        if known[name].choices and choices:
-            # None, where it is a choice, means that nobody wished for anything.
-            assert set(choices) == set(known[name].choices) - {None}, name
-    for name, (low, high) in wishes._INTEGERS.items():
-        assert (known[name].low, known[name].high) == (low, high), name
 
 
 def test_no_light_at_all_gets_a_sky_and_a_key_and_says_so(scene_of: SceneOf) -> None:

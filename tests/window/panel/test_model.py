@@ -7,10 +7,11 @@ import math
 
 import pytest
 
-from ssdo_gl.cli import build_parser
-from ssdo_gl.effects.registry import pass_settings
-from ssdo_gl.settings import ESTIMATORS, METHODS, Settings
+from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, describe
+from ssdo_gl.settings.flags import build_parser
+from ssdo_gl.settings.names import estimators_of, method_names
+from ssdo_gl.settings.passes import pass_settings
 from ssdo_gl.window.panel.model import (
     ControlRow,
     Widget,
@@ -88,11 +89,11 @@ def test_going_back_to_the_default_leaves_no_override() -> None:
     assert with_value(changed, row, default_of(row)) == Settings()
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", method_names())
 def test_estimators_are_those_of_the_method(method: str) -> None:
     rows = [row for row in main_rows(Settings(method=method)) if row.key == "estimator"]
     choices = [row.choices for row in rows]
-    assert choices == ([ESTIMATORS[method]] if method in ESTIMATORS else [])
+    assert choices == ([estimators_of(method)] if estimators_of(method) else [])
 
 
 def test_unit_is_part_of_the_label() -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-import tomllib
 from pathlib import Path
 
 from ssdo_gl.scene.builder import SceneBuilder
@@ -11,6 +9,8 @@ from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.formats.toml import environments, lights, materials, objects, wishes
 from ssdo_gl.scene.formats.toml.table import Table
 from ssdo_gl.scene.scene import Scene, SceneError
+from ssdo_gl.settings.settings import MAX_EXPOSURE_EV
+from ssdo_gl.toml_text import read_toml
 
 TOP_KEYS = ("title", "purpose", "camera", "environment", "render", "materials", "light", "object")
 
@@ -34,11 +34,9 @@ def read_description(text: str, source: str, file: Path | None = None) -> Scene:
         would be valid.
     """
     try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise SceneError(f"{source}: {_syntax_message(str(error), text)}") from None
-    except RecursionError:
-        raise SceneError(f"{source}: tables or arrays are nested too deeply") from None
+        data = read_toml(text)
+    except ValueError as error:
+        raise SceneError(f"{source}: {error}") from None
     top = Table(source, "", data)
     top.allow(*TOP_KEYS)
     builder = SceneBuilder(source)
@@ -62,26 +60,11 @@ def read_description(text: str, source: str, file: Path | None = None) -> Scene:
     )
 
 
-def _syntax_message(message: str, text: str) -> str:
-    """Return the parser's message, on one line and with the place in front."""
-    flat = " ".join(message.split())
-    match = re.fullmatch(r"(.*) \(at line (\d+), column (\d+)\)", flat)
-    if match:
-        return f"line {match[2]}, column {match[3]}: not valid TOML: {match[1]}"
-    end = re.fullmatch(r"(.*) \(at end of document\)", flat)
-    if end:
-        last = text.rsplit("\n", 1)[-1]
-        line, column = text.count("\n") + 1, len(last) + 1
-        return f"line {line}, column {column}: not valid TOML: {end[1]} at the end of the file"
-    return f"not valid TOML: {flat}"
-
-
 def _read_camera(table: Table) -> tuple[Camera | None, float, float]:
     """Return the camera (None if it has no position), its field of view and exposure."""
     table.allow("position", "target", "up", "fov_y", "exposure")
     fov_y = table.number("fov_y", 40.0, low=0.0, high=180.0, open_ends=True)
-    # Beyond 2^60 the exposed image would leave the range of float32.
-    exposure = table.number("exposure", 0.0, low=-60.0, high=60.0)
+    exposure = table.number("exposure", 0.0, low=-MAX_EXPOSURE_EV, high=MAX_EXPOSURE_EV)
     if "position" not in table:
         for key in ("target", "up"):
             if key in table:

@@ -14,6 +14,7 @@ from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.lights import Vector
 from ssdo_gl.scene.material import Color
 from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.settings.fields import shown
 
 # Beyond it float32 positions and their squares overflow on the GPU.
 LARGEST_NUMBER = 1e15
@@ -54,9 +55,7 @@ class Table:
         """Raise the error of a bad or missing value: place, value, what is valid."""
         if key not in self.data:
             raise SceneError(f"{self.where()}: {key!r} is missing: {expected}")
-        shown = repr(self.data[key])
-        shown = shown if len(shown) <= 60 else shown[:57] + "..."
-        raise SceneError(f"{self.where(key)} = {shown}: {expected}")
+        raise SceneError(f"{self.where(key)} = {shown(self.data[key])}: {expected}")
 
     def allow(self, *known: str) -> None:
         """Refuse every key that is not in `known`."""

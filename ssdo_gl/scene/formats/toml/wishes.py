@@ -2,60 +2,27 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from ssdo_gl.scene.formats.toml.table import Table
+from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.settings.fields import SettingError, describe, from_file
+from ssdo_gl.settings.settings import Settings
 
-_METHODS = (
-    "direct",
-    "ssao",
-    "ssdo",
-    "bounce",
-    "reference-ao",
-    "reference-near",
-    "reference-gi",
-)
-# Texts with their choices; without any, the renderer knows which are valid.
-_TEXTS: dict[str, tuple[str, ...]] = {
-    "method": _METHODS,
-    "estimator": (),
-    "shadows": ("map", "traced", "none"),
-    "combine": ("ambient", "multiply", "report"),
-    "filter": (),
-    "effects": ("auto", "full"),
-}
-_INTEGERS: dict[str, tuple[int, int]] = {
-    "samples": (1, 1024),
-    "steps": (1, 256),
-    "spp": (1, 1 << 20),
-    "bounces": (0, 64),
-    "shadow_rays": (1, 4096),
-    "seed": (0, (1 << 31) - 1),
-    "antialias": (1, 256),
-}
-_POSITIVE = ("radius", "resolution_scale")
-NAMES = (*_TEXTS, *_INTEGERS, *_POSITIVE, "size", "exposure")
+
+def wish_names() -> tuple[str, ...]:
+    """Return what a scene may wish for: the flags' names with underscores for dashes."""
+    return tuple(name for name, info in describe(Settings).items() if info.in_scene)
 
 
 def read_wishes(table: Table | None) -> dict[str, Any]:
-    """Return the wishes by name: the flags' names with underscores for dashes."""
-    wishes: dict[str, Any] = {}
+    """Return the wishes by name, checked."""
     if table is None:
+        return {}
+    table.allow(*wish_names())
+    try:
+        wishes = {name: from_file(Settings, name, value) for name, value in table.data.items()}
+        Settings(**wishes).checked()
         return wishes
-    table.allow(*NAMES)
-    for key in table.data:
-        if key in _TEXTS:
-            wishes[key] = table.text(key, choices=_TEXTS[key])
-        elif key in _INTEGERS:
-            wishes[key] = table.integer(key, None, *_INTEGERS[key])
-        elif key in _POSITIVE:
-            wishes[key] = table.number(key, low=0.0, high=math.inf, open_ends=True)
-        elif key == "exposure":
-            wishes[key] = table.number(key, low=-60.0, high=60.0)
-        else:
-            width, height = table.numbers(key, 2)
-            if not all(side >= 1 and side == int(side) for side in (width, height)):
-                table.fail(key, "expected two whole numbers of pixels, [width, height]")
-            wishes[key] = (int(width), int(height))
-    return wishes
+    except SettingError as error:
+        raise SceneError(f"{table.where()} {error}") from None

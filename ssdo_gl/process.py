@@ -1,0 +1,114 @@
+"""What the operating system does to a command: signals, and streams that nobody takes."""
+
+from __future__ import annotations
+
+import errno
+import os
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+from typing import Any, TextIO, cast
+
+EXIT_INTERRUPTED = 128 + signal.SIGINT
+EXIT_BROKEN_PIPE = 128 + 13  # SIGPIPE, which Windows does not name
+
+
+class _Stream:
+    """A text stream that loses what cannot be written instead of ending the command.
+
+    What the command is for stands in files; a full disk or a closed pipe behind its
+    messages must not undo that. Attributes are those of the stream inside.
+    """
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+        self.fault: OSError | ValueError | None = None
+        if hasattr(stream, "reconfigure"):
+            # Names hold letters that a terminal's encoding may lack.
+            stream.reconfigure(errors="backslashreplace")
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> int:
+        if self.fault is None:
+            try:
+                self._stream.write(text)
+            except (OSError, ValueError) as error:  # ValueError: it was closed
+                self._lose(error)
+        return len(text)
+
+    def flush(self) -> None:
+        if self.fault is None:
+            try:
+                self._stream.flush()
+            except (OSError, ValueError) as error:
+                self._lose(error)
+
+    def _lose(self, error: OSError | ValueError) -> None:
+        self.fault = error
+        try:
+            # What is buffered would be tried again, and complained about, at exit.
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, self._stream.fileno())
+            os.close(nowhere)
+        except (OSError, ValueError):
+            pass
+
+
+@contextmanager
+def steadfast_output() -> Iterator[_Stream]:
+    """Let no fault of standard output or error end the work; yields standard output."""
+    before = sys.stdout, sys.stderr
+    with open(os.devnull, "w", encoding="utf-8") as nowhere:
+        # Either is None where it was closed before the start.
+        out, err = (_Stream(stream or nowhere) for stream in before)
+        sys.stdout, sys.stderr = cast(TextIO, out), cast(TextIO, err)
+        try:
+            yield out
+        finally:
+            out.flush()
+            if out.fault is not None and not _is_broken_pipe(out.fault):
+                print(f"ssdo-gl: standard output: {out.fault}", file=sys.stderr)
+            err.flush()
+            sys.stdout, sys.stderr = before
+
+
+def _is_broken_pipe(fault: OSError | ValueError) -> bool:
+    return isinstance(fault, OSError) and fault.errno == errno.EPIPE
+
+
+def exit_code(code: int, out: _Stream) -> int:
+    """Return a command's exit code: that of a broken pipe where its reader has left."""
+    out.flush()
+    is_broken = code == 0 and out.fault is not None and _is_broken_pipe(out.fault)
+    return EXIT_BROKEN_PIPE if is_broken else code
+
+
+def leave_at_once(number: int, _frame: FrameType | None = None) -> None:
+    """End the process: a signal handler for while nothing has been begun."""
+    os.write(2, b"ssdo-gl: interrupted; nothing was written\n")
+    os._exit(128 + number)
+
+
+def _end(number: int, _frame: FrameType | None) -> None:
+    # Unwinds the stack, so that temporary files go.
+    raise SystemExit(128 + number)
+
+
+@contextmanager
+def signals_as_exceptions() -> Iterator[None]:
+    """Let Ctrl-C and SIGTERM unwind the stack instead of stopping the process dead."""
+    handlers = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: _end}
+    try:
+        before = {number: signal.signal(number, handler) for number, handler in handlers.items()}
+    except ValueError:  # only the main thread may
+        yield
+        return
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -1,0 +1,289 @@
+"""The command line: every flag made from its declaration, read, and refused where idle."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NoReturn
+
+from ssdo_gl import __version__
+from ssdo_gl.gpu.context import BACKENDS
+from ssdo_gl.settings import modes, names
+from ssdo_gl.settings.fields import (
+    Kind,
+    SettingError,
+    SettingInfo,
+    describe,
+    parse,
+    setting,
+    shown,
+    value_text,
+)
+from ssdo_gl.settings.passes import overrides_from_text
+from ssdo_gl.settings.settings import LOOK, QUALITY, Settings
+
+DEFAULT_SCENE = "cornell_meso"
+MODE, RUNNING = "what to do (none: fly-through window)", "running"
+
+
+class UsageError(SettingError):
+    """Arguments that contradict each other or cannot be read."""
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """What a command says beyond `Settings`: what to do, with what, and where to."""
+
+    snapshot: str | None = setting(
+        None,
+        "render to OUT (.png, .exr or .npz), headless",
+        metavar="OUT",
+        group=MODE,
+        modes=modes.HEADLESS,
+    )
+    explain: bool = setting(
+        False,
+        "say which passes run and why, which do not and why",
+        group=MODE,
+        modes=modes.HEADLESS,
+    )
+    bench: str | None = setting(
+        None,
+        "measure error against time, into OUTDIR",
+        metavar="OUTDIR",
+        group=MODE,
+        modes=frozenset({modes.BENCH}),
+    )
+    quick: bool = setting(
+        False, "a bench of about two minutes", group=MODE, modes=frozenset({modes.BENCH})
+    )
+    camera: str | None = setting(
+        None,
+        "where to look from and at (scene units), and the vertical field of view (degrees)",
+        metavar='"px,py,pz tx,ty,tz [fov]"',
+        group=LOOK,
+        modes=modes.ALL,
+    )
+    aov: str | None = setting(
+        None,
+        "images to make, or all; a window begins with the one named",
+        metavar="NAME,...",
+        group=LOOK,
+        modes=modes.ONE,
+    )
+    time: float = setting(
+        0.0,
+        "time of an animated scene; a window begins there",
+        unit="s",
+        low=-1e9,
+        high=1e9,
+        metavar="S",
+        group=LOOK,
+        modes=modes.ONE,
+    )
+    preset: str | None = setting(
+        None,
+        "fast, balanced, fine, reference, or a file of settings; flags win over it",
+        metavar="NAME|FILE",
+        group=QUALITY,
+        modes=modes.ONE,
+    )
+    budget_ms: float | None = setting(
+        None,
+        "the most accurate setting that fits a frame",
+        unit="ms",
+        low=1e-3,
+        high=1e9,
+        metavar="T",
+        group=QUALITY,
+        modes=modes.ONE,
+    )
+    frames: int = setting(
+        1,
+        "frames to time after a warm-up",
+        low=1,
+        high=1_000_000,
+        metavar="K",
+        group=RUNNING,
+        modes=modes.HEADLESS,
+    )
+    stats: str | None = setting(
+        None,
+        "write times, passes and settings to a file",
+        metavar="FILE.json",
+        group=RUNNING,
+        modes=modes.HEADLESS,
+    )
+    backend: str = setting(
+        "auto", "where OpenGL comes from", choices=BACKENDS, group=RUNNING, modes=modes.ALL
+    )
+    quiet: bool = setting(False, "say nothing but faults", group=RUNNING, modes=modes.ALL)
+
+    @property
+    def active(self) -> frozenset[str]:
+        """The modes that were asked for."""
+        asked = {
+            modes.SNAPSHOT: self.snapshot is not None,
+            modes.EXPLAIN: self.explain,
+            modes.BENCH: self.bench is not None,
+        }
+        return frozenset(name for name, is_on in asked.items() if is_on) or frozenset(
+            {modes.WINDOW}
+        )
+
+
+@dataclass(frozen=True)
+class Command:
+    """One command line, read and checked.
+
+    Attributes
+    ----------
+    scene : str
+    settings : mapping
+        Fields of Settings that were given, by name; ``overrides`` among them.
+    run : RunOptions
+    """
+
+    scene: str
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    run: RunOptions = field(default_factory=RunOptions)
+
+
+class _Parser(argparse.ArgumentParser):
+    """argparse that reports one line instead of a usage block."""
+
+    def error(self, message: str) -> NoReturn:
+        raise UsageError(f"{message} (see ssdo-gl --help)")
+
+
+def flag_infos() -> dict[str, tuple[type[Any], SettingInfo]]:
+    """Return every flag's dataclass and declaration, by the field's name."""
+    return {
+        name: (owner, info)
+        for owner in (RunOptions, Settings)
+        for name, info in describe(owner).items()
+    }
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Return the parser of the command line. It reads texts; `read_command` their values."""
+    parser = _Parser(
+        prog="ssdo-gl",
+        description="Render a scene with near-field global illumination (SSDO).",
+        allow_abbrev=False,
+    )
+    parser.add_argument(
+        "scene",
+        nargs="?",
+        default=DEFAULT_SCENE,
+        metavar="SCENE",
+        help="a .toml scene, a model (.glb .gltf .obj .ply .stl .off) or a built-in name "
+        f"(default: {DEFAULT_SCENE})",
+    )
+    infos = [info for _, info in flag_infos().values()]
+    for title in dict.fromkeys((MODE, LOOK, QUALITY, RUNNING)):
+        group = parser.add_argument_group(title)
+        for info in infos:
+            if info.group == title:
+                group.add_argument(info.flag, dest=info.name, **_argument(info))
+        if title == MODE:
+            version = f"ssdo-gl {__version__}"
+            group.add_argument("--version", action="version", version=version)
+    return parser
+
+
+def _argument(info: SettingInfo) -> dict[str, Any]:
+    described = help_text(info).replace("%", "%%")
+    if info.kind is Kind.BOOLEAN:
+        return {"action": "store_true", "default": None, "help": described}
+    if info.kind is Kind.MAPPING:
+        return {"action": "append", "metavar": info.metavar, "help": described}
+    metavar = info.metavar or "|".join(map(value_text, info.choices))
+    return {"metavar": metavar, "help": described}
+
+
+def help_text(info: SettingInfo) -> str:
+    """Return a flag's line of ``--help``: effect, range and default."""
+    notes = [] if info.choices else [info.range_text]
+    if info.default is not None and info.kind not in (Kind.BOOLEAN, Kind.MAPPING):
+        notes.append(f"default {value_text(info.default)}")
+    noted = "; ".join(note for note in notes if note)
+    return f"{info.doc} ({noted})" if noted else info.doc
+
+
+def read_command(arguments: Sequence[str] | None = None) -> Command:
+    """Return what a command line says.
+
+    Raises
+    ------
+    UsageError, SettingError
+        One line naming the flag, the value and what would be valid.
+    """
+    texts = vars(build_parser().parse_args(arguments))
+    scene = texts.pop("scene")
+    given: dict[type[Any], dict[str, Any]] = {RunOptions: {}, Settings: {}}
+    infos = flag_infos()
+    for name, text in texts.items():
+        if text is not None:
+            owner, info = infos[name]
+            given[owner][name] = _value(owner, info, text)
+    command = Command(scene, given[Settings], RunOptions(**given[RunOptions]))
+    _check_modes(command.run.active, (info for _, info in infos.values() if texts[info.name]))
+    return command
+
+
+def _value(owner: type[Any], info: SettingInfo, text: Any) -> Any:
+    if info.kind is Kind.BOOLEAN:
+        return text
+    if info.kind is Kind.MAPPING:
+        return overrides_from_text(text)
+    try:
+        return parse(owner, info.name, text)
+    except SettingError as error:
+        raise SettingError(f"{info.flag}{str(error).removeprefix(info.name)}") from None
+
+
+def _check_modes(active: frozenset[str], given: Iterable[SettingInfo]) -> None:
+    """Refuse a flag that has no effect in what was asked for."""
+    if modes.BENCH in active and len(active) > 1:
+        raise UsageError("--bench renders what it needs itself; leave out --snapshot and --explain")
+    for info in given:
+        if not info.modes & active:
+            where = " with ".join(modes.MODES[name] for name in modes.MODES if name in active)
+            valid = " or ".join(modes.MODES[name] for name in modes.MODES if name in info.modes)
+            raise UsageError(f"{info.flag} has no effect in {where}: it belongs to {valid}")
+
+
+def wanted_aovs(run: RunOptions) -> tuple[str, ...]:
+    """Return the images that ``--aov`` asks for.
+
+    Raises
+    ------
+    UsageError
+    """
+    known = names.aov_names()
+    if run.aov is None:
+        return ("beauty",)
+    if run.aov == "all" and modes.WINDOW not in run.active:
+        return known
+    wanted = tuple(dict.fromkeys(part.strip() for part in run.aov.split(",")))
+    unknown = [name for name in wanted if name not in known]
+    if modes.WINDOW in run.active and (unknown or len(wanted) > 1):
+        raise UsageError(f"--aov {shown(run.aov)}: a window begins with one of {', '.join(known)}")
+    if unknown:
+        raise UsageError(f"--aov {shown(unknown[0])}: choose all or of {', '.join(known)}")
+    return wanted
+
+
+def settings_table() -> str:
+    """Return every flag with its values, effect and modes as a Markdown table."""
+    lines = ["| flag | values | default | effect | used by |", "|---|---|---|---|---|"]
+    for _, info in flag_infos().values():
+        values = ", ".join(f"`{value_text(c)}`" for c in info.choices) or info.range_text
+        is_plain = info.default is None or info.kind in (Kind.BOOLEAN, Kind.MAPPING)
+        default = "" if is_plain else f"`{value_text(info.default)}`"
+        flag = f"{info.flag} {info.metavar}".rstrip().replace("|", "\\|")
+        used = "all" if info.modes == modes.ALL else ", ".join(sorted(info.modes))
+        lines.append(f"| `{flag}` | {values} | {default} | {info.doc} | {used} |")
+    return "\n".join(lines) + "\n"

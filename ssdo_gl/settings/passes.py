@@ -1,0 +1,91 @@
+"""Settings of single passes: PASS.FIELD=VALUE, from the command line and from files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from ssdo_gl.effects import registry
+from ssdo_gl.settings.fields import (
+    SettingError,
+    SettingInfo,
+    from_file,
+    info_of,
+    parse,
+    shown,
+    suggestion,
+)
+from ssdo_gl.settings.names import aov_names
+
+_WITHOUT_SETTINGS = (
+    "gbuffer",
+    "back_faces",
+    "depth_layers",
+    "sender_radiance",
+    "bvh_upload",
+    "surface_tables",
+    "emitter_tables",
+    "composite",
+    "constant_visibility",
+    "constant_directional_irradiance",
+)
+
+
+def pass_settings() -> Mapping[str, type[Any]]:
+    """Return the settings class of every pass that has settings, by the pass' name."""
+    return registry.pass_settings()
+
+
+def passes_without_settings() -> Sequence[str]:
+    """Return the names of the other passes that ``--explain`` may show."""
+    return *_WITHOUT_SETTINGS, *(f"{name}_radiance" for name in aov_names())
+
+
+def override_info(key: str) -> SettingInfo:
+    """Return what is known of ``pass.field``; raises SettingError."""
+    pass_name, _, name = key.partition(".")
+    return info_of(_settings_class(pass_name), name, f"setting of {pass_name}:")
+
+
+def overrides_from_text(items: Sequence[str]) -> dict[str, Any]:
+    """Return {"pass.field": value} of ``PASS.FIELD=VALUE`` texts, checked for type and range."""
+    result: dict[str, Any] = {}
+    for item in items:
+        key, equals, text = item.partition("=")
+        pass_name, dot, name = key.strip().partition(".")
+        try:
+            if not equals or not dot:
+                raise SettingError("expected PASS.FIELD=VALUE")
+            result[f"{pass_name}.{name}"] = parse(_settings_class(pass_name), name, text)
+        except SettingError as error:
+            raise SettingError(f"--set {shown(item)}: {error}") from None
+    return result
+
+
+def overrides_from_table(table: Mapping[str, Any]) -> dict[str, Any]:
+    """Return {"pass.field": value} of a file's table, checked for type and range.
+
+    Raises
+    ------
+    SettingError
+        Names the key.
+    """
+    result: dict[str, Any] = {}
+    for key, value in table.items():
+        pass_name, dot, name = key.partition(".")
+        if not dot:
+            raise SettingError(f"{shown(key)}: expected a key like 'bounce.strength'")
+        try:
+            result[key] = from_file(_settings_class(pass_name), name, value)
+        except SettingError as error:
+            raise SettingError(f"{pass_name}: {error}") from None
+    return result
+
+
+def _settings_class(pass_name: str) -> type[Any]:
+    known = pass_settings()
+    if pass_name in passes_without_settings():
+        raise SettingError(f"the pass {pass_name} has no settings")
+    if pass_name not in known:
+        raise SettingError(f"unknown pass {shown(pass_name)}{suggestion(pass_name, known)}")
+    return known[pass_name]

@@ -1,0 +1,129 @@
+"""Settings in a file: what ``--preset`` reads and the window writes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from ssdo_gl.images.files import write_atomically
+from ssdo_gl.settings.fields import (
+    SettingError,
+    describe,
+    from_file,
+    number_text,
+)
+from ssdo_gl.settings.passes import overrides_from_table
+from ssdo_gl.settings.resolve import settings_for
+from ssdo_gl.settings.settings import Settings
+from ssdo_gl.toml_text import read_toml
+
+
+def read_preset(path: str | Path) -> dict[str, Any]:
+    """Return the fields of Settings in a preset file, all of them checked.
+
+    The file is TOML with names and values of settings, at the top or in a table
+    ``settings``; those of single passes are in a table ``overrides`` of it.
+
+    Raises
+    ------
+    SettingError
+        One line naming the file and the key.
+    """
+    try:
+        data = read_toml(Path(path).read_text(encoding="utf-8"))
+        return _checked_fields(data)
+    except OSError as error:
+        raise SettingError(f"--preset {path}: {error.strerror}") from None
+    except ValueError as error:
+        raise SettingError(f"--preset {path}: {error}") from None
+
+
+def _checked_fields(data: Mapping[str, Any]) -> dict[str, Any]:
+    table = data.get("settings", data)
+    if not isinstance(table, dict):
+        raise SettingError("settings: expected a table")
+    beside = [key for key in data if key != "settings"]
+    if table is not data and beside:
+        raise SettingError(f"unknown key {beside[0]!r} beside [settings]")
+    fields: dict[str, Any] = {}
+    for key, value in table.items():
+        name = key.replace("-", "_")
+        fields[name] = from_file(Settings, name, value)
+    if "overrides" in fields:
+        fields["overrides"] = _overrides(fields["overrides"])
+    if "method" in fields:
+        Settings(**fields).checked()
+    return fields
+
+
+def _overrides(table: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a table of overrides: ``"bounce.strength" = 2`` or, nested, ``bounce.strength``."""
+    flat: dict[str, Any] = {}
+    for key, value in table.items():
+        nested = value if isinstance(value, dict) else {"": value}
+        flat |= {f"{key}.{name}".removesuffix("."): item for name, item in nested.items()}
+    try:
+        return overrides_from_table(flat)
+    except SettingError as error:
+        raise SettingError(f"overrides: {error}") from None
+
+
+def preset_text(settings: Settings, wishes: Mapping[str, Any]) -> str:
+    """Return TOML with every setting that differs from what a scene wishes for.
+
+    Parameters
+    ----------
+    settings : Settings
+    wishes : mapping
+        ``Scene.render``.
+    """
+    usual = settings_for(wishes, {"method": settings.method})
+    lines = ["# Read by: ssdo-gl SCENE --preset THIS_FILE", "", "[settings]"]
+    for name, info in describe(Settings).items():
+        value = getattr(settings, name)
+        is_told = name == "method" or value not in (None, getattr(usual, name))
+        if is_told and info.is_quality and name != "overrides":
+            lines.append(f"{name} = {_toml(value)}")
+    if settings.overrides:
+        lines += ["", "[settings.overrides]"]
+        items = sorted(settings.overrides.items())
+        lines += [f"{json.dumps(key)} = {_toml(value)}" for key, value in items]
+    return "\n".join(lines) + "\n"
+
+
+def write_preset(path: Path, settings: Settings, wishes: Mapping[str, Any]) -> None:
+    """Write what `preset_text` returns to a file.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written.
+    """
+    write_atomically(path, preset_text(settings, wishes).encode())
+
+
+def preset_fields(settings: Settings) -> dict[str, Any]:
+    """Return the fields of `settings` that belong to a preset."""
+    infos = describe(Settings).items()
+    return {name: getattr(settings, name) for name, info in infos if info.is_quality}
+
+
+def is_preset(path: str | Path) -> bool:
+    """Return whether a file has a table of settings, as no scene has."""
+    if Path(path).suffix != ".toml":
+        return False
+    try:
+        return "settings" in read_toml(Path(path).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return False
+
+
+def _toml(value: object) -> str:
+    if isinstance(value, float):
+        text = number_text(value)
+        # TOML tells floats from integers by their form.
+        return text if any(c in text for c in ".en") else f"{text}.0"
+    # Strings, integers and booleans look alike in JSON and TOML.
+    return json.dumps(value)

@@ -1,0 +1,134 @@
+"""A flag is used or refused: every flag in every mode, and every way to write it wrong."""
+
+from __future__ import annotations
+
+import pytest
+
+from ssdo_gl.settings import modes
+from ssdo_gl.settings.fields import Kind, SettingError, value_text
+from ssdo_gl.settings.flags import UsageError, flag_infos, read_command, wanted_aovs
+
+MODE_FLAGS = {
+    modes.WINDOW: [],
+    modes.SNAPSHOT: ["--snapshot", "a.png"],
+    modes.EXPLAIN: ["--explain"],
+    modes.BENCH: ["--bench", "out"],
+}
+# A flag's modes, by heart: who changes a declaration has to say so here, too.
+EXPECTED = {
+    modes.ALL: "size camera exposure combine bounces shadow_rays radius seed shadows effects "
+    "overrides backend quiet",
+    modes.ONE: "method estimator samples steps spp filter resolution_scale max_error aov time "
+    "preset budget_ms",
+    modes.HEADLESS: "antialias frames stats snapshot explain",
+    frozenset({modes.BENCH}): "bench quick",
+}
+
+
+def words(info):
+    """Return a flag with a valid value."""
+    texts = {"camera": "0,0,1 0,0,0", "overrides": "bounce.strength=2", "aov": "depth"}
+    if info.kind is Kind.BOOLEAN:
+        return [info.flag]
+    if info.name in texts:
+        return [info.flag, texts[info.name]]
+    if info.choices:
+        return [info.flag, value_text(info.choices[0])]
+    if info.kind is Kind.TEXT:
+        return [info.flag, "a.json"]
+    return [info.flag, "9x9" if info.kind is Kind.SIZE else "1"]
+
+
+def test_every_flag_has_its_modes():
+    expected = {name: where for where, names in EXPECTED.items() for name in names.split()}
+    assert {name: info.modes for name, (_, info) in flag_infos().items()} == expected
+
+
+@pytest.mark.parametrize("name", list(flag_infos()))
+@pytest.mark.parametrize("mode", list(MODE_FLAGS))
+def test_flag_is_taken_or_refused(mode, name):
+    info = flag_infos()[name][1]
+    given = [*MODE_FLAGS[mode], *words(info)]
+    if name in ("snapshot", "explain", "bench") and name != mode:
+        return  # that is another mode
+    if mode in info.modes:
+        command = read_command(given)
+        assert name in command.settings or getattr(command.run, name) not in (None, False)
+        return
+    with pytest.raises(UsageError) as caught:
+        read_command(given)
+    message = str(caught.value)
+    assert message.startswith(f"{info.flag} has no effect in {modes.MODES[mode]}: it belongs to")
+    for where in info.modes:
+        assert modes.MODES[where] in message
+
+
+def test_a_picture_may_be_explained():
+    assert read_command(["--snapshot", "a.png", "--explain", "--frames", "3"]).run.frames == 3
+
+
+@pytest.mark.parametrize("other", [["--explain"], ["--snapshot", "a.png"]])
+def test_a_bench_is_on_its_own(other):
+    with pytest.raises(UsageError, match="--bench renders what it needs"):
+        read_command(["--bench", "out", *other])
+
+
+@pytest.mark.parametrize(
+    ("flags", "said"),
+    [
+        (["--time", "nan"], "--time = nan: expected a number from -1000000000 to"),
+        (["--exposure", "1e5"], "--exposure = 100000.0: expected a number from -60 to 60 EV"),
+        (["--exposure=-inf"], "--exposure = -inf"),
+        (["--radius", "1e-300"], "--radius = 1e-300"),
+        (
+            ["--radius", "1e16"],
+            "--radius = 1e+16: expected a number from 1e-15",
+        ),
+        (["--samples", "9" * 5000], "--samples = '999"),
+        (["--samples", "9" * 4000], "--samples = 999"),
+        (["--seed", "0x10"], "--seed = '0x10': expected a whole number"),
+        (["--budget-ms", "1e39"], "--budget-ms = 1e+39"),
+        (["--frames", "0"], "--frames = 0: expected a whole number from 1"),
+        (["--size", "5"], "--size = '5': expected WIDTHxHEIGHT"),
+        (["--size", "0x5"], "--size = (0, 5)"),
+        (["--method", "ssdoo"], "--method = 'ssdoo': expected one of direct"),
+        (["--backend", "gles"], "--backend = 'gles': expected one of auto, egl"),
+        (["--resolution-scale", "0.7"], "--resolution-scale = 0.7: expected one of 1, 0.5"),
+        (["--set", "bounce"], "--set 'bounce': expected PASS.FIELD=VALUE"),
+        (["--set", "composite.x=1"], "--set 'composite.x=1': the pass composite has no settings"),
+        (["--set", "bounce.samples=" + "9" * 5000], "--set 'bounce.samples=999"),
+        (["--set", "x" * 5000], "--set 'xxx"),
+        (["--samples"], "--samples: expected one argument"),
+        (["--sise", "3x3"], "--sise"),
+    ],
+)
+def test_wrong_values_are_named_in_one_short_line(flags, said):
+    with pytest.raises(SettingError) as caught:
+        read_command(["--snapshot", "a.png", *flags])
+    message = str(caught.value)
+    assert said in message
+    assert "\n" not in message and len(message) < 300
+
+
+@pytest.mark.parametrize(
+    ("flags", "wanted"),
+    [
+        ([], ("beauty",)),
+        (["--aov", "depth, albedo,depth", "--snapshot", "a.npz"], ("depth", "albedo")),
+        (["--aov", "depth"], ("depth",)),
+    ],
+)
+def test_images_that_are_wanted(flags, wanted):
+    assert wanted_aovs(read_command(flags).run) == wanted
+
+
+@pytest.mark.parametrize("text", ["all", "depth,albedo", "deep"])
+def test_a_window_begins_with_one_image(text):
+    with pytest.raises(UsageError, match="a window begins with one of beauty"):
+        wanted_aovs(read_command(["--aov", text]).run)
+
+
+def test_later_flags_win():
+    assert read_command(["--samples", "3", "--samples", "5"]).settings["samples"] == 5
+    both = read_command(["--set", "bounce.strength=2", "--set", "tone_map.curve=aces"])
+    assert both.settings["overrides"] == {"bounce.strength": 2.0, "tone_map.curve": "aces"}

@@ -1,0 +1,132 @@
+"""Presets that the window saves are what the command line reads."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from ssdo_gl.images.files import OutputError
+from ssdo_gl.settings import Settings
+from ssdo_gl.settings.fields import SettingError, describe
+from ssdo_gl.settings.presets import (
+    is_preset,
+    preset_fields,
+    preset_text,
+    read_preset,
+    write_preset,
+)
+from ssdo_gl.settings.resolve import settings_for
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        Settings(),
+        Settings(method="ssao", estimator="hemisphere", combine="report"),
+        Settings(samples=24, steps=6, radius=2.0, resolution_scale=0.5, filter="none"),
+        Settings(method="reference-gi", spp=32, bounces=3, shadows="traced", max_error=0.01),
+        Settings(exposure=-1.5, seed=7, effects="full"),
+        Settings(radius=float("inf")),
+        Settings(overrides={"bounce.strength": 2.0, "tone_map.curve": "aces"}),
+    ],
+)
+@pytest.mark.parametrize("wishes", [{}, {"samples": 16, "radius": 0.3}])
+def test_saved_preset_gives_the_settings_back(
+    tmp_path: Path, settings: Settings, wishes: dict[str, Any]
+) -> None:
+    path = tmp_path / "p.toml"
+    write_preset(path, settings, wishes)
+    assert is_preset(path)
+    read = settings_for(wishes, read_preset(path))
+    expected = settings
+    if settings.radius is None and "radius" in wishes:
+        expected = dataclasses.replace(settings, radius=wishes["radius"])
+    assert read == expected
+
+
+def test_only_what_was_chosen_is_written() -> None:
+    text = preset_text(Settings(samples=32, size=(10, 10), antialias=9), {})
+    lines = [line for line in text.splitlines() if line and not line.startswith("#")]
+    assert lines == ["[settings]", 'method = "bounce"', "samples = 32"]
+
+
+def test_every_quality_is_kept(tmp_path: Path) -> None:
+    """A new setting comes into presets by itself: those of the window alone stay out."""
+    kept = {name for name, info in describe(Settings).items() if info.is_quality}
+    assert set(preset_fields(Settings())) == kept
+    assert set(describe(Settings)) - kept == {"size", "antialias"}
+
+
+def test_folder_that_cannot_be_written_to(tmp_path: Path) -> None:
+    with pytest.raises(OutputError):
+        write_preset(tmp_path / "nowhere" / "p.toml", Settings(), {})
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "samples = 32\nresolution-scale = 0.5",
+        "[settings]\nsamples = 32\nresolution_scale = 0.5",
+    ],
+)
+def test_names_stand_at_the_top_or_in_a_table(tmp_path: Path, text: str) -> None:
+    (tmp_path / "p.toml").write_text(text)
+    assert read_preset(tmp_path / "p.toml") == {"samples": 32, "resolution_scale": 0.5}
+
+
+@pytest.mark.parametrize("key", ['"bounce.strength"', "bounce.strength"])
+def test_overrides_may_be_dotted(tmp_path: Path, key: str) -> None:
+    (tmp_path / "p.toml").write_text(f"[settings.overrides]\n{key} = 2\n")
+    assert read_preset(tmp_path / "p.toml") == {"overrides": {"bounce.strength": 2.0}}
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("sampels = 3", "unknown setting 'sampels'; did you mean samples?"),
+        ("samples = 1_000_000", "samples = 1000000: expected a whole number from 1 to 1024"),
+        ("samples = '8'", "samples = '8'"),
+        ("samples = true", "samples = True"),
+        ("radius = nan", "radius = nan"),
+        ("exposure = 1e5", "exposure = 100000.0"),
+        ("combine = 'sum'", "combine = 'sum': expected one of ambient"),
+        ("size = [3]", "size = [3]"),
+        ("settings = 3", "settings: expected a table"),
+        ("[settings]\n[setings]", "unknown key 'setings' beside [settings]"),
+        ("method = 'ssdo'\nestimator = 'zbuffer'", "estimator = 'zbuffer' for method ssdo"),
+        ("overrides = 3", "overrides = 3: expected a table"),
+        ("overrides = {a = 3}", "overrides: 'a': expected a key like"),
+        ("[overrides]\n'bounce.strenght' = 2", "bounce: unknown setting 'strenght'"),
+        ("[overrides]\n'bunce.strength' = 2", "unknown pass 'bunce'; did you mean bounce?"),
+        ("[overrides]\n'bounce.strength' = -2", "bounce: strength = -2: expected a number"),
+        ("[overrides]\n'bounce.strength' = 'x'", "bounce: strength = 'x'"),
+        ("[overrides.bounce.strength]\nx = 1", "bounce: strength = {'x': 1}"),
+        ("[overrides]\n'gbuffer.x' = 1", "the pass gbuffer has no settings"),
+        ("samples = " + "9" * 5000, "a whole number has thousands of digits"),
+        ("samples = 0x" + "f" * 5000, "samples = a whole number of thousands of digits"),
+        ("samples = " + "[" * 5000 + "]" * 5000, "nested too deeply"),
+        ("samples =", "line 1, column 10: not valid TOML"),
+    ],
+)
+def test_whole_file_is_checked_when_it_is_read(tmp_path: Path, text: str, said: str) -> None:
+    path = tmp_path / "bad.toml"
+    path.write_text(text)
+    with pytest.raises(SettingError) as caught:
+        read_preset(path)
+    message = str(caught.value)
+    assert message.startswith(f"--preset {path}: ") and said in message, message
+    assert "\n" not in message
+    # A window looks first whether it is one at all.
+    assert isinstance(is_preset(path), bool)
+
+
+@pytest.mark.parametrize("name", ["missing.toml", "folder.toml", "latin.toml"])
+def test_unreadable_files_are_named(tmp_path: Path, name: str) -> None:
+    (tmp_path / "folder.toml").mkdir()
+    (tmp_path / "latin.toml").write_bytes(b"title = '\xe9'")
+    with pytest.raises(SettingError, match=name):
+        read_preset(tmp_path / name)
+    assert not is_preset(tmp_path / name)
