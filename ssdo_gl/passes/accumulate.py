@@ -36,6 +36,9 @@ TILE_STEP_PX = 64
 ERROR_BLOCK_PX = 16
 # Below this many samples in each half the error estimate itself is mostly noise.
 MIN_SAMPLES_TO_STOP = 8
+# Samples of each half that decide what neighbouring pixels share where nobody knows how
+# many there will be: bits that are shared but not filled would show as a pattern.
+USUAL_SAMPLES = 128
 
 Tile = tuple[int, int, int, int]
 
@@ -86,6 +89,12 @@ class Schedule:
         """Return the samples of each half; with an odd number the first has one more."""
         return self.spp - self.spp // 2, self.spp // 2
 
+    @property
+    def shared_bits_mask(self) -> int:
+        """The mask of leading bits that neighbouring pixels scramble alike."""
+        count = self.half_counts()[1]
+        return shared_bits_mask(count if self.max_error is None else min(count, USUAL_SAMPLES))
+
     def tiles(self, size: tuple[int, int]) -> list[Tile]:
         """Return (x, y, width, height) of tiles that keep a draw within its rays."""
         pixels = max(1, RAYS_PER_DRAW // (self.samples_per_draw * self.rays_per_sample))
@@ -96,6 +105,11 @@ class Schedule:
             for y in range(0, height, side)
             for x in range(0, width, side)
         ]
+
+    @property
+    def round_count(self) -> int:
+        """How many rounds there are."""
+        return sum(-(-count // self.samples_per_draw) for count in self.half_counts())
 
     def rounds(self) -> Iterator[tuple[int, int, int]]:
         """Yield (half, first sample, samples) such that the halves grow together."""
@@ -197,18 +211,17 @@ def _draw_all(
     assert context.target is not None
     gl, size = context.gl, context.target.size
     tiles = schedule.tiles(size)
-    rounds = list(schedule.rounds())
-    total = len(rounds) * len(tiles)
+    most = total = schedule.round_count * len(tiles)
     step = 0
     try:
-        for half, first, count in rounds:
+        for half, first, count in schedule.rounds():
             # Textures, too: measuring the error binds others in their place.
             program.set(
                 {
                     "u_stream": stream_of(context.frame.seed, half),
                     "u_first_sample": first,
                     "u_sample_count": count,
-                    "u_shared_bits": shared_bits_mask(schedule.half_counts()[1]),
+                    "u_shared_bits": schedule.shared_bits_mask,
                 },
                 textures,
             )
@@ -222,9 +235,12 @@ def _draw_all(
                     context.progress(label, step, total)
             is_due = half == 1 and _is_power_of_two((first + count) // schedule.samples_per_draw)
             is_due &= first + count >= MIN_SAMPLES_TO_STOP
-            limit = schedule.max_error
-            if limit is not None and is_due and _largest_error(context, sums, outputs) <= limit:
-                return "max_error"
+            if schedule.max_error is not None and is_due:
+                excess = _largest_error(context, sums, outputs) / schedule.max_error
+                if excess <= 1.0:
+                    return "max_error"
+                # Errors fall with the square root of the work; looked at again after as much.
+                total = math.ceil(min(most, step * max(2.0, excess**2)))
     except KeyboardInterrupt:
         return "interrupt"
     return "spp"

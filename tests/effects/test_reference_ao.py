@@ -192,8 +192,12 @@ def test_it_stops_at_the_wanted_error(device, shaders) -> None:
     wall = quad([0, 0, 10], [0, 0, -20], [0, 10, 0])
     scene = make_scene([floor(), wall], camera=floor_camera(0.6, 0.8))
     with Tracer(device, shaders, scene, SIZE) as tracer:
-        item = ao(scene, np.inf, spp=1 << 14, max_error=0.01)
-        tracer.run(item)
+        totals = []
+        item = ao(scene, np.inf, spp=1 << 20, max_error=0.01)
+        tracer.run(item, progress=lambda _, done, total: totals.append((done, total)))
+    assert all(done <= total for done, total in totals)
+    # What is left is told from the error that is left, not from the limit.
+    assert totals[-1][1] < 100 * totals[-1][0] < totals[0][1]
     assert item.statistics["stopped_by"] == "max_error"
     assert item.statistics["spp"] < 1 << 14
     assert item.statistics["relative_standard_error"]["visibility"] <= 0.01

@@ -1,4 +1,4 @@
-"""Sums of samples: the error that they state of themselves."""
+"""Sums of samples: how they are cut up, and the error that they state of themselves."""
 
 from __future__ import annotations
 
@@ -10,7 +10,14 @@ from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture, texture_from_image
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.passes import accumulate as module
-from ssdo_gl.passes.accumulate import Schedule, SumOutput, accumulate, stream_of
+from ssdo_gl.passes.accumulate import (
+    USUAL_SAMPLES,
+    Schedule,
+    SumOutput,
+    accumulate,
+    shared_bits_mask,
+    stream_of,
+)
 
 # Both halves bring what they were told to.
 KNOWN_HALVES = """#version 330 core
@@ -104,3 +111,21 @@ def test_nothing_is_stated_of_nothing(gl, shaders):
     same = stated(gl, shaders, halves[[0, 0]], depth, 3)[0]
     assert same["standard_error"] == {"mean": 0.0}
     assert same["relative_standard_error"] == {"mean": 0.0}
+
+
+@pytest.mark.parametrize("spp", [1, 2, 3, 16, 17, 255, 256, 1000])
+@pytest.mark.parametrize("most_per_draw", [1, 8, 32])
+def test_rounds_are_counted_without_making_them(spp: int, most_per_draw: int) -> None:
+    schedule = Schedule(spp, rays_per_sample=2, most_per_draw=most_per_draw)
+    rounds = list(schedule.rounds())
+    assert schedule.round_count == len(rounds)
+    assert sum(count for _, _, count in rounds) == spp
+
+
+def test_neighbours_share_what_is_surely_filled() -> None:
+    """A run with a bound may end after any number: what it shares must not depend on more."""
+    for spp in (16, 64, 256):
+        fixed, bounded = (Schedule(spp, 1, 8, bound).shared_bits_mask for bound in (None, 0.01))
+        assert fixed == bounded == shared_bits_mask(spp // 2)
+    assert Schedule(1 << 20, 1, 8, 0.01).shared_bits_mask == shared_bits_mask(USUAL_SAMPLES)
+    assert Schedule(1 << 20, 1, 8).shared_bits_mask == shared_bits_mask(1 << 19)
