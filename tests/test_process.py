@@ -1,0 +1,151 @@
+"""Signals and lost streams: no traceback, no half-written file, an honest exit code."""
+
+from __future__ import annotations
+
+import io
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from ssdo_gl.process import EXIT_BROKEN_PIPE, exit_code, signals_as_exceptions, steadfast_output
+
+COMMAND = [sys.executable, "-m", "ssdo_gl", "corner", "--size", "16x9", "--samples", "4"]
+
+
+class Faulty(io.StringIO):
+    """A stream whose reader has left, or whose disk is full."""
+
+    def __init__(self, error: OSError) -> None:
+        super().__init__()
+        self.error = error
+
+    def write(self, text: str) -> int:
+        raise self.error
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "said"),
+    [
+        (BrokenPipeError(32, "Broken pipe"), EXIT_BROKEN_PIPE, ""),
+        (OSError(28, "No space left on device"), 0, "No space left on device"),
+    ],
+)
+def test_lost_output_ends_no_work(monkeypatch, capsys, error, code, said):
+    monkeypatch.setattr(sys, "stdout", Faulty(error))
+    steps = []
+    with steadfast_output() as out:
+        print("said to nobody")
+        steps.append("went on")
+        code_of_all = exit_code(0, out)
+    assert steps == ["went on"] and code_of_all == code
+    assert said in capsys.readouterr().err
+
+
+def test_a_fault_of_the_command_is_not_hidden_by_a_lost_stream(monkeypatch):
+    monkeypatch.setattr(sys, "stdout", Faulty(BrokenPipeError(32, "Broken pipe")))
+    with steadfast_output() as out:
+        print("said to nobody")
+        assert exit_code(2, out) == 2
+
+
+def test_letters_that_a_terminal_lacks_are_written_as_escapes(monkeypatch):
+    raw = io.BytesIO()
+    monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(raw, encoding="ascii"))
+    with steadfast_output():
+        print("caf\u00e9.png")
+    assert raw.getvalue() == b"caf\\xe9.png\n"
+
+
+def test_streams_come_back(monkeypatch):
+    before = sys.stdout, sys.stderr
+    with steadfast_output():
+        assert sys.stdout is not before[0]
+    assert (sys.stdout, sys.stderr) == before
+
+
+def test_closed_streams_are_none(monkeypatch):
+    monkeypatch.setattr(sys, "stderr", None)
+    with steadfast_output():
+        print("to nobody", file=sys.stderr)
+
+
+def test_a_signal_unwinds_the_stack_and_handlers_come_back():
+    before = signal.getsignal(signal.SIGTERM)
+    undone = []
+    with pytest.raises(SystemExit) as stop, signals_as_exceptions():
+        try:
+            os.kill(os.getpid(), signal.SIGTERM)
+            time.sleep(10.0)
+        finally:
+            undone.append(True)
+    assert stop.value.code == 128 + signal.SIGTERM and undone == [True]
+    assert signal.getsignal(signal.SIGTERM) is before
+
+
+def run(arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run the command in a shell, with what `arguments` do to its streams."""
+    line = " ".join([*(f"'{word}'" for word in COMMAND), arguments])
+    return subprocess.run(["bash", "-c", line], capture_output=True, text=True, timeout=120)
+
+
+@pytest.mark.parametrize(
+    ("streams", "codes"),
+    [(">/dev/full", {0}), ("| true; exit ${PIPESTATUS[0]}", {0, 141}), ("2>&-", {0})],
+)
+def test_picture_is_written_whatever_becomes_of_the_messages(tmp_path, streams, codes):
+    out = tmp_path / "a.png"
+    result = run(f"--snapshot '{out}' {streams}")
+    assert result.returncode in codes, result
+    assert out.stat().st_size > 0
+    assert "Traceback" not in result.stderr and "Exception" not in result.stderr
+
+
+def interrupted(number: int, tmp_path: Path, code: str) -> subprocess.CompletedProcess[bytes]:
+    """Run the command with a signal to itself where `code` calls ``strike()``."""
+    lines = [
+        "import os, sys",
+        f"strike = lambda: os.kill(os.getpid(), {int(number)})",
+        "from ssdo_gl.__main__ import main",
+        code,
+        f"sys.exit(main({[*COMMAND[3:], '--snapshot', str(tmp_path / 'a.npz')]!r}))",
+    ]
+    return subprocess.run(
+        [sys.executable, "-c", "\n".join(lines)], capture_output=True, timeout=120
+    )
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_of_the_imports_is_one_line(tmp_path, number):
+    result = interrupted(
+        number,
+        tmp_path,
+        "import builtins\n"
+        "real = builtins.__import__\n"
+        "def hooked(name, *rest):\n"
+        "    if name == 'numpy':\n"
+        "        strike()\n"
+        "    return real(name, *rest)\n"
+        "builtins.__import__ = hooked",
+    )
+    assert result.returncode == 128 + number
+    assert result.stderr == b"ssdo-gl: interrupted; nothing was written\n"
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_while_a_file_is_written_leaves_nothing(tmp_path, number):
+    """What stands beside the target until it is complete goes, too."""
+    result = interrupted(
+        number,
+        tmp_path,
+        "from ssdo_gl import whole_files\n"
+        "real = os.umask\n"
+        "os.umask = lambda mask: (strike(), real(mask))[1]",
+    )
+    assert result.returncode == 128 + number, result.stderr
+    assert b"Traceback" not in result.stderr
+    assert list(tmp_path.iterdir()) == []
