@@ -24,6 +24,7 @@ _WITHOUT_SETTINGS = (
     "sender_radiance",
     "bvh_upload",
     "surface_tables",
+    "material_table",
     "emitter_tables",
     "composite",
     "constant_visibility",
