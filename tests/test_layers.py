@@ -146,6 +146,18 @@ def _defines(source: str, suffix: str) -> bool:
     )
 
 
+def format_faults(sources: dict[str, str]) -> list[str]:
+    """Return one line for each import from inside a format's folder by an outsider."""
+    faults = []
+    for name, source in sources.items():
+        for target in sorted(own(imported(source), set(sources))):
+            folder, _, inside = target.removeprefix("scene/formats/").partition("/")
+            folder = f"scene/formats/{folder}/"
+            if target.startswith(folder) and inside and not name.startswith(folder):
+                faults.append(f"{name} imports {target}, the inside of {folder}")
+    return faults
+
+
 def opengl_faults(sources: dict[str, str]) -> list[str]:
     """Return one line for each module that must not need OpenGL but imports it."""
     faults = []
@@ -189,6 +201,10 @@ def test_passes_and_effects_do_not_import_their_kind():
     assert sibling_faults(modules(PACKAGE)) == []
 
 
+def test_formats_are_entered_by_their_package():
+    assert format_faults(modules(PACKAGE)) == []
+
+
 def test_scenes_and_graph_do_not_need_opengl():
     assert opengl_faults(modules(PACKAGE)) == []
 
@@ -223,6 +239,8 @@ def test_oracles_are_independent_of_the_package():
                        "passes/b": "class BPass: ..."}),
         (sibling_faults, {"effects/a": "from ssdo_gl.effects.b import B\nclass A(Effect): ...",
                           "effects/b": "class B(Effect): ..."}),
+        (format_faults, {"scene/load": "from ssdo_gl.scene.formats.obj.mtl import x",
+                         "scene/formats/obj/mtl": ""}),
         (opengl_faults, {"scene/a": "import moderngl"}),
         (opengl_faults, {"graph/graph": "from ssdo_gl.graph import x",
                          "graph/x": "import moderngl"}),
@@ -242,6 +260,10 @@ def test_each_rule_finds_its_fault(check, sources):
         (layer_faults, {"window/a": "from ssdo_gl import __version__", "__init__": ""}),
         (sibling_faults, {"passes/a": "from ssdo_gl.passes.b import f\nclass APass: ...",
                        "passes/b": "def f(): ..."}),
+        (format_faults, {"scene/load": "from ssdo_gl.scene.formats.obj import x",
+                         "scene/formats/obj/__init__": "import ssdo_gl.scene.formats.obj.mtl",
+                         "scene/formats/obj/mtl": "from ssdo_gl.scene.formats.model import y",
+                         "scene/formats/model": ""}),
         (opengl_faults, {"scene/a": "if TYPE_CHECKING:\n    import moderngl"}),
         (opengl_faults, {"gpu/a": "import moderngl"}),
         (size_faults, {"a": "\n" * MAX_FILE_LINES}),

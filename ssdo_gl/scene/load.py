@@ -6,9 +6,8 @@ from pathlib import Path
 
 from ssdo_gl import resources
 from ssdo_gl.scene.builder import SceneBuilder
-from ssdo_gl.scene.formats import SUFFIXES, read_model
-from ssdo_gl.scene.formats.toml import read_description
-from ssdo_gl.scene.formats.toml.table import suggestion
+from ssdo_gl.scene.formats import format_of, model_suffixes, read_model, scene_suffixes
+from ssdo_gl.scene.formats.toml import read_description, suggestion
 from ssdo_gl.scene.scene import Scene, SceneError
 
 
@@ -18,8 +17,7 @@ def load_scene(source: str | Path) -> Scene:
     Parameters
     ----------
     source : str or Path
-        A ``.toml`` scene, a model file (``.glb .gltf .obj .ply .stl .off``), or the
-        name of a built-in scene.
+        A file of one of `formats.FORMATS`, or the name of a built-in scene.
 
     Raises
     ------
@@ -27,17 +25,16 @@ def load_scene(source: str | Path) -> Scene:
         One line that names the file and key, the value, and what would be valid.
     """
     text = str(source)
-    suffix = Path(text).suffix.lower()
-    if suffix == ".toml":
-        return _load_toml(Path(text), text)
-    if suffix in SUFFIXES:
-        return _load_model(Path(text), text)
+    path = Path(text)
+    kind = format_of(path)
+    if kind is not None:
+        return kind.read_scene(path, text) if kind.read_scene else _load_model(path, text)
     names = builtin_names()
     if text in names:
         file = resources.folder("scenes") / f"{text}.toml"
         return read_description(file.read_text(encoding="utf-8"), f"scenes/{text}.toml")
-    if text and (suffix or "/" in text or "\\" in text or Path(text).exists()):
-        valid = ", ".join((".toml", *SUFFIXES))
+    if text and (path.suffix or "/" in text or "\\" in text or path.exists()):
+        valid = ", ".join((*scene_suffixes(), *model_suffixes()))
         raise SceneError(f"{text}: expected a file ending in one of {valid}")
     raise SceneError(f"no built-in scene is called {text!r}; {suggestion(text, names)}")
 
@@ -48,19 +45,6 @@ def builtin_names() -> list[str]:
     return sorted(
         file.name.removesuffix(".toml") for file in folder.iterdir() if file.name.endswith(".toml")
     )
-
-
-def _load_toml(path: Path, source: str) -> Scene:
-    try:
-        text = path.read_bytes().decode("utf-8-sig")
-    except FileNotFoundError:
-        raise SceneError(f"{source}: no such file") from None
-    except UnicodeDecodeError as error:
-        raise SceneError(f"{source}: byte {error.start} is not UTF-8 text") from None
-    except OSError as error:
-        raise SceneError(f"{source}: cannot be read: {error.strerror}") from None
-    # TOML ends lines with LF or CRLF; a text with another mix fails in the parser.
-    return read_description(text.replace("\r\n", "\n"), source, path)
 
 
 def _load_model(path: Path, source: str) -> Scene:

@@ -9,6 +9,7 @@ from typing import Any, NoReturn
 
 from ssdo_gl import __version__
 from ssdo_gl.gpu.context import BACKENDS
+from ssdo_gl.scene.formats import model_suffixes, scene_suffixes
 from ssdo_gl.settings import modes, names
 from ssdo_gl.settings.fields import (
     Kind,
@@ -178,8 +179,8 @@ def build_parser() -> argparse.ArgumentParser:
         nargs="?",
         default=DEFAULT_SCENE,
         metavar="SCENE",
-        help="a .toml scene, a model (.glb .gltf .obj .ply .stl .off) or a built-in name "
-        f"(default: {DEFAULT_SCENE})",
+        help=f"a scene ({' '.join(scene_suffixes())}), a model ({' '.join(model_suffixes())}) or "
+        f"a built-in name (default: {DEFAULT_SCENE})",
     )
     infos = [info for _, info in flag_infos().values()]
     for title in dict.fromkeys((MODE, LOOK, QUALITY, RUNNING)):

@@ -7,12 +7,40 @@ from pathlib import Path
 from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.formats.toml import environments, lights, materials, objects, wishes
-from ssdo_gl.scene.formats.toml.table import Table
+from ssdo_gl.scene.formats.toml.table import Table, suggestion
 from ssdo_gl.scene.scene import Scene, SceneError
 from ssdo_gl.settings.settings import MAX_EXPOSURE_EV
 from ssdo_gl.toml_text import read_toml
 
+__all__ = ["read_description", "read_file", "suggestion"]
+
 TOP_KEYS = ("title", "purpose", "camera", "environment", "render", "materials", "light", "object")
+
+
+def read_file(path: Path, source: str) -> Scene:
+    """Return the scene of a .toml file.
+
+    Parameters
+    ----------
+    path : Path
+    source : str
+        What errors call the file.
+
+    Raises
+    ------
+    SceneError
+        As `read_description`, or if the file cannot be read or is not UTF-8.
+    """
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+    except FileNotFoundError:
+        raise SceneError(f"{source}: no such file") from None
+    except UnicodeDecodeError as error:
+        raise SceneError(f"{source}: byte {error.start} is not UTF-8 text") from None
+    except OSError as error:
+        raise SceneError(f"{source}: cannot be read: {error.strerror}") from None
+    # TOML ends lines with LF or CRLF; a text with another mix fails in the parser.
+    return read_description(text.replace("\r\n", "\n"), source, path)
 
 
 def read_description(text: str, source: str, file: Path | None = None) -> Scene:

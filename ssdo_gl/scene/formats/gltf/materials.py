@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.formats.gltf_document import Document, GltfError, Json
+from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json
 from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.images import read_texture
 from ssdo_gl.scene.material import Color, Material, Texture

@@ -18,7 +18,7 @@ from ssdo_gl.images.color import linear_from_srgb
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.emissive_meshes import turned_to_scene
 from ssdo_gl.scene.formats.model import Model
-from ssdo_gl.scene.formats.mtl import read_mtl
+from ssdo_gl.scene.formats.obj.mtl import read_mtl
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.scene import SceneError

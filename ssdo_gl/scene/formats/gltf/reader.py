@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.formats.gltf_document import Document, GltfError, Json
-from ssdo_gl.scene.formats.gltf_geometry import Shape, read_shape
-from ssdo_gl.scene.formats.gltf_materials import MaterialReader
+from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json
+from ssdo_gl.scene.formats.gltf.geometry import Shape, read_shape
+from ssdo_gl.scene.formats.gltf.materials import MaterialReader
 from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.lights import kind_of_gltf
 from ssdo_gl.scene.material import Color

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.formats.gltf_document import Document, GltfError, Json
+from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json
 
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 
