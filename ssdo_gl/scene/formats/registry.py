@@ -50,9 +50,9 @@ FORMATS: list[SceneFormat] = [
     SceneFormat("TOML scene", (".toml",), read_scene=_lazily("toml", "read_file")),
     SceneFormat("glTF 2.0", (".glb", ".gltf"), _lazily("gltf", "read_gltf")),
     SceneFormat("Wavefront OBJ", (".obj",), _lazily("obj", "read_obj")),
-    SceneFormat("PLY", (".ply",), _lazily("polygons", "read_polygons")),
-    SceneFormat("STL", (".stl",), _lazily("polygons", "read_polygons")),
-    SceneFormat("OFF", (".off",), _lazily("polygons", "read_polygons")),
+    SceneFormat("PLY", (".ply",), _lazily("polygons", "read_ply")),
+    SceneFormat("STL", (".stl",), _lazily("polygons", "read_stl")),
+    SceneFormat("OFF", (".off",), _lazily("polygons", "read_off")),
 ]
 
 

@@ -1,0 +1,144 @@
+"""What the polygon formats have in common: a mesh of polygons, on its way into a model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ssdo_gl.images.color import linear_from_srgb
+from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.formats.model import Model
+from ssdo_gl.scene.formats.triangulate import triangulated
+from ssdo_gl.scene.images import read_texture
+from ssdo_gl.scene.material import Material, Texture
+from ssdo_gl.scene.mesh import SceneObject
+from ssdo_gl.scene.paths import contained_file
+from ssdo_gl.scene.scene import SceneError
+
+
+@dataclass
+class PolygonMesh:
+    """Polygons with what a file says of vertices, corners and faces.
+
+    Attributes
+    ----------
+    positions, normals : ndarray, shape (V, 3)
+    corners : ndarray, shape (C,)
+        The vertex of each corner, polygon after polygon.
+    counts : ndarray, shape (F,)
+        Corners of each polygon; their sum is C.
+    uvs : ndarray, shape (V, 2)
+        Texture coordinates, v = 0 at the bottom row of the image, as files have it.
+    corner_uvs : ndarray, shape (C, 2)
+        The same for each corner; they win over `uvs`.
+    colors : ndarray, shape (V, 4)
+        Scene-linear colour and alpha.
+    face_colors : ndarray, shape (F, 4)
+        They count where there are no `colors`.
+    textures : list of str
+        Names of image files, relative to the mesh's.
+    face_textures : ndarray, shape (F,)
+        Which of them each face shows; None: all the first.
+    """
+
+    positions: FloatArray
+    corners: NDArray[np.int64]
+    counts: NDArray[np.int64]
+    normals: FloatArray | None = None
+    uvs: FloatArray | None = None
+    corner_uvs: FloatArray | None = None
+    colors: FloatArray | None = None
+    face_colors: FloatArray | None = None
+    textures: list[str] = field(default_factory=list)
+    face_textures: NDArray[np.int64] | None = None
+    name: str = ""
+
+    def add_to(self, model: Model, path: Path, where: str) -> None:
+        """Append the triangles to a model, an object for each texture.
+
+        Raises
+        ------
+        ValueError
+            If a face names a vertex that does not exist.
+        """
+        triangles, polygons = triangulated(self.positions, self.corners, self.counts)
+        shown = self.face_textures
+        if shown is None or len(self.textures) < 2:
+            self._add_part(model, triangles, polygons, self._texture(0, model, path, where), path)
+            return
+        shown = np.clip(shown, 0, len(self.textures) - 1)[polygons]
+        for number in np.unique(shown):
+            part = shown == number
+            texture = self._texture(int(number), model, path, where)
+            self._add_part(model, triangles[part], polygons[part], texture, path)
+
+    def _texture(self, number: int, model: Model, path: Path, where: str) -> Texture | None:
+        if number >= len(self.textures):
+            return None
+        try:
+            file = contained_file(path, self.textures[number], f"{where}: TextureFile")
+            return read_texture(file, where)
+        except SceneError as error:
+            model.note(f"texture not used: {error}")
+            return None
+
+    def _add_part(
+        self,
+        model: Model,
+        triangles: NDArray[np.int64],
+        polygons: NDArray[np.int64],
+        texture: Texture | None,
+        path: Path,
+    ) -> None:
+        vertices = self.corners[triangles]
+        face_colors = self.face_colors if self.colors is None else None
+        positions, normals, uvs, colors = self.positions, self.normals, self.uvs, self.colors
+        if face_colors is not None or self.corner_uvs is not None:
+            # What belongs to faces or corners needs a vertex of its own at each corner.
+            flat = vertices.reshape(-1)
+            positions = positions[flat]
+            normals = None if normals is None else normals[flat]
+            uvs = None if uvs is None else uvs[flat]
+            colors = None if colors is None else colors[flat]
+            if face_colors is not None:
+                colors = np.repeat(face_colors[polygons], 3, axis=0)
+            if self.corner_uvs is not None:
+                uvs = self.corner_uvs[triangles.reshape(-1)]
+            vertices = np.arange(len(flat)).reshape(-1, 3)
+        # Image rows count downward from the top.
+        uvs = None if uvs is None else uvs * [1.0, -1.0] + [0.0, 1.0]
+        name = self.name or path.stem
+        mesh = model.add_mesh(positions, vertices, normals, uvs, colors, name)
+        if mesh is None:
+            return
+        plain = colors is None and texture is None
+        albedo = (0.8, 0.8, 0.8) if plain else (1.0, 1.0, 1.0)
+        model.materials.append(Material(name="default", albedo=albedo, albedo_texture=texture))
+        model.objects.append(SceneObject(mesh, len(model.materials) - 1, name=name))
+
+
+def linear_colors(encoded: NDArray[Any], kind: np.dtype[Any] | None = None) -> FloatArray:
+    """Return (N, 4) scene-linear colour and alpha of sRGB-encoded (N, 3) or (N, 4).
+
+    Integers of one byte or of unknown width reach from 0 to 255 and those of two bytes
+    to 65535, unless none exceeds 255. Floats reach to 1, or to 255 if any exceeds 1.
+
+    Parameters
+    ----------
+    kind : dtype or None
+        The file's own type; None: that of `encoded`.
+    """
+    kind = encoded.dtype if kind is None else kind
+    values = np.nan_to_num(encoded.astype(np.float64), nan=0.0, posinf=0.0, neginf=0.0)
+    largest = values.max(initial=0.0)
+    if kind.kind == "f":
+        scale = 255.0 if largest > 1.0 else 1.0
+    else:
+        scale = 65535.0 if kind.itemsize == 2 and largest > 255.0 else 255.0
+    values = np.clip(values / scale, 0.0, 1.0)
+    alpha = values[:, 3:4] if values.shape[1] > 3 else np.ones((len(values), 1))
+    return np.concatenate([linear_from_srgb(values[:, :3]), alpha], axis=1)

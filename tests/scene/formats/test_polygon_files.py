@@ -1,0 +1,384 @@
+"""Polygon files as exporters write them: each opens, with its right area and colours."""
+
+from __future__ import annotations
+
+import io
+import struct
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from ssdo_gl.images.color import linear_from_srgb
+from ssdo_gl.scene.formats import read_model
+from ssdo_gl.scene.mesh import Mesh
+
+Write = Callable[[dict[str, str | bytes]], Path]
+Bytes = tuple[int, int, int]
+
+# A pyramid: a square base of area 1 and four sides, apex over the middle at height 1.
+PYRAMID = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0.5, 0.5, 1)]
+FACES = [(0, 3, 2, 1), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)]
+AREA = 1.0 + 4.0 * 0.5 * 1.25**0.5
+SQUARE = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n"
+ORANGE, BLUE = (255, 128, 0), (0, 0, 255)
+
+
+@dataclass(frozen=True)
+class Case:
+    """A file, its right area, and the sRGB bytes of its vertices (none: no colours)."""
+
+    suffix: str
+    content: bytes
+    area: float
+    colors: frozenset[Bytes] = frozenset()
+
+
+def header(form: str, vertices: int, faces: str, properties: str = "", extra: str = "") -> str:
+    return (
+        f"ply\nformat {form} 1.0\n{extra}element vertex {vertices}\nproperty float x\n"
+        f"property float y\nproperty float z\n{properties}{faces}end_header\n"
+    )
+
+
+LIST = "property list uchar int vertex_indices\n"
+
+
+def faces(count: int, more: str = "", kind: str = LIST) -> str:
+    return f"element face {count}\n{kind}{more}"
+
+
+def triangle(rows: str, properties: str, face: str = "3 0 1 2", more: str = "") -> bytes:
+    points = ["0 0 0", "1 0 0", "0 1 0"]
+    body = "".join(f"{point} {rows}\n" for point in points)
+    return (header("ascii", 3, faces(1, more), properties) + body + face + "\n").encode()
+
+
+def colored(kind: str, values: str, names: str = "red green blue") -> bytes:
+    return triangle(values, "".join(f"property {kind} {name}\n" for name in names.split()))
+
+
+def binary(order: str, form: str, newline: bytes = b"\n", tail: bytes = b"") -> bytes:
+    body = b"".join(struct.pack(f"{order}3f", *point) for point in PYRAMID)
+    for face in FACES:
+        body += struct.pack(f"{order}B{len(face)}i", len(face), *face)
+    return header(form, 5, faces(5)).encode().replace(b"\n", newline) + body + tail
+
+
+def text_pyramid(between: str = "") -> str:
+    points = "".join("{} {} {}\n".format(*point) for point in PYRAMID)
+    rows = "".join(" ".join(map(str, (len(face), *face))) + "\n" for face in FACES)
+    return header("ascii", 5, faces(5)) + points + between + rows
+
+
+def with_texcoords() -> bytes:
+    points = "".join("{} {} {}\n".format(*point) for point in PYRAMID)
+    rows = "".join(
+        " ".join(map(str, (len(f), *f, 2 * len(f), *[0.5] * (2 * len(f))))) + "\n" for f in FACES
+    )
+    more = "property list uchar float texcoord\n"
+    return (header("ascii", 5, faces(5, more)) + points + rows).encode()
+
+
+def binary_with_texcoords() -> bytes:
+    body = b"".join(struct.pack("<3f", *point) for point in PYRAMID)
+    for face in FACES:
+        n = len(face)
+        body += struct.pack(f"<B{n}iB{2 * n}fB", n, *face, 2 * n, *[0.5] * (2 * n), 7)
+    more = "property list uchar float texcoord\nproperty uchar flags\n"
+    return header("binary_little_endian", 5, faces(5, more)).encode() + body
+
+
+STRIPS = "element tristrips 1\nproperty list int int vertex_indices\n"
+STRIP_POINTS = "0 0 0\n1 0 0\n0 1 0\n1 1 0\n2 0 0\n3 0 0\n2 1 0\n"
+EDGES = "element edge 2\nproperty int vertex1\nproperty int vertex2\n"
+FACE_RGB = "property uchar red\nproperty uchar green\nproperty uchar blue\n"
+TWO_FACES = "3 0 1 2 255 128 0\n3 0 2 3 0 0 255\n"
+
+
+def stl(attributes: list[int], head: bytes = b"", count: int = 2, tail: bytes = b"") -> bytes:
+    data = head.ljust(80, b"\0") + struct.pack("<I", count)
+    corners = [(0, 0, 0, 1, 0, 0, 1, 1, 0), (0, 0, 0, 1, 1, 0, 0, 1, 0)]
+    for attribute, nine in zip(attributes, corners, strict=True):
+        data += struct.pack("<12fH", 0, 0, 1, *nine, attribute)
+    return data + tail
+
+
+def text_stl(name: bytes, end: bytes = b"endsolid\n", normal: bytes = b"0 0 1") -> bytes:
+    data = b"solid " + name + b"\n"
+    for nine in ("000100110", "000110010"):
+        data += b"facet normal " + normal + b"\nouter loop\n"
+        for i in (0, 3, 6):
+            data += b"vertex " + " ".join(nine[i : i + 3]).encode() + b"\n"
+        data += b"endloop\nendfacet\n"
+    return data + end
+
+
+def off(keyword: str, vertices: str, *rows: str) -> bytes:
+    return (f"{keyword}\n4 {len(rows)} 0\n{vertices}" + "".join(f"{r}\n" for r in rows)).encode()
+
+
+ONE = frozenset({ORANGE})
+BOTH = frozenset({ORANGE, BLUE})
+MAGICS = b"COLOR=\xff\x80\x00\xff,MATERIAL="
+FIVE_BIT_BLUE = 31 << 10  # Materialise: red lowest
+CASES = {
+    # PLY: the body
+    "binary triangles and quads": Case(".ply", binary("<", "binary_little_endian"), AREA),
+    "binary big endian": Case(".ply", binary(">", "binary_big_endian"), AREA),
+    "binary, header with CR LF": Case(".ply", binary("<", "binary_little_endian", b"\r\n"), AREA),
+    "binary, header with CR": Case(".ply", binary("<", "binary_little_endian", b"\r"), AREA),
+    "binary, trailing bytes": Case(
+        ".ply", binary("<", "binary_little_endian", tail=b"12345"), AREA
+    ),
+    "text": Case(".ply", text_pyramid().encode(), AREA),
+    "blank line after vertices": Case(".ply", text_pyramid("\n \n").encode(), AREA),
+    "CR line ends": Case(".ply", text_pyramid().replace("\n", "\r").encode(), AREA),
+    "CR LF line ends": Case(".ply", text_pyramid().replace("\n", "\r\n").encode(), AREA),
+    "byte order mark": Case(".ply", b"\xef\xbb\xbf" + text_pyramid().encode(), AREA),
+    "a row over several lines": Case(
+        ".ply", text_pyramid().replace("4 0 3 2 1", "4 0\n3 2\n1").encode(), AREA
+    ),
+    "second list property": Case(".ply", with_texcoords(), AREA),
+    "binary second list property": Case(".ply", binary_with_texcoords(), AREA),
+    "tristrips": Case(
+        ".ply", (header("ascii", 7, STRIPS) + STRIP_POINTS + "8 0 1 2 3 -1 4 5 6\n").encode(), 1.5
+    ),
+    "binary tristrips": Case(
+        ".ply",
+        header("binary_big_endian", 4, STRIPS).encode()
+        + struct.pack(">12f", 0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0)
+        + struct.pack(">6i", 5, 0, 1, 2, 3, -1),
+        1.0,
+    ),
+    "elements before vertices and after faces": Case(
+        ".ply",
+        (
+            header("ascii", 4, faces(1) + EDGES, extra="element camera 1\nproperty float view\n")
+            + f"5.5\n{SQUARE}4 0 1 2 3\n0 1\n1 2\n"
+        ).encode(),
+        1.0,
+    ),
+    "faces before vertices": Case(
+        ".ply",
+        (
+            "ply\nformat ascii 1.0\nelement face 1\n" + LIST + "element vertex 4\nproperty int x\n"
+            "property short y\nproperty double z\nend_header\n4 0 1 2 3\n" + SQUARE
+        ).encode(),
+        1.0,
+    ),
+    "other integer types": Case(
+        ".ply",
+        (header("ascii", 4, faces(1, kind="property list int32 uint16 vertex_index\n")) + SQUARE
+         + "4 0 1 2 3\n").encode(),
+        1.0,
+    ),
+    "latin-1 comment": Case(
+        ".ply", text_pyramid().replace("element v", "comment caf\xe9\nelement v").encode("latin-1"),
+        AREA,
+    ),
+    "NaN as C on Windows prints it": Case(
+        ".ply", triangle("-1.#IND", "property float quality\n"), 0.5
+    ),
+    # PLY: colours
+    "bytes": Case(".ply", colored("uchar", "255 128 0"), 0.5, ONE),
+    "integers": Case(".ply", colored("int", "255 128 0"), 0.5, ONE),
+    "two bytes": Case(".ply", colored("ushort", "65535 32896 0"), 0.5, ONE),
+    "floats to 1": Case(".ply", colored("float", "1 0.50196 0"), 0.5, ONE),
+    "floats to 255": Case(".ply", colored("float", "255 128 0"), 0.5, ONE),
+    "short names": Case(".ply", colored("uchar", "255 128 0", "r g b"), 0.5, ONE),
+    "diffuse names": Case(
+        ".ply", colored("uchar", "255 128 0", "diffuse_red diffuse_green diffuse_blue"), 0.5, ONE
+    ),
+    "capital names": Case(".ply", colored("uchar", "255 128 0", "Red Green Blue"), 0.5, ONE),
+    "unusable colours": Case(
+        ".ply", colored("float", "nan -5 inf"), 0.5, frozenset({(0, 0, 0)})
+    ),
+    "face colours": Case(
+        ".ply",
+        (header("ascii", 4, faces(2, FACE_RGB)) + SQUARE + TWO_FACES).encode(),
+        1.0,
+        BOTH,
+    ),
+    "face colours of quads": Case(
+        ".ply",
+        (header("ascii", 4, faces(1, FACE_RGB)) + SQUARE + "4 0 1 2 3 255 128 0\n").encode(),
+        1.0,
+        ONE,
+    ),
+    # OFF
+    "OFF": Case(".off", off("OFF", SQUARE, "4 0 1 2 3"), 1.0),
+    "no keyword": Case(".off", off("OFF", SQUARE, "4 0 1 2 3")[4:], 1.0),
+    "counts after the keyword": Case(
+        ".off", b"OFF 4 1 4\n" + SQUARE.encode() + b"4 0 1 2 3\n", 1.0
+    ),
+    "no count of edges": Case(".off", b"OFF\n4 1\n" + SQUARE.encode() + b"4 0 1 2 3\n", 1.0),
+    "comments and blank lines": Case(
+        ".off", b"OFF # caf\xe9\n\n# x\n4 1 0\n" + SQUARE.encode() + b"\n4 0 1 2 3 # last\n", 1.0
+    ),
+    "OFF with CR": Case(".off", off("OFF", SQUARE, "4 0 1 2 3").replace(b"\n", b"\r"), 1.0),
+    "OFF faces over several lines": Case(
+        ".off", off("OFF", SQUARE, "3 0\n1\n2", "3\n0 2\n3 "), 1.0
+    ),
+    "OFF vertices on one line": Case(
+        ".off", off("OFF", SQUARE.replace("\n", " ") + "\n", "4 0 1 2 3"), 1.0
+    ),
+    "COFF": Case(
+        ".off", off("COFF", SQUARE.replace("\n", " 255 128 0 255\n"), "4 0 1 2 3"), 1.0, ONE
+    ),
+    "COFF of three floats": Case(
+        ".off", off("COFF", SQUARE.replace("\n", " 1.0 0.50196 0.0\n"), "4 0 1 2 3"), 1.0, ONE
+    ),
+    "colours without a C": Case(
+        ".off", off("OFF", SQUARE.replace("\n", " 255 128 0\n"), "4 0 1 2 3"), 1.0, ONE
+    ),
+    "NOFF": Case(".off", off("NOFF", SQUARE.replace("\n", " 0 0 1\n"), "4 0 1 2 3"), 1.0),
+    "STCNOFF": Case(
+        ".off",
+        off("STCNOFF", SQUARE.replace("\n", " 0 0 1 255 128 0 255 0.5 0.5\n"), "4 0 1 2 3"),
+        1.0,
+        ONE,
+    ),
+    "4OFF": Case(".off", off("4OFF", SQUARE.replace("\n", " 0.5\n"), "4 0 1 2 3"), 4.0),
+    "OFF face colours": Case(
+        ".off", off("OFF", SQUARE, "3 0 1 2 255 128 0", "3 0 2 3 0 0 255 255"), 1.0, BOTH
+    ),
+    "OFF face colours of floats": Case(
+        ".off", off("OFF", SQUARE, "4 0 1 2 3 1.0 0.50196 0.0 1.0"), 1.0, ONE
+    ),
+    "OFF colour map entries": Case(".off", off("OFF", SQUARE, "3 0 1 2 5", "3 0 2 3 1"), 1.0),
+    "OFF edges as faces": Case(".off", off("OFF", SQUARE, "4 0 1 2 3", "2 0 1", "1 3"), 1.0),
+    # STL
+    "STL": Case(".stl", stl([0, 0]), 1.0),
+    "binary that begins with solid": Case(".stl", stl([0, 0], b"solid facet"), 1.0),
+    "STL trailing bytes": Case(".stl", stl([0, 0], tail=b"\xff" * 33), 1.0),
+    "STL without a count": Case(".stl", stl([0, 0], count=0), 1.0),
+    "STL with too large a count": Case(".stl", stl([0, 0], count=2**32 - 1), 1.0),
+    "VisCAM colours": Case(
+        ".stl", stl([1 << 15 | 31, 1 << 15 | 31 << 10 | 16 << 5]), 1.0,
+        frozenset({BLUE, (255, 132, 0)}),
+    ),
+    "Materialise colours": Case(".stl", stl([1 << 15, FIVE_BIT_BLUE], MAGICS), 1.0, BOTH),
+    "text STL": Case(".stl", text_stl(b"part"), 1.0),
+    "latin-1 name": Case(".stl", text_stl(b"caf\xe9"), 1.0),
+    "missing endsolid": Case(".stl", text_stl(b"part", b""), 1.0),
+    "bytes after endsolid": Case(".stl", text_stl(b"part", b"endsolid\n\0\xff\xfe"), 1.0),
+    "unusable normal": Case(".stl", text_stl(b"a", normal=b"0 0 x"), 1.0),
+    "STL in capitals with CR": Case(".stl", text_stl(b"A").upper().replace(b"\n", b"\r"), 1.0),
+    "several solids": Case(".stl", text_stl(b"a") + text_stl(b"b"), 2.0),
+    "no solid line": Case(".stl", text_stl(b"").partition(b"\n")[2], 1.0),
+}  # fmt: skip
+
+
+def area(mesh: Mesh) -> float:
+    a, b, c = (mesh.positions[mesh.triangles[:, i]] for i in range(3))
+    return float(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+
+
+def srgb_bytes(mesh: Mesh) -> set[Bytes]:
+    if mesh.colors is None:
+        return set()
+    table = linear_from_srgb(np.arange(256) / 255.0)
+    near = np.abs(mesh.colors[:, :3, None] - table).argmin(axis=2)
+    return {(int(r), int(g), int(b)) for r, g, b in near}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_opens_with_its_area_and_colours(name: str, write: Write) -> None:
+    case = CASES[name]
+    meshes = read_model(write({f"a{case.suffix}": case.content}), "a").meshes
+    assert sum(area(mesh) for mesh in meshes) == pytest.approx(case.area)
+    assert set().union(*map(srgb_bytes, meshes)) == case.colors
+
+
+def test_strips_keep_their_sides(write: Write) -> None:
+    mesh = read_model(write({"a.ply": CASES["tristrips"].content}), "a").meshes[0]
+    assert mesh.face_normals().tolist() == [[0, 0, 1]] * 3
+
+
+def png(color: Bytes) -> bytes:
+    stream = io.BytesIO()
+    Image.new("RGB", (1, 1), color).save(stream, "PNG")
+    return stream.getvalue()
+
+
+def test_a_texture_file_is_shown(write: Write) -> None:
+    text = header(
+        "ascii", 4, faces(1), "property float s\nproperty float t\n",
+        "comment TextureFile my wood.png\n",
+    ) + "0 0 0 0 0\n1 0 0 1 0\n1 1 0 1 0.75\n0 1 0 0 0.75\n4 0 1 2 3\n"  # fmt: skip
+    model = read_model(write({"my wood.png": png(ORANGE), "a.ply": text}), "a")
+    texture = model.materials[0].albedo_texture
+    assert texture is not None
+    assert texture.pixels[0, 0].tolist() == [*ORANGE, 255]
+    assert model.materials[0].albedo == (1.0, 1.0, 1.0)
+    # v counts upward in the file and downward here.
+    uvs = model.meshes[0].uvs
+    assert uvs is not None
+    assert uvs.tolist() == [[0, 1], [1, 1], [1, 0.25], [0, 0.25]]
+
+
+@pytest.mark.parametrize("name", ["none.png", "../a.png", "a.ply"])
+def test_a_missing_texture_is_told_and_colours_stay(name: str, write: Write) -> None:
+    text = colored("uchar", "255 128 0").replace(
+        b"element v", b"comment TextureFile " + name.encode() + b"\nelement v"
+    )
+    model = read_model(write({"a.ply": text}), "a")
+    assert srgb_bytes(model.meshes[0]) == {ORANGE}
+    assert any("texture not used" in note for note in model.notes)
+
+
+def test_faces_choose_among_textures(write: Write) -> None:
+    more = "property list uchar float texcoord\nproperty int texnumber\n"
+    extra = "comment TextureFile a.png\ncomment TextureFile b.png\n"
+    text = (
+        header("ascii", 4, faces(2, more), extra=extra)
+        + SQUARE
+        + ("3 0 1 2 6 0 0 1 0 1 1 1\n3 0 2 3 6 0 0 1 1 0 1 0\n")
+    )
+    model = read_model(write({"a.png": png(ORANGE), "b.png": png(BLUE), "a.ply": text}), "a")
+    shown = [
+        (material.albedo_texture.pixels[0, 0, :3].tolist(), model.meshes[item.mesh].positions[1, 0])
+        for item in model.objects
+        if (material := model.materials[item.material]).albedo_texture is not None
+    ]
+    assert shown == [([*ORANGE], 1.0), ([*BLUE], 1.0)]
+    assert [len(mesh.triangles) for mesh in model.meshes] == [1, 1]
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [
+        ("a.ply", header("ascii", 3, faces(1)) + "0 0 0\n1 0 0\n0 x 0\n3 0 1 2\n", "'x' stands"),
+        ("a.ply", header("ascii", 3, faces(1)) + "0 0 0\n1 0 0\n", "ends before its 3 rows"),
+        ("a.ply", header("ascii", 10**15, faces(1)), "ends before its"),
+        ("a.ply", header("ascii", 3, faces(0)) + "0 0 0\n1 0 0\n0 1 0\n", "only 3 points"),
+        ("a.ply", header("cuneiform", 3, faces(0)), "'cuneiform'"),
+        ("a.ply", header("ascii", 3, "element face 1\nproperty list x y z\n"), "property list x"),
+        ("a.ply", "ply\nformat ascii 1.0\n", "no end_header"),
+        ("a.ply", triangle("", "", "3 0 1 9"), "vertex 9 of 3"),
+        ("a.ply", triangle("", "", "3 0 1 nan"), "vertex -2 of 3"),
+        (
+            "a.ply",
+            (
+                header("binary_little_endian", 0, faces(0)).encode()[:-11]
+                + b"element e 1\nproperty list uint float a\nend_header\n\xff\xff\xff\xff"
+            ),
+            "a list of 'e' has 4294967295 entries",
+        ),
+        ("a.off", "OFF\n4000000000 4000000000 0\n0 0 0\n", "ends before its"),
+        ("a.off", "OFF\n3 1 0\n0 0 0\n1 0 x\n0 1 0\n3 0 1 2\n", "something else than numbers"),
+        ("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 -2\n", "'-2' stands"),
+        ("a.off", "OFF BINARY\n", "binary OFF"),
+        ("a.off", "hello\n", "neither OFF nor"),
+        ("a.stl", text_stl(b"a").replace(b"vertex 1 1 0\n", b""), "not three vertices"),
+        ("a.stl", text_stl(b"a").replace(b"vertex 1 1 0", b"vertex 1 1 y"), "three numbers"),
+    ],
+)
+def test_what_is_damaged_gets_one_line(
+    name: str, content: str | bytes, said: str, write: Write, error_of: Callable[..., str]
+) -> None:
+    assert said in error_of(write({name: content}))
