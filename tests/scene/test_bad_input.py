@@ -286,7 +286,6 @@ def test_a_scene_in_a_linked_folder_finds_its_files(write: Write, tmp_path: Path
         ("a.obj", b"v a b c\nf 1 1 1\n", ["'v a b c'"]),
         ("a.obj", OBJ.encode() + b"f 1 2 9\n", ["v 9", "there are 3"]),
         ("a.obj", OBJ.encode() + b"f 1 2 -9\n", ["-"]),
-        ("a.obj", OBJ.encode() + b"f 1 2\n", ["line 5", "three corners"]),
         ("a.obj", OBJ.encode() + b"f x y z\n", ["'x'", "1/2/3"]),
         ("a.obj", OBJ.encode() + b"f 0 1 2\n", ["v 0"]),
         ("a.obj", b"v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\n", ["no triangle with an area"]),

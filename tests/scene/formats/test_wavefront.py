@@ -57,9 +57,12 @@ def test_normals_and_coordinates(write: Write) -> None:
     assert mesh.uvs.tolist() == [[0, 1], [0.5, 0.75], [1, 1]]
 
 
-def test_normals_of_some_corners_only_are_not_used(write: Write) -> None:
-    text = SQUARE + "vn 0 0 1\nf 1//1 2//1 3//1\nf 1 3 4\n"
-    assert load_scene(write({"a.obj": text})).meshes[0].normals is None
+def test_faces_without_normals_are_flat_among_others(write: Write) -> None:
+    text = SQUARE + "v 0 0 1\nvn 0 1 0\nvn 0 1 0\nf 1//1 2//1 3//2\nf 1 4 5\nf 1//1 4//9 5//1\n"
+    mesh = load_scene(write({"a.obj": text})).meshes[0]
+    assert mesh.normals is not None
+    flat = [[1, 0, 0]] * 3
+    assert mesh.normals[mesh.triangles].tolist() == [[[0, 1, 0]] * 3, flat, flat]
 
 
 def test_materials_keep_their_factors(write: Write) -> None:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from pathlib import Path
 
 import numpy as np
 from PIL import Image
 
 from ssdo_gl.scene.formats.model import Model
+from ssdo_gl.scene.formats.obj.text import logical_lines, remainder, without_comment
 from ssdo_gl.scene.images import read_texture
 from ssdo_gl.scene.material import Color, Material, Texture
 from ssdo_gl.scene.paths import contained_file
@@ -18,40 +20,99 @@ from ssdo_gl.scene.scene import SceneError
 CUTOFF = 0.5
 # Numbers that each option of a texture statement takes.
 _OPTION_ARGUMENTS = {"-o": 3, "-s": 3, "-t": 3, "-mm": 2}
+# Rows of the matrix from CIE XYZ to linear Rec.709 primaries.
+_RGB_FROM_XYZ = np.array(
+    [
+        [3.2404542, -1.5371385, -0.4985314],
+        [-0.9692660, 1.8760108, 0.0415560],
+        [0.0556434, -0.2040259, 1.0572252],
+    ]
+)
 _NORMAL_MAPS = ("bump", "map_bump", "norm", "map_kn", "disp")
 
 
-def read_mtl(owner: Path, name: str, model: Model, where: str) -> dict[str, Material]:
-    """Return the materials of a library that an .obj file names.
+def read_libraries(
+    owner: Path, statements: list[str], model: Model, where: str
+) -> dict[str, Material]:
+    """Return the materials of the libraries that an .obj file names, by their names.
 
-    A library or texture that is missing is noted in `model`, not an error: models are
-    often passed on without them.
+    A library or texture that is missing or damaged is noted in `model`, not an error:
+    models are often passed on without them.
+
+    Parameters
+    ----------
+    statements : list of str
+        What follows each ``mtllib``: one file name with or without blanks, or several.
+
+    Raises
+    ------
+    SceneError
+        If a material has a colour that is none.
     """
+    known: dict[str, Material] = {}
+    for statement in dict.fromkeys(statements):
+        for name in _library_names(owner, statement):
+            try:
+                path = _found(owner, name, f"{where}: mtllib")
+                known.update(_read_library(path, model, f"{where}: {path.name}"))
+            except _MissingError as error:
+                model.note(f"materials not read: {error}")
+    return known
+
+
+def material_called(known: dict[str, Material], name: str) -> Material | None:
+    """Return a material; a comment may follow its name where it is used or defined."""
+    if name in known or not name:
+        return known.get(name)
+    short = without_comment(name)
+    if short in known or not short:
+        return known.get(short)
+    return next((m for title, m in known.items() if without_comment(title) == short), None)
+
+
+class _MissingError(ValueError):
+    """A file that is not there, as one line."""
+
+
+def _found(owner: Path, name: str, where: str) -> Path:
+    """Return the file of this name, with or without quotes or a comment behind it."""
+    first: SceneError | None = None
+    for candidate in dict.fromkeys((name, name.strip('"'), without_comment(name).strip('"'))):
+        try:
+            return contained_file(owner, candidate, where)
+        except SceneError as error:
+            first = first or error
+    raise _MissingError(str(first)) from None
+
+
+def _library_names(owner: Path, statement: str) -> list[str]:
+    """Return the one file that a statement names, or else each that ends in .mtl."""
     try:
-        path = contained_file(owner, name, f"{where}: mtllib")
-        text = path.read_text(encoding="utf-8", errors="replace")
-    except SceneError as error:
-        model.note(f"materials not read: {error}")
-        return {}
-    blocks: dict[str, dict[str, list[str]]] = {}
-    current: dict[str, list[str]] = {}
-    for line in text.splitlines():
-        words = line.split("#", 1)[0].split()
-        if not words:
-            continue
-        if words[0].lower() == "newmtl":
-            current = blocks.setdefault(" ".join(words[1:]), {})
-        else:
-            current[words[0].lower()] = words[1:]
-    shown = f"{where}: {path.name}"
-    return {title: _material(title, block, path, model, shown) for title, block in blocks.items()}
+        _found(owner, statement, "")
+        return [statement]
+    except _MissingError:
+        return re.split(r"(?<=\.mtl)\s+", without_comment(statement), flags=re.IGNORECASE)
 
 
-def _material(
-    name: str, block: dict[str, list[str]], owner: Path, model: Model, where: str
-) -> Material:
+def _read_library(path: Path, model: Model, where: str) -> dict[str, Material]:
+    blocks: dict[str, dict[str, str]] = {}
+    current: dict[str, str] = {}
+    for _, line in logical_lines(path, where):
+        key = (line.split(None, 1) or ["#"])[0].lower()
+        if key == "newmtl":
+            current = blocks.setdefault(remainder(line), {})
+        elif not key.startswith("#"):
+            current[key] = remainder(line)
+    return {title: _material(title, block, path, model, where) for title, block in blocks.items()}
+
+
+def _words(block: dict[str, str], key: str) -> list[str]:
+    return without_comment(block.get(key, "")).split()
+
+
+def _material(name: str, block: dict[str, str], owner: Path, model: Model, where: str) -> Material:
     texture = _texture(block.get("map_kd"), owner, model, where)
-    albedo = _color(block, "kd", (0.8, 0.8, 0.8), where)
+    albedo = _color(block, "kd", (0.8, 0.8, 0.8), name, model, where)
     if texture is not None and not any(albedo):
         albedo = (1.0, 1.0, 1.0)
         model.note(f"material {name!r}: Kd 0 would hide its texture: taken as 1")
@@ -59,6 +120,7 @@ def _material(
         albedo = _clipped(albedo)
         model.note(f"material {name!r}: Kd above 1 taken as 1")
     mask = _texture(block.get("map_d"), owner, model, where)
+    cut_out = mask is not None or (texture is not None and _is_cut_out(texture))
     if mask is not None:
         texture = _masked(texture, mask)
     emission_texture = _texture(block.get("map_ke"), owner, model, where)
@@ -67,21 +129,30 @@ def _material(
     return Material(
         name=name,
         albedo=albedo,
-        emission=_color(block, "ke", default, where),
+        emission=_color(block, "ke", default, name, model, where),
         albedo_texture=texture,
         emission_texture=emission_texture,
-        alpha_cutoff=CUTOFF if mask is not None else None,
+        alpha_cutoff=CUTOFF if cut_out else None,
     )
 
 
-def _list_the_rest(name: str, block: dict[str, list[str]], model: Model) -> None:
+def _is_cut_out(texture: Texture) -> bool:
+    """Return whether a colour image has an alpha channel with some of it cut out.
+
+    One that would cut everything out is there for another reason.
+    """
+    out = texture.pixels[..., 3] < CUTOFF * 255.0
+    return bool(np.any(out)) and not bool(np.all(out))
+
+
+def _list_the_rest(name: str, block: dict[str, str], model: Model) -> None:
     """List what the material asks for beyond diffuse reflection."""
-    if any(_number(word) > 0.0 for word in block.get("ks", [])):
+    if any(_number(word) > 0.0 for word in _words(block, "ks")):
         model.asks_for("specular reflection", name)
     if any(key in block for key in _NORMAL_MAPS):
         model.asks_for("normal maps", name)
-    opacity = [_number(word) for word in block.get("d", [])[-1:]]
-    opacity += [1.0 - _number(word) for word in block.get("tr", [])[-1:]]
+    opacity = [_number(word) for word in _words(block, "d")[-1:]]
+    opacity += [1.0 - _number(word) for word in _words(block, "tr")[-1:]]
     if any(value < 1.0 for value in opacity):
         model.asks_for("transparency, drawn opaque", name)
 
@@ -93,19 +164,30 @@ def _number(word: str) -> float:
         return 0.0
 
 
-def _color(block: dict[str, list[str]], key: str, default: Color, where: str) -> Color:
+def _color(
+    block: dict[str, str], key: str, default: Color, name: str, model: Model, where: str
+) -> Color:
+    """Return a colour statement's value: one number or three, or three of CIE XYZ."""
     if key not in block:
         return default
-    words = block[key]
+    words = _words(block, key)
+    if words[:1] == ["spectral"]:
+        model.note(f"material {name!r}: spectral {key.capitalize()} is not read")
+        return default
+    xyz = words[:1] == ["xyz"]
     try:
-        numbers = [float(word) for word in words[:3]]
+        numbers = [float(word) for word in words[xyz : 3 + xyz]]
     except ValueError:
         numbers = []
     if len(numbers) == 1:
         numbers *= 3
-    if len(numbers) != 3 or not all(0.0 <= n < np.inf for n in numbers):
-        shown = " ".join([key.capitalize(), *words])
+    # Anything above becomes infinite on the way to the GPU.
+    largest = float(np.finfo(np.float32).max)
+    if len(numbers) != 3 or not all(0.0 <= n <= largest for n in numbers):
+        shown = " ".join([key.capitalize(), *words])[:80]
         raise SceneError(f"{where}: {shown!r}: expected three finite numbers >= 0")
+    if xyz:
+        numbers = np.maximum(_RGB_FROM_XYZ @ numbers, 0.0).tolist()
     return numbers[0], numbers[1], numbers[2]
 
 
@@ -114,11 +196,11 @@ def _clipped(color: Color) -> Color:
     return r, g, b
 
 
-def _texture(words: list[str] | None, owner: Path, model: Model, where: str) -> Texture | None:
+def _texture(statement: str | None, owner: Path, model: Model, where: str) -> Texture | None:
     """Return the image of a texture statement, skipping its options."""
-    if not words:
+    if not statement:
         return None
-    rest = list(words)
+    rest = statement.split()
     wrap_clamp = False
     while len(rest) > 1 and rest[0].startswith("-"):
         option = rest.pop(0).lower()
@@ -128,13 +210,12 @@ def _texture(words: list[str] | None, owner: Path, model: Model, where: str) -> 
         while count > 0 and len(rest) > 1 and (count == 1 or _is_number(rest[0])):
             rest.pop(0)
             count -= 1
-    name = " ".join(rest)
     try:
-        path = contained_file(owner, name, f"{where}: texture")
-    except SceneError as error:
+        path = _found(owner, " ".join(rest), f"{where}: texture")
+        return read_texture(path, where, wrap="clamp" if wrap_clamp else "repeat")
+    except (_MissingError, SceneError) as error:
         model.note(f"texture not used: {error}")
         return None
-    return read_texture(path, where, wrap="clamp" if wrap_clamp else "repeat")
 
 
 def _is_number(word: str) -> bool:

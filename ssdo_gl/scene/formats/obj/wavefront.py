@@ -7,29 +7,38 @@ and rounds material colours to eight bits.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.images.color import linear_from_srgb
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.emissive_meshes import turned_to_scene
+from ssdo_gl.scene.formats.colors import linear_colors
 from ssdo_gl.scene.formats.model import Model
-from ssdo_gl.scene.formats.obj.mtl import read_mtl
+from ssdo_gl.scene.formats.obj.mtl import material_called, read_libraries
+from ssdo_gl.scene.formats.obj.text import logical_lines, remainder
+from ssdo_gl.scene.formats.triangulate import triangulated
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.scene import SceneError
 
+# Elements that are not drawn; two-cornered faces are lines.
+_NOT_DRAWN = {"p": "points", "l": "lines", "curv": "curves", "surf": "surfaces"}
+
 
 @dataclass
 class _Group:
-    """Faces of one material: distinct corners, and triangles that refer to them."""
+    """Faces of one material.
+
+    `corner_of_text` numbers the distinct corners, of which `corners` lists those of all
+    faces in turn, `counts` of them a face.
+    """
 
     corner_of_text: dict[str, int] = field(default_factory=dict)
-    triangles: list[tuple[int, int, int]] = field(default_factory=list)
+    corners: list[int] = field(default_factory=list)
+    counts: list[int] = field(default_factory=list)
 
 
 @dataclass
@@ -41,6 +50,7 @@ class _Contents:
     normals: list[list[str]] = field(default_factory=list)
     groups: dict[str, _Group] = field(default_factory=dict)
     libraries: list[str] = field(default_factory=list)
+    not_drawn: dict[str, int] = field(default_factory=dict)
 
 
 def read_obj(path: Path, where: str) -> Model:
@@ -49,97 +59,111 @@ def read_obj(path: Path, where: str) -> Model:
     Raises
     ------
     SceneError
-        If a line does not parse or a face names a vertex that does not exist.
+        If a line does not parse, a face names a vertex that does not exist, or nothing
+        but points and lines is there.
     """
-    try:
-        text = path.read_text(encoding="utf-8", errors="replace")
-    except OSError as error:
-        raise SceneError(f"{where}: cannot be read: {error.strerror}") from None
-    contents = _parse(text, where)
+    contents = _parse(path, where)
     model = Model()
-    known: dict[str, Material] = {}
-    for library in contents.libraries:
-        known.update(read_mtl(path, library, model, where))
-    positions, colors = _vertices(contents.positions, where)
-    uvs = _numbers(contents.uvs, 2, "vt", where)
-    normals = _numbers(contents.normals, 3, "vn", where)
+    known = read_libraries(path, contents.libraries, model, where)
+    vertices = _Vertices(
+        _numbers(contents.positions, 3, "v", where),
+        _numbers(contents.uvs, 2, "vt", where),
+        _numbers(contents.normals, 3, "vn", where),
+        *_colors(contents.positions, where),
+    )
     for name, group in contents.groups.items():
-        corners = _corners(group, (len(positions), len(uvs), len(normals)), where)
-        mesh = model.add_mesh(
-            positions[corners[:, 0]],
-            np.array(group.triangles, dtype=np.int64),
-            # Normals or coordinates that only some corners have cannot be used.
-            normals[corners[:, 2]] if np.all(corners[:, 2] >= 0) else None,
-            uvs[corners[:, 1]] * [1.0, -1.0] + [0.0, 1.0] if np.all(corners[:, 1] >= 0) else None,
-            None if colors is None else colors[corners[:, 0]],
-            name,
-        )
+        mesh = _add_mesh(model, name, group, vertices, where)
         if mesh is None:
             continue
-        white = (1.0, 1.0, 1.0) if colors is not None else (0.8, 0.8, 0.8)
-        model.materials.append(known.get(name, Material(name=name or "default", albedo=white)))
-        if name and name not in known:
-            model.note(f"material {name!r} is not in the file's material library: drawn grey")
+        material = material_called(known, name)
+        if material is None:
+            if name:
+                model.note(f"material {name!r} is not in the file's material library: drawn grey")
+            plain = model.meshes[mesh].colors is None
+            albedo = (0.8, 0.8, 0.8) if plain else (1.0, 1.0, 1.0)
+            material = Material(name=name or "default", albedo=albedo)
+        model.materials.append(material)
         model.objects.append(SceneObject(mesh, len(model.materials) - 1, name=name))
+    if contents.not_drawn:
+        listed = ", ".join(f"{count} {what}" for what, count in contents.not_drawn.items())
+        if not model.objects:
+            raise SceneError(f"{where}: holds no triangle with an area, only {listed}")
+        model.note(f"not drawn: {listed}")
     for index, turned, note in turned_to_scene(model.meshes, model.materials, model.objects):
         model.meshes[index] = turned
         model.note(note)
     return model
 
 
-def _logical_lines(text: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield line number and words, with continued lines joined and comments removed."""
-    pending: list[str] = []
-    for number, line in enumerate(text.split("\n"), 1):
-        words = (line.split("#", 1)[0] if "#" in line else line).split()
-        if words and words[-1][-1] == "\\":
-            pending += [*words[:-1], words[-1][:-1]] if words[-1] != "\\" else words[:-1]
-            continue
-        if pending:
-            words, pending = pending + words, []
-        if words:
-            yield number, words
+@dataclass(frozen=True)
+class _Vertices:
+    """What faces refer to; `colored` says which vertices the file gives a colour."""
+
+    positions: FloatArray
+    uvs: FloatArray
+    normals: FloatArray
+    colors: FloatArray
+    colored: NDArray[np.bool_]
 
 
-def _parse(text: str, where: str) -> _Contents:
+def _add_mesh(
+    model: Model, name: str, group: _Group, vertices: _Vertices, where: str
+) -> int | None:
+    """Add the faces of one material; return the mesh's index, or None if nothing is left."""
+    counts = (len(vertices.positions), len(vertices.uvs), len(vertices.normals))
+    corners = _corners(group, counts, model, where)
+    flat = np.array(group.corners, dtype=np.int64)
+    order, _ = triangulated(vertices.positions[corners[:, 0]], flat, np.array(group.counts))
+    corners, triangles, normals = _with_normals(corners, flat[order], vertices)
+    vertex, uv, _ = corners.T
+    uvs = None
+    if np.any(uv >= 0):
+        # Corners without coordinates show the image's origin. Rows of images count
+        # downward from the top, v upward.
+        uvs = np.where(uv[:, None] >= 0, vertices.uvs[uv], 0.0) * [1.0, -1.0] + [0.0, 1.0]
+    colors = vertices.colors[vertex] if np.any(vertices.colored[vertex]) else None
+    return model.add_mesh(vertices.positions[vertex], triangles, normals, uvs, colors, name)
+
+
+def _parse(path: Path, where: str) -> _Contents:
     contents = _Contents()
     group: _Group | None = None
     material = ""
-    for number, words in _logical_lines(text):
+    rows = {"v": contents.positions, "vt": contents.uvs, "vn": contents.normals}
+    for number, line in logical_lines(path, where):
+        words = (line.split("#", 1)[0] if "#" in line else line).split()
+        if not words:
+            continue
         key = words[0]
-        if key == "v":
-            contents.positions.append(words[1:])
-        elif key == "vt":
-            contents.uvs.append(words[1:])
-        elif key == "vn":
-            contents.normals.append(words[1:])
-        elif key == "f":
+        if key in rows:
+            rows[key].append(words[1:])
+        elif key in ("f", "fo"):
+            if len(words) < 4:
+                contents.not_drawn["lines"] = contents.not_drawn.get("lines", 0) + 1
+                continue
             if group is None:
                 group = contents.groups.setdefault(material, _Group())
-            _add_face(group, words[1:], contents, where, number)
+            _add_face(group, words[1:], contents, f"{where}: line {number}")
         elif key == "usemtl":
-            material = " ".join(words[1:])
+            # A name may hold "#", as those of 3ds Max do.
+            material = remainder(line)
             group = contents.groups.setdefault(material, _Group())
         elif key == "mtllib":
-            contents.libraries.append(" ".join(words[1:]))
-    contents.groups = {name: g for name, g in contents.groups.items() if g.triangles}
+            contents.libraries.append(remainder(line))
+        elif key in _NOT_DRAWN:
+            what = _NOT_DRAWN[key]
+            contents.not_drawn[what] = contents.not_drawn.get(what, 0) + 1
+    contents.groups = {name: g for name, g in contents.groups.items() if g.counts}
+    if not contents.groups and contents.positions:
+        contents.not_drawn["points"] = len(contents.positions)
     return contents
 
 
-def _add_face(group: _Group, words: list[str], contents: _Contents, where: str, line: int) -> None:
-    if len(words) < 3:
-        raise SceneError(
-            f"{where}: line {line}: a face needs at least three corners, found {len(words)}"
-        )
+def _add_face(group: _Group, words: list[str], contents: _Contents, where: str) -> None:
     index = group.corner_of_text
-    if any("-" in word for word in words):
-        words = [
-            _absolute(word, contents, f"{where}: line {line}") if "-" in word else word
-            for word in words
-        ]
-    corners = [index.setdefault(word, len(index)) for word in words]
-    first = corners[0]
-    group.triangles += [(first, corners[i], corners[i + 1]) for i in range(1, len(corners) - 1)]
+    words = [_absolute(word, contents, where) if "-" in word else word for word in words]
+    group.corners += [index.setdefault(word, len(index)) for word in words]
+    group.counts.append(len(words))
 
 
 def _absolute(word: str, contents: _Contents, where: str) -> str:
@@ -149,14 +173,16 @@ def _absolute(word: str, contents: _Contents, where: str) -> str:
     try:
         numbers = [int(part) if part else 0 for part in parts]
     except ValueError:
-        raise SceneError(f"{where}: {word!r} is not a face corner such as 1/2/3") from None
+        raise SceneError(f"{where}: {word[:40]!r} is not a face corner such as 1/2/3") from None
     return "/".join(
         str(count + 1 + n) if n < 0 else part
         for n, part, count in zip(numbers, parts, counts, strict=False)
     )
 
 
-def _corners(group: _Group, counts: tuple[int, int, int], where: str) -> NDArray[np.int64]:
+def _corners(
+    group: _Group, counts: tuple[int, int, int], model: Model, where: str
+) -> NDArray[np.int64]:
     """Return (C, 3) zero-based indices of position, uv and normal; -1 where absent."""
     result = np.full((len(group.corner_of_text), 3), -1, dtype=np.int64)
     for row, text in enumerate(group.corner_of_text):
@@ -166,28 +192,46 @@ def _corners(group: _Group, counts: tuple[int, int, int], where: str) -> NDArray
         except ValueError:
             numbers = []
         if not 1 <= len(numbers) <= 3:
-            raise SceneError(f"{where}: {text!r} is not a face corner such as 1/2/3")
+            raise SceneError(f"{where}: {text[:40]!r} is not a face corner such as 1/2/3")
+        if not 1 <= numbers[0] <= counts[0]:
+            raise SceneError(f"{where}: a face refers to v {numbers[0]}, but there are {counts[0]}")
         for column, number in enumerate(numbers):
-            if number < 0 or number > counts[column] or (number == 0 and parts[column]):
-                what = ("v", "vt", "vn")[column]
-                raise SceneError(
-                    f"{where}: a face refers to {what} {number}, but there are {counts[column]}"
-                )
-            result[row, column] = number - 1
-        if result[row, 0] < 0:
-            raise SceneError(f"{where}: face corner {text!r} names no vertex")
+            if 1 <= number <= counts[column]:
+                result[row, column] = number - 1
+            elif parts[column]:
+                what = ("", "texture coordinates", "normals")[column]
+                model.note(f"faces refer to {what} that do not exist: drawn without")
     return result
 
 
-def _vertices(rows: list[list[str]], where: str) -> tuple[FloatArray, FloatArray | None]:
-    """Return positions (V, 3), and linear colours (V, 4) if every vertex has one."""
-    positions = _numbers(rows, 3, "v", where)
-    if not rows or min(len(row) for row in rows) < 6:
-        return positions, None
-    encoded = np.clip(_numbers(rows, 6, "v", where)[:, 3:], 0.0, 1.0)
-    return positions, np.concatenate(
-        [linear_from_srgb(encoded), np.ones((len(encoded), 1))], axis=1
-    )
+def _with_normals(
+    corners: NDArray[np.int64], triangles: NDArray[np.int64], vertices: _Vertices
+) -> tuple[NDArray[np.int64], NDArray[np.int64], FloatArray | None]:
+    """Return corners, triangles and corner normals; triangles that lack some are flat."""
+    index = corners[:, 2]
+    if np.all(index < 0):
+        return corners, triangles, None
+    normals = vertices.normals[index]
+    flat = np.any(index[triangles] < 0, axis=1)
+    if np.any(flat):
+        # They get a vertex of their own at each corner.
+        apart = triangles[flat]
+        triangles = triangles.copy()
+        triangles[flat] = len(corners) + np.arange(apart.size).reshape(-1, 3)
+        a, b, c = (vertices.positions[corners[apart[:, i], 0]] for i in range(3))
+        corners = np.concatenate([corners, corners[apart.reshape(-1)]])
+        normals = np.concatenate([normals, np.repeat(np.cross(b - a, c - a), 3, axis=0)])
+    return corners, triangles, normals
+
+
+def _colors(rows: list[list[str]], where: str) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Return linear vertex colours (V, 4), white where a line has none, and which have one."""
+    colored = np.array([len(row) >= 6 for row in rows], dtype=bool)
+    colors = np.ones((len(rows), 4))
+    if np.any(colored):
+        encoded = _numbers([row for row in rows if len(row) >= 6], 6, "v", where)[:, 3:]
+        colors[colored] = linear_colors(encoded)
+    return colors, colored
 
 
 def _numbers(rows: list[list[str]], count: int, key: str, where: str) -> FloatArray:

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.formats.polygons.mesh import PolygonMesh, linear_colors
+from ssdo_gl.scene.formats.colors import linear_colors
+from ssdo_gl.scene.formats.polygons.mesh import PolygonMesh
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.formats.polygons.mesh import PolygonMesh, linear_colors
+from ssdo_gl.scene.formats.colors import linear_colors
+from ssdo_gl.scene.formats.polygons.mesh import PolygonMesh
 
 _TYPES = {
     "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1",

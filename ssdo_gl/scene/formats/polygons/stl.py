@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.formats.polygons.mesh import PolygonMesh, linear_colors
+from ssdo_gl.scene.formats.colors import linear_colors
+from ssdo_gl.scene.formats.polygons.mesh import PolygonMesh
 
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _HEADER_BYTES = 84
