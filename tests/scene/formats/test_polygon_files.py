@@ -299,6 +299,14 @@ def test_strips_keep_their_sides(write: Write) -> None:
     assert mesh.face_normals().tolist() == [[0, 0, 1]] * 3
 
 
+def test_text_is_rounded_as_binary_is(write: Write) -> None:
+    text = triangle("", "").replace(b"0 1 0", b"0 0.1 0")
+    mesh = read_model(write({"a.ply": text}), "a").meshes[0]
+    assert mesh.positions[2, 1] == np.float32(0.1)
+    text = text.replace(b"float", b"double")
+    assert read_model(write({"a.ply": text}), "a").meshes[0].positions[2, 1] == 0.1
+
+
 def png(color: Bytes) -> bytes:
     stream = io.BytesIO()
     Image.new("RGB", (1, 1), color).save(stream, "PNG")

@@ -260,7 +260,10 @@ def _collect(
                 values = contents[f"v{index}"].reshape(len(rows), -1)
                 begin = (ends - lengths[:, index])[rows]
                 column[begin[:, None] + np.arange(values.shape[1])] = values
-        table.columns[item.name] = column.astype(column.dtype.newbyteorder("="))
+        # Text says the same as the binary file it stands for, rounded alike.
+        kind = item.kind if item.kind.kind == "f" else column.dtype.newbyteorder("=")
+        with np.errstate(over="ignore"):
+            table.columns[item.name] = column.astype(kind)
         if item.count_kind is not None:
             table.lengths[item.name] = lengths[:, index]
 
