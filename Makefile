@@ -3,6 +3,7 @@
 # make view      fly through it in a window
 # make test      all tests            make hard-cases   only the scenes known to be hard
 # make test-slow  those that take minutes: 10^8 rays, thousands of frames, long flights
+# make fuzz      damaged files by the thousand; FUZZ_SEED and FUZZ_COUNT say which, how many
 # make bench     accuracy against time and the headline experiments, into bench/; an hour a
 #                scene on two cores, or minutes with BENCH_FLAGS=--quick
 # make bench-passes  milliseconds of every pass, beside the published method
@@ -22,6 +23,8 @@ EXTRAS ?= all
 SCENE ?= cornell_meso
 BENCH_SCENES ?= cornell_meso courtyard stairs
 BENCH_FLAGS ?=
+FUZZ_SEED ?= 0
+FUZZ_COUNT ?= 1000
 
 ifeq ($(origin PY), undefined)
 PY := $(VENV)/bin/python
@@ -29,7 +32,7 @@ READY := $(VENV)/.ssdo_gl-ready
 endif
 
 .DELETE_ON_ERROR:
-.PHONY: setup snapshot view test test-slow hard-cases pictures bench bench-passes bench-effects bench-rays bench-promises lint clean
+.PHONY: setup snapshot view test test-slow fuzz hard-cases pictures bench bench-passes bench-effects bench-rays bench-promises lint clean
 
 setup: $(READY)
 
@@ -49,6 +52,9 @@ test: $(READY)
 
 test-slow: $(READY)
 	$(PY) -m pytest -q -m slow
+
+fuzz: $(READY)
+	$(PY) -m pytest -q -m fuzz tests/fuzz --fuzz-seed $(FUZZ_SEED) --fuzz-count $(FUZZ_COUNT)
 
 hard-cases: $(READY)
 	$(PY) -m pytest -q tests/hard_cases

@@ -24,6 +24,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         choices=("auto", "egl", "osmesa", "window"),
         help="which OpenGL backend the tests draw with",
     )
+    parser.addoption("--fuzz-seed", type=int, default=0, help="which files tests/fuzz damages how")
+    parser.addoption("--fuzz-count", type=int, default=1000, help="how many files of each kind")
 
 
 @pytest.fixture(scope="session")

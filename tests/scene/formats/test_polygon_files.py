@@ -154,6 +154,15 @@ CASES = {
         + struct.pack(">6i", 5, 0, 1, 2, 3, -1),
         1.0,
     ),
+    "tristrips beside no faces": Case(
+        ".ply",
+        (
+            header("ascii", 4, faces(0, "property list uchar float texcoord\n") + STRIPS)
+            + SQUARE
+            + "4 0 1 3 2\n"
+        ).encode(),
+        1.0,
+    ),
     "elements before vertices and after faces": Case(
         ".ply",
         (
@@ -355,6 +364,14 @@ def test_faces_choose_among_textures(write: Write) -> None:
     ]
     assert shown == [([*ORANGE], 1.0), ([*BLUE], 1.0)]
     assert [len(mesh.triangles) for mesh in model.meshes] == [1, 1]
+
+
+def test_signalling_nans_are_dropped_without_noise(write: Write) -> None:
+    nan = struct.pack("<I", 0x7F800001)
+    data = stl([0, 0])
+    model = read_model(write({"a.stl": data[:96] + nan + data[100:]}), "a")
+    assert area(model.meshes[0]) == 0.5
+    assert any("NaN" in note for note in model.all_notes())
 
 
 @pytest.mark.parametrize(

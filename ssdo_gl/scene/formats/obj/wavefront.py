@@ -220,7 +220,8 @@ def _with_normals(
         triangles[flat] = len(corners) + np.arange(apart.size).reshape(-1, 3)
         a, b, c = (vertices.positions[corners[apart[:, i], 0]] for i in range(3))
         corners = np.concatenate([corners, corners[apart.reshape(-1)]])
-        normals = np.concatenate([normals, np.repeat(np.cross(b - a, c - a), 3, axis=0)])
+        with np.errstate(invalid="ignore", over="ignore"):  # dropped or replaced later
+            normals = np.concatenate([normals, np.repeat(np.cross(b - a, c - a), 3, axis=0)])
     return corners, triangles, normals
 
 

@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+
 from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.formats.polygons.mesh import PolygonMesh
 from ssdo_gl.scene.formats.polygons.off import parse_off
@@ -39,9 +41,11 @@ def _read(path: Path, where: str, title: str, parse: Callable[[bytes], list[Poly
     model = Model()
     points = 0
     try:
-        for mesh in parse(path.read_bytes()):
-            mesh.add_to(model, path, where)
-            points += len(mesh.positions)
+        # What is not finite is dropped and told later; NumPy need not warn as well.
+        with np.errstate(invalid="ignore", over="ignore"):
+            for mesh in parse(path.read_bytes()):
+                mesh.add_to(model, path, where)
+                points += len(mesh.positions)
     except OSError as error:
         raise SceneError(f"{where}: cannot be read: {error.strerror}") from None
     except MemoryError:

@@ -120,7 +120,7 @@ def _vertex_rows(
 def _vertices(rows: FloatArray, layout: _Layout) -> PolygonMesh:
     positions = rows[:, :3]
     if layout.homogeneous:
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore"):
             positions = positions / rows[:, 3:4]
     start = layout.before_color
     end = rows.shape[1] - 2 * layout.uv

@@ -262,8 +262,7 @@ def _collect(
                 column[begin[:, None] + np.arange(values.shape[1])] = values
         # Text says the same as the binary file it stands for, rounded alike.
         kind = item.kind if item.kind.kind == "f" else column.dtype.newbyteorder("=")
-        with np.errstate(over="ignore"):
-            table.columns[item.name] = column.astype(kind)
+        table.columns[item.name] = column.astype(kind)
         if item.count_kind is not None:
             table.lengths[item.name] = lengths[:, index]
 
@@ -287,18 +286,16 @@ def _mesh(tables: dict[str, _Table], comments: list[str]) -> PolygonMesh:
             if comment.lower().startswith("texturefile ") and comment[12:].strip()
         ],
     )
-    faces = tables.get("face")
+    faces, strips = tables.get("face"), tables.get("tristrips")
     name = _index_list(faces)
-    if faces is not None and name:
+    if faces is not None and faces.element.count and name:
         mesh.corners = _indices(faces.columns[name])
         mesh.counts = faces.lengths[name]
         mesh.face_colors = faces.colors()
         mesh.corner_uvs = _corner_uvs(faces, mesh.counts)
         number = faces.numbers("texnumber")
         mesh.face_textures = None if number is None else _indices(number[:, 0])
-    strips = tables.get("tristrips")
-    name = _index_list(strips)
-    if strips is not None and name and not len(mesh.counts):
+    elif strips is not None and (name := _index_list(strips)):
         mesh.corners = _unrolled(_indices(strips.columns[name]), strips.lengths[name])
         mesh.counts = np.full(len(mesh.corners) // 3, 3)
     return mesh
