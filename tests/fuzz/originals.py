@@ -209,7 +209,7 @@ def images(folder: Path) -> list[Original]:
         {"a.toml": texture, "t.png": image(form, mode)}
         for form, mode in (("PNG", "RGBA"), ("PNG", "P"), ("PNG", "L"), ("JPEG", "RGB"),
                            ("JPEG", "CMYK"), ("WEBP", "RGB"), ("BMP", "RGB"), ("TGA", "RGBA"),
-                           ("GIF", "P"))
+                           ("GIF", "P"), ("TIFF", "RGB"))
     ]  # fmt: skip
     for name, content in (("s.hdr", hdr()), ("s.exr", exr(folder))):
         sky = f'[environment]\nkind = "map"\npath = "{name}"\n[[object]]\nshape = "sphere"\n'
@@ -222,7 +222,7 @@ def presets() -> list[Original]:
         '[settings]\nmethod = "bounce"\nsamples = 16\nradius = 0.5\nresolution_scale = 0.5\n'
         "size = [640, 360]\nexposure = 1.5\n[settings.overrides.bounce]\nstrength = 2.0\n"
     )
-    flat = 'method = "ssao"\nsize = "640x360"\nseed = 3\nantialias = 4\n'
+    flat = 'method = "ssao"\nsize = [640, 360]\nseed = 3\nantialias = 4\n'
     return [{"a.toml": text.encode()}, {"a.toml": flat.encode()}]
 
 

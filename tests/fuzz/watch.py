@@ -32,6 +32,8 @@ def _audit(event: str, arguments: tuple[Any, ...]) -> None:
     if event in FORBIDDEN:
         _faults.append(f"{event} {arguments[:2]!r}")
     elif event == "open" and isinstance(arguments[0], (str, bytes)):
+        if (arguments[2] or 0) & os.O_TMPFILE == os.O_TMPFILE:
+            return  # a nameless file that a reader writes first
         path = os.path.realpath(os.fsdecode(arguments[0]))
         if not path.startswith((_allowed, *OWN)):
             _faults.append(f"opened {path}")

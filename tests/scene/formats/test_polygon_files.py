@@ -400,7 +400,7 @@ def test_signalling_nans_are_dropped_without_noise(write: Write) -> None:
         ("a.off", "OFF BINARY\n", "binary OFF"),
         ("a.off", "hello\n", "neither OFF nor"),
         ("a.stl", text_stl(b"a").replace(b"vertex 1 1 0\n", b""), "not three vertices"),
-        ("a.stl", text_stl(b"a").replace(b"vertex 1 1 0", b"vertex 1 1 y"), "three numbers"),
+        ("a.stl", text_stl(b"a").replace(b"vertex 1 1 0", b"vertex 1 1 y"), "'y' stands"),
     ],
 )
 def test_what_is_damaged_gets_one_line(

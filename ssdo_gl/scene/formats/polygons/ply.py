@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import warnings
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.formats.colors import linear_colors
 from ssdo_gl.scene.formats.polygons.mesh import PolygonMesh
+from ssdo_gl.scene.formats.polygons.text import numbers
 
 _TYPES = {
     "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1",
@@ -81,7 +81,7 @@ def parse_ply(data: bytes) -> list[PolygonMesh]:
     elements, comments, form, body = _header(data)
     if form == "ascii":
         # Text becomes doubles, so that one reader serves both.
-        body = _numbers(body).tobytes()
+        body = numbers(body).tobytes()
     order: Literal["<", ">"] = ">" if form == "binary_big_endian" else "<"
     tables: dict[str, _Table] = {}
     at = 0
@@ -129,28 +129,6 @@ def _property(words: list[str], line: str) -> _Property:
         raise ValueError(f"header line {line[:60]!r} is not understood")
     dtypes = [np.dtype(kind) for kind in kinds]
     return _Property(words[-1].lower(), dtypes[-1], dtypes[0] if is_list else None)
-
-
-def _numbers(text: bytes) -> NDArray[np.float64]:
-    """Return all numbers of a text; line ends and blank lines count as spaces."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", DeprecationWarning)
-        try:
-            return np.fromstring(text, dtype=np.float64, sep=" ")
-        except (DeprecationWarning, ValueError):
-            pass
-    # A slower look finds the word at fault, and forgives what C on Windows prints.
-    words = text.split()
-    result = np.empty(len(words))
-    for index, word in enumerate(words):
-        try:
-            result[index] = float(word)
-        except ValueError:
-            if b"#" not in word:
-                shown = word[:40].decode("latin-1")
-                raise ValueError(f"{shown!r} stands where a number is expected") from None
-            result[index] = np.nan
-    return result
 
 
 def _read_element(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.formats.colors import linear_colors
 from ssdo_gl.scene.formats.polygons.mesh import PolygonMesh
+from ssdo_gl.scene.formats.polygons.text import numbers
 
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _HEADER_BYTES = 84
@@ -72,24 +73,26 @@ def _colors(header: bytes, attribute: NDArray[np.uint16]) -> FloatArray | None:
 
 def _solids(data: bytes) -> list[PolygonMesh]:
     """Return the solids of a text; nothing but its vertices and names is looked at."""
-    starts: list[re.Match[bytes] | None] = list(
-        re.finditer(rb"(?:\A|(?<=[\r\n]))[ \t]*solid\b([^\r\n]*)", data, re.IGNORECASE)
-    )
-    starts = starts or [None]
+    # In small letters, so that the search need not try both for every byte.
+    small = data.lower()
+    lines = [match for match in re.finditer(rb"solid\b[^\r\n]*", small) if _begins(small, match)]
+    starts = [match.start() for match in lines] or [0]
+    ends = [*starts[1:], len(small)]
     meshes = []
-    for index, start in enumerate(starts):
-        following = starts[index + 1] if index + 1 < len(starts) else None
-        part = data[start.end() if start else 0 : following.start() if following else len(data)]
-        rows = re.findall(rb"\bvertex\s+(\S+)\s+(\S+)\s+(\S+)", part, re.IGNORECASE)
-        try:
-            positions = np.array(rows, dtype=np.bytes_).astype(np.float64).reshape(-1, 3)
-        except ValueError:
-            raise ValueError("a vertex is not followed by three numbers") from None
+    for index, (start, end) in enumerate(zip(starts, ends, strict=True)):
+        name = data[start + len("solid") : lines[index].end()] if lines else b""
+        rows = re.findall(rb"\bvertex\s+(\S+\s+\S+\s+\S+)", small[start:end])
+        positions = numbers(b" ".join(rows)).reshape(-1, 3)
         if len(positions) % 3:
             raise ValueError("a facet has not three vertices")
-        name = start[1].decode("latin-1").strip() if start else ""
         if len(positions):
-            meshes.append(_mesh(positions, name))
+            meshes.append(_mesh(positions, name.decode("latin-1").strip()))
     if not meshes:
         raise ValueError("it holds no facet")
     return meshes
+
+
+def _begins(text: bytes, match: re.Match[bytes]) -> bool:
+    """Return whether nothing but blanks stands before a match on its line."""
+    before = text[max(match.start() - 80, 0) : match.start()]
+    return before.rstrip(b" \t")[-1:] in (b"", b"\r", b"\n")
