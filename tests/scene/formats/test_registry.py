@@ -15,7 +15,7 @@ from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import SceneObject
 
 Write = Callable[[dict[str, str | bytes]], Path]
-README = Path(__file__).parents[3] / "README.md"
+PAGE = Path(__file__).parents[3] / "docs" / "formats.md"
 
 
 def read_corners(path: Path, where: str) -> Model:
@@ -55,11 +55,12 @@ def test_a_scene_cannot_place_a_scene(write: Write, error_of: Callable[..., str]
     assert "expected one of .glb, .gltf, .obj" in error_of(write({"s.toml": scene}))
 
 
-def test_texts_name_every_suffix_once() -> None:
+def test_the_documentation_names_every_format() -> None:
     suffixes = [suffix for kind in FORMATS for suffix in kind.suffixes]
     assert len(set(suffixes)) == len(suffixes)
-    text = README.read_text(encoding="utf-8")
-    assert [suffix for suffix in suffixes if suffix not in text] == []
+    text = PAGE.read_text(encoding="utf-8")
+    named = [f"{kind.title} ({', '.join(f'`{s}`' for s in kind.suffixes)})" for kind in FORMATS]
+    assert [title for title in named if title not in text] == []
 
 
 def test_every_row_reads_models_or_scenes() -> None:
