@@ -96,6 +96,9 @@ STRIPS = "element tristrips 1\nproperty list int int vertex_indices\n"
 STRIP_POINTS = "0 0 0\n1 0 0\n0 1 0\n1 1 0\n2 0 0\n3 0 0\n2 1 0\n"
 EDGES = "element edge 2\nproperty int vertex1\nproperty int vertex2\n"
 FACE_RGB = "property uchar red\nproperty uchar green\nproperty uchar blue\n"
+MATERIALS = "element material 2\n" + "".join(
+    f"property uchar diffuse_{name}\n" for name in ("red", "green", "blue")
+)
 TWO_FACES = "3 0 1 2 255 128 0\n3 0 2 3 0 0 255\n"
 
 
@@ -217,6 +220,15 @@ CASES = {
         (header("ascii", 4, faces(1, FACE_RGB)) + SQUARE + "4 0 1 2 3 255 128 0\n").encode(),
         1.0,
         ONE,
+    ),
+    "colours of materials": Case(
+        ".ply",
+        (
+            header("ascii", 4, faces(2, "property int material_index\n") + MATERIALS)
+            + f"{SQUARE}3 0 1 2 1\n3 0 2 3 0\n0 0 255\n255 128 0\n"
+        ).encode(),
+        1.0,
+        BOTH,
     ),
     # OFF
     "OFF": Case(".off", off("OFF", SQUARE, "4 0 1 2 3"), 1.0),

@@ -269,7 +269,7 @@ def _mesh(tables: dict[str, _Table], comments: list[str]) -> PolygonMesh:
     if faces is not None and faces.element.count and name:
         mesh.corners = _indices(faces.columns[name])
         mesh.counts = faces.lengths[name]
-        mesh.face_colors = faces.colors()
+        mesh.face_colors = _face_colors(faces, tables.get("material"))
         mesh.corner_uvs = _corner_uvs(faces, mesh.counts)
         number = faces.numbers("texnumber")
         mesh.face_textures = None if number is None else _indices(number[:, 0])
@@ -277,6 +277,16 @@ def _mesh(tables: dict[str, _Table], comments: list[str]) -> PolygonMesh:
         mesh.corners = _unrolled(_indices(strips.columns[name]), strips.lengths[name])
         mesh.counts = np.full(len(mesh.corners) // 3, 3)
     return mesh
+
+
+def _face_colors(faces: _Table, materials: _Table | None) -> FloatArray | None:
+    """Return the colour of each face, or that of its material, shape (F, 4), or None."""
+    colors = faces.colors()
+    number = faces.numbers("material_index")
+    palette = None if materials is None else materials.colors()
+    if colors is not None or number is None or palette is None or not len(palette):
+        return colors
+    return palette[np.clip(_indices(number[:, 0]), 0, len(palette) - 1)]
 
 
 def _index_list(table: _Table | None) -> str:
