@@ -110,16 +110,11 @@ def _ears(points: FloatArray) -> NDArray[np.int64] | None:
     if not length > _FLAT:
         return None
     normal = normal / length
+    # Seen from its front, so that the triangles come out counter-clockwise as well.
     axis = np.eye(3)[np.argmin(np.abs(normal))]
     right = np.cross(axis, normal)
     right /= np.linalg.norm(right)
     flat = np.stack([local @ right, local @ np.cross(normal, right)], axis=1)
     ends = np.array([len(flat)], dtype=np.uint32)
     clipped = mapbox_earcut.triangulate_float64(flat, ends).reshape(-1, 3).astype(np.int64)
-    if not len(clipped):
-        return None
-    a, b, c = (flat[clipped[:, i]] for i in range(3))
-    edge, other = b - a, c - a
-    turned = edge[:, 0] * other[:, 1] - edge[:, 1] * other[:, 0] < 0.0
-    clipped[turned] = clipped[turned][:, ::-1]
-    return clipped
+    return clipped if len(clipped) else None

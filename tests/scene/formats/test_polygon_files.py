@@ -68,6 +68,13 @@ def binary(order: str, form: str, newline: bytes = b"\n", tail: bytes = b"") -> 
     return header(form, 5, faces(5)).encode().replace(b"\n", newline) + body + tail
 
 
+def beginning(first: bytes) -> bytes:
+    """Return the pyramid, its first coordinate one of almost 0 that begins like a line."""
+    data = binary("<", "binary_little_endian")
+    at = data.index(b"end_header\n") + len(b"end_header\n")
+    return data[:at] + first + b"\0\0\0" + data[at + 4 :]
+
+
 def text_pyramid(between: str = "") -> str:
     points = "".join("{} {} {}\n".format(*point) for point in PYRAMID)
     rows = "".join(" ".join(map(str, (len(face), *face))) + "\n" for face in FACES)
@@ -137,6 +144,8 @@ CASES = {
     "binary, trailing bytes": Case(
         ".ply", binary("<", "binary_little_endian", tail=b"12345"), AREA
     ),
+    "binary, first byte LF": Case(".ply", beginning(b"\n"), AREA),
+    "binary, first byte CR": Case(".ply", beginning(b"\r"), AREA),
     "text": Case(".ply", text_pyramid().encode(), AREA),
     "blank line after vertices": Case(".ply", text_pyramid("\n \n").encode(), AREA),
     "CR line ends": Case(".ply", text_pyramid().replace("\n", "\r").encode(), AREA),
