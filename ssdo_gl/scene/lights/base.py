@@ -18,7 +18,7 @@ from ssdo_gl.scene.mesh import Mesh
 from ssdo_gl.scene.motion import Motion
 
 if TYPE_CHECKING:
-    from ssdo_gl.scene.formats.toml.table import Table
+    from ssdo_gl.scene.table import Table
 
 Vector = tuple[float, float, float]
 # map: shadow map (or shadow rays); ssdo: arrives through SSDO's open directions

@@ -23,7 +23,7 @@ from ssdo_gl.scene.lights.base import (
 from ssdo_gl.scene.material import Color
 
 if TYPE_CHECKING:
-    from ssdo_gl.scene.formats.toml.table import Table
+    from ssdo_gl.scene.table import Table
 
 # Bounds of a scene along a light, grown by this much so that nothing sits on a border.
 BOUNDS_MARGIN = 1e-3

@@ -21,7 +21,7 @@ from ssdo_gl.scene.lights.base import (
 from ssdo_gl.scene.material import Color
 
 if TYPE_CHECKING:
-    from ssdo_gl.scene.formats.toml.table import Table
+    from ssdo_gl.scene.table import Table
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -27,7 +27,7 @@ from ssdo_gl.scene.lights.base import (
 from ssdo_gl.scene.material import Color, Material
 
 if TYPE_CHECKING:
-    from ssdo_gl.scene.formats.toml.table import Table
+    from ssdo_gl.scene.table import Table
 
 # Tangent of half a face's angle: the shadow of one receiver is looked up in one face, so
 # faces reach into their neighbours by the width of a penumbra.

@@ -16,7 +16,7 @@ from ssdo_gl.scene.lights.point import PunctualLight
 from ssdo_gl.scene.material import Color
 
 if TYPE_CHECKING:
-    from ssdo_gl.scene.formats.toml.table import Table
+    from ssdo_gl.scene.table import Table
 
 # A wider cone in one picture would waste most texels on its rim: at 60 degrees the rim
 # has 1/4 of the centre's density, and the five faces of a half cube do better beyond.

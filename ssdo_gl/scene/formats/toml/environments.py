@@ -12,8 +12,8 @@ from ssdo_gl.scene.environment import (
     MapEnvironment,
 )
 from ssdo_gl.scene.formats.toml.materials import file_beside
-from ssdo_gl.scene.formats.toml.table import Table
 from ssdo_gl.scene.images import read_radiance_map
+from ssdo_gl.scene.table import Table
 
 _KEYS: dict[str, tuple[str, ...]] = {
     "constant": ("radiance",),

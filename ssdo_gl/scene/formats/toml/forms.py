@@ -10,8 +10,8 @@ import numpy as np
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene import shapes
-from ssdo_gl.scene.formats.toml.table import Table
 from ssdo_gl.scene.mesh import Mesh
+from ssdo_gl.scene.table import Table
 
 # Keys that each shape takes besides those of every object.
 FORM_KEYS: dict[str, tuple[str, ...]] = {

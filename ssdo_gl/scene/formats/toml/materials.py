@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from ssdo_gl.scene.builder import SceneBuilder
-from ssdo_gl.scene.formats.toml.table import Table
 from ssdo_gl.scene.images import read_texture
 from ssdo_gl.scene.material import Material, Texture
 from ssdo_gl.scene.paths import contained_file
 from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.table import Table
 
 KEYS = (
     "albedo",

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from ssdo_gl.scene.formats.toml.table import Table
 from ssdo_gl.scene.lights import Vector
 from ssdo_gl.scene.motion import Motion
+from ssdo_gl.scene.table import Table
 
 MOTION_TABLE = "animate"
 KEYS = ("spin", "pivot", "orbit", "orbit_center", "sway", "period")

@@ -17,11 +17,11 @@ from ssdo_gl.scene.formats.toml.forms import FORM_KEYS, read_form
 from ssdo_gl.scene.formats.toml.lights import SHADOWS
 from ssdo_gl.scene.formats.toml.materials import file_beside
 from ssdo_gl.scene.formats.toml.motions import MOTION_TABLE, read_motion, spins_in_place
-from ssdo_gl.scene.formats.toml.table import Table, suggestion
 from ssdo_gl.scene.lights import Shadow
 from ssdo_gl.scene.lights.base import triple
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import SceneObject
+from ssdo_gl.scene.table import Table, suggestion
 
 _COMMON = ("shape", "name", "material", "transform", "repeat", MOTION_TABLE, "shadow")
 SHAPES = (*FORM_KEYS, "mesh")
