@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import io
-import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
@@ -15,7 +13,7 @@ from numpy.typing import NDArray
 
 from ssdo_gl.bench import metrics
 from ssdo_gl.bench.bootstrap import BlockErrors
-from ssdo_gl.bench.files import replace_file
+from ssdo_gl.bench.files import load_arrays, save_arrays
 from ssdo_gl.bench.metrics import Mask
 from ssdo_gl.bench.points import Point
 from ssdo_gl.bench.renderings import Images, Studio
@@ -24,6 +22,7 @@ from ssdo_gl.settings import Settings
 
 # Raised whenever the content of a stored measurement changes.
 ERROR_FORMAT = 3
+_BLOCK_ARRAYS = ("squared", "signed", "truth", "pixels")
 
 
 @dataclass(frozen=True)
@@ -271,34 +270,29 @@ class ErrorStore:
 
     def save(self, point: Point, judged: Mapping[str, Judged]) -> None:
         """Write the measurements of `point`, by panel name."""
-        arrays: dict[str, Any] = {}
+        arrays: dict[str, NDArray[np.float64]] = {}
         meta: dict[str, Any] = {"key": self.key, "format": ERROR_FORMAT, "panels": {}}
         for name, item in judged.items():
             meta["panels"][name] = asdict(item.scalars)
-            for part in ("squared", "signed", "truth", "pixels"):
+            for part in _BLOCK_ARRAYS:
                 arrays[f"{name}:{part}"] = getattr(item.blocks, part)
-        arrays["meta"] = np.array(json.dumps(meta))
-        buffer = io.BytesIO()
-        np.savez_compressed(buffer, **arrays)
-        replace_file(self.path(point), buffer.getvalue())
+        save_arrays(self.path(point), meta, arrays)
 
     def load(self, point: Point) -> dict[str, Judged] | None:
         """Return the measurements of `point`; None if there are none that count."""
-        path = self.path(point)
-        if not path.exists():
+        found = load_arrays(self.path(point))
+        if found is None:
             return None
-        with np.load(io.BytesIO(path.read_bytes())) as data:
-            meta = json.loads(str(data["meta"]))
-            if meta.get("key") != self.key or meta.get("format") != ERROR_FORMAT:
-                return None
-            result = {}
-            for name, scalars in meta["panels"].items():
-                blocks = BlockErrors(
-                    data[f"{name}:squared"],
-                    data[f"{name}:signed"],
-                    data[f"{name}:truth"],
-                    data[f"{name}:pixels"],
-                    scalars["failures"],
-                )
-                result[name] = Judged(blocks, Scalars(**scalars))
-        return result
+        meta, arrays = found
+        if meta.get("key") != self.key or meta.get("format") != ERROR_FORMAT:
+            return None
+        return {
+            name: Judged(
+                BlockErrors(
+                    **{part: arrays[f"{name}:{part}"] for part in _BLOCK_ARRAYS},
+                    failures=scalars["failures"],
+                ),
+                Scalars(**scalars),
+            )
+            for name, scalars in meta["panels"].items()
+        }

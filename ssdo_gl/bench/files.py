@@ -2,17 +2,101 @@
 
 from __future__ import annotations
 
+import hashlib
+import io
 import json
 import os
 import sys
+import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ssdo_gl.whole_files import replace_whole
+
+# Says that a folder is a bench's, and of which bench: no other file is proof of that.
+MARKER = "ssdo_gl-bench.json"
+ERRORS = "errors"
+ROUNDS = "rounds.csv"
+# What a bench writes into its folder besides the marker.
+BENCH_FILES = (
+    ERRORS, ROUNDS, "points.csv", "bench.json", "pareto.png", "pareto.svg", "report.html",
+)  # fmt: skip
 
 
 class BenchError(ValueError):
     """A bench that cannot run: one line naming the path or setting and the cure."""
+
+
+def claim_folder(folder: Path) -> None:
+    """Make `folder` the folder of a bench.
+
+    Raises
+    ------
+    BenchError
+        If it cannot be written, or holds files of a bench's names that no bench made:
+        nothing of anybody else's is ever overwritten or removed.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise BenchError(f"{folder}: cannot be written: {error.strerror}") from None
+    marker = folder / MARKER
+    is_ours = marker.is_file() and not marker.is_symlink()
+    foreign = [
+        name
+        for name in (MARKER, *BENCH_FILES)
+        if (os.path.lexists(folder / name) and not (is_ours or name == MARKER))
+        or (folder / name).is_symlink()
+        or ((folder / name).exists() and (folder / name).is_dir() != (name == ERRORS))
+    ]
+    if foreign:
+        raise BenchError(
+            f"{folder}: holds {', '.join(foreign)}, which no bench made;"
+            " name another folder, or move them away"
+        )
+    if not is_ours:
+        replace_json(marker, {})
+
+
+def read_json(path: Path) -> Any:
+    """Return the content of a JSON file; None if there is none or it is damaged."""
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return None
+
+
+def save_arrays(path: Path, meta: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
+    """Replace `path` by an ``.npz`` of `arrays` and `meta` (JSON), with a hash at its end."""
+    buffer = io.BytesIO()
+    content: dict[str, Any] = {**arrays, "meta": np.array(json.dumps(meta))}
+    np.savez_compressed(buffer, **content)
+    data = buffer.getvalue()
+    replace_file(path, data + hashlib.sha256(data).digest())
+
+
+def load_arrays(path: Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]] | None:
+    """Return what `save_arrays` wrote as (meta, arrays); None if not a byte of it is sure.
+
+    Nothing in the file can run code: pickled objects are refused.
+    """
+    size = hashlib.sha256().digest_size
+    try:
+        stored = path.read_bytes()
+        data, digest = stored[:-size], stored[-size:]
+        if hashlib.sha256(data).digest() != digest:
+            return None
+        with np.load(io.BytesIO(data), allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        return json.loads(str(arrays.pop("meta"))), arrays
+    except (OSError, ValueError, KeyError):
+        return None
 
 
 def cache_folder(kind: str) -> Path:
@@ -71,10 +155,13 @@ def whole_lines(path: Path) -> list[str]:
 
     The cut is made in the file, too, so that the next line does not continue it.
     """
-    if not path.exists():
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
         return []
-    data = path.read_bytes()
+    except OSError as error:
+        raise BenchError(f"{path}: cannot be read: {error.strerror}") from None
     end = data.rfind(b"\n") + 1
     if end != len(data):
         replace_file(path, data[:end])
-    return data[:end].decode().splitlines()
+    return data[:end].decode(errors="replace").splitlines()

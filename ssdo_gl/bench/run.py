@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-import json
-import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,7 +26,15 @@ from ssdo_gl.bench.errors import (
     render_seeds,
     wanted_images,
 )
-from ssdo_gl.bench.files import BenchError, replace_json
+from ssdo_gl.bench.files import (
+    ERRORS,
+    MARKER,
+    ROUNDS,
+    BenchError,
+    claim_folder,
+    read_json,
+    replace_json,
+)
 from ssdo_gl.bench.fingerprint import fingerprint, scene_fingerprint, shader_fingerprint
 from ssdo_gl.bench.machine import describe_machine
 from ssdo_gl.bench.metrics import Mask
@@ -141,7 +147,7 @@ def run_bench(
     if camera is not None:
         scene = dataclasses.replace(scene, camera=camera)
     plan = plan or (QUICK if quick else FULL)
-    _make_folder(outdir)
+    claim_folder(outdir)
     device = create_context(backend)
     try:
         with bench_progress(quiet=quiet) as progress, Renderer(scene, settings, device=device) as r:
@@ -161,16 +167,6 @@ def run_bench(
     if not quiet:
         outputs.print_outcome(bench, outdir, Console(highlight=False, soft_wrap=True))
     return bench
-
-
-def _make_folder(outdir: Path) -> None:
-    try:
-        outdir.mkdir(parents=True, exist_ok=True)
-        probe = outdir / ".probe"
-        probe.write_bytes(b"")
-        probe.unlink()
-    except OSError as error:
-        raise BenchError(f"{outdir}: cannot be written: {error.strerror}") from None
 
 
 def _opener(device: Device) -> scaling.OpenStudio:
@@ -220,7 +216,7 @@ class BenchRun:
             self.points,
             self.base,
             sweep.RoundPlan(self.plan.rounds, self.plan.frames),
-            self.outdir / "rounds.csv",
+            self.outdir / ROUNDS,
             self.progress.steps,
         )
         table = sweep.tabulate(rows, self.points, self.plan.rounds, clock)
@@ -292,18 +288,18 @@ class BenchRun:
         }
 
     def _start_over_unless_same(self, state: Mapping[str, Any]) -> None:
-        path = self.outdir / "state.json"
-        try:
-            found = json.loads(path.read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            found = None
+        """Continue the bench of the folder if it is this one; else forget its times.
+
+        Its errors need not be removed: each says what it was measured for.
+        """
+        path = self.outdir / MARKER
+        found = read_json(path)
         if found == state:
             self.progress.say(f"continuing the bench in {self.outdir}")
             return
-        if found is not None:
+        if found:
             self.progress.say(f"{self.outdir} holds another bench; measuring anew")
-        (self.outdir / "rounds.csv").unlink(missing_ok=True)
-        shutil.rmtree(self.outdir / "errors", ignore_errors=True)
+        (self.outdir / ROUNDS).unlink(missing_ok=True)
         replace_json(path, state)
 
     def _mask(self) -> Mask:
@@ -352,7 +348,7 @@ class BenchRun:
         """Return the errors of every point against every truth it can be held to."""
         truths = standards.truths
         counts = {name: truth.spp for name, truth in truths.items()}
-        store = ErrorStore(self.outdir / "errors", fingerprint(dict(state), counts))
+        store = ErrorStore(self.outdir / ERRORS, fingerprint(dict(state), counts))
         judged: dict[str, dict[str, Judged]] = {}
         for done, point in enumerate(self.points, 1):
             kept = store.load(point)

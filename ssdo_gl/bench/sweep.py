@@ -25,6 +25,8 @@ from ssdo_gl.settings import Settings
 
 # Called with what is being done, steps done and steps in all.
 Report = Callable[[str, int, int], None]
+# A visit of more than a week is a damaged line.
+MAX_MS = 1e9
 _COLUMNS = ("round", "point", "frame_ms", "process_ms", "gpu_ms", "setup_ms")
 
 
@@ -67,13 +69,15 @@ class Row:
 def read_rows(path: Path) -> list[Row]:
     """Return the visits recorded in `path`; lines that are not visits are left out."""
     rows = []
-    for cells in csv.reader(whole_lines(path)):
+    for line in whole_lines(path):
         try:
-            number, point, *times = cells
-            frame, process, gpu, setup = map(float, times)
-            rows.append(Row(int(number), point, frame, process, gpu, setup))
-        except ValueError:
+            number, point, *times = next(csv.reader([line]))
+            row = Row(int(number), point, *map(float, times))
+        except (ValueError, TypeError, StopIteration, csv.Error):
             continue
+        # Without time queries `gpu_ms` is NaN.
+        if all(0.0 <= time < MAX_MS for time in (row.frame_ms, row.process_ms, row.setup_ms)):
+            rows.append(row)
     return rows
 
 

@@ -7,11 +7,8 @@ believing what the reference says of itself.
 
 from __future__ import annotations
 
-import io
-import json
 import math
 import time
-import zipfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -20,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.bench.files import cache_folder, replace_file
+from ssdo_gl.bench.files import cache_folder, load_arrays, save_arrays
 from ssdo_gl.bench.fingerprint import fingerprint, scene_fingerprint, shader_fingerprint
 from ssdo_gl.bench.metrics import Mask, masked_mean
 from ssdo_gl.scene.scene import Scene
@@ -181,32 +178,27 @@ class TruthCache:
         return self.folder / f"{key}.npz"
 
     def load(self, key: str) -> tuple[Accumulator, dict[str, Any]]:
-        """Return what is known of `key`; an unreadable file counts as nothing."""
-        try:
-            # From memory: np.load leaves a damaged file open.
-            with np.load(io.BytesIO(self.path(key).read_bytes())) as data:
-                meta = json.loads(str(data["meta"]))
-                kept = Accumulator(int(meta["count"]))
-                for name in meta["names"]:
-                    kept.mean[name] = data[f"mean:{name}"].astype(np.float64)
-                    kept.scatter[name] = data[f"scatter:{name}"].astype(np.float64)
-        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        """Return what is known of `key`; a damaged file counts as nothing."""
+        found = load_arrays(self.path(key))
+        if found is None:
             return Accumulator(), {"spp": 0, "seconds": 0.0}
+        meta, arrays = found
+        kept = Accumulator(int(meta["count"]))
+        for name in meta["names"]:
+            kept.mean[name] = arrays[f"mean:{name}"].astype(np.float64)
+            kept.scatter[name] = arrays[f"scatter:{name}"].astype(np.float64)
         return kept, meta
 
     def save(self, key: str, kept: Accumulator, meta: Mapping[str, Any]) -> None:
         """Write what is known of `key`."""
-        buffer = io.BytesIO()
-        arrays: dict[str, Any] = {
-            "meta": np.array(json.dumps({**meta, "count": kept.count, "names": list(kept.mean)}))
-        }
+        arrays: dict[str, NDArray[Any]] = {}
         for name in kept.mean:
             # float32 halves the file; the scatter needs no more than a few digits, and
             # the mean's rounding (6e-8) is far below any standard error reached here.
             arrays[f"mean:{name}"] = kept.mean[name].astype(np.float32)
             arrays[f"scatter:{name}"] = kept.scatter[name].astype(np.float32)
-        np.savez_compressed(buffer, **arrays)
-        replace_file(self.path(key), buffer.getvalue())
+        meta = {**meta, "count": kept.count, "names": list(kept.mean)}
+        save_arrays(self.path(key), meta, arrays)
 
 
 def obtain(

@@ -114,6 +114,13 @@ def test_mistakes_are_named(tmp_path, capsys):
     )
 
 
+def test_a_folder_of_the_user_is_left_alone(tmp_path, capsys):
+    (tmp_path / "errors").mkdir()
+    (tmp_path / "errors" / "mine.txt").write_text("years of work")
+    assert "holds errors" in refused(capsys, ["corner", "--bench", str(tmp_path), "--quick"])
+    assert (tmp_path / "errors" / "mine.txt").read_text() == "years of work"
+
+
 SMALL = ["--size", "48x36", "--antialias", "1"]
 
 

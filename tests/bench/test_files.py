@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
+import io
+import random
+
+import numpy as np
 import pytest
 
 from ssdo_gl.bench import files
@@ -44,3 +49,81 @@ def test_the_cache_folder_follows_the_environment(tmp_path, monkeypatch):
     monkeypatch.setenv("SSDO_GL_CACHE", str(blocked))
     with pytest.raises(files.BenchError, match="SSDO_GL_CACHE"):
         files.cache_folder("truth")
+
+
+def test_a_folder_becomes_a_bench_once(tmp_path):
+    files.claim_folder(tmp_path / "new" / "bench")
+    files.claim_folder(tmp_path / "new" / "bench")
+    assert [item.name for item in (tmp_path / "new" / "bench").iterdir()] == [files.MARKER]
+
+
+def test_other_files_of_the_user_do_not_matter(tmp_path):
+    (tmp_path / "notes.txt").write_text("mine")
+    (tmp_path / ".probe").mkdir()
+    files.claim_folder(tmp_path)
+    assert (tmp_path / "notes.txt").read_text() == "mine"
+    assert (tmp_path / ".probe").is_dir()
+
+
+@pytest.mark.parametrize("name", files.BENCH_FILES)
+def test_a_folder_with_files_of_a_bench_s_names_is_refused(tmp_path, name):
+    (tmp_path / name).mkdir()
+    with pytest.raises(files.BenchError, match=f"holds {name}, which no bench made"):
+        files.claim_folder(tmp_path)
+    assert [item.name for item in tmp_path.iterdir()] == [name]
+
+
+@pytest.mark.parametrize("name", [files.MARKER, *files.BENCH_FILES])
+def test_links_are_never_followed(tmp_path, name):
+    (tmp_path / "bench").mkdir()
+    files.claim_folder(tmp_path / "bench")
+    (tmp_path / "bench" / name).unlink(missing_ok=True)
+    (tmp_path / "bench" / name).symlink_to(tmp_path / "theirs")
+    with pytest.raises(files.BenchError, match=name):
+        files.claim_folder(tmp_path / "bench")
+    assert not (tmp_path / "theirs").exists()
+
+
+ARRAYS = {"a": np.arange(6.0).reshape(2, 3), "b": np.ones(4, dtype=np.float32)}
+
+
+def test_arrays_come_back_as_they_were(tmp_path):
+    path = tmp_path / "x.npz"
+    files.save_arrays(path, {"count": 2}, ARRAYS)
+    meta, arrays = files.load_arrays(path)
+    assert meta == {"count": 2}
+    assert arrays.keys() == ARRAYS.keys()
+    assert all((arrays[name] == ARRAYS[name]).all() for name in ARRAYS)
+
+
+def test_no_damage_goes_unseen(tmp_path):
+    path = tmp_path / "x.npz"
+    assert files.load_arrays(path) is None
+    files.save_arrays(path, {"count": 2}, ARRAYS)
+    data, rng = path.read_bytes(), random.Random(0)
+    for _ in range(300):
+        damaged = bytearray(data)
+        damaged[rng.randrange(len(data))] ^= 1 << rng.randrange(8)
+        path.write_bytes(damaged[: rng.choice((len(data), rng.randrange(len(data))))])
+        assert files.load_arrays(path) is None
+
+
+class Malicious:
+    def __reduce__(self):
+        return (open, (self.path, "w"))
+
+
+def test_nothing_in_a_cache_can_run_code(tmp_path):
+    Malicious.path = str(tmp_path / "ran")
+    buffer = io.BytesIO()
+    np.savez(buffer, meta=np.array("{}"), a=np.array([Malicious()], dtype=object))
+    data = buffer.getvalue()
+    (tmp_path / "x.npz").write_bytes(data + hashlib.sha256(data).digest())
+    assert files.load_arrays(tmp_path / "x.npz") is None
+    assert not (tmp_path / "ran").exists()
+
+
+@pytest.mark.parametrize("text", ["", "[1,", "[" * 100_000, "\ud800"])
+def test_damaged_json_counts_as_none(tmp_path, text):
+    (tmp_path / "x.json").write_bytes(text.encode(errors="surrogatepass"))
+    assert files.read_json(tmp_path / "x.json") is None

@@ -171,6 +171,18 @@ def test_another_bench_in_the_folder_is_measured_anew(tmp_path, monkeypatch):
     assert studio.count("timed") == PLAN.rounds * len(POINTS)
 
 
+def test_damaged_files_are_measured_again(tmp_path, monkeypatch):
+    whole = run(tmp_path, PretendedStudio(), monkeypatch)
+    for path in [*tmp_path.rglob("*.npz"), tmp_path / "out" / "rounds.csv"]:
+        path.write_bytes(b"\0damaged\n")
+    studio = PretendedStudio()
+    again = run(tmp_path, studio, monkeypatch)
+    assert studio.count("timed") == PLAN.rounds * len(POINTS)
+    for one, other in zip(whole.results, again.results, strict=True):
+        for name, verdict in one.verdicts.items():
+            assert other.verdicts[name].error.value == pytest.approx(verdict.error.value, rel=1e-5)
+
+
 @pytest.mark.parametrize(
     ("machine", "clock"),
     [

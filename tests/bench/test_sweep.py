@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import random
 
 import numpy as np
 import pytest
@@ -64,6 +65,20 @@ def test_an_interrupted_sweep_goes_on_where_it_stopped(tmp_path):
     third = PretendedStudio()
     sweep.time_points(third, POINTS, BASE, PLAN, path)
     assert third.count("timed") == 0
+
+
+def test_damaged_records_are_measured_again(tmp_path):
+    path = tmp_path / "rounds.csv"
+    sweep.time_points(PretendedStudio(), POINTS, BASE, PLAN, path)
+    data, rng = path.read_bytes(), random.Random(0)
+    for _ in range(200):
+        damaged = bytearray(data)
+        for _ in range(3):
+            damaged[rng.randrange(len(data))] = rng.randrange(256)
+        path.write_bytes(damaged)
+        rows = sweep.time_points(PretendedStudio(), POINTS, BASE, PLAN, path)
+        table = sweep.tabulate(rows, POINTS, PLAN.rounds)
+        assert np.isfinite(table.frame_ms).all()
 
 
 def test_drift_of_whole_rounds_is_divided_out():
