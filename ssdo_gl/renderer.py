@@ -15,6 +15,7 @@ from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.gpu.geometry import Eye, Geometry
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.shader import ShaderLibrary
+from ssdo_gl.gpu.timer import Timer
 from ssdo_gl.graph.execute import Executor
 from ssdo_gl.graph.frame import Frame, FrameView
 from ssdo_gl.graph.graph import Plan
@@ -90,9 +91,14 @@ class Renderer:
         return self._shaders
 
     @property
+    def timer(self) -> Timer:
+        """What times passes."""
+        return self._executor.timer
+
+    @property
     def timer_kind(self) -> str:
         """How passes are timed: ``gl_query`` or ``finish_wall``."""
-        return self._executor.timer.kind
+        return self.timer.kind
 
     def __enter__(self) -> Self:
         return self

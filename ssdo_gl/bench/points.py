@@ -103,23 +103,6 @@ class Point:
         return " ".join(parts)
 
     @property
-    def flags(self) -> str:
-        """The command-line flags that choose this point."""
-        parts = [f"--method {self.method}"]
-        if self.estimator:
-            parts += [
-                f"--estimator {self.estimator}",
-                f"--samples {self.samples}",
-                f"--steps {self.steps}",
-                f"--filter {self.filter}",
-                f"--resolution-scale {self.resolution_scale:g}",
-            ]
-        if self.spp:
-            parts.append(f"--spp {self.spp}")
-        parts += [f"--set {name}={value}" for name, value in self.overrides]
-        return " ".join(parts)
-
-    @property
     def wanted(self) -> tuple[str, ...]:
         """The image that a user of this point asks for, and that is timed."""
         return ("visibility",) if self.kind == "visibility" else ("beauty",)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import statistics
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -54,9 +55,9 @@ class Studio(Protocol):
         """Return times of `frames` warm frames that each recompute the whole view."""
 
     def split(
-        self, settings: Settings, wanted: Sequence[str], frames: int
+        self, settings: Settings, wanted: Sequence[str], frames: int, clock: str
     ) -> tuple[tuple[str, float], ...]:
-        """Return (pass, median milliseconds) of what runs in a warm frame, in order."""
+        """Return (pass, median ms by one of `CLOCKS`) of what runs in a warm frame, in order."""
 
 
 class RendererStudio:
@@ -90,10 +91,11 @@ class RendererStudio:
         )
 
     def split(
-        self, settings: Settings, wanted: Sequence[str], frames: int
+        self, settings: Settings, wanted: Sequence[str], frames: int, clock: str
     ) -> tuple[tuple[str, float], ...]:
-        """Return (pass, median milliseconds) of what runs in a warm frame, in order."""
+        """Return (pass, median ms by one of `CLOCKS`) of what runs in a warm frame, in order."""
         self.renderer.use(settings)
+        self.renderer.timer.clock = time.process_time if clock == "process" else time.perf_counter
         result = self.renderer.render(
             wanted, camera=self.camera, frames=max(frames, 2), time_passes=True
         )

@@ -153,7 +153,7 @@ def run_bench(
         with bench_progress(quiet=quiet) as progress, Renderer(scene, settings, device=device) as r:
             base = dataclasses.replace(r.settings, antialias=1, estimator=None, max_error=None)
             machine = describe_machine(device, r.timer_kind, command)
-            run = BenchRun(RendererStudio(r), base, points, plan, quick, outdir, progress)
+            run = BenchRun(RendererStudio(r), base, points, plan, quick, outdir, progress, camera)
             try:
                 bench = run.measure(scene_source, machine, _opener(device))
             except KeyboardInterrupt:
@@ -192,6 +192,7 @@ class BenchRun:
         quick: bool,
         outdir: Path,
         progress: BenchProgress,
+        camera: Camera | None = None,
     ) -> None:
         self.studio = studio
         self.base = base
@@ -200,6 +201,7 @@ class BenchRun:
         self.quick = quick
         self.outdir = outdir
         self.progress = progress
+        self.camera = camera
         self.notes: list[str] = []
 
     def measure(
@@ -236,13 +238,14 @@ class BenchRun:
             recommendation = analysis.recommend(results)
         radius_px = self._radius_px(mask)
         series = scaling.measure_scaling(
-            self.studio, self.base, radius_px, self.quick, open_studio, self.progress.steps
+            self.studio, self.base, radius_px, self.quick, clock, open_studio, self.progress.steps
         )
         bench = Bench(
             scene=source,
             title=self.studio.scene.title or source,
-            size=self.base.size,
-            radius=self.base.radius or 0.0,
+            wishes=self.studio.scene.render,
+            camera=self.camera,
+            base=self.base,
             radius_px=radius_px,
             triangles=self.studio.scene.triangle_count,
             quick=self.quick,
@@ -266,7 +269,7 @@ class BenchRun:
             ),
             notes=tuple(self.notes),
         )
-        return dataclasses.replace(bench, splits=self._splits(split_results(bench)))
+        return dataclasses.replace(bench, splits=self._splits(split_results(bench), clock))
 
     def _clock(self, machine: Mapping[str, Any]) -> str:
         """Return what to time by, and note why if it is not the usual."""
@@ -374,13 +377,15 @@ class BenchRun:
             self.progress.steps("errors", done, len(self.points))
         return judged
 
-    def _splits(self, results: Sequence[Result]) -> dict[str, tuple[tuple[str, float], ...]]:
+    def _splits(
+        self, results: Sequence[Result], clock: str
+    ) -> dict[str, tuple[tuple[str, float], ...]]:
         """Return where the time of some points goes."""
         splits = {}
         for done, result in enumerate(results, 1):
             point = result.point
             splits[point.key] = self.studio.split(
-                point.settings(self.base), point.wanted, self.plan.frames
+                point.settings(self.base), point.wanted, self.plan.frames, clock
             )
             self.progress.steps("pass times", done, len(results))
         return splits

@@ -89,6 +89,7 @@ def measure_scaling(
     base: Settings,
     radius_px: float,
     quick: bool,
+    clock: str,
     open_studio: OpenStudio | None = None,
     report: Report | None = None,
 ) -> list[Series]:
@@ -98,6 +99,8 @@ def measure_scaling(
     ----------
     open_studio : callable or None
         Opens a studio for another scene; without it triangles are left out.
+    clock : str
+        One of `CLOCKS`.
     radius_px : float
         The near field's mean radius on the screen at the base's settings.
     """
@@ -136,14 +139,14 @@ def measure_scaling(
     for name, label, values, variants in jobs:
         rows = []
         for variant in variants:
-            rows.append(parts_of(studio.split(variant, WANTED, FRAMES)))
+            rows.append(parts_of(studio.split(variant, WANTED, FRAMES, clock)))
             done += 1
             if report is not None:
                 report("scaling", done, total)
         series.append(_series(name, label, values, rows))
     if open_studio is not None:
         counts_and_rows = []
-        for item in triangle_rows(open_studio, base, budget):
+        for item in triangle_rows(open_studio, base, budget, clock):
             counts_and_rows.append(item)
             done += 1
             if report is not None:
@@ -154,18 +157,18 @@ def measure_scaling(
 
 
 def triangle_rows(
-    open_studio: OpenStudio, base: Settings, budget: Budget
+    open_studio: OpenStudio, base: Settings, budget: Budget, clock: str
 ) -> Iterator[tuple[float, dict[str, float]]]:
     """Yield (triangles, milliseconds by part) of the generated field, growing."""
     for wanted in budget.of(TRIANGLE_COUNTS):
         scene = sphere_field(int(wanted))
         near = dataclasses.replace(base, radius=0.5, overrides={})
         with open_studio(scene) as studio:
-            row = parts_of(studio.split(TIMED_POINT.settings(near), WANTED, FRAMES))
+            row = parts_of(studio.split(TIMED_POINT.settings(near), WANTED, FRAMES, clock))
             traced = dataclasses.replace(
                 near, method="reference-ao", estimator=None, spp=REFERENCE_SPP, max_error=None
             )
-            split = dict(studio.split(traced, ("visibility",), 2))
+            split = dict(studio.split(traced, ("visibility",), 2, clock))
             rays = [ms for name, ms in split.items() if name.startswith("reference")]
             row[f"{REFERENCE_SPP} rays a pixel"] = sum(rays) if rays else math.nan
         yield float(scene.triangle_count), row

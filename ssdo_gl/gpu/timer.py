@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from types import TracebackType
 from typing import Any, Literal, Self
 
@@ -25,6 +26,9 @@ class Timer:
     ----------
     kind : str
         ``gl_query`` or ``finish_wall``: which clock the numbers come from.
+    clock : callable
+        Seconds, where work is waited for: the wall clock; ``time.process_time``, the
+        processor time of all threads, does not count what other programs do meanwhile.
     """
 
     kind: TimerKind
@@ -34,6 +38,7 @@ class Timer:
         self.kind = "finish_wall" if device.is_software else "gl_query"
         # Any: the stubs leave the context manager of a query untyped.
         self._query: Any = None if device.is_software else self._gl.query(time=True)
+        self.clock: Callable[[], float] = time.perf_counter
         self._start = 0.0
         self._elapsed_ms: float | None = None
         self._is_running = False
@@ -48,7 +53,7 @@ class Timer:
             self._query.__enter__()
         else:
             self._gl.finish()
-            self._start = time.perf_counter()
+            self._start = self.clock()
         return self
 
     def __exit__(
@@ -63,7 +68,7 @@ class Timer:
             self._query.__exit__(kind, error, traceback)
         else:
             self._gl.finish()
-            self._elapsed_ms = (time.perf_counter() - self._start) * 1e3
+            self._elapsed_ms = (self.clock() - self._start) * 1e3
 
     @property
     def elapsed_ms(self) -> float:

@@ -16,6 +16,7 @@ from ssdo_gl.bench.errors import PANELS, Judged, Scalars
 from ssdo_gl.bench.points import Point
 from ssdo_gl.bench.report.bench_data import Bench, Picture, Series
 from ssdo_gl.bench.sweep import TimeTable
+from ssdo_gl.settings import Settings
 
 MACHINE: dict[str, Any] = {
     "renderer": "pretended <device> & driver",
@@ -106,8 +107,9 @@ def bench(**changes: Any) -> Bench:
     whole = Bench(
         scene="a <b>.toml",
         title="A <room> & more",
-        size=(320, 180),
-        radius=0.3,
+        wishes={"radius": 0.5},
+        camera=None,
+        base=Settings(size=(320, 180), radius=0.3),
         radius_px=40.0,
         triangles=1234,
         quick=True,

@@ -56,6 +56,7 @@ class PretendedStudio:
         self.calls: list[tuple[str, Settings]] = []
         self.interrupt_after = interrupt_after
         self.speed = speed
+        self.split_clocks: set[str] = set()
 
     def _count(self, kind: str, settings: Settings) -> None:
         if self.interrupt_after is not None and len(self.calls) >= self.interrupt_after:
@@ -96,7 +97,8 @@ class PretendedStudio:
         return FrameTimes(cost, 2.0 * cost, math.nan, cost + 100.0)
 
     def split(
-        self, settings: Settings, wanted: Sequence[str], frames: int
+        self, settings: Settings, wanted: Sequence[str], frames: int, clock: str
     ) -> tuple[tuple[str, float], ...]:
         self._count("split", settings)
+        self.split_clocks.add(clock)
         return (("gbuffer", 0.5), ("bounce", self.cost_ms(settings) - 0.5), ("composite", 0.1))

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
+import html
 import json
+import shlex
 
+import numpy as np
 import pytest
 
 from ssdo_gl.bench import presets
 from ssdo_gl.bench import run as bench
+from ssdo_gl.bench.report.bench_data import Bench
 from ssdo_gl.bench.run import BenchPlan, run_bench
 from ssdo_gl.cli import main
 from ssdo_gl.settings import Settings
@@ -55,9 +60,8 @@ def test_a_bench_of_a_real_scene(tmp_path, monkeypatch):
     grid = tmp_path / "grid.toml"
     grid.write_text(GRID)
     outdir = tmp_path / "out"
-    found = run_bench(
-        "corner", Settings(size=(48, 36)), outdir, grid=grid, plan=PLAN, quiet=True, command="x"
-    )
+    settings = Settings(size=(48, 36), seed=5)
+    found = run_bench("corner", settings, outdir, grid=grid, plan=PLAN, quiet=True, command="x")
     assert {path.name for path in outdir.iterdir()} >= {
         "points.csv", "bench.json", "pareto.png", "pareto.svg", "report.html", "rounds.csv",
     }  # fmt: skip
@@ -76,6 +80,23 @@ def test_a_bench_of_a_real_scene(tmp_path, monkeypatch):
     assert json.loads((outdir / "bench.json").read_text())["machine"]["command"] == "x"
     assert found.truths["near"].ratio < 1.0
     assert all(split for split in found.splits.values())
+    check_commands(found, tmp_path)
+
+
+def check_commands(found: Bench, tmp_path) -> None:
+    """Each point's command, as the report prints it, renders what was measured of it."""
+    stats, out = tmp_path / "s.json", tmp_path / "out.npz"
+    report = (tmp_path / "out" / "report.html").read_text()
+    for result in found.results:
+        command = found.command(result.point)
+        assert html.escape(command) in report
+        words = [str(out) if word == "out.npz" else word for word in shlex.split(command)]
+        assert words[0] == "ssdo-gl"
+        assert main([*words[1:], "--stats", str(stats), "--quiet"]) == 0
+        wanted = dataclasses.asdict(result.point.settings(found.base))
+        assert settings_of(stats) == json.loads(json.dumps(wanted))
+        with np.load(out) as arrays:
+            assert result.point.wanted[0] in arrays
 
 
 def test_ctrl_c_says_that_the_bench_can_go_on(tmp_path, monkeypatch, capsys):

@@ -66,14 +66,13 @@ def test_a_shared_point_is_measured_once(tmp_path):
     assert [(p.family, p.quick) for p in grid] == [("a", True)]
 
 
-def test_overrides_reach_the_settings_the_name_and_the_flags(tmp_path):
+def test_overrides_reach_the_settings_and_the_name(tmp_path):
     (point,) = grid_of(
         tmp_path,
         '[[family]]\nname = "f"\nkind = "radiance"\nmethod = "bounce"\nestimator = "rgs09"\n'
         'samples = 8\nset = { "bounce.thickness" = 0.2 }\n',
     )
     assert point.settings(BASE).overrides == {"bounce.thickness": 0.2}
-    assert "--set bounce.thickness=0.2" in point.flags
     assert "thickness=0.2" in point.label
     assert "bounce.thickness=0.2" in point.key
 

@@ -200,6 +200,13 @@ def test_the_clock_is_the_one_that_can_be_trusted(tmp_path, machine, clock):
     assert bool(bench_run.notes) == (clock == "process")
 
 
+def test_passes_are_timed_by_the_clock_of_the_frames(tmp_path, monkeypatch):
+    studio = PretendedStudio()
+    monkeypatch.setitem(MACHINE, "load", 1e3)
+    assert run(tmp_path, studio, monkeypatch).clock == "process"
+    assert studio.split_clocks == {"process"}
+
+
 def test_a_black_frame_is_refused(tmp_path, monkeypatch):
     studio = PretendedStudio()
     plain = studio.images

@@ -37,7 +37,7 @@ def test_each_series_varies_one_quantity():
     studio = PretendedStudio()
     series = {
         item.name: item
-        for item in scaling.measure_scaling(studio, BASE, radius_px=20.0, quick=False)
+        for item in scaling.measure_scaling(studio, BASE, radius_px=20.0, quick=False, clock="wall")
     }
     assert set(series) == {"samples", "pixels", "radius"}
     assert series["samples"].x == tuple(float(n) for n in scaling.SAMPLE_COUNTS)
@@ -62,7 +62,7 @@ def test_triangles_are_counted_as_they_are():
         counts.append(scene.triangle_count)
         yield PretendedStudio()
 
-    series = scaling.measure_scaling(PretendedStudio(), BASE, 20.0, True, open_studio)[-1]
+    series = scaling.measure_scaling(PretendedStudio(), BASE, 20.0, True, "wall", open_studio)[-1]
     assert series.name == "triangles"
     assert series.x == tuple(float(n) for n in counts)
     assert len(counts) == scaling.QUICK_COUNT

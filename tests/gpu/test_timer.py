@@ -47,6 +47,14 @@ def test_software_is_bracketed_by_finish_and_asks_for_no_query():
     assert timer.elapsed_ms >= 0.0
 
 
+def test_waiting_is_measured_by_the_clock_that_was_chosen():
+    timer = Timer(FakeDevice(is_software=True))
+    timer.clock = iter([3.0, 3.25]).__next__
+    with timer:
+        pass
+    assert timer.elapsed_ms == 250.0
+
+
 def test_hardware_is_asked_by_a_query_without_waiting():
     device = FakeDevice(is_software=False)
     timer = Timer(device)

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from ssdo_gl.bench.analysis import Recommendation, Result, TruthSummary
+from ssdo_gl.bench.points import Point
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.settings import Settings
+from ssdo_gl.settings.command_line import command_line
 
 
 @dataclass(frozen=True)
@@ -59,18 +64,27 @@ class Bench:
 
     Attributes
     ----------
+    scene : str
+        As it was named on the command line.
+    wishes : mapping
+        ``Scene.render``.
+    camera : Camera or None
+        None: the scene's own.
+    base : Settings
+        What all points share; its size and radius are those of the bench.
     splits : dict of str to tuple of (str, float)
         Point key -> (pass, milliseconds).
     clock : str
-        What times were measured by: a key of `clock.CLOCKS`.
+        What frame times, and so ``splits``, were measured by: a key of `clock.CLOCKS`.
     drift : tuple of float
         How much slower each round was than usual; 1 is usual.
     """
 
     scene: str
+    wishes: Mapping[str, Any]
+    camera: Camera | None
+    base: Settings
     title: str
-    size: tuple[int, int]
-    radius: float
     radius_px: float
     triangles: int
     quick: bool
@@ -87,3 +101,15 @@ class Bench:
     splits: dict[str, tuple[tuple[str, float], ...]] = field(default_factory=dict)
     pictures: list[Picture] = field(default_factory=list)
     notes: tuple[str, ...] = ()
+
+    def command(self, point: Point) -> str:
+        """Return the shell command that renders what was measured of a point, timed."""
+        line = command_line(
+            self.scene,
+            point.settings(self.base),
+            wishes=self.wishes,
+            camera=self.camera,
+            aov=point.wanted[0],
+            out="out.npz",
+        )
+        return f"{line} --antialias 1 --frames {self.frames}"

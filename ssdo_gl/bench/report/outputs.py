@@ -51,8 +51,8 @@ def bench_json(bench: Bench) -> dict[str, Any]:
     return {
         "scene": bench.scene,
         "title": bench.title,
-        "size": list(bench.size),
-        "radius": bench.radius,
+        "size": list(bench.base.size),
+        "radius": bench.base.radius,
         "radius_px": bench.radius_px,
         "triangles": bench.triangles,
         "quick": bench.quick,

@@ -137,7 +137,7 @@ def take_pictures(
         flip = metrics.flip_ldr(picture, target, mask)
         caption = (
             f"{result.point.label}: {result.timing.ms.value:.3g} ms, mean FLIP "
-            f"{flip.mean:.3f} against {panel.method}; flags: {result.point.flags}"
+            f"{flip.mean:.3f} against {panel.method}"
         )
         pictures.append(
             Picture(

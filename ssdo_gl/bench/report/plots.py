@@ -189,7 +189,7 @@ def _short(value: float) -> str:
 
 
 def _time_label(bench: Bench) -> str:
-    return f"frame time, ms ({CLOCK_NAMES[bench.clock]}), {bench.size[0]}x{bench.size[1]}"
+    return f"frame time, ms ({CLOCK_NAMES[bench.clock]}), {bench.base.size[0]}x{bench.base.size[1]}"
 
 
 def samples_figure(bench: Bench) -> Figure:
@@ -239,12 +239,12 @@ def _samples_curves(
         chart.plot(x, guide, color="#cccccc", linewidth=3, zorder=0)
 
 
-def scaling_figure(series: Sequence[Series]) -> Figure:
+def scaling_figure(bench: Bench) -> Figure:
     """Return cost against samples, pixels, radius and triangles, with fitted exponents."""
-    return drawn_in_style(_scaling, series)
+    return drawn_in_style(_scaling, bench.series, CLOCK_NAMES[bench.clock])
 
 
-def _scaling(series: Sequence[Series]) -> Figure:
+def _scaling(series: Sequence[Series], clock: str) -> Figure:
     columns = 2 if len(series) > 1 else 1
     rows = max(1, -(-len(series) // columns))
     figure = _figure(7.0 * columns, 3.4 * rows)
@@ -258,7 +258,7 @@ def _scaling(series: Sequence[Series]) -> Figure:
                        markersize=4, label=label)  # fmt: skip
         _log_axes(chart)
         chart.set_xlabel(item.x_label)
-        chart.set_ylabel("ms")
+        chart.set_ylabel(f"ms ({clock})")
         chart.legend(fontsize=7, title="exponent", loc="center left", bbox_to_anchor=(1.0, 0.5))
     for chart in charts[len(series) :]:
         chart.set_visible(False)
@@ -287,7 +287,7 @@ def _split(bench: Bench, results: Sequence[Result]) -> Figure:
         left = [a + b for a, b in zip(left, widths, strict=True)]
     chart.set_yticks(range(len(rows)), [label for label, _ in rows])
     chart.invert_yaxis()
-    chart.set_xlabel("ms, each pass waited for")
+    chart.set_xlabel(f"ms ({CLOCK_NAMES[bench.clock]}), each pass waited for")
     chart.grid(axis="y", visible=False)
     figure.legend(fontsize=7, ncols=6, loc="outside lower center")
     return figure

@@ -38,7 +38,7 @@ def report_html(bench: Bench) -> str:
     return Template(template).substitute(
         title=html.escape(f"{bench.title}: what accuracy costs"),
         subtitle=html.escape(
-            f"{bench.scene}, {bench.size[0]}x{bench.size[1]}, {bench.machine['renderer']}"
+            f"{bench.scene}, {bench.base.size[0]}x{bench.base.size[1]}, {bench.machine['renderer']}"
             f" ({bench.machine['date']})"
         ),
         notes="".join(f'<p class="note">{html.escape(note)}</p>' for note in bench.notes),
@@ -53,17 +53,18 @@ def report_html(bench: Bench) -> str:
         truths=_truths(bench),
         samples=_plot(plots.samples_figure(bench)),
         scaling=_figure_or_note(
-            plots.scaling_figure(bench.series) if bench.series else None,
+            plots.scaling_figure(bench) if bench.series else None,
             "Log-log, with least-squares exponents and their standard errors.",
             "Cost scaling was not measured in this run.",
         ),
         split=_figure_or_note(
             plots.split_figure(bench, shown) if shown else None,
-            "Each pass waited for before the next starts, so sums exceed the frame times a little.",
+            f"By the clock of the table ({CLOCK_NAMES[bench.clock]}); each pass waited for before "
+            "the next starts, so sums exceed the frame times a little.",
             "Pass times were not measured in this run.",
         ),
         points_head=_points_head(),
-        points_body="".join(_point_row(result) for result in bench.results),
+        points_body="".join(_point_row(bench, result) for result in bench.results),
         method="".join(f"<p>{html.escape(text)}</p>" for text in method_paragraphs(bench)),
         machine=_table(("", ""), [[html.escape(c) for c in row] for row in machine_rows(bench)]),
         data=_embedded(_data(bench)),
@@ -101,8 +102,7 @@ def _recommendation(bench: Bench) -> str:
     result = bench.recommendation.result
     if result is None:
         return text
-    command = f"ssdo-gl {bench.scene} --snapshot out.png {result.point.flags}"
-    return f"{text}<br><code>{html.escape(command)}</code>"
+    return f"{text}<br><code>{html.escape(bench.command(result.point))}</code>"
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -198,7 +198,7 @@ def _compare(bench: Bench) -> str:
 _COLUMNS = (
     "setting", "ms", "wall ms", "processor ms", "first frame ms", "near error", "noise", "own bias",
     "systematic", "direct", "directional", "bounce", "relMSE", "SSIM", "FLIP", "HDR-FLIP",
-    "GI error", "visibility RMSE", "bias", "failed pixels", "flags",
+    "GI error", "visibility RMSE", "bias", "failed pixels", "command",
 )  # fmt: skip
 
 
@@ -207,7 +207,7 @@ def _points_head() -> str:
     return f"<tr>{cells}</tr>"
 
 
-def _point_row(result: Result) -> str:
+def _point_row(bench: Bench, result: Result) -> str:
     near, gi, ao = (result.verdicts.get(panel.name) for panel in PANELS)
     main = near or ao or gi
     scalars = main.scalars if main else None
@@ -236,7 +236,7 @@ def _point_row(result: Result) -> str:
     cells += [f'<td data-value="{_sortable(v)}">{number(v)}</td>' for v in values]
     failed = ' class="failed"' if failures else ""
     cells.append(f'<td data-value="{failures}"{failed}>{failures}</td>')
-    cells.append(f'<td class="left"><code>{html.escape(result.point.flags)}</code></td>')
+    cells.append(f'<td class="left"><code>{html.escape(bench.command(result.point))}</code></td>')
     front = ' class="front"' if is_front else ""
     return f"<tr{front}>{''.join(cells)}</tr>"
 

@@ -26,8 +26,8 @@ def facts(bench: Bench) -> list[tuple[str, str]]:
     """Return the facts a reader needs before any number, as (name, value)."""
     slowest = max(bench.drift, default=1.0)
     return [
-        ("picture", f"{bench.size[0]} x {bench.size[1]} px"),
-        ("near field", f"R = {bench.radius:.3g} scene units, about {bench.radius_px:.0f} px"),
+        ("picture", f"{bench.base.size[0]} x {bench.base.size[1]} px"),
+        ("near field", f"R = {bench.base.radius:.3g} scene units, about {bench.radius_px:.0f} px"),
         ("triangles", f"{bench.triangles:,}"),
         ("settings measured", str(len(bench.results))),
         ("timed by", CLOCK_NAMES[bench.clock]),

@@ -71,4 +71,4 @@ def print_summary(bench: Bench, console: Console) -> None:
         )
     console.print(escape(bench.recommendation.sentence))
     if bench.recommendation.result is not None:
-        console.print(escape(f"flags: {bench.recommendation.result.point.flags}"))
+        console.print(escape(bench.command(bench.recommendation.result.point)))

@@ -14,6 +14,7 @@ from rich.console import Console
 
 from ssdo_gl.bench.analysis import front_of
 from ssdo_gl.bench.bootstrap import Interval
+from ssdo_gl.bench.clock import CLOCK_NAMES
 from ssdo_gl.bench.errors import Scalars
 from ssdo_gl.bench.report import outputs, plots, terminal
 from ssdo_gl.bench.report.report import report_html
@@ -143,6 +144,17 @@ def test_an_unsure_truth_is_called_unsure():
 
 
 @pytest.mark.usefixtures("without_plots")
+def test_one_clock_is_named_for_frames_and_passes():
+    found = bench(clock="process")
+    text = CLOCK_NAMES["process"]
+    assert f"By the clock of the table ({text})" in report_html(found)
+    results = [found.recommendation.result]
+    for figure in (plots.split_figure(found, results), plots.scaling_figure(found)):
+        labels = [label for axes in figure.axes for label in (axes.get_xlabel(), axes.get_ylabel())]
+        assert any(text in label for label in labels)
+
+
+@pytest.mark.usefixtures("without_plots")
 def test_a_report_without_pictures_scaling_or_splits_is_still_a_report():
     text = report_html(bench(pictures=[], series=[], splits={}))
     assert Page(text).faults == []
@@ -175,14 +187,16 @@ def test_the_same_bench_gives_the_same_bytes(page):
 
 
 def test_the_terminal_says_it_in_about_ten_lines():
-    console = Console(record=True, width=120, file=open("/dev/null", "w"))  # noqa: SIM115
+    file = open("/dev/null", "w")  # noqa: SIM115
+    console = Console(record=True, width=120, file=file, soft_wrap=True)
     with console.file:
         terminal.print_summary(bench(), console)
     lines = [line for line in console.export_text().splitlines() if line.strip()]
-    # The title may wrap once at this width.
-    assert len(lines) <= 12
+    assert len(lines) <= 11
     assert any(line.startswith("take ") for line in lines)
-    assert lines[-1].startswith("flags: --method")
+    command = bench().command(bench().recommendation.result.point)
+    assert lines[-1] == command
+    assert "--size 320x180" in command and "--antialias 1" in command
 
 
 def test_rows_of_the_terminal_keep_both_ends_and_the_recommended_one():
