@@ -52,6 +52,8 @@ def _tuned(run: RunOptions, scene: Scene, settings: Settings, camera: Camera | N
     """Return `settings`, or what a budget or an error bound makes of them."""
     wants_error = settings.max_error is not None and not settings.is_reference
     if run.budget_ms is None and not wants_error:
+        if run.recalibrate:
+            raise UsageError("--recalibrate belongs to --budget-ms T or --max-error E")
         return settings
     if run.budget_ms is not None and wants_error:
         raise UsageError("--budget-ms and --max-error: give one of them")
@@ -59,7 +61,12 @@ def _tuned(run: RunOptions, scene: Scene, settings: Settings, camera: Camera | N
 
     if run.budget_ms is not None:
         choice = choose_for_budget(
-            scene, settings, run.budget_ms, camera=camera, backend=run.backend
+            scene,
+            settings,
+            run.budget_ms,
+            camera=camera,
+            backend=run.backend,
+            recalibrate=run.recalibrate,
         )
     else:
         assert settings.max_error is not None
@@ -70,6 +77,7 @@ def _tuned(run: RunOptions, scene: Scene, settings: Settings, camera: Camera | N
             camera=camera,
             backend=run.backend,
             allow_rays=run.snapshot is not None,
+            recalibrate=run.recalibrate,
         )
     if not choice.holds:
         print(f"ssdo-gl: {choice.sentence}", file=sys.stderr)

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ssdo_gl.bench.files import cache_folder, replace_json
+from ssdo_gl.bench.files import cache_folder, read_json, replace_json
 from ssdo_gl.bench.fingerprint import fingerprint
-from ssdo_gl.bench.machine import machine_class
+from ssdo_gl.bench.machine import load_average, machine_class
 from ssdo_gl.bench.renderings import RendererStudio
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.planning.content import analyse
@@ -30,15 +30,55 @@ class Calibration:
 
     def load(self, key: str) -> dict[str, Any]:
         """Return what is known under `key`; nothing if that cannot be read."""
-        try:
-            content = json.loads((self.folder / f"{key}.json").read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            return {}
+        content = read_json(self.folder / f"{key}.json")
         return content if isinstance(content, dict) else {}
 
     def save(self, key: str, content: Mapping[str, Any]) -> None:
         """Remember `content` under `key`."""
         replace_json(self.folder / f"{key}.json", content)
+
+
+@dataclass(frozen=True)
+class Calibrated:
+    """Numbers that were measured in one sitting: by what name, when and at what load.
+
+    Attributes
+    ----------
+    values : dict of str to float
+        Milliseconds or errors by a rung's label; positive.
+    date : str
+    load : float or None
+        How many processes wanted a core; None where the system does not say.
+    """
+
+    values: dict[str, float]
+    date: str
+    load: float | None
+
+    @staticmethod
+    def now(values: Mapping[str, float]) -> Calibrated:
+        """Return what has been measured just now."""
+        return Calibrated(dict(values), time.strftime("%Y-%m-%d %H:%M"), load_average())
+
+    @staticmethod
+    def read(content: Mapping[str, Any]) -> Calibrated | None:
+        """Return what `Calibration.load` found; None for anything but whole measurements."""
+        values, date, load = (content.get(name) for name in ("values", "date", "load"))
+        numbers = list(values.values()) if isinstance(values, dict) else []
+        if not numbers or not all(_is_number(n) and n > 0.0 for n in numbers):
+            return None
+        if not isinstance(date, str) or not (load is None or _is_number(load)):
+            return None
+        return Calibrated(dict(content["values"]), date, load)
+
+    @property
+    def when(self) -> str:
+        """Date and load as a person reads them."""
+        return self.date if self.load is None else f"{self.date} at load {self.load:.1f}"
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, (int, float)) and math.isfinite(value) and not isinstance(value, bool)
 
 
 def scene_class(scene: Scene, settings: Settings) -> str:

@@ -19,6 +19,11 @@ CLOCK_NAMES = {
 BUSY_SHARE = 0.5
 
 
+def is_busy(load: float | None) -> bool:
+    """Whether `load_average` says that others want the cores; False where it is unknown."""
+    return load is not None and load > BUSY_SHARE * core_count()
+
+
 def trusted_clock(machine: Mapping[str, Any]) -> str:
     """Return one of `CLOCKS` for a machine as `describe_machine` describes it.
 
@@ -27,5 +32,4 @@ def trusted_clock(machine: Mapping[str, Any]) -> str:
     """
     if not machine["software"]:
         return "gpu"
-    load = machine["load"]
-    return "wall" if load is None or load <= BUSY_SHARE * core_count() else "process"
+    return "process" if is_busy(machine["load"]) else "wall"

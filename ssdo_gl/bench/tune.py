@@ -10,14 +10,15 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import statistics
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from ssdo_gl.bench.analysis import percent
 from ssdo_gl.bench.bootstrap import draw, rmse_interval
-from ssdo_gl.bench.calibration import Calibration, Opened, scene_class
+from ssdo_gl.bench.calibration import Calibrated, Calibration, Opened, scene_class
+from ssdo_gl.bench.clock import is_busy
 from ssdo_gl.bench.errors import judge, judged_pixels, panel_named
 from ssdo_gl.bench.fingerprint import fingerprint, scene_fingerprint, shader_fingerprint
 from ssdo_gl.bench.presets import Ladder, Rung, read_ladder
@@ -34,6 +35,8 @@ CALIBRATION_FRAMES = 7
 # A calibrated time may be this part of the budget, so that the scatter of a frame's
 # median does not break it.
 FILL = 0.95
+# A remembered time that is off by more than this factor was taken under another load.
+STALE = 1.25
 # Errors are calibrated on a smaller frame: a truth of the whole one would take minutes.
 # A larger frame shows more detail, so errors there are smaller, not larger.
 CALIBRATION_PIXELS = 320 * 180
@@ -91,6 +94,7 @@ def choose_for_budget(
     camera: Camera | None = None,
     backend: str = "auto",
     device: Device | None = None,
+    recalibrate: bool = False,
 ) -> Choice:
     """Return the most accurate measured setting that keeps a frame within `budget_ms`.
 
@@ -100,6 +104,8 @@ def choose_for_budget(
         Method, size and everything that the ladder does not decide hold.
     budget_ms : float
         Milliseconds a frame, > 0.
+    recalibrate : bool
+        Whether to forget what was measured before.
 
     Raises
     ------
@@ -113,7 +119,13 @@ def choose_for_budget(
             "times", opened.machine, scene_class(scene, opened.settings), shader_fingerprint(("",))
         )
         return within_budget(
-            opened.studio, opened.settings, budget_ms, read_ladder(), Calibration(), key
+            opened.studio,
+            opened.settings,
+            budget_ms,
+            read_ladder(),
+            Calibration(),
+            key,
+            recalibrate,
         )
 
 
@@ -124,35 +136,50 @@ def within_budget(
     ladder: Ladder,
     calibration: Calibration,
     key: str,
+    recalibrate: bool = False,
 ) -> Choice:
     """Find the last rung that fits, measuring as few as possible.
 
     Rungs are ordered by time, so bisection finds the last one that fits. Times
     remembered for the class of scene say where to begin; the rung that is returned has
-    been measured now.
+    been measured now. Where that contradicts its remembered time, all of them were taken
+    under another load, and are forgotten.
     """
     start = time.perf_counter()
-    remembered: dict[str, float] = calibration.load(key)
+    known = None if recalibrate else Calibrated.read(calibration.load(key))
     measured: dict[int, float] = {}
-
     single = dataclasses.replace(settings, antialias=1)
+    rungs, limit_ms = ladder.rungs, budget_ms * FILL
 
     def cost(index: int) -> float:
         if index not in measured:
-            times = studio.timed(
-                ladder.rungs[index].applied(single), ("beauty",), CALIBRATION_FRAMES
-            )
+            times = studio.timed(rungs[index].applied(single), ("beauty",), CALIBRATION_FRAMES)
             measured[index] = times.frame_ms
         return measured[index]
 
-    best = _last_that_fits(ladder.rungs, budget_ms * FILL, cost, remembered)
-    remembered |= {ladder.rungs[i].label: value for i, value in measured.items()}
-    calibration.save(key, remembered)
-    index = max(best, 0)
-    rung = ladder.rungs[index]
-    took = time.perf_counter() - start
-    frame_ms = cost(index)
-    tail = f"about {percent(rung.error)} error on the benched scenes; calibrated in {took:.1f} s"
+    remembered = known.values if known else {}
+    best = _last_that_fits(rungs, limit_ms, cost, remembered)
+    ratios = [
+        ms / remembered[rungs[i].label]
+        for i, ms in measured.items()
+        if rungs[i].label in remembered
+    ]
+    is_stale = bool(ratios) and not 1.0 / STALE <= statistics.median(ratios) <= STALE
+    if is_stale:
+        remembered = {}
+    if best < 0:
+        # Of a scene's own, the order of the rungs by time may be another one.
+        for ms, i in sorted((remembered.get(r.label, math.inf), i) for i, r in enumerate(rungs)):
+            if ms < min(measured.values()):
+                cost(i)
+        best = max((i for i, ms in measured.items() if ms <= limit_ms), default=-1)
+    now = Calibrated.now(remembered | {rungs[i].label: ms for i, ms in measured.items()})
+    calibration.save(key, dataclasses.asdict(now))
+    index = best if best >= 0 else min(measured, key=lambda i: measured[i])
+    rung, frame_ms = rungs[index], measured[index]
+    tail = f"about {percent(rung.error)} error on the benched scenes; " + _how_calibrated(
+        time.perf_counter() - start, known, is_stale, ratios, now
+    )
     if best < 0:
         sentence = (
             f"no measured setting fits {budget_ms:g} ms at {settings.size[0]}x"
@@ -161,17 +188,43 @@ def within_budget(
     else:
         sentence = f"chose {rung.label}: {frame_ms:.1f} ms of {budget_ms:g} ms, {tail}"
         if index + 1 in measured:
-            following = ladder.rungs[index + 1]
+            following = rungs[index + 1]
             sentence += f"; {following.label} would take {measured[index + 1]:.1f} ms"
     return Choice(rung.applied(settings), sentence, best >= 0, frame_ms, rung.error)
 
 
+def _how_calibrated(
+    seconds: float,
+    known: Calibrated | None,
+    is_stale: bool,
+    ratios: Sequence[float],
+    now: Calibrated,
+) -> str:
+    """Return where times come from and how far to trust them."""
+    text = f"calibrated in {seconds:.1f} s"
+    if is_stale and known is not None:
+        slower = statistics.median(ratios)
+        text += f", anew: times of {known.when} are off by a factor of {slower:.2f}"
+    elif known is not None:
+        text += f", beginning with times of {known.when}"
+    if is_busy(now.load):
+        text += (
+            f"; the machine is busy (load {now.load:.1f}), so times are too long: "
+            "--recalibrate when it is not"
+        )
+    return text
+
+
 def _last_that_fits(
-    rungs: Sequence[Rung], limit_ms: float, cost: Any, remembered: Mapping[str, float]
+    rungs: Sequence[Rung],
+    limit_ms: float,
+    cost: Callable[[int], float],
+    remembered: Mapping[str, float],
 ) -> int:
     """Return the last rung whose cost is within `limit_ms`, -1 if none, by bisection."""
     low, high = -1, len(rungs)
-    guess = _guess(rungs, limit_ms, remembered)
+    known = [i for i, rung in enumerate(rungs) if remembered.get(rung.label, math.inf) <= limit_ms]
+    guess = max(known, default=None)
     while high - low > 1:
         middle = guess if guess is not None and low < guess < high else (low + high) // 2
         if cost(middle) <= limit_ms:
@@ -183,12 +236,6 @@ def _last_that_fits(
     return low
 
 
-def _guess(rungs: Sequence[Rung], limit_ms: float, remembered: Mapping[str, float]) -> int | None:
-    """Return the rung that remembered times say is the last that fits."""
-    known = [i for i, rung in enumerate(rungs) if remembered.get(rung.label, math.inf) <= limit_ms]
-    return max(known) if known else None
-
-
 def choose_for_error(
     scene: Scene,
     settings: Settings,
@@ -198,6 +245,7 @@ def choose_for_error(
     backend: str = "auto",
     device: Device | None = None,
     allow_rays: bool = True,
+    recalibrate: bool = False,
 ) -> Choice:
     """Return the cheapest measured setting whose error is at most `max_error`.
 
@@ -210,6 +258,8 @@ def choose_for_error(
     allow_rays : bool
         Whether the ray-traced near field may be chosen where no screen-space setting is
         accurate enough; for a window it may not.
+    recalibrate : bool
+        Whether to forget what was measured before.
 
     Raises
     ------
@@ -229,15 +279,19 @@ def choose_for_error(
             opened.camera_key,
             shader_fingerprint(("",)),
         )
-        found = calibration.load(key)
+        known = None if recalibrate else Calibrated.read(calibration.load(key))
         start = time.perf_counter()
-        if set(found) != {rung.label for rung in ladder.rungs}:
-            found = measured_errors(
-                opened.studio, opened.settings, ladder.rungs, opened.machine, TruthCache()
+        if known is None or set(known.values) != {rung.label for rung in ladder.rungs}:
+            known = Calibrated.now(
+                measured_errors(
+                    opened.studio, opened.settings, ladder.rungs, opened.machine, TruthCache()
+                )
             )
-            calibration.save(key, found)
-        took = time.perf_counter() - start
-    return within_error(opened.settings, max_error, ladder.rungs, found, took, allow_rays)
+            calibration.save(key, dataclasses.asdict(known))
+            how = f"calibrated in {time.perf_counter() - start:.1f} s"
+        else:
+            how = f"calibrated {known.date}; --recalibrate measures again"
+    return within_error(opened.settings, max_error, ladder.rungs, known.values, how, allow_rays)
 
 
 def measured_errors(
@@ -300,17 +354,19 @@ def within_error(
     max_error: float,
     rungs: Sequence[Rung],
     errors: Mapping[str, float],
-    took: float,
+    how: str,
     allow_rays: bool,
 ) -> Choice:
-    """Return the first rung, from the cheapest, whose error is surely small enough."""
-    calibrated = f"calibrated in {took:.1f} s" if took > 0.5 else "calibrated before"
+    """Return the first rung, from the cheapest, whose error is surely small enough.
+
+    `how` says where the errors come from.
+    """
     for rung in rungs:
         expected = errors[rung.label]
         if expected <= max_error:
             sentence = (
                 f"chose {rung.label}: error at most {percent(expected)} of the mean, "
-                f"{percent(max_error)} allowed ({calibrated})"
+                f"{percent(max_error)} allowed ({how})"
             )
             return Choice(rung.applied(settings), sentence, True, error=expected)
     best = min(rungs, key=lambda rung: errors[rung.label])
@@ -321,11 +377,11 @@ def within_error(
         ).checked()
         sentence = (
             f"chose rays (reference-near): no screen-space setting is within "
-            f"{percent(max_error)}; the best, {best.label}, reaches {reached} ({calibrated})"
+            f"{percent(max_error)}; the best, {best.label}, reaches {reached} ({how})"
         )
         return Choice(traced, sentence, True, error=max_error)
     sentence = (
         f"no measured setting is within {percent(max_error)}: the most accurate, {best.label}, "
-        f"reaches {reached} ({calibrated})"
+        f"reaches {reached} ({how})"
     )
     return Choice(best.applied(settings), sentence, False, error=errors[best.label])

@@ -100,6 +100,9 @@ class RunOptions:
         group=QUALITY,
         modes=modes.ONE,
     )
+    recalibrate: bool = setting(
+        False, "measure anew for --budget-ms or --max-error", group=QUALITY, modes=modes.ONE
+    )
     frames: int = setting(
         1,
         "frames to time after a warm-up",

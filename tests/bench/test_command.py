@@ -127,6 +127,9 @@ def test_mistakes_are_named(tmp_path, capsys):
     )
     assert "did you mean fine" in refused(capsys, ["corner", "--preset", "fin", "--snapshot", out])
     assert "--budget-ms = 0.0" in refused(capsys, ["corner", "--budget-ms", "0", "--snapshot", out])
+    assert "--recalibrate belongs" in refused(
+        capsys, ["corner", "--recalibrate", "--snapshot", out]
+    )
     assert "one of them" in refused(
         capsys, ["corner", "--budget-ms", "9", "--max-error", "0.1", "--snapshot", out]
     )
@@ -178,10 +181,15 @@ def test_an_impossible_budget_still_gives_a_picture(tmp_path, capsys):
     assert "no measured setting fits 0.001 ms" in capsys.readouterr().err
 
 
-def test_a_generous_error_gives_the_cheapest_setting(tmp_path):
+def test_a_generous_error_gives_the_cheapest_setting(tmp_path, capsys):
     stats = tmp_path / "s.json"
     arguments = ["corner", *SMALL, "--snapshot", str(tmp_path / "x.png"), "--stats", str(stats)]
     assert main([*arguments, "--max-error", "10"]) == 0
+    assert "calibrated in" in capsys.readouterr().out
     cheapest = presets.read_ladder().rungs[0]
     assert settings_of(stats)["samples"] == cheapest.samples
     assert settings_of(stats)["method"] == "bounce"
+    assert main([*arguments, "--max-error", "10"]) == 0
+    assert "--recalibrate measures again" in capsys.readouterr().out
+    assert main([*arguments, "--max-error", "10", "--recalibrate"]) == 0
+    assert "calibrated in" in capsys.readouterr().out

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import math
 
 import pytest
@@ -22,10 +23,29 @@ LADDER = Ladder(RUNGS, {"fast": 0, "balanced": 3, "fine": 7}, {})
 SETTINGS = Settings(size=(100, 100), radius=0.3, exposure=0.0)
 
 
-def choose(tmp_path, budget: float, studio: PretendedStudio | None = None) -> tune.Choice:
+@pytest.fixture(autouse=True)
+def quiet_machine(monkeypatch):
+    monkeypatch.setattr(calibration, "load_average", lambda: 0.1)
+
+
+def choose(
+    tmp_path, budget: float, studio: PretendedStudio | None = None, recalibrate: bool = False
+) -> tune.Choice:
     tmp_path.mkdir(exist_ok=True)
-    memory = Calibration(tmp_path)
-    return tune.within_budget(studio or PretendedStudio(), SETTINGS, budget, LADDER, memory, "key")
+    return tune.within_budget(
+        studio or PretendedStudio(),
+        SETTINGS,
+        budget,
+        LADDER,
+        Calibration(tmp_path),
+        "key",
+        recalibrate,
+    )
+
+
+def remembered(tmp_path) -> dict[str, object]:
+    content: dict[str, object] = json.loads((tmp_path / "key.json").read_text())
+    return content
 
 
 @pytest.mark.parametrize("budget", [2.0, 3.0, 9.0, 14.5, 50.0, 1e4])
@@ -70,10 +90,74 @@ def test_memory_of_a_slower_machine_does_not_waste_the_budget(tmp_path):
     assert choose(tmp_path, 9.0, fast).settings == choose(tmp_path / "x", 9.0, fast).settings
 
 
-def test_a_damaged_memory_counts_as_none(tmp_path):
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[1,", "[]", "{}", '{"values": 3}', '{"values": {}, "date": "x", "load": 1}',
+        '{"values": {"march 8x8 full none": "x"}, "date": "x", "load": 1}',
+        '{"values": {"march 8x8 full none": NaN}, "date": "x", "load": 1}',
+        '{"values": {"march 8x8 full none": 0}, "date": "x", "load": 1}',
+        '{"values": {"march 8x8 full none": 1}, "date": 2, "load": 1}',
+        '{"values": {"march 8x8 full none": 1}, "date": "x", "load": "y"}',
+    ],
+)  # fmt: skip
+def test_a_damaged_memory_counts_as_none(tmp_path, text):
     choose(tmp_path, 9.0)
-    (tmp_path / "key.json").write_text("[1,")
-    assert choose(tmp_path, 9.0).holds
+    (tmp_path / "key.json").write_text(text)
+    choice = choose(tmp_path, 9.0)
+    assert choice.holds
+    assert "beginning with" not in choice.sentence
+
+
+def test_it_is_remembered_when_and_at_what_load(tmp_path, monkeypatch):
+    monkeypatch.setattr(calibration, "load_average", lambda: 0.3)
+    choose(tmp_path, 9.0)
+    kept = remembered(tmp_path)
+    assert kept["load"] == 0.3
+    assert f"beginning with times of {kept['date']} at load 0.3" in choose(tmp_path, 9.0).sentence
+
+
+def test_times_of_another_load_are_forgotten(tmp_path):
+    for budget in (2.0, 9.0, 1e4):
+        choose(tmp_path, budget, PretendedStudio(speed=4.0))
+    slow = remembered(tmp_path)["values"]
+    choice = choose(tmp_path, 9.0)
+    assert "off by a factor of 0.25" in choice.sentence
+    now, true = remembered(tmp_path)["values"], PretendedStudio()
+    assert len(now) < len(slow)
+    for rung in RUNGS:
+        if rung.label in now:
+            assert now[rung.label] == pytest.approx(true.cost_ms(rung.applied(SETTINGS)))
+
+
+def test_recalibration_forgets_everything(tmp_path):
+    choose(tmp_path, 1e4)
+    choice = choose(tmp_path, 2.0, recalibrate=True)
+    assert "beginning with" not in choice.sentence
+    assert RUNGS[-1].label not in remembered(tmp_path)["values"]
+
+
+def test_times_taken_on_a_busy_machine_are_called_that(tmp_path, monkeypatch):
+    assert "busy" not in choose(tmp_path, 9.0).sentence
+    monkeypatch.setattr(calibration, "load_average", lambda: 1e3)
+    assert "--recalibrate when it is not" in choose(tmp_path, 9.0).sentence
+
+
+class OddOrder(PretendedStudio):
+    """A scene in which the last rung is the cheapest."""
+
+    def cost_ms(self, settings: Settings) -> float:
+        return 1.5 if settings.samples == RUNGS[-1].samples else 50.0 + settings.samples
+
+
+def test_the_cheapest_is_the_cheapest_of_all_that_is_known(tmp_path):
+    choose(tmp_path, 1e4, OddOrder())
+    refused = choose(tmp_path, 1.0, OddOrder())
+    assert not refused.holds
+    assert f"the cheapest, {RUNGS[-1].label}, takes 1.5 ms" in refused.sentence
+    chosen = choose(tmp_path, 9.0, OddOrder())
+    assert chosen.holds
+    assert chosen.settings.samples == RUNGS[-1].samples
 
 
 def errors_of(studio: PretendedStudio, tmp_path) -> dict[str, float]:
@@ -91,7 +175,7 @@ def test_errors_are_upper_ends_of_what_is_measured(tmp_path):
 def test_the_cheapest_rung_within_the_error_is_chosen(tmp_path):
     found = errors_of(PretendedStudio(), tmp_path)
     allowed = 1.01 * found[RUNGS[3].label]
-    choice = tune.within_error(SETTINGS, allowed, RUNGS, found, 1.0, True)
+    choice = tune.within_error(SETTINGS, allowed, RUNGS, found, "how", True)
     assert choice.holds
     assert choice.settings.samples == RUNGS[3].samples
     assert choice.error <= allowed
@@ -99,11 +183,11 @@ def test_the_cheapest_rung_within_the_error_is_chosen(tmp_path):
 
 def test_where_no_screen_space_setting_suffices_rays_do(tmp_path):
     found = {rung.label: 0.1 for rung in RUNGS}
-    traced = tune.within_error(SETTINGS, 0.01, RUNGS, found, 0.0, True)
+    traced = tune.within_error(SETTINGS, 0.01, RUNGS, found, "how", True)
     assert traced.holds
     assert traced.settings.method == "reference-near"
     assert traced.settings.max_error == 0.01
-    refused = tune.within_error(SETTINGS, 0.01, RUNGS, found, 0.0, False)
+    refused = tune.within_error(SETTINGS, 0.01, RUNGS, found, "how", False)
     assert not refused.holds
     assert refused.settings.method == "bounce"
     assert "no measured setting" in refused.sentence
