@@ -359,10 +359,11 @@ def test_explanations_say_what_was_saved(tmp_path, capsys):
     stats = tmp_path / "stats.json"
     assert main(["corner", "--explain", "--stats", str(stats), *SMALL]) == 0
     text = capsys.readouterr().out
-    assert "of the full pipeline" in text and "saved" in text
+    assert "passes ran;" in text and "saved" in text and "whole frame" in text
     decisions = {row["effect"]: row for row in json.loads(stats.read_text())["decisions"]}
     skipped = decisions["directional occlusion"]
-    assert not skipped["run"] and skipped["saved_ms"] > 0.0
+    # Other programs may take a round; what most rounds found stands in the range.
+    assert not skipped["run"] and skipped["saved_ms_range"][1] > 0.0
     assert skipped["reason"] == "there is neither an environment nor an ssdo light in reach"
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+import statistics
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,23 +16,46 @@ from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 
 # Frames of each pipeline that are timed, turn by turn, so that both meet the same load.
-# The least time of each pass counts: whatever else runs only ever adds to it.
-ROUNDS = 3
+# Were there no difference, all of seven would point the same way once in 64 times.
+ROUNDS = 7
 
 
 @dataclass(frozen=True)
 class Times:
-    """What one pipeline takes when nothing else runs, milliseconds.
+    """What one frame of a pipeline took, each pass waited for; milliseconds.
 
     Attributes
     ----------
     passes : mapping of pass name to float
-        Only those that run in every frame.
+        Those that ran.
     frame : float
+        All of them, and what lies between them.
     """
 
     passes: Mapping[str, float]
     frame: float
+
+
+@dataclass(frozen=True)
+class Spread:
+    """The median and the range of what the rounds found."""
+
+    median: float
+    low: float
+    high: float
+
+    @staticmethod
+    def of(values: Sequence[float]) -> Spread:
+        """Return the spread of one value per round."""
+        return Spread(statistics.median(values), min(values), max(values))
+
+    @property
+    def is_saving(self) -> bool:
+        """Whether every round found one, so that it is not noise."""
+        return self.low > 0.0
+
+    def __str__(self) -> str:
+        return f"{self.median:.2f} [{self.low:.2f}, {self.high:.2f}]"
 
 
 @dataclass(frozen=True)
@@ -40,33 +64,44 @@ class Explanation:
 
     Attributes
     ----------
-    planned, full : Times or None
-        None if it was not measured.
+    planned, full : sequence of Times
+        One for each round, in pairs; empty if they were not measured.
     """
 
     result: RenderResult
-    planned: Times | None = None
-    full: Times | None = None
+    planned: Sequence[Times] = ()
+    full: Sequence[Times] = ()
 
-    def saved_by_pass(self) -> dict[str, float]:
-        """Return milliseconds that the plan saves on each pass; negative: it costs more."""
-        if self.planned is None or self.full is None:
-            return {}
-        names = {**self.full.passes, **self.planned.passes}
+    def typical(self) -> Times | None:
+        """Return the planned frame of median duration: its passes add up."""
+        by_time = sorted(self.planned, key=lambda times: times.frame)
+        return by_time[len(by_time) // 2] if by_time else None
+
+    def saved(self, names: Sequence[str]) -> Spread:
+        """Return what the plan saves on the named passes together; negative: it costs more."""
+        return Spread.of(
+            [
+                sum(full.passes.get(n, 0.0) - planned.passes.get(n, 0.0) for n in names)
+                for planned, full in zip(self.planned, self.full, strict=True)
+            ]
+        )
+
+    def saved_by_pass(self) -> dict[str, Spread]:
+        """Return milliseconds that the plan saves on each pass."""
+        rounds = (*self.full, *self.planned)
         return {
-            name: self.full.passes.get(name, 0.0) - self.planned.passes.get(name, 0.0)
-            for name in names
+            name: self.saved([name]) for name in dict.fromkeys(n for t in rounds for n in t.passes)
         }
 
-    def saved_by_decision(self) -> dict[str, float]:
+    def saved_by_decision(self) -> dict[str, Spread]:
         """Return milliseconds by effect; a pass counts for the first that spares it."""
-        saved = self.saved_by_pass()
-        result: dict[str, float] = {}
+        left = set(self.saved_by_pass())
+        result: dict[str, Spread] = {}
         for decision in self.result.decisions:
-            if decision.run or not saved:
-                continue
-            names = [name for name in decision.passes + decision.instead if name in saved]
-            result[decision.effect] = sum(saved.pop(name) for name in dict.fromkeys(names))
+            names = [n for n in dict.fromkeys(decision.passes + decision.instead) if n in left]
+            if not decision.run and names:
+                left -= set(names)
+                result[decision.effect] = self.saved(names)
         return result
 
 
@@ -86,7 +121,6 @@ def explain(
     if settings.is_reference or settings.effects == "full":
         return Explanation(result)
     wanted = tuple(result.images)
-    both = ("auto", "full")
     renderers = [
         Renderer(
             renderer.scene,
@@ -94,46 +128,46 @@ def explain(
             device=renderer.device,
             shaders=renderer.shaders,
         )
-        for effects in both
+        for effects in ("auto", "full")
     ]
-    frames: list[list[FrameTimes]] = [[], []]
+    rounds: tuple[list[Times], list[Times]] = ([], [])
     # Programs are compiled and maps are made in the first round, which does not count.
     for number in range(ROUNDS + 1):
-        for chosen, taken in zip(renderers, frames, strict=True):
-            times = chosen.time_frame(
+        # Each goes first in turn: whatever the one before leaves behind helps both alike.
+        for index in (0, 1) if number % 2 else (1, 0):
+            frame = renderers[index].time_frame(
                 wanted, camera=camera, seconds=seconds, number=number, time_passes=True
             )
             if number > 0:
-                taken.append(times)
+                rounds[index].append(_times(frame))
     for chosen in renderers:
         chosen.release()
-    return Explanation(result, *(_least(taken) for taken in frames))
+    return Explanation(result, *rounds)
 
 
-def _least(frames: list[FrameTimes]) -> Times:
-    by_name: dict[str, list[float]] = {}
-    for frame in frames:
-        for row in frame.passes:
-            if row.ran and row.gpu_ms is not None:
-                by_name.setdefault(row.name, []).append(row.gpu_ms)
-    passes = {name: min(times) for name, times in by_name.items()}
-    return Times(passes, min(frame.frame_ms for frame in frames))
+def _times(frame: FrameTimes) -> Times:
+    passes = {r.name: r.gpu_ms for r in frame.passes if r.ran and r.gpu_ms is not None}
+    return Times(passes, frame.frame_ms)
 
 
 def explanation_table(explanation: Explanation) -> Table:
     """Return what ran and what did not, why, and what that cost or saved, as a table."""
     saved, by_decision = explanation.saved_by_pass(), explanation.saved_by_decision()
-    result = explanation.result
+    result, typical = explanation.result, explanation.typical()
     table = Table(title="passes", title_justify="left")
-    for column in ("pass", "runs", "ms", "saved", "reason"):
-        number = column in ("ms", "saved")
+    for column in ("pass", "runs", "ms", "saved ms [range]", "reason"):
+        number = "ms" in column
         table.add_column(column, justify="right" if number else "left", no_wrap=column != "reason")
     for row in result.passes:
         milliseconds, reason = row.gpu_ms, row.reason
-        if explanation.planned is not None:
-            milliseconds = explanation.planned.passes.get(row.name)
+        if typical is not None:
+            milliseconds = typical.passes.get(row.name)
             reason += "; kept after the first frame" if row.ran and milliseconds is None else ""
         table.add_row(*_cells(row.name, row.ran, milliseconds, saved.get(row.name), reason))
+    if typical is not None:
+        between = typical.frame - sum(typical.passes.values())
+        table.add_row("between passes", "", f"{between:.2f}", "", "issuing commands and waiting")
+        table.add_row("whole frame", "", f"{typical.frame:.2f}", "", "each pass waited for")
     table.add_section()
     for item in result.decisions:
         spared = by_decision.get(item.effect)
@@ -142,38 +176,50 @@ def explanation_table(explanation: Explanation) -> Table:
 
 
 def _cells(
-    name: str, runs: bool, milliseconds: float | None, saved: float | None, reason: str
+    name: str, runs: bool, milliseconds: float | None, saved: Spread | None, reason: str
 ) -> tuple[str, str, str, str, str]:
     taken = "" if milliseconds is None else f"{milliseconds:.2f}"
-    # Differences of a twentieth of a millisecond are noise.
-    spared = "" if saved is None or abs(saved) < 0.05 else f"{saved:.1f}"
-    return name, "yes" if runs else "no", taken, spared, escape(reason)
+    spared = str(saved) if saved is not None and saved.is_saving else ""
+    return name, "yes" if runs else "no", taken, escape(spared), escape(reason)
 
 
 def summary(explanation: Explanation) -> str | None:
     """Return one line on the whole frame; None if nothing was measured."""
-    planned, full = explanation.planned, explanation.full
-    if planned is None or full is None:
+    if not explanation.planned:
         return None
-    part = planned.frame / full.frame
-    # What runs instead of other passes could run, too.
-    possible = {**planned.passes, **full.passes}
+    rows = explanation.result.passes
+    names = {row.name for row in rows}.union(*(times.passes for times in explanation.full))
+    pairs = list(zip(explanation.planned, explanation.full, strict=True))
+    planned = statistics.median(times.frame for times in explanation.planned)
+    full = statistics.median(times.frame for times in explanation.full)
+    part = Spread.of([one.frame / other.frame for one, other in pairs])
+    verdict = f"{part} of the full pipeline's"
+    if part.low <= 1.0 <= part.high:
+        verdict = "no difference that could be told from noise"
     return (
-        f"{len(planned.passes)} of {len(possible)} passes,"
-        f" {planned.frame:.1f} of {full.frame:.1f} ms a frame ({part:.2f} of the full pipeline)"
+        f"{sum(row.ran for row in rows)} of {len(names)} passes ran;"
+        f" {planned:.1f} ms a frame, {full:.1f} with all of them: {verdict}"
     )
 
 
 def decisions_for_json(explanation: Explanation) -> list[dict[str, Any]]:
-    """Return every decision with the milliseconds that it saved, None if not measured."""
+    """Return every decision and what it saved.
+
+    ``saved_ms`` is None where nothing was measured or saved beyond the noise;
+    ``saved_ms_range`` holds what the rounds found, None if there were none.
+    """
     saved = explanation.saved_by_decision()
-    return [
-        {
-            "effect": item.effect,
-            "run": item.run,
-            "reason": item.reason,
-            "passes": list(item.passes),
-            "saved_ms": round(saved[item.effect], 3) if item.effect in saved else None,
-        }
-        for item in explanation.result.decisions
-    ]
+    rows = []
+    for item in explanation.result.decisions:
+        spread = saved.get(item.effect)
+        rows.append(
+            {
+                "effect": item.effect,
+                "run": item.run,
+                "reason": item.reason,
+                "passes": list(item.passes),
+                "saved_ms": round(spread.median, 3) if spread and spread.is_saving else None,
+                "saved_ms_range": [round(spread.low, 3), round(spread.high, 3)] if spread else None,
+            }
+        )
+    return rows
