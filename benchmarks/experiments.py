@@ -11,7 +11,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import csv
 import dataclasses
 import io
@@ -19,7 +18,7 @@ import itertools
 import json
 import math
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -30,24 +29,23 @@ from rich.console import Console
 from benchmarks import report_table, world_scale
 from benchmarks.equal import Comparison, compare, curve_of
 from ssdo_gl.bench.analysis import percent
+from ssdo_gl.bench.bench_renderer import BenchRenderer, opener
 from ssdo_gl.bench.errors import judged_pixels, panel_named
-from ssdo_gl.bench.files import replace_file
 from ssdo_gl.bench.fit import fit_power_law
 from ssdo_gl.bench.pareto import agreement
-from ssdo_gl.bench.renderings import RendererStudio, Studio
+from ssdo_gl.bench.reference_cache import Goal, ReferenceCache, obtain, reference_key
 from ssdo_gl.bench.report import plots
 from ssdo_gl.bench.report.outputs import check_libraries
-from ssdo_gl.bench.truth import Goal, TruthCache, obtain, truth_key
+from ssdo_gl.bench.storage import replace_file
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 
 PAPER = ("paper's ssdo, naive blur",)
 MARCH = ("march, half resolution", "march, full resolution")
 SCALE_SCENE, SCALE_SIZE = "cornell_meso", (320, 180)
-# The bounce's truth, relative to its own mean; its errors there are tens of percent.
+# The bounce's reference, relative to its own mean; its errors there are tens of percent.
 SCALE_GOAL, SCALE_SPP, SCALE_SECONDS = 0.03, 256, 120.0
 # Runs contradict each other where both are this sure of the opposite.
 AGREEMENT_CONFIDENCE = 0.95
@@ -150,44 +148,33 @@ def agreement_lines(first: Finished, second: Finished) -> list[str]:
     return lines
 
 
-def opener(device: Device) -> world_scale.OpenStudio:
-    """Return a function that opens a studio for a scene on `device`."""
-
-    @contextlib.contextmanager
-    def open_studio(scene: Scene) -> Iterator[Studio]:
-        with Renderer(scene, device=device) as renderer:
-            yield RendererStudio(renderer)
-
-    return open_studio
-
-
-def run_world_scale(device: Device, cache: TruthCache) -> list[world_scale.ScaleCurve]:
+def run_world_scale(device: Device, cache: ReferenceCache) -> list[world_scale.ScaleCurve]:
     """Measure the bounce of the scale scene in other units of length."""
     scene = load_scene(SCALE_SCENE)
     panel = panel_named("near")
     with Renderer(scene, Settings(size=SCALE_SIZE), device=device) as renderer:
-        studio = RendererStudio(renderer)
+        bench_renderer = BenchRenderer(renderer)
         base = renderer.settings
         plain = dataclasses.replace(base, method="direct")
-        mask = judged_pixels(studio.images(plain, ("depth", "emission")))
+        mask = judged_pixels(bench_renderer.images(plain, ("depth", "emission")))
         traced = dataclasses.replace(base, method=panel.method, spp=SCALE_SPP)
         wanted = (panel.image, *panel.parts)
-        truth = obtain(
-            truth_key(scene, traced, device.renderer, wanted),
+        reference = obtain(
+            reference_key(scene, traced, device.renderer, wanted),
             [Goal("bounce", SCALE_GOAL, True, SCALE_SECONDS)],
             mask,
-            lambda seed: studio.images(dataclasses.replace(traced, seed=seed), wanted),
+            lambda seed: bench_renderer.images(dataclasses.replace(traced, seed=seed), wanted),
             SCALE_SPP,
             cache,
         )
-    return world_scale.measure_world_scale(scene, base, truth, mask, opener(device))
+    return world_scale.measure_world_scale(scene, base, reference, mask, opener(device))
 
 
 def scale_lines(curves: Sequence[world_scale.ScaleCurve]) -> list[str]:
     """Return the curves of `measure_world_scale` as a Markdown table."""
     factors = curves[0].factors
     lines = [
-        "| mean bounce / truth at scale | " + " | ".join(f"{f:g}" for f in factors) + " |",
+        "| mean bounce / reference at scale | " + " | ".join(f"{f:g}" for f in factors) + " |",
         "|---|" + "---|" * len(factors),
     ]
     for curve in curves:
@@ -233,7 +220,7 @@ def main(arguments: Sequence[str]) -> int:
     device = create_context("auto")
     try:
         table = run_report_table(device)
-        curves = run_world_scale(device, TruthCache())
+        curves = run_world_scale(device, ReferenceCache())
     finally:
         device.release()
     figure = world_scale.scale_figure(curves)

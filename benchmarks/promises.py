@@ -14,11 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ssdo_gl.bench.analysis import percent
+from ssdo_gl.bench.bench_renderer import BenchRenderer
 from ssdo_gl.bench.bootstrap import draw, rmse_interval
 from ssdo_gl.bench.errors import judge, judged_pixels, panel_named
 from ssdo_gl.bench.presets import read_ladder
-from ssdo_gl.bench.renderings import RendererStudio
-from ssdo_gl.bench.truth import Goal, TruthCache, obtain, truth_key
+from ssdo_gl.bench.reference_cache import Goal, ReferenceCache, obtain, reference_key
 from ssdo_gl.bench.tune import Choice, choose_for_budget, choose_for_error
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.renderer import Renderer
@@ -37,7 +37,7 @@ TURN_DEGREES = 20.0
 # Budgets and bounds lie between these parts of the ladder's range, so that there is
 # something to choose.
 PARTS = (0.2, 0.5, 0.8)
-TRUTH_SPP, TRUTH_GOAL, TRUTH_SECONDS = 64, 0.01, 60.0
+REFERENCE_SPP, REFERENCE_GOAL, REFERENCE_SECONDS = 64, 0.01, 60.0
 # A budget counts as honoured if the median frame is not above it by more than this.
 TOLERANCE = 0.15
 
@@ -77,10 +77,10 @@ def check_budgets(scene: Scene, device: Device) -> list[Check]:
     """Choose for three budgets and time 50 frames of each choice."""
     rungs = read_ladder().rungs
     with Renderer(scene, Settings(size=SIZE), device=device) as renderer:
-        studio = RendererStudio(renderer)
+        bench_renderer = BenchRenderer(renderer)
         base = renderer.settings
         ends = [
-            studio.timed(rung.applied(base), ("beauty",), 9).frame_ms
+            bench_renderer.timed(rung.applied(base), ("beauty",), 9).frame_ms
             for rung in (rungs[0], rungs[-1])
         ]
     checks = []
@@ -99,24 +99,28 @@ def error_of(scene: Scene, settings: Settings, device: Device) -> tuple[float, f
     """Return the near-field error of `settings` on `scene`: (value, upper end)."""
     panel = dataclasses.replace(panel_named("near"), parts=())
     with Renderer(scene, settings, device=device) as renderer:
-        studio = RendererStudio(renderer)
+        bench_renderer = BenchRenderer(renderer)
         base = dataclasses.replace(renderer.settings, max_error=None)
         plain = dataclasses.replace(base, method="direct", estimator=None)
-        mask = judged_pixels(studio.images(plain, ("depth", "emission")))
-        traced = dataclasses.replace(base, method=panel.method, estimator=None, spp=TRUTH_SPP)
-        truth = obtain(
-            truth_key(scene, traced, device.renderer, (panel.image,)),
-            [Goal(panel.image, TRUTH_GOAL, True, TRUTH_SECONDS)],
+        mask = judged_pixels(bench_renderer.images(plain, ("depth", "emission")))
+        traced = dataclasses.replace(base, method=panel.method, estimator=None, spp=REFERENCE_SPP)
+        reference = obtain(
+            reference_key(scene, traced, device.renderer, (panel.image,)),
+            [Goal(panel.image, REFERENCE_GOAL, True, REFERENCE_SECONDS)],
             mask,
-            lambda seed: studio.images(dataclasses.replace(traced, seed=seed), (panel.image,)),
-            TRUTH_SPP,
-            TruthCache(),
+            lambda seed: bench_renderer.images(
+                dataclasses.replace(traced, seed=seed), (panel.image,)
+            ),
+            REFERENCE_SPP,
+            ReferenceCache(),
         )
         images = [
-            studio.images(dataclasses.replace(settings, seed=FRESH_SEED + i), (panel.image,))
+            bench_renderer.images(
+                dataclasses.replace(settings, seed=FRESH_SEED + i), (panel.image,)
+            )
             for i in range(2)
         ]
-    blocks = judge(panel, images, truth, mask, 0.0).blocks
+    blocks = judge(panel, images, reference, mask, 0.0).blocks
     interval = rmse_interval(blocks, draw(blocks.block_count, 2), relative=True)
     return interval.value, interval.high
 

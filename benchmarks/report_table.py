@@ -20,9 +20,9 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from ssdo_gl.bench.bench_renderer import BenchRenderer
 from ssdo_gl.bench.clock import CLOCK_NAMES, CLOCKS, trusted_clock
 from ssdo_gl.bench.machine import describe_machine
-from ssdo_gl.bench.renderings import RendererStudio, Studio
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
@@ -141,7 +141,10 @@ def report_normalised(ms: float, fixed_ms: float, count: int) -> float:
 
 
 def measure(
-    studio: Studio, base: Settings, methods: Sequence[Method] = METHODS, clock: str = "wall"
+    bench_renderer: BenchRenderer,
+    base: Settings,
+    methods: Sequence[Method] = METHODS,
+    clock: str = "wall",
 ) -> list[Row]:
     """Time every row at its own sample count and at 16, by one of `CLOCKS`."""
     rows = []
@@ -158,7 +161,7 @@ def measure(
         ) -> float:
             counted: dict[str, Any] = {method.count_field: count} if method.count_field else {}
             chosen = dataclasses.replace(settings, **counted).checked()
-            times = studio.timed(chosen, (method.wanted,), frames)
+            times = bench_renderer.timed(chosen, (method.wanted,), frames)
             return float(getattr(times, CLOCKS[clock]))
 
         own = at(method.count)
@@ -207,7 +210,7 @@ def measured_table(renderer: Renderer) -> Table:
     """Return the table, measured now on the renderer's scene at its size."""
     machine = describe_machine(renderer.device, renderer.timer_kind, "")
     clock = trusted_clock(machine)
-    rows = measure(RendererStudio(renderer), renderer.settings, clock=clock)
+    rows = measure(BenchRenderer(renderer), renderer.settings, clock=clock)
     width, height = renderer.settings.size
     title = (
         f"{renderer.scene.title}, {width}x{height}; {machine['renderer']}, "

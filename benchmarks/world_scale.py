@@ -1,4 +1,4 @@
-"""Does the unit of length matter? The same scene in other units, against one truth.
+"""Does the unit of length matter? The same scene in other units, against one reference.
 
 A scene measured in millimetres must look like the same scene in kilometres. The paper's
 bounce clamps the distance to a sender at 1 "world unit" (RGS09, section 3, unit unstated),
@@ -9,19 +9,18 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ssdo_gl.bench.bench_renderer import OpenRenderer
 from ssdo_gl.bench.errors import color
 from ssdo_gl.bench.metrics import Mask, bias, masked_mean, relative_rmse
 from ssdo_gl.bench.points import Point
-from ssdo_gl.bench.renderings import Studio
+from ssdo_gl.bench.reference_cache import Reference
 from ssdo_gl.bench.report import plots
-from ssdo_gl.bench.truth import Truth
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
@@ -33,8 +32,6 @@ FACTORS = (1e-3, 1e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0, 1e4)
 SAMPLES = 64
 # Where the paper clamps the distance to a sender, in world units.
 PAPER_CLAMP = 1.0
-
-OpenStudio = Callable[[Scene], AbstractContextManager[Studio]]
 
 
 def scaled_scene(scene: Scene, factor: float) -> Scene:
@@ -79,9 +76,9 @@ class ScaleCurve:
     factors : tuple of float
         World units per unit of the original scene.
     errors : tuple of float
-        RMSE of the bounce over the mean of its truth.
+        RMSE of the bounce over the mean of its reference.
     levels : tuple of float
-        Mean of the bounce over the mean of its truth; 1 is right.
+        Mean of the bounce over the mean of its reference; 1 is right.
     """
 
     name: str
@@ -109,29 +106,31 @@ def estimators(radius: float) -> dict[str, Point]:
 def measure_world_scale(
     scene: Scene,
     base: Settings,
-    truth: Truth,
+    reference: Reference,
     mask: Mask,
-    open_studio: OpenStudio,
+    open_renderer: OpenRenderer,
     factors: Sequence[float] = FACTORS,
 ) -> list[ScaleCurve]:
-    """Render `scene` in other units and hold the bounce to the truth of the original.
+    """Render `scene` in other units and hold the bounce to the reference of the original.
 
     Parameters
     ----------
-    truth : Truth
+    reference : Reference
         Of the original scene, with the image ``bounce``.
     """
     assert base.radius is not None
-    target = color(truth.images["bounce"])
-    variance = color(truth.variance["bounce"])
+    target = color(reference.images["bounce"])
+    variance = color(reference.variance["bounce"])
     level = masked_mean(target.astype(np.float64).mean(axis=2), mask)
     errors: dict[str, list[float]] = {}
     levels: dict[str, list[float]] = {}
     for factor in factors:
         settings = dataclasses.replace(base, radius=base.radius * factor)
-        with open_studio(scaled_scene(scene, factor)) as studio:
+        with open_renderer(scaled_scene(scene, factor)) as bench_renderer:
             for name, point in estimators(base.radius * factor).items():
-                image = color(studio.images(point.settings(settings), ("bounce",))["bounce"])
+                image = color(
+                    bench_renderer.images(point.settings(settings), ("bounce",))["bounce"]
+                )
                 errors.setdefault(name, []).append(relative_rmse(image, target, mask, variance))
                 shift = bias(image, target, mask)
                 levels.setdefault(name, []).append(1.0 + shift / level if level else math.nan)
@@ -158,8 +157,8 @@ def _draw(curves: Sequence[ScaleCurve]) -> Figure:
     left.axhline(1.0, color="#888888", linewidth=0.8, linestyle="--")
     # Above the curves, for the legend.
     left.set_ylim(-0.05, 1.45)
-    left.set_ylabel("mean bounce / its truth")
-    right.set_ylabel("RMSE of the bounce / mean of its truth")
+    left.set_ylabel("mean bounce / its reference")
+    right.set_ylabel("RMSE of the bounce / mean of its reference")
     for chart in (left, right):
         chart.set_xscale("log")
         chart.set_xlabel("length of the scene, relative to the original")

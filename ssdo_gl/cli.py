@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from ssdo_gl.bench.files import BenchError
 from ssdo_gl.bench.metrics import MissingLibraryError
+from ssdo_gl.bench.storage import BenchError
 from ssdo_gl.gpu.context import ContextError
 from ssdo_gl.images.files import OutputError, check_output
 from ssdo_gl.process import EXIT_INTERRUPTED, exit_code, signals_as_exceptions, steadfast_output

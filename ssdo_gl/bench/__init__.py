@@ -1,1 +1,1 @@
-"""Measures error against time: sweeps, truths, statistics, presets."""
+"""Measures error against time: sweeps, references, statistics, presets."""

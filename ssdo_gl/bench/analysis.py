@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ssdo_gl.bench import bootstrap, pareto
 from ssdo_gl.bench.bootstrap import Interval
-from ssdo_gl.bench.errors import PANELS, Judged, Panel, Scalars
+from ssdo_gl.bench.errors import PANELS, ErrorPanel, Judged, Scalars
 from ssdo_gl.bench.points import Point
 from ssdo_gl.bench.sweep import TimeTable
 
@@ -65,8 +65,8 @@ class Result:
 
 
 @dataclass(frozen=True)
-class TruthSummary:
-    """What a panel's truth is worth.
+class ReferenceSummary:
+    """What a panel's reference is worth.
 
     Attributes
     ----------
@@ -93,7 +93,7 @@ class TruthSummary:
 
     @property
     def ratio(self) -> float:
-        """The truth's standard error over the smallest error reported."""
+        """The reference's standard error over the smallest error reported."""
         if self.smallest_error > 0.0:
             return self.standard_error / self.smallest_error
         return math.inf if self.standard_error > 0.0 else 0.0
@@ -149,7 +149,7 @@ def analyse(
 
 
 def _verdicts(
-    panel: Panel,
+    panel: ErrorPanel,
     entries: Sequence[Judged],
     typical_ms: Sequence[float],
     time_replicas: NDArray[np.float64],
@@ -171,7 +171,7 @@ def _verdicts(
     result = []
     for i, entry in enumerate(entries):
         blocks = entry.blocks
-        level = float(blocks.truth.sum() / max(blocks.pixels.sum(), 1.0))
+        level = float(blocks.reference.sum() / max(blocks.pixels.sum(), 1.0))
         unit = level if panel.relative and level > 0.0 else 1.0
         bias = bootstrap.bias_interval(blocks, draws)
         result.append(

@@ -63,14 +63,14 @@ def block_sums(
 
 @dataclass(frozen=True, eq=False)
 class BlockErrors:
-    """The error of one setting against one truth, summed over pixel blocks.
+    """The error of one setting against one reference, summed over pixel blocks.
 
     Attributes
     ----------
     squared, signed : ndarray, shape (seeds, blocks)
-        Sums of the squared (truth's noise subtracted) and of the signed error.
-    truth : ndarray, shape (blocks,)
-        Sums of the truth's value.
+        Sums of the squared (reference's noise subtracted) and of the signed error.
+    reference : ndarray, shape (blocks,)
+        Sums of the reference's value.
     pixels : ndarray, shape (blocks,)
         How many pixels count.
     failures : int
@@ -79,27 +79,27 @@ class BlockErrors:
 
     squared: NDArray[np.float64]
     signed: NDArray[np.float64]
-    truth: NDArray[np.float64]
+    reference: NDArray[np.float64]
     pixels: NDArray[np.float64]
     failures: int = 0
 
     @staticmethod
     def of_images(
         images: list[FloatImage],
-        truth: FloatImage,
+        reference: FloatImage,
         mask: Mask,
-        truth_variance: FloatImage | None = None,
+        reference_variance: FloatImage | None = None,
         side_px: int | None = None,
     ) -> BlockErrors:
         """Sum the errors of `images` (one per seed) over blocks."""
         height, width = mask.shape
         labels = block_labels((width, height), side_px or block_size((width, height)))
         squared = [
-            block_sums(squared_error(image, truth, truth_variance), mask, labels)
+            block_sums(squared_error(image, reference, reference_variance), mask, labels)
             for image in images
         ]
-        signed = [block_sums(signed_error(image, truth), mask, labels) for image in images]
-        level = truth.astype(np.float64).mean(axis=2)
+        signed = [block_sums(signed_error(image, reference), mask, labels) for image in images]
+        level = reference.astype(np.float64).mean(axis=2)
         failure_count = sum(int(np.count_nonzero(mask & failures(image))) for image in images)
         return BlockErrors(
             np.stack(squared),
@@ -168,9 +168,9 @@ def replicas_of_rmse(errors: BlockErrors, draws: Draws) -> NDArray[np.float64]:
 
 
 def replicas_of_relative_rmse(errors: BlockErrors, draws: Draws) -> NDArray[np.float64]:
-    """Return RMSE over the mean truth of every replica; infinite where it is black."""
+    """Return RMSE over the mean reference of every replica; infinite where it is black."""
     pixels = np.maximum(draws.blocks @ errors.pixels, 1.0)
-    level = (draws.blocks @ errors.truth) / pixels
+    level = (draws.blocks @ errors.reference) / pixels
     error = replicas_of_rmse(errors, draws)
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = error / level

@@ -10,10 +10,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ssdo_gl.bench.files import cache_folder, read_json, replace_json
+from ssdo_gl.bench.bench_renderer import BenchRenderer
 from ssdo_gl.bench.fingerprint import fingerprint
 from ssdo_gl.bench.machine import load_average, machine_class
-from ssdo_gl.bench.renderings import RendererStudio
+from ssdo_gl.bench.storage import cache_folder, read_json, replace_json
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.planning.content import analyse
 from ssdo_gl.renderer import Renderer
@@ -101,7 +101,7 @@ def scene_class(scene: Scene, settings: Settings) -> str:
 
 
 class Opened:
-    """A studio for one calibration; closes what it opened."""
+    """A renderer for one calibration; closes what it opened."""
 
     def __init__(
         self,
@@ -120,7 +120,7 @@ class Opened:
         wished = dataclasses.replace(settings, max_error=None)
         self._renderer = Renderer(scene, wished, device=used)
         self.settings = self._renderer.settings
-        self.studio = RendererStudio(self._renderer)
+        self.renderer = BenchRenderer(self._renderer)
         self.machine = machine_class(used)
         self.camera_key = fingerprint(scene.camera)
 

@@ -1,4 +1,4 @@
-"""Measures how wrong each point of a sweep is, against every truth it can be held to."""
+"""Measures how wrong each point of a sweep is, against every reference it can be held to."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.bench import metrics
+from ssdo_gl.bench.bench_renderer import BenchRenderer, Images
 from ssdo_gl.bench.bootstrap import BlockErrors
-from ssdo_gl.bench.files import load_arrays, save_arrays
 from ssdo_gl.bench.metrics import Mask
 from ssdo_gl.bench.points import Point
-from ssdo_gl.bench.renderings import Images, Studio
-from ssdo_gl.bench.truth import Truth
+from ssdo_gl.bench.reference_cache import Reference
+from ssdo_gl.bench.storage import load_arrays, save_arrays
 from ssdo_gl.settings import Settings
 
 # Raised whenever the content of a stored measurement changes.
 ERROR_FORMAT = 3
-_BLOCK_ARRAYS = ("squared", "signed", "truth", "pixels")
+_BLOCK_ARRAYS = ("squared", "signed", "reference", "pixels")
 
 
 @dataclass(frozen=True)
-class Panel:
-    """One way to hold a point to a truth: one Pareto chart.
+class ErrorPanel:
+    """One way to hold a point to a reference: one Pareto chart.
 
     Attributes
     ----------
@@ -35,16 +35,16 @@ class Panel:
     kind : str
         Which points it judges.
     method : str
-        The reference that is its truth.
+        That makes its reference.
     image : str
         The AOV whose error counts.
     parts : tuple of str
         Further AOVs whose errors are reported.
     relative : bool
-        Whether the error is given relative to the truth's mean.
+        Whether the error is given relative to the reference's mean.
     own_radius : bool
-        Whether the truth has the bench's radius, so that points of another radius
-        cannot be held to it. Full transport is held to its own truth only.
+        Whether the reference has the bench's radius, so that points of another radius
+        cannot be held to it. Full transport is held to its own reference only.
     title, error_label : str
         For plots and tables.
     """
@@ -60,14 +60,14 @@ class Panel:
     error_label: str
 
     def judges(self, point: Point) -> bool:
-        """Whether `point` can be held to this panel's truth."""
+        """Whether `point` can be held to this panel's reference."""
         if point.kind != self.kind or (point.method == "reference-gi" and self.name != "gi"):
             return False
         return not self.own_radius or point.radius_factor == 1.0
 
 
 PANELS = (
-    Panel(
+    ErrorPanel(
         "near",
         "radiance",
         "reference-near",
@@ -76,9 +76,9 @@ PANELS = (
         True,
         True,
         "Picture against the near-field reference (same integral, rays instead of depth reads)",
-        "RMSE / mean of the truth",
+        "RMSE / mean of the reference",
     ),
-    Panel(
+    ErrorPanel(
         "gi",
         "radiance",
         "reference-gi",
@@ -87,9 +87,9 @@ PANELS = (
         True,
         False,
         "Picture against full global illumination (path traced)",
-        "RMSE / mean of the truth",
+        "RMSE / mean of the reference",
     ),
-    Panel(
+    ErrorPanel(
         "visibility",
         "visibility",
         "reference-ao",
@@ -103,20 +103,20 @@ PANELS = (
 )
 
 
-def panel_named(name: str) -> Panel:
+def panel_named(name: str) -> ErrorPanel:
     """Return the panel called `name`."""
     return next(panel for panel in PANELS if panel.name == name)
 
 
 @dataclass(frozen=True)
 class Scalars:
-    """What one point loses against one truth, in single numbers.
+    """What one point loses against one reference, in single numbers.
 
     Attributes
     ----------
     noise, systematic : float
         Root mean squares: the estimator against its own expectation (over seeds), and
-        its expectation against the truth; in the panel's unit.
+        its expectation against the reference; in the panel's unit.
     own_bias : float
         The expectation against that of the converged march, which has seen all that the
         screen shows: what better settings would mend. NaN for rays.
@@ -141,7 +141,7 @@ class Scalars:
 
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """One point against one truth."""
+    """One point against one reference."""
 
     blocks: BlockErrors
     scalars: Scalars
@@ -163,7 +163,7 @@ def judged_pixels(images: Images) -> Mask:
     return np.asarray(covered & dark)
 
 
-def wanted_images(panels: Sequence[Panel]) -> tuple[str, ...]:
+def wanted_images(panels: Sequence[ErrorPanel]) -> tuple[str, ...]:
     """Return the AOVs that judging by `panels` needs."""
     names: list[str] = []
     for panel in panels:
@@ -172,22 +172,22 @@ def wanted_images(panels: Sequence[Panel]) -> tuple[str, ...]:
 
 
 def judge(
-    panel: Panel,
+    panel: ErrorPanel,
     renderings: Sequence[Images],
-    truth: Truth,
+    reference: Reference,
     mask: Mask,
     exposure_ev: float,
     flips: Sequence[str] = (),
-    limit: Truth | None = None,
+    limit: Reference | None = None,
 ) -> Judged:
-    """Hold renderings of one point (one per seed) to the truth of `panel`.
+    """Hold renderings of one point (one per seed) to the reference of `panel`.
 
     `flips` names the FLIP metrics that are wanted: ``ldr``, ``hdr``; `limit` is the
     converged march.
     """
     name = panel.image
     images = [color(rendering[name]) for rendering in renderings]
-    target, variance = color(truth.images[name]), color(truth.variance[name])
+    target, variance = color(reference.images[name]), color(reference.variance[name])
     blocks = BlockErrors.of_images(list(images), target, mask, variance)
     split = metrics.decompose(list(images), target, mask, variance)
     level = metrics.masked_mean(target.astype(np.float64).mean(axis=2), mask)
@@ -195,9 +195,9 @@ def judge(
     parts = {
         part: metrics.relative_rmse(
             color(renderings[0][part]),
-            color(truth.images[part]),
+            color(reference.images[part]),
             mask,
-            color(truth.variance[part]),
+            color(reference.variance[part]),
         )
         for part in panel.parts
     }
@@ -222,7 +222,7 @@ def judge(
 
 def picture_metrics(
     image: NDArray[np.float32],
-    truth: NDArray[np.float32],
+    reference: NDArray[np.float32],
     variance: NDArray[np.float32],
     mask: Mask,
     exposure_ev: float,
@@ -230,23 +230,23 @@ def picture_metrics(
 ) -> dict[str, float]:
     """Return relMSE, SSIM and the FLIP means that are wanted of a picture."""
     gain = np.float32(2.0**exposure_ev)
-    shown, wanted = metrics.srgb_of(image, exposure_ev), metrics.srgb_of(truth, exposure_ev)
+    shown, wanted = metrics.srgb_of(image, exposure_ev), metrics.srgb_of(reference, exposure_ev)
     result = {
-        "rel_mse": metrics.relative_mse(image * gain, truth * gain, mask, variance * gain**2),
+        "rel_mse": metrics.relative_mse(image * gain, reference * gain, mask, variance * gain**2),
         "ssim": metrics.ssim(shown, wanted, mask),
     }
     if "ldr" in flips:
         result["flip_ldr"] = metrics.flip_ldr(shown, wanted, mask).mean
     if "hdr" in flips:
-        result["flip_hdr"] = metrics.flip_hdr(image, truth, mask, exposure_ev).mean
+        result["flip_hdr"] = metrics.flip_hdr(image, reference, mask, exposure_ev).mean
     return result
 
 
 def render_seeds(
-    studio: Studio, point: Point, base: Settings, seeds: int, wanted: Sequence[str]
+    renderer: BenchRenderer, point: Point, base: Settings, seeds: int, wanted: Sequence[str]
 ) -> list[Images]:
     """Return the images of `point` for each of `seeds` seeds."""
-    return [studio.images(point.settings(base, seed), wanted) for seed in range(seeds)]
+    return [renderer.images(point.settings(base, seed), wanted) for seed in range(seeds)]
 
 
 class ErrorStore:
@@ -256,7 +256,7 @@ class ErrorStore:
     ----------
     folder : Path
     key : str
-        Identifies scene, settings and truths; files of another key do not count.
+        Identifies scene, settings and references; files of another key do not count.
     """
 
     def __init__(self, folder: Path, key: str) -> None:

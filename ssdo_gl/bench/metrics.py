@@ -1,4 +1,4 @@
-"""How far an image is from its truth: every metric with its formula, in NumPy.
+"""How far an image is from its reference: every metric with its formula, in NumPy.
 
 Images are arrays (height, width, channels), row 0 at the top, scene-linear unless a
 name says ``srgb``. ``mask`` (height, width) says which pixels count; callers leave the
@@ -7,9 +7,9 @@ background out of it, because both images agree there by construction.
 A pixel with a NaN or an infinity in any channel is a failure: it is never dropped, it
 makes every error infinite, and `failure_count` says how many there are.
 
-Truths are Monte-Carlo estimates. With a truth T of per-pixel variance v,
-E[(X - T)^2] = (X - E[T])^2 + v, so the functions that take ``truth_variance`` subtract
-its mean. For a truth averaged from two independent halves A, B this is the same number
+References are Monte-Carlo estimates. With a reference T of per-pixel variance v,
+E[(X - T)^2] = (X - E[T])^2 + v, so the functions that take ``reference_variance`` subtract
+its mean. For a reference averaged from two independent halves A, B this is the same number
 as the product (X - A)(X - B), which is unbiased term by term.
 """
 
@@ -27,7 +27,7 @@ from ssdo_gl.images.color import srgb_from_linear
 FloatImage = NDArray[np.floating[Any]]
 Mask = NDArray[np.bool_]
 
-# Added to the squared truth in relMSE, in units of display white (radiance 1 at
+# Added to the squared reference in relMSE, in units of display white (radiance 1 at
 # exposure 0): the usual value in the denoising literature, where 0.1 is dark grey.
 REL_MSE_EPSILON = 0.01
 # HDR-FLIP tone-maps both images at several exposures and keeps the largest error. By
@@ -60,18 +60,18 @@ def failure_count(image: FloatImage) -> int:
 
 
 def squared_error(
-    image: FloatImage, truth: FloatImage, truth_variance: FloatImage | None = None
+    image: FloatImage, reference: FloatImage, reference_variance: FloatImage | None = None
 ) -> NDArray[np.float64]:
-    """Return the per-pixel squared error, mean over channels, truth's noise subtracted.
+    """Return the per-pixel squared error, mean over channels, reference's noise subtracted.
 
-    Single pixels may come out negative where the truth is noisy: that is what makes
+    Single pixels may come out negative where the reference is noisy: that is what makes
     the mean unbiased.
 
     Parameters
     ----------
-    image, truth : ndarray, shape (height, width, channels)
-    truth_variance : ndarray, shape (height, width, channels), or None
-        Variance of the truth's mean; None takes the truth as exact.
+    image, reference : ndarray, shape (height, width, channels)
+    reference_variance : ndarray, shape (height, width, channels), or None
+        Variance of the reference's mean; None takes the reference as exact.
 
     Returns
     -------
@@ -79,19 +79,19 @@ def squared_error(
         Infinite at failures.
     """
     with np.errstate(invalid="ignore", over="ignore"):
-        error = (image.astype(np.float64) - truth.astype(np.float64)) ** 2
-        if truth_variance is not None:
-            error = error - truth_variance
+        error = (image.astype(np.float64) - reference.astype(np.float64)) ** 2
+        if reference_variance is not None:
+            error = error - reference_variance
         mean = error.mean(axis=2)
     failed = failures(image)
     return np.where(failed, np.inf, mean)
 
 
-def signed_error(image: FloatImage, truth: FloatImage) -> NDArray[np.float64]:
+def signed_error(image: FloatImage, reference: FloatImage) -> NDArray[np.float64]:
     """Return the per-pixel signed error, mean over channels; infinite at failures."""
     failed = failures(image)
     safe = np.where(failed[:, :, None], 0.0, image).astype(np.float64)
-    return np.where(failed, np.inf, (safe - truth).mean(axis=2))
+    return np.where(failed, np.inf, (safe - reference).mean(axis=2))
 
 
 def root(mean_square: float) -> float:
@@ -106,26 +106,32 @@ def masked_mean(values: NDArray[np.float64], mask: Mask) -> float:
 
 
 def rmse(
-    image: FloatImage, truth: FloatImage, mask: Mask, truth_variance: FloatImage | None = None
+    image: FloatImage,
+    reference: FloatImage,
+    mask: Mask,
+    reference_variance: FloatImage | None = None,
 ) -> float:
     """Return the root mean square error over `mask` and all channels."""
-    return root(masked_mean(squared_error(image, truth, truth_variance), mask))
+    return root(masked_mean(squared_error(image, reference, reference_variance), mask))
 
 
-def bias(image: FloatImage, truth: FloatImage, mask: Mask) -> float:
+def bias(image: FloatImage, reference: FloatImage, mask: Mask) -> float:
     """Return the mean signed error over `mask` and all channels; > 0 is too bright."""
-    return masked_mean(signed_error(image, truth), mask)
+    return masked_mean(signed_error(image, reference), mask)
 
 
 def relative_rmse(
-    image: FloatImage, truth: FloatImage, mask: Mask, truth_variance: FloatImage | None = None
+    image: FloatImage,
+    reference: FloatImage,
+    mask: Mask,
+    reference_variance: FloatImage | None = None,
 ) -> float:
-    """Return `rmse` over the mean of the truth: 0.05 is "5 % of the average pixel".
+    """Return `rmse` over the mean of the reference: 0.05 is "5 % of the average pixel".
 
-    Infinite where the truth is black and the image is not; 0 where both are.
+    Infinite where the reference is black and the image is not; 0 where both are.
     """
-    error = rmse(image, truth, mask, truth_variance)
-    level = masked_mean(truth.astype(np.float64).mean(axis=2), mask)
+    error = rmse(image, reference, mask, reference_variance)
+    level = masked_mean(reference.astype(np.float64).mean(axis=2), mask)
     if level > 0.0:
         return error / level
     return 0.0 if error == 0.0 else math.inf
@@ -133,22 +139,22 @@ def relative_rmse(
 
 def relative_mse(
     image: FloatImage,
-    truth: FloatImage,
+    reference: FloatImage,
     mask: Mask,
-    truth_variance: FloatImage | None = None,
+    reference_variance: FloatImage | None = None,
     epsilon: float = REL_MSE_EPSILON,
 ) -> float:
     """Return relMSE: the mean of (x - t)^2 / (t^2 + epsilon) over `mask` and channels.
 
-    `image` and `truth` must be exposed, so that 1 is display white and `epsilon` means
+    `image` and `reference` must be exposed, so that 1 is display white and `epsilon` means
     the same in every scene.
     """
-    truth64 = truth.astype(np.float64)
+    reference64 = reference.astype(np.float64)
     with np.errstate(invalid="ignore", over="ignore"):
-        error = (image.astype(np.float64) - truth64) ** 2
-        if truth_variance is not None:
-            error = error - truth_variance
-        weighted = (error / (truth64**2 + epsilon)).mean(axis=2)
+        error = (image.astype(np.float64) - reference64) ** 2
+        if reference_variance is not None:
+            error = error - reference_variance
+        weighted = (error / (reference64**2 + epsilon)).mean(axis=2)
     failed = failures(image)
     return max(masked_mean(np.where(failed, np.inf, weighted), mask), 0.0)
 
@@ -167,7 +173,7 @@ def srgb_of(linear: FloatImage, exposure_ev: float = 0.0) -> NDArray[np.float32]
     return np.asarray(encoded, dtype=np.float32)
 
 
-def ssim(image_srgb: FloatImage, truth_srgb: FloatImage, mask: Mask) -> float:
+def ssim(image_srgb: FloatImage, reference_srgb: FloatImage, mask: Mask) -> float:
     """Return the mean structural similarity of two display images over `mask`.
 
     1 is identical. Gaussian window, population covariances, data range 1: the
@@ -185,7 +191,7 @@ def ssim(image_srgb: FloatImage, truth_srgb: FloatImage, mask: Mask) -> float:
     if min(image_srgb.shape[:2]) < 11:
         return math.nan
     _, similarity = structural_similarity(  # type: ignore[no-untyped-call]
-        truth_srgb.astype(np.float64),
+        reference_srgb.astype(np.float64),
         image_srgb.astype(np.float64),
         data_range=1.0,
         channel_axis=2,
@@ -213,13 +219,13 @@ class FlipResult:
     error: NDArray[np.float32]
 
 
-def flip_ldr(image_srgb: FloatImage, truth_srgb: FloatImage, mask: Mask) -> FlipResult:
+def flip_ldr(image_srgb: FloatImage, reference_srgb: FloatImage, mask: Mask) -> FlipResult:
     """Return LDR-FLIP (Andersson et al. 2020) of two display images in [0, 1]."""
-    return _flip(image_srgb, truth_srgb, mask, "LDR", {"ppd": FLIP_PIXELS_PER_DEGREE})
+    return _flip(image_srgb, reference_srgb, mask, "LDR", {"ppd": FLIP_PIXELS_PER_DEGREE})
 
 
 def flip_hdr(
-    image: FloatImage, truth: FloatImage, mask: Mask, exposure_ev: float = 0.0
+    image: FloatImage, reference: FloatImage, mask: Mask, exposure_ev: float = 0.0
 ) -> FlipResult:
     """Return HDR-FLIP (Andersson et al. 2021) with fixed exposures around `exposure_ev`."""
     start, stop, count = FLIP_EXPOSURES_EV
@@ -231,11 +237,11 @@ def flip_hdr(
         "tonemapper": "ACES",
     }
     gain = 2.0**exposure_ev
-    return _flip(image * gain, truth * gain, mask, "HDR", parameters)
+    return _flip(image * gain, reference * gain, mask, "HDR", parameters)
 
 
 def _flip(
-    image: FloatImage, truth: FloatImage, mask: Mask, kind: str, parameters: dict[str, Any]
+    image: FloatImage, reference: FloatImage, mask: Mask, kind: str, parameters: dict[str, Any]
 ) -> FlipResult:
     try:
         import flip_evaluator
@@ -244,7 +250,7 @@ def _flip(
     failed = failures(image)
     safe = np.where(failed[:, :, None], 0.0, np.maximum(image, 0.0))
     error, _, _ = flip_evaluator.evaluate(
-        np.ascontiguousarray(np.maximum(truth, 0.0), dtype=np.float32),
+        np.ascontiguousarray(np.maximum(reference, 0.0), dtype=np.float32),
         np.ascontiguousarray(safe, dtype=np.float32),
         kind,
         # LDR inputs are sRGB-encoded, HDR inputs linear: what True stands for.
@@ -263,7 +269,7 @@ class Decomposition:
     """The error of one setting told apart, as root mean squares.
 
     ``total^2 = noise^2 + bias^2``: noise is the estimator against its own expectation
-    (over seeds), bias its expectation against the truth.
+    (over seeds), bias its expectation against the reference.
     """
 
     total: float
@@ -273,14 +279,14 @@ class Decomposition:
 
 def decompose(
     images: list[FloatImage],
-    truth: FloatImage,
+    reference: FloatImage,
     mask: Mask,
-    truth_variance: FloatImage | None = None,
+    reference_variance: FloatImage | None = None,
 ) -> Decomposition:
     """Split the error of one setting, rendered with several seeds, into noise and bias.
 
     Unbiased: the sample variance over S seeds estimates noise^2; the squared distance
-    of the mean image contains noise^2 / S and the truth's variance, both subtracted.
+    of the mean image contains noise^2 / S and the reference's variance, both subtracted.
 
     Parameters
     ----------
@@ -290,10 +296,12 @@ def decompose(
     """
     stack = np.stack([image.astype(np.float64) for image in images])
     count = len(images)
-    squares = [masked_mean(squared_error(image, truth, truth_variance), mask) for image in images]
+    squares = [
+        masked_mean(squared_error(image, reference, reference_variance), mask) for image in images
+    ]
     total = root(float(np.mean(squares)))
     if count < 2:
         return Decomposition(total, math.nan, total)
     variance = masked_mean(stack.var(axis=0, ddof=1).mean(axis=2), mask)
-    of_mean = masked_mean(squared_error(stack.mean(axis=0), truth, truth_variance), mask)
+    of_mean = masked_mean(squared_error(stack.mean(axis=0), reference, reference_variance), mask)
     return Decomposition(total, root(variance), root(of_mean - variance / count))

@@ -21,7 +21,7 @@ from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError
 
 # What is measured together: ambient visibility alone, or the picture.
-KINDS = ("visibility", "radiance")
+POINT_KINDS = ("visibility", "radiance")
 _FAMILY_KEYS = ("name", "kind", "quick", "only", "set")
 _AXES = (
     "method",
@@ -177,8 +177,8 @@ def _points_of(family: Mapping[str, Any], file: str) -> list[Point]:
     unknown = [key for key in family if key not in _AXES + _FAMILY_KEYS]
     if unknown:
         raise GridError(f"{where}: unknown key {unknown[0]!r}; use {', '.join(_AXES)}")
-    if not isinstance(family.get("name"), str) or family.get("kind") not in KINDS:
-        raise GridError(f"{where}: needs a name and a kind ({' or '.join(KINDS)})")
+    if not isinstance(family.get("name"), str) or family.get("kind") not in POINT_KINDS:
+        raise GridError(f"{where}: needs a name and a kind ({' or '.join(POINT_KINDS)})")
     quick = family.get("quick", {})
     if not isinstance(quick, Mapping) or any(key not in _AXES for key in quick):
         raise GridError(f"{where}: quick must be a table of axes")

@@ -32,7 +32,7 @@ from ssdo_gl.settings.presets import read_preset
 FIELDS = ("estimator", "samples", "steps", "resolution_scale", "filter")
 NAMES = ("fast", "balanced", "fine", "reference")
 # The ray-traced near field, until its standard error is one percent of the mean: about
-# where an error can no longer be seen beside the truth.
+# where an error can no longer be seen beside the reference.
 REFERENCE = {"method": "reference-near", "max_error": 0.01}
 # The setting whose time is the unit of the ladder: the paper's method as it was published.
 BASELINE = "radiance-bounce-rgs09-n8-m1-s1-naive"
@@ -43,7 +43,7 @@ MIN_ERROR_RATIO = 1.01
 
 
 @dataclass(frozen=True)
-class Rung:
+class PresetRung:
     """One setting of the ladder.
 
     Attributes
@@ -52,7 +52,7 @@ class Rung:
         Frame time over that of the paper's SSDO with 8 samples and naive blur; geometric
         mean over the benched scenes.
     error : float
-        RMSE over the mean of the near-field truth; mean over the benched scenes.
+        RMSE over the mean of the near-field reference; mean over the benched scenes.
     """
 
     estimator: str
@@ -90,7 +90,7 @@ def fitting(fields: Mapping[str, Any], method: str) -> dict[str, Any]:
 class Ladder:
     """The measured front, from fast to accurate."""
 
-    rungs: tuple[Rung, ...]
+    rungs: tuple[PresetRung, ...]
     presets: dict[str, int]
     source: dict[str, Any]
 
@@ -100,7 +100,7 @@ def read_ladder(text: str | None = None) -> Ladder:
     if text is None:
         text = files("ssdo_gl.bench").joinpath("ladder.toml").read_text(encoding="utf-8")
     data = tomllib.loads(text)
-    rungs = tuple(Rung(**row) for row in data["rung"])
+    rungs = tuple(PresetRung(**row) for row in data["rung"])
     return Ladder(rungs, dict(data["presets"]), dict(data["source"]))
 
 
@@ -142,7 +142,9 @@ class _Candidate:
     error: float
 
 
-def derive(tables: Sequence[Sequence[Mapping[str, str]]]) -> tuple[list[Rung], dict[str, int]]:
+def derive(
+    tables: Sequence[Sequence[Mapping[str, str]]],
+) -> tuple[list[PresetRung], dict[str, int]]:
     """Return the ladder and its presets from the points of several benches.
 
     Parameters
@@ -152,7 +154,7 @@ def derive(tables: Sequence[Sequence[Mapping[str, str]]]) -> tuple[list[Rung], d
 
     Returns
     -------
-    rungs : list of Rung
+    rungs : list of PresetRung
         The front of mean error against geometric mean relative time, thinned.
     presets : dict of str to int
         ``fast``: the first rung; ``fine``: the last; ``balanced``: the most
@@ -179,7 +181,7 @@ def derive(tables: Sequence[Sequence[Mapping[str, str]]]) -> tuple[list[Rung], d
         kept.append(candidate)
         begins = candidate.relative_time
     rungs = [
-        Rung(**c.fields, relative_time=round(c.relative_time, 3), error=round(c.error, 4))
+        PresetRung(**c.fields, relative_time=round(c.relative_time, 3), error=round(c.error, 4))
         for c in kept
     ]
     presets = {"fast": 0, "balanced": most_efficient(rungs), "fine": len(rungs) - 1}
@@ -222,7 +224,7 @@ def _averaged(rows: Sequence[tuple[float, Mapping[str, str]]]) -> _Candidate:
     return _Candidate(fields, float(np.exp(np.mean(np.log(times)))), float(np.mean(errors)))
 
 
-def most_efficient(rungs: Sequence[Rung]) -> int:
+def most_efficient(rungs: Sequence[PresetRung]) -> int:
     """Return the inner rung with the largest 1 / (time x error^2).
 
     The ends have names of their own. With fewer than three rungs it is the first.
@@ -232,14 +234,14 @@ def most_efficient(rungs: Sequence[Rung]) -> int:
 
 
 def ladder_text(
-    rungs: Sequence[Rung], presets: Mapping[str, int], source: Mapping[str, Any]
+    rungs: Sequence[PresetRung], presets: Mapping[str, int], source: Mapping[str, Any]
 ) -> str:
     """Return the content of ``ladder.toml``."""
     lines = [
         "# The measured front of error against time, from fast to accurate. Written by",
         "#   python -m ssdo_gl.bench.presets OUTDIR...",
         "# from benches of the scenes named below. relative_time: 1 is the paper's SSDO with",
-        "# 8 samples and a naive blur; error: RMSE / mean of the near-field truth.",
+        "# 8 samples and a naive blur; error: RMSE / mean of the near-field reference.",
         "",
         "[source]",
         *(f"{key} = {json.dumps(value)}" for key, value in source.items()),

@@ -1,10 +1,9 @@
-"""Runs a whole bench: truths, errors, times, scaling, then tables, plots and report."""
+"""Runs a whole bench: references, errors, times, scaling, then tables, plots and report."""
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from rich.console import Console
 from ssdo_gl import __version__
 from ssdo_gl.bench import analysis, scaling, sweep
 from ssdo_gl.bench.analysis import Result
+from ssdo_gl.bench.bench_renderer import BenchRenderer, OpenRenderer, opener
 from ssdo_gl.bench.clock import trusted_clock
 from ssdo_gl.bench.errors import (
     ERROR_FORMAT,
@@ -26,7 +26,23 @@ from ssdo_gl.bench.errors import (
     render_seeds,
     wanted_images,
 )
-from ssdo_gl.bench.files import (
+from ssdo_gl.bench.fingerprint import fingerprint, scene_fingerprint, shader_fingerprint
+from ssdo_gl.bench.machine import describe_machine
+from ssdo_gl.bench.metrics import Mask
+from ssdo_gl.bench.points import Point, read_grid
+from ssdo_gl.bench.progress import BenchProgress, bench_progress
+from ssdo_gl.bench.references import (
+    ReferenceRequest,
+    ReferenceSet,
+    good_enough,
+    make_references,
+    smallest_errors,
+    summaries,
+)
+from ssdo_gl.bench.report import outputs, pictures
+from ssdo_gl.bench.report.bench_data import Bench
+from ssdo_gl.bench.report.page import split_results
+from ssdo_gl.bench.storage import (
     ERRORS,
     MARKER,
     ROUNDS,
@@ -35,24 +51,7 @@ from ssdo_gl.bench.files import (
     read_json,
     replace_json,
 )
-from ssdo_gl.bench.fingerprint import fingerprint, scene_fingerprint, shader_fingerprint
-from ssdo_gl.bench.machine import describe_machine
-from ssdo_gl.bench.metrics import Mask
-from ssdo_gl.bench.points import Point, read_grid
-from ssdo_gl.bench.progress import BenchProgress, bench_progress
-from ssdo_gl.bench.renderings import RendererStudio, Studio
-from ssdo_gl.bench.report import outputs, pictures
-from ssdo_gl.bench.report.bench_data import Bench
-from ssdo_gl.bench.report.report import split_results
-from ssdo_gl.bench.truth_set import (
-    Standards,
-    TruthRequest,
-    good_enough,
-    make_standards,
-    smallest_errors,
-    summaries,
-)
-from ssdo_gl.gpu.context import Device, create_context
+from ssdo_gl.gpu.context import create_context
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.load import load_scene
@@ -72,10 +71,10 @@ class BenchPlan:
         Visits to each point, and warm frames in each.
     seeds : int
         Sample patterns whose errors are averaged.
-    truth_seconds : float
-        At most this long for each truth, in one run.
+    reference_seconds : float
+        At most this long for each reference, in one run.
     batch_spp : int
-        Samples per pixel of one independent batch of a truth.
+        Samples per pixel of one independent batch of a reference.
     flips : tuple of str
         FLIP metrics: ``ldr`` of every point, ``hdr``, which takes seconds, of those whose
         pictures are shown.
@@ -84,7 +83,7 @@ class BenchPlan:
     rounds: int
     frames: int
     seeds: int
-    truth_seconds: float
+    reference_seconds: float
     batch_spp: int
     flips: tuple[str, ...]
 
@@ -125,7 +124,7 @@ def run_bench(
         Receives report.html, points.csv, pareto.png, pareto.svg, bench.json and the raw
         measurements. An interrupted bench in it is resumed.
     quick : bool
-        A smaller grid and shorter truths, within about two minutes.
+        A smaller grid and shorter references, within about two minutes.
     scene : Scene or None
         The scene that `scene_source` names, if it is loaded already.
     camera : Camera or None
@@ -153,9 +152,9 @@ def run_bench(
         with bench_progress(quiet=quiet) as progress, Renderer(scene, settings, device=device) as r:
             base = dataclasses.replace(r.settings, antialias=1, estimator=None, max_error=None)
             machine = describe_machine(device, r.timer_kind, command)
-            run = BenchRun(RendererStudio(r), base, points, plan, quick, outdir, progress, camera)
+            run = BenchRun(BenchRenderer(r), base, points, plan, quick, outdir, progress, camera)
             try:
-                bench = run.measure(scene_source, machine, _opener(device))
+                bench = run.measure(scene_source, machine, opener(device))
             except KeyboardInterrupt:
                 raise KeyboardInterrupt(
                     f"interrupted; {outdir} keeps what was measured, and the same command goes on"
@@ -169,23 +168,12 @@ def run_bench(
     return bench
 
 
-def _opener(device: Device) -> scaling.OpenStudio:
-    """Return a function that opens a studio for another scene on the same device."""
-
-    @contextlib.contextmanager
-    def open_studio(scene: Scene) -> Iterator[Studio]:
-        with Renderer(scene, device=device) as renderer:
-            yield RendererStudio(renderer)
-
-    return open_studio
-
-
 class BenchRun:
     """One bench in progress: what its stages share."""
 
     def __init__(
         self,
-        studio: Studio,
+        renderer: BenchRenderer,
         base: Settings,
         points: Sequence[Point],
         plan: BenchPlan,
@@ -194,7 +182,7 @@ class BenchRun:
         progress: BenchProgress,
         camera: Camera | None = None,
     ) -> None:
-        self.studio = studio
+        self.renderer = renderer
         self.base = base
         self.points = list(points)
         self.plan = plan
@@ -205,16 +193,17 @@ class BenchRun:
         self.notes: list[str] = []
 
     def measure(
-        self, source: str, machine: Mapping[str, Any], open_studio: scaling.OpenStudio
+        self, source: str, machine: Mapping[str, Any], open_renderer: OpenRenderer
     ) -> Bench:
         """Carry out every stage and return what was found."""
         clock = self._clock(machine)
         state = self._state(str(machine["renderer"]))
         self._start_over_unless_same(state)
         mask = self._mask()
-        standards, judged = self._judged(state, str(machine["renderer"]), mask)
+        references, judged = self._judged(state, str(machine["renderer"]), mask)
+        by_panel = references.by_panel
         rows = sweep.time_points(
-            self.studio,
+            self.renderer,
             self.points,
             self.base,
             sweep.RoundPlan(self.plan.rounds, self.plan.frames),
@@ -227,27 +216,27 @@ class BenchRun:
         chosen = pictures.chosen_results(results, recommendation)
         if "hdr" in self.plan.flips:
             results = pictures.with_hdr_flip(
-                self.studio,
-                self.base,
-                results,
-                chosen,
-                standards.truths,
-                mask,
-                self.progress.steps,
+                self.renderer, self.base, results, chosen, by_panel, mask, self.progress.steps
             )
             recommendation = analysis.recommend(results)
         radius_px = self._radius_px(mask)
         series = scaling.measure_scaling(
-            self.studio, self.base, radius_px, self.quick, clock, open_studio, self.progress.steps
+            self.renderer,
+            self.base,
+            radius_px,
+            self.quick,
+            clock,
+            open_renderer,
+            self.progress.steps,
         )
         bench = Bench(
             scene=source,
-            title=self.studio.scene.title or source,
-            wishes=self.studio.scene.render,
+            title=self.renderer.scene.title or source,
+            wishes=self.renderer.scene.render,
             camera=self.camera,
             base=self.base,
             radius_px=radius_px,
-            triangles=self.studio.scene.triangle_count,
+            triangles=self.renderer.scene.triangle_count,
             quick=self.quick,
             seeds=self.plan.seeds,
             rounds=self.plan.rounds,
@@ -256,16 +245,11 @@ class BenchRun:
             drift=tuple(float(value) for value in table.drift),
             machine=dict(machine),
             results=results,
-            truths=summaries(results, standards, mask),
+            references=summaries(results, references, mask),
             recommendation=recommendation,
             series=series,
             pictures=pictures.take_pictures(
-                self.studio,
-                self.base,
-                chosen,
-                standards.truths,
-                mask,
-                self.progress.steps,
+                self.renderer, self.base, chosen, by_panel, mask, self.progress.steps
             ),
             notes=tuple(self.notes),
         )
@@ -284,7 +268,7 @@ class BenchRun:
 
     def _state(self, renderer: str) -> dict[str, Any]:
         """Return what identifies this bench: a folder of another one is not continued."""
-        parts = (scene_fingerprint(self.studio.scene), self.base, self.points, self.plan)
+        parts = (scene_fingerprint(self.renderer.scene), self.base, self.points, self.plan)
         return {
             "bench": fingerprint(ERROR_FORMAT, parts, renderer, __version__),
             "shaders": shader_fingerprint(("",)),
@@ -307,7 +291,7 @@ class BenchRun:
 
     def _mask(self) -> Mask:
         plain = dataclasses.replace(self.base, method="direct")
-        mask = judged_pixels(self.studio.images(plain, ("depth", "emission")))
+        mask = judged_pixels(self.renderer.images(plain, ("depth", "emission")))
         if not mask.any():
             raise BenchError("the camera sees no surface: there is nothing to measure")
         return mask
@@ -315,60 +299,59 @@ class BenchRun:
     def _radius_px(self, mask: Mask) -> float:
         """Return the mean radius of the near field on the screen, pixels."""
         plain = dataclasses.replace(self.base, method="direct")
-        depth = self.studio.images(plain, ("depth",))["depth"][:, :, 0][mask]
+        depth = self.renderer.images(plain, ("depth",))["depth"][:, :, 0][mask]
         width, height = self.base.size
-        _, tangent = self.studio.scene.camera.tan_half_fov(width / height)
+        _, tangent = self.renderer.scene.camera.tan_half_fov(width / height)
         radius = self.base.radius or 0.0
         return float(np.mean(radius * height / (2.0 * tangent * depth.astype(np.float64))))
 
     def _judged(
         self, state: Mapping[str, Any], renderer: str, mask: Mask
-    ) -> tuple[Standards, dict[str, dict[str, Judged]]]:
+    ) -> tuple[ReferenceSet, dict[str, dict[str, Judged]]]:
         """Return what points are held to, and every point's errors."""
-        request = TruthRequest(
-            self.studio,
+        request = ReferenceRequest(
+            self.renderer,
             self.base,
             mask,
             sorted({point.kind for point in self.points}),
             self.plan.seeds,
             self.plan.batch_spp,
-            self.plan.truth_seconds,
+            self.plan.reference_seconds,
             renderer,
         )
-        standards = make_standards(request, self.progress)
-        judged = self._errors(state, standards, mask)
+        references = make_references(request, self.progress)
+        judged = self._errors(state, references, mask)
         smallest = smallest_errors(judged)
-        if not self.quick and not good_enough(standards.truths, smallest, mask):
-            # A setting came closer to a truth than the converged march did.
+        if not self.quick and not good_enough(references.by_panel, smallest, mask):
+            # A setting came closer to a reference than the converged march did.
             request = dataclasses.replace(request, smallest=smallest)
-            standards = make_standards(request, self.progress)
-            judged = self._errors(state, standards, mask)
-        return standards, judged
+            references = make_references(request, self.progress)
+            judged = self._errors(state, references, mask)
+        return references, judged
 
     def _errors(
-        self, state: Mapping[str, Any], standards: Standards, mask: Mask
+        self, state: Mapping[str, Any], references: ReferenceSet, mask: Mask
     ) -> dict[str, dict[str, Judged]]:
-        """Return the errors of every point against every truth it can be held to."""
-        truths = standards.truths
-        counts = {name: truth.spp for name, truth in truths.items()}
+        """Return the errors of every point against every reference it can be held to."""
+        counts = {name: reference.spp for name, reference in references.by_panel.items()}
         store = ErrorStore(self.outdir / ERRORS, fingerprint(dict(state), counts))
         judged: dict[str, dict[str, Judged]] = {}
         for done, point in enumerate(self.points, 1):
             kept = store.load(point)
             if kept is None:
-                panels = [p for p in PANELS if p.name in truths and p.judges(point)]
+                panels = [p for p in PANELS if p.name in references.by_panel and p.judges(point)]
                 renderings = render_seeds(
-                    self.studio, point, self.base, self.plan.seeds, wanted_images(panels)
+                    self.renderer, point, self.base, self.plan.seeds, wanted_images(panels)
                 )
                 kept = {
                     panel.name: judge(
                         panel,
                         renderings,
-                        truths[panel.name],
+                        references.by_panel[panel.name],
                         mask,
                         self.base.exposure or 0.0,
                         [flip for flip in self.plan.flips if flip == "ldr"],
-                        None if point.spp else standards.limits[panel.name],
+                        None if point.spp else references.limits[panel.name],
                     )
                     for panel in panels
                 }
@@ -384,7 +367,7 @@ class BenchRun:
         splits = {}
         for done, result in enumerate(results, 1):
             point = result.point
-            splits[point.key] = self.studio.split(
+            splits[point.key] = self.renderer.split(
                 point.settings(self.base), point.wanted, self.plan.frames, clock
             )
             self.progress.steps("pass times", done, len(results))

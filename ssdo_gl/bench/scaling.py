@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from ssdo_gl.bench.bench_renderer import BenchRenderer, OpenRenderer
 from ssdo_gl.bench.points import Point
-from ssdo_gl.bench.renderings import Studio
 from ssdo_gl.bench.report.bench_data import Series
+from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.scene import shapes
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import GradientEnvironment
@@ -48,9 +48,6 @@ FRAMES = 3
 # Rays per pixel of the references whose growth with triangles is timed.
 REFERENCE_SPP = 4
 
-Report = Callable[[str, int, int], None]
-OpenStudio = Callable[[Scene], AbstractContextManager[Studio]]
-
 
 @dataclass(frozen=True)
 class Budget:
@@ -85,20 +82,20 @@ def _series(
 
 
 def measure_scaling(
-    studio: Studio,
+    renderer: BenchRenderer,
     base: Settings,
     radius_px: float,
     quick: bool,
     clock: str,
-    open_studio: OpenStudio | None = None,
-    report: Report | None = None,
+    open_renderer: OpenRenderer | None = None,
+    report: ProgressCallback | None = None,
 ) -> list[Series]:
     """Time the default pipeline while one quantity varies.
 
     Parameters
     ----------
-    open_studio : callable or None
-        Opens a studio for another scene; without it triangles are left out.
+    open_renderer : callable or None
+        Opens a renderer for another scene; without it triangles are left out.
     clock : str
         One of `CLOCKS`.
     radius_px : float
@@ -133,20 +130,20 @@ def measure_scaling(
         )
     )
     total = sum(len(values) for _, _, values, _ in jobs)
-    total += len(budget.of(TRIANGLE_COUNTS)) if open_studio else 0
+    total += len(budget.of(TRIANGLE_COUNTS)) if open_renderer else 0
     done = 0
     series = []
     for name, label, values, variants in jobs:
         rows = []
         for variant in variants:
-            rows.append(parts_of(studio.split(variant, WANTED, FRAMES, clock)))
+            rows.append(parts_of(renderer.split(variant, WANTED, FRAMES, clock)))
             done += 1
             if report is not None:
                 report("scaling", done, total)
         series.append(_series(name, label, values, rows))
-    if open_studio is not None:
+    if open_renderer is not None:
         counts_and_rows = []
-        for item in triangle_rows(open_studio, base, budget, clock):
+        for item in triangle_rows(open_renderer, base, budget, clock):
             counts_and_rows.append(item)
             done += 1
             if report is not None:
@@ -157,18 +154,18 @@ def measure_scaling(
 
 
 def triangle_rows(
-    open_studio: OpenStudio, base: Settings, budget: Budget, clock: str
+    open_renderer: OpenRenderer, base: Settings, budget: Budget, clock: str
 ) -> Iterator[tuple[float, dict[str, float]]]:
     """Yield (triangles, milliseconds by part) of the generated field, growing."""
     for wanted in budget.of(TRIANGLE_COUNTS):
         scene = sphere_field(int(wanted))
         near = dataclasses.replace(base, radius=0.5, overrides={})
-        with open_studio(scene) as studio:
-            row = parts_of(studio.split(TIMED_POINT.settings(near), WANTED, FRAMES, clock))
+        with open_renderer(scene) as renderer:
+            row = parts_of(renderer.split(TIMED_POINT.settings(near), WANTED, FRAMES, clock))
             traced = dataclasses.replace(
                 near, method="reference-ao", estimator=None, spp=REFERENCE_SPP, max_error=None
             )
-            split = dict(studio.split(traced, ("visibility",), 2, clock))
+            split = dict(renderer.split(traced, ("visibility",), 2, clock))
             rays = [ms for name, ms in split.items() if name.startswith("reference")]
             row[f"{REFERENCE_SPP} rays a pixel"] = sum(rays) if rays else math.nan
         yield float(scene.triangle_count), row

@@ -10,21 +10,20 @@ from __future__ import annotations
 import csv
 import dataclasses
 import io
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ssdo_gl.bench.bench_renderer import BenchRenderer
 from ssdo_gl.bench.clock import CLOCKS
-from ssdo_gl.bench.files import append_line, whole_lines
 from ssdo_gl.bench.points import Point
-from ssdo_gl.bench.renderings import Studio
+from ssdo_gl.bench.storage import append_line, whole_lines
+from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.settings import Settings
 
-# Called with what is being done, steps done and steps in all.
-Report = Callable[[str, int, int], None]
 # A visit of more than a week is a damaged line.
 MAX_MS = 1e9
 _COLUMNS = ("round", "point", "frame_ms", "process_ms", "gpu_ms", "setup_ms")
@@ -92,12 +91,12 @@ def _line(cells: Sequence[object]) -> str:
 
 
 def time_points(
-    studio: Studio,
+    renderer: BenchRenderer,
     points: Sequence[Point],
     base: Settings,
     plan: RoundPlan,
     path: Path,
-    report: Report | None = None,
+    report: ProgressCallback | None = None,
 ) -> list[Row]:
     """Visit every point in every round, and return all visits.
 
@@ -118,7 +117,7 @@ def time_points(
             point = points[index]
             if (number, point.key) in done:
                 continue
-            times = studio.timed(point.settings(base), point.wanted, plan.frames)
+            times = renderer.timed(point.settings(base), point.wanted, plan.frames)
             row = Row(number, point.key, **dataclasses.asdict(times))
             rows.append(row)
             append_line(path, _line([number, point.key, *(f"{t:.4f}" for t in _times(row))]))

@@ -3,7 +3,7 @@
 The ladder (`presets`) says which settings are worth having. What they cost here is
 measured on the user's own scene, frame and machine, a few rungs by bisection, and
 remembered for scenes of the same class; what they lose is measured against a short
-ray-traced truth of the scene.
+ray-traced reference of the scene.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from ssdo_gl.bench.analysis import percent
+from ssdo_gl.bench.bench_renderer import BenchRenderer
 from ssdo_gl.bench.bootstrap import draw, rmse_interval
 from ssdo_gl.bench.calibration import Calibrated, Calibration, Opened, scene_class
 from ssdo_gl.bench.clock import is_busy
 from ssdo_gl.bench.errors import judge, judged_pixels, panel_named
 from ssdo_gl.bench.fingerprint import fingerprint, scene_fingerprint, shader_fingerprint
-from ssdo_gl.bench.presets import Ladder, Rung, read_ladder
-from ssdo_gl.bench.renderings import Studio
-from ssdo_gl.bench.truth import Goal, TruthCache, obtain, truth_key
+from ssdo_gl.bench.presets import Ladder, PresetRung, read_ladder
+from ssdo_gl.bench.reference_cache import Goal, ReferenceCache, obtain, reference_key
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
@@ -37,12 +37,12 @@ CALIBRATION_FRAMES = 7
 FILL = 0.95
 # A remembered time that is off by more than this factor was taken under another load.
 STALE = 1.25
-# Errors are calibrated on a smaller frame: a truth of the whole one would take minutes.
+# Errors are calibrated on a smaller frame: a reference of the whole one would take minutes.
 # A larger frame shows more detail, so errors there are smaller, not larger.
 CALIBRATION_PIXELS = 320 * 180
 CALIBRATION_SPP = 16
 CALIBRATION_SEEDS = 2
-# The truth's standard error for the calibration, relative to the mean; it is subtracted,
+# The reference's standard error for the calibration, relative to the mean; it is subtracted,
 # so what is left of it is far smaller.
 CALIBRATION_GOAL = 0.03
 CALIBRATION_SECONDS = 20.0
@@ -66,7 +66,7 @@ class Choice:
     frame_ms : float
         Expected frame time; NaN if it was not calibrated.
     error : float
-        Expected error (RMSE / mean of the near-field truth): of this scene if it was
+        Expected error (RMSE / mean of the near-field reference): of this scene if it was
         calibrated, else of the benched scenes.
     """
 
@@ -119,7 +119,7 @@ def choose_for_budget(
             "times", opened.machine, scene_class(scene, opened.settings), shader_fingerprint(("",))
         )
         return within_budget(
-            opened.studio,
+            opened.renderer,
             opened.settings,
             budget_ms,
             read_ladder(),
@@ -130,7 +130,7 @@ def choose_for_budget(
 
 
 def within_budget(
-    studio: Studio,
+    renderer: BenchRenderer,
     settings: Settings,
     budget_ms: float,
     ladder: Ladder,
@@ -153,7 +153,7 @@ def within_budget(
 
     def cost(index: int) -> float:
         if index not in measured:
-            times = studio.timed(rungs[index].applied(single), ("beauty",), CALIBRATION_FRAMES)
+            times = renderer.timed(rungs[index].applied(single), ("beauty",), CALIBRATION_FRAMES)
             measured[index] = times.frame_ms
         return measured[index]
 
@@ -216,7 +216,7 @@ def _how_calibrated(
 
 
 def _last_that_fits(
-    rungs: Sequence[Rung],
+    rungs: Sequence[PresetRung],
     limit_ms: float,
     cost: Callable[[int], float],
     remembered: Mapping[str, float],
@@ -249,7 +249,7 @@ def choose_for_error(
 ) -> Choice:
     """Return the cheapest measured setting whose error is at most `max_error`.
 
-    The error is RMSE over the mean of the near-field truth, measured on this scene.
+    The error is RMSE over the mean of the near-field reference, measured on this scene.
 
     Parameters
     ----------
@@ -274,7 +274,7 @@ def choose_for_error(
         key = fingerprint(
             "errors",
             opened.machine,
-            scene_fingerprint(opened.studio.scene),
+            scene_fingerprint(opened.renderer.scene),
             dataclasses.replace(opened.settings, seed=0),
             opened.camera_key,
             shader_fingerprint(("",)),
@@ -284,7 +284,7 @@ def choose_for_error(
         if known is None or set(known.values) != {rung.label for rung in ladder.rungs}:
             known = Calibrated.now(
                 measured_errors(
-                    opened.studio, opened.settings, ladder.rungs, opened.machine, TruthCache()
+                    opened.renderer, opened.settings, ladder.rungs, opened.machine, ReferenceCache()
                 )
             )
             calibration.save(key, dataclasses.asdict(known))
@@ -295,11 +295,11 @@ def choose_for_error(
 
 
 def measured_errors(
-    studio: Studio,
+    renderer: BenchRenderer,
     settings: Settings,
-    rungs: Sequence[Rung],
-    renderer: str,
-    cache: TruthCache,
+    rungs: Sequence[PresetRung],
+    device_name: str,
+    cache: ReferenceCache,
 ) -> dict[str, float]:
     """Return the upper end of each rung's error interval on this scene, by label.
 
@@ -312,15 +312,15 @@ def measured_errors(
         estimator=None,
     )  # fmt: skip
     plain = dataclasses.replace(small, method="direct")
-    mask = judged_pixels(studio.images(plain, ("depth", "emission")))
+    mask = judged_pixels(renderer.images(plain, ("depth", "emission")))
     if not mask.any():
         raise CannotTuneError("--max-error: the camera sees no surface, so there is no error")
     traced = dataclasses.replace(small, method=panel.method, spp=CALIBRATION_SPP)
-    truth = obtain(
-        truth_key(studio.scene, traced, renderer, (panel.image,)),
+    reference = obtain(
+        reference_key(renderer.scene, traced, device_name, (panel.image,)),
         [Goal(panel.image, CALIBRATION_GOAL, True, CALIBRATION_SECONDS)],
         mask,
-        lambda seed: studio.images(dataclasses.replace(traced, seed=seed), (panel.image,)),
+        lambda seed: renderer.images(dataclasses.replace(traced, seed=seed), (panel.image,)),
         CALIBRATION_SPP,
         cache,
     )
@@ -328,7 +328,7 @@ def measured_errors(
     found = {}
     for rung in rungs:
         renderings = [
-            studio.images(
+            renderer.images(
                 rung.applied(
                     dataclasses.replace(small, method=settings.method, seed=small.seed + seed)
                 ),
@@ -336,7 +336,7 @@ def measured_errors(
             )
             for seed in range(CALIBRATION_SEEDS)
         ]
-        blocks = judge(alone, renderings, truth, mask, 0.0).blocks
+        blocks = judge(alone, renderings, reference, mask, 0.0).blocks
         draws = draw(blocks.block_count, blocks.seed_count)
         found[rung.label] = rmse_interval(blocks, draws, relative=True).high
     return found
@@ -352,7 +352,7 @@ def _smaller(size: tuple[int, int]) -> tuple[int, int]:
 def within_error(
     settings: Settings,
     max_error: float,
-    rungs: Sequence[Rung],
+    rungs: Sequence[PresetRung],
     errors: Mapping[str, float],
     how: str,
     allow_rays: bool,

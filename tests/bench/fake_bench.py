@@ -10,7 +10,7 @@ import numpy as np
 from PIL import Image
 
 from ssdo_gl.bench import analysis, points
-from ssdo_gl.bench.analysis import Result, TruthSummary
+from ssdo_gl.bench.analysis import ReferenceSummary, Result
 from ssdo_gl.bench.bootstrap import BlockErrors
 from ssdo_gl.bench.errors import PANELS, Judged, Scalars
 from ssdo_gl.bench.points import Point
@@ -19,12 +19,12 @@ from ssdo_gl.bench.sweep import TimeTable
 from ssdo_gl.settings import Settings
 
 MACHINE: dict[str, Any] = {
-    "renderer": "pretended <device> & driver",
+    "renderer": "fake <device> & driver",
     "opengl": "3.3 core",
     "backend": "egl",
     "software": True,
     "timer": "finish_wall",
-    "processor": "pretended processor",
+    "processor": "fake processor",
     "cores": 2,
     "load": 0.25,
     "system": "Linux",
@@ -37,13 +37,13 @@ MACHINE: dict[str, Any] = {
 
 
 def cost_ms(point: Point) -> float:
-    """Return what a point is pretended to cost."""
+    """Return what a point is fake to cost."""
     scale = point.resolution_scale**2
     return 4.0 + 0.2 * point.samples * scale + (3.0 if point.filter == "naive" else 1.0)
 
 
 def blocks(point: Point, panel: str, rng: np.random.Generator) -> tuple[BlockErrors, Scalars]:
-    """Return pretended errors: noise that falls with samples on top of a floor."""
+    """Return fake errors: noise that falls with samples on top of a floor."""
     floor = 0.1 if point.estimator in ("rgs09", "hemisphere", "zbuffer", None) else 0.04
     floor += 0.2 if panel == "gi" else 0.0
     noise = 0.2 / np.sqrt(point.samples) * (0.2 if point.filter != "none" else 1.0)
@@ -79,7 +79,7 @@ def png(color: tuple[int, int, int], size: tuple[int, int] = (64, 36)) -> bytes:
 
 def pictures() -> list[Picture]:
     return [
-        Picture("truth </script> & near", png((200, 180, 160)), None, "radiance", True, "rays"),
+        Picture("reference </script> & near", png((200, 180, 160)), None, "radiance", True, "rays"),
         Picture("bounce march 8x8 full edge", png((190, 170, 160)), png((20, 0, 40)), "radiance",
                 False, "12 ms"),
         Picture("ray-traced visibility", png((240, 240, 240)), None, "visibility", True, "rays"),
@@ -89,10 +89,10 @@ def pictures() -> list[Picture]:
 
 
 def bench(**changes: Any) -> Bench:
-    """Return the pretended bench, with `changes`."""
+    """Return the fake bench, with `changes`."""
     found = results()
-    truths = {
-        panel.name: TruthSummary(panel.name, panel.method, 4096, 16, 60.0, 0.004, 0.05, 0.045)
+    references = {
+        panel.name: ReferenceSummary(panel.name, panel.method, 4096, 16, 60.0, 0.004, 0.05, 0.045)
         for panel in PANELS
     }
     series = [
@@ -120,7 +120,7 @@ def bench(**changes: Any) -> Bench:
         drift=(1.0, 1.02, 0.99, 1.3, 1.0),
         machine=MACHINE,
         results=found,
-        truths=truths,
+        references=references,
         recommendation=analysis.recommend(found),
         series=series,
         splits=splits,

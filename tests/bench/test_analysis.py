@@ -116,7 +116,7 @@ def test_rows_hold_every_number_once():
     assert float(analysis.as_row(result)["ms"]) == pytest.approx(cost_ms(result.point), rel=0.05)
 
 
-def test_truths_say_what_they_are_worth():
-    summary = analysis.TruthSummary("near", "reference-near", 64, 4, 1.0, 0.004, 0.05, 0.04)
+def test_references_say_what_they_are_worth():
+    summary = analysis.ReferenceSummary("near", "reference-near", 64, 4, 1.0, 0.004, 0.05, 0.04)
     assert summary.ratio == pytest.approx(0.08)
     assert dataclasses.replace(summary, smallest_error=0.0).ratio == math.inf

@@ -39,20 +39,20 @@ def test_a_frame_has_blocks_enough(size):
 
 def test_block_sums_give_back_the_image_metrics():
     rng = np.random.default_rng(0)
-    truth = rng.random((40, 70, 3))
-    images = [truth + rng.normal(0.05, 0.1, truth.shape) for _ in range(3)]
+    reference = rng.random((40, 70, 3))
+    images = [reference + rng.normal(0.05, 0.1, reference.shape) for _ in range(3)]
     mask = rng.random((40, 70)) < 0.7
-    errors = bootstrap.BlockErrors.of_images(images, truth, mask)
+    errors = bootstrap.BlockErrors.of_images(images, reference, mask)
     draws = bootstrap.draw(errors.block_count, 3)
-    mean_square = np.mean([metrics.rmse(image, truth, mask) ** 2 for image in images])
+    mean_square = np.mean([metrics.rmse(image, reference, mask) ** 2 for image in images])
     rmse = bootstrap.rmse_interval(errors, draws, relative=False)
     assert rmse.value == pytest.approx(math.sqrt(mean_square), rel=1e-12)
     relative = bootstrap.rmse_interval(errors, draws, relative=True)
-    level = metrics.masked_mean(truth.mean(axis=2), mask)
+    level = metrics.masked_mean(reference.mean(axis=2), mask)
     assert relative.value == pytest.approx(math.sqrt(mean_square) / level, rel=1e-12)
     bias = bootstrap.bias_interval(errors, draws)
     assert bias.value == pytest.approx(
-        np.mean([metrics.bias(image, truth, mask) for image in images]), rel=1e-9
+        np.mean([metrics.bias(image, reference, mask) for image in images]), rel=1e-9
     )
     assert rmse.low < rmse.value < rmse.high
     assert bias.low < bias.value < bias.high
@@ -115,7 +115,7 @@ def test_seeds_widen_the_interval():
 def test_pairing_makes_differences_sharp():
     rng = np.random.default_rng(7)
     worse = blocks_of(rng, 1, 100, 1.0, 0.0)
-    better = bootstrap.BlockErrors(0.9 * worse.squared, worse.signed, worse.truth, worse.pixels)
+    better = bootstrap.BlockErrors(0.9 * worse.squared, worse.signed, worse.reference, worse.pixels)
     draws = bootstrap.draw(100, 1)
     # 10 % better in every block: always better, although the intervals overlap widely.
     a, b = (bootstrap.replicas_of_mean_square(e, draws) for e in (worse, better))
@@ -125,11 +125,11 @@ def test_pairing_makes_differences_sharp():
 
 
 def test_a_failure_makes_the_error_infinite():
-    truth = np.ones((8, 8, 1))
-    broken = truth.copy()
+    reference = np.ones((8, 8, 1))
+    broken = reference.copy()
     broken[2, 3] = np.nan
     mask = np.ones((8, 8), dtype=bool)
-    errors = bootstrap.BlockErrors.of_images([truth, broken], truth, mask, side_px=4)
+    errors = bootstrap.BlockErrors.of_images([reference, broken], reference, mask, side_px=4)
     assert errors.failures == 1
     draws = bootstrap.draw(errors.block_count, 2)
     interval = bootstrap.rmse_interval(errors, draws, relative=False)
@@ -140,12 +140,12 @@ def test_a_failure_makes_the_error_infinite():
 
 
 def test_a_failure_in_the_background_does_not_count():
-    truth = np.ones((8, 8, 1))
-    broken = truth.copy()
+    reference = np.ones((8, 8, 1))
+    broken = reference.copy()
     broken[2, 3] = np.nan
     mask = np.ones((8, 8), dtype=bool)
     mask[2, 3] = False
-    errors = bootstrap.BlockErrors.of_images([broken], truth, mask, side_px=4)
+    errors = bootstrap.BlockErrors.of_images([broken], reference, mask, side_px=4)
     assert errors.failures == 0
     assert np.isfinite(errors.squared).all()
 

@@ -78,7 +78,7 @@ def test_a_bench_of_a_real_scene(tmp_path, monkeypatch):
     assert march < paper
     assert all(float(row["frame_ms"]) > 0.0 for row in rows.values())
     assert json.loads((outdir / "bench.json").read_text())["machine"]["command"] == "x"
-    assert found.truths["near"].ratio < 1.0
+    assert found.references["near"].ratio < 1.0
     assert all(split for split in found.splits.values())
     check_commands(found, tmp_path)
 

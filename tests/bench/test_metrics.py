@@ -30,37 +30,45 @@ def grey(level: float, size: tuple[int, int] = (24, 24)) -> np.ndarray:
     return np.full((*size, 3), level, dtype=np.float32)
 
 
-IMAGE, TRUTH = image(1.0, 2.0, 3.0, 4.0), image(1.0, 1.0, 1.0, 1.0)
+IMAGE, REFERENCE = image(1.0, 2.0, 3.0, 4.0), image(1.0, 1.0, 1.0, 1.0)
 
 
 def test_errors_worked_out_by_hand():
     # Errors 0, 1, 2, 3: squares 0 + 1 + 4 + 9 = 14 over 4 pixels.
-    assert metrics.rmse(IMAGE, TRUTH, ALL) == pytest.approx(math.sqrt(3.5), rel=FLOAT32)
-    assert metrics.bias(IMAGE, TRUTH, ALL) == pytest.approx(1.5, rel=FLOAT32)
-    assert metrics.relative_rmse(IMAGE, 2 * TRUTH, ALL) == pytest.approx(
+    assert metrics.rmse(IMAGE, REFERENCE, ALL) == pytest.approx(math.sqrt(3.5), rel=FLOAT32)
+    assert metrics.bias(IMAGE, REFERENCE, ALL) == pytest.approx(1.5, rel=FLOAT32)
+    assert metrics.relative_rmse(IMAGE, 2 * REFERENCE, ALL) == pytest.approx(
         math.sqrt((1 + 0 + 1 + 4) / 4) / 2, rel=FLOAT32
     )
-    assert metrics.relative_mse(IMAGE, TRUTH, ALL) == pytest.approx(3.5 / 1.01, rel=FLOAT32)
-    assert metrics.relative_mse(IMAGE, TRUTH, ALL, epsilon=1.0) == pytest.approx(1.75, rel=FLOAT32)
+    assert metrics.relative_mse(IMAGE, REFERENCE, ALL) == pytest.approx(3.5 / 1.01, rel=FLOAT32)
+    assert metrics.relative_mse(IMAGE, REFERENCE, ALL, epsilon=1.0) == pytest.approx(
+        1.75, rel=FLOAT32
+    )
 
 
 def test_the_mask_says_which_pixels_count():
     mask = np.array([[False, True], [False, True]])
-    assert metrics.rmse(IMAGE, TRUTH, mask) == pytest.approx(math.sqrt((1 + 9) / 2), rel=FLOAT32)
-    assert metrics.bias(IMAGE, TRUTH, mask) == pytest.approx(2.0, rel=FLOAT32)
-    assert metrics.rmse(IMAGE, TRUTH, np.zeros((2, 2), dtype=bool)) == 0.0
+    assert metrics.rmse(IMAGE, REFERENCE, mask) == pytest.approx(
+        math.sqrt((1 + 9) / 2), rel=FLOAT32
+    )
+    assert metrics.bias(IMAGE, REFERENCE, mask) == pytest.approx(2.0, rel=FLOAT32)
+    assert metrics.rmse(IMAGE, REFERENCE, np.zeros((2, 2), dtype=bool)) == 0.0
 
 
 def test_channels_are_averaged_not_summed():
-    three = np.concatenate([IMAGE, TRUTH, TRUTH], axis=2)
-    truth = np.concatenate([TRUTH, TRUTH, TRUTH], axis=2)
-    assert metrics.rmse(three, truth, ALL) == pytest.approx(math.sqrt(3.5 / 3), rel=FLOAT32)
+    three = np.concatenate([IMAGE, REFERENCE, REFERENCE], axis=2)
+    reference = np.concatenate([REFERENCE, REFERENCE, REFERENCE], axis=2)
+    assert metrics.rmse(three, reference, ALL) == pytest.approx(math.sqrt(3.5 / 3), rel=FLOAT32)
 
 
-def test_the_noise_of_the_truth_is_subtracted():
+def test_the_noise_of_the_reference_is_subtracted():
     variance = np.full((2, 2, 1), 1.5)
-    assert metrics.rmse(IMAGE, TRUTH, ALL, variance) == pytest.approx(math.sqrt(2.0), rel=FLOAT32)
-    assert metrics.rmse(TRUTH, TRUTH, ALL, variance) == 0.0, "a negative mean square is zero"
+    assert metrics.rmse(IMAGE, REFERENCE, ALL, variance) == pytest.approx(
+        math.sqrt(2.0), rel=FLOAT32
+    )
+    assert metrics.rmse(REFERENCE, REFERENCE, ALL, variance) == 0.0, (
+        "a negative mean square is zero"
+    )
 
 
 def test_subtracting_the_variance_of_two_halves_is_their_cross_product():
@@ -72,40 +80,40 @@ def test_subtracting_the_variance_of_two_halves_is_their_cross_product():
     )
 
 
-def test_subtraction_makes_the_error_unbiased_against_a_noisy_truth():
+def test_subtraction_makes_the_error_unbiased_against_a_noisy_reference():
     rng = np.random.default_rng(2)
     shape, sigma, offset = (200, 200, 1), 0.5, 0.1
     halves = rng.normal(1.0, sigma, size=(2, *shape))
-    truth, variance = halves.mean(axis=0), (halves[0] - halves[1]) ** 2 / 4
+    reference, variance = halves.mean(axis=0), (halves[0] - halves[1]) ** 2 / 4
     estimate = np.full(shape, 1.0 + offset)
     mask = np.ones(shape[:2], dtype=bool)
     # The mean of (x-a)(x-b) over 40 000 pixels scatters by about sigma^2 / 200 = 1.3e-3;
     # five times that. Without the subtraction it would be off by sigma^2 / 2 = 0.125.
-    assert metrics.rmse(estimate, truth, mask, variance) ** 2 == pytest.approx(
+    assert metrics.rmse(estimate, reference, mask, variance) ** 2 == pytest.approx(
         offset**2, abs=6.5e-3
     )
 
 
 @pytest.mark.parametrize("poison", [np.nan, np.inf, -np.inf])
 def test_failures_are_counted_and_never_dropped(poison):
-    broken = np.concatenate([IMAGE, TRUTH, TRUTH], axis=2)
-    truth = np.ones_like(broken)
+    broken = np.concatenate([IMAGE, REFERENCE, REFERENCE], axis=2)
+    reference = np.ones_like(broken)
     broken[0, 1, 2] = poison
     assert metrics.failure_count(broken) == 1
-    assert metrics.rmse(broken, truth, ALL) == math.inf
-    assert metrics.bias(broken, truth, ALL) == math.inf
-    assert metrics.relative_mse(broken, truth, ALL) == math.inf
-    assert metrics.relative_rmse(broken, truth, ALL) == math.inf
+    assert metrics.rmse(broken, reference, ALL) == math.inf
+    assert metrics.bias(broken, reference, ALL) == math.inf
+    assert metrics.relative_mse(broken, reference, ALL) == math.inf
+    assert metrics.relative_rmse(broken, reference, ALL) == math.inf
 
 
 def test_a_failure_counts_even_where_the_variance_hides_it():
     broken = image(np.inf, 1, 1, 1)
-    assert metrics.rmse(broken, TRUTH, ALL, np.full((2, 2, 1), np.float32(3e38))) == math.inf
+    assert metrics.rmse(broken, REFERENCE, ALL, np.full((2, 2, 1), np.float32(3e38))) == math.inf
 
 
-def test_a_black_truth_leaves_no_relative_error_but_zero_or_infinity():
-    assert metrics.relative_rmse(0 * TRUTH, 0 * TRUTH, ALL) == 0.0
-    assert metrics.relative_rmse(TRUTH, 0 * TRUTH, ALL) == math.inf
+def test_a_black_reference_leaves_no_relative_error_but_zero_or_infinity():
+    assert metrics.relative_rmse(0 * REFERENCE, 0 * REFERENCE, ALL) == 0.0
+    assert metrics.relative_rmse(REFERENCE, 0 * REFERENCE, ALL) == math.inf
 
 
 finite_images = arrays(
@@ -116,13 +124,13 @@ WHOLE = np.ones((3, 4), dtype=bool)
 
 @given(finite_images, finite_images)
 @settings(max_examples=50, deadline=None)
-def test_properties_of_the_mean_errors(x, truth):
-    error = metrics.rmse(x, truth, WHOLE)
-    assert metrics.rmse(truth, truth, WHOLE) == 0.0
-    assert error == pytest.approx(metrics.rmse(truth, x, WHOLE), rel=1e-9)
-    assert abs(metrics.bias(x, truth, WHOLE)) <= error * (1 + 1e-9)
-    assert metrics.rmse(2 * x, 2 * truth, WHOLE) == pytest.approx(2 * error, rel=1e-6)
-    assert metrics.relative_mse(x, truth, WHOLE) >= 0.0
+def test_properties_of_the_mean_errors(x, reference):
+    error = metrics.rmse(x, reference, WHOLE)
+    assert metrics.rmse(reference, reference, WHOLE) == 0.0
+    assert error == pytest.approx(metrics.rmse(reference, x, WHOLE), rel=1e-9)
+    assert abs(metrics.bias(x, reference, WHOLE)) <= error * (1 + 1e-9)
+    assert metrics.rmse(2 * x, 2 * reference, WHOLE) == pytest.approx(2 * error, rel=1e-6)
+    assert metrics.relative_mse(x, reference, WHOLE) >= 0.0
 
 
 def test_display_encoding():
@@ -160,16 +168,16 @@ def test_flip_exposures_are_fixed_relative_to_the_camera():
     pytest.importorskip("flip_evaluator")
     rng = np.random.default_rng(3)
     mask = np.ones((32, 32), dtype=bool)
-    truth = rng.random((32, 32, 3)).astype(np.float32)
-    other = truth + np.float32(0.2)
-    plain = metrics.flip_hdr(other, truth, mask)
-    assert metrics.flip_hdr(other * 16, truth * 16, mask, exposure_ev=-4).mean == pytest.approx(
+    reference = rng.random((32, 32, 3)).astype(np.float32)
+    other = reference + np.float32(0.2)
+    plain = metrics.flip_hdr(other, reference, mask)
+    assert metrics.flip_hdr(other * 16, reference * 16, mask, exposure_ev=-4).mean == pytest.approx(
         plain.mean, abs=FLIP_TOLERANCE
     )
-    assert metrics.flip_hdr(other * 16, truth * 16, mask).mean != pytest.approx(
+    assert metrics.flip_hdr(other * 16, reference * 16, mask).mean != pytest.approx(
         plain.mean, abs=1e-3
     ), "the exposures must not follow the image"
-    assert metrics.flip_hdr(other, truth, np.eye(32, dtype=bool)).mean == pytest.approx(
+    assert metrics.flip_hdr(other, reference, np.eye(32, dtype=bool)).mean == pytest.approx(
         float(plain.error[np.eye(32, dtype=bool)].mean()), abs=FLIP_TOLERANCE
     )
 
@@ -177,13 +185,13 @@ def test_flip_exposures_are_fixed_relative_to_the_camera():
 def test_flip_gets_exactly_the_fixed_exposures():
     flip_evaluator = pytest.importorskip("flip_evaluator")
     rng = np.random.default_rng(5)
-    truth, image = (rng.random((32, 32, 3)).astype(np.float32) * 4 for _ in range(2))
+    reference, image = (rng.random((32, 32, 3)).astype(np.float32) * 4 for _ in range(2))
     parameters = {"ppd": 67.0, "startExposure": -4.0, "stopExposure": 2.0, "numExposures": 7,
                   "tonemapper": "ACES"}  # fmt: skip
     _, expected, _ = flip_evaluator.evaluate(
-        truth, image, "HDR", applyMagma=False, parameters=parameters
+        reference, image, "HDR", applyMagma=False, parameters=parameters
     )
-    found = metrics.flip_hdr(image, truth, np.ones((32, 32), dtype=bool))
+    found = metrics.flip_hdr(image, reference, np.ones((32, 32), dtype=bool))
     assert found.mean == pytest.approx(expected, abs=FLIP_TOLERANCE)
 
 
@@ -205,14 +213,14 @@ def test_a_missing_library_names_the_extra(monkeypatch):
 def test_noise_and_bias_are_told_apart():
     rng = np.random.default_rng(4)
     shape, noise, offset = (100, 100, 1), 0.3, 0.2
-    truth = np.ones(shape)
-    images = [truth + offset + rng.normal(0, noise, shape) for _ in range(4)]
+    reference = np.ones(shape)
+    images = [reference + offset + rng.normal(0, noise, shape) for _ in range(4)]
     mask = np.ones(shape[:2], dtype=bool)
-    parts = metrics.decompose(images, truth, mask)
+    parts = metrics.decompose(images, reference, mask)
     # Standard deviations of 30 000 and 10 000 normal draws: under 1 % relative.
     assert parts.noise == pytest.approx(noise, rel=0.02)
     assert parts.bias == pytest.approx(offset, rel=0.04)
     assert parts.total**2 == pytest.approx(parts.noise**2 + parts.bias**2, rel=0.02)
-    alone = metrics.decompose(images[:1], truth, mask)
+    alone = metrics.decompose(images[:1], reference, mask)
     assert math.isnan(alone.noise)
     assert alone.bias == alone.total

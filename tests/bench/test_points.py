@@ -36,7 +36,7 @@ def test_the_shipped_grid_covers_every_estimator_and_the_axes():
         assert len({getattr(point, axis) for point in grid}) > 1, axis
     quick = [point for point in grid if point.quick]
     assert 10 <= len(quick) < len(grid)
-    assert {point.kind for point in quick} == set(points.KINDS)
+    assert {point.kind for point in quick} == set(points.POINT_KINDS)
 
 
 def test_a_family_is_the_product_of_its_lists(tmp_path):

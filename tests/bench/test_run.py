@@ -1,4 +1,4 @@
-"""A whole bench without OpenGL: what it finds is what was pretended; it can be resumed."""
+"""A whole bench without OpenGL: what it finds is what was fake; it can be resumed."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ import dataclasses
 import numpy as np
 import pytest
 from bench.fake_bench import MACHINE
-from bench.fake_renderings import (
+from bench.fake_renderer import (
     MODEL_LOSS,
     POINT_LOSS,
     READ_NOISE,
     SCREEN_LOSS,
+    FakeRenderer,
     Interrupted,
-    PretendedStudio,
-    truth_image,
+    reference_image,
 )
 
 from ssdo_gl.bench import errors
@@ -29,7 +29,7 @@ pytest.importorskip("matplotlib")
 pytest.importorskip("flip_evaluator")
 
 BASE = Settings(size=(64, 48), radius=0.3, exposure=0.0)
-PLAN = BenchPlan(rounds=2, frames=2, seeds=3, truth_seconds=60.0, batch_spp=512, flips=())
+PLAN = BenchPlan(rounds=2, frames=2, seeds=3, reference_seconds=60.0, batch_spp=512, flips=())
 POINTS = [
     Point("radiance", "march", "bounce", "march", 16, 8, 1.0, "none", quick=True),
     Point("radiance", "march", "bounce", "march", 256, 8, 1.0, "none", quick=True),
@@ -39,13 +39,13 @@ POINTS = [
 ]
 
 
-def run(tmp_path, studio: PretendedStudio, monkeypatch, plan: BenchPlan = PLAN) -> Bench:
+def run(tmp_path, renderer: FakeRenderer, monkeypatch, plan: BenchPlan = PLAN) -> Bench:
     monkeypatch.setenv("SSDO_GL_CACHE", str(tmp_path / "cache"))
     outdir = tmp_path / "out"
     outdir.mkdir(exist_ok=True)
     progress = BenchProgress(None, None)
-    bench_run = BenchRun(studio, BASE, POINTS, plan, False, outdir, progress)
-    return bench_run.measure("pretended", MACHINE, lambda scene: contextlib.nullcontext(studio))
+    bench_run = BenchRun(renderer, BASE, POINTS, plan, False, outdir, progress)
+    return bench_run.measure("fake", MACHINE, lambda scene: contextlib.nullcontext(renderer))
 
 
 @pytest.fixture(scope="module")
@@ -53,19 +53,19 @@ def found(tmp_path_factory) -> Bench:
     """A finished bench that the tests only read."""
     with pytest.MonkeyPatch.context() as monkeypatch:
         plan = dataclasses.replace(PLAN, flips=("ldr", "hdr"))
-        return run(tmp_path_factory.mktemp("found"), PretendedStudio(), monkeypatch, plan)
+        return run(tmp_path_factory.mktemp("found"), FakeRenderer(), monkeypatch, plan)
 
 
 def level(name: str = "beauty") -> float:
-    """Return the mean truth over the pixels that count."""
+    """Return the mean reference over the pixels that count."""
     height = BASE.size[1]
-    image = truth_image(BASE.size, name)[height // 8 :, 1:]
+    image = reference_image(BASE.size, name)[height // 8 :, 1:]
     return float(image[:, :, :3].mean())
 
 
-def test_errors_are_what_was_pretended(found):
+def test_errors_are_what_was_fake(found):
     coarse, fine, paper, other, visibility = found.results
-    # 2500 pixels of 3 channels and 3 seeds know a mean square to 1 %; the truth's
+    # 2500 pixels of 3 channels and 3 seeds know a mean square to 1 %; the reference's
     # standard error, a tenth of the loss or less, is subtracted.
     near = fine.verdicts["near"]
     expected = np.hypot(SCREEN_LOSS, READ_NOISE / 16) / level()
@@ -94,14 +94,14 @@ def test_full_transport_judges_the_model_too(found):
     assert fine.scalars.systematic == pytest.approx(gap / (level() + MODEL_LOSS), rel=0.05)
 
 
-def test_truths_are_refined_to_a_tenth_of_the_smallest_error(found):
-    for name, truth in found.truths.items():
-        assert truth.ratio <= 0.1 * 1.3, name
-        assert truth.batches >= 2
-    assert found.truths["near"].floor == pytest.approx(SCREEN_LOSS / level(), rel=0.05)
+def test_references_are_refined_to_a_tenth_of_the_smallest_error(found):
+    for name, reference in found.references.items():
+        assert reference.ratio <= 0.1 * 1.3, name
+        assert reference.batches >= 2
+    assert found.references["near"].floor == pytest.approx(SCREEN_LOSS / level(), rel=0.05)
 
 
-def test_the_front_is_that_of_the_pretended_costs(found):
+def test_the_front_is_that_of_the_fake_costs(found):
     fronts = {r.point.key for r in found.results if any(v.on_front for v in r.verdicts.values())}
     assert POINTS[0].key in fronts
     assert POINTS[1].key in fronts
@@ -118,7 +118,7 @@ def test_scaling_and_pictures_are_there(found):
     # Spheres come in whole rings: the counts are close to what is wanted, not equal.
     assert found.series[3].x[0] == pytest.approx(400, rel=0.1)
     assert found.series[3].x[-1] == pytest.approx(400_000, rel=0.05)
-    assert sum(p.is_truth for p in found.pictures) == 3
+    assert sum(p.is_reference for p in found.pictures) == 3
     assert any(p.name == POINTS[1].label and p.flip_png for p in found.pictures)
 
 
@@ -133,10 +133,10 @@ def test_flip_is_measured_where_it_was_asked_for(found):
 
 
 def test_a_finished_bench_measures_nothing_again(tmp_path, monkeypatch):
-    first = run(tmp_path, PretendedStudio(), monkeypatch)
-    studio = PretendedStudio(speed=7.0)
-    again = run(tmp_path, studio, monkeypatch)
-    assert studio.count("timed") == 0
+    first = run(tmp_path, FakeRenderer(), monkeypatch)
+    renderer = FakeRenderer(speed=7.0)
+    again = run(tmp_path, renderer, monkeypatch)
+    assert renderer.count("timed") == 0
     assert again.results[0].timing.frame_ms.value == pytest.approx(
         first.results[0].timing.frame_ms.value, rel=1e-4
     )
@@ -147,10 +147,10 @@ def test_a_finished_bench_measures_nothing_again(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("calls", [3, 25, 60])
 def test_an_interrupted_bench_ends_like_one_that_was_not(tmp_path, monkeypatch, calls):
-    whole = run(tmp_path / "a", PretendedStudio(), monkeypatch) if make(tmp_path) else None
+    whole = run(tmp_path / "a", FakeRenderer(), monkeypatch) if make(tmp_path) else None
     with pytest.raises(Interrupted):
-        run(tmp_path / "b", PretendedStudio(interrupt_after=calls), monkeypatch)
-    resumed = run(tmp_path / "b", PretendedStudio(), monkeypatch)
+        run(tmp_path / "b", FakeRenderer(interrupt_after=calls), monkeypatch)
+    resumed = run(tmp_path / "b", FakeRenderer(), monkeypatch)
     assert whole is not None
     for one, other in zip(whole.results, resumed.results, strict=True):
         assert one.verdicts.keys() == other.verdicts.keys()
@@ -165,19 +165,19 @@ def make(tmp_path) -> bool:
 
 
 def test_another_bench_in_the_folder_is_measured_anew(tmp_path, monkeypatch):
-    run(tmp_path, PretendedStudio(), monkeypatch)
-    studio = PretendedStudio()
-    run(tmp_path, studio, monkeypatch, dataclasses.replace(PLAN, seeds=2))
-    assert studio.count("timed") == PLAN.rounds * len(POINTS)
+    run(tmp_path, FakeRenderer(), monkeypatch)
+    renderer = FakeRenderer()
+    run(tmp_path, renderer, monkeypatch, dataclasses.replace(PLAN, seeds=2))
+    assert renderer.count("timed") == PLAN.rounds * len(POINTS)
 
 
 def test_damaged_files_are_measured_again(tmp_path, monkeypatch):
-    whole = run(tmp_path, PretendedStudio(), monkeypatch)
+    whole = run(tmp_path, FakeRenderer(), monkeypatch)
     for path in [*tmp_path.rglob("*.npz"), tmp_path / "out" / "rounds.csv"]:
         path.write_bytes(b"\0damaged\n")
-    studio = PretendedStudio()
-    again = run(tmp_path, studio, monkeypatch)
-    assert studio.count("timed") == PLAN.rounds * len(POINTS)
+    renderer = FakeRenderer()
+    again = run(tmp_path, renderer, monkeypatch)
+    assert renderer.count("timed") == PLAN.rounds * len(POINTS)
     for one, other in zip(whole.results, again.results, strict=True):
         for name, verdict in one.verdicts.items():
             assert other.verdicts[name].error.value == pytest.approx(verdict.error.value, rel=1e-5)
@@ -194,22 +194,22 @@ def test_damaged_files_are_measured_again(tmp_path, monkeypatch):
 )
 def test_the_clock_is_the_one_that_can_be_trusted(tmp_path, machine, clock):
     bench_run = BenchRun(
-        PretendedStudio(), BASE, POINTS, PLAN, False, tmp_path, BenchProgress(None, None)
+        FakeRenderer(), BASE, POINTS, PLAN, False, tmp_path, BenchProgress(None, None)
     )
     assert bench_run._clock({**MACHINE, **machine}) == clock
     assert bool(bench_run.notes) == (clock == "process")
 
 
 def test_passes_are_timed_by_the_clock_of_the_frames(tmp_path, monkeypatch):
-    studio = PretendedStudio()
+    renderer = FakeRenderer()
     monkeypatch.setitem(MACHINE, "load", 1e3)
-    assert run(tmp_path, studio, monkeypatch).clock == "process"
-    assert studio.split_clocks == {"process"}
+    assert run(tmp_path, renderer, monkeypatch).clock == "process"
+    assert renderer.split_clocks == {"process"}
 
 
 def test_a_black_frame_is_refused(tmp_path, monkeypatch):
-    studio = PretendedStudio()
-    plain = studio.images
+    renderer = FakeRenderer()
+    plain = renderer.images
 
     def no_surface(settings, wanted):
         return {
@@ -217,9 +217,9 @@ def test_a_black_frame_is_refused(tmp_path, monkeypatch):
             for name, image in plain(settings, wanted).items()
         }
 
-    studio.images = no_surface
+    renderer.images = no_surface
     with pytest.raises(ValueError, match="no surface"):
-        run(tmp_path, studio, monkeypatch)
+        run(tmp_path, renderer, monkeypatch)
 
 
 def test_stored_measurements_are_exact(tmp_path, monkeypatch, found):
@@ -237,7 +237,7 @@ def test_stored_measurements_are_exact(tmp_path, monkeypatch, found):
 
 
 def test_emitters_and_background_do_not_count():
-    images = {name: truth_image((16, 16), name) for name in ("depth", "emission")}
+    images = {name: reference_image((16, 16), name) for name in ("depth", "emission")}
     mask = errors.judged_pixels(images)
     assert not mask[:2].any()
     assert not mask[:, 0].any()

@@ -6,7 +6,7 @@ import contextlib
 import math
 
 import pytest
-from bench.fake_renderings import PretendedStudio
+from bench.fake_renderer import FakeRenderer
 
 from ssdo_gl.bench import scaling
 from ssdo_gl.settings import Settings
@@ -34,16 +34,18 @@ def test_quick_keeps_both_ends():
 
 
 def test_each_series_varies_one_quantity():
-    studio = PretendedStudio()
+    renderer = FakeRenderer()
     series = {
         item.name: item
-        for item in scaling.measure_scaling(studio, BASE, radius_px=20.0, quick=False, clock="wall")
+        for item in scaling.measure_scaling(
+            renderer, BASE, radius_px=20.0, quick=False, clock="wall"
+        )
     }
     assert set(series) == {"samples", "pixels", "radius"}
     assert series["samples"].x == tuple(float(n) for n in scaling.SAMPLE_COUNTS)
     assert series["pixels"].x[2] == 64 * 48
     assert series["radius"].x == tuple(20.0 * f for f in scaling.RADIUS_FACTORS)
-    settings = [used for _, used in studio.calls]
+    settings = [used for _, used in renderer.calls]
     sampled = settings[: len(scaling.SAMPLE_COUNTS)]
     assert {s.size for s in sampled} == {BASE.size}
     assert {s.radius for s in sampled} == {0.3}
@@ -51,23 +53,23 @@ def test_each_series_varies_one_quantity():
     assert [s.radius for s in grown] == pytest.approx([0.3 * f for f in scaling.RADIUS_FACTORS])
     assert {s.samples for s in grown} == {scaling.TIMED_POINT.samples}
     whole = series["samples"].curves["whole frame"]
-    assert whole == pytest.approx([studio.cost_ms(s) + 0.1 for s in sampled])
+    assert whole == pytest.approx([renderer.cost_ms(s) + 0.1 for s in sampled])
 
 
 def test_triangles_are_counted_as_they_are():
     counts = []
 
     @contextlib.contextmanager
-    def open_studio(scene):
+    def open_renderer(scene):
         counts.append(scene.triangle_count)
-        yield PretendedStudio()
+        yield FakeRenderer()
 
-    series = scaling.measure_scaling(PretendedStudio(), BASE, 20.0, True, "wall", open_studio)[-1]
+    series = scaling.measure_scaling(FakeRenderer(), BASE, 20.0, True, "wall", open_renderer)[-1]
     assert series.name == "triangles"
     assert series.x == tuple(float(n) for n in counts)
     assert len(counts) == scaling.QUICK_COUNT
     assert counts[-1] == pytest.approx(400_000, rel=0.05)
-    # The pretended studio has no pass called reference.
+    # The fake renderer has no pass called reference.
     assert all(math.isnan(v) for v in series.curves["4 rays a pixel"])
 
 

@@ -8,7 +8,7 @@ import random
 
 import numpy as np
 import pytest
-from bench.fake_renderings import Interrupted, PretendedStudio
+from bench.fake_renderer import FakeRenderer, Interrupted
 
 from ssdo_gl.bench import sweep
 from ssdo_gl.bench.points import Point
@@ -31,11 +31,11 @@ def test_every_round_visits_every_point_in_an_order_of_its_own():
 
 
 def test_visits_are_recorded(tmp_path):
-    studio = PretendedStudio()
+    renderer = FakeRenderer()
     path = tmp_path / "rounds.csv"
-    rows = sweep.time_points(studio, POINTS, BASE, PLAN, path)
+    rows = sweep.time_points(renderer, POINTS, BASE, PLAN, path)
     assert len(rows) == 12
-    assert studio.count("timed") == 12
+    assert renderer.count("timed") == 12
     kept = sweep.read_rows(path)
     assert [(row.round, row.point) for row in kept] == [(row.round, row.point) for row in rows]
     for row, other in zip(kept, rows, strict=True):
@@ -47,12 +47,12 @@ def test_visits_are_recorded(tmp_path):
 
 def test_an_interrupted_sweep_goes_on_where_it_stopped(tmp_path):
     path = tmp_path / "rounds.csv"
-    first = PretendedStudio(interrupt_after=5)
+    first = FakeRenderer(interrupt_after=5)
     with pytest.raises(Interrupted):
         sweep.time_points(first, POINTS, BASE, PLAN, path)
     with path.open("ab") as file:
         file.write(b"1,radiance-bounce")  # what a kill in the middle of a line leaves
-    second = PretendedStudio()
+    second = FakeRenderer()
     seen = []
     rows = sweep.time_points(
         second, POINTS, BASE, PLAN, path, lambda _, done, total: seen.append((done, total))
@@ -62,21 +62,21 @@ def test_an_interrupted_sweep_goes_on_where_it_stopped(tmp_path):
     assert seen[-1] == (12, 12)
     keys = [(row.round, row.point) for row in rows]
     assert len(set(keys)) == len(keys) == 12
-    third = PretendedStudio()
+    third = FakeRenderer()
     sweep.time_points(third, POINTS, BASE, PLAN, path)
     assert third.count("timed") == 0
 
 
 def test_damaged_records_are_measured_again(tmp_path):
     path = tmp_path / "rounds.csv"
-    sweep.time_points(PretendedStudio(), POINTS, BASE, PLAN, path)
+    sweep.time_points(FakeRenderer(), POINTS, BASE, PLAN, path)
     data, rng = path.read_bytes(), random.Random(0)
     for _ in range(200):
         damaged = bytearray(data)
         for _ in range(3):
             damaged[rng.randrange(len(data))] = rng.randrange(256)
         path.write_bytes(damaged)
-        rows = sweep.time_points(PretendedStudio(), POINTS, BASE, PLAN, path)
+        rows = sweep.time_points(FakeRenderer(), POINTS, BASE, PLAN, path)
         table = sweep.tabulate(rows, POINTS, PLAN.rounds)
         assert np.isfinite(table.frame_ms).all()
 
@@ -91,9 +91,9 @@ def test_drift_of_whole_rounds_is_divided_out():
 
 
 def test_the_table_has_a_row_for_each_point(tmp_path):
-    rows = sweep.time_points(PretendedStudio(), POINTS, BASE, PLAN, tmp_path / "rounds.csv")
+    rows = sweep.time_points(FakeRenderer(), POINTS, BASE, PLAN, tmp_path / "rounds.csv")
     table = sweep.tabulate(rows, POINTS, PLAN.rounds)
-    costs = [PretendedStudio().cost_ms(p.settings(BASE)) for p in POINTS]
+    costs = [FakeRenderer().cost_ms(p.settings(BASE)) for p in POINTS]
     np.testing.assert_allclose(table.frame_ms, np.array(costs)[:, None] * np.ones(3), rtol=1e-6)
     np.testing.assert_allclose(table.process_ms, 2 * table.frame_ms, rtol=1e-6)
     np.testing.assert_allclose(table.drift, 1.0)

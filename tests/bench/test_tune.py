@@ -7,16 +7,16 @@ import json
 import math
 
 import pytest
-from bench.fake_renderings import PretendedStudio, triangle_scene
+from bench.fake_renderer import FakeRenderer, triangle_scene
 
 from ssdo_gl.bench import calibration, tune
 from ssdo_gl.bench.calibration import Calibration
-from ssdo_gl.bench.presets import Ladder, Rung
-from ssdo_gl.bench.truth import TruthCache
+from ssdo_gl.bench.presets import Ladder, PresetRung
+from ssdo_gl.bench.reference_cache import ReferenceCache
 from ssdo_gl.settings import Settings
 
 RUNGS = tuple(
-    Rung("march", samples, 8, 1.0, "none", 0.1 * samples, 1.0 / samples)
+    PresetRung("march", samples, 8, 1.0, "none", 0.1 * samples, 1.0 / samples)
     for samples in (8, 16, 32, 64, 128, 256, 512, 1024)
 )
 LADDER = Ladder(RUNGS, {"fast": 0, "balanced": 3, "fine": 7}, {})
@@ -29,11 +29,11 @@ def quiet_machine(monkeypatch):
 
 
 def choose(
-    tmp_path, budget: float, studio: PretendedStudio | None = None, recalibrate: bool = False
+    tmp_path, budget: float, renderer: FakeRenderer | None = None, recalibrate: bool = False
 ) -> tune.Choice:
     tmp_path.mkdir(exist_ok=True)
     return tune.within_budget(
-        studio or PretendedStudio(),
+        renderer or FakeRenderer(),
         SETTINGS,
         budget,
         LADDER,
@@ -50,9 +50,9 @@ def remembered(tmp_path) -> dict[str, object]:
 
 @pytest.mark.parametrize("budget", [2.0, 3.0, 9.0, 14.5, 50.0, 1e4])
 def test_the_last_rung_that_fits_is_chosen(tmp_path, budget):
-    studio = PretendedStudio()
-    choice = choose(tmp_path, budget, studio)
-    costs = [studio.cost_ms(rung.applied(SETTINGS)) for rung in RUNGS]
+    renderer = FakeRenderer()
+    choice = choose(tmp_path, budget, renderer)
+    costs = [renderer.cost_ms(rung.applied(SETTINGS)) for rung in RUNGS]
     fitting = [i for i, cost in enumerate(costs) if cost <= budget * tune.FILL]
     assert choice.holds
     assert choice.settings.samples == RUNGS[fitting[-1]].samples
@@ -69,7 +69,7 @@ def test_an_impossible_budget_is_called_impossible(tmp_path):
 
 
 def test_few_rungs_are_measured_and_fewer_the_second_time(tmp_path):
-    first, second = PretendedStudio(), PretendedStudio()
+    first, second = FakeRenderer(), FakeRenderer()
     one = choose(tmp_path, 9.0, first)
     two = choose(tmp_path, 9.0, second)
     assert first.count("timed") <= 4, "bisection of eight rungs"
@@ -78,15 +78,15 @@ def test_few_rungs_are_measured_and_fewer_the_second_time(tmp_path):
 
 
 def test_memory_of_a_faster_machine_does_not_break_the_budget(tmp_path):
-    choose(tmp_path, 9.0, PretendedStudio())
-    slow = PretendedStudio(speed=4.0)
+    choose(tmp_path, 9.0, FakeRenderer())
+    slow = FakeRenderer(speed=4.0)
     choice = choose(tmp_path, 9.0, slow)
     assert slow.cost_ms(choice.settings) <= 9.0
 
 
 def test_memory_of_a_slower_machine_does_not_waste_the_budget(tmp_path):
-    choose(tmp_path, 9.0, PretendedStudio(speed=4.0))
-    fast = PretendedStudio()
+    choose(tmp_path, 9.0, FakeRenderer(speed=4.0))
+    fast = FakeRenderer()
     assert choose(tmp_path, 9.0, fast).settings == choose(tmp_path / "x", 9.0, fast).settings
 
 
@@ -119,11 +119,11 @@ def test_it_is_remembered_when_and_at_what_load(tmp_path, monkeypatch):
 
 def test_times_of_another_load_are_forgotten(tmp_path):
     for budget in (2.0, 9.0, 1e4):
-        choose(tmp_path, budget, PretendedStudio(speed=4.0))
+        choose(tmp_path, budget, FakeRenderer(speed=4.0))
     slow = remembered(tmp_path)["values"]
     choice = choose(tmp_path, 9.0)
     assert "off by a factor of 0.25" in choice.sentence
-    now, true = remembered(tmp_path)["values"], PretendedStudio()
+    now, true = remembered(tmp_path)["values"], FakeRenderer()
     assert len(now) < len(slow)
     for rung in RUNGS:
         if rung.label in now:
@@ -143,7 +143,7 @@ def test_times_taken_on_a_busy_machine_are_called_that(tmp_path, monkeypatch):
     assert "--recalibrate when it is not" in choose(tmp_path, 9.0).sentence
 
 
-class OddOrder(PretendedStudio):
+class OddOrder(FakeRenderer):
     """A scene in which the last rung is the cheapest."""
 
     def cost_ms(self, settings: Settings) -> float:
@@ -160,20 +160,20 @@ def test_the_cheapest_is_the_cheapest_of_all_that_is_known(tmp_path):
     assert chosen.settings.samples == RUNGS[-1].samples
 
 
-def errors_of(studio: PretendedStudio, tmp_path) -> dict[str, float]:
-    return tune.measured_errors(studio, SETTINGS, RUNGS, "r", TruthCache(tmp_path))
+def errors_of(renderer: FakeRenderer, tmp_path) -> dict[str, float]:
+    return tune.measured_errors(renderer, SETTINGS, RUNGS, "r", ReferenceCache(tmp_path))
 
 
 def test_errors_are_upper_ends_of_what_is_measured(tmp_path):
-    found = errors_of(PretendedStudio(), tmp_path)
+    found = errors_of(FakeRenderer(), tmp_path)
     values = [found[rung.label] for rung in RUNGS]
-    # The pretended error is a screen loss of 0.06 plus noise, on a mean of about 0.5.
+    # The fake error is a screen loss of 0.06 plus noise, on a mean of about 0.5.
     assert values == sorted(values, reverse=True)
     assert 0.06 / 0.5 <= values[-1] <= 0.06 / 0.5 * 1.15
 
 
 def test_the_cheapest_rung_within_the_error_is_chosen(tmp_path):
-    found = errors_of(PretendedStudio(), tmp_path)
+    found = errors_of(FakeRenderer(), tmp_path)
     allowed = 1.01 * found[RUNGS[3].label]
     choice = tune.within_error(SETTINGS, allowed, RUNGS, found, "how", True)
     assert choice.holds

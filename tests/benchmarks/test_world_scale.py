@@ -7,11 +7,11 @@ import math
 
 import numpy as np
 import pytest
-from bench.fake_renderings import SCREEN_LOSS, PretendedStudio, triangle_scene, truth_image
+from bench.fake_renderer import SCREEN_LOSS, FakeRenderer, reference_image, triangle_scene
 
 from benchmarks import report_table, world_scale
 from benchmarks.equal import Curve, compare, curve_of
-from ssdo_gl.bench.truth import Truth
+from ssdo_gl.bench.reference_cache import Reference
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
 
@@ -33,19 +33,19 @@ def test_scaling_back_gives_the_scene_again(name):
 
 
 def test_curves_hold_levels_and_errors_for_every_scale():
-    target = truth_image(BASE.size, "bounce")
-    truth = Truth({"bounce": target}, {"bounce": np.zeros_like(target)}, 2, 8, 0.0)
+    target = reference_image(BASE.size, "bounce")
+    reference = Reference({"bounce": target}, {"bounce": np.zeros_like(target)}, 2, 8, 0.0)
     mask = target[:, :, 0] > 0.0
     radii = []
 
     @contextlib.contextmanager
-    def open_studio(scene):
-        studio = PretendedStudio()
-        yield studio
-        radii.extend(settings.radius for _, settings in studio.calls)
+    def open_renderer(scene):
+        renderer = FakeRenderer()
+        yield renderer
+        radii.extend(settings.radius for _, settings in renderer.calls)
 
     curves = world_scale.measure_world_scale(
-        triangle_scene(), BASE, truth, mask, open_studio, factors=(0.1, 10.0)
+        triangle_scene(), BASE, reference, mask, open_renderer, factors=(0.1, 10.0)
     )
     assert len(curves) == 3
     march = curves[-1]
@@ -101,7 +101,7 @@ def test_the_report_normalised_what_it_should_not():
 
 def test_fixed_and_growing_cost_are_told_apart():
     methods = [m for m in report_table.METHODS if not m.settings["method"].startswith("ref")]
-    rows = {row.method.name: row for row in report_table.measure(PretendedStudio(), BASE, methods)}
+    rows = {row.method.name: row for row in report_table.measure(FakeRenderer(), BASE, methods)}
     paper = rows["SSDO and bounce, paper's, 1024 reads"]
     pixels = 64 * 48 / 1e4
     assert paper.fixed_ms == pytest.approx(pixels)

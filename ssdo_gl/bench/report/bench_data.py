@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from ssdo_gl.bench.analysis import Recommendation, Result, TruthSummary
+from ssdo_gl.bench.analysis import Recommendation, ReferenceSummary, Result
 from ssdo_gl.bench.points import Point
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.settings import Settings
@@ -43,10 +43,10 @@ class Picture:
         What the reader chooses it by.
     png : bytes
     flip_png : bytes or None
-        Its FLIP map against the truth of its group.
+        Its FLIP map against the reference of its group.
     group : str
         ``radiance`` or ``visibility``; only pictures of one group are compared.
-    is_truth : bool
+    is_reference : bool
     caption : str
     """
 
@@ -54,7 +54,7 @@ class Picture:
     png: bytes
     flip_png: bytes | None
     group: str
-    is_truth: bool
+    is_reference: bool
     caption: str
 
 
@@ -95,7 +95,7 @@ class Bench:
     drift: tuple[float, ...]
     machine: dict[str, Any]
     results: list[Result]
-    truths: dict[str, TruthSummary]
+    references: dict[str, ReferenceSummary]
     recommendation: Recommendation
     series: list[Series] = field(default_factory=list)
     splits: dict[str, tuple[tuple[str, float], ...]] = field(default_factory=dict)

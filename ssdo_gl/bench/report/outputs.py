@@ -13,12 +13,12 @@ from rich.console import Console
 from rich.markup import escape
 
 from ssdo_gl.bench.analysis import as_row
-from ssdo_gl.bench.files import replace_file, replace_json
 from ssdo_gl.bench.metrics import missing
 from ssdo_gl.bench.report import plots
 from ssdo_gl.bench.report.bench_data import Bench
-from ssdo_gl.bench.report.report import report_html
+from ssdo_gl.bench.report.page import report_html
 from ssdo_gl.bench.report.terminal import print_summary
+from ssdo_gl.bench.storage import replace_file, replace_json
 
 # Import name -> what pip calls it.
 LIBRARIES = {
@@ -46,7 +46,7 @@ def points_csv(bench: Bench) -> bytes:
 
 
 def bench_json(bench: Bench) -> dict[str, Any]:
-    """Return what the CSV has no place for: machine, truths, series, recommendation."""
+    """Return what the CSV has no place for: machine, references, series, recommendation."""
     recommended = bench.recommendation.result
     return {
         "scene": bench.scene,
@@ -62,7 +62,9 @@ def bench_json(bench: Bench) -> dict[str, Any]:
         "clock": bench.clock,
         "drift": list(bench.drift),
         "machine": bench.machine,
-        "truths": {name: dataclasses.asdict(truth) for name, truth in bench.truths.items()},
+        "references": {
+            name: dataclasses.asdict(reference) for name, reference in bench.references.items()
+        },
         "series": [dataclasses.asdict(series) for series in bench.series],
         "splits": {key: dict(split) for key, split in bench.splits.items()},
         "recommendation": {

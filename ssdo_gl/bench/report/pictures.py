@@ -1,4 +1,4 @@
-"""The pictures of a report: chosen settings beside their truths, with FLIP maps."""
+"""The pictures of a report: chosen settings beside their references, with FLIP maps."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from PIL import Image
 
 from ssdo_gl.bench import metrics
 from ssdo_gl.bench.analysis import Recommendation, Result, front_of
-from ssdo_gl.bench.errors import PANELS, Panel, color
+from ssdo_gl.bench.bench_renderer import BenchRenderer
+from ssdo_gl.bench.errors import PANELS, ErrorPanel, color
 from ssdo_gl.bench.metrics import Mask
-from ssdo_gl.bench.renderings import Studio
+from ssdo_gl.bench.reference_cache import Reference
 from ssdo_gl.bench.report.bench_data import Picture
-from ssdo_gl.bench.sweep import Report
-from ssdo_gl.bench.truth import Truth
+from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.settings import Settings
 
 # Pictures weigh about 0.1 MB each in the report; more than this of one group and nobody
@@ -42,7 +42,7 @@ def flip_map_png(error: NDArray[np.float32]) -> bytes:
     return png_of(np.asarray(colormaps["magma"](error))[:, :, :3].astype(np.float32))
 
 
-def shown(panel: Panel, image: NDArray[np.float32], exposure_ev: float) -> NDArray[np.float32]:
+def shown(panel: ErrorPanel, image: NDArray[np.float32], exposure_ev: float) -> NDArray[np.float32]:
     """Return an AOV as it is displayed: radiance exposed, visibility as it is."""
     if panel.kind == "visibility":
         return metrics.srgb_of(np.repeat(image[:, :, :1], 3, axis=2))
@@ -71,13 +71,13 @@ def chosen_results(results: Sequence[Result], recommendation: Recommendation) ->
 
 
 def with_hdr_flip(
-    studio: Studio,
+    renderer: BenchRenderer,
     base: Settings,
     results: Sequence[Result],
     chosen: Sequence[Result],
-    truths: Mapping[str, Truth],
+    references: Mapping[str, Reference],
     mask: Mask,
-    report: Report | None = None,
+    report: ProgressCallback | None = None,
 ) -> list[Result]:
     """Return `results` with the HDR-FLIP of those that are `chosen` filled in."""
     exposure = base.exposure or 0.0
@@ -87,9 +87,9 @@ def with_hdr_flip(
         point = result.point
         verdicts = dict(result.verdicts)
         if point.key in keys and point.kind == "radiance":
-            image = color(studio.images(point.settings(base), ("beauty",))["beauty"])
+            image = color(renderer.images(point.settings(base), ("beauty",))["beauty"])
             for name, verdict in result.verdicts.items():
-                target = color(truths[name].images["beauty"])
+                target = color(references[name].images["beauty"])
                 mean = metrics.flip_hdr(image, target, mask, exposure).mean
                 scalars = dataclasses.replace(verdict.scalars, flip_hdr=mean)
                 verdicts[name] = dataclasses.replace(verdict, scalars=scalars)
@@ -100,31 +100,31 @@ def with_hdr_flip(
 
 
 def take_pictures(
-    studio: Studio,
+    renderer: BenchRenderer,
     base: Settings,
     results: Sequence[Result],
-    truths: Mapping[str, Truth],
+    references: Mapping[str, Reference],
     mask: Mask,
-    report: Report | None = None,
+    report: ProgressCallback | None = None,
 ) -> list[Picture]:
-    """Return the truths, then every result with its FLIP map against its truth."""
+    """Return the references, then every result with its FLIP map against its reference."""
     exposure = base.exposure or 0.0
     pictures = []
-    targets: dict[str, tuple[Panel, NDArray[np.float32]]] = {}
+    targets: dict[str, tuple[ErrorPanel, NDArray[np.float32]]] = {}
     for panel in PANELS:
-        if panel.name not in truths:
+        if panel.name not in references:
             continue
-        target = shown(panel, truths[panel.name].images[panel.image], exposure)
-        # Of two truths of one kind the first judges the FLIP maps: the near-field one.
+        target = shown(panel, references[panel.name].images[panel.image], exposure)
+        # Of two references of one kind the first judges the FLIP maps: the near-field one.
         targets.setdefault(panel.kind, (panel, target))
         pictures.append(
             Picture(
-                f"truth: {panel.method}",
+                f"reference: {panel.method}",
                 png_of(target),
                 None,
                 panel.kind,
                 True,
-                f"{panel.method}, {truths[panel.name].spp} samples per pixel",
+                f"{panel.method}, {references[panel.name].spp} samples per pixel",
             )
         )
     for done, result in enumerate(results, 1):
@@ -132,7 +132,7 @@ def take_pictures(
         if kind not in targets:
             continue
         panel, target = targets[kind]
-        image = studio.images(result.point.settings(base), (panel.image,))[panel.image]
+        image = renderer.images(result.point.settings(base), (panel.image,))[panel.image]
         picture = shown(panel, image, exposure)
         flip = metrics.flip_ldr(picture, target, mask)
         caption = (

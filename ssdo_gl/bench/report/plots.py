@@ -7,9 +7,9 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from ssdo_gl.bench.analysis import Result, TruthSummary, front_of
+from ssdo_gl.bench.analysis import ReferenceSummary, Result, front_of
 from ssdo_gl.bench.clock import CLOCK_NAMES
-from ssdo_gl.bench.errors import PANELS, Panel
+from ssdo_gl.bench.errors import PANELS, ErrorPanel
 from ssdo_gl.bench.fit import fit_power_law
 from ssdo_gl.bench.metrics import missing
 from ssdo_gl.bench.points import families
@@ -73,13 +73,13 @@ def drawn_in_style(draw: Any, *arguments: Any) -> Figure:
         return figure
 
 
-def pareto_figure(bench: Bench, panels: Sequence[Panel] = PANELS) -> Figure:
-    """Return error against time, log-log, one chart for each truth that was measured."""
+def pareto_figure(bench: Bench, panels: Sequence[ErrorPanel] = PANELS) -> Figure:
+    """Return error against time, log-log, one chart for each reference that was measured."""
     shown = [p for p in panels if any(p.name in r.verdicts for r in bench.results)]
     return drawn_in_style(_pareto, bench, shown)
 
 
-def _pareto(bench: Bench, panels: Sequence[Panel]) -> Figure:
+def _pareto(bench: Bench, panels: Sequence[ErrorPanel]) -> Figure:
     figure = _figure(6.2 * max(len(panels), 1), 7.4)
     charts = figure.subplots(1, max(len(panels), 1), squeeze=False)[0]
     for chart, panel in zip(charts, panels, strict=False):
@@ -87,7 +87,7 @@ def _pareto(bench: Bench, panels: Sequence[Panel]) -> Figure:
     return figure
 
 
-def _pareto_chart(chart: Axes, bench: Bench, panel: Panel) -> None:
+def _pareto_chart(chart: Axes, bench: Bench, panel: ErrorPanel) -> None:
     results = [r for r in bench.results if panel.name in r.verdicts]
     plotted = [r for r in results if _can_be_plotted(r, panel)]
     names = families([r.point for r in results])
@@ -110,9 +110,9 @@ def _pareto_chart(chart: Axes, bench: Bench, panel: Panel) -> None:
         )
     front = front_of(plotted, panel.name)
     _draw_front(chart, front, panel)
-    truth = bench.truths.get(panel.name)
-    if truth is not None:
-        _draw_limits(chart, truth)
+    reference = bench.references.get(panel.name)
+    if reference is not None:
+        _draw_limits(chart, reference)
     _log_axes(chart)
     chart.set_xlabel(_time_label(bench))
     chart.set_ylabel(panel.error_label)
@@ -132,13 +132,13 @@ def _pareto_chart(chart: Axes, bench: Bench, panel: Panel) -> None:
     )  # fmt: skip
 
 
-def _can_be_plotted(result: Result, panel: Panel) -> bool:
+def _can_be_plotted(result: Result, panel: ErrorPanel) -> bool:
     """Whether both coordinates have a logarithm."""
     error, time = result.verdicts[panel.name].error, result.timing.ms
     return 0.0 < error.value < math.inf and 0.0 < time.value < math.inf
 
 
-def _draw_front(chart: Axes, front: Sequence[Result], panel: Panel) -> None:
+def _draw_front(chart: Axes, front: Sequence[Result], panel: ErrorPanel) -> None:
     if not front:
         return
     x = [r.timing.ms.value for r in front]
@@ -151,12 +151,12 @@ def _draw_front(chart: Axes, front: Sequence[Result], panel: Panel) -> None:
         )  # fmt: skip
 
 
-def _draw_limits(chart: Axes, truth: TruthSummary) -> None:
+def _draw_limits(chart: Axes, reference: ReferenceSummary) -> None:
     """Draw what more depth reads cannot cross."""
-    if math.isfinite(truth.floor) and truth.floor > 0.0:
-        chart.axhline(truth.floor, color="#666666", linestyle="--", linewidth=0.9)
+    if math.isfinite(reference.floor) and reference.floor > 0.0:
+        chart.axhline(reference.floor, color="#666666", linestyle="--", linewidth=0.9)
         chart.annotate(
-            "the march, converged", (0.01, truth.floor), fontsize=6.5, color="#666666",
+            "the march, converged", (0.01, reference.floor), fontsize=6.5, color="#666666",
             xycoords=("axes fraction", "data"), xytext=(2, 2), textcoords="offset points",
         )  # fmt: skip
 
@@ -221,7 +221,7 @@ def _samples(bench: Bench) -> Figure:
 
 
 def _samples_curves(
-    chart: Axes, members: Sequence[Result], panel: Panel, color: str, family: str
+    chart: Axes, members: Sequence[Result], panel: ErrorPanel, color: str, family: str
 ) -> None:
     x = [r.point.samples for r in members]
     scalars = [r.verdicts[panel.name].scalars for r in members]

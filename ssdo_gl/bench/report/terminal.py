@@ -9,10 +9,10 @@ from rich.markup import escape
 from rich.table import Table
 
 from ssdo_gl.bench.analysis import Result, front_of, percent
-from ssdo_gl.bench.errors import PANELS, Panel
+from ssdo_gl.bench.errors import PANELS, ErrorPanel
 from ssdo_gl.bench.report.bench_data import Bench
 
-# With heading, truth and recommendation the whole says it in about ten lines.
+# With heading, reference and recommendation the whole says it in about ten lines.
 MAX_ROWS = 6
 
 
@@ -30,7 +30,7 @@ def chosen_rows(front: Sequence[Result], always: Result | None) -> list[Result]:
     return [front[i] for i in sorted(picked)]
 
 
-def front_table(bench: Bench, panel: Panel) -> Table:
+def front_table(bench: Bench, panel: ErrorPanel) -> Table:
     """Return members of a panel's front as a table."""
     front = front_of(bench.results, panel.name)
     rows = chosen_rows(front, bench.recommendation.result)
@@ -54,18 +54,18 @@ def front_table(bench: Bench, panel: Panel) -> Table:
 
 
 def print_summary(bench: Bench, console: Console) -> None:
-    """Print the front against the near-field truth, its worth, and a recommendation."""
+    """Print the front against the near-field reference, its worth, and a recommendation."""
     panel = next((p for p in PANELS if any(p.name in r.verdicts for r in bench.results)), PANELS[0])
     measured = sum(panel.name in r.verdicts for r in bench.results)
     count = len(front_of(bench.results, panel.name))
     console.print(f"{panel.title}: {count} of {measured} settings are on the front", markup=False)
     console.print(front_table(bench, panel))
-    truth = bench.truths.get(panel.name)
-    if truth is not None:
+    reference = bench.references.get(panel.name)
+    if reference is not None:
         console.print(
             escape(
-                f"truth: {truth.method}, {truth.spp} spp, standard error "
-                f"{truth.ratio:.2f} of the smallest error, subtracted"
+                f"reference: {reference.method}, {reference.spp} spp, standard error "
+                f"{reference.ratio:.2f} of the smallest error, subtracted"
             ),
             style="dim",
         )

@@ -17,7 +17,7 @@ from ssdo_gl.bench.bootstrap import Interval
 from ssdo_gl.bench.clock import CLOCK_NAMES
 from ssdo_gl.bench.errors import Scalars
 from ssdo_gl.bench.report import outputs, plots, terminal
-from ssdo_gl.bench.report.report import report_html
+from ssdo_gl.bench.report.page import report_html
 
 pytest.importorskip("matplotlib")
 
@@ -109,7 +109,7 @@ def test_the_data_of_the_script_can_be_read_and_cannot_end_it():
     assert {p["label"] for p in near["points"] if p["front"]} == {
         r.point.label for r in front_of(found.results, "near")
     }
-    assert data["pictures"][0]["name"] == "truth </script> & near"
+    assert data["pictures"][0]["name"] == "reference </script> & near"
     png = base64.b64decode(data["pictures"][0]["png"].partition(",")[2])
     assert png == found.pictures[0].png
 
@@ -133,13 +133,13 @@ def test_failed_pixels_are_shown(page):
 
 
 @pytest.mark.usefixtures("without_plots")
-def test_an_unsure_truth_is_called_unsure():
+def test_an_unsure_reference_is_called_unsure():
     found = bench()
     poor = {
-        name: dataclasses.replace(truth, standard_error=0.02)
-        for name, truth in found.truths.items()
+        name: dataclasses.replace(reference, standard_error=0.02)
+        for name, reference in found.references.items()
     }
-    assert "less sure" in report_html(bench(truths=poor))
+    assert "less sure" in report_html(bench(references=poor))
     assert "less sure" not in report_html(found)
 
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 
-from ssdo_gl.bench.analysis import TruthSummary, percent
+from ssdo_gl.bench.analysis import ReferenceSummary, percent
 from ssdo_gl.bench.clock import CLOCK_NAMES
-from ssdo_gl.bench.errors import PANELS, Panel
+from ssdo_gl.bench.errors import PANELS, ErrorPanel
 from ssdo_gl.bench.metrics import FLIP_EXPOSURES_EV, FLIP_PIXELS_PER_DEGREE, REL_MSE_EPSILON
 from ssdo_gl.bench.report.bench_data import Bench
 
-# A truth may be used without a word if its standard error is at most this part of the
+# A reference may be used without a word if its standard error is at most this part of the
 # smallest error that is reported against it.
 TRUSTED_RATIO = 0.1
 
@@ -37,31 +37,31 @@ def facts(bench: Bench) -> list[tuple[str, str]]:
     ]
 
 
-def truth_sentence(panel: Panel, truth: TruthSummary | None) -> str:
-    """Return what a panel's truth is and what it is worth; empty if it was not measured."""
-    if truth is None:
+def reference_sentence(panel: ErrorPanel, reference: ReferenceSummary | None) -> str:
+    """Return what a panel's reference is and what it is worth; empty if it was not measured."""
+    if reference is None:
         return ""
     show = percent if panel.relative else lambda value: f"{value:.3g}"
     text = (
-        f"{panel.title}: {truth.method}, {truth.spp} samples per pixel in {truth.batches} "
-        f"independent batches ({truth.seconds:.0f} s). Its standard error is "
-        f"{show(truth.standard_error)}"
+        f"{panel.title}: {reference.method}, {reference.spp} samples per pixel in "
+        f"{reference.batches} independent batches ({reference.seconds:.0f} s). Its standard "
+        f"error is {show(reference.standard_error)}"
     )
-    if math.isfinite(truth.ratio):
-        text += f", {truth.ratio:.2f} of the smallest error reported"
+    if math.isfinite(reference.ratio):
+        text += f", {reference.ratio:.2f} of the smallest error reported"
     text += "; its variance is subtracted from every squared error."
-    if truth.ratio > TRUSTED_RATIO:
+    if reference.ratio > TRUSTED_RATIO:
         text += (
             " That is more than a tenth: the smallest errors are less sure than their "
-            "intervals say. A longer run (without --quick) refines the truth."
+            "intervals say. A longer run (without --quick) refines the reference."
         )
-    if math.isfinite(truth.floor):
+    if math.isfinite(reference.floor):
         text += (
-            f" The march, converged (32 directions of 32 steps), is still {show(truth.floor)} "
+            f" The march, converged (32 directions of 32 steps), is still {show(reference.floor)} "
             f"away: {_LEFT[panel.name]}."
         )
-    if truth.floor_parts:
-        parts = ", ".join(f"{name} {percent(v)}" for name, v in truth.floor_parts.items())
+    if reference.floor_parts:
+        parts = ", ".join(f"{name} {percent(v)}" for name, v in reference.floor_parts.items())
         text += f" By part, relative to each part's own mean: {parts}."
     return text
 
@@ -80,17 +80,17 @@ def method_paragraphs(bench: Bench) -> list[str]:
         ),
         (
             "Error: over covered pixels that do not themselves emit light, all three channels, "
-            f"against a ray-traced truth that starts from the same G-buffer; {bench.seeds} seeds. "
-            "Relative errors are root mean squares over the mean of the truth. The truth's own "
-            "variance, known from independent batches, is subtracted. Pixels with NaN or infinity "
-            "are counted and make the error infinite."
+            "against a ray-traced reference that starts from the same G-buffer; "
+            f"{bench.seeds} seeds. Relative errors are root mean squares over the mean of the "
+            "reference. The reference's own variance, known from independent batches, is "
+            "subtracted. Pixels with NaN or infinity are counted and make the error infinite."
         ),
         (
             "Three faults are told apart. Noise is the scatter between seeds: the estimator and "
             "its own expectation. Own bias is the distance of that expectation from the march's, "
             "converged: what better settings would mend. What even that march lacks is what the "
             "screen does not show (and shadow maps). Systematic is the distance of the expectation "
-            "from the truth. total^2 = noise^2 + systematic^2."
+            "from the reference. total^2 = noise^2 + systematic^2."
         ),
         (
             "Intervals: 95 %, a paired bootstrap over pixel blocks and seeds (errors) and over "
@@ -98,7 +98,7 @@ def method_paragraphs(bench: Bench) -> list[str]:
             "in which it is. They describe this view of this scene on this machine."
         ),
         (
-            f"relMSE adds {REL_MSE_EPSILON} to the squared truth, in display white. SSIM is "
+            f"relMSE adds {REL_MSE_EPSILON} to the squared reference, in display white. SSIM is "
             "computed on sRGB pictures. FLIP assumes "
             f"{FLIP_PIXELS_PER_DEGREE:.0f} pixels per degree; HDR-FLIP uses the fixed exposures "
             f"{start:+.0f} to {stop:+.0f} EV in {count} steps around the camera's."

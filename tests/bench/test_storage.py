@@ -9,78 +9,78 @@ import random
 import numpy as np
 import pytest
 
-from ssdo_gl.bench import files
+from ssdo_gl.bench import storage
 
 
 def test_lines_are_appended_and_read_back(tmp_path):
     path = tmp_path / "rows.csv"
-    assert files.whole_lines(path) == []
-    files.append_line(path, "a,1")
-    files.append_line(path, "b,2")
-    assert files.whole_lines(path) == ["a,1", "b,2"]
+    assert storage.whole_lines(path) == []
+    storage.append_line(path, "a,1")
+    storage.append_line(path, "b,2")
+    assert storage.whole_lines(path) == ["a,1", "b,2"]
     with pytest.raises(ValueError, match="line break"):
-        files.append_line(path, "a\nb")
+        storage.append_line(path, "a\nb")
 
 
 def test_a_torn_last_line_is_cut_off_for_good(tmp_path):
     path = tmp_path / "rows.csv"
     path.write_bytes(b"a,1\nb,2\nc,")
-    assert files.whole_lines(path) == ["a,1", "b,2"]
-    files.append_line(path, "d,4")
-    assert files.whole_lines(path) == ["a,1", "b,2", "d,4"]
+    assert storage.whole_lines(path) == ["a,1", "b,2"]
+    storage.append_line(path, "d,4")
+    assert storage.whole_lines(path) == ["a,1", "b,2", "d,4"]
 
 
 def test_a_failed_replacement_keeps_the_old_file(tmp_path):
     path = tmp_path / "report.html"
-    files.replace_file(path, b"old")
-    with pytest.raises(files.BenchError, match=r"no-such"):
-        files.replace_file(tmp_path / "no-such" / "x", b"new")
-    files.replace_file(path, b"new")
+    storage.replace_file(path, b"old")
+    with pytest.raises(storage.BenchError, match=r"no-such"):
+        storage.replace_file(tmp_path / "no-such" / "x", b"new")
+    storage.replace_file(path, b"new")
     assert path.read_bytes() == b"new"
     assert [item.name for item in tmp_path.iterdir()] == ["report.html"]
 
 
 def test_the_cache_folder_follows_the_environment(tmp_path, monkeypatch):
     monkeypatch.setenv("SSDO_GL_CACHE", str(tmp_path / "here"))
-    assert files.cache_folder("truth") == tmp_path / "here" / "truth"
-    assert (tmp_path / "here" / "truth").is_dir()
+    assert storage.cache_folder("reference") == tmp_path / "here" / "reference"
+    assert (tmp_path / "here" / "reference").is_dir()
     blocked = tmp_path / "file"
     blocked.write_text("in the way")
     monkeypatch.setenv("SSDO_GL_CACHE", str(blocked))
-    with pytest.raises(files.BenchError, match="SSDO_GL_CACHE"):
-        files.cache_folder("truth")
+    with pytest.raises(storage.BenchError, match="SSDO_GL_CACHE"):
+        storage.cache_folder("reference")
 
 
 def test_a_folder_becomes_a_bench_once(tmp_path):
-    files.claim_folder(tmp_path / "new" / "bench")
-    files.claim_folder(tmp_path / "new" / "bench")
-    assert [item.name for item in (tmp_path / "new" / "bench").iterdir()] == [files.MARKER]
+    storage.claim_folder(tmp_path / "new" / "bench")
+    storage.claim_folder(tmp_path / "new" / "bench")
+    assert [item.name for item in (tmp_path / "new" / "bench").iterdir()] == [storage.MARKER]
 
 
 def test_other_files_of_the_user_do_not_matter(tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
     (tmp_path / ".probe").mkdir()
-    files.claim_folder(tmp_path)
+    storage.claim_folder(tmp_path)
     assert (tmp_path / "notes.txt").read_text() == "mine"
     assert (tmp_path / ".probe").is_dir()
 
 
-@pytest.mark.parametrize("name", files.BENCH_FILES)
+@pytest.mark.parametrize("name", storage.BENCH_FILES)
 def test_a_folder_with_files_of_a_bench_s_names_is_refused(tmp_path, name):
     (tmp_path / name).mkdir()
-    with pytest.raises(files.BenchError, match=f"holds {name}, which no bench made"):
-        files.claim_folder(tmp_path)
+    with pytest.raises(storage.BenchError, match=f"holds {name}, which no bench made"):
+        storage.claim_folder(tmp_path)
     assert [item.name for item in tmp_path.iterdir()] == [name]
 
 
-@pytest.mark.parametrize("name", [files.MARKER, *files.BENCH_FILES])
+@pytest.mark.parametrize("name", [storage.MARKER, *storage.BENCH_FILES])
 def test_links_are_never_followed(tmp_path, name):
     (tmp_path / "bench").mkdir()
-    files.claim_folder(tmp_path / "bench")
+    storage.claim_folder(tmp_path / "bench")
     (tmp_path / "bench" / name).unlink(missing_ok=True)
     (tmp_path / "bench" / name).symlink_to(tmp_path / "theirs")
-    with pytest.raises(files.BenchError, match=name):
-        files.claim_folder(tmp_path / "bench")
+    with pytest.raises(storage.BenchError, match=name):
+        storage.claim_folder(tmp_path / "bench")
     assert not (tmp_path / "theirs").exists()
 
 
@@ -89,8 +89,8 @@ ARRAYS = {"a": np.arange(6.0).reshape(2, 3), "b": np.ones(4, dtype=np.float32)}
 
 def test_arrays_come_back_as_they_were(tmp_path):
     path = tmp_path / "x.npz"
-    files.save_arrays(path, {"count": 2}, ARRAYS)
-    meta, arrays = files.load_arrays(path)
+    storage.save_arrays(path, {"count": 2}, ARRAYS)
+    meta, arrays = storage.load_arrays(path)
     assert meta == {"count": 2}
     assert arrays.keys() == ARRAYS.keys()
     assert all((arrays[name] == ARRAYS[name]).all() for name in ARRAYS)
@@ -98,14 +98,14 @@ def test_arrays_come_back_as_they_were(tmp_path):
 
 def test_no_damage_goes_unseen(tmp_path):
     path = tmp_path / "x.npz"
-    assert files.load_arrays(path) is None
-    files.save_arrays(path, {"count": 2}, ARRAYS)
+    assert storage.load_arrays(path) is None
+    storage.save_arrays(path, {"count": 2}, ARRAYS)
     data, rng = path.read_bytes(), random.Random(0)
     for _ in range(300):
         damaged = bytearray(data)
         damaged[rng.randrange(len(data))] ^= 1 << rng.randrange(8)
         path.write_bytes(damaged[: rng.choice((len(data), rng.randrange(len(data))))])
-        assert files.load_arrays(path) is None
+        assert storage.load_arrays(path) is None
 
 
 class Malicious:
@@ -119,11 +119,11 @@ def test_nothing_in_a_cache_can_run_code(tmp_path):
     np.savez(buffer, meta=np.array("{}"), a=np.array([Malicious()], dtype=object))
     data = buffer.getvalue()
     (tmp_path / "x.npz").write_bytes(data + hashlib.sha256(data).digest())
-    assert files.load_arrays(tmp_path / "x.npz") is None
+    assert storage.load_arrays(tmp_path / "x.npz") is None
     assert not (tmp_path / "ran").exists()
 
 
 @pytest.mark.parametrize("text", ["", "[1,", "[" * 100_000, "\ud800"])
 def test_damaged_json_counts_as_none(tmp_path, text):
     (tmp_path / "x.json").write_bytes(text.encode(errors="surrogatepass"))
-    assert files.read_json(tmp_path / "x.json") is None
+    assert storage.read_json(tmp_path / "x.json") is None

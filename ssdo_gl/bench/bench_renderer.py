@@ -1,17 +1,18 @@
-"""The only door from a bench to the renderer: images, frame times, pass times."""
+"""The only way from a bench to the renderer: images, frame times, pass times."""
 
 from __future__ import annotations
 
 import math
 import statistics
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ssdo_gl.gpu.context import Device
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
@@ -21,7 +22,7 @@ Images = Mapping[str, NDArray[np.float32]]
 
 
 @dataclass(frozen=True)
-class FrameTimes:
+class MedianTimes:
     """Times of warm frames, milliseconds.
 
     Attributes
@@ -43,25 +44,8 @@ class FrameTimes:
     setup_ms: float
 
 
-class Studio(Protocol):
-    """What a bench needs of a renderer; tests give it a pretended one."""
-
-    scene: Scene
-
-    def images(self, settings: Settings, wanted: Sequence[str]) -> Images:
-        """Return the images `wanted`, rendered once."""
-
-    def timed(self, settings: Settings, wanted: Sequence[str], frames: int) -> FrameTimes:
-        """Return times of `frames` warm frames that each recompute the whole view."""
-
-    def split(
-        self, settings: Settings, wanted: Sequence[str], frames: int, clock: str
-    ) -> tuple[tuple[str, float], ...]:
-        """Return (pass, median ms by one of `CLOCKS`) of what runs in a warm frame, in order."""
-
-
-class RendererStudio:
-    """A `Studio` on one renderer, whose shaders and geometry stay warm between settings."""
+class BenchRenderer:
+    """What a bench needs of a renderer; its shaders and geometry stay warm between settings."""
 
     def __init__(self, renderer: Renderer, camera: Camera | None = None) -> None:
         self.renderer = renderer
@@ -73,7 +57,7 @@ class RendererStudio:
         self.renderer.use(settings)
         return self.renderer.render(wanted, camera=self.camera).images
 
-    def timed(self, settings: Settings, wanted: Sequence[str], frames: int) -> FrameTimes:
+    def timed(self, settings: Settings, wanted: Sequence[str], frames: int) -> MedianTimes:
         """Return times of `frames` warm frames that each recompute the whole view."""
         self.renderer.use(settings)
         # One frame alone would be the cold one; the median of two needs a third to be
@@ -83,7 +67,7 @@ class RendererStudio:
             wanted, camera=self.camera, frames=max(frames, 2), time_passes=queries
         )
         by_pass = [row.gpu_ms for row in result.passes if row.gpu_ms is not None]
-        return FrameTimes(
+        return MedianTimes(
             statistics.median(result.frame_ms),
             statistics.median(result.process_ms),
             sum(by_pass) if queries else math.nan,
@@ -100,3 +84,18 @@ class RendererStudio:
             wanted, camera=self.camera, frames=max(frames, 2), time_passes=True
         )
         return tuple((row.name, row.gpu_ms) for row in result.passes if row.gpu_ms is not None)
+
+
+# Opens a renderer for a scene of its own.
+OpenRenderer = Callable[[Scene], AbstractContextManager[BenchRenderer]]
+
+
+def opener(device: Device) -> OpenRenderer:
+    """Return a function that opens a renderer for a scene on `device`."""
+
+    @contextmanager
+    def open_renderer(scene: Scene) -> Iterator[BenchRenderer]:
+        with Renderer(scene, device=device) as renderer:
+            yield BenchRenderer(renderer)
+
+    return open_renderer

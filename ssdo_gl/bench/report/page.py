@@ -14,10 +14,15 @@ from typing import Any
 from ssdo_gl.bench.analysis import Result, Verdict, front_of, percent
 from ssdo_gl.bench.bootstrap import Interval
 from ssdo_gl.bench.clock import CLOCK_NAMES
-from ssdo_gl.bench.errors import PANELS, Panel
+from ssdo_gl.bench.errors import PANELS, ErrorPanel
 from ssdo_gl.bench.report import plots
 from ssdo_gl.bench.report.bench_data import Bench
-from ssdo_gl.bench.report.report_text import facts, machine_rows, method_paragraphs, truth_sentence
+from ssdo_gl.bench.report.sentences import (
+    facts,
+    machine_rows,
+    method_paragraphs,
+    reference_sentence,
+)
 
 
 def data_uri(data: bytes, kind: str) -> str:
@@ -50,7 +55,7 @@ def report_html(bench: Bench) -> str:
         pareto=_plot(plots.pareto_figure(bench)),
         compare=_compare(bench),
         fronts="".join(_front_table(bench, panel) for panel in PANELS),
-        truths=_truths(bench),
+        references=_references(bench),
         samples=_plot(plots.samples_figure(bench)),
         scaling=_figure_or_note(
             plots.scaling_figure(bench) if bench.series else None,
@@ -127,7 +132,7 @@ def interval_text(interval: Interval) -> str:
     return f"{number(interval.value)} [{number(interval.low)}, {number(interval.high)}]"
 
 
-def _front_table(bench: Bench, panel: Panel) -> str:
+def _front_table(bench: Bench, panel: ErrorPanel) -> str:
     front = front_of(bench.results, panel.name)
     if not front:
         return ""
@@ -149,8 +154,8 @@ def _front_table(bench: Bench, panel: Panel) -> str:
     return f"<h3>{html.escape(panel.title)}</h3>{_table(head, rows)}"
 
 
-def _truths(bench: Bench) -> str:
-    items = [truth_sentence(panel, bench.truths.get(panel.name)) for panel in PANELS]
+def _references(bench: Bench) -> str:
+    items = [reference_sentence(panel, bench.references.get(panel.name)) for panel in PANELS]
     return "<ul>" + "".join(f"<li>{html.escape(item)}</li>" for item in items if item) + "</ul>"
 
 
@@ -165,21 +170,21 @@ def _compare(bench: Bench) -> str:
             for i, picture in enumerate(bench.pictures)
         )
 
-    truth = next((i for i, p in enumerate(bench.pictures) if p.is_truth), 0)
+    reference = next((i for i, p in enumerate(bench.pictures) if p.is_reference), 0)
     other = next(
         (
             i
             for i, p in enumerate(bench.pictures)
-            if not p.is_truth and p.group == bench.pictures[truth].group
+            if not p.is_reference and p.group == bench.pictures[reference].group
         ),
         0,
     )
-    first, second = bench.pictures[other], bench.pictures[truth]
+    first, second = bench.pictures[other], bench.pictures[reference]
     over, under = data_uri(first.png, "image/png"), data_uri(second.png, "image/png")
     return (
         '<div class="controls">'
         f'<label>left <select id="left">{options(other)}</select></label>'
-        f'<label>right <select id="right">{options(truth)}</select></label>'
+        f'<label>right <select id="right">{options(reference)}</select></label>'
         '<label><input type="checkbox" id="flip"> FLIP map of the left one</label></div>'
         '<div class="compare" id="compare">'
         f'<img id="image-under" alt="right picture" src="{under}">'
@@ -260,8 +265,8 @@ def _data(bench: Bench) -> dict[str, Any]:
     for panel in PANELS:
         points = [_dot(r, panel) for r in bench.results if panel.name in r.verdicts]
         if points:
-            truth = bench.truths.get(panel.name)
-            floor = truth.floor if truth and math.isfinite(truth.floor) else 0.0
+            reference = bench.references.get(panel.name)
+            floor = reference.floor if reference and math.isfinite(reference.floor) else 0.0
             panels.append(
                 {"title": panel.title, "unit": panel.error_label, "points": points, "floor": floor}
             )
@@ -269,7 +274,7 @@ def _data(bench: Bench) -> dict[str, Any]:
         {
             "name": picture.name,
             "group": picture.group,
-            "truth": picture.is_truth,
+            "reference": picture.is_reference,
             "caption": picture.caption,
             "png": data_uri(picture.png, "image/png"),
             "flip": data_uri(picture.flip_png, "image/png") if picture.flip_png else None,
@@ -279,7 +284,7 @@ def _data(bench: Bench) -> dict[str, Any]:
     return {"panels": panels, "pictures": pictures, "clock": f"frame time, ms ({clock})"}
 
 
-def _dot(result: Result, panel: Panel) -> dict[str, Any]:
+def _dot(result: Result, panel: ErrorPanel) -> dict[str, Any]:
     verdict, timing = result.verdicts[panel.name], result.timing
     finite = math.isfinite(verdict.error.value)
     error = percent(verdict.error.value) if panel.relative else number(verdict.error.value)

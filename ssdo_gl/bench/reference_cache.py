@@ -1,7 +1,7 @@
-"""Ray-traced truths: rendered in batches until they are good enough, kept on disk.
+"""Ray-traced references: rendered in batches until they are good enough, kept on disk.
 
 Every batch uses another seed, so batches are independent estimates of the same image:
-their mean is the truth, and their scatter says how far that mean can be trusted, without
+their mean is the reference, and their scatter says how far that mean can be trusted, without
 believing what the reference says of itself.
 """
 
@@ -17,15 +17,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.bench.files import cache_folder, load_arrays, save_arrays
 from ssdo_gl.bench.fingerprint import fingerprint, scene_fingerprint, shader_fingerprint
 from ssdo_gl.bench.metrics import Mask, masked_mean
+from ssdo_gl.bench.storage import cache_folder, load_arrays, save_arrays
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 
-# Raised whenever the meaning of a cached truth changes.
-TRUTH_FORMAT = 2
-# Far from the seeds that a user or a sweep takes, so that no truth shares its samples
+# Raised whenever the meaning of a cached reference changes.
+REFERENCE_FORMAT = 2
+# Far from the seeds that a user or a sweep takes, so that no reference shares its samples
 # with what it judges.
 FIRST_SEED = 1_000_003
 # A variance needs two.
@@ -36,7 +36,6 @@ _RELEVANT_NEAR = ("radius",)
 _RELEVANT_GI = ("bounces",)
 
 RenderBatch = Callable[[int], Mapping[str, NDArray[np.float32]]]
-Report = Callable[[str, float], None]
 
 
 @dataclass
@@ -53,7 +52,7 @@ class Accumulator:
         Raises
         ------
         ValueError
-            If a truth is not finite: nothing can be measured against it.
+            If a reference is not finite: nothing can be measured against it.
         """
         self.count += 1
         for name, image in images.items():
@@ -67,14 +66,14 @@ class Accumulator:
             self.mean[name] += step / self.count
             self.scatter[name] += step * (value - self.mean[name])
 
-    def truth(self, spp: int, seconds: float) -> Truth:
+    def reference(self, spp: int, seconds: float) -> Reference:
         """Return the mean so far with its variance; infinite with a single batch."""
         pairs = self.count * (self.count - 1)
         variance = {
             name: (scatter / pairs if pairs else np.full_like(scatter, np.inf))
             for name, scatter in self.scatter.items()
         }
-        return Truth(
+        return Reference(
             {name: mean.astype(np.float32) for name, mean in self.mean.items()},
             {name: value.astype(np.float32) for name, value in variance.items()},
             self.count,
@@ -84,7 +83,7 @@ class Accumulator:
 
 
 @dataclass(frozen=True, eq=False)
-class Truth:
+class Reference:
     """A reference and how sure it is.
 
     Attributes
@@ -122,7 +121,7 @@ class Truth:
 
 @dataclass(frozen=True)
 class Goal:
-    """When a truth is good enough.
+    """When a reference is good enough.
 
     Attributes
     ----------
@@ -141,40 +140,40 @@ class Goal:
     relative: bool
     max_seconds: float
 
-    def reached(self, truth: Truth, mask: Mask) -> bool:
-        """Whether `truth` meets the goal."""
-        return truth.batches >= MIN_BATCHES and self.now(truth, mask) <= self.standard_error
+    def reached(self, reference: Reference, mask: Mask) -> bool:
+        """Whether `reference` meets the goal."""
+        return reference.batches >= MIN_BATCHES and self.now(reference, mask) <= self.standard_error
 
-    def now(self, truth: Truth, mask: Mask) -> float:
+    def now(self, reference: Reference, mask: Mask) -> float:
         """Return the standard error that the goal is about."""
-        of = truth.relative_standard_error if self.relative else truth.standard_error
+        of = reference.relative_standard_error if self.relative else reference.standard_error
         return of(self.name, mask)
 
 
-def truth_key(scene: Scene, settings: Settings, renderer: str, images: Sequence[str]) -> str:
-    """Return the name under which a truth is cached.
+def reference_key(scene: Scene, settings: Settings, device_name: str, images: Sequence[str]) -> str:
+    """Return the name under which a reference is cached.
 
     It changes with everything that changes what the reference converges to: the scene's
     geometry, materials, lights and camera, the relevant settings, the reference shaders
-    and the renderer (its rasterization decides what each pixel sees). Truths that hold
-    other `images`, or batches of another number of samples, are other truths.
+    and the renderer (its rasterization decides what each pixel sees). References that hold
+    other `images`, or batches of another number of samples, are other references.
     """
     own = _RELEVANT_GI if settings.method == "reference-gi" else _RELEVANT_NEAR
     relevant = {name: getattr(settings, name) for name in (*_RELEVANT, *own)}
     shaders = shader_fingerprint(("reference", "gbuffer", "traced"))
     return fingerprint(
-        TRUTH_FORMAT, scene_fingerprint(scene), relevant, shaders, renderer, *sorted(images)
+        REFERENCE_FORMAT, scene_fingerprint(scene), relevant, shaders, device_name, *sorted(images)
     )
 
 
-class TruthCache:
-    """Truths on disk, one file each; extended in place when more is asked for."""
+class ReferenceCache:
+    """References on disk, one file each; extended in place when more is asked for."""
 
     def __init__(self, folder: Path | None = None) -> None:
-        self.folder = folder or cache_folder("truth")
+        self.folder = folder or cache_folder("reference")
 
     def path(self, key: str) -> Path:
-        """Return the file of the truth `key`."""
+        """Return the file of the reference `key`."""
         return self.folder / f"{key}.npz"
 
     def load(self, key: str) -> tuple[Accumulator, dict[str, Any]]:
@@ -207,10 +206,10 @@ def obtain(
     mask: Mask,
     render_batch: RenderBatch,
     batch_spp: int,
-    cache: TruthCache,
-    report: Report | None = None,
-) -> Truth:
-    """Return the truth `key`, rendering more batches until every goal is reached.
+    cache: ReferenceCache,
+    report: Callable[[str, float], None] | None = None,
+) -> Reference:
+    """Return the reference `key`, rendering more batches until every goal is reached.
 
     Parameters
     ----------
@@ -224,33 +223,33 @@ def obtain(
     kept, meta = cache.load(key)
     spent, start = float(meta["seconds"]), time.perf_counter()
     spp = int(meta["spp"])
-    truth = kept.truth(spp, spent)
+    reference = kept.reference(spp, spent)
     limit = min((goal.max_seconds for goal in goals), default=math.inf)
-    while not all(goal.reached(truth, mask) for goal in goals):
+    while not all(goal.reached(reference, mask) for goal in goals):
         elapsed = time.perf_counter() - start
         if kept.count >= MIN_BATCHES and elapsed >= limit:
             break
         kept.add(render_batch(FIRST_SEED + kept.count))
         spp += batch_spp
         now = time.perf_counter() - start
-        truth = kept.truth(spp, spent + now)
+        reference = kept.reference(spp, spent + now)
         cache.save(key, kept, {"spp": spp, "seconds": spent + now})
         if report is not None:
-            report(_sentence(truth, goals, mask), _share_done(truth, goals, mask, now))
-    return truth
+            report(_sentence(reference, goals, mask), _share_done(reference, goals, mask, now))
+    return reference
 
 
-def _sentence(truth: Truth, goals: Sequence[Goal], mask: Mask) -> str:
-    worst = max(goals, key=lambda goal: goal.now(truth, mask) / goal.standard_error)
-    now = worst.now(truth, mask)
-    return f"{worst.name} {truth.spp} spp, error {now:.2g} (goal {worst.standard_error:.2g})"
+def _sentence(reference: Reference, goals: Sequence[Goal], mask: Mask) -> str:
+    worst = max(goals, key=lambda goal: goal.now(reference, mask) / goal.standard_error)
+    now = worst.now(reference, mask)
+    return f"{worst.name} {reference.spp} spp, error {now:.2g} (goal {worst.standard_error:.2g})"
 
 
-def _share_done(truth: Truth, goals: Sequence[Goal], mask: Mask, elapsed: float) -> float:
+def _share_done(reference: Reference, goals: Sequence[Goal], mask: Mask, elapsed: float) -> float:
     """Estimate progress: the variance falls as 1 / batches, and time may run out."""
     shares = []
     for goal in goals:
-        now = goal.now(truth, mask)
+        now = goal.now(reference, mask)
         by_error = (goal.standard_error / now) ** 2 if now > 0.0 else 1.0
         shares.append(max(min(by_error, 1.0), min(elapsed / goal.max_seconds, 1.0)))
     return min(shares, default=1.0)

@@ -1,4 +1,4 @@
-"""The truths of one bench: refined until they are worth ten times what is judged by them."""
+"""The references of one bench: refined until they are worth ten times what is judged by them."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from ssdo_gl.bench.analysis import Result, TruthSummary
+from ssdo_gl.bench.analysis import ReferenceSummary, Result
+from ssdo_gl.bench.bench_renderer import BenchRenderer, Images
 from ssdo_gl.bench.bootstrap import replicas_of_relative_rmse, replicas_of_rmse, whole
 from ssdo_gl.bench.errors import (
     PANELS,
+    ErrorPanel,
     Judged,
-    Panel,
     Scalars,
     judge,
     panel_named,
@@ -23,8 +24,14 @@ from ssdo_gl.bench.errors import (
 from ssdo_gl.bench.metrics import Mask
 from ssdo_gl.bench.points import Point
 from ssdo_gl.bench.progress import BenchProgress
-from ssdo_gl.bench.renderings import Images, Studio
-from ssdo_gl.bench.truth import Accumulator, Goal, Truth, TruthCache, obtain, truth_key
+from ssdo_gl.bench.reference_cache import (
+    Accumulator,
+    Goal,
+    Reference,
+    ReferenceCache,
+    obtain,
+    reference_key,
+)
 from ssdo_gl.settings import Settings
 
 # The converged march: what is left of its error is what one camera layer does not show.
@@ -32,8 +39,8 @@ LIMITS = {
     "radiance": Point("radiance", "limit", "bounce", "march", 1024, 32, 1.0, "none"),
     "visibility": Point("visibility", "limit", "ssao", "march", 1024, 32, 1.0, "none"),
 }
-# A truth's standard error aims at this part of the smallest error reported.
-TRUTH_RATIO = 0.1
+# A reference's standard error aims at this part of the smallest error reported.
+REFERENCE_RATIO = 0.1
 # The goal before any error is known: enough to estimate the smallest one to a few percent.
 FIRST_GOAL = 0.03
 # Where a scene leaves the screen nothing to miss, the limit's error is only its noise; no
@@ -42,8 +49,8 @@ SMALLEST_FLOOR = 1e-3
 
 
 @dataclass(frozen=True)
-class TruthRequest:
-    """What truths are wanted.
+class ReferenceRequest:
+    """What references are wanted.
 
     Attributes
     ----------
@@ -56,100 +63,102 @@ class TruthRequest:
     batch_spp : int
         Samples per pixel of one independent batch.
     max_seconds : float
-        For each truth, in this call.
-    renderer : str
-        Part of the key under which truths are cached.
+        For each reference, in this call.
+    device_name : str
+        Part of the key under which references are cached.
     smallest : mapping
         The smallest error seen so far, by panel name; empty before anything was judged.
     """
 
-    studio: Studio
+    renderer: BenchRenderer
     base: Settings
     mask: Mask
     kinds: Sequence[str]
     seeds: int
     batch_spp: int
     max_seconds: float
-    renderer: str
+    device_name: str
     smallest: Mapping[str, float] = field(default_factory=dict)
-    cache: TruthCache = field(default_factory=TruthCache)
+    cache: ReferenceCache = field(default_factory=ReferenceCache)
 
 
 @dataclass(frozen=True)
-class Standards:
+class ReferenceSet:
     """What points are held to, by panel name.
 
     Attributes
     ----------
-    truths : dict of str to Truth
+    by_panel : dict of str to Reference
     floors : dict of str to Scalars
-        What the converged march loses to each truth.
-    limits : dict of str to Truth
+        What the converged march loses to each reference.
+    limits : dict of str to Reference
         The converged march itself, averaged over its seeds.
     """
 
-    truths: dict[str, Truth]
+    by_panel: dict[str, Reference]
     floors: dict[str, Scalars]
-    limits: dict[str, Truth]
+    limits: dict[str, Reference]
 
 
-def make_standards(request: TruthRequest, progress: BenchProgress) -> Standards:
-    """Return truths, refined as far as they must be, and the converged march."""
-    found = Standards({}, {}, {})
+def make_references(request: ReferenceRequest, progress: BenchProgress) -> ReferenceSet:
+    """Return references, refined as far as they must be, and the converged march."""
+    found = ReferenceSet({}, {}, {})
     for kind in request.kinds:
         panels = [panel for panel in PANELS if panel.kind == kind]
         point = LIMITS[kind]
         renderings = render_seeds(
-            request.studio, point, request.base, request.seeds, wanted_images(panels)
+            request.renderer, point, request.base, request.seeds, wanted_images(panels)
         )
         kept = Accumulator()
         for rendering in renderings:
             kept.add(rendering)
-        limit = kept.truth(point.samples * request.seeds, 0.0)
+        limit = kept.reference(point.samples * request.seeds, 0.0)
         for panel in panels:
-            truth, floor = make_truth(panel, request, renderings, progress)
-            found.truths[panel.name] = truth
+            reference, floor = make_reference(panel, request, renderings, progress)
+            found.by_panel[panel.name] = reference
             found.floors[panel.name] = floor
             found.limits[panel.name] = limit
     return found
 
 
-def make_truth(
-    panel: Panel, request: TruthRequest, limit: Sequence[Images], progress: BenchProgress
-) -> tuple[Truth, Scalars]:
-    """Refine a panel's truth until it is worth ten times the error of the `limit`."""
+def make_reference(
+    panel: ErrorPanel, request: ReferenceRequest, limit: Sequence[Images], progress: BenchProgress
+) -> tuple[Reference, Scalars]:
+    """Refine a panel's reference until it is worth ten times the error of the `limit`."""
     settings = dataclasses.replace(
         request.base, method=panel.method, estimator=None, spp=request.batch_spp
     )
     wanted = (panel.image, *panel.parts)
-    stage = f"truth {panel.method}"
+    stage = f"reference {panel.method}"
 
     def batch(seed: int) -> Images:
-        return request.studio.images(dataclasses.replace(settings, seed=seed), wanted)
+        return request.renderer.images(dataclasses.replace(settings, seed=seed), wanted)
 
     def report(text: str, share: float) -> None:
         progress.share(stage, f"{stage}: {text}", share)
 
-    key = truth_key(request.studio.scene, settings, request.renderer, wanted)
+    key = reference_key(request.renderer.scene, settings, request.device_name, wanted)
     target, deadline = FIRST_GOAL, time.perf_counter() + request.max_seconds
     while True:
         seconds = max(0.0, deadline - time.perf_counter())
         goal = Goal(panel.image, target, panel.relative, seconds)
-        truth = obtain(key, [goal], request.mask, batch, request.batch_spp, request.cache, report)
-        verdict = judge(panel, limit, truth, request.mask, request.base.exposure or 0.0)
+        reference = obtain(
+            key, [goal], request.mask, batch, request.batch_spp, request.cache, report
+        )
+        verdict = judge(panel, limit, reference, request.mask, request.base.exposure or 0.0)
         smallest = min(verdict.scalars.systematic, request.smallest.get(panel.name, math.inf))
-        wanted_error = TRUTH_RATIO * max(smallest, SMALLEST_FLOOR)
+        wanted_error = REFERENCE_RATIO * max(smallest, SMALLEST_FLOOR)
         # The limit's own error is known better with each refinement: it may settle below
         # what the goal was derived from, but never by much.
-        if not goal.reached(truth, request.mask) or wanted_error >= target:
-            return truth, verdict.scalars
+        if not goal.reached(reference, request.mask) or wanted_error >= target:
+            return reference, verdict.scalars
         target = wanted_error
 
 
 def smallest_errors(
     judged: Mapping[str, Mapping[str, Judged]],
 ) -> dict[str, float]:
-    """Return the smallest error measured against each truth, by panel name."""
+    """Return the smallest error measured against each reference, by panel name."""
     found: dict[str, float] = {}
     for verdicts in judged.values():
         for name, item in verdicts.items():
@@ -159,36 +168,38 @@ def smallest_errors(
     return found
 
 
-def good_enough(truths: Mapping[str, Truth], smallest: Mapping[str, float], mask: Mask) -> bool:
-    """Whether every truth is worth ten times the smallest error measured against it."""
+def good_enough(
+    references: Mapping[str, Reference], smallest: Mapping[str, float], mask: Mask
+) -> bool:
+    """Whether every reference is worth ten times the smallest error measured against it."""
     for name, error in smallest.items():
         panel = panel_named(name)
-        goal = Goal(panel.image, TRUTH_RATIO * max(error, SMALLEST_FLOOR), panel.relative, 0.0)
-        if not goal.reached(truths[name], mask):
+        goal = Goal(panel.image, REFERENCE_RATIO * max(error, SMALLEST_FLOOR), panel.relative, 0.0)
+        if not goal.reached(references[name], mask):
             return False
     return True
 
 
 def summaries(
-    results: Sequence[Result], standards: Standards, mask: Mask
-) -> dict[str, TruthSummary]:
-    """Return what every truth is worth, by panel name."""
+    results: Sequence[Result], references: ReferenceSet, mask: Mask
+) -> dict[str, ReferenceSummary]:
+    """Return what every reference is worth, by panel name."""
     found = {}
     for panel in PANELS:
-        truth = standards.truths.get(panel.name)
+        reference = references.by_panel.get(panel.name)
         errors = [r.verdicts[panel.name].error.value for r in results if panel.name in r.verdicts]
-        if truth is None or not errors:
+        if reference is None or not errors:
             continue
-        of = truth.relative_standard_error if panel.relative else truth.standard_error
-        found[panel.name] = TruthSummary(
+        of = reference.relative_standard_error if panel.relative else reference.standard_error
+        found[panel.name] = ReferenceSummary(
             panel.name,
             panel.method,
-            truth.spp,
-            truth.batches,
-            truth.seconds,
+            reference.spp,
+            reference.batches,
+            reference.seconds,
             of(panel.image, mask),
             min(errors),
-            standards.floors[panel.name].systematic,
-            standards.floors[panel.name].parts,
+            references.floors[panel.name].systematic,
+            references.floors[panel.name].parts,
         )
     return found

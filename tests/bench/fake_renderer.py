@@ -1,4 +1,4 @@
-"""A studio without OpenGL: images with a known error, times with a known cost."""
+"""A renderer without OpenGL: images with a known error, times with a known cost."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ssdo_gl.bench.bench_renderer import Images, MedianTimes
 from ssdo_gl.bench.fingerprint import fingerprint
-from ssdo_gl.bench.renderings import FrameTimes, Images
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject
@@ -31,11 +31,11 @@ class Interrupted(Exception):
 def triangle_scene() -> Scene:
     mesh = Mesh(np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]]))
     camera = Camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0))
-    return Scene((mesh,), (Material(),), (SceneObject(0, 0),), camera, title="pretended")
+    return Scene((mesh,), (Material(),), (SceneObject(0, 0),), camera, title="fake")
 
 
-def truth_image(size: tuple[int, int], name: str) -> np.ndarray:
-    """Return the pretended truth: a ramp; the left column is background."""
+def reference_image(size: tuple[int, int], name: str) -> np.ndarray:
+    """Return the fake reference: a ramp; the left column is background."""
     width, height = size
     ramp = 0.2 + 0.6 * np.linspace(0, 1, width)
     image = np.broadcast_to(ramp[None, :, None], (height, width, CHANNELS.get(name, 3))).copy()
@@ -48,7 +48,7 @@ def truth_image(size: tuple[int, int], name: str) -> np.ndarray:
     return image
 
 
-class PretendedStudio:
+class FakeRenderer:
     """Renders by formula and counts calls; raises `Interrupted` after some if told to."""
 
     def __init__(self, interrupt_after: int | None = None, speed: float = 1.0) -> None:
@@ -80,7 +80,7 @@ class PretendedStudio:
             noise *= 0.2 if settings.filter != "none" else 1.0
         result = {}
         for name in wanted:
-            image = truth_image(settings.size, name)
+            image = reference_image(settings.size, name)
             if name not in ("depth", "emission"):
                 image = image + offset + noise * rng.standard_normal(image.shape)
             result[name] = image.astype(np.float32)
@@ -91,10 +91,10 @@ class PretendedStudio:
         pixels = settings.size[0] * settings.size[1] / 1e4
         return self.speed * pixels * (1.0 + 0.1 * settings.samples * scale)
 
-    def timed(self, settings: Settings, wanted: Sequence[str], frames: int) -> FrameTimes:
+    def timed(self, settings: Settings, wanted: Sequence[str], frames: int) -> MedianTimes:
         self._count("timed", settings)
         cost = self.cost_ms(settings)
-        return FrameTimes(cost, 2.0 * cost, math.nan, cost + 100.0)
+        return MedianTimes(cost, 2.0 * cost, math.nan, cost + 100.0)
 
     def split(
         self, settings: Settings, wanted: Sequence[str], frames: int, clock: str

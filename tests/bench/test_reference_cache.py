@@ -1,4 +1,4 @@
-"""Truths: accumulation, stopping, caching and what makes a cached one stale."""
+"""References: accumulation, stopping, caching and what makes a cached one stale."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import math
 import numpy as np
 import pytest
 
-from ssdo_gl.bench import truth
-from ssdo_gl.bench.truth import Accumulator, Goal, TruthCache, obtain, truth_key
+from ssdo_gl.bench import reference_cache
+from ssdo_gl.bench.reference_cache import Accumulator, Goal, ReferenceCache, obtain, reference_key
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject
@@ -55,7 +55,7 @@ def test_the_accumulator_gives_mean_and_variance_of_the_mean():
     kept = Accumulator()
     for batch in batches:
         kept.add({"a": batch})
-    result = kept.truth(spp=20, seconds=1.0)
+    result = kept.reference(spp=20, seconds=1.0)
     np.testing.assert_allclose(result.images["a"], batches.mean(axis=0), rtol=1e-6)
     np.testing.assert_allclose(result.variance["a"], batches.var(axis=0, ddof=1) / 5, rtol=1e-5)
 
@@ -63,10 +63,10 @@ def test_the_accumulator_gives_mean_and_variance_of_the_mean():
 def test_one_batch_knows_nothing_of_its_error():
     kept = Accumulator()
     kept.add({"a": np.ones((2, 2, 1))})
-    assert kept.truth(1, 0.0).standard_error("a", np.ones((2, 2), dtype=bool)) == math.inf
+    assert kept.reference(1, 0.0).standard_error("a", np.ones((2, 2), dtype=bool)) == math.inf
 
 
-def test_a_truth_that_is_not_finite_is_refused():
+def test_a_reference_that_is_not_finite_is_refused():
     with pytest.raises(ValueError, match="NaN"):
         Accumulator().add({"a": np.array([[[np.nan]]])})
 
@@ -77,15 +77,17 @@ def test_the_standard_error_is_that_of_the_mean():
     for seed in range(16):
         kept.add(reference(seed))
     # sigma / sqrt(16); 2304 values of variance with 15 degrees of freedom: 1 %.
-    assert kept.truth(16, 0).standard_error("beauty", MASK) == pytest.approx(SIGMA / 4, rel=0.03)
-    assert kept.truth(16, 0).relative_standard_error("beauty", MASK) == pytest.approx(
+    assert kept.reference(16, 0).standard_error("beauty", MASK) == pytest.approx(
+        SIGMA / 4, rel=0.03
+    )
+    assert kept.reference(16, 0).relative_standard_error("beauty", MASK) == pytest.approx(
         SIGMA / 4, rel=0.05
     )
 
 
 def test_batches_are_added_until_the_goal_is_reached(tmp_path):
     reference = FakeReference()
-    result = obtain("k", [goal(0.1)], MASK, reference, 8, TruthCache(tmp_path))
+    result = obtain("k", [goal(0.1)], MASK, reference, 8, ReferenceCache(tmp_path))
     # sigma / sqrt(n) <= 0.1 at n = 16, give or take the scatter of the estimate.
     assert 14 <= result.batches <= 18
     assert result.spp == 8 * result.batches
@@ -95,19 +97,21 @@ def test_batches_are_added_until_the_goal_is_reached(tmp_path):
 
 def test_every_goal_counts(tmp_path):
     reference = FakeReference()
-    result = obtain("k", [goal(0.2), goal(0.1)], MASK, reference, 8, TruthCache(tmp_path))
+    result = obtain("k", [goal(0.2), goal(0.1)], MASK, reference, 8, ReferenceCache(tmp_path))
     assert result.standard_error("beauty", MASK) <= 0.1
 
 
 def test_time_ends_what_the_goal_does_not(tmp_path):
     reference = FakeReference()
-    result = obtain("k", [goal(1e-9, max_seconds=0.0)], MASK, reference, 8, TruthCache(tmp_path))
-    assert result.batches == truth.MIN_BATCHES, "no truth without a standard error"
+    result = obtain(
+        "k", [goal(1e-9, max_seconds=0.0)], MASK, reference, 8, ReferenceCache(tmp_path)
+    )
+    assert result.batches == reference_cache.MIN_BATCHES, "no reference without a standard error"
 
 
-def test_a_cached_truth_is_reused_and_extended_with_new_seeds(tmp_path):
+def test_a_cached_reference_is_reused_and_extended_with_new_seeds(tmp_path):
     first, second, third = FakeReference(), FakeReference(), FakeReference()
-    cache = TruthCache(tmp_path)
+    cache = ReferenceCache(tmp_path)
     coarse = obtain("k", [goal(0.2)], MASK, first, 8, cache)
     again = obtain("k", [goal(0.2)], MASK, second, 8, cache)
     assert second.seeds == []
@@ -121,7 +125,7 @@ def test_a_cached_truth_is_reused_and_extended_with_new_seeds(tmp_path):
 
 
 def test_a_damaged_cache_file_is_rendered_again(tmp_path):
-    cache = TruthCache(tmp_path)
+    cache = ReferenceCache(tmp_path)
     obtain("k", [goal(0.2)], MASK, FakeReference(), 8, cache)
     cache.path("k").write_bytes(cache.path("k").read_bytes()[:100])
     reference = FakeReference()
@@ -137,15 +141,15 @@ NEAR = Settings(method="reference-near", size=SIZE, radius=0.3)
     [{"radius": 0.4}, {"size": (33, 24)}, {"method": "reference-ao"}, {"shadows": "traced"},
      {"overrides": {"direct.x": 1}}, {"spp": 7}],
 )  # fmt: skip
-def test_what_changes_a_truth_changes_its_key(change):
+def test_what_changes_a_reference_changes_its_key(change):
     other = dataclasses.replace(NEAR, **change)
-    assert truth_key(scene(), other, "r", ("a",)) != truth_key(scene(), NEAR, "r", ("a",))
+    assert reference_key(scene(), other, "r", ("a",)) != reference_key(scene(), NEAR, "r", ("a",))
 
 
 @pytest.mark.parametrize("change", [{"seed": 9}, {"samples": 3}, {"exposure": 2.0}])
-def test_what_leaves_a_truth_alone_keeps_its_key(change):
+def test_what_leaves_a_reference_alone_keeps_its_key(change):
     other = dataclasses.replace(NEAR, **change)
-    assert truth_key(scene(), other, "r", ("a",)) == truth_key(scene(), NEAR, "r", ("a",))
+    assert reference_key(scene(), other, "r", ("a",)) == reference_key(scene(), NEAR, "r", ("a",))
 
 
 def test_full_light_transport_does_not_depend_on_the_radius():
@@ -153,21 +157,23 @@ def test_full_light_transport_does_not_depend_on_the_radius():
         dataclasses.replace(NEAR, method="reference-gi", radius=r, bounces=b)
         for r, b in ((0.3, None), (0.6, None))
     )
-    assert truth_key(scene(), near, "r", ("a",)) == truth_key(scene(), far, "r", ("a",))
+    assert reference_key(scene(), near, "r", ("a",)) == reference_key(scene(), far, "r", ("a",))
     other = dataclasses.replace(near, bounces=1)
-    assert truth_key(scene(), near, "r", ("a",)) != truth_key(scene(), other, "r", ("a",))
+    assert reference_key(scene(), near, "r", ("a",)) != reference_key(scene(), other, "r", ("a",))
 
 
 def test_scene_and_renderer_are_part_of_the_key():
-    key = truth_key(scene(), NEAR, "r", ("a",))
-    assert truth_key(scene(albedo=0.6), NEAR, "r", ("a",)) != key
-    assert truth_key(scene(), NEAR, "another GPU", ("a",)) != key
-    assert truth_key(scene(), NEAR, "r", ("a", "b")) != key
-    assert truth_key(scene(), NEAR, "r", ("b", "a")) == truth_key(scene(), NEAR, "r", ("a", "b"))
-    assert truth_key(scene(title="renamed"), NEAR, "r", ("a",)) == key
+    key = reference_key(scene(), NEAR, "r", ("a",))
+    assert reference_key(scene(albedo=0.6), NEAR, "r", ("a",)) != key
+    assert reference_key(scene(), NEAR, "another GPU", ("a",)) != key
+    assert reference_key(scene(), NEAR, "r", ("a", "b")) != key
+    assert reference_key(scene(), NEAR, "r", ("b", "a")) == reference_key(
+        scene(), NEAR, "r", ("a", "b")
+    )
+    assert reference_key(scene(title="renamed"), NEAR, "r", ("a",)) == key
 
 
 def test_a_changed_reference_shader_invalidates(monkeypatch):
-    key = truth_key(scene(), NEAR, "r", ("a",))
-    monkeypatch.setattr(truth, "shader_fingerprint", lambda prefixes: "edited")
-    assert truth_key(scene(), NEAR, "r", ("a",)) != key
+    key = reference_key(scene(), NEAR, "r", ("a",))
+    monkeypatch.setattr(reference_cache, "shader_fingerprint", lambda prefixes: "edited")
+    assert reference_key(scene(), NEAR, "r", ("a",)) != key
