@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ssdo_gl.bench import pareto
 
@@ -98,3 +99,23 @@ def compare(first: Curve, second: Curve) -> Comparison:
         tuple((label, t, e, second.error_at(t)) for label, t, e in members),
         tuple((label, t, e, second.time_at(e)) for label, t, e in members),
     )
+
+
+def agreement(
+    first: NDArray[np.float64], second: NDArray[np.float64], confidence: float
+) -> list[int]:
+    """Return the settings on which two runs contradict each other.
+
+    Runs contradict each other where one is `confidence` sure that a setting is on the
+    front and the other as sure that it is not. Empty: they agree as well as they claim.
+
+    Parameters
+    ----------
+    first, second : ndarray, shape (points,)
+        Membership shares of the same settings in two runs.
+    confidence : float
+        In (0.5, 1).
+    """
+    sure_1, sure_2 = first >= confidence, second >= confidence
+    not_1, not_2 = first <= 1.0 - confidence, second <= 1.0 - confidence
+    return [int(i) for i in np.flatnonzero((sure_1 & not_2) | (sure_2 & not_1))]

@@ -11,15 +11,12 @@
 
 from __future__ import annotations
 
-import csv
 import dataclasses
 import io
 import itertools
-import json
 import math
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -27,12 +24,12 @@ import numpy as np
 from rich.console import Console
 
 from benchmarks import report_table, world_scale
-from benchmarks.equal import Comparison, compare, curve_of
+from benchmarks.common import FinishedBench, read_bench
+from benchmarks.equal import Comparison, agreement, compare, curve_of
 from ssdo_gl.bench.analysis import percent
 from ssdo_gl.bench.bench_renderer import BenchRenderer, opener
 from ssdo_gl.bench.errors import judged_pixels, panel_named
 from ssdo_gl.bench.fit import fit_power_law
-from ssdo_gl.bench.pareto import agreement
 from ssdo_gl.bench.reference_cache import Goal, ReferenceCache, obtain, reference_key
 from ssdo_gl.bench.report import plots
 from ssdo_gl.bench.report.outputs import check_libraries
@@ -49,28 +46,6 @@ SCALE_SCENE, SCALE_SIZE = "cornell_meso", (320, 180)
 SCALE_GOAL, SCALE_SPP, SCALE_SECONDS = 0.03, 256, 120.0
 # Runs contradict each other where both are this sure of the opposite.
 AGREEMENT_CONFIDENCE = 0.95
-
-
-@dataclass(frozen=True)
-class Finished:
-    """A bench on disk."""
-
-    folder: Path
-    rows: list[dict[str, str]]
-    meta: dict[str, Any]
-
-    @property
-    def name(self) -> str:
-        """Scene and size."""
-        width, height = self.meta["size"]
-        return f"{self.meta['scene']} {width}x{height}"
-
-
-def read_bench(folder: Path) -> Finished:
-    """Return the bench that was written into `folder`."""
-    with (folder / "points.csv").open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-    return Finished(folder, rows, json.loads((folder / "bench.json").read_text(encoding="utf-8")))
 
 
 def comparison_lines(found: Comparison) -> list[str]:
@@ -122,7 +97,7 @@ def growth_lines(series: Sequence[Mapping[str, Any]]) -> list[str]:
     return lines
 
 
-def agreement_lines(first: Finished, second: Finished) -> list[str]:
+def agreement_lines(first: FinishedBench, second: FinishedBench) -> list[str]:
     """Return where two benches of one scene contradict each other about the fronts."""
     lines = []
     for panel in ("near", "gi", "visibility"):
@@ -192,7 +167,7 @@ def run_report_table(device: Device) -> str:
     return buffer.getvalue()
 
 
-def bench_sections(benches: Sequence[Finished]) -> list[str]:
+def bench_sections(benches: Sequence[FinishedBench]) -> list[str]:
     """Return what the finished benches say, as Markdown."""
     lines: list[str] = []
     for bench in benches:

@@ -20,10 +20,6 @@ class PowerLaw:
     exponent: float
     standard_error: float
 
-    def at(self, x: float) -> float:
-        """Return y at `x`."""
-        return float(self.factor * x**self.exponent)
-
     def __str__(self) -> str:
         return f"{self.exponent:+.2f} ± {self.standard_error:.2f}"
 
@@ -49,28 +45,3 @@ def fit_power_law(x: Sequence[float], y: Sequence[float]) -> PowerLaw | None:
     residual = float(((v - intercept - slope * u) ** 2).sum())
     error = math.sqrt(residual / (len(pairs) - 2) / spread)
     return PowerLaw(math.exp(intercept), slope, error)
-
-
-@dataclass(frozen=True)
-class FixedPlusLinear:
-    """y = fixed + slope * x: a cost with a part that does not depend on x."""
-
-    fixed: float
-    slope: float
-
-    def at(self, x: float) -> float:
-        """Return y at `x`."""
-        return self.fixed + self.slope * x
-
-
-def fit_fixed_plus_linear(x: Sequence[float], y: Sequence[float]) -> FixedPlusLinear | None:
-    """Return the fit that is best relative to y; None for fewer than two distinct x.
-
-    Relative residuals weigh a 10 % error of a cheap point like one of a dear point.
-    """
-    if len(set(x)) < 2 or min(y) <= 0.0:
-        return None
-    weights = 1.0 / np.asarray(y, dtype=np.float64)
-    matrix = np.stack([np.ones(len(x)), np.asarray(x, dtype=np.float64)], axis=1)
-    solution, *_ = np.linalg.lstsq(matrix * weights[:, None], np.ones(len(x)), rcond=None)
-    return FixedPlusLinear(float(solution[0]), float(solution[1]))

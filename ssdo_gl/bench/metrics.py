@@ -5,7 +5,7 @@ name says ``srgb``. ``mask`` (height, width) says which pixels count; callers le
 background out of it, because both images agree there by construction.
 
 A pixel with a NaN or an infinity in any channel is a failure: it is never dropped, it
-makes every error infinite, and `failure_count` says how many there are.
+makes every error infinite, and `failures` says where they are.
 
 References are Monte-Carlo estimates. With a reference T of per-pixel variance v,
 E[(X - T)^2] = (X - E[T])^2 + v, so the functions that take ``reference_variance`` subtract
@@ -52,11 +52,6 @@ def missing(library: str) -> MissingLibraryError:
 def failures(image: FloatImage) -> Mask:
     """Return which pixels hold a NaN or an infinity, shape (height, width)."""
     return np.asarray(~np.isfinite(image).all(axis=2))
-
-
-def failure_count(image: FloatImage) -> int:
-    """Return how many pixels hold a NaN or an infinity."""
-    return int(np.count_nonzero(failures(image)))
 
 
 def squared_error(

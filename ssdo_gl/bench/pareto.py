@@ -53,23 +53,3 @@ def membership(time_replicas: ArrayLike, error_replicas: ArrayLike) -> NDArray[n
     for times, errors in zip(time, error, strict=True):
         hits[front(times, errors)] += 1.0
     return np.asarray(hits / max(len(time), 1))
-
-
-def agreement(
-    first: NDArray[np.float64], second: NDArray[np.float64], confidence: float
-) -> list[int]:
-    """Return the settings on which two runs contradict each other.
-
-    Runs contradict each other where one is `confidence` sure that a setting is on the
-    front and the other as sure that it is not. Empty: they agree as well as they claim.
-
-    Parameters
-    ----------
-    first, second : ndarray, shape (points,)
-        Membership shares of the same settings in two runs.
-    confidence : float
-        In (0.5, 1).
-    """
-    sure_1, sure_2 = first >= confidence, second >= confidence
-    not_1, not_2 = first <= 1.0 - confidence, second <= 1.0 - confidence
-    return [int(i) for i in np.flatnonzero((sure_1 & not_2) | (sure_2 & not_1))]

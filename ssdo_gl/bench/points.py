@@ -11,7 +11,7 @@ import dataclasses
 import itertools
 import re
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
@@ -209,11 +209,6 @@ def _points_of(family: Mapping[str, Any], file: str) -> list[Point]:
 
 def _as_list(value: Any) -> list[Any]:
     return list(value) if isinstance(value, list) else [value]
-
-
-def of_kind(points: Iterable[Point], kind: str) -> list[Point]:
-    """Return the points of one kind, in order."""
-    return [point for point in points if point.kind == kind]
 
 
 def families(points: Sequence[Point]) -> list[str]:

@@ -73,7 +73,7 @@ def test_a_bench_of_a_real_scene(tmp_path, monkeypatch):
     )
     # Independent rays would give a quarter; the sampler's stratification does better.
     assert 0.0 < many < 0.4 * few
-    paper = float(rows[presets.BASELINE]["near_error"])
+    paper = float(rows["radiance-bounce-rgs09-n8-m1-s1-naive"]["near_error"])
     march = float(rows["radiance-bounce-march-n64-m8-s1-edge"]["near_error"])
     assert march < paper
     assert all(float(row["frame_ms"]) > 0.0 for row in rows.values())

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from ssdo_gl.bench.fit import fit_fixed_plus_linear, fit_power_law
+from ssdo_gl.bench.fit import fit_power_law
 
 
 def test_an_exact_power_law_is_found():
@@ -17,7 +17,6 @@ def test_an_exact_power_law_is_found():
     assert law.exponent == pytest.approx(-0.5, abs=1e-12)
     assert law.factor == pytest.approx(3.0, rel=1e-12)
     assert law.standard_error == pytest.approx(0.0, abs=1e-9)
-    assert law.at(4.0) == pytest.approx(1.5)
     assert str(law) == "-0.50 ± 0.00"
 
 
@@ -38,13 +37,3 @@ def test_what_has_no_logarithm_is_left_out():
     assert law.exponent == pytest.approx(1.0)
     assert fit_power_law([1, 2, 4], [1, 2, 0]) is None
     assert fit_power_law([2, 2, 2], [1, 2, 3]) is None
-
-
-def test_a_fixed_cost_is_told_from_a_growing_one():
-    x = [8.0, 16.0, 64.0, 1024.0]
-    fit = fit_fixed_plus_linear(x, [39.0 + 5.65 * v for v in x])
-    assert fit is not None
-    assert fit.fixed == pytest.approx(39.0)
-    assert fit.slope == pytest.approx(5.65)
-    assert fit.at(16) == pytest.approx(129.4)
-    assert fit_fixed_plus_linear([4, 4], [1, 2]) is None

@@ -59,9 +59,3 @@ def test_membership_is_a_share_of_the_replicas():
 def test_replicas_must_belong_together():
     with pytest.raises(ValueError, match="differ in shape"):
         pareto.membership(np.ones((3, 2)), np.ones((2, 2)))
-
-
-def test_runs_contradict_each_other_only_where_both_are_sure():
-    first = np.array([1.0, 1.0, 0.0, 0.5, 0.95])
-    second = np.array([0.0, 0.6, 1.0, 1.0, 0.99])
-    assert pareto.agreement(first, second, 0.9) == [0, 2]

@@ -10,7 +10,7 @@ import pytest
 from bench.fake_renderer import SCREEN_LOSS, FakeRenderer, reference_image, triangle_scene
 
 from benchmarks import report_table, world_scale
-from benchmarks.equal import Curve, compare, curve_of
+from benchmarks.equal import Curve, agreement, compare, curve_of
 from ssdo_gl.bench.reference_cache import Reference
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
@@ -116,3 +116,9 @@ def test_every_row_of_the_report_is_a_valid_setting():
         if method.count_field:
             settings[method.count_field] = method.count
         Settings(**settings).checked()
+
+
+def test_runs_contradict_each_other_only_where_both_are_sure():
+    first = np.array([1.0, 1.0, 0.0, 0.5, 0.95])
+    second = np.array([0.0, 0.6, 1.0, 1.0, 0.99])
+    assert agreement(first, second, 0.9) == [0, 2]

@@ -6,7 +6,7 @@ import math
 
 from ssdo_gl.bench.analysis import ReferenceSummary, percent
 from ssdo_gl.bench.clock import CLOCK_NAMES
-from ssdo_gl.bench.errors import PANELS, ErrorPanel
+from ssdo_gl.bench.errors import ErrorPanel
 from ssdo_gl.bench.metrics import FLIP_EXPOSURES_EV, FLIP_PIXELS_PER_DEGREE, REL_MSE_EPSILON
 from ssdo_gl.bench.report.bench_data import Bench
 
@@ -123,8 +123,3 @@ def machine_rows(bench: Bench) -> list[tuple[str, str]]:
         ("command", machine["command"]),
     ]
     return [(str(name), str(value)) for name, value in rows]
-
-
-def panel_titles() -> dict[str, str]:
-    """Return the title of every panel by its name."""
-    return {panel.name: panel.title for panel in PANELS}
