@@ -13,14 +13,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from ssdo_gl.bench.bench_renderer import OpenRenderer
 from ssdo_gl.bench.errors import color
-from ssdo_gl.bench.metrics import Mask, bias, masked_mean, relative_rmse
 from ssdo_gl.bench.points import Point
 from ssdo_gl.bench.reference_cache import Reference
 from ssdo_gl.bench.report import plots
+from ssdo_gl.images.error import Mask, bias, mean_level, relative_rmse
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
@@ -121,7 +119,7 @@ def measure_world_scale(
     assert base.radius is not None
     target = color(reference.images["bounce"])
     variance = color(reference.variance["bounce"])
-    level = masked_mean(target.astype(np.float64).mean(axis=2), mask)
+    level = mean_level(target, mask)
     errors: dict[str, list[float]] = {}
     levels: dict[str, list[float]] = {}
     for factor in factors:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.bench.metrics import FloatImage, Mask, failures, signed_error, squared_error
+from ssdo_gl.images.error import FloatImage, Mask, failures, signed_error, squared_error
 
 # Fewer blocks make percentile intervals too narrow, larger blocks keep more of the
 # correlation inside: the frame is cut into at least this many.

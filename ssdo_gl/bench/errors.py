@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from ssdo_gl.bench import metrics
 from ssdo_gl.bench.bench_renderer import BenchRenderer, Images
 from ssdo_gl.bench.bootstrap import BlockErrors
-from ssdo_gl.bench.metrics import Mask
 from ssdo_gl.bench.points import Point
 from ssdo_gl.bench.reference_cache import Reference
 from ssdo_gl.bench.storage import load_arrays, save_arrays
+from ssdo_gl.images.error import Mask, mean_level, relative_mse, relative_rmse
 from ssdo_gl.settings import Settings
 
 # Raised whenever the content of a stored measurement changes.
@@ -190,10 +190,10 @@ def judge(
     target, variance = color(reference.images[name]), color(reference.variance[name])
     blocks = BlockErrors.of_images(list(images), target, mask, variance)
     split = metrics.decompose(list(images), target, mask, variance)
-    level = metrics.masked_mean(target.astype(np.float64).mean(axis=2), mask)
+    level = mean_level(target, mask)
     unit = level if panel.relative and level > 0.0 else 1.0
     parts = {
-        part: metrics.relative_rmse(
+        part: relative_rmse(
             color(renderings[0][part]),
             color(reference.images[part]),
             mask,
@@ -232,7 +232,7 @@ def picture_metrics(
     gain = np.float32(2.0**exposure_ev)
     shown, wanted = metrics.srgb_of(image, exposure_ev), metrics.srgb_of(reference, exposure_ev)
     result = {
-        "rel_mse": metrics.relative_mse(image * gain, reference * gain, mask, variance * gain**2),
+        "rel_mse": relative_mse(image * gain, reference * gain, mask, variance * gain**2),
         "ssim": metrics.ssim(shown, wanted, mask),
     }
     if "ldr" in flips:

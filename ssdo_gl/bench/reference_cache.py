@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.bench.fingerprint import fingerprint, scene_fingerprint, shader_fingerprint
-from ssdo_gl.bench.metrics import Mask, masked_mean
 from ssdo_gl.bench.storage import cache_folder, load_arrays, save_arrays
+from ssdo_gl.images.error import Mask, mean_level, relative, root
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 
@@ -107,16 +107,11 @@ class Reference:
 
     def standard_error(self, name: str, mask: Mask) -> float:
         """Return the root mean square standard error of a pixel over `mask`."""
-        mean = masked_mean(self.variance[name].astype(np.float64).mean(axis=2), mask)
-        return math.sqrt(mean) if mean > 0.0 else 0.0
+        return root(mean_level(self.variance[name], mask))
 
     def relative_standard_error(self, name: str, mask: Mask) -> float:
         """Return `standard_error` over the image's mean; infinite for noise on black."""
-        level = masked_mean(self.images[name].astype(np.float64).mean(axis=2), mask)
-        error = self.standard_error(name, mask)
-        if level > 0.0:
-            return error / level
-        return 0.0 if error == 0.0 else math.inf
+        return relative(self.standard_error(name, mask), mean_level(self.images[name], mask))
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,6 @@ from ssdo_gl.bench.errors import (
     render_seeds,
     wanted_images,
 )
-from ssdo_gl.bench.metrics import Mask
 from ssdo_gl.bench.points import Point
 from ssdo_gl.bench.progress import BenchProgress
 from ssdo_gl.bench.reference_cache import (
@@ -32,6 +31,7 @@ from ssdo_gl.bench.reference_cache import (
     obtain,
     reference_key,
 )
+from ssdo_gl.images.error import Mask
 from ssdo_gl.settings import Settings
 
 # The converged march: what is left of its error is what one camera layer does not show.

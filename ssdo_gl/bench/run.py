@@ -28,7 +28,6 @@ from ssdo_gl.bench.errors import (
 )
 from ssdo_gl.bench.fingerprint import fingerprint, scene_fingerprint, shader_fingerprint
 from ssdo_gl.bench.machine import describe_machine
-from ssdo_gl.bench.metrics import Mask
 from ssdo_gl.bench.points import Point, read_grid
 from ssdo_gl.bench.progress import BenchProgress, bench_progress
 from ssdo_gl.bench.references import (
@@ -52,6 +51,7 @@ from ssdo_gl.bench.storage import (
     replace_json,
 )
 from ssdo_gl.gpu.context import create_context
+from ssdo_gl.images.error import Mask
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.load import load_scene

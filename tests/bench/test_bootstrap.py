@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from ssdo_gl.bench import bootstrap, metrics
+from ssdo_gl.bench import bootstrap
+from ssdo_gl.images import error
 
 
 def blocks_of(
@@ -44,15 +45,15 @@ def test_block_sums_give_back_the_image_metrics():
     mask = rng.random((40, 70)) < 0.7
     errors = bootstrap.BlockErrors.of_images(images, reference, mask)
     draws = bootstrap.draw(errors.block_count, 3)
-    mean_square = np.mean([metrics.rmse(image, reference, mask) ** 2 for image in images])
+    mean_square = np.mean([error.rmse(image, reference, mask) ** 2 for image in images])
     rmse = bootstrap.rmse_interval(errors, draws, relative=False)
     assert rmse.value == pytest.approx(math.sqrt(mean_square), rel=1e-12)
     relative = bootstrap.rmse_interval(errors, draws, relative=True)
-    level = metrics.masked_mean(reference.mean(axis=2), mask)
+    level = error.masked_mean(reference.mean(axis=2), mask)
     assert relative.value == pytest.approx(math.sqrt(mean_square) / level, rel=1e-12)
     bias = bootstrap.bias_interval(errors, draws)
     assert bias.value == pytest.approx(
-        np.mean([metrics.bias(image, reference, mask) for image in images]), rel=1e-9
+        np.mean([error.bias(image, reference, mask) for image in images]), rel=1e-9
     )
     assert rmse.low < rmse.value < rmse.high
     assert bias.low < bias.value < bias.high

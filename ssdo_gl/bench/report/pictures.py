@@ -14,10 +14,10 @@ from ssdo_gl.bench import metrics
 from ssdo_gl.bench.analysis import Recommendation, Result, front_of
 from ssdo_gl.bench.bench_renderer import BenchRenderer
 from ssdo_gl.bench.errors import PANELS, ErrorPanel, color
-from ssdo_gl.bench.metrics import Mask
 from ssdo_gl.bench.reference_cache import Reference
 from ssdo_gl.bench.report.bench_data import Picture
 from ssdo_gl.graph.render_pass import ProgressCallback
+from ssdo_gl.images.error import Mask
 from ssdo_gl.settings import Settings
 
 # Pictures weigh about 0.1 MB each in the report; more than this of one group and nobody

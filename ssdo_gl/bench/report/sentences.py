@@ -7,8 +7,9 @@ import math
 from ssdo_gl.bench.analysis import ReferenceSummary, percent
 from ssdo_gl.bench.clock import CLOCK_NAMES
 from ssdo_gl.bench.errors import ErrorPanel
-from ssdo_gl.bench.metrics import FLIP_EXPOSURES_EV, FLIP_PIXELS_PER_DEGREE, REL_MSE_EPSILON
+from ssdo_gl.bench.metrics import FLIP_EXPOSURES_EV, FLIP_PIXELS_PER_DEGREE
 from ssdo_gl.bench.report.bench_data import Bench
+from ssdo_gl.images.error import REL_MSE_EPSILON
 
 # A reference may be used without a word if its standard error is at most this part of the
 # smallest error that is reported against it.

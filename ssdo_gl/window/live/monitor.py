@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.shader import ShaderLibrary
+from ssdo_gl.images.error import failures, mean_level, relative_rmse
 from ssdo_gl.window.live.inspector import Alarm, NonFiniteWatch
 from ssdo_gl.window.live.live_image import LiveImage
 from ssdo_gl.window.views import Kind, View
@@ -106,11 +107,7 @@ def relative_rms(
     float or None
         None where there is nothing to compare with: no surface, or a black truth.
     """
-    a, b = image[covered], truth[covered]
-    finite = np.isfinite(a).all(axis=1) & np.isfinite(b).all(axis=1)
-    if not finite.any():
+    mask = covered & ~failures(image) & ~failures(truth)
+    if mean_level(truth, mask) <= 0.0:
         return None
-    mean = float(b[finite].mean())
-    if mean <= 0.0:
-        return None
-    return float(np.sqrt(np.mean((a[finite] - b[finite]) ** 2)) / mean)
+    return relative_rmse(image, truth, mask)
