@@ -28,9 +28,10 @@ from benchmarks.common import FinishedBench, read_bench
 from benchmarks.equal import Comparison, agreement, compare, curve_of
 from ssdo_gl.bench.analysis import percent
 from ssdo_gl.bench.bench_renderer import BenchRenderer, opener
-from ssdo_gl.bench.errors import judged_pixels, panel_named
+from ssdo_gl.bench.errors import judged_pixels
 from ssdo_gl.bench.fit import fit_power_law
-from ssdo_gl.bench.reference_cache import Goal, ReferenceCache, obtain, reference_key
+from ssdo_gl.bench.panels import panel_named
+from ssdo_gl.bench.reference_cache import Goal, ReferenceCache, obtain
 from ssdo_gl.bench.report import plots
 from ssdo_gl.bench.report.outputs import check_libraries
 from ssdo_gl.bench.storage import replace_file
@@ -130,16 +131,13 @@ def run_world_scale(device: Device, cache: ReferenceCache) -> list[world_scale.S
     with Renderer(scene, Settings(size=SCALE_SIZE), device=device) as renderer:
         bench_renderer = BenchRenderer(renderer)
         base = renderer.settings
-        plain = dataclasses.replace(base, method="direct")
-        mask = judged_pixels(bench_renderer.images(plain, ("depth", "emission")))
-        traced = dataclasses.replace(base, method=panel.method, spp=SCALE_SPP)
-        wanted = (panel.image, *panel.parts)
+        mask = judged_pixels(bench_renderer, base)
         reference = obtain(
-            reference_key(scene, traced, device.renderer, wanted),
-            [Goal("bounce", SCALE_GOAL, True, SCALE_SECONDS)],
+            bench_renderer,
+            dataclasses.replace(base, method=panel.method, spp=SCALE_SPP),
+            panel.aovs,
+            Goal("bounce", SCALE_GOAL, True, SCALE_SECONDS),
             mask,
-            lambda seed: bench_renderer.images(dataclasses.replace(traced, seed=seed), wanted),
-            SCALE_SPP,
             cache,
         )
     return world_scale.measure_world_scale(scene, base, reference, mask, opener(device))

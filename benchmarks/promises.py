@@ -16,9 +16,10 @@ import numpy as np
 from ssdo_gl.bench.analysis import percent
 from ssdo_gl.bench.bench_renderer import BenchRenderer
 from ssdo_gl.bench.bootstrap import draw, rmse_interval
-from ssdo_gl.bench.errors import judge, judged_pixels, panel_named
+from ssdo_gl.bench.errors import judge, judged_pixels
+from ssdo_gl.bench.panels import panel_named
 from ssdo_gl.bench.presets import read_ladder
-from ssdo_gl.bench.reference_cache import Goal, ReferenceCache, obtain, reference_key
+from ssdo_gl.bench.reference_cache import Goal, ReferenceCache, obtain
 from ssdo_gl.bench.tune import Choice, choose_for_budget, choose_for_error
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.renderer import Renderer
@@ -100,24 +101,18 @@ def error_of(scene: Scene, settings: Settings, device: Device) -> tuple[float, f
     panel = dataclasses.replace(panel_named("near"), parts=())
     with Renderer(scene, settings, device=device) as renderer:
         bench_renderer = BenchRenderer(renderer)
-        base = dataclasses.replace(renderer.settings, max_error=None)
-        plain = dataclasses.replace(base, method="direct", estimator=None)
-        mask = judged_pixels(bench_renderer.images(plain, ("depth", "emission")))
-        traced = dataclasses.replace(base, method=panel.method, estimator=None, spp=REFERENCE_SPP)
+        base = renderer.settings
+        mask = judged_pixels(bench_renderer, base)
         reference = obtain(
-            reference_key(scene, traced, device.renderer, (panel.image,)),
-            [Goal(panel.image, REFERENCE_GOAL, True, REFERENCE_SECONDS)],
+            bench_renderer,
+            dataclasses.replace(base, method=panel.method, spp=REFERENCE_SPP),
+            (panel.aov,),
+            Goal(panel.aov, REFERENCE_GOAL, True, REFERENCE_SECONDS),
             mask,
-            lambda seed: bench_renderer.images(
-                dataclasses.replace(traced, seed=seed), (panel.image,)
-            ),
-            REFERENCE_SPP,
             ReferenceCache(),
         )
         images = [
-            bench_renderer.images(
-                dataclasses.replace(settings, seed=FRESH_SEED + i), (panel.image,)
-            )
+            bench_renderer.images(dataclasses.replace(settings, seed=FRESH_SEED + i), (panel.aov,))
             for i in range(2)
         ]
     blocks = judge(panel, images, reference, mask, 0.0).blocks

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from ssdo_gl.bench import bootstrap, pareto
 from ssdo_gl.bench.bootstrap import Interval
-from ssdo_gl.bench.errors import PANELS, ErrorPanel, Judged, Scalars
+from ssdo_gl.bench.errors import Judged, Scalars
+from ssdo_gl.bench.panels import ErrorPanel, error_panels
 from ssdo_gl.bench.points import Point
 from ssdo_gl.bench.sweep import TimeTable
 
@@ -132,7 +133,7 @@ def analyse(
         for i in range(len(points))
     ]
     verdicts: list[dict[str, Verdict]] = [{} for _ in points]
-    for panel in PANELS:
+    for panel in error_panels():
         members = [i for i, p in enumerate(points) if panel.name in judged.get(p.key, {})]
         if not members:
             continue
@@ -158,11 +159,16 @@ def _verdicts(
     """Return the verdicts of one panel's points, which share their bootstrap draws."""
     seeds = max(entry.blocks.seed_count for entry in entries)
     draws = bootstrap.draw(entries[0].blocks.block_count, seeds, len(time_replicas), rng)
-    of = bootstrap.replicas_of_relative_rmse if panel.relative else bootstrap.replicas_of_rmse
-    error_replicas = np.stack([of(entry.blocks, draws) for entry in entries], axis=1)
+    error_replicas = np.stack(
+        [
+            bootstrap.rmse_replicas(entry.blocks, draws, relative=panel.relative)
+            for entry in entries
+        ],
+        axis=1,
+    )
     errors = [
         bootstrap.percentile_interval(
-            float(of(entry.blocks, bootstrap.whole(entry.blocks))[0]), error_replicas[:, i]
+            bootstrap.rmse_of(entry.blocks, relative=panel.relative), error_replicas[:, i]
         )
         for i, entry in enumerate(entries)
     ]
@@ -254,7 +260,7 @@ def as_row(result: Result) -> dict[str, Any]:
     }
     for name in ("ms", "frame_ms", "process_ms"):
         row |= _cells(name, getattr(timing, name))
-    for panel in PANELS:
+    for panel in error_panels():
         verdict = result.verdicts.get(panel.name)
         prefix = panel.name
         row |= _cells(f"{prefix}_error", verdict.error if verdict else None)

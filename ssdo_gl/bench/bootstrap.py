@@ -151,39 +151,33 @@ def draw(
     return Draws(blocks, seeds.astype(np.float64))
 
 
-def replicas_of_mean_square(errors: BlockErrors, draws: Draws) -> NDArray[np.float64]:
-    """Return the mean squared error of every replica, shape (replicas,)."""
+def _mean(sums: NDArray[np.float64], errors: BlockErrors, draws: Draws) -> NDArray[np.float64]:
+    """Return the mean over pixels and seeds of `sums` (seeds, blocks) in every replica."""
     with np.errstate(invalid="ignore"):
-        per_block = np.einsum("rs,sb->rb", draws.seeds, errors.squared)
-        sums = np.einsum("rb,rb->r", draws.blocks, per_block)
-    pixels = draws.blocks @ errors.pixels
+        per_block = np.einsum("rs,sb->rb", draws.seeds, sums)
+        total = np.einsum("rb,rb->r", draws.blocks, per_block)
     # A weight of zero times an infinite error is NaN: a failure stays a failure.
-    sums = np.where(np.isnan(sums), np.inf, sums)
-    return np.asarray(sums / np.maximum(pixels, 1.0))
+    total = np.where(np.isnan(total), np.inf, total)
+    return np.asarray(total / np.maximum(draws.blocks @ errors.pixels, 1.0))
 
 
-def replicas_of_rmse(errors: BlockErrors, draws: Draws) -> NDArray[np.float64]:
-    """Return the RMSE of every replica; 0 where the mean square came out negative."""
-    return np.sqrt(np.maximum(replicas_of_mean_square(errors, draws), 0.0))
+def rmse_replicas(errors: BlockErrors, draws: Draws, *, relative: bool) -> NDArray[np.float64]:
+    """Return the RMSE of every replica; 0 where the mean square came out negative.
 
-
-def replicas_of_relative_rmse(errors: BlockErrors, draws: Draws) -> NDArray[np.float64]:
-    """Return RMSE over the mean reference of every replica; infinite where it is black."""
-    pixels = np.maximum(draws.blocks @ errors.pixels, 1.0)
-    level = (draws.blocks @ errors.reference) / pixels
-    error = replicas_of_rmse(errors, draws)
+    `relative`: over the replica's mean reference; infinite where that is black.
+    """
+    error = np.sqrt(np.maximum(_mean(errors.squared, errors, draws), 0.0))
+    if not relative:
+        return error
+    level = (draws.blocks @ errors.reference) / np.maximum(draws.blocks @ errors.pixels, 1.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = error / level
     return np.where(level > 0.0, ratio, np.where(error == 0.0, 0.0, np.inf))
 
 
-def replicas_of_bias(errors: BlockErrors, draws: Draws) -> NDArray[np.float64]:
+def bias_replicas(errors: BlockErrors, draws: Draws) -> NDArray[np.float64]:
     """Return the mean signed error of every replica."""
-    with np.errstate(invalid="ignore"):
-        per_block = np.einsum("rs,sb->rb", draws.seeds, errors.signed)
-        sums = np.einsum("rb,rb->r", draws.blocks, per_block)
-    sums = np.where(np.isnan(sums), np.inf, sums)
-    return np.asarray(sums / np.maximum(draws.blocks @ errors.pixels, 1.0))
+    return _mean(errors.signed, errors, draws)
 
 
 def whole(errors: BlockErrors) -> Draws:
@@ -207,19 +201,21 @@ def percentile_interval(
     return Interval(value, float(low), float(high))
 
 
-def rmse_interval(
-    errors: BlockErrors, draws: Draws, *, relative: bool, confidence: float = CONFIDENCE
-) -> Interval:
+def rmse_of(errors: BlockErrors, *, relative: bool) -> float:
+    """Return the (relative) RMSE of the sample itself."""
+    return float(rmse_replicas(errors, whole(errors), relative=relative)[0])
+
+
+def rmse_interval(errors: BlockErrors, draws: Draws, *, relative: bool) -> Interval:
     """Return the (relative) RMSE of the sample with its confidence interval."""
-    of = replicas_of_relative_rmse if relative else replicas_of_rmse
-    value = float(of(errors, whole(errors))[0])
-    return percentile_interval(value, of(errors, draws), confidence)
+    replicas = rmse_replicas(errors, draws, relative=relative)
+    return percentile_interval(rmse_of(errors, relative=relative), replicas)
 
 
-def bias_interval(errors: BlockErrors, draws: Draws, confidence: float = CONFIDENCE) -> Interval:
+def bias_interval(errors: BlockErrors, draws: Draws) -> Interval:
     """Return the mean signed error with its confidence interval."""
-    value = float(replicas_of_bias(errors, whole(errors))[0])
-    return percentile_interval(value, replicas_of_bias(errors, draws), confidence)
+    value = float(bias_replicas(errors, whole(errors))[0])
+    return percentile_interval(value, bias_replicas(errors, draws))
 
 
 def median_replicas(

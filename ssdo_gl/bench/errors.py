@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 from ssdo_gl.bench import metrics
 from ssdo_gl.bench.bench_renderer import BenchRenderer, Images
 from ssdo_gl.bench.bootstrap import BlockErrors
+from ssdo_gl.bench.panels import ErrorPanel
 from ssdo_gl.bench.points import Point
 from ssdo_gl.bench.reference_cache import Reference
 from ssdo_gl.bench.storage import load_arrays, save_arrays
@@ -23,89 +25,6 @@ from ssdo_gl.settings import Settings
 # Raised whenever the content of a stored measurement changes.
 ERROR_FORMAT = 3
 _BLOCK_ARRAYS = ("squared", "signed", "reference", "pixels")
-
-
-@dataclass(frozen=True)
-class ErrorPanel:
-    """One way to hold a point to a reference: one Pareto chart.
-
-    Attributes
-    ----------
-    name : str
-    kind : str
-        Which points it judges.
-    method : str
-        That makes its reference.
-    image : str
-        The AOV whose error counts.
-    parts : tuple of str
-        Further AOVs whose errors are reported.
-    relative : bool
-        Whether the error is given relative to the reference's mean.
-    own_radius : bool
-        Whether the reference has the bench's radius, so that points of another radius
-        cannot be held to it. Full transport is held to its own reference only.
-    title, error_label : str
-        For plots and tables.
-    """
-
-    name: str
-    kind: str
-    method: str
-    image: str
-    parts: tuple[str, ...]
-    relative: bool
-    own_radius: bool
-    title: str
-    error_label: str
-
-    def judges(self, point: Point) -> bool:
-        """Whether `point` can be held to this panel's reference."""
-        if point.kind != self.kind or (point.method == "reference-gi" and self.name != "gi"):
-            return False
-        return not self.own_radius or point.radius_factor == 1.0
-
-
-PANELS = (
-    ErrorPanel(
-        "near",
-        "radiance",
-        "reference-near",
-        "beauty",
-        ("direct", "directional", "bounce"),
-        True,
-        True,
-        "Picture against the near-field reference (same integral, rays instead of depth reads)",
-        "RMSE / mean of the reference",
-    ),
-    ErrorPanel(
-        "gi",
-        "radiance",
-        "reference-gi",
-        "beauty",
-        (),
-        True,
-        False,
-        "Picture against full global illumination (path traced)",
-        "RMSE / mean of the reference",
-    ),
-    ErrorPanel(
-        "visibility",
-        "visibility",
-        "reference-ao",
-        "visibility",
-        (),
-        False,
-        True,
-        "Visibility against ray-traced ambient occlusion of the same radius",
-        "RMSE of visibility",
-    ),
-)
-
-
-def panel_named(name: str) -> ErrorPanel:
-    """Return the panel called `name`."""
-    return next(panel for panel in PANELS if panel.name == name)
 
 
 @dataclass(frozen=True)
@@ -152,23 +71,17 @@ def color(image: NDArray[np.float32]) -> NDArray[np.float32]:
     return image[:, :, :3] if image.shape[2] == 4 else image
 
 
-def judged_pixels(images: Images) -> Mask:
+def judged_pixels(renderer: BenchRenderer, settings: Settings) -> Mask:
     """Return which pixels count: covered ones that do not themselves emit light.
 
     Background and emitters are the same in every method; they would only dilute the
-    error. Takes the images ``depth`` and ``emission``.
+    error.
     """
+    plain = dataclasses.replace(settings, method="direct", estimator=None)
+    images = renderer.images(plain, ("depth", "emission"))
     covered = images["depth"][:, :, 0] > 0.0
     dark = ~np.any(images["emission"] > 0.0, axis=2)
     return np.asarray(covered & dark)
-
-
-def wanted_images(panels: Sequence[ErrorPanel]) -> tuple[str, ...]:
-    """Return the AOVs that judging by `panels` needs."""
-    names: list[str] = []
-    for panel in panels:
-        names += [panel.image, *panel.parts]
-    return tuple(dict.fromkeys(names))
 
 
 def judge(
@@ -185,7 +98,7 @@ def judge(
     `flips` names the FLIP metrics that are wanted: ``ldr``, ``hdr``; `limit` is the
     converged march.
     """
-    name = panel.image
+    name = panel.aov
     images = [color(rendering[name]) for rendering in renderings]
     target, variance = color(reference.images[name]), color(reference.variance[name])
     blocks = BlockErrors.of_images(list(images), target, mask, variance)
@@ -202,7 +115,7 @@ def judge(
         for part in panel.parts
     }
     extra: dict[str, float] = {}
-    if panel.kind == "radiance":
+    if panel.is_picture:
         extra = picture_metrics(images[0], target, variance, mask, exposure_ev, flips)
     own_bias = math.nan
     if limit is not None:
@@ -273,7 +186,7 @@ class ErrorStore:
         arrays: dict[str, NDArray[np.float64]] = {}
         meta: dict[str, Any] = {"key": self.key, "format": ERROR_FORMAT, "panels": {}}
         for name, item in judged.items():
-            meta["panels"][name] = asdict(item.scalars)
+            meta["panels"][name] = dataclasses.asdict(item.scalars)
             for part in _BLOCK_ARRAYS:
                 arrays[f"{name}:{part}"] = getattr(item.blocks, part)
         save_arrays(self.path(point), meta, arrays)

@@ -7,7 +7,7 @@ believing what the reference says of itself.
 
 from __future__ import annotations
 
-import math
+import dataclasses
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ssdo_gl.bench.bench_renderer import BenchRenderer
 from ssdo_gl.bench.fingerprint import fingerprint, scene_fingerprint, shader_fingerprint
 from ssdo_gl.bench.storage import cache_folder, load_arrays, save_arrays
 from ssdo_gl.images.error import Mask, mean_level, relative, root
@@ -34,8 +35,6 @@ MIN_BATCHES = 2
 _RELEVANT = ("method", "size", "spp", "shadows", "combine", "effects", "overrides")
 _RELEVANT_NEAR = ("radius",)
 _RELEVANT_GI = ("bounces",)
-
-RenderBatch = Callable[[int], Mapping[str, NDArray[np.float32]]]
 
 
 @dataclass
@@ -196,55 +195,45 @@ class ReferenceCache:
 
 
 def obtain(
-    key: str,
-    goals: Sequence[Goal],
+    renderer: BenchRenderer,
+    settings: Settings,
+    aovs: Sequence[str],
+    goal: Goal,
     mask: Mask,
-    render_batch: RenderBatch,
-    batch_spp: int,
     cache: ReferenceCache,
     report: Callable[[str, float], None] | None = None,
 ) -> Reference:
-    """Return the reference `key`, rendering more batches until every goal is reached.
+    """Return a reference, rendering batches until the goal is reached; cached ones count.
 
     Parameters
     ----------
-    goals : sequence of Goal
-        The shortest ``max_seconds`` limits the time spent in this call.
-    render_batch : callable
-        Takes a seed, returns the images of one batch of `batch_spp` samples per pixel.
+    settings : Settings
+        With a ray-traced method; ``spp`` is that of one batch.
     report : callable or None
         Called with a sentence and the share of the work that is done, [0, 1].
     """
+    traced = dataclasses.replace(settings, estimator=None, antialias=1, max_error=None)
+    key = reference_key(renderer.scene, traced, renderer.device_name, aovs)
     kept, meta = cache.load(key)
     spent, start = float(meta["seconds"]), time.perf_counter()
     spp = int(meta["spp"])
     reference = kept.reference(spp, spent)
-    limit = min((goal.max_seconds for goal in goals), default=math.inf)
-    while not all(goal.reached(reference, mask) for goal in goals):
+    while not goal.reached(reference, mask):
         elapsed = time.perf_counter() - start
-        if kept.count >= MIN_BATCHES and elapsed >= limit:
+        if kept.count >= MIN_BATCHES and elapsed >= goal.max_seconds:
             break
-        kept.add(render_batch(FIRST_SEED + kept.count))
-        spp += batch_spp
-        now = time.perf_counter() - start
-        reference = kept.reference(spp, spent + now)
-        cache.save(key, kept, {"spp": spp, "seconds": spent + now})
+        seed = FIRST_SEED + kept.count
+        kept.add(renderer.images(dataclasses.replace(traced, seed=seed), aovs))
+        spp += traced.spp
+        elapsed = time.perf_counter() - start
+        reference = kept.reference(spp, spent + elapsed)
+        cache.save(key, kept, {"spp": spp, "seconds": spent + elapsed})
         if report is not None:
-            report(_sentence(reference, goals, mask), _share_done(reference, goals, mask, now))
+            now = goal.now(reference, mask)
+            # The variance falls as 1 / batches, and time may run out.
+            done = (goal.standard_error / now) ** 2 if now > 0.0 else 1.0
+            report(
+                f"{goal.name} {spp} spp, error {now:.2g} (goal {goal.standard_error:.2g})",
+                min(1.0, max(done, elapsed / goal.max_seconds if goal.max_seconds else 1.0)),
+            )
     return reference
-
-
-def _sentence(reference: Reference, goals: Sequence[Goal], mask: Mask) -> str:
-    worst = max(goals, key=lambda goal: goal.now(reference, mask) / goal.standard_error)
-    now = worst.now(reference, mask)
-    return f"{worst.name} {reference.spp} spp, error {now:.2g} (goal {worst.standard_error:.2g})"
-
-
-def _share_done(reference: Reference, goals: Sequence[Goal], mask: Mask, elapsed: float) -> float:
-    """Estimate progress: the variance falls as 1 / batches, and time may run out."""
-    shares = []
-    for goal in goals:
-        now = goal.now(reference, mask)
-        by_error = (goal.standard_error / now) ** 2 if now > 0.0 else 1.0
-        shares.append(max(min(by_error, 1.0), min(elapsed / goal.max_seconds, 1.0)))
-    return min(shares, default=1.0)

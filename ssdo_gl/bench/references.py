@@ -10,17 +10,9 @@ from dataclasses import dataclass, field
 
 from ssdo_gl.bench.analysis import ReferenceSummary, Result
 from ssdo_gl.bench.bench_renderer import BenchRenderer, Images
-from ssdo_gl.bench.bootstrap import replicas_of_relative_rmse, replicas_of_rmse, whole
-from ssdo_gl.bench.errors import (
-    PANELS,
-    ErrorPanel,
-    Judged,
-    Scalars,
-    judge,
-    panel_named,
-    render_seeds,
-    wanted_images,
-)
+from ssdo_gl.bench.bootstrap import rmse_of
+from ssdo_gl.bench.errors import Judged, Scalars, judge, render_seeds
+from ssdo_gl.bench.panels import ErrorPanel, all_aovs, error_panels, panel_named
 from ssdo_gl.bench.points import Point
 from ssdo_gl.bench.progress import BenchProgress
 from ssdo_gl.bench.reference_cache import (
@@ -29,7 +21,6 @@ from ssdo_gl.bench.reference_cache import (
     Reference,
     ReferenceCache,
     obtain,
-    reference_key,
 )
 from ssdo_gl.images.error import Mask
 from ssdo_gl.settings import Settings
@@ -64,8 +55,6 @@ class ReferenceRequest:
         Samples per pixel of one independent batch.
     max_seconds : float
         For each reference, in this call.
-    device_name : str
-        Part of the key under which references are cached.
     smallest : mapping
         The smallest error seen so far, by panel name; empty before anything was judged.
     """
@@ -77,7 +66,6 @@ class ReferenceRequest:
     seeds: int
     batch_spp: int
     max_seconds: float
-    device_name: str
     smallest: Mapping[str, float] = field(default_factory=dict)
     cache: ReferenceCache = field(default_factory=ReferenceCache)
 
@@ -104,10 +92,10 @@ def make_references(request: ReferenceRequest, progress: BenchProgress) -> Refer
     """Return references, refined as far as they must be, and the converged march."""
     found = ReferenceSet({}, {}, {})
     for kind in request.kinds:
-        panels = [panel for panel in PANELS if panel.kind == kind]
+        panels = [panel for panel in error_panels() if panel.kind == kind]
         point = LIMITS[kind]
         renderings = render_seeds(
-            request.renderer, point, request.base, request.seeds, wanted_images(panels)
+            request.renderer, point, request.base, request.seeds, all_aovs(panels)
         )
         kept = Accumulator()
         for rendering in renderings:
@@ -125,25 +113,18 @@ def make_reference(
     panel: ErrorPanel, request: ReferenceRequest, limit: Sequence[Images], progress: BenchProgress
 ) -> tuple[Reference, Scalars]:
     """Refine a panel's reference until it is worth ten times the error of the `limit`."""
-    settings = dataclasses.replace(
-        request.base, method=panel.method, estimator=None, spp=request.batch_spp
-    )
-    wanted = (panel.image, *panel.parts)
+    settings = dataclasses.replace(request.base, method=panel.method, spp=request.batch_spp)
     stage = f"reference {panel.method}"
-
-    def batch(seed: int) -> Images:
-        return request.renderer.images(dataclasses.replace(settings, seed=seed), wanted)
 
     def report(text: str, share: float) -> None:
         progress.share(stage, f"{stage}: {text}", share)
 
-    key = reference_key(request.renderer.scene, settings, request.device_name, wanted)
     target, deadline = FIRST_GOAL, time.perf_counter() + request.max_seconds
     while True:
         seconds = max(0.0, deadline - time.perf_counter())
-        goal = Goal(panel.image, target, panel.relative, seconds)
+        goal = Goal(panel.aov, target, panel.relative, seconds)
         reference = obtain(
-            key, [goal], request.mask, batch, request.batch_spp, request.cache, report
+            request.renderer, settings, panel.aovs, goal, request.mask, request.cache, report
         )
         verdict = judge(panel, limit, reference, request.mask, request.base.exposure or 0.0)
         smallest = min(verdict.scalars.systematic, request.smallest.get(panel.name, math.inf))
@@ -162,8 +143,7 @@ def smallest_errors(
     found: dict[str, float] = {}
     for verdicts in judged.values():
         for name, item in verdicts.items():
-            of = replicas_of_relative_rmse if panel_named(name).relative else replicas_of_rmse
-            error = float(of(item.blocks, whole(item.blocks))[0])
+            error = rmse_of(item.blocks, relative=panel_named(name).relative)
             found[name] = min(error, found.get(name, math.inf))
     return found
 
@@ -174,7 +154,7 @@ def good_enough(
     """Whether every reference is worth ten times the smallest error measured against it."""
     for name, error in smallest.items():
         panel = panel_named(name)
-        goal = Goal(panel.image, REFERENCE_RATIO * max(error, SMALLEST_FLOOR), panel.relative, 0.0)
+        goal = Goal(panel.aov, REFERENCE_RATIO * max(error, SMALLEST_FLOOR), panel.relative, 0.0)
         if not goal.reached(references[name], mask):
             return False
     return True
@@ -185,7 +165,7 @@ def summaries(
 ) -> dict[str, ReferenceSummary]:
     """Return what every reference is worth, by panel name."""
     found = {}
-    for panel in PANELS:
+    for panel in error_panels():
         reference = references.by_panel.get(panel.name)
         errors = [r.verdicts[panel.name].error.value for r in results if panel.name in r.verdicts]
         if reference is None or not errors:
@@ -197,7 +177,7 @@ def summaries(
             reference.spp,
             reference.batches,
             reference.seconds,
-            of(panel.image, mask),
+            of(panel.aov, mask),
             min(errors),
             references.floors[panel.name].systematic,
             references.floors[panel.name].parts,

@@ -18,16 +18,15 @@ from ssdo_gl.bench.bench_renderer import BenchRenderer, OpenRenderer, opener
 from ssdo_gl.bench.clock import trusted_clock
 from ssdo_gl.bench.errors import (
     ERROR_FORMAT,
-    PANELS,
     ErrorStore,
     Judged,
     judge,
     judged_pixels,
     render_seeds,
-    wanted_images,
 )
 from ssdo_gl.bench.fingerprint import fingerprint, scene_fingerprint, shader_fingerprint
 from ssdo_gl.bench.machine import describe_machine
+from ssdo_gl.bench.panels import all_aovs, error_panels
 from ssdo_gl.bench.points import Point, read_grid
 from ssdo_gl.bench.progress import BenchProgress, bench_progress
 from ssdo_gl.bench.references import (
@@ -197,10 +196,10 @@ class BenchRun:
     ) -> Bench:
         """Carry out every stage and return what was found."""
         clock = self._clock(machine)
-        state = self._state(str(machine["renderer"]))
+        state = self._state()
         self._start_over_unless_same(state)
         mask = self._mask()
-        references, judged = self._judged(state, str(machine["renderer"]), mask)
+        references, judged = self._judged(state, mask)
         by_panel = references.by_panel
         rows = sweep.time_points(
             self.renderer,
@@ -266,11 +265,11 @@ class BenchRun:
             )
         return clock
 
-    def _state(self, renderer: str) -> dict[str, Any]:
+    def _state(self) -> dict[str, Any]:
         """Return what identifies this bench: a folder of another one is not continued."""
         parts = (scene_fingerprint(self.renderer.scene), self.base, self.points, self.plan)
         return {
-            "bench": fingerprint(ERROR_FORMAT, parts, renderer, __version__),
+            "bench": fingerprint(ERROR_FORMAT, parts, self.renderer.device_name, __version__),
             "shaders": shader_fingerprint(("",)),
         }
 
@@ -290,8 +289,7 @@ class BenchRun:
         replace_json(path, state)
 
     def _mask(self) -> Mask:
-        plain = dataclasses.replace(self.base, method="direct")
-        mask = judged_pixels(self.renderer.images(plain, ("depth", "emission")))
+        mask = judged_pixels(self.renderer, self.base)
         if not mask.any():
             raise BenchError("the camera sees no surface: there is nothing to measure")
         return mask
@@ -306,7 +304,7 @@ class BenchRun:
         return float(np.mean(radius * height / (2.0 * tangent * depth.astype(np.float64))))
 
     def _judged(
-        self, state: Mapping[str, Any], renderer: str, mask: Mask
+        self, state: Mapping[str, Any], mask: Mask
     ) -> tuple[ReferenceSet, dict[str, dict[str, Judged]]]:
         """Return what points are held to, and every point's errors."""
         request = ReferenceRequest(
@@ -317,7 +315,6 @@ class BenchRun:
             self.plan.seeds,
             self.plan.batch_spp,
             self.plan.reference_seconds,
-            renderer,
         )
         references = make_references(request, self.progress)
         judged = self._errors(state, references, mask)
@@ -339,9 +336,11 @@ class BenchRun:
         for done, point in enumerate(self.points, 1):
             kept = store.load(point)
             if kept is None:
-                panels = [p for p in PANELS if p.name in references.by_panel and p.judges(point)]
+                panels = [
+                    p for p in error_panels() if p.name in references.by_panel and p.judges(point)
+                ]
                 renderings = render_seeds(
-                    self.renderer, point, self.base, self.plan.seeds, wanted_images(panels)
+                    self.renderer, point, self.base, self.plan.seeds, all_aovs(panels)
                 )
                 kept = {
                     panel.name: judge(

@@ -20,10 +20,11 @@ from ssdo_gl.bench.bench_renderer import BenchRenderer
 from ssdo_gl.bench.bootstrap import draw, rmse_interval
 from ssdo_gl.bench.calibration import Calibrated, Calibration, Opened, scene_class
 from ssdo_gl.bench.clock import is_busy
-from ssdo_gl.bench.errors import judge, judged_pixels, panel_named
+from ssdo_gl.bench.errors import judge, judged_pixels
 from ssdo_gl.bench.fingerprint import fingerprint, scene_fingerprint, shader_fingerprint
+from ssdo_gl.bench.panels import panel_named
 from ssdo_gl.bench.presets import Ladder, PresetRung, read_ladder
-from ssdo_gl.bench.reference_cache import Goal, ReferenceCache, obtain, reference_key
+from ssdo_gl.bench.reference_cache import Goal, ReferenceCache, obtain
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
@@ -283,9 +284,7 @@ def choose_for_error(
         start = time.perf_counter()
         if known is None or set(known.values) != {rung.label for rung in ladder.rungs}:
             known = Calibrated.now(
-                measured_errors(
-                    opened.renderer, opened.settings, ladder.rungs, opened.machine, ReferenceCache()
-                )
+                measured_errors(opened.renderer, opened.settings, ladder.rungs, ReferenceCache())
             )
             calibration.save(key, dataclasses.asdict(known))
             how = f"calibrated in {time.perf_counter() - start:.1f} s"
@@ -298,7 +297,6 @@ def measured_errors(
     renderer: BenchRenderer,
     settings: Settings,
     rungs: Sequence[PresetRung],
-    device_name: str,
     cache: ReferenceCache,
 ) -> dict[str, float]:
     """Return the upper end of each rung's error interval on this scene, by label.
@@ -311,17 +309,15 @@ def measured_errors(
         settings, size=_smaller(settings.size), antialias=1, max_error=None, method="bounce",
         estimator=None,
     )  # fmt: skip
-    plain = dataclasses.replace(small, method="direct")
-    mask = judged_pixels(renderer.images(plain, ("depth", "emission")))
+    mask = judged_pixels(renderer, small)
     if not mask.any():
         raise CannotTuneError("--max-error: the camera sees no surface, so there is no error")
-    traced = dataclasses.replace(small, method=panel.method, spp=CALIBRATION_SPP)
     reference = obtain(
-        reference_key(renderer.scene, traced, device_name, (panel.image,)),
-        [Goal(panel.image, CALIBRATION_GOAL, True, CALIBRATION_SECONDS)],
+        renderer,
+        dataclasses.replace(small, method=panel.method, spp=CALIBRATION_SPP),
+        (panel.aov,),
+        Goal(panel.aov, CALIBRATION_GOAL, True, CALIBRATION_SECONDS),
         mask,
-        lambda seed: renderer.images(dataclasses.replace(traced, seed=seed), (panel.image,)),
-        CALIBRATION_SPP,
         cache,
     )
     alone = dataclasses.replace(panel, parts=())
@@ -332,7 +328,7 @@ def measured_errors(
                 rung.applied(
                     dataclasses.replace(small, method=settings.method, seed=small.seed + seed)
                 ),
-                (panel.image,),
+                (panel.aov,),
             )
             for seed in range(CALIBRATION_SEEDS)
         ]

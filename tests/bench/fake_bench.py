@@ -12,7 +12,8 @@ from PIL import Image
 from ssdo_gl.bench import analysis, points
 from ssdo_gl.bench.analysis import ReferenceSummary, Result
 from ssdo_gl.bench.bootstrap import BlockErrors
-from ssdo_gl.bench.errors import PANELS, Judged, Scalars
+from ssdo_gl.bench.errors import Judged, Scalars
+from ssdo_gl.bench.panels import error_panels
 from ssdo_gl.bench.points import Point
 from ssdo_gl.bench.report.bench_data import Bench, Picture, Series
 from ssdo_gl.bench.sweep import TimeTable
@@ -64,7 +65,9 @@ def results(quick: bool = True) -> list[Result]:
     table = TimeTable("wall", times, times, 2 * times, np.ones(5), 50 + times[:, 0])
     judged = {
         p.key: {
-            panel.name: Judged(*blocks(p, panel.name, rng)) for panel in PANELS if panel.judges(p)
+            panel.name: Judged(*blocks(p, panel.name, rng))
+            for panel in error_panels()
+            if panel.judges(p)
         }
         for p in grid
     }
@@ -93,7 +96,7 @@ def bench(**changes: Any) -> Bench:
     found = results()
     references = {
         panel.name: ReferenceSummary(panel.name, panel.method, 4096, 16, 60.0, 0.004, 0.05, 0.045)
-        for panel in PANELS
+        for panel in error_panels()
     }
     series = [
         Series("samples", "depth reads per pixel", (8.0, 16.0, 32.0, 64.0),

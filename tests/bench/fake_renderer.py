@@ -53,6 +53,7 @@ class FakeRenderer:
 
     def __init__(self, interrupt_after: int | None = None, speed: float = 1.0) -> None:
         self.scene = triangle_scene()
+        self.device_name = "fake"
         self.calls: list[tuple[str, Settings]] = []
         self.interrupt_after = interrupt_after
         self.speed = speed

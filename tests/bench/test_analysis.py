@@ -11,7 +11,8 @@ from bench.fake_bench import cost_ms, results
 
 from ssdo_gl.bench import analysis
 from ssdo_gl.bench.bootstrap import BlockErrors
-from ssdo_gl.bench.errors import PANELS, Judged, Scalars
+from ssdo_gl.bench.errors import Judged, Scalars
+from ssdo_gl.bench.panels import error_panels
 from ssdo_gl.bench.points import Point
 from ssdo_gl.bench.sweep import TimeTable
 
@@ -95,7 +96,7 @@ def test_a_failed_point_is_neither_on_the_front_nor_recommended():
 
 
 def test_points_of_another_radius_are_held_to_full_transport_only():
-    near, gi, visibility = PANELS
+    near, gi, visibility = error_panels()
     point = Point("radiance", "f", "bounce", "march", 64, 8, 1.0, "edge")
     assert near.judges(point)
     assert gi.judges(point)

@@ -78,7 +78,7 @@ def test_the_width_is_the_known_standard_error():
     blocks, variance = 400, 0.25
     squared = 1.0 + math.sqrt(variance) * rng.standard_normal((1, blocks))
     errors = bootstrap.BlockErrors(squared, np.zeros((1, blocks)), np.ones(blocks), np.ones(blocks))
-    replicas = bootstrap.replicas_of_mean_square(errors, bootstrap.draw(blocks, 1, 2000))
+    replicas = bootstrap.rmse_replicas(errors, bootstrap.draw(blocks, 1, 2000), relative=False) ** 2
     # Standard deviation of a mean: sqrt(var / n); 2000 replicas know it to 2 %, the
     # sample's own variance to 4 %.
     assert replicas.std() == pytest.approx(math.sqrt(variance / blocks), rel=0.15)
@@ -89,9 +89,9 @@ def test_blocks_weigh_by_their_pixels():
     pixels = np.array([1.0, 10.0, 100.0, 5.0])
     errors = bootstrap.BlockErrors(0.04 * pixels[None], 0.1 * pixels[None], 0.5 * pixels, pixels)
     draws = bootstrap.draw(4, 1, 200)
-    np.testing.assert_allclose(bootstrap.replicas_of_rmse(errors, draws), 0.2)
-    np.testing.assert_allclose(bootstrap.replicas_of_relative_rmse(errors, draws), 0.4)
-    np.testing.assert_allclose(bootstrap.replicas_of_bias(errors, draws), 0.1)
+    np.testing.assert_allclose(bootstrap.rmse_replicas(errors, draws, relative=False), 0.2)
+    np.testing.assert_allclose(bootstrap.rmse_replicas(errors, draws, relative=True), 0.4)
+    np.testing.assert_allclose(bootstrap.bias_replicas(errors, draws), 0.1)
 
 
 def test_intervals_are_percentiles():
@@ -106,8 +106,10 @@ def test_seeds_widen_the_interval():
     differing = np.stack([np.full(blocks, 0.5), np.full(blocks, 1.5)])
     draws = bootstrap.draw(blocks, 2)
     rest = (np.zeros((2, blocks)), np.ones(blocks), np.ones(blocks))
-    narrow = bootstrap.replicas_of_mean_square(bootstrap.BlockErrors(same, *rest), draws)
-    wide = bootstrap.replicas_of_mean_square(bootstrap.BlockErrors(differing, *rest), draws)
+    narrow = bootstrap.rmse_replicas(bootstrap.BlockErrors(same, *rest), draws, relative=False) ** 2
+    wide = (
+        bootstrap.rmse_replicas(bootstrap.BlockErrors(differing, *rest), draws, relative=False) ** 2
+    )
     assert narrow.std() == pytest.approx(0.0, abs=1e-12)
     # Two seeds of 0.5 and 1.5: the mean of two draws is 0.5, 1 or 1.5 with 1/4, 1/2, 1/4.
     assert wide.std() == pytest.approx(math.sqrt(0.125), rel=0.1)
@@ -119,7 +121,7 @@ def test_pairing_makes_differences_sharp():
     better = bootstrap.BlockErrors(0.9 * worse.squared, worse.signed, worse.reference, worse.pixels)
     draws = bootstrap.draw(100, 1)
     # 10 % better in every block: always better, although the intervals overlap widely.
-    a, b = (bootstrap.replicas_of_mean_square(e, draws) for e in (worse, better))
+    a, b = (bootstrap.rmse_replicas(e, draws, relative=False) ** 2 for e in (worse, better))
     assert (b < a).all()
     first, second = (bootstrap.rmse_interval(e, draws, relative=False) for e in (worse, better))
     assert second.high > first.low
@@ -136,8 +138,8 @@ def test_a_failure_makes_the_error_infinite():
     interval = bootstrap.rmse_interval(errors, draws, relative=False)
     assert interval.value == math.inf
     assert interval.high == math.inf
-    assert not np.isnan(bootstrap.replicas_of_rmse(errors, draws)).any()
-    assert not np.isnan(bootstrap.replicas_of_bias(errors, draws)).any()
+    assert not np.isnan(bootstrap.rmse_replicas(errors, draws, relative=False)).any()
+    assert not np.isnan(bootstrap.bias_replicas(errors, draws)).any()
 
 
 def test_a_failure_in_the_background_does_not_count():

@@ -9,7 +9,14 @@ import numpy as np
 import pytest
 
 from ssdo_gl.bench import reference_cache
-from ssdo_gl.bench.reference_cache import Accumulator, Goal, ReferenceCache, obtain, reference_key
+from ssdo_gl.bench.reference_cache import (
+    Accumulator,
+    Goal,
+    Reference,
+    ReferenceCache,
+    obtain,
+    reference_key,
+)
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject
@@ -37,12 +44,21 @@ class FakeReference:
     """Renders a constant image of 1 with noise, and counts how often it is asked."""
 
     def __init__(self) -> None:
+        self.scene, self.device_name = scene(), "fake"
         self.seeds: list[int] = []
 
-    def __call__(self, seed: int) -> dict[str, np.ndarray]:
-        self.seeds.append(seed)
-        noise = np.random.default_rng(seed).normal(0.0, SIGMA, (24, 32, 3))
+    def images(self, settings: Settings, wanted: object = ()) -> dict[str, np.ndarray]:
+        self.seeds.append(settings.seed)
+        noise = np.random.default_rng(settings.seed).normal(0.0, SIGMA, (24, 32, 3))
         return {"beauty": (1.0 + noise).astype(np.float32)}
+
+
+BATCH = Settings(method="reference-near", size=SIZE, radius=0.3, spp=8)
+
+
+def rendered(tmp_path, reference: FakeReference, wanted: Goal) -> Reference:
+    cache = ReferenceCache(tmp_path)
+    return obtain(reference, BATCH, ("beauty",), wanted, MASK, cache)
 
 
 def goal(standard_error: float, max_seconds: float = 60.0) -> Goal:
@@ -75,7 +91,7 @@ def test_the_standard_error_is_that_of_the_mean():
     kept = Accumulator()
     reference = FakeReference()
     for seed in range(16):
-        kept.add(reference(seed))
+        kept.add(reference.images(dataclasses.replace(BATCH, seed=seed)))
     # sigma / sqrt(16); 2304 values of variance with 15 degrees of freedom: 1 %.
     assert kept.reference(16, 0).standard_error("beauty", MASK) == pytest.approx(
         SIGMA / 4, rel=0.03
@@ -87,7 +103,7 @@ def test_the_standard_error_is_that_of_the_mean():
 
 def test_batches_are_added_until_the_goal_is_reached(tmp_path):
     reference = FakeReference()
-    result = obtain("k", [goal(0.1)], MASK, reference, 8, ReferenceCache(tmp_path))
+    result = rendered(tmp_path, reference, goal(0.1))
     # sigma / sqrt(n) <= 0.1 at n = 16, give or take the scatter of the estimate.
     assert 14 <= result.batches <= 18
     assert result.spp == 8 * result.batches
@@ -95,41 +111,32 @@ def test_batches_are_added_until_the_goal_is_reached(tmp_path):
     assert result.standard_error("beauty", MASK) <= 0.1
 
 
-def test_every_goal_counts(tmp_path):
-    reference = FakeReference()
-    result = obtain("k", [goal(0.2), goal(0.1)], MASK, reference, 8, ReferenceCache(tmp_path))
-    assert result.standard_error("beauty", MASK) <= 0.1
-
-
 def test_time_ends_what_the_goal_does_not(tmp_path):
     reference = FakeReference()
-    result = obtain(
-        "k", [goal(1e-9, max_seconds=0.0)], MASK, reference, 8, ReferenceCache(tmp_path)
-    )
+    result = rendered(tmp_path, reference, goal(1e-9, max_seconds=0.0))
     assert result.batches == reference_cache.MIN_BATCHES, "no reference without a standard error"
 
 
 def test_a_cached_reference_is_reused_and_extended_with_new_seeds(tmp_path):
     first, second, third = FakeReference(), FakeReference(), FakeReference()
-    cache = ReferenceCache(tmp_path)
-    coarse = obtain("k", [goal(0.2)], MASK, first, 8, cache)
-    again = obtain("k", [goal(0.2)], MASK, second, 8, cache)
+    coarse = rendered(tmp_path, first, goal(0.2))
+    again = rendered(tmp_path, second, goal(0.2))
     assert second.seeds == []
     np.testing.assert_array_equal(again.images["beauty"], coarse.images["beauty"])
     # The scatter is kept in float32.
     np.testing.assert_allclose(again.variance["beauty"], coarse.variance["beauty"], rtol=1e-6)
-    fine = obtain("k", [goal(0.1)], MASK, third, 8, cache)
+    fine = rendered(tmp_path, third, goal(0.1))
     assert fine.batches == len(first.seeds) + len(third.seeds)
     assert not set(first.seeds) & set(third.seeds)
     assert fine.spp == 8 * fine.batches
 
 
 def test_a_damaged_cache_file_is_rendered_again(tmp_path):
-    cache = ReferenceCache(tmp_path)
-    obtain("k", [goal(0.2)], MASK, FakeReference(), 8, cache)
-    cache.path("k").write_bytes(cache.path("k").read_bytes()[:100])
+    rendered(tmp_path, FakeReference(), goal(0.2))
+    (path,) = tmp_path.iterdir()
+    path.write_bytes(path.read_bytes()[:100])
     reference = FakeReference()
-    obtain("k", [goal(0.2)], MASK, reference, 8, cache)
+    rendered(tmp_path, reference, goal(0.2))
     assert reference.seeds
 
 

@@ -161,7 +161,7 @@ def test_the_cheapest_is_the_cheapest_of_all_that_is_known(tmp_path):
 
 
 def errors_of(renderer: FakeRenderer, tmp_path) -> dict[str, float]:
-    return tune.measured_errors(renderer, SETTINGS, RUNGS, "r", ReferenceCache(tmp_path))
+    return tune.measured_errors(renderer, SETTINGS, RUNGS, ReferenceCache(tmp_path))
 
 
 def test_errors_are_upper_ends_of_what_is_measured(tmp_path):

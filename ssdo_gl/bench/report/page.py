@@ -11,10 +11,10 @@ from importlib.resources import files
 from string import Template
 from typing import Any
 
-from ssdo_gl.bench.analysis import Result, Verdict, front_of, percent
+from ssdo_gl.bench.analysis import Result, front_of, percent
 from ssdo_gl.bench.bootstrap import Interval
 from ssdo_gl.bench.clock import CLOCK_NAMES
-from ssdo_gl.bench.errors import PANELS, ErrorPanel
+from ssdo_gl.bench.panels import ErrorPanel, error_panels
 from ssdo_gl.bench.report import plots
 from ssdo_gl.bench.report.bench_data import Bench
 from ssdo_gl.bench.report.sentences import (
@@ -54,7 +54,7 @@ def report_html(bench: Bench) -> str:
         ),
         pareto=_plot(plots.pareto_figure(bench)),
         compare=_compare(bench),
-        fronts="".join(_front_table(bench, panel) for panel in PANELS),
+        fronts="".join(_front_table(bench, panel) for panel in error_panels()),
         references=_references(bench),
         samples=_plot(plots.samples_figure(bench)),
         scaling=_figure_or_note(
@@ -68,7 +68,7 @@ def report_html(bench: Bench) -> str:
             "the next starts, so sums exceed the frame times a little.",
             "Pass times were not measured in this run.",
         ),
-        points_head=_points_head(),
+        points_head=_points_head(bench),
         points_body="".join(_point_row(bench, result) for result in bench.results),
         method="".join(f"<p>{html.escape(text)}</p>" for text in method_paragraphs(bench)),
         machine=_table(("", ""), [[html.escape(c) for c in row] for row in machine_rows(bench)]),
@@ -82,7 +82,7 @@ def split_results(bench: Bench) -> list[Result]:
     Rays are left out: their one long pass would shrink all other bars to nothing.
     """
     chosen: dict[str, Result] = {}
-    for panel in PANELS:
+    for panel in error_panels():
         for result in front_of(bench.results, panel.name):
             if not result.point.method.startswith("reference"):
                 chosen.setdefault(result.point.key, result)
@@ -155,7 +155,9 @@ def _front_table(bench: Bench, panel: ErrorPanel) -> str:
 
 
 def _references(bench: Bench) -> str:
-    items = [reference_sentence(panel, bench.references.get(panel.name)) for panel in PANELS]
+    items = [
+        reference_sentence(panel, bench.references.get(panel.name)) for panel in error_panels()
+    ]
     return "<ul>" + "".join(f"<li>{html.escape(item)}</li>" for item in items if item) + "</ul>"
 
 
@@ -200,49 +202,52 @@ def _compare(bench: Bench) -> str:
     )
 
 
-_COLUMNS = (
-    "setting", "ms", "wall ms", "processor ms", "first frame ms", "near error", "noise", "own bias",
-    "systematic", "direct", "directional", "bounce", "relMSE", "SSIM", "FLIP", "HDR-FLIP",
-    "GI error", "visibility RMSE", "bias", "failed pixels", "command",
-)  # fmt: skip
+def _columns(bench: Bench, result: Result) -> dict[str, float]:
+    """Return the numbers of one point by column; the same columns for every point."""
+    timing, verdicts = result.timing, result.verdicts
+    shown = [p for p in error_panels() if p.name in bench.references]
+    main = next((verdicts[p.name] for p in shown if p.name in verdicts), None)
+    columns = {
+        "ms": timing.ms.value,
+        "wall ms": timing.frame_ms.value,
+        "processor ms": timing.process_ms.value,
+        "first frame ms": timing.setup_ms,
+    }
+    for panel in shown:
+        verdict = verdicts.get(panel.name)
+        columns[f"{panel.name} error"] = verdict.error.value if verdict else math.nan
+        for part in panel.parts:
+            columns[part] = verdict.scalars.parts.get(part, math.nan) if verdict else math.nan
+    for name, field in _SCALARS.items():
+        columns[name] = float(getattr(main.scalars, field)) if main else math.nan
+    columns["bias"] = main.bias.value if main else math.nan
+    return columns
 
 
-def _points_head() -> str:
-    cells = "".join(f'<th><button type="button">{name}</button></th>' for name in _COLUMNS)
+# Of the first panel that judges a point.
+_SCALARS = {
+    "noise": "noise", "own bias": "own_bias", "systematic": "systematic", "relMSE": "rel_mse",
+    "SSIM": "ssim", "FLIP": "flip_ldr", "HDR-FLIP": "flip_hdr",
+}  # fmt: skip
+
+
+def _points_head(bench: Bench) -> str:
+    numbers = _columns(bench, bench.results[0]) if bench.results else ()
+    names = ("setting", *numbers, "failed pixels", "command")
+    cells = "".join(f'<th><button type="button">{name}</button></th>' for name in names)
     return f"<tr>{cells}</tr>"
 
 
 def _point_row(bench: Bench, result: Result) -> str:
-    near, gi, ao = (result.verdicts.get(panel.name) for panel in PANELS)
-    main = near or ao or gi
-    scalars = main.scalars if main else None
-    parts = near.scalars.parts if near else {}
-    nan = math.nan
-    values = [
-        result.timing.ms.value,
-        result.timing.frame_ms.value,
-        result.timing.process_ms.value,
-        result.timing.setup_ms,
-        near.error.value if near else nan,
-        scalars.noise if scalars else nan,
-        scalars.own_bias if scalars else nan,
-        scalars.systematic if scalars else nan,
-        parts.get("direct", nan),
-        parts.get("directional", nan),
-        parts.get("bounce", nan),
-        *(_of(near or gi, name) for name in ("rel_mse", "ssim", "flip_ldr", "flip_hdr")),
-        gi.error.value if gi else nan,
-        ao.error.value if ao else nan,
-        main.bias.value if main else nan,
-    ]
-    failures = scalars.failures if scalars else 0
-    is_front = any(verdict.on_front for verdict in result.verdicts.values())
+    verdicts = result.verdicts.values()
+    failures = next((verdict.scalars.failures for verdict in verdicts), 0)
     cells = [f"<td>{html.escape(result.point.label)}</td>"]
+    values = _columns(bench, result).values()
     cells += [f'<td data-value="{_sortable(v)}">{number(v)}</td>' for v in values]
     failed = ' class="failed"' if failures else ""
     cells.append(f'<td data-value="{failures}"{failed}>{failures}</td>')
     cells.append(f'<td class="left"><code>{html.escape(bench.command(result.point))}</code></td>')
-    front = ' class="front"' if is_front else ""
+    front = ' class="front"' if any(verdict.on_front for verdict in verdicts) else ""
     return f"<tr{front}>{''.join(cells)}</tr>"
 
 
@@ -254,15 +259,11 @@ def _sortable(value: float) -> str:
     return "1e999" if math.isinf(value) else f"{value:.6g}"
 
 
-def _of(verdict: Verdict | None, name: str) -> float:
-    return math.nan if verdict is None else float(getattr(verdict.scalars, name))
-
-
 def _data(bench: Bench) -> dict[str, Any]:
     """Return what the script of the page draws."""
     clock = CLOCK_NAMES[bench.clock]
     panels = []
-    for panel in PANELS:
+    for panel in error_panels():
         points = [_dot(r, panel) for r in bench.results if panel.name in r.verdicts]
         if points:
             reference = bench.references.get(panel.name)

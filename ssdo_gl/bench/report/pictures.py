@@ -13,7 +13,8 @@ from PIL import Image
 from ssdo_gl.bench import metrics
 from ssdo_gl.bench.analysis import Recommendation, Result, front_of
 from ssdo_gl.bench.bench_renderer import BenchRenderer
-from ssdo_gl.bench.errors import PANELS, ErrorPanel, color
+from ssdo_gl.bench.errors import color
+from ssdo_gl.bench.panels import ErrorPanel, error_panels
 from ssdo_gl.bench.reference_cache import Reference
 from ssdo_gl.bench.report.bench_data import Picture
 from ssdo_gl.graph.render_pass import ProgressCallback
@@ -44,7 +45,7 @@ def flip_map_png(error: NDArray[np.float32]) -> bytes:
 
 def shown(panel: ErrorPanel, image: NDArray[np.float32], exposure_ev: float) -> NDArray[np.float32]:
     """Return an AOV as it is displayed: radiance exposed, visibility as it is."""
-    if panel.kind == "visibility":
+    if not panel.is_picture:
         return metrics.srgb_of(np.repeat(image[:, :, :1], 3, axis=2))
     return metrics.srgb_of(color(image), exposure_ev)
 
@@ -54,7 +55,7 @@ def chosen_results(results: Sequence[Result], recommendation: Recommendation) ->
     chosen: dict[str, Result] = {}
     if recommendation.result is not None:
         chosen[recommendation.result.point.key] = recommendation.result
-    for panel in PANELS:
+    for panel in error_panels():
         front = front_of(results, panel.name)
         spread = {round(i * (len(front) - 1) / 3) for i in range(4)} if front else set()
         members = [front[i] for i in sorted(spread)]
@@ -111,10 +112,10 @@ def take_pictures(
     exposure = base.exposure or 0.0
     pictures = []
     targets: dict[str, tuple[ErrorPanel, NDArray[np.float32]]] = {}
-    for panel in PANELS:
+    for panel in error_panels():
         if panel.name not in references:
             continue
-        target = shown(panel, references[panel.name].images[panel.image], exposure)
+        target = shown(panel, references[panel.name].images[panel.aov], exposure)
         # Of two references of one kind the first judges the FLIP maps: the near-field one.
         targets.setdefault(panel.kind, (panel, target))
         pictures.append(
@@ -132,7 +133,7 @@ def take_pictures(
         if kind not in targets:
             continue
         panel, target = targets[kind]
-        image = renderer.images(result.point.settings(base), (panel.image,))[panel.image]
+        image = renderer.images(result.point.settings(base), (panel.aov,))[panel.aov]
         picture = shown(panel, image, exposure)
         flip = metrics.flip_ldr(picture, target, mask)
         caption = (

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from ssdo_gl.bench.analysis import ReferenceSummary, Result, front_of
 from ssdo_gl.bench.clock import CLOCK_NAMES
-from ssdo_gl.bench.errors import PANELS, ErrorPanel
 from ssdo_gl.bench.fit import fit_power_law
 from ssdo_gl.bench.metrics import missing
+from ssdo_gl.bench.panels import ErrorPanel, error_panels
 from ssdo_gl.bench.points import families
 from ssdo_gl.bench.report.bench_data import Bench, Series
 
@@ -73,9 +73,9 @@ def drawn_in_style(draw: Any, *arguments: Any) -> Figure:
         return figure
 
 
-def pareto_figure(bench: Bench, panels: Sequence[ErrorPanel] = PANELS) -> Figure:
+def pareto_figure(bench: Bench) -> Figure:
     """Return error against time, log-log, one chart for each reference that was measured."""
-    shown = [p for p in panels if any(p.name in r.verdicts for r in bench.results)]
+    shown = [p for p in error_panels() if any(p.name in r.verdicts for r in bench.results)]
     return drawn_in_style(_pareto, bench, shown)
 
 
@@ -198,9 +198,11 @@ def samples_figure(bench: Bench) -> Figure:
 
 
 def _samples(bench: Bench) -> Figure:
-    figure = _figure(12.0, 4.6)
-    charts = figure.subplots(1, 2)
-    for chart, panel in zip(charts, (PANELS[0], PANELS[2]), strict=True):
+    # Of panels of one kind the first one stands for all.
+    panels = list({panel.kind: panel for panel in reversed(error_panels())}.values())[::-1]
+    figure = _figure(6.0 * len(panels), 4.6)
+    charts = figure.subplots(1, len(panels), squeeze=False)[0]
+    for chart, panel in zip(charts, panels, strict=True):
         chart.plot([], [], color="#cccccc", linewidth=3, label="slope -1/2")
         results = [
             r
@@ -215,7 +217,7 @@ def _samples(bench: Bench) -> Figure:
         _log_axes(chart)
         chart.set_xlabel("depth reads per pixel")
         chart.set_ylabel(panel.error_label)
-        chart.set_title(f"{panel.image}: noise falls, what is systematic stays", fontsize=9)
+        chart.set_title(f"{panel.aov}: noise falls, what is systematic stays", fontsize=9)
         chart.legend(fontsize=7)
     return figure
 

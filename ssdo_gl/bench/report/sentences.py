@@ -6,21 +6,14 @@ import math
 
 from ssdo_gl.bench.analysis import ReferenceSummary, percent
 from ssdo_gl.bench.clock import CLOCK_NAMES
-from ssdo_gl.bench.errors import ErrorPanel
 from ssdo_gl.bench.metrics import FLIP_EXPOSURES_EV, FLIP_PIXELS_PER_DEGREE
+from ssdo_gl.bench.panels import ErrorPanel
 from ssdo_gl.bench.report.bench_data import Bench
 from ssdo_gl.images.error import REL_MSE_EPSILON
 
 # A reference may be used without a word if its standard error is at most this part of the
 # smallest error that is reported against it.
 TRUSTED_RATIO = 0.1
-
-# What a converged march still lacks, by panel.
-_LEFT = {
-    "near": "what the screen does not show, and shadow maps",
-    "gi": "what the near-field model leaves out, and the same",
-    "visibility": "what the screen does not show",
-}
 
 
 def facts(bench: Bench) -> list[tuple[str, str]]:
@@ -59,7 +52,7 @@ def reference_sentence(panel: ErrorPanel, reference: ReferenceSummary | None) ->
     if math.isfinite(reference.floor):
         text += (
             f" The march, converged (32 directions of 32 steps), is still {show(reference.floor)} "
-            f"away: {_LEFT[panel.name]}."
+            f"away: {panel.lacks}."
         )
     if reference.floor_parts:
         parts = ", ".join(f"{name} {percent(v)}" for name, v in reference.floor_parts.items())

@@ -9,7 +9,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from ssdo_gl.bench.analysis import Result, front_of, percent
-from ssdo_gl.bench.errors import PANELS, ErrorPanel
+from ssdo_gl.bench.panels import ErrorPanel, error_panels
 from ssdo_gl.bench.report.bench_data import Bench
 
 # With heading, reference and recommendation the whole says it in about ten lines.
@@ -55,7 +55,10 @@ def front_table(bench: Bench, panel: ErrorPanel) -> Table:
 
 def print_summary(bench: Bench, console: Console) -> None:
     """Print the front against the near-field reference, its worth, and a recommendation."""
-    panel = next((p for p in PANELS if any(p.name in r.verdicts for r in bench.results)), PANELS[0])
+    panel = next(
+        (p for p in error_panels() if any(p.name in r.verdicts for r in bench.results)),
+        error_panels()[0],
+    )
     measured = sum(panel.name in r.verdicts for r in bench.results)
     count = len(front_of(bench.results, panel.name))
     console.print(f"{panel.title}: {count} of {measured} settings are on the front", markup=False)
