@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from ssdo_gl.bench.points import Point
+from ssdo_gl.bench.points import PICTURE, Point
+from ssdo_gl.effects import registry
+from ssdo_gl.effects.effect import Effect
+from ssdo_gl.effects.methods import METHODS, REFERENCES, Method
 
-# What is added up to the picture; each one's error is reported beside the picture's.
-TERM_AOVS = ("direct", "directional", "bounce")
+# Emitters do not count (`errors.judged_pixels`), so what they emit has no error.
+NOT_JUDGED = "emission"
 
 
 @dataclass(frozen=True)
@@ -49,7 +52,7 @@ class ErrorPanel:
     @property
     def kind(self) -> str:
         """Which points it judges."""
-        return "radiance" if self.is_picture else self.aov
+        return PICTURE if self.is_picture else self.aov
 
     @property
     def relative(self) -> bool:
@@ -77,32 +80,39 @@ class ErrorPanel:
 
 
 def error_panels() -> tuple[ErrorPanel, ...]:
-    """Return all panels; the first one decides what is recommended."""
-    return (
-        ErrorPanel(
-            "near",
-            "reference-near",
-            "beauty",
-            "Picture against the near-field reference (same integral, rays instead of depth reads)",
-            "what the screen does not show, and shadow maps",
-            parts=TERM_AOVS,
-        ),
-        ErrorPanel(
-            "gi",
-            "reference-gi",
-            "beauty",
-            "Picture against full global illumination (path traced)",
-            "what the near-field model leaves out, and the same",
-            own_radius=False,
-        ),
-        ErrorPanel(
-            "visibility",
-            "reference-ao",
-            "visibility",
-            "Visibility against ray-traced ambient occlusion of the same radius",
-            "what the screen does not show",
-        ),
+    """Return all panels, pictures first: each reference judges what its effects make."""
+    references = [method for method in METHODS.values() if method.is_reference]
+    panels = {panel.name: panel for method in references for panel in _panels_of(method)}
+    return tuple(sorted(panels.values(), key=lambda panel: not panel.is_picture))
+
+
+def _panels_of(method: Method) -> Iterator[ErrorPanel]:
+    members = [effect for effect in registry.effects() if method.name in effect.methods]
+    own = [effect for effect in members if effect.methods <= REFERENCES]
+    has_radius = any(
+        hasattr(settings, "radius") for effect in own for settings in effect.settings.values()
     )
+    lacks = "what the screen does not show"
+    if any(effect.terms or effect.picture for effect in own):
+        # A reference that is the whole picture does not tell its terms apart.
+        parts = () if any(effect.picture for effect in own) else _terms(members)
+        yield ErrorPanel(
+            method.name.removeprefix("reference-"),
+            method.name,
+            "beauty",
+            f"Picture against the {method.label}",
+            f"{lacks}, and shadow maps" + ("" if has_radius else ", and what lies beyond R"),
+            parts,
+            has_radius,
+        )
+    for image in dict.fromkeys(name for effect in members for name in effect.images):
+        title = f"{image.capitalize()} against {method.label}"
+        yield ErrorPanel(image, method.name, image, title, lacks, own_radius=has_radius)
+
+
+def _terms(effects: Iterable[Effect]) -> tuple[str, ...]:
+    names = dict.fromkeys(term.name for effect in effects for term in effect.terms)
+    return tuple(name for name in names if name != NOT_JUDGED)
 
 
 def panel_named(name: str) -> ErrorPanel:

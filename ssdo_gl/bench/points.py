@@ -17,11 +17,14 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from ssdo_gl.effects import registry
+from ssdo_gl.effects.estimators import ESTIMATORS
+from ssdo_gl.effects.methods import METHODS, Method
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError
 
-# What is measured together: ambient visibility alone, or the picture.
-POINT_KINDS = ("visibility", "radiance")
+# The kind of points that are judged by their picture; any other kind is an image's name.
+PICTURE = "radiance"
 _FAMILY_KEYS = ("name", "kind", "quick", "only", "set")
 _AXES = (
     "method",
@@ -46,7 +49,7 @@ class Point:
     Attributes
     ----------
     kind : str
-        ``visibility`` (the AOV of that name) or ``radiance`` (the picture).
+        ``radiance`` (the picture), or the AOV that is judged, such as ``visibility``.
     family : str
         The grid family it comes from; points of one family share a curve in plots.
     radius_factor : float
@@ -91,7 +94,8 @@ class Point:
         """What a person reads: ``bounce march 8x8 half edge``."""
         if not self.estimator:
             return f"{self.method} {self.spp} spp" if self.spp else self.method
-        step_count = min(self.steps, self.samples) if self.estimator == "march" else 1
+        takes_steps = ESTIMATORS[self.estimator].takes_steps
+        step_count = min(self.steps, self.samples) if takes_steps else 1
         directions = max(1, self.samples // step_count)
         count = f"{directions}x{step_count}" if step_count > 1 else f"{self.samples}"
         parts = [self.method, self.estimator, count]
@@ -105,7 +109,7 @@ class Point:
     @property
     def wanted(self) -> tuple[str, ...]:
         """The image that a user of this point asks for, and that is timed."""
-        return ("visibility",) if self.kind == "visibility" else ("beauty",)
+        return ("beauty",) if self.kind == PICTURE else (self.kind,)
 
     def settings(self, base: Settings, seed_offset: int = 0) -> Settings:
         """Return `base` with this point's settings.
@@ -140,27 +144,27 @@ class Point:
         ).checked()
 
 
-def default_grid_text() -> str:
-    """Return the text of the shipped grid."""
-    return files("ssdo_gl.bench").joinpath("grid.toml").read_text(encoding="utf-8")
-
-
 def read_grid(path: Path | None = None) -> tuple[Point, ...]:
-    """Return the points of a grid file; the shipped one if `path` is None.
+    """Return the points of a grid file; of the shipped one if `path` is None.
+
+    What the shipped file does not name - a method, an estimator of one, an image that an
+    effect makes and a reference has - is measured by `further_families`.
 
     Raises
     ------
     GridError
     """
     name = str(path) if path else "grid.toml"
+    file = path or files("ssdo_gl.bench").joinpath("grid.toml")
     try:
-        text = path.read_text(encoding="utf-8") if path else default_grid_text()
-        data = tomllib.loads(text)
+        data = tomllib.loads(file.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise GridError(f"{name}: {error}") from None
     families = data.get("family")
     if not isinstance(families, list) or not families or set(data) != {"family"}:
         raise GridError(f"{name}: expected [[family]] tables and nothing else")
+    if path is None:
+        families += further_families(families)
     points: dict[str, Point] = {}
     for family in families:
         for point in _points_of(family, name):
@@ -171,14 +175,60 @@ def read_grid(path: Path | None = None) -> tuple[Point, ...]:
     return tuple(points.values())
 
 
+def further_families(families: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Return a small family for whatever the registries know and `families` does not name."""
+    named = {(f["method"], f.get("estimator")) for f in families}
+    kinds = {f["kind"] for f in families}
+    wanted = [
+        (PICTURE, method, estimator)
+        for method in METHODS.values()
+        for estimator in method.estimators or (None,)
+        if (method.name, estimator) not in named
+    ]
+    for image in dict.fromkeys(name for effect in registry.effects() for name in effect.images):
+        if image not in kinds:
+            method = METHODS[screen_space_method(image)]
+            wanted.append((image, method, next(iter(method.estimators), None)))
+    return [_small_family(*item) for item in wanted]
+
+
+def _small_family(kind: str, method: Method, estimator: str | None) -> dict[str, Any]:
+    family: dict[str, Any] = {"kind": kind, "method": method.name, "quick": {}}
+    if estimator is not None:
+        family |= {"estimator": estimator, "samples": [16, 64], "filter": "edge"}
+        family |= {"steps": 8 if ESTIMATORS[estimator].takes_steps else 1}
+        family |= {"quick": {"samples": 16}}
+    elif method.is_reference:
+        family |= {"spp": [4, 16]}
+    return family | {"name": " ".join(filter(None, (method.name, estimator, kind)))}
+
+
+def screen_space_method(kind: str) -> str:
+    """Return the method that shows all that screen space knows of a kind of points.
+
+    Of pictures it is the one with the most terms, of images the first that has it.
+    """
+
+    def count(name: str) -> int:
+        members = [e for e in registry.effects() if name in e.methods]
+        if kind == PICTURE:
+            return sum(len(effect.terms) for effect in members)
+        return any(kind in effect.images for effect in members)
+
+    return max((n for n, method in METHODS.items() if not method.is_reference), key=count)
+
+
 def _points_of(family: Mapping[str, Any], file: str) -> list[Point]:
     """Return the points that one family stands for."""
     where = f"{file}: family {family.get('name', '?')!r}"
     unknown = [key for key in family if key not in _AXES + _FAMILY_KEYS]
     if unknown:
         raise GridError(f"{where}: unknown key {unknown[0]!r}; use {', '.join(_AXES)}")
-    if not isinstance(family.get("name"), str) or family.get("kind") not in POINT_KINDS:
-        raise GridError(f"{where}: needs a name and a kind ({' or '.join(POINT_KINDS)})")
+    if not isinstance(family.get("name"), str) or family.get("kind") not in (
+        PICTURE,
+        *registry.image_names(),
+    ):
+        raise GridError(f"{where}: needs a name and a kind ({PICTURE} or an image's name)")
     quick = family.get("quick", {})
     if not isinstance(quick, Mapping) or any(key not in _AXES for key in quick):
         raise GridError(f"{where}: quick must be a table of axes")

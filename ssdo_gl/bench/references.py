@@ -13,7 +13,7 @@ from ssdo_gl.bench.bench_renderer import BenchRenderer, Images
 from ssdo_gl.bench.bootstrap import rmse_of
 from ssdo_gl.bench.errors import Judged, Scalars, judge, render_seeds
 from ssdo_gl.bench.panels import ErrorPanel, all_aovs, error_panels, panel_named
-from ssdo_gl.bench.points import Point
+from ssdo_gl.bench.points import Point, screen_space_method
 from ssdo_gl.bench.progress import BenchProgress
 from ssdo_gl.bench.reference_cache import (
     Accumulator,
@@ -25,11 +25,6 @@ from ssdo_gl.bench.reference_cache import (
 from ssdo_gl.images.error import Mask
 from ssdo_gl.settings import Settings
 
-# The converged march: what is left of its error is what one camera layer does not show.
-LIMITS = {
-    "radiance": Point("radiance", "limit", "bounce", "march", 1024, 32, 1.0, "none"),
-    "visibility": Point("visibility", "limit", "ssao", "march", 1024, 32, 1.0, "none"),
-}
 # A reference's standard error aims at this part of the smallest error reported.
 REFERENCE_RATIO = 0.1
 # The goal before any error is known: enough to estimate the smallest one to a few percent.
@@ -88,12 +83,17 @@ class ReferenceSet:
     limits: dict[str, Reference]
 
 
+def converged_march(kind: str) -> Point:
+    """Return a point whose error is what one camera layer does not show, and shadow maps."""
+    return Point(kind, "limit", screen_space_method(kind), "march", 1024, 32, 1.0, "none")
+
+
 def make_references(request: ReferenceRequest, progress: BenchProgress) -> ReferenceSet:
     """Return references, refined as far as they must be, and the converged march."""
     found = ReferenceSet({}, {}, {})
     for kind in request.kinds:
         panels = [panel for panel in error_panels() if panel.kind == kind]
-        point = LIMITS[kind]
+        point = converged_march(kind)
         renderings = render_seeds(
             request.renderer, point, request.base, request.seeds, all_aovs(panels)
         )

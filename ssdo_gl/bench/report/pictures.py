@@ -15,6 +15,7 @@ from ssdo_gl.bench.analysis import Recommendation, Result, front_of
 from ssdo_gl.bench.bench_renderer import BenchRenderer
 from ssdo_gl.bench.errors import color
 from ssdo_gl.bench.panels import ErrorPanel, error_panels
+from ssdo_gl.bench.points import PICTURE
 from ssdo_gl.bench.reference_cache import Reference
 from ssdo_gl.bench.report.bench_data import Picture
 from ssdo_gl.graph.render_pass import ProgressCallback
@@ -44,10 +45,9 @@ def flip_map_png(error: NDArray[np.float32]) -> bytes:
 
 
 def shown(panel: ErrorPanel, image: NDArray[np.float32], exposure_ev: float) -> NDArray[np.float32]:
-    """Return an AOV as it is displayed: radiance exposed, visibility as it is."""
-    if not panel.is_picture:
-        return metrics.srgb_of(np.repeat(image[:, :, :1], 3, axis=2))
-    return metrics.srgb_of(color(image), exposure_ev)
+    """Return an AOV as it is displayed: pictures exposed, other images as they are."""
+    shades = np.repeat(image, 3, axis=2) if image.shape[2] == 1 else color(image)
+    return metrics.srgb_of(shades, exposure_ev if panel.is_picture else 0.0)
 
 
 def chosen_results(results: Sequence[Result], recommendation: Recommendation) -> list[Result]:
@@ -87,7 +87,7 @@ def with_hdr_flip(
     for done, result in enumerate(results, 1):
         point = result.point
         verdicts = dict(result.verdicts)
-        if point.key in keys and point.kind == "radiance":
+        if point.key in keys and point.kind == PICTURE:
             image = color(renderer.images(point.settings(base), ("beauty",))["beauty"])
             for name, verdict in result.verdicts.items():
                 target = color(references[name].images["beauty"])
