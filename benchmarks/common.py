@@ -2,11 +2,23 @@
 
 from __future__ import annotations
 
+import argparse
 import csv
 import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+
+def command(name: str, doc: str | None) -> argparse.ArgumentParser:
+    """Return the parser of ``python -m benchmarks.NAME``; `doc` is the script's docstring."""
+    first, _, rest = (doc or "").partition("\n")
+    return argparse.ArgumentParser(
+        prog=f"python -m benchmarks.{name}",
+        description=first,
+        epilog=rest.strip(),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """The headline experiments, from finished benches and a few renderings of their own.
 
-``python -m benchmarks.experiments OUTDIR BENCH...`` writes into OUTDIR
+``make bench`` runs ``python -m benchmarks.experiments OUTDIR BENCH...``, which writes into OUTDIR
 
 - ``report_table.txt``: the first SSDO report's table, measured here, put right;
 - ``world_scale.png``: the bounce in other units of length, ``rgs09`` against ``march``;
@@ -24,7 +24,7 @@ import numpy as np
 from rich.console import Console
 
 from benchmarks import report_table, world_scale
-from benchmarks.common import FinishedBench, read_bench
+from benchmarks.common import FinishedBench, command, read_bench
 from benchmarks.equal import Comparison, agreement, compare, curve_of
 from ssdo_gl.bench.analysis import percent
 from ssdo_gl.bench.bench_renderer import BenchRenderer, opener
@@ -32,8 +32,7 @@ from ssdo_gl.bench.errors import judged_pixels
 from ssdo_gl.bench.fit import fit_power_law
 from ssdo_gl.bench.panels import panel_named
 from ssdo_gl.bench.reference_cache import Goal, ReferenceCache, obtain
-from ssdo_gl.bench.report import plots
-from ssdo_gl.bench.report.outputs import check_libraries
+from ssdo_gl.bench.report import as_bytes, check_libraries
 from ssdo_gl.bench.storage import replace_file
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.renderer import Renderer
@@ -181,15 +180,16 @@ def bench_sections(benches: Sequence[FinishedBench]) -> list[str]:
     return lines
 
 
-def main(arguments: Sequence[str]) -> int:
-    """Run the experiments; the first argument is where they go, the rest are benches."""
-    if not arguments:
-        print("usage: python -m benchmarks.experiments OUTDIR [BENCH...]", file=sys.stderr)
-        return 2
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the experiments and write what they found."""
+    parser = command("experiments", __doc__)
+    parser.add_argument("outdir", type=Path, metavar="OUTDIR")
+    parser.add_argument("benches", nargs="*", type=Path, metavar="BENCH")
+    options = parser.parse_args(argv)
     check_libraries()
-    outdir = Path(arguments[0])
+    benches = [read_bench(folder) for folder in options.benches]
+    outdir: Path = options.outdir
     outdir.mkdir(parents=True, exist_ok=True)
-    benches = [read_bench(Path(folder)) for folder in arguments[1:]]
     device = create_context("auto")
     try:
         table = run_report_table(device)
@@ -201,7 +201,7 @@ def main(arguments: Sequence[str]) -> int:
     lines += ["", f"## Units of length ({SCALE_SCENE})", "", *scale_lines(curves)]
     lines += bench_sections(benches)
     replace_file(outdir / "report_table.txt", table.encode())
-    replace_file(outdir / "world_scale.png", plots.as_bytes(figure, "png"))
+    replace_file(outdir / "world_scale.png", as_bytes(figure, "png"))
     text = "\n".join(lines) + "\n"
     replace_file(outdir / "experiments.md", text.encode())
     print(text, end="")
@@ -209,4 +209,4 @@ def main(arguments: Sequence[str]) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(main())

@@ -1,7 +1,7 @@
 """Milliseconds of every pass, beside the paper's method as published.
 
-``python -m benchmarks.pass_times [SCENE] [ROUNDS]`` prints a table in Markdown. All
-settings are rendered in turn, round after round, so that a machine that speeds up or
+``make bench-passes`` runs ``python -m benchmarks.pass_times [SCENE]``, which prints a table in
+Markdown. All settings are rendered in turn, round after round, so that a machine that speeds up or
 slows down does so for all of them; the table holds medians, and ratios of medians.
 """
 
@@ -13,6 +13,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 
+from benchmarks.common import command
 from ssdo_gl.bench.machine import cpu_name, load_average
 from ssdo_gl.bench.presets import load_preset
 from ssdo_gl.gpu.context import create_context
@@ -89,10 +90,13 @@ def table(times: dict[str, dict[str, float]]) -> str:
     return "\n".join(lines)
 
 
-def main(arguments: Sequence[str]) -> int:
-    """Measure and print; arguments: [SCENE] [ROUNDS]."""
-    source = arguments[0] if arguments else "cornell_meso"
-    rounds = int(arguments[1]) if len(arguments) > 1 else ROUNDS
+def main(argv: Sequence[str] | None = None) -> int:
+    """Measure and print."""
+    parser = command("pass_times", __doc__)
+    parser.add_argument("scene", nargs="?", default="cornell_meso", metavar="SCENE")
+    parser.add_argument("--rounds", type=int, default=ROUNDS)
+    options = parser.parse_args(argv)
+    source, rounds = options.scene, options.rounds
     scene = load_scene(source)
     with Renderer(scene, dataclasses.replace(Settings(), size=(1, 1))) as renderer:
         device = renderer.device.renderer
@@ -103,4 +107,4 @@ def main(arguments: Sequence[str]) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(main())

@@ -1,7 +1,7 @@
 """What planning saves: passes and time of planned frames against full ones, scene by scene.
 
-Run as ``python -m benchmarks.planning_gain [SCENE ...]``; without scenes, on all the
-built-in ones. Every round draws one frame of each kind in turn, so that all meet the same
+``make bench-effects`` runs ``python -m benchmarks.planning_gain [SCENE ...]``; without scenes, on
+all the built-in ones. Every round draws one frame of each kind in turn, so that all meet the same
 load, and each round gives one ratio; medians over rounds are printed. Where OpenGL runs on
 processors, the time is processor time of all threads: other programs cannot lengthen it
 by taking their turn.
@@ -9,7 +9,6 @@ by taking their turn.
 
 from __future__ import annotations
 
-import argparse
 import math
 import statistics
 import sys
@@ -21,6 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.common import command
 from ssdo_gl.gpu.context import create_context
 from ssdo_gl.planning.bodies import bodies_of
 from ssdo_gl.planning.content import analyse
@@ -224,14 +224,14 @@ def built_in_scenes() -> list[str]:
     return sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml"))
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(argv: Sequence[str] | None = None) -> int:
     """Print the table for the scenes named on the command line."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.planning_gain")
+    parser = command("planning_gain", __doc__)
     parser.add_argument("scenes", nargs="*", metavar="SCENE", help="default: all built-in ones")
     parser.add_argument("--size", default="640x360", metavar="WxH")
     parser.add_argument("--method", default=None)
     parser.add_argument("--rounds", type=int, default=ROUNDS)
-    options = parser.parse_args(arguments)
+    options = parser.parse_args(argv)
     flags = {"size": parse(Settings, "size", options.size), "method": options.method}
     costs = []
     for name in options.scenes or built_in_scenes():
@@ -251,4 +251,4 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    sys.exit(main())

@@ -6,7 +6,6 @@ OUTDIR is a folder that ``ssdo-gl SCENE --bench OUTDIR`` filled.
 
 from __future__ import annotations
 
-import argparse
 import dataclasses
 import json
 import sys
@@ -17,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.common import read_bench
+from benchmarks.common import command, read_bench
 from ssdo_gl.bench import pareto
 from ssdo_gl.bench.clock import CLOCK_NAMES
 from ssdo_gl.bench.presets import PresetRung
@@ -154,9 +153,7 @@ def ladder_text(
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Derive the ladder from the benches named on the command line and print it."""
-    parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.preset_ladder", description=__doc__.split("\n", 1)[0]
-    )
+    parser = command("preset_ladder", __doc__)
     parser.add_argument("benches", nargs="+", type=Path, metavar="OUTDIR")
     benches = [read_bench(folder) for folder in parser.parse_args(argv).benches]
     rungs, presets = derive([bench.rows for bench in benches])

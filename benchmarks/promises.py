@@ -1,6 +1,7 @@
 """Checks what `tune` promises: budgets by 50 frames, errors by fresh seeds and another view.
 
-``python -m benchmarks.promises [SCENE...]`` prints a Markdown table for each scene.
+``make bench-promises`` runs ``python -m benchmarks.promises [SCENE ...]``, which prints a Markdown
+table for each scene.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from benchmarks.common import command
 from ssdo_gl.bench.analysis import percent
 from ssdo_gl.bench.bench_renderer import BenchRenderer
 from ssdo_gl.bench.bootstrap import draw, rmse_interval
@@ -151,12 +153,15 @@ def table(title: str, checks: Sequence[Check]) -> list[str]:
     return [*lines, ""]
 
 
-def main(names: Sequence[str]) -> int:
+def main(argv: Sequence[str] | None = None) -> int:
     """Check the promises on the named scenes; 1 if one was broken."""
+    parser = command("promises", __doc__)
+    parser.add_argument("scenes", nargs="*", default=SCENES, metavar="SCENE")
+    names = parser.parse_args(argv).scenes
     broken = 0
     device = create_context("auto")
     try:
-        for name in names or SCENES:
+        for name in names:
             scene = load_scene(name)
             for title, check in (("time", check_budgets), ("error", check_errors)):
                 checks = check(scene, device)
@@ -168,4 +173,4 @@ def main(names: Sequence[str]) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(main())

@@ -1,8 +1,8 @@
 """Rays and paths per second, here and in Embree and Mitsuba, on the same scenes.
 
-Run as ``python -m benchmarks.ray_speed``. Embree and Mitsuba come with the ``test``
-extra; what is not installed, or breaks, is left out and said so. The others run in
-processes of their own: a compiler that fails inside Mitsuba ends its process.
+``make bench-rays`` runs ``python -m benchmarks.ray_speed [SCENE ...]``. Embree and Mitsuba
+come with the ``test`` extra; what is not installed, or breaks, is left out and said so. The
+others run in processes of their own: a compiler that fails inside Mitsuba ends its process.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
+from benchmarks.common import command
 from benchmarks.mitsuba_scene import (
     compared_scene,
     load_mitsuba,
@@ -296,19 +297,19 @@ twice the speed of scattered ones: a path's second ray and later ones wait for t
 eight. Fewer fetches or wider nodes would have to come with less arithmetic, not more."""
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
+def main(argv: Sequence[str] | None = None) -> int:
     """Measure and print, or run as a worker for one of the others."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("scenes", nargs="*", default=SCENES)
+    parser = command("ray_speed", __doc__)
+    parser.add_argument("scenes", nargs="*", default=SCENES, metavar="SCENE")
     parser.add_argument("--worker", nargs="+", help=argparse.SUPPRESS)
-    options = parser.parse_args(arguments)
+    options = parser.parse_args(argv)
     if options.worker:
         kind, *rest = options.worker
         if kind == "embree":
             print(json.dumps(embree_worker(rest[0])))
         else:
             print(json.dumps(mitsuba_worker(rest[0], int(rest[1]), rest[2])))
-        return
+        return 0
     # A pipe is taken for 80 columns, in which names would be cut short.
     console = Console() if sys.stdout.isatty() else Console(width=TABLE_WIDTH)
     device = create_context()
@@ -329,7 +330,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     console.print("equal error: our time over Mitsuba's for images of the same error")
     if device.is_software:
         console.print(LIMITS)
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -1,5 +1,7 @@
 """The table of the first SSDO report, measured here, with its arithmetic put right.
 
+``python -m benchmarks.report_table`` prints it; ``make bench`` writes it, too.
+
 The report (C. Javault, INF584 course project, 2020) timed a CPU renderer at 150x150 and
 "normalised" its 1024-sample SSDO to 16 samples by scaling all of its 5820 ms, the fixed
 39 ms of its z-buffer included, and did not add those back: 91 ms. Kept apart, the fixed
@@ -20,6 +22,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from benchmarks.common import command
 from ssdo_gl.bench.bench_renderer import BenchRenderer
 from ssdo_gl.bench.clock import CLOCK_NAMES, CLOCKS, trusted_clock
 from ssdo_gl.bench.machine import describe_machine
@@ -36,7 +39,7 @@ FRAMES, REFERENCE_FRAMES = 9, 2
 
 
 @dataclass(frozen=True)
-class Method:
+class ReportRow:
     """One row: a method, its samples, and what the report says it took.
 
     Attributes
@@ -58,20 +61,20 @@ class Method:
     report_normal_ms: float = math.nan
 
 
-METHODS = (
-    Method("visible surfaces (z-buffer)", {"method": "direct"}, "depth", None, 1, 39.0),
-    Method(
+ROWS = (
+    ReportRow("visible surfaces (z-buffer)", {"method": "direct"}, "depth", None, 1, 39.0),
+    ReportRow(
         "direct light, 256 shadow rays",
         {"method": "direct", "shadows": "traced"},
         "beauty",
         "shadow_rays",
         256,
     ),
-    Method("direct light, shadow maps", {"method": "direct"}, "beauty", None, 1),
-    Method("full transport, 16 paths", {"method": "reference-gi"}, "beauty", "spp", 16),
-    Method("full transport, 256 paths", {"method": "reference-gi"}, "beauty", "spp", 256),
-    Method("ray-traced AO, 256 rays", {"method": "reference-ao"}, "visibility", "spp", 256),
-    Method(
+    ReportRow("direct light, shadow maps", {"method": "direct"}, "beauty", None, 1),
+    ReportRow("full transport, 16 paths", {"method": "reference-gi"}, "beauty", "spp", 16),
+    ReportRow("full transport, 256 paths", {"method": "reference-gi"}, "beauty", "spp", 256),
+    ReportRow("ray-traced AO, 256 rays", {"method": "reference-ao"}, "visibility", "spp", 256),
+    ReportRow(
         "ray-traced AO, 16 rays; direct light, 1 ray",
         {"method": "reference-ao", "combine": "report", "shadow_rays": 1},
         "beauty",
@@ -79,7 +82,7 @@ METHODS = (
         16,
         470.0,
     ),
-    Method(
+    ReportRow(
         "SSAO in image space, 16 reads",
         {"method": "ssao", "estimator": "zbuffer"},
         "visibility",
@@ -88,14 +91,14 @@ METHODS = (
         55.0,
         55.0,
     ),
-    Method(
+    ReportRow(
         "SSAO, hemisphere, 64 reads",
         {"method": "ssao", "estimator": "hemisphere"},
         "visibility",
         "samples",
         64,
     ),
-    Method(
+    ReportRow(
         "SSDO and bounce, paper's, 1024 reads",
         {"method": "bounce", "estimator": "rgs09"},
         "beauty",
@@ -104,7 +107,7 @@ METHODS = (
         5820.0,
         91.0,
     ),
-    Method(
+    ReportRow(
         "SSDO and bounce, march, 1024 reads",
         {"method": "bounce", "estimator": "march"},
         "beauty",
@@ -115,7 +118,7 @@ METHODS = (
 
 
 @dataclass(frozen=True)
-class Row:
+class MeasuredRow:
     """One measured row; milliseconds.
 
     Attributes
@@ -128,7 +131,7 @@ class Row:
         From both: ms = fixed + per_sample * count.
     """
 
-    method: Method
+    method: ReportRow
     ms: float
     normal_ms: float
     fixed_ms: float
@@ -143,9 +146,9 @@ def report_normalised(ms: float, fixed_ms: float, count: int) -> float:
 def measure(
     bench_renderer: BenchRenderer,
     base: Settings,
-    methods: Sequence[Method] = METHODS,
+    methods: Sequence[ReportRow] = ROWS,
     clock: str = "wall",
-) -> list[Row]:
+) -> list[MeasuredRow]:
     """Time every row at its own sample count and at 16, by one of `CLOCKS`."""
     rows = []
     for method in methods:
@@ -155,7 +158,7 @@ def measure(
 
         def at(
             count: int,
-            method: Method = method,
+            method: ReportRow = method,
             settings: Settings = settings,
             frames: int = frames,
         ) -> float:
@@ -172,18 +175,18 @@ def measure(
         else:
             slope = (own - normal) / (method.count - NORMAL_SAMPLES)
             fixed = normal - slope * NORMAL_SAMPLES
-        rows.append(Row(method, own, normal, fixed, slope))
+        rows.append(MeasuredRow(method, own, normal, fixed, slope))
     return rows
 
 
-def as_table(rows: Sequence[Row], title: str) -> Table:
+def as_table(rows: Sequence[MeasuredRow], title: str) -> Table:
     """Return the rows as a table, the report's numbers beside them."""
     table = Table(title=title, title_justify="left", box=box.MARKDOWN)
     table.add_column("method", no_wrap=True)
     columns = "report ms,ours ms,report at 16,put right,ours at 16,fixed ms,us a sample"
     for column in columns.split(","):
         table.add_column(column, justify="right")
-    zbuffer = next((m.report_ms for m in METHODS if m.count_field is None), math.nan)
+    zbuffer = next((m.report_ms for m in ROWS if m.count_field is None), math.nan)
     for row in rows:
         method = row.method
         right = math.nan
@@ -219,8 +222,9 @@ def measured_table(renderer: Renderer) -> Table:
     return as_table(rows, title)
 
 
-def main() -> int:
+def main(argv: Sequence[str] | None = None) -> int:
     """Measure the table on ``cornell_meso`` and print it."""
+    command("report_table", __doc__).parse_args(argv)
     with Renderer(load_scene("cornell_meso"), Settings(size=SIZE)) as renderer:
         table = measured_table(renderer)
     Console(width=WIDTH).print(table)

@@ -17,7 +17,7 @@ from ssdo_gl.bench.bench_renderer import OpenRenderer
 from ssdo_gl.bench.errors import color
 from ssdo_gl.bench.points import Point
 from ssdo_gl.bench.reference_cache import Reference
-from ssdo_gl.bench.report import plots
+from ssdo_gl.bench.report import COLORS, MARKERS, drawn_in_style
 from ssdo_gl.images.error import Mask, bias, mean_level, relative_rmse
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
@@ -140,7 +140,7 @@ def measure_world_scale(
 
 def scale_figure(curves: Sequence[ScaleCurve]) -> Figure:
     """Return brightness and error of the bounce against the unit of length."""
-    return plots.drawn_in_style(_draw, curves)
+    return drawn_in_style(_draw, curves)
 
 
 def _draw(curves: Sequence[ScaleCurve]) -> Figure:
@@ -149,7 +149,7 @@ def _draw(curves: Sequence[ScaleCurve]) -> Figure:
     figure = Figure(figsize=(11.0, 4.2), layout="constrained")
     left, right = figure.subplots(1, 2)
     for number, curve in enumerate(curves):
-        style = {"color": plots.COLORS[number], "marker": plots.MARKERS[number], "markersize": 4}
+        style = {"color": COLORS[number], "marker": MARKERS[number], "markersize": 4}
         left.plot(curve.factors, curve.levels, label=curve.name, **style)
         right.plot(curve.factors, curve.errors, label=curve.name, **style)
     left.axhline(1.0, color="#888888", linewidth=0.8, linestyle="--")

@@ -12,8 +12,9 @@ import numpy as np
 from rich.console import Console
 
 from ssdo_gl import __version__
-from ssdo_gl.bench import analysis, scaling, sweep
+from ssdo_gl.bench import analysis, report, scaling, sweep
 from ssdo_gl.bench.analysis import Result
+from ssdo_gl.bench.bench_data import Bench
 from ssdo_gl.bench.bench_renderer import BenchRenderer, OpenRenderer, opener
 from ssdo_gl.bench.clock import trusted_clock
 from ssdo_gl.bench.errors import (
@@ -37,9 +38,6 @@ from ssdo_gl.bench.references import (
     smallest_errors,
     summaries,
 )
-from ssdo_gl.bench.report import outputs, pictures
-from ssdo_gl.bench.report.bench_data import Bench
-from ssdo_gl.bench.report.page import split_results
 from ssdo_gl.bench.storage import (
     ERRORS,
     MARKER,
@@ -137,7 +135,7 @@ def run_bench(
     ------
     BenchError, MissingLibraryError, GridError, SceneError, SettingError, ContextError
     """
-    outputs.check_libraries()
+    report.check_libraries()
     points = [p for p in read_grid(grid) if p.quick or not quick]
     if not points:
         raise BenchError(f"{grid}: no family has a quick table, so --quick measures nothing")
@@ -159,11 +157,11 @@ def run_bench(
                     f"interrupted; {outdir} keeps what was measured, and the same command goes on"
                 ) from None
             progress.say("writing tables, plots and report ...")
-            outputs.write_all(bench, outdir)
+            report.write_report(bench, outdir)
     finally:
         device.release()
     if not quiet:
-        outputs.print_outcome(bench, outdir, Console(highlight=False, soft_wrap=True))
+        report.print_outcome(bench, outdir, Console(highlight=False, soft_wrap=True))
     return bench
 
 
@@ -212,9 +210,9 @@ class BenchRun:
         table = sweep.tabulate(rows, self.points, self.plan.rounds, clock)
         results = analysis.analyse(self.points, table, judged)
         recommendation = analysis.recommend(results)
-        chosen = pictures.chosen_results(results, recommendation)
+        chosen = report.chosen_results(results, recommendation)
         if "hdr" in self.plan.flips:
-            results = pictures.with_hdr_flip(
+            results = report.with_hdr_flip(
                 self.renderer, self.base, results, chosen, by_panel, mask, self.progress.steps
             )
             recommendation = analysis.recommend(results)
@@ -247,12 +245,12 @@ class BenchRun:
             references=summaries(results, references, mask),
             recommendation=recommendation,
             series=series,
-            pictures=pictures.take_pictures(
+            pictures=report.take_pictures(
                 self.renderer, self.base, chosen, by_panel, mask, self.progress.steps
             ),
             notes=tuple(self.notes),
         )
-        return dataclasses.replace(bench, splits=self._splits(split_results(bench), clock))
+        return dataclasses.replace(bench, splits=self._splits(report.split_results(bench), clock))
 
     def _clock(self, machine: Mapping[str, Any]) -> str:
         """Return what to time by, and note why if it is not the usual."""

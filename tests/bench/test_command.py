@@ -13,7 +13,7 @@ import pytest
 
 from ssdo_gl.bench import presets
 from ssdo_gl.bench import run as bench
-from ssdo_gl.bench.report.bench_data import Bench
+from ssdo_gl.bench.bench_data import Bench
 from ssdo_gl.bench.run import BenchPlan, run_bench
 from ssdo_gl.cli import main
 from ssdo_gl.settings import Settings

@@ -19,9 +19,9 @@ from bench.fake_renderer import (
 )
 
 from ssdo_gl.bench import errors
+from ssdo_gl.bench.bench_data import Bench
 from ssdo_gl.bench.points import Point
 from ssdo_gl.bench.progress import BenchProgress
-from ssdo_gl.bench.report.bench_data import Bench
 from ssdo_gl.bench.run import BenchPlan, BenchRun
 from ssdo_gl.settings import Settings
 

@@ -100,7 +100,7 @@ def test_the_report_normalised_what_it_should_not():
 
 
 def test_fixed_and_growing_cost_are_told_apart():
-    methods = [m for m in report_table.METHODS if not m.settings["method"].startswith("ref")]
+    methods = [m for m in report_table.ROWS if not m.settings["method"].startswith("ref")]
     rows = {row.method.name: row for row in report_table.measure(FakeRenderer(), BASE, methods)}
     paper = rows["SSDO and bounce, paper's, 1024 reads"]
     pixels = 64 * 48 / 1e4
@@ -111,7 +111,7 @@ def test_fixed_and_growing_cost_are_told_apart():
 
 
 def test_every_row_of_the_report_is_a_valid_setting():
-    for method in report_table.METHODS:
+    for method in report_table.ROWS:
         settings = {"estimator": None, **method.settings}
         if method.count_field:
             settings[method.count_field] = method.count

@@ -13,9 +13,9 @@ from rich.console import Console
 from rich.markup import escape
 
 from ssdo_gl.bench.analysis import as_row
+from ssdo_gl.bench.bench_data import Bench
 from ssdo_gl.bench.metrics import missing
 from ssdo_gl.bench.report import plots
-from ssdo_gl.bench.report.bench_data import Bench
 from ssdo_gl.bench.report.page import report_html
 from ssdo_gl.bench.report.terminal import print_summary
 from ssdo_gl.bench.storage import replace_file, replace_json
@@ -75,7 +75,7 @@ def bench_json(bench: Bench) -> dict[str, Any]:
     }
 
 
-def write_all(bench: Bench, outdir: Path) -> None:
+def write_report(bench: Bench, outdir: Path) -> None:
     """Write points.csv, bench.json, pareto.png, pareto.svg and report.html."""
     replace_file(outdir / "points.csv", points_csv(bench))
     replace_json(outdir / "bench.json", bench_json(bench))

@@ -12,11 +12,11 @@ from string import Template
 from typing import Any
 
 from ssdo_gl.bench.analysis import Result, front_of, percent
+from ssdo_gl.bench.bench_data import Bench
 from ssdo_gl.bench.bootstrap import Interval
 from ssdo_gl.bench.clock import CLOCK_NAMES
 from ssdo_gl.bench.panels import ErrorPanel, error_panels
 from ssdo_gl.bench.report import plots
-from ssdo_gl.bench.report.bench_data import Bench
 from ssdo_gl.bench.report.sentences import (
     facts,
     machine_rows,

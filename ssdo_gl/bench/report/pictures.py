@@ -12,12 +12,12 @@ from PIL import Image
 
 from ssdo_gl.bench import metrics
 from ssdo_gl.bench.analysis import Recommendation, Result, front_of
+from ssdo_gl.bench.bench_data import Picture
 from ssdo_gl.bench.bench_renderer import BenchRenderer
 from ssdo_gl.bench.errors import color
 from ssdo_gl.bench.panels import ErrorPanel, error_panels
 from ssdo_gl.bench.points import PICTURE
 from ssdo_gl.bench.reference_cache import Reference
-from ssdo_gl.bench.report.bench_data import Picture
 from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.images.error import Mask
 from ssdo_gl.settings import Settings

@@ -8,12 +8,12 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from ssdo_gl.bench.analysis import ReferenceSummary, Result, front_of
+from ssdo_gl.bench.bench_data import Bench, Series
 from ssdo_gl.bench.clock import CLOCK_NAMES
 from ssdo_gl.bench.fit import fit_power_law
 from ssdo_gl.bench.metrics import missing
 from ssdo_gl.bench.panels import ErrorPanel, error_panels
 from ssdo_gl.bench.points import families
-from ssdo_gl.bench.report.bench_data import Bench, Series
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

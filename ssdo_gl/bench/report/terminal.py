@@ -9,8 +9,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from ssdo_gl.bench.analysis import Result, front_of, percent
+from ssdo_gl.bench.bench_data import Bench
 from ssdo_gl.bench.panels import ErrorPanel, error_panels
-from ssdo_gl.bench.report.bench_data import Bench
 
 # With heading, reference and recommendation the whole says it in about ten lines.
 MAX_ROWS = 6

@@ -212,7 +212,7 @@ def test_rows_of_the_terminal_keep_both_ends_and_the_recommended_one():
 
 
 def test_files_are_written(tmp_path):
-    outputs.write_all(bench(), tmp_path)
+    outputs.write_report(bench(), tmp_path)
     names = {path.name for path in tmp_path.iterdir()}
     assert names == {"points.csv", "bench.json", "pareto.png", "pareto.svg", "report.html"}
     lines = (tmp_path / "points.csv").read_text().splitlines()
