@@ -7,7 +7,7 @@ from typing import Any
 
 from ssdo_gl.bench.machine import core_count
 
-# What a time may be measured by; the fields that hold it, of `MedianTimes` and `Row`.
+# What a time may be measured by; the fields that hold it, of `MedianTimes` and `Visit`.
 CLOCKS = {"wall": "frame_ms", "process": "process_ms", "gpu": "gpu_ms"}
 # How a person calls them.
 CLOCK_NAMES = {

@@ -203,7 +203,8 @@ class BenchRun:
             self.renderer,
             self.points,
             self.base,
-            sweep.RoundPlan(self.plan.rounds, self.plan.frames),
+            self.plan.rounds,
+            self.plan.frames,
             self.outdir / ROUNDS,
             self.progress.steps,
         )

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -47,20 +47,8 @@ QUICK_COUNT = 3
 FRAMES = 3
 # Rays per pixel of the references whose growth with triangles is timed.
 REFERENCE_SPP = 4
-
-
-@dataclass(frozen=True)
-class Budget:
-    """How many values of each quantity are timed."""
-
-    quick: bool
-
-    def of(self, values: Sequence[float]) -> tuple[float, ...]:
-        """Return all values, or a few spread over their range."""
-        if not self.quick or len(values) <= QUICK_COUNT:
-            return tuple(values)
-        last = len(values) - 1
-        return tuple(values[round(i * last / (QUICK_COUNT - 1))] for i in range(QUICK_COUNT))
+# Returns an x and milliseconds by part of the frame.
+Job = Callable[[], tuple[float, dict[str, float]]]
 
 
 def parts_of(split: Sequence[tuple[str, float]]) -> dict[str, float]:
@@ -72,107 +60,86 @@ def parts_of(split: Sequence[tuple[str, float]]) -> dict[str, float]:
     return used | {"whole frame": sum(result.values())}
 
 
-def _series(
-    name: str, x_label: str, x: Sequence[float], rows: Sequence[dict[str, float]]
-) -> Series:
-    """Arrange one row of parts per x as curves; a part that did not run is NaN there."""
-    names = list(dict.fromkeys(part for row in rows for part in row))
-    curves = {part: tuple(row.get(part, math.nan) for row in rows) for part in names}
-    return Series(name, x_label, tuple(float(value) for value in x), curves)
-
-
 def measure_scaling(
     renderer: BenchRenderer,
     base: Settings,
     radius_px: float,
     quick: bool,
     clock: str,
-    open_renderer: OpenRenderer | None = None,
+    open_renderer: OpenRenderer,
     report: ProgressCallback | None = None,
 ) -> list[Series]:
     """Time the default pipeline while one quantity varies.
 
     Parameters
     ----------
-    open_renderer : callable or None
-        Opens a renderer for another scene; without it triangles are left out.
     clock : str
         One of `CLOCKS`.
+    open_renderer : callable
+        Opens a renderer for another scene.
     radius_px : float
         The near field's mean radius on the screen at the base's settings.
     """
-    budget = Budget(quick)
     settings = TIMED_POINT.settings(base)
-    jobs: list[tuple[str, str, list[float], list[Settings]]] = []
-    counts = budget.of(SAMPLE_COUNTS)
-    jobs.append(
-        (
-            "samples",
-            "depth reads per pixel",
-            list(counts),
-            [dataclasses.replace(settings, samples=int(n)) for n in counts],
-        )
-    )
-    sizes = [_scaled(base.size, factor) for factor in budget.of(SIDE_FACTORS)]
-    pixels: list[float] = [float(w * h) for w, h in sizes]
-    jobs.append(
-        ("pixels", "pixels", pixels, [dataclasses.replace(settings, size=s) for s in sizes])
-    )
-    factors = budget.of(RADIUS_FACTORS)
     assert settings.radius is not None
-    radii = [settings.radius * factor for factor in factors]
-    jobs.append(
-        (
-            "radius",
+
+    def few(values: Sequence[float]) -> Sequence[float]:
+        last, count = len(values) - 1, QUICK_COUNT - 1
+        return [values[round(i * last / count)] for i in range(QUICK_COUNT)] if quick else values
+
+    def frame(x: float, **changes: Any) -> Job:
+        changed = dataclasses.replace(settings, **changes)
+        return lambda: (x, parts_of(renderer.split(changed, WANTED, FRAMES, clock)))
+
+    def field(count: float) -> Job:
+        return lambda: _triangle_row(int(count), open_renderer, base, clock)
+
+    sizes = [
+        (max(1, round(base.size[0] * factor)), max(1, round(base.size[1] * factor)))
+        for factor in few(SIDE_FACTORS)
+    ]
+    radii = few(RADIUS_FACTORS)
+    jobs: dict[str, tuple[str, list[Job]]] = {
+        "samples": (
+            "depth reads per pixel",
+            [frame(n, samples=int(n)) for n in few(SAMPLE_COUNTS)],
+        ),
+        "pixels": ("pixels", [frame(size[0] * size[1], size=size) for size in sizes]),
+        "radius": (
             "mean radius of the near field, px",
-            [radius_px * factor for factor in factors],
-            [dataclasses.replace(settings, radius=r) for r in radii],
-        )
-    )
-    total = sum(len(values) for _, _, values, _ in jobs)
-    total += len(budget.of(TRIANGLE_COUNTS)) if open_renderer else 0
-    done = 0
-    series = []
-    for name, label, values, variants in jobs:
+            [frame(radius_px * f, radius=settings.radius * f) for f in radii],
+        ),
+        "triangles": ("triangles", [field(count) for count in few(TRIANGLE_COUNTS)]),
+    }
+    total, done, series = sum(len(rows) for _, rows in jobs.values()), 0, []
+    for name, (label, waiting) in jobs.items():
         rows = []
-        for variant in variants:
-            rows.append(parts_of(renderer.split(variant, WANTED, FRAMES, clock)))
+        for job in waiting:
+            rows.append(job())
             done += 1
             if report is not None:
                 report("scaling", done, total)
-        series.append(_series(name, label, values, rows))
-    if open_renderer is not None:
-        counts_and_rows = []
-        for item in triangle_rows(open_renderer, base, budget, clock):
-            counts_and_rows.append(item)
-            done += 1
-            if report is not None:
-                report("scaling", done, total)
-        triangles, parts = zip(*counts_and_rows, strict=True)
-        series.append(_series("triangles", "triangles", list(triangles), list(parts)))
+        parts = dict.fromkeys(part for _, row in rows for part in row)
+        curves = {part: tuple(row.get(part, math.nan) for _, row in rows) for part in parts}
+        series.append(Series(name, label, tuple(float(x) for x, _ in rows), curves))
     return series
 
 
-def triangle_rows(
-    open_renderer: OpenRenderer, base: Settings, budget: Budget, clock: str
-) -> Iterator[tuple[float, dict[str, float]]]:
-    """Yield (triangles, milliseconds by part) of the generated field, growing."""
-    for wanted in budget.of(TRIANGLE_COUNTS):
-        scene = sphere_field(int(wanted))
-        near = dataclasses.replace(base, radius=0.5, overrides={})
-        with open_renderer(scene) as renderer:
-            row = parts_of(renderer.split(TIMED_POINT.settings(near), WANTED, FRAMES, clock))
-            traced = dataclasses.replace(
-                near, method="reference-ao", estimator=None, spp=REFERENCE_SPP, max_error=None
-            )
-            split = dict(renderer.split(traced, ("visibility",), 2, clock))
-            rays = [ms for name, ms in split.items() if name.startswith("reference")]
-            row[f"{REFERENCE_SPP} rays a pixel"] = sum(rays) if rays else math.nan
-        yield float(scene.triangle_count), row
-
-
-def _scaled(size: tuple[int, int], factor: float) -> tuple[int, int]:
-    return max(1, round(size[0] * factor)), max(1, round(size[1] * factor))
+def _triangle_row(
+    wanted: int, open_renderer: OpenRenderer, base: Settings, clock: str
+) -> tuple[float, dict[str, float]]:
+    """Return (triangles, milliseconds by part) of the generated field."""
+    scene = sphere_field(wanted)
+    near = dataclasses.replace(base, radius=0.5, overrides={})
+    traced = dataclasses.replace(
+        near, method="reference-ao", estimator=None, spp=REFERENCE_SPP, max_error=None
+    )
+    with open_renderer(scene) as renderer:
+        row = parts_of(renderer.split(TIMED_POINT.settings(near), WANTED, FRAMES, clock))
+        split = renderer.split(traced, ("visibility",), 2, clock)
+        rays = [ms for name, ms in split if name.startswith("reference")]
+        row[f"{REFERENCE_SPP} rays a pixel"] = sum(rays) if rays else math.nan
+    return float(scene.triangle_count), row
 
 
 # The field is a square of this many spheres, so that every triangle count shows the same

@@ -29,32 +29,13 @@ MAX_MS = 1e9
 _COLUMNS = ("round", "point", "frame_ms", "process_ms", "gpu_ms", "setup_ms")
 
 
-@dataclass(frozen=True)
-class RoundPlan:
-    """How often everything is measured.
-
-    Attributes
-    ----------
-    rounds : int
-        Times every point is visited.
-    frames : int
-        Warm frames in each visit; their median counts.
-    seed : int
-        Of the orders.
-    """
-
-    rounds: int
-    frames: int
-    seed: int = 0
-
-    def order(self, round_number: int, count: int) -> list[int]:
-        """Return the order in which one round visits `count` points."""
-        rng = np.random.default_rng([self.seed, round_number])
-        return [int(index) for index in rng.permutation(count)]
+def order(round_number: int, count: int) -> list[int]:
+    """Return the order, seeded, in which one round visits `count` points."""
+    return [int(index) for index in np.random.default_rng([0, round_number]).permutation(count)]
 
 
 @dataclass(frozen=True)
-class Row:
+class Visit:
     """One visit to one point; times in milliseconds."""
 
     round: int
@@ -65,13 +46,13 @@ class Row:
     setup_ms: float
 
 
-def read_rows(path: Path) -> list[Row]:
+def read_rows(path: Path) -> list[Visit]:
     """Return the visits recorded in `path`; lines that are not visits are left out."""
     rows = []
     for line in whole_lines(path):
         try:
             number, point, *times = next(csv.reader([line]))
-            row = Row(int(number), point, *map(float, times))
+            row = Visit(int(number), point, *map(float, times))
         except (ValueError, TypeError, StopIteration, csv.Error):
             continue
         # Without time queries `gpu_ms` is NaN.
@@ -80,7 +61,7 @@ def read_rows(path: Path) -> list[Row]:
     return rows
 
 
-def _times(row: Row) -> tuple[float, ...]:
+def _times(row: Visit) -> tuple[float, ...]:
     return row.frame_ms, row.process_ms, row.gpu_ms, row.setup_ms
 
 
@@ -94,14 +75,17 @@ def time_points(
     renderer: BenchRenderer,
     points: Sequence[Point],
     base: Settings,
-    plan: RoundPlan,
+    rounds: int,
+    frames: int,
     path: Path,
     report: ProgressCallback | None = None,
-) -> list[Row]:
+) -> list[Visit]:
     """Visit every point in every round, and return all visits.
 
     Parameters
     ----------
+    rounds, frames : int
+        Visits to every point, and warm frames in each, whose median counts.
     path : Path
         A CSV file. Visits that it already records are not made again, so an
         interrupted sweep goes on where it stopped.
@@ -110,15 +94,15 @@ def time_points(
     if not rows:
         append_line(path, _line(_COLUMNS))
     done = {(row.round, row.point) for row in rows}
-    total = plan.rounds * len(points)
-    finished = sum((r, p.key) in done for r in range(plan.rounds) for p in points)
-    for number in range(plan.rounds):
-        for index in plan.order(number, len(points)):
+    total = rounds * len(points)
+    finished = sum((r, p.key) in done for r in range(rounds) for p in points)
+    for number in range(rounds):
+        for index in order(number, len(points)):
             point = points[index]
             if (number, point.key) in done:
                 continue
-            times = renderer.timed(point.settings(base), point.wanted, plan.frames)
-            row = Row(number, point.key, **dataclasses.asdict(times))
+            times = renderer.timed(point.settings(base), point.wanted, frames)
+            row = Visit(number, point.key, **dataclasses.asdict(times))
             rows.append(row)
             append_line(path, _line([number, point.key, *(f"{t:.4f}" for t in _times(row))]))
             finished += 1
@@ -133,10 +117,8 @@ class TimeTable:
 
     Attributes
     ----------
-    clock : str
-        Which of `CLOCKS` counts.
     ms : ndarray, shape (points, rounds)
-        By that clock.
+        By the clock of the bench.
     frame_ms, process_ms : ndarray, shape (points, rounds)
         By the wall clock and in processor time.
     drift : ndarray, shape (rounds,)
@@ -145,7 +127,6 @@ class TimeTable:
         The first frame of the first visit.
     """
 
-    clock: str
     ms: NDArray[np.float64]
     frame_ms: NDArray[np.float64]
     process_ms: NDArray[np.float64]
@@ -154,7 +135,7 @@ class TimeTable:
 
 
 def tabulate(
-    rows: Sequence[Row], points: Sequence[Point], rounds: int, clock: str = "wall"
+    rows: Sequence[Visit], points: Sequence[Point], rounds: int, clock: str = "wall"
 ) -> TimeTable:
     """Arrange visits as a table.
 
@@ -172,7 +153,6 @@ def tabulate(
     chosen, frame, process = times(CLOCKS[clock]), times("frame_ms"), times("process_ms")
     drift = round_drift(chosen)
     return TimeTable(
-        clock,
         chosen / drift,
         frame / round_drift(frame),
         process / round_drift(process),

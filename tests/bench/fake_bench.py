@@ -62,7 +62,7 @@ def results(quick: bool = True) -> list[Result]:
     rng = np.random.default_rng(0)
     grid = [p for p in points.read_grid() if p.quick or not quick]
     times = np.array([[cost_ms(p) * rng.uniform(0.97, 1.03) for _ in range(5)] for p in grid])
-    table = TimeTable("wall", times, times, 2 * times, np.ones(5), 50 + times[:, 0])
+    table = TimeTable(times, times, 2 * times, np.ones(5), 50 + times[:, 0])
     judged = {
         p.key: {
             panel.name: Judged(*blocks(p, panel.name, rng))

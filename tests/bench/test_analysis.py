@@ -32,7 +32,7 @@ def errors(rmse: float, spread: float = 0.0, seed: int = 0) -> Judged:
 
 def analysed(times: np.ndarray, rmse: list[float], spread: float = 0.0) -> list[analysis.Result]:
     grid = points(len(rmse))
-    table = TimeTable("wall", times, times, 2 * times, np.ones(times.shape[1]), times[:, 0])
+    table = TimeTable(times, times, 2 * times, np.ones(times.shape[1]), times[:, 0])
     judged = {
         p.key: {"visibility": errors(e, spread, i)}
         for i, (p, e) in enumerate(zip(grid, rmse, strict=True))

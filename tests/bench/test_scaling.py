@@ -27,21 +27,24 @@ def test_passes_are_summed_by_part():
     }
 
 
+@contextlib.contextmanager
+def open_fake(scene):
+    yield FakeRenderer()
+
+
 def test_quick_keeps_both_ends():
-    assert scaling.Budget(True).of((1, 2, 3, 4, 5)) == (1, 3, 5)
-    assert scaling.Budget(True).of((1, 2)) == (1, 2)
-    assert scaling.Budget(False).of((1, 2, 3, 4, 5)) == (1, 2, 3, 4, 5)
+    series = scaling.measure_scaling(FakeRenderer(), BASE, 20.0, True, "wall", open_fake)
+    counts = scaling.SAMPLE_COUNTS
+    assert series[0].x == (counts[0], counts[2], counts[-1])
 
 
 def test_each_series_varies_one_quantity():
     renderer = FakeRenderer()
     series = {
         item.name: item
-        for item in scaling.measure_scaling(
-            renderer, BASE, radius_px=20.0, quick=False, clock="wall"
-        )
+        for item in scaling.measure_scaling(renderer, BASE, 20.0, False, "wall", open_fake)
     }
-    assert set(series) == {"samples", "pixels", "radius"}
+    assert set(series) == {"samples", "pixels", "radius", "triangles"}
     assert series["samples"].x == tuple(float(n) for n in scaling.SAMPLE_COUNTS)
     assert series["pixels"].x[2] == 64 * 48
     assert series["radius"].x == tuple(20.0 * f for f in scaling.RADIUS_FACTORS)
