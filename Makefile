@@ -9,6 +9,7 @@
 # make bench-passes  milliseconds of every pass, beside the published method
 # make bench-effects  what planning saves in each scene, against the full pipeline
 # make bench-rays  rays per second of the reference tracers
+# make bench-gpu  tests, pass times, rays and images on a GPU, into bench/gpu; eight minutes
 # make bench-promises  whether --budget-ms and --max-error keep what they promise
 # make pictures  the README's still pictures
 # make lint      ruff, mypy and every shader
@@ -25,6 +26,7 @@ BENCH_SCENES ?= cornell_meso courtyard stairs
 BENCH_FLAGS ?=
 FUZZ_SEED ?= 0
 FUZZ_COUNT ?= 1000
+GPU_FLAGS ?=
 
 ifeq ($(origin PY), undefined)
 PY := $(VENV)/bin/python
@@ -32,7 +34,7 @@ READY := $(VENV)/.ssdo_gl-ready
 endif
 
 .DELETE_ON_ERROR:
-.PHONY: setup snapshot view test test-slow fuzz hard-cases pictures bench bench-passes bench-effects bench-rays bench-promises lint clean
+.PHONY: setup snapshot view test test-slow fuzz hard-cases pictures bench bench-passes bench-effects bench-rays bench-promises bench-gpu lint clean
 
 setup: $(READY)
 
@@ -73,6 +75,9 @@ bench-effects: $(READY)
 
 bench-rays: $(READY)
 	$(PY) -m benchmarks.ray_speed
+
+bench-gpu: $(READY)
+	$(PY) -m benchmarks.gpu bench/gpu $(GPU_FLAGS)
 
 bench-promises: $(READY)
 	$(PY) -m benchmarks.promises
