@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ssdo_gl import resources
+from ssdo_gl.gpu.shader import read_shader
 from ssdo_gl.scene.scene import Scene
 
 # Names are relative to the shader folder wherever they are written.
@@ -94,7 +95,7 @@ def shader_fingerprint(prefixes: tuple[str, ...]) -> str:
     while waiting:
         name = waiting.pop()
         if name not in texts:
-            texts[name] = root.joinpath(*name.split("/")).read_text(encoding="utf-8")
+            texts[name] = read_shader(root, name)
             waiting += _INCLUDED.findall(texts[name])
             # One of several files that define the same, all in a folder named after it.
             waiting += [

@@ -256,9 +256,14 @@ class ShaderLibrary:
         return stages
 
     def _read(self, name: str) -> str:
-        if name == LIGHT_KINDS_FILE:
-            return light_kinds_source()
-        return self._root.joinpath(*name.split("/")).read_text(encoding="utf-8")
+        return read_shader(self._root, name)
+
+
+def read_shader(root: Traversable, name: str) -> str:
+    """Return the text of a shader file below `root`, or of the one that is made."""
+    if name == LIGHT_KINDS_FILE:
+        return light_kinds_source()
+    return root.joinpath(*name.split("/")).read_text(encoding="utf-8")
 
 
 def _check(vertex: FlatSource, fragment: FlatSource, defines: Mapping[str, int]) -> None:

@@ -51,6 +51,11 @@ def test_shader_files_count_by_prefix():
     assert shader_fingerprint(("gbuffer",)) == shader_fingerprint(("gbuffer",))
 
 
+def test_all_shaders_can_be_hashed_those_that_are_made_included():
+    assert shader_fingerprint(("",)) != shader_fingerprint(("effects/",))
+    assert shader_fingerprint(("lights",)) == shader_fingerprint(("lights",))
+
+
 def test_a_shader_file_counts_where_it_is_included(tmp_path, monkeypatch):
     (tmp_path / "lib").mkdir()
     (tmp_path / "a.frag").write_text('#include "lib/used.glsl"\n')
