@@ -49,6 +49,7 @@ class BenchRenderer:
 
     def __init__(self, renderer: Renderer, camera: Camera | None = None) -> None:
         self.renderer = renderer
+        self.device = renderer.device
         self.device_name = renderer.device.renderer
         self.scene = renderer.scene
         self.camera = camera

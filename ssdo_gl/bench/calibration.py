@@ -5,14 +5,15 @@ from __future__ import annotations
 import dataclasses
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from ssdo_gl.bench.bench_renderer import BenchRenderer
 from ssdo_gl.bench.fingerprint import fingerprint
-from ssdo_gl.bench.machine import load_average, machine_class
+from ssdo_gl.bench.machine import load_average
 from ssdo_gl.bench.storage import cache_folder, read_json, replace_json
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.planning.content import analyse
@@ -100,34 +101,19 @@ def scene_class(scene: Scene, settings: Settings) -> str:
     return fingerprint(content, octaves, len(scene.lights), relevant)
 
 
-class Opened:
-    """A renderer for one calibration; closes what it opened."""
-
-    def __init__(
-        self,
-        scene: Scene,
-        settings: Settings,
-        camera: Camera | None,
-        backend: str,
-        device: Device | None,
-    ) -> None:
-        self._own = None if device is not None else create_context(backend)
-        used = device or self._own
-        assert used is not None
-        if camera is not None:
-            scene = dataclasses.replace(scene, camera=camera)
-        # What is asked of the choice is not what the references should stop at.
-        wished = dataclasses.replace(settings, max_error=None)
-        self._renderer = Renderer(scene, wished, device=used)
-        self.settings = self._renderer.settings
-        self.renderer = BenchRenderer(self._renderer)
-        self.machine = machine_class(used)
-        self.camera_key = fingerprint(scene.camera)
-
-    def __enter__(self) -> Opened:
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self._renderer.release()
-        if self._own is not None:
-            self._own.release()
+@contextmanager
+def opened(
+    scene: Scene, settings: Settings, camera: Camera | None, backend: str, device: Device | None
+) -> Iterator[tuple[BenchRenderer, Settings]]:
+    """Yield a renderer for one calibration and its settings; close what was opened for it."""
+    used = device or create_context(backend)
+    if camera is not None:
+        scene = dataclasses.replace(scene, camera=camera)
+    # What is asked of the choice is not what the references should stop at.
+    wished = dataclasses.replace(settings, max_error=None)
+    try:
+        with Renderer(scene, wished, device=used) as renderer:
+            yield BenchRenderer(renderer), renderer.settings
+    finally:
+        if device is None:
+            used.release()

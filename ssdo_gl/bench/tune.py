@@ -18,10 +18,11 @@ from dataclasses import dataclass
 from ssdo_gl.bench.analysis import percent
 from ssdo_gl.bench.bench_renderer import BenchRenderer
 from ssdo_gl.bench.bootstrap import draw, rmse_interval
-from ssdo_gl.bench.calibration import Calibrated, Calibration, Opened, scene_class
+from ssdo_gl.bench.calibration import Calibrated, Calibration, opened, scene_class
 from ssdo_gl.bench.clock import is_busy
 from ssdo_gl.bench.errors import judge, judged_pixels
 from ssdo_gl.bench.fingerprint import fingerprint, scene_fingerprint, shader_fingerprint
+from ssdo_gl.bench.machine import machine_class
 from ssdo_gl.bench.panels import panel_named
 from ssdo_gl.bench.presets import Ladder, PresetRung, read_ladder
 from ssdo_gl.bench.reference_cache import Goal, ReferenceCache, obtain
@@ -115,18 +116,11 @@ def choose_for_budget(
     if not (budget_ms > 0.0 and math.isfinite(budget_ms)):
         raise CannotTuneError(f"--budget-ms {budget_ms:g}: must be a positive number")
     _usable(settings)
-    with Opened(scene, settings, camera, backend, device) as opened:
-        key = fingerprint(
-            "times", opened.machine, scene_class(scene, opened.settings), shader_fingerprint(("",))
-        )
+    with opened(scene, settings, camera, backend, device) as (renderer, base):
+        machine = machine_class(renderer.device)
+        key = fingerprint("times", machine, scene_class(scene, base), shader_fingerprint(("",)))
         return within_budget(
-            opened.renderer,
-            opened.settings,
-            budget_ms,
-            read_ladder(),
-            Calibration(),
-            key,
-            recalibrate,
+            renderer, base, budget_ms, read_ladder(), Calibration(), key, recalibrate
         )
 
 
@@ -270,27 +264,24 @@ def choose_for_error(
         raise CannotTuneError(f"--max-error {max_error:g}: must be a positive number")
     _usable(settings)
     ladder = read_ladder()
-    with Opened(scene, settings, camera, backend, device) as opened:
+    with opened(scene, settings, camera, backend, device) as (renderer, base):
         calibration = Calibration()
         key = fingerprint(
             "errors",
-            opened.machine,
-            scene_fingerprint(opened.renderer.scene),
-            dataclasses.replace(opened.settings, seed=0),
-            opened.camera_key,
+            machine_class(renderer.device),
+            scene_fingerprint(renderer.scene),
+            dataclasses.replace(base, seed=0),
             shader_fingerprint(("",)),
         )
         known = None if recalibrate else Calibrated.read(calibration.load(key))
         start = time.perf_counter()
         if known is None or set(known.values) != {rung.label for rung in ladder.rungs}:
-            known = Calibrated.now(
-                measured_errors(opened.renderer, opened.settings, ladder.rungs, ReferenceCache())
-            )
+            known = Calibrated.now(measured_errors(renderer, base, ladder.rungs, ReferenceCache()))
             calibration.save(key, dataclasses.asdict(known))
             how = f"calibrated in {time.perf_counter() - start:.1f} s"
         else:
             how = f"calibrated {known.date}; --recalibrate measures again"
-    return within_error(opened.settings, max_error, ladder.rungs, known.values, how, allow_rays)
+    return within_error(base, max_error, ladder.rungs, known.values, how, allow_rays)
 
 
 def measured_errors(
