@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import dataclasses
 import html
 import json
 import shlex
@@ -17,6 +16,7 @@ from ssdo_gl.bench.bench_data import Bench
 from ssdo_gl.bench.run import BenchPlan, run_bench
 from ssdo_gl.cli import main
 from ssdo_gl.settings import Settings
+from ssdo_gl.settings.fields import values
 
 pytest.importorskip("matplotlib")
 pytest.importorskip("flip_evaluator")
@@ -93,7 +93,7 @@ def check_commands(found: Bench, tmp_path) -> None:
         words = [str(out) if word == "out.npz" else word for word in shlex.split(command)]
         assert words[0] == "ssdo-gl"
         assert main([*words[1:], "--stats", str(stats), "--quiet"]) == 0
-        wanted = dataclasses.asdict(result.point.settings(found.base))
+        wanted = values(result.point.settings(found.base))
         assert settings_of(stats) == json.loads(json.dumps(wanted))
         with np.load(out) as arrays:
             assert result.point.wanted[0] in arrays

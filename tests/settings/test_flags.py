@@ -19,7 +19,7 @@ EXPECTED = {
     modes.ALL: "size camera exposure combine bounces shadow_rays radius seed shadows effects "
     "overrides backend quiet",
     modes.ONE: "method estimator samples steps spp filter resolution_scale max_error aov time "
-    "preset budget_ms",
+    "preset budget_ms recalibrate",
     modes.HEADLESS: "antialias frames stats snapshot explain",
     frozenset({modes.BENCH}): "bench quick",
 }
