@@ -22,6 +22,7 @@ from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
+from ssdo_gl.settings.fields import values
 from ssdo_gl.settings.resolve import settings_for
 from ssdo_gl.window.animation_clock import Clock
 from ssdo_gl.window.camera import fly_camera
@@ -145,14 +146,10 @@ class Viewer:
 
     def open(self, scene: Scene, source: str) -> None:
         """Show another scene; what the flags asked for goes on to hold."""
-        usual = settings_for(self.original.render, {})
-        given = {
-            field.name: getattr(self.settings, field.name)
-            for field in dataclasses.fields(Settings)
-            if getattr(self.settings, field.name) != getattr(usual, field.name)
-        }
-        overrides = given.pop("overrides", self.settings.overrides)
-        self.settings = dataclasses.replace(settings_for(scene.render, given), overrides=overrides)
+        usual = values(settings_for(self.original.render, {}))
+        now = values(self.settings)
+        given = {name: value for name, value in now.items() if value != usual[name]}
+        self.settings = settings_for(scene.render, given)
         self.view = dataclasses.replace(self.view, method=self.settings.method)
         self._take(scene, source, None)
         for side in self._sides:

@@ -130,7 +130,10 @@ def with_value(settings: Settings, row: ControlRow, value: Any) -> Settings:
         If the value is out of its range.
     """
     if not row.pass_name:
-        return dataclasses.replace(settings, **{row.key: value}).checked()
+        # What is left to its default is the scene's to wish for, once more.
+        is_resolved = settings.is_resolved and value is not None
+        changed = dataclasses.replace(settings, **{row.key: value}, is_resolved=is_resolved)
+        return changed.checked()
     overrides = dict(settings.overrides)
     if value == default_of(row):
         overrides.pop(row.key, None)

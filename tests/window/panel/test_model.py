@@ -7,11 +7,13 @@ import math
 
 import pytest
 
+from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, describe
 from ssdo_gl.settings.flags import build_parser
 from ssdo_gl.settings.names import estimators_of, method_names
 from ssdo_gl.settings.passes import pass_settings
+from ssdo_gl.settings.resolve import resolved
 from ssdo_gl.window.panel.model import (
     ControlRow,
     Widget,
@@ -107,3 +109,11 @@ def test_wide_ranges_are_logarithmic() -> None:
     assert by_key["samples"].is_log
     assert not by_key["exposure"].is_log
     assert dataclasses.astuple(by_key["exposure"])[3:5] == (-10.0, 10.0)
+
+
+def test_going_back_to_a_default_is_going_back_to_the_scene() -> None:
+    scene = dataclasses.replace(load_scene("corner"), render={"radius": 0.2, "samples": 16})
+    settings = resolved(Settings(radius=0.7, samples=32), scene)
+    row = next(row for row in ALL_ROWS if row.key == "radius")
+    again = resolved(with_value(settings, row, None), scene)
+    assert (again.radius, again.samples) == (0.2, 32)
