@@ -10,6 +10,7 @@ import pytest
 
 import ssdo_gl
 from ssdo_gl.renderer import Renderer, jitter
+from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError
 
@@ -107,3 +108,13 @@ def test_jitter_is_centred_and_covers_the_pixel(count):
 def test_settings_are_checked():
     with pytest.raises(SettingError, match="samples = 0"):
         ssdo_gl.render("corner", samples=0)
+
+
+def test_fields_that_were_not_given_yield_to_the_scene(device, shaders):
+    """As flags do, both where a renderer is made and where it gets other settings."""
+    scene = dataclasses.replace(load_scene("corner"), render={"samples": 16, "size": (20, 10)})
+    with Renderer(scene, Settings(steps=4), device=device, shaders=shaders) as renderer:
+        assert (renderer.settings.samples, renderer.settings.steps) == (16, 4)
+        assert renderer.render().images["beauty"].shape == (10, 20, 4)
+        renderer.use(Settings(samples=64))
+        assert (renderer.settings.samples, renderer.settings.size) == (64, (20, 10))
