@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import re
+import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NoReturn
@@ -224,7 +226,7 @@ def read_command(arguments: Sequence[str] | None = None) -> Command:
     UsageError, SettingError
         One line naming the flag, the value and what would be valid.
     """
-    texts = vars(build_parser().parse_args(arguments))
+    texts = vars(build_parser().parse_args(_joined(arguments)))
     scene = texts.pop("scene")
     given: dict[type[Any], dict[str, Any]] = {RunOptions: {}, Settings: {}}
     infos = flag_infos()
@@ -235,6 +237,21 @@ def read_command(arguments: Sequence[str] | None = None) -> Command:
     command = Command(scene, given[Settings], RunOptions(**given[RunOptions]))
     _check_modes(command.run.active, (info for _, info in infos.values() if texts[info.name]))
     return command
+
+
+def _joined(arguments: Sequence[str] | None) -> list[str]:
+    """Return the arguments with negative numbers joined to their flags.
+
+    argparse takes -1e-3 and -inf for flags.
+    """
+    words: list[str] = []
+    for word in sys.argv[1:] if arguments is None else arguments:
+        follows_flag = bool(words) and words[-1].startswith("--") and "=" not in words[-1]
+        if follows_flag and re.fullmatch(r"-(\.?\d.*|inf|nan)", word):
+            words[-1] += f"={word}"
+        else:
+            words.append(word)
+    return words
 
 
 def _value(owner: type[Any], info: SettingInfo, text: Any) -> Any:

@@ -78,7 +78,8 @@ def test_a_bench_is_on_its_own(other):
     [
         (["--time", "nan"], "--time = nan: expected a number from -1000000000 to"),
         (["--exposure", "1e5"], "--exposure = 100000.0: expected a number from -60 to 60 EV"),
-        (["--exposure=-inf"], "--exposure = -inf"),
+        (["--exposure", "-inf"], "--exposure = -inf"),
+        (["--radius", "-1e-3"], "--radius = -0.001"),
         (["--radius", "1e-300"], "--radius = 1e-300"),
         (
             ["--radius", "1e16"],
@@ -132,3 +133,10 @@ def test_later_flags_win():
     assert read_command(["--samples", "3", "--samples", "5"]).settings["samples"] == 5
     both = read_command(["--set", "bounce.strength=2", "--set", "tone_map.curve=aces"])
     assert both.settings["overrides"] == {"bounce.strength": 2.0, "tone_map.curve": "aces"}
+
+
+@pytest.mark.parametrize("text", ["-1", "-1.5", "-.5", "-1e-3", "-1e1"])
+def test_numbers_may_be_negative_in_any_notation(text):
+    for given in (["--exposure", text], [f"--exposure={text}"]):
+        assert read_command(given).settings["exposure"] == float(text)
+    assert read_command(["--camera", "-1,0,0 0,0,0"]).run.camera == "-1,0,0 0,0,0"
