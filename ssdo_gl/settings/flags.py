@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 import sys
+import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NoReturn
@@ -160,7 +161,7 @@ class _Parser(argparse.ArgumentParser):
     """argparse that reports one line instead of a usage block."""
 
     def error(self, message: str) -> NoReturn:
-        raise UsageError(f"{message} (see ssdo-gl --help)")
+        raise UsageError(f"{textwrap.shorten(message, 200)} (see ssdo-gl --help)")
 
 
 def flag_infos() -> dict[str, tuple[type[Any], SettingInfo]]:
@@ -257,6 +258,9 @@ def _joined(arguments: Sequence[str] | None) -> list[str]:
 def _value(owner: type[Any], info: SettingInfo, text: Any) -> Any:
     if info.kind is Kind.BOOLEAN:
         return text
+    # argparse makes an empty list of the text "--".
+    if [] in (text, *(text if isinstance(text, list) else [])):
+        raise UsageError(f"{info.flag}: expected one argument")
     if info.kind is Kind.MAPPING:
         return overrides_from_text(text)
     try:

@@ -7,6 +7,7 @@ import pytest
 from ssdo_gl.settings import modes
 from ssdo_gl.settings.fields import Kind, SettingError, value_text
 from ssdo_gl.settings.flags import UsageError, flag_infos, read_command, wanted_aovs
+from ssdo_gl.settings.resolve import settings_for
 
 MODE_FLAGS = {
     modes.WINDOW: [],
@@ -100,6 +101,10 @@ def test_a_bench_is_on_its_own(other):
         (["--set", "bounce.samples=" + "9" * 5000], "--set 'bounce.samples=999"),
         (["--set", "x" * 5000], "--set 'xxx"),
         (["--samples"], "--samples: expected one argument"),
+        (["--samples=--"], "--samples: expected one argument"),
+        (["--set=--"], "--set: expected one argument"),
+        (["--quiet=" + "9" * 5000], "--quiet"),
+        (["--samples", "8", "x" * 5000, "y"], "unrecognized arguments"),
         (["--sise", "3x3"], "--sise"),
     ],
 )
@@ -140,3 +145,31 @@ def test_numbers_may_be_negative_in_any_notation(text):
     for given in (["--exposure", text], [f"--exposure={text}"]):
         assert read_command(given).settings["exposure"] == float(text)
     assert read_command(["--camera", "-1,0,0 0,0,0"]).run.camera == "-1,0,0 0,0,0"
+
+
+HOSTILE = [
+    *("", "nan", "inf", "-inf", "1e400", "1e39", "-0", "0x10", "1_000", "\u00bd", "\u00b2", "true"),
+    *(
+        "1" * 5000,
+        "a" * 5000,
+        "%s",
+        "\n",
+        "\x1b[31m",
+        "1x1",
+        "\uff11x\uff11",
+        "\u00b2x\u00b2",
+        "--",
+    ),
+    *("a.b=c", "bounce.strength=nan", "bounce.samples=\u00b2", "bounce.=1", ".=", "1,2,3 4,5,6"),
+]
+
+
+@pytest.mark.parametrize("name", list(flag_infos()))
+def test_any_text_is_a_value_or_a_short_line(name):
+    info = flag_infos()[name][1]
+    for text in HOSTILE:
+        try:
+            command = read_command([f"{info.flag}={text}"])
+            settings_for({}, {"method": "ssao", **command.settings})
+        except SettingError as error:
+            assert len(str(error)) < 400, text[:20]
