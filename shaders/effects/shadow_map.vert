@@ -1,10 +1,16 @@
 #version 330 core
 // Places a vertex in the frame of one face of a shadow map (looking along -z).
+//
+// EMITTING_SIDES: of a light that shares its body with others, on how many sides of its plane
+// something may block it; else 0: everywhere.
 #include "lib/instance.glsl"
 
 uniform mat4 u_clip_from_view;
 
 out float v_depth;  // along the face's axis
+#if EMITTING_SIDES > 0
+uniform vec4 u_light_plane;  // unit normal on the side that emits, clearance
+#endif
 #if HAS_ALPHA_CUTOUT
 in vec4 a_albedo;
 in vec2 a_emission_side_cutoff;
@@ -25,6 +31,10 @@ void main()
     vec3 position = instance_position_vs();
     gl_Position = u_clip_from_view * vec4(position, 1.0);
     v_depth = -position.z;
+#if EMITTING_SIDES > 0
+    float height = dot(u_light_plane.xyz, position);
+    gl_ClipDistance[0] = (EMITTING_SIDES == 2 ? abs(height) : height) - u_light_plane.w;
+#endif
 #if HAS_ALPHA_CUTOUT
     v_alpha = a_albedo.a;
     v_alpha_cutoff = a_emission_side_cutoff.y;

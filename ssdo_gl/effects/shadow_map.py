@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import ClassVar
 
 import moderngl
@@ -22,6 +23,8 @@ from ssdo_gl.graph.depth_range import depth_uniforms, far_plane, wide_depth_rang
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.light_bodies import parts_of_bodies
+from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.shadow_frames import (
     FACE_FROM_LIGHT,
     ShadowFrame,
@@ -32,6 +35,10 @@ from ssdo_gl.scene.shadow_frames import (
 # Texels around each face that show what lies beyond its edge, so that filtering there
 # needs no neighbour. A 2 x 2 footprint reaches one texel out, jitter half of one more.
 BORDER_TEXELS = 2
+# Nearer to the plane of a light that shares its body with others than this part of its
+# extent, nothing blocks it: the panels of a box meet there, off by 1e-4 in some files.
+CLEARANCE = 1e-3
+CLIP_DISTANCE_0 = 0x3000  # GL_CLIP_DISTANCE0
 # Nothing blocks: farther than any receiver, yet finite.
 EMPTY_DEPTH = 3.0e38
 # Geometry looks along -z, a face along its third axis.
@@ -50,14 +57,40 @@ def parallel_projection(half_size: tuple[float, float], depth: float) -> FloatAr
     return matrix
 
 
+@dataclass(frozen=True)
+class OwnBody:
+    """What a light's map leaves out of the light's own body.
+
+    Attributes
+    ----------
+    skip_light : int or None
+        The light whose body is left out.
+    sides : int
+        Else on how many sides of the light's plane, 1 or 2, all that stands off it by
+        `clearance` (scene units) is kept; 0: everything.
+    """
+
+    skip_light: int | None
+    sides: int = 0
+    clearance: float = 0.0
+
+    @classmethod
+    def of(cls, light: Light) -> OwnBody:
+        """Return it of a light that shares its body with others."""
+        outline = light.outline()
+        assert outline is not None, "parallel light has no body"
+        sides = 2 if light.shader_row().two_sided else 1
+        return cls(None, sides, CLEARANCE * float(np.ptp(outline, axis=0).max()))
+
+
 class ShadowMapPass(RenderPass):
     """Draws `shadow_atlas`: squares of one or more tiles for each face of each light's map.
 
-    The parts of a rectangle share a tile in equal squares.
-
-    A texel holds the linear depth
-    along the axis of its face, `EMPTY_DEPTH` where there is nothing. Lights whose body
-    is part of the scene do not see that body.
+    The parts of a rectangle share a tile in equal squares. A texel holds the linear depth
+    along the axis of its face, `EMPTY_DEPTH` where there is nothing. A light that has a body
+    of its own does not see it; one that shares its body with others sees only what of it, and
+    of all else, stands off its plane: whatever touches the plane would block it or not by
+    rounding.
     """
 
     name = "shadow_map"
@@ -80,9 +113,11 @@ class ShadowMapPass(RenderPass):
         target.clear(EMPTY_DEPTH, depth=1.0)
         context.gl.enable_only(moderngl.DEPTH_TEST)
         frames = shadow_frames(lights, context.geometry.bounds_along, parts_per_side)
+        parts = parts_of_bodies(context.frame.scene)
         for index, frame in enumerate(frames):
             if frame is None:
                 continue
+            own = OwnBody.of(lights[index]) if index in parts else OwnBody(index)
             part_size = size * frame.span // frame.parts_per_side
             for face, part in np.ndindex(frame.face_count, len(frame.parts)):
                 y, x = divmod(part, frame.parts_per_side)
@@ -93,7 +128,7 @@ class ShadowMapPass(RenderPass):
                 # Rasterization is clipped to the viewport, so tiles stay apart.
                 target.viewport = (*corner, part_size, part_size)
                 origin = frame.origin_ws + frame.parts[part]
-                _draw_face(context, frame, origin, face, index, border_scale(part_size))
+                _draw_face(context, frame, origin, face, own, border_scale(part_size))
         # A framebuffer that is released while bound makes the next one an OpenGL error.
         if before is not None:
             before.use()
@@ -108,7 +143,7 @@ def _draw_face(
     frame: ShadowFrame,
     origin_ws: FloatArray,
     face: int,
-    light: int,
+    own: OwnBody,
     scale: float,
 ) -> None:
     rotation = VIEW_FROM_FACE @ FACE_FROM_LIGHT[face] @ frame.light_from_world
@@ -118,25 +153,32 @@ def _draw_face(
         clip_from_view = parallel_projection(half_size, frame.depth)
         near, far = 1.0, 2.0
     else:
-        near, far = context.geometry.near_far(eye, half_size, skip_light=light)
+        near, far = context.geometry.near_far(eye, half_size, skip_light=own.skip_light)
         clip_from_view = math3d.perspective(half_size, near, far_plane(far))
 
     def program_of(features: Features) -> Program:
         defines = features.cutout_defines()
         defines["IS_PARALLEL"] = int(frame.is_parallel)
+        defines["EMITTING_SIDES"] = own.sides
         defines["WIDE_DEPTH_RANGE"] = wide_depth_range(near, far)
         return context.shaders.program(
             "effects/shadow_map.vert", "effects/shadow_map.frag", defines
         )
 
+    uniforms = depth_uniforms(near, far)
+    if own.sides:
+        normal_vs = rotation @ frame.light_from_world[2]
+        uniforms = {**uniforms, "u_light_plane": (*normal_vs, own.clearance)}
+        context.gl.enable_direct(CLIP_DISTANCE_0)
     context.geometry.draw(
         eye,
         clip_from_view,
         program_of,
-        depth_uniforms(near, far),
+        uniforms,
         hide_backs=True,
-        skip_light=light,
+        skip_light=own.skip_light,
     )
+    context.gl.disable_direct(CLIP_DISTANCE_0)
 
 
 class ShadowMaps(Effect):

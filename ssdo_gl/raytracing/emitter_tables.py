@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.raytracing.bvh import Bvh
+from ssdo_gl.scene.light_bodies import body_lights
 from ssdo_gl.scene.lights import SHADOW_NUMBERS, Form, Light, kind_number
 from ssdo_gl.scene.scene import Scene
 
@@ -116,30 +117,6 @@ def _assemble(groups: Sequence[_Group]) -> EmitterTables:
         len(groups),
         math.pi / total if groups else 0.0,
     )
-
-
-def body_lights(scene: Scene) -> dict[int, range]:
-    """Return, for each light that names a glowing object, all lights that stand for it.
-
-    An object names the first of them; the others follow it, up to the first that another
-    object names or that cannot be of the same body.
-    """
-    owners = {
-        item.light
-        for item in scene.objects
-        if item.light is not None and scene.materials[item.material].emits
-    }
-    runs = {}
-    for first in sorted(owners):
-        head, last = scene.lights[first], first + 1
-        while (
-            last < len(scene.lights)
-            and last not in owners
-            and head.can_share_body(scene.lights[last])
-        ):
-            last += 1
-        runs[first] = range(first, last)
-    return runs
 
 
 def _bodies(bvh: Bvh, scene: Scene) -> tuple[list[_Group], set[int]]:

@@ -16,13 +16,13 @@ from ssdo_gl.raytracing.emitter_tables import (
     KIND_TRIANGLE,
     TWO_SIDED_CODE,
     EmitterTables,
-    body_lights,
     emitter_tables,
     map_cells,
     map_mean_radiance,
 )
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import MapEnvironment
+from ssdo_gl.scene.light_bodies import body_lights
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject

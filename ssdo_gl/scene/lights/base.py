@@ -218,7 +218,8 @@ class Light(ABC):
 
     def can_share_body(self, other: Light) -> bool:
         """Return whether both may stand for parts of one glowing body."""
-        own = {*self.point_fields, *self.edge_fields, self.emitted_field}
+        # A shadow, too, may have been found useless for some of them.
+        own = {*self.point_fields, *self.edge_fields, self.emitted_field, "shadow"}
         return (
             self.form is Form.AREA
             and type(self) is type(other)

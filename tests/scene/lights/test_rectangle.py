@@ -54,14 +54,14 @@ def test_a_visible_one_is_seen_where_it_is() -> None:
     assert dataclasses.replace(LIGHT, visible=False).body() is None
 
 
-def test_parts_of_one_body_differ_in_place_size_and_brightness_only() -> None:
+def test_parts_of_one_body_differ_in_place_size_brightness_and_shadow() -> None:
     def shares(**changes: object) -> bool:
         return LIGHT.can_share_body(dataclasses.replace(LIGHT, **changes))
 
     assert shares(corner=(9.0, 9.0, 9.0), edge_u=(1.0, 0.0, 0.0), radiance=(1.0, 1.0, 1.0))
     assert not shares(name="other")
     assert not shares(visible=False)
-    assert not shares(shadow="none")
+    assert shares(shadow="none")
     point = PointLight((0, 0, 0), (1, 1, 1))
     assert not LIGHT.can_share_body(point)
     assert not point.can_share_body(point)
