@@ -97,6 +97,20 @@ def test_each_missing_library_is_named(read) -> None:
     assert [name for name in ("'a.mtl'", "'b.mtl'") if not any(name in n for n in notes)] == []
 
 
+def test_an_unreadable_library_is_told(read, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = Path.read_bytes
+
+    def refuse(path: Path) -> bytes:
+        if path.suffix == ".mtl":
+            raise PermissionError(13, "Permission denied")
+        return whole(path)
+
+    monkeypatch.setattr(Path, "read_bytes", refuse)
+    model = read(two("r", "r"), {"m.mtl": "newmtl r\nKd 1 0 0\n"})
+    assert albedos(model) == [(0.8, 0.8, 0.8)]
+    assert any("materials not read" in n and "Permission denied" in n for n in model.notes)
+
+
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
 @pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"])
 def test_line_ends_and_byte_order_marks(end: str, mark: bytes, read) -> None:

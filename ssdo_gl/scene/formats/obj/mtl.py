@@ -71,7 +71,7 @@ def material_called(known: dict[str, Material], name: str) -> Material | None:
 
 
 class _MissingError(ValueError):
-    """A file that is not there, as one line."""
+    """A file that is not there or cannot be read, as one line."""
 
 
 def _found(owner: Path, name: str, where: str) -> Path:
@@ -97,7 +97,11 @@ def _library_names(owner: Path, statement: str) -> list[str]:
 def _read_library(path: Path, model: Model, where: str) -> dict[str, Material]:
     blocks: dict[str, dict[str, str]] = {}
     current: dict[str, str] = {}
-    for _, line in logical_lines(path, where):
+    try:
+        lines = list(logical_lines(path, where))
+    except SceneError as error:
+        raise _MissingError(str(error)) from None
+    for _, line in lines:
         key = (line.split(None, 1) or ["#"])[0].lower()
         if key == "newmtl":
             current = blocks.setdefault(remainder(line), {})
