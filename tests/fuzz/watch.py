@@ -32,10 +32,9 @@ def _audit(event: str, arguments: tuple[Any, ...]) -> None:
     if event in FORBIDDEN:
         _faults.append(f"{event} {arguments[:2]!r}")
     elif event == "open" and isinstance(arguments[0], (str, bytes)):
-        if (arguments[2] or 0) & os.O_TMPFILE == os.O_TMPFILE:
-            return  # a nameless file that a reader writes first
         path = os.path.realpath(os.fsdecode(arguments[0]))
-        if not path.startswith((_allowed, *OWN)):
+        # A folder is "opened" where a nameless file is made in it, which a reader writes first.
+        if not path.startswith((_allowed, *OWN)) and not os.path.isdir(path):
             _faults.append(f"opened {path}")
 
 

@@ -204,6 +204,14 @@ CASES = {
     "NaN as C on Windows prints it": Case(
         ".ply", triangle("-1.#IND", "property float quality\n"), 0.5
     ),
+    "two properties of one name": Case(
+        ".ply",
+        triangle("", "", "3 0 1 2 1 5", "property list uchar int vertex_indices\n"),
+        0.5,
+    ),
+    "a list and a number of one name": Case(
+        ".ply", triangle("", "", "3 0 1 2 5", "property int vertex_indices\n"), 0.5
+    ),
     # PLY: colours
     "bytes": Case(".ply", colored("uchar", "255 128 0"), 0.5, ONE),
     "integers": Case(".ply", colored("int", "255 128 0"), 0.5, ONE),

@@ -65,7 +65,7 @@ class _Table:
             values = self.numbers(*names)
             values = self.numbers(*names[:3]) if values is None else values
             if values is not None:
-                kinds = {p.name: p.kind for p in self.element.properties}
+                kinds = {p.name: p.kind for p in reversed(self.element.properties)}
                 return linear_colors(values, kinds[names[0]])
         return None
 
@@ -231,6 +231,8 @@ def _collect(
 ) -> None:
     """Fill a table with the columns of its rows, lists one after the other."""
     for index, item in enumerate(table.element.properties):
+        if item.name in table.columns:
+            continue  # of two properties of one name the first counts
         ends = np.cumsum(lengths[:, index])
         column = np.empty(int(ends[-1]) if len(ends) else 0, dtype=groups[0][1][f"v{index}"].dtype)
         for rows, contents in groups:
