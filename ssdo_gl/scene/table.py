@@ -62,7 +62,7 @@ class Table:
         for key in self.data:
             if key not in known:
                 hint = suggestion(key, known)
-                raise SceneError(f"{self.where()}: unknown key {key!r}; {hint}")
+                raise SceneError(f"{self.where()}: unknown key {shown(key)}; {hint}")
 
     def __contains__(self, key: str) -> bool:
         return key in self.data
@@ -182,8 +182,8 @@ class Table:
         result = []
         for index, item in enumerate(value):
             name = item.get("name")
-            shown = f" ({name!r})" if isinstance(name, str) else ""
-            result.append(Table(self.source, f"[[{key}]] {index + 1}{shown}", item))
+            called = f" ({shown(name)})" if isinstance(name, str) else ""
+            result.append(Table(self.source, f"[[{key}]] {index + 1}{called}", item))
         return result
 
 

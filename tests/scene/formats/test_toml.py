@@ -397,3 +397,16 @@ def test_boxes_round_trip(low: tuple[float, ...], size: tuple[float, ...]) -> No
     bounds = scene(text).bounds()
     assert bounds[0] == pytest.approx(low, abs=1e-9)
     assert bounds[1] == pytest.approx(high, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f"{'a' * 900} = 1\n",
+        f'[[object]]\nshape = "sphere"\nradius = 1\nname = "{"a" * 900}"\nmaterial = "x"\n',
+        f'[[object]]\nshape = "sphere"\nradius = 1\nmaterial = "{"a" * 900}"\n',
+        f'[[object]]\nshape = "sphere"\nradius = 1\n{"a" * 900} = 1\n',
+    ],
+)
+def test_names_of_any_length_leave_errors_short(text: str, error_of: Callable[..., str]) -> None:
+    assert len(error_of("scene.toml", text=text)) < 400

@@ -95,7 +95,7 @@ def _material(table: Table, material_of_name: dict[str, int], builder: SceneBuil
     name = table.text("material")
     if name not in material_of_name:
         hint = suggestion(name, list(material_of_name))
-        table.fail("material", f"no [materials.{name}] in this file; {hint}")
+        table.fail("material", f"no [materials.{name[:40]}] in this file; {hint}")
     return material_of_name[name]
 
 
