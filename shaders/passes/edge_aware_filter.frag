@@ -22,7 +22,7 @@
 uniform sampler2D t_value;
 uniform int u_stride;          // texels of the frame per pixel of t_value
 uniform ivec2 u_axis;          // separable: (1, 0), then (0, 1)
-uniform float u_depth_tolerance;  // distance from the plane that halves a tap, pixels
+uniform float u_depth_tolerance;  // distance from the plane at which a tap counts 1/4, pixels
 uniform float u_value_bound;   // larger values are faults, not light
 uniform vec3 u_open_irradiance;   // what arrives where all is open
 
