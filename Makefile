@@ -11,7 +11,7 @@
 # make bench-rays  rays per second of the reference tracers
 # make bench-gpu  tests, pass times, rays and images on a GPU, into bench/gpu; eight minutes
 # make bench-promises  whether --budget-ms and --max-error keep what they promise
-# make pictures  the README's still pictures
+# make pictures  the still pictures of README and docs/
 # make lint      ruff, mypy and every shader
 # make clean     remove what can be made again, .venv excepted
 #

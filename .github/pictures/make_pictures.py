@@ -1,4 +1,4 @@
-"""Draws the README's still pictures anew: ``make pictures``.
+"""Draws the still pictures of README and docs/ anew: ``make pictures``.
 
 Each tile is what one ``ssdo-gl --snapshot`` command draws; here they are only put side by
 side and labelled.
@@ -34,6 +34,16 @@ METHODS = {
 }
 
 
+# What each method adds, in one scene and one view; four jittered frames of each.
+STRIP = {
+    "direct": ["--method", "direct"],
+    "SSAO": ["--method", "ssao"],
+    "SSDO": ["--method", "ssdo"],
+    "SSDO and bounce": ["--method", "bounce"],
+    "path traced": ["--method", "reference-gi", "--spp", "256"],
+}
+
+
 def tile(folder: Path, view: str, arguments: list[str]) -> Image.Image:
     """Return the built-in room from `view`, drawn by the command."""
     path = folder / "tile.png"
@@ -61,6 +71,18 @@ def draw_paths(folder: Path) -> None:
     sheet.save(FOLDER / "paths.jpg", quality=QUALITY)
 
 
+def draw_strip(folder: Path) -> None:
+    """Draw the methods side by side."""
+    strip = Image.new("RGB", (TILE * len(STRIP), LABEL_HEIGHT + TILE), "white")
+    draw = ImageDraw.Draw(strip)
+    font = ImageFont.load_default()
+    for column, (label, arguments) in enumerate(STRIP.items()):
+        draw.text((column * TILE + 6, 3), label, fill="black", font=font)
+        picture = tile(folder, VIEWS["the room"], [*arguments, "--antialias", "4"])
+        strip.paste(picture, (column * TILE, LABEL_HEIGHT))
+    strip.save(FOLDER / "methods.jpg", quality=QUALITY)
+
+
 def draw_lead(folder: Path) -> None:
     """Draw the README's first picture."""
     path = folder / "lead.png"
@@ -75,6 +97,7 @@ def main() -> int:
     """Draw all of them."""
     with tempfile.TemporaryDirectory() as name:
         draw_lead(Path(name))
+        draw_strip(Path(name))
         draw_paths(Path(name))
     return 0
 
