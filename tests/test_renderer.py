@@ -18,7 +18,7 @@ SMALL = Settings(size=(32, 18), samples=8)
 
 
 def test_the_documented_examples_run():
-    """The docstrings of the interface are what the README quotes."""
+    """The docstrings of the interface are examples that run."""
     results = doctest.testmod(ssdo_gl.renderer)
     assert results.attempted >= 5
     assert results.failed == 0

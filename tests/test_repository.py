@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
-FOLDERS = ("ssdo_gl", "shaders", "scenes", "tests", ".ci", ".github")
+FOLDERS = ("ssdo_gl", "shaders", "scenes", "tests", "docs", "benchmarks", ".ci", ".github")
 SUFFIXES = {".py", ".glsl", ".frag", ".vert", ".toml", ".md", ".yml", ".yaml", ".sh", ""}
 UNFINISHED = re.compile(r"\b(TODO|FIXME|XXX|HACK)\b|NotImplementedError")
 

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import re
-from pathlib import Path
-
 import glfw
 import pytest
 
 from ssdo_gl.window.controls import Controls
 from ssdo_gl.window.input_map import (
     BINDINGS,
-    HELD_HELP,
     HELD_MOVES,
     HELD_TURNS,
     RADIANS_PER_PX,
@@ -191,13 +187,3 @@ def test_no_key_is_bound_twice_and_the_help_names_every_command() -> None:
     shown = {meaning for _, meaning in help_rows()}
     for command in Command:
         assert command == Command.ORBIT_START or command.value in shown
-
-
-def test_keys_that_the_readme_names_exist() -> None:
-    readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
-    section = readme.partition("## Walk through it")[2].partition("\n## ")[0]
-    rows = [line.split("|")[1:3] for line in section.splitlines() if line.startswith("| ")]
-    named = {key for row in rows for key in re.findall(r"`([^`]+)`", " ".join(row))}
-    bound = {item.label for item in BINDINGS} | {keys for keys, _ in HELD_HELP}
-    assert len(named) > 20
-    assert named - bound == {"--aov", "--preset"}

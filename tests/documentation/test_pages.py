@@ -1,0 +1,117 @@
+"""Form of README and docs/: lengths, links, anchors, files, pictures, words."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from documentation.pages import BLOCKS, ROOT, TEXTS, TUTORIAL, blocks, code_spans, prose, table
+from markdown_it import MarkdownIt
+
+# More would not be read; the rest has pages of its own.
+MOST_README_LINES = 150
+LANGUAGES = {"sh", "text", "python", "toml", "glsl", "mermaid"}
+MACHINE_PATH = re.compile(r"(?<![\w.])/(home|root|tmp|work|usr|mnt)/")
+# Words that say less than the field's own.
+PRIVATE_WORDS = re.compile(
+    r"nobody can tell|no numbers\b|content to be|\b(hands|company|sight|studio)\b", re.IGNORECASE
+)
+
+
+def test_the_readme_is_short():
+    assert len(TEXTS["README.md"].splitlines()) <= MOST_README_LINES
+
+
+def test_every_block_names_its_language():
+    assert {block.language for block in BLOCKS} == LANGUAGES
+
+
+def anchors(text: str) -> set[str]:
+    """Return the anchors of a page's headings, as GitHub makes them."""
+    headings = re.findall(r"^#+ (.+)$", prose(text), re.MULTILINE)
+    kept = (re.sub(r"[^\w\- ]", "", heading.lower()) for heading in headings)
+    return {heading.replace(" ", "-") for heading in kept}
+
+
+@pytest.mark.parametrize("page", TEXTS)
+def test_links_lead_somewhere(page):
+    for target in re.findall(r"\]\(([^)\s]+)\)", prose(TEXTS[page])):
+        if target.startswith("https://"):
+            continue
+        name, _, anchor = target.partition("#")
+        path = ((ROOT / page).parent / name).resolve() if name else ROOT / page
+        assert path.is_file(), target
+        assert path.is_relative_to(ROOT), target
+        if anchor:
+            assert anchor in anchors(TEXTS[path.relative_to(ROOT).as_posix()]), target
+
+
+def test_every_page_is_reached_from_the_readme():
+    linked = set(re.findall(r"\]\(([\w/.-]+\.md)\)", TEXTS["README.md"]))
+    assert linked == set(TEXTS) - {"README.md"}
+
+
+def test_every_picture_is_shown():
+    shown_pictures = {
+        Path(target).name
+        for text in TEXTS.values()
+        for target in re.findall(r"!\[[^\]]+\]\(([^)]+)\)", text)
+    }
+    folder = ROOT / ".github" / "pictures"
+    assert shown_pictures == {p.name for p in folder.iterdir() if p.suffix in (".jpg", ".webp")}
+
+
+# Files that a run writes, and forms of names.
+WRITTEN = {"report.html", "bench/", "bench/gpu"}
+
+
+@pytest.mark.parametrize("page", TEXTS)
+def test_named_files_exist(page):
+    path = re.compile(r"[\w.-]*(/[\w.-]+)+/?|[\w.-]+/|[\w-]+\.(py|glsl|frag|vert|toml|md|html|yml)")
+    named = {span for span in code_spans(TEXTS[page]) if path.fullmatch(span)} - WRITTEN
+    for name in (name for name in named if TUTORIAL not in name):
+        # Folders of the package are named without it.
+        assert any((base / name).exists() for base in (ROOT, ROOT / "ssdo_gl")), name
+
+
+def test_the_layout_is_that_of_the_package():
+    text = next(b.text for b in blocks("text") if b.text.startswith("ssdo_gl/\n"))
+    top = re.findall(r"^([\w.]+/)", text, re.MULTILINE)
+    inside = re.findall(r"^  ([\w./]+)", text, re.MULTILINE)
+    assert all((ROOT / name).is_dir() for name in top)
+    shaders = re.findall(r"[\w.]+/", re.findall(r"^shaders/ (.*)$", text, re.MULTILINE)[0])
+    assert shaders == sorted(f"{p.name}/" for p in (ROOT / "shaders").iterdir() if p.is_dir())
+    assert all((ROOT / "ssdo_gl" / name).exists() for name in inside)
+    entries = {
+        f"{path.name}/" if path.is_dir() else path.name
+        for path in (ROOT / "ssdo_gl").iterdir()
+        if path.name not in ("__pycache__", "py.typed")
+    }
+    assert {name for name in inside if name.count("/") <= name.endswith("/")} == entries
+
+
+@pytest.mark.parametrize("page", TEXTS)
+def test_pages_render(page):
+    """Tables are tables: a row with a cell too many would lose it without a word."""
+    html = MarkdownIt("commonmark").enable("table").render(TEXTS[page])
+    rules = re.findall(r"^\|[|: -]+\|$", prose(TEXTS[page]), re.MULTILINE)
+    assert html.count("<table>") == len(rules)
+    for text in re.findall(r"(?:^\|.*\n)+", prose(TEXTS[page]), re.MULTILINE):
+        heading = text.splitlines()[0]
+        assert {len(row) for row in table(text)} == {len(re.findall(r"(?<!\\)\|", heading)) - 1}
+
+
+@pytest.mark.parametrize("page", TEXTS)
+def test_pages_name_no_machine_and_use_the_fields_words(page):
+    for words in (MACHINE_PATH, PRIVATE_WORDS):
+        assert words.search(TEXTS[page]) is None
+
+
+def test_the_helpers_find_what_they_look_for():
+    assert anchors("## The first report's table\n```text\n## no\n```\n") == {
+        "the-first-reports-table"
+    }
+    assert table("| a | b |\n|---|--:|\n| `c\\|d` |  |\n\ntext | e |\n") == [["`c\\|d`", ""]]
+    assert code_spans("`--a b\\|c`\n```text\n`no`\n```\n") == ["--a b|c"]
+    assert MACHINE_PATH.search("see /home/me/file") and not MACHINE_PATH.search("docs/home/x")

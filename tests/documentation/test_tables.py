@@ -1,0 +1,107 @@
+"""Tables of README and docs/ say what the program says."""
+
+from __future__ import annotations
+
+import dataclasses
+
+from documentation.pages import code_spans, first_names, section, table
+
+from ssdo_gl import cli, process
+from ssdo_gl.bench.presets import read_ladder
+from ssdo_gl.effects import registry
+from ssdo_gl.settings import AOVS, METHODS
+from ssdo_gl.settings.flags import settings_table
+from ssdo_gl.window.input_map import help_rows
+
+
+def test_the_table_of_flags_is_that_of_the_program():
+    assert settings_table() in section("docs/command.md", "Flags")
+
+
+def test_methods_are_those_of_the_program():
+    for page, heading in (
+        ("README.md", "What it draws"),
+        ("docs/architecture.md", "Quantities"),
+    ):
+        names = first_names(section(page, heading))
+        assert [name for name in names if name in METHODS][-len(METHODS) :] == list(METHODS)
+
+
+def test_the_table_of_images_is_that_of_the_program():
+    names = first_names(section("docs/command.md", "Outputs"))
+    assert tuple(names) == AOVS
+
+
+def test_the_table_of_exit_codes_is_that_of_the_program():
+    rows = table(section("docs/command.md", "Exit codes"))
+    known = {**vars(cli), **vars(process)}
+    codes = {value for name, value in known.items() if name.startswith("EXIT_")}
+    assert {int(row[0]) for row in rows} == codes
+
+
+def test_the_table_of_pass_settings_is_that_of_the_program():
+    listed = {
+        f"{name}.{code_spans(row[0])[0]}": row[2]
+        for row in table(section("docs/command.md", "Settings of passes"))
+        for name in code_spans(row[1])
+    }
+    assert listed == {
+        f"{name}.{field.name}": shown(field.default)
+        for name, settings in registry.pass_settings().items()
+        for field in dataclasses.fields(settings)
+    }
+
+
+def shown(value: object) -> str:
+    """Return a default as the tables print it."""
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    return f"{value:g}" if is_number else str(value).lower()
+
+
+def test_the_table_of_effects_is_that_of_the_registry():
+    rows = table(section("docs/effects.md", "The effects"))
+    listed = {code_spans(row[0])[0]: row[2] for row in rows}
+    assert list(listed) == [effect.name for effect in registry.effects()]
+    for effect in registry.effects():
+        said = listed[effect.name]
+        named = set(code_spans(said)) & set(METHODS)
+        if said.startswith("with "):
+            assert not effect.methods
+        else:
+            assert effect.methods == (set(METHODS) - named if "but" in said else named)
+
+
+def key_labels(cell: str) -> list[str]:
+    return cell.replace("`", "").split(", ")
+
+
+def test_the_tables_of_keys_are_those_of_the_window():
+    bound = {label for cell, _ in help_rows() for label in key_labels(cell)}
+    listed = [k for row in table(section("docs/window.md", "Keys")) for k in key_labels(row[0])]
+    assert len(set(listed)) == len(listed)
+    assert set(listed) == bound
+    rows = table(section("README.md", "The window"))
+    assert len(rows) == 10
+    assert {label for row in rows for label in key_labels(row[0])} <= bound
+
+
+def test_the_tables_of_presets_are_those_of_the_ladder():
+    ladder = read_ladder()
+    wanted = []
+    names = {rung: name for name, rung in ladder.presets.items()}
+    for index, rung in enumerate(ladder.rungs):
+        directions = max(1, rung.samples // rung.steps)
+        wanted.append(
+            [
+                f"`{names[index]}`" if index in names else "",
+                f"{rung.samples} in {directions}",
+                "half" if rung.resolution_scale == 0.5 else "full",
+                f"{rung.relative_time:.2f}",
+                f"{100 * rung.error:.1f} %",
+            ]
+        )
+    baseline, *rungs = table(section("docs/accuracy.md", "Presets"))
+    assert rungs == wanted
+    short_baseline, *presets = table(section("README.md", "What accuracy costs"))
+    assert presets == [row for row in wanted if row[0]]
+    assert short_baseline[1:] == baseline[1:]
