@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import email
+import email.policy
 import os
 import subprocess
 import sys
+import tarfile
 import tomllib
 import zipfile
 from pathlib import Path
@@ -27,14 +30,27 @@ assert scenes and all(scene.read_text(encoding="utf-8") for scene in scenes)
 
 
 @pytest.fixture(scope="module")
-def wheel(tmp_path_factory):
-    """The wheel, built from the sdist as pip would, without asking the network."""
+def built(tmp_path_factory):
+    """A folder with sdist and wheel, the latter built from the former, as pip would, offline."""
     out = tmp_path_factory.mktemp("dist")
     command = [sys.executable, "-m", "build", "--no-isolation", "--outdir", str(out), str(ROOT)]
     answer = subprocess.run(command, capture_output=True, text=True, check=False)
     assert answer.returncode == 0, answer.stdout + answer.stderr
-    (path,) = out.glob("*.whl")
+    return out
+
+
+@pytest.fixture(scope="module")
+def wheel(built):
+    (path,) = built.glob("*.whl")
     return path
+
+
+@pytest.fixture(scope="module")
+def sdist(built):
+    """The names of all files of the sdist, relative to its root."""
+    (path,) = built.glob("*.tar.gz")
+    with tarfile.open(path) as archive:
+        return {name.partition("/")[2] for name in archive.getnames()}
 
 
 def shipped(kind: str) -> set[str]:
@@ -78,6 +94,15 @@ def test_wheel_holds_every_module_and_nothing_else(wheel):
     assert code == modules
 
 
+@pytest.mark.parametrize("kind", ["docs", "benchmarks", "tests", ".ci", ".github/pictures"])
+def test_sdist_holds_what_documents_and_tests_it(sdist, kind):
+    assert shipped(kind) - sdist == set() != shipped(kind)
+
+
+def test_sdist_holds_the_files_beside_the_folders(sdist):
+    assert {"README.md", "CHANGELOG.md", "LICENSE", "Makefile", "pyproject.toml"} <= sdist
+
+
 def test_unpacked_wheel_finds_its_own_files(wheel, tmp_path):
     site = tmp_path / "site"
     zipfile.ZipFile(wheel).extractall(site)
@@ -101,6 +126,14 @@ def test_metadata_names_command_licence_and_version(wheel):
     import ssdo_gl
 
     assert info == f"ssdo_gl-{ssdo_gl.__version__}.dist-info"
+
+
+def test_metadata_holds_the_readme(wheel):
+    archive = zipfile.ZipFile(wheel)
+    (name,) = (n for n in archive.namelist() if n.endswith(".dist-info/METADATA"))
+    metadata = email.message_from_bytes(archive.read(name), policy=email.policy.default)
+    assert metadata["Description-Content-Type"] == "text/markdown"
+    assert metadata.get_payload() == (ROOT / "README.md").read_text(encoding="utf-8")
 
 
 def test_extra_all_is_the_union_of_the_others():
