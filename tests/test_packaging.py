@@ -121,7 +121,7 @@ def test_metadata_names_command_licence_and_version(wheel):
     archive = zipfile.ZipFile(wheel)
     (info,) = {n.split("/")[0] for n in archive.namelist() if ".dist-info/" in n}
     scripts = archive.read(f"{info}/entry_points.txt").decode()
-    assert "ssdo-gl = ssdo_gl.cli:main" in scripts
+    assert "ssdo-gl = ssdo_gl.__main__:main" in scripts
     assert any(n.startswith(f"{info}/licenses/") for n in archive.namelist())
     import ssdo_gl
 
