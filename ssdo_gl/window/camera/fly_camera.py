@@ -27,6 +27,9 @@ SPEED_STEP = 2.0 ** (1.0 / 6.0)
 SPEED_LIMITS = (1e-4, 1e4)
 # One notch of the wheel while orbiting, in natural-log units of the distance.
 DOLLY_STEP = 0.15
+# How near and how far the wheel goes, in scene diagonals: beyond, the scene is less than
+# a pixel, or a pixel less than float32 tells apart.
+DOLLY_LIMITS = (1e-6, 1e3)
 # Where the nearest surface is closer than this many diagonals, speed shrinks with the
 # distance, down to `SLOWEST`: a step at a wall is small, a step under the sky is not.
 OPEN_SPACE = 0.15
@@ -280,7 +283,13 @@ def _take_in(flight: Flight, controls: Controls) -> Flight:
     changes["yaw_goal"] = yaw
     changes["pitch_goal"] = _limited(pitch, flight.pitch_goal)
     flight = dataclasses.replace(flight, **changes)
-    return dataclasses.replace(flight, dolly=flight.dolly + DOLLY_STEP * controls.dolly)
+    if not pivoted or flight.pivot is None or flight.pivot == flight.position:
+        return flight
+    distance = math.dist(flight.pivot, flight.position) / flight.diagonal
+    nearest, farthest = (math.log(distance / limit) for limit in DOLLY_LIMITS)
+    # Who is beyond a limit already may come back, and goes no further.
+    dolly = max(min(farthest, 0.0), flight.dolly + DOLLY_STEP * controls.dolly)
+    return dataclasses.replace(flight, dolly=min(max(nearest, 0.0), dolly))
 
 
 def _step(flight: Flight, controls: Controls, speed: float, seconds: float) -> Flight:

@@ -112,6 +112,23 @@ def test_moves_go_where_they_say(move: tuple[float, ...], direction: tuple[float
     np.testing.assert_allclose(way / np.linalg.norm(way), direction, atol=1e-12)
 
 
+@pytest.mark.parametrize("notches", [-300, 300])
+def test_wheel_ends_where_the_scene_is_a_pixel_or_the_pivot_is_met(notches: int) -> None:
+    flight = fly_camera.set_pivot(start_flight(HOME, DIAGONAL), None)
+    step = Controls(dolly=math.copysign(1.0, notches))
+    for _ in range(abs(notches)):
+        flight = advance(flight, step, 1.0 / 60.0)
+    for _ in range(120):
+        flight = advance(flight, Controls(), 1.0 / 60.0)
+    assert flight.pivot is not None and not flight.is_moving
+    distance = math.dist(flight.position, flight.pivot) / DIAGONAL
+    assert distance == pytest.approx(fly_camera.DOLLY_LIMITS[int(notches < 0)], rel=1e-6)
+    flight.camera().view_from_world_rotation()
+    # And back again: what lies beyond the limit was never put aside.
+    back = advance(flight, Controls(dolly=-step.dolly), 1.0)
+    assert back.dolly != 0.0
+
+
 def test_turning_left_looks_left_and_up_looks_up() -> None:
     flight = nudge(start_flight(HOME, DIAGONAL), Controls(turn=(0.3, 0.1)), 4.0, 2.0)
     assert flight.forward[0] == pytest.approx(-math.sin(0.3) * math.cos(0.1), abs=1e-12)
