@@ -22,6 +22,15 @@ from ssdo_gl.gpu.shader import ShaderLibrary
 
 # Height of text in window coordinates, before the display's own scale.
 FONT_PX = 15.0
+# Of displays; under the lower one, ImGui refuses margins that are rounded to nothing.
+SCALES = (0.5, 8.0)
+# What `scale_all_sizes` changes.
+_STYLE_SIZES = tuple(
+    name
+    for name in dir(imgui.Style)
+    if isinstance(getattr(imgui.Style(), name), (float, imgui.ImVec2))
+    and not name.startswith(("_", "font"))
+)
 # Names as both GLFW and ImGui have them; letters and digits follow.
 _SHARED_KEYS = (
     "TAB BACKSPACE ENTER ESCAPE INSERT DELETE SPACE HOME END PAGE_UP PAGE_DOWN MINUS PERIOD "
@@ -65,6 +74,7 @@ class ImguiBackend:
     """
 
     def __init__(self, device: Device, shaders: ShaderLibrary, scale: float = 1.0) -> None:
+        scale = _limited(scale)
         self._gl = device.gl
         self._shaders = shaders
         self._context = imgui.create_context()
@@ -81,7 +91,7 @@ class ImguiBackend:
         fonts = Path(imgui_bundle.__file__).parent / "assets" / "fonts" / "Roboto"
         io.fonts.add_font_from_file_ttf(str(fonts / "Roboto-Regular.ttf"), FONT_PX * scale)
         _style(scale)
-        self._scale = scale
+        self._scale = self._font_scale = scale
         self._textures: dict[int, moderngl.Texture] = {}
         self._vertices = self._gl.buffer(reserve=1, dynamic=True)
         self._indices = self._gl.buffer(reserve=1, dynamic=True)
@@ -89,11 +99,11 @@ class ImguiBackend:
 
     def rescale(self, scale: float) -> None:
         """Follow the window to a display of another density."""
+        scale = _limited(scale)
         if scale != self._scale:
             imgui.set_current_context(self._context)
-            style = imgui.get_style()
-            style.scale_all_sizes(scale / self._scale)
-            style.font_scale_main *= scale / self._scale
+            _style(scale)
+            imgui.get_style().font_scale_main = scale / self._font_scale
             self._scale = scale
 
     @property
@@ -241,10 +251,18 @@ class ImguiBackend:
             item.status = status.destroyed
 
 
+def _limited(scale: float) -> float:
+    low, high = SCALES
+    return min(high, max(low, scale))
+
+
 def _style(scale: float) -> None:
     """Dark and see-through, so that the picture behind stays the main thing."""
+    style, fresh = imgui.get_style(), imgui.Style()
+    # Scaling rounds down: from what was scaled before, every change would lose some.
+    for name in _STYLE_SIZES:
+        setattr(style, name, getattr(fresh, name))
     imgui.style_colors_dark()
-    style = imgui.get_style()
     style.window_rounding = 6.0
     style.frame_rounding = 4.0
     style.grab_rounding = 4.0
