@@ -60,7 +60,7 @@ def perform(action: Action, viewer: Viewer, host: Host) -> None:
     """Carry out `action`; what goes wrong becomes a message."""
     try:
         _ACTIONS[action.command](viewer, host, action.number)
-    except OutputError as error:
+    except (OutputError, SettingError) as error:
         viewer.say(str(error), is_fault=True)
 
 
@@ -75,10 +75,14 @@ def open_file(path: str, viewer: Viewer) -> bool:
         return False
     try:
         scene = load_scene(path)
-    except SceneError as error:
+        viewer.open(scene, path)
+    except (SceneError, SettingError) as error:
         viewer.say(str(error), is_fault=True)
         return False
-    viewer.open(scene, path)
+    # A file of somebody else's must not take the window, and what is in it, along.
+    except Exception as error:
+        viewer.say(f"{path}: cannot be opened: {fault_text(error)}", is_fault=True)
+        return False
     viewer.say(f"opened {Path(path).name}: {scene.triangle_count} triangles")
     return True
 
@@ -86,15 +90,20 @@ def open_file(path: str, viewer: Viewer) -> bool:
 def _open_preset(path: str, viewer: Viewer) -> None:
     if viewer.read_preset is None:
         return
-    try:
-        fields = viewer.read_preset(path)
-    except SettingError as error:
-        viewer.say(str(error), is_fault=True)
-        return
     name = Path(path).stem
-    viewer.presets = {**viewer.presets, name: fields}
-    viewer.choose_preset(name)
-    viewer.say(f"preset {name}")
+    try:
+        viewer.add_preset(name, viewer.read_preset(path))
+    except SettingError as error:
+        viewer.say(f"{Path(path).name}: {error}", is_fault=True)
+    except Exception as error:
+        viewer.say(f"{path}: is no preset: {fault_text(error)}", is_fault=True)
+    else:
+        viewer.say(f"preset {name}")
+
+
+def fault_text(error: Exception) -> str:
+    """Return what went wrong in one line, whatever it was."""
+    return " ".join(str(error).split()) or type(error).__name__
 
 
 def view_command(viewer: Viewer, out: str = "view.png") -> str:

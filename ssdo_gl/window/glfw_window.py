@@ -10,6 +10,8 @@ from ssdo_gl.gpu.context import ContextError, Device, attach_to_window
 from ssdo_gl.window.controls import Controls
 from ssdo_gl.window.input_map import gamepad_controls
 
+# Events of one size follow another by milliseconds; asking takes microseconds.
+_SIZE_TRIES = 8
 _ADVICE = "to render without a display, use: ssdo-gl SCENE --snapshot OUT.png"
 
 
@@ -119,12 +121,22 @@ class GlfwWindow:
         return width, height
 
     @property
+    def sizes(self) -> tuple[tuple[int, int], tuple[int, int]]:
+        """`size` and `pixels` of one moment: a window that is dragged changes in between."""
+        window, pixels = self.size, self.pixels
+        for _ in range(_SIZE_TRIES):
+            before, (window, pixels) = (window, pixels), (self.size, self.pixels)
+            if before == (window, pixels):
+                break
+        return window, pixels
+
+    @property
     def content_scale(self) -> float:
         """By how much text must grow, in window coordinates, to keep its size.
 
         Where window coordinates are scaled already (macOS, Wayland), it is 1.
         """
-        window, pixels = self.size[0], self.pixels[0]
+        (window, _), (pixels, _) = self.sizes
         ratio = pixels / window if window > 0 and pixels > 0 else 1.0
         return float(glfw.get_window_content_scale(self._handle)[0]) / ratio
 

@@ -180,9 +180,11 @@ class Overlay(ImguiBackend):
         unit = "" if view.kind is Kind.VISIBILITY else " %"
         ends = view.error_range if view.kind is Kind.VISIBILITY else 100.0 * view.error_range
         imgui.text(f"{METHOD_LABELS[view.method]} against {other}")
-        if self._viewer.look_out.error is not None:
+        monitor = self._viewer.look_out
+        if monitor.error is not None:
             imgui.same_line()
-            imgui.text(f"  rms error {self._viewer.look_out.error:.1%} of the mean")
+            so_far = "" if monitor.is_error_final else " so far"
+            imgui.text(f"  rms error {monitor.error:.1%} of the mean{so_far}")
         imgui.text(f"-{ends:.3g}{unit}")
         imgui.same_line()
         corner = imgui.get_cursor_screen_pos()

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import glfw
 
 from ssdo_gl.gpu.shader import ShaderError
-from ssdo_gl.window.actions import open_file, perform
+from ssdo_gl.window.actions import fault_text, open_file, perform
 from ssdo_gl.window.controls import Controls
 from ssdo_gl.window.divider import DividerGrip
 from ssdo_gl.window.film.export import FilmDesk, Interrupted
@@ -76,7 +76,7 @@ class Session:
         """Answer events and draw until the window is closed."""
         self._viewer.say("compiling shaders")
         for _ in range(PANEL_FRAMES):
-            self._draw(self._window.pixels, 1.0 / 60.0)
+            self._draw(self._window.sizes, 1.0 / 60.0)
         last = time.perf_counter()
         while not self._window.should_close:
             if self._is_busy():
@@ -111,13 +111,12 @@ class Session:
         )
 
     def _frame(self, seconds: float) -> None:
-        pending, self._pending = self._pending, []
-        for act in pending:
-            act()
+        sizes = self._window.sizes
+        size = sizes[1]
+        self._perform_pending(size)
         if self._window.hide_cursor(self._hands.is_looking):
             self._hands.cursor_jumped(*self._window.cursor)
         controls = self._hands.take(orbiting=self._viewer.flight.orbiting)
-        size = self._window.pixels
         self._has_input = self._wants_release = False
         if self._shader_watch.poll():
             self._after_reload()
@@ -133,7 +132,21 @@ class Session:
             self._panel_frames = max(self._panel_frames, 2)
         if min(size) > 0 and (drew or self._panel_frames > 0):
             self._panel_frames = max(0, self._panel_frames - 1)
-            self._draw(size, seconds)
+            self._draw(sizes, seconds)
+
+    def _perform_pending(self, size: tuple[int, int]) -> None:
+        """Do what events have asked for, once there is a picture that it may be about.
+
+        After a frame that was given up there is none; the next one is coarse, and comes
+        whatever happens.
+        """
+        draws = min(size) > 0 and not (self._is_broken or self._films.is_busy)
+        if draws and not self._viewer.has_drawing:
+            self._viewer.touch()
+            return
+        pending, self._pending = self._pending, []
+        for act in pending:
+            act()
 
     def _render(self, controls: Controls, seconds: float, size: tuple[int, int]) -> bool:
         """Let the viewer draw; return whether there is another picture."""
@@ -144,11 +157,8 @@ class Session:
             if self._viewer.is_resting and self._is_slow:
                 self._viewer.frame_ms = 0.0
                 return False
-        # A picture at rest may be interrupted between two draws; one in motion is short,
-        # and would never be seen if every key interrupted it.
-        progress = self._interrupt if self._viewer.is_resting else None
         try:
-            return self._viewer.frame(controls, seconds, size, progress)
+            return self._viewer.frame(controls, seconds, size, self._interrupt)
         except Interrupted:
             return False
         except ShaderError as error:
@@ -156,13 +166,22 @@ class Session:
             self._is_broken = True
             self._show_faults((*self._shader_watch.faults, str(error)))
             return False
+        # What a file, a preset or a flight has led to: go back to where it worked.
+        except Exception as error:
+            if not self._viewer.step_back():
+                raise
+            text = f"cannot be drawn: {fault_text(error)}"
+            self._viewer.say(text, is_fault=True)
+            print(f"ssdo-gl: {text}", file=sys.stderr)
+            return False
 
-    def _draw(self, size: tuple[int, int], seconds: float) -> None:
+    def _draw(self, sizes: tuple[tuple[int, int], tuple[int, int]], seconds: float) -> None:
+        """Show the picture, and the panel over it, in a window as `GlfwWindow.sizes` has it."""
         screen = self._window.device.gl.screen
         if self._viewer.presenter.picture is not None:
-            self._viewer.copy_to(screen, size)
+            self._viewer.presenter.copy_to(screen, sizes[1])
         if self._overlay is not None:
-            self._overlay.compose(screen, self._window.size, size, seconds)
+            self._overlay.compose(screen, *sizes, seconds)
         else:
             self._say_in_title()
         self._window.swap()

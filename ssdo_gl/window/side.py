@@ -167,7 +167,8 @@ class Side:
     def _fit_ladder(self, settings: Settings) -> None:
         """Begin a new ladder where the settings call for one, on a rung as cheap."""
         if settings != self._last_settings:
-            self._last_settings = settings
+            # A coarser rung may be valid where the settings are not.
+            self._last_settings = settings.checked()
             self._full_times.clear()
         rungs = ladder(settings, self._measured)
         if rungs != self._rungs:

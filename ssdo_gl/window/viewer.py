@@ -9,33 +9,19 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-import moderngl
-import numpy as np
-
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.graph.render_pass import ProgressCallback
-from ssdo_gl.math3d import FloatArray
-from ssdo_gl.planning.content import analyse
-from ssdo_gl.scene.animate import scene_at
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.fields import values
-from ssdo_gl.settings.resolve import settings_for
-from ssdo_gl.window.animation_clock import Clock
-from ssdo_gl.window.camera import fly_camera
-from ssdo_gl.window.camera.bookmarks import views_file
-from ssdo_gl.window.camera.collisions import KEEP_AWAY, Obstacles
-from ssdo_gl.window.camera.fly_camera import Flight
-from ssdo_gl.window.camera.tour import Tour
+from ssdo_gl.settings.resolve import overrides_from_text, settings_for
 from ssdo_gl.window.controls import Controls
 from ssdo_gl.window.light_edits import with_lights
 from ssdo_gl.window.live import inspector
 from ssdo_gl.window.live.monitor import LookOut
-from ssdo_gl.window.messages import Messages
 from ssdo_gl.window.presenter import Presenter
+from ssdo_gl.window.scene_flight import SceneFlight
 from ssdo_gl.window.side import Side
 from ssdo_gl.window.views import View, image_of, kind_of_image, settings_of
 
@@ -46,7 +32,7 @@ DEFAULT_BUDGET_MS = 33.0
 REST_SECONDS = 0.2
 
 
-class Viewer:
+class Viewer(SceneFlight):
     """A scene, a camera in it, and one or two methods that draw it.
 
     Parameters
@@ -71,12 +57,6 @@ class Viewer:
     settings : Settings
         Chosen by the user; the method is that of `view`.
     view : View
-    flight : Flight
-    clock : Clock
-    tour : Tour
-        Bookmarks and camera path.
-    lights, lights_on : lists
-        As edited; one for each light of the scene as it was loaded.
     film_suffix : str
         Which kind of film is exported, one of `film_files.FILM_SUFFIXES`.
     is_inspecting, shows_histogram, times_passes : bool
@@ -86,6 +66,8 @@ class Viewer:
     frame_ms : float
         Of the last frame, both sides together.
     """
+
+    _STATE = (*SceneFlight._STATE, "settings", "view")
 
     def __init__(
         self,
@@ -101,11 +83,11 @@ class Viewer:
         measured: Sequence[Mapping[str, Any]] = (),
         shaders: ShaderLibrary | None = None,
     ) -> None:
+        super().__init__(folder)
         self.device = device
         self.shaders = shaders or ShaderLibrary(device.gl)
         self.presenter = Presenter(device, self.shaders)
         self.settings = settings
-        self.folder = folder
         self.view = View(method=settings.method)
         self.presets = presets
         self.read_preset: Callable[[str], Mapping[str, Any]] | None = None
@@ -116,7 +98,6 @@ class Viewer:
         self.film_suffix = ".mp4" if find_spec("imageio_ffmpeg") else ".webp"
         self.shows_histogram = False
         self.times_passes = False
-        self.messages = Messages()
         self.frame_ms = 0.0
         self.look_out = LookOut(device, self.shaders)
         self._sides: list[Side] = []
@@ -124,37 +105,47 @@ class Viewer:
         self._still_s = 0.0
         self._last_camera: Camera | None = None
         self._last_state: object = None
+        self._drawn_state: dict[str, Any] | None = None
         self._take(scene, source, camera)
 
     # --- the scene -----------------------------------------------------------------
 
-    def _take(self, scene: Scene, source: str, camera: Camera | None) -> None:
-        self.source = source
-        self.original = self.scene = scene
-        self.lights: list[Light] = list(scene.lights)
-        self.lights_on = [True] * len(scene.lights)
-        self.bounds: tuple[FloatArray, FloatArray] = scene.bounds()
-        self.diagonal = float(np.linalg.norm(self.bounds[1] - self.bounds[0]))
-        self.flight: Flight = fly_camera.start_flight(camera or scene.camera, self.diagonal)
-        self.clock = Clock.of(analyse(scene).has_motion)
-        self._obstacles: Obstacles | None = None
-        self.tour = Tour(views_file(source, self.folder), scene.camera)
-        if self.tour.fault:
-            self.say(self.tour.fault, is_fault=True)
-        for note in scene.notes:
-            self.say(note)
-
     def open(self, scene: Scene, source: str) -> None:
         """Show another scene; what the flags asked for goes on to hold."""
-        usual = values(settings_for(self.original.render, {}))
-        now = values(self.settings)
-        given = {name: value for name, value in now.items() if value != usual[name]}
-        self.settings = settings_for(scene.render, given)
-        self.view = dataclasses.replace(self.view, method=self.settings.method)
-        self._take(scene, source, None)
+        usual = settings_for(self.original.render, {})
+        given = {
+            field.name: getattr(self.settings, field.name)
+            for field in dataclasses.fields(Settings)
+            if getattr(self.settings, field.name) != getattr(usual, field.name)
+        }
+        overrides = given.pop("overrides", self.settings.overrides)
+        settings = dataclasses.replace(settings_for(scene.render, given), overrides=overrides)
+        before = self._state()
+        try:
+            self._take(scene, source, None)
+        except Exception:
+            self._restore(before)
+            raise
+        self.settings = settings
+        self.view = dataclasses.replace(self.view, method=settings.method)
         for side in self._sides:
-            side.show(scene, self.settings)
+            side.show(scene, settings)
         self.touch()
+
+    def step_back(self) -> bool:
+        """Return to what was drawn last, after a frame that failed; False if that is unknown.
+
+        A second failure without a frame in between is none of what has changed.
+        """
+        if self._drawn_state is None:
+            return False
+        self._restore(self._drawn_state)
+        self._drawn_state = None
+        self.tour.stop()
+        for side in self._sides:
+            side.show(self.scene, self.settings)
+        self.touch()
+        return True
 
     def apply_lights(self) -> None:
         """Draw with `lights` and `lights_on` as they are now."""
@@ -170,37 +161,32 @@ class Viewer:
     # --- what is asked for ---------------------------------------------------------
 
     def choose_preset(self, name: str) -> None:
-        """Take over what a preset sets; the method stays, unless the preset is one."""
-        fields = dict(self.presets[name])
-        method = fields.pop("method", self.view.method)
-        self.settings = dataclasses.replace(self.settings, **fields)
-        self.choose_method(method)
+        """Take over what a preset sets; the method stays, unless the preset is one.
+
+        Raises
+        ------
+        SettingError
+            If a value is out of range; the settings then stay as they are.
+        """
+        self.settings = self._with_preset(self.presets[name])
+        self.view = dataclasses.replace(self.view, method=self.settings.method)
+
+    def add_preset(self, name: str, fields: Mapping[str, Any]) -> None:
+        """Offer a preset and take it over; raises SettingError as `choose_preset` does."""
+        self._with_preset(fields)
+        self.presets = {**self.presets, name: fields}
+        self.choose_preset(name)
+
+    def _with_preset(self, fields: Mapping[str, Any]) -> Settings:
+        method = fields.get("method", self.view.method)
+        given = fields.get("overrides", {})
+        overrides_from_text([f"{key}={value}" for key, value in given.items()])
+        return settings_of(dataclasses.replace(self.settings, **fields), method).checked()
 
     def choose_method(self, method: str) -> None:
         """Show another method; an estimator that it does not know is dropped."""
         self.view = dataclasses.replace(self.view, method=method)
         self.settings = settings_of(self.settings, method)
-
-    def say(self, text: str, *, is_fault: bool = False, key: str = "") -> None:
-        """Show a line for a while; it replaces one of the same `key`."""
-        self.messages.say(text, is_fault=is_fault, key=key)
-
-    @property
-    def collides(self) -> bool:
-        """Whether the camera is kept out of walls."""
-        return self._obstacles is not None
-
-    def toggle_collisions(self) -> None:
-        """Keep the camera out of walls, as they stand now, or no longer."""
-        if self._obstacles is not None:
-            self._obstacles = None
-            self.say("flies through walls")
-            return
-        try:
-            self._obstacles = Obstacles(scene_at(self.scene, self.clock.seconds))
-            self.say("stops at walls")
-        except ValueError as error:
-            self.say(str(error), is_fault=True)
 
     def touch(self) -> None:
         """Note that something has changed: draw fluidly first, refine later."""
@@ -212,11 +198,6 @@ class Viewer:
             side.image.renderer.forget()
             side.image.restart()
         self.touch()
-
-    @property
-    def camera(self) -> Camera:
-        """The camera of the next frame."""
-        return self.tour.camera() or self.flight.camera()
 
     @property
     def left(self) -> Side | None:
@@ -238,6 +219,11 @@ class Viewer:
     def is_resting(self) -> bool:
         """Whether nothing has moved for a moment."""
         return self._still_s >= REST_SECONDS
+
+    @property
+    def has_drawing(self) -> bool:
+        """Whether there is a frame whose depth and images can be read."""
+        return self.left is not None and self.left.image.drawing is not None
 
     @property
     def is_busy(self) -> bool:
@@ -275,12 +261,14 @@ class Viewer:
         size : (int, int)
             Pixels of the window's framebuffer; with a side of 0 nothing is drawn.
         progress : callable or None
-            May raise to interrupt a long pass; the picture then stays as it is.
+            May raise to interrupt a picture at rest; what is on the screen then stays.
+            One in motion is short, and would never be seen if every key interrupted it.
         """
         self._pass_time(controls, seconds)
         if min(size) < 1:
             return False
         self._notice_changes(seconds, size)
+        progress = progress if self.is_resting else None
         self._fit_sides()
         drew = False
         self.frame_ms = 0.0
@@ -293,30 +281,15 @@ class Viewer:
         is_finished = self.is_resting and all(side.is_done for side in self._sides)
         images = [side.image for side in self._sides]
         self.look_out.look(images, self.view, drew=drew, is_finished=is_finished)
+        self._drawn_state = self._state()
         return drew
 
     def _pass_time(self, controls: Controls, seconds: float) -> None:
         self.clock.advance(seconds)
-        if self.tour.played_s is not None:
-            self.tour.advance(seconds)
-            if not controls.is_idle or self.tour.has_ended:
-                self.stop_path()
-            return
         near = None
         if any(controls.move) and self.left is not None and self.left.image.drawing is not None:
             near = inspector.clearance(self.device.gl, self.left.image.drawing)
-        before = self.flight
-        self.flight = fly_camera.advance(before, controls, seconds, near)
-        if self._obstacles is not None and self.flight.position != before.position:
-            keep_away = KEEP_AWAY * self.diagonal
-            place = self._obstacles.moved(before.position, self.flight.position, keep_away)
-            self.flight = dataclasses.replace(self.flight, position=place)
-        self.tour.record(seconds, self.flight.camera())
-
-    def stop_path(self) -> None:
-        """Go on by hand from where the path has come to."""
-        self.flight = fly_camera.jump_to(self.flight, self.camera)
-        self.tour.stop()
+        self.fly(controls, seconds, near)
 
     def _notice_changes(self, seconds: float, size: tuple[int, int]) -> None:
         state = (self.settings, self.view.method, self.view.aov, size)
@@ -383,10 +356,6 @@ class Viewer:
             exposure=self.scene.camera.exposure if exposure is None else exposure,
             curve=str(self.settings.overrides.get("tone_map.curve", "plain")),
         )
-
-    def copy_to(self, target: moderngl.Framebuffer, size: tuple[int, int]) -> None:
-        """Copy the picture to the screen."""
-        self.presenter.copy_to(target, size)
 
     def release(self) -> None:
         """Free everything on the device."""

@@ -18,6 +18,7 @@ from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import AOVS, METHODS, Settings
+from ssdo_gl.window import actions, scene_flight
 from ssdo_gl.window.actions import open_file, perform, view_command
 from ssdo_gl.window.controls import Controls
 from ssdo_gl.window.film.export import FilmDesk
@@ -215,6 +216,38 @@ def test_error_view_measures_the_error(gl, viewer) -> None:
     assert viewer.look_out.error is None
 
 
+def test_error_of_another_pair_is_not_shown(gl, viewer) -> None:
+    viewer.view = dataclasses.replace(viewer.view, other_method="direct")
+    ask(viewer, Command.ERROR)
+    settle(viewer)
+    assert viewer.look_out.is_error_final
+    viewer.choose_method("ssao")
+    viewer.frame(Controls(), FRAME_S, SIZE)
+    assert viewer.look_out.error is None
+    settle(viewer)
+    assert viewer.look_out.error is not None
+    viewer.frame(FORWARD, FRAME_S, SIZE)
+    assert viewer.look_out.error is None
+
+
+def test_error_against_a_reference_runs_along_with_its_rays(gl, viewer) -> None:
+    viewer.settings = dataclasses.replace(viewer.settings, spp=64)
+    viewer.view = dataclasses.replace(viewer.view, other_method="reference-near")
+    ask(viewer, Command.ERROR)
+    running = {}
+    for _ in range(300):
+        viewer.frame(Controls(), FRAME_S, SIZE)
+        monitor = viewer.look_out
+        if viewer.is_resting and monitor.error is not None and not monitor.is_error_final:
+            running[viewer.right.image.sample_count] = monitor.error
+        if not viewer.is_busy:
+            break
+    assert len(set(running.values())) >= 2
+    assert viewer.look_out.is_error_final
+    # Fewer rays have more noise, which is part of the difference.
+    assert running[min(running)] > viewer.look_out.error > 0.0
+
+
 def test_number_that_is_none_raises_the_alarm(gl, viewer) -> None:
     viewer.view = dataclasses.replace(viewer.view, aov="direct")
     settle(viewer)
@@ -397,6 +430,73 @@ def test_dropped_preset_is_taken_over_and_a_bad_one_is_not(gl, viewer, tmp_path)
     assert list(viewer.presets) == ["mine"]
 
 
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"samples": 10**6},
+        {"exposure": float("nan")},
+        {"overrides": {"ssao.strenth": 2.0}},
+        {"overrides": {"nothing.strength": 2.0}},
+        {"estimater": "march"},
+    ],
+)
+def test_preset_that_nobody_has_checked_is_a_message(gl, viewer, tmp_path, fields) -> None:
+    viewer.read_preset = lambda path: fields
+    file = tmp_path / "mine.toml"
+    file.write_text("[settings]\n")
+    before = viewer.settings, viewer.view
+    open_file(str(file), viewer)
+    assert (viewer.settings, viewer.view) == before
+    assert viewer.messages.lines[-1].is_fault
+    assert "mine.toml" in said(viewer)
+    assert not viewer.presets
+
+
+@pytest.mark.parametrize("error", [MemoryError(), RecursionError("deep"), ValueError("a\nb")])
+def test_file_that_makes_a_reader_fail_is_a_message(gl, viewer, monkeypatch, error) -> None:
+    def load(path: str) -> None:
+        raise error
+
+    monkeypatch.setattr(actions, "load_scene", load)
+    before = viewer.scene
+    assert not open_file("some.glb", viewer)
+    assert viewer.scene is before
+    assert "some.glb: cannot be opened" in said(viewer)
+    assert "\n" not in said(viewer)
+
+
+def test_scene_whose_settings_do_not_fit_is_a_message(gl, viewer, tmp_path) -> None:
+    file = tmp_path / "other.toml"
+    file.write_text(
+        '[render]\nestimator = "zbuffer"\nmethod = "ssao"\n[[object]]\nshape = "box"\n'
+        "min = [0, 0, 0]\nmax = [1, 1, 1]\n"
+    )
+    viewer.settings = dataclasses.replace(viewer.settings, method="ssdo")
+    before = viewer.scene, viewer.flight, viewer.tour
+    opened = open_file(str(file), viewer)
+    assert opened == (viewer.scene is not before[0])
+    settle(viewer)
+
+
+@pytest.mark.parametrize("key", ["_take", "start_flight"])
+def test_scene_that_cannot_be_flown_through_leaves_the_one_before(
+    gl, viewer, tmp_path, monkeypatch, key: str
+) -> None:
+    settle(viewer)
+    before = viewer._state()
+    model = tmp_path / "triangle.obj"
+    model.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+
+    def fail(*_: object) -> None:
+        raise ValueError("no")
+
+    target = viewer if key == "_take" else scene_flight.fly_camera
+    monkeypatch.setattr(target, key, fail)
+    assert not open_file(str(model), viewer)
+    assert viewer._state() == before
+    settle(viewer)
+
+
 def test_saved_preset_can_be_chosen_again(gl, viewer) -> None:
     perform(Action(Command.SAVE_PRESET), viewer, Desk())
     viewer.settings = dataclasses.replace(viewer.settings, samples=64, overrides={"a.b": 1})
@@ -505,9 +605,41 @@ def test_folder_that_cannot_be_written_to_is_a_message(gl, viewer) -> None:
     assert "cannot be written" in said(viewer)
 
 
-def test_views_file_that_is_broken_is_a_message(make_viewer, tmp_path) -> None:
-    (tmp_path / "cornell_meso.views.json").write_text("nonsense")
-    assert "views.json" in said(make_viewer())
+KEY = "[0, 0, 0, 3, 0, 0, -1, 1, 40]"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "nonsense",
+        "[" * 100_000,
+        "[]",
+        '{"bookmarks": []}',
+        '{"bookmarks": {"1": {"position": [0, 0, 0], "target": [0, 0, -1], "fov_y": 0}}}',
+        '{"bookmarks": {"1": {"position": [1e300, 0, 0], "target": [0, 1, 0], "fov_y": 9}}}',
+        '{"bookmarks": {"1": {"position": [1e17, 0, 0], "target": [1e17, 0, 9], "fov_y": 9}}}',
+        '{"bookmarks": {"1": {"position": [%s, 0, 0], "target": [0, 0, 9], "fov_y": 40}}}'
+        % ("9" * 400),
+        '{"bookmarks": {"1": 5}}',
+        '{"path": 5}',
+        '{"path": [[%s, 0, 0, 3, 0, 0, -1, 1, 40]]}' % ("9" * 400),
+        '{"path": [[0, 1e300, 0, 3, 0, 0, -1, 1, 40]]}',
+        '{"path": [[0, 0, 0, 3, 0, 0, 0, 1, 40]]}',
+        f'{{"path": [{KEY}, {KEY}]}}',
+        f'{{"path": [{KEY.replace("40", "NaN")}]}}',
+    ],
+)
+def test_views_file_that_is_damaged_is_a_message_and_kept(
+    gl, make_viewer, tmp_path, text: str
+) -> None:
+    file = tmp_path / "cornell_meso.views.json"
+    file.write_text(text)
+    viewer = make_viewer()
+    assert "views.json" in said(viewer)
+    viewer.frame(Controls(), FRAME_S, SIZE)
+    ask(viewer, Command.STORE, 1)
+    assert "move it away" in said(viewer)
+    assert file.read_text() == text
 
 
 def test_budget_lowers_what_moves_and_rest_restores_it(gl, make_viewer) -> None:

@@ -58,7 +58,7 @@ def load_views(path: Path, base: Camera) -> Views:
         return Views()
     except OSError as error:
         raise ViewsFileError(f"{path}: cannot be read: {error.strerror}") from None
-    except (ValueError, AttributeError, TypeError) as error:
+    except (ValueError, AttributeError, TypeError, OverflowError, RecursionError) as error:
         raise ViewsFileError(f"{path}: is no file of views: {error}") from None
 
 

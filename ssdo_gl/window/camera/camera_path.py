@@ -17,6 +17,9 @@ from ssdo_gl.window.camera.orientation import Vector, add, difference, vector
 KEYS_PER_SECOND = 10.0
 # An hour of flight; a recording that was forgotten must not fill the memory.
 MAX_KEYS = 36_000
+# A target nearer than this part of the camera's distance from the origin has no direction.
+RESOLUTION = 1e-12
+FARTHEST = 1e30
 
 
 @dataclass(frozen=True)
@@ -110,7 +113,7 @@ class CameraPath:
         times = [key.seconds for key in keys]
         if any(b <= a for a, b in itertools.pairwise(times)):
             raise ValueError("the times of a camera path must increase")
-        if not all(key.reach > 0.0 and 0.0 < key.fov_y < 180.0 for key in keys):
+        if not all(_is_sound(key.position, key.reach, key.fov_y) for key in keys):
             raise ValueError("a camera path has a key without distance or field of view")
         return CameraPath(tuple(keys))
 
@@ -138,10 +141,18 @@ def camera_from_data(data: Mapping[str, Any], base: Camera) -> Camera:
         fov_y = float(data["fov_y"])
     except (KeyError, TypeError) as error:
         raise ValueError(f"a camera has position, target and fov_y ({error})") from None
-    finite = all(map(math.isfinite, (*position, *target, fov_y)))
-    if not finite or position == target or not 0.0 < fov_y < 180.0:
+    if not _is_sound(position, math.dist(position, target), fov_y):
         raise ValueError("a camera has two finite, different points and a field of view")
     return replace(base, position=position, target=target, fov_y=fov_y)
+
+
+def _is_sound(position: Vector, reach: float, fov_y: float) -> bool:
+    """Whether there is a direction from `position` to a target `reach` away, and an angle.
+
+    Float64 must tell the two points apart, and float32 hold them; NaN fails every comparison.
+    """
+    far = math.hypot(*position)
+    return RESOLUTION * far < reach < FARTHEST and far < FARTHEST and 0.0 < fov_y < 180.0
 
 
 def _curve(values: Sequence[Vector], times: Sequence[float], i: int, seconds: float) -> Vector:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ssdo_gl.images.files import OutputError
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.window.camera.bookmarks import Views, load_views, save_views
 from ssdo_gl.window.camera.camera_path import CameraPath
@@ -60,7 +61,7 @@ class Tour:
     def store(self, number: int, camera: Camera) -> None:
         """Keep a view as bookmark 1 to 9; raises OutputError if it cannot be written."""
         self._views.cameras[number] = camera
-        save_views(self.file, self._views)
+        self._save()
 
     def recall(self, number: int) -> Camera | None:
         """Return bookmark `number`, if there is one."""
@@ -75,6 +76,12 @@ class Tour:
     def stop_recording(self) -> None:
         """End the recording and keep it; raises OutputError if it cannot be written."""
         self._recorded_s = None
+        self._save()
+
+    def _save(self) -> None:
+        # What could not be read may be somebody's work.
+        if self.fault:
+            raise OutputError(f"{self.fault}; move it away to keep views")
         save_views(self.file, self._views)
 
     def play(self) -> None:

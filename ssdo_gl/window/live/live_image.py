@@ -103,6 +103,11 @@ class LiveImage:
         return 0 if self._wish is None else self._wish.samples_wanted
 
     @property
+    def shows(self) -> Wish | None:
+        """What the sum is of; None before the first frame."""
+        return self._wish
+
+    @property
     def plane(self) -> Plane:
         """The image: a sum over `sample_count` samples, or the last frame itself."""
         assert self.drawing is not None and self._wish is not None, "nothing was drawn yet"
@@ -124,7 +129,8 @@ class LiveImage:
         return 1.0 / self.sample_count if is_averaged(self._wish.kind) else 1.0
 
     def restart(self) -> None:
-        """Forget what was averaged: shaders or the scene have changed."""
+        """Forget what was drawn: shaders or the scene have changed."""
+        self.drawing = None
         self._wish = self._applied = None
         self.sample_count = 0
 
@@ -137,7 +143,8 @@ class LiveImage:
     ) -> bool:
         """Draw one frame towards `wish`; return whether there was anything to draw.
 
-        Whatever `progress` or a shader raises leaves the image as it was.
+        Whatever `progress` or a shader raises leaves an average as it was. Of another
+        wish nothing is left then, and nothing of the one before: there is no `drawing`.
         """
         if wish == self._wish and self.is_refined:
             return False
@@ -155,15 +162,21 @@ class LiveImage:
         if settings != self._applied:
             self.renderer.use(settings)
             self._applied = settings
-        drawing = self.renderer.draw(
-            [wish.image, *wish.extra],
-            camera=wish.camera,
-            seconds=wish.seconds,
-            index=index if is_averaged(wish.kind) else 0,
-            count=REFINE_FRAMES if is_averaged(wish.kind) else 1,
-            time_passes=time_passes,
-            progress=progress,
-        )
+        try:
+            drawing = self.renderer.draw(
+                [wish.image, *wish.extra],
+                camera=wish.camera,
+                seconds=wish.seconds,
+                index=index if is_averaged(wish.kind) else 0,
+                count=REFINE_FRAMES if is_averaged(wish.kind) else 1,
+                time_passes=time_passes,
+                progress=progress,
+            )
+        except BaseException:
+            if not goes_on:
+                # Other passes, or another size: the textures of the drawing may be freed.
+                self.restart()
+            raise
         if not goes_on:
             self._wish, self._frames, self.sample_count = wish, 0, 0
         if settings.is_reference:

@@ -27,8 +27,10 @@ class LookOut:
     alarm : Alarm or None
         NaN or infinity in what was shown last.
     error : float or None
-        RMSE over the mean of the left image against the right one; known at rest while
-        their difference is shown.
+        RMSE over the mean of the left image against the right one while their difference
+        is shown; None once either changes. The noise of samples to come is part of it.
+    is_error_final : bool
+        Whether both images hold all samples that were asked for.
     is_due : bool
         Whether the present picture was not looked at yet.
     """
@@ -36,7 +38,10 @@ class LookOut:
     def __init__(self, device: Device, shaders: ShaderLibrary) -> None:
         self.alarm: Alarm | None = None
         self.error: float | None = None
+        self.is_error_final = False
         self.is_due = True
+        self._shown: object = None
+        self._samples = 0
         self._watch = NonFiniteWatch(device, shaders)
         self._frames = 0
 
@@ -57,18 +62,30 @@ class LookOut:
         if drew:
             self.is_due = True
             self._frames += 1
+        self._update_error(images, view, is_finished)
         if not self.is_due or not (is_finished or self._frames % LOOK_EVERY == 0):
             return
         self.is_due = not is_finished
-        self.error = _difference(images) if is_finished and view.is_error else None
-        if view.kind is not Kind.DISPLAY:
-            self.error = None
         self.alarm = None
         for image in images:
             # Not the average: frames to come make good in it what is no number.
             texture = image.last_plane.texture
             if texture is not None:
                 self.alarm = self._watch.check(texture) or self.alarm
+
+    def _update_error(self, images: Sequence[LiveImage], view: View, is_finished: bool) -> None:
+        """Forget an error of other images; take a new one each time samples have doubled."""
+        shown = (view.is_error, *(image.shows for image in images))
+        if shown != self._shown:
+            self._shown, self._samples = shown, 0
+            self.error, self.is_error_final = None, False
+        if not view.is_error or view.kind is not Kind.DISPLAY or self.is_error_final:
+            return
+        counts = [image.sample_count for image in images]
+        # In motion there is one of each, and no time to read them back.
+        if is_finished or (min(counts) > 1 and sum(counts) >= 2 * self._samples):
+            self._samples = sum(counts)
+            self.error, self.is_error_final = _difference(images), is_finished
 
     def release(self) -> None:
         """Free the device objects."""

@@ -1,0 +1,137 @@
+"""A scene and a camera that flies through it: everything that needs no device."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ssdo_gl.math3d import FloatArray
+from ssdo_gl.planning.content import analyse
+from ssdo_gl.scene.animate import scene_at
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.lights import Light
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.window.animation_clock import Clock
+from ssdo_gl.window.camera import fly_camera
+from ssdo_gl.window.camera.bookmarks import views_file
+from ssdo_gl.window.camera.collisions import KEEP_AWAY, Obstacles
+from ssdo_gl.window.camera.fly_camera import Flight
+from ssdo_gl.window.camera.tour import Tour
+from ssdo_gl.window.controls import Controls
+from ssdo_gl.window.messages import Messages
+
+
+class SceneFlight:
+    """A scene as a file gave it and as it was edited, and a camera in it.
+
+    Parameters
+    ----------
+    folder : Path
+        Where bookmarks, pictures and films go.
+
+    Attributes
+    ----------
+    source : str
+        The scene as it was named.
+    original, scene : Scene
+        As it was loaded, and as it was edited since.
+    lights, lights_on : lists
+        As edited; one for each light of `original`.
+    bounds : (ndarray, ndarray)
+        Corners of the scene, world space; `diagonal` is the distance between them.
+    flight : Flight
+    clock : Clock
+    tour : Tour
+        Bookmarks and camera path.
+    """
+
+    # All that a file or a key may change, for a way back.
+    _STATE: tuple[str, ...] = (
+        *("source", "original", "scene", "lights", "lights_on", "bounds", "diagonal"),
+        *("flight", "clock", "tour", "_obstacles"),
+    )
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.messages = Messages()
+
+    def _take(self, scene: Scene, source: str, camera: Camera | None) -> None:
+        """Begin anew in `scene`, at its own camera if none is given."""
+        self.source = source
+        self.original = self.scene = scene
+        self.lights: list[Light] = list(scene.lights)
+        self.lights_on = [True] * len(scene.lights)
+        self.bounds: tuple[FloatArray, FloatArray] = scene.bounds()
+        self.diagonal = float(np.linalg.norm(self.bounds[1] - self.bounds[0]))
+        self.flight: Flight = fly_camera.start_flight(camera or scene.camera, self.diagonal)
+        self.clock = Clock.of(analyse(scene).has_motion)
+        self._obstacles: Obstacles | None = None
+        self.tour = Tour(views_file(source, self.folder), scene.camera)
+        if self.tour.fault:
+            self.say(self.tour.fault, is_fault=True)
+        for note in scene.notes:
+            self.say(note)
+
+    def _state(self) -> dict[str, Any]:
+        """Return what `_restore` takes."""
+        state = {name: getattr(self, name) for name in self._STATE}
+        return {k: copy.copy(v) if isinstance(v, (list, Clock)) else v for k, v in state.items()}
+
+    def _restore(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+
+    def say(self, text: str, *, is_fault: bool = False, key: str = "") -> None:
+        """Show a line for a while; it replaces one of the same `key`."""
+        self.messages.say(text, is_fault=is_fault, key=key)
+
+    @property
+    def camera(self) -> Camera:
+        """The camera of the next frame."""
+        return self.tour.camera() or self.flight.camera()
+
+    @property
+    def collides(self) -> bool:
+        """Whether the camera is kept out of walls."""
+        return self._obstacles is not None
+
+    def toggle_collisions(self) -> None:
+        """Keep the camera out of walls, as they stand now, or no longer."""
+        if self._obstacles is not None:
+            self._obstacles = None
+            self.say("flies through walls")
+            return
+        try:
+            self._obstacles = Obstacles(scene_at(self.scene, self.clock.seconds))
+            self.say("stops at walls")
+        except ValueError as error:
+            self.say(str(error), is_fault=True)
+
+    def fly(self, controls: Controls, seconds: float, clearance: float | None) -> None:
+        """Let the camera move, by hand or along the path that is played.
+
+        Parameters
+        ----------
+        clearance : float or None
+            Distance of the nearest surface ahead, scene units; None: nothing is near.
+        """
+        if self.tour.played_s is not None:
+            self.tour.advance(seconds)
+            if not controls.is_idle or self.tour.has_ended:
+                self.stop_path()
+            return
+        before = self.flight
+        self.flight = fly_camera.advance(before, controls, seconds, clearance)
+        if self._obstacles is not None and self.flight.position != before.position:
+            keep_away = KEEP_AWAY * self.diagonal
+            place = self._obstacles.moved(before.position, self.flight.position, keep_away)
+            self.flight = dataclasses.replace(self.flight, position=place)
+        self.tour.record(seconds, self.flight.camera())
+
+    def stop_path(self) -> None:
+        """Go on by hand from where the path has come to."""
+        self.flight = fly_camera.jump_to(self.flight, self.camera)
+        self.tour.stop()
