@@ -11,6 +11,7 @@ import moderngl
 import numpy as np
 
 from ssdo_gl import resources
+from ssdo_gl.gpu.held_signals import held_signals
 from ssdo_gl.gpu.light_kinds import LIGHT_KINDS_FILE, light_kinds_source
 from ssdo_gl.gpu.shader_source import (
     FlatSource,
@@ -277,7 +278,10 @@ def _digest(vertex: FlatSource, fragment: FlatSource) -> str:
 
 def _link(gl: moderngl.Context, vertex: FlatSource, fragment: FlatSource) -> moderngl.Program:
     try:
-        return gl.program(vertex_shader=vertex.text, fragment_shader=fragment.text)
+        # It calls Python while it lists the uniforms, and takes an exception there, which
+        # Ctrl-C is, for a result: a segmentation fault.
+        with held_signals():
+            return gl.program(vertex_shader=vertex.text, fragment_shader=fragment.text)
     except moderngl.Error as error:
         log = str(error)
     for stage, source in (("vertex_shader", vertex), ("fragment_shader", fragment)):

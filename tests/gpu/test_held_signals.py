@@ -1,0 +1,96 @@
+"""Signals that arrive while the driver works are answered afterwards, not lost."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+
+import pytest
+
+from ssdo_gl.gpu.held_signals import held_signals
+
+# Signals at random moments of linking, which takes most of each round. Without holding
+# them, the process of the first interrupted link dies of a segmentation fault.
+INTERRUPTED_LINKS = """
+import random, signal, time
+from ssdo_gl.gpu.context import create_context
+from ssdo_gl.gpu.shader import ShaderLibrary
+
+library = ShaderLibrary(create_context().gl)
+uniforms = "".join(f"uniform float u_{i};\\n" for i in range(40))
+total = " + ".join(f"u_{i}" for i in range(40))
+
+def link(number):
+    library.fullscreen_source(
+        f"#version 330 core\\n{uniforms}layout(location = 0) out vec4 o_color;\\n"
+        f"void main() {{ o_color = vec4({total} + {number}.0); }}\\n"
+    )
+
+link(0)
+start = time.perf_counter()
+link(1)
+took = time.perf_counter() - start
+signal.signal(signal.SIGALRM, signal.default_int_handler)
+random.seed(3)
+interrupted = 0
+for number in range(2, 152):
+    try:
+        signal.setitimer(signal.ITIMER_REAL, random.uniform(0.05, 1.0) * took)
+        link(number)
+        signal.pause()
+    except KeyboardInterrupt:
+        interrupted += 1
+print(interrupted)
+"""
+
+
+def test_linking_may_be_interrupted() -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED_LINKS],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
+    assert done.returncode == 0, done.stderr
+    assert int(done.stdout) == 150
+
+
+def test_signal_is_answered_at_the_end_and_the_handler_is_back() -> None:
+    seen = []
+    before = signal.signal(signal.SIGINT, lambda number, frame: seen.append(number))
+    try:
+        handler = signal.getsignal(signal.SIGINT)
+        with held_signals():
+            signal.raise_signal(signal.SIGINT)
+            signal.raise_signal(signal.SIGINT)
+            assert seen == []
+        assert seen == [signal.SIGINT]
+        assert signal.getsignal(signal.SIGINT) is handler
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def test_interrupt_ends_the_block_as_ever() -> None:
+    with pytest.raises(KeyboardInterrupt), held_signals():
+        signal.raise_signal(signal.SIGINT)
+
+
+def test_other_threads_hold_nothing() -> None:
+    faults: list[BaseException] = []
+
+    def run() -> None:
+        try:
+            with held_signals():
+                pass
+        except BaseException as error:
+            faults.append(error)
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    thread.join()
+    assert faults == []
