@@ -36,7 +36,9 @@ from ssdo_gl.settings.resolve import resolved, settings_for
 class Renderer:
     """Renders frames of one scene on a device of its own.
 
-    Use it as a context manager; the device is released at the end.
+    Use it as a context manager; the device is released at the end. A renderer works in the
+    thread that has made it, and raises RuntimeError in others, in a forked process, and
+    once it was released.
 
     Parameters
     ----------
@@ -72,9 +74,9 @@ class Renderer:
         self.scene = scene
         self.settings = resolved(settings or Settings(), scene)
         self._owns_device = device is None
+        self._is_released = False
         self.device = device or create_context(backend)
-        # Another device may have been made, and be current, since.
-        self.device.activate()
+        self._activate()
         self._shaders = shaders or ShaderLibrary(self.device.gl)
         self._executor = Executor(self.device, self._shaders)
         self._geometry = Geometry(self.device.gl, scene)
@@ -112,16 +114,25 @@ class Renderer:
         self.release()
 
     def release(self) -> None:
-        """Free everything on the device."""
+        """Free everything on the device; a second call does nothing."""
+        if self._is_released:
+            return
         self.device.activate()
+        self._is_released = True
         self._executor.release()
         self._geometry.release()
         if self._owns_device:
             self.device.release()
 
+    def _activate(self) -> None:
+        """Make the device current: another one may have been made, or used, since."""
+        if self._is_released:
+            raise RuntimeError("this renderer was released; make another one")
+        self.device.activate()
+
     def use(self, settings: Settings) -> None:
         """Render with other settings from now on; what they leave alone stays warm."""
-        self.device.activate()
+        self._activate()
         self.settings = resolved(settings, self.scene)
 
     def use_scene(self, scene: Scene) -> None:
@@ -159,7 +170,7 @@ class Renderer:
         time_passes : bool
             Time every pass, too.
         """
-        self.device.activate()
+        self._activate()
         names = tuple(dict.fromkeys(wanted))
         self._follow(self._scene_at(seconds))
         view = self._view(camera or self.scene.camera)
@@ -211,7 +222,7 @@ class Renderer:
             A frame of another number than the last one computes all that depends on the
             view again; with the same number, what still holds is kept.
         """
-        self.device.activate()
+        self._activate()
         self._follow(self._scene_at(seconds))
         names = tuple(dict.fromkeys(wanted))
         view = self._view(camera or self.scene.camera)

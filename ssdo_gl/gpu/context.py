@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import sys
+import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from ctypes.util import find_library
@@ -15,6 +16,14 @@ from types import ModuleType, TracebackType
 from typing import Any
 
 import moderngl
+
+from ssdo_gl.gpu.context_owner import (
+    ContextOwner,
+    destroy_context,
+    destroy_dropped,
+    drop_context,
+    note_process,
+)
 
 BACKENDS = ("auto", "egl", "osmesa", "window")
 
@@ -70,12 +79,29 @@ class Device:
         self.is_software = any(name in self.renderer.lower() for name in _SOFTWARE_NAMES)
         self._close = close
         self._is_released = False
+        self._owner = ContextOwner()
+        self._finalizer: weakref.finalize[..., Device] | None = None
         # Python may drop a texture while another context is current, in which its name
         # belongs to something else; what is dropped waits for `activate`.
         gl.gc_mode = "context_gc"
 
+    def destroy_when_dropped(self) -> None:
+        """Let the context go with the device, should nobody call `release`."""
+        self._finalizer = weakref.finalize(self, drop_context, self.gl, self._close, self._owner)
+        self._finalizer.atexit = False
+
     def activate(self) -> None:
-        """Make this context the current one, and free what was dropped meanwhile."""
+        """Make this context the current one, and free what was dropped meanwhile.
+
+        Raises
+        ------
+        RuntimeError
+            If it was released, or belongs to another thread or process.
+        """
+        if self._is_released:
+            raise RuntimeError("this renderer was released; make another one")
+        self._owner.check()
+        destroy_dropped()
         self.gl.__enter__()  # type: ignore[no-untyped-call]
         # Not `gl.gc()`: it stumbles over what was released before it was dropped.
         while self.gl.objects:
@@ -87,12 +113,11 @@ class Device:
         """Destroy the context and all it holds; a second call does nothing."""
         if self._is_released:
             return
+        self._owner.check()
         self._is_released = True
-        # Objects that outlive the context must not call into it when they are dropped.
-        self.gl.gc_mode = None  # type: ignore[assignment]
-        self.gl.release()
-        if self._close is not None:
-            self._close()
+        if self._finalizer is not None:
+            self._finalizer.detach()
+        destroy_context(self.gl, self._close)
 
 
 def create_context(backend: str = "auto") -> Device:
@@ -113,6 +138,10 @@ def create_context(backend: str = "auto") -> Device:
     makers = {"egl": _create_egl, "osmesa": _create_osmesa, "window": _create_hidden_window}
     if backend not in BACKENDS:
         raise ContextError(f"no backend is called {backend!r}: choose {', '.join(BACKENDS)}")
+    try:
+        note_process()
+    except RuntimeError as error:
+        raise ContextError(str(error)) from None
     answers = []
     for name, make in makers.items():
         if backend not in ("auto", name):
@@ -241,7 +270,9 @@ def _checked(gl: moderngl.Context, backend: str, close: Callable[[], None] | Non
         version = gl.info["GL_VERSION"]
         gl.release()
         raise ContextError(f"OpenGL {version} is not a core profile")
-    return Device(gl, backend, close)
+    device = Device(gl, backend, close)
+    device.destroy_when_dropped()
+    return device
 
 
 class _GlfwUse:

@@ -106,7 +106,7 @@ class LiveRenderer(Renderer):
         progress : callable or None
             Called between passes, and within long ones; may raise to give the frame up.
         """
-        self.device.activate()
+        self._activate()
         names = tuple(dict.fromkeys((*wanted, "depth")))
         self._follow(self._scene_at(seconds))
         view = self._view(camera)
