@@ -15,7 +15,8 @@ from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.resolve import overrides_from_text, settings_for
+from ssdo_gl.settings.passes import overrides_from_text
+from ssdo_gl.settings.resolve import settings_for
 from ssdo_gl.window.controls import Controls
 from ssdo_gl.window.light_edits import with_lights
 from ssdo_gl.window.live import inspector
