@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import statistics
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
+import moderngl
 
 from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.graph.execute import PassTiming
+from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.graph.graph import Plan
+from ssdo_gl.images.surface_arrays import Image
 from ssdo_gl.planning.walk import Pipeline
 from ssdo_gl.settings import Settings
-
-Image = NDArray[np.float32]
 
 
 @dataclass(frozen=True)
@@ -52,6 +51,49 @@ class FrameTimes:
 
 
 @dataclass(frozen=True)
+class Plane:
+    """An image on the device: channels of a texture, or one number everywhere.
+
+    Attributes
+    ----------
+    texture : moderngl.Texture or None
+        The renderer's; it holds until the next frame is drawn.
+    first_channel, channels : int
+    neutral : float
+        What every channel is if there is no texture.
+    """
+
+    texture: moderngl.Texture | None
+    first_channel: int = 0
+    channels: int = 3
+    neutral: float = 0.0
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """One frame whose images are still on the device.
+
+    Attributes
+    ----------
+    planes : mapping of image name to Plane
+    view : FrameView
+    passes : tuple of PassReport
+    decisions : tuple of Decision
+    frame_ms : float
+        Until the device had finished.
+    references : mapping
+        Statistics of the Monte-Carlo passes.
+    """
+
+    planes: Mapping[str, Plane]
+    view: FrameView
+    passes: tuple[PassReport, ...]
+    decisions: tuple[Decision, ...]
+    frame_ms: float
+    references: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class RenderResult:
     """The outcome of `Renderer.render`.
 
@@ -59,6 +101,8 @@ class RenderResult:
     ----------
     images : dict of str to ndarray, shape (height, width, channels), float32
         Row 0 at the top.
+    view : FrameView
+        Through the pixels' centres.
     passes : tuple of PassReport
         Medians over the timed frames.
     frame_ms : tuple of float
@@ -75,6 +119,7 @@ class RenderResult:
     """
 
     images: dict[str, Image]
+    view: FrameView
     size: tuple[int, int]
     settings: Settings
     passes: tuple[PassReport, ...]

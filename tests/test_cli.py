@@ -312,7 +312,7 @@ def test_no_usable_opengl_is_exit_3(tmp_path, capsys, monkeypatch):
     def fail(_backend="auto"):
         raise context.ContextError("no OpenGL: install libegl1")
 
-    monkeypatch.setattr("ssdo_gl.renderer.create_context", fail)
+    monkeypatch.setattr("ssdo_gl.frame_loop.create_context", fail)
     assert main([scene_file(tmp_path), "--snapshot", str(tmp_path / "a.png"), *SMALL]) == 3
     assert "install" in capsys.readouterr().err
 

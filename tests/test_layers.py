@@ -30,7 +30,8 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("settings/passes", "images"),
     ("settings/resolve",),
     ("settings/command_line", "settings/presets", "settings/flags"),
-    ("render_result",),
+    ("render_result", "headless/progress"),
+    ("frame_loop",),
     ("renderer",),
     ("headless", "bench", "window"),
     ("cli",),
@@ -39,6 +40,14 @@ LAYERS: tuple[tuple[str, ...], ...] = (
 LEVEL = {unit: level for level, units in enumerate(LAYERS) for unit in units}
 # Run without a device, so that wiring and scenes can be tested anywhere.
 WITHOUT_OPENGL = ("scene", "graph/graph", "graph/resource", "graph/frame", "settings/settings")
+
+# Sub-folders whose modules others still import one by one.
+OPEN_FOLDERS: tuple[str, ...] = ("bench/report", "scene/formats", "scene/lights")
+# Names that two modules or two classes still share.
+SHARED_NAMES: tuple[str, ...] = (
+    *("directional", "environment", "geometry", "materials", "mesh", "presets", "registry"),
+    *("ssao", "text", "Combine", "Command", "Form", "IntArray", "Vector"),
+)
 
 MAX_FILE_LINES = 400
 MAX_FUNCTION_LINES = 70
@@ -178,6 +187,51 @@ def opengl_faults(sources: dict[str, str]) -> list[str]:
     return faults
 
 
+def inside_faults(sources: dict[str, str]) -> list[str]:
+    """Return one line for each import of a sub-folder's insides from outside of it."""
+    faults = []
+    for name, source in sources.items():
+        for target in sorted(own(imported(source), set(sources))):
+            folder = "/".join(target.split("/")[:2])
+            is_inside = target.count("/") > 1 and not target.endswith("/__init__")
+            if is_inside and folder not in OPEN_FOLDERS and not name.startswith(f"{folder}/"):
+                faults.append(f"{name} imports {target}: take it from {folder}")
+    return faults
+
+
+def module_names(sources: dict[str, str]) -> dict[str, list[str]]:
+    """Return which modules bear each name; a package's own file bears none."""
+    found: dict[str, list[str]] = {}
+    for name in sources:
+        if not name.endswith("__init__"):
+            found.setdefault(name.rpartition("/")[2], []).append(name)
+    return found
+
+
+def class_names(sources: dict[str, str]) -> dict[str, list[str]]:
+    """Return which modules define each public class or type alias (``CamelCase = ...``)."""
+    found: dict[str, list[str]] = {}
+    for module, source in sources.items():
+        for node in ast.parse(source).body:
+            name = node.name if isinstance(node, ast.ClassDef) else ""
+            if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
+                name = node.targets[0].id
+            is_camel = name[:1].isupper() and "_" not in name
+            if is_camel and (len(name) == 1 or not name.isupper()):
+                found.setdefault(name, []).append(module)
+    return found
+
+
+def name_faults(sources: dict[str, str]) -> list[str]:
+    """Return one line for each name that two modules, or two public classes, share."""
+    return [
+        f"{name} is in {' and '.join(places)}"
+        for table in (module_names(sources), class_names(sources))
+        for name, places in table.items()
+        if len(places) > 1 and name not in SHARED_NAMES
+    ]
+
+
 def size_faults(sources: dict[str, str]) -> list[str]:
     """Return one line for each file or function that is too long to be read at once."""
     faults = []
@@ -207,6 +261,14 @@ def test_formats_are_entered_by_their_package():
 
 def test_scenes_and_graph_do_not_need_opengl():
     assert opengl_faults(modules(PACKAGE)) == []
+
+
+def test_insides_of_a_folder_are_its_own():
+    assert inside_faults(modules(PACKAGE)) == []
+
+
+def test_names_tell_modules_and_classes_apart():
+    assert name_faults(modules(PACKAGE)) == []
 
 
 def test_files_and_functions_stay_readable():
@@ -244,6 +306,10 @@ def test_oracles_are_independent_of_the_package():
         (opengl_faults, {"scene/a": "import moderngl"}),
         (opengl_faults, {"graph/graph": "from ssdo_gl.graph import x",
                          "graph/x": "import moderngl"}),
+        (inside_faults, {"window/a": "from ssdo_gl.window.live.b import c", "window/live/b": ""}),
+        (inside_faults, {"window/a": "from ssdo_gl.window.live import b", "window/live/b": ""}),
+        (name_faults, {"gpu/a": "", "scene/a": ""}),
+        (name_faults, {"gpu/a": "class Twin: ...", "scene/b": "Twin = int"}),
         (size_faults, {"a": "\n" * (MAX_FILE_LINES + 1)}),
         (size_faults, {"a": "def f():\n" + "    x = 1\n" * MAX_FUNCTION_LINES}),
     ],
@@ -266,6 +332,12 @@ def test_each_rule_finds_its_fault(check, sources):
                          "scene/formats/model": ""}),
         (opengl_faults, {"scene/a": "if TYPE_CHECKING:\n    import moderngl"}),
         (opengl_faults, {"gpu/a": "import moderngl"}),
+        (inside_faults, {"window/a": "from ssdo_gl.window.live import b",
+                         "window/live/__init__": "", "window/live/c": ""}),
+        (inside_faults, {"window/live/a": "from ssdo_gl.window.live.b import c",
+                         "window/live/b": ""}),
+        (name_faults, {"gpu/a": "class One: ...\nTWO = 1", "scene/b": "TWO = 1\nclass _One: ..."}),
+        (name_faults, {"gpu/__init__": "", "scene/__init__": ""}),
         (size_faults, {"a": "\n" * MAX_FILE_LINES}),
     ],
 )  # fmt: skip

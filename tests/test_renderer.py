@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import ssdo_gl
-from ssdo_gl.renderer import Renderer, jitter
+from ssdo_gl.frame_loop import jitter
+from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError

@@ -1,6 +1,6 @@
 #version 330 core
 // One image of the renderer as colours on a screen. What is bound is a sum of frames or
-// a single one; KIND says what its numbers mean (`ssdo_gl/window/views.py` has the names).
+// a single one; KIND says what its numbers mean (`ssdo_gl/images/display.py` has the names).
 #include "lib/color.glsl"
 #include "lib/octahedral.glsl"
 

@@ -14,7 +14,6 @@ from ssdo_gl.bench.bootstrap import rmse_of
 from ssdo_gl.bench.errors import Judged, Scalars, judge, render_seeds
 from ssdo_gl.bench.panels import ErrorPanel, all_aovs, error_panels, panel_named
 from ssdo_gl.bench.points import Point, screen_space_method
-from ssdo_gl.bench.progress import BenchProgress
 from ssdo_gl.bench.reference_cache import (
     Accumulator,
     Goal,
@@ -22,6 +21,7 @@ from ssdo_gl.bench.reference_cache import (
     ReferenceCache,
     obtain,
 )
+from ssdo_gl.headless.progress import StageProgress
 from ssdo_gl.images.error import Mask
 from ssdo_gl.settings import Settings
 
@@ -88,7 +88,7 @@ def converged_march(kind: str) -> Point:
     return Point(kind, "limit", screen_space_method(kind), "march", 1024, 32, 1.0, "none")
 
 
-def make_references(request: ReferenceRequest, progress: BenchProgress) -> ReferenceSet:
+def make_references(request: ReferenceRequest, progress: StageProgress) -> ReferenceSet:
     """Return references, refined as far as they must be, and the converged march."""
     found = ReferenceSet({}, {}, {})
     for kind in request.kinds:
@@ -110,7 +110,7 @@ def make_references(request: ReferenceRequest, progress: BenchProgress) -> Refer
 
 
 def make_reference(
-    panel: ErrorPanel, request: ReferenceRequest, limit: Sequence[Images], progress: BenchProgress
+    panel: ErrorPanel, request: ReferenceRequest, limit: Sequence[Images], progress: StageProgress
 ) -> tuple[Reference, Scalars]:
     """Refine a panel's reference until it is worth ten times the error of the `limit`."""
     settings = dataclasses.replace(request.base, method=panel.method, spp=request.batch_spp)

@@ -29,7 +29,6 @@ from ssdo_gl.bench.fingerprint import fingerprint, scene_fingerprint, shader_fin
 from ssdo_gl.bench.machine import describe_machine
 from ssdo_gl.bench.panels import all_aovs, error_panels
 from ssdo_gl.bench.points import Point, read_grid
-from ssdo_gl.bench.progress import BenchProgress, bench_progress
 from ssdo_gl.bench.references import (
     ReferenceRequest,
     ReferenceSet,
@@ -48,6 +47,7 @@ from ssdo_gl.bench.storage import (
     replace_json,
 )
 from ssdo_gl.gpu.context import create_context
+from ssdo_gl.headless.progress import StageProgress, stage_progress
 from ssdo_gl.images.error import Mask
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
@@ -146,7 +146,7 @@ def run_bench(
     claim_folder(outdir)
     device = create_context(backend)
     try:
-        with bench_progress(quiet=quiet) as progress, Renderer(scene, settings, device=device) as r:
+        with stage_progress(quiet=quiet) as progress, Renderer(scene, settings, device=device) as r:
             base = dataclasses.replace(r.settings, antialias=1, estimator=None, max_error=None)
             machine = describe_machine(device, r.timer_kind, command)
             run = BenchRun(BenchRenderer(r), base, points, plan, quick, outdir, progress, camera)
@@ -176,7 +176,7 @@ class BenchRun:
         plan: BenchPlan,
         quick: bool,
         outdir: Path,
-        progress: BenchProgress,
+        progress: StageProgress,
         camera: Camera | None = None,
     ) -> None:
         self.renderer = renderer

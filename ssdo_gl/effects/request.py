@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from ssdo_gl.effects.decisions import Decided, Decision
 from ssdo_gl.planning.content import SceneContent, simplest_environment
-from ssdo_gl.planning.view import Sight
+from ssdo_gl.planning.view import ViewFacts
 from ssdo_gl.scene.environment import Environment
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.settings import Settings
@@ -66,7 +66,7 @@ class Request:
         With its radius filled in. ``effects="full"`` takes no notice of content and view.
     wanted : sequence of str
         Image names, or ``display``.
-    view : Sight or None
+    view : ViewFacts or None
         What is known of the view; without it, the view rules nothing out.
     pass_settings : mapping of str to type
         The settings classes of all passes, by pass name.
@@ -88,7 +88,7 @@ class Request:
         content: SceneContent,
         settings: Settings,
         wanted: Sequence[str],
-        view: Sight | None = None,
+        view: ViewFacts | None = None,
         pass_settings: Mapping[str, type[Any]] | None = None,
     ) -> None:
         assert settings.radius is not None, "the renderer fills the radius in"

@@ -16,7 +16,7 @@ from ssdo_gl.effects.effect import Effect, ReasonedPass
 from ssdo_gl.effects.request import Request
 from ssdo_gl.effects.shadow_settings import ShadowMapSettings, tile_size
 from ssdo_gl.gpu.draw_group import Features
-from ssdo_gl.gpu.instances import Eye
+from ssdo_gl.gpu.instances import CameraPose
 from ssdo_gl.gpu.shader import Program
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.graph.depth_range import depth_uniforms, far_plane, wide_depth_range
@@ -147,7 +147,7 @@ def _draw_face(
     scale: float,
 ) -> None:
     rotation = VIEW_FROM_FACE @ FACE_FROM_LIGHT[face] @ frame.light_from_world
-    eye = Eye(origin_ws, rotation)
+    eye = CameraPose(origin_ws, rotation)
     half_size = (frame.half_size[0] * scale, frame.half_size[1] * scale)
     if frame.is_parallel:
         clip_from_view = parallel_projection(half_size, frame.depth)

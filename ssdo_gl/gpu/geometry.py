@@ -24,7 +24,7 @@ from ssdo_gl.gpu.draw_group import (
     grouped,
     material_uniforms,
 )
-from ssdo_gl.gpu.instances import Eye, Viewpoint, gather
+from ssdo_gl.gpu.instances import CameraPose, Viewpoint, gather
 from ssdo_gl.gpu.material_textures import MaterialTextures
 from ssdo_gl.gpu.shader import Program
 from ssdo_gl.gpu.vertices import VertexStreams, vertex_streams
@@ -32,7 +32,7 @@ from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.mesh import Mesh
 from ssdo_gl.scene.scene import Scene
 
-__all__ = ["Eye", "Geometry", "Viewpoint"]
+__all__ = ["CameraPose", "Geometry", "Viewpoint"]
 
 
 class Geometry:

@@ -36,7 +36,7 @@ class Viewpoint(Protocol):
 
 
 @dataclass(frozen=True)
-class Eye:
+class CameraPose:
     """The plainest `Viewpoint`: a light, or a face of its shadow map."""
 
     position_ws: FloatArray
@@ -116,7 +116,7 @@ class Instances:
         """Return corners (low, high) of all instances in a world frame with these axes."""
         if len(self.lights) == 0:
             return np.zeros(3), np.zeros(3)
-        _, center, half = self.boxes(Eye(np.zeros(3), axes))
+        _, center, half = self.boxes(CameraPose(np.zeros(3), axes))
         return (center - half).min(axis=0), (center + half).max(axis=0)
 
     def near_far(

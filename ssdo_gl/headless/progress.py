@@ -1,37 +1,84 @@
-"""Progress of long work: shown on a terminal, silent in a pipe."""
+"""Progress of long work: bars with remaining time on a terminal, a line a stage elsewhere."""
 
 from __future__ import annotations
 
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import (
+    BarColumn,
+    Progress,
+    TaskID,
+    TaskProgressColumn,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 
 from ssdo_gl.graph.render_pass import ProgressCallback
 
 
+class StageProgress:
+    """Shows how far each stage is; does nothing without a console."""
+
+    def __init__(self, console: Console | None, bars: Progress | None) -> None:
+        self._console = console
+        self._bars = bars
+        self._tasks: dict[str, TaskID] = {}
+        self._said: set[str] = set()
+        self._start = time.perf_counter()
+
+    def steps(self, stage: str, done: int, total: int) -> None:
+        """Show that `done` of `total` steps of `stage` are done."""
+        self.share(stage, stage, done / max(total, 1))
+
+    def share(self, stage: str, text: str, share: float) -> None:
+        """Show that a share of `stage`, [0, 1], is done."""
+        if self._bars is not None:
+            if stage not in self._tasks:
+                self._tasks[stage] = self._bars.add_task(text, total=1.0)
+            self._bars.update(self._tasks[stage], completed=min(share, 1.0), description=text)
+        elif self._console is not None and stage not in self._said:
+            self._said.add(stage)
+            elapsed = time.perf_counter() - self._start
+            self._console.print(f"{elapsed:6.1f} s  {stage} ...", markup=False)
+
+    def say(self, text: str) -> None:
+        """Print a line."""
+        if self._console is not None:
+            self._console.print(text, markup=False)
+
+
 @contextmanager
-def progress_on_terminal(*, quiet: bool) -> Iterator[ProgressCallback | None]:
-    """Yield a callback that draws bars with remaining time on stderr, or None."""
-    if quiet or not sys.stderr.isatty():
-        yield None
+def stage_progress(*, quiet: bool) -> Iterator[StageProgress]:
+    """Yield a `StageProgress` on standard error."""
+    if quiet:
+        yield StageProgress(None, None)
+        return
+    console = Console(stderr=True, highlight=False, soft_wrap=True)
+    if not console.is_terminal:
+        yield StageProgress(console, None)
         return
     bars = Progress(
         TextColumn("{task.description}"),
         BarColumn(),
-        MofNCompleteColumn(),
+        TaskProgressColumn(),
+        TimeElapsedColumn(),
         TimeRemainingColumn(),
-        console=Console(stderr=True),
-        transient=True,
+        console=console,
     )
-    tasks = {}
-
-    def report(what: str, done: int, total: int) -> None:
-        if what not in tasks:
-            tasks[what] = bars.add_task(what, total=total)
-        bars.update(tasks[what], completed=done, total=total)
-
     with bars:
-        yield report
+        yield StageProgress(console, bars)
+
+
+@contextmanager
+def progress_on_terminal(*, quiet: bool) -> Iterator[ProgressCallback | None]:
+    """Yield a callback that draws bars on standard error, or None where it is no terminal."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    with stage_progress(quiet=quiet) as progress:
+        yield None if quiet else progress.steps

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from numpy.typing import ArrayLike
 from rich.console import Console
 from rich.markup import escape
 
@@ -89,7 +90,7 @@ def take_snapshot(request: SnapshotRequest) -> RenderResult:
             explanation = explain(renderer, result, request.camera, request.seconds)
         stats = stats_of(renderer, explanation)
     if request.out is not None:
-        write_images(request.out, request.wanted, result, stats)
+        write_images(request.out, request.wanted, result, stats, request.scene)
     if request.stats is not None:
         write_atomically(request.stats, (json.dumps(stats, indent=2) + "\n").encode())
     if result.partial:
@@ -111,7 +112,7 @@ def _resources_wanted(aovs: tuple[str, ...], as_picture: bool) -> tuple[str, ...
 
 
 def write_images(
-    out: Path, aovs: tuple[str, ...], result: RenderResult, meta: dict[str, Any]
+    out: Path, aovs: tuple[str, ...], result: RenderResult, meta: dict[str, Any], scene: Scene
 ) -> None:
     """Write what was rendered to `out`; several pictures become ``stem-name.png``."""
     suffix = out.suffix.lower()
@@ -126,8 +127,15 @@ def write_images(
         if name == "beauty":
             pixels = picture_of("display", result.images["display"])
         else:
-            pixels = picture_of(name, result.images[name])
+            pixels = picture_of(name, result.images[name], extent_of(name, scene, result))
         write_atomically(path, png_bytes(pixels))
+
+
+def extent_of(name: str, scene: Scene, result: RenderResult) -> tuple[ArrayLike, ArrayLike] | None:
+    """Return between which values a picture of `name` is spread: as in the window."""
+    if name == "position_ws":
+        return scene.bounds()
+    return (result.view.near, result.view.far) if name == "depth" else None
 
 
 def meta_without_times(stats: dict[str, Any]) -> dict[str, Any]:

@@ -7,17 +7,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.floating[Any]]
+_Floats = NDArray[np.floating[Any]]
 
 
-def srgb_from_linear(linear: FloatArray) -> NDArray[np.float64]:
+def srgb_from_linear(linear: _Floats) -> NDArray[np.float64]:
     """Return sRGB-encoded values of scene-linear ones, both in [0, 1]."""
     # The floor keeps the power of the branch that is not taken defined at zero.
     curved = 1.055 * np.maximum(linear, 1e-12) ** (1 / 2.4) - 0.055
     return np.where(linear <= 0.0031308, 12.92 * linear, curved).astype(np.float64)
 
 
-def linear_from_srgb(encoded: FloatArray) -> NDArray[np.float64]:
+def linear_from_srgb(encoded: _Floats) -> NDArray[np.float64]:
     """Return scene-linear values of sRGB-encoded ones, both in [0, 1]."""
     curved = ((encoded + 0.055) / 1.055) ** 2.4
     return np.where(encoded <= 0.04045, encoded / 12.92, curved).astype(np.float64)

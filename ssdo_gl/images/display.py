@@ -1,41 +1,92 @@
-"""Turns any AOV into an 8-bit picture a person can look at."""
+"""How the numbers of each AOV become colours: on a screen and in a file."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from enum import IntEnum
+
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ssdo_gl.images.color import srgb_from_linear
 
+# Tells the farthest surface from the background.
+FAINTEST = 0.1
 
-def picture_of(name: str, image: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """Return an 8-bit RGB picture of the AOV `name`.
 
-    Normals map [-1, 1] to [0, 1]; depth and position are stretched over what the
-    image holds (near = bright); visibility is shown as it is (1 = white); radiance is
-    clipped at 1; ``display`` is sRGB-encoded already. Normals, positions and depth are
-    data and are not sRGB-encoded.
+class ColorMapping(IntEnum):
+    """How an image turns into colours; the numbers are KIND in ``window/present.frag``.
+
+    DISPLAY is sRGB-encoded already; RADIANCE is clipped at 1; VISIBILITY and ALBEDO are
+    shown as they are. NORMAL maps [-1, 1] to [0, 1]; POSITION and DEPTH are stretched
+    over a range (near = bright). These three are data and are not sRGB-encoded.
+    """
+
+    DISPLAY = 0
+    RADIANCE = 1
+    VISIBILITY = 2
+    ALBEDO = 3
+    NORMAL = 4
+    POSITION = 5
+    DEPTH = 6
+
+
+# The beauty is shown by the tone mapper's ``display``; whatever is not here is a radiance.
+COLOR_MAPPINGS: Mapping[str, ColorMapping] = {
+    "beauty": ColorMapping.DISPLAY,
+    "display": ColorMapping.DISPLAY,
+    "visibility": ColorMapping.VISIBILITY,
+    "albedo": ColorMapping.ALBEDO,
+    "normal_ws": ColorMapping.NORMAL,
+    "position_ws": ColorMapping.POSITION,
+    "depth": ColorMapping.DEPTH,
+}
+
+
+def color_mapping(aov: str) -> ColorMapping:
+    """Return how the picture of an AOV is made."""
+    return COLOR_MAPPINGS.get(aov, ColorMapping.RADIANCE)
+
+
+def picture_of(
+    name: str,
+    image: NDArray[np.float32],
+    extent: tuple[ArrayLike, ArrayLike] | None = None,
+) -> NDArray[np.uint8]:
+    """Return an 8-bit RGB picture of an image, as `ColorMapping` says and the window shows.
+
+    Parameters
+    ----------
+    name : str
+        AOV, or ``display``.
+    extent : (array_like, array_like) or None
+        Values between which depth and position are spread: near and far, or the corners
+        of the scene. None: what the image holds.
     """
     values = np.nan_to_num(image.astype(np.float64), nan=0.0, posinf=1e30, neginf=-1e30)
-    if name == "normal_ws":
+    mapping = color_mapping(name)
+    if mapping is ColorMapping.NORMAL:
         covered = np.any(values != 0.0, axis=2, keepdims=True)
         return _to_bytes(np.where(covered, 0.5 + 0.5 * values, 0.0))
-    if name in ("depth", "position_ws"):
-        return _to_bytes(_stretched(values, invert=name == "depth"))
+    if mapping in (ColorMapping.DEPTH, ColorMapping.POSITION):
+        return _to_bytes(_stretched(values, extent, invert=mapping is ColorMapping.DEPTH))
     if name == "display":
         return _to_bytes(values[:, :, :3])
     return _to_bytes(srgb_from_linear(np.clip(values[:, :, :3], 0.0, 1.0)))
 
 
-def _stretched(values: NDArray[np.float64], *, invert: bool) -> NDArray[np.float64]:
+def _stretched(
+    values: NDArray[np.float64], extent: tuple[ArrayLike, ArrayLike] | None, *, invert: bool
+) -> NDArray[np.float64]:
     covered = np.any(values != 0.0, axis=2)
     if not covered.any():
         return np.zeros_like(values)
-    low, high = values[covered].min(axis=0), values[covered].max(axis=0)
+    if extent is None:
+        extent = values[covered].min(axis=0), values[covered].max(axis=0)
+    low, high = (np.asarray(end, np.float64) for end in extent)
     span = np.where(high > low, high - low, 1.0)
-    unit = (values - low) / span
-    # A floor of 0.1 tells the farthest surface from the background.
-    unit = 0.1 + 0.9 * (1.0 - unit if invert else unit)
+    unit = np.clip((values - low) / span, 0.0, 1.0)
+    unit = FAINTEST + (1.0 - FAINTEST) * (1.0 - unit if invert else unit)
     return np.where(covered[:, :, None], unit, 0.0)
 
 

@@ -14,7 +14,7 @@ from ssdo_gl.graph.graph import Plan, compile_graph
 from ssdo_gl.planning.bodies import Bodies, bodies_of
 from ssdo_gl.planning.content import SceneContent, analyse, simplest_environment
 from ssdo_gl.planning.shadows import COARSEST_MAP
-from ssdo_gl.planning.view import Company, Sight, company_of, seen_bodies, sight_of
+from ssdo_gl.planning.view import Neighbours, ViewFacts, neighbours_of, seen_bodies, view_facts
 from ssdo_gl.planning.walk import Pipeline, build, decide
 from ssdo_gl.scene.environment import Environment
 from ssdo_gl.scene.lights import BLACK, Light
@@ -50,7 +50,7 @@ class Planner:
         self._last: tuple[tuple[object, ...], object, FramePlan] | None = None
         self._content: tuple[Scene, SceneContent] | None = None
         self._bodies: tuple[tuple[object, ...], Bodies] | None = None
-        self._company: tuple[tuple[object, ...], Company] | None = None
+        self._neighbours: tuple[tuple[object, ...], Neighbours] | None = None
         self._plans: dict[tuple[tuple[str, ...], Decided], tuple[Pipeline, Plan]] = {}
         self._plans_for: tuple[object, ...] = ()
         self._mapped: tuple[tuple[object, ...], frozenset[int]] = ((), frozenset())
@@ -85,10 +85,10 @@ class Planner:
         if last is not None and _identical(last[0], same) and last[1] == view_key:
             return last[2]
         content = self.content(scene)
-        sight = None
+        facts = None
         if view is not None and settings.effects == "auto" and not settings.is_reference:
-            sight = self._sight(moved, settings, view)
-        request = Request(scene, content, settings, wanted, sight)
+            facts = self._facts(moved, settings, view)
+        request = Request(scene, content, settings, wanted, facts)
         decided = decide(request)
         pipeline, graph = self._passes(request, decided)
         planned = FramePlan(pipeline, graph, self._lean(moved, decided), decided)
@@ -101,21 +101,21 @@ class Planner:
             self._content = scene, analyse(scene)
         return self._content[1]
 
-    def _sight(self, scene: Scene, settings: Settings, view: FrameView) -> Sight:
+    def _facts(self, scene: Scene, settings: Settings, view: FrameView) -> ViewFacts:
         parts = (scene.objects, scene.meshes, scene.materials)
         if self._bodies is None or not _identical(self._bodies[0], parts):
             self._bodies = parts, bodies_of(scene)
         bodies = self._bodies[1]
         seen = seen_bodies(bodies, view)
-        known = self._company
+        known = self._neighbours
         # A camera that moves mostly keeps the same bodies in view.
         same = (bodies, *scene.lights)
         if known is None or not _identical(known[0], same) or list(known[1].seen) != list(seen):
-            known = self._company = same, company_of(bodies, seen, scene.lights)
-        sight = sight_of(bodies, known[1], view)
-        return dataclasses.replace(sight, shadows=self._shadows(scene, settings, sight))
+            known = self._neighbours = same, neighbours_of(bodies, seen, scene.lights)
+        facts = view_facts(bodies, known[1], view)
+        return dataclasses.replace(facts, shadows=self._shadows(scene, settings, facts))
 
-    def _shadows(self, scene: Scene, settings: Settings, sight: Sight) -> tuple[bool, ...]:
+    def _shadows(self, scene: Scene, settings: Settings, facts: ViewFacts) -> tuple[bool, ...]:
         """Return for which lights a shadow must be looked for.
 
         A map that was needed once is kept for as long as lights and casters stand still:
@@ -123,7 +123,7 @@ class Planner:
         """
         key = (scene.objects, scene.lights)
         known = self._mapped[1] if _identical(self._mapped[0], key) else frozenset()
-        needed = frozenset(i for i, possible in enumerate(sight.shadows) if possible)
+        needed = frozenset(i for i, possible in enumerate(facts.shadows) if possible)
         self._mapped = key, known | needed
         chosen = self._mapped[1]
         maps = overridden(settings, "shadow_map", ShadowMapSettings())

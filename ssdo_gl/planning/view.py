@@ -62,7 +62,7 @@ class Eye(Protocol):
 
 
 @dataclass(frozen=True)
-class Sight:
+class ViewFacts:
     """Facts about one view of a scene. Everything is conservative: in doubt, it matters.
 
     Attributes
@@ -100,7 +100,7 @@ def seen_bodies(bodies: Bodies, eye: Eye) -> IntArray:
 
 
 @dataclass(frozen=True, eq=False)
-class Company:
+class Neighbours:
     """What holds wherever the eye is, as long as the same bodies are in view.
 
     Attributes
@@ -111,7 +111,7 @@ class Company:
         No body that is not flat in one plane with another is nearer to it than this;
         inf for a single one, 0 where nothing can be said.
     reaches, shadows
-        As in `Sight`.
+        As in `ViewFacts`.
     """
 
     seen: IntArray
@@ -120,29 +120,29 @@ class Company:
     shadows: tuple[bool, ...]
 
 
-def company_of(bodies: Bodies, seen: IntArray, lights: Sequence[Light]) -> Company:
+def neighbours_of(bodies: Bodies, seen: IntArray, lights: Sequence[Light]) -> Neighbours:
     """Return what can be said of the bodies `seen` and of the lights."""
     reaches = tuple(can_reach(light, bodies, seen) for light in lights)
     shadows = tuple(
         reached and light.shadow == "map" and shadow_is_possible(light, number, bodies, seen)
         for number, (light, reached) in enumerate(zip(lights, reaches, strict=True))
     )
-    return Company(seen, smallest_gap(bodies, seen), reaches, shadows)
+    return Neighbours(seen, smallest_gap(bodies, seen), reaches, shadows)
 
 
-def sight_of(bodies: Bodies, company: Company, eye: Eye) -> Sight:
-    """Return what can be said of the view from `eye` of the bodies in `company`."""
+def view_facts(bodies: Bodies, neighbours: Neighbours, eye: Eye) -> ViewFacts:
+    """Return what can be said of the view from `eye` of the bodies that are `neighbours.seen`."""
     pixel = 2.0 * eye.tan_half_fov[1] / eye.size[1]
-    seen = company.seen
-    return Sight(
+    seen = neighbours.seen
+    return ViewFacts(
         is_empty=len(seen) == 0,
-        open_distance=open_distance(bodies, company, eye.position_ws),
+        open_distance=open_distance(bodies, neighbours, eye.position_ws),
         only_solids=bool(np.all(bodies.form[seen] == SOLID_BOX)),
         nearest_pixel=pixel * eye.near,
         farthest_pixel=pixel * eye.far,
         slant=math.hypot(1.0, *eye.tan_half_fov),
-        reaches=company.reaches,
-        shadows=company.shadows,
+        reaches=neighbours.reaches,
+        shadows=neighbours.shadows,
     )
 
 
@@ -169,22 +169,22 @@ def can_reach(light: Light, bodies: Bodies, seen: IntArray) -> bool:
     )
 
 
-def open_distance(bodies: Bodies, company: Company, eye_ws: FloatArray) -> float:
+def open_distance(bodies: Bodies, neighbours: Neighbours, eye_ws: FloatArray) -> float:
     """Return how near to a visible surface anything above its tangent plane can be.
 
     A solid box seen from outside has nothing of its own above any visible tangent
     plane, nor has a flat sheet. So only other bodies count, and they are no nearer than
     the gap between the boxes; flat sheets in one plane do not count for each other.
     """
-    if company.gap <= 0.0:
+    if neighbours.gap <= 0.0:
         return 0.0
-    solids = company.seen[bodies.form[company.seen] == SOLID_BOX]
+    solids = neighbours.seen[bodies.form[neighbours.seen] == SOLID_BOX]
     inside = any(bodies.holds(int(body), eye_ws) for body in solids)
-    return 0.0 if inside else company.gap
+    return 0.0 if inside else neighbours.gap
 
 
 def smallest_gap(bodies: Bodies, seen: IntArray) -> float:
-    """Return `Company.gap` of the bodies `seen`."""
+    """Return `Neighbours.gap` of the bodies `seen`."""
     if len(seen) > MOST_COMPARED or np.any(bodies.form[seen] == ANY):
         return 0.0
     first, second = np.triu_indices(len(seen), 1)

@@ -14,9 +14,9 @@ from ssdo_gl.scene.scene import SceneError
 from ssdo_gl.settings.command_line import command_line
 from ssdo_gl.settings.fields import SettingError, values
 from ssdo_gl.settings.presets import is_preset, preset_fields, write_preset
-from ssdo_gl.window.camera import fly_camera
+from ssdo_gl.window.camera import focus_on, glide_to, go_home, set_pivot
 from ssdo_gl.window.input_map import Action, Command
-from ssdo_gl.window.live.live_image import REFINE_FRAMES
+from ssdo_gl.window.live import REFINE_FRAMES
 from ssdo_gl.window.screenshot import free_stem, save_screenshot
 from ssdo_gl.window.viewer import Viewer
 from ssdo_gl.window.views import METHOD_LABELS
@@ -130,16 +130,16 @@ def view_command(viewer: Viewer, out: str = "view.png") -> str:
 def _focus(viewer: Viewer, host: Host, number: int) -> None:
     point = viewer.pick(host.cursor_uv())
     if point is not None:
-        viewer.flight = fly_camera.focus_on(viewer.flight, point)
+        viewer.flight = focus_on(viewer.flight, point)
 
 
 def _orbit(viewer: Viewer, host: Host, number: int) -> None:
-    viewer.flight = fly_camera.set_pivot(viewer.flight, viewer.pick(host.cursor_uv()))
+    viewer.flight = set_pivot(viewer.flight, viewer.pick(host.cursor_uv()))
 
 
 def _home(viewer: Viewer, host: Host, number: int) -> None:
     viewer.tour.stop()
-    viewer.flight = fly_camera.go_home(viewer.flight)
+    viewer.flight = go_home(viewer.flight)
 
 
 def _collide(viewer: Viewer, host: Host, number: int) -> None:
@@ -251,7 +251,7 @@ def _recall(viewer: Viewer, host: Host, number: int) -> None:
         viewer.say(f"no bookmark {number}: keep one with Ctrl+{number}")
         return
     viewer.tour.stop()
-    viewer.flight = fly_camera.glide_to(viewer.flight, camera)
+    viewer.flight = glide_to(viewer.flight, camera)
 
 
 def _record(viewer: Viewer, host: Host, number: int) -> None:
@@ -291,7 +291,7 @@ def _host(call: Callable[[Host], object]) -> Callable[[Viewer, Host, int], None]
 
 
 def _nothing(viewer: Viewer, host: Host, number: int) -> None:
-    """The hands themselves have taken note of it."""
+    """The input map itself has taken note of it."""
 
 
 _ACTIONS: dict[Command, Callable[[Viewer, Host, int], None]] = {

@@ -1,4 +1,4 @@
-"""The hand on the line between two methods."""
+"""Drags the line between two methods."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """From keys, mouse and gamepad to controls and commands: the one table of bindings.
 
-Takes GLFW's numbers but calls nothing of GLFW, so that a test can be the hands.
+Takes GLFW's numbers but calls nothing of GLFW, so that a test can press keys.
 """
 
 from __future__ import annotations
@@ -11,8 +11,7 @@ from enum import StrEnum
 
 import glfw
 
-from ssdo_gl.window.camera.orientation import Vector
-from ssdo_gl.window.controls import Controls
+from ssdo_gl.window.camera import Controls, Vector
 
 # 400 px of mouse turn the view by about 60 degrees: a flick of the wrist.
 RADIANS_PER_PX = 0.0025
@@ -234,11 +233,11 @@ class InputMap:
             moved[1] += delta[1]
 
     def cursor_jumped(self, x: float, y: float) -> None:
-        """Note a position that no hand has moved to (capture, another window)."""
+        """Note a position that no mouse movement has led to (capture, another window)."""
         self.cursor_px = (x, y)
 
     def scroll(self, notches: float) -> None:
-        """Take the wheel; positive is away from the hand."""
+        """Take the wheel; positive is away from the user."""
         self._notches += notches
 
     def focus_lost(self) -> None:

@@ -8,14 +8,15 @@ import moderngl
 from imgui_bundle import ImVec2, imgui
 
 from ssdo_gl.gpu.context import Device
+from ssdo_gl.images.display import ColorMapping
 from ssdo_gl.window.actions import Host
 from ssdo_gl.window.imgui_backend import ImguiBackend
 from ssdo_gl.window.input_map import help_rows
-from ssdo_gl.window.live.inspector import inspect, shown_values
-from ssdo_gl.window.panel.panel import Panel, panel_width
+from ssdo_gl.window.live import inspect, shown_values
+from ssdo_gl.window.panel import Panel, panel_width
 from ssdo_gl.window.presenter import error_color
 from ssdo_gl.window.viewer import Viewer
-from ssdo_gl.window.views import METHOD_LABELS, Kind
+from ssdo_gl.window.views import METHOD_LABELS
 
 # In a window narrower than this, the panel would cover half of the picture.
 NARROW = 720.0
@@ -119,17 +120,17 @@ class Overlay(ImguiBackend):
             f"{METHOD_LABELS[viewer.view.method]}, {viewer.view.aov}   "
             f"{size[0]} x {size[1]}   {state}"
         )
-        if viewer.look_out.alarm is None:
+        if viewer.monitor.alarm is None:
             # Known beforehand: a window that measures itself is a frame late, and a frame
             # may take a second.
             imgui.set_next_window_content_size(imgui.calc_text_size(text))
         _place(_MARGIN, _MARGIN)
         imgui.begin("status", None, _SEE_THROUGH)
         imgui.text(text)
-        if viewer.look_out.alarm is not None:
-            x, y = viewer.look_out.alarm.pixel
+        if viewer.monitor.alarm is not None:
+            x, y = viewer.monitor.alarm.pixel
             imgui.text_colored(
-                _FAULT, f"{viewer.look_out.alarm.count} pixels are no numbers, from ({x}, {y}) on"
+                _FAULT, f"{viewer.monitor.alarm.count} pixels are not finite, from ({x}, {y}) on"
             )
         imgui.end()
 
@@ -177,10 +178,10 @@ class Overlay(ImguiBackend):
         )
         imgui.begin("legend", None, _SEE_THROUGH)
         other = METHOD_LABELS[view.other_method]
-        unit = "" if view.kind is Kind.VISIBILITY else " %"
-        ends = view.error_range if view.kind is Kind.VISIBILITY else 100.0 * view.error_range
+        unit = "" if view.kind is ColorMapping.VISIBILITY else " %"
+        ends = view.error_range * (100.0 if unit else 1.0)
         imgui.text(f"{METHOD_LABELS[view.method]} against {other}")
-        monitor = self._viewer.look_out
+        monitor = self._viewer.monitor
         if monitor.error is not None:
             imgui.same_line()
             so_far = "" if monitor.is_error_final else " so far"
@@ -225,7 +226,7 @@ class Overlay(ImguiBackend):
         for line in lines:
             imgui.text_unformatted(line)
         if not reading.is_finite:
-            imgui.text_colored(_FAULT, "no number")
+            imgui.text_colored(_FAULT, "not finite")
         imgui.end_tooltip()
 
     def _help(self, window_size: tuple[int, int]) -> None:

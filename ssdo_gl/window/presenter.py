@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.shader import Program, ShaderLibrary
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.images.display import ColorMapping
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.window.live.live_image import LiveImage
-from ssdo_gl.window.live.live_renderer import Plane
-from ssdo_gl.window.views import Kind, View
+from ssdo_gl.render_result import Plane
+from ssdo_gl.window.live import LiveImage
+from ssdo_gl.window.views import View
 
 # Width of the divider's line, pixels of the framebuffer.
 DIVIDER_PX = 2
@@ -61,7 +62,7 @@ class Presenter:
         left: LiveImage,
         right: LiveImage | None,
         *,
-        kinds: tuple[Kind, Kind],
+        kinds: tuple[ColorMapping, ColorMapping],
         bounds: tuple[FloatArray, FloatArray],
         exposure: float,
         curve: str = "plain",
@@ -74,7 +75,7 @@ class Presenter:
             Pixels of the window's framebuffer.
         left, right : LiveImage
             Both drawn at least once; `right` if the view compares.
-        kinds : (Kind, Kind)
+        kinds : (ColorMapping, ColorMapping)
             How the numbers of left and right become colours.
         bounds : (ndarray, ndarray)
             Corners of the scene, world space.
@@ -133,7 +134,7 @@ class Presenter:
     def _draw_image(
         self,
         image: LiveImage,
-        kind: Kind,
+        kind: ColorMapping,
         region: tuple[int, int, int, int],
         bounds: tuple[FloatArray, FloatArray],
         exposure: float,
@@ -162,7 +163,7 @@ class Presenter:
 
     def _draw_error(self, view: View, left: LiveImage, right: LiveImage, exposure: float) -> None:
         assert self.picture is not None
-        defines = {"KIND": int(view.kind == Kind.VISIBILITY)}
+        defines = {"KIND": int(view.kind == ColorMapping.VISIBILITY)}
         program = self._shaders.fullscreen("window/error_colors.frag", defines)
         plane, texture = self._plane(left)
         other_plane, other_texture = self._plane(right)

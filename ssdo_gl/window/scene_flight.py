@@ -16,12 +16,17 @@ from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.window.animation_clock import Clock
-from ssdo_gl.window.camera import fly_camera
-from ssdo_gl.window.camera.bookmarks import views_file
-from ssdo_gl.window.camera.collisions import KEEP_AWAY, Obstacles
-from ssdo_gl.window.camera.fly_camera import Flight
-from ssdo_gl.window.camera.tour import Tour
-from ssdo_gl.window.controls import Controls
+from ssdo_gl.window.camera import (
+    KEEP_AWAY,
+    Controls,
+    Flight,
+    Obstacles,
+    Tour,
+    advance,
+    jump_to,
+    start_flight,
+    views_file,
+)
 from ssdo_gl.window.messages import Messages
 
 
@@ -67,7 +72,7 @@ class SceneFlight:
         self.lights_on = [True] * len(scene.lights)
         self.bounds: tuple[FloatArray, FloatArray] = scene.bounds()
         self.diagonal = float(np.linalg.norm(self.bounds[1] - self.bounds[0]))
-        self.flight: Flight = fly_camera.start_flight(camera or scene.camera, self.diagonal)
+        self.flight: Flight = start_flight(camera or scene.camera, self.diagonal)
         self.clock = Clock.of(analyse(scene).has_motion)
         self._obstacles: Obstacles | None = None
         self.tour = Tour(views_file(source, self.folder), scene.camera)
@@ -124,7 +129,7 @@ class SceneFlight:
                 self.stop_path()
             return
         before = self.flight
-        self.flight = fly_camera.advance(before, controls, seconds, clearance)
+        self.flight = advance(before, controls, seconds, clearance)
         if self._obstacles is not None and self.flight.position != before.position:
             keep_away = KEEP_AWAY * self.diagonal
             place = self._obstacles.moved(before.position, self.flight.position, keep_away)
@@ -133,5 +138,5 @@ class SceneFlight:
 
     def stop_path(self) -> None:
         """Go on by hand from where the path has come to."""
-        self.flight = fly_camera.jump_to(self.flight, self.camera)
+        self.flight = jump_to(self.flight, self.camera)
         self.tour.stop()

@@ -13,9 +13,9 @@ import glfw
 
 from ssdo_gl.gpu.shader import ShaderError
 from ssdo_gl.window.actions import fault_text, open_file, perform
-from ssdo_gl.window.controls import Controls
+from ssdo_gl.window.camera import Controls
 from ssdo_gl.window.divider import DividerGrip
-from ssdo_gl.window.film.export import FilmDesk, Interrupted
+from ssdo_gl.window.film import FilmExport, Interrupted
 from ssdo_gl.window.glfw_window import GlfwWindow, gamepad, has_gamepad
 from ssdo_gl.window.hot_reload import ShaderWatch, shader_folder
 from ssdo_gl.window.input_map import Action, Command, InputMap, combined
@@ -46,11 +46,11 @@ class Session:
         self._window = window
         self._title = title
         self._viewer = viewer
-        self._hands = InputMap()
-        self._hands.cursor_jumped(*window.cursor)
+        self._input = InputMap()
+        self._input.cursor_jumped(*window.cursor)
         self._pending: list[Callable[[], object]] = []
         self._shader_watch = ShaderWatch(self._viewer.shaders, shader_folder())
-        self._films = FilmDesk(self._viewer)
+        self._film = FilmExport(self._viewer)
         self._is_broken = False
         self._divider = DividerGrip(viewer)
         self._has_input = self._wants_release = False
@@ -91,7 +91,7 @@ class Session:
 
     def release(self) -> None:
         """Free everything on the device."""
-        self._films.give_up()
+        self._film.give_up()
         if self._overlay is not None:
             self._overlay.release()
         self._viewer.release()
@@ -105,8 +105,8 @@ class Session:
             (self._viewer.is_busy and not self._is_broken)
             or self._pending
             or self._panel_frames > 0
-            or self._hands.is_holding
-            or self._films.is_busy
+            or self._input.is_holding
+            or self._film.is_busy
             or (self._overlay is not None and self._overlay.is_busy)
         )
 
@@ -114,14 +114,14 @@ class Session:
         sizes = self._window.sizes
         size = sizes[1]
         self._perform_pending(size)
-        if self._window.hide_cursor(self._hands.is_looking):
-            self._hands.cursor_jumped(*self._window.cursor)
-        controls = self._hands.take(orbiting=self._viewer.flight.orbiting)
+        if self._window.hide_cursor(self._input.is_looking):
+            self._input.cursor_jumped(*self._window.cursor)
+        controls = self._input.take(orbiting=self._viewer.flight.orbiting)
         self._has_input = self._wants_release = False
         if self._shader_watch.poll():
             self._after_reload()
-        if self._films.is_busy:
-            drew = self._films.step(self._interrupt_film)
+        if self._film.is_busy:
+            drew = self._film.step(self._interrupt_film)
         else:
             drew = self._render(combined(controls, gamepad()), seconds, size)
         # Before `drew` is looked at: lines go while pictures follow one another, too.
@@ -140,7 +140,7 @@ class Session:
         After a frame that was given up there is none; the next one is coarse, and comes
         whatever happens.
         """
-        draws = min(size) > 0 and not (self._is_broken or self._films.is_busy)
+        draws = min(size) > 0 and not (self._is_broken or self._film.is_busy)
         if draws and not self._viewer.has_drawing:
             self._viewer.touch()
             return
@@ -207,14 +207,14 @@ class Session:
     # --- events --------------------------------------------------------------------
 
     def on_key(self, key: int, action: int, mods: int) -> None:
-        """Hand a key to a text field, or to the hands."""
+        """Hand a key to a text field, or to the input map."""
         self._panel_frames = PANEL_FRAMES
         if self._overlay is not None:
             self._overlay.key(key, action, mods)
             if self._overlay.wants_keyboard and action != glfw.RELEASE:
                 return
         self._has_input = True
-        self._perform_later(self._hands.key(key, action, mods))
+        self._perform_later(self._input.key(key, action, mods))
 
     def on_character(self, code: int) -> None:
         """Hand a character to a text field."""
@@ -222,7 +222,7 @@ class Session:
             self._overlay.character(code)
 
     def on_button(self, button: int, action: int) -> None:
-        """Hand a mouse button to a widget, the divider, or the hands."""
+        """Hand a mouse button to a widget, the divider, or the input map."""
         self._panel_frames = PANEL_FRAMES
         self._has_input = True
         if self._overlay is not None:
@@ -232,26 +232,26 @@ class Session:
                 if action == glfw.PRESS:
                     return
         if button == glfw.MOUSE_BUTTON_LEFT:
-            x, width = self._hands.cursor_px[0], self._window.size[0]
+            x, width = self._input.cursor_px[0], self._window.size[0]
             presses = action == glfw.PRESS
             self._pending.append(partial(self._divider.press, presses, x, width))
-        self._perform_later(self._hands.button(button, action))
+        self._perform_later(self._input.button(button, action))
 
     def on_cursor(self, x: float, y: float) -> None:
-        """Hand the cursor to widgets, the divider and the hands."""
+        """Hand the cursor to widgets, the divider and the input map."""
         self._panel_frames = PANEL_FRAMES
-        self._hands.cursor(x, y)
-        self._has_input |= self._hands.is_looking or self._hands.is_orbiting
+        self._input.cursor(x, y)
+        self._has_input |= self._input.is_looking or self._input.is_orbiting
         if self._overlay is not None:
-            if self._hands.is_looking:
+            if self._input.is_looking:
                 self._overlay.cursor_left()
             else:
                 self._overlay.cursor(x, y)
-        if self._hands.is_dragging:
+        if self._input.is_dragging:
             self._pending.append(partial(self._divider.drag, x, self._window.size[0]))
 
     def on_scroll(self, x: float, y: float) -> None:
-        """Hand the wheel to the panel, or to the hands."""
+        """Hand the wheel to the panel, or to the input map."""
         self._panel_frames = PANEL_FRAMES
         if self._overlay is not None:
             self._overlay.scroll(x, y)
@@ -259,13 +259,13 @@ class Session:
                 self._answer_frames = ANSWER_FRAMES
                 return
         self._has_input = True
-        self._hands.scroll(y)
+        self._input.scroll(y)
 
     def on_focus(self, has_focus: bool) -> None:
         """Let go of everything when the keyboard goes to another window."""
         self._panel_frames = PANEL_FRAMES
         if not has_focus:
-            self._hands.focus_lost()
+            self._input.focus_lost()
             self._divider.let_go()
         if self._overlay is not None:
             self._overlay.focus(has_focus)
@@ -297,8 +297,8 @@ class Session:
 
     def cursor_uv(self) -> tuple[float, float]:
         """Return the cursor's place in the picture; its middle while it is hidden."""
-        (x, y), (width, height) = self._hands.cursor_px, self._window.size
-        return (0.5, 0.5) if self._hands.is_looking else (x / max(1, width), y / max(1, height))
+        (x, y), (width, height) = self._input.cursor_px, self._window.size
+        return (0.5, 0.5) if self._input.is_looking else (x / max(1, width), y / max(1, height))
 
     def set_clipboard(self, text: str) -> None:
         """Put `text` where other programs paste from."""
@@ -332,7 +332,7 @@ class Session:
         """Hide the list of keys; give up a film."""
         if self._overlay is not None:
             self._overlay.shows_help = False
-        self._films.give_up()
+        self._film.give_up()
 
     def quit(self) -> None:
         """Close the window after this frame."""
@@ -340,7 +340,7 @@ class Session:
 
     def toggle_film(self) -> None:
         """Begin to export the camera path, or give it up."""
-        self._films.toggle()
+        self._film.toggle()
 
     def reload_shaders(self) -> None:
         """Compile what has changed on disk."""

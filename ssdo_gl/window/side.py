@@ -11,15 +11,15 @@ from typing import Any
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.graph.render_pass import ProgressCallback
+from ssdo_gl.images.display import ColorMapping
+from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
-from ssdo_gl.window.live.governor import Governor, Rung, ladder
-from ssdo_gl.window.live.live_image import LiveImage, Wish
-from ssdo_gl.window.live.live_renderer import LiveRenderer
-from ssdo_gl.window.views import Kind, is_averaged
+from ssdo_gl.window.live import FrameRequest, Governor, LiveImage, QualityLevel, quality_levels
+from ssdo_gl.window.views import is_averaged
 
-# Frames at rest in which the governor may look for its rung: five for each of the four
+# Frames at rest in which the governor may look for its level: five for each of the four
 # or five it will try on a slow machine.
 CALIBRATION_FRAMES = 24
 # Frames at full quality whose median tells what one takes.
@@ -34,7 +34,7 @@ class Side:
     budget_ms : float
         What a frame may take while something moves.
     measured : sequence of mapping
-        Settings that were found best for their time, for `governor.ladder`.
+        Settings that were found best for their time, for `governor.quality_levels`.
 
     Attributes
     ----------
@@ -53,23 +53,23 @@ class Side:
         budget_ms: float,
         measured: Sequence[Mapping[str, Any]] = (),
     ) -> None:
-        renderer = LiveRenderer(scene, settings, device=device, shaders=shaders)
+        renderer = Renderer(scene, settings, device=device, shaders=shaders)
         self.image = LiveImage(renderer, device, shaders)
         self.is_governed = True
-        self._kind = Kind.DISPLAY
+        self._kind = ColorMapping.DISPLAY
         self._is_full = False
         self._full_times: deque[float] = deque(maxlen=FULL_FRAMES)
         self._measured = measured
         self._last_settings = settings
-        self._rungs = ladder(settings, measured)
+        self._levels = quality_levels(settings, measured)
         self._calibration_left = CALIBRATION_FRAMES
-        self.governor = Governor(budget_ms, [rung.work for rung in self._rungs])
+        self.governor = Governor(budget_ms, [level.work for level in self._levels])
         self._begin_coarsely(settings)
 
     @property
-    def rung(self) -> Rung:
+    def level(self) -> QualityLevel:
         """The quality in motion."""
-        return self._rungs[self.governor.rung]
+        return self._levels[self.governor.level]
 
     @property
     def is_done(self) -> bool:
@@ -82,7 +82,7 @@ class Side:
         return statistics.median(self._full_times) if len(self._full_times) > 1 else 0.0
 
     @property
-    def kind(self) -> Kind:
+    def kind(self) -> ColorMapping:
         """How the image becomes colours."""
         return self._kind
 
@@ -93,7 +93,8 @@ class Side:
 
     def show(self, scene: Scene, settings: Settings, *, is_new: bool = True) -> None:
         """Draw another scene, or the same one edited."""
-        self.image.renderer.show(scene, settings)
+        self.image.renderer.use_scene(scene)
+        self.image.renderer.use(settings)
         self.image.restart()
         if is_new:
             self._restart_governor()
@@ -101,7 +102,7 @@ class Side:
     def update(
         self,
         image: str,
-        kind: Kind,
+        kind: ColorMapping,
         *,
         extra: tuple[str, ...],
         camera: Camera,
@@ -127,56 +128,56 @@ class Side:
         is_resting : bool
             Nothing has moved for a moment: draw at full quality and refine.
         """
-        self._fit_ladder(settings)
+        self._fit_levels(settings)
         self._kind = kind
         calibrates = self._calibrates(settings)
         self._calibration_left -= int(calibrates and is_resting)
         full = not self.is_governed or (is_resting and not calibrates)
         self._is_full = full
-        rung = self._rungs[0 if full else self.governor.rung]
+        level = self._levels[0 if full else self.governor.level]
         quality = dataclasses.replace(
-            rung.applied(settings),
+            level.applied(settings),
             size=(
-                max(1, round(size[0] * rung.frame_scale)),
-                max(1, round(size[1] * rung.frame_scale)),
+                max(1, round(size[0] * level.frame_scale)),
+                max(1, round(size[1] * level.frame_scale)),
             ),
         )
-        wish = Wish(image, kind, camera, quality, seconds, extra)
-        drew = self.image.update(wish, time_passes=time_passes, progress=progress)
+        request = FrameRequest(image, kind, camera, quality, seconds, extra)
+        drew = self.image.update(request, time_passes=time_passes, progress=progress)
         if calibrates and is_resting and not drew:
-            # All frames that this rung is good for were not enough to be sure of it.
+            # All frames that this level is good for were not enough to be sure of it.
             self._calibration_left = 0
-        if drew and rung is self._rungs[0] and self.image.drawing is not None:
+        if drew and level is self._levels[0] and self.image.drawing is not None:
             self._full_times.append(self.image.drawing.frame_ms)
-        # At rest the times are those of rung 0, and of more samples than in motion.
-        tells = (not full or self.governor.rung == 0) and self.image.last_samples == 1
+        # At rest the times are those of level 0, and of more samples than in motion.
+        tells = (not full or self.governor.level == 0) and self.image.last_samples == 1
         if drew and self.is_governed and tells:
             assert self.image.drawing is not None
             self.governor.observe(self.image.drawing.frame_ms)
         return drew
 
     def _calibrates(self, settings: Settings) -> bool:
-        """Whether the governor shall try rungs before the picture is refined.
+        """Whether the governor shall try levels before the picture is refined.
 
-        So that the first movement meets a rung that was measured and whose programs are
+        So that the first movement meets a level that was measured and whose programs are
         compiled.
         """
         tries = not settings.is_reference and is_averaged(self._kind)
         return tries and not self.governor.is_settled and self._calibration_left > 0
 
-    def _fit_ladder(self, settings: Settings) -> None:
-        """Begin a new ladder where the settings call for one, on a rung as cheap."""
+    def _fit_levels(self, settings: Settings) -> None:
+        """Begin new levels where the settings call for one, on a level as cheap."""
         if settings != self._last_settings:
-            # A coarser rung may be valid where the settings are not.
+            # A coarser level may be valid where the settings are not.
             self._last_settings = settings.checked()
             self._full_times.clear()
-        rungs = ladder(settings, self._measured)
-        if rungs != self._rungs:
-            work = self.rung.work
-            self._rungs = rungs
+        levels = quality_levels(settings, self._measured)
+        if levels != self._levels:
+            work = self.level.work
+            self._levels = levels
             self._restart_governor()
-            cheap = [i for i, rung in enumerate(rungs) if rung.work <= work]
-            self.governor.rung = cheap[0] if cheap else len(rungs) - 1
+            cheap = [i for i, level in enumerate(levels) if level.work <= work]
+            self.governor.level = cheap[0] if cheap else len(levels) - 1
             self._begin_coarsely(settings)
 
     def _begin_coarsely(self, settings: Settings) -> None:
@@ -185,8 +186,8 @@ class Side:
         It is not tried at rest as other methods are; it comes up from below in motion.
         """
         if settings.is_reference:
-            self.governor.rung = len(self._rungs) - 1
+            self.governor.level = len(self._levels) - 1
 
     def _restart_governor(self) -> None:
-        self.governor = Governor(self.governor.budget_ms, [rung.work for rung in self._rungs])
+        self.governor = Governor(self.governor.budget_ms, [level.work for level in self._levels])
         self._calibration_left = CALIBRATION_FRAMES

@@ -15,12 +15,12 @@ from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.passes import overrides_from_text
+from ssdo_gl.settings.fields import values
+from ssdo_gl.settings.passes import overrides_from_table
 from ssdo_gl.settings.resolve import settings_for
-from ssdo_gl.window.controls import Controls
+from ssdo_gl.window.camera import Controls
 from ssdo_gl.window.light_edits import with_lights
-from ssdo_gl.window.live import inspector
-from ssdo_gl.window.live.monitor import LookOut
+from ssdo_gl.window.live import INSPECTED, Monitor, clearance, surface_point
 from ssdo_gl.window.presenter import Presenter
 from ssdo_gl.window.scene_flight import SceneFlight
 from ssdo_gl.window.side import Side
@@ -62,7 +62,7 @@ class Viewer(SceneFlight):
         Which kind of film is exported, one of `film_files.FILM_SUFFIXES`.
     is_inspecting, shows_histogram, times_passes : bool
         What besides the picture has to be made for somebody who looks at it.
-    look_out : LookOut
+    monitor : Monitor
         Alarms, and the error of the left side against the right one.
     frame_ms : float
         Of the last frame, both sides together.
@@ -100,7 +100,7 @@ class Viewer(SceneFlight):
         self.shows_histogram = False
         self.times_passes = False
         self.frame_ms = 0.0
-        self.look_out = LookOut(device, self.shaders)
+        self.monitor = Monitor(device, self.shaders)
         self._sides: list[Side] = []
         self._shown: tuple[object, ...] = ()
         self._still_s = 0.0
@@ -113,14 +113,10 @@ class Viewer(SceneFlight):
 
     def open(self, scene: Scene, source: str) -> None:
         """Show another scene; what the flags asked for goes on to hold."""
-        usual = settings_for(self.original.render, {})
-        given = {
-            field.name: getattr(self.settings, field.name)
-            for field in dataclasses.fields(Settings)
-            if getattr(self.settings, field.name) != getattr(usual, field.name)
-        }
-        overrides = given.pop("overrides", self.settings.overrides)
-        settings = dataclasses.replace(settings_for(scene.render, given), overrides=overrides)
+        usual = values(settings_for(self.original.render, {}))
+        now = values(self.settings)
+        given = {name: value for name, value in now.items() if value != usual[name]}
+        settings = settings_for(scene.render, given)
         before = self._state()
         try:
             self._take(scene, source, None)
@@ -180,8 +176,7 @@ class Viewer(SceneFlight):
 
     def _with_preset(self, fields: Mapping[str, Any]) -> Settings:
         method = fields.get("method", self.view.method)
-        given = fields.get("overrides", {})
-        overrides_from_text([f"{key}={value}" for key, value in given.items()])
+        overrides_from_table(fields.get("overrides", {}))
         return settings_of(dataclasses.replace(self.settings, **fields), method).checked()
 
     def choose_method(self, method: str) -> None:
@@ -237,14 +232,14 @@ class Viewer(SceneFlight):
             or not self._sides
             or not self.is_resting
             or not all(side.is_done for side in self._sides)
-            or self.look_out.is_due
+            or self.monitor.is_due
         )
 
     def pick(self, uv: tuple[float, float]) -> tuple[float, float, float] | None:
         """Return the world-space point under a place of the picture, 0..1 from the top left."""
         if self.left is None or self.left.image.drawing is None:
             return None
-        return inspector.surface_point(self.device.gl, self.left.image.drawing, uv)
+        return surface_point(self.device.gl, self.left.image.drawing, uv)
 
     # --- frames --------------------------------------------------------------------
 
@@ -281,7 +276,7 @@ class Viewer(SceneFlight):
             self._shown = shown
         is_finished = self.is_resting and all(side.is_done for side in self._sides)
         images = [side.image for side in self._sides]
-        self.look_out.look(images, self.view, drew=drew, is_finished=is_finished)
+        self.monitor.look(images, self.view, drew=drew, is_finished=is_finished)
         self._drawn_state = self._state()
         return drew
 
@@ -289,7 +284,7 @@ class Viewer(SceneFlight):
         self.clock.advance(seconds)
         near = None
         if any(controls.move) and self.left is not None and self.left.image.drawing is not None:
-            near = inspector.clearance(self.device.gl, self.left.image.drawing)
+            near = clearance(self.device.gl, self.left.image.drawing)
         self.fly(controls, seconds, near)
 
     def _notice_changes(self, seconds: float, size: tuple[int, int]) -> None:
@@ -341,7 +336,7 @@ class Viewer(SceneFlight):
 
     def _extra(self) -> tuple[str, ...]:
         if self.is_inspecting:
-            return inspector.INSPECTED
+            return INSPECTED
         return ("beauty",) if self.shows_histogram else ()
 
     def _present(self, size: tuple[int, int]) -> None:
@@ -364,4 +359,4 @@ class Viewer(SceneFlight):
             side.image.release()
         self._sides.clear()
         self.presenter.release()
-        self.look_out.release()
+        self.monitor.release()

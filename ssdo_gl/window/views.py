@@ -5,38 +5,14 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
-from enum import IntEnum
 
+from ssdo_gl.images.display import ColorMapping, color_mapping
 from ssdo_gl.settings import AOVS, ESTIMATORS, METHODS, Settings
 
 # A divider at the very edge could not be grabbed again.
 DIVIDER_MARGIN = 0.02
 
 
-class Kind(IntEnum):
-    """How `shaders/window/present.frag` turns an image into colours; its numbers are KIND."""
-
-    DISPLAY = 0
-    RADIANCE = 1
-    VISIBILITY = 2
-    ALBEDO = 3
-    NORMAL = 4
-    POSITION = 5
-    DEPTH = 6
-
-
-KINDS: Mapping[str, Kind] = {
-    "beauty": Kind.DISPLAY,
-    "emission": Kind.RADIANCE,
-    "direct": Kind.RADIANCE,
-    "directional": Kind.RADIANCE,
-    "bounce": Kind.RADIANCE,
-    "visibility": Kind.VISIBILITY,
-    "albedo": Kind.ALBEDO,
-    "normal_ws": Kind.NORMAL,
-    "position_ws": Kind.POSITION,
-    "depth": Kind.DEPTH,
-}
 # What each method shows of its own accord, for people who do not know the names.
 METHOD_LABELS: Mapping[str, str] = {
     "direct": "direct light",
@@ -77,9 +53,9 @@ class View:
     error_range: float = 0.5
 
     @property
-    def kind(self) -> Kind:
+    def kind(self) -> ColorMapping:
         """How the image becomes colours."""
-        return KINDS[self.aov]
+        return color_mapping(self.aov)
 
     @property
     def compares(self) -> bool:
@@ -116,17 +92,17 @@ def image_of(view: View, settings: Settings) -> str:
     return "beauty" if settings.is_reference or view.is_error else "display"
 
 
-def kind_of_image(view: View, image: str) -> Kind:
+def kind_of_image(view: View, image: str) -> ColorMapping:
     """Return how the rendered `image` becomes colours."""
-    return Kind.RADIANCE if image == "beauty" else view.kind
+    return ColorMapping.RADIANCE if image == "beauty" else view.kind
 
 
-def is_averaged(kind: Kind) -> bool:
+def is_averaged(kind: ColorMapping) -> bool:
     """Whether frames with other sub-pixel offsets and seeds are averaged.
 
     Geometry is not: the mean of two depths or normals lies on neither surface.
     """
-    return kind in (Kind.DISPLAY, Kind.RADIANCE, Kind.VISIBILITY, Kind.ALBEDO)
+    return kind not in (ColorMapping.NORMAL, ColorMapping.POSITION, ColorMapping.DEPTH)
 
 
 def settings_of(settings: Settings, method: str) -> Settings:

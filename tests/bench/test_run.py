@@ -21,8 +21,8 @@ from bench.fake_renderer import (
 from ssdo_gl.bench import errors
 from ssdo_gl.bench.bench_data import Bench
 from ssdo_gl.bench.points import Point
-from ssdo_gl.bench.progress import BenchProgress
 from ssdo_gl.bench.run import BenchPlan, BenchRun
+from ssdo_gl.headless.progress import StageProgress
 from ssdo_gl.settings import Settings
 
 pytest.importorskip("matplotlib")
@@ -43,7 +43,7 @@ def run(tmp_path, renderer: FakeRenderer, monkeypatch, plan: BenchPlan = PLAN) -
     monkeypatch.setenv("SSDO_GL_CACHE", str(tmp_path / "cache"))
     outdir = tmp_path / "out"
     outdir.mkdir(exist_ok=True)
-    progress = BenchProgress(None, None)
+    progress = StageProgress(None, None)
     bench_run = BenchRun(renderer, BASE, POINTS, plan, False, outdir, progress)
     return bench_run.measure("fake", MACHINE, lambda scene: contextlib.nullcontext(renderer))
 
@@ -194,7 +194,7 @@ def test_damaged_files_are_measured_again(tmp_path, monkeypatch):
 )
 def test_the_clock_is_the_one_that_can_be_trusted(tmp_path, machine, clock):
     bench_run = BenchRun(
-        FakeRenderer(), BASE, POINTS, PLAN, False, tmp_path, BenchProgress(None, None)
+        FakeRenderer(), BASE, POINTS, PLAN, False, tmp_path, StageProgress(None, None)
     )
     assert bench_run._clock({**MACHINE, **machine}) == clock
     assert bool(bench_run.notes) == (clock == "process")

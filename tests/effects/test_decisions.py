@@ -11,7 +11,7 @@ import pytest
 from ssdo_gl.effects.ambient import combine_of
 from ssdo_gl.effects.request import Request
 from ssdo_gl.planning.content import LightContent, SceneContent
-from ssdo_gl.planning.view import Sight
+from ssdo_gl.planning.view import ViewFacts
 from ssdo_gl.planning.walk import decide
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import ConstantEnvironment, GradientEnvironment, MapEnvironment
@@ -38,7 +38,7 @@ NO_LIGHT = dataclasses.replace(
     RICH, lights=(OFF, dataclasses.replace(PANEL, is_on=False)), environment="none"
 )
 # A view that rules nothing out.
-CROWDED = Sight(
+CROWDED = ViewFacts(
     is_empty=False,
     open_distance=0.0,
     only_solids=False,
@@ -58,19 +58,19 @@ ENVIRONMENTS = {
 }
 
 
-def request_of(content, wanted=("beauty",), sight=None, **settings):
+def request_of(content, wanted=("beauty",), facts=None, **settings):
     environment = ENVIRONMENTS[content.environment]
     scene = Scene((), (), (), Camera((0.0, 0.0, 1.0), (0.0, 0.0, 0.0)), (), environment)
     chosen = Settings(**{"radius": RADIUS, **settings})
-    return Request(scene, content, chosen, wanted, sight)
+    return Request(scene, content, chosen, wanted, facts)
 
 
-def decided_of(content, wanted=("beauty",), sight=None, **settings):
-    return decide(request_of(content, wanted, sight, **settings))
+def decided_of(content, wanted=("beauty",), facts=None, **settings):
+    return decide(request_of(content, wanted, facts, **settings))
 
 
-def running(content, wanted=("beauty",), sight=None, **settings):
-    decided = decided_of(content, wanted, sight, **settings)
+def running(content, wanted=("beauty",), facts=None, **settings):
+    decided = decided_of(content, wanted, facts, **settings)
     return {name for name in SWITCHES if decided.runs(name)}
 
 
@@ -78,7 +78,7 @@ def content(**changes):
     return dataclasses.replace(RICH, **changes)
 
 
-def sight(**changes):
+def facts(**changes):
     return dataclasses.replace(CROWDED, **changes)
 
 
@@ -102,7 +102,7 @@ EVERYTHING = {"direct", "shadow_map", "directional", "bounce", "back_layer"}
 
 
 def test_a_rich_scene_runs_everything():
-    assert running(RICH) == running(RICH, sight=CROWDED) == EVERYTHING
+    assert running(RICH) == running(RICH, facts=CROWDED) == EVERYTHING
 
 
 @pytest.mark.parametrize(
@@ -153,10 +153,10 @@ def test_an_unlit_scene_runs_nothing():
 
 
 def test_full_takes_no_notice_of_content_and_view():
-    nothing = sight(is_empty=True, open_distance=math.inf, reaches=(False, False))
+    nothing = facts(is_empty=True, open_distance=math.inf, reaches=(False, False))
     bare = dataclasses.replace(NO_LIGHT, has_albedo=False, has_emission=False)
-    full = decided_of(bare, sight=nothing, effects="full")
-    assert running(bare, sight=nothing, effects="full") == EVERYTHING
+    full = decided_of(bare, facts=nothing, effects="full")
+    assert running(bare, facts=nothing, effects="full") == EVERYTHING
     assert full.lights is None and full.shadow_maps is None and full.runs("emission")
     assert not full.spares("hemisphere")
     assert not (is_open(full) or is_scalar(full) or shares_directions(full))
@@ -170,12 +170,12 @@ def test_no_shadows_means_no_shadow_map():
 
 
 def test_lights_that_reach_nothing_are_left_out():
-    dark = decided_of(RICH, sight=sight(reaches=(False, True), shadows=(False, True)))
+    dark = decided_of(RICH, facts=facts(reaches=(False, True), shadows=(False, True)))
     assert dark.lights == (False, True)
     assert not dark.runs("direct") and not dark.runs("shadow_map") and dark.runs("directional")
     assert reasons(dark, "direct light") == ["no light can reach anything in view"]
     neither = decided_of(
-        content(environment="none"), sight=sight(reaches=(False, False), shadows=(False, False))
+        content(environment="none"), facts=facts(reaches=(False, False), shadows=(False, False))
     )
     assert not (neither.runs("direct") or neither.runs("directional") or neither.runs("bounce"))
     assert reasons(neither, "bounce") == ["nothing that can be seen is lit"]
@@ -183,28 +183,28 @@ def test_lights_that_reach_nothing_are_left_out():
 
 def test_a_light_that_nothing_shadows_needs_no_map():
     two = content(lights=(LAMP, LAMP))
-    one = decided_of(two, sight=sight(shadows=(True, False)))
+    one = decided_of(two, facts=facts(shadows=(True, False)))
     assert (
         one.runs("shadow_map") and one.shadow_maps == (True, False) and one.lights == (True, True)
     )
-    free = decided_of(two, sight=sight(shadows=(False, False)))
+    free = decided_of(two, facts=facts(shadows=(False, False)))
     assert free.runs("direct") and not free.runs("shadow_map")
     assert reasons(free, "shadow maps") == ["nothing can stand between a light and what is in view"]
 
 
 def test_an_empty_view_needs_nothing():
-    empty = sight(is_empty=True, reaches=(False, False), shadows=(False, False))
-    assert running(RICH, sight=empty) == set()
+    empty = facts(is_empty=True, reaches=(False, False), shadows=(False, False))
+    assert running(RICH, facts=empty) == set()
     assert is_open(decided_of(RICH, ("visibility",), empty))
 
 
-ALONE, APART = sight(open_distance=math.inf), sight(open_distance=2.0, only_solids=True)
+ALONE, APART = facts(open_distance=math.inf), facts(open_distance=2.0, only_solids=True)
 
 
-@pytest.mark.parametrize("view", [ALONE, APART, sight(nearest_pixel=0.31)])
+@pytest.mark.parametrize("view", [ALONE, APART, facts(nearest_pixel=0.31)])
 def test_where_nothing_is_near_there_is_no_bounce_and_no_march(view):
     sky = content(lights=(LAMP, LAMP))
-    effects = decided_of(sky, sight=view)
+    effects = decided_of(sky, facts=view)
     assert is_open(effects) and effects.runs("directional")
     assert not effects.runs("bounce") and not effects.runs("back_layer")
     assert len(reasons(effects, "blocked directions")) == 1
@@ -214,29 +214,29 @@ def test_where_nothing_is_near_there_is_no_bounce_and_no_march(view):
     ("view", "changes"),
     [
         # Rays of .3 end up to .3 (1 + 3 * 1.2) = 1.38 away, and two pixels more.
-        (sight(open_distance=1.381, only_solids=True), {}),
-        (sight(open_distance=2.0, only_solids=False), {}),
+        (facts(open_distance=1.381, only_solids=True), {}),
+        (facts(open_distance=2.0, only_solids=False), {}),
         (APART, {"estimator": "rgs09"}),
         (APART, {"radius": 0.5}),
         (APART, {"radius": math.inf}),
         (APART, {"overrides": {"directional.thickness": 9.0}}),
         (APART, {"overrides": {"bounce.radius": 0.5}}),
-        (sight(nearest_pixel=0.2999), {}),
-        (sight(nearest_pixel=0.31), {"overrides": {"bounce.radius": 0.4}}),
+        (facts(nearest_pixel=0.2999), {}),
+        (facts(nearest_pixel=0.31), {"overrides": {"bounce.radius": 0.4}}),
     ],
 )
 def test_where_something_is_almost_out_of_reach_everything_runs(view, changes):
-    effects = decided_of(content(lights=(LAMP, LAMP)), sight=view, **changes)
+    effects = decided_of(content(lights=(LAMP, LAMP)), facts=view, **changes)
     assert not is_open(effects) and effects.runs("bounce")
 
 
 def test_without_solids_sheets_may_be_far_apart():
     sheets = content(has_closed_meshes=False)
-    assert is_open(decided_of(sheets, sight=sight(open_distance=2.0)))
+    assert is_open(decided_of(sheets, facts=facts(open_distance=2.0)))
 
 
 def test_the_estimator_without_a_radius_is_never_open():
-    view = sight(open_distance=math.inf)
+    view = facts(open_distance=math.inf)
     assert not decided_of(RICH, ("visibility",), view, method="ssao", estimator="zbuffer").spares(
         "blocked directions"
     )
@@ -246,9 +246,9 @@ def test_the_estimator_without_a_radius_is_never_open():
 
 
 def test_marches_to_lights_know_no_smallest_radius():
-    assert not is_open(decided_of(RICH, sight=sight(nearest_pixel=0.31)))
-    far_light = sight(nearest_pixel=0.31, reaches=(True, False))
-    assert is_open(decided_of(RICH, sight=far_light))
+    assert not is_open(decided_of(RICH, facts=facts(nearest_pixel=0.31)))
+    far_light = facts(nearest_pixel=0.31, reaches=(True, False))
+    assert is_open(decided_of(RICH, facts=far_light))
 
 
 SKY = content(environment="constant", lights=(LAMP,))
@@ -324,8 +324,8 @@ def test_emission_is_read_only_where_something_emits():
 
 
 def test_references_take_no_notice_of_the_view():
-    empty = sight(is_empty=True, reaches=(False, False), shadows=(False, False))
-    effects = decided_of(RICH, sight=empty, method="reference-near")
+    empty = facts(is_empty=True, reaches=(False, False), shadows=(False, False))
+    effects = decided_of(RICH, facts=empty, method="reference-near")
     assert effects.runs("traced_shadows") and effects.runs("reference_near")
     assert effects.lights is None and not effects.simplifies_environment
     assert not is_scalar(effects) and not shares_directions(effects)
@@ -353,17 +353,17 @@ def test_the_report_adds_traced_visibility_as_light_of_its_own():
 
 
 def test_every_decision_has_a_reason_and_no_effect_is_decided_twice():
-    views = (None, CROWDED, ALONE, sight(is_empty=True))
+    views = (None, CROWDED, ALONE, facts(is_empty=True))
     for scene in (RICH, NO_LIGHT, SKY):
         for view in views:
-            small = None if view is None else sight_for(view, scene)
-            rows = decided_of(scene, sight=small).rows
+            small = None if view is None else facts_for(view, scene)
+            rows = decided_of(scene, facts=small).rows
             assert all(row.reason and row.effect for row in rows)
             names = [row.effect for row in rows]
             assert len(names) == len(set(names))
 
 
-def sight_for(view, scene):
+def facts_for(view, scene):
     count = len(scene.lights)
     return dataclasses.replace(view, reaches=view.reaches[:count], shadows=view.shadows[:count])
 

@@ -21,7 +21,7 @@ from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, setting
 from ssdo_gl.settings.resolve import settings_for
-from ssdo_gl.window.panel.model import pass_rows
+from ssdo_gl.window.panel.control_rows import pass_rows
 
 GLOW = """#version 330 core
 // The same irradiance on every surface.

@@ -9,14 +9,14 @@ import pytest
 from passes.pass_harness import box, make_frame, make_scene, quad, run_pass
 
 from ssdo_gl import math3d
-from ssdo_gl.gpu.geometry import Eye, Geometry
+from ssdo_gl.gpu.geometry import CameraPose, Geometry
 from ssdo_gl.gpu.instances import NEAREST_CLIP_RATIO
 from ssdo_gl.passes.gbuffer import GBufferPass
 from ssdo_gl.scene.material import Material, Texture
 from ssdo_gl.scene.mesh import SceneObject
 
 TAN = (0.8, 0.6)
-FORWARD = Eye(np.zeros(3), np.eye(3))
+FORWARD = CameraPose(np.zeros(3), np.eye(3))
 
 
 def ahead(distance, size=1.0):
@@ -32,7 +32,7 @@ def test_clip_distances_enclose_what_is_seen_and_no_more(gl):
     # Within the margin of 1e-3 that keeps rounding from clipping the faces themselves.
     assert 4.0 * 0.998 < near < 4.0
     assert 21.0 < far < 21.0 * 1.002
-    turned = Eye(np.zeros(3), math3d.rotation_euler([0.0, 180.0, 0.0])[:3, :3])
+    turned = CameraPose(np.zeros(3), math3d.rotation_euler([0.0, 180.0, 0.0])[:3, :3])
     near, far = geometry.near_far(turned, TAN)
     assert 5.0 * 0.998 < near < 5.0
     assert 500.0 < far < 501.0

@@ -18,12 +18,12 @@ from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture, texture_from_image
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.images.average import ImageAverage
+from ssdo_gl.images.display import ColorMapping
 from ssdo_gl.passes.accumulate import MIN_SAMPLES_TO_STOP, Schedule, SumOutput, accumulate
 from ssdo_gl.passes.ray_uniforms import stream_of
+from ssdo_gl.render_result import Drawing, Plane
 from ssdo_gl.settings import Settings
-from ssdo_gl.window.live.live_image import LiveImage, Wish
-from ssdo_gl.window.live.live_renderer import Drawing, Plane
-from ssdo_gl.window.views import Kind
+from ssdo_gl.window.live.live_image import FrameRequest, LiveImage
 
 POISONS = {"NaN": np.nan, "Inf": np.inf, "-Inf": -np.inf, "1e30": 1e30}
 # Sixteen additions in float32 and a quotient, of values up to 1: a rounding each.
@@ -61,7 +61,7 @@ class Film:
 def run_film(device, shaders, frames, count=None, settings=None):
     """Yield the window's average after each frame."""
     image = LiveImage(Film(device.gl, frames), device, shaders)
-    wish = Wish("bounce", Kind.RADIANCE, CAMERA, settings or Settings(size=SIZE))
+    wish = FrameRequest("bounce", ColorMapping.RADIANCE, CAMERA, settings or Settings(size=SIZE))
     for i in range(count or len(frames)):
         assert image.update(wish)
         if count is None or i == count - 1:

@@ -5,10 +5,12 @@ from __future__ import annotations
 import dataclasses
 import io
 
+import numpy as np
 import pytest
 from rich.console import Console
 
 from ssdo_gl.effects.decisions import Decision
+from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.headless.explain import (
     Explanation,
     Spread,
@@ -34,7 +36,8 @@ PASSES = (
     PassReport("map", True, "shadows", 3.0),
     PassReport("march", False, "it is plain"),
 )
-RESULT = RenderResult({}, (4, 3), Settings(), PASSES, DECISIONS, (9.0,), 9.0)
+VIEW = FrameView((4, 3), np.zeros(3), np.eye(3), (1.0, 1.0), 0.1, 1.0)
+RESULT = RenderResult({}, VIEW, (4, 3), Settings(), PASSES, DECISIONS, (9.0,), 9.0)
 LEAN = {"lean": 1.0, "bounce": 2.0, "direct": 1.0}
 FULL = {"march": 8.0, "filter": 2.0, "bounce": 7.0, "direct": 1.0}
 # One disturbed frame of each; the direct pass is the same work, so its differences are noise.

@@ -8,7 +8,7 @@ import moderngl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ssdo_gl.gpu.geometry import Eye, Geometry
+from ssdo_gl.gpu.geometry import CameraPose, Geometry
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture, texture_from_image
@@ -79,7 +79,7 @@ def make_frame(
     rotation = camera.view_from_world_rotation()
     tan_half_fov = camera.tan_half_fov(size[0] / size[1])
     if near_far is None and geometry is not None:
-        near_far = geometry.near_far(Eye(position, rotation), tan_half_fov)
+        near_far = geometry.near_far(CameraPose(position, rotation), tan_half_fov)
     near, far = near_far or (0.01, 100.0)
     view = FrameView(size, position, rotation, tan_half_fov, near, far, jitter_px)
     return Frame(view, scene, seed)

@@ -12,9 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ssdo_gl import math3d
-from ssdo_gl.planning import view as content_sight
+from ssdo_gl.planning import view as view_module
 from ssdo_gl.planning.bodies import bodies_of
-from ssdo_gl.planning.view import can_reach, company_of, seen_bodies, sight_of
+from ssdo_gl.planning.view import can_reach, neighbours_of, seen_bodies, view_facts
 from ssdo_gl.scene import shapes
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
@@ -59,11 +59,11 @@ def bodies(*items, lights=None):
 
 
 def open_distance(found, seen, eye_ws):
-    return content_sight.open_distance(found, company_of(found, seen, ()), eye_ws)
+    return view_module.open_distance(found, neighbours_of(found, seen, ()), eye_ws)
 
 
 def look(found, seen, lights, eye):
-    return sight_of(found, company_of(found, seen, lights), eye)
+    return view_facts(found, neighbours_of(found, seen, lights), eye)
 
 
 def every(found):
@@ -141,7 +141,7 @@ def test_sheets_in_one_plane_do_not_stand_above_each_other():
 
 def test_many_bodies_are_not_compared(monkeypatch):
     found = bodies((BOX, at(0, 0, 0)), (BOX, at(3, 0, 0)))
-    monkeypatch.setattr(content_sight, "MOST_COMPARED", 1)
+    monkeypatch.setattr(view_module, "MOST_COMPARED", 1)
     assert open_distance(found, every(found), EYE.position_ws) == 0.0
 
 
@@ -221,18 +221,18 @@ def test_a_rectangle_reaches_what_lies_before_it():
     assert not can_reach(dataclasses.replace(cut, edge_u=(0, 0, 0)), found, every(found))
 
 
-def test_a_sight_puts_the_facts_together():
+def test_view_facts_are_put_together():
     found = bodies((QUAD, IDENTITY), (QUAD, at(50, 0, 0)))
     lights = (POINT, spot(5.0))
     seen = seen_bodies(found, EYE)
-    sight = look(found, seen, lights, EYE)
-    assert sight.open_distance == math.inf and not sight.is_empty
-    assert sight.reaches == (True, False)
-    assert sight.shadows == (False, False)
+    facts = look(found, seen, lights, EYE)
+    assert facts.open_distance == math.inf and not facts.is_empty
+    assert facts.reaches == (True, False)
+    assert facts.shadows == (False, False)
     # Half the frame's height of 16 pixels is .5 at distance 1.
-    assert sight.nearest_pixel == pytest.approx(0.1 * 0.5 / 16.0)
-    assert sight.farthest_pixel == pytest.approx(100.0 * 0.5 / 16.0)
-    assert sight.slant == pytest.approx(1.5)
+    assert facts.nearest_pixel == pytest.approx(0.1 * 0.5 / 16.0)
+    assert facts.farthest_pixel == pytest.approx(100.0 * 0.5 / 16.0)
+    assert facts.slant == pytest.approx(1.5)
     nothing = look(found, np.empty(0, dtype=np.int64), lights, EYE)
     assert nothing.is_empty and nothing.reaches == (False, False)
 

@@ -23,7 +23,7 @@ from ssdo_gl.settings.names import aov_names, estimator_names, estimators_of, me
 from ssdo_gl.settings.passes import pass_settings, passes_without_settings
 from ssdo_gl.settings.presets import preset_fields, preset_text
 from ssdo_gl.settings.settings import same_as
-from ssdo_gl.window.panel.model import default_of, main_rows
+from ssdo_gl.window.panel.control_rows import default_of, main_rows
 
 FIELDS = describe(Settings)
 PLAIN = [name for name, info in FIELDS.items() if info.kind is not Kind.MAPPING]

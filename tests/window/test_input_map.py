@@ -5,7 +5,7 @@ from __future__ import annotations
 import glfw
 import pytest
 
-from ssdo_gl.window.controls import Controls
+from ssdo_gl.window.camera.controls import Controls
 from ssdo_gl.window.input_map import (
     BINDINGS,
     HELD_MOVES,

@@ -14,7 +14,7 @@ from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.window.camera import fly_camera
-from ssdo_gl.window.controls import Controls
+from ssdo_gl.window.camera.controls import Controls
 from ssdo_gl.window.viewer import Viewer
 
 FRAME_S = 1.0 / 30.0
@@ -67,7 +67,7 @@ def test_ten_minutes_of_flight(
         if frame % 1000 == 999:
             viewer.flight = fly_camera.go_home(viewer.flight)
         viewer.frame(controls(frame), FRAME_S, size)
-        assert viewer.look_out.alarm is None, f"no numbers in frame {frame}"
+        assert viewer.monitor.alarm is None, f"no numbers in frame {frame}"
         if frame % 100 == 0:
             assert device.gl.error == "GL_NO_ERROR", f"OpenGL error by frame {frame}"
         if frame == minute:

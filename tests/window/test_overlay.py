@@ -16,7 +16,7 @@ from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import METHODS, Settings
-from ssdo_gl.window.controls import Controls
+from ssdo_gl.window.camera.controls import Controls
 from ssdo_gl.window.panel.histogram import BINS_PER_STOP, STOPS, radiance_histogram
 from ssdo_gl.window.viewer import Viewer
 

@@ -15,7 +15,7 @@ from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.window import session as session_module
-from ssdo_gl.window.controls import Controls
+from ssdo_gl.window.camera.controls import Controls
 from ssdo_gl.window.glfw_window import GlfwWindow
 from ssdo_gl.window.messages import Messages
 from ssdo_gl.window.session import ANSWER_FRAMES, PATIENCE_MS, Session
@@ -26,7 +26,7 @@ SIZE = (48, 27)
 FRAME_S = 1.0 / 30.0
 
 
-class PretendedWindow:
+class FakeWindow:
     cursor = (24.0, 16.0)
     content_scale = 1.0
     sizes = SIZE, SIZE
@@ -68,7 +68,7 @@ def session(
     monkeypatch.setattr(session_module, "gamepad", Controls)
     monkeypatch.setattr(session_module.glfw, "poll_events", lambda: None)
     monkeypatch.setattr(Session, "_draw", lambda self, sizes, seconds: None)
-    session = Session(PretendedWindow(device), "carousel", viewer)  # type: ignore[arg-type]
+    session = Session(FakeWindow(device), "carousel", viewer)  # type: ignore[arg-type]
     yield session
     session.release()
 

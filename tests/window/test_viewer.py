@@ -20,8 +20,8 @@ from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import AOVS, METHODS, Settings
 from ssdo_gl.window import actions, scene_flight
 from ssdo_gl.window.actions import open_file, perform, view_command
-from ssdo_gl.window.controls import Controls
-from ssdo_gl.window.film.export import FilmDesk
+from ssdo_gl.window.camera.controls import Controls
+from ssdo_gl.window.film.export import FilmExport
 from ssdo_gl.window.input_map import Action, Command
 from ssdo_gl.window.viewer import Viewer
 from ssdo_gl.window.views import View, divider_hit
@@ -108,7 +108,7 @@ def test_comes_to_rest_and_then_draws_nothing(gl, viewer) -> None:
     assert before.std() > 10.0
     assert not viewer.frame(Controls(), FRAME_S, SIZE)
     assert np.array_equal(viewer.presenter.pixels(), before)
-    assert viewer.look_out.alarm is None
+    assert viewer.monitor.alarm is None
 
 
 def test_walking_changes_the_picture_and_home_brings_it_back(gl, viewer) -> None:
@@ -206,28 +206,28 @@ def test_error_view_measures_the_error(gl, viewer) -> None:
     viewer.view = dataclasses.replace(viewer.view, other_method="direct")
     ask(viewer, Command.ERROR)
     settle(viewer)
-    against_direct = viewer.look_out.error
+    against_direct = viewer.monitor.error
     assert against_direct is not None and against_direct > 0.05
     viewer.view = dataclasses.replace(viewer.view, other_method=viewer.view.method)
     settle(viewer)
-    assert viewer.look_out.error == pytest.approx(0.0, abs=1e-6)
+    assert viewer.monitor.error == pytest.approx(0.0, abs=1e-6)
     ask(viewer, Command.ERROR)
     settle(viewer)
-    assert viewer.look_out.error is None
+    assert viewer.monitor.error is None
 
 
 def test_error_of_another_pair_is_not_shown(gl, viewer) -> None:
     viewer.view = dataclasses.replace(viewer.view, other_method="direct")
     ask(viewer, Command.ERROR)
     settle(viewer)
-    assert viewer.look_out.is_error_final
+    assert viewer.monitor.is_error_final
     viewer.choose_method("ssao")
     viewer.frame(Controls(), FRAME_S, SIZE)
-    assert viewer.look_out.error is None
+    assert viewer.monitor.error is None
     settle(viewer)
-    assert viewer.look_out.error is not None
+    assert viewer.monitor.error is not None
     viewer.frame(FORWARD, FRAME_S, SIZE)
-    assert viewer.look_out.error is None
+    assert viewer.monitor.error is None
 
 
 def test_error_against_a_reference_runs_along_with_its_rays(gl, viewer) -> None:
@@ -237,31 +237,31 @@ def test_error_against_a_reference_runs_along_with_its_rays(gl, viewer) -> None:
     running = {}
     for _ in range(300):
         viewer.frame(Controls(), FRAME_S, SIZE)
-        monitor = viewer.look_out
+        monitor = viewer.monitor
         if viewer.is_resting and monitor.error is not None and not monitor.is_error_final:
             running[viewer.right.image.sample_count] = monitor.error
         if not viewer.is_busy:
             break
     assert len(set(running.values())) >= 2
-    assert viewer.look_out.is_error_final
+    assert viewer.monitor.is_error_final
     # Fewer rays have more noise, which is part of the difference.
-    assert running[min(running)] > viewer.look_out.error > 0.0
+    assert running[min(running)] > viewer.monitor.error > 0.0
 
 
-def test_number_that_is_none_raises_the_alarm(gl, viewer) -> None:
+def test_value_that_is_not_finite_raises_the_alarm(gl, viewer) -> None:
     viewer.view = dataclasses.replace(viewer.view, aov="direct")
     settle(viewer)
     texture = viewer.left.image.last_plane.texture
     values = np.zeros((*SIZE[::-1], 4), np.float32)
     values[3, 5] = np.nan
     texture.write(values.tobytes())
-    viewer.look_out.is_due = True
+    viewer.monitor.is_due = True
     viewer.frame(Controls(), FRAME_S, SIZE)
-    assert viewer.look_out.alarm is not None
-    assert viewer.look_out.alarm.count == 1
+    assert viewer.monitor.alarm is not None
+    assert viewer.monitor.alarm.count == 1
     viewer.restart()
     settle(viewer)
-    assert viewer.look_out.alarm is None
+    assert viewer.monitor.alarm is None
 
 
 def test_divider_is_grabbed_where_it_is() -> None:
@@ -339,7 +339,7 @@ def test_collisions_keep_the_camera_in_the_room(gl, viewer) -> None:
 def test_film_of_the_path_in_each_format(gl, viewer, tmp_path, suffix: str) -> None:
     viewer.choose_method("direct")
     viewer.frame(Controls(), FRAME_S, SIZE)
-    films = FilmDesk(viewer)
+    films = FilmExport(viewer)
     films.toggle()
     assert not films.is_busy
     assert "record one" in said(viewer)
@@ -490,7 +490,7 @@ def test_scene_that_cannot_be_flown_through_leaves_the_one_before(
     def fail(*_: object) -> None:
         raise ValueError("no")
 
-    target = viewer if key == "_take" else scene_flight.fly_camera
+    target = viewer if key == "_take" else scene_flight
     monkeypatch.setattr(target, key, fail)
     assert not open_file(str(model), viewer)
     assert viewer._state() == before
@@ -664,7 +664,7 @@ def test_governor_that_cannot_decide_does_not_keep_the_picture_coarse(gl, make_v
     settle(viewer)
     side = viewer.left
     side._restart_governor()
-    side.governor.rung = 3
+    side.governor.level = 3
     side.governor.observe = lambda frame_ms: 3
     viewer.touch()
     viewer.settings = dataclasses.replace(viewer.settings, seed=1)

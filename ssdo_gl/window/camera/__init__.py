@@ -1,1 +1,39 @@
 """How the camera moves: flight, recorded paths, bookmarks, collisions."""
+
+from __future__ import annotations
+
+from ssdo_gl.window.camera.bookmarks import views_file
+from ssdo_gl.window.camera.camera_path import CameraPath
+from ssdo_gl.window.camera.collisions import KEEP_AWAY, Obstacles
+from ssdo_gl.window.camera.controls import Controls
+from ssdo_gl.window.camera.fly_camera import (
+    Flight,
+    advance,
+    focus_on,
+    glide_to,
+    go_home,
+    jump_to,
+    set_pivot,
+    start_flight,
+)
+from ssdo_gl.window.camera.orientation import Vector, vector
+from ssdo_gl.window.camera.tour import Tour
+
+__all__ = [
+    "KEEP_AWAY",
+    "CameraPath",
+    "Controls",
+    "Flight",
+    "Obstacles",
+    "Tour",
+    "Vector",
+    "advance",
+    "focus_on",
+    "glide_to",
+    "go_home",
+    "jump_to",
+    "set_pivot",
+    "start_flight",
+    "vector",
+    "views_file",
+]

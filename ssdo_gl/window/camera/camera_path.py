@@ -13,7 +13,7 @@ from ssdo_gl import math3d
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.window.camera.orientation import Vector, add, difference, vector
 
-# Keys recorded per second; what a hand does between two of them, the curve restores.
+# Keys recorded per second; what the user does between two of them, the curve restores.
 KEYS_PER_SECOND = 10.0
 # An hour of flight; a recording that was forgotten must not fill the memory.
 MAX_KEYS = 36_000

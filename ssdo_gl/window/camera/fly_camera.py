@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.window.camera.controls import Controls
 from ssdo_gl.window.camera.orientation import Axes, Vector, add, axes_of, difference, dot, vector
-from ssdo_gl.window.controls import Controls
 
 _ZERO: Vector = (0.0, 0.0, 0.0)
 
@@ -34,12 +34,12 @@ DOLLY_LIMITS = (1e-6, 1e3)
 # distance, down to `SLOWEST`: a step at a wall is small, a step under the sky is not.
 OPEN_SPACE = 0.15
 SLOWEST = 0.1
-# Time constants in seconds. A hand notices lag above some 50 ms in looking; motion may
+# Time constants in seconds. One notices lag above some 50 ms in looking; motion may
 # coast a little longer; a glide to a point shall be watched.
 LOOK_SECONDS = 0.025
 MOVE_SECONDS = 0.08
 GLIDE_SECONDS = 0.18
-# A step longer than this is split: between two parts the heading is held at its mean,
+# A step longer than this is split: between two parts the orientation is held at its mean,
 # whose error shrinks with the square of the length.
 LONGEST_STEP_SECONDS = 1.0 / 120.0
 # A stall (a dragged window, a suspended laptop) must not throw the camera out.
@@ -102,7 +102,7 @@ class Flight:
 
     @property
     def is_moving(self) -> bool:
-        """Whether the camera would go on moving with no hand on the controls."""
+        """Whether the camera would go on moving without any input."""
         return bool(
             any(self.velocity)
             or any(self.glide)
@@ -113,7 +113,7 @@ class Flight:
 
     @property
     def forward(self) -> Vector:
-        """The unit direction of sight."""
+        """The unit viewing direction."""
         return self.axes.forward(self.yaw, self.pitch)
 
     def camera(self) -> Camera:
@@ -173,7 +173,7 @@ def advance(
     seconds : float
         What is longer than `LONGEST_PAUSE_SECONDS` is a pause, not a flight.
     clearance : float or None
-        Distance of the nearest surface in sight, scene units; None: nothing is near.
+        Distance of the nearest surface in view, scene units; None: nothing is near.
     """
     seconds = min(max(seconds, 0.0), LONGEST_PAUSE_SECONDS)
     flight = _take_in(flight, controls)
@@ -293,7 +293,7 @@ def _take_in(flight: Flight, controls: Controls) -> Flight:
 
 
 def _step(flight: Flight, controls: Controls, speed: float, seconds: float) -> Flight:
-    """Integrate one short step in closed form, heading held at its value half-way."""
+    """Integrate one short step in closed form, orientation held at its value half-way."""
     yaw, yaw_goal = _chase(flight.yaw, flight.yaw_goal, controls.turn_rate[0], seconds)
     pitch, pitch_goal = _chase(flight.pitch, flight.pitch_goal, controls.turn_rate[1], seconds)
     half_yaw, _ = _chase(flight.yaw, flight.yaw_goal, controls.turn_rate[0], 0.5 * seconds)

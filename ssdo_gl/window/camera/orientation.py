@@ -30,7 +30,7 @@ class Axes:
     left: Vector
 
     def forward(self, yaw: float, pitch: float) -> Vector:
-        """Return the unit direction of sight, world space; angles in radians."""
+        """Return the unit viewing direction, world space; angles in radians."""
         c, s = math.cos(pitch), math.sin(pitch)
         a, b = c * math.cos(yaw), c * math.sin(yaw)
         x, y, z = (

@@ -16,10 +16,10 @@ _KEY = "film"
 
 
 class Interrupted(Exception):
-    """Hands have moved while something long was running."""
+    """There was input while something long was running."""
 
 
-class FilmDesk:
+class FilmExport:
     """At most one film in the making, of the left side of `viewer` at full quality."""
 
     def __init__(self, viewer: Viewer) -> None:

@@ -11,7 +11,7 @@ from ssdo_gl.images.display import picture_of
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
-from ssdo_gl.window.camera.camera_path import CameraPath
+from ssdo_gl.window.camera import CameraPath
 from ssdo_gl.window.film.writers import FilmWriter, film_writer
 
 FRAMES_PER_SECOND = 30.0

@@ -1,7 +1,7 @@
-"""Holds a frame-time budget by choosing a rung of a ladder of ever cheaper settings. Pure.
+"""Holds a frame-time budget by choosing one of ever cheaper levels of quality. Pure.
 
-The ladder goes from the user's own settings down. The governor only ever looks at the
-times of past frames; it learns what each rung costs as it uses it.
+The levels go from the user's own settings down. The governor only ever looks at the
+times of past frames; it learns what each level costs as it uses it.
 """
 
 from __future__ import annotations
@@ -35,20 +35,20 @@ FRAMES_TO_RAISE = 20
 # Frames this many times over budget are no hiccup once there are two in a row: one waits
 # for them, so nothing more is waited for.
 STALL = 8.0
-# The rung above must be expected to use no more than this part of the budget. What
+# The level above must be expected to use no more than this part of the budget. What
 # lies between here and 1 is the hysteresis.
 RAISE_FILL = 0.85
-# No rung is taken to cost more than this over the one below it: halving the resolution
+# No level is taken to cost more than this over the one below it: halving the resolution
 # quarters the work at best, and what was seen beyond is a hiccup.
 LARGEST_STEP = 4.0
-# Frames that are not measured after a change of rung: programs compile and textures
+# Frames that are not measured after a change of level: programs compile and textures
 # are made in the first.
 SETTLING_FRAMES = 2
 
 
 @dataclass(frozen=True)
-class Rung:
-    """One quality of the ladder.
+class QualityLevel:
+    """One quality of what is drawn in motion.
 
     Attributes
     ----------
@@ -91,8 +91,10 @@ class Rung:
         )
 
 
-def ladder(settings: Settings, measured: Sequence[Mapping[str, Any]] = ()) -> tuple[Rung, ...]:
-    """Return the rungs under `settings`, each cheaper than the one before.
+def quality_levels(
+    settings: Settings, measured: Sequence[Mapping[str, Any]] = ()
+) -> tuple[QualityLevel, ...]:
+    """Return the levels under `settings`, each cheaper than the one before.
 
     Samples go first, because the filter and refinement at rest hide their loss best;
     then the estimators' resolution and soft shadows; the picture's own resolution last.
@@ -102,79 +104,79 @@ def ladder(settings: Settings, measured: Sequence[Mapping[str, Any]] = ()) -> tu
     settings : Settings
     measured : sequence of mapping
         ``samples``, ``steps`` and ``resolution_scale`` of settings that were found best
-        for their time, from fast to accurate; those under `settings` become rungs.
+        for their time, from fast to accurate; those under `settings` become levels.
     """
-    rungs = [Rung(settings.samples, settings.steps, settings.resolution_scale)]
+    levels = [QualityLevel(settings.samples, settings.steps, settings.resolution_scale)]
 
     def add(samples: int, steps: int, scale: float) -> None:
-        rung = Rung(samples, min(steps, samples), scale)
-        if rung.work < rungs[-1].work and samples >= FEWEST_SAMPLES:
-            rungs.append(rung)
+        level = QualityLevel(samples, min(steps, samples), scale)
+        if level.work < levels[-1].work and samples >= FEWEST_SAMPLES:
+            levels.append(level)
 
     if not settings.is_reference:
         halves = [(settings.samples >> i, settings.steps, 1.0 / (1 + (i > 1))) for i in range(4)]
         known = [(f["samples"], f["steps"], f["resolution_scale"]) for f in reversed(measured)]
         for samples, steps, scale in known or halves:
             add(samples, steps, min(scale, settings.resolution_scale))
-        while rungs[-1].samples >= 2 * FEWEST_SAMPLES:
-            add(rungs[-1].samples // 2, rungs[-1].steps, rungs[-1].resolution_scale)
-        rungs.append(dataclasses.replace(rungs[-1], has_rough_shadows=True))
-    last = rungs[-1]
-    rungs += [dataclasses.replace(last, frame_scale=factor) for factor in FRAME_SCALES]
-    return tuple(rungs)
+        while levels[-1].samples >= 2 * FEWEST_SAMPLES:
+            add(levels[-1].samples // 2, levels[-1].steps, levels[-1].resolution_scale)
+        levels.append(dataclasses.replace(levels[-1], has_rough_shadows=True))
+    last = levels[-1]
+    levels += [dataclasses.replace(last, frame_scale=factor) for factor in FRAME_SCALES]
+    return tuple(levels)
 
 
 class Governor:
-    """Chooses the rung for the next frame from the times of the last ones.
+    """Chooses the level for the next frame from the times of the last ones.
 
     Parameters
     ----------
     budget_ms : float
         What a frame may take, > 0.
     works : sequence of float
-        What the rungs are expected to cost relative to one another, falling; rung 0 is
+        What the levels are expected to cost relative to one another, falling; level 0 is
         the best. Times will fall more slowly: part of a frame is the same in all.
 
     Attributes
     ----------
-    rung : int
+    level : int
         For the next frame.
     """
 
     def __init__(self, budget_ms: float, works: Sequence[float]) -> None:
         self.budget_ms = budget_ms
-        self.rung = 0
+        self.level = 0
         self._works = tuple(works)
         self._times: deque[float] = deque(maxlen=FRAMES_TO_RAISE)
         self._settling = SETTLING_FRAMES
         self._last: tuple[int, float] | None = None
-        # How much dearer a rung is than the one below it, as far as that was seen.
+        # How much dearer a level is than the one below it, as far as that was seen.
         self._ratio: dict[int, float] = {}
         self._usual_ms: float | None = None
 
     @property
     def is_settled(self) -> bool:
-        """Whether the present rung was measured and is to be kept for now."""
+        """Whether the present level was measured and is to be kept for now."""
         return self._usual_ms is not None and (
             self._usual_ms <= self.budget_ms or self.is_exhausted
         )
 
     @property
     def is_exhausted(self) -> bool:
-        """Whether even the cheapest rung does not keep the budget."""
-        at_the_end = self.rung == len(self._works) - 1
+        """Whether even the cheapest level does not keep the budget."""
+        at_the_end = self.level == len(self._works) - 1
         return at_the_end and self._usual_ms is not None and self._usual_ms > self.budget_ms
 
     def observe(self, frame_ms: float) -> int:
-        """Take the time of a frame drawn at `rung`; return the rung for the next."""
+        """Take the time of a frame drawn at `level`; return the level for the next."""
         if self._settling > 0:
             self._settling -= 1
             if self._settling > 0 or frame_ms <= STALL * self.budget_ms:
-                return self.rung
+                return self.level
         self._times.append(frame_ms)
         stalls = len(self._times) > 1 and min(list(self._times)[-2:]) > STALL * self.budget_ms
         if len(self._times) < FRAMES_TO_LOWER and not stalls:
-            return self.rung
+            return self.level
         recent = statistics.median(list(self._times)[-FRAMES_TO_LOWER:])
         self._usual_ms = statistics.median(self._times)
         if recent > self.budget_ms:
@@ -182,42 +184,42 @@ class Governor:
             self._lower(recent)
         elif len(self._times) == FRAMES_TO_RAISE:
             self._learn(self._usual_ms)
-            if self.rung > 0:
-                expected = self._expected(self.rung - 1, self._usual_ms)
+            if self.level > 0:
+                expected = self._expected(self.level - 1, self._usual_ms)
                 if expected <= RAISE_FILL * self.budget_ms:
-                    self._move(self.rung - 1, self._usual_ms)
-        return self.rung
+                    self._move(self.level - 1, self._usual_ms)
+        return self.level
 
     def _lower(self, recent_ms: float) -> None:
-        """Go down to the first rung that is expected to do."""
-        for rung in range(self.rung + 1, len(self._works)):
-            is_last = rung == len(self._works) - 1
-            if is_last or self._expected(rung, recent_ms) <= self.budget_ms:
-                self._move(rung, recent_ms)
+        """Go down to the first level that is expected to do."""
+        for level in range(self.level + 1, len(self._works)):
+            is_last = level == len(self._works) - 1
+            if is_last or self._expected(level, recent_ms) <= self.budget_ms:
+                self._move(level, recent_ms)
                 return
 
-    def _expected(self, rung: int, here_ms: float) -> float:
-        """Return what `rung` should take, given what the present one takes."""
-        low, high = min(rung, self.rung), max(rung, self.rung)
+    def _expected(self, level: int, here_ms: float) -> float:
+        """Return what `level` should take, given what the present one takes."""
+        low, high = min(level, self.level), max(level, self.level)
         factor = math.prod(
             self._ratio.get(r, self._works[r] / self._works[r + 1]) for r in range(low, high)
         )
-        return here_ms / factor if rung > self.rung else here_ms * factor
+        return here_ms / factor if level > self.level else here_ms * factor
 
     def _learn(self, here_ms: float) -> None:
-        """Note what the rungs between the last one and this one have cost or saved."""
-        if self._last is None or self._last[0] == self.rung or here_ms <= 0.0:
+        """Note what the levels between the last one and this one have cost or saved."""
+        if self._last is None or self._last[0] == self.level or here_ms <= 0.0:
             return
-        rung, then_ms = self._last
-        steps = rung - self.rung
+        level, then_ms = self._last
+        steps = level - self.level
         ratio = (here_ms / then_ms) ** (1.0 / steps)
-        for between in range(min(rung, self.rung), max(rung, self.rung)):
+        for between in range(min(level, self.level), max(level, self.level)):
             self._ratio[between] = min(max(1.0, ratio), LARGEST_STEP)
         self._last = None
 
-    def _move(self, rung: int, here_ms: float) -> None:
-        self._last = (self.rung, here_ms) if here_ms > 0.0 else None
-        self.rung = rung
+    def _move(self, level: int, here_ms: float) -> None:
+        self._last = (self.level, here_ms) if here_ms > 0.0 else None
+        self.level = level
         self._usual_ms = None
         self._times.clear()
         self._settling = SETTLING_FRAMES

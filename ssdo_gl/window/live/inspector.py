@@ -1,4 +1,4 @@
-"""Reads single pixels of what was drawn, and watches for numbers that are none."""
+"""Reads single pixels of what was drawn, and watches for values that are not finite."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture, unpack
 from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.images.surface_arrays import world_normals
-from ssdo_gl.window.camera.orientation import Vector, vector
-from ssdo_gl.window.live.live_renderer import Drawing, Plane
+from ssdo_gl.render_result import Drawing, Plane
+from ssdo_gl.window.camera import Vector, vector
 
 # What the inspector shows beyond the image itself.
 INSPECTED = ("normal_ws", "albedo", "visibility", "beauty")
@@ -56,7 +56,7 @@ class Reading:
 
 @dataclass(frozen=True)
 class Alarm:
-    """Numbers that are none, in an image.
+    """Values that are not finite, in an image.
 
     Attributes
     ----------

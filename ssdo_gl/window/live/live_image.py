@@ -12,10 +12,12 @@ from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.graph.render_pass import ProgressCallback
+from ssdo_gl.images.display import ColorMapping
+from ssdo_gl.render_result import Drawing, Plane
+from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.settings import Settings
-from ssdo_gl.window.live.live_renderer import Drawing, LiveRenderer, Plane
-from ssdo_gl.window.views import Kind, is_averaged
+from ssdo_gl.window.views import is_averaged
 
 # Frames averaged at rest. Sixteen sub-pixel offsets leave edges with steps of a
 # sixteenth of the contrast, and a quarter of the estimators' noise.
@@ -23,7 +25,7 @@ REFINE_FRAMES = 16
 # In which order: the one nearest to the pixel's centre first, because that is what is
 # seen while moving, then in steps that spread over the pixel early.
 _ORDER = tuple((7 + 7 * k) % REFINE_FRAMES for k in range(REFINE_FRAMES))
-# A reference in the background may keep the hands waiting this long.
+# A reference in the background may keep input waiting this long.
 CHUNK_MS = 60.0
 # Samples per frame of a reference double at most this often.
 MAX_CHUNK = 64
@@ -32,14 +34,14 @@ VALUE_BOUND = 1e18
 
 
 @dataclass(frozen=True)
-class Wish:
-    """What a frame is to show; two equal wishes refine one another.
+class FrameRequest:
+    """What a frame is to show; two equal requests refine one another.
 
     Attributes
     ----------
     image : str
         AOV name or ``display``.
-    kind : Kind
+    kind : ColorMapping
     camera : Camera
     settings : Settings
         With the size in pixels; ``spp`` of a reference is when it counts as refined.
@@ -50,7 +52,7 @@ class Wish:
     """
 
     image: str
-    kind: Kind
+    kind: ColorMapping
     camera: Camera
     settings: Settings
     seconds: float = 0.0
@@ -65,7 +67,7 @@ class Wish:
 
 
 class LiveImage:
-    """Draws what is wished for and averages it for as long as the wish stays the same.
+    """Draws what is requested and averages it for as long as the request stays the same.
 
     Attributes
     ----------
@@ -77,14 +79,14 @@ class LiveImage:
         Samples of the last frame: a reference takes several while nothing moves.
     """
 
-    def __init__(self, renderer: LiveRenderer, device: Device, shaders: ShaderLibrary) -> None:
+    def __init__(self, renderer: Renderer, device: Device, shaders: ShaderLibrary) -> None:
         self.renderer = renderer
         self.drawing: Drawing | None = None
         self.sample_count = 0
         self.last_samples = 0
         self._device = device
         self._shaders = shaders
-        self._wish: Wish | None = None
+        self._request: FrameRequest | None = None
         self._applied: Settings | None = None
         self._frames = 0
         self._chunk = 1
@@ -95,67 +97,67 @@ class LiveImage:
     @property
     def is_refined(self) -> bool:
         """Whether another frame would not add anything that was asked for."""
-        return self._wish is not None and self.sample_count >= self._wish.samples_wanted
+        return self._request is not None and self.sample_count >= self._request.samples_wanted
 
     @property
     def samples_wanted(self) -> int:
         """How many samples make the present image refined."""
-        return 0 if self._wish is None else self._wish.samples_wanted
+        return 0 if self._request is None else self._request.samples_wanted
 
     @property
-    def shows(self) -> Wish | None:
+    def shows(self) -> FrameRequest | None:
         """What the sum is of; None before the first frame."""
-        return self._wish
+        return self._request
 
     @property
     def plane(self) -> Plane:
         """The image: a sum over `sample_count` samples, or the last frame itself."""
-        assert self.drawing is not None and self._wish is not None, "nothing was drawn yet"
-        plane = self.drawing.planes[self._wish.image]
-        if plane.texture is None or not is_averaged(self._wish.kind):
+        assert self.drawing is not None and self._request is not None, "nothing was drawn yet"
+        plane = self.drawing.planes[self._request.image]
+        if plane.texture is None or not is_averaged(self._request.kind):
             return plane
         return Plane(self._sums[0], plane.first_channel)
 
     @property
     def last_plane(self) -> Plane:
-        """The image as the last frame drew it: a sum leaves out what is no number."""
-        assert self.drawing is not None and self._wish is not None, "nothing was drawn yet"
-        return self.drawing.planes[self._wish.image]
+        """The image as the last frame drew it: a sum leaves out what is not finite."""
+        assert self.drawing is not None and self._request is not None, "nothing was drawn yet"
+        return self.drawing.planes[self._request.image]
 
     @property
     def weight(self) -> float:
         """What the plane's numbers have to be multiplied with."""
-        assert self._wish is not None, "nothing was drawn yet"
-        return 1.0 / self.sample_count if is_averaged(self._wish.kind) else 1.0
+        assert self._request is not None, "nothing was drawn yet"
+        return 1.0 / self.sample_count if is_averaged(self._request.kind) else 1.0
 
     def restart(self) -> None:
         """Forget what was drawn: shaders or the scene have changed."""
         self.drawing = None
-        self._wish = self._applied = None
+        self._request = self._applied = None
         self.sample_count = 0
 
     def update(
         self,
-        wish: Wish,
+        request: FrameRequest,
         *,
         time_passes: bool = False,
         progress: ProgressCallback | None = None,
     ) -> bool:
-        """Draw one frame towards `wish`; return whether there was anything to draw.
+        """Draw one frame towards `request`; return whether there was anything to draw.
 
         Whatever `progress` or a shader raises leaves an average as it was. Of another
-        wish nothing is left then, and nothing of the one before: there is no `drawing`.
+        request nothing is left then, and nothing of the one before: there is no `drawing`.
         """
-        if wish == self._wish and self.is_refined:
+        if request == self._request and self.is_refined:
             return False
-        goes_on = wish == self._wish
+        goes_on = request == self._request
         frame = self._frames if goes_on else 0
         index = _ORDER[frame % REFINE_FRAMES] + frame // REFINE_FRAMES * REFINE_FRAMES
         samples = 1
-        settings = wish.settings
+        settings = request.settings
         if settings.is_reference:
             # A view that may change with the next frame gets the least there is.
-            left = wish.samples_wanted - self.sample_count
+            left = request.samples_wanted - self.sample_count
             samples = max(1, min(self._chunk, left)) if goes_on else 1
             settings = dataclasses.replace(settings, spp=samples)
         # Not the renderer's own settings: it has filled in what the scene decides.
@@ -164,11 +166,11 @@ class LiveImage:
             self._applied = settings
         try:
             drawing = self.renderer.draw(
-                [wish.image, *wish.extra],
-                camera=wish.camera,
-                seconds=wish.seconds,
-                index=index if is_averaged(wish.kind) else 0,
-                count=REFINE_FRAMES if is_averaged(wish.kind) else 1,
+                [request.image, *request.extra],
+                camera=request.camera,
+                seconds=request.seconds,
+                index=index if is_averaged(request.kind) else 0,
+                count=REFINE_FRAMES if is_averaged(request.kind) else 1,
                 time_passes=time_passes,
                 progress=progress,
             )
@@ -178,11 +180,11 @@ class LiveImage:
                 self.restart()
             raise
         if not goes_on:
-            self._wish, self._frames, self.sample_count = wish, 0, 0
+            self._request, self._frames, self.sample_count = request, 0, 0
         if settings.is_reference:
             self._choose_chunk(samples, drawing.frame_ms)
         self.drawing = drawing
-        self._add(drawing.planes[wish.image], samples)
+        self._add(drawing.planes[request.image], samples)
         self._frames += 1
         self.sample_count += samples
         self.last_samples = samples
@@ -194,7 +196,7 @@ class LiveImage:
         self.renderer.release()
 
     def _choose_chunk(self, samples: int, frame_ms: float) -> None:
-        """Take as many samples per frame as fit the time one may wait for the hands."""
+        """Take as many samples per frame as fit the time one may wait for the input map."""
         if frame_ms > CHUNK_MS:
             self._chunk = max(1, samples // 2)
         elif frame_ms < 0.4 * CHUNK_MS:
@@ -205,7 +207,7 @@ class LiveImage:
             return
         if not self._sums or self._sums[0].size != plane.texture.size:
             self._make_sums(plane.texture.size)
-        is_encoded = self._wish is not None and self._wish.kind is Kind.DISPLAY
+        is_encoded = self._request is not None and self._request.kind is ColorMapping.DISPLAY
         program = self._shaders.fullscreen("window/live_sum.frag", {"IS_ENCODED": int(is_encoded)})
         draw_fullscreen(
             self._device.gl,

@@ -1,4 +1,4 @@
-"""Looks at what was drawn, now and then: numbers that are none, and the live error."""
+"""Looks at what was drawn, now and then: values that are not finite, and the live error."""
 
 from __future__ import annotations
 
@@ -10,16 +10,17 @@ from numpy.typing import NDArray
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.shader import ShaderLibrary
+from ssdo_gl.images.display import ColorMapping
 from ssdo_gl.images.error import failures, mean_level, relative_rmse
 from ssdo_gl.window.live.inspector import Alarm, NonFiniteWatch
 from ssdo_gl.window.live.live_image import LiveImage
-from ssdo_gl.window.views import Kind, View
+from ssdo_gl.window.views import View
 
 # A flight is looked at this often (frames); a picture at rest once it is refined.
 LOOK_EVERY = 30
 
 
-class LookOut:
+class Monitor:
     """Reads pictures back when there is time for it.
 
     Attributes
@@ -68,7 +69,7 @@ class LookOut:
         self.is_due = not is_finished
         self.alarm = None
         for image in images:
-            # Not the average: frames to come make good in it what is no number.
+            # Not the average: frames to come make good in it what is not finite.
             texture = image.last_plane.texture
             if texture is not None:
                 self.alarm = self._watch.check(texture) or self.alarm
@@ -79,7 +80,7 @@ class LookOut:
         if shown != self._shown:
             self._shown, self._samples = shown, 0
             self.error, self.is_error_final = None, False
-        if not view.is_error or view.kind is not Kind.DISPLAY or self.is_error_final:
+        if not view.is_error or view.kind is not ColorMapping.DISPLAY or self.is_error_final:
             return
         counts = [image.sample_count for image in images]
         # In motion there is one of each, and no time to read them back.

@@ -24,7 +24,7 @@ def radiance_histogram(beauty: NDArray[np.float32]) -> NDArray[np.float64]:
     -------
     ndarray, shape (STOPS range * BINS_PER_STOP,)
         Sums to 1; what is darker or brighter counts in the first or last bin, what is
-        no number nowhere. Zeros if nothing is covered.
+        not finite nowhere. Zeros if nothing is covered.
     """
     count = int((STOPS[1] - STOPS[0]) * BINS_PER_STOP)
     luminance = beauty[beauty[:, :, 3] > 0.0][:, :3].astype(np.float64) @ _LUMINANCE

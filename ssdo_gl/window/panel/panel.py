@@ -12,10 +12,9 @@ from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.settings.flags import flag_infos
 from ssdo_gl.settings.names import aov_names, method_names
 from ssdo_gl.window.actions import Host, perform
-from ssdo_gl.window.film.writers import FILM_SUFFIXES
+from ssdo_gl.window.film import FILM_SUFFIXES
 from ssdo_gl.window.input_map import Action, Command
-from ssdo_gl.window.panel.lights import lights_section
-from ssdo_gl.window.panel.model import (
+from ssdo_gl.window.panel.control_rows import (
     ControlRow,
     Widget,
     default_of,
@@ -25,6 +24,7 @@ from ssdo_gl.window.panel.model import (
     value_of,
     with_value,
 )
+from ssdo_gl.window.panel.light_section import lights_section
 from ssdo_gl.window.panel.reports import Reports
 from ssdo_gl.window.viewer import Viewer
 from ssdo_gl.window.views import METHOD_LABELS
@@ -202,10 +202,10 @@ class Panel:
             viewer.budget_ms = min(high, max(low, value))
         left = viewer.left
         if left is not None and viewer.is_governed:
-            rung = left.rung
+            level = left.level
             text = (
-                f"moving: {rung.samples} samples, estimators x{rung.resolution_scale:g}, "
-                f"picture x{rung.frame_scale:g}"
+                f"moving: {level.samples} samples, estimators x{level.resolution_scale:g}, "
+                f"picture x{level.frame_scale:g}"
             )
             imgui.text_disabled(text)
         if viewer.clock.has_motion:

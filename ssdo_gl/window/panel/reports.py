@@ -16,7 +16,7 @@ from ssdo_gl.window.panel.pareto_chart import ChartPoint, chart_points, log_posi
 from ssdo_gl.window.viewer import Viewer
 from ssdo_gl.window.views import METHOD_LABELS
 
-# Five seconds at 60 Hz: long enough to see a rung change and its reason go by.
+# Five seconds at 60 Hz: long enough to see a level change and its reason go by.
 PLOT_FRAMES = 300
 _PLOT_HEIGHT = 52.0
 # Dark enough for the white text on it.
@@ -95,7 +95,7 @@ class Reports:
         if not points:
             imgui.text_disabled("known once the picture has come to rest")
             return
-        live = (left.full_ms, viewer.look_out.error) if viewer.look_out.error is not None else None
+        live = (left.full_ms, viewer.monitor.error) if viewer.monitor.error is not None else None
         _draw_chart(points, left.full_ms, live)
         against = METHOD_LABELS[viewer.view.other_method]
         if live is not None:

@@ -12,14 +12,14 @@ import pytest
 from ssdo_gl import math3d
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.window.camera import fly_camera
+from ssdo_gl.window.camera.controls import Controls
 from ssdo_gl.window.camera.fly_camera import Flight, advance, start_flight
-from ssdo_gl.window.controls import Controls
 
 HOME = Camera(position=(0.0, 0.0, 3.6), target=(0.0, 0.0, 0.0))
 DIAGONAL = 3.5
 # Straight flight is integrated in closed form: only rounding may differ.
 STRAIGHT_TOLERANCE = 1e-12 * DIAGONAL
-# In a turn the heading is held at its mean over steps of at most 1/120 s; turning by
+# In a turn the orientation is held at its mean over steps of at most 1/120 s; turning by
 # 1.6 rad/s, that is wrong by (1.6 / 120)^2 / 24 = 7e-6 of the way, which is 0.4
 # diagonals long here. Measured: 1e-6 diagonals.
 TURN_TOLERANCE = 3e-6 * DIAGONAL

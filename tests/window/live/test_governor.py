@@ -10,10 +10,10 @@ import pytest
 
 from ssdo_gl.settings import Settings
 from ssdo_gl.window.live import governor
-from ssdo_gl.window.live.governor import Governor, Rung, ladder
+from ssdo_gl.window.live.governor import Governor, QualityLevel, quality_levels
 
 BUDGET_MS = 33.0
-# A machine: what each rung of a ladder of 8 costs, ms.
+# A machine: what each level of a ladder of 8 costs, ms.
 COSTS = (160.0, 90.0, 52.0, 30.0, 19.0, 12.0, 8.0, 5.0)
 # What one would expect of it: half the work takes half the time. It takes more.
 WORKS = (128.0, 64.0, 32.0, 16.0, 8.0, 4.0, 2.0, 1.0)
@@ -23,58 +23,59 @@ Cost = Callable[[int, int], float]
 def simulate(
     machine: Cost, frames: int, budget: float = BUDGET_MS, works: tuple[float, ...] = WORKS
 ) -> tuple[list[int], list[float]]:
-    """Return the rung and the time of every frame."""
+    """Return the level and the time of every frame."""
     hands = Governor(budget, works)
     used, times = [], []
     for frame in range(frames):
-        used.append(hands.rung)
-        times.append(machine(frame, hands.rung))
+        used.append(hands.level)
+        times.append(machine(frame, hands.level))
         hands.observe(times[-1])
     return used, times
 
 
-def changes(rungs: list[int]) -> int:
-    return sum(a != b for a, b in itertools.pairwise(rungs))
+def changes(levels: list[int]) -> int:
+    return sum(a != b for a, b in itertools.pairwise(levels))
 
 
 def noisy(spread: float, seed: int = 1) -> Cost:
     """Frame times that scatter by `spread`, with a hiccup of 80 ms every 97 frames."""
     dice = random.Random(seed)
-    return lambda frame, rung: (
-        COSTS[rung] * dice.uniform(1.0 - spread, 1.0 + spread) + (80.0 if frame % 97 == 96 else 0.0)
+    return lambda frame, level: (
+        COSTS[level] * dice.uniform(1.0 - spread, 1.0 + spread)
+        + (80.0 if frame % 97 == 96 else 0.0)
     )
 
 
-def test_finds_the_best_rung_that_holds_the_budget() -> None:
-    rungs, times = simulate(lambda frame, rung: COSTS[rung], 400)
-    assert rungs[-1] == 3
+def test_finds_the_best_level_that_holds_the_budget() -> None:
+    levels, times = simulate(lambda frame, level: COSTS[level], 400)
+    assert levels[-1] == 3
     assert max(times[40:]) <= BUDGET_MS
-    assert changes(rungs[40:]) == 0
+    assert changes(levels[40:]) == 0
 
 
 def test_reaches_the_budget_quickly() -> None:
-    """Five times over budget: in one step, not one rung a second."""
-    rungs, times = simulate(lambda frame, rung: COSTS[rung], 8)
-    assert times[-1] <= BUDGET_MS, rungs
+    """Five times over budget: in one step, not one level a second."""
+    levels, times = simulate(lambda frame, level: COSTS[level], 8)
+    assert times[-1] <= BUDGET_MS, levels
 
 
 def test_does_not_go_further_down_than_it_must() -> None:
     """Times that fall more slowly than the work: several steps, but no step too far."""
     costs = (100.0, 80.0, 65.0, 50.0, 40.0, 31.0, 25.0, 20.0)
-    rungs, _ = simulate(lambda frame, rung: costs[rung], 400)
-    assert max(rungs) == rungs[-1] == 5
+    levels, _ = simulate(lambda frame, level: costs[level], 400)
+    assert max(levels) == levels[-1] == 5
 
 
-def test_stays_on_the_best_rung_when_it_is_cheap() -> None:
-    rungs, _ = simulate(lambda frame, rung: 0.1 * COSTS[rung], 300)
-    assert set(rungs) == {0}
+def test_stays_on_the_best_level_when_it_is_cheap() -> None:
+    levels, _ = simulate(lambda frame, level: 0.1 * COSTS[level], 300)
+    assert set(levels) == {0}
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_noise_and_hiccups_do_not_make_it_oscillate(seed: int) -> None:
-    rungs, times = simulate(noisy(0.15, seed), 3000)
-    settled = rungs[100:]
-    # 30 ms scattered by 15 % crosses the budget: the rung below is kept for good.
+    levels, times = simulate(noisy(0.15, seed), 3000)
+    settled = levels[100:]
+    # 30 ms scattered by 15 % crosses the budget: the level below is kept for good.
     assert changes(settled) <= 2
     over = sum(t > BUDGET_MS for t in times[100:])
     # The hiccups alone are 1 in 97.
@@ -82,72 +83,72 @@ def test_noise_and_hiccups_do_not_make_it_oscillate(seed: int) -> None:
 
 
 def test_goes_back_up_when_the_load_falls() -> None:
-    rungs, times = simulate(lambda f, rung: COSTS[rung] * (1.0 if f < 200 else 0.15), 900)
-    assert rungs[199] == 3
-    assert rungs[-1] == 0
+    levels, times = simulate(lambda f, level: COSTS[level] * (1.0 if f < 200 else 0.15), 900)
+    assert levels[199] == 3
+    assert levels[-1] == 0
     assert all(t <= BUDGET_MS for t in times[300:])
 
 
 def test_lowers_at_once_when_the_load_rises() -> None:
-    rungs, times = simulate(lambda f, rung: COSTS[rung] * (0.15 if f < 200 else 1.0), 300)
-    assert rungs[199] == 0
+    levels, times = simulate(lambda f, level: COSTS[level] * (0.15 if f < 200 else 1.0), 300)
+    assert levels[199] == 0
     over = [f for f in range(200, 300) if times[f] > BUDGET_MS]
     assert max(over) < 220
 
 
-def test_a_rung_that_costs_more_than_expected_is_tried_once() -> None:
-    """14 ms promise 28 ms one rung up, which takes 45: it must not become a pendulum."""
+def test_a_level_that_costs_more_than_expected_is_tried_once() -> None:
+    """14 ms promise 28 ms one level up, which takes 45: it must not become a pendulum."""
     costs = (70.0, 45.0, 14.0, 9.0)
-    rungs, _ = simulate(lambda frame, rung: costs[rung], 3000, works=WORKS[:4])
-    assert changes(rungs) <= 5
-    assert rungs[-1] == 2
+    levels, _ = simulate(lambda frame, level: costs[level], 3000, works=WORKS[:4])
+    assert changes(levels) <= 5
+    assert levels[-1] == 2
 
 
 def test_does_not_wait_for_a_third_frame_that_takes_a_second() -> None:
-    rungs, _ = simulate(lambda f, rung: 1200.0 if rung == 0 else COSTS[rung], 12)
-    assert rungs[:4] == [0, 0, 0, rungs[3]]
-    assert rungs[3] > 0
+    levels, _ = simulate(lambda f, level: 1200.0 if level == 0 else COSTS[level], 12)
+    assert levels[:4] == [0, 0, 0, levels[3]]
+    assert levels[3] > 0
 
 
 def test_one_hiccup_changes_nothing() -> None:
-    rungs, _ = simulate(lambda f, rung: 500.0 if f % 50 == 49 else 20.0, 500)
-    assert changes(rungs) == 0
+    levels, _ = simulate(lambda f, level: 500.0 if f % 50 == 49 else 20.0, 500)
+    assert changes(levels) == 0
 
 
 def test_a_budget_that_cannot_be_held_ends_at_the_cheapest_and_says_so() -> None:
     hands = Governor(2.0, WORKS)
     for _ in range(100):
-        hands.observe(COSTS[hands.rung])
-    assert hands.rung == 7
+        hands.observe(COSTS[hands.level])
+    assert hands.level == 7
     assert hands.is_exhausted
     assert not Governor(2.0, WORKS).is_exhausted
 
 
-def test_is_settled_once_a_rung_has_proved_itself() -> None:
+def test_is_settled_once_a_level_has_proved_itself() -> None:
     hands = Governor(BUDGET_MS, WORKS)
     assert not hands.is_settled
     for _ in range(40):
-        before = hands.rung
+        before = hands.level
         if hands.observe(COSTS[before]) != before:
             assert not hands.is_settled
-    assert hands.rung == 3
+    assert hands.level == 3
     assert hands.is_settled
     hopeless = Governor(2.0, WORKS)
     for _ in range(40):
-        hopeless.observe(COSTS[hopeless.rung])
+        hopeless.observe(COSTS[hopeless.level])
     assert hopeless.is_settled
 
 
 def test_frames_right_after_a_change_do_not_count() -> None:
-    """The first two frames of a rung compile and allocate: that must not drive it down."""
+    """The first two frames of a level compile and allocate: that must not drive it down."""
     seen = [0] * 8
 
-    def machine(frame: int, rung: int) -> float:
-        seen[rung] += 1
-        return 500.0 if seen[rung] <= 2 else COSTS[rung]
+    def machine(frame: int, level: int) -> float:
+        seen[level] += 1
+        return 500.0 if seen[level] <= 2 else COSTS[level]
 
-    rungs, _ = simulate(machine, 300)
-    assert max(rungs) == 3
+    levels, _ = simulate(machine, 300)
+    assert max(levels) == 3
 
 
 # From fast to accurate, as benches give them; one is as dear as the default settings.
@@ -172,46 +173,56 @@ MEASURED = (
         Settings(method="reference-near"),
     ],
 )
-def test_every_rung_is_cheaper_than_the_one_before(
+def test_every_level_is_cheaper_than_the_one_before(
     settings: Settings, measured: tuple[dict[str, float], ...]
 ) -> None:
-    rungs = ladder(settings, measured)
-    assert rungs[0] == Rung(settings.samples, settings.steps, settings.resolution_scale)
-    assert all(b.work < a.work for a, b in itertools.pairwise(rungs))
-    assert rungs[-1].frame_scale == governor.FRAME_SCALES[-1]
-    for rung in rungs:
-        assert rung.samples >= min(settings.samples, governor.FEWEST_SAMPLES)
-        assert rung.resolution_scale <= settings.resolution_scale
-        rung.applied(settings).checked()
+    levels = quality_levels(settings, measured)
+    assert levels[0] == QualityLevel(settings.samples, settings.steps, settings.resolution_scale)
+    assert all(b.work < a.work for a, b in itertools.pairwise(levels))
+    assert levels[-1].frame_scale == governor.FRAME_SCALES[-1]
+    for level in levels:
+        assert level.samples >= min(settings.samples, governor.FEWEST_SAMPLES)
+        assert level.resolution_scale <= settings.resolution_scale
+        level.applied(settings).checked()
 
 
-def test_rungs_are_the_measured_ones_where_there_are_any() -> None:
-    rungs = ladder(Settings(samples=64, steps=8), MEASURED)
-    assert rungs[:4] == (Rung(64, 8, 1.0), Rung(32, 8, 1.0), Rung(64, 16, 0.5), Rung(16, 8, 0.5))
+def test_levels_are_the_measured_ones_where_there_are_any() -> None:
+    levels = quality_levels(Settings(samples=64, steps=8), MEASURED)
+    assert levels[:4] == (
+        QualityLevel(64, 8, 1.0),
+        QualityLevel(32, 8, 1.0),
+        QualityLevel(64, 16, 0.5),
+        QualityLevel(16, 8, 0.5),
+    )
 
 
 def test_without_measurements_samples_are_halved_first() -> None:
-    rungs = ladder(Settings(samples=64, steps=8))
-    assert rungs[:4] == (Rung(64, 8, 1.0), Rung(32, 8, 1.0), Rung(16, 8, 0.5), Rung(8, 8, 0.5))
+    levels = quality_levels(Settings(samples=64, steps=8))
+    assert levels[:4] == (
+        QualityLevel(64, 8, 1.0),
+        QualityLevel(32, 8, 1.0),
+        QualityLevel(16, 8, 0.5),
+        QualityLevel(8, 8, 0.5),
+    )
 
 
 def test_shadows_become_rough_before_the_picture_becomes_coarse() -> None:
-    rungs = ladder(Settings(samples=64, steps=8))
-    rough = [rung.has_rough_shadows for rung in rungs]
+    levels = quality_levels(Settings(samples=64, steps=8))
+    rough = [level.has_rough_shadows for level in levels]
     first = rough.index(True)
     assert all(rough[first:])
-    assert [rung.frame_scale for rung in rungs[: first + 1]] == [1.0] * (first + 1)
+    assert [level.frame_scale for level in levels[: first + 1]] == [1.0] * (first + 1)
     given = Settings(overrides={"direct.filter_samples": 2, "bounce.strength": 0.5})
-    overrides = rungs[first].applied(given).overrides
+    overrides = levels[first].applied(given).overrides
     # Never more than was asked for.
     assert overrides["direct.filter_samples"] == 2
     assert overrides["shadow_map.parts_per_side"] == 1
     assert overrides["bounce.strength"] == 0.5
-    assert rungs[0].applied(given).overrides == given.overrides
+    assert levels[0].applied(given).overrides == given.overrides
 
 
-def test_a_rung_changes_nothing_but_quality() -> None:
+def test_a_level_changes_nothing_but_quality() -> None:
     settings = Settings(method="ssdo", radius=0.4, filter="none", samples=64, steps=8)
-    cheap = Rung(4, 4, 0.5).applied(settings)
+    cheap = QualityLevel(4, 4, 0.5).applied(settings)
     assert (cheap.method, cheap.radius, cheap.filter) == ("ssdo", 0.4, "none")
     assert (cheap.samples, cheap.steps, cheap.resolution_scale) == (4, 4, 0.5)

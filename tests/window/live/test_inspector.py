@@ -1,4 +1,4 @@
-"""Single pixels read back, and the alarm for numbers that are none."""
+"""Single pixels read back, and the alarm for values that are not finite."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import pytest
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.gpu.texture import make_texture
+from ssdo_gl.render_result import Drawing
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
@@ -21,7 +22,6 @@ from ssdo_gl.window.live.inspector import (
     inspect,
     surface_point,
 )
-from ssdo_gl.window.live.live_renderer import Drawing, LiveRenderer
 
 SIZE = (64, 36)
 SETTINGS = Settings(size=SIZE, samples=8, steps=4)
@@ -38,7 +38,7 @@ def drawn(
     names = ("beauty", "visibility", "albedo", "normal_ws", "position_ws", "depth")
     with Renderer(scene, SETTINGS, device=device) as renderer:
         images = renderer.render(names).images
-    live = LiveRenderer(scene, SETTINGS, device=device, shaders=shaders)
+    live = Renderer(scene, SETTINGS, device=device, shaders=shaders)
     yield live.draw(INSPECTED, camera=scene.camera), images
     live.release()
 

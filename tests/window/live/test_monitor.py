@@ -15,7 +15,7 @@ def test_relative_rms_is_over_covered_pixels() -> None:
     assert relative_rms(image, truth, covered) == pytest.approx(0.1)
 
 
-def test_relative_rms_leaves_out_what_is_no_number() -> None:
+def test_relative_rms_leaves_out_what_is_not_finite() -> None:
     truth = np.full((1, 2, 3), 2.0)
     image = truth.copy()
     image[0, 0, 1] = np.nan

@@ -1,4 +1,4 @@
-"""What hands ask of the camera, whatever device they are on. Plain data."""
+"""What keys, mouse and gamepad ask of the camera. Plain data."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ssdo_gl.window.camera.orientation import Vector
 
 @dataclass(frozen=True)
 class Controls:
-    """What a person's hands ask for during one step.
+    """What the user asks for during one step.
 
     Attributes
     ----------

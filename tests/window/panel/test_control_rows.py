@@ -14,7 +14,7 @@ from ssdo_gl.settings.flags import build_parser
 from ssdo_gl.settings.names import estimators_of, method_names
 from ssdo_gl.settings.passes import pass_settings
 from ssdo_gl.settings.resolve import resolved
-from ssdo_gl.window.panel.model import (
+from ssdo_gl.window.panel.control_rows import (
     ControlRow,
     Widget,
     default_of,

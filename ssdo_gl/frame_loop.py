@@ -1,0 +1,248 @@
+"""Plans and runs frames of one scene on one device: what every way to render shares."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+
+from ssdo_gl.gpu.context import Device, create_context
+from ssdo_gl.gpu.geometry import CameraPose, Geometry
+from ssdo_gl.gpu.shader import ShaderLibrary
+from ssdo_gl.gpu.timer import Timer
+from ssdo_gl.graph.execute import Executor
+from ssdo_gl.graph.frame import Frame, FrameView
+from ssdo_gl.graph.graph import Plan
+from ssdo_gl.graph.render_pass import ProgressCallback
+from ssdo_gl.planning.planner import FramePlan, Planner
+from ssdo_gl.planning.walk import Pipeline
+from ssdo_gl.render_result import FrameLog, Plane
+from ssdo_gl.scene.animate import scene_at
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.settings import Settings
+from ssdo_gl.settings.resolve import resolved
+
+
+@dataclass(frozen=True)
+class FrameJob:
+    """A frame that was planned: which images, of which view, by which passes."""
+
+    names: tuple[str, ...]
+    view: FrameView
+    pipeline: Pipeline
+    plan: Plan
+    planning_ms: float
+
+    def references(self) -> dict[str, Any]:
+        """Return the statistics of the Monte-Carlo passes."""
+        return {item.name: dict(item.statistics) for item in self.plan.order if item.statistics}
+
+
+class FrameLoop:
+    """A scene, the device it is drawn with, and everything that is kept between frames.
+
+    Parameters
+    ----------
+    scene : Scene
+    settings : Settings or None
+        None: as the scene asks for.
+    backend : str
+        auto, egl, osmesa or window.
+    device : Device or None
+        An existing device to draw with; it is not released at the end.
+    shaders : ShaderLibrary or None
+        Of that device, so that several renderers compile each program once.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        settings: Settings | None = None,
+        *,
+        backend: str = "auto",
+        device: Device | None = None,
+        shaders: ShaderLibrary | None = None,
+    ) -> None:
+        self.scene = scene
+        self.settings = resolved(settings or Settings(), scene)
+        self._owns_device = device is None
+        self._is_released = False
+        self.device = device or create_context(backend)
+        self._activate()
+        self._shaders = shaders or ShaderLibrary(self.device.gl)
+        self._executor = Executor(self.device, self._shaders)
+        self._geometry = Geometry(self.device.gl, scene)
+        self._geometry_scene = scene
+        self._planner = Planner()
+        self._planned: FramePlan | None = None
+        self._lean = scene
+        self._moved: tuple[Scene, float, Scene] | None = None
+        self._versions = {"geometry": 0, "lights": 0, "environment": 0}
+
+    @property
+    def shaders(self) -> ShaderLibrary:
+        """Compiled programs, to be shared with other renderers of the same device."""
+        return self._shaders
+
+    @property
+    def timer(self) -> Timer:
+        """What times passes."""
+        return self._executor.timer
+
+    @property
+    def timer_kind(self) -> str:
+        """How passes are timed: ``gl_query`` or ``finish_wall``."""
+        return self.timer.kind
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.release()
+
+    def release(self) -> None:
+        """Free everything on the device; a second call does nothing."""
+        if self._is_released:
+            return
+        self.device.activate()
+        self._is_released = True
+        self._executor.release()
+        self._geometry.release()
+        if self._owns_device:
+            self.device.release()
+
+    def _activate(self) -> None:
+        """Make the device current: another one may have been made, or used, since."""
+        if self._is_released:
+            raise RuntimeError("this renderer was released; make another one")
+        self.device.activate()
+
+    def use(self, settings: Settings) -> None:
+        """Render with other settings from now on; what they leave alone stays warm."""
+        self._activate()
+        self.settings = resolved(settings, self.scene)
+
+    def use_scene(self, scene: Scene) -> None:
+        """Render another scene from now on, or this one after a change.
+
+        A scene that shares meshes, lights or environment with the one before keeps what
+        was made from them. The settings stay as they are.
+        """
+        self.scene = scene
+
+    def forget(self) -> None:
+        """Run every pass again in the next frame: its shader may have changed."""
+        self._executor.forget()
+
+    def _prepare(self, wanted: Iterable[str], camera: Camera | None, seconds: float) -> FrameJob:
+        """Bring scene and geometry to their state at `seconds`, and plan a frame of it."""
+        self._activate()
+        names = tuple(dict.fromkeys(wanted))
+        self._follow(self._scene_at(seconds))
+        view = self._view(camera or self.scene.camera)
+        start = time.perf_counter()
+        pipeline, plan = self._plan(names, view)
+        return FrameJob(names, view, pipeline, plan, (time.perf_counter() - start) * 1e3)
+
+    def _run(
+        self,
+        plan: Plan,
+        frame: Frame,
+        log: FrameLog,
+        time_passes: bool,
+        progress: ProgressCallback | None,
+    ) -> None:
+        """Run one frame to its end and record what it took."""
+        start, process_start = time.perf_counter(), time.process_time()
+        rows = self._executor.run(
+            plan, frame, self._geometry, time_passes=time_passes, progress=progress
+        )
+        self.device.gl.finish()
+        log.add(
+            (time.perf_counter() - start) * 1e3, (time.process_time() - process_start) * 1e3, rows
+        )
+
+    def _scene_at(self, seconds: float) -> Scene:
+        """Return the scene at a time: the very same as last time while time stands still."""
+        if self._moved is None or self._moved[:2] != (self.scene, seconds):
+            self._moved = (self.scene, seconds, scene_at(self.scene, seconds))
+        return self._moved[2]
+
+    def _follow(self, scene: Scene) -> None:
+        """Bring the device's geometry to the state of `scene`."""
+        before, self._geometry_scene = self._geometry_scene, scene
+        parts = ((s.objects, s.materials, s.meshes) for s in (before, scene))
+        if scene is not before and not all(map(_is_same, *parts)):
+            self._geometry.update(scene)
+            self._versions["geometry"] += 1
+
+    def _plan(self, names: tuple[str, ...], view: FrameView | None = None) -> tuple[Pipeline, Plan]:
+        """Return what a frame of the scene as it stands has to run."""
+        moved = self._geometry_scene
+        self._planned = self._planner.plan(self.scene, moved, self.settings, names, view)
+        lean = self._planned.scene
+        if lean is not self._lean:
+            self._versions["lights"] += not _is_same(lean.lights, self._lean.lights)
+            self._versions["environment"] += lean.environment != self._lean.environment
+            self._lean = lean
+        return self._planned.pipeline, self._planned.graph
+
+    def _view(self, camera: Camera) -> FrameView:
+        """Return the view through the pixels' centres of the geometry as it stands."""
+        size = self.settings.size
+        rotation = camera.view_from_world_rotation()
+        position = np.asarray(camera.position, dtype=np.float64)
+        tan_half_fov = camera.tan_half_fov(size[0] / size[1])
+        near, far = self._geometry.near_far(CameraPose(position, rotation), tan_half_fov)
+        return FrameView(
+            size=size,
+            position_ws=position,
+            view_from_world=rotation,
+            tan_half_fov=tan_half_fov,
+            near=near,
+            far=far,
+        )
+
+    def _frame(self, view: FrameView, index: int, count: int, nonce: int = 0) -> Frame:
+        """Return frame `index` of `count` of what was planned last.
+
+        Another `nonce` makes anew what depends on the view.
+        """
+        view = dataclasses.replace(view, jitter_px=jitter(index % count, count))
+        seed = self.settings.seed + index
+        versions = {**self._versions, "view": (view.key(), nonce), "seed": seed}
+        return Frame(view=view, scene=self._lean, seed=seed, versions=versions)
+
+    def _plane(self, job: FrameJob, name: str) -> Plane:
+        """Return where an image of the frame that was run last lies."""
+        output = job.pipeline.outputs[name]
+        texture = None if output.resource is None else self._executor.texture(output.resource)
+        return Plane(texture, output.first_channel, output.channels, output.neutral)
+
+
+def _is_same(a: Sequence[object], b: Sequence[object]) -> bool:
+    """Return whether two sequences hold the very same objects."""
+    return len(a) == len(b) and all(x is y for x, y in zip(a, b, strict=True))
+
+
+def jitter(index: int, count: int) -> tuple[float, float]:
+    """Return the sub-pixel offset of frame `index` of `count`, in pixels.
+
+    A rank-1 lattice of the golden ratio: each of `count` columns and, nearly, rows of
+    the pixel is met once. Its mean is exactly the pixel centre, where a single frame
+    samples; otherwise averaging frames would shift the picture.
+    """
+    golden = 0.6180339887498949
+    y_of = [(golden * number) % 1.0 for number in range(count)]
+    return (index + 0.5) / count - 0.5, y_of[index] - sum(y_of) / count
