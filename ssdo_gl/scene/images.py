@@ -3,27 +3,50 @@
 from __future__ import annotations
 
 import io
+import warnings
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
+from PIL import Image, UnidentifiedImageError
 
+from ssdo_gl.foreign_output import foreign_output_held
 from ssdo_gl.scene.material import Texture
+from ssdo_gl.scene.paths import read_file
 from ssdo_gl.scene.radiance_hdr import decode_hdr
 from ssdo_gl.scene.scene import SceneError
 
 # The smallest maximum texture size among current desktop OpenGL drivers.
 MAX_SIDE_PX = 16384
+# A kilobyte of PNG can ask for any number of texels; so many fill 256 MiB, and with
+# their mip maps and copies on the way a gigabyte.
+MAX_TEXELS = 1 << 26
 # Sums over thousands of paths stay finite in float32; the .hdr format reaches 1.7e38.
 MAX_RADIANCE = 1e30
+# What Pillow may take a texture for, whatever its name. Of the rest some run programs
+# (EPS starts Ghostscript), and none is a texture.
+TEXTURE_FORMATS = (
+    "PNG",
+    "JPEG",
+    "WEBP",
+    "BMP",
+    "DDS",
+    "GIF",
+    "PCX",
+    "PPM",
+    "SGI",
+    "TGA",
+    "TIFF",
+)
 
 
 def read_texture(
     source: Path | bytes, where: str, name: str = "", wrap: Literal["repeat", "clamp"] = "repeat"
 ) -> Texture:
     """Decode an image file into an sRGB-encoded RGBA texture.
+
+    Its content decides what it is, not its name. Sixteen bits a channel become eight.
 
     Parameters
     ----------
@@ -35,21 +58,27 @@ def read_texture(
     Raises
     ------
     SceneError
-        If it is no image, or its header asks for more than `MAX_SIDE_PX` on a
-        side; the header is checked before anything is decoded.
+        If it is no image, or its header asks for more than `check_size` allows; the
+        header is checked before anything is decoded.
     """
     shown = source.name if isinstance(source, Path) else (name or "embedded image")
-    stream = io.BytesIO(source) if isinstance(source, bytes) else source
+    data = source if isinstance(source, bytes) else read_file(source, where)
     limit = Image.MAX_IMAGE_PIXELS
     try:
-        # Pillow's own guard counts pixels and would refuse a legitimate 16384 x 16384;
-        # the check on the header below stands in for it.
+        # `check_size` stands in for Pillow's own guard, and says what it found.
         Image.MAX_IMAGE_PIXELS = None
-        with Image.open(stream) as image:
-            check_size(image.size, shown, where)
-            pixels = np.asarray(image.convert("RGBA"))
+        with warnings.catch_warnings(), foreign_output_held():
+            warnings.simplefilter("ignore")  # doubts about metadata
+            with Image.open(io.BytesIO(data), formats=TEXTURE_FORMATS) as image:
+                check_size(image.size, shown, where)
+                pixels = rgba_bytes(image)
     except SceneError:
         raise
+    except UnidentifiedImageError:
+        raise SceneError(
+            f"{where}: {shown!r} is not a readable image: expected one of "
+            f"{', '.join(TEXTURE_FORMATS)}"
+        ) from None
     except Exception as error:  # Pillow's decoders raise almost anything on bad data
         reason = " ".join(str(error).split()) or type(error).__name__
         raise SceneError(f"{where}: {shown!r} is not a readable image: {reason}") from None
@@ -58,17 +87,57 @@ def read_texture(
     return Texture(np.ascontiguousarray(pixels, dtype=np.uint8), name or shown, wrap)
 
 
+def rgba_bytes(image: Image.Image) -> NDArray[np.uint8]:
+    """Return the pixels of an image of any mode, (height, width, 4).
+
+    Pillow's own conversion clips 16-bit grey at 255, and compares the colour that a PNG
+    declares transparent with samples that it has already scaled to eight bits.
+    """
+    transparent = image.info.get("transparency")
+    tiles = getattr(image, "tile", None)
+    raw_mode = str(tiles[0][3]) if tiles and image.format == "PNG" else ""
+    if image.mode.startswith(("I", "F")):
+        # Grey: 16 bits, also as Pillow's 32-bit integers; or fractions.
+        values = np.asarray(image)
+        scale = 255.0 if image.mode == "F" else 255.0 / 65535.0
+        with np.errstate(invalid="ignore"):
+            grey = np.nan_to_num(np.rint(np.clip(values * scale, 0.0, 255.0))).astype(np.uint8)
+        opaque = np.full_like(grey, 255)
+        if isinstance(transparent, int):
+            opaque[values == transparent] = 0
+        return np.stack([grey, grey, grey, opaque], axis=-1)
+    if raw_mode in ("L;2", "L;4") and isinstance(transparent, int):
+        image.info["transparency"] = transparent * (85 if raw_mode == "L;2" else 17)
+    elif raw_mode == "RGB;16B" and isinstance(transparent, tuple):
+        image.info["transparency"] = tuple(sample >> 8 for sample in transparent)
+    if image.mode in ("CMYK", "YCbCr", "LAB", "HSV"):
+        image = image.convert("RGB")
+    return np.asarray(image.convert("RGBA"))
+
+
 def check_size(size: tuple[int, int], shown: str, where: str) -> None:
-    """Refuse images that no driver could hold as a texture."""
+    """Refuse images that no driver could hold, or that would fill the memory."""
     if min(size) < 1 or max(size) > MAX_SIDE_PX:
         raise SceneError(
             f"{where}: image {shown!r} is {size[0]} x {size[1]} pixels: "
             f"each side must be within 1 to {MAX_SIDE_PX}"
         )
+    if size[0] * size[1] > MAX_TEXELS:
+        raise SceneError(
+            f"{where}: image {shown!r} is {size[0]} x {size[1]} pixels: "
+            f"at most {MAX_TEXELS} in all are read"
+        )
 
 
-def read_radiance_map(path: Path, where: str) -> tuple[NDArray[np.float32], str]:
+def read_radiance_map(
+    path: Path, where: str, scale: float = 1.0
+) -> tuple[NDArray[np.float32], str]:
     """Read a .hdr or .exr image as (height, width, 3) radiance, finite and >= 0.
+
+    Parameters
+    ----------
+    scale : float
+        Factor of all values, >= 0.
 
     Returns
     -------
@@ -83,15 +152,18 @@ def read_radiance_map(path: Path, where: str) -> tuple[NDArray[np.float32], str]
         image = _read_exr(path, where)
     else:
         raise SceneError(f"{where} = {path.name!r}: expected a .hdr or .exr image")
-    return _sanitised(image, path.name)
+    with np.errstate(over="ignore", invalid="ignore"):
+        # What leaves the range is mended with the rest.
+        return _sanitised(image * np.float32(scale), path.name)
 
 
 def _read_hdr(path: Path, where: str) -> NDArray[np.float32]:
+    data = read_file(path, where)
     try:
-        return decode_hdr(path.read_bytes(), lambda size: check_size(size, path.name, where))
+        return decode_hdr(data, lambda size: check_size(size, path.name, where))
     except SceneError:
         raise
-    except (ValueError, OSError) as error:
+    except ValueError as error:
         message = f"{where}: {path.name!r} is not a readable Radiance image: {error}"
         raise SceneError(message) from None
 
@@ -100,16 +172,24 @@ def _read_exr(path: Path, where: str) -> NDArray[np.float32]:
     import OpenEXR  # only a scene with an .exr map pays for the import
 
     try:
-        with OpenEXR.File(str(path), header_only=True) as header:
-            low, high = header.header()["dataWindow"]
-            size = (int(high[0] - low[0] + 1), int(high[1] - low[1] + 1))
-        check_size(size, path.name, where)
-        with OpenEXR.File(str(path), separate_channels=True) as file:
-            channels = {name: np.asarray(c.pixels) for name, c in file.channels().items()}
+        with foreign_output_held() as printed:
+            with OpenEXR.File(str(path), header_only=True) as header:
+                low, high = header.header()["dataWindow"]
+                size = (int(high[0] - low[0] + 1), int(high[1] - low[1] + 1))
+                channel_count = len(header.header()["channels"])
+            check_size(size, path.name, where)
+            if size[0] * size[1] * channel_count > 4 * MAX_TEXELS:
+                raise SceneError(
+                    f"{where}: image {path.name!r} is {size[0]} x {size[1]} pixels of "
+                    f"{channel_count} channels: at most {4 * MAX_TEXELS} numbers are read"
+                )
+            with OpenEXR.File(str(path), separate_channels=True) as file:
+                channels = {name: np.asarray(c.pixels) for name, c in file.channels().items()}
     except SceneError:
         raise
     except Exception as error:  # the bindings raise RuntimeError, TypeError and others
-        reason = " ".join(str(error).split())
+        # What the library printed says more than what its bindings made of it.
+        reason = " ".join((printed.text.split("\n", 1)[0] or str(error)).split())[:160]
         raise SceneError(f"{where}: {path.name!r} is not a readable EXR: {reason}") from None
     names = ("R", "G", "B") if "R" in channels else ("Y", "Y", "Y")
     if not all(name in channels for name in names):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from ssdo_gl import resources
@@ -33,7 +34,7 @@ def load_scene(source: str | Path) -> Scene:
     if text in names:
         file = resources.folder("scenes") / f"{text}.toml"
         return read_description(file.read_text(encoding="utf-8"), f"scenes/{text}.toml")
-    if text and (path.suffix or "/" in text or "\\" in text or path.exists()):
+    if text and (path.suffix or "/" in text or "\\" in text or os.path.lexists(text[:1024])):
         valid = ", ".join((*scene_suffixes(), *model_suffixes()))
         raise SceneError(f"{text}: expected a file ending in one of {valid}")
     raise SceneError(f"no built-in scene is called {text!r}; {suggestion(text, names)}")

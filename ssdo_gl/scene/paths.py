@@ -1,11 +1,43 @@
-"""Files that a scene or model names: relative to it and never outside its folder."""
+"""Files that a scene or model names, and the one way that files are read."""
 
 from __future__ import annotations
 
 import os
+import stat
 from pathlib import Path
 
 from ssdo_gl.scene.scene import SceneError
+
+
+def check_file(path: Path, where: str) -> None:
+    """Raise SceneError unless `path` is a plain file: a pipe or device might never end."""
+    shown = _shown(str(path))
+    try:
+        mode = os.stat(path).st_mode
+    except (FileNotFoundError, NotADirectoryError):
+        raise SceneError(f"{where}: no such file: {shown}") from None
+    except (OSError, ValueError) as error:
+        raise SceneError(f"{where}: cannot be read: {_reason(error)}") from None
+    if not stat.S_ISREG(mode):
+        kind = "a folder" if stat.S_ISDIR(mode) else "a pipe or device"
+        raise SceneError(f"{where}: expected a file, but {shown} is {kind}")
+
+
+def read_file(path: Path, where: str) -> bytes:
+    """Return the contents of a plain file.
+
+    Raises
+    ------
+    SceneError
+        If it cannot be read, whatever the reason.
+    """
+    check_file(path, where)
+    try:
+        return path.read_bytes()
+    except MemoryError:
+        raise SceneError(f"{where}: is larger than the free memory") from None
+    except OSError as error:
+        raise SceneError(f"{where}: cannot be read: {_reason(error)}") from None
 
 
 def contained_file(owner: Path, relative: str, where: str) -> Path:
@@ -28,7 +60,7 @@ def contained_file(owner: Path, relative: str, where: str) -> Path:
         files beside its own folder.
     """
     parts = Path(relative.replace("\\", "/")).parts
-    shown = repr(relative)
+    shown = _shown(relative)
     if not parts or "\0" in relative:
         raise SceneError(f"{where} = {shown}: expected the name of a file")
     if Path(relative).is_absolute() or ":" in parts[0] or parts[0] == os.sep:
@@ -36,10 +68,23 @@ def contained_file(owner: Path, relative: str, where: str) -> Path:
     if ".." in parts:
         raise SceneError(f"{where} = {shown}: must not leave the folder of {owner.name}")
     path = owner.parent
-    for part in parts:
-        path = path / part
-        if path.is_symlink():
-            raise SceneError(f"{where} = {shown}: symbolic links are not followed")
-    if not path.is_file():
-        raise SceneError(f"{where} = {shown}: no such file in {str(owner.parent)!r}")
+    try:
+        for part in parts:
+            path = path / part
+            if stat.S_ISLNK(os.lstat(path).st_mode):
+                raise SceneError(f"{where} = {shown}: symbolic links are not followed")
+        if not stat.S_ISREG(os.stat(path).st_mode):
+            raise SceneError(f"{where} = {shown}: is not a file")
+    except (FileNotFoundError, NotADirectoryError):
+        raise SceneError(f"{where} = {shown}: no such file in {str(owner.parent)!r}") from None
+    except (OSError, ValueError) as error:
+        raise SceneError(f"{where} = {shown}: cannot be read: {_reason(error)}") from None
     return path
+
+
+def _shown(name: str) -> str:
+    return repr(name if len(name) <= 120 else name[:117] + "...")
+
+
+def _reason(error: Exception) -> str:
+    return getattr(error, "strerror", None) or str(error)

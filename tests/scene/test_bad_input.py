@@ -202,7 +202,7 @@ def test_missing_files_and_unknown_names(error_of: ErrorOf, tmp_path: Path) -> N
     assert "expected a file" in error_of(tmp_path)
     folder = tmp_path / "folder.toml"
     folder.mkdir()
-    assert "cannot be read" in error_of(folder)
+    assert "is a folder" in error_of(folder)
 
 
 OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"

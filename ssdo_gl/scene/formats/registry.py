@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ssdo_gl.scene.formats.model import Model
+from ssdo_gl.scene.paths import check_file
 from ssdo_gl.scene.scene import Scene, SceneError
 
 ModelReader = Callable[[Path, str], Model]
@@ -89,8 +90,7 @@ def read_model(path: Path, where: str) -> Model:
     kind = format_of(path)
     if kind is None or kind.read_model is None:
         raise SceneError(f"{where}: {path.name!r}: expected one of {', '.join(model_suffixes())}")
-    if not path.is_file():
-        raise SceneError(f"{where}: no such file: {str(path)!r}")
+    check_file(path, where)
     model = kind.read_model(path, where)
     if not model.objects:
         raise SceneError(f"{where}: {path.name!r} holds no triangle with an area")

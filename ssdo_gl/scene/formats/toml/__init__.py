@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ssdo_gl.scene import paths
 from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.formats.toml import environments, lights, materials, objects, wishes
@@ -32,13 +33,9 @@ def read_file(path: Path, source: str) -> Scene:
         As `read_description`, or if the file cannot be read or is not UTF-8.
     """
     try:
-        text = path.read_bytes().decode("utf-8-sig")
-    except FileNotFoundError:
-        raise SceneError(f"{source}: no such file") from None
+        text = paths.read_file(path, source).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise SceneError(f"{source}: byte {error.start} is not UTF-8 text") from None
-    except OSError as error:
-        raise SceneError(f"{source}: cannot be read: {error.strerror}") from None
     # TOML ends lines with LF or CRLF; a text with another mix fails in the parser.
     return read_description(text.replace("\r\n", "\n"), source, path)
 

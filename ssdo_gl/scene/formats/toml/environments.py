@@ -37,9 +37,9 @@ def read_environment(
             table.color("zenith"), table.color("horizon"), table.color("ground")
         )
     path = file_beside(table, "path", file)
-    image, note = read_radiance_map(path, table.where("path"))
+    scale = table.number("scale", 1.0, low=0.0)
+    image, note = read_radiance_map(path, table.where("path"), scale)
     if note:
         builder.note(note)
-    scale = table.number("scale", 1.0, low=0.0)
     rotation = table.number("rotation_y", 0.0)
-    return MapEnvironment(image * image.dtype.type(scale), rotation, path.name)
+    return MapEnvironment(image, rotation, path.name)
