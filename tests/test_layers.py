@@ -14,7 +14,15 @@ TESTS = Path(__file__).parent
 # Low to high. A unit is a folder, or a file that stands apart from the rest of its folder;
 # it imports lower ones only.
 LAYERS: tuple[tuple[str, ...], ...] = (
-    ("resources", "math3d", "whole_files", "toml_text", "process", "foreign_output", "images/color"),
+    (
+        "resources",
+        "math3d",
+        "whole_files",
+        "toml_text",
+        "process",
+        "foreign_output",
+        "images/color",
+    ),
     ("settings/fields", "effects/estimators"),
     ("effects/methods",),
     ("settings",),

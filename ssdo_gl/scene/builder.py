@@ -170,17 +170,21 @@ class SceneBuilder:
         """
         merged: list[SceneObject] = []
         place: dict[tuple[int, int], int] = {}
+        matrices: dict[int, list[FloatArray]] = {}
         for item in self.objects:
             key = (item.mesh, item.material)
-            if item.motion is not None or item.light is not None:
-                merged.append(item)
-            elif key in place:
-                first = merged[place[key]]
-                matrices = np.concatenate([first.world_from_object, item.world_from_object])
-                merged[place[key]] = dataclasses.replace(first, world_from_object=matrices)
-            else:
+            is_still = item.motion is None and item.light is None
+            if is_still and key in place:
+                matrices[place[key]].append(item.world_from_object)
+                continue
+            if is_still:
                 place[key] = len(merged)
-                merged.append(item)
+                matrices[len(merged)] = [item.world_from_object]
+            merged.append(item)
+        for row, parts in matrices.items():
+            if len(parts) > 1:
+                joined = np.concatenate(parts)
+                merged[row] = dataclasses.replace(merged[row], world_from_object=joined)
         self.objects = merged
 
 

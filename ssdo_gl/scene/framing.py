@@ -9,7 +9,7 @@ import numpy as np
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.mesh import Mesh, SceneObject
+from ssdo_gl.scene.mesh import Mesh, SceneObject, instance_boxes, placed
 
 # Three-quarter view: turned to the right of the front (+z) and slightly above it.
 AZIMUTH_DEGREES, ELEVATION_DEGREES = 30.0, 20.0
@@ -17,6 +17,7 @@ AZIMUTH_DEGREES, ELEVATION_DEGREES = 30.0, 20.0
 MARGIN = 1.06
 # Above this many vertices the boxes of the instances are framed in their place.
 MAX_POINTS = 200_000
+_TRIANGLES_AT_ONCE = 1 << 18
 # A side of the bounding box is a wall if surfaces within a twentieth of the box cover
 # most of it, and open if they cover next to nothing.
 _WALL_DEPTH, _WALL_COVERAGE, _OPEN_COVERAGE = 0.05, 0.6, 0.1
@@ -77,22 +78,22 @@ def side_coverage(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> Flo
         For the sides -x +x -y +y -z +z: area of the triangles that lie wholly within
         a twentieth of the box from the side, projected on it, over its area; at most 1.
     """
-    corners = _instance_boxes(meshes, objects)
-    low, high = corners.reshape(-1, 3).min(axis=0), corners.reshape(-1, 3).max(axis=0)
+    boxes = instance_boxes(meshes, objects)
+    low, high = boxes.reshape(-1, 3).min(axis=0), boxes.reshape(-1, 3).max(axis=0)
     extent = high - low
+    # Only instances that reach a side can cover it.
+    reaches = (boxes.min(axis=1) <= low + _WALL_DEPTH * extent).any(axis=1)
+    reaches |= (boxes.max(axis=1) >= high - _WALL_DEPTH * extent).any(axis=1)
     covered = np.zeros(6)
-    row = 0
+    first = 0
     for item in objects:
-        mesh = meshes[item.mesh]
-        for matrix in item.world_from_object:
-            box = corners[row]
-            row += 1
-            # Only instances that reach a side can cover it.
-            near_low = box.min(axis=0) <= low + _WALL_DEPTH * extent
-            near_high = box.max(axis=0) >= high - _WALL_DEPTH * extent
-            if not (near_low.any() or near_high.any()):
-                continue
-            points = math3d.transform_points(matrix, mesh.positions)[mesh.triangles]
+        mesh, count = meshes[item.mesh], len(item.world_from_object)
+        matrices = item.world_from_object[reaches[first : first + count]]
+        first += count
+        at_once = max(_TRIANGLES_AT_ONCE // len(mesh.triangles), 1)
+        for start in range(0, len(matrices), at_once):
+            points = placed(mesh.positions, matrices[start : start + at_once])
+            points = points[:, mesh.triangles].reshape(-1, 3, 3)
             doubled = np.abs(np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]))
             for axis in range(3):
                 height = points[:, :, axis]
@@ -106,22 +107,11 @@ def side_coverage(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> Flo
     return np.asarray(np.minimum(share, 1.0))
 
 
-def _instance_boxes(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> FloatArray:
-    """Return the corners of every instance's box in world space, shape (N, 8, 3)."""
-    boxes = []
-    for item in objects:
-        low, high = meshes[item.mesh].bounds()
-        corners = np.where(np.indices((2, 2, 2)).reshape(3, 8).T == 1, high, low)
-        linear, offset = item.world_from_object[:, :3, :3], item.world_from_object[:, :3, 3]
-        boxes.append(np.einsum("nab,pb->npa", linear, corners) + offset[:, None])
-    return np.concatenate(boxes)
-
-
 def _world_points(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> FloatArray:
     """Return the vertices of all instances in world space, or the corners of boxes."""
     total = sum(len(meshes[o.mesh].positions) * len(o.world_from_object) for o in objects)
     if total > MAX_POINTS:
-        return _instance_boxes(meshes, objects).reshape(-1, 3)
+        return instance_boxes(meshes, objects).reshape(-1, 3)
     return np.concatenate(
         [
             math3d.transform_points(matrix, meshes[item.mesh].positions)

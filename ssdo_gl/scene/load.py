@@ -36,8 +36,9 @@ def load_scene(source: str | Path) -> Scene:
         return read_description(file.read_text(encoding="utf-8"), f"scenes/{text}.toml")
     if text and (path.suffix or "/" in text or "\\" in text or os.path.lexists(text[:1024])):
         valid = ", ".join((*scene_suffixes(), *model_suffixes()))
-        raise SceneError(f"{text}: expected a file ending in one of {valid}")
-    raise SceneError(f"no built-in scene is called {text!r}; {suggestion(text, names)}")
+        raise SceneError(f"{text[:200]}: expected a file ending in one of {valid}")
+    shown = text if len(text) <= 60 else f"{text[:57]}..."
+    raise SceneError(f"no built-in scene is called {shown!r}; {suggestion(text, names)}")
 
 
 def builtin_names() -> list[str]:

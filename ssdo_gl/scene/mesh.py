@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,6 +11,9 @@ from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.motion import Motion
+
+# Of one object; their matrices alone fill 128 MiB.
+MAX_INSTANCES = 1 << 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,3 +90,20 @@ class SceneObject:
     motion: Motion | None = None
     light: int | None = None
     name: str = ""
+
+
+def instance_boxes(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> FloatArray:
+    """Return the corners of every instance's box in world space, shape (N, 8, 3)."""
+    boxes = [np.zeros((0, 8, 3))]
+    for item in objects:
+        low, high = meshes[item.mesh].bounds()
+        corners = np.where(np.indices((2, 2, 2)).reshape(3, 8).T == 1, high, low)
+        boxes.append(placed(corners, item.world_from_object))
+    return np.concatenate(boxes)
+
+
+def placed(points: FloatArray, matrices: FloatArray) -> FloatArray:
+    """Return `points` (..., 3) as each of the matrices (N, 4, 4) places them, (N, ..., 3)."""
+    linear = np.ascontiguousarray(matrices[:, :3, :3].transpose(0, 2, 1))
+    moved = points.reshape(-1, 3) @ linear + matrices[:, None, :3, 3]
+    return moved.reshape(len(matrices), *points.shape)

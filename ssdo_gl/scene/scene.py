@@ -8,13 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import Environment
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import Mesh, SceneObject
+from ssdo_gl.scene.mesh import Mesh, SceneObject, instance_boxes
 
 
 class SceneError(ValueError):
@@ -46,17 +45,10 @@ class Scene:
 
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Return world-space corners (min, max) of all instances, each (3,)."""
-        lows, highs = [], []
-        for item in self.objects:
-            low, high = self.meshes[item.mesh].bounds()
-            corners = np.array([[(low, high)[i >> k & 1][k] for k in range(3)] for i in range(8)])
-            for matrix in item.world_from_object:
-                points = math3d.transform_points(matrix, corners)
-                lows.append(points.min(axis=0))
-                highs.append(points.max(axis=0))
-        if not lows:
+        corners = instance_boxes(self.meshes, self.objects).reshape(-1, 3)
+        if not len(corners):
             raise SceneError("the scene has no geometry: give it at least one [[object]]")
-        return np.min(lows, axis=0), np.max(highs, axis=0)
+        return corners.min(axis=0), corners.max(axis=0)
 
     def default_radius(self) -> float:
         """Return the near-field radius R used when neither scene nor flag gives one.

@@ -13,11 +13,10 @@ from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.lights import Vector
 from ssdo_gl.scene.material import Color
+from ssdo_gl.scene.numbers import LARGEST_COORDINATE, finite
 from ssdo_gl.scene.scene import SceneError
 from ssdo_gl.settings.fields import shown
 
-# Beyond it float32 positions and their squares overflow on the GPU.
-LARGEST_NUMBER = 1e15
 # The sine of the angle between two edges below which the float64 cross product is
 # rounding noise rather than an area.
 FLAT_SINE = 1e-12
@@ -80,7 +79,7 @@ class Table:
         if key not in self.data and default is not None:
             return default
         expected = "expected a number" + _range_text(low, high, open_ends)
-        value = _finite(self.data.get(key))
+        value = finite(self.data.get(key), LARGEST_COORDINATE)
         if value is None:
             self.fail(key, expected)
         inside = low < value < high if open_ends else low <= value <= high
@@ -121,10 +120,10 @@ class Table:
         """Return `count` finite numbers, shape (count,), float64."""
         value = self.data.get(key)
         if isinstance(value, list) and len(value) == count:
-            numbers = [_finite(item) for item in value]
-            finite = [number for number in numbers if number is not None]
-            if len(finite) == count:
-                return np.array(finite)
+            numbers = [finite(item, LARGEST_COORDINATE) for item in value]
+            usable = [number for number in numbers if number is not None]
+            if len(usable) == count:
+                return np.array(usable)
         self.fail(key, f"expected {count} finite numbers, [x, y, z]")
 
     def vector(self, key: str, default: Vector | None = None) -> Vector:
@@ -158,7 +157,7 @@ class Table:
         expected = "expected three numbers [r, g, b]" + _range_text(0.0, high, False)
         if not isinstance(value, list) or len(value) != 3:
             self.fail(key, expected)
-        parts = [_finite(item) for item in value]
+        parts = [finite(item, LARGEST_COORDINATE) for item in value]
         good = [part for part in parts if part is not None and 0.0 <= part <= high]
         if len(good) != 3:
             self.fail(key, expected)
@@ -185,15 +184,6 @@ class Table:
             called = f" ({shown(name)})" if isinstance(name, str) else ""
             result.append(Table(self.source, f"[[{key}]] {index + 1}{called}", item))
         return result
-
-
-def _finite(value: object) -> float | None:
-    """Return `value` as a finite float of usable size, or None."""
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        return None
-    if not abs(value) <= LARGEST_NUMBER:  # also false for NaN
-        return None
-    return float(value)
 
 
 def _range_text(low: float, high: float, open_ends: bool) -> str:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.mesh import Mesh
+from ssdo_gl.scene.numbers import LARGEST_NUMBER
 
 # Sine of a triangle's corner, at the scale of its longest edge, below which float64
 # cannot tell its plane any more.
@@ -72,7 +73,7 @@ def cleaned_mesh(
     mesh = Mesh(
         positions=np.ascontiguousarray(positions[used], dtype=np.float64),
         triangles=triangles,
-        uvs=None if uvs is None else np.nan_to_num(uvs[used], posinf=0.0, neginf=0.0),
+        uvs=None if uvs is None else np.where(np.abs(uvs[used]) <= LARGEST_NUMBER, uvs[used], 0.0),
         colors=None if colors is None else np.clip(np.nan_to_num(colors[used]), 0.0, 1.0),
         closed=is_closed(positions[used], triangles),
         name=name,

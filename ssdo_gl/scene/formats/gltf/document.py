@@ -6,15 +6,17 @@ import base64
 import binascii
 import json
 import struct
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
-from urllib.parse import unquote
+from urllib.parse import unquote, unquote_to_bytes
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.paths import contained_file
+from ssdo_gl.scene.numbers import LARGEST_NUMBER, finite
+from ssdo_gl.scene.paths import contained_file, read_file
 from ssdo_gl.scene.scene import SceneError
 
 Json = dict[str, Any]
@@ -22,8 +24,9 @@ Json = dict[str, Any]
 _MAGIC, _JSON_CHUNK, _BINARY_CHUNK = 0x46546C67, 0x4E4F534A, 0x004E4942
 _DTYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
-# An accessor without data is all zeros; this many would already fill a gigabyte.
+# Accessors without data are all zeros; so many numbers in a file fill 256 MiB.
 _MAX_ZEROS = 1 << 25
+_INDEX_TYPES = (5121, 5123, 5125)
 
 
 class GltfError(ValueError):
@@ -37,14 +40,12 @@ class Document:
         self.path, self.json = path, document
         self._binary = binary
         self._buffers: dict[int, bytes] = {}
+        self._zeros = 0
 
     @classmethod
-    def load(cls, path: Path) -> Document:
+    def load(cls, path: Path, where: str) -> Document:
         """Read a .glb or .gltf file."""
-        try:
-            data = path.read_bytes()
-        except OSError as error:
-            raise GltfError(f"cannot be read: {error.strerror}") from None
+        data = read_file(path, where)
         text, binary = data, None
         if data[:4] == b"glTF":
             text, binary = _split_glb(data)
@@ -58,6 +59,8 @@ class Document:
             raise GltfError(
                 f"not valid glTF: line {error.lineno}, column {error.colno}: {error.msg}"
             ) from None
+        except ValueError:  # Python reads at most 4300 digits
+            raise GltfError("not valid glTF: a number has too many digits") from None
         if not isinstance(document, dict) or "asset" not in document:
             raise GltfError("not valid glTF: no 'asset' in it")
         version = str(document["asset"].get("version", ""))
@@ -65,10 +68,21 @@ class Document:
             raise GltfError(f"glTF version {version!r}: expected 2.0")
         return cls(path, document, binary)
 
+    def entry(self, kind: str, index: object) -> Json:
+        """Return an element of one of the document's lists, e.g. of ``nodes``."""
+        entries = self.json.get(kind, [])
+        # A Python list would take -1 for its last element, and True for its second.
+        if not isinstance(index, int) or isinstance(index, bool) or not 0 <= index < len(entries):
+            raise GltfError(f"refers to {kind} {_shown(index)}, but there are {len(entries)}")
+        entry = entries[index]
+        if not isinstance(entry, dict):
+            raise GltfError(f"{kind} {index} is not an object")
+        return entry
+
     def buffer(self, index: int) -> bytes:
         """Return the bytes of a buffer: embedded, inline or in a file beside."""
         if index not in self._buffers:
-            entry = self.json["buffers"][index]
+            entry = self.entry("buffers", index)
             data = self._uri(entry["uri"]) if "uri" in entry else self._binary
             if data is None:
                 raise GltfError(f"buffer {index} has neither a uri nor a binary chunk")
@@ -81,34 +95,55 @@ class Document:
 
     def view(self, index: int) -> tuple[bytes, int, int]:
         """Return buffer, offset and length of a buffer view, within the buffer."""
-        view = self.json["bufferViews"][index]
-        data = self.buffer(int(view["buffer"]))
+        view = self.entry("bufferViews", index)
+        data = self.buffer(view["buffer"])
         start, length = int(view.get("byteOffset", 0)), int(view["byteLength"])
         if start < 0 or length < 0 or start + length > len(data):
             raise GltfError(f"buffer view {index} reaches beyond its buffer")
         return data, start, length
 
-    def accessor(self, index: int) -> FloatArray:
-        """Return an accessor as (count, width) float64, normalised integers as 0..1."""
-        accessor = self.json["accessors"][index]
-        values = self.raw_accessor(index).astype(np.float64)
+    def accessor(self, index: int, widths: tuple[int, ...]) -> FloatArray:
+        """Return an accessor as (count, width) float64, normalised integers as 0..1.
+
+        Parameters
+        ----------
+        widths : tuple of int
+            How many numbers an element may have.
+        """
+        accessor = self.entry("accessors", index)
+        values = self.raw_accessor(index, widths).astype(np.float64)
         kind = _DTYPES[accessor["componentType"]][1:]
         if accessor.get("normalized", False) and kind[0] in "iu":
             # Signed values map their most negative number below -1; the format clamps it.
             values = np.maximum(values / float(np.iinfo(kind).max), -1.0)
         return values
 
-    def raw_accessor(self, index: int) -> NDArray[Any]:
+    def index_accessor(self, index: int) -> NDArray[np.int64]:
+        """Return an accessor of whole numbers, shape (count,)."""
+        if self.entry("accessors", index)["componentType"] not in _INDEX_TYPES:
+            raise GltfError(f"accessor {index}: indices must be unsigned integers")
+        return self.raw_accessor(index, (1,))[:, 0].astype(np.int64)
+
+    def raw_accessor(self, index: int, widths: tuple[int, ...]) -> NDArray[Any]:
         """Return an accessor as (count, width) of its own component type."""
-        accessor = self.json["accessors"][index]
+        accessor = self.entry("accessors", index)
         dtype = np.dtype(_DTYPES[accessor["componentType"]])
         width, count = _WIDTHS[accessor["type"]], int(accessor["count"])
+        if width not in widths:
+            raise GltfError(
+                f"accessor {index}: {accessor['type']} of {width} numbers, "
+                f"expected {' or '.join(map(str, widths))}"
+            )
         offset = int(accessor.get("byteOffset", 0))
         if "bufferView" in accessor:
-            values = self._elements(int(accessor["bufferView"]), offset, dtype, count, width)
+            values = self._elements(accessor["bufferView"], offset, dtype, count, width)
         else:
-            if not 0 <= count <= _MAX_ZEROS:
-                raise GltfError(f"accessor {index} asks for {count} zeros")
+            self._zeros += count * width
+            if count < 0 or self._zeros > _MAX_ZEROS:
+                raise GltfError(
+                    f"accessor {index} asks for {count} elements without data: "
+                    f"at most {_MAX_ZEROS} zeros in all are made"
+                )
             values = np.zeros((count, width), dtype)
         if "sparse" in accessor:
             values = self._with_sparse(values, accessor["sparse"], dtype)
@@ -119,7 +154,7 @@ class Document:
     ) -> NDArray[Any]:
         data, start, length = self.view(view_index)
         packed = dtype.itemsize * width
-        stride = int(self.json["bufferViews"][view_index].get("byteStride", packed))
+        stride = int(self.entry("bufferViews", view_index).get("byteStride", packed))
         needed = offset + (stride * (count - 1) + packed if count > 0 else 0)
         if offset < 0 or count < 0 or stride < packed or needed > length:
             raise GltfError(f"an accessor reaches beyond buffer view {view_index}")
@@ -131,15 +166,17 @@ class Document:
         count = int(sparse["count"])
         rows, replaced = sparse["indices"], sparse["values"]
         index = self._elements(
-            int(rows["bufferView"]),
+            rows["bufferView"],
             int(rows.get("byteOffset", 0)),
             np.dtype(_DTYPES[rows["componentType"]]),
             count,
             1,
         )[:, 0]
+        if count and int(index.max()) >= len(values):
+            raise GltfError(f"a sparse accessor replaces element {index.max()} of {len(values)}")
         result = values.copy()
         result[index] = self._elements(
-            int(replaced["bufferView"]),
+            replaced["bufferView"],
             int(replaced.get("byteOffset", 0)),
             dtype,
             count,
@@ -149,26 +186,71 @@ class Document:
 
     def image(self, index: int) -> bytes:
         """Return the encoded bytes of an image."""
-        image = self.json["images"][index]
+        image = self.entry("images", index)
         if "bufferView" in image:
-            data, start, length = self.view(int(image["bufferView"]))
+            data, start, length = self.view(image["bufferView"])
             return data[start : start + length]
         return self._uri(image["uri"])
 
     def _uri(self, uri: str) -> bytes:
-        if uri.startswith("data:"):
-            head, comma, body = uri.partition(",")
-            if not comma or not head.endswith(";base64"):
-                raise GltfError("a data: uri is not base64")
-            try:
-                return base64.b64decode(body, validate=True)
-            except binascii.Error:
-                raise GltfError("a data: uri is not valid base64") from None
-        path = contained_file(self.path, unquote(uri), f"{self.path.name}: uri")
+        if not isinstance(uri, str):
+            raise GltfError("a uri is not a text")
+        if uri[:5].lower() == "data:":
+            return _data_of(uri)
+        where = f"{self.path.name}: uri"
         try:
-            return path.read_bytes()
-        except OSError as error:
-            raise SceneError(f"{path.name}: cannot be read: {error.strerror}") from None
+            path = contained_file(self.path, unquote(uri), where)
+        except SceneError:
+            # Exporters forget to escape a % of the name itself.
+            if "%" not in uri:
+                raise
+            path = contained_file(self.path, uri, where)
+        return read_file(path, path.name)
+
+
+def _data_of(uri: str) -> bytes:
+    """Return the bytes of a data: uri, with or without base64."""
+    head, comma, body = uri.partition(",")
+    if not comma:
+        raise GltfError("a data: uri has no comma")
+    data = unquote_to_bytes(body)
+    if not head.lower().rstrip().endswith(";base64"):
+        return data
+    # White space and missing padding change nothing; both alphabets are in use.
+    packed = b"".join(data.split()).rstrip(b"=").translate(bytes.maketrans(b"-_", b"+/"))
+    try:
+        return base64.b64decode(packed + b"=" * (-len(packed) % 4), validate=True)
+    except binascii.Error:
+        raise GltfError("a data: uri is not valid base64") from None
+
+
+def _shown(value: object) -> str:
+    text = str(value) if isinstance(value, (int, float)) else repr(value)
+    return text if len(text) <= 40 else text[:37] + "..."
+
+
+def numbers(data: Json, key: str, default: Sequence[float], where: str) -> FloatArray:
+    """Return as many finite numbers under `key` as `default` has."""
+    value = data.get(key, default)
+    if isinstance(value, (list, tuple)) and len(value) == len(default):
+        found = [number for number in map(finite, value) if number is not None]
+        if len(found) == len(default):
+            return np.array(found)
+    raise GltfError(
+        f"{where}: {key} = {_shown(value)}: expected {len(default)} numbers up to "
+        f"{LARGEST_NUMBER:g}"
+    )
+
+
+def number(data: Json, key: str, default: float, where: str) -> float:
+    """Return the finite number under `key`."""
+    value = data.get(key, default)
+    found = finite(value)
+    if found is None:
+        raise GltfError(
+            f"{where}: {key} = {_shown(value)}: expected a number up to {LARGEST_NUMBER:g}"
+        )
+    return found
 
 
 def _split_glb(data: bytes) -> tuple[bytes, bytes | None]:

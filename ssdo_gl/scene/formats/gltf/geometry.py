@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,11 +40,15 @@ class Shape:
     morphed: bool
 
 
-def read_shape(document: Document, primitive: Json, mesh: Json, uv_set: int) -> Shape | None:
+def read_shape(
+    document: Document, primitive: Json, morph_weights: Sequence[float], uv_set: int
+) -> Shape | None:
     """Return a primitive, or None if it is made of points or lines.
 
     Parameters
     ----------
+    morph_weights : sequence of float
+        Of its morph targets; missing ones are 0.
     uv_set : int
         Which TEXCOORD_n the material's texture uses.
     """
@@ -51,28 +56,28 @@ def read_shape(document: Document, primitive: Json, mesh: Json, uv_set: int) -> 
     attributes = primitive["attributes"]
     if mode not in (_TRIANGLES, _STRIP, _FAN) or "POSITION" not in attributes:
         return None
-    positions = document.accessor(int(attributes["POSITION"]))
+    positions = document.accessor(attributes["POSITION"], (3,))
     count = len(positions)
 
-    def optional(name: str) -> FloatArray | None:
+    def optional(name: str, *widths: int) -> FloatArray | None:
         if name not in attributes:
             return None
-        values = document.accessor(int(attributes[name]))
+        values = document.accessor(attributes[name], widths)
         if len(values) != count:
             raise GltfError(f"{name} has {len(values)} entries for {count} vertices")
         return values
 
-    normals = optional("NORMAL")
-    positions, normals, morphed = _morphed(document, primitive, mesh, positions, normals)
+    normals = optional("NORMAL", 3)
+    positions, normals, morphed = _morphed(document, primitive, morph_weights, positions, normals)
     joints, weights = _influences(document, attributes, count)
-    colors = optional("COLOR_0")
+    colors = optional("COLOR_0", 3, 4)
     if colors is not None and colors.shape[1] == 3:
         colors = np.concatenate([colors, np.ones((count, 1))], axis=1)
     return Shape(
         positions,
         _triangles(document, primitive, mode, count),
         normals,
-        optional(f"TEXCOORD_{uv_set}"),
+        optional(f"TEXCOORD_{uv_set}", 2),
         colors,
         joints,
         weights,
@@ -82,7 +87,7 @@ def read_shape(document: Document, primitive: Json, mesh: Json, uv_set: int) -> 
 
 def _triangles(document: Document, primitive: Json, mode: int, count: int) -> NDArray[np.int64]:
     if "indices" in primitive:
-        index = document.raw_accessor(int(primitive["indices"]))[:, 0].astype(np.int64)
+        index = document.index_accessor(primitive["indices"])
     else:
         index = np.arange(count)
     if mode == _TRIANGLES:
@@ -98,21 +103,28 @@ def _triangles(document: Document, primitive: Json, mode: int, count: int) -> ND
 def _morphed(
     document: Document,
     primitive: Json,
-    mesh: Json,
+    morph_weights: Sequence[float],
     positions: FloatArray,
     normals: FloatArray | None,
 ) -> tuple[FloatArray, FloatArray | None, bool]:
-    """Apply morph targets with the mesh's default weights."""
+    """Apply morph targets."""
     applied = False
-    for target, weight in zip(primitive.get("targets", []), mesh.get("weights", []), strict=False):
-        if float(weight) == 0.0:
+    for target, weight in zip(primitive.get("targets", []), morph_weights, strict=False):
+        if weight == 0.0:
             continue
         applied = True
         if "POSITION" in target:
-            positions = positions + float(weight) * document.accessor(int(target["POSITION"]))
+            positions = positions + weight * _offsets(document, target["POSITION"], len(positions))
         if normals is not None and "NORMAL" in target:
-            normals = normals + float(weight) * document.accessor(int(target["NORMAL"]))
+            normals = normals + weight * _offsets(document, target["NORMAL"], len(positions))
     return positions, normals, applied
+
+
+def _offsets(document: Document, index: int, count: int) -> FloatArray:
+    values = document.accessor(index, (3,))
+    if len(values) != count:
+        raise GltfError(f"a morph target has {len(values)} entries for {count} vertices")
+    return values
 
 
 def _influences(
@@ -125,10 +137,10 @@ def _influences(
     if not sets:
         return None, None
     joints = np.concatenate(
-        [document.raw_accessor(int(attributes[f"JOINTS_{i}"])) for i in range(sets)], axis=1
+        [document.raw_accessor(attributes[f"JOINTS_{i}"], (4,)) for i in range(sets)], axis=1
     ).astype(np.int64)
     weights = np.concatenate(
-        [document.accessor(int(attributes[f"WEIGHTS_{i}"])) for i in range(sets)], axis=1
+        [document.accessor(attributes[f"WEIGHTS_{i}"], (4,)) for i in range(sets)], axis=1
     )
     if len(joints) != count or len(weights) != count:
         raise GltfError(f"JOINTS or WEIGHTS do not match the {count} vertices")

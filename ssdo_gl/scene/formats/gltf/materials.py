@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json
+from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json, number, numbers
 from ssdo_gl.scene.formats.model import Model
-from ssdo_gl.scene.images import read_texture
+from ssdo_gl.scene.images import MAX_RADIANCE, read_texture
 from ssdo_gl.scene.material import Color, Material, Texture
 from ssdo_gl.scene.scene import SceneError
 
-_CLAMP_TO_EDGE = 33071
+_CLAMP = 33071
 # Extensions of materials that ask for more than diffuse reflection, in words.
 _BEYOND_DIFFUSE = {
     "KHR_materials_transmission": "transmission",
@@ -57,15 +58,15 @@ class UsedMaterial:
 class MaterialReader:
     """Reads each material and each image of a document once."""
 
-    def __init__(self, document: Document, model: Model, where: str) -> None:
-        self.document, self.model, self.where = document, model, where
+    def __init__(self, document: Document, model: Model) -> None:
+        self.document, self.model = document, model
         self._known: dict[int | None, UsedMaterial] = {}
         self._images: dict[tuple[int, str], Texture] = {}
 
     def read(self, index: int | None) -> UsedMaterial:
         """Return the material with this index; None is the format's default."""
         if index not in self._known:
-            entry = {} if index is None else self.document.json["materials"][index]
+            entry = {} if index is None else self.document.entry("materials", index)
             self._known[index] = self._read(entry)
         return self._known[index]
 
@@ -78,8 +79,8 @@ class MaterialReader:
             base = extensions["KHR_materials_pbrSpecularGlossiness"]
             factor_key, texture_key = "diffuseFactor", "diffuseTexture"
             self.model.asks_for("specular reflection", name)
-        factor = np.asarray(base.get(factor_key, (1.0, 1.0, 1.0, 1.0)), dtype=np.float64)
-        if factor.shape != (4,) or not np.all((factor >= 0.0) & (factor <= 1.0)):
+        factor = numbers(base, factor_key, (1.0, 1.0, 1.0, 1.0), f"material {name!r}")
+        if not np.all((factor >= 0.0) & (factor <= 1.0)):
             raise GltfError(f"material {name!r}: {factor_key} must be four numbers from 0 to 1")
         self._list_the_rest(name, entry, factor_key == "baseColorFactor")
         reference = base.get(texture_key)
@@ -103,17 +104,21 @@ class MaterialReader:
         return UsedMaterial(len(self.model.materials) - 1, uv_set, matrix)
 
     def _emission(self, name: str, entry: Json, extensions: Json) -> Color:
-        factor = np.asarray(entry.get("emissiveFactor", (0.0, 0.0, 0.0)), dtype=np.float64)
+        where = f"material {name!r}"
+        factor = numbers(entry, "emissiveFactor", (0.0, 0.0, 0.0), where)
         strength = extensions.get("KHR_materials_emissive_strength", {})
-        factor = factor * float(strength.get("emissiveStrength", 1.0))
-        if factor.shape != (3,) or not np.all((factor >= 0.0) & (factor < np.inf)):
-            raise GltfError(f"material {name!r}: emissiveFactor must be three numbers >= 0")
+        factor = factor * number(strength, "emissiveStrength", 1.0, where)
+        if not np.all((factor >= 0.0) & (factor <= MAX_RADIANCE)):
+            raise GltfError(
+                f"{where}: emissiveFactor times emissiveStrength must be three numbers "
+                f"from 0 to {MAX_RADIANCE:g}"
+            )
         return _triple(factor)
 
     def _cutoff(self, name: str, entry: Json) -> float | None:
         mode = entry.get("alphaMode", "OPAQUE")
         if mode == "MASK":
-            return float(np.clip(float(entry.get("alphaCutoff", 0.5)), 0.0, 1.0))
+            return float(np.clip(number(entry, "alphaCutoff", 0.5, f"material {name!r}"), 0.0, 1.0))
         if mode == "BLEND":
             self.model.asks_for("alpha blending, drawn opaque", name)
         return None
@@ -122,7 +127,11 @@ class MaterialReader:
         """List what the material asks for beyond diffuse reflection."""
         base = entry.get("pbrMetallicRoughness", {})
         # Without a material of its own a primitive is formally metal; nobody means it.
-        if entry and metallic_workflow and float(base.get("metallicFactor", 1.0)) > 0.0:
+        if (
+            entry
+            and metallic_workflow
+            and number(base, "metallicFactor", 1.0, f"material {name!r}") > 0.0
+        ):
             self.model.asks_for("metal", name)
         if "normalTexture" in entry:
             self.model.asks_for("normal maps", name)
@@ -133,30 +142,35 @@ class MaterialReader:
                 self.model.asks_for(_BEYOND_DIFFUSE[extension], name)
 
     def _texture(self, reference: Json | None) -> Texture | None:
+        """Return the texture, or None with a note if it cannot be used.
+
+        Models are passed on without their textures, and often show what matters.
+        """
         if reference is None:
             return None
-        texture = self.document.json["textures"][int(reference["index"])]
-        webp = texture.get("extensions", {}).get("EXT_texture_webp", {})
-        source = webp.get("source", texture.get("source"))
-        if source is None:
-            self.model.note("textures in a format that is not supported (KTX2) are not drawn")
-            return None
-        samplers = self.document.json.get("samplers", [])
-        sampler = samplers[int(texture["sampler"])] if "sampler" in texture else {}
-        wrap = "clamp" if sampler.get("wrapS") == _CLAMP_TO_EDGE else "repeat"
-        key = (int(source), wrap)
-        if key not in self._images:
-            image = self.document.json["images"][int(source)]
-            name = str(image.get("name") or f"image {source}")
-            try:
-                data = self.document.image(int(source))
-            except SceneError as error:
-                self.model.note(f"texture not used: {error}")
+        try:
+            texture = self.document.entry("textures", reference["index"])
+            webp = texture.get("extensions", {}).get("EXT_texture_webp", {})
+            source = webp.get("source", texture.get("source"))
+            if source is None:
+                self.model.note("textures in a format that is not supported (KTX2) are not drawn")
                 return None
-            self._images[key] = read_texture(
-                data, self.where, name, "clamp" if wrap == "clamp" else "repeat"
-            )
-        return self._images[key]
+            sampler = {}
+            if "sampler" in texture:
+                sampler = self.document.entry("samplers", texture["sampler"])
+            return self._image(source, "clamp" if sampler.get("wrapS") == _CLAMP else "repeat")
+        except (SceneError, GltfError) as error:
+            self.model.note(f"texture not used: {error}")
+        except (KeyError, TypeError, AttributeError):
+            self.model.note("texture not used: its entry is not valid glTF")
+        return None
+
+    def _image(self, source: int, wrap: Literal["repeat", "clamp"]) -> Texture:
+        if (source, wrap) not in self._images:
+            name = str(self.document.entry("images", source).get("name") or f"image {source}")
+            data = self.document.image(source)
+            self._images[source, wrap] = read_texture(data, self.document.path.name, name, wrap)
+        return self._images[source, wrap]
 
 
 def _placement(reference: Json) -> tuple[int, str]:
@@ -171,9 +185,10 @@ def _placement_matrix(reference: Json) -> tuple[int, FloatArray | None]:
     if transform is None:
         return uv_set, None
     uv_set = int(transform.get("texCoord", uv_set))
-    angle = float(transform.get("rotation", 0.0))
-    scale = np.asarray(transform.get("scale", (1.0, 1.0)), dtype=np.float64)
-    offset = np.asarray(transform.get("offset", (0.0, 0.0)), dtype=np.float64)
+    where = "KHR_texture_transform"
+    angle = number(transform, "rotation", 0.0, where)
+    scale = numbers(transform, "scale", (1.0, 1.0), where)
+    offset = numbers(transform, "offset", (0.0, 0.0), where)
     cosine, sine = np.cos(angle), np.sin(angle)
     # Scale, then rotate, then move; v points down, so the turn is clockwise in uv.
     rotation = np.array([[cosine, sine], [-sine, cosine]])

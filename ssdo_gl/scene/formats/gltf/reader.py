@@ -7,23 +7,20 @@ Specification: Khronos glTF 2.0; extensions are named where they are read.
 
 from __future__ import annotations
 
-import dataclasses
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json
+from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json, number, numbers
 from ssdo_gl.scene.formats.gltf.geometry import Shape, read_shape
 from ssdo_gl.scene.formats.gltf.materials import MaterialReader
 from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.lights import kind_of_gltf
-from ssdo_gl.scene.material import Color
-from ssdo_gl.scene.mesh import SceneObject
+from ssdo_gl.scene.mesh import MAX_INSTANCES, SceneObject
+from ssdo_gl.scene.numbers import LARGEST_COORDINATE, LARGEST_NUMBER
 from ssdo_gl.scene.scene import SceneError
 
 # Extensions that a file may declare as required; all others that a file requires
@@ -60,9 +57,11 @@ def read_gltf(path: Path, where: str) -> Model:
         If it is damaged, or requires an extension that is not supported.
     """
     try:
-        document = Document.load(path)
-        _check_extensions(document)
-        return _Reader(document, where).read()
+        # Numbers that overflow on the way are refused or dropped where they end up.
+        with np.errstate(all="ignore"):
+            document = Document.load(path, where)
+            _check_extensions(document)
+            return _Reader(document).read()
     except SceneError:
         raise
     except GltfError as error:
@@ -83,20 +82,26 @@ def _check_extensions(document: Document) -> None:
 class _Reader:
     """Walks the nodes of one document and fills a Model."""
 
-    def __init__(self, document: Document, where: str) -> None:
+    def __init__(self, document: Document) -> None:
         self.document = document
         self.model = Model()
-        self.materials = MaterialReader(document, self.model, where)
-        # (mesh, primitive) -> mesh and material of the model, None if unusable.
-        self._placed: dict[tuple[int, int, int], tuple[int, int] | None] = {}
-        self._object_of: dict[tuple[int, int], int] = {}
+        self.materials = MaterialReader(document, self.model)
+        # (mesh, primitive, skin, morph weights) -> mesh and material of the model,
+        # None if unusable.
+        self._placed: dict[tuple[int, int, int, bytes], tuple[int, int] | None] = {}
+        # mesh and material of the model -> name, and matrices of the instances
+        self._instances: dict[tuple[int, int], tuple[str, list[FloatArray]]] = {}
         self._world: dict[int, FloatArray] = {}
-        self._camera: tuple[int, FloatArray] | None = None
+        self._camera: tuple[Json, FloatArray] | None = None
 
     def read(self) -> Model:
         order = self._walk()
         for node in order:
             self._read_node(node)
+        self.model.objects = [
+            SceneObject(*placed, np.concatenate(matrices), name=name)
+            for placed, (name, matrices) in self._instances.items()
+        ]
         if self.document.json.get("animations"):
             self.model.note("animations are not played: drawn at rest")
         self.model.camera = self._read_camera()
@@ -107,7 +112,7 @@ class _Reader:
         json = self.document.json
         nodes = json.get("nodes", [])
         if "scenes" in json:
-            roots = json["scenes"][json.get("scene", 0)].get("nodes", [])
+            roots = self.document.entry("scenes", json.get("scene", 0)).get("nodes", [])
         else:
             children = {child for node in nodes for child in node.get("children", [])}
             roots = [index for index in range(len(nodes)) if index not in children]
@@ -115,30 +120,33 @@ class _Reader:
         pending = [(root, np.eye(4)) for root in reversed(roots)]
         while pending:
             index, parent = pending.pop()
-            if index in self._world or not 0 <= index < len(nodes):
-                raise GltfError(f"node {index} has two parents or does not exist")
-            world = parent @ _local_matrix(nodes[index])
+            node = self.document.entry("nodes", index)
+            if index in self._world:
+                raise GltfError(f"node {index} has two parents")
+            world = parent @ _local_matrix(node, f"node {index}")
+            if not np.all(np.abs(world) <= LARGEST_COORDINATE):
+                raise GltfError(f"node {index} lies or reaches beyond {LARGEST_COORDINATE:g}")
             self._world[index] = world
             order.append(index)
-            pending += [(child, world) for child in reversed(nodes[index].get("children", []))]
+            pending += [(child, world) for child in reversed(node.get("children", []))]
         return order
 
     def _read_node(self, index: int) -> None:
         node, world = self.document.json["nodes"][index], self._world[index]
         if "mesh" in node:
-            self._read_mesh(node, world)
+            self._read_mesh(node, world, f"node {index}")
         if "camera" in node and self._camera is None:
-            self._camera = (int(node["camera"]), world)
+            self._camera = self.document.entry("cameras", node["camera"]), world
         light = node.get("extensions", {}).get("KHR_lights_punctual")
         if light is not None:
-            self._read_light(int(light["light"]), world)
+            self._read_light(light["light"], world)
 
-    def _read_mesh(self, node: Json, world: FloatArray) -> None:
-        mesh_index = int(node["mesh"])
-        mesh = self.document.json["meshes"][mesh_index]
-        skin = int(node["skin"]) if "skin" in node else -1
-        matrices = world[None] @ self._gpu_instances(node)
-        if skin >= 0:
+    def _read_mesh(self, node: Json, world: FloatArray, where: str) -> None:
+        mesh_index = node["mesh"]
+        mesh = self.document.entry("meshes", mesh_index)
+        skin = node.get("skin", -1)
+        matrices = world[None] @ self._gpu_instances(node, where)
+        if "skin" in node:
             # A skinned mesh stands where its joints are; its own node does not count.
             matrices = np.eye(4)[None]
         usable = np.abs(np.linalg.det(matrices[:, :3, :3])) > 0.0
@@ -148,54 +156,56 @@ class _Reader:
             matrices = matrices[usable]
             if not len(matrices):
                 return
-        for number, primitive in enumerate(mesh["primitives"]):
-            key = (mesh_index, number, skin)
+        owner = node if "weights" in node else mesh
+        count = len(owner.get("weights", []))
+        weights = numbers(owner, "weights", [0.0] * count, where)
+        name = str(node.get("name") or mesh.get("name") or "")
+        for row, primitive in enumerate(mesh["primitives"]):
+            key = (mesh_index, row, skin, weights.tobytes())
             if key not in self._placed:
-                name = str(node.get("name") or mesh.get("name") or "")
-                self._placed[key] = self._add_primitive(primitive, mesh, skin, name)
+                self._placed[key] = self._add_primitive(primitive, weights.tolist(), skin, name)
             placed = self._placed[key]
-            if placed is None:
-                continue
-            if placed in self._object_of:
-                row = self._object_of[placed]
-                item = self.model.objects[row]
-                joined = np.concatenate([item.world_from_object, matrices])
-                self.model.objects[row] = dataclasses.replace(item, world_from_object=joined)
-            else:
-                self._object_of[placed] = len(self.model.objects)
-                name = str(node.get("name") or mesh.get("name") or "")
-                self.model.objects.append(SceneObject(*placed, matrices, name=name))
+            if placed is not None:
+                self._instances.setdefault(placed, (name, []))[1].append(matrices)
 
-    def _gpu_instances(self, node: Json) -> FloatArray:
+    def _gpu_instances(self, node: Json, where: str) -> FloatArray:
         """Return (N, 4, 4) of EXT_mesh_gpu_instancing, or one identity."""
         extension = node.get("extensions", {}).get("EXT_mesh_gpu_instancing")
         if extension is None:
             return np.eye(4)[None]
-        columns = {
-            name: self.document.accessor(int(index))
-            for name, index in extension["attributes"].items()
-            if name in ("TRANSLATION", "ROTATION", "SCALE")
-        }
+        columns = {}
+        for name, width in (("TRANSLATION", 3), ("ROTATION", 4), ("SCALE", 3)):
+            if name in extension["attributes"]:
+                index = extension["attributes"][name]
+                count = self.document.entry("accessors", index)["count"]
+                if not 0 <= count <= MAX_INSTANCES:
+                    raise GltfError(f"{where}: {count} instances: at most {MAX_INSTANCES}")
+                columns[name] = self.document.accessor(index, (width,))
         count = min((len(column) for column in columns.values()), default=0)
-        matrices = [
-            _local_matrix({name.lower(): column[row] for name, column in columns.items()})
-            for row in range(count)
-        ]
-        return np.stack(matrices) if matrices else np.eye(4)[None]
+        if not count:
+            return np.eye(4)[None]
+        matrices = _matrices(
+            columns.get("TRANSLATION", np.zeros((count, 3)))[:count],
+            columns.get("ROTATION", np.tile([0.0, 0.0, 0.0, 1.0], (count, 1)))[:count],
+            columns.get("SCALE", np.ones((count, 3)))[:count],
+        )
+        # Without data a kilobyte could ask for a million copies, all in one place.
+        moves = np.any(matrices[1:] != matrices[:-1], axis=(1, 2))
+        return np.asarray(matrices[np.concatenate([[True], moves])])
 
     def _add_primitive(
-        self, primitive: Json, mesh: Json, skin: int, name: str
+        self, primitive: Json, weights: list[float], skin: int, name: str
     ) -> tuple[int, int] | None:
         material = self.materials.read(primitive.get("material"))
-        shape = read_shape(self.document, primitive, mesh, material.uv_set)
+        shape = read_shape(self.document, primitive, weights, material.uv_set)
         if shape is None:
             self.model.note("points and lines are not drawn")
             return None
         if shape.morphed:
-            self.model.note("morph targets are drawn with their default weights")
+            self.model.note("morph targets are drawn with the weights of the file")
         positions, normals = shape.positions, shape.normals
-        if skin >= 0 and shape.joints is not None:
-            positions, normals = self._skinned(shape, self.document.json["skins"][skin])
+        if skin != -1 and shape.joints is not None:
+            positions, normals = self._skinned(shape, self.document.entry("skins", skin))
         try:
             index = self.model.add_mesh(
                 positions,
@@ -214,9 +224,11 @@ class _Reader:
         joints = [int(joint) for joint in skin["joints"]]
         matrices = np.stack([self._world.get(joint, np.eye(4)) for joint in joints])
         if "inverseBindMatrices" in skin:
-            inverse = self.document.accessor(int(skin["inverseBindMatrices"]))
+            inverse = self.document.accessor(skin["inverseBindMatrices"], (16,))
             matrices = matrices @ inverse.reshape(-1, 4, 4)[: len(joints)].transpose(0, 2, 1)
         assert shape.joints is not None and shape.weights is not None
+        if int(shape.joints.max(initial=0)) >= len(matrices):
+            raise GltfError(f"a vertex refers to joint {shape.joints.max()} of {len(matrices)}")
         blended = np.einsum("vj,vjab->vab", shape.weights, matrices[shape.joints])
         ones = np.ones((len(shape.positions), 1))
         positions = np.einsum(
@@ -229,12 +241,16 @@ class _Reader:
     def _read_light(self, index: int, world: FloatArray) -> None:
         """Add a light of KHR_lights_punctual; it shines along the node's -z."""
         lights = self.document.json["extensions"]["KHR_lights_punctual"]["lights"]
-        light = lights[index]
-        red, green, blue = (float(c) for c in light.get("color", (1.0, 1.0, 1.0)))
-        strength = float(light.get("intensity", 1.0))
-        color: Color = (red * strength, green * strength, blue * strength)
-        if not all(0.0 <= c <= FLOAT32_MAX for c in color):
-            raise GltfError(f"light {index}: colour and intensity must be finite and >= 0")
+        if not isinstance(index, int) or not 0 <= index < len(lights):
+            raise GltfError(f"refers to light {index}, but there are {len(lights)}")
+        light, where = lights[index], f"light {index}"
+        strength = number(light, "intensity", 1.0, where)
+        color = numbers(light, "color", (1.0, 1.0, 1.0), where) * strength
+        if not all(0.0 <= c <= LARGEST_NUMBER for c in color):
+            raise GltfError(
+                f"{where}: colour times intensity is {_listed(color)}: expected 0 to "
+                f"{LARGEST_NUMBER:g}"
+            )
         name = str(light.get("name", ""))
         kind = kind_of_gltf(light["type"])
         if kind is None:
@@ -246,7 +262,9 @@ class _Reader:
             return
         forward = -math3d.normalized(backward) if backward.any() else np.array([0.0, 0.0, -1.0])
         try:
-            made = kind.from_gltf(light, _triple(world[:3, 3]), _triple(forward), color, name)
+            made = kind.from_gltf(
+                light, _triple(world[:3, 3]), _triple(forward), _triple(color), name
+            )
         except ValueError as error:
             raise GltfError(f"light {index}: {error}") from None
         self.model.lights.append(made)
@@ -255,54 +273,74 @@ class _Reader:
         """Return the first camera of the scene, if it is a perspective one."""
         if self._camera is None:
             return None
-        index, world = self._camera
-        camera = self.document.json["cameras"][index]
+        camera, world = self._camera
         if camera.get("type") != "perspective":
             self.model.note("orthographic camera not used: the whole scene is framed")
             return None
-        fov_y = float(np.degrees(camera["perspective"]["yfov"]))
+        fov_y = float(np.degrees(number(camera["perspective"], "yfov", np.nan, "camera")))
         if not 0.0 < fov_y < 180.0:
-            raise GltfError(f"camera {index}: yfov = {fov_y:g} degrees: expected 0 to 180")
-        position, forward = world[:3, 3], math3d.normalized(-world[:3, 2])
+            raise GltfError(f"camera: yfov = {fov_y:g} degrees: expected 0 to 180")
+        position, forward = world[:3, 3], _axis(-world[:3, 2], "camera")
         target = position + forward * self._distance_ahead(position, forward)
-        up = math3d.normalized(world[:3, 1])
+        up = _axis(world[:3, 1], "camera")
         return Camera(_triple(position), _triple(target), _triple(up), fov_y)
 
     def _distance_ahead(self, position: FloatArray, forward: FloatArray) -> float:
         """Return how far ahead the middle of the scene lies: a natural pivot."""
         middles = [
-            math3d.transform_points(matrix, np.mean(self.model.meshes[o.mesh].bounds(), axis=0))
+            o.world_from_object[:, :3, :3] @ np.mean(self.model.meshes[o.mesh].bounds(), axis=0)
+            + o.world_from_object[:, :3, 3]
             for o in self.model.objects
-            for matrix in o.world_from_object
         ]
         if not middles:
             return 1.0
-        offset = np.mean(middles, axis=0) - position
+        offset = np.mean(np.concatenate(middles), axis=0) - position
         ahead = float(offset @ forward)
         return ahead if ahead > 0.0 else max(float(np.linalg.norm(offset)), 1e-6)
 
 
-def _local_matrix(node: Json | dict[str, NDArray[Any]]) -> FloatArray:
+def _local_matrix(node: Json, where: str) -> FloatArray:
     """Return parent_from_node of a node: its matrix, or translation, rotation, scale."""
     if "matrix" in node:
-        return np.array(node["matrix"], dtype=np.float64).reshape(4, 4).T
-    matrix = np.eye(4)
-    matrix[:3, 3] = node.get("translation", (0.0, 0.0, 0.0))
-    matrix[:3, :3] = _rotation(np.asarray(node.get("rotation", (0.0, 0.0, 0.0, 1.0))))
-    matrix[:3, :3] *= np.asarray(node.get("scale", (1.0, 1.0, 1.0)), dtype=np.float64)
-    return matrix
+        return np.ascontiguousarray(numbers(node, "matrix", [0.0] * 16, where).reshape(4, 4).T)
+    rotation = numbers(node, "rotation", (0.0, 0.0, 0.0, 1.0), where)
+    if not rotation.any():
+        raise GltfError(f"{where}: rotation = [0, 0, 0, 0] is no rotation")
+    translation = numbers(node, "translation", (0.0, 0.0, 0.0), where)
+    scale = numbers(node, "scale", (1.0, 1.0, 1.0), where)
+    return np.asarray(_matrices(translation[None], rotation[None], scale[None])[0])
 
 
-def _rotation(quaternion: NDArray[Any]) -> FloatArray:
-    """Return the (3, 3) rotation of a quaternion (x, y, z, w)."""
-    x, y, z, w = math3d.normalized(quaternion)
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
+def _matrices(translation: FloatArray, rotation: FloatArray, scale: FloatArray) -> FloatArray:
+    """Return matrices (N, 4, 4) from translations, quaternions (x, y, z, w) and scales.
+
+    A quaternion of zero length or infinite parts gives a matrix of NaN.
+    """
+    matrices = np.zeros((len(translation), 4, 4))
+    x, y, z, w = (rotation / np.linalg.norm(rotation, axis=1, keepdims=True)).T
+    matrices[:, 0, :3] = np.stack(
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)], axis=1
     )
+    matrices[:, 1, :3] = np.stack(
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)], axis=1
+    )
+    matrices[:, 2, :3] = np.stack(
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)], axis=1
+    )
+    matrices[:, :3, :3] *= scale[:, None, :]
+    matrices[:, :3, 3] = translation
+    matrices[:, 3, 3] = 1.0
+    return matrices
+
+
+def _axis(direction: FloatArray, where: str) -> FloatArray:
+    if not direction.any():
+        raise GltfError(f"{where}: its node is scaled to zero, so it looks nowhere")
+    return math3d.normalized(direction)
+
+
+def _listed(values: FloatArray) -> str:
+    return "[" + ", ".join(f"{value:g}" for value in values) + "]"
 
 
 def _triple(array: FloatArray) -> tuple[float, float, float]:

@@ -13,6 +13,7 @@ from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.formats.obj.text import logical_lines, remainder, without_comment
 from ssdo_gl.scene.images import read_texture
 from ssdo_gl.scene.material import Color, Material, Texture
+from ssdo_gl.scene.numbers import LARGEST_NUMBER
 from ssdo_gl.scene.paths import contained_file
 from ssdo_gl.scene.scene import SceneError
 
@@ -185,9 +186,7 @@ def _color(
         numbers = []
     if len(numbers) == 1:
         numbers *= 3
-    # Anything above becomes infinite on the way to the GPU.
-    largest = float(np.finfo(np.float32).max)
-    if len(numbers) != 3 or not all(0.0 <= n <= largest for n in numbers):
+    if len(numbers) != 3 or not all(0.0 <= n <= LARGEST_NUMBER for n in numbers):
         shown = " ".join([key.capitalize(), *words])[:80]
         raise SceneError(f"{where}: {shown!r}: expected three finite numbers >= 0")
     if xyz:

@@ -20,13 +20,11 @@ from ssdo_gl.scene.formats.toml.motions import MOTION_TABLE, read_motion, spins_
 from ssdo_gl.scene.lights import Shadow
 from ssdo_gl.scene.lights.base import triple
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import SceneObject
+from ssdo_gl.scene.mesh import MAX_INSTANCES, SceneObject
 from ssdo_gl.scene.table import Table, suggestion
 
 _COMMON = ("shape", "name", "material", "transform", "repeat", MOTION_TABLE, "shadow")
 SHAPES = (*FORM_KEYS, "mesh")
-# A million instances fill 128 MB with matrices alone.
-MAX_INSTANCES = 1_000_000
 
 
 def read_object(
