@@ -13,6 +13,7 @@ from ssdo_gl.bench.metrics import MissingLibraryError
 from ssdo_gl.bench.storage import BenchError
 from ssdo_gl.gpu.context import ContextError
 from ssdo_gl.images.files import OutputError, check_output
+from ssdo_gl.printable import printable
 from ssdo_gl.process import EXIT_INTERRUPTED, exit_code, signals_as_exceptions, steadfast_output
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.load import load_scene
@@ -222,7 +223,7 @@ def _main(arguments: Sequence[str] | None) -> int:
         message, code = str(error), EXIT_NO_OPENGL
     except KeyboardInterrupt as error:
         message, code = str(error) or "interrupted; nothing was written", EXIT_INTERRUPTED
-    print(f"ssdo-gl: {' '.join(message.split())}", file=sys.stderr)
+    print(f"ssdo-gl: {printable(' '.join(message.split()))}", file=sys.stderr)
     return code
 
 

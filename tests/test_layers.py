@@ -21,6 +21,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
         "toml_text",
         "process",
         "foreign_output",
+        "printable",
         "images/color",
     ),
     ("settings/fields", "effects/estimators"),

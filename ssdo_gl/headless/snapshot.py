@@ -25,6 +25,7 @@ from ssdo_gl.headless.explain import (
 from ssdo_gl.headless.progress import progress_on_terminal
 from ssdo_gl.images.display import picture_of
 from ssdo_gl.images.files import exr_bytes, npz_bytes, png_bytes, write_atomically
+from ssdo_gl.printable import printable
 from ssdo_gl.render_result import RenderResult
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
@@ -190,7 +191,9 @@ def _print_summary(
 ) -> None:
     result = explanation.result
     for note in stats["notes"]:
-        Console(stderr=True, highlight=False, soft_wrap=True).print(f"note: {escape(note)}")
+        Console(stderr=True, highlight=False, soft_wrap=True).print(
+            f"note: {escape(printable(note))}"
+        )
     if request.explain:
         console.print(explanation_table(explanation))
         whole = summary(explanation)
@@ -199,7 +202,7 @@ def _print_summary(
     ran = [row.name for row in result.passes if row.ran]
     width, height = result.size
     frame = stats["frame_ms"]
-    where = f"{request.out}: " if request.out is not None else ""
+    where = f"{printable(str(request.out))}: " if request.out is not None else ""
     settings = result.settings
     method = settings.method
     if estimators_of(method):

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from ssdo_gl.foreign_output import foreign_output_held
 from ssdo_gl.whole_files import replace_whole
 
 SUFFIXES = (".png", ".exr", ".npz")
@@ -89,8 +90,15 @@ def exr_bytes(images: Mapping[str, NDArray[np.float32]], meta: Mapping[str, Any]
         "type": OpenEXR.scanlineimage,
         "comments": json.dumps(meta, sort_keys=True),
     }
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "image.exr"
-        with OpenEXR.File(header, channels) as file:
-            file.write(str(path))
-        return path.read_bytes()
+    # OpenEXR writes to files only.
+    try:
+        with tempfile.TemporaryDirectory() as folder, foreign_output_held():
+            path = Path(folder) / "image.exr"
+            with OpenEXR.File(header, channels) as file:
+                file.write(str(path))
+            return path.read_bytes()
+    except (OSError, RuntimeError) as error:
+        reason = " ".join(str(error).split())
+        raise OutputError(
+            f"an .exr image cannot be built in the folder for temporary files (TMPDIR): {reason}"
+        ) from None
