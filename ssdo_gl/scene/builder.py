@@ -12,6 +12,7 @@ import numpy as np
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene import defaults, framing
 from ssdo_gl.scene import emissive_meshes as emitters
+from ssdo_gl.scene.batching import batched
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import Environment
 from ssdo_gl.scene.exposure import exposure_for
@@ -23,6 +24,11 @@ from ssdo_gl.scene.scene import Scene, SceneError
 # Coordinates leave float64 for float32 relative to the camera; between these sizes
 # neither they nor their squares overflow or vanish there.
 SMALLEST_SCENE, LARGEST_SCENE = 1e-15, 1e15
+
+# Each light is drawn into a shadow map of its own: some milliseconds a light.
+MAX_LIGHTS = 1024
+# Each is looked at to find the lights that stand for them.
+MAX_EMISSIVE_TRIANGLES = 1 << 20
 
 
 @dataclass
@@ -112,8 +118,12 @@ class SceneBuilder:
         if not self.objects:
             raise SceneError(f"{self.source}: nothing to draw: no object with a triangle")
         self._check_size()
+        self._check_counts()
         self._add_emitters()
         self._merge()
+        self.meshes, self.materials, self.objects = batched(
+            self.meshes, self.materials, self.objects
+        )
         if camera is None:
             camera = framing.frame(self.meshes, self.objects, fov_y, exposure or 0.0)
         if exposure is None and self.lights:
@@ -153,6 +163,18 @@ class SceneBuilder:
                 f"{self.source}: the scene measures {extent:g} and reaches to {reach:g} scene "
                 f"units: expected a size from {SMALLEST_SCENE:g} to {LARGEST_SCENE:g}"
             )
+
+    def _check_counts(self) -> None:
+        if len(self.lights) > MAX_LIGHTS:
+            raise SceneError(f"{self.source}: {len(self.lights)} lights: at most {MAX_LIGHTS}")
+        for item in self.objects:
+            if item.light is None and self.materials[item.material].emits:
+                count = len(self.meshes[item.mesh].triangles) * len(item.world_from_object)
+                if count > MAX_EMISSIVE_TRIANGLES:
+                    raise SceneError(
+                        f"{self.source}: emissive {item.name!r} has {count} triangles, copies "
+                        f"included: at most {MAX_EMISSIVE_TRIANGLES}"
+                    )
 
     def _add_emitters(self) -> None:
         found = emitters.emitter_lights(

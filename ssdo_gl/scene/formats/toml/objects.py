@@ -24,6 +24,8 @@ from ssdo_gl.scene.mesh import MAX_INSTANCES, SceneObject
 from ssdo_gl.scene.table import Table, suggestion
 
 _COMMON = ("shape", "name", "material", "transform", "repeat", MOTION_TABLE, "shadow")
+# Each of them is an object of its own.
+MAX_SPINNING = 10_000
 SHAPES = (*FORM_KEYS, "mesh")
 
 
@@ -64,6 +66,12 @@ def _add(
         for part in parts:
             builder.add(dataclasses.replace(part, motion=motion), shadow)
         return
+    if count > MAX_SPINNING:
+        table.fail(
+            "repeat",
+            f"{count} copies that spin, each about itself: at most {MAX_SPINNING}; "
+            "with a pivot they turn as one",
+        )
     for copy in range(count):
         copies = []
         for part in parts:

@@ -1,0 +1,143 @@
+"""Many small meshes of plain materials become few large ones.
+
+Each object of a mesh and material of its own costs a draw call in every pass, some
+milliseconds in all; a model with thousands of plain materials would take minutes.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+
+from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.material import Material
+from ssdo_gl.scene.mesh import Mesh, SceneObject, placed
+
+# Below it every object keeps its mesh, whose instances and bounds serve culling.
+MIN_OBJECTS = 500
+# A batch is culled as a whole: it should hold no more than a good part of a scene.
+MAX_TRIANGLES = 100_000
+
+
+def batched(
+    meshes: Sequence[Mesh], materials: Sequence[Material], objects: Sequence[SceneObject]
+) -> tuple[list[Mesh], list[Material], list[SceneObject]]:
+    """Return a scene's parts with plain, still, single objects joined where there are many.
+
+    The albedo of each becomes the colour of its vertices: the picture stays.
+    """
+    kept: list[SceneObject] = []
+    groups: dict[tuple[bool, ...], list[SceneObject]] = {}
+    for item in objects:
+        key = _key(meshes[item.mesh], materials[item.material], item)
+        if key is None:
+            kept.append(item)
+        else:
+            groups.setdefault(key, []).append(item)
+    if not any(len(members) >= MIN_OBJECTS for members in groups.values()):
+        return list(meshes), list(materials), list(objects)
+    new_meshes, new_materials = list(meshes), list(materials)
+    for members in groups.values():
+        if len(members) < MIN_OBJECTS:
+            kept += members
+            continue
+        material = materials[members[0].material]
+        new_materials.append(
+            dataclasses.replace(material, name="joined", albedo=(1.0, 1.0, 1.0), alpha=1.0)
+        )
+        for batch in _batches(meshes, members):
+            new_meshes.append(_joined(meshes, materials, batch))
+            index = len(new_meshes) - 1
+            kept.append(SceneObject(index, len(new_materials) - 1, name="joined"))
+    return _without_unused(new_meshes, new_materials, kept)
+
+
+def _batches(meshes: Sequence[Mesh], members: Sequence[SceneObject]) -> list[list[SceneObject]]:
+    """Return `members` in lists of at most MAX_TRIANGLES, or of one."""
+    batches: list[list[SceneObject]] = []
+    count = MAX_TRIANGLES
+    for item in members:
+        size = len(meshes[item.mesh].triangles)
+        if count + size > MAX_TRIANGLES:
+            batches.append([])
+            count = 0
+        batches[-1].append(item)
+        count += size
+    return batches
+
+
+def _key(mesh: Mesh, material: Material, item: SceneObject) -> tuple[bool, ...] | None:
+    """Return what objects of one batch have in common, or None for one that stays alone."""
+    plain = dataclasses.replace(material, name="", albedo=(0.8, 0.8, 0.8), alpha=1.0)
+    if (
+        _fields(plain) != _fields(Material())
+        or item.motion is not None
+        or item.light is not None
+        or len(item.world_from_object) != 1
+    ):
+        return None
+    return mesh.normals is not None, mesh.closed
+
+
+def _fields(material: Material) -> tuple[object, ...]:
+    return tuple(getattr(material, field.name) for field in dataclasses.fields(material))
+
+
+def _joined(
+    meshes: Sequence[Mesh], materials: Sequence[Material], members: Sequence[SceneObject]
+) -> Mesh:
+    """Return one mesh, in world space, of meshes that all have normals or none has."""
+    parts = [meshes[item.mesh] for item in members]
+    first = np.cumsum([0] + [len(part.positions) for part in parts[:-1]])
+    colors = []
+    for part, item in zip(parts, members, strict=True):
+        material = materials[item.material]
+        own = np.ones((len(part.positions), 4)) if part.colors is None else part.colors
+        colors.append(own * [*material.albedo, material.alpha])
+    return Mesh(
+        positions=np.concatenate(
+            [
+                placed(part.positions, item.world_from_object)[0]
+                for part, item in zip(parts, members, strict=True)
+            ]
+        ),
+        triangles=np.concatenate(
+            [part.triangles + start for part, start in zip(parts, first, strict=True)]
+        ),
+        normals=_normals(parts, members),
+        colors=np.concatenate(colors),
+        closed=parts[0].closed,
+        name="joined",
+    )
+
+
+def _normals(parts: Sequence[Mesh], members: Sequence[SceneObject]) -> FloatArray | None:
+    turned = []
+    for part, item in zip(parts, members, strict=True):
+        if part.normals is None:
+            return None
+        linear = item.world_from_object[0, :3, :3]
+        # Normals turn with the cofactors; instances of a batch are not mirrored.
+        cofactor = np.stack([np.cross(linear[(i + 1) % 3], linear[(i + 2) % 3]) for i in range(3)])
+        normal = part.normals @ cofactor.T
+        turned.append(normal / np.linalg.norm(normal, axis=1, keepdims=True))
+    return np.concatenate(turned)
+
+
+def _without_unused(
+    meshes: list[Mesh], materials: list[Material], objects: list[SceneObject]
+) -> tuple[list[Mesh], list[Material], list[SceneObject]]:
+    used_meshes = sorted({item.mesh for item in objects})
+    used_materials = sorted({item.material for item in objects})
+    mesh_of = {old: new for new, old in enumerate(used_meshes)}
+    material_of = {old: new for new, old in enumerate(used_materials)}
+    return (
+        [meshes[i] for i in used_meshes],
+        [materials[i] for i in used_materials],
+        [
+            dataclasses.replace(o, mesh=mesh_of[o.mesh], material=material_of[o.material])
+            for o in objects
+        ],
+    )
