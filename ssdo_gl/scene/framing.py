@@ -17,6 +17,9 @@ AZIMUTH_DEGREES, ELEVATION_DEGREES = 30.0, 20.0
 MARGIN = 1.06
 # Above this many vertices the boxes of the instances are framed in their place.
 MAX_POINTS = 200_000
+# A scene is flat if this much of its area, squared cosines as weights, faces one axis.
+# Of things repeated more often than this each is small, whatever its shape.
+_FLAT_SHARE, _MAX_SHEETS = 0.95, 64
 _TRIANGLES_AT_ONCE = 1 << 18
 # A side of the bounding box is a wall if surfaces within a twentieth of the box cover
 # most of it, and open if they cover next to nothing.
@@ -31,7 +34,8 @@ def frame(
 ) -> Camera:
     """Return a camera that sees every vertex of the scene.
 
-    A room with one open side is looked into, level, through that side. Anything else
+    A room with one open side is looked into, level, through that side; something flat
+    that stands is seen from its front, thirty degrees to the right. Anything else
     is seen at three quarters from slightly above, from where fewest walls of it stand
     in the way; the front is +z.
 
@@ -40,10 +44,55 @@ def frame(
     fov_y : float
         Vertical field of view in degrees.
     """
-    azimuth, elevation = _viewpoint(side_coverage(meshes, objects))
+    front = _front_of_sheet(meshes, objects)
+    if front is not None:
+        azimuth, elevation = front
+    else:
+        azimuth, elevation = _viewpoint(side_coverage(meshes, objects))
     a, e = np.radians([azimuth, elevation])
     toward = np.array([np.sin(a) * np.cos(e), np.sin(e), np.cos(a) * np.cos(e)])
     return _around(_world_points(meshes, objects), toward, fov_y, exposure)
+
+
+def _front_of_sheet(
+    meshes: Sequence[Mesh], objects: Sequence[SceneObject]
+) -> tuple[float, float] | None:
+    """Return azimuth and elevation from which something flat and upright is seen well.
+
+    None if the scene is not flat, or lies. The front is the one that the winding faces;
+    of a sheet with two fronts, or a thin body, the one towards +z or +x.
+    """
+    total, area = np.zeros(3), 0.0
+    squares = np.zeros((3, 3))
+    for item in objects:
+        mesh, linear = meshes[item.mesh], item.world_from_object[:, :3, :3]
+        corners = mesh.positions[mesh.triangles]
+        scale = float(np.abs(corners).max()) or 1.0
+        edges = (corners[:, 1:] - corners[:, :1]) / scale
+        for matrix in linear[:_MAX_SHEETS]:
+            u, v = np.moveaxis(edges @ matrix.T, 1, 0) * scale
+            cross = np.cross(u, v)
+            size = np.linalg.norm(cross, axis=1)
+            total += cross.sum(axis=0)
+            area += float(size.sum())
+            squares += cross.T @ (cross / np.where(size > 0.0, size, 1.0)[:, None])
+        if len(linear) > _MAX_SHEETS:
+            return None
+    if not np.isfinite(area) or area <= 0.0:
+        return None
+    share, axes = np.linalg.eigh(squares / area)
+    if share[2] < _FLAT_SHARE:
+        return None
+    front = axes[:, 2]
+    facing = float(total @ front) / area
+    # A sheet says which side is its front; a thin body shows both.
+    upright = front[[2, 0]] if abs(front[2]) > 0.5 else front[[0, 2]]
+    if facing < -0.5 or (abs(facing) <= 0.5 and upright[0] < 0.0):
+        front = -front
+    if np.hypot(front[0], front[2]) < 0.5:
+        return None
+    azimuth = float(np.degrees(np.arctan2(front[0], front[2])))
+    return azimuth + AZIMUTH_DEGREES, ELEVATION_DEGREES
 
 
 def _viewpoint(coverage: FloatArray) -> tuple[float, float]:
