@@ -15,7 +15,7 @@ from ssdo_gl.scene import emissive_meshes as emitters
 from ssdo_gl.scene.batching import batched
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import Environment
-from ssdo_gl.scene.exposure import exposure_for
+from ssdo_gl.scene.exposure import lighting_for
 from ssdo_gl.scene.lights import Light, Shadow
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject
@@ -119,6 +119,7 @@ class SceneBuilder:
             raise SceneError(f"{self.source}: nothing to draw: no object with a triangle")
         self._check_size()
         self._check_counts()
+        lamp_count = len(self.lights)
         self._add_emitters()
         self._merge()
         self.meshes, self.materials, self.objects = batched(
@@ -126,9 +127,9 @@ class SceneBuilder:
         )
         if camera is None:
             camera = framing.frame(self.meshes, self.objects, fov_y, exposure or 0.0)
-        if exposure is None and self.lights:
-            camera = self._exposed(camera)
-        if environment is None and not self.lights:
+        if exposure is None and environment is None and self.lights:
+            camera, environment = self._lit(camera, has_lamps=lamp_count > 0)
+        elif environment is None and not self.lights:
             environment, key = defaults.soft_light(camera)
             self.lights.append(key)
             self.note("no light in the scene: added a soft sky and one key light")
@@ -145,12 +146,24 @@ class SceneBuilder:
             notes=tuple(self.notes),
         )
 
-    def _exposed(self, camera: Camera) -> Camera:
-        """Return the camera with an exposure for the lights that the file brings."""
-        exposure = exposure_for(self.meshes, self.objects, self.lights)
-        if exposure != 0.0:
-            self.note(f"exposure {exposure:+.1f} EV chosen to suit the lights of the file")
-        return dataclasses.replace(camera, exposure=exposure)
+    def _lit(self, camera: Camera, *, has_lamps: bool) -> tuple[Camera, Environment | None]:
+        """Return the camera exposed for the lights of the file, and a sky if they do not do."""
+        needed = lighting_for(
+            self.meshes, self.materials, self.objects, self.lights, camera, has_lamps=has_lamps
+        )
+        environment: Environment | None = None
+        if needed.fill != "none":
+            environment, key = defaults.soft_light(camera)
+            if needed.fill == "sky and key":
+                self.lights.append(key)
+                added = "a soft sky and one key light"
+            else:
+                environment = environment.scaled(2.0**-needed.exposure)
+                added = "a soft sky"
+            self.note(f"the light of the file leaves most of the picture dark: added {added}")
+        if needed.exposure != 0.0:
+            self.note(f"exposure {needed.exposure:+.1f} EV chosen to suit the lights of the file")
+        return dataclasses.replace(camera, exposure=needed.exposure), environment
 
     def _check_size(self) -> None:
         scene = Scene(

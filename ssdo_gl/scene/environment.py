@@ -44,6 +44,14 @@ class GradientEnvironment:
             + (ground - horizon) * np.maximum(-y, 0.0)
         )
 
+    def scaled(self, factor: float) -> GradientEnvironment:
+        """Return the same sky, `factor` times as bright."""
+
+        def times(color: Color) -> Color:
+            return color[0] * factor, color[1] * factor, color[2] * factor
+
+        return GradientEnvironment(times(self.zenith), times(self.horizon), times(self.ground))
+
 
 @dataclass(frozen=True, eq=False)
 class MapEnvironment:

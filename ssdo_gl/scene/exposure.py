@@ -1,20 +1,132 @@
-"""An exposure that suits the light a model file brings."""
+"""An exposure that suits the light a model file brings, and whether that light will do."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.lights import Light
+from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject
 
 # Radiance that a light grey surface gets from direct light alone at the brighter end
 # of the scene; indirect light adds about half as much again in a room.
 _TARGET_RADIANCE, _GREY, _PERCENTILE = 0.3, 0.8, 75.0
 _SAMPLES = 2000
+# A brighter part of the picture than this, after exposure, loses its shapes.
+_BRIGHTEST_RADIANCE, _BRIGHT_PERCENTILE = 1.5, 90.0
+# Light that would have to be raised by more than this was not meant to light a scene.
+# Glowing parts of a model (emission up to 1) are raised less than lamps of real units.
+_MAX_LAMP_EV, _MAX_GLOW_EV = 8.0, 3.0
+# Parts darker than this share of the picture's bright ones are black beside them; a
+# picture that mostly is needs light from elsewhere.
+_DARK_SHARE, _NEEDED_COVERAGE = 1.0 / 32.0, 0.5
+# Where lamps leave most of the picture dark, exposing for a default sky may lower it by
+# this much for their sake.
+_MIN_FILLED_EV = -4.0
+
+Fill = Literal["none", "sky", "sky and key"]
+
+
+@dataclass(frozen=True)
+class Lighting:
+    """What a picture of a scene of unknown light needs.
+
+    Attributes
+    ----------
+    exposure : float
+        EV.
+    fill : "none", "sky" or "sky and key"
+        The default light to add. The sky alone is to be multiplied by 2^-exposure, so that
+        it shows beside lamps of any strength; with the key light it is at exposure 0.
+    """
+
+    exposure: float
+    fill: Fill
+
+
+def lighting_for(
+    meshes: Sequence[Mesh],
+    materials: Sequence[Material],
+    objects: Sequence[SceneObject],
+    lights: Sequence[Light],
+    camera: Camera,
+    *,
+    has_lamps: bool,
+) -> Lighting:
+    """Return exposure and fill light for what the camera sees.
+
+    Parameters
+    ----------
+    has_lamps : bool
+        Whether the file has lights besides its emissive surfaces, which often are there to
+        glow rather than to light.
+    """
+    exposure = exposure_for(meshes, objects, lights)
+    radiance, weight = _seen(meshes, materials, objects, lights, camera)
+    most = _MAX_LAMP_EV if has_lamps else _MAX_GLOW_EV
+    if not len(radiance):
+        return Lighting(min(exposure, most), "none")
+    bright = _percentile(radiance, weight, _BRIGHT_PERCENTILE)
+    highest = float(np.log2(_BRIGHTEST_RADIANCE / bright)) if bright > 0.0 else np.inf
+    lit = radiance > 0.0
+    level = _percentile(radiance[lit], weight[lit], _PERCENTILE) if lit.any() else 0.0
+    is_lit = lit & (radiance >= _DARK_SHARE * level)
+    coverage = float(weight[is_lit].sum() / weight.sum())
+    if coverage >= _NEEDED_COVERAGE and exposure <= most:
+        return Lighting(_rounded(min(exposure, highest)), "none")
+    if not has_lamps or not lit.any() or exposure > most:
+        return Lighting(_rounded(float(np.clip(highest, _MIN_FILLED_EV, 0.0))), "sky and key")
+    return Lighting(_rounded(min(exposure, highest)), "sky")
+
+
+def _seen(
+    meshes: Sequence[Mesh],
+    materials: Sequence[Material],
+    objects: Sequence[SceneObject],
+    lights: Sequence[Light],
+    camera: Camera,
+) -> tuple[FloatArray, FloatArray]:
+    """Return radiance and solid angle of points that the camera may see.
+
+    What hides what is not looked into; backs of closed bodies are left out.
+    """
+    points, normals, owner = _surface_samples(meshes, objects)
+    offset = np.asarray(camera.position) - points
+    distance_2 = np.maximum((offset**2).sum(axis=1), np.finfo(np.float64).tiny)
+    cosine = (offset * normals).sum(axis=1) / np.sqrt(distance_2)
+    closed = np.array([meshes[o.mesh].closed for o in objects], dtype=bool)
+    glow = np.array([np.mean(materials[o.material].emission) for o in objects])
+    local = -offset @ camera.view_from_world_rotation().T
+    x, y = camera.tan_half_fov(16.0 / 9.0)
+    seen = (local[:, 2] < 0.0) & (np.abs(local[:, 0]) <= -x * local[:, 2])
+    seen &= np.abs(local[:, 1]) <= -y * local[:, 2]
+    seen &= ~(closed[owner] & (cosine < 0.0))
+    points, owner = points[seen], owner[seen]
+    toward = normals[seen] * np.where(cosine[seen] < 0.0, -1.0, 1.0)[:, None]
+    total = np.zeros(len(points))
+    for light in lights if len(points) else ():
+        total += np.maximum(light.irradiance_at(points, toward), 0.0)
+    radiance = total * (_GREY / np.pi) + np.minimum(glow[owner], _BRIGHTEST_RADIANCE)
+    return radiance, np.abs(cosine[seen]) / distance_2[seen]
+
+
+def _percentile(values: FloatArray, weight: FloatArray, percent: float) -> float:
+    order = np.argsort(values)
+    share = np.cumsum(weight[order])
+    return float(values[order][np.searchsorted(share, share[-1] * percent / 100.0)])
+
+
+def _rounded(exposure: float) -> float:
+    # Beyond 2^60 the exposed image would leave the range of float32.
+    return float(np.round(np.clip(exposure, -60.0, 60.0), 1))
 
 
 def exposure_for(
@@ -25,12 +137,12 @@ def exposure_for(
     From the unshadowed irradiance at points spread evenly over the surfaces; 0 if no
     light reaches any, or if all of them are lamps.
     """
-    points, normals = _surface_samples(meshes, objects)
+    points, normals, _ = _surface_samples(meshes, [o for o in objects if o.light is None])
     if not len(points):
         return 0.0
     total = np.zeros(len(points))
     for light in lights:
-        total += light.irradiance_at(points, normals)
+        total += np.abs(light.irradiance_at(points, normals))
     reached = total[total > 0.0]
     if not len(reached):
         return 0.0
@@ -40,22 +152,20 @@ def exposure_for(
 
 def _surface_samples(
     meshes: Sequence[Mesh], objects: Sequence[SceneObject]
-) -> tuple[FloatArray, FloatArray]:
-    """Return centres and unit normals (N, 3) of triangles, evenly by area."""
-    corners = np.concatenate(
-        [
-            math3d.transform_points(matrix, meshes[o.mesh].positions)[meshes[o.mesh].triangles]
-            for o in objects
-            if o.light is None
-            for matrix in o.world_from_object
-        ]
-        or [np.zeros((0, 3, 3))]
-    )
+) -> tuple[FloatArray, FloatArray, NDArray[np.int64]]:
+    """Return points and unit normals (N, 3) on triangles, evenly by area, and their objects."""
+    parts, owners = [np.zeros((0, 3, 3))], [np.zeros(0, dtype=np.int64)]
+    for index, item in enumerate(objects):
+        mesh = meshes[item.mesh]
+        for matrix in item.world_from_object:
+            parts.append(math3d.transform_points(matrix, mesh.positions)[mesh.triangles])
+        owners.append(np.full(len(item.world_from_object) * len(mesh.triangles), index))
+    corners, owner = np.concatenate(parts), np.concatenate(owners)
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     doubled = np.linalg.norm(cross, axis=1)
     cumulative = np.cumsum(doubled)
     if not len(cumulative) or cumulative[-1] <= 0.0:
-        return np.zeros((0, 3)), np.zeros((0, 3))
+        return np.zeros((0, 3)), np.zeros((0, 3)), owner[:0]
     level = (np.arange(_SAMPLES) + 0.5) / _SAMPLES * cumulative[-1]
     chosen = np.searchsorted(cumulative, level)
     # The golden ratio and its square spread the points over each triangle.
@@ -63,4 +173,4 @@ def _surface_samples(
     root = np.sqrt(a)
     weight = np.stack([1.0 - root, root * (1.0 - b), root * b], axis=1)
     points = np.einsum("pk,pkc->pc", weight, corners[chosen])
-    return points, cross[chosen] / doubled[chosen, None]
+    return points, cross[chosen] / doubled[chosen, None], owner[chosen]

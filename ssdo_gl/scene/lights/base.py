@@ -294,7 +294,10 @@ class Light(ABC):
 
     @abstractmethod
     def irradiance_at(self, points: FloatArray, normals: FloatArray) -> FloatArray:
-        """Return unshadowed irradiance (N,), mean over colours, on the better lit side."""
+        """Return unshadowed irradiance (N,), mean over colours.
+
+        Negative where it reaches the side that the normal looks away from.
+        """
 
 
 def triple(array: FloatArray) -> Vector:

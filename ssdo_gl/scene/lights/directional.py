@@ -101,5 +101,5 @@ class DirectionalLight(Light):
 
     def irradiance_at(self, points: FloatArray, normals: FloatArray) -> FloatArray:
         """Return irradiance * cosine."""
-        cosine = np.abs(normals @ math3d.normalized(self.direction))
+        cosine = -(normals @ math3d.normalized(self.direction))
         return np.asarray(cosine * np.mean(self.irradiance))

@@ -85,7 +85,7 @@ class PunctualLight(Light):
         offset = self.source - points
         squared = np.maximum((offset**2).sum(axis=1), 1e-12 * float(np.ptp(points) ** 2) or 1.0)
         direction = offset / np.sqrt(squared)[:, None]
-        cosine = np.abs((direction * normals).sum(axis=1)) * self.is_lit(-direction)
+        cosine = (direction * normals).sum(axis=1) * self.is_lit(-direction)
         return np.asarray(cosine / squared * np.mean(self.emitted))
 
     def is_lit(self, direction: FloatArray) -> FloatArray:

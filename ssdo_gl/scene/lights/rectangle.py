@@ -162,5 +162,5 @@ class RectangleLight(Light):
         distance = np.sqrt(squared)
         emitted = -(offset @ area_vector) / distance
         emitted = np.abs(emitted) if self.two_sided else np.maximum(emitted, 0.0)
-        cosine = np.abs((offset * normals).sum(axis=1)) / distance
+        cosine = (offset * normals).sum(axis=1) / distance
         return np.asarray(emitted * cosine / squared * np.mean(self.radiance))
