@@ -20,6 +20,9 @@ from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.resolve import settings_for
 
+# Of one point each: where frames are averaged, they come from the pixel's centre.
+GEOMETRY_AOVS = ("normal_ws", "position_ws", "depth")
+
 
 class Renderer(FrameLoop):
     """Renders frames of one scene on a device of its own.
@@ -77,8 +80,16 @@ class Renderer(FrameLoop):
         time_passes : bool
             Time every pass, too.
         """
-        job = self._prepare(wanted, camera, seconds)
-        count, partial = self.settings.antialias, False
+        names = tuple(dict.fromkeys(wanted))
+        averaged = tuple(name for name in names if name not in GEOMETRY_AOVS)
+        count, partial = self.settings.antialias if averaged else 1, False
+        centres: dict[str, Image] = {}
+        if count > 1:
+            # A mean of depths or normals is no depth and no normal of anything.
+            geometry = (name for name in names if name in GEOMETRY_AOVS)
+            centres = self._at_centres(tuple(geometry), camera, seconds)
+            names = averaged
+        job = self._prepare(names, camera, seconds)
         log = FrameLog()
         average = ImageAverage()
         for index in range(count):
@@ -96,7 +107,7 @@ class Renderer(FrameLoop):
                 frame = self._frame(job.view, 0, count, number + 1)
                 self._run(job.plan, frame, log, time_passes, progress)
         return RenderResult(
-            images=average.images(),
+            images=centres | average.images(),
             view=job.view,
             size=self.settings.size,
             settings=self.settings,
@@ -108,6 +119,16 @@ class Renderer(FrameLoop):
             references=job.references(),
             partial=partial,
         )
+
+    def _at_centres(
+        self, names: tuple[str, ...], camera: Camera | None, seconds: float
+    ) -> dict[str, Image]:
+        """Return images of the samples through the pixels' centres alone."""
+        if not names:
+            return {}
+        job = self._prepare(names, camera, seconds)
+        self._run(job.plan, self._frame(job.view, 0, 1), FrameLog(), False, None)
+        return self._read(job, job.view)
 
     def time_frame(
         self,

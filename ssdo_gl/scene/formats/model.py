@@ -52,12 +52,16 @@ class Model:
             ("triangles without area dropped", cleaned.zero_area),
             ("unusable vertex normals replaced by face normals", cleaned.bad_normals),
         ):
-            if count:
-                self._dropped[what] = self._dropped.get(what, 0) + count
+            self.drop(what, count)
         if cleaned.mesh is None:
             return None
         self.meshes.append(cleaned.mesh)
         return len(self.meshes) - 1
+
+    def drop(self, what: str, count: int = 1) -> None:
+        """Count what is left out, for a note such as "3 lines are not drawn"."""
+        if count:
+            self._dropped[what] = self._dropped.get(what, 0) + count
 
     def asks_for(self, feature: str, material: str) -> None:
         """Remember that `material` wants something beyond diffuse reflection."""

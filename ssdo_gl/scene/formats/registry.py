@@ -93,5 +93,7 @@ def read_model(path: Path, where: str) -> Model:
     check_file(path, where)
     model = kind.read_model(path, where)
     if not model.objects:
-        raise SceneError(f"{where}: {path.name!r} holds no triangle with an area")
+        found = "; ".join(model.all_notes())
+        more = f" ({found})" if found else ""
+        raise SceneError(f"{where}: {path.name!r} holds no triangle with an area{more}")
     return model

@@ -188,7 +188,7 @@ def test_points_and_lines_are_left_out(glb, tmp_path: Path) -> None:
     glb.json["meshes"] = [{"primitives": [primitive, {**primitive, "mode": 1}]}]
     scene = load(glb, tmp_path)
     assert len(scene.objects) == 1
-    assert "points and lines are not drawn" in scene.notes
+    assert "1 primitives of lines are not drawn" in scene.notes
 
 
 def test_indices_of_every_width(glb, tmp_path: Path) -> None:

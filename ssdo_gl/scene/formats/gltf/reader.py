@@ -19,7 +19,7 @@ from ssdo_gl.scene.formats.gltf.geometry import Shape, read_shape
 from ssdo_gl.scene.formats.gltf.materials import MaterialReader
 from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.lights import kind_of_gltf
-from ssdo_gl.scene.mesh import MAX_INSTANCES, SceneObject
+from ssdo_gl.scene.mesh import MAX_INSTANCES, Mesh, SceneObject
 from ssdo_gl.scene.numbers import LARGEST_COORDINATE, LARGEST_NUMBER
 from ssdo_gl.scene.scene import SceneError
 
@@ -33,8 +33,17 @@ _UNDERSTOOD = {
     "EXT_mesh_gpu_instancing",
     "EXT_texture_webp",
     "KHR_texture_basisu",
+    "KHR_node_visibility",
 }
-FLOAT32_MAX = float(np.finfo(np.float32).max)
+_UNDRAWN = {
+    0: "points are not drawn",
+    1: "lines are not drawn",
+    2: "lines are not drawn",
+    3: "lines are not drawn",
+}
+# Ratio of a matrix's scales below which float64 rounding decides; and the thickness, in
+# its stead, that is too thin to see.
+_FLAT, _THICKNESS = 1e-12, 1e-4
 # Damage to the document's structure surfaces as one of these while it is walked.
 _STRUCTURE_ERRORS = (
     KeyError,
@@ -108,7 +117,7 @@ class _Reader:
         return self.model
 
     def _walk(self) -> list[int]:
-        """Fill in world matrices; return the nodes of the scene in depth-first order."""
+        """Fill in world matrices; return the visible nodes of the scene, depth first."""
         json = self.document.json
         nodes = json.get("nodes", [])
         if "scenes" in json:
@@ -117,9 +126,9 @@ class _Reader:
             children = {child for node in nodes for child in node.get("children", [])}
             roots = [index for index in range(len(nodes)) if index not in children]
         order: list[int] = []
-        pending = [(root, np.eye(4)) for root in reversed(roots)]
+        pending = [(root, np.eye(4), True) for root in reversed(roots)]
         while pending:
-            index, parent = pending.pop()
+            index, parent, shown = pending.pop()
             node = self.document.entry("nodes", index)
             if index in self._world:
                 raise GltfError(f"node {index} has two parents")
@@ -127,8 +136,11 @@ class _Reader:
             if not np.all(np.abs(world) <= LARGEST_COORDINATE):
                 raise GltfError(f"node {index} lies or reaches beyond {LARGEST_COORDINATE:g}")
             self._world[index] = world
-            order.append(index)
-            pending += [(child, world) for child in reversed(node.get("children", []))]
+            visibility = node.get("extensions", {}).get("KHR_node_visibility", {})
+            shown = shown and visibility.get("visible", True) is not False
+            if shown:
+                order.append(index)
+            pending += [(child, world, shown) for child in reversed(node.get("children", []))]
         return order
 
     def _read_node(self, index: int) -> None:
@@ -149,8 +161,10 @@ class _Reader:
         if "skin" in node:
             # A skinned mesh stands where its joints are; its own node does not count.
             matrices = np.eye(4)[None]
-        usable = np.abs(np.linalg.det(matrices[:, :3, :3])) > 0.0
-        usable &= np.isfinite(matrices).all(axis=(1, 2))
+        usable = np.asarray(np.isfinite(matrices).all(axis=(1, 2)))
+        size = np.linalg.svd(np.where(usable[:, None, None], matrices, 0.0)[:, :3, :3])[1]
+        # Flattened along one axis a thing still shows; along two it is a line.
+        usable &= size[:, 1] > _FLAT * size[:, 0]
         if not usable.all():
             self.model.note("instances scaled to zero size dropped")
             matrices = matrices[usable]
@@ -166,6 +180,7 @@ class _Reader:
                 self._placed[key] = self._add_primitive(primitive, weights.tolist(), skin, name)
             placed = self._placed[key]
             if placed is not None:
+                matrices = _thickened(matrices, self.model.meshes[placed[0]])
                 self._instances.setdefault(placed, (name, []))[1].append(matrices)
 
     def _gpu_instances(self, node: Json, where: str) -> FloatArray:
@@ -199,7 +214,8 @@ class _Reader:
         material = self.materials.read(primitive.get("material"))
         shape = read_shape(self.document, primitive, weights, material.uv_set)
         if shape is None:
-            self.model.note("points and lines are not drawn")
+            mode = primitive.get("mode", 4)
+            self.model.drop("primitives of " + _UNDRAWN.get(mode, "no vertices"))
             return None
         if shape.morphed:
             self.model.note("morph targets are drawn with the weights of the file")
@@ -331,6 +347,25 @@ def _matrices(translation: FloatArray, rotation: FloatArray, scale: FloatArray) 
     matrices[:, :3, 3] = translation
     matrices[:, 3, 3] = 1.0
     return matrices
+
+
+def _thickened(matrices: FloatArray, mesh: Mesh) -> FloatArray:
+    """Return the matrices (N, 4, 4), with those that flatten given a little thickness.
+
+    A matrix without inverse says nothing of which side is the front. As its determinant
+    is not negative, the winding on screen stays, as the format has it.
+    """
+    left, size, right = np.linalg.svd(matrices[:, :3, :3])
+    flat = size[:, 2] <= _FLAT * size[:, 0]
+    if not flat.any():
+        return matrices
+    turned = np.linalg.det(left) * np.linalg.det(right)
+    thickness = np.where(flat, _THICKNESS * size[:, 1] * turned, 0.0)
+    added = thickness[:, None, None] * left[:, :, 2:] * right[:, 2:, :]
+    result = matrices.copy()
+    result[:, :3, :3] += added
+    result[:, :3, 3] -= added @ np.mean(mesh.bounds(), axis=0)
+    return result
 
 
 def _axis(direction: FloatArray, where: str) -> FloatArray:
