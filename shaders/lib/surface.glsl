@@ -1,6 +1,7 @@
 // The surface that a ray has hit, with what it takes to shade it.
 #include "lib/brdf.glsl"
 #include "rays/ray.glsl"
+#include "lib/normals.glsl"
 
 struct Surface {
     RaySurface at;       // normals on the side that the ray came from
@@ -41,7 +42,7 @@ Surface surface_at_hit(BvhHit hit, vec3 origin, vec3 w)
     Corners corners = corners_of(slot);
 #if RAY_SMOOTH_NORMALS
     vec3 smoothed = interpolated_normal(corners, weights);
-    smoothed *= dot(smoothed, s.at.geometric) < 0.0 ? -1.0 : 1.0;
+    smoothed *= faces_back(smoothed, front) == is_front ? -1.0 : 1.0;
     float size_2 = dot(smoothed, smoothed);
     bool is_smooth = (word & SMOOTH_FLAG) != 0u && size_2 > 1e-12;
     s.at.normal = is_smooth ? smoothed * inversesqrt(size_2) : s.at.geometric;

@@ -8,6 +8,7 @@
 #include "lib/space.glsl"
 #include "lib/octahedral.glsl"
 #include "lib/depth_test.glsl"
+#include "lib/normals.glsl"
 
 flat in vec3 v_face_normal_vs;
 #if HAS_INSTANCE_MATERIALS
@@ -89,7 +90,8 @@ void main()
     vec2 face_code = oct_encode(is_front ? v_face_normal_vs : -v_face_normal_vs);
     vec2 shading_code = face_code;
 #if HAS_SHADING_NORMALS
-    vec3 normal = dot(v_normal_vs, v_face_normal_vs) < 0.0 == is_front ? -v_normal_vs : v_normal_vs;
+    bool is_turned = faces_back(v_normal_vs, v_face_normal_vs);
+    vec3 normal = is_turned == is_front ? -v_normal_vs : v_normal_vs;
     // Opposite vertex normals can cancel in between: then the face's own.
     shading_code = dot(normal, normal) > 0.0 ? oct_encode(normal) : face_code;
 #endif

@@ -445,3 +445,16 @@ def test_targets_that_nobody_reads_are_left_out(gl, shaders, wanted):
     for name, image in some.items():
         np.testing.assert_array_equal(image, everything[name])
         assert np.count_nonzero(image) > 0
+
+
+def test_a_normal_in_the_plane_of_its_face_does_not_flicker(gl, shaders):
+    plain = quad((-0.5, -0.5, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    turned = math3d.translation((0.0, 0.0, -2.0)) @ math3d.rotation_euler((23.0, 17.0, 31.0))
+    mesh = dataclasses.replace(plain, normals=np.tile([1.0, 0.0, 0.0], (len(plain.positions), 1)))
+    item = SceneObject(0, 0, turned[None])
+    _, images = draw(gl, shaders, make_scene([mesh], objects=[item]))
+    seen = images["z_vs"][..., 0] > 0.0
+    shading, _ = normals(images)
+    assert np.count_nonzero(seen) > 100
+    # The sign of a dot product of 0 would turn single pixels over.
+    assert (shading[seen] @ shading[seen][0]).min() > 0.999
