@@ -129,6 +129,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
     if "method" in given:
         settings_for({}, given)
     scene = load_scene(command.scene)
+    if options.two_sided:
+        scene = scene.two_sided()
     settings = _mode_defaults(options, settings_for(scene.render, given))
     camera = None if view is None else dataclasses.replace(scene.camera, **view)
     if options.bench is not None:

@@ -34,7 +34,7 @@ vec3 ssdo_irradiance(RaySurface surface, uint index, uint seed)
             LightSample light = sample_group(group, choice, u, surface.start);
             vec3 arriving = unblocked_irradiance(surface, light);
             float reach = needed_reach(group, light, arriving, u_radius_ns);
-            irradiance += ray_is_blocked(surface, light.w, reach) ? vec3(0.0) : arriving;
+            irradiance += light_is_blocked(surface, light.w, reach) ? vec3(0.0) : arriving;
         }
     }
     return irradiance;
@@ -65,7 +65,7 @@ vec3 sender_irradiance(RaySurface surface, uint index, uint seed)
             float longest = group.shadow == EMITTER_SSDO ? u_radius_ns : RAY_FAR;
             reach = needed_reach(group, light, arriving, longest);
         }
-        irradiance += ray_is_blocked(surface, light.w, reach) ? vec3(0.0) : arriving;
+        irradiance += light_is_blocked(surface, light.w, reach) ? vec3(0.0) : arriving;
     }
     return irradiance;
 }

@@ -27,7 +27,7 @@ void main()
                     LightSample light = sample_group(group, choice, u, surface.start);
                     vec3 arriving = unblocked_irradiance(surface, light);
                     float reach = needed_reach(group, light, arriving, RAY_FAR);
-                    irradiance += ray_is_blocked(surface, light.w, reach) ? vec3(0.0) : arriving;
+                    irradiance += light_is_blocked(surface, light.w, reach) ? vec3(0.0) : arriving;
                 }
             }
         }

@@ -83,6 +83,7 @@ struct BvhRay {
     mat3 axes;          // columns: two axes across the ray and the ray itself
     vec3 inverse;       // 1 / direction
     bvec3 is_negative;
+    float facing;       // of single-sided triangles it meets 1: fronts, -1: backs
 };
 
 // Where a ray is on its way through the hierarchy.
@@ -98,7 +99,15 @@ struct BvhWalk {
 BvhRay bvh_ray(vec3 origin, vec3 w)
 {
     vec3 inverse = bvh_inverse(w);
-    return BvhRay(origin, frame_from_z(w), inverse, lessThan(inverse, vec3(0.0)));
+    return BvhRay(origin, frame_from_z(w), inverse, lessThan(inverse, vec3(0.0)), 1.0);
+}
+
+// A ray to a light stands for one that comes from it, which meets the other sides.
+BvhRay bvh_ray_to_light(vec3 origin, vec3 w)
+{
+    BvhRay ray = bvh_ray(origin, w);
+    ray.facing = -1.0;
+    return ray;
 }
 
 // What a record holds, as bits.
@@ -173,8 +182,17 @@ BvhHit bvh_meet_pair(BvhRay ray, BvhRecord pair, int record, bool is_leaf, BvhHi
     float t_2 = (side_23 * v0.z + side_30 * v2.z - side_20 * v3.z) / (side_23 + side_30 - side_20);
     bool is_in_1 = bvh_is_inside(side_01, side_12, side_20) && t_1 > 0.0 && t_1 < hit.t;
     bool is_in_2 = bvh_is_inside(-side_20, side_23, side_30) && t_2 > 0.0 && t_2 < hit.t;
-#if RAY_CUTOUTS
+#if RAY_CUTOUTS || RAY_SINGLE_SIDED
     uvec4 words_3 = bvh_texel(record, 3);
+#endif
+#if RAY_SINGLE_SIDED
+    // Sides are positive where the triangle's front looks along the ray.
+    float along_1 = (side_01 + side_12 + side_20) * ray.facing;
+    float along_2 = (side_23 + side_30 - side_20) * ray.facing;
+    is_in_1 = is_in_1 && ((words_3.y & SINGLE_SIDED_FLAG) == 0u || along_1 < 0.0);
+    is_in_2 = is_in_2 && ((words_3.z & SINGLE_SIDED_FLAG) == 0u || along_2 < 0.0);
+#endif
+#if RAY_CUTOUTS
     int slot = int(words_3.x) * 2;
     is_in_1 = is_in_1 && !is_cut_out(words_3.y, slot, vec3(side_12, side_20, side_01));
     is_in_2 = is_in_2 && !is_cut_out(words_3.z, slot + 1, vec3(side_23, side_30, -side_20));
@@ -277,13 +295,25 @@ bool bvh_is_blocked(vec3 origin, vec3 w, float t_max)
     return walk.hit.record >= 0;
 }
 
+// The same for a ray to a light.
+bool bvh_light_is_blocked(vec3 origin, vec3 w, float t_max)
+{
+    BvhRay ray = bvh_ray_to_light(origin, w);
+    BvhWalk walk = bvh_begin(ray, t_max);
+    while (walk.goes_on) {
+        bvh_step(ray, walk);
+        walk.goes_on = walk.goes_on && walk.hit.record < 0;
+    }
+    return walk.hit.record >= 0;
+}
+
 // Both for two rays from one point: whether anything blocks the first, and what the second
 // meets. One loop for both, because pixels that run in lockstep then wait once for the
 // longest sum of two rays instead of twice for the longest ray.
 BvhHit bvh_blocked_and_nearest(
     vec3 origin, vec3 w_1, float t_max_1, vec3 w_2, float t_max_2, out bool is_blocked)
 {
-    BvhRay ray = bvh_ray(origin, w_1);
+    BvhRay ray = bvh_ray_to_light(origin, w_1);
     BvhRay ray_2 = bvh_ray(origin, w_2);
     BvhWalk walk = bvh_begin(ray, t_max_1);
     BvhWalk walk_2 = bvh_begin(ray_2, t_max_2);

@@ -33,6 +33,11 @@ bool ray_is_blocked(RaySurface surface, vec3 w, float t_max)
     return bvh_is_blocked(surface.start, w, t_max);
 }
 
+bool light_is_blocked(RaySurface surface, vec3 w, float t_max)
+{
+    return bvh_light_is_blocked(surface.start, w, t_max);
+}
+
 // Where rays start that leave a surface at `p`, which a ray along `w` has found.
 vec3 ray_start(vec3 p, vec3 geometric, vec3 w, float offset)
 {

@@ -1,6 +1,7 @@
 // Tables of what rays hit: where a record lies, and what materials look like.
 //
-// RAY_SMOOTH_NORMALS, RAY_VERTEX_COLORS, RAY_TEXTURES, RAY_CUTOUTS: what the scene has.
+// RAY_SMOOTH_NORMALS, RAY_VERTEX_COLORS, RAY_TEXTURES, RAY_CUTOUTS,
+// RAY_SINGLE_SIDED: what the scene has.
 // Layouts: ssdo_gl/raytracing/surface_tables.py.
 #include "lib/octahedral.glsl"
 
@@ -14,7 +15,8 @@ const int BVH_ROW_SHIFT = 8;
 
 const uint SMOOTH_FLAG = 0x80000000u;
 const uint LIGHT_BODY_FLAG = 0x40000000u;       // its light is in the scene's lights
-const uint MATERIAL_MASK = 0x3fffffffu;
+const uint SINGLE_SIDED_FLAG = 0x20000000u;     // what comes from behind passes
+const uint MATERIAL_MASK = 0x1fffffffu;
 
 // Texture coordinates of a record's first texel. Sizes are powers of two, so centres are
 // exact, and a lookup by coordinates takes half the time of texelFetch on llvmpipe.

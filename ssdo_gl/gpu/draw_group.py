@@ -43,6 +43,7 @@ class Features:
     emission_texture: bool = False
     alpha_cutout: bool = False
     instance_materials: bool = False
+    single_sided: bool = False
 
     def defines(self) -> dict[str, int]:
         """Return the switches for a shader that outputs materials."""
@@ -116,6 +117,7 @@ def features_of(mesh: Mesh, material: Material) -> Features:
         albedo_texture=textured and material.albedo_texture is not None,
         emission_texture=textured and material.emission_texture is not None and material.emits,
         alpha_cutout=material.alpha_cutoff is not None,
+        single_sided=material.single_sided,
     )
 
 

@@ -113,7 +113,8 @@ class Geometry:
         uniforms : mapping
             Set once on each program used.
         solids_only : bool
-            Leave out what bounds no solid: open meshes and those with cut-outs.
+            Leave out what bounds no solid: open meshes and those with cut-outs. Backs of
+            single-sided surfaces are drawn only then.
         hide_backs : bool
             Leave out back faces of solids that the eye is outside of: their fronts hide
             them. Face culling must not be in use otherwise.
@@ -140,12 +141,11 @@ class Geometry:
             program.set({}, used)
             program.check_complete()
             self._gl.front_face = "cw" if batch.is_mirrored != is_reflection else "ccw"
-            if hide_backs and group.is_solid:
+            if features.single_sided and not solids_only:
+                self._render(group, program, attributes, fronts_only=True)
+            elif hide_backs and group.is_solid:
                 self._render(group, program, attributes[is_around])
-                self._gl.enable(moderngl.CULL_FACE)
-                self._gl.cull_face = "back"
-                self._render(group, program, attributes[~is_around])
-                self._gl.disable(moderngl.CULL_FACE)
+                self._render(group, program, attributes[~is_around], fronts_only=True)
             else:
                 self._render(group, program, attributes)
         self._gl.front_face = "ccw"
@@ -203,7 +203,14 @@ class Geometry:
         buffer = self._gl.buffer(reserve=count * INSTANCE_FLOATS * 4, dynamic=True)
         return DrawGroup(key, mesh, streams, features, textures, buffer)
 
-    def _render(self, group: DrawGroup, program: Program, attributes: NDArray[np.float32]) -> None:
+    def _render(
+        self,
+        group: DrawGroup,
+        program: Program,
+        attributes: NDArray[np.float32],
+        *,
+        fronts_only: bool = False,
+    ) -> None:
         if len(attributes) == 0:
             return
         # Keyed by the Program, compared with its `gl`: a reload replaces the latter.
@@ -224,4 +231,9 @@ class Geometry:
         # Orphaned, so that writing need not wait for the draw call before.
         group.instances.orphan()
         group.instances.write(attributes)
+        if fronts_only:
+            self._gl.enable(moderngl.CULL_FACE)
+            self._gl.cull_face = "back"
         known.render(instances=len(attributes))
+        if fronts_only:
+            self._gl.disable(moderngl.CULL_FACE)

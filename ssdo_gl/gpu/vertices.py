@@ -66,15 +66,7 @@ def vertex_streams(gl: moderngl.Context, mesh: Mesh) -> VertexStreams:
         for name, values in streams.items()
     }
     indices = gl.buffer(triangles.astype(np.uint32).tobytes())
-    return VertexStreams(
-        center, 0.5 * (high - low), buffers, indices, mesh.closed and signed_volume(mesh) > 0.0
-    )
-
-
-def signed_volume(mesh: Mesh) -> float:
-    """Return the volume that a closed mesh encloses; negative if it is inside out."""
-    a, b, c = (mesh.positions[mesh.triangles[:, i]] - mesh.positions[0] for i in range(3))
-    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
+    return VertexStreams(center, 0.5 * (high - low), buffers, indices, mesh.is_solid)
 
 
 def with_own_last_vertices(

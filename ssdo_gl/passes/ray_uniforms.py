@@ -60,6 +60,7 @@ def ray_defines(context: PassContext, features: RayFeatures) -> dict[str, int]:
         "RAY_VERTEX_COLORS": int(features.vertex_colors),
         "RAY_TEXTURES": int(features.textures),
         "RAY_CUTOUTS": int(features.cutouts),
+        "RAY_SINGLE_SIDED": int(features.single_sided),
     }
 
 

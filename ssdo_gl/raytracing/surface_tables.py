@@ -19,6 +19,7 @@ MATERIAL_TEXELS = 5
 # Flags in the word that names a triangle's row of the material table.
 SMOOTH_FLAG = 1 << 31
 LIGHT_BODY_FLAG = 1 << 30
+SINGLE_SIDED_FLAG = 1 << 29
 # Steps of a 16-bit octahedral component: as lib/octahedral.glsl, which makes 0 exact.
 OCT_HALF_RANGE = 32767
 
@@ -30,12 +31,16 @@ class RayFeatures:
     Attributes
     ----------
     smooth_normals, vertex_colors, textures, cutouts : bool
+    single_sided : bool
+        Whether there are surfaces that only their front shows of, other than solids,
+        whose backs nothing outside of them meets.
     """
 
     smooth_normals: bool
     vertex_colors: bool
     textures: bool
     cutouts: bool
+    single_sided: bool = False
 
     @classmethod
     def of(cls, scene: Scene) -> RayFeatures:
@@ -49,6 +54,7 @@ class RayFeatures:
                 for mesh, m in pairs
             ),
             cutouts=any(m.alpha_cutoff is not None for _, m in pairs),
+            single_sided=any(m.single_sided and not mesh.is_solid for mesh, m in pairs),
         )
 
     @property
@@ -108,6 +114,7 @@ def material_words(bvh: Bvh, scene: Scene) -> NDArray[np.uint32]:
     )
     words = rows.astype(np.uint32)
     words |= np.where(triangles.smooth, SMOOTH_FLAG, 0).astype(np.uint32)
+    words |= np.where(triangles.single_sided, SINGLE_SIDED_FLAG, 0).astype(np.uint32)
     words |= np.where(is_body, LIGHT_BODY_FLAG, 0).astype(np.uint32)
     return words[np.maximum(bvh.primitive_triangles, 0)]
 

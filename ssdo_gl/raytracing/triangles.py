@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,8 +35,8 @@ class SceneTriangles:
         Vertex colours; 1 where the mesh has none.
     material, light : ndarray, shape (T,), int64
         Index into Scene.materials; into Scene.lights, or -1 if no light's body.
-    smooth : ndarray, shape (T,), bool
-        Whether the mesh brought normals.
+    smooth, single_sided : ndarray, shape (T,), bool
+        Whether the mesh brought normals; whether rays from behind pass.
     centre : ndarray, shape (3,), float64
         World-space origin of the frame.
     half_diagonal : float
@@ -51,6 +52,7 @@ class SceneTriangles:
     material: IntArray
     light: IntArray
     smooth: NDArray[np.bool_]
+    single_sided: NDArray[np.bool_]
     centre: FloatArray
     half_diagonal: float
     dropped_count: int
@@ -76,8 +78,8 @@ def scene_triangles(scene: Scene) -> SceneTriangles:
         for item in scene.objects
         if len(item.world_from_object)
     ]
-    positions, normals, uvs, colors, material, light, smooth = (
-        np.concatenate([part[i] for part in parts]) for i in range(7)
+    positions, normals, uvs, colors, material, light, smooth, single_sided = (
+        np.concatenate([part[i] for part in parts]) for i in range(8)
     )
     positions_ns = positions.astype(np.float32)
     keep = _have_area(positions_ns)
@@ -89,6 +91,7 @@ def scene_triangles(scene: Scene) -> SceneTriangles:
         material[keep],
         light[keep],
         smooth[keep],
+        single_sided[keep],
         centre,
         half_diagonal,
         int(np.count_nonzero(~keep)),
@@ -116,8 +119,8 @@ def _have_area(positions: NDArray[np.float32]) -> NDArray[np.bool_]:
 
 def _instances(
     scene: Scene, item: SceneObject, centre: FloatArray, half_diagonal: float
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, IntArray, IntArray, NDArray[np.bool_]]:
-    """Return the seven per-triangle arrays of all instances of one object."""
+) -> tuple[NDArray[Any], ...]:
+    """Return the eight per-triangle arrays of all instances of one object."""
     mesh = scene.meshes[item.mesh]
     per_corner = _per_corner(mesh)
     parts: list[list[FloatArray]] = []
@@ -149,6 +152,7 @@ def _instances(
         np.full(total, item.material),
         np.full(total, -1 if item.light is None else item.light),
         np.full(total, mesh.normals is not None),
+        np.full(total, scene.materials[item.material].single_sided and not mesh.is_solid),
     )
 
 

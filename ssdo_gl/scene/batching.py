@@ -70,7 +70,9 @@ def _batches(meshes: Sequence[Mesh], members: Sequence[SceneObject]) -> list[lis
 
 def _key(mesh: Mesh, material: Material, item: SceneObject) -> tuple[bool, ...] | None:
     """Return what objects of one batch have in common, or None for one that stays alone."""
-    plain = dataclasses.replace(material, name="", albedo=(0.8, 0.8, 0.8), alpha=1.0)
+    plain = dataclasses.replace(
+        material, name="", albedo=(0.8, 0.8, 0.8), alpha=1.0, single_sided=False
+    )
     if (
         _fields(plain) != _fields(Material())
         or item.motion is not None
@@ -78,7 +80,7 @@ def _key(mesh: Mesh, material: Material, item: SceneObject) -> tuple[bool, ...] 
         or len(item.world_from_object) != 1
     ):
         return None
-    return mesh.normals is not None, mesh.closed
+    return mesh.normals is not None, mesh.closed, material.single_sided
 
 
 def _fields(material: Material) -> tuple[object, ...]:

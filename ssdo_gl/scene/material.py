@@ -31,7 +31,7 @@ class Texture:
 
 @dataclass(frozen=True, eq=False)
 class Material:
-    """A two-sided Lambertian surface, BRDF = albedo / pi.
+    """A Lambertian surface, BRDF = albedo / pi, two-sided unless it says otherwise.
 
     Attributes
     ----------
@@ -44,6 +44,8 @@ class Material:
         Fragments whose alpha is below it are cut out; None keeps all of them.
     alpha : float
         Factor of the texture's alpha, [0, 1].
+    single_sided : bool
+        Whether what looks at the back, camera, light or ray, passes through the surface.
     two_sided_emission : bool
         Whether the back of the surface emits too. The front is the side that the
         counter-clockwise winding faces.
@@ -57,6 +59,7 @@ class Material:
     alpha_cutoff: float | None = None
     alpha: float = 1.0
     two_sided_emission: bool = False
+    single_sided: bool = False
 
     @property
     def emits(self) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +58,14 @@ class Mesh:
         low, high = columns.min(axis=1), columns.max(axis=1)
         low.flags.writeable = high.flags.writeable = False
         return low, high
+
+    @cached_property
+    def is_solid(self) -> bool:
+        """Whether the mesh is closed and its front faces look outwards."""
+        if not self.closed:
+            return False
+        a, b, c = (self.positions[self.triangles[:, i]] - self.positions[0] for i in range(3))
+        return float(np.einsum("ij,ij->", a, np.cross(b, c))) > 0.0
 
     def face_normals(self) -> FloatArray:
         """Return unit geometric normals, shape (T, 3), object space."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -42,6 +42,11 @@ class Scene:
     title: str = ""
     purpose: str = ""
     notes: tuple[str, ...] = ()
+
+    def two_sided(self) -> Scene:
+        """Return the scene with both sides of all surfaces drawn."""
+        materials = tuple(replace(material, single_sided=False) for material in self.materials)
+        return replace(self, materials=materials)
 
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Return world-space corners (min, max) of all instances, each (3,)."""

@@ -76,6 +76,12 @@ class RunOptions:
         group=LOOK,
         modes=modes.ONE,
     )
+    two_sided: bool = setting(
+        False,
+        "draw backs that a glTF file says to leave out",
+        group=LOOK,
+        modes=modes.ALL,
+    )
     time: float = setting(
         0.0,
         "time of an animated scene; a window begins there",

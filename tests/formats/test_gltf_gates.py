@@ -14,7 +14,7 @@ import pytest
 from glb_writer import GlbWriter
 from PIL import Image
 
-from ssdo_gl.scene.light import DirectionalLight, PointLight
+from ssdo_gl.scene.lights import DirectionalLight, PointLight
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene, SceneError
 

@@ -179,10 +179,12 @@ def test_materials_name_their_place_in_the_atlas() -> None:
 
 def test_features_are_those_of_what_is_drawn() -> None:
     plain = Mesh(box().positions, box().triangles)
-    assert RayFeatures.of(scene_of(plain)) == RayFeatures(False, False, False, False)
+    assert RayFeatures.of(scene_of(plain)) == RayFeatures(False, False, False, False, False)
     assert not RayFeatures.of(scene_of(plain)).needs_corners
     assert RayFeatures.of(scene_of(sphere(4))).smooth_normals
     painted = Material(albedo_texture=image(2, 2, 0), alpha_cutoff=0.5)
     # A texture without coordinates to look it up with is none.
     assert not RayFeatures.of(scene_of(plain, painted)).textures
-    assert RayFeatures.of(scene_of(sphere(4), painted)) == RayFeatures(True, False, True, True)
+    assert RayFeatures.of(scene_of(sphere(4), painted)) == RayFeatures(
+        True, False, True, True, False
+    )

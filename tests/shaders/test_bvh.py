@@ -53,6 +53,7 @@ def arguments(gl: moderngl.Context, bvh: Bvh, is_software: int = 1) -> dict[str,
             "RAY_VERTEX_COLORS": 0,
             "RAY_TEXTURES": 0,
             "RAY_CUTOUTS": 0,
+            "RAY_SINGLE_SIDED": 0,
         },
         "textures": {"t_bvh": make_texture(gl, (width, height), 4, "u4", image)},
         "uniforms": {

@@ -96,6 +96,7 @@ class MaterialReader:
             alpha_cutoff=self._cutoff(name, entry),
             alpha=float(factor[3]),
             two_sided_emission=bool(entry.get("doubleSided", False)) and any(emission),
+            single_sided=not entry.get("doubleSided", False),
         )
         if glow and reference and any(emission) and _placement(glow) != _placement(reference):
             self.model.note(f"material {name!r}: its glow uses the base colour's coordinates")
