@@ -96,7 +96,9 @@ vec4 interpolated_color(Corners c, vec3 weights)
 vec4 atlas_texel(vec4 place, vec2 t)
 {
     vec2 size = abs(place.zw);
-    vec2 inside = place.z < 0.0 ? clamp(t, vec2(0.0), size - 1.0) : t - size * floor(t / size);
+    vec2 kept = clamp(t, vec2(0.0), size - 1.0);
+    vec2 repeated = t - size * floor(t / size);
+    vec2 inside = vec2(place.z < 0.0 ? kept.x : repeated.x, place.w < 0.0 ? kept.y : repeated.y);
     // Rounding of t / size may give `size` itself.
     inside = min(inside, size - 1.0);
     return texelFetch(t_ray_atlas, ivec2(place.xy + inside), 0);
@@ -106,9 +108,10 @@ vec4 atlas_texel(vec4 place, vec2 t)
 // nothing, since each hit is averaged over all samples anyway.
 vec4 atlas_color(vec4 place, vec2 uv)
 {
-    vec2 t = uv * abs(place.zw) - 0.5;
+    bool is_nearest = fract(place.x) != 0.0;
+    vec2 t = uv * abs(place.zw) - (is_nearest ? 0.0 : 0.5);
     vec2 low = floor(t);
-    vec2 f = t - low;
+    vec2 f = is_nearest ? vec2(0.0) : t - low;
     return mix(mix(atlas_texel(place, low), atlas_texel(place, low + vec2(1.0, 0.0)), f.x),
                mix(atlas_texel(place, low + vec2(0.0, 1.0)), atlas_texel(place, low + 1.0), f.x),
                f.y);

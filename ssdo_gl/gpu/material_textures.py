@@ -44,6 +44,7 @@ class MaterialTextures:
         else:
             copy = self._gl.texture((width, height), 4, data.tobytes(), dtype="f4")
         copy.build_mipmaps()
-        copy.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
-        copy.repeat_x = copy.repeat_y = texture.wrap == "repeat"
+        magnified = moderngl.NEAREST if texture.nearest else moderngl.LINEAR
+        copy.filter = (moderngl.LINEAR_MIPMAP_LINEAR, magnified)
+        copy.repeat_x, copy.repeat_y = (wrap == "repeat" for wrap in texture.wrap)
         return copy

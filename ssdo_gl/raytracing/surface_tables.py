@@ -20,6 +20,8 @@ MATERIAL_TEXELS = 5
 SMOOTH_FLAG = 1 << 31
 LIGHT_BODY_FLAG = 1 << 30
 SINGLE_SIDED_FLAG = 1 << 29
+# Added to the place of a texture that is not interpolated.
+NEAREST_MARK = 0.5
 # Steps of a 16-bit octahedral component: as lib/octahedral.glsl, which makes 0 exact.
 OCT_HALF_RANGE = 32767
 
@@ -205,9 +207,9 @@ def material_table(
     Lamps are those of `lamp_materials`.
 
     0: albedo, alpha factor. 1: emission, 1 if both sides emit. 2 and 3: x, y, width and
-    height of albedo and emission texture in the atlas; width 0: none, negative: clamped
-    instead of repeated. 4: alpha cutoff, -1 if nothing is cut out; 1 for the body of a
-    light without shadows, which passes through everything.
+    height of albedo and emission texture in the atlas; width 0: none, negative sizes:
+    clamped instead of repeated; x + 1/2: not interpolated. 4: alpha cutoff, -1 if nothing
+    is cut out; 1 for the body of a light without shadows, which passes through everything.
 
     Parameters
     ----------
@@ -225,7 +227,9 @@ def material_table(
         for texel, texture in ((2, material.albedo_texture), (3, material.emission_texture)):
             if texture is not None and id(texture) in places:
                 x, y, width, height = places[id(texture)]
-                row[texel] = x, y, width * (-1 if texture.wrap == "clamp" else 1), height
+                sides = [-1 if wrap == "clamp" else 1 for wrap in texture.wrap]
+                mark = NEAREST_MARK if texture.nearest else 0.0
+                row[texel] = x + mark, y, width * sides[0], height * sides[1]
         row[4, 0] = -1.0 if material.alpha_cutoff is None else material.alpha_cutoff
     for row, (light, _) in zip(table[len(scene.materials) :], lamps, strict=False):
         row[4, 1] = float(scene.lights[light].shadow == "none")

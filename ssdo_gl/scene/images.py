@@ -5,14 +5,13 @@ from __future__ import annotations
 import io
 import warnings
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 
 from ssdo_gl.foreign_output import foreign_output_held
-from ssdo_gl.scene.material import Texture
+from ssdo_gl.scene.material import Texture, Wrap
 from ssdo_gl.scene.paths import read_file
 from ssdo_gl.scene.radiance_hdr import decode_hdr
 from ssdo_gl.scene.scene import SceneError
@@ -42,7 +41,10 @@ TEXTURE_FORMATS = (
 
 
 def read_texture(
-    source: Path | bytes, where: str, name: str = "", wrap: Literal["repeat", "clamp"] = "repeat"
+    source: Path | bytes,
+    where: str,
+    name: str = "",
+    wrap: tuple[Wrap, Wrap] = ("repeat", "repeat"),
 ) -> Texture:
     """Decode an image file into an sRGB-encoded RGBA texture.
 
@@ -85,6 +87,23 @@ def read_texture(
     finally:
         Image.MAX_IMAGE_PIXELS = limit
     return Texture(np.ascontiguousarray(pixels, dtype=np.uint8), name or shown, wrap)
+
+
+def doubled(pixels: NDArray[np.uint8], axis: int, continued: str) -> NDArray[np.uint8]:
+    """Return an image twice as long along `axis`, for coordinates halved along it.
+
+    Parameters
+    ----------
+    continued : "mirror", "repeat" or "clamp"
+        What lies beyond the image's end.
+    """
+    if continued == "mirror":
+        beyond = np.flip(pixels, axis)
+    elif continued == "repeat":
+        beyond = pixels
+    else:
+        beyond = np.repeat(np.take(pixels, [-1], axis), pixels.shape[axis], axis)
+    return np.concatenate([pixels, beyond], axis)
 
 
 def rgba_bytes(image: Image.Image) -> NDArray[np.uint8]:

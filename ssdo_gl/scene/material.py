@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Color = tuple[float, float, float]
+Wrap = Literal["repeat", "clamp"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,12 +22,17 @@ class Texture:
         Row 0 at the top. uint8 colour is sRGB-encoded, alpha linear; float32 is
         scene-linear.
     name : str
-    wrap : "repeat" or "clamp"
+    wrap : pair of "repeat" or "clamp"
+        What lies beyond 0..1 along u and v. Mirrored images are stored with their mirror
+        image, as `ssdo_gl.scene.images.doubled` makes them.
+    nearest : bool
+        Whether magnified texels stay squares of one colour.
     """
 
     pixels: NDArray[np.uint8] | NDArray[np.float32]
     name: str = ""
-    wrap: Literal["repeat", "clamp"] = "repeat"
+    wrap: tuple[Wrap, Wrap] = ("repeat", "repeat")
+    nearest: bool = False
 
 
 @dataclass(frozen=True, eq=False)

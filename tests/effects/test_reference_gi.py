@@ -278,8 +278,8 @@ def test_textures_colours_and_cutouts_are_seen_by_rays(device, shaders) -> None:
     paint = Material(
         albedo=(0.0, 0.0, 0.0),
         emission=(1.0, 1.0, 1.0),
-        emission_texture=Texture(pixels[..., :].copy(), wrap="clamp"),
-        albedo_texture=Texture(pixels, wrap="clamp"),
+        emission_texture=Texture(pixels[..., :].copy(), wrap=("clamp", "clamp")),
+        albedo_texture=Texture(pixels, wrap=("clamp", "clamp")),
         alpha_cutoff=0.5,
     )
     views = {}

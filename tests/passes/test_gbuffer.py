@@ -290,7 +290,7 @@ def test_textures_are_upright_and_linear(gl, shaders):
 def test_texture_wrap(gl, shaders, wrap):
     pixels = np.ones((2, 64, 4), np.float32)
     pixels[:, 32:, 0] = 0.25
-    scene = textured_card(albedo_texture=Texture(pixels, wrap=wrap))
+    scene = textured_card(albedo_texture=Texture(pixels, wrap=(wrap, "repeat")))
     mesh = scene.meshes[0]
     shifted = dataclasses.replace(mesh, uvs=np.add(mesh.uvs, (1.0, 0.0)))
     scene = dataclasses.replace(scene, meshes=(shifted,))

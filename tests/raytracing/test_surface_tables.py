@@ -158,7 +158,7 @@ def test_one_linear_image_makes_all_linear() -> None:
 
 
 def test_materials_name_their_place_in_the_atlas() -> None:
-    texture = dataclasses.replace(image(3, 5, 0), wrap="clamp")
+    texture = dataclasses.replace(image(3, 5, 0), wrap=("clamp", "repeat"))
     material = Material(
         albedo=(0.1, 0.2, 0.3),
         emission=(4.0, 5.0, 6.0),

@@ -252,7 +252,7 @@ def test_embedded_textures_and_coordinates(glb, tmp_path: Path) -> None:
     texture = scene.materials[0].albedo_texture
     assert texture is not None
     assert texture.pixels.tolist() == [[[10, 20, 30, 40]] * 2] * 2
-    assert texture.wrap == "clamp"
+    assert texture.wrap == ("clamp", "clamp")
     # The format's v counts downward from the top row, as ours does.
     assert np.array_equal(scene.meshes[0].uvs, uvs)
 
@@ -368,7 +368,7 @@ def test_lights_shine_whatever_the_scale_of_their_node(
 @pytest.mark.parametrize(
     ("light", "message"),
     [
-        ({"type": "point", "intensity": 1e39}, "light 0: colour and intensity must be finite"),
+        ({"type": "point", "intensity": 1e39}, "light 0: intensity = "),
         ({"type": "area"}, "light 0: unknown type 'area'"),
         ({"type": "spot", "spot": {"outerConeAngle": np.nan}}, "light 0: the angles of a spot"),
     ],

@@ -105,7 +105,7 @@ def test_textures_and_masks(write: Write) -> None:
     assert material.albedo == (1.0, 1.0, 1.0)  # zero would hide the texture
     texture = material.albedo_texture
     assert texture is not None
-    assert texture.wrap == "clamp"
+    assert texture.wrap == ("clamp", "clamp")
     assert texture.pixels[..., :3].tolist() == color.tolist()
     assert texture.pixels[..., 3].tolist() == mask.tolist()
     assert material.alpha_cutoff == 0.5

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json, number, numbers
 from ssdo_gl.scene.formats.model import Model
-from ssdo_gl.scene.images import MAX_RADIANCE, read_texture
-from ssdo_gl.scene.material import Color, Material, Texture
+from ssdo_gl.scene.images import MAX_RADIANCE, check_size, doubled, read_texture
+from ssdo_gl.scene.material import Color, Material, Texture, Wrap
 from ssdo_gl.scene.scene import SceneError
 
-_CLAMP = 33071
+_WRAPS = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
+_NEAREST = 9728
 # Extensions of materials that ask for more than diffuse reflection, in words.
 _BEYOND_DIFFUSE = {
     "KHR_materials_transmission": "transmission",
@@ -61,7 +62,7 @@ class MaterialReader:
     def __init__(self, document: Document, model: Model) -> None:
         self.document, self.model = document, model
         self._known: dict[int | None, UsedMaterial] = {}
-        self._images: dict[tuple[int, str], Texture] = {}
+        self._images: dict[tuple[object, ...], Texture] = {}
 
     def read(self, index: int | None) -> UsedMaterial:
         """Return the material with this index; None is the format's default."""
@@ -87,12 +88,13 @@ class MaterialReader:
         glow = entry.get("emissiveTexture")
         main = reference if reference is not None else glow or {}
         emission = self._emission(name, entry, extensions)
+        doubles = self._mirrored_axes(reference, glow if any(emission) else None)
         material = Material(
             name=name,
             albedo=_triple(factor[:3]),
             emission=emission,
-            albedo_texture=self._texture(reference),
-            emission_texture=self._texture(glow) if any(emission) else None,
+            albedo_texture=self._texture(reference, doubles),
+            emission_texture=self._texture(glow, doubles) if any(emission) else None,
             alpha_cutoff=self._cutoff(name, entry),
             alpha=float(factor[3]),
             two_sided_emission=bool(entry.get("doubleSided", False)) and any(emission),
@@ -102,6 +104,10 @@ class MaterialReader:
             self.model.note(f"material {name!r}: its glow uses the base colour's coordinates")
         self.model.materials.append(material)
         uv_set, matrix = _placement_matrix(main)
+        if any(doubles):
+            # An image and its mirror image take two units of texture coordinates.
+            halves = np.where(doubles, 0.5, 1.0)[:, None]
+            matrix = halves * (np.eye(2, 3) if matrix is None else matrix)
         return UsedMaterial(len(self.model.materials) - 1, uv_set, matrix)
 
     def _emission(self, name: str, entry: Json, extensions: Json) -> Color:
@@ -142,7 +148,7 @@ class MaterialReader:
             if extension in _BEYOND_DIFFUSE:
                 self.model.asks_for(_BEYOND_DIFFUSE[extension], name)
 
-    def _texture(self, reference: Json | None) -> Texture | None:
+    def _texture(self, reference: Json | None, doubles: tuple[bool, bool]) -> Texture | None:
         """Return the texture, or None with a note if it cannot be used.
 
         Models are passed on without their textures, and often show what matters.
@@ -156,22 +162,55 @@ class MaterialReader:
             if source is None:
                 self.model.note("textures in a format that is not supported (KTX2) are not drawn")
                 return None
-            sampler = {}
-            if "sampler" in texture:
-                sampler = self.document.entry("samplers", texture["sampler"])
-            return self._image(source, "clamp" if sampler.get("wrapS") == _CLAMP else "repeat")
+            sampler = self._sampler(reference)
+            wraps = _wraps(sampler)
+            return self._image(source, wraps, doubles, sampler.get("magFilter") == _NEAREST)
         except (SceneError, GltfError) as error:
             self.model.note(f"texture not used: {error}")
         except (KeyError, TypeError, AttributeError):
             self.model.note("texture not used: its entry is not valid glTF")
         return None
 
-    def _image(self, source: int, wrap: Literal["repeat", "clamp"]) -> Texture:
-        if (source, wrap) not in self._images:
+    def _sampler(self, reference: Json) -> Json:
+        """Return the sampler of a texture reference, empty for the default."""
+        texture = self.document.entry("textures", reference["index"])
+        return self.document.entry("samplers", texture["sampler"]) if "sampler" in texture else {}
+
+    def _mirrored_axes(self, *references: Json | None) -> tuple[bool, bool]:
+        """Return whether any of the textures is mirrored along u and v."""
+        found = [False, False]
+        for reference in references:
+            try:
+                wraps = _wraps(self._sampler(reference)) if reference else ("repeat", "repeat")
+            except (GltfError, KeyError, TypeError, AttributeError):
+                continue  # noted where the texture is read
+            found = [old or wrap == "mirror" for old, wrap in zip(found, wraps, strict=True)]
+        return found[0], found[1]
+
+    def _image(
+        self, source: int, wraps: tuple[str, str], doubles: tuple[bool, bool], nearest: bool
+    ) -> Texture:
+        key = (source, wraps, doubles, nearest)
+        if key not in self._images:
             name = str(self.document.entry("images", source).get("name") or f"image {source}")
             data = self.document.image(source)
-            self._images[source, wrap] = read_texture(data, self.document.path.name, name, wrap)
-        return self._images[source, wrap]
+            texture = read_texture(data, self.document.path.name, name)
+            pixels = texture.pixels
+            sizes = pixels.shape[1] << doubles[0], pixels.shape[0] << doubles[1]
+            check_size(sizes, f"{name} with its mirror image", self.document.path.name)
+            for axis, double in ((1, doubles[0]), (0, doubles[1])):
+                if double:
+                    pixels = doubled(pixels.astype(np.uint8), axis, wraps[1 - axis])
+            u, v = ("clamp" if wrap == "clamp" else "repeat" for wrap in wraps)
+            self._images[key] = replace(
+                texture, pixels=pixels, wrap=(cast(Wrap, u), cast(Wrap, v)), nearest=nearest
+            )
+        return self._images[key]
+
+
+def _wraps(sampler: Json) -> tuple[str, str]:
+    u, v = (_WRAPS.get(sampler.get(key, 0), "repeat") for key in ("wrapS", "wrapT"))
+    return u, v
 
 
 def _placement(reference: Json) -> tuple[int, str]:

@@ -12,7 +12,7 @@ from PIL import Image
 from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.formats.obj.text import logical_lines, remainder, without_comment
 from ssdo_gl.scene.images import read_texture
-from ssdo_gl.scene.material import Color, Material, Texture
+from ssdo_gl.scene.material import Color, Material, Texture, Wrap
 from ssdo_gl.scene.numbers import LARGEST_NUMBER
 from ssdo_gl.scene.paths import contained_file
 from ssdo_gl.scene.scene import SceneError
@@ -215,7 +215,8 @@ def _texture(statement: str | None, owner: Path, model: Model, where: str) -> Te
             count -= 1
     try:
         path = _found(owner, " ".join(rest), f"{where}: texture")
-        return read_texture(path, where, wrap="clamp" if wrap_clamp else "repeat")
+        wrap: Wrap = "clamp" if wrap_clamp else "repeat"
+        return read_texture(path, where, wrap=(wrap, wrap))
     except (_MissingError, SceneError) as error:
         model.note(f"texture not used: {error}")
         return None
