@@ -29,6 +29,7 @@ from ssdo_gl.gpu.material_textures import MaterialTextures
 from ssdo_gl.gpu.shader import Program
 from ssdo_gl.gpu.vertices import VertexStreams, vertex_streams
 from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh
 from ssdo_gl.scene.scene import Scene
 
@@ -191,7 +192,9 @@ class Geometry:
         features = features_of(mesh, material)
         textures = {}
         if features.albedo_texture and material.albedo_texture is not None:
-            textures["t_albedo"] = self._textures.get(material.albedo_texture)
+            textures["t_albedo"] = self._textures.get(
+                material.albedo_texture, _cutoff_of_image(material)
+            )
         if features.emission_texture and material.emission_texture is not None:
             textures["t_emission"] = self._textures.get(material.emission_texture)
         count = sum(len(scene.objects[i].world_from_object) for i in members)
@@ -237,3 +240,10 @@ class Geometry:
         known.render(instances=len(attributes))
         if fronts_only:
             self._gl.disable(moderngl.CULL_FACE)
+
+
+def _cutoff_of_image(material: Material) -> float | None:
+    """Return the alpha below which an image's texels are cut out, if any may be."""
+    if material.alpha_cutoff is None or material.alpha <= material.alpha_cutoff:
+        return None
+    return material.alpha_cutoff / material.alpha
