@@ -340,4 +340,6 @@ def shown(value: object) -> str:
         text = repr(value)
     except ValueError:
         return "a whole number of thousands of digits"
+    except RecursionError:
+        return "a value nested thousands deep"
     return text if len(text) <= _SHOWN_CHARACTERS else text[: _SHOWN_CHARACTERS - 3] + "..."

@@ -97,12 +97,12 @@ SPHERE = "[[object]]\nshape = 'sphere'\nradius = 1\n"
 @pytest.mark.parametrize(
     ("text", "named"),
     [
-        (f"[camera]\nfov_y = {'9' * 5000}\n{SPHERE}", "too many digits"),
-        (f"[camera]\nfov_y = 0x{'f' * 5000}\n{SPHERE}", "fov_y = (too long to show: int)"),
+        (f"[camera]\nfov_y = {'9' * 5000}\n{SPHERE}", "thousands of digits"),
+        (f"[camera]\nfov_y = 0x{'f' * 5000}\n{SPHERE}", "fov_y = a whole number of thousands of digits"),
         (f"title = {'[' * 3000}{']' * 3000}\n", "nested too deeply"),
         (f"title = {'[' * 200}{']' * 200}\n", "title = [[["),
         (f"camera{'.a' * 3000} = 1\n{SPHERE}", "unknown key 'a'"),
-        (f"title{'.a' * 3000} = 1\n{SPHERE}", "title = (too long to show: dict)"),
+        (f"title{'.a' * 3000} = 1\n{SPHERE}", "title = a value nested thousands deep"),
     ],
 )
 def test_digits_and_nesting_by_the_thousand(text: str, named: str, tmp_path: Path) -> None:
