@@ -98,7 +98,7 @@ SPHERE = "[[object]]\nshape = 'sphere'\nradius = 1\n"
     ("text", "named"),
     [
         (f"[camera]\nfov_y = {'9' * 5000}\n{SPHERE}", "thousands of digits"),
-        (f"[camera]\nfov_y = 0x{'f' * 5000}\n{SPHERE}", "fov_y = a whole number of thousands of digits"),
+        (f"[camera]\nfov_y = 0x{'f' * 5000}\n{SPHERE}", "a whole number of thousands of digits"),
         (f"title = {'[' * 3000}{']' * 3000}\n", "nested too deeply"),
         (f"title = {'[' * 200}{']' * 200}\n", "title = [[["),
         (f"camera{'.a' * 3000} = 1\n{SPHERE}", "unknown key 'a'"),
