@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import hashlib
+import struct
 from collections.abc import Mapping
 from importlib.resources.abc import Traversable
 
@@ -29,6 +30,8 @@ _NO_CHOICES: Mapping[str, str] = {}
 # Files of both stages, defines and choices, sorted.
 _Key = tuple[str, str, tuple[tuple[str, int], ...], tuple[tuple[str, str], ...]]
 _NO_TEXTURES: Mapping[str, moderngl.Texture] = {}
+_FLOAT, _INT = struct.Struct("=f"), struct.Struct("=i")
+_FLOAT_MAX = float(np.finfo(np.float32).max)
 # Matrices are square: the number of rows by GLSL type.
 _MATRIX_ROWS = {"mat2": 2, "mat3": 3, "mat4": 4}
 
@@ -58,6 +61,7 @@ class Program:
         self.name = f"{vertex.name} + {fragment.name}"
         self._declared = {**vertex.uniforms(), **fragment.uniforms()}
         self._active: dict[str, moderngl.Uniform] = {}
+        self._written: dict[str, bytes] = {}
         self._byte_counts: dict[str, int] = {}
         for name in linked:
             member = linked[name]
@@ -103,7 +107,11 @@ class Program:
             if declaration.is_sampler:
                 raise ShaderError(f"{self.name}: {name} is a sampler; give it among the textures")
             if name in self._active:
-                self._write(name, declaration, value)
+                # Most values are those of the frame before: the driver has them.
+                data = self._packed(name, declaration, value)
+                if self._written.get(name) != data:
+                    self._active[name].write(data)
+                    self._written[name] = data
                 self._unset.discard(name)
         for name, texture in textures.items():
             if not self._declaration(name).is_sampler:
@@ -130,8 +138,14 @@ class Program:
             raise ShaderError(f"{self.name}: no uniform is called {name}{hint}")
         return self._declared[name]
 
-    def _write(self, name: str, declaration: UniformDeclaration, value: object) -> None:
+    def _packed(self, name: str, declaration: UniformDeclaration, value: object) -> bytes:
+        """Return a value as the bytes that the driver takes."""
         kind = declaration.type
+        # Without NumPy a number takes a tenth of the time, and a frame sets some ninety.
+        if isinstance(value, float) and kind == "float" and -_FLOAT_MAX <= value <= _FLOAT_MAX:
+            return _FLOAT.pack(value)
+        if type(value) is int and kind == "int" and -(1 << 31) <= value < 1 << 31:
+            return _INT.pack(value)
         if kind.startswith(("u", "uvec")):
             dtype: type[np.generic] = np.uint32
         elif kind.startswith(("int", "ivec", "bool", "bvec")):
@@ -156,7 +170,7 @@ class Program:
             raise ShaderError(
                 f"{self.name}: {kind} {name} takes {wanted // 4} numbers, not {array.size}"
             )
-        self._active[name].write(data[:wanted])
+        return data[:wanted]
 
 
 class ShaderLibrary:

@@ -244,3 +244,28 @@ def test_shipped_shaders_are_the_default_root(gl):
     ShaderLibrary(gl).fullscreen_source(
         HEAD + '#include "lib/constants.glsl"\nvoid main() { o_color = vec4(PI); }\n'
     )
+
+
+def test_values_that_stay_are_not_written_again(gl, library, tmp_path):
+    text = HEAD + "uniform float u_x;\nuniform vec2 u_y;\n"
+    (tmp_path / "a.frag").write_text(text + "void main() { o_color = vec4(u_x, u_y, 1.0); }\n")
+    program = library.fullscreen("a.frag")
+    written = []
+    for name, uniform in list(program._active.items()):
+        program._active[name] = Recorder(uniform, written, name)
+    for x, y in ((1.0, (2.0, 3.0)), (1, (2.0, 3.0)), (-0.0, (2.0, 4.0)), (0.0, (2.0, 4.0))):
+        program.set({"u_x": x, "u_y": y})
+        assert list(draw(gl, program)) == [x, *y, 1.0]
+    # The same number written as an integer is the same; zero has two signs.
+    assert written == ["u_x", "u_y", "u_x", "u_y", "u_x"]
+
+
+class Recorder:
+    """A uniform that notes when it is written."""
+
+    def __init__(self, uniform, written, name):
+        self.uniform, self.written, self.name = uniform, written, name
+
+    def write(self, data):
+        self.written.append(self.name)
+        self.uniform.write(data)
