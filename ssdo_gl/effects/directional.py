@@ -207,6 +207,7 @@ ONE_COLOR = Shortcut(
     ("directional",),
     ("ssao",),
 )
+# `ssdo` in coloured_lights takes .77 of a frame.
 LIGHTS_ONLY = Shortcut("hemisphere", _reason_for_lights_only, ("directional",))
 
 
