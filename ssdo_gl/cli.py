@@ -21,7 +21,7 @@ from ssdo_gl.scene.scene import Scene, SceneError
 from ssdo_gl.settings import Settings, modes
 from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.settings.flags import (
-    Command,
+    CommandLine,
     RunOptions,
     UsageError,
     build_parser,
@@ -37,7 +37,7 @@ EXIT_OK, EXIT_USER, EXIT_NO_OPENGL, EXIT_MISSED = 0, 2, 3, 4
 _WINDOW_BACKENDS = ("auto", "window")
 
 
-def _with_preset(command: Command) -> dict[str, Any]:
+def _with_preset(command: CommandLine) -> dict[str, Any]:
     """Return the given settings, and what the preset sets and no flag does."""
     given = dict(command.settings)
     if command.run.preset is None:
@@ -156,7 +156,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
 
 
 def _open_window(
-    command: Command, scene: Scene, settings: Settings, camera: Camera | None, aov: str
+    command: CommandLine, scene: Scene, settings: Settings, camera: Camera | None, aov: str
 ) -> None:
     from ssdo_gl.bench.presets import NAMES, load_preset, read_ladder
     from ssdo_gl.window.window import open_window

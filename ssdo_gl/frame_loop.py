@@ -12,7 +12,7 @@ from typing import Any, Self
 import numpy as np
 
 from ssdo_gl.gpu.context import Device, create_context
-from ssdo_gl.gpu.geometry import CameraPose, Geometry
+from ssdo_gl.gpu.device_geometry import CameraPose, Geometry
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.gpu.timer import Timer
 from ssdo_gl.graph.execute import Executor

@@ -12,6 +12,14 @@ import pyrr
 from numpy.typing import ArrayLike, NDArray
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+Vector = tuple[float, float, float]
+
+
+def vector(values: ArrayLike) -> Vector:
+    """Return three numbers as a tuple of floats."""
+    x, y, z = (float(value) for value in np.asarray(values, dtype=np.float64))
+    return x, y, z
 
 
 def normalized(vector: ArrayLike) -> FloatArray:

@@ -14,7 +14,7 @@ from PIL import Image
 
 from ssdo_gl.cli import main
 from ssdo_gl.renderer import Renderer
-from ssdo_gl.scene.environment import MapEnvironment
+from ssdo_gl.scene.environment_kinds import MapEnvironment
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.names import aov_names, method_names

@@ -38,7 +38,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("planning/planner",),
     ("settings/passes", "images"),
     ("settings/resolve",),
-    ("settings/command_line", "settings/presets", "settings/flags"),
+    ("settings/command_line", "settings/preset_files", "settings/flags"),
     ("render_result", "headless/progress"),
     ("frame_loop",),
     ("renderer",),
@@ -49,14 +49,6 @@ LAYERS: tuple[tuple[str, ...], ...] = (
 LEVEL = {unit: level for level, units in enumerate(LAYERS) for unit in units}
 # Run without a device, so that wiring and scenes can be tested anywhere.
 WITHOUT_OPENGL = ("scene", "graph/graph", "graph/resource", "graph/frame", "settings/settings")
-
-# Sub-folders whose modules others still import one by one.
-OPEN_FOLDERS: tuple[str, ...] = ("bench/report", "scene/formats", "scene/lights")
-# Names that two modules or two classes still share.
-SHARED_NAMES: tuple[str, ...] = (
-    *("directional", "environment", "geometry", "materials", "mesh", "presets", "registry"),
-    *("ssao", "text", "Combine", "Command", "Form", "IntArray", "Vector"),
-)
 
 MAX_FILE_LINES = 400
 MAX_FUNCTION_LINES = 70
@@ -203,7 +195,7 @@ def inside_faults(sources: dict[str, str]) -> list[str]:
         for target in sorted(own(imported(source), set(sources))):
             folder = "/".join(target.split("/")[:2])
             is_inside = target.count("/") > 1 and not target.endswith("/__init__")
-            if is_inside and folder not in OPEN_FOLDERS and not name.startswith(f"{folder}/"):
+            if is_inside and not name.startswith(f"{folder}/"):
                 faults.append(f"{name} imports {target}: take it from {folder}")
     return faults
 
@@ -237,7 +229,7 @@ def name_faults(sources: dict[str, str]) -> list[str]:
         f"{name} is in {' and '.join(places)}"
         for table in (module_names(sources), class_names(sources))
         for name, places in table.items()
-        if len(places) > 1 and name not in SHARED_NAMES
+        if len(places) > 1
     ]
 
 

@@ -19,7 +19,7 @@ from typing import Any
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, shown
 from ssdo_gl.settings.names import estimators_of
-from ssdo_gl.settings.presets import read_preset
+from ssdo_gl.settings.preset_files import read_preset
 
 # What a rung decides; everything else is the user's.
 FIELDS = ("estimator", "samples", "steps", "resolution_scale", "filter")

@@ -15,7 +15,7 @@ from ssdo_gl.bench.points import Point
 from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.scene import shapes
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment import GradientEnvironment
+from ssdo_gl.scene.environment_kinds import GradientEnvironment
 from ssdo_gl.scene.lights import DirectionalLight
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject

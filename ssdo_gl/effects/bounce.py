@@ -29,7 +29,7 @@ from ssdo_gl.passes.screen_space_settings import (
     estimator_uniforms,
     kept_names,
 )
-from ssdo_gl.scene.environment import MapEnvironment
+from ssdo_gl.scene.environment_kinds import MapEnvironment
 from ssdo_gl.scene.lights import Form
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.fields import setting

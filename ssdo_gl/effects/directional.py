@@ -17,6 +17,7 @@ from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.passes.ambient_visibility import SsaoPass, SsaoSettings
 from ssdo_gl.passes.constant import ConstantPass
 from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterSettings
 from ssdo_gl.passes.environment_uniforms import (
@@ -32,8 +33,7 @@ from ssdo_gl.passes.screen_space_settings import (
     estimator_uniforms,
     kept_resources,
 )
-from ssdo_gl.passes.ssao import SsaoPass, SsaoSettings
-from ssdo_gl.scene.environment import ConstantEnvironment
+from ssdo_gl.scene.environment_kinds import ConstantEnvironment
 from ssdo_gl.scene.lights import Form, Light
 from ssdo_gl.settings.fields import setting
 

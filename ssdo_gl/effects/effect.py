@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Literal
 from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.request import Request, Shortcut
 from ssdo_gl.graph.render_pass import RenderPass
-from ssdo_gl.passes.composite import Combine
+from ssdo_gl.passes.composite import OcclusionMode
 
 # A pass, and why it runs, in words for the user.
 ReasonedPass = tuple[RenderPass, str]
@@ -112,7 +112,7 @@ class Effect(ABC):
         """Return where one of `images` is read from; None if another effect has it."""
         return None
 
-    def occlusion(self, request: Request) -> tuple[str, Combine] | None:
+    def occlusion(self, request: Request) -> tuple[str, OcclusionMode] | None:
         """Return a visibility by which the composite multiplies light, and which light."""
         return None
 

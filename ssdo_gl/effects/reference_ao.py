@@ -14,7 +14,7 @@ from ssdo_gl.effects.request import Request
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.accumulate import Schedule, SumOutput, accumulate
-from ssdo_gl.passes.composite import Combine
+from ssdo_gl.passes.composite import OcclusionMode
 from ssdo_gl.passes.ray_uniforms import (
     radius_ns,
     ray_defines,
@@ -106,7 +106,7 @@ class ReferenceAo(Effect):
         """Return the visibility."""
         return ImageSource("visibility", 1)
 
-    def occlusion(self, request: Request) -> tuple[str, Combine]:
+    def occlusion(self, request: Request) -> tuple[str, OcclusionMode]:
         """Return the visibility; the report adds it as a light of its own."""
         combine = combine_of(request)
         return "visibility", "report_traced" if combine == "report" else combine

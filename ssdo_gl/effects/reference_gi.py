@@ -25,7 +25,7 @@ from ssdo_gl.passes.ray_uniforms import (
     ray_uniforms,
 )
 from ssdo_gl.raytracing.surface_tables import RayFeatures
-from ssdo_gl.scene.environment import Environment
+from ssdo_gl.scene.environment_kinds import Environment
 from ssdo_gl.settings.fields import setting
 from ssdo_gl.settings.settings import MAX_BOUNCES, same_as
 

@@ -26,7 +26,7 @@ from ssdo_gl.passes.ray_uniforms import (
     ray_uniforms,
 )
 from ssdo_gl.raytracing.surface_tables import RayFeatures
-from ssdo_gl.scene.environment import Environment
+from ssdo_gl.scene.environment_kinds import Environment
 from ssdo_gl.settings.settings import same_as
 
 # Samples of one draw and pixel; each takes a ray, and from what it hits one to each light.

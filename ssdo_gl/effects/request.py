@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from ssdo_gl.effects.decisions import Decided, Decision
 from ssdo_gl.planning.content import SceneContent, simplest_environment
 from ssdo_gl.planning.view import ViewFacts
-from ssdo_gl.scene.environment import Environment
+from ssdo_gl.scene.environment_kinds import Environment
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.settings import Settings
 

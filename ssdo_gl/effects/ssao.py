@@ -11,10 +11,10 @@ from ssdo_gl.effects.effect import Effect, ImageSource, ReasonedPass
 from ssdo_gl.effects.methods import ALL, REFERENCES
 from ssdo_gl.effects.near_field import OPEN_DIRECTIONS, estimator_settings, filtered
 from ssdo_gl.effects.request import Request
-from ssdo_gl.passes.composite import Combine
+from ssdo_gl.passes.ambient_visibility import SsaoPass, SsaoSettings
+from ssdo_gl.passes.composite import OcclusionMode
 from ssdo_gl.passes.constant import ConstantPass
 from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterSettings
-from ssdo_gl.passes.ssao import SsaoPass, SsaoSettings
 
 
 class Ssao(Effect):
@@ -56,7 +56,7 @@ class Ssao(Effect):
         """Return the visibility."""
         return ImageSource("visibility", 1)
 
-    def occlusion(self, request: Request) -> tuple[str, Combine]:
+    def occlusion(self, request: Request) -> tuple[str, OcclusionMode]:
         """Return the visibility, and what it multiplies."""
         return "visibility", combine_of(request)
 

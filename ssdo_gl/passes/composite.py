@@ -16,10 +16,11 @@ from ssdo_gl.passes.environment_uniforms import (
     environment_uniforms,
 )
 from ssdo_gl.passes.terms import term_defines, term_wiring
-from ssdo_gl.scene.environment import Environment
+from ssdo_gl.scene.environment_kinds import Environment
 
-Combine = Literal["ambient", "multiply", "report", "report_traced"]
-COMBINE_NUMBERS: Mapping[Combine, int] = {
+# The choices of the setting `combine`, and what the reference of "report" takes.
+OcclusionMode = Literal["ambient", "multiply", "report", "report_traced"]
+COMBINE_NUMBERS: Mapping[OcclusionMode, int] = {
     "ambient": 1,
     "multiply": 2,
     "report": 3,
@@ -59,7 +60,7 @@ class CompositePass(RenderPass):
         radiances: Sequence[str] = (),
         *,
         visibility: str | None = None,
-        combine: Combine = "ambient",
+        combine: OcclusionMode = "ambient",
     ) -> None:
         kind = environment_kind(environment)
         number = 0 if visibility is None else COMBINE_NUMBERS[combine]

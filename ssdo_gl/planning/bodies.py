@@ -10,12 +10,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.math3d import FloatArray
+from ssdo_gl.math3d import FloatArray, IntArray
 from ssdo_gl.scene.mesh import Mesh
 from ssdo_gl.scene.scene import Scene
 
 BoolArray = NDArray[np.bool_]
-IntArray = NDArray[np.int64]
 
 # Heights above a plane below this fraction of a mesh's size are rounding: transforms in
 # float64 leave 1e-16 per operation, coordinates themselves 1e-16.

@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from ssdo_gl.scene.environment import (
+from ssdo_gl.scene.environment_kinds import (
     ConstantEnvironment,
     Environment,
     GradientEnvironment,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ssdo_gl.math3d import FloatArray
-from ssdo_gl.planning.bodies import FLAT, Bodies, BoolArray, IntArray, unit
+from ssdo_gl.math3d import FloatArray, IntArray
+from ssdo_gl.planning.bodies import FLAT, Bodies, BoolArray, unit
 from ssdo_gl.scene.lights import Light
 
 # Pairs of receiver and caster that are looked at; with more bodies, some cast shadows.

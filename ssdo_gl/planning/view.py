@@ -9,16 +9,8 @@ from typing import Protocol
 
 import numpy as np
 
-from ssdo_gl.math3d import FloatArray
-from ssdo_gl.planning.bodies import (
-    ANY,
-    FLAT,
-    ROUNDING,
-    SOLID_BOX,
-    Bodies,
-    BoolArray,
-    IntArray,
-)
+from ssdo_gl.math3d import FloatArray, IntArray
+from ssdo_gl.planning.bodies import ANY, FLAT, ROUNDING, SOLID_BOX, Bodies, BoolArray
 from ssdo_gl.planning.shadows import (
     candidate_axes,
     reach_along_each,

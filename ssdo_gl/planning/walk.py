@@ -12,7 +12,7 @@ from ssdo_gl.effects.effect import Effect, ImageSource, ReasonedPass, Term
 from ssdo_gl.effects.request import Request, Shortcut
 from ssdo_gl.graph.graph import compile_graph
 from ssdo_gl.graph.render_pass import RenderPass
-from ssdo_gl.passes.composite import Combine, CompositePass
+from ssdo_gl.passes.composite import CompositePass, OcclusionMode
 from ssdo_gl.passes.gbuffer import GBUFFER_IMAGES, GBufferPass
 from ssdo_gl.passes.radiance_aov import RadianceAovPass
 from ssdo_gl.passes.sender_radiance import SenderRadiancePass
@@ -115,7 +115,7 @@ def _reasons_to_skip(pipeline: Pipeline, full: Pipeline) -> dict[str, str]:
 
 
 # No visibility multiplies anything.
-NO_OCCLUSION: tuple[None, Combine] = (None, "ambient")
+NO_OCCLUSION: tuple[None, OcclusionMode] = (None, "ambient")
 
 
 class _Builder:

@@ -17,13 +17,12 @@ from hashlib import blake2b
 import numpy as np
 from numpy.typing import NDArray
 
+from ssdo_gl.math3d import IntArray
 from ssdo_gl.raytracing.pairs import Pairs, pair_triangles
 from ssdo_gl.raytracing.split import BinaryTree, build_binary
 from ssdo_gl.raytracing.triangles import SceneTriangles, scene_triangles
 from ssdo_gl.raytracing.widen import best_cuts, open_nodes
 from ssdo_gl.scene.scene import Scene, SceneError
-
-IntArray = NDArray[np.int64]
 
 WIDTH = 4
 RECORD_WORDS = 16

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ssdo_gl.math3d import IntArray
 from ssdo_gl.raytracing.split import half_area
-
-IntArray = NDArray[np.int64]
 
 # Each round pairs the triangles that prefer each other; after four, fewer than one in
 # ten of a scanned mesh's triangles is left single.

@@ -12,9 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.math3d import FloatArray
-
-IntArray = NDArray[np.int64]
+from ssdo_gl.math3d import FloatArray, IntArray
 
 # 16 bins cost 1 % more rays' work than 64 and a quarter of the build time (Wald 2007).
 BIN_COUNT = 16

@@ -9,11 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl import math3d
-from ssdo_gl.math3d import FloatArray
+from ssdo_gl.math3d import FloatArray, IntArray
 from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene
-
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,9 +11,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ssdo_gl.math3d import IntArray
 from ssdo_gl.raytracing.split import BinaryTree, half_area
-
-IntArray = NDArray[np.int64]
 
 
 def best_cuts(tree: BinaryTree, width: int) -> NDArray[np.int8]:

@@ -14,7 +14,7 @@ from ssdo_gl.scene import defaults, framing
 from ssdo_gl.scene import emissive_meshes as emitters
 from ssdo_gl.scene.batching import batched
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment import Environment
+from ssdo_gl.scene.environment_kinds import Environment
 from ssdo_gl.scene.exposure import lighting_for
 from ssdo_gl.scene.lights import Light, Shadow
 from ssdo_gl.scene.material import Material

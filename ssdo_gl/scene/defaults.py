@@ -6,7 +6,7 @@ import numpy as np
 
 from ssdo_gl import math3d
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment import GradientEnvironment
+from ssdo_gl.scene.environment_kinds import GradientEnvironment
 from ssdo_gl.scene.lights import DirectionalLight
 
 # A white surface that faces the key light reaches (pi 0.32 + 2.15) / pi = 1.0, and one

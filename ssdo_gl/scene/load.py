@@ -7,9 +7,15 @@ from pathlib import Path
 
 from ssdo_gl import resources
 from ssdo_gl.scene.builder import SceneBuilder
-from ssdo_gl.scene.formats import format_of, model_suffixes, read_model, scene_suffixes
-from ssdo_gl.scene.formats.toml import read_description, suggestion
+from ssdo_gl.scene.formats import (
+    format_of,
+    model_suffixes,
+    read_description,
+    read_model,
+    scene_suffixes,
+)
 from ssdo_gl.scene.scene import Scene, SceneError
+from ssdo_gl.scene.table import suggestion
 
 
 def load_scene(source: str | Path) -> Scene:

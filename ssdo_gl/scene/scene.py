@@ -10,7 +10,7 @@ import numpy as np
 
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment import Environment
+from ssdo_gl.scene.environment_kinds import Environment
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject, instance_boxes

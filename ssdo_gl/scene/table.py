@@ -10,8 +10,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from ssdo_gl import math3d
-from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.lights import Vector
+from ssdo_gl.math3d import FloatArray, Vector
 from ssdo_gl.scene.material import Color
 from ssdo_gl.scene.numbers import LARGEST_COORDINATE, finite
 from ssdo_gl.scene.scene import SceneError

@@ -147,7 +147,7 @@ class RunOptions:
 
 
 @dataclass(frozen=True)
-class Command:
+class CommandLine:
     """One command line, read and checked.
 
     Attributes
@@ -225,7 +225,7 @@ def help_text(info: SettingInfo) -> str:
     return f"{info.doc} ({noted})" if noted else info.doc
 
 
-def read_command(arguments: Sequence[str] | None = None) -> Command:
+def read_command(arguments: Sequence[str] | None = None) -> CommandLine:
     """Return what a command line says.
 
     Raises
@@ -241,7 +241,7 @@ def read_command(arguments: Sequence[str] | None = None) -> Command:
         if text is not None:
             owner, info = infos[name]
             given[owner][name] = _value(owner, info, text)
-    command = Command(scene, given[Settings], RunOptions(**given[RunOptions]))
+    command = CommandLine(scene, given[Settings], RunOptions(**given[RunOptions]))
     _check_modes(command.run.active, (info for _, info in infos.values() if texts[info.name]))
     return command
 

@@ -13,7 +13,7 @@ from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import SceneError
 from ssdo_gl.settings.command_line import command_line
 from ssdo_gl.settings.fields import SettingError, values
-from ssdo_gl.settings.presets import is_preset, preset_fields, write_preset
+from ssdo_gl.settings.preset_files import is_preset, preset_fields, write_preset
 from ssdo_gl.window.camera import focus_on, glide_to, go_home, set_pivot
 from ssdo_gl.window.input_map import Action, Command
 from ssdo_gl.window.live import REFINE_FRAMES

@@ -11,7 +11,8 @@ from enum import StrEnum
 
 import glfw
 
-from ssdo_gl.window.camera import Controls, Vector
+from ssdo_gl.math3d import Vector
+from ssdo_gl.window.camera import Controls
 
 # 400 px of mouse turn the view by about 60 degrees: a flick of the wrist.
 RADIANS_PER_PX = 0.0025

@@ -13,7 +13,7 @@ from passes.test_gbuffer import sphere
 from ssdo_gl import math3d
 from ssdo_gl.effects.direct import DirectPass, DirectSettings
 from ssdo_gl.effects.shadow_map import ShadowMapPass, ShadowMapSettings
-from ssdo_gl.gpu.geometry import Geometry
+from ssdo_gl.gpu.device_geometry import Geometry
 from ssdo_gl.images.surface_arrays import world_positions
 from ssdo_gl.passes.gbuffer import GBufferPass
 from ssdo_gl.scene.camera import Camera

@@ -9,7 +9,7 @@ from shaders.harness import evaluate
 
 from ssdo_gl.effects.environment import EnvironmentPass, EnvironmentSettings, octahedral_nodes
 from ssdo_gl.gpu.texture import texture_from_image
-from ssdo_gl.scene.environment import MapEnvironment
+from ssdo_gl.scene.environment_kinds import MapEnvironment
 
 
 def directions(count):

@@ -15,7 +15,7 @@ from ssdo_gl.effects.reference_near import ReferenceNearPass, ReferenceNearSetti
 from ssdo_gl.effects.traced_shadows import TracedShadowsPass, TracedShadowsSettings
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment import (
+from ssdo_gl.scene.environment_kinds import (
     ConstantEnvironment,
     GradientEnvironment,
     MapEnvironment,

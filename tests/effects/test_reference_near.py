@@ -16,7 +16,7 @@ from ssdo_gl.effects.reference_near import ReferenceNearPass, ReferenceNearSetti
 from ssdo_gl.effects.traced_shadows import TracedShadowsPass, TracedShadowsSettings
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment import ConstantEnvironment, GradientEnvironment
+from ssdo_gl.scene.environment_kinds import ConstantEnvironment, GradientEnvironment
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import SceneObject

@@ -14,7 +14,7 @@ import ssdo_gl
 from ssdo_gl import math3d
 from ssdo_gl.scene import shapes
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment import ConstantEnvironment
+from ssdo_gl.scene.environment_kinds import ConstantEnvironment
 from ssdo_gl.scene.lights import DirectionalLight
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.material import Material

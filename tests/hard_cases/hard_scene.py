@@ -8,7 +8,7 @@ import numpy as np
 
 from ssdo_gl import math3d
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment import ConstantEnvironment
+from ssdo_gl.scene.environment_kinds import ConstantEnvironment
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject

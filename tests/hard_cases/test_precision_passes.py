@@ -29,9 +29,9 @@ from passes.test_gbuffer import draw, nearest, normals, rays_of
 from shaders.harness import evaluate
 
 from ssdo_gl.effects.bounce import BounceSettings
+from ssdo_gl.passes.ambient_visibility import SsaoSettings
 from ssdo_gl.passes.composite import CompositePass
 from ssdo_gl.passes.sender_radiance import SenderRadiancePass
-from ssdo_gl.passes.ssao import SsaoSettings
 from ssdo_gl.passes.tone_map import ToneMapPass, ToneMapSettings
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.mesh import Mesh

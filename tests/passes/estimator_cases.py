@@ -14,14 +14,14 @@ from passes.pass_harness import Array, make_frame, make_scene, quad, run_pass
 from ssdo_gl.effects.directional import DirectionalPass, DirectionalSettings
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import RenderPass
+from ssdo_gl.passes.ambient_visibility import SsaoPass, SsaoSettings
 from ssdo_gl.passes.screen_space_settings import (
     ScreenSpaceSettings,
     estimator_uniforms,
     pattern_offset,
 )
-from ssdo_gl.passes.ssao import SsaoPass, SsaoSettings
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment import (
+from ssdo_gl.scene.environment_kinds import (
     ConstantEnvironment,
     Environment,
     GradientEnvironment,

@@ -8,14 +8,14 @@ import moderngl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ssdo_gl.gpu.geometry import CameraPose, Geometry
+from ssdo_gl.gpu.device_geometry import CameraPose, Geometry
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture, texture_from_image
 from ssdo_gl.graph.frame import Frame, FrameView
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment import Environment
+from ssdo_gl.scene.environment_kinds import Environment
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject

@@ -9,12 +9,12 @@ from passes.estimator_cases import picture_frame
 
 from ssdo_gl.effects.bounce import BounceSettings
 from ssdo_gl.effects.directional import DirectionalSettings
+from ssdo_gl.passes.ambient_visibility import SsaoPass, SsaoSettings
 from ssdo_gl.passes.screen_space_settings import (
     ScreenSpaceSettings,
     estimator_uniforms,
     pattern_offset,
 )
-from ssdo_gl.passes.ssao import SsaoPass, SsaoSettings
 from ssdo_gl.settings.fields import SettingError, check, parse
 
 CLASSES = (ScreenSpaceSettings, SsaoSettings, DirectionalSettings, BounceSettings)

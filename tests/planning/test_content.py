@@ -10,7 +10,7 @@ import pytest
 from ssdo_gl.planning.content import LightContent, analyse, simplest_environment
 from ssdo_gl.scene import shapes
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment import ConstantEnvironment, GradientEnvironment, MapEnvironment
+from ssdo_gl.scene.environment_kinds import ConstantEnvironment, GradientEnvironment, MapEnvironment
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.material import Material, Texture
 from ssdo_gl.scene.mesh import SceneObject

@@ -11,7 +11,7 @@ from properties.planned_and_full import BOX, QUAD, SPHERE, TORUS, at, compare, m
 
 from ssdo_gl.scene import shapes
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment import ConstantEnvironment, GradientEnvironment, MapEnvironment
+from ssdo_gl.scene.environment_kinds import ConstantEnvironment, GradientEnvironment, MapEnvironment
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.material import Material
 

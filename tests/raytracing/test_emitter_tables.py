@@ -21,7 +21,7 @@ from ssdo_gl.raytracing.emitter_tables import (
     map_mean_radiance,
 )
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment import MapEnvironment
+from ssdo_gl.scene.environment_kinds import MapEnvironment
 from ssdo_gl.scene.light_bodies import body_lights
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.material import Material

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ssdo_gl.scene.environment import (
+from ssdo_gl.scene.environment_kinds import (
     ConstantEnvironment,
     GradientEnvironment,
     MapEnvironment,

@@ -21,7 +21,7 @@ from ssdo_gl.settings.fields import (
 from ssdo_gl.settings.flags import RunOptions, build_parser, read_command, settings_table
 from ssdo_gl.settings.names import aov_names, estimator_names, estimators_of, method_names
 from ssdo_gl.settings.passes import pass_settings, passes_without_settings
-from ssdo_gl.settings.presets import preset_fields, preset_text
+from ssdo_gl.settings.preset_files import preset_fields, preset_text
 from ssdo_gl.settings.settings import same_as
 from ssdo_gl.window.panel.control_rows import default_of, main_rows
 

@@ -1,14 +1,15 @@
 """File formats: a folder each, and one row in the registry that finds them by suffix."""
 
-from ssdo_gl.scene.formats.model import Model
-from ssdo_gl.scene.formats.registry import (
+from ssdo_gl.scene.formats.format_registry import (
     FORMATS,
     SceneFormat,
     format_of,
     model_suffixes,
+    read_description,
     read_model,
     scene_suffixes,
 )
+from ssdo_gl.scene.formats.model import Model
 
 __all__ = [
     "FORMATS",
@@ -16,6 +17,7 @@ __all__ = [
     "SceneFormat",
     "format_of",
     "model_suffixes",
+    "read_description",
     "read_model",
     "scene_suffixes",
 ]

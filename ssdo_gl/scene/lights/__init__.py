@@ -6,19 +6,11 @@ A new kind is a module here, ``shaders/lights/<kind>.glsl`` with its functions (
 
 from __future__ import annotations
 
-from ssdo_gl.scene.lights.base import (
-    BLACK,
-    SHADOW_NUMBERS,
-    BoundsOf,
-    Form,
-    Light,
-    Shadow,
-    Vector,
-)
-from ssdo_gl.scene.lights.directional import DirectionalLight
-from ssdo_gl.scene.lights.point import PointLight, PunctualLight
-from ssdo_gl.scene.lights.rectangle import RectangleLight
-from ssdo_gl.scene.lights.spot import SpotLight
+from ssdo_gl.scene.lights.base import BLACK, SHADOW_NUMBERS, BoundsOf, Form, Light, Shadow
+from ssdo_gl.scene.lights.directional_light import DirectionalLight
+from ssdo_gl.scene.lights.point_light import PointLight, PunctualLight
+from ssdo_gl.scene.lights.rectangle_light import RectangleLight
+from ssdo_gl.scene.lights.spot_light import SpotLight
 
 __all__ = [
     "BLACK",
@@ -33,7 +25,6 @@ __all__ = [
     "RectangleLight",
     "Shadow",
     "SpotLight",
-    "Vector",
     "kind_number",
     "kind_of_gltf",
 ]

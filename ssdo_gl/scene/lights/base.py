@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 import numpy as np
 
 from ssdo_gl import math3d
-from ssdo_gl.math3d import FloatArray
+from ssdo_gl.math3d import FloatArray, Vector, vector
 from ssdo_gl.scene.material import Color, Material
 from ssdo_gl.scene.mesh import Mesh
 from ssdo_gl.scene.motion import Motion
@@ -20,7 +20,6 @@ from ssdo_gl.scene.motion import Motion
 if TYPE_CHECKING:
     from ssdo_gl.scene.table import Table
 
-Vector = tuple[float, float, float]
 # map: shadow map (or shadow rays); ssdo: arrives through SSDO's open directions
 # and is part of `directional`, not of `direct`; none: casts no shadow.
 Shadow = Literal["map", "ssdo", "none"]
@@ -170,11 +169,11 @@ class Light(ABC):
     def moved(self, matrix: FloatArray) -> Self:
         """Return the light moved by a rigid (4, 4) matrix."""
         points = {
-            name: triple(math3d.transform_points(matrix, getattr(self, name)))
+            name: vector(math3d.transform_points(matrix, getattr(self, name)))
             for name in self.point_fields
         }
         turned = {
-            name: triple(matrix[:3, :3] @ np.asarray(getattr(self, name)))
+            name: vector(matrix[:3, :3] @ np.asarray(getattr(self, name)))
             for name in (*self.direction_fields, *self.edge_fields)
         }
         return self._replace({**points, **turned})
@@ -182,11 +181,11 @@ class Light(ABC):
     def scaled(self, factor: float) -> Self:
         """Return the light in a scene `factor` times as large that looks the same."""
         lengths = {
-            name: triple(np.multiply(getattr(self, name), factor))
+            name: vector(np.multiply(getattr(self, name), factor))
             for name in (*self.point_fields, *self.edge_fields)
         }
         if self.form is Form.POINT:
-            lengths[self.emitted_field] = triple(np.multiply(self.emitted, factor * factor))
+            lengths[self.emitted_field] = vector(np.multiply(self.emitted, factor * factor))
         return self._replace(lengths)
 
     def _replace(self, fields: Mapping[str, Any]) -> Self:
@@ -298,9 +297,3 @@ class Light(ABC):
 
         Negative where it reaches the side that the normal looks away from.
         """
-
-
-def triple(array: FloatArray) -> Vector:
-    """Return three floats as a tuple."""
-    x, y, z = (float(value) for value in array)
-    return x, y, z

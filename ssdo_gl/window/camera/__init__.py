@@ -16,7 +16,6 @@ from ssdo_gl.window.camera.fly_camera import (
     set_pivot,
     start_flight,
 )
-from ssdo_gl.window.camera.orientation import Vector, vector
 from ssdo_gl.window.camera.tour import Tour
 
 __all__ = [
@@ -26,7 +25,6 @@ __all__ = [
     "Flight",
     "Obstacles",
     "Tour",
-    "Vector",
     "advance",
     "focus_on",
     "glide_to",
@@ -34,6 +32,5 @@ __all__ = [
     "jump_to",
     "set_pivot",
     "start_flight",
-    "vector",
     "views_file",
 ]

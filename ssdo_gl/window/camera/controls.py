@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ssdo_gl.window.camera.orientation import Vector
+from ssdo_gl.math3d import Vector
 
 
 @dataclass(frozen=True)

@@ -10,12 +10,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ssdo_gl import math3d
+from ssdo_gl.math3d import Vector, vector
 from ssdo_gl.scene.camera import Camera
-
-Vector = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -72,12 +70,6 @@ def axes_of(camera: Camera) -> tuple[Axes, float]:
     axes = Axes(vector(up), vector(np.cross(up, right)), vector(-right))
     pitch = math.asin(max(-1.0, min(1.0, float(-view_from_world[2] @ up))))
     return axes, pitch
-
-
-def vector(values: ArrayLike) -> Vector:
-    """Return three numbers as a tuple of floats."""
-    x, y, z = (float(v) for v in np.asarray(values, dtype=np.float64))
-    return x, y, z
 
 
 def dot(a: Vector, b: Vector) -> float:

@@ -16,8 +16,8 @@ from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture, unpack
 from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.images.surface_arrays import world_normals
+from ssdo_gl.math3d import Vector, vector
 from ssdo_gl.render_result import Drawing, Plane
-from ssdo_gl.window.camera import Vector, vector
 
 # What the inspector shows beyond the image itself.
 INSPECTED = ("normal_ws", "albedo", "visibility", "beauty")

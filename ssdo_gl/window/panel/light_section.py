@@ -7,7 +7,7 @@ import dataclasses
 from imgui_bundle import imgui
 
 from ssdo_gl.scene.defaults import SKY
-from ssdo_gl.scene.environment import ConstantEnvironment, Environment, GradientEnvironment
+from ssdo_gl.scene.environment_kinds import ConstantEnvironment, Environment, GradientEnvironment
 from ssdo_gl.scene.material import Color
 from ssdo_gl.window.viewer import Viewer
 

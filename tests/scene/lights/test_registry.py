@@ -11,9 +11,10 @@ import pytest
 
 from ssdo_gl import resources
 from ssdo_gl.gpu.light_kinds import light_kinds_source
+from ssdo_gl.math3d import Vector, vector
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.lights import KINDS, PointLight, PunctualLight, kind_number
-from ssdo_gl.scene.lights.base import ShaderRow, Vector, triple
+from ssdo_gl.scene.lights.base import ShaderRow
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.material import Color
 from ssdo_gl.settings import Settings
@@ -32,7 +33,7 @@ class LobeLight(PunctualLight):
 
     @classmethod
     def from_table(cls, table, **common):
-        direction = triple(np.array(table.direction("direction")))
+        direction = vector(np.array(table.direction("direction")))
         return cls(table.vector("position"), direction, table.color("intensity"), **common)
 
     def shader_row(self) -> ShaderRow:

@@ -16,7 +16,7 @@ from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json, number, numbers
 from ssdo_gl.scene.formats.gltf.geometry import Shape, read_shape
-from ssdo_gl.scene.formats.gltf.materials import MaterialReader
+from ssdo_gl.scene.formats.gltf.gltf_materials import MaterialReader
 from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.lights import kind_of_gltf
 from ssdo_gl.scene.mesh import MAX_INSTANCES, Mesh, SceneObject

@@ -10,7 +10,7 @@ import numpy as np
 from PIL import Image
 
 from ssdo_gl.scene.formats.model import Model
-from ssdo_gl.scene.formats.obj.text import logical_lines, remainder, without_comment
+from ssdo_gl.scene.formats.obj.obj_text import logical_lines, remainder, without_comment
 from ssdo_gl.scene.images import read_texture
 from ssdo_gl.scene.material import Color, Material, Texture, Wrap
 from ssdo_gl.scene.numbers import LARGEST_NUMBER

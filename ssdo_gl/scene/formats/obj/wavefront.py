@@ -18,7 +18,7 @@ from ssdo_gl.scene.emissive_meshes import turned_to_scene
 from ssdo_gl.scene.formats.colors import linear_colors
 from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.formats.obj.mtl import material_called, read_libraries
-from ssdo_gl.scene.formats.obj.text import logical_lines, remainder
+from ssdo_gl.scene.formats.obj.obj_text import logical_lines, remainder
 from ssdo_gl.scene.formats.triangulate import triangulated
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import SceneObject

@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from ssdo_gl.scene.formats.model import Model
-from ssdo_gl.scene.formats.polygons.mesh import PolygonMesh
 from ssdo_gl.scene.formats.polygons.off import parse_off
 from ssdo_gl.scene.formats.polygons.ply import parse_ply
+from ssdo_gl.scene.formats.polygons.polygon_mesh import PolygonMesh
 from ssdo_gl.scene.formats.polygons.stl import parse_stl
 from ssdo_gl.scene.scene import SceneError
 

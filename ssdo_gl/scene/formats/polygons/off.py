@@ -9,7 +9,7 @@ import numpy as np
 
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.formats.colors import linear_colors
-from ssdo_gl.scene.formats.polygons.mesh import PolygonMesh
+from ssdo_gl.scene.formats.polygons.polygon_mesh import PolygonMesh
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,11 @@ from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.formats.toml import environments, lights, materials, objects, wishes
 from ssdo_gl.scene.scene import Scene, SceneError
-from ssdo_gl.scene.table import Table, suggestion
+from ssdo_gl.scene.table import Table
 from ssdo_gl.settings.settings import MAX_EXPOSURE_EV
 from ssdo_gl.toml_text import read_toml
 
-__all__ = ["read_description", "read_file", "suggestion"]
+__all__ = ["read_description", "read_file"]
 
 TOP_KEYS = ("title", "purpose", "camera", "environment", "render", "materials", "light", "object")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ssdo_gl.scene.builder import SceneBuilder
-from ssdo_gl.scene.environment import (
+from ssdo_gl.scene.environment_kinds import (
     ConstantEnvironment,
     Environment,
     GradientEnvironment,

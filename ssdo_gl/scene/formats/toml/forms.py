@@ -25,15 +25,15 @@ FORM_KEYS: dict[str, tuple[str, ...]] = {
 }
 MAX_SEGMENTS = 2048
 
-Form = tuple[Hashable, Callable[[], Mesh], FloatArray]
+PlacedShape = tuple[Hashable, Callable[[], Mesh], FloatArray]
 
 
-def read_form(shape: str, table: Table) -> Form:
+def read_form(shape: str, table: Table) -> PlacedShape:
     """Return the key and maker of the unit mesh, and its (4, 4) world matrix."""
     return _READERS[shape](table)
 
 
-def _box(table: Table) -> Form:
+def _box(table: Table) -> PlacedShape:
     low, high = table.numbers("min", 3), table.numbers("max", 3)
     if not np.all(high > low):
         table.fail("max", f"must exceed min = {low.tolist()} on every axis")
@@ -41,11 +41,11 @@ def _box(table: Table) -> Form:
     return "box", shapes.box, matrix
 
 
-def _quad(table: Table) -> Form:
+def _quad(table: Table) -> PlacedShape:
     return "quad", shapes.quad, shapes.parallelogram_matrix(*table.parallelogram())
 
 
-def _plane(table: Table) -> Form:
+def _plane(table: Table) -> PlacedShape:
     point = table.numbers("point", 3)
     frame = math3d.frame_from_z(table.direction("normal"))
     if isinstance(table.data.get("size"), list):
@@ -62,7 +62,7 @@ def _plane(table: Table) -> Form:
     return "quad", shapes.quad, matrix
 
 
-def _sphere(table: Table) -> Form:
+def _sphere(table: Table) -> PlacedShape:
     radius = _length(table, "radius")
     segments = _segments(table)
     amplitude, frequency = 0.0, 8.0
@@ -76,12 +76,12 @@ def _sphere(table: Table) -> Form:
     return ("sphere", segments, amplitude, frequency), make, matrix
 
 
-def _cylinder(table: Table) -> Form:
+def _cylinder(table: Table) -> PlacedShape:
     segments = _segments(table)
     return ("cylinder", segments), partial(shapes.cylinder, segments), _axial(table)
 
 
-def _cone(table: Table) -> Form:
+def _cone(table: Table) -> PlacedShape:
     segments = _segments(table)
     return ("cone", segments), partial(shapes.cone, segments), _axial(table)
 
@@ -101,7 +101,7 @@ def _axial(table: Table) -> FloatArray:
     return matrix
 
 
-def _torus(table: Table) -> Form:
+def _torus(table: Table) -> PlacedShape:
     radius = _length(table, "radius")
     thickness = table.number("thickness", low=0.0, high=2.0 * radius, open_ends=True)
     segments = _segments(table)
@@ -134,7 +134,7 @@ def _segments(table: Table) -> int:
     return table.integer("segments", shapes.SEGMENTS, 3, MAX_SEGMENTS)
 
 
-_READERS: dict[str, Callable[[Table], Form]] = {
+_READERS: dict[str, Callable[[Table], PlacedShape]] = {
     "box": _box,
     "quad": _quad,
     "plane": _plane,

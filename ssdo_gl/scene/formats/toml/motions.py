@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ssdo_gl.scene.lights import Vector
+from ssdo_gl.math3d import Vector
 from ssdo_gl.scene.motion import Motion
 from ssdo_gl.scene.table import Table
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl import math3d
-from ssdo_gl.math3d import FloatArray
+from ssdo_gl.math3d import FloatArray, vector
 from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.formats import read_model
 from ssdo_gl.scene.formats.toml.forms import FORM_KEYS, read_form
@@ -18,7 +18,6 @@ from ssdo_gl.scene.formats.toml.lights import SHADOWS
 from ssdo_gl.scene.formats.toml.materials import file_beside
 from ssdo_gl.scene.formats.toml.motions import MOTION_TABLE, read_motion, spins_in_place
 from ssdo_gl.scene.lights import Shadow
-from ssdo_gl.scene.lights.base import triple
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import MAX_INSTANCES, SceneObject
 from ssdo_gl.scene.table import Table, suggestion
@@ -78,7 +77,7 @@ def _add(
             per_copy = len(part.world_from_object) // count
             rows = slice(copy * per_copy, (copy + 1) * per_copy)
             copies.append(dataclasses.replace(part, world_from_object=part.world_from_object[rows]))
-        motion = read_motion(table, triple(_middle(copies, builder)))
+        motion = read_motion(table, vector(_middle(copies, builder)))
         for part in copies:
             builder.add(dataclasses.replace(part, motion=motion), shadow)
 

@@ -11,7 +11,7 @@ import pytest
 from ssdo_gl.images.files import OutputError
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, describe
-from ssdo_gl.settings.presets import (
+from ssdo_gl.settings.preset_files import (
     is_preset,
     preset_fields,
     preset_text,

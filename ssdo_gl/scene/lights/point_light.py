@@ -8,16 +8,8 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.lights.base import (
-    BoundsOf,
-    Emitter,
-    Form,
-    Light,
-    ShaderRow,
-    ShadowView,
-    Vector,
-)
+from ssdo_gl.math3d import FloatArray, Vector
+from ssdo_gl.scene.lights.base import BoundsOf, Emitter, Form, Light, ShaderRow, ShadowView
 from ssdo_gl.scene.material import Color
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from passes.estimator_cases import (
     twin_of,
 )
 
-from ssdo_gl.passes.ssao import SsaoSettings
+from ssdo_gl.passes.ambient_visibility import SsaoSettings
 
 SIZE = (48, 36)
 TAN_Y = 0.5

@@ -38,11 +38,11 @@ class SceneFormat:
     read_scene: SceneReader | None = None
 
 
-def _lazily(folder: str, function: str) -> Callable[[Path, str], Any]:
+def _lazily(folder: str, function: str) -> Callable[..., Any]:
     """Return a reader of this package; its parsers are imported when it is first called."""
 
-    def read(path: Path, where: str) -> Any:
-        return getattr(import_module(f"ssdo_gl.scene.formats.{folder}"), function)(path, where)
+    def read(source: Path | str, where: str) -> Any:
+        return getattr(import_module(f"ssdo_gl.scene.formats.{folder}"), function)(source, where)
 
     return read
 
@@ -55,6 +55,9 @@ FORMATS: list[SceneFormat] = [
     SceneFormat("STL", (".stl",), _lazily("polygons", "read_stl")),
     SceneFormat("OFF", (".off",), _lazily("polygons", "read_off")),
 ]
+
+# What the built-in scenes are written in, from text that need not be in a file.
+read_description: Callable[[str, str], Scene] = _lazily("toml", "read_description")
 
 
 def format_of(path: Path) -> SceneFormat | None:

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from ssdo_gl import math3d
-from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.lights.base import BoundsOf, ReachAlong, ShaderRow, ShadowView, Vector, triple
-from ssdo_gl.scene.lights.point import PunctualLight
+from ssdo_gl.math3d import FloatArray, Vector, vector
+from ssdo_gl.scene.lights.base import BoundsOf, ReachAlong, ShaderRow, ShadowView
+from ssdo_gl.scene.lights.point_light import PunctualLight
 from ssdo_gl.scene.material import Color
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ class SpotLight(PunctualLight):
             table.fail("inner_angle", f"must be less than outer_angle ({outer:g} degrees)")
         if outer < NARROWEST:
             table.fail("outer_angle", f"must be at least {NARROWEST:g} degrees")
-        direction = triple(math3d.normalized(table.direction("direction")))
+        direction = vector(math3d.normalized(table.direction("direction")))
         return cls(position, direction, intensity, inner, outer, **common)
 
     @classmethod

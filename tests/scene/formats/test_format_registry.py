@@ -31,7 +31,7 @@ def read_corners(path: Path, where: str) -> Model:
 @pytest.fixture
 def toy(monkeypatch: pytest.MonkeyPatch) -> None:
     row = SceneFormat("toy", (".toy",), read_corners)
-    monkeypatch.setattr("ssdo_gl.scene.formats.registry.FORMATS", [*FORMATS, row])
+    monkeypatch.setattr("ssdo_gl.scene.formats.format_registry.FORMATS", [*FORMATS, row])
 
 
 @pytest.mark.usefixtures("toy")

@@ -9,17 +9,8 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from ssdo_gl import math3d
-from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.lights.base import (
-    BoundsOf,
-    Emitter,
-    Form,
-    Light,
-    ShaderRow,
-    ShadowView,
-    Vector,
-    triple,
-)
+from ssdo_gl.math3d import FloatArray, Vector, vector
+from ssdo_gl.scene.lights.base import BoundsOf, Emitter, Form, Light, ShaderRow, ShadowView
 from ssdo_gl.scene.material import Color
 
 if TYPE_CHECKING:
@@ -49,7 +40,7 @@ class DirectionalLight(Light):
     @classmethod
     def from_table(cls, table: Table, **common: Any) -> Self:
         """Return the light of a [[light]] table."""
-        direction = triple(math3d.normalized(table.direction("direction")))
+        direction = vector(math3d.normalized(table.direction("direction")))
         return cls(direction, table.color("irradiance"), **common)
 
     @classmethod

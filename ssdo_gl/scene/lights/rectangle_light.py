@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from ssdo_gl import math3d
-from ssdo_gl.math3d import FloatArray
+from ssdo_gl.math3d import FloatArray, Vector, vector
 from ssdo_gl.scene import shapes
 from ssdo_gl.scene.lights.base import (
     BLACK,
@@ -21,8 +21,6 @@ from ssdo_gl.scene.lights.base import (
     ReachAlong,
     ShaderRow,
     ShadowView,
-    Vector,
-    triple,
 )
 from ssdo_gl.scene.material import Color, Material
 
@@ -90,12 +88,12 @@ class RectangleLight(Light):
     @property
     def place(self) -> Vector:
         """The centre."""
-        return triple(0.5 * np.add(self.edge_u, self.edge_v) + np.asarray(self.corner))
+        return vector(0.5 * np.add(self.edge_u, self.edge_v) + np.asarray(self.corner))
 
     def moved_to(self, place: Vector) -> Self:
         """Return the light with its centre at `place`."""
         return self._replace(
-            {"corner": triple(np.add(self.corner, np.subtract(place, self.place)))}
+            {"corner": vector(np.add(self.corner, np.subtract(place, self.place)))}
         )
 
     def axes(self) -> FloatArray:
