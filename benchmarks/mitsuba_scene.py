@@ -27,7 +27,7 @@ from ssdo_gl.scene.scene import Scene
 SKY_ROWS = 1024
 # Invisible lamps are unknown to Mitsuba: the one before the room's open side would hide
 # the room, so this camera stands inside; and so low that the ceiling lamp is out of
-# sight, whose outline, 50 times as bright as the rest, would decide the mean by how many
+# view, whose outline, 50 times as bright as the rest, would decide the mean by how many
 # samples it happens to get.
 CAMERAS = {"cornell_meso": Camera((0.0, -0.3, 1.9), (0.0, -0.55, 0.0), fov_y=52.0)}
 

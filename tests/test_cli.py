@@ -411,7 +411,7 @@ def test_a_reference_goes_on_until_its_bound_holds(tmp_path, capsys):
 # --- scene, flags and modes -----------------------------------------------------------
 
 
-def test_a_scene_may_wish_for_size_and_antialiasing_of_a_picture(tmp_path):
+def test_a_scene_may_set_size_and_antialiasing_of_a_picture(tmp_path):
     text = BOX + "[render]\nsize = [20, 10]\nantialias = 2\nsamples = 8\n"
     stats = tmp_path / "s.json"
     command = [scene_file(tmp_path, text), "--stats", str(stats)]
@@ -422,7 +422,7 @@ def test_a_scene_may_wish_for_size_and_antialiasing_of_a_picture(tmp_path):
     assert json.loads(stats.read_text())["settings"]["antialias"] == 1
 
 
-def test_an_estimator_may_be_that_of_the_method_the_scene_wishes_for(tmp_path):
+def test_an_estimator_may_be_that_of_the_method_the_scene_sets(tmp_path):
     text = BOX + "[render]\nmethod = 'ssao'\n"
     command = [scene_file(tmp_path, text), "--estimator", "hemisphere", *SMALL]
     assert main([*command, "--snapshot", str(tmp_path / "a.png"), "--quiet"]) == 0

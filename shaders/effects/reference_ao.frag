@@ -1,7 +1,7 @@
 #version 330 core
 // Ray-traced visibility, (1 / pi) * integral of V_R(w) cos(theta): the share of cosine-
 // distributed rays about the shading normal that meet nothing within R. Kept naive on
-// purpose: the truth that screen-space estimators are measured against.
+// purpose: the reference that screen-space estimators are measured against.
 //
 // Adds this draw's samples to the sum; defines as in rays/bvh.glsl.
 #include "rays/ray.glsl"

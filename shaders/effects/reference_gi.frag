@@ -3,7 +3,7 @@
 //
 // At each vertex of a path, one sample of the light (next-event estimation) and one
 // scattered ray; where both can find the same light, the balance heuristic (Veach 1997)
-// weights them. Kept naive on purpose: the truth that everything else is measured
+// weights them. Kept naive on purpose: the reference that everything else is measured
 // against. A pixel whose path has ended starts the next one at once, because pixels run
 // in lockstep and would wait for the longest path of each round.
 //

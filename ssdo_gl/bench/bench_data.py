@@ -66,7 +66,7 @@ class Bench:
     ----------
     scene : str
         As it was named on the command line.
-    wishes : mapping
+    scene_settings : mapping
         ``Scene.render``.
     camera : Camera or None
         None: the scene's own.
@@ -81,7 +81,7 @@ class Bench:
     """
 
     scene: str
-    wishes: Mapping[str, Any]
+    scene_settings: Mapping[str, Any]
     camera: Camera | None
     base: Settings
     title: str
@@ -107,7 +107,7 @@ class Bench:
         line = command_line(
             self.scene,
             point.settings(self.base),
-            wishes=self.wishes,
+            scene_settings=self.scene_settings,
             camera=self.camera,
             aov=point.wanted[0],
             out="out.npz",

@@ -110,9 +110,9 @@ def opened(
     if camera is not None:
         scene = dataclasses.replace(scene, camera=camera)
     # What is asked of the choice is not what the references should stop at.
-    wished = dataclasses.replace(settings, max_error=None)
+    unbounded = dataclasses.replace(settings, max_error=None)
     try:
-        with Renderer(scene, wished, device=used) as renderer:
+        with Renderer(scene, unbounded, device=used) as renderer:
             yield BenchRenderer(renderer), renderer.settings
     finally:
         if device is None:

@@ -67,7 +67,7 @@ def _feed(digest: Any, value: Any) -> None:
 
 
 def scene_fingerprint(scene: Scene) -> str:
-    """Return the hash of what a scene looks like: not of its title, notes or wishes."""
+    """Return the hash of what a scene looks like: not of its title, notes or settings."""
     return fingerprint(
         scene.meshes,
         scene.materials,

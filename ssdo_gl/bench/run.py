@@ -230,7 +230,7 @@ class BenchRun:
         bench = Bench(
             scene=source,
             title=self.renderer.scene.title or source,
-            wishes=self.renderer.scene.render,
+            scene_settings=self.renderer.scene.render,
             camera=self.camera,
             base=self.base,
             radius_px=radius_px,

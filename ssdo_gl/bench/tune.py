@@ -64,7 +64,7 @@ class Choice:
     sentence : str
         The reason in one line.
     holds : bool
-        Whether the wish can be met; if not, `settings` comes nearest.
+        Whether the request can be met; if not, `settings` comes nearest.
     frame_ms : float
         Expected frame time; NaN if it was not calibrated.
     error : float

@@ -75,7 +75,7 @@ METHODS: Mapping[str, Method] = {
         Method(
             "reference-near",
             "near-field reference",
-            "as bounce, with ray-traced visibility and senders: the truth of the near field",
+            "as bounce, with ray-traced visibility and senders: the reference of the near field",
             is_reference=True,
         ),
         Method(

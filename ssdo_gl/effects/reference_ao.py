@@ -1,4 +1,4 @@
-"""Ray-traced ambient visibility: the truth for every estimator of it."""
+"""Ray-traced ambient visibility: the reference for every estimator of it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Directional light and one bounce with ray-traced visibility: the truth of SSDO."""
+"""Directional light and one bounce with ray-traced visibility: the reference of SSDO."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ class Scene:
     Attributes
     ----------
     render : mapping
-        The scene's own wishes (``radius``, ``method``, ...); flags win over them.
+        The settings that the scene asks for (``radius``, ``method``, ...); flags win over them.
     notes : tuple of str
         What the loader has to tell the user: added lights, dropped features.
     """

@@ -16,7 +16,7 @@ def command_line(
     source: str,
     settings: Settings,
     *,
-    wishes: Mapping[str, Any],
+    scene_settings: Mapping[str, Any],
     camera: Camera | None,
     aov: str = "beauty",
     seconds: float = 0.0,
@@ -30,8 +30,8 @@ def command_line(
         The scene as it was named on the command line.
     settings : Settings
         As the user chose them: what is None is left to the scene.
-    wishes : mapping
-        ``Scene.render``; what the scene itself wishes for needs no flag.
+    scene_settings : mapping
+        ``Scene.render``; what the scene itself asks for needs no flag.
     camera : Camera or None
         None: the scene's own.
     """
@@ -42,17 +42,17 @@ def command_line(
         words += ["--camera", camera_text(camera)]
     if seconds:
         words += ["--time", number_text(seconds)]
-    words += settings_flags(settings, wishes)
+    words += settings_flags(settings, scene_settings)
     return shlex.join(words)
 
 
-def settings_flags(settings: Settings, wishes: Mapping[str, Any]) -> list[str]:
-    """Return the flags that make `settings` from what a scene wishes for."""
+def settings_flags(settings: Settings, scene_settings: Mapping[str, Any]) -> list[str]:
+    """Return the flags that make `settings` from what a scene asks for."""
     words = []
-    # Without the method among the flags, a wish for an estimator would hold as well.
+    # Without the method among the flags, the scene's estimator would hold as well.
     given = {"method": settings.method}
-    usual = settings_for(wishes, given)
-    if settings.method != settings_for(wishes, {}).method:
+    usual = settings_for(scene_settings, given)
+    if settings.method != settings_for(scene_settings, {}).method:
         words += ["--method", settings.method]
     for name, info in describe(Settings).items():
         value = getattr(settings, name)

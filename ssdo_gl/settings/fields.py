@@ -63,7 +63,7 @@ class SettingInfo:
     flag_name : str
         The flag's name where it is not that of the field.
     in_scene : bool
-        Whether a scene's ``[render]`` table may wish for it.
+        Whether a scene's ``[render]`` table may hold it.
     group : str
         The heading under which ``--help`` lists it.
     modes : frozenset of str
@@ -152,7 +152,7 @@ class SettingInfo:
 
 
 class Unset:
-    """Marks a value that nobody chose: a default, to which a scene's wish is preferred.
+    """Marks a value that nobody chose: a default, to which a scene's setting is preferred.
 
     It compares, hashes and computes as the plain value that it is.
     """

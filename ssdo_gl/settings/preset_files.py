@@ -70,16 +70,16 @@ def _overrides(table: Mapping[str, Any]) -> dict[str, Any]:
         raise SettingError(f"overrides: {error}") from None
 
 
-def preset_text(settings: Settings, wishes: Mapping[str, Any]) -> str:
-    """Return TOML with every setting that differs from what a scene wishes for.
+def preset_text(settings: Settings, scene_settings: Mapping[str, Any]) -> str:
+    """Return TOML with every setting that differs from what a scene asks for.
 
     Parameters
     ----------
     settings : Settings
-    wishes : mapping
+    scene_settings : mapping
         ``Scene.render``.
     """
-    usual = settings_for(wishes, {"method": settings.method})
+    usual = settings_for(scene_settings, {"method": settings.method})
     lines = ["# Read by: ssdo-gl SCENE --preset THIS_FILE", "", "[settings]"]
     for name, info in describe(Settings).items():
         value = getattr(settings, name)
@@ -93,7 +93,7 @@ def preset_text(settings: Settings, wishes: Mapping[str, Any]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def write_preset(path: Path, settings: Settings, wishes: Mapping[str, Any]) -> None:
+def write_preset(path: Path, settings: Settings, scene_settings: Mapping[str, Any]) -> None:
     """Write what `preset_text` returns to a file.
 
     Raises
@@ -101,7 +101,7 @@ def write_preset(path: Path, settings: Settings, wishes: Mapping[str, Any]) -> N
     OutputError
         If it cannot be written.
     """
-    write_atomically(path, preset_text(settings, wishes).encode())
+    write_atomically(path, preset_text(settings, scene_settings).encode())
 
 
 def preset_fields(settings: Settings) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Brings together what a user gave, what a scene wishes for, and defaults."""
+"""Brings together what a user gave, what a scene asks for, and defaults."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ def camera_from_text(text: str) -> dict[str, Any]:
 
 
 def settings_for(
-    scene_wishes: Mapping[str, Any], given: Mapping[str, Any], overrides: Sequence[str] = ()
+    scene_settings: Mapping[str, Any], given: Mapping[str, Any], overrides: Sequence[str] = ()
 ) -> Settings:
-    """Return checked Settings: what is given wins over the scene's wishes, those over defaults.
+    """Return checked Settings: what is given wins over the scene's settings, those over defaults.
 
     Parameters
     ----------
-    scene_wishes : mapping
+    scene_settings : mapping
         ``Scene.render``; names of Settings fields.
     given : mapping
         Fields of Settings by name; None where one was not given.
@@ -62,30 +62,30 @@ def settings_for(
         info_of(Settings, name)
     if overrides:
         fields["overrides"] = {**fields.get("overrides", {}), **overrides_from_text(overrides)}
-    return with_wishes(Settings(**fields), scene_wishes)
+    return with_scene_settings(Settings(**fields), scene_settings)
 
 
-def with_wishes(settings: Settings, scene_wishes: Mapping[str, Any]) -> Settings:
-    """Return `settings` with what a scene wishes for wherever nothing else was given.
+def with_scene_settings(settings: Settings, scene_settings: Mapping[str, Any]) -> Settings:
+    """Return `settings` with what a scene asks for wherever nothing else was given.
 
     Once: fields of the result that are None are not filled in again.
 
     Raises
     ------
     SettingError
-        If a value or a wish is not valid.
+        If a value is not valid.
     """
     if settings.is_resolved:
         return settings.checked()
-    for name in scene_wishes:
+    for name in scene_settings:
         info_of(Settings, name)
-    wishes = {name: value for name, value in scene_wishes.items() if not settings.gives(name)}
-    usual_method = scene_wishes.get("method", info_of(Settings, "method").default)
+    added = {name: value for name, value in scene_settings.items() if not settings.gives(name)}
+    usual_method = scene_settings.get("method", info_of(Settings, "method").default)
     if settings.gives("method") and settings.method != usual_method:
-        # A wish for an estimator belongs to the method the scene wished for.
-        wishes.pop("estimator", None)
+        # A scene's estimator belongs to the method that it asks for.
+        added.pop("estimator", None)
     overrides_from_table(settings.overrides)
-    return dataclasses.replace(settings, **wishes, is_resolved=True).checked()
+    return dataclasses.replace(settings, **added, is_resolved=True).checked()
 
 
 def resolved(settings: Settings, scene: Scene) -> Settings:
@@ -100,7 +100,7 @@ def resolved(settings: Settings, scene: Scene) -> Settings:
     ------
     SettingError
     """
-    settings = with_wishes(settings, scene.render)
+    settings = with_scene_settings(settings, scene.render)
     filled: dict[str, Any] = {}
     if settings.radius is None:
         filled["radius"] = scene.default_radius()

@@ -37,7 +37,7 @@ _quality = partial(setting, yields=True, group=QUALITY, modes=modes.ONE)
 class Settings:
     """Settings of a rendering; each field's line says unit, range and effect.
 
-    A field that was not given yields to the scene's own wish, and without one holds its
+    A field that was not given yields to what the scene asks for, else it holds its
     default; None, where it is one, stands for a default derived from scene and method.
     `resolve.resolved` fills in both, and `Renderer` calls it.
     """
@@ -162,7 +162,7 @@ class Settings:
             )
         },
     )
-    # Whether the scene's wishes are in; its own None's then stay, whatever the scene says.
+    # Whether the scene's settings are in; its own None's then stay, whatever the scene says.
     is_resolved: bool = field(default=False, repr=False, compare=False)
 
     def checked(self) -> Settings:

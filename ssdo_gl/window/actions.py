@@ -119,7 +119,7 @@ def view_command(viewer: Viewer, out: str = "view.png") -> str:
     return command_line(
         viewer.source,
         settings,
-        wishes=viewer.original.render,
+        scene_settings=viewer.original.render,
         camera=None if camera is viewer.original.camera else camera,
         aov=viewer.view.aov,
         seconds=viewer.clock.seconds,

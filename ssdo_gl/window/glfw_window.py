@@ -101,7 +101,7 @@ class GlfwWindow:
         glfw.set_cursor_pos_callback(window, lambda w, x, y: listener.on_cursor(x, y))
         glfw.set_scroll_callback(window, lambda w, x, y: listener.on_scroll(x, y))
         glfw.set_window_focus_callback(window, lambda w, has: listener.on_focus(bool(has)))
-        # The hints of the binding are those of C; it hands over a list of paths.
+        # The hints of the binding are those of C; it returns a list of paths.
         on_drop: Any = lambda w, paths: listener.on_drop(list(paths))  # noqa: E731
         glfw.set_drop_callback(window, on_drop)
         glfw.set_window_refresh_callback(window, lambda w: listener.on_change())
@@ -216,7 +216,7 @@ class GlfwWindow:
         return glfw.get_primary_monitor()
 
     def _on_error(self, code: int, text: str | bytes) -> None:
-        # The binding hands over bytes, whatever its type hints say.
+        # The binding gives bytes, whatever its type hints say.
         text = text.decode("utf-8", "replace") if isinstance(text, bytes) else text
         self._errors = [*self._errors[-7:], text]
 

@@ -110,7 +110,7 @@ def bench(**changes: Any) -> Bench:
     whole = Bench(
         scene="a <b>.toml",
         title="A <room> & more",
-        wishes={"radius": 0.5},
+        scene_settings={"radius": 0.5},
         camera=None,
         base=Settings(size=(320, 180), radius=0.3),
         radius_px=40.0,

@@ -202,7 +202,7 @@ def test_the_calibration_frame_is_small_and_keeps_its_shape():
 
 
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
-def test_bad_wishes_are_refused_before_a_device_is_opened(value):
+def test_bad_requests_are_refused_before_a_device_is_opened(value):
     with pytest.raises(tune.CannotTuneError, match="--budget-ms"):
         tune.choose_for_budget(triangle_scene(), SETTINGS, value, backend="nonsense")
     with pytest.raises(tune.CannotTuneError, match="--max-error"):

@@ -115,7 +115,7 @@ def of_blocks(values):
 
 @pytest.mark.parametrize("scale", [0.01, 1.0, 100.0])
 def test_lit_corner_gets_the_light_of_its_wall(gl, shaders, scale):
-    """Truth: a wall of radiance 1 within R sends pi A1 = seg(k), at any scale."""
+    """A closed form: a wall of radiance 1 within R sends pi A1 = seg(k), at any scale."""
     frame = picture_frame(CORNER_SIZE, CORNER_TAN)
     picture = corner(CORNER_SIZE, frame.view.tan_half_fov, scale)
     settings = BounceSettings(

@@ -53,8 +53,8 @@ def test_corner_matches_the_closed_form(device, shaders) -> None:
         runs = tracer.runs(ao(scene, radius), RUNS)["visibility"][..., 0]
         distance = tracer.positions_ws()[..., 0]
     assert distance.min() > 0.0
-    truth = 1.0 - corner_occlusion(distance / radius)
-    assert worst_deviation(runs, truth, START_ALLOWANCE, rays=RUNS * 16) <= 1.0
+    exact = 1.0 - corner_occlusion(distance / radius)
+    assert worst_deviation(runs, exact, START_ALLOWANCE, rays=RUNS * 16) <= 1.0
     # The same data must refuse the unweighted hemisphere (A2): the test can fail.
     uniform = 1.0 - np.clip(1.0 - distance / radius, 0.0, 1.0) / 2.0
     assert worst_deviation(runs, uniform, START_ALLOWANCE, rays=RUNS * 16) > 1.0
@@ -69,8 +69,8 @@ def test_box_corner_matches_the_closed_form(device, shaders) -> None:
         runs = tracer.runs(ao(scene, radius), RUNS)["visibility"][..., 0]
         at = tracer.positions_ws()
     k = np.clip(at[..., [0, 2]] / radius, 0.0, 1.0)
-    truth = np.array([[1.0 - box_corner_occlusion(*pair) for pair in row] for row in k])
-    assert worst_deviation(runs, truth, START_ALLOWANCE, rays=RUNS * 16) <= 1.0
+    exact = np.array([[1.0 - box_corner_occlusion(*pair) for pair in row] for row in k])
+    assert worst_deviation(runs, exact, START_ALLOWANCE, rays=RUNS * 16) <= 1.0
 
 
 @pytest.mark.parametrize("radius", [5.0, np.inf])
@@ -82,11 +82,11 @@ def test_sphere_on_a_plane_matches_the_closed_form(device, shaders, radius: floa
         runs = tracer.runs(ao(scene, radius), RUNS)["visibility"][..., 0]
         at = tracer.positions_ws()
     rho = np.hypot(at[..., 0], at[..., 2])
-    truth = 1.0 - sphere_on_plane_occlusion(rho, 1.0)
+    exact = 1.0 - sphere_on_plane_occlusion(rho, 1.0)
     # Facets lie up to (pi / FACETS)^2 / 2 of its radius inside the sphere: they cover
     # twice that share less.
     allowance = START_ALLOWANCE + (np.pi / FACETS) ** 2
-    assert worst_deviation(runs, truth, allowance, rays=RUNS * 16) <= 1.0
+    assert worst_deviation(runs, exact, allowance, rays=RUNS * 16) <= 1.0
 
 
 def test_open_plane_and_background_are_exactly_open(device, shaders) -> None:

@@ -75,12 +75,12 @@ WEDGE_ALLOWANCE = 2e-4
 def test_wedge_under_a_uniform_sky(device, shaders, albedo, bounces, expected) -> None:
     scene = wedge(albedo)
     runs = radiance(device, shaders, scene, paths(scene, bounces=bounces))
-    truth = expected(albedo)
-    assert worst_deviation(runs, truth, WEDGE_ALLOWANCE) <= 1.0
+    exact = expected(albedo)
+    assert worst_deviation(runs, exact, WEDGE_ALLOWANCE) <= 1.0
     # All points of the wedge are alike, so their mean is far more exact.
     means = runs.mean(axis=(1, 2, 3))[:, None]
-    assert worst_deviation(means, truth, WEDGE_ALLOWANCE) <= 1.0
-    assert worst_deviation(means, truth * 1.005, WEDGE_ALLOWANCE) > 1.0
+    assert worst_deviation(means, exact, WEDGE_ALLOWANCE) <= 1.0
+    assert worst_deviation(means, exact * 1.005, WEDGE_ALLOWANCE) > 1.0
 
 
 @pytest.mark.parametrize(
@@ -100,13 +100,13 @@ def test_spherical_bowl(device, shaders, bounces, expected) -> None:
     camera = Camera((0.0, 0.3, 0.0), (0.2, -1.0, 0.1), fov_y=70.0)
     scene = make_scene([bowl], materials=[grey(albedo)], environment=SKY, camera=camera)
     runs = radiance(device, shaders, scene, paths(scene, bounces=bounces))
-    truth = expected(albedo, 0.5)
+    exact = expected(albedo, 0.5)
     # Facets: area and angles are off by (pi / segments)^2 at most; next to an edge of two
     # facets, points see that much more of the neighbour.
     allowance = 10.0 * (np.pi / segments) ** 2
-    assert worst_deviation(runs, truth, allowance) <= 1.0
+    assert worst_deviation(runs, exact, allowance) <= 1.0
     means = runs.mean(axis=(1, 2, 3))[:, None]
-    assert worst_deviation(means, truth, allowance) <= 1.0
+    assert worst_deviation(means, exact, allowance) <= 1.0
 
 
 def furnace(albedo: float, emission: float, **light: object) -> Scene:
@@ -124,12 +124,12 @@ def test_furnace(device, shaders, albedo: float, bounces: int | None) -> None:
     runs = radiance(device, shaders, scene, paths(scene, 16, bounces))
     # e (1 - a^(n + 1)) / (1 - a) after n reflections; `bounces` leaves out the first.
     cut = 0.0 if bounces is None else albedo ** (bounces + 2)
-    truth = 0.5 * (1.0 - cut) / (1.0 - albedo)
-    assert worst_deviation(runs, truth, ALLOWANCE) <= 1.0
+    exact = 0.5 * (1.0 - cut) / (1.0 - albedo)
+    assert worst_deviation(runs, exact, ALLOWANCE) <= 1.0
     means = runs.mean(axis=(1, 2, 3))[:, None]
-    assert worst_deviation(means, truth, ALLOWANCE) <= 1.0
+    assert worst_deviation(means, exact, ALLOWANCE) <= 1.0
     # The promise of the furnace scene: energy to 0.5 %.
-    assert means.mean() == pytest.approx(truth, rel=5e-3)
+    assert means.mean() == pytest.approx(exact, rel=5e-3)
 
 
 def test_convex_bodies_reflect_the_sky_and_no_more(device, shaders) -> None:
@@ -259,9 +259,9 @@ def test_a_small_sun_in_a_map_is_found(device, shaders) -> None:
     edges = np.cos(np.pi * np.array([20.0, 21.0]) / 128.0)
     irradiance = 1e4 * (edges[0] ** 2 - edges[1] ** 2) / 2.0 * 2.0 * np.pi / 256.0
     # The integral of y over the texel's solid angle, times albedo / pi.
-    truth = 0.7 / np.pi * irradiance
-    np.testing.assert_allclose(runs[:, covered].mean(), truth, rtol=2e-3)
-    assert runs[:, covered].std() < 0.05 * truth
+    exact = 0.7 / np.pi * irradiance
+    np.testing.assert_allclose(runs[:, covered].mean(), exact, rtol=2e-3)
+    assert runs[:, covered].std() < 0.05 * exact
 
 
 def test_textures_colours_and_cutouts_are_seen_by_rays(device, shaders) -> None:

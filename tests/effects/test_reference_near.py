@@ -52,8 +52,8 @@ def test_corner_under_a_uniform_sky(device, shaders) -> None:
     rays = RUNS * 16
     found = runs["directional_irradiance"]
     assert worst_deviation(found[..., 3], visibility, ALLOWANCE, rays=rays) <= 1.0
-    truth = np.pi * visibility[..., None] * COLORS
-    assert worst_deviation(found[..., :3] / np.pi, truth / np.pi, ALLOWANCE, rays=rays) <= 1.0
+    exact = np.pi * visibility[..., None] * COLORS
+    assert worst_deviation(found[..., :3] / np.pi, exact / np.pi, ALLOWANCE, rays=rays) <= 1.0
     # Black surfaces send nothing.
     assert not runs["bounce_irradiance"].any()
 
@@ -72,15 +72,15 @@ def test_bounce_in_an_unlimited_wedge(device, shaders) -> None:
     )
     with Tracer(device, shaders, scene, SIZE) as tracer:
         runs = tracer.runs(near(scene, np.inf, 64), RUNS)
-    for name, truth in (
+    for name, exact in (
         ("directional_irradiance", np.pi / 2.0),
         ("bounce_irradiance", np.pi * albedo / 4.0),
     ):
         means = runs[name][..., :3].mean(axis=(1, 2, 3))[:, None]
         # The sky past the walls' ends at +-100, seen from less than 0.04, takes
         # d / 100 / pi of the disk from the other wall.
-        assert worst_deviation(means, truth, 2e-4 * np.pi) <= 1.0
-        assert worst_deviation(means, truth * 1.01, 2e-4 * np.pi) > 1.0
+        assert worst_deviation(means, exact, 2e-4 * np.pi) <= 1.0
+        assert worst_deviation(means, exact * 1.01, 2e-4 * np.pi) > 1.0
 
 
 def test_the_senders_of_a_corner_are_themselves_occluded_within_r(device, shaders) -> None:
@@ -102,14 +102,14 @@ def test_the_senders_of_a_corner_are_themselves_occluded_within_r(device, shader
     inside = disk_x**2 + disk_y**2 < 1.0
     x, up = disk_x[inside], np.sqrt(1.0 - disk_x[inside] ** 2 - disk_y[inside] ** 2)
     cell = 2.0 / 1200.0**2
-    truth = []
+    exact = []
     for d in np.abs(distance[0]):
         meets = x * radius > d
         height = d * up[meets] / x[meets]
-        truth.append(cell * np.sum(albedo * (1.0 - corner_occlusion(height / radius))))
+        exact.append(cell * np.sum(albedo * (1.0 - corner_occlusion(height / radius))))
     # Rows of the image run along the wall: all alike.
     found = runs.mean(axis=1)
-    assert worst_deviation(found, np.array(truth), ALLOWANCE * np.pi, rays=RUNS * 64) <= 1.0
+    assert worst_deviation(found, np.array(exact), ALLOWANCE * np.pi, rays=RUNS * 64) <= 1.0
 
 
 @pytest.mark.parametrize("radius", [0.5, np.inf])
@@ -216,8 +216,8 @@ def test_a_gradient_sky_is_weighted_by_direction(device, shaders) -> None:
         runs = tracer.runs(near(scene, 1.0), RUNS)
     # Integral of (h + (z - h) y) cos over the upper hemisphere: pi h + (z - h) 2 pi / 3.
     zenith, horizon = np.array([3.0, 2.0, 1.0]), np.array([0.5, 0.5, 0.5])
-    truth = np.pi * horizon + (zenith - horizon) * 2.0 * np.pi / 3.0
-    assert worst_deviation(runs["directional_irradiance"][..., :3], truth) <= 1.0
+    exact = np.pi * horizon + (zenith - horizon) * 2.0 * np.pi / 3.0
+    assert worst_deviation(runs["directional_irradiance"][..., :3], exact) <= 1.0
     np.testing.assert_array_equal(runs["directional_irradiance"][..., 3], 1.0)
 
 

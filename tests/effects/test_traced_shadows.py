@@ -69,10 +69,10 @@ def test_rectangles_match_lamberts_formula(device, shaders, name: str) -> None:
     if name == "perpendicular":
         # Points behind the lamp's plane see its dark side.
         factor = np.where(at[..., 0] > corner[0], factor, 0.0)
-    truth = np.pi * factor[..., None] * np.array(RADIANCE)
-    assert truth.max() > 0.0
-    assert worst_deviation(runs, truth, ALLOWANCE * truth.max()) <= 1.0
-    assert worst_deviation(runs, truth * 1.01, ALLOWANCE * truth.max()) > 1.0
+    exact = np.pi * factor[..., None] * np.array(RADIANCE)
+    assert exact.max() > 0.0
+    assert worst_deviation(runs, exact, ALLOWANCE * exact.max()) <= 1.0
+    assert worst_deviation(runs, exact * 1.01, ALLOWANCE * exact.max()) > 1.0
 
 
 def test_point_spot_and_directional_lights_are_exact(device, shaders) -> None:
@@ -153,10 +153,10 @@ def test_an_emissive_mesh_shines_as_it_is_and_not_as_its_stand_ins(device, shade
     # (pi / 128)^2 / 2 less of its radius, twice that of its disk.
     to_ball = np.array([0.5, 1.0, 0.2]) - at
     distance = np.linalg.norm(to_ball, axis=-1)
-    truth = np.pi * to_ball[..., 1] / distance * (0.4 / distance) ** 2
-    truth = truth[..., None] * np.array(RADIANCE)
-    allowance = (ALLOWANCE + (np.pi / 128) ** 2) * truth.max()
-    assert worst_deviation(runs, truth, allowance) <= 1.0
+    exact = np.pi * to_ball[..., 1] / distance * (0.4 / distance) ** 2
+    exact = exact[..., None] * np.array(RADIANCE)
+    allowance = (ALLOWANCE + (np.pi / 128) ** 2) * exact.max()
+    assert worst_deviation(runs, exact, allowance) <= 1.0
 
 
 def test_nothing_lit_is_exactly_black(device, shaders) -> None:
@@ -192,7 +192,7 @@ def test_hundreds_of_lights_all_arrive(device, shaders) -> None:
     rng = np.random.default_rng(2)
     places = rng.uniform([-3, 1.0, -3], [3, 2.0, 3], (1500, 3))
     lights = [PointLight(tuple(p), (0.1, 0.1, 0.1)) for p in places]
-    # Out of sight, so that the hierarchy has levels.
+    # Out of view, so that the hierarchy has levels.
     stones = [box([x, 0, z], [x + 0.1, 0.1, z + 0.1]) for x in range(3, 9) for z in range(3, 9)]
     scene = make_scene([FLOOR, *stones], lights=lights, camera=CAMERA)
     with Tracer(device, shaders, scene, (8, 6)) as tracer:
@@ -200,5 +200,5 @@ def test_hundreds_of_lights_all_arrive(device, shaders) -> None:
         at = tracer.positions_ws()
     gaps = places[:, None, None] - at
     distance = np.linalg.norm(gaps, axis=-1)
-    truth = np.sum(0.1 * gaps[..., 1] / distance**3, axis=0)
-    np.testing.assert_allclose(image, truth, rtol=2e-4)
+    exact = np.sum(0.1 * gaps[..., 1] / distance**3, axis=0)
+    np.testing.assert_allclose(image, exact, rtol=2e-4)

@@ -136,7 +136,7 @@ def test_fractions_of_a_tiff_are_grey() -> None:
 def test_a_program_in_place_of_a_picture_is_never_run(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # Pillow hands such content to Ghostscript, which it looks for on the search path.
+    # Pillow gives such content to Ghostscript, which it looks for on the search path.
     run = tmp_path / "run"
     interpreter = tmp_path / "gs"
     interpreter.write_text(f"#!/bin/sh\ntouch {run}\n")

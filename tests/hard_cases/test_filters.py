@@ -118,14 +118,14 @@ def test_silhouettes_do_not_mix_depths(gl, shaders, record, kind, size, column):
         pytest.skip("copies the nearest value, whatever it belongs to")
     picture = tilted_plane(20.0, SIZE, (0.6, 0.4))
     picture.z[:, :column] *= 0.5
-    truth = np.zeros((SIZE[1], SIZE[0], 1))
-    truth[:, :column] = LEVEL
+    exact = np.zeros((SIZE[1], SIZE[0], 1))
+    exact[:, :column] = LEVEL
     for form in FORMS:
-        value = np.repeat(truth[::-1][::scale, ::scale][::-1], 4, axis=-1)
+        value = np.repeat(exact[::-1][::scale, ::scale][::-1], 4, axis=-1)
         smooth = smooth_of(gl, shaders, value, form, kind, picture)
         # A tap a few pixels away, half the depth off, stands a dozen footprints from the
         # plane: its weight is (1 + 24^2)^-2 = 3e-6, beside at least 1e-3 at half size.
-        gap = np.abs(smooth - truth).max()
+        gap = np.abs(smooth - exact).max()
         record(f"silhouette, {form}", f"{kind}, {size}", gap, 5e-3 * scale * LEVEL, "leaked")
 
 
@@ -164,11 +164,11 @@ def test_a_faulty_sender_sends_nothing(gl, shaders, record, poison, estimator):
         if poison == "1e30":
             expected[FAULT[0], :, :3] = 5e-30
             expected[FAULT[0], :, channel] = bound
-        found, truth = (
+        found, exact = (
             bounced(gl, shaders, image, picture, estimator=estimator, bound=bound)
             for image in (senders, expected)
         )
-        gap = np.abs(found - truth)[..., :3].max() / truth[..., :3].max()
+        gap = np.abs(found - exact)[..., :3].max() / exact[..., :3].max()
         error = gap if np.isfinite(gap) else np.inf
         # 1e30 is scaled to the bound by a quotient of its own: a few roundings.
         record(f"poisoned sender: {poison}", estimator, error, MEAN_ROUNDING, "relative")

@@ -61,9 +61,9 @@ class Film:
 def run_film(device, shaders, frames, count=None, settings=None):
     """Yield the window's average after each frame."""
     image = LiveImage(Film(device.gl, frames), device, shaders)
-    wish = FrameRequest("bounce", ColorMapping.RADIANCE, CAMERA, settings or Settings(size=SIZE))
+    request = FrameRequest("bounce", ColorMapping.RADIANCE, CAMERA, settings or Settings(size=SIZE))
     for i in range(count or len(frames)):
-        assert image.update(wish)
+        assert image.update(request)
         if count is None or i == count - 1:
             yield read_texture(image.plane.texture).astype(np.float64) * image.weight
     image.release()
@@ -230,8 +230,8 @@ def many_frames(device, shaders, record, count):
         factors = 1.0 + spread * (rng.uniform(0.0, 1.0, (64, 4, 4, 1)) - 0.5)
         frames = np.float32(factors * LEVELS)
         *_, mean = run_film(device, shaders, frames, count, settings)
-        truth = np.mean([frames[i % 64] for i in range(count)], axis=0, dtype=np.float64)
-        error = np.abs(mean / truth - 1.0).max()
+        exact = np.mean([frames[i % 64] for i in range(count)], axis=0, dtype=np.float64)
+        error = np.abs(mean / exact - 1.0).max()
         error = error if np.isfinite(error) else np.inf
         record(
             f"{count} frames: {kind}",

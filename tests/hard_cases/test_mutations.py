@@ -118,8 +118,8 @@ def lit_corner(device, shaders, method):
         camera=Camera((0, 1.2, 1.5), (0, 0.3, -1.0)),
     )
     found = render(device, shaders, scene, method, images=("bounce",), samples=64)
-    truth = render(device, shaders, scene, ("reference-near", None), images=("bounce",), spp=16)
-    return abs(float(found["bounce"].mean()) / float(truth["bounce"].mean()) - 1.0)
+    reference = render(device, shaders, scene, ("reference-near", None), images=("bounce",), spp=16)
+    return abs(float(found["bounce"].mean()) / float(reference["bounce"].mean()) - 1.0)
 
 
 def senders_face_wrongly_march(device, shaders):

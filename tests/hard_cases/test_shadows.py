@@ -97,10 +97,10 @@ def body():
 
 def light_gets_under(device, shaders, light="point", slope=60.0):
     """The share of its light that gets to where, by a ray, a board on the plane keeps it off."""
-    open_, shadowed, truth = (
+    open_, shadowed, reference = (
         lit(device, shaders, light, slope, kind, body()) for kind in ("none", "map", "traced")
     )
-    is_dark = (truth == 0.0) & (open_ > 0.0)
+    is_dark = (reference == 0.0) & (open_ > 0.0)
     assert is_dark.mean() > 0.01
     return float(shadowed[is_dark].sum() / open_[is_dark].sum()), LEAK_BOUND[light]
 

@@ -43,18 +43,18 @@ def chi_square_quantile(level: float, degrees: int) -> float:
 
 def worst_deviation(
     runs: Array,
-    truth: Array | float,
+    expected: Array | float,
     allowance: Array | float = 0.0,
     significance: float = 0.01,
     rays: int = 0,
 ) -> float:
-    """Return the largest deviation of means from the truth, relative to what chance allows.
+    """Return the largest deviation of means from the expected, relative to what chance allows.
 
     Parameters
     ----------
     runs : ndarray, shape (K, ...)
         Independent estimates of the same quantities, K >= 16.
-    truth : array_like
+    expected : array_like
         Broadcast against ``runs[0]``.
     allowance : array_like
         Systematic error that is known and accepted, in the unit of the quantity.
@@ -67,7 +67,7 @@ def worst_deviation(
     Returns
     -------
     float
-        At most 1 if the estimates agree with the truth.
+        At most 1 if the estimates agree with the expected.
     """
     count = len(runs)
     mean = runs.mean(axis=0)
@@ -78,7 +78,7 @@ def worst_deviation(
     if rays:
         rounding = rounding - np.log(sidak_level(significance, mean.size)) / rays
     allowed = limit * spread + np.broadcast_to(allowance, mean.shape) + rounding
-    return float(np.max(np.abs(mean - truth) / allowed))
+    return float(np.max(np.abs(mean - expected) / allowed))
 
 
 def two_sample_deviation(

@@ -158,7 +158,7 @@ def test_rgs09_finds_its_own_expectation_in_a_corner(gl, shaders):
     np.testing.assert_allclose(
         mean_of_rows(occlusion), mean_of_rows(expected), atol=CORNER_TOLERANCE
     )
-    # It must not find the truth by a mistake of ours.
+    # It must not be right by a mistake of ours.
     assert closed_forms.corner_occlusion(k[14]) - expected[14] > 5 * CORNER_TOLERANCE
 
 

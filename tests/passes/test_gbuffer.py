@@ -368,7 +368,7 @@ def test_geometry_through_the_eye_and_around_it(gl, shaders):
 @pytest.mark.parametrize("mirrored", [False, True])
 @pytest.mark.parametrize("position", [(0.0, 0.0, 4.0), (0.2, 0.3, 0.1), (0.0, 0.0, 1.0005)])
 def test_hidden_backs_are_not_missed(gl, shaders, mirrored, position):
-    """Solids are drawn without the backs that their fronts hide: nobody can tell.
+    """Solids are drawn without the backs that their fronts hide: the buffers are the same.
 
     From outside, from inside, and from just off a wall; open meshes and bodies that are
     inside out are drawn whole.

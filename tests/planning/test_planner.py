@@ -1,4 +1,4 @@
-"""The planner asks anew what may have changed, and hands out again what has not."""
+"""The planner asks anew what may have changed, and returns again what has not."""
 
 from __future__ import annotations
 

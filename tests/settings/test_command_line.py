@@ -16,9 +16,9 @@ from ssdo_gl.settings.flags import read_command
 from ssdo_gl.settings.resolve import camera_from_text, settings_for
 
 
-def read_back(command: str, wishes: dict[str, Any]) -> Settings:
+def read_back(command: str, scene_settings: dict[str, Any]) -> Settings:
     """Return the settings that the command line makes of `command`."""
-    return settings_for(wishes, read_command(shlex.split(command)[1:]).settings)
+    return settings_for(scene_settings, read_command(shlex.split(command)[1:]).settings)
 
 
 @pytest.mark.parametrize(
@@ -32,31 +32,33 @@ def read_back(command: str, wishes: dict[str, Any]) -> Settings:
         Settings(overrides={"bounce.strength": 2.0, "tone_map.curve": "aces"}),
     ],
 )
-@pytest.mark.parametrize("wishes", [{}, {"radius": 0.3}, {"method": "ssao", "samples": 16}])
-def test_settings_survive_the_round_trip(settings: Settings, wishes: dict[str, Any]) -> None:
-    command = command_line("room", settings, wishes=wishes, camera=None)
+@pytest.mark.parametrize("scene_settings", [{}, {"radius": 0.3}, {"method": "ssao", "samples": 16}])
+def test_settings_survive_the_round_trip(
+    settings: Settings, scene_settings: dict[str, Any]
+) -> None:
+    command = command_line("room", settings, scene_settings=scene_settings, camera=None)
     expected = settings
     for name in ("radius", "estimator", "combine", "exposure"):
-        # None means "as the scene wishes", which no flag can contradict.
-        if getattr(settings, name) is None and name in wishes:
-            expected = dataclasses.replace(expected, **{name: wishes[name]})
-    assert read_back(command, wishes) == expected
+        # None means "as the scene scene_settings", which no flag can contradict.
+        if getattr(settings, name) is None and name in scene_settings:
+            expected = dataclasses.replace(expected, **{name: scene_settings[name]})
+    assert read_back(command, scene_settings) == expected
 
 
 def test_defaults_need_no_flags() -> None:
-    command = command_line("room", Settings(), wishes={}, camera=None)
+    command = command_line("room", Settings(), scene_settings={}, camera=None)
     assert command == "ssdo-gl room --snapshot view.png"
 
 
 def test_method_of_the_scene_is_overruled() -> None:
-    command = command_line("room", Settings(), wishes={"method": "ssao"}, camera=None)
+    command = command_line("room", Settings(), scene_settings={"method": "ssao"}, camera=None)
     assert "--method bounce" in command
 
 
 def test_view_is_named_exactly() -> None:
     camera = Camera((-1e5 - 1 / 3, -2.0, 0.1 + 0.2), (1e5, 0.0, -1.0), fov_y=39.6)
     command = command_line(
-        "my room.toml", Settings(), wishes={}, camera=camera, aov="visibility", seconds=2.5
+        "my room.toml", Settings(), scene_settings={}, camera=camera, aov="visibility", seconds=2.5
     )
     read_back = read_command(shlex.split(command)[1:])
     assert read_back.scene == "my room.toml"

@@ -33,17 +33,17 @@ from ssdo_gl.settings.resolve import settings_for
         Settings(overrides={"bounce.strength": 2.0, "tone_map.curve": "aces"}),
     ],
 )
-@pytest.mark.parametrize("wishes", [{}, {"samples": 16, "radius": 0.3}])
+@pytest.mark.parametrize("scene_settings", [{}, {"samples": 16, "radius": 0.3}])
 def test_saved_preset_gives_the_settings_back(
-    tmp_path: Path, settings: Settings, wishes: dict[str, Any]
+    tmp_path: Path, settings: Settings, scene_settings: dict[str, Any]
 ) -> None:
     path = tmp_path / "p.toml"
-    write_preset(path, settings, wishes)
+    write_preset(path, settings, scene_settings)
     assert is_preset(path)
-    read = settings_for(wishes, read_preset(path))
+    read = settings_for(scene_settings, read_preset(path))
     expected = settings
-    if settings.radius is None and "radius" in wishes:
-        expected = dataclasses.replace(settings, radius=wishes["radius"])
+    if settings.radius is None and "radius" in scene_settings:
+        expected = dataclasses.replace(settings, radius=scene_settings["radius"])
     assert read == expected
 
 

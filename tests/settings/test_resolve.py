@@ -17,15 +17,15 @@ from ssdo_gl.settings.settings import MAX_SPP
 
 
 def test_flags_win_over_the_scene_and_the_scene_over_defaults():
-    wishes = {"radius": 0.3, "samples": 16}
-    settings = settings_for(wishes, {"samples": 32, "method": None})
+    scene_settings = {"radius": 0.3, "samples": 16}
+    settings = settings_for(scene_settings, {"samples": 32, "method": None})
     assert (settings.radius, settings.samples, settings.method) == (0.3, 32, "bounce")
 
 
 def test_another_method_drops_the_scenes_estimator():
-    wishes = {"method": "ssdo", "estimator": "rgs09"}
-    assert settings_for(wishes, {}).chosen_estimator == "rgs09"
-    assert settings_for(wishes, {"method": "ssao"}).chosen_estimator == "hemisphere"
+    scene_settings = {"method": "ssdo", "estimator": "rgs09"}
+    assert settings_for(scene_settings, {}).chosen_estimator == "rgs09"
+    assert settings_for(scene_settings, {"method": "ssao"}).chosen_estimator == "hemisphere"
 
 
 @pytest.mark.parametrize(
@@ -124,11 +124,11 @@ def test_bad_overrides_are_refused(text, said):
 SCENE = load_scene("corner")
 
 
-def wishing(**wishes):
-    return dataclasses.replace(SCENE, render=wishes)
+def scene_with(**scene_settings):
+    return dataclasses.replace(SCENE, render=scene_settings)
 
 
-WISHES = {
+SCENE_SETTINGS = {
     "method": "ssao",
     "estimator": "march",
     "samples": 16,
@@ -141,36 +141,36 @@ WISHES = {
 }
 
 
-def test_python_and_command_line_resolve_wishes_alike():
+def test_python_and_command_line_resolve_a_scene_alike():
     """What was not given yields to the scene, whoever asks; what was given holds."""
-    scene = wishing(**WISHES)
+    scene = scene_with(**SCENE_SETTINGS)
     for given in ({}, {"samples": 64}, {"size": (1280, 720), "seed": 0}, {"filter": "edge"}):
         by_flags = resolved(settings_for(scene.render, given), scene)
         by_python = resolved(Settings(**given), scene)
         assert by_flags == by_python
-        for name, value in {**WISHES, **given}.items():
+        for name, value in {**SCENE_SETTINGS, **given}.items():
             assert getattr(by_python, name) == value, name
 
 
 def test_a_default_that_was_given_is_no_default():
-    scene = wishing(samples=16)
+    scene = scene_with(samples=16)
     assert resolved(Settings(samples=64), scene).samples == 64
     assert resolved(dataclasses.replace(Settings(), samples=64), scene).samples == 64
     assert resolved(dataclasses.replace(Settings(), steps=4), scene).samples == 16
 
 
-def test_wishes_are_taken_once():
+def test_scene_settings_are_taken_once():
     """Who clears a field of resolved settings means it: a bound on errors, for one."""
-    scene = wishing(max_error=0.1, samples=16)
+    scene = scene_with(max_error=0.1, samples=16)
     first = resolved(Settings(), scene)
     assert first.max_error == 0.1
     again = resolved(dataclasses.replace(first, max_error=None, samples=8), scene)
     assert (again.max_error, again.samples) == (None, 8)
 
 
-def test_a_wish_that_is_none_of_the_settings_is_refused():
+def test_a_scene_setting_of_no_known_name_is_refused():
     with pytest.raises(SettingError, match="unknown setting 'sampels'; did you mean samples"):
-        resolved(Settings(), wishing(sampels=3))
+        resolved(Settings(), scene_with(sampels=3))
 
 
 def test_what_nobody_chose_comes_from_the_scene():

@@ -149,7 +149,7 @@ def test_presets_hold_what_is_quality(name):
     assert is_written == (info.is_quality and (name == "method" or value != info.default))
 
 
-def test_every_setting_of_a_rendering_can_be_wished_for():
+def test_every_setting_of_a_rendering_can_stand_in_a_scene():
     assert [name for name, info in FIELDS.items() if not info.in_scene] == ["overrides"]
 
 

@@ -38,8 +38,8 @@ def test_solid_angle_is_exact(gl, shaders, name: str) -> None:
         "spherical_rectangle(corner, size.x, size.y).solid_angle",
         {"corner": [corner], "size": [(length_x, length_y)]},
     )
-    truth = exact_solid_angle(corner, length_x, length_y)
-    assert float(out[0, 0]) == pytest.approx(truth, abs=ANGLE_TOLERANCE)
+    exact = exact_solid_angle(corner, length_x, length_y)
+    assert float(out[0, 0]) == pytest.approx(exact, abs=ANGLE_TOLERANCE)
 
 
 @pytest.mark.parametrize("name", list(RECTANGLES))

@@ -30,45 +30,45 @@ def test_nothing_happens_without_events() -> None:
 
 
 def test_held_keys_move_until_let_go() -> None:
-    hands = InputMap()
-    hands.key(glfw.KEY_W, glfw.PRESS)
-    hands.key(glfw.KEY_D, glfw.PRESS)
-    hands.key(glfw.KEY_LEFT_SHIFT, glfw.PRESS, glfw.MOD_SHIFT)
-    assert hands.is_holding
-    assert hands.take() == Controls(move=(1.0, 0.0, 1.0), fast=True)
-    hands.key(glfw.KEY_W, glfw.RELEASE)
-    hands.key(glfw.KEY_LEFT_SHIFT, glfw.RELEASE)
-    assert hands.take() == Controls(move=(1.0, 0.0, 0.0))
+    input_map = InputMap()
+    input_map.key(glfw.KEY_W, glfw.PRESS)
+    input_map.key(glfw.KEY_D, glfw.PRESS)
+    input_map.key(glfw.KEY_LEFT_SHIFT, glfw.PRESS, glfw.MOD_SHIFT)
+    assert input_map.is_holding
+    assert input_map.take() == Controls(move=(1.0, 0.0, 1.0), fast=True)
+    input_map.key(glfw.KEY_W, glfw.RELEASE)
+    input_map.key(glfw.KEY_LEFT_SHIFT, glfw.RELEASE)
+    assert input_map.take() == Controls(move=(1.0, 0.0, 0.0))
 
 
 def test_opposite_keys_cancel() -> None:
-    hands = InputMap()
+    input_map = InputMap()
     for key in (glfw.KEY_Q, glfw.KEY_E, glfw.KEY_LEFT, glfw.KEY_RIGHT):
-        hands.key(key, glfw.PRESS)
-    assert hands.take().is_idle
+        input_map.key(key, glfw.PRESS)
+    assert input_map.take().is_idle
 
 
 def test_tap_between_two_frames_counts_for_one() -> None:
-    hands = InputMap()
-    hands.key(glfw.KEY_W, glfw.PRESS)
-    hands.key(glfw.KEY_W, glfw.RELEASE)
-    assert hands.is_holding
-    assert hands.take().move == (0.0, 0.0, 1.0)
-    assert hands.take().is_idle
+    input_map = InputMap()
+    input_map.key(glfw.KEY_W, glfw.PRESS)
+    input_map.key(glfw.KEY_W, glfw.RELEASE)
+    assert input_map.is_holding
+    assert input_map.take().move == (0.0, 0.0, 1.0)
+    assert input_map.take().is_idle
 
 
 def test_arrow_keys_turn_at_a_rate() -> None:
-    hands = InputMap()
-    hands.key(glfw.KEY_LEFT, glfw.PRESS)
-    hands.key(glfw.KEY_UP, glfw.PRESS)
-    assert hands.take().turn_rate == (TURN_RATE, TURN_RATE)
+    input_map = InputMap()
+    input_map.key(glfw.KEY_LEFT, glfw.PRESS)
+    input_map.key(glfw.KEY_UP, glfw.PRESS)
+    assert input_map.take().turn_rate == (TURN_RATE, TURN_RATE)
 
 
 def test_chords_do_not_move() -> None:
-    hands = InputMap()
-    hands.key(glfw.KEY_LEFT_CONTROL, glfw.PRESS, glfw.MOD_CONTROL)
-    assert hands.key(glfw.KEY_Q, glfw.PRESS, glfw.MOD_CONTROL) == Action(Command.QUIT)
-    assert hands.take().is_idle
+    input_map = InputMap()
+    input_map.key(glfw.KEY_LEFT_CONTROL, glfw.PRESS, glfw.MOD_CONTROL)
+    assert input_map.key(glfw.KEY_Q, glfw.PRESS, glfw.MOD_CONTROL) == Action(Command.QUIT)
+    assert input_map.take().is_idle
 
 
 @pytest.mark.parametrize(
@@ -89,10 +89,10 @@ def test_chords_do_not_move() -> None:
     ],
 )
 def test_keys_ask_for_commands_once(key: int, mods: int, action: Action | None) -> None:
-    hands = InputMap()
-    assert hands.key(key, glfw.PRESS, mods) == action
-    assert hands.key(key, glfw.REPEAT, mods) is None
-    assert hands.key(key, glfw.RELEASE, mods) is None
+    input_map = InputMap()
+    assert input_map.key(key, glfw.PRESS, mods) == action
+    assert input_map.key(key, glfw.REPEAT, mods) is None
+    assert input_map.key(key, glfw.RELEASE, mods) is None
 
 
 def test_holding_the_step_key_goes_on_stepping() -> None:
@@ -100,60 +100,60 @@ def test_holding_the_step_key_goes_on_stepping() -> None:
 
 
 def test_mouse_turns_only_while_looking() -> None:
-    hands = InputMap()
-    hands.cursor(100.0, 100.0)
-    assert hands.take().is_idle
-    hands.button(glfw.MOUSE_BUTTON_RIGHT, glfw.PRESS)
-    hands.cursor(110.0, 96.0)
-    hands.cursor(120.0, 90.0)
-    assert hands.is_looking
+    input_map = InputMap()
+    input_map.cursor(100.0, 100.0)
+    assert input_map.take().is_idle
+    input_map.button(glfw.MOUSE_BUTTON_RIGHT, glfw.PRESS)
+    input_map.cursor(110.0, 96.0)
+    input_map.cursor(120.0, 90.0)
+    assert input_map.is_looking
     # To the right on the screen is to the right (negative) in the camera, up is up.
-    assert hands.take().turn == pytest.approx((-20.0 * RADIANS_PER_PX, 10.0 * RADIANS_PER_PX))
-    hands.button(glfw.MOUSE_BUTTON_RIGHT, glfw.RELEASE)
-    hands.cursor(200.0, 200.0)
-    assert hands.take().is_idle
+    assert input_map.take().turn == pytest.approx((-20.0 * RADIANS_PER_PX, 10.0 * RADIANS_PER_PX))
+    input_map.button(glfw.MOUSE_BUTTON_RIGHT, glfw.RELEASE)
+    input_map.cursor(200.0, 200.0)
+    assert input_map.take().is_idle
 
 
 def test_capture_looks_without_a_button_until_escape() -> None:
-    hands = InputMap()
-    hands.key(glfw.KEY_M, glfw.PRESS)
-    hands.cursor(4.0, 0.0)
-    assert hands.is_looking
-    assert hands.take().turn[0] == pytest.approx(-4.0 * RADIANS_PER_PX)
-    hands.key(glfw.KEY_ESCAPE, glfw.PRESS)
-    assert not hands.is_looking
+    input_map = InputMap()
+    input_map.key(glfw.KEY_M, glfw.PRESS)
+    input_map.cursor(4.0, 0.0)
+    assert input_map.is_looking
+    assert input_map.take().turn[0] == pytest.approx(-4.0 * RADIANS_PER_PX)
+    input_map.key(glfw.KEY_ESCAPE, glfw.PRESS)
+    assert not input_map.is_looking
 
 
 def test_jump_of_the_cursor_is_no_movement() -> None:
-    hands = InputMap()
-    hands.button(glfw.MOUSE_BUTTON_RIGHT, glfw.PRESS)
-    hands.cursor_jumped(500.0, 500.0)
-    hands.cursor(501.0, 500.0)
-    assert hands.take().turn[0] == pytest.approx(-RADIANS_PER_PX)
+    input_map = InputMap()
+    input_map.button(glfw.MOUSE_BUTTON_RIGHT, glfw.PRESS)
+    input_map.cursor_jumped(500.0, 500.0)
+    input_map.cursor(501.0, 500.0)
+    assert input_map.take().turn[0] == pytest.approx(-RADIANS_PER_PX)
 
 
 def test_middle_button_orbits_and_the_wheel_then_dollies() -> None:
-    hands = InputMap()
-    assert hands.button(glfw.MOUSE_BUTTON_MIDDLE, glfw.PRESS) == Action(Command.ORBIT_START)
-    hands.cursor(10.0, 0.0)
-    hands.scroll(2.0)
-    controls = hands.take()
+    input_map = InputMap()
+    assert input_map.button(glfw.MOUSE_BUTTON_MIDDLE, glfw.PRESS) == Action(Command.ORBIT_START)
+    input_map.cursor(10.0, 0.0)
+    input_map.scroll(2.0)
+    controls = input_map.take()
     assert controls.orbit[0] == pytest.approx(-10.0 * RADIANS_PER_PX)
     assert (controls.dolly, controls.speed, controls.turn) == (2.0, 0.0, (0.0, 0.0))
-    hands.button(glfw.MOUSE_BUTTON_MIDDLE, glfw.RELEASE)
-    hands.scroll(-1.0)
-    assert hands.take().speed == -1.0
+    input_map.button(glfw.MOUSE_BUTTON_MIDDLE, glfw.RELEASE)
+    input_map.scroll(-1.0)
+    assert input_map.take().speed == -1.0
 
 
 def test_losing_the_focus_lets_go_of_everything() -> None:
-    hands = InputMap()
-    hands.key(glfw.KEY_W, glfw.PRESS)
-    hands.button(glfw.MOUSE_BUTTON_RIGHT, glfw.PRESS)
-    hands.cursor(30.0, 30.0)
-    hands.scroll(1.0)
-    hands.focus_lost()
-    assert hands.take() == Controls()
-    assert not hands.is_looking
+    input_map = InputMap()
+    input_map.key(glfw.KEY_W, glfw.PRESS)
+    input_map.button(glfw.MOUSE_BUTTON_RIGHT, glfw.PRESS)
+    input_map.cursor(30.0, 30.0)
+    input_map.scroll(1.0)
+    input_map.focus_lost()
+    assert input_map.take() == Controls()
+    assert not input_map.is_looking
 
 
 def test_gamepad_at_rest_does_nothing() -> None:

@@ -28,7 +28,7 @@ SIZE = (900, 700)
 PICTURE = (36, 28)
 
 
-class Desk:
+class FakeHost:
     def cursor_uv(self) -> tuple[float, float]:
         return 0.3, 0.6
 
@@ -49,7 +49,7 @@ class Desk:
     def quit(self) -> None: ...
 
 
-class Stage:
+class DrawnOverlay:
     """A viewer with its overlay, and a framebuffer for a screen."""
 
     def __init__(self, device: Device, shaders: ShaderLibrary, scene: str, folder: Path) -> None:
@@ -61,7 +61,7 @@ class Stage:
             folder=folder,
             shaders=shaders,
         )
-        self.overlay = Overlay(device, self.viewer, Desk())
+        self.overlay = Overlay(device, self.viewer, FakeHost())
         self.texture = make_texture(device.gl, SIZE, 4, "nu1")
         self.screen: moderngl.Framebuffer = make_framebuffer(device.gl, [self.texture])
 
@@ -100,10 +100,10 @@ class Stage:
 
 
 @pytest.fixture
-def stage(device: Device, shaders: ShaderLibrary, tmp_path: Path) -> Iterator[Stage]:
-    stage = Stage(device, shaders, "cornell_meso", tmp_path)
-    yield stage
-    stage.release()
+def drawn(device: Device, shaders: ShaderLibrary, tmp_path: Path) -> Iterator[DrawnOverlay]:
+    drawn = DrawnOverlay(device, shaders, "cornell_meso", tmp_path)
+    yield drawn
+    drawn.release()
 
 
 @pytest.fixture
@@ -119,60 +119,62 @@ def all_open(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(panel_module.imgui, "tree_node", open_tree)
 
 
-def test_panel_is_drawn_over_the_picture(gl, stage: Stage) -> None:
-    with_panel = stage.settled()
-    stage.overlay.shows_panel = False
-    without = stage.settled()
+def test_panel_is_drawn_over_the_picture(gl, drawn: DrawnOverlay) -> None:
+    with_panel = drawn.settled()
+    drawn.overlay.shows_panel = False
+    without = drawn.settled()
     covered = np.abs(with_panel - without).max(axis=2) > 8
     assert covered[:, SIZE[0] // 2 :].mean() > 0.2
     assert covered[60:, : SIZE[0] // 2].mean() < 0.01
 
 
-def test_help_covers_the_middle(gl, stage: Stage) -> None:
-    before = stage.settled()
-    stage.overlay.shows_help = True
-    after = stage.settled()
+def test_help_covers_the_middle(gl, drawn: DrawnOverlay) -> None:
+    before = drawn.settled()
+    drawn.overlay.shows_help = True
+    after = drawn.settled()
     assert np.abs(after - before)[300:400, 400:500].max() > 30
 
 
 @pytest.mark.parametrize("method", METHODS[:4])
-def test_every_section_draws_for_every_method(gl, stage: Stage, all_open, method: str) -> None:
-    stage.viewer.choose_method(method)
-    stage.viewer.view = dataclasses.replace(stage.viewer.view, is_error=True, other_method="direct")
-    stage.viewer.is_inspecting = True
-    stage.overlay.show_faults(("effects/bounce.frag:12: syntax error",))
-    stage.overlay.shows_help = True
-    settings = stage.viewer.settings
-    stage.frames(8)
+def test_every_section_draws_for_every_method(
+    gl, drawn: DrawnOverlay, all_open, method: str
+) -> None:
+    drawn.viewer.choose_method(method)
+    drawn.viewer.view = dataclasses.replace(drawn.viewer.view, is_error=True, other_method="direct")
+    drawn.viewer.is_inspecting = True
+    drawn.overlay.show_faults(("effects/bounce.frag:12: syntax error",))
+    drawn.overlay.shows_help = True
+    settings = drawn.viewer.settings
+    drawn.frames(8)
     # Drawing a control must not change what it shows.
-    assert stage.viewer.settings == settings
-    assert stage.viewer.scene is stage.viewer.original
+    assert drawn.viewer.settings == settings
+    assert drawn.viewer.scene is drawn.viewer.original
 
 
 @pytest.mark.parametrize("scene", ["carousel", "courtyard", "furnace", "coloured_lights"])
 def test_every_section_draws_for_every_kind_of_light(
     gl, device, shaders, tmp_path, all_open, scene: str
 ) -> None:
-    stage = Stage(device, shaders, scene, tmp_path)
+    drawn = DrawnOverlay(device, shaders, scene, tmp_path)
     try:
-        stage.frames(4)
-        assert stage.viewer.scene is stage.viewer.original
+        drawn.frames(4)
+        assert drawn.viewer.scene is drawn.viewer.original
     finally:
-        stage.release()
+        drawn.release()
 
 
-def test_split_names_its_sides(gl, stage: Stage) -> None:
-    stage.overlay.shows_panel = False
-    stage.viewer.view = dataclasses.replace(stage.viewer.view, is_split=True, other_method="direct")
-    named = stage.frames(5)
+def test_split_names_its_sides(gl, drawn: DrawnOverlay) -> None:
+    drawn.overlay.shows_panel = False
+    drawn.viewer.view = dataclasses.replace(drawn.viewer.view, is_split=True, other_method="direct")
+    named = drawn.frames(5)
     middle = named[SIZE[1] - 100 : SIZE[1] - 50, SIZE[0] // 2 - 120 : SIZE[0] // 2 + 120]
     # White text on dark plates.
     assert np.count_nonzero(middle.min(axis=2) > 220) > 50
 
 
-def test_legend_and_names_stay_clear_of_the_panel(gl, stage: Stage) -> None:
-    stage.viewer.view = dataclasses.replace(
-        stage.viewer.view, is_error=True, divider=0.95, other_method="direct"
+def test_legend_and_names_stay_clear_of_the_panel(gl, drawn: DrawnOverlay) -> None:
+    drawn.viewer.view = dataclasses.replace(
+        drawn.viewer.view, is_error=True, divider=0.95, other_method="direct"
     )
     places = {}
     begin = imgui_bundle.imgui.begin
@@ -184,9 +186,9 @@ def test_legend_and_names_stay_clear_of_the_panel(gl, stage: Stage) -> None:
 
     imgui_bundle.imgui.begin = noted
     try:
-        stage.frames(4)
-        stage.viewer.view = dataclasses.replace(stage.viewer.view, is_split=True, is_error=False)
-        stage.frames(4)
+        drawn.frames(4)
+        drawn.viewer.view = dataclasses.replace(drawn.viewer.view, is_split=True, is_error=False)
+        drawn.frames(4)
     finally:
         imgui_bundle.imgui.begin = begin
     left = places["panel"][0]
@@ -196,84 +198,84 @@ def test_legend_and_names_stay_clear_of_the_panel(gl, stage: Stage) -> None:
         assert x + width <= left, name
 
 
-def test_sky_can_be_added_and_removed(gl, stage: Stage, all_open, monkeypatch) -> None:
+def test_sky_can_be_added_and_removed(gl, drawn: DrawnOverlay, all_open, monkeypatch) -> None:
     pressed = ["add a sky"]
     monkeypatch.setattr(
         panel_module.imgui, "small_button", lambda label: bool(pressed) and label == pressed[0]
     )
-    stage.frames(1)
-    assert stage.viewer.scene.environment is not None
+    drawn.frames(1)
+    assert drawn.viewer.scene.environment is not None
     pressed[0] = "remove"
-    stage.frames(1)
-    assert stage.viewer.scene.environment is None
+    drawn.frames(1)
+    assert drawn.viewer.scene.environment is None
     pressed.clear()
-    stage.frames(3)
+    drawn.frames(3)
 
 
-def test_cursor_over_the_panel_is_the_panels(gl, stage: Stage) -> None:
-    stage.frames(3)
-    stage.overlay.cursor(200.0, 400.0)
-    stage.frames(2)
-    assert not stage.overlay.wants_mouse
-    stage.overlay.cursor(SIZE[0] - 100.0, 60.0)
-    stage.frames(2)
-    assert stage.overlay.wants_mouse
-    stage.overlay.cursor_left()
-    stage.frames(2)
-    assert not stage.overlay.wants_mouse
+def test_cursor_over_the_panel_is_the_panels(gl, drawn: DrawnOverlay) -> None:
+    drawn.frames(3)
+    drawn.overlay.cursor(200.0, 400.0)
+    drawn.frames(2)
+    assert not drawn.overlay.wants_mouse
+    drawn.overlay.cursor(SIZE[0] - 100.0, 60.0)
+    drawn.frames(2)
+    assert drawn.overlay.wants_mouse
+    drawn.overlay.cursor_left()
+    drawn.frames(2)
+    assert not drawn.overlay.wants_mouse
 
 
-def test_click_on_a_check_box_does_what_its_key_does(gl, stage: Stage) -> None:
-    stage.viewer.view = dataclasses.replace(stage.viewer.view, other_method="direct")
-    stage.frames(3)
+def test_click_on_a_check_box_does_what_its_key_does(gl, drawn: DrawnOverlay) -> None:
+    drawn.viewer.view = dataclasses.replace(drawn.viewer.view, other_method="direct")
+    drawn.frames(3)
     # The row of check boxes is the third one of the panel; "split" is its first.
-    stage.click(SIZE[0] - panel_module.WIDTH + 10.0, 8.0 + 2.7 * 26.0)
-    assert stage.viewer.view.is_split
+    drawn.click(SIZE[0] - panel_module.WIDTH + 10.0, 8.0 + 2.7 * 26.0)
+    assert drawn.viewer.view.is_split
 
 
-def test_typing_into_a_control_changes_the_setting(gl, stage: Stage, monkeypatch) -> None:
+def test_typing_into_a_control_changes_the_setting(gl, drawn: DrawnOverlay, monkeypatch) -> None:
     """Ctrl+click turns a slider into a text field; what is typed is checked as a flag is."""
     shown = [row for row in panel_module.main_rows(Settings()) if row.key == "samples"]
     monkeypatch.setattr(panel_module, "main_rows", lambda settings: shown)
     monkeypatch.setattr(panel_module, "_header", lambda label, *, is_open=False: label == "Quality")
-    stage.frames(3)
+    drawn.frames(3)
     # Under the three rows of the view and the presets.
     x, y = SIZE[0] - panel_module.WIDTH + 60.0, 8.0 + 4.7 * 26.0
-    stage.overlay.key(glfw.KEY_LEFT_CONTROL, glfw.PRESS, glfw.MOD_CONTROL)
-    stage.click(x, y)
-    stage.overlay.key(glfw.KEY_LEFT_CONTROL, glfw.RELEASE, 0)
-    stage.frames(2)
-    assert stage.overlay.wants_keyboard
+    drawn.overlay.key(glfw.KEY_LEFT_CONTROL, glfw.PRESS, glfw.MOD_CONTROL)
+    drawn.click(x, y)
+    drawn.overlay.key(glfw.KEY_LEFT_CONTROL, glfw.RELEASE, 0)
+    drawn.frames(2)
+    assert drawn.overlay.wants_keyboard
     for character in "24":
-        stage.overlay.character(ord(character))
-        stage.frames(1)
-    stage.overlay.key(glfw.KEY_ENTER, glfw.PRESS, 0)
-    stage.frames(2)
-    stage.overlay.key(glfw.KEY_ENTER, glfw.RELEASE, 0)
-    stage.frames(2)
-    assert stage.viewer.settings.samples == 24
-    assert not stage.overlay.wants_keyboard
+        drawn.overlay.character(ord(character))
+        drawn.frames(1)
+    drawn.overlay.key(glfw.KEY_ENTER, glfw.PRESS, 0)
+    drawn.frames(2)
+    drawn.overlay.key(glfw.KEY_ENTER, glfw.RELEASE, 0)
+    drawn.frames(2)
+    assert drawn.viewer.settings.samples == 24
+    assert not drawn.overlay.wants_keyboard
 
 
-def test_high_density_display_gets_larger_text(gl, stage: Stage) -> None:
-    small = stage.settled()
-    stage.overlay.rescale(2.0)
-    large = stage.settled()
+def test_high_density_display_gets_larger_text(gl, drawn: DrawnOverlay) -> None:
+    small = drawn.settled()
+    drawn.overlay.rescale(2.0)
+    large = drawn.settled()
     # Sizes and density of a window that is dragged need not fit each other for a moment.
     for scale in (1e-3, 0.37, 1.9, 0.6, 300.0) * 3:
-        stage.overlay.rescale(scale)
-        stage.frames(1)
-    stage.overlay.rescale(1.0)
-    assert np.array_equal(stage.settled(), small)
+        drawn.overlay.rescale(scale)
+        drawn.frames(1)
+    drawn.overlay.rescale(1.0)
+    assert np.array_equal(drawn.settled(), small)
     # The line at the top left is twice as high and wide.
     line = [np.abs(s[10:90, 10:600] - small[200:280, 10:600]).max(axis=2) for s in (small, large)]
     assert np.count_nonzero(line[1]) > np.count_nonzero(line[0])
 
 
-def test_window_of_no_size_draws_nothing(gl, stage: Stage) -> None:
-    stage.frames(2)
-    stage.overlay.compose(stage.screen, (0, 0), (0, 0), 0.05)
-    stage.frames(2)
+def test_window_of_no_size_draws_nothing(gl, drawn: DrawnOverlay) -> None:
+    drawn.frames(2)
+    drawn.overlay.compose(drawn.screen, (0, 0), (0, 0), 0.05)
+    drawn.frames(2)
 
 
 def test_histogram_counts_stops() -> None:
@@ -288,7 +290,7 @@ def test_histogram_counts_stops() -> None:
     assert histogram[0] == pytest.approx(1 / 3)
 
 
-def test_histogram_of_nothing_and_of_no_numbers_is_empty() -> None:
+def test_histogram_of_nothing_and_of_non_finite_pixels_is_empty() -> None:
     image = np.full((2, 2, 4), np.nan, np.float32)
     assert radiance_histogram(image).sum() == 0.0
     image[:, :, 3] = 1.0

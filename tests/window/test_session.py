@@ -1,4 +1,4 @@
-"""The session between a window and a viewer, with a window that only pretends."""
+"""The session between a window and a viewer, with a fake window."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ FRAME_S = 1.0 / 30.0
 ROUNDING = 1
 
 
-class Desk:
+class FakeHost:
     """A host that only remembers what it was asked for."""
 
     def __init__(self) -> None:
@@ -91,10 +91,10 @@ def settle(viewer: Viewer, limit: int = 300) -> int:
     raise AssertionError("the picture does not come to rest")
 
 
-def ask(viewer: Viewer, command: Command, number: int = 0) -> Desk:
-    desk = Desk()
-    perform(Action(command, number), viewer, desk)
-    return desk
+def ask(viewer: Viewer, command: Command, number: int = 0) -> FakeHost:
+    host = FakeHost()
+    perform(Action(command, number), viewer, host)
+    return host
 
 
 def said(viewer: Viewer) -> str:
@@ -129,11 +129,11 @@ def test_the_copied_command_renders_the_same_picture(gl, device, viewer, tmp_pat
     for _ in range(10):
         viewer.frame(Controls(move=(0.3, 0.0, 1.0), turn_rate=(0.4, -0.1)), FRAME_S, SIZE)
     settle(viewer)
-    desk = ask(viewer, Command.COPY_COMMAND)
-    assert desk.clipboard == view_command(viewer)
+    host = ask(viewer, Command.COPY_COMMAND)
+    assert host.clipboard == view_command(viewer)
     picture = viewer.presenter.pixels().astype(int)
     out = tmp_path / "again.png"
-    command = desk.clipboard.replace("view.png", str(out))
+    command = host.clipboard.replace("view.png", str(out))
     assert main(shlex.split(command)[1:]) == 0
     device.activate()
     with Image.open(out) as image:
@@ -498,7 +498,7 @@ def test_scene_that_cannot_be_flown_through_leaves_the_one_before(
 
 
 def test_saved_preset_can_be_chosen_again(gl, viewer) -> None:
-    perform(Action(Command.SAVE_PRESET), viewer, Desk())
+    perform(Action(Command.SAVE_PRESET), viewer, FakeHost())
     viewer.settings = dataclasses.replace(viewer.settings, samples=64, overrides={"a.b": 1})
     viewer.choose_method("direct")
     viewer.choose_preset("preset-001")
@@ -571,7 +571,7 @@ def test_path_is_recorded_played_and_kept(gl, viewer, make_viewer) -> None:
     settle(other)
 
 
-def test_hands_take_over_from_a_playing_path(gl, viewer) -> None:
+def test_input_takes_over_from_a_playing_path(gl, viewer) -> None:
     ask(viewer, Command.RECORD)
     for _ in range(20):
         viewer.frame(FORWARD, FRAME_S, SIZE)

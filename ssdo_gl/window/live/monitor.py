@@ -109,13 +109,13 @@ def _difference(images: Sequence[LiveImage]) -> float | None:
 
 
 def relative_rms(
-    image: NDArray[np.float64], truth: NDArray[np.float64], covered: NDArray[np.bool_]
+    image: NDArray[np.float64], reference: NDArray[np.float64], covered: NDArray[np.bool_]
 ) -> float | None:
-    """Return the root mean square difference over the mean of the truth.
+    """Return the root mean square difference over the mean of the reference.
 
     Parameters
     ----------
-    image, truth : ndarray, shape (height, width, 3)
+    image, reference : ndarray, shape (height, width, 3)
         Scene-linear radiance.
     covered : ndarray of bool, shape (height, width)
         Pixels that show a surface.
@@ -123,9 +123,9 @@ def relative_rms(
     Returns
     -------
     float or None
-        None where there is nothing to compare with: no surface, or a black truth.
+        None where there is nothing to compare with: no surface, or a black reference.
     """
-    mask = covered & ~failures(image) & ~failures(truth)
-    if mean_level(truth, mask) <= 0.0:
+    mask = covered & ~failures(image) & ~failures(reference)
+    if mean_level(reference, mask) <= 0.0:
         return None
-    return relative_rmse(image, truth, mask)
+    return relative_rmse(image, reference, mask)

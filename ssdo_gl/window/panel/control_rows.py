@@ -130,7 +130,7 @@ def with_value(settings: Settings, row: ControlRow, value: Any) -> Settings:
         If the value is out of its range.
     """
     if not row.pass_name:
-        # What is left to its default is the scene's to wish for, once more.
+        # What is left to its default is the scene's to choose, once more.
         is_resolved = settings.is_resolved and value is not None
         changed = dataclasses.replace(settings, **{row.key: value}, is_resolved=is_resolved)
         return changed.checked()

@@ -25,7 +25,7 @@ class ChartPoint:
     frame_ms : float
         What it should take here.
     error : float
-        RMSE over the mean of the truth.
+        RMSE over the mean of the reference.
     is_used : bool
         Whether these are the settings in use.
     """

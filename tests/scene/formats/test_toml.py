@@ -32,7 +32,7 @@ def only_bounds(text: str) -> tuple[list[float], list[float]]:
     return low.round(12).tolist(), high.round(12).tolist()
 
 
-def test_camera_title_and_wishes(scene_of: SceneOf) -> None:
+def test_camera_title_and_settings(scene_of: SceneOf) -> None:
     result = scene_of(
         """
         title = "T"
@@ -62,7 +62,7 @@ def test_camera_title_and_wishes(scene_of: SceneOf) -> None:
     }
 
 
-def test_without_a_camera_the_scene_is_framed_with_its_wishes(scene_of: SceneOf) -> None:
+def test_without_a_camera_the_scene_is_framed_with_its_settings(scene_of: SceneOf) -> None:
     camera = scene_of("[camera]\nfov_y = 70\nexposure = 2").camera
     assert (camera.fov_y, camera.exposure) == (70.0, 2.0)
     # The box [0, 1] x [0, 2] x [0, 3] is looked at.

@@ -55,9 +55,9 @@ def test_path_restores_what_lay_between_the_keys() -> None:
     path = circle()
     # The first and the last stretch have one-sided tangents, which are less exact.
     for seconds in np.linspace(0.15, path.seconds - 0.15, 200):
-        camera, truth = path.camera(float(seconds), BASE), on_circle(float(seconds))
-        np.testing.assert_allclose(camera.position, truth.position, atol=CIRCLE_TOLERANCE)
-        np.testing.assert_allclose(camera.target, truth.target, atol=CIRCLE_TOLERANCE)
+        camera, exact = path.camera(float(seconds), BASE), on_circle(float(seconds))
+        np.testing.assert_allclose(camera.position, exact.position, atol=CIRCLE_TOLERANCE)
+        np.testing.assert_allclose(camera.target, exact.target, atol=CIRCLE_TOLERANCE)
 
 
 def test_speed_does_not_jump_at_a_key() -> None:

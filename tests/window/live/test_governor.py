@@ -24,12 +24,12 @@ def simulate(
     machine: Cost, frames: int, budget: float = BUDGET_MS, works: tuple[float, ...] = WORKS
 ) -> tuple[list[int], list[float]]:
     """Return the level and the time of every frame."""
-    hands = Governor(budget, works)
+    governor = Governor(budget, works)
     used, times = [], []
     for frame in range(frames):
-        used.append(hands.level)
-        times.append(machine(frame, hands.level))
-        hands.observe(times[-1])
+        used.append(governor.level)
+        times.append(machine(frame, governor.level))
+        governor.observe(times[-1])
     return used, times
 
 
@@ -116,23 +116,23 @@ def test_one_hiccup_changes_nothing() -> None:
 
 
 def test_a_budget_that_cannot_be_held_ends_at_the_cheapest_and_says_so() -> None:
-    hands = Governor(2.0, WORKS)
+    governor = Governor(2.0, WORKS)
     for _ in range(100):
-        hands.observe(COSTS[hands.level])
-    assert hands.level == 7
-    assert hands.is_exhausted
+        governor.observe(COSTS[governor.level])
+    assert governor.level == 7
+    assert governor.is_exhausted
     assert not Governor(2.0, WORKS).is_exhausted
 
 
 def test_is_settled_once_a_level_has_proved_itself() -> None:
-    hands = Governor(BUDGET_MS, WORKS)
-    assert not hands.is_settled
+    governor = Governor(BUDGET_MS, WORKS)
+    assert not governor.is_settled
     for _ in range(40):
-        before = hands.level
-        if hands.observe(COSTS[before]) != before:
-            assert not hands.is_settled
-    assert hands.level == 3
-    assert hands.is_settled
+        before = governor.level
+        if governor.observe(COSTS[before]) != before:
+            assert not governor.is_settled
+    assert governor.level == 3
+    assert governor.is_settled
     hopeless = Governor(2.0, WORKS)
     for _ in range(40):
         hopeless.observe(COSTS[hopeless.level])

@@ -7,7 +7,7 @@ from pathlib import Path
 from ssdo_gl.scene import paths
 from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.formats.toml import environments, lights, materials, objects, wishes
+from ssdo_gl.scene.formats.toml import environments, lights, materials, objects, render_settings
 from ssdo_gl.scene.scene import Scene, SceneError
 from ssdo_gl.scene.table import Table
 from ssdo_gl.settings.settings import MAX_EXPOSURE_EV
@@ -66,7 +66,7 @@ def read_description(text: str, source: str, file: Path | None = None) -> Scene:
     top.allow(*TOP_KEYS)
     builder = SceneBuilder(source)
     environment = environments.read_environment(top.table("environment"), file, builder)
-    render = wishes.read_wishes(top.table("render"))
+    render = render_settings.read_render_settings(top.table("render"))
     material_of_name = materials.read_materials(top.table("materials"), file, builder)
     for table in top.tables("light"):
         lights.read_light(table, builder)
