@@ -71,11 +71,6 @@ def rotation_euler(degrees_xyz: ArrayLike) -> FloatArray:
     return matrix
 
 
-def rotation_between(source: ArrayLike, target: ArrayLike) -> FloatArray:
-    """Return the (3, 3) rotation that turns direction `source` into `target`."""
-    return frame_from_z(target) @ frame_from_z(source).T
-
-
 def frame_from_z(direction: ArrayLike) -> FloatArray:
     """Return a (3, 3) rotation whose third column is `direction`.
 

@@ -24,12 +24,6 @@ def test_frames_are_right_handed_rotations_with_that_third_axis(direction):
     assert frame[:, 2] == pytest.approx(direction / np.linalg.norm(direction), abs=EXACT)
 
 
-@given(directions, directions)
-def test_rotation_between_turns_one_into_the_other(source, target):
-    turned = math3d.rotation_between(source, target) @ math3d.normalized(source)
-    assert turned == pytest.approx(math3d.normalized(target), abs=EXACT)
-
-
 @pytest.mark.parametrize("size", [1e-200, 1.0, 1e200])
 def test_normalized_survives_lengths_whose_squares_leave_float64(size):
     assert math3d.normalized(np.array([3.0, 0.0, 4.0]) * size) == pytest.approx([0.6, 0, 0.8])

@@ -62,11 +62,7 @@ class Device:
         As the driver names them.
     is_software : bool
         Whether pixels are drawn by the CPU.
-    fallback : tuple of str
-        What the backends answered that were tried before this one, one line each.
     """
-
-    fallback: tuple[str, ...] = ()
 
     def __init__(
         self, gl: moderngl.Context, backend: str, close: Callable[[], None] | None = None
@@ -147,16 +143,13 @@ def create_context(backend: str = "auto") -> Device:
         if backend not in ("auto", name):
             continue
         try:
-            device = make()
+            return make()
         # Whatever a missing library or a driver raises through ctypes is an answer to
         # report, and never a traceback.
         except Exception as error:
             answers.append(f"{name}: {_one_line(error)}")
             if name == "egl" and _DEVICE_INDEX in os.environ:
                 break  # Who asks for one GPU does not want the next best thing.
-        else:
-            device.fallback = tuple(answers)
-            return device
     raise ContextError(f"no usable OpenGL 3.3 core ({'; '.join(answers)}); {_ADVICE}")
 
 

@@ -53,16 +53,6 @@ class Geometry:
         self._groups: list[DrawGroup] = []
         self.update(scene)
 
-    @property
-    def has_solids(self) -> bool:
-        """Whether any mesh bounds a solid, so that its back faces tell a thickness."""
-        return any(group.is_solid for group in self._groups)
-
-    @property
-    def draw_call_count(self) -> int:
-        """Number of draw calls of a view that sees everything, nothing mirrored."""
-        return len(self._groups)
-
     def update(self, scene: Scene) -> None:
         """Take over transforms and materials of `scene`; upload only new meshes."""
         members = grouped(scene)

@@ -58,19 +58,6 @@ def make_texture(
     return texture
 
 
-def texture_from_image(
-    gl: moderngl.Context, image: ArrayLike, dtype: str = "f4"
-) -> moderngl.Texture:
-    """Return a texture of `image` (height, width, channels), row 0 at the **top**.
-
-    The inverse of `readback.read_texture`; (height, width) is one channel.
-    """
-    array = np.asarray(image)
-    array = array[..., None] if array.ndim == 2 else array
-    height, width, components = array.shape
-    return make_texture(gl, (width, height), components, dtype, array[::-1])
-
-
 def make_framebuffer(
     gl: moderngl.Context, textures: Sequence[moderngl.Texture], depth: bool = False
 ) -> moderngl.Framebuffer:

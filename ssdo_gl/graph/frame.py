@@ -75,15 +75,6 @@ class FrameView:
             self.jitter_px,
         )
 
-    def view_from_objects(self, world_from_object: FloatArray) -> FloatArray:
-        """Return (N, 4, 4) view_from_object, relative to the camera, float64."""
-        relative = world_from_object.copy()
-        relative[:, :3, 3] -= self.position_ws
-        result = np.zeros_like(relative)
-        result[:, :3, :] = self.view_from_world @ relative[:, :3, :]
-        result[:, 3, 3] = 1.0
-        return result
-
     def point_vs(self, point_ws: FloatArray) -> FloatArray:
         """Return world-space points (..., 3) in view space."""
         return np.asarray((np.asarray(point_ws) - self.position_ws) @ self.view_from_world.T)

@@ -14,7 +14,7 @@ from ssdo_gl.scene.environment_kinds import (
     GradientEnvironment,
     MapEnvironment,
 )
-from ssdo_gl.scene.lights import Form, Light, Shadow
+from ssdo_gl.scene.lights import Light, Shadow
 from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.scene import Scene
 
@@ -31,12 +31,10 @@ class LightContent:
         How it arrives: map, ssdo or none.
     is_on : bool
         Any component of what it emits is above zero.
-    is_rectangle : bool
     """
 
     shadow: Shadow
     is_on: bool = True
-    is_rectangle: bool = False
 
 
 @dataclass(frozen=True)
@@ -60,7 +58,7 @@ class SceneContent:
         Any surface emits, the bodies of lights included.
     has_unlit_emission : bool
         Any surface emits light that no light of the scene stands for.
-    has_textures, has_vertex_colors, has_cutouts : bool
+    has_textures : bool
     has_closed_meshes : bool
         Any mesh bounds a solid, so that its back faces tell how thick it is.
     has_motion : bool
@@ -75,8 +73,6 @@ class SceneContent:
     has_emission: bool
     has_unlit_emission: bool
     has_textures: bool
-    has_vertex_colors: bool
-    has_cutouts: bool
     has_closed_meshes: bool
     has_motion: bool
     triangle_count: int
@@ -98,7 +94,7 @@ class SceneContent:
 
 
 def analyse(scene: Scene) -> SceneContent:
-    """Return what `scene` contains; looks at objects, and at vertices only for their colours."""
+    """Return what `scene` contains; looks at objects, not at vertices."""
     used = [scene.materials[i] for i in {item.material for item in scene.objects}]
     meshes = [scene.meshes[i] for i in {item.mesh for item in scene.objects}]
     unlit = [scene.materials[o.material] for o in scene.objects if o.light is None]
@@ -106,22 +102,13 @@ def analyse(scene: Scene) -> SceneContent:
     moving: list[SceneObject | Light] = [*scene.objects, *scene.lights]
     kind = _kind(simplest_environment(scene.environment))
     return SceneContent(
-        lights=tuple(
-            LightContent(
-                light.shadow,
-                is_on=light.power > 0.0,
-                is_rectangle=light.form is Form.AREA,
-            )
-            for light in scene.lights
-        ),
+        lights=tuple(LightContent(light.shadow, is_on=light.power > 0.0) for light in scene.lights),
         environment=kind,
         environment_is_simplified=kind != _kind(scene.environment),
         has_albedo=any(max(material.albedo) > 0.0 for material in used),
         has_emission=any(material.emits for material in used),
         has_unlit_emission=bool(emits_unlit),
         has_textures=any(m.albedo_texture or m.emission_texture for m in used),
-        has_vertex_colors=any(mesh.colors is not None for mesh in meshes),
-        has_cutouts=any(material.alpha_cutoff is not None for material in used),
         has_closed_meshes=any(mesh.closed for mesh in meshes),
         has_motion=any(item.motion is not None for item in moving),
         triangle_count=scene.triangle_count,

@@ -39,8 +39,6 @@ class SceneTriangles:
         World-space origin of the frame.
     half_diagonal : float
         Length of the frame's unit, scene units, > 0.
-    dropped_count : int
-        Triangles left out because in float32 they have no area.
     """
 
     positions: NDArray[np.float32]
@@ -53,7 +51,6 @@ class SceneTriangles:
     single_sided: NDArray[np.bool_]
     centre: FloatArray
     half_diagonal: float
-    dropped_count: int
 
     @property
     def count(self) -> int:
@@ -69,7 +66,7 @@ def normalised_frame(scene: Scene) -> tuple[FloatArray, float]:
 
 
 def scene_triangles(scene: Scene) -> SceneTriangles:
-    """Flatten all instances of `scene`; triangles without area are dropped and counted."""
+    """Flatten all instances of `scene`; triangles without area in float32 are dropped."""
     centre, half_diagonal = normalised_frame(scene)
     parts = [
         _instances(scene, item, centre, half_diagonal)
@@ -92,7 +89,6 @@ def scene_triangles(scene: Scene) -> SceneTriangles:
         single_sided[keep],
         centre,
         half_diagonal,
-        int(np.count_nonzero(~keep)),
     )
 
 

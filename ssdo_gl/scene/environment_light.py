@@ -65,30 +65,6 @@ def irradiance(environment: Environment, normals_ws: FloatArray) -> FloatArray:
     return _map_irradiance(environment, normals)
 
 
-def irradiance_octahedral(environment: Environment, size: int = 64) -> FloatArray:
-    """Return irradiance for the normals at texel centres of an octahedral map.
-
-    Returns
-    -------
-    ndarray, shape (size, size, 3), float64
-        Element [j, i] belongs to the map's coordinates ((i + 1/2) / size,
-        (j + 1/2) / size): rows in OpenGL order.
-    """
-    return irradiance(environment, octahedral_normals(size))
-
-
-def octahedral_normals(size: int) -> FloatArray:
-    """Return unit normals (size, size, 3) at texel centres of an octahedral map."""
-    place = (np.arange(size) + 0.5) * (2.0 / size) - 1.0
-    x, y = np.meshgrid(place, place, indexing="xy")
-    z = 1.0 - np.abs(x) - np.abs(y)
-    # Below the equator the map is folded over its diagonals; unfolding is its own inverse.
-    fold_x = (1.0 - np.abs(y)) * np.where(x >= 0.0, 1.0, -1.0)
-    fold_y = (1.0 - np.abs(x)) * np.where(y >= 0.0, 1.0, -1.0)
-    normal = np.stack([np.where(z < 0.0, fold_x, x), np.where(z < 0.0, fold_y, y), z], axis=-1)
-    return np.asarray(normal / np.linalg.norm(normal, axis=-1, keepdims=True))
-
-
 def clamped_cosine_overlap(cosine: FloatArray) -> FloatArray:
     """Return the integral of max(0, w.a) max(0, w.b) dw over the sphere, cosine = a.b.
 

@@ -18,7 +18,7 @@ from ssdo_gl.scene.environment_kinds import ConstantEnvironment, GradientEnviron
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 
-LAMP, PANEL = LightContent("map"), LightContent("ssdo", is_rectangle=True)
+LAMP, PANEL = LightContent("map"), LightContent("ssdo")
 OFF = LightContent("map", is_on=False)
 RICH = SceneContent(
     lights=(LAMP, PANEL),
@@ -28,8 +28,6 @@ RICH = SceneContent(
     has_emission=True,
     has_unlit_emission=False,
     has_textures=False,
-    has_vertex_colors=False,
-    has_cutouts=False,
     has_closed_meshes=True,
     has_motion=False,
     triangle_count=12,

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from gpu.image_texture import texture_from_image
 from passes.pass_harness import make_frame, make_scene, run_pass
 from shaders.harness import evaluate
 
 from ssdo_gl.effects.environment import EnvironmentPass, EnvironmentSettings, octahedral_nodes
-from ssdo_gl.gpu.texture import texture_from_image
 from ssdo_gl.scene.environment_kinds import MapEnvironment
 
 

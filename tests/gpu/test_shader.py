@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from gpu.image_texture import texture_from_image
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.shader import ShaderError, ShaderLibrary
-from ssdo_gl.gpu.texture import make_framebuffer, make_texture, texture_from_image
+from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 
 HEAD = "#version 330 core\nlayout(location = 0) out vec4 o_color;\n"
 

@@ -6,12 +6,13 @@ from collections.abc import Mapping, Sequence
 
 import moderngl
 import numpy as np
+from gpu.image_texture import texture_from_image
 from numpy.typing import ArrayLike, NDArray
 
 from ssdo_gl.gpu.device_geometry import CameraPose, Geometry
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.shader import ShaderLibrary
-from ssdo_gl.gpu.texture import make_framebuffer, make_texture, texture_from_image
+from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.graph.frame import Frame, FrameView
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.scene.camera import Camera

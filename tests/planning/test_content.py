@@ -49,10 +49,7 @@ def test_a_light_counts_unless_it_is_off(light):
 def test_the_shadow_of_a_light_says_how_it_arrives():
     through = analyse(scene_with(lights=(dataclasses.replace(PANEL, shadow="ssdo"), off(SPOT))))
     assert through.has_ssdo_lights and not through.has_direct_lights
-    assert through.lights == (
-        LightContent("ssdo", True, is_rectangle=True),
-        LightContent("map", False),
-    )
+    assert through.lights == (LightContent("ssdo", True), LightContent("map", False))
     plain = analyse(scene_with(lights=(dataclasses.replace(POINT, shadow="none"),)))
     assert plain.has_direct_lights and plain.lights[0].shadow == "none"
 
@@ -84,15 +81,11 @@ def test_emission_that_a_light_delivers_is_told_from_other_emission():
     assert analyse(scene_with(materials=(lamp,))).has_unlit_emission
 
 
-def test_textures_cutouts_colours_solids_and_motion():
+def test_textures_solids_and_motion():
     plain = analyse(scene_with())
-    assert not (plain.has_textures or plain.has_cutouts or plain.has_vertex_colors)
-    assert not (plain.has_closed_meshes or plain.has_motion)
+    assert not (plain.has_textures or plain.has_closed_meshes or plain.has_motion)
     texture = Texture(np.zeros((1, 1, 4), np.uint8))
     assert analyse(scene_with(materials=(Material(emission_texture=texture),))).has_textures
-    assert analyse(scene_with(materials=(Material(alpha_cutoff=0.5),))).has_cutouts
-    colors = dataclasses.replace(shapes.quad(), colors=np.ones((4, 4)))
-    assert analyse(scene_with(mesh=colors)).has_vertex_colors
     assert analyse(scene_with(mesh=shapes.box())).has_closed_meshes
     swaying = dataclasses.replace(POINT, motion=Motion(sway=(1, 0, 0)))
     assert analyse(scene_with(lights=(swaying,))).has_motion

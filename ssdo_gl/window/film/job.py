@@ -92,20 +92,3 @@ class FilmJob:
         if not self.is_done:
             self._writer.discard()
             self._renderer.release()
-
-
-def render_film(
-    scene: Scene,
-    settings: Settings,
-    path: CameraPath,
-    out: Path,
-    *,
-    frames_per_second: float = FRAMES_PER_SECOND,
-) -> None:
-    """Render `path` through `scene` into `out`, without a window."""
-    job = FilmJob(scene, settings, path, out, frames_per_second=frames_per_second)
-    try:
-        while not job.is_done:
-            job.step()
-    finally:
-        job.cancel()

@@ -35,7 +35,7 @@ def read_object(
     shape = table.text("shape", choices=SHAPES)
     keys = ("path",) if shape == "mesh" else FORM_KEYS[shape]
     table.allow(*_COMMON, *keys)
-    material = _material(table, material_of_name, builder)
+    material = _material(table, material_of_name)
     name = table.text("name", shape)
     if shape == "mesh":
         parts = _model_parts(table, file, material, builder)
@@ -94,7 +94,7 @@ def _middle(parts: list[SceneObject], builder: SceneBuilder) -> FloatArray:
     return np.asarray(0.5 * (np.min(points, axis=0) + np.max(points, axis=0)))
 
 
-def _material(table: Table, material_of_name: dict[str, int], builder: SceneBuilder) -> int | None:
+def _material(table: Table, material_of_name: dict[str, int]) -> int | None:
     if "material" not in table:
         return None
     name = table.text("material")
