@@ -2,31 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from ssdo_gl.effects.ambient import combine_of, need_of_visibility
 from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ImageSource, ReasonedPass
 from ssdo_gl.effects.methods import REFERENCES
 from ssdo_gl.effects.request import Request
-from ssdo_gl.graph.render_pass import PassContext, RenderPass
+from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.passes.accumulate import Schedule, SumOutput, accumulate
+from ssdo_gl.passes.accumulate import Schedule, SumOutput
 from ssdo_gl.passes.composite import OcclusionMode
-from ssdo_gl.passes.ray_uniforms import (
-    radius_ns,
-    ray_defines,
-    ray_reads,
-    ray_uniforms,
-)
+from ssdo_gl.passes.ray_pass import RayPass
+from ssdo_gl.passes.ray_uniforms import radius_ns
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.settings.settings import same_as
 
 # Rays of one draw and pixel: enough to spread the cost of finding the surface again.
 MOST_PER_DRAW = 32
-OUTPUT = SumOutput("visibility", channels=1)
 
 
 @dataclass(frozen=True)
@@ -38,47 +33,29 @@ class ReferenceAoSettings:
     max_error: float | None = same_as("max_error")
 
 
-class ReferenceAoPass(RenderPass):
+class ReferenceAoPass(RayPass):
     """Writes `visibility`: (1 / pi) integral of V_R(w) cos over the hemisphere, by rays.
 
     Cosine-weighted about the shading normal; 1 = open; 1 where there is no surface.
-
-    Parameters
-    ----------
-    settings : ReferenceAoSettings
-    features : RayFeatures
-        Of the scene: `RayFeatures.of`.
     """
 
     name = "reference_ao"
     writes: Mapping[str, TextureSpec] = {"visibility": TextureSpec(1, "f4")}
     depends_on = ("view", "geometry", "seed")
+    outputs = (SumOutput("visibility", channels=1),)
+    label = "ray-traced visibility"
+    gathers_light = False
 
-    def __init__(self, settings: ReferenceAoSettings, features: RayFeatures) -> None:
-        self.settings = settings
-        self.features = features
-        self.reads = ("z_vs", "normals_vs", *ray_reads(features))
-        self.statistics: Mapping[str, Any] = {}
+    def uniforms(self, context: PassContext) -> dict[str, object]:
+        """Add the radius."""
+        return {
+            **super().uniforms(context),
+            "u_radius_ns": radius_ns(self.settings.radius, context),
+        }
 
-    def settings_key(self) -> Hashable:
-        """Return the settings and the features."""
-        return self.settings, self.features
-
-    def execute(self, context: PassContext) -> None:
-        """Trace all rays, draw after draw."""
-        inputs = context.inputs
-        program = context.shaders.fullscreen(
-            "effects/reference_ao.frag", ray_defines(context, self.features)
-        )
-        self.statistics = accumulate(
-            context,
-            program,
-            {**ray_uniforms(context), "u_radius_ns": radius_ns(self.settings.radius, context)},
-            {f"t_{name}": inputs[name] for name in self.reads},
-            [OUTPUT],
-            Schedule(self.settings.spp, 1, MOST_PER_DRAW, self.settings.max_error),
-            "ray-traced visibility",
-        )
+    def schedule(self, context: PassContext) -> Schedule:
+        """Return the schedule of rays."""
+        return Schedule(self.settings.spp, 1, MOST_PER_DRAW, self.settings.max_error)
 
 
 class ReferenceAo(Effect):

@@ -2,36 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ReasonedPass, Term
 from ssdo_gl.effects.methods import REFERENCES
 from ssdo_gl.effects.request import Request
-from ssdo_gl.graph.render_pass import PassContext, RenderPass
+from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.passes.accumulate import Schedule, SumOutput, accumulate
-from ssdo_gl.passes.environment_uniforms import (
-    MAP_RADIANCE,
-    environment_kind,
-    environment_uniforms,
-)
-from ssdo_gl.passes.ray_uniforms import (
-    EMITTER_TABLES,
-    radius_ns,
-    ray_defines,
-    ray_reads,
-    ray_uniforms,
-)
+from ssdo_gl.passes.accumulate import Schedule, SumOutput
+from ssdo_gl.passes.ray_pass import RayPass
+from ssdo_gl.passes.ray_uniforms import radius_ns
 from ssdo_gl.raytracing.surface_tables import RayFeatures
-from ssdo_gl.scene.environment_kinds import Environment
 from ssdo_gl.settings.settings import same_as
 
 # Samples of one draw and pixel; each takes a ray, and from what it hits one to each light.
 MOST_PER_DRAW = 16
-OUTPUTS = (SumOutput("directional_irradiance", 3), SumOutput("bounce_irradiance", 3))
 
 
 @dataclass(frozen=True)
@@ -43,18 +31,10 @@ class ReferenceNearSettings:
     max_error: float | None = same_as("max_error")
 
 
-class ReferenceNearPass(RenderPass):
+class ReferenceNearPass(RayPass):
     """Writes `directional_irradiance` (a = visibility) and `bounce_irradiance`.
 
     Unbiased estimates of the integrals that ``effects/reference_near.frag`` states.
-
-    Parameters
-    ----------
-    settings : ReferenceNearSettings
-    features : RayFeatures
-        Of the scene: `RayFeatures.of`.
-    environment : Environment or None
-        Of the scene: decides how the sky is looked up.
     """
 
     name = "reference_near"
@@ -63,50 +43,22 @@ class ReferenceNearPass(RenderPass):
         "bounce_irradiance": TextureSpec(4, "f4"),
     }
     depends_on = ("view", "geometry", "lights", "environment", "seed")
+    outputs = (SumOutput("directional_irradiance", 3), SumOutput("bounce_irradiance", 3))
+    label = "ray-traced near field"
 
-    def __init__(
-        self,
-        settings: ReferenceNearSettings,
-        features: RayFeatures,
-        environment: Environment | None,
-    ) -> None:
-        self.settings = settings
-        self.features = features
-        self.environment_kind = environment_kind(environment)
-        self.reads = (
-            "z_vs",
-            "normals_vs",
-            *ray_reads(features, shades=True),
-            *EMITTER_TABLES,
-            *((MAP_RADIANCE,) if self.environment_kind == 3 else ()),
-        )
-        self.statistics: Mapping[str, Any] = {}
+    def uniforms(self, context: PassContext) -> dict[str, object]:
+        """Add the radius."""
+        return {
+            **super().uniforms(context),
+            "u_radius_ns": radius_ns(self.settings.radius, context),
+        }
 
-    def settings_key(self) -> Hashable:
-        """Return the settings, the features and the kind of sky."""
-        return self.settings, self.features, self.environment_kind
-
-    def execute(self, context: PassContext) -> None:
-        """Trace all rays, draw after draw."""
-        inputs, frame = context.inputs, context.frame
-        defines = ray_defines(context, self.features)
-        defines["ENVIRONMENT_KIND"] = self.environment_kind
+    def schedule(self, context: PassContext) -> Schedule:
+        """Return the schedule of samples."""
         # A ray, where it hits one to each light and one to the sky, and those of the
         # lights that arrive through the receiver's own open directions.
-        rays_per_sample = 2 + 2 * len(frame.scene.lights)
-        self.statistics = accumulate(
-            context,
-            context.shaders.fullscreen("effects/reference_near.frag", defines),
-            {
-                **ray_uniforms(context),
-                **environment_uniforms(frame),
-                "u_radius_ns": radius_ns(self.settings.radius, context),
-            },
-            {f"t_{name}": inputs[name] for name in self.reads},
-            OUTPUTS,
-            Schedule(self.settings.spp, rays_per_sample, MOST_PER_DRAW, self.settings.max_error),
-            "ray-traced near field",
-        )
+        rays_per_sample = 2 + 2 * len(context.frame.scene.lights)
+        return Schedule(self.settings.spp, rays_per_sample, MOST_PER_DRAW, self.settings.max_error)
 
 
 class ReferenceNear(Effect):

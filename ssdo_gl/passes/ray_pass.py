@@ -1,0 +1,92 @@
+"""What all passes that add up rays of every pixel share."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Hashable, Mapping, Sequence
+from typing import Any, ClassVar
+
+from ssdo_gl.graph.render_pass import PassContext, RenderPass
+from ssdo_gl.passes.accumulate import Schedule, SumOutput, accumulate
+from ssdo_gl.passes.environment_uniforms import (
+    MAP_RADIANCE,
+    environment_kind,
+    environment_uniforms,
+)
+from ssdo_gl.passes.ray_uniforms import EMITTER_TABLES, ray_defines, ray_reads, ray_uniforms
+from ssdo_gl.raytracing.surface_tables import RayFeatures
+from ssdo_gl.scene.environment_kinds import Environment
+
+
+class RayPass(RenderPass):
+    """Draws ``effects/<name>.frag`` until `schedule` is fulfilled, and writes the mean.
+
+    Parameters
+    ----------
+    settings : dataclass
+        The pass' own.
+    features : RayFeatures
+        Of the scene: `RayFeatures.of`.
+    environment : Environment or None
+        Of the scene: decides how the sky is looked up. None: it sends nothing.
+
+    Attributes
+    ----------
+    outputs : sequence of SumOutput
+        In the order of ``writes``.
+    label : str
+        What progress calls it.
+    surface : tuple of str
+        What it reads of the surface that a pixel shows.
+    gathers_light : bool
+        Whether rays bring light, of what they hit or are sent to, or visibility alone.
+    """
+
+    outputs: ClassVar[Sequence[SumOutput]]
+    label: ClassVar[str]
+    surface: ClassVar[tuple[str, ...]] = ("z_vs", "normals_vs")
+    gathers_light: ClassVar[bool] = True
+
+    def __init__(
+        self, settings: Any, features: RayFeatures, environment: Environment | None = None
+    ) -> None:
+        self.settings = settings
+        self.features = features
+        self.environment_kind = environment_kind(environment)
+        self.reads = (
+            *self.surface,
+            *ray_reads(features, shades=self.gathers_light),
+            *(EMITTER_TABLES if self.gathers_light else ()),
+            *((MAP_RADIANCE,) if self.environment_kind == 3 else ()),
+        )
+        self.statistics: Mapping[str, Any] = {}
+
+    def settings_key(self) -> Hashable:
+        """Return the settings, the features and the kind of sky."""
+        return self.settings, self.features, self.environment_kind
+
+    @abstractmethod
+    def schedule(self, context: PassContext) -> Schedule:
+        """Return how many samples are taken, and what each costs."""
+
+    def defines(self, context: PassContext) -> dict[str, int]:
+        """Return the defines of the shader."""
+        sky = {"ENVIRONMENT_KIND": self.environment_kind} if self.gathers_light else {}
+        return {**ray_defines(context, self.features), **sky}
+
+    def uniforms(self, context: PassContext) -> dict[str, object]:
+        """Return the uniforms of the shader."""
+        sky = environment_uniforms(context.frame) if self.gathers_light else {}
+        return {**ray_uniforms(context), **sky}
+
+    def execute(self, context: PassContext) -> None:
+        """Trace all rays, draw after draw."""
+        self.statistics = accumulate(
+            context,
+            context.shaders.fullscreen(f"effects/{self.name}.frag", self.defines(context)),
+            self.uniforms(context),
+            {f"t_{name}": context.inputs[name] for name in self.reads},
+            self.outputs,
+            self.schedule(context),
+            self.label,
+        )
