@@ -16,6 +16,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from ssdo_gl.effects.estimators import ESTIMATORS
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, shown
 from ssdo_gl.settings.names import estimators_of
@@ -55,7 +56,8 @@ class PresetRung:
         """What a person reads."""
         directions = max(1, self.samples // min(self.steps, self.samples))
         scale = "half" if self.resolution_scale == 0.5 else "full"
-        count = f"{directions}x{self.steps}" if self.estimator == "march" else f"{self.samples}"
+        takes_steps = ESTIMATORS[self.estimator].takes_steps
+        count = f"{directions}x{self.steps}" if takes_steps else f"{self.samples}"
         return f"{self.estimator} {count} {scale} {self.filter}"
 
     def fields(self) -> dict[str, Any]:

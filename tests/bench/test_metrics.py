@@ -9,25 +9,13 @@ import pytest
 
 from ssdo_gl.bench import metrics
 
-# Means of float32 images are formed in float64: only the input's rounding is left.
-FLOAT32 = 1e-6
 # FLIP works in float32 and its means agree to six digits between systems (its precision
 # note); differences of a few 1e-6 mean nothing.
 FLIP_TOLERANCE = 1e-5
 
-ALL = np.ones((2, 2), dtype=bool)
-
-
-def image(*values: float) -> np.ndarray:
-    """Return a 2x2 image with one channel."""
-    return np.array(values, dtype=np.float32).reshape(2, 2, 1)
-
 
 def grey(level: float, size: tuple[int, int] = (24, 24)) -> np.ndarray:
     return np.full((*size, 3), level, dtype=np.float32)
-
-
-IMAGE, REFERENCE = image(1.0, 2.0, 3.0, 4.0), image(1.0, 1.0, 1.0, 1.0)
 
 
 def test_display_encoding():
