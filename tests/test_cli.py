@@ -13,11 +13,12 @@ import trimesh
 from PIL import Image
 
 from ssdo_gl.cli import main
+from ssdo_gl.effects.methods import METHODS
+from ssdo_gl.effects.registry import image_names
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.environment_kinds import MapEnvironment
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.names import aov_names, method_names
 from ssdo_gl.settings.passes import pass_settings, passes_without_settings
 
 SMALL = ["--size", "32x18", "--samples", "8"]
@@ -450,14 +451,14 @@ def test_the_window_begins_with_the_image_and_the_time_that_are_named(monkeypatc
     assert (taken["aov"], taken["seconds"]) == ("depth", 2.5)
 
 
-@pytest.mark.parametrize("method", method_names())
+@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("scene", ["courtyard", "furnace"])
 def test_set_knows_every_pass_that_is_explained(scene, method):
     """By the name that `--explain` gives it; a pass without settings says so."""
     known = {*pass_settings(), *passes_without_settings()}
     settings = Settings(size=(16, 9), method=method, spp=1, samples=8)
     with Renderer(load_scene(scene), settings) as renderer:
-        passes = {row.name for row in renderer.render(aov_names()).passes}
+        passes = {row.name for row in renderer.render(image_names()).passes}
     assert "gbuffer" in passes
     assert passes <= known, passes - known
 

@@ -17,9 +17,9 @@ from pathlib import Path
 from typing import Any
 
 from ssdo_gl.effects.estimators import ESTIMATORS
+from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, shown
-from ssdo_gl.settings.names import estimators_of
 from ssdo_gl.settings.preset_files import read_preset
 
 # What a rung decides; everything else is the user's.
@@ -71,7 +71,7 @@ class PresetRung:
 
 def fitting(fields: Mapping[str, Any], method: str) -> dict[str, Any]:
     """Return `fields` without an estimator that `method` does not have."""
-    known = fields.get("estimator") in estimators_of(method)
+    known = fields.get("estimator") in METHODS[method].estimators
     return {name: value for name, value in fields.items() if name != "estimator" or known}
 
 

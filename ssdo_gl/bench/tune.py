@@ -26,10 +26,11 @@ from ssdo_gl.bench.machine import machine_class
 from ssdo_gl.bench.panels import panel_named
 from ssdo_gl.bench.presets import Ladder, PresetRung, read_ladder
 from ssdo_gl.bench.reference_cache import Goal, ReferenceCache, obtain
+from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
-from ssdo_gl.settings import ESTIMATORS, Settings
+from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError
 
 # Frames whose median is one calibrated time.
@@ -81,8 +82,8 @@ class Choice:
 
 def _usable(settings: Settings) -> None:
     """Raise unless the ladder's settings make a difference to the method."""
-    if settings.method not in ESTIMATORS:
-        valid = ", ".join(ESTIMATORS)
+    if not METHODS[settings.method].estimators:
+        valid = ", ".join(name for name, method in METHODS.items() if method.estimators)
         raise CannotTuneError(
             f"--method {settings.method}: --budget-ms and --max-error choose settings of {valid}"
         )

@@ -15,6 +15,7 @@ from rich.console import Console
 from rich.markup import escape
 
 from ssdo_gl import __version__
+from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.headless.explain import (
     Explanation,
     decisions_for_json,
@@ -32,7 +33,6 @@ from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import values
-from ssdo_gl.settings.names import estimators_of
 
 
 @dataclass(frozen=True)
@@ -205,7 +205,7 @@ def _print_summary(
     where = f"{printable(str(request.out))}: " if request.out is not None else ""
     settings = result.settings
     method = settings.method
-    if estimators_of(method):
+    if METHODS[method].estimators:
         method += f" ({settings.chosen_estimator})"
     console.print(
         escape(

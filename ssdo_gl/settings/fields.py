@@ -12,7 +12,7 @@ import numbers
 import re
 import types
 import typing
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any
@@ -52,8 +52,8 @@ class SettingInfo:
         Inclusive range, for sizes of each side; None: as far as float32 goes.
     doc : str
         The effect in one sentence.
-    choices_of : tuple or callable
-        Valid values, or what returns them where they are known later; see `choices`.
+    choices : tuple
+        The only valid values, or empty.
     also : tuple of float
         Numbers outside the range that are valid, too: 0 or infinity.
     slider_high : float or None
@@ -79,7 +79,7 @@ class SettingInfo:
     low: float | None = None
     high: float | None = None
     doc: str = ""
-    choices_of: Choices | Callable[[], Choices] = ()
+    choices: Choices = ()
     also: tuple[float, ...] = ()
     slider_high: float | None = None
     metavar: str = ""
@@ -91,11 +91,6 @@ class SettingInfo:
     name: str = ""
     kind: Kind = Kind.TEXT
     is_optional: bool = False
-
-    @property
-    def choices(self) -> Choices:
-        """The only valid values, or empty."""
-        return self.choices_of() if callable(self.choices_of) else self.choices_of
 
     @property
     def flag(self) -> str:
@@ -189,7 +184,7 @@ def setting(
     unit: str = "",
     low: float | None = None,
     high: float | None = None,
-    choices: Choices | Callable[[], Choices] = (),
+    choices: Choices = (),
     yields: bool = False,
     **more: Any,
 ) -> Any:

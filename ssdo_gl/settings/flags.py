@@ -11,9 +11,10 @@ from dataclasses import dataclass, field
 from typing import Any, NoReturn
 
 from ssdo_gl import __version__
+from ssdo_gl.effects.registry import image_names
 from ssdo_gl.gpu.context import BACKENDS
 from ssdo_gl.scene.formats import model_suffixes, scene_suffixes
-from ssdo_gl.settings import modes, names
+from ssdo_gl.settings import modes
 from ssdo_gl.settings.fields import (
     Kind,
     SettingError,
@@ -293,7 +294,7 @@ def wanted_aovs(run: RunOptions) -> tuple[str, ...]:
     ------
     UsageError
     """
-    known = names.aov_names()
+    known = image_names()
     if run.aov is None:
         return ("beauty",)
     if run.aov == "all" and modes.WINDOW not in run.active:

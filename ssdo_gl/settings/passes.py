@@ -15,7 +15,6 @@ from ssdo_gl.settings.fields import (
     shown,
     suggestion,
 )
-from ssdo_gl.settings.names import aov_names
 
 _WITHOUT_SETTINGS = (
     "gbuffer",
@@ -39,7 +38,7 @@ def pass_settings() -> Mapping[str, type[Any]]:
 
 def passes_without_settings() -> Sequence[str]:
     """Return the names of the other passes that ``--explain`` may show."""
-    return *_WITHOUT_SETTINGS, *(f"{name}_radiance" for name in aov_names())
+    return *_WITHOUT_SETTINGS, *(f"{name}_radiance" for name in registry.image_names())
 
 
 def override_info(key: str) -> SettingInfo:

@@ -10,8 +10,9 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, Literal
 
+from ssdo_gl.effects.estimators import ESTIMATORS
 from ssdo_gl.effects.methods import METHODS
-from ssdo_gl.settings import modes, names
+from ssdo_gl.settings import modes
 from ssdo_gl.settings.fields import SettingError, SettingInfo, Unset, check, describe, setting
 
 Combine = Literal["ambient", "multiply", "report"]
@@ -42,13 +43,11 @@ class Settings:
     `resolve.resolved` fills in both, and `Renderer` calls it.
     """
 
-    method: str = _look(
-        "bounce", "which quantities make up the image", choices=lambda: names.method_names()
-    )
+    method: str = _look("bounce", "which quantities make up the image", choices=tuple(METHODS))
     estimator: str | None = _quality(
         None,
         "how screen space is sampled; by default the method's first",
-        choices=lambda: names.estimator_names(),
+        choices=tuple(ESTIMATORS),
     )
     size: tuple[int, int] = _look(
         (1280, 720),
@@ -168,7 +167,7 @@ class Settings:
     def checked(self) -> Settings:
         """Return self after checking every field, or raise SettingError."""
         check(self)
-        allowed = names.estimators_of(self.method)
+        allowed = METHODS[self.method].estimators
         if self.estimator is not None and self.estimator not in allowed:
             valid = f"expected one of {', '.join(allowed)}" if allowed else "it takes none"
             raise SettingError(f"estimator = {self.estimator!r} for method {self.method}: {valid}")
@@ -192,7 +191,7 @@ class Settings:
     @property
     def is_reference(self) -> bool:
         """Whether the method traces rays."""
-        return names.is_reference(self.method)
+        return METHODS[self.method].is_reference
 
 
 def same_as(name: str, default: Any = None, doc: str = "") -> Any:

@@ -6,8 +6,9 @@ import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.images.display import ColorMapping, color_mapping
-from ssdo_gl.settings import AOVS, ESTIMATORS, METHODS, Settings
+from ssdo_gl.settings import AOVS, Settings
 
 # A divider at the very edge could not be grabbed again.
 DIVIDER_MARGIN = 0.02
@@ -108,13 +109,14 @@ def is_averaged(kind: ColorMapping) -> bool:
 def settings_of(settings: Settings, method: str) -> Settings:
     """Return `settings` for another method; an estimator it does not know is dropped."""
     estimator = settings.estimator
-    if estimator not in ESTIMATORS.get(method, ()):
+    if estimator not in METHODS[method].estimators:
         estimator = None
     return dataclasses.replace(settings, method=method, estimator=estimator)
 
 
 def _stepped(method: str, step: int) -> str:
-    return METHODS[(METHODS.index(method) + step) % len(METHODS)]
+    names = list(METHODS)
+    return names[(names.index(method) + step) % len(names)]
 
 
 def divider_hit(view: View, x: float, width: float, reach: float = 6.0) -> bool:

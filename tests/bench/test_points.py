@@ -6,7 +6,8 @@ import pytest
 
 from ssdo_gl.bench.panels import error_panels
 from ssdo_gl.bench.points import GridError, Point, read_grid
-from ssdo_gl.settings import ESTIMATORS, Settings
+from ssdo_gl.effects.methods import METHODS
+from ssdo_gl.settings import Settings
 
 BASE = Settings(size=(64, 36), radius=0.3, seed=5)
 
@@ -28,9 +29,10 @@ def test_every_point_of_the_shipped_grid_can_be_rendered():
 
 def test_the_shipped_grid_covers_every_estimator_and_the_axes():
     grid = read_grid()
-    for method, estimators in ESTIMATORS.items():
-        measured = {point.estimator for point in grid if point.method == method}
-        assert measured == set(estimators), "the file names most, the registry the rest"
+    for name, method in METHODS.items():
+        measured = {point.estimator for point in grid if point.method == name}
+        every = set(method.estimators or [None])
+        assert measured == every, "the file names most, the registry the rest"
     for axis in ("samples", "steps", "resolution_scale", "filter", "radius_factor"):
         assert len({getattr(point, axis) for point in grid}) > 1, axis
     quick = [point for point in grid if point.quick]

@@ -9,7 +9,8 @@ from documentation.pages import code_spans, first_names, section, table
 from ssdo_gl import cli, process
 from ssdo_gl.bench.presets import read_ladder
 from ssdo_gl.effects import registry
-from ssdo_gl.settings import AOVS, METHODS
+from ssdo_gl.effects.methods import METHODS
+from ssdo_gl.settings import AOVS
 from ssdo_gl.settings.flags import settings_table
 from ssdo_gl.window.input_map import help_rows
 

@@ -7,6 +7,9 @@ import math
 
 import pytest
 
+from ssdo_gl.effects.estimators import ESTIMATORS
+from ssdo_gl.effects.methods import METHODS
+from ssdo_gl.effects.registry import image_names
 from ssdo_gl.scene.formats.toml import read_description
 from ssdo_gl.scene.scene import SceneError
 from ssdo_gl.settings import Settings
@@ -19,7 +22,6 @@ from ssdo_gl.settings.fields import (
     value_text,
 )
 from ssdo_gl.settings.flags import RunOptions, build_parser, read_command, settings_table
-from ssdo_gl.settings.names import aov_names, estimator_names, estimators_of, method_names
 from ssdo_gl.settings.passes import pass_settings, passes_without_settings
 from ssdo_gl.settings.preset_files import preset_fields, preset_text
 from ssdo_gl.settings.settings import same_as
@@ -38,7 +40,7 @@ def toml(value):
 
 def method_of(estimator):
     """Return a method that has an estimator."""
-    return next((m for m in method_names() if estimator in estimators_of(m)), "ssao")
+    return next((name for name, m in METHODS.items() if estimator in m.estimators), "ssao")
 
 
 def in_scene(name, value):
@@ -191,6 +193,6 @@ def test_a_field_of_a_pass_may_have_a_default_and_words_of_its_own():
 
 
 def test_names_agree_with_one_another():
-    assert {name for m in method_names() for name in estimators_of(m)} == set(estimator_names())
-    assert len(set(aov_names())) == len(aov_names())
+    assert {name for method in METHODS.values() for name in method.estimators} == set(ESTIMATORS)
+    assert len(set(image_names())) == len(image_names())
     assert not set(pass_settings()) & set(passes_without_settings())

@@ -11,11 +11,12 @@ import moderngl
 import numpy as np
 import pytest
 
+from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.settings import METHODS, Settings
+from ssdo_gl.settings import Settings
 from ssdo_gl.window.camera.controls import Controls
 from ssdo_gl.window.panel.histogram import BINS_PER_STOP, STOPS, radiance_histogram
 from ssdo_gl.window.viewer import Viewer
@@ -135,7 +136,7 @@ def test_help_covers_the_middle(gl, drawn: DrawnOverlay) -> None:
     assert np.abs(after - before)[300:400, 400:500].max() > 30
 
 
-@pytest.mark.parametrize("method", METHODS[:4])
+@pytest.mark.parametrize("method", list(METHODS)[:4])
 def test_every_section_draws_for_every_method(
     gl, drawn: DrawnOverlay, all_open, method: str
 ) -> None:

@@ -14,10 +14,11 @@ from PIL import Image
 
 from ssdo_gl.bench.presets import NAMES, load_preset
 from ssdo_gl.cli import main
+from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.settings import AOVS, METHODS, Settings
+from ssdo_gl.settings import AOVS, Settings
 from ssdo_gl.window import actions, scene_flight
 from ssdo_gl.window.actions import open_file, perform, view_command
 from ssdo_gl.window.camera.controls import Controls
@@ -151,11 +152,11 @@ def test_number_keys_show_each_image(gl, viewer, number: int) -> None:
         assert viewer.presenter.pixels().max() > 0
 
 
-@pytest.mark.parametrize("method", METHODS[:4])
+@pytest.mark.parametrize("method", list(METHODS)[:4])
 def test_methods_follow_one_another(gl, make_viewer, method: str) -> None:
     viewer = make_viewer(settings=dataclasses.replace(SETTINGS, method=method))
     ask(viewer, Command.NEXT_METHOD)
-    assert viewer.view.method == METHODS[METHODS.index(method) + 1]
+    assert viewer.view.method == list(METHODS)[list(METHODS).index(method) + 1]
     ask(viewer, Command.PREVIOUS_METHOD)
     settle(viewer)
     assert viewer.left.image.renderer.settings.method == method

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
+from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import Kind, SettingInfo, describe, info_of
-from ssdo_gl.settings.names import estimators_of
 from ssdo_gl.settings.passes import override_info, overrides_from_table, pass_settings
 
 # Beyond this ratio of its ends, or without an upper one, a slider needs a logarithmic
@@ -91,7 +91,7 @@ def main_rows(settings: Settings) -> list[ControlRow]:
         for name, info in describe(Settings).items()
         if name not in _ELSEWHERE
     ]
-    estimators = estimators_of(settings.method)
+    estimators = METHODS[settings.method].estimators
     rows = [
         dataclasses.replace(row, choices=estimators) if row.key == "estimator" else row
         for row in rows

@@ -7,10 +7,11 @@ from typing import Any
 
 from imgui_bundle import ImVec2, imgui
 
+from ssdo_gl.effects.methods import METHODS
+from ssdo_gl.effects.registry import image_names
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.settings.flags import flag_infos
-from ssdo_gl.settings.names import aov_names, method_names
 from ssdo_gl.window.actions import Host, perform
 from ssdo_gl.window.film import FILM_SUFFIXES
 from ssdo_gl.window.input_map import Action, Command
@@ -113,7 +114,7 @@ class Panel:
 
     def _view_section(self) -> None:
         viewer, view = self._viewer, self._viewer.view
-        methods, aovs = method_names(), aov_names()
+        methods, aovs = list(METHODS), image_names()
         labels = [METHOD_LABELS[name] for name in methods]
         changed, index = imgui.combo("method", methods.index(view.method), labels)
         _flag_hint("method", "T")

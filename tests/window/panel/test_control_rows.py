@@ -7,11 +7,11 @@ import math
 
 import pytest
 
+from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, describe
 from ssdo_gl.settings.flags import build_parser
-from ssdo_gl.settings.names import estimators_of, method_names
 from ssdo_gl.settings.passes import pass_settings
 from ssdo_gl.settings.resolve import resolved
 from ssdo_gl.window.panel.control_rows import (
@@ -91,11 +91,12 @@ def test_going_back_to_the_default_leaves_no_override() -> None:
     assert with_value(changed, row, default_of(row)) == Settings()
 
 
-@pytest.mark.parametrize("method", method_names())
+@pytest.mark.parametrize("method", METHODS)
 def test_estimators_are_those_of_the_method(method: str) -> None:
     rows = [row for row in main_rows(Settings(method=method)) if row.key == "estimator"]
     choices = [row.choices for row in rows]
-    assert choices == ([estimators_of(method)] if estimators_of(method) else [])
+    estimators = METHODS[method].estimators
+    assert choices == ([estimators] if estimators else [])
 
 
 def test_unit_is_part_of_the_label() -> None:
