@@ -14,12 +14,12 @@ from PIL import Image
 
 from ssdo_gl.cli import main
 from ssdo_gl.effects.methods import METHODS
-from ssdo_gl.effects.registry import image_names
+from ssdo_gl.effects.registry import image_names, pass_settings
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.environment_kinds import MapEnvironment
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.passes import pass_settings, passes_without_settings
+from ssdo_gl.settings.passes import passes_without_settings
 
 SMALL = ["--size", "32x18", "--samples", "8"]
 BOX = """
@@ -185,7 +185,7 @@ def test_version(capsys):
         (["--estimator", "zbuffer"], "estimator"),
         (["--aov", "beauty,alb"], "--aov 'alb'"),
         (["--camera", "1,2"], "--camera"),
-        (["--set", "bounce.strenght=2"], "did you mean strength"),
+        (["--set", "bounce.strenght=2"], "did you mean 'strength'"),
         (["--frames", "0"], "--frames = 0"),
         (["--sise", "3x3"], "--sise"),
         (["--resolution-scale", "0.7"], "--resolution-scale"),

@@ -22,6 +22,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
         "process",
         "foreign_output",
         "printable",
+        "suggestion",
         "images/color",
     ),
     ("settings/fields", "effects/estimators"),

@@ -8,7 +8,6 @@ several benches, and never a hand.
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -21,6 +20,7 @@ from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, shown
 from ssdo_gl.settings.preset_files import read_preset
+from ssdo_gl.suggestion import suggestion
 
 # What a rung decides; everything else is the user's.
 FIELDS = ("estimator", "samples", "steps", "resolution_scale", "filter")
@@ -115,7 +115,6 @@ def load_preset(name_or_file: str, method: str | None = None) -> dict[str, Any]:
         return fitting(fields, method or Settings().method)
     path = Path(name_or_file)
     if path.suffix != ".toml":
-        near = difflib.get_close_matches(name_or_file, NAMES, n=1)
-        hint = f"did you mean {near[0]}?" if near else f"choose {', '.join(NAMES)}"
-        raise SettingError(f"--preset {shown(name_or_file)}: {hint} or a .toml file")
+        hint = suggestion(name_or_file, NAMES)
+        raise SettingError(f"--preset {shown(name_or_file)}: expected a name or a .toml file{hint}")
     return read_preset(path)

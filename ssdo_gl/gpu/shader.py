@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import hashlib
 import struct
 from collections.abc import Mapping
@@ -22,6 +21,7 @@ from ssdo_gl.gpu.shader_source import (
     check_varyings,
     flatten,
 )
+from ssdo_gl.suggestion import suggestion
 
 __all__ = ["Program", "ShaderError", "ShaderLibrary"]
 
@@ -133,8 +133,7 @@ class Program:
 
     def _declaration(self, name: str) -> UniformDeclaration:
         if name not in self._declared:
-            near = difflib.get_close_matches(name, self._declared, n=1)
-            hint = f"; did you mean {near[0]}?" if near else ""
+            hint = suggestion(name, self._declared, lists=False)
             raise ShaderError(f"{self.name}: no uniform is called {name}{hint}")
         return self._declared[name]
 

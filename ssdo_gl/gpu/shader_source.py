@@ -7,11 +7,12 @@ flattened lines to files, and refuses what a driver would let pass.
 
 from __future__ import annotations
 
-import difflib
 import operator
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+
+from ssdo_gl.suggestion import suggestion
 
 Reader = Callable[[str], str]
 
@@ -164,8 +165,7 @@ def check_mentioned(defines: Iterable[str], stages: Iterable[FlatSource]) -> Non
     for name in defines:
         if name not in words:
             files = " and ".join(stage.name for stage in stages)
-            near = difflib.get_close_matches(name, [w for w in words if w.isupper()], n=1)
-            hint = f"; did you mean {near[0]}?" if near else ""
+            hint = suggestion(name, filter(str.isupper, words), lists=False)
             raise ShaderError(f"{files}: the define {name} is never mentioned{hint}")
 
 

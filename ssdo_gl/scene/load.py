@@ -15,7 +15,7 @@ from ssdo_gl.scene.formats import (
     scene_suffixes,
 )
 from ssdo_gl.scene.scene import Scene, SceneError
-from ssdo_gl.scene.table import suggestion
+from ssdo_gl.suggestion import suggestion
 
 
 def load_scene(source: str | Path) -> Scene:
@@ -44,7 +44,7 @@ def load_scene(source: str | Path) -> Scene:
         valid = ", ".join((*scene_suffixes(), *model_suffixes()))
         raise SceneError(f"{text[:200]}: expected a file ending in one of {valid}")
     shown = text if len(text) <= 60 else f"{text[:57]}..."
-    raise SceneError(f"no built-in scene is called {shown!r}; {suggestion(text, names)}")
+    raise SceneError(f"no built-in scene is called {shown!r}{suggestion(text, names)}")
 
 
 def builtin_names() -> list[str]:

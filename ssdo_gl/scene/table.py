@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NoReturn
@@ -15,18 +14,11 @@ from ssdo_gl.scene.material import Color
 from ssdo_gl.scene.numbers import LARGEST_COORDINATE, finite
 from ssdo_gl.scene.scene import SceneError
 from ssdo_gl.settings.fields import shown
+from ssdo_gl.suggestion import suggestion
 
 # The sine of the angle between two edges below which the float64 cross product is
 # rounding noise rather than an area.
 FLAT_SINE = 1e-12
-
-
-def suggestion(name: str, known: Sequence[str]) -> str:
-    """Return "; did you mean ...?" or, without a near name, the list of all."""
-    near = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
-    if near:
-        return f"did you mean {near[0]!r}?"
-    return f"known: {', '.join(known)}" if known else "none is known here"
 
 
 class Table:
@@ -60,7 +52,7 @@ class Table:
         for key in self.data:
             if key not in known:
                 hint = suggestion(key, known)
-                raise SceneError(f"{self.where()}: unknown key {shown(key)}; {hint}")
+                raise SceneError(f"{self.where()}: unknown key {shown(key)}{hint}")
 
     def __contains__(self, key: str) -> bool:
         return key in self.data
@@ -110,8 +102,7 @@ class Table:
         if not isinstance(value, str):
             self.fail(key, f"expected one of {', '.join(choices)}" if choices else "expected text")
         if choices and value not in choices:
-            near = difflib.get_close_matches(value, choices, n=1)
-            hint = f"; did you mean {near[0]!r}?" if near else ""
+            hint = suggestion(value, choices, lists=False)
             self.fail(key, f"expected one of {', '.join(choices)}{hint}")
         return value
 

@@ -7,15 +7,16 @@ documentation - asks the `SettingInfo` of its field and keeps no list of its own
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import numbers
 import re
 import types
 import typing
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any
+
+from ssdo_gl.suggestion import suggestion
 
 Choices = tuple[str | float, ...]
 # Shaders compute in float32; what lies beyond would arrive there as infinity.
@@ -141,8 +142,7 @@ class SettingInfo:
     def fault(self, value: Any) -> str:
         """Return the line that refuses `value`: what it is and what would be valid."""
         names = [choice for choice in self.choices if isinstance(choice, str)]
-        near = difflib.get_close_matches(value, names, n=1) if isinstance(value, str) else []
-        hint = f"; did you mean {near[0]!r}?" if near else ""
+        hint = suggestion(value, names, lists=False) if isinstance(value, str) else ""
         return f"{self.name} = {shown(value)}: expected {self.expected}{hint}"
 
 
@@ -250,13 +250,6 @@ def info_of(settings_class: type[Any], name: str, what: str = "setting") -> Sett
     if name not in infos:
         raise SettingError(f"unknown {what} {shown(name)}{suggestion(name, infos)}")
     return infos[name]
-
-
-def suggestion(name: str, known: Iterable[str]) -> str:
-    """Return the end of a message on an unknown name: the nearest one, or all."""
-    names = list(known)
-    near = difflib.get_close_matches(name, names, n=1)
-    return f"; did you mean {near[0]}?" if near else f"; choose one of {', '.join(names)}"
 
 
 def check(settings: Any) -> None:

@@ -13,8 +13,8 @@ from ssdo_gl.settings.fields import (
     info_of,
     parse,
     shown,
-    suggestion,
 )
+from ssdo_gl.suggestion import suggestion
 
 _WITHOUT_SETTINGS = (
     "gbuffer",
@@ -29,11 +29,6 @@ _WITHOUT_SETTINGS = (
     "constant_visibility",
     "constant_directional_irradiance",
 )
-
-
-def pass_settings() -> Mapping[str, type[Any]]:
-    """Return the settings class of every pass that has settings, by the pass' name."""
-    return registry.pass_settings()
 
 
 def passes_without_settings() -> Sequence[str]:
@@ -83,7 +78,7 @@ def overrides_from_table(table: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _settings_class(pass_name: str) -> type[Any]:
-    known = pass_settings()
+    known = registry.pass_settings()
     if pass_name in passes_without_settings():
         raise SettingError(f"the pass {pass_name} has no settings")
     if pass_name not in known:

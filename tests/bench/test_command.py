@@ -125,7 +125,9 @@ def test_mistakes_are_named(tmp_path, capsys):
     assert "--snapshot" in refused(
         capsys, ["corner", "--bench", str(tmp_path / "b"), "--snapshot", out]
     )
-    assert "did you mean fine" in refused(capsys, ["corner", "--preset", "fin", "--snapshot", out])
+    assert "did you mean 'fine'" in refused(
+        capsys, ["corner", "--preset", "fin", "--snapshot", out]
+    )
     assert "--budget-ms = 0.0" in refused(capsys, ["corner", "--budget-ms", "0", "--snapshot", out])
     assert "--recalibrate belongs" in refused(
         capsys, ["corner", "--recalibrate", "--snapshot", out]

@@ -63,7 +63,7 @@ def test_a_preset_file(tmp_path):
 
 
 def test_an_unknown_preset_is_named():
-    with pytest.raises(SettingError, match="did you mean balanced"):
+    with pytest.raises(SettingError, match="did you mean 'balanced'"):
         load_preset("balancd")
     with pytest.raises(SettingError, match=r"missing\.toml"):
         load_preset("missing.toml")

@@ -160,7 +160,7 @@ def test_defines_are_capitals(name):
 
 def test_define_that_no_stage_mentions_is_refused_with_a_suggestion():
     source = flat(HEAD + "int a = STEP_COUNT; // STEPS\n", {"STEPS_COUNT": 1})
-    with pytest.raises(ShaderError, match=r"a\.frag.*STEPS_COUNT.*did you mean STEP_COUNT"):
+    with pytest.raises(ShaderError, match=r"a\.frag.*STEPS_COUNT.*did you mean 'STEP_COUNT'"):
         check_mentioned(["STEPS_COUNT"], [source])
 
 

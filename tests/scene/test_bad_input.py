@@ -38,7 +38,7 @@ SPHERE = '[[object]]\nshape = "sphere"\nradius = 1\n'
             "[[object]]\nshape = 'sphere'\nradius = 1\nname = 'ball'\nrepeat = { cont = 1 }\n",
             ["[[object]] 1 ('ball') repeat", "'cont'", "'count'"],
         ),
-        ("xyzzy = 1\n", ["'xyzzy'", "known: title"]),
+        ("xyzzy = 1\n", ["'xyzzy'", "choose one of title"]),
         # Types.
         ("title = 3\n", ["title = 3", "expected text"]),
         ("camera = 3\n", ["camera = 3", "expected a table"]),

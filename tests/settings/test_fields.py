@@ -61,7 +61,7 @@ def test_texts_become_values(name, text, value):
         ("size", "-5x5", "size"),
         ("size", "5.5x5", "size"),
         ("size", "17x1", "size"),
-        ("cuont", "3", "did you mean count?"),
+        ("cuont", "3", "did you mean 'count'?"),
     ],
 )
 def test_wrong_values_are_refused_with_what_is_valid(name, text, said):

@@ -86,7 +86,7 @@ def test_overrides_may_be_dotted(tmp_path: Path, key: str) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("sampels = 3", "unknown setting 'sampels'; did you mean samples?"),
+        ("sampels = 3", "unknown setting 'sampels'; did you mean 'samples'?"),
         ("samples = 1_000_000", "samples = 1000000: expected a whole number from 1 to 1024"),
         ("samples = '8'", "samples = '8'"),
         ("samples = true", "samples = True"),
@@ -100,7 +100,7 @@ def test_overrides_may_be_dotted(tmp_path: Path, key: str) -> None:
         ("overrides = 3", "overrides = 3: expected a table"),
         ("overrides = {a = 3}", "overrides: 'a': expected a key like"),
         ("[overrides]\n'bounce.strenght' = 2", "bounce: unknown setting 'strenght'"),
-        ("[overrides]\n'bunce.strength' = 2", "unknown pass 'bunce'; did you mean bounce?"),
+        ("[overrides]\n'bunce.strength' = 2", "unknown pass 'bunce'; did you mean 'bounce'?"),
         ("[overrides]\n'bounce.strength' = -2", "bounce: strength = -2: expected a number"),
         ("[overrides]\n'bounce.strength' = 'x'", "bounce: strength = 'x'"),
         ("[overrides.bounce.strength]\nx = 1", "bounce: strength = {'x': 1}"),

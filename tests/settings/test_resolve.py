@@ -49,7 +49,7 @@ def test_another_method_drops_the_scenes_estimator():
         ({"exposure": float("inf")}, "exposure = inf: expected a number from -60 to 60 EV"),
         ({"exposure": 1e5}, "exposure = 100000.0"),
         ({"max_error": 0.0}, "max_error = 0.0"),
-        ({"overrides": {"bounce.strenght": 2.0}}, "did you mean strength?"),
+        ({"overrides": {"bounce.strenght": 2.0}}, "did you mean 'strength'?"),
     ],
 )
 def test_values_out_of_range_name_the_setting_and_what_is_valid(flags, said):
@@ -59,7 +59,7 @@ def test_values_out_of_range_name_the_setting_and_what_is_valid(flags, said):
 
 
 def test_an_unknown_setting_suggests_a_known_one():
-    with pytest.raises(SettingError, match="unknown setting 'sampels'; did you mean samples"):
+    with pytest.raises(SettingError, match="unknown setting 'sampels'; did you mean 'samples'"):
         settings_for({}, {"sampels": 3})
 
 
@@ -108,8 +108,8 @@ def test_each_filter_has_settings_of_its_own(name):
     ("text", "said"),
     [
         ("bounce", "expected PASS.FIELD=VALUE"),
-        ("bunce.strength=1", "did you mean bounce"),
-        ("bounce.strenght=1", "did you mean strength"),
+        ("bunce.strength=1", "did you mean 'bounce'"),
+        ("bounce.strenght=1", "did you mean 'strength'"),
         ("bounce.strength=-1", "expected a number from 0"),
         ("bounce.strength=inf", "strength = inf"),
         ("gbuffer.size=1", "the pass gbuffer has no settings"),
@@ -169,7 +169,7 @@ def test_scene_settings_are_taken_once():
 
 
 def test_a_scene_setting_of_no_known_name_is_refused():
-    with pytest.raises(SettingError, match="unknown setting 'sampels'; did you mean samples"):
+    with pytest.raises(SettingError, match="unknown setting 'sampels'; did you mean 'samples'"):
         resolved(Settings(), scene_with(sampels=3))
 
 

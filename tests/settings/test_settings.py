@@ -9,7 +9,7 @@ import pytest
 
 from ssdo_gl.effects.estimators import ESTIMATORS
 from ssdo_gl.effects.methods import METHODS
-from ssdo_gl.effects.registry import image_names
+from ssdo_gl.effects.registry import image_names, pass_settings
 from ssdo_gl.scene.formats.toml import read_description
 from ssdo_gl.scene.scene import SceneError
 from ssdo_gl.settings import Settings
@@ -22,7 +22,7 @@ from ssdo_gl.settings.fields import (
     value_text,
 )
 from ssdo_gl.settings.flags import RunOptions, build_parser, read_command, settings_table
-from ssdo_gl.settings.passes import pass_settings, passes_without_settings
+from ssdo_gl.settings.passes import passes_without_settings
 from ssdo_gl.settings.preset_files import preset_fields, preset_text
 from ssdo_gl.settings.settings import same_as
 from ssdo_gl.window.panel.control_rows import default_of, main_rows

@@ -20,7 +20,8 @@ from ssdo_gl.scene.formats.toml.motions import MOTION_TABLE, read_motion, spins_
 from ssdo_gl.scene.lights import Shadow
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import MAX_INSTANCES, SceneObject
-from ssdo_gl.scene.table import Table, suggestion
+from ssdo_gl.scene.table import Table
+from ssdo_gl.suggestion import suggestion
 
 _COMMON = ("shape", "name", "material", "transform", "repeat", MOTION_TABLE, "shadow")
 # Each of them is an object of its own.
@@ -99,8 +100,8 @@ def _material(table: Table, material_of_name: dict[str, int]) -> int | None:
         return None
     name = table.text("material")
     if name not in material_of_name:
-        hint = suggestion(name, list(material_of_name))
-        table.fail("material", f"no [materials.{name[:40]}] in this file; {hint}")
+        hint = suggestion(name, material_of_name)
+        table.fail("material", f"no [materials.{name[:40]}] in this file{hint}")
     return material_of_name[name]
 
 
