@@ -12,7 +12,7 @@ from typing import Any
 from ssdo_gl.bench.metrics import MissingLibraryError
 from ssdo_gl.bench.storage import BenchError
 from ssdo_gl.gpu.context import ContextError
-from ssdo_gl.images.files import OutputError, check_output
+from ssdo_gl.images.files import OutputError, check_output, picture_paths
 from ssdo_gl.printable import printable
 from ssdo_gl.process import EXIT_INTERRUPTED, exit_code, signals_as_exceptions, steadfast_output
 from ssdo_gl.scene.camera import Camera
@@ -92,10 +92,17 @@ def command_text(arguments: Sequence[str] | None) -> str:
     return shlex.join(["ssdo-gl", *(sys.argv[1:] if arguments is None else arguments)])
 
 
-def _check_outputs(run: RunOptions) -> None:
+def _check_outputs(run: RunOptions, wanted: Sequence[str]) -> None:
     """Refuse outputs that cannot be written, before anybody waits for them."""
+    for flag in ("snapshot", "stats", "bench"):
+        if getattr(run, flag) == "":
+            raise UsageError(f"--{flag} '': the name is empty")
     if run.snapshot is not None:
-        check_output(Path(run.snapshot))
+        out = Path(run.snapshot)
+        check_output(out)
+        if out.suffix.lower() == ".png":
+            for path in picture_paths(out, wanted).values():
+                check_output(path)
     if run.stats is not None:
         check_output(Path(run.stats), (".json",))
     if modes.WINDOW in run.active and run.backend not in _WINDOW_BACKENDS:
@@ -121,8 +128,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
     """Carry out one command line; raises the user-facing errors."""
     command = read_command(arguments)
     options = command.run
-    _check_outputs(options)
     wanted = wanted_aovs(options)
+    _check_outputs(options, wanted)
     given = _with_preset(command)
     view = camera_from_text(options.camera) if options.camera is not None else None
     # Flags are checked before the scene is read, so that a typo costs no waiting.

@@ -16,9 +16,8 @@ def replace_whole(path: Path, data: bytes) -> None:
     """
     temporary = None
     try:
-        with tempfile.NamedTemporaryFile(
-            dir=path.parent, prefix=f".{path.name}.", delete=False
-        ) as file:
+        # Not after the file: a name may be as long as the file system allows.
+        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=".ssdo-gl-", delete=False) as file:
             temporary = Path(file.name)
             file.write(data)
         # NamedTemporaryFile makes files private; give what a plain open() would.

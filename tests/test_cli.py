@@ -307,6 +307,21 @@ def test_bad_outputs(tmp_path, capsys, name, said):
     assert said in line
 
 
+def test_every_picture_is_checked_before_anything_is_drawn(tmp_path, capsys):
+    (tmp_path / "a-depth.png").mkdir()
+    out = str(tmp_path / "a.png")
+    assert main(["corner", "--snapshot", out, "--aov", "beauty,depth", *SMALL]) == 2
+    assert "a-depth.png: is a folder" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["a-depth.png"]
+
+
+@pytest.mark.parametrize("flag", ["--snapshot", "--bench"])
+def test_an_empty_name_is_not_the_folder_one_is_in(tmp_path, capsys, monkeypatch, flag):
+    monkeypatch.chdir(tmp_path)
+    assert f"{flag} '': the name is empty" in refused(capsys, ["corner", flag, ""])
+    assert not list(tmp_path.iterdir())
+
+
 def test_no_usable_opengl_is_exit_3(tmp_path, capsys, monkeypatch):
     from ssdo_gl.gpu import context
 

@@ -25,7 +25,13 @@ from ssdo_gl.headless.explain import (
 )
 from ssdo_gl.headless.progress import progress_on_terminal
 from ssdo_gl.images.display import picture_of
-from ssdo_gl.images.files import exr_bytes, npz_bytes, png_bytes, write_atomically
+from ssdo_gl.images.files import (
+    exr_bytes,
+    npz_bytes,
+    picture_paths,
+    png_bytes,
+    write_atomically,
+)
 from ssdo_gl.printable import printable
 from ssdo_gl.render_result import RenderResult
 from ssdo_gl.renderer import Renderer
@@ -123,8 +129,7 @@ def write_images(
     if suffix == ".exr":
         write_atomically(out, exr_bytes(result.images, meta_without_times(meta)))
         return
-    for name in aovs:
-        path = out if len(aovs) == 1 or name == "beauty" else out.with_stem(f"{out.stem}-{name}")
+    for name, path in picture_paths(out, aovs).items():
         if name == "beauty":
             pixels = picture_of("display", result.images["display"])
         else:

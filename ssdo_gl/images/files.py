@@ -6,7 +6,7 @@ import io
 import json
 import os
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -31,11 +31,18 @@ def check_output(path: Path, suffixes: tuple[str, ...] = SUFFIXES) -> None:
     """
     if suffixes and path.suffix.lower() not in suffixes:
         raise OutputError(f"{path}: the suffix must be one of {', '.join(suffixes)}")
-    if path.is_dir():
+    # Of os.path: an answer for names that the file system refuses, too.
+    if os.path.isdir(path):
         raise OutputError(f"{path}: is a folder; name a file")
     folder = path.parent
-    if not folder.is_dir():
+    if not os.path.isdir(folder):
         raise OutputError(f"{path}: the folder {folder} does not exist")
+    try:
+        path.lstat()
+    except FileNotFoundError:
+        pass
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be written: {error.strerror}") from None
     try:
         with tempfile.TemporaryFile(dir=folder):
             pass
@@ -43,6 +50,13 @@ def check_output(path: Path, suffixes: tuple[str, ...] = SUFFIXES) -> None:
         raise OutputError(f"{path}: cannot write to {folder}: {error.strerror}") from None
     if path.exists() and not os.access(path, os.W_OK):
         raise OutputError(f"{path}: is not writable")
+
+
+def picture_paths(out: Path, names: Sequence[str]) -> dict[str, Path]:
+    """Return the file of each image where `out` is a picture: ``out-name.png`` beside `out`."""
+    if len(names) == 1:
+        return {names[0]: out}
+    return {n: out if n == "beauty" else out.with_stem(f"{out.stem}-{n}") for n in names}
 
 
 def write_atomically(path: Path, data: bytes) -> None:

@@ -85,9 +85,18 @@ def test_a_failing_write_leaves_the_old_file(tmp_path, monkeypatch):
         ("a.jpg", "suffix must be one of .png, .exr, .npz"),
         ("nowhere/a.png", "does not exist"),
         ("folder.png", "is a folder"),
+        ("a" * 252 + ".png", "cannot be written: File name too long"),
+        ("a" * 256 + "/a.png", "does not exist"),
     ],
 )
 def test_outputs_that_cannot_be_written_are_refused_before_rendering(tmp_path, name, said):
     (tmp_path / "folder.png").mkdir()
     with pytest.raises(OutputError, match=said):
         check_output(tmp_path / name)
+
+
+def test_the_longest_name_is_written(tmp_path):
+    path = tmp_path / ("a" * 251 + ".png")
+    check_output(path)
+    write_atomically(path, b"new")
+    assert [p.read_bytes() for p in tmp_path.iterdir()] == [b"new"]
