@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import time
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -26,6 +27,8 @@ from ssdo_gl.scene.animate import scene_at
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
+from ssdo_gl.settings.fields import SettingError, shown
+from ssdo_gl.settings.names import aov_names
 from ssdo_gl.settings.resolve import resolved
 
 
@@ -148,7 +151,9 @@ class FrameLoop:
     def _prepare(self, wanted: Iterable[str], camera: Camera | None, seconds: float) -> FrameJob:
         """Bring scene and geometry to their state at `seconds`, and plan a frame of it."""
         self._activate()
-        names = tuple(dict.fromkeys(wanted))
+        names = checked_images(wanted)
+        if not math.isfinite(seconds):
+            raise SettingError(f"seconds = {seconds!r}: expected a finite number")
         self._follow(self._scene_at(seconds))
         view = self._view(camera or self.scene.camera)
         start = time.perf_counter()
@@ -229,6 +234,20 @@ class FrameLoop:
         output = job.pipeline.outputs[name]
         texture = None if output.resource is None else self._executor.texture(output.resource)
         return Plane(texture, output.first_channel, output.channels, output.neutral)
+
+
+def checked_images(wanted: Iterable[str], frames: int = 1) -> tuple[str, ...]:
+    """Return the images that are asked for, each once; raises SettingError, on `frames` too."""
+    if frames < 1:
+        raise SettingError(f"frames = {frames!r}: expected a whole number from 1")
+    if isinstance(wanted, str):
+        raise SettingError(f"images = {shown(wanted)}: expected a list of names")
+    names = tuple(dict.fromkeys(wanted))
+    known = (*aov_names(), "display")
+    for name in names:
+        if name not in known:
+            raise SettingError(f"image {shown(name)}: choose of {', '.join(known)}")
+    return names
 
 
 def _is_same(a: Sequence[object], b: Sequence[object]) -> bool:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ssdo_gl.frame_loop import FrameJob, FrameLoop
+from ssdo_gl.frame_loop import FrameJob, FrameLoop, checked_images
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.graph.render_pass import ProgressCallback
@@ -79,8 +79,13 @@ class Renderer(FrameLoop):
             and every frame recomputes all that depends on the view.
         time_passes : bool
             Time every pass, too.
+
+        Raises
+        ------
+        SettingError
+            Naming an image that does not exist, or a number out of range.
         """
-        names = tuple(dict.fromkeys(wanted))
+        names = checked_images(wanted, frames)
         averaged = tuple(name for name in names if name not in GEOMETRY_AOVS)
         count, partial = self.settings.antialias if averaged else 1, False
         centres: dict[str, Image] = {}
@@ -90,8 +95,7 @@ class Renderer(FrameLoop):
             centres = self._at_centres(tuple(geometry), camera, seconds)
             names = averaged
         job = self._prepare(names, camera, seconds)
-        log = FrameLog()
-        average = ImageAverage()
+        log, average = FrameLog(), ImageAverage()
         for index in range(count):
             frame = self._frame(job.view, index, count)
             self._run(job.plan, frame, log, time_passes, progress)

@@ -119,3 +119,23 @@ def test_fields_that_were_not_given_yield_to_the_scene(device, shaders):
         assert renderer.render().images["beauty"].shape == (10, 20, 4)
         renderer.use(Settings(samples=64))
         assert (renderer.settings.samples, renderer.settings.size) == (64, (20, 10))
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ({"wanted": ["beauty", "shine"]}, "image 'shine': choose of beauty, .*, display"),
+        ({"wanted": [None]}, "image None"),
+        ({"wanted": "beauty"}, "expected a list of names"),
+        ({"seconds": float("nan")}, "seconds = nan"),
+        ({"frames": 0}, "frames = 0"),
+    ],
+)
+def test_what_cannot_be_rendered_is_refused_by_name(asked, said):
+    """A black image of a name that does not exist would be taken for an answer."""
+    with Renderer(load_scene("corner"), SMALL) as renderer:
+        with pytest.raises(SettingError, match=said):
+            renderer.render(**asked)
+        if said.startswith("image"):
+            with pytest.raises(SettingError, match=said):
+                renderer.time_frame(asked["wanted"])
