@@ -80,9 +80,11 @@ def lighting_for(
     level = _percentile(radiance[lit], weight[lit], _PERCENTILE) if lit.any() else 0.0
     is_lit = lit & (radiance >= _DARK_SHARE * level)
     coverage = float(weight[is_lit].sum() / weight.sum())
-    if coverage >= _NEEDED_COVERAGE and exposure <= most:
+    # A glow next to nothing, where it is all there is, shows nothing.
+    is_black = level * 2.0 ** min(exposure, most) < _TARGET_RADIANCE * 2.0**-_MAX_LAMP_EV
+    if coverage >= _NEEDED_COVERAGE and exposure <= most and not is_black:
         return Lighting(_rounded(min(exposure, highest)), "none")
-    if not has_lamps or not lit.any() or exposure > most:
+    if not has_lamps or is_black or exposure > most:
         return Lighting(_rounded(float(np.clip(highest, _MIN_FILLED_EV, 0.0))), "sky and key")
     return Lighting(_rounded(min(exposure, highest)), "sky")
 

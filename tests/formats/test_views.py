@@ -85,6 +85,16 @@ def test_one_glowing_part_leaves_no_model_black(glb: GlbWriter, tmp_path: Path) 
     assert any("leaves most of the picture dark" in note for note in scene.notes)
 
 
+@pytest.mark.parametrize("glow", [1e-4, 1e-30])
+def test_a_glow_next_to_nothing_leaves_no_picture_black(
+    glow: float, glb: GlbWriter, tmp_path: Path
+) -> None:
+    """All that the camera sees glows, evenly, and so little that it would show black."""
+    solid(glb, -1.0, 1.0, emissiveFactor=[glow] * 3)
+    _, seen = drawn(glb, tmp_path)
+    assert 0.1 < seen.mean() < 1.0
+
+
 @pytest.mark.parametrize("glow", [1e-3, 1e-30])
 def test_emission_next_to_nothing_raises_no_exposure(
     glow: float, glb: GlbWriter, tmp_path: Path
