@@ -114,7 +114,7 @@ class Table:
             usable = [number for number in numbers if number is not None]
             if len(usable) == count:
                 return np.array(usable)
-        self.fail(key, f"expected {count} finite numbers, [x, y, z]")
+        self.fail(key, f"expected {count} finite numbers up to {LARGEST_COORDINATE:g}, [x, y, z]")
 
     def vector(self, key: str, default: Vector | None = None) -> Vector:
         """Return three finite numbers."""
@@ -181,6 +181,7 @@ def _range_text(low: float, high: float, open_ends: bool) -> str:
     ends = []
     if low > -math.inf:
         ends.append(f"{more} {low:g}")
-    if high < math.inf:
-        ends.append(f"{less} {high:g}")
-    return " " + " and ".join(ends) if ends else ""
+    if high == math.inf:
+        less, high = "at most", LARGEST_COORDINATE
+    ends.append(f"{less} {high:g}")
+    return " " + " and ".join(ends)

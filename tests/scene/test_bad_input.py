@@ -113,7 +113,16 @@ SPHERE = '[[object]]\nshape = "sphere"\nradius = 1\n'
         (SPHERE + "repeat = { count = [1, 0, 1], step = [1, 1, 1] }\n", ["count", ">= 1"]),
         (SPHERE + "repeat = { count = 2.5, step = [1, 1, 1] }\n", ["count = 2.5", ">= 1"]),
         (SPHERE + "repeat = { count = [9999, 9999, 1], step = [1, 1, 1] }\n", ["1048576 copies"]),
-        (SPHERE + "animate = { sway = [0, 1, 0], period = 0 }\n", ["period = 0", "greater than 0"]),
+        (SPHERE + "animate = { sway = [0, 1, 0], period = 0 }\n", ["period = 0", "at least 1e-06"]),
+        (
+            SPHERE + "animate = { sway = [0, 1, 0], period = 1e-310 }\n",
+            ["period = 1e-310", "at least 1e-06"],
+        ),
+        (SPHERE + "animate = { sway = [0, 1e20, 0] }\n", ["3 finite numbers up to 1e+15"]),
+        (
+            "[[object]]\nshape = 'sphere'\nradius = 1e20\n",
+            ["radius = 1e+20", "greater than 0 and at most 1e+15"],
+        ),
         (SPHERE + "material = 'rd'\n[materials.red]\n", ["material = 'rd'", "did you mean 'red'"]),
         (SPHERE + "material = 'red'\n", ["no [materials.red] in this file"]),
         ("[[light]]\nkind = 'point'\nposition = [0,0,0]\n", ["'intensity' is missing"]),

@@ -8,6 +8,8 @@ from ssdo_gl.scene.table import Table
 
 MOTION_TABLE = "animate"
 KEYS = ("spin", "pivot", "orbit", "orbit_center", "sway", "period")
+# Seconds; at the largest time that may be asked for, the phase is still a number.
+_SHORTEST_PERIOD = 1e-6
 _ZERO: Vector = (0.0, 0.0, 0.0)
 
 
@@ -26,7 +28,7 @@ def read_motion(table: Table, center: Vector) -> Motion | None:
         pivot=animate.vector("pivot", center),
         orbit_center=animate.vector("orbit_center", _ZERO),
         sway=animate.vector("sway", _ZERO),
-        period=animate.number("period", 4.0, low=0.0, open_ends=True),
+        period=animate.number("period", 4.0, low=_SHORTEST_PERIOD),
     )
     moves = any(motion.spin) or any(motion.orbit) or any(motion.sway)
     return motion if moves else None
