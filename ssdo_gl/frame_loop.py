@@ -12,6 +12,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from ssdo_gl.effects.registry import image_names
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.gpu.device_geometry import CameraPose, Geometry
 from ssdo_gl.gpu.shader import ShaderLibrary
@@ -28,7 +29,6 @@ from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, shown
-from ssdo_gl.settings.names import aov_names
 from ssdo_gl.settings.resolve import resolved
 
 
@@ -243,7 +243,7 @@ def checked_images(wanted: Iterable[str], frames: int = 1) -> tuple[str, ...]:
     if isinstance(wanted, str):
         raise SettingError(f"images = {shown(wanted)}: expected a list of names")
     names = tuple(dict.fromkeys(wanted))
-    known = (*aov_names(), "display")
+    known = (*image_names(), "display")
     for name in names:
         if name not in known:
             raise SettingError(f"image {shown(name)}: choose of {', '.join(known)}")
