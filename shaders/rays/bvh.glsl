@@ -284,9 +284,8 @@ BvhHit bvh_nearest(vec3 origin, vec3 w, float t_max)
 }
 
 // Whether there is any.
-bool bvh_is_blocked(vec3 origin, vec3 w, float t_max)
+bool bvh_meets_any(BvhRay ray, float t_max)
 {
-    BvhRay ray = bvh_ray(origin, w);
     BvhWalk walk = bvh_begin(ray, t_max);
     while (walk.goes_on) {
         bvh_step(ray, walk);
@@ -295,16 +294,14 @@ bool bvh_is_blocked(vec3 origin, vec3 w, float t_max)
     return walk.hit.record >= 0;
 }
 
-// The same for a ray to a light.
+bool bvh_is_blocked(vec3 origin, vec3 w, float t_max)
+{
+    return bvh_meets_any(bvh_ray(origin, w), t_max);
+}
+
 bool bvh_light_is_blocked(vec3 origin, vec3 w, float t_max)
 {
-    BvhRay ray = bvh_ray_to_light(origin, w);
-    BvhWalk walk = bvh_begin(ray, t_max);
-    while (walk.goes_on) {
-        bvh_step(ray, walk);
-        walk.goes_on = walk.goes_on && walk.hit.record < 0;
-    }
-    return walk.hit.record >= 0;
+    return bvh_meets_any(bvh_ray_to_light(origin, w), t_max);
 }
 
 // Both for two rays from one point: whether anything blocks the first, and what the second

@@ -35,6 +35,13 @@ class Cleaned:
     bad_normals: int = 0
 
 
+def check_vertices(named: NDArray[np.int64], count: int) -> None:
+    """Raise ValueError if any of the vertices that faces name is not one of `count`."""
+    wrong = named[(named < 0) | (named >= count)]
+    if wrong.size:
+        raise ValueError(f"a face refers to vertex {wrong.max()} of {count}")
+
+
 def cleaned_mesh(
     positions: FloatArray,
     triangles: NDArray[np.int64],
@@ -57,9 +64,7 @@ def cleaned_mesh(
     ValueError
         If a triangle names a vertex that does not exist.
     """
-    if len(triangles) and (triangles.min() < 0 or triangles.max() >= len(positions)):
-        wrong = triangles.max() if triangles.max() >= len(positions) else triangles.min()
-        raise ValueError(f"a face refers to vertex {wrong} of {len(positions)}")
+    check_vertices(triangles, len(positions))
     finite = np.all(np.isfinite(positions)[triangles], axis=(1, 2))
     not_finite = int(len(triangles) - np.count_nonzero(finite))
     triangles = triangles[finite]

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.topology import check_vertices
 
 # Corners squared, summed over the polygons whose ears are clipped: 1 s for a star that
 # crosses itself everywhere, .04 s for an outline that does not.
@@ -44,9 +45,7 @@ def triangulated(
     ValueError
         If a corner names a vertex that does not exist.
     """
-    if len(corners) and (corners.min() < 0 or corners.max() >= len(positions)):
-        wrong = corners.max() if corners.max() >= len(positions) else corners.min()
-        raise ValueError(f"a face refers to vertex {wrong} of {len(positions)}")
+    check_vertices(corners, len(positions))
     starts = np.cumsum(counts) - counts
     fans = np.maximum(counts - 2, 0)
     polygons = np.repeat(np.arange(len(counts)), fans)
