@@ -23,7 +23,6 @@ from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterSettings
 from ssdo_gl.passes.environment_uniforms import (
     MAP_IRRADIANCE,
     MAP_RADIANCE,
-    environment_kind,
     environment_uniforms,
 )
 from ssdo_gl.passes.light_rows import UNSHADOWED_ROWS, light_rows
@@ -33,12 +32,15 @@ from ssdo_gl.passes.screen_space_settings import (
     estimator_uniforms,
     kept_resources,
 )
-from ssdo_gl.scene.environment_kinds import ConstantEnvironment
+from ssdo_gl.scene.environment_kinds import (
+    ENVIRONMENT_KINDS,
+    ConstantEnvironment,
+    EnvironmentKind,
+    kind_of,
+)
 from ssdo_gl.scene.lights import Form, Light
 from ssdo_gl.settings.fields import setting
 
-# By `SceneContent.environment`, for lib/environment.glsl.
-ENVIRONMENT_NUMBERS = {"none": 0, "constant": 1, "gradient": 2, "map": 3}
 CONTROL_NUMBERS = {"none": 0, "ratio": 1, "subtract": 2}
 
 
@@ -111,7 +113,7 @@ class DirectionalPass(RenderPass):
         self,
         settings: DirectionalSettings,
         *,
-        environment: str = "none",
+        environment: EnvironmentKind = "none",
         has_back_layer: bool = False,
         needs_visibility: bool = True,
         is_open: bool = False,
@@ -145,7 +147,7 @@ class DirectionalPass(RenderPass):
                 is_open=is_open,
                 keeps_directions=keeps is not None,
             ),
-            "ENVIRONMENT_KIND": ENVIRONMENT_NUMBERS[environment],
+            "ENVIRONMENT_KIND": ENVIRONMENT_KINDS.index(environment),
             "CONTROL_VARIATE": CONTROL_NUMBERS[control],
             "LIGHT_STEP_COUNT": settings.samples if is_paper else settings.light_steps,
             "SUMS_OPEN_LIGHT": int(is_paper),
@@ -247,10 +249,9 @@ class Directional(Effect):
             return
         # Where all is open at half size, the filter leaves pixels dark of which the smaller
         # image shows nothing; a constant would not.
-        names = {value: name for name, value in ENVIRONMENT_NUMBERS.items()}
         item = DirectionalPass(
             settings,
-            environment=names[environment_kind(request.environment)],
+            environment=kind_of(request.environment),
             has_back_layer=request.runs("back_layer"),
             needs_visibility=not request.takes(LIGHTS_ONLY),
             is_open=is_open,

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.scene.environment_kinds import (
+    ENVIRONMENT_KINDS,
     ConstantEnvironment,
     Environment,
     GradientEnvironment,
+    kind_of,
 )
 
 # Resources that hold a map; the other kinds need no texture.
@@ -16,11 +18,7 @@ MAP_IRRADIANCE = "environment_irradiance"
 
 def environment_kind(environment: Environment | None) -> int:
     """Return the define ``ENVIRONMENT_KIND``: 0 none, 1 constant, 2 gradient, 3 map."""
-    if environment is None:
-        return 0
-    if isinstance(environment, ConstantEnvironment):
-        return 1
-    return 2 if isinstance(environment, GradientEnvironment) else 3
+    return ENVIRONMENT_KINDS.index(kind_of(environment))
 
 
 def environment_uniforms(frame: Frame) -> dict[str, object]:

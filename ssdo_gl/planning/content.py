@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import weakref
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
 from ssdo_gl.scene.environment_kinds import (
     ConstantEnvironment,
     Environment,
+    EnvironmentKind,
     GradientEnvironment,
     MapEnvironment,
+    kind_of,
 )
 from ssdo_gl.scene.lights import Light, Shadow
 from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.scene import Scene
-
-EnvironmentKind = Literal["none", "constant", "gradient", "map"]
 
 
 @dataclass(frozen=True)
@@ -100,11 +99,11 @@ def analyse(scene: Scene) -> SceneContent:
     unlit = [scene.materials[o.material] for o in scene.objects if o.light is None]
     emits_unlit = [material for material in unlit if material.emits]
     moving: list[SceneObject | Light] = [*scene.objects, *scene.lights]
-    kind = _kind(simplest_environment(scene.environment))
+    kind = kind_of(simplest_environment(scene.environment))
     return SceneContent(
         lights=tuple(LightContent(light.shadow, is_on=light.power > 0.0) for light in scene.lights),
         environment=kind,
-        environment_is_simplified=kind != _kind(scene.environment),
+        environment_is_simplified=kind != kind_of(scene.environment),
         has_albedo=any(max(material.albedo) > 0.0 for material in used),
         has_emission=any(material.emits for material in used),
         has_unlit_emission=bool(emits_unlit),
@@ -146,11 +145,3 @@ def _simplest_of_map(environment: MapEnvironment) -> ConstantEnvironment | None:
         return None
     r, g, b = (float(value) for value in image[0, 0]) if image.size else (0.0, 0.0, 0.0)
     return ConstantEnvironment((r, g, b))
-
-
-def _kind(environment: Environment | None) -> EnvironmentKind:
-    if environment is None:
-        return "none"
-    if isinstance(environment, ConstantEnvironment):
-        return "constant"
-    return "gradient" if isinstance(environment, GradientEnvironment) else "map"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,3 +98,15 @@ class MapEnvironment:
 
 
 Environment = ConstantEnvironment | GradientEnvironment | MapEnvironment
+EnvironmentKind = Literal["none", "constant", "gradient", "map"]
+# In the order of their numbers in shaders (``ENVIRONMENT_KIND``).
+ENVIRONMENT_KINDS: tuple[EnvironmentKind, ...] = get_args(EnvironmentKind)
+
+
+def kind_of(environment: Environment | None) -> EnvironmentKind:
+    """Return what an environment is called."""
+    if environment is None:
+        return "none"
+    if isinstance(environment, ConstantEnvironment):
+        return "constant"
+    return "gradient" if isinstance(environment, GradientEnvironment) else "map"
