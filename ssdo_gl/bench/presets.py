@@ -114,7 +114,7 @@ def load_preset(name_or_file: str, method: str | None = None) -> dict[str, Any]:
         fields = ladder.rungs[ladder.presets[name_or_file]].fields()
         return fitting(fields, method or Settings().method)
     path = Path(name_or_file)
-    if path.suffix != ".toml":
+    if path.suffix.lower() != ".toml":
         hint = suggestion(name_or_file, NAMES)
         raise SettingError(f"--preset {shown(name_or_file)}: expected a name or a .toml file{hint}")
     return read_preset(path)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -32,12 +33,22 @@ def read_preset(path: str | Path) -> dict[str, Any]:
         One line naming the file and the key.
     """
     try:
-        data = read_toml(Path(path).read_text(encoding="utf-8"))
-        return _checked_fields(data)
+        return _checked_fields(_read(Path(path)))
     except OSError as error:
         raise SettingError(f"--preset {path}: {error.strerror}") from None
     except ValueError as error:
         raise SettingError(f"--preset {path}: {error}") from None
+
+
+def _read(path: Path) -> dict[str, Any]:
+    """Return the tables of a TOML file; raises OSError, or ValueError in one line."""
+    # A pipe would be waited for, and some devices never end.
+    if os.path.exists(path) and not (path.is_file() or path.is_dir()):
+        raise ValueError("is a pipe or device: expected a file")
+    try:
+        return read_toml(path.read_text(encoding="utf-8"))
+    except UnicodeDecodeError as error:
+        raise ValueError(f"byte {error.start} is not UTF-8 text") from None
 
 
 def _checked_fields(data: Mapping[str, Any]) -> dict[str, Any]:
@@ -112,10 +123,10 @@ def preset_fields(settings: Settings) -> dict[str, Any]:
 
 def is_preset(path: str | Path) -> bool:
     """Return whether a file has a table of settings, as no scene has."""
-    if Path(path).suffix != ".toml":
+    if Path(path).suffix.lower() != ".toml":
         return False
     try:
-        return "settings" in read_toml(Path(path).read_text(encoding="utf-8"))
+        return "settings" in _read(Path(path))
     except (OSError, ValueError):
         return False
 

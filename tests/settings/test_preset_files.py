@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from ssdo_gl.bench.presets import load_preset
 from ssdo_gl.images.files import OutputError
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, describe
@@ -130,3 +132,26 @@ def test_unreadable_files_are_named(tmp_path: Path, name: str) -> None:
     with pytest.raises(SettingError, match=name):
         read_preset(tmp_path / name)
     assert not is_preset(tmp_path / name)
+
+
+def test_bytes_that_are_no_text_are_named(tmp_path: Path) -> None:
+    path = tmp_path / "a.toml"
+    path.write_bytes(b"\xff\xfe")
+    with pytest.raises(SettingError, match=r"a\.toml: byte 0 is not UTF-8 text"):
+        read_preset(path)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
+    path = tmp_path / "a.toml"
+    os.mkfifo(path)
+    assert not is_preset(path)
+    with pytest.raises(SettingError, match="is a pipe or device: expected a file"):
+        read_preset(path)
+
+
+def test_the_suffix_may_be_in_capitals(tmp_path: Path) -> None:
+    path = tmp_path / "A.TOML"
+    path.write_text("[settings]\nsamples = 3")
+    assert is_preset(path)
+    assert load_preset(str(path)) == {"samples": 3}
