@@ -116,9 +116,14 @@ def rgba_bytes(image: Image.Image) -> NDArray[np.uint8]:
     tiles = getattr(image, "tile", None)
     raw_mode = str(tiles[0][3]) if tiles and image.format == "PNG" else ""
     if image.mode.startswith(("I", "F")):
-        # Grey: 16 bits, also as Pillow's 32-bit integers; or fractions.
+        # Grey: fractions; or 16 bits, also as Pillow's 32-bit integers; or all of these.
         values = np.asarray(image)
-        scale = 255.0 if image.mode == "F" else 255.0 / 65535.0
+        stored = str(tiles[0][3]) if tiles else ""
+        largest = 1.0 if image.mode == "F" else 65535.0
+        if image.mode == "I" and "I;32" in stored:
+            largest = 2.0**31 - 1.0 if "S" in stored else 2.0**32 - 1.0
+            values = values.astype(np.int32) if "S" in stored else values.astype(np.uint32)
+        scale = 255.0 / largest
         with np.errstate(invalid="ignore"):
             grey = np.nan_to_num(np.rint(np.clip(values * scale, 0.0, 255.0))).astype(np.uint8)
         opaque = np.full_like(grey, 255)

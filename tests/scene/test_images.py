@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import struct
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +29,21 @@ def test_textures_of_every_mode_become_rgba_bytes(mode: str) -> None:
     assert texture.pixels.shape == (2, 3, 4)
     assert texture.pixels.dtype == np.uint8
     assert texture.pixels.min() == 255
+
+
+@pytest.mark.parametrize(("sample_format", "largest"), [(1, 2**32 - 1), (2, 2**31 - 1)])
+def test_grey_of_32_bits_keeps_its_shades(sample_format: int, largest: int, tmp_path: Path) -> None:
+    """A TIFF by hand, because Pillow writes signed samples alone."""
+    samples = [0, (largest + 1) // 2, largest]
+    tags = [(256, 3), (257, 1), (258, 32), (259, 1), (262, 1), (273, 136), (277, 1), (278, 1)]
+    tags += [(279, 12), (339, sample_format)]
+    entries = b"".join(
+        struct.pack("<HHII", tag, 4 if tag in (273, 279) else 3, 1, value) for tag, value in tags
+    )
+    head = struct.pack("<2sHIH", b"II", 42, 8, len(tags))
+    data = head + entries + bytes(4)
+    texture = read_texture(data.ljust(136, b"\0") + struct.pack("<3I", *samples), "here")
+    assert texture.pixels[0].tolist() == [[v, v, v, 255] for v in (0, 128, 255)]
 
 
 def test_the_first_row_is_the_top() -> None:
