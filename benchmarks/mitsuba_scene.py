@@ -97,6 +97,8 @@ def mitsuba_scene(mi: ModuleType, scene: Scene, folder: Path) -> Any:
     for number, lamp in enumerate(scene.lights):
         if type(lamp) not in LIGHTS:
             raise ValueError(f"{type(lamp).__name__} is not among the compared lights")
+        if lamp.spread > 0.0:
+            raise ValueError("directional lights with an angle are not compared")
         if lamp.body() is None:
             content[f"light{number}"] = LIGHTS[type(lamp)](mi, lamp)
     content.update(_sky(mi, scene))

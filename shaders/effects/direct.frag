@@ -2,8 +2,8 @@
 // Irradiance from one light, times the part that its shadow map lets through. Drawn once
 // for each light, adding up.
 //
-// LIGHT_KIND, LIGHT_FORM: as in lights/lights.glsl. HAS_SHADOW_MAP: look it up. BLOCKER_COUNT,
-// FILTER_COUNT: see lights/shadow.glsl. HAS_SHADING_NORMALS: see lights/lights.glsl.
+// LIGHT_KIND, LIGHT_FORM: as in lights/lights.glsl. HAS_SHADOW_MAP: look it up. IS_SOFT: its
+// shadows have penumbrae. BLOCKER_COUNT, FILTER_COUNT: see lights/shadow.glsl. HAS_SHADING_NORMALS: see lights/lights.glsl.
 #include "lib/gbuffer.glsl"
 #include "lights/shadow.glsl"
 
@@ -22,6 +22,8 @@ float shadow_visibility(Light light, vec3 p_vs, vec3 m_vs, ivec2 pixel, bool is_
     vec2 half_v = (map.light_from_view * light.second_axis_vs).xy;
     return area_shadow_visibility(map, p_ls, m_ls, rounding, half_u, half_v, pixel,
                                        is_surface);
+#elif IS_SOFT
+    return disk_shadow_visibility(map, p_ls, m_ls, rounding, light.numbers.x, pixel, is_surface);
 #else
     return point_shadow_visibility(map, p_ls, m_ls, rounding);
 #endif
@@ -31,7 +33,7 @@ void main()
 {
     ivec2 texel = ivec2(gl_FragCoord.xy);
     bool is_surface = gbuffer_z_vs(texel) > 0.0;
-#if !(HAS_SHADOW_MAP && LIGHT_FORM == FORM_AREA)
+#if !(HAS_SHADOW_MAP && IS_SOFT)
     // Only the soft shadow needs its neighbours to go on.
     if (!is_surface) {
         o_irradiance = vec4(0.0);

@@ -15,8 +15,8 @@
 //        xyz                                            w
 //   0    kind, shadow, parts with a shadow map each     1 if both sides emit
 //        along an edge of a rectangle
-//   1    position, centre of an area, unit direction    first number of the kind's own
-//        TOWARDS a parallel light
+//   1    position, centre of an area, unit direction    first number of the kind's own;
+//        TOWARDS a parallel light                       of parallel light its spread
 //   2    intensity (W/sr), irradiance (parallel),       second number
 //        radiance (area)
 //   3    axis of the kind's own                         half width of a shadow map's face:
@@ -104,10 +104,36 @@ vec3 point_form_irradiance(Light light, vec3 p_vs, vec3 n_vs, vec3 m_vs)
     return bounded_irradiance(light.power / distance * cos_theta / distance);
 }
 
+// Parallel light strays from its direction to the points of a disk across it, at distance 1,
+// whose radius is its spread (0: a sharp light) and whose parts all give as much irradiance
+// to a surface that faces the light. This is the mean of max(0, cosine) over the disk, where
+// the cosine towards its middle is `cosine`: it follows from (2 / pi) sqrt(1 - x^2), the
+// share of a unit disk at x. Wholly above the horizon, a disk gives as much as its middle.
+float disk_cosine(float spread, float cosine)
+{
+    float change = spread * sqrt(max(1.0 - cosine * cosine, 0.0));
+    if (!(abs(cosine) < change)) {
+        return max(cosine, 0.0);
+    }
+    float h = cosine / change;
+    float chord = sqrt(1.0 - h * h);
+    float above = h * (HALF_PI + asin(h) + h * chord) + (2.0 / 3.0) * chord * chord * chord;
+    return change * INV_PI * above;
+}
+
+// The point of the disk at `u` in the unit square, in a frame around the direction.
+vec2 disk_point(float spread, vec2 u)
+{
+    return spread * sqrt(u.x) * vec2(cos(TWO_PI * u.y), sin(TWO_PI * u.y));
+}
+
 vec3 parallel_irradiance(Light light, vec3 n_vs, vec3 m_vs)
 {
-    float cos_theta = max(dot(light.place_vs, n_vs), 0.0) * light_falloff(light, light.place_vs);
-    return dot(light.place_vs, m_vs) > 0.0 ? light.power * cos_theta : vec3(0.0);
+    float spread = light.numbers.x;
+    float cos_theta = disk_cosine(spread, dot(light.place_vs, n_vs));
+    float cos_m = dot(light.place_vs, m_vs);
+    bool is_above = cos_m > 0.0 || disk_cosine(spread, cos_m) > 0.0;
+    return is_above ? light.power * cos_theta * light_falloff(light, light.place_vs) : vec3(0.0);
 }
 
 // Irradiance at `p` from one light without shadow, on a surface with shading normal `n`

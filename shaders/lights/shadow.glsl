@@ -4,7 +4,8 @@
 // point that it came from, at its texel's centre, and blocks only if that point lies
 // above the receiver's tangent plane: a plane never shadows itself, at any slope.
 //
-// BLOCKER_COUNT, FILTER_COUNT: samples of a rectangle light's shadow.
+// BLOCKER_COUNT, FILTER_COUNT: samples of the shadow of one part of a rectangle; parallel
+// light with a spread takes several times as many, see below.
 #include "lib/hash.glsl"
 #include "lights/lights.glsl"
 
@@ -152,14 +153,6 @@ float point_shadow_visibility(ShadowMap map, vec3 p_ls, vec3 m_ls, float roundin
 }
 
 #ifdef BLOCKER_COUNT
-// What a part of a rectangle contributes to a receiver at the origin, up to a constant:
-// cos cos / distance^2. `height` is the receiver's over the light, as a unit.
-float part_weight(vec3 to_light, vec3 normal, float height)
-{
-    vec3 d = to_light / height;
-    return max(dot(normal, d), 0.0) / (dot(d, d) * dot(d, d));
-}
-
 // Sum over the 2 x 2 pixels that are shaded together; without control flow around it.
 // Where derivatives are coarse it is only near the sum, hence at least the pixel's own.
 vec2 quad_sum(vec2 own, ivec2 pixel)
@@ -167,6 +160,64 @@ vec2 quad_sum(vec2 own, ivec2 pixel)
     vec2 toward = 1.0 - 2.0 * vec2(pixel & 1);
     vec2 row = 2.0 * own + toward.x * dFdx(own);
     return max(2.0 * row + toward.y * dFdy(row), own);
+}
+
+// One map has to do for the whole disk, so it is read as often as those of so many parts.
+// What hides less than a twentieth of the disk may still be missed by the search.
+const int DISK_SEARCH_PARTS = 16;
+const int DISK_FILTER_PARTS = 8;
+
+// Soft shadow of parallel light that strays by `spread`: search and filter as in
+// part_visibility below. The map has the whole scene at one scale, so what stands a depth d
+// nearer to the light blocks part of it within spread * d around the receiver.
+float disk_shadow_visibility(ShadowMap map, vec3 p, vec3 m, float rounding, float spread,
+                             ivec2 pixel, bool is_surface)
+{
+    Face face = face_at(map, 0);
+    float texel = face_texel_size(face, p.z);
+    float slack = rounding + SHADOW_TEXEL_SLACK * texel;
+    const int search_count = DISK_SEARCH_PARTS * BLOCKER_COUNT;
+    const int filter_count = DISK_FILTER_PARTS * FILTER_COUNT;
+    const int stretch = search_count > filter_count ? search_count : filter_count;
+    vec3 start = kronecker_point(set_of_pixel(pixel) * uint(stretch), u_pattern_offset);
+    vec2 blockers = vec2(0.0);  // sum of their heights over the receiver, number
+    int search_rounds = is_surface ? search_count : 0;
+    for (int i = 0; i < search_rounds; ++i) {
+        vec3 r = fract(start + float(i) * KRONECKER_STEP);
+        float reach = max(r.z * p.z, 0.0);
+        vec2 q = p.xy + reach * disk_point(spread, r.xy);
+        vec3 offset = face_point(face, floor(face_place(face, vec3(q, p.z)))) - p;
+        bool is_blocker = offset.z < 0.0 && length(offset.xy) <= texel - spread * offset.z
+            && is_above_plane(offset, m, slack);
+        blockers += is_blocker ? vec2(-offset.z, 1.0) : vec2(0.0);
+    }
+    // Four pixels search together, as for rectangles.
+    blockers = quad_sum(blockers, pixel);
+
+    int filter_rounds = is_surface && blockers.y > 0.0 ? filter_count : 0;
+    // No narrower than a texel, whose grid would show.
+    float height = max(blockers.x / max(blockers.y, 1.0), texel / spread);
+    float open = 0.0;
+    float total = 0.0;
+    for (int i = 0; i < filter_rounds; ++i) {
+        vec2 d = disk_point(spread, fract(start + float(i) * KRONECKER_STEP).xy);
+        vec3 q = vec3(p.xy + height * d, p.z);
+        vec3 offset = face_point(face, floor(face_place(face, q))) - p;
+        bool is_blocker = offset.z < 0.0 && is_above_plane(offset, m, slack);
+        // Light from below the horizon brings nothing.
+        float weight = max(dot(vec3(d, -1.0), m), 0.0);
+        total += weight;
+        open += is_blocker ? 0.0 : weight;
+    }
+    return total > 0.0 ? open / total : 1.0;
+}
+
+// What a part of a rectangle contributes to a receiver at the origin, up to a constant:
+// cos cos / distance^2. `height` is the receiver's over the light, as a unit.
+float part_weight(vec3 to_light, vec3 normal, float height)
+{
+    vec3 d = to_light / height;
+    return max(dot(normal, d), 0.0) / (dot(d, d) * dot(d, d));
 }
 
 // A rectangle light and a receiver, in the axes of the face that the receiver falls on;

@@ -243,9 +243,15 @@ LightSample sample_group(EmitterGroup group, vec2 choice, vec2 u, vec3 p)
     bool is_surface = e.kind == EMITTER_PARALLELOGRAM || e.kind == EMITTER_TRIANGLE;
     bool is_distant = light_form(e.kind - EMITTER_LIGHT) == FORM_PARALLEL;
     vec3 to_light = is_distant ? e.place : e.place - p;
+    float spread = is_distant ? e.edge_v.x : 0.0;
+    if (spread > 0.0) {
+        to_light = frame_from_z(e.place) * vec3(disk_point(spread, u), 1.0);
+    }
     float distance = max(length(to_light), 1e-15);
     vec3 w = to_light / distance;
     vec3 radiance = is_distant ? e.power.rgb : e.power.rgb / distance / distance;
+    // Of a disk across the direction the cosine to it is that of w, but for its length.
+    radiance *= spread > 0.0 ? distance : 1.0;
     radiance *= emitter_falloff(e, w);
     light.w = is_surface ? light.w : w;
     light.distance = is_surface ? light.distance : (is_distant ? RAY_FAR : distance);

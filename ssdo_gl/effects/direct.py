@@ -19,14 +19,14 @@ from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.light_rows import light_rows
 from ssdo_gl.passes.screen_space_settings import pattern_offset
-from ssdo_gl.scene.lights import Light, kind_number
+from ssdo_gl.scene.lights import Form, Light, kind_number
 from ssdo_gl.scene.shadow_frames import atlas_layout, shadow_frames
 from ssdo_gl.settings.fields import setting
 
 
 @dataclass(frozen=True)
 class DirectSettings:
-    """How soft shadows of rectangle lights are sampled."""
+    """How soft shadows are sampled."""
 
     blocker_samples: int = setting(
         3,
@@ -114,6 +114,7 @@ class DirectPass(RenderPass):
         return {
             "LIGHT_KIND": kind_number(light),
             "LIGHT_FORM": light.form,
+            "IS_SOFT": int(light.form is Form.AREA or light.spread > 0.0),
             "HAS_SHADOW_MAP": int(self.shadow_maps and light.shadow == "map"),
             "HAS_SHADING_NORMALS": int(smooth),
             "BLOCKER_COUNT": self.settings.blocker_samples,

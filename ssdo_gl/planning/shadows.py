@@ -59,8 +59,11 @@ def _kept_apart(light: Light, bodies: Bodies, i: IntArray, j: IntArray) -> BoolA
     lowest_j = _middle_along(bodies, j, axes) - reach_along_each(bodies, j, axes)
     highest_i = _middle_along(bodies, i, axes) + reach_along_each(bodies, i, axes)
     if points is None:
-        # Parallel light comes from infinitely far on the side that it shines from.
-        reaches_over = np.where(axes @ toward > 1e-12, np.inf, -np.inf)
+        # Parallel light comes from infinitely far on the side that it shines from, and on
+        # both sides of a plane where it strays to both.
+        along = axes @ toward
+        steepest = along + light.spread * np.sqrt(np.maximum(1.0 - along**2, 0.0))
+        reaches_over = np.where(steepest > 1e-12, np.inf, -np.inf)
         across_all = float(np.linalg.norm(np.ptp(bodies.center, axis=0)))
         distances = np.full(len(i), across_all + 2.0 * float(bodies.radius.max()))
     else:

@@ -88,6 +88,12 @@ def test_casters_out_of_view_count():
     assert possible(SUN, found, seen=[0])
 
 
+def test_light_that_strays_comes_past_the_edge_of_what_stands_beside():
+    found = bodies((QUAD, LYING), (BOX, at(1.6, 3, 0)))
+    assert not possible(SUN, found, seen=[0])
+    assert possible(dataclasses.replace(SUN, angle=40.0), found, seen=[0])
+
+
 def test_what_lies_behind_the_light_is_no_caster():
     above = bodies((QUAD, LYING), (BOX, at(0, 12, 0)))
     assert not possible(LAMP, above, seen=[0])
@@ -143,7 +149,8 @@ def any_light(draw):
     kind = draw(st.integers(0, 2))
     if kind == 0:
         direction = place + np.array([0.1, -1.0, 0.0])
-        return DirectionalLight(tuple(direction / np.linalg.norm(direction)), WHITE)
+        angle = draw(st.sampled_from([0.0, 40.0]))
+        return DirectionalLight(tuple(direction / np.linalg.norm(direction)), WHITE, angle)
     if kind == 1:
         return PointLight(tuple(place), WHITE)
     return dataclasses.replace(PANEL, corner=tuple(place), edge_u=(4.0, 0.0, 0.0))
@@ -178,7 +185,10 @@ def test_rays_of_light_that_need_no_map_meet_nothing(items, light, seed):
         triangle = positions[QUAD.triangles[rng.integers(len(QUAD.triangles))]]
         point = rng.dirichlet(np.ones(3)) @ triangle
         if isinstance(light, DirectionalLight):
-            toward, longest = -np.asarray(light.direction), np.inf
+            stray = rng.normal(size=3)
+            stray *= light.spread / np.linalg.norm(stray)
+            stray -= (stray @ light.direction) * np.asarray(light.direction)
+            toward, longest = stray - np.asarray(light.direction), np.inf
         else:
             source = light.position if isinstance(light, PointLight) else on_panel(light, rng)
             toward, longest = np.asarray(source) - point, 1.0

@@ -243,6 +243,11 @@ class Light(ABC):
     def emitter(self, centre: FloatArray, unit: float) -> Emitter:
         """Return its entry for rays, lengths from `centre` in units of `unit`."""
 
+    @property
+    def spread(self) -> float:
+        """How far parallel light strays from its direction: the tangent of the angle."""
+        return 0.0
+
     # Shadow map.
 
     @property

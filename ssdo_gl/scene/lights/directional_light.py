@@ -16,6 +16,8 @@ from ssdo_gl.scene.material import Color
 if TYPE_CHECKING:
     from ssdo_gl.scene.table import Table
 
+# Of files, degrees: what subtends more is a sky, and no light from one direction.
+WIDEST = 90.0
 # Bounds of a scene along a light, grown by this much so that nothing sits on a border.
 BOUNDS_MARGIN = 1e-3
 
@@ -24,7 +26,9 @@ BOUNDS_MARGIN = 1e-3
 class DirectionalLight(Light):
     """Parallel light travelling along `direction` (world space, unit length).
 
-    `irradiance` is what a surface facing the light receives, W/m^2.
+    `irradiance` is what a surface facing the light receives, W/m^2. `angle` is the full
+    angle in degrees, 0 <= angle < 90, that the light's disk subtends: 0.53 for the sun, 0
+    for sharp shadows. The light comes evenly from a disk that stands across `direction`.
     """
 
     kind = "directional"
@@ -36,12 +40,16 @@ class DirectionalLight(Light):
 
     direction: Vector
     irradiance: Color
+    angle: float = 0.0
 
     @classmethod
     def from_table(cls, table: Table, **common: Any) -> Self:
         """Return the light of a [[light]] table."""
         direction = vector(math3d.normalized(table.direction("direction")))
-        return cls(direction, table.color("irradiance"), **common)
+        angle = table.number("angle", 0.0, low=0.0, high=WIDEST)
+        if angle == WIDEST:
+            table.fail("angle", f"must be less than {WIDEST:g} degrees")
+        return cls(direction, table.color("irradiance"), angle, **common)
 
     @classmethod
     def from_gltf(
@@ -50,20 +58,25 @@ class DirectionalLight(Light):
         """Return the light of a glTF file."""
         return cls(direction, color, name=name)
 
+    @property
+    def spread(self) -> float:
+        """The tangent of half the angle."""
+        return math.tan(math.radians(0.5 * self.angle))
+
     def axes(self) -> FloatArray:
         """Return a frame around the direction."""
         return math3d.frame_from_z(self.direction).T
 
     def shader_row(self) -> ShaderRow:
-        """Return the unit vector towards the light."""
-        return ShaderRow(-self.axes()[2])
+        """Return the unit vector towards the light and its spread."""
+        return ShaderRow(-self.axes()[2], numbers=(self.spread, 0.0))
 
     def emitter(self, centre: FloatArray, unit: float) -> Emitter:
-        """Return the direction; irradiance is the same in any unit."""
-        zero = np.zeros(3)
+        """Return the direction and its spread; irradiance is the same in any unit."""
+        zero, spread = np.zeros(3), np.array([self.spread, 0.0, 0.0])
         irradiance = np.asarray(self.irradiance)
         toward, power = -math3d.normalized(self.direction), math.pi * float(np.mean(irradiance))
-        return Emitter(toward, zero, zero, 0.0, irradiance, power)
+        return Emitter(toward, zero, spread, 0.0, irradiance, power)
 
     @property
     def map_faces(self) -> int:

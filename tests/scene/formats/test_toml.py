@@ -138,6 +138,21 @@ def test_point_spot_and_directional_lights(scene_of: SceneOf) -> None:
     assert isinstance(sun, DirectionalLight)
     assert sun.direction == pytest.approx((0.6, 0.0, 0.8))
     assert sun.shadow == "ssdo"
+    assert sun.angle == 0.0
+
+
+def test_angle_of_a_directional_light(scene_of: SceneOf) -> None:
+    sun = """
+        [[light]]
+        kind = "directional"
+        direction = [0, -1, 0]
+        irradiance = [2, 2, 2]
+        angle = """
+    (light,) = scene_of(sun + "0.53").lights
+    assert light == DirectionalLight((0.0, -1.0, 0.0), (2.0, 2.0, 2.0), 0.53)
+    for wrong in ("90", "-1", "nan", '"wide"'):
+        with pytest.raises(ValueError, match="angle"):
+            scene_of(sun + wrong)
 
 
 AREA = """

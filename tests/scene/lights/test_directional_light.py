@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -22,6 +24,13 @@ def test_shaders_and_rays_get_the_direction_towards_it() -> None:
     own = LIGHT.emitter(np.array([5.0, 5.0, 5.0]), 3.0)
     assert own.place == pytest.approx([0.0, 0.6, -0.8])
     assert own.emitted == pytest.approx([3.0, 6.0, 9.0])
+
+
+def test_spread_is_the_tangent_of_half_the_angle() -> None:
+    sun = dataclasses.replace(LIGHT, angle=20.0)
+    assert LIGHT.spread == 0.0
+    assert sun.spread == pytest.approx(0.17632698)
+    assert sun.shader_row().numbers[0] == sun.spread == sun.emitter(np.zeros(3), 3.0).second_axis[0]
 
 
 def test_map_encloses_the_scene() -> None:
