@@ -4,14 +4,53 @@
 //
 // LIGHT_KIND, LIGHT_FORM: as in lights/lights.glsl. HAS_SHADOW_MAP: look it up. IS_SOFT: its
 // shadows have penumbrae. BLOCKER_COUNT, FILTER_COUNT: see lights/shadow.glsl. HAS_SHADING_NORMALS: see lights/lights.glsl.
+// HAS_LIFT: smooth surfaces are shadowed from where they would be, not from their triangles.
 #include "lib/gbuffer.glsl"
 #include "lights/shadow.glsl"
 
 uniform vec4 u_light[LIGHT_ROWS];
+#if HAS_LIFT
+uniform sampler2D t_lift_vs;
+#endif
 
 layout(location = 0) out vec4 o_irradiance;
 
-float shadow_visibility(Light light, vec3 p_vs, vec3 m_vs, ivec2 pixel, bool is_surface)
+// Light that grazes a triangle by less than this cosine finds its map of little use: what
+// stands before it barely rises over the tangent plane.
+const float GRAZING = 0.01;
+
+// Half of what the light measures along a unit vector.
+float half_extent_along(Light light, vec3 w)
+{
+    bool has_area = LIGHT_FORM == FORM_AREA;
+    return has_area ? abs(dot(light.axis_vs, w)) + abs(dot(light.second_axis_vs, w)) : 0.0;
+}
+
+// Whether any of the light is below the horizon of the plane across m, or grazes it.
+bool is_partly_below(Light light, vec3 p_vs, vec3 m_vs)
+{
+#if LIGHT_FORM == FORM_PARALLEL
+    return dot(light.place_vs, m_vs) <= light.numbers.x + GRAZING;
+#else
+    vec3 to_light = light.place_vs - p_vs;
+    return dot(to_light, m_vs) <= GRAZING * length(to_light) + half_extent_along(light, m_vs);
+#endif
+}
+
+// What is left of the light, all of which may be below the horizon of the lifted point: it
+// fades from where its top is half as high over that as over the point itself.
+float fade_of_lift(Light light, vec3 p_vs, vec3 n_vs, float lift)
+{
+#if LIGHT_FORM == FORM_PARALLEL
+    return 1.0;
+#else
+    float top = dot(light.place_vs - p_vs, n_vs) + half_extent_along(light, n_vs);
+    return clamp(2.0 * (top - lift) / max(top, 1e-30), 0.0, 1.0);
+#endif
+}
+
+float shadow_visibility(Light light, vec3 p_vs, vec3 m_vs, ivec2 pixel, bool is_surface,
+                        bool is_lifted)
 {
     ShadowMap map = shadow_map_from_rows(u_light);
     vec3 p_ls = map.light_from_view * (p_vs - map.origin_vs);
@@ -25,7 +64,8 @@ float shadow_visibility(Light light, vec3 p_vs, vec3 m_vs, ivec2 pixel, bool is_
 #elif IS_SOFT
     return disk_shadow_visibility(map, p_ls, m_ls, rounding, light.numbers.x, pixel, is_surface);
 #else
-    return point_shadow_visibility(map, p_ls, m_ls, rounding);
+    float far_texels = is_lifted ? FLOAT_MAX : SHADOW_FAR_TEXELS;
+    return point_shadow_visibility(map, p_ls, m_ls, rounding, far_texels);
 #endif
 }
 
@@ -49,10 +89,29 @@ void main()
 #else
     vec3 n_vs = m_vs;
 #endif
-    vec3 irradiance = unshadowed_irradiance(light, p_vs, n_vs, m_vs);
+    vec3 horizon_vs = n_vs;
+#if HAS_SHADOW_MAP
+    // The triangle's own horizon would cut a smooth surface off facet by facet. Beyond it,
+    // what bulges is lit as the surface would be that lies above; what does not is in the
+    // triangle's own shadow, which no map shows.
+    horizon_vs = m_vs;
+    vec3 shadowed_vs = p_vs;
+    bool is_lifted = false;
+#if HAS_LIFT
+    float lift = texelFetch(t_lift_vs, texel, 0).x;
+    is_lifted = lift > 0.0 && is_partly_below(light, p_vs, m_vs);
+    horizon_vs = is_lifted ? n_vs : m_vs;
+    shadowed_vs += is_lifted ? lift * n_vs : vec3(0.0);
+#endif
+#endif
+    vec3 irradiance = unshadowed_irradiance(light, p_vs, n_vs, horizon_vs);
 #if HAS_SHADOW_MAP
     // In a light's own plane, where it gives nothing, visibility has no meaning.
-    float visibility = shadow_visibility(light, p_vs, m_vs, texel, is_surface);
+    float visibility = shadow_visibility(
+        light, shadowed_vs, horizon_vs, texel, is_surface, is_lifted);
+#if HAS_LIFT
+    visibility *= is_lifted ? fade_of_lift(light, p_vs, n_vs, lift) : 1.0;
+#endif
     irradiance = largest_component(irradiance) > 0.0 ? irradiance * visibility : vec3(0.0);
 #endif
     o_irradiance = vec4(is_surface ? irradiance : vec3(0.0), 0.0);

@@ -41,8 +41,7 @@ float sky_density(vec3 w)
 
 // One sample of the light that reaches a vertex straight from an emitter.
 struct DirectSample {
-    vec3 w;
-    float reach;     // length of the shadow ray; negative: none is needed
+    LightRay ray;    // a negative length: none is needed
     vec3 reflected;  // unless something blocks the ray
 };
 
@@ -54,13 +53,16 @@ DirectSample sampled_light(RaySurface at, Brdf brdf, uint index, uint seed, uint
     vec2 u = random_2d(index, seed, dimension + 1u, is_first);
     EmitterGroup group = draw_emitter_group(choice.x);
     LightSample light = sample_group(group, choice, u, at.start);
-    bool can_be_hit = light.density > 0.0 && group.shadow != EMITTER_UNSHADOWED;
+    // Scattered rays go nowhere below the geometric horizon.
+    bool can_be_hit = light.density > 0.0 && group.shadow != EMITTER_UNSHADOWED
+        && dot(light.w, at.geometric) > 0.0;
     float scattered = brdf_density(brdf, at.normal, at.w_out, light.w);
     float weight = can_be_hit ? balance(light.density * group.probability, scattered) : 1.0;
     vec3 response = brdf_times_cosine(brdf, at.normal, at.w_out, light.w);
     vec3 reflected = unblocked_light(at, light, response) * (weight / max(group.probability, 1e-30));
     reflected = is_dark(reflected) ? vec3(0.0) : reflected;
-    return DirectSample(light.w, needed_reach(group, light, reflected, RAY_FAR), reflected);
+    float reach = needed_reach(group, light, reflected, RAY_FAR);
+    return DirectSample(light_ray(at, light.w, reach), reflected);
 }
 
 vec3 traced_radiance(RaySurface first, Brdf first_brdf, uint seed)
@@ -76,7 +78,7 @@ vec3 traced_radiance(RaySurface first, Brdf first_brdf, uint seed)
     while (goes_on) {
         uint index = u_first_sample + uint(path);
         uint dimension = DIMENSIONS_PER_VERTEX * uint(bounce);
-        DirectSample direct = DirectSample(vec3(0.0, 0.0, 1.0), -1.0, vec3(0.0));
+        DirectSample direct = DirectSample(LightRay(at.start, vec3(0.0, 0.0, 1.0), -1.0), vec3(0.0));
 #if HAS_EMITTERS
         direct = sampled_light(at, brdf, index, seed, dimension, bounce == 0);
 #endif
@@ -87,7 +89,8 @@ vec3 traced_radiance(RaySurface first, Brdf first_brdf, uint seed)
         bool is_above = dot(w, at.geometric) > 0.0;
         bool is_blocked;
         BvhHit hit = bvh_blocked_and_nearest(
-            at.start, direct.w, direct.reach, w, is_above ? RAY_FAR : -1.0, is_blocked);
+            direct.ray.start, direct.ray.w, direct.ray.t_max,
+            at.start, w, is_above ? RAY_FAR : -1.0, is_blocked);
         bool is_hit = hit.record >= 0;
         sum += is_blocked ? vec3(0.0) : weight * direct.reflected / survival;
         if (is_above && !is_hit) {

@@ -21,6 +21,13 @@ vec3 gbuffer_shading_normal_vs(ivec2 texel)
     return oct_decode(texelFetch(t_normals_vs, texel, 0).xy);
 }
 
+// Whether the triangle stands for a smooth surface: its shading normal is not its own.
+bool gbuffer_is_smooth(ivec2 texel)
+{
+    vec4 codes = texelFetch(t_normals_vs, texel, 0);
+    return codes.xy != codes.zw;
+}
+
 // The normal of the triangle itself, turned towards the camera: occlusion and ray
 // offsets need it, because an interpolated normal makes facets shadow themselves.
 vec3 gbuffer_geometric_normal_vs(ivec2 texel)

@@ -29,23 +29,25 @@ Surface surface_at_hit(BvhHit hit, vec3 origin, vec3 w)
     s.at.position = p - front * dot(p - a, front);
     s.at.start = ray_start(s.at.position, s.at.geometric, w, RAY_OFFSET);
     s.at.normal = s.at.geometric;
+    s.at.lift = vec3(0.0);
+    s.at.is_smooth = false;
     s.area_cosine = abs(facing);
     s.flags = word;
     vec4 emission = material_texel(word, 1);
 #if RAY_SMOOTH_NORMALS || RAY_VERTEX_COLORS || RAY_TEXTURES
-    vec3 sub_a = cross(b - s.at.position, c - s.at.position);
-    vec3 sub_b = cross(c - s.at.position, a - s.at.position);
-    vec3 sub_c = cross(a - s.at.position, b - s.at.position);
-    vec3 weights = max(vec3(dot(sub_a, front), dot(sub_b, front), dot(sub_c, front)), vec3(0.0));
-    weights /= max(weights.x + weights.y + weights.z, 1e-30);
+    vec3 weights = weights_of_corners(s.at.position, a, b, c, front);
     int slot = int(words.x) * 2 + (hit.is_second ? 1 : 0);
     Corners corners = corners_of(slot);
 #if RAY_SMOOTH_NORMALS
     vec3 smoothed = interpolated_normal(corners, weights);
     smoothed *= faces_back(smoothed, front) == is_front ? -1.0 : 1.0;
     float size_2 = dot(smoothed, smoothed);
-    bool is_smooth = (word & SMOOTH_FLAG) != 0u && size_2 > 1e-12;
-    s.at.normal = is_smooth ? smoothed * inversesqrt(size_2) : s.at.geometric;
+    s.at.is_smooth = (word & SMOOTH_FLAG) != 0u && size_2 > 1e-12;
+    if (s.at.is_smooth) {
+        s.at.normal = smoothed * inversesqrt(size_2);
+        s.at.lift = lift_onto_corner_planes(
+            s.at.position, a, b, c, weights, corners, s.at.normal);
+    }
 #endif
     s.brdf = Brdf(albedo_of(word, corners, weights).rgb);
 #if RAY_TEXTURES

@@ -122,7 +122,9 @@ const float SHADOW_FAR_TEXELS = 64.0;
 
 // A light without size: the 3 x 3 nearest texels, weighted by a quadratic B-spline, which
 // hides the texels' grid better than bilinear weights do.
-float point_shadow_visibility(ShadowMap map, vec3 p_ls, vec3 m_ls, float rounding)
+// `far_texels`: SHADOW_FAR_TEXELS, or FLOAT_MAX for a point above the facets that it stands
+// for, which are no other surface.
+float point_shadow_visibility(ShadowMap map, vec3 p_ls, vec3 m_ls, float rounding, float far_texels)
 {
     int number = map.face_count == 1 ? 0 : face_of(p_ls);
     vec3 p = face_from_light(number, p_ls);
@@ -140,7 +142,7 @@ float point_shadow_visibility(ShadowMap map, vec3 p_ls, vec3 m_ls, float roundin
         for (int i = 0; i < 3; ++i) {
             vec3 o = face_point(face, middle + vec2(float(i), float(j)) - 1.0);
             bool is_below = is_above_plane(p - o, m, slack);
-            bool is_far = p.z - o.z > SHADOW_FAR_TEXELS * texel;
+            bool is_far = p.z - o.z > far_texels * texel;
             bool is_blocker = is_below ? is_far : o.z < p.z && is_above_plane(o - p, m, slack);
             float weight = weights[i].x * weights[j].y;
             counted += is_below && !is_far ? 0.0 : weight;

@@ -4,7 +4,8 @@
 // HAS_SHADING_NORMALS, HAS_VERTEX_COLORS, HAS_ALBEDO_TEXTURE, HAS_EMISSION_TEXTURE,
 // HAS_ALPHA_CUTOUT: what the objects of this draw call have; HAS_INSTANCE_MATERIALS:
 // whether they differ in their material; WIDE_DEPTH_RANGE: see
-// lib/depth_test.glsl; WRITES_NORMALS, WRITES_ALBEDO, WRITES_EMISSION: what is read.
+// lib/depth_test.glsl; WRITES_NORMALS, WRITES_ALBEDO, WRITES_EMISSION, WRITES_LIFT: what is
+// read.
 #include "lib/space.glsl"
 #include "lib/octahedral.glsl"
 #include "lib/depth_test.glsl"
@@ -28,6 +29,9 @@ uniform vec2 u_emission_side_cutoff;
 #endif
 #if HAS_SHADING_NORMALS
 in vec3 v_normal_vs;
+#if WRITES_LIFT
+in float v_height_vs;
+#endif
 #endif
 #if HAS_VERTEX_COLORS
 in vec4 v_color;
@@ -55,6 +59,15 @@ uniform sampler2D t_emission;
 #else
 #define EMISSION_LOCATION 1
 #endif
+#if WRITES_NORMALS && WRITES_ALBEDO && WRITES_EMISSION
+#define LIFT_LOCATION 4
+#elif WRITES_NORMALS && (WRITES_ALBEDO || WRITES_EMISSION) || WRITES_ALBEDO && WRITES_EMISSION
+#define LIFT_LOCATION 3
+#elif WRITES_NORMALS || WRITES_ALBEDO || WRITES_EMISSION
+#define LIFT_LOCATION 2
+#else
+#define LIFT_LOCATION 1
+#endif
 
 layout(location = 0) out float o_z_vs;
 #if WRITES_NORMALS
@@ -65,6 +78,13 @@ layout(location = ALBEDO_LOCATION) out vec4 o_albedo;
 #endif
 #if WRITES_EMISSION
 layout(location = EMISSION_LOCATION) out vec4 o_emission;
+#endif
+
+#if WRITES_LIFT
+layout(location = LIFT_LOCATION) out float o_lift_vs;
+
+// Lifts below this, relative to the distance from the eye, are what rasterizers round.
+const float LIFT_ROUNDING = 4e-5;
 #endif
 
 void main()
@@ -110,6 +130,16 @@ void main()
 #endif
 #if WRITES_EMISSION
     o_emission = vec4(emits ? emission : vec3(0.0), MATERIAL_EMISSION.a);
+#endif
+#if WRITES_LIFT
+    o_lift_vs = 0.0;
+#if HAS_SHADING_NORMALS
+    // How far the planes across the corners' normals lie above the triangle: the mean of
+    // n . (corner - p), weighted as the normal is.
+    float lift = v_height_vs - dot(ray * z, v_normal_vs);
+    lift = is_turned == is_front ? -lift : lift;
+    o_lift_vs = lift > LIFT_ROUNDING * z * length(ray) ? lift : 0.0;
+#endif
 #endif
     write_depth(z);
 }

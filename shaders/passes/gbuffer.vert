@@ -21,6 +21,9 @@ flat out vec2 v_emission_side_cutoff;
 in vec3 a_normal_os;
 out vec3 v_normal_vs;
 #endif
+#if HAS_SHADING_NORMALS && WRITES_LIFT
+out float v_height_vs;
+#endif
 #if HAS_VERTEX_COLORS
 in vec4 a_color;
 out vec4 v_color;
@@ -32,7 +35,8 @@ out vec2 v_material_uv;
 
 void main()
 {
-    gl_Position = u_clip_from_view * vec4(instance_position_vs(), 1.0);
+    vec3 position_vs = instance_position_vs();
+    gl_Position = u_clip_from_view * vec4(position_vs, 1.0);
 #if WIDE_DEPTH_RANGE
     // The fragment writes depth. Hyperbolic depth of what is far rounds to 1 and above
     // here, where clipping would tear holes into it.
@@ -46,6 +50,9 @@ void main()
 #endif
 #if HAS_SHADING_NORMALS
     v_normal_vs = instance_normal_vs(a_normal_os);
+#if WRITES_LIFT
+    v_height_vs = dot(position_vs, v_normal_vs);
+#endif
 #endif
 #if HAS_VERTEX_COLORS
     v_color = a_color;

@@ -304,14 +304,15 @@ bool bvh_light_is_blocked(vec3 origin, vec3 w, float t_max)
     return bvh_meets_any(bvh_ray_to_light(origin, w), t_max);
 }
 
-// Both for two rays from one point: whether anything blocks the first, and what the second
+// Both for two rays: whether anything blocks the first, and what the second
 // meets. One loop for both, because pixels that run in lockstep then wait once for the
 // longest sum of two rays instead of twice for the longest ray.
 BvhHit bvh_blocked_and_nearest(
-    vec3 origin, vec3 w_1, float t_max_1, vec3 w_2, float t_max_2, out bool is_blocked)
+    vec3 origin_1, vec3 w_1, float t_max_1, vec3 origin_2, vec3 w_2, float t_max_2,
+    out bool is_blocked)
 {
-    BvhRay ray = bvh_ray_to_light(origin, w_1);
-    BvhRay ray_2 = bvh_ray(origin, w_2);
+    BvhRay ray = bvh_ray_to_light(origin_1, w_1);
+    BvhRay ray_2 = bvh_ray(origin_2, w_2);
     BvhWalk walk = bvh_begin(ray, t_max_1);
     BvhWalk walk_2 = bvh_begin(ray_2, t_max_2);
     bool is_first = walk.goes_on;

@@ -284,10 +284,11 @@ float bounded_light(float light)
 }
 
 // What a light sample brings before anything blocks it: its radiance times `response`.
-// Light from below the geometric horizon does not count.
+// Light from below the geometric horizon counts only where the triangle stands for a smooth
+// surface: there its own horizon would cut the shading off, facet by facet.
 vec3 unblocked_light(RaySurface surface, LightSample light, vec3 response)
 {
-    bool is_above = dot(light.w, surface.geometric) > 0.0;
+    bool is_above = surface.is_smooth || dot(light.w, surface.geometric) > 0.0;
     vec3 arriving = light.radiance * (is_above ? response : vec3(0.0));
     return vec3(bounded_light(arriving.r), bounded_light(arriving.g), bounded_light(arriving.b));
 }

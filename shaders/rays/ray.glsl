@@ -25,6 +25,8 @@ struct RaySurface {
     vec3 normal;      // shading normal, on the side of the geometric one
     vec3 geometric;   // of the triangle, on the side that the ray came from
     vec3 start;       // ns: of rays that leave it, a little off the surface
+    vec3 lift;        // from there onto the smooth surface: for rays to lights
+    bool is_smooth;   // its triangle stands for a smooth surface
     vec3 w_out;       // unit, back along the ray that found it
 };
 
@@ -33,10 +35,60 @@ bool ray_is_blocked(RaySurface surface, vec3 w, float t_max)
     return bvh_is_blocked(surface.start, w, t_max);
 }
 
+// A ray from the surface to a point of a light, or far away.
+struct LightRay {
+    vec3 start;
+    vec3 w;
+    float t_max;
+};
+
+// The ray that ends where one along w from the surface itself does.
+LightRay light_ray(RaySurface surface, vec3 w, float t_max)
+{
+#if RAY_SMOOTH_NORMALS
+    vec3 to_end = w * t_max - surface.lift;
+    float size = length(to_end);
+    bool is_lifted = t_max > 0.0 && size > 0.0 && surface.lift != vec3(0.0);
+    return LightRay(surface.start + surface.lift, is_lifted ? to_end / size : w,
+                    is_lifted ? size : t_max);
+#else
+    return LightRay(surface.start, w, t_max);
+#endif
+}
+
 bool light_is_blocked(RaySurface surface, vec3 w, float t_max)
 {
-    return bvh_light_is_blocked(surface.start, w, t_max);
+    LightRay ray = light_ray(surface, w, t_max);
+    return bvh_light_is_blocked(ray.start, ray.w, ray.t_max);
 }
+
+// How much of a point p of a triangle each corner has, from areas.
+vec3 weights_of_corners(vec3 p, vec3 a, vec3 b, vec3 c, vec3 front)
+{
+    vec3 sub_a = cross(b - p, c - p);
+    vec3 sub_b = cross(c - p, a - p);
+    vec3 sub_c = cross(a - p, b - p);
+    vec3 weights = max(vec3(dot(sub_a, front), dot(sub_b, front), dot(sub_c, front)), vec3(0.0));
+    return weights / max(weights.x + weights.y + weights.z, 1e-30);
+}
+
+#if RAY_SMOOTH_NORMALS
+// From a point of a triangle onto the smooth surface that it stands for, after Hanika 2021,
+// "Hacking the Shadow Terminator": by how much the planes across the corners' normals lie
+// above the point, weighted like the normal. Nothing moves inwards. Unlike there, heights are
+// clamped together: normals that all lean the same way bend no surface.
+vec3 lift_onto_corner_planes(vec3 p, vec3 a, vec3 b, vec3 c, vec3 weights, Corners corners,
+                             vec3 normal)
+{
+    vec3 n_a = normal_of_word(corners.words_0.x);
+    vec3 n_b = normal_of_word(corners.words_0.y);
+    vec3 n_c = normal_of_word(corners.words_0.z);
+    vec3 heights = vec3(dot(a - p, n_a), dot(b - p, n_b), dot(c - p, n_c));
+    vec3 mean = weights.x * n_a + weights.y * n_b + weights.z * n_c;
+    float height = dot(weights, heights);
+    return max(dot(mean, normal) < 0.0 ? -height : height, 0.0) * normal;
+}
+#endif
 
 // Where rays start that leave a surface at `p`, which a ray along `w` has found.
 vec3 ray_start(vec3 p, vec3 geometric, vec3 w, float offset)
@@ -72,6 +124,8 @@ RaySurface ray_surface_at(ivec2 texel)
     surface.geometric = u_ns_from_vs * gbuffer_geometric_normal_vs(texel);
     surface.position = u_eye_ns + to_surface;
     surface.start = ray_start(surface.position, surface.geometric, w, reach);
+    surface.lift = vec3(0.0);
+    surface.is_smooth = gbuffer_is_smooth(texel);
     vec3 start = surface.position - w * reach;
     BvhHit hit = bvh_nearest(start, w, 2.0 * reach);
     if (hit.record >= 0) {
@@ -83,6 +137,14 @@ RaySurface ray_surface_at(ivec2 texel)
             surface.position = start + hit.t * w;
             surface.geometric = n;
             surface.start = ray_start(surface.position, n, w, RAY_OFFSET);
+#if RAY_SMOOTH_NORMALS
+            if (surface.is_smooth) {
+                vec3 weights = weights_of_corners(surface.position, a, b, c, triangle_normal(a, b, c));
+                int slot = int(bvh_texel(hit.record, 3).x) * 2 + (hit.is_second ? 1 : 0);
+                surface.lift = lift_onto_corner_planes(
+                    surface.position, a, b, c, weights, corners_of(slot), surface.normal);
+            }
+#endif
         } else {
             // At an edge the short ray may meet the neighbouring face first. Its normal
             // is not the one that the pixel is shaded with, but rays must keep clear of

@@ -20,6 +20,7 @@ from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.light_rows import light_rows
 from ssdo_gl.passes.screen_space_settings import pattern_offset
 from ssdo_gl.scene.lights import Form, Light, kind_number
+from ssdo_gl.scene.scene import Scene
 from ssdo_gl.scene.shadow_frames import atlas_layout, shadow_frames
 from ssdo_gl.settings.fields import setting
 
@@ -37,6 +38,11 @@ class DirectSettings:
     filter_samples: int = setting(
         8, "shadow-map reads per part of a light in its penumbra: smoother", low=1, high=256
     )
+
+
+def is_smooth(scene: Scene) -> bool:
+    """Return whether any surface is shaded by normals that are not its triangles' own."""
+    return any(mesh.normals is not None for mesh in scene.meshes)
 
 
 def uniforms(settings: DirectSettings, frame: Frame) -> dict[str, object]:
@@ -57,6 +63,8 @@ class DirectPass(RenderPass):
         Read `shadow_atlas` for lights whose shadow is "map"; else they cast none.
     parts_per_side : int
         That of the shadow maps' settings.
+    lifts : bool
+        Read `lift_vs`, without which triangles shadow the smooth surface they stand for.
     """
 
     name = "direct"
@@ -68,18 +76,21 @@ class DirectPass(RenderPass):
         *,
         shadow_maps: bool = True,
         parts_per_side: int = 1,
+        lifts: bool = False,
     ) -> None:
         self.settings = settings or DirectSettings()
         self.shadow_maps = shadow_maps
         self.parts_per_side = parts_per_side
-        self.reads = ("z_vs", "normals_vs", *(("shadow_atlas",) if shadow_maps else ()))
+        self.lifts = lifts
+        more = *(("shadow_atlas",) if shadow_maps else ()), *(("lift_vs",) if lifts else ())
+        self.reads = ("z_vs", "normals_vs", *more)
         # The map of a directional light encloses the geometry; the seed turns the
         # pattern of soft shadows.
         self.depends_on = ("view", "lights", *(("geometry", "seed") if shadow_maps else ()))
 
     def settings_key(self) -> Hashable:
         """Return the settings and how there are shadow maps."""
-        return self.settings, self.shadow_maps, self.parts_per_side
+        return self.settings, self.shadow_maps, self.parts_per_side, self.lifts
 
     def execute(self, context: PassContext) -> None:
         """Draw one full-screen triangle for each light, adding up."""
@@ -93,7 +104,7 @@ class DirectPass(RenderPass):
         if self.shadow_maps:
             columns = atlas_layout(scene.lights).columns
             common["u_shadow_tile_texels"] = context.inputs["shadow_atlas"].width // columns
-        smooth = any(mesh.normals is not None for mesh in scene.meshes)
+        smooth = is_smooth(scene)
         context.target.use()
         context.gl.blend_func = moderngl.ONE, moderngl.ONE
         chosen = [
@@ -111,11 +122,13 @@ class DirectPass(RenderPass):
         context.gl.enable_only(moderngl.NOTHING)
 
     def _defines(self, light: Light, smooth: bool) -> dict[str, int]:
+        has_map = self.shadow_maps and light.shadow == "map"
         return {
             "LIGHT_KIND": kind_number(light),
             "LIGHT_FORM": light.form,
             "IS_SOFT": int(light.form is Form.AREA or light.spread > 0.0),
-            "HAS_SHADOW_MAP": int(self.shadow_maps and light.shadow == "map"),
+            "HAS_SHADOW_MAP": int(has_map),
+            "HAS_LIFT": int(has_map and self.lifts and smooth),
             "HAS_SHADING_NORMALS": int(smooth),
             "BLOCKER_COUNT": self.settings.blocker_samples,
             "FILTER_COUNT": self.settings.filter_samples,
@@ -145,5 +158,10 @@ class Direct(Effect):
         settings = request.with_overrides("direct", DirectSettings())
         maps = request.with_overrides("shadow_map", ShadowMapSettings())
         has_maps = request.runs("shadow_map")
-        item = DirectPass(settings, shadow_maps=has_maps, parts_per_side=maps.parts_per_side)
+        item = DirectPass(
+            settings,
+            shadow_maps=has_maps,
+            parts_per_side=maps.parts_per_side,
+            lifts=has_maps and is_smooth(request.scene),
+        )
         yield item, "light of the scene's lights"

@@ -30,11 +30,13 @@ def uniforms(frame: Frame) -> dict[str, object]:
 
 
 class GBufferPass(RenderPass):
-    """Draws the scene once into four targets.
+    """Draws the scene once into up to five targets.
 
     Surfaces are two-sided: both normals are turned towards the camera. `emission`
     leaves the front side only unless the material says otherwise; its alpha is 1
-    where no light delivers it, so that it may be counted as a sender.
+    where no light delivers it, so that it may be counted as a sender. `lift_vs` is how far
+    above its triangle, along the shading normal, the smooth surface lies that the triangle
+    stands for; 0 where it does not bulge, or by less than what is known of positions.
 
     Parameters
     ----------
@@ -48,6 +50,7 @@ class GBufferPass(RenderPass):
         "normals_vs": TextureSpec(4, "nu2"),
         "albedo": TextureSpec(4, "nu2"),
         "emission": TextureSpec(4, "f4"),
+        "lift_vs": TextureSpec(1, "f4"),
     }
     depends_on = ("view", "geometry")
     needs_depth: ClassVar[bool] = True
@@ -60,6 +63,7 @@ class GBufferPass(RenderPass):
             "WRITES_NORMALS": int("normals_vs" in self.writes),
             "WRITES_ALBEDO": int("albedo" in self.writes),
             "WRITES_EMISSION": int("emission" in self.writes),
+            "WRITES_LIFT": int("lift_vs" in self.writes),
         }
 
     def settings_key(self) -> Hashable:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 import weakref
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -32,6 +33,8 @@ MOST_OUTLINE_POINTS = 64
 # proof of convexity for other solids had no use in models made by others), or that all of
 # it lies in one plane.
 ANY, SOLID_BOX, FLAT = 0, 1, 2
+# Cosine of what stored normals of a flat surface may lean by: rounding of 8 bits, 0.4 degrees.
+UPRIGHT = math.cos(math.radians(0.5))
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +75,7 @@ def _form_of(mesh: Mesh) -> MeshForm:
     center, half = 0.5 * (low + high), 0.5 * (high - low)
     tolerance = ROUNDING * float(np.linalg.norm(half) + np.abs(center).max())
     normal = _largest_normal(mesh)
-    if _is_flat(mesh, normal, tolerance):
+    if _is_flat(mesh, normal, tolerance) and _is_shaded_flat(mesh, normal):
         few = len(mesh.positions) <= MOST_OUTLINE_POINTS
         return MeshForm(center, half, FLAT, normal, mesh.positions if few else _corners(low, high))
     is_box = mesh.closed and _fills_box(mesh, low, high, tolerance)
@@ -86,6 +89,14 @@ def _is_flat(mesh: Mesh, normal: FloatArray, tolerance: float) -> bool:
         if not np.ptp(heights) <= 2.0 * tolerance:
             return False
     return True
+
+
+def _is_shaded_flat(mesh: Mesh, normal: FloatArray) -> bool:
+    """Return whether a flat mesh is shaded by its own normal: then it throws no shadow on itself.
+
+    Light from behind may shine on a normal that leans; the sheet stands in its way.
+    """
+    return mesh.normals is None or bool(np.all(np.abs(mesh.normals @ normal) > UPRIGHT))
 
 
 def _fills_box(mesh: Mesh, low: FloatArray, high: FloatArray, tolerance: float) -> bool:

@@ -44,9 +44,11 @@ def draw(gl, shaders, scene, size=SIZE, *, maps=True, settings=None, map_setting
     frame = make_frame(scene, size, geometry=geometry, seed=seed)
     images = run_pass(gl, shaders, GBufferPass(), frame, geometry=geometry)
     map_settings = map_settings or ShadowMapSettings(resolution=128)
-    direct = DirectPass(settings, shadow_maps=maps, parts_per_side=map_settings.parts_per_side)
+    parts = map_settings.parts_per_side
+    direct = DirectPass(settings, shadow_maps=maps, parts_per_side=parts, lifts=maps)
     inputs = {name: images[name] for name in ("z_vs", "normals_vs")}
     if maps:
+        inputs["lift_vs"] = images["lift_vs"]
         made = run_pass(gl, shaders, ShadowMapPass(map_settings), frame, geometry=geometry)
         inputs["shadow_atlas"] = made["shadow_atlas"]
     irradiance = run_pass(gl, shaders, direct, frame, inputs, geometry)["direct_irradiance"]
@@ -135,7 +137,13 @@ def test_a_convex_body_never_shadows_itself(gl, shaders, kind):
         _, _, shadowed = draw(gl, shaders, scene, map_settings=settings)
         _, _, plain = draw(gl, shaders, scene, maps=False)
         assert np.count_nonzero(plain) > 300
-        np.testing.assert_array_equal(shadowed, plain)
+        # Near lights fade out above the horizon of the lifted facets, which is nearer.
+        fades = plain < 0.06 * plain.max(axis=(0, 1))
+        # Clipping a rectangle at one horizon or the other rounds differently.
+        rounding = 1e-6 if kind == "rectangle" else 0.0
+        np.testing.assert_allclose(shadowed[~fades], plain[~fades], rtol=rounding)
+        assert np.all(shadowed[fades] <= plain[fades] * (1.0 + rounding))
+        assert np.mean(shadowed[fades] < plain[fades]) < 0.02
 
 
 @pytest.mark.parametrize("kind", ["point", "rectangle"])
@@ -414,5 +422,7 @@ def test_same_seed_same_bytes_other_seed_other_noise(gl, shaders):
 def test_settings_reach_the_pass():
     assert DirectPass().settings_key() != DirectPass(DirectSettings(9, 9)).settings_key()
     assert DirectPass().settings_key() != DirectPass(parts_per_side=3).settings_key()
+    assert DirectPass().settings_key() != DirectPass(lifts=True).settings_key()
+    assert "lift_vs" in DirectPass(lifts=True).reads and "lift_vs" not in DirectPass().reads
     assert "shadow_atlas" in DirectPass().reads
     assert "shadow_atlas" not in DirectPass(shadow_maps=False).reads

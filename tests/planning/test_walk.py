@@ -52,7 +52,7 @@ def test_the_g_buffer_writes_what_is_read():
     (all_of_it,) = (
         p for p in pipeline_of(("depth",), effects="full").passes if p.name == "gbuffer"
     )
-    assert set(all_of_it.writes) == {"z_vs", "normals_vs", "albedo", "emission"}
+    assert set(all_of_it.writes) == {"z_vs", "normals_vs", "albedo", "emission", "lift_vs"}
 
 
 def test_images_that_no_running_effect_has_are_neutral():
