@@ -99,6 +99,9 @@ class Device:
         self._owner.check()
         destroy_dropped()
         self.gl.__enter__()  # type: ignore[no-untyped-call]
+        if self.gl.objects:
+            # A framebuffer that is freed while bound makes the next one an OpenGL error.
+            self.gl.detect_framebuffer(0).use()
         # Not `gl.gc()`: it stumbles over what was released before it was dropped.
         while self.gl.objects:
             dropped = self.gl.objects.popleft()
@@ -138,6 +141,7 @@ def create_context(backend: str = "auto") -> Device:
         note_process()
     except RuntimeError as error:
         raise ContextError(str(error)) from None
+    destroy_dropped()
     answers = []
     for name, make in makers.items():
         if backend not in ("auto", name):

@@ -64,11 +64,13 @@ def note_process() -> None:
 def drop_context(
     gl: moderngl.Context, close: Callable[[], None] | None, owner: ContextOwner
 ) -> None:
-    """Destroy the context of a dropped device: now, or when its thread comes by."""
+    """Note that a device was dropped; its context is destroyed when its thread comes by.
+
+    Not now: objects are dropped at any moment, and another context may be at work.
+    """
     if owner.is_forked:
         return
     _dropped.append((gl, close, owner))
-    destroy_dropped()
     warnings.warn(
         "a renderer was dropped without release(); use `with Renderer(...)`",
         ResourceWarning,

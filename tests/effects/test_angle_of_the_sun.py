@@ -57,13 +57,13 @@ def test_penumbra_of_an_edge_is_as_wide_as_its_distance_makes_it(
     found, at = lit(device, shaders, light, FLOOR, EDGE, shadows=shadows)
     x = at[0, :, 0]
     radius = HEIGHT * np.tan(np.radians(0.5 * angle))
-    truth = np.broadcast_to(open_share(x, radius), found.shape)
-    assert width(x, found) == pytest.approx(width(x, truth), rel=tolerance)
-    assert np.sqrt(np.mean((found - truth) ** 2)) < 0.02
-    assert np.abs(found.mean(axis=0) - truth[0]).max() < 0.05
+    expected = np.broadcast_to(open_share(x, radius), found.shape)
+    assert width(x, found) == pytest.approx(width(x, expected), rel=tolerance)
+    assert np.sqrt(np.mean((found - expected) ** 2)) < 0.02
+    assert np.abs(found.mean(axis=0) - expected[0]).max() < 0.05
     # Beyond the penumbra light and shadow are whole.
     outside = np.abs(x) > 1.1 * radius + 0.01
-    np.testing.assert_allclose(found[:, outside], truth[:, outside], atol=1e-4)
+    np.testing.assert_allclose(found[:, outside], expected[:, outside], atol=1e-4)
 
 
 @pytest.mark.parametrize("slope", [0.0, 70.0, 88.0, 93.0])
@@ -75,12 +75,12 @@ def test_irradiance_is_that_of_the_disk_above_the_horizon(device, shaders, slope
     r, phi = np.meshgrid(
         spread * np.sqrt((np.arange(2000) + 0.5) / 2000), 2.0 * np.pi * np.arange(720) / 720
     )
-    truth = np.maximum(np.cos(angle) + r * np.cos(phi) * np.sin(angle), 0.0).mean()
+    expected = np.maximum(np.cos(angle) + r * np.cos(phi) * np.sin(angle), 0.0).mean()
     plain, _ = lit(device, shaders, light, FLOOR, shadows="none")
-    np.testing.assert_allclose(plain, truth, rtol=1e-3)
+    np.testing.assert_allclose(plain, expected, rtol=1e-3)
     for method, shadows in (("direct", "traced"), ("reference-gi", "map"), ("direct", "map")):
         found, _ = lit(device, shaders, light, FLOOR, shadows=shadows, method=method, spp=256)
-        assert found.mean() == pytest.approx(truth, rel=0.01)
+        assert found.mean() == pytest.approx(expected, rel=0.01)
 
 
 @pytest.mark.parametrize("shadows", ["map", "traced", "none"])
