@@ -124,6 +124,25 @@ def test_minus_one_is_not_the_last(
     assert f"refers to {named}, but there are" in refusal(glb, tmp_path)
 
 
+@pytest.mark.parametrize(
+    ("changed", "named"),
+    [
+        ({"asset": {"version": "[" * 2000}}, "glTF version '[["),
+        ({"extensionsRequired": ["E" * 2000]}, "requires the extension 'EE"),
+        (
+            {"extensions": {"KHR_lights_punctual": {"lights": [{"type": "t" * 2000}]}}},
+            "light 0: unknown type 'tt",
+        ),
+    ],
+)
+def test_long_texts_of_a_file_are_cut_in_messages(
+    changed: dict[str, Any], named: str, glb: GlbWriter, tmp_path: Path
+) -> None:
+    one_triangle(glb).update(changed)
+    glb.json["nodes"][0]["extensions"] = {"KHR_lights_punctual": {"light": 0}}
+    assert named in refusal(glb, tmp_path)
+
+
 def test_zeros_out_of_nothing_have_a_limit(glb: GlbWriter, tmp_path: Path) -> None:
     document = one_triangle(glb)
     document["accessors"] += [

@@ -65,7 +65,7 @@ class Document:
             raise GltfError("not valid glTF: no 'asset' in it")
         version = str(document["asset"].get("version", ""))
         if not version.startswith("2."):
-            raise GltfError(f"glTF version {version!r}: expected 2.0")
+            raise GltfError(f"glTF version {shown(version)}: expected 2.0")
         return cls(path, document, binary)
 
     def entry(self, kind: str, index: object) -> Json:
@@ -73,7 +73,7 @@ class Document:
         entries = self.json.get(kind, [])
         # A Python list would take -1 for its last element, and True for its second.
         if not isinstance(index, int) or isinstance(index, bool) or not 0 <= index < len(entries):
-            raise GltfError(f"refers to {kind} {_shown(index)}, but there are {len(entries)}")
+            raise GltfError(f"refers to {kind} {shown(index)}, but there are {len(entries)}")
         entry = entries[index]
         if not isinstance(entry, dict):
             raise GltfError(f"{kind} {index} is not an object")
@@ -224,7 +224,8 @@ def _data_of(uri: str) -> bytes:
         raise GltfError("a data: uri is not valid base64") from None
 
 
-def _shown(value: object) -> str:
+def shown(value: object) -> str:
+    """Return a value of the file in at most 40 characters."""
     text = str(value) if isinstance(value, (int, float)) else repr(value)
     return text if len(text) <= 40 else text[:37] + "..."
 
@@ -237,8 +238,7 @@ def numbers(data: Json, key: str, default: Sequence[float], where: str) -> Float
         if len(found) == len(default):
             return np.array(found)
     raise GltfError(
-        f"{where}: {key} = {_shown(value)}: expected {len(default)} numbers up to "
-        f"{LARGEST_NUMBER:g}"
+        f"{where}: {key} = {shown(value)}: expected {len(default)} numbers up to {LARGEST_NUMBER:g}"
     )
 
 
@@ -248,7 +248,7 @@ def number(data: Json, key: str, default: float, where: str) -> float:
     found = finite(value)
     if found is None:
         raise GltfError(
-            f"{where}: {key} = {_shown(value)}: expected a number up to {LARGEST_NUMBER:g}"
+            f"{where}: {key} = {shown(value)}: expected a number up to {LARGEST_NUMBER:g}"
         )
     return found
 

@@ -14,7 +14,7 @@ import numpy as np
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json, number, numbers
+from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json, number, numbers, shown
 from ssdo_gl.scene.formats.gltf.geometry import Shape, read_shape
 from ssdo_gl.scene.formats.gltf.gltf_materials import MaterialReader
 from ssdo_gl.scene.formats.model import Model
@@ -85,7 +85,7 @@ def read_gltf(path: Path, where: str) -> Model:
 def _check_extensions(document: Document) -> None:
     for name in document.json.get("extensionsRequired", []):
         if name not in _UNDERSTOOD and not name.startswith("KHR_materials_"):
-            raise GltfError(f"requires the extension {name!r}, which is not supported")
+            raise GltfError(f"requires the extension {shown(name)}, which is not supported")
 
 
 class _Reader:
@@ -270,7 +270,7 @@ class _Reader:
         name = str(light.get("name", ""))
         kind = kind_of_gltf(light["type"])
         if kind is None:
-            raise GltfError(f"light {index}: unknown type {light['type']!r}")
+            raise GltfError(f"light {index}: unknown type {shown(light['type'])}")
         # The node's scale does not count: one axis may even vanish.
         backward = world[:3, 2] if world[:3, 2].any() else np.cross(world[:3, 0], world[:3, 1])
         if kind.direction_fields and not backward.any():
