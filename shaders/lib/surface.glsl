@@ -52,7 +52,8 @@ Surface surface_at_hit(BvhHit hit, vec3 origin, vec3 w)
     s.brdf = Brdf(albedo_of(word, corners, weights).rgb);
 #if RAY_TEXTURES
     vec4 place = material_texel(word, 3);
-    vec3 texture_color = place.z != 0.0 ? atlas_color(place, interpolated_uv(corners, weights)).rgb : vec3(1.0);
+    vec2 emission_uv = interpolated_uv(emission_corners_of(slot, corners), weights);
+    vec3 texture_color = place.z != 0.0 ? atlas_color(place, emission_uv).rgb : vec3(1.0);
 #else
     const vec3 texture_color = vec3(1.0);
 #endif

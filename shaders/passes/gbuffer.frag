@@ -39,6 +39,12 @@ in vec4 v_color;
 #if HAS_ALBEDO_TEXTURE || HAS_EMISSION_TEXTURE
 in vec2 v_material_uv;
 #endif
+#if HAS_EMISSION_UVS
+in vec2 v_emission_uv;
+#define EMISSION_UV v_emission_uv
+#else
+#define EMISSION_UV v_material_uv
+#endif
 #if HAS_ALBEDO_TEXTURE
 uniform sampler2D t_albedo;
 #endif
@@ -117,7 +123,7 @@ void main()
 #endif
     vec3 emission = MATERIAL_EMISSION.rgb;
 #if HAS_EMISSION_TEXTURE
-    emission *= texture(t_emission, v_material_uv).rgb;
+    emission *= texture(t_emission, EMISSION_UV).rgb;
 #endif
     bool emits = is_front || MATERIAL_SIDE_CUTOFF.x > 0.5;
 

@@ -32,6 +32,10 @@ out vec4 v_color;
 in vec2 a_uv;
 out vec2 v_material_uv;
 #endif
+#if HAS_EMISSION_UVS
+in vec2 a_emission_uv;
+out vec2 v_emission_uv;
+#endif
 
 void main()
 {
@@ -59,5 +63,8 @@ void main()
 #endif
 #if HAS_ALBEDO_TEXTURE || HAS_EMISSION_TEXTURE
     v_material_uv = a_uv;
+#endif
+#if HAS_EMISSION_UVS
+    v_emission_uv = a_emission_uv;
 #endif
 }

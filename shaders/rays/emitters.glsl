@@ -157,13 +157,13 @@ vec3 emitter_place(vec3 corner, vec3 edge_u, vec3 edge_v, bool is_triangle, vec2
 
 #if RAY_TEXTURES
 // The texture's factor of a material's emission: nothing where there is a hole.
-vec3 emitter_color(uint material, vec2 uv)
+vec3 emitter_color(uint material, vec2 uv, vec2 hole_uv)
 {
     vec4 place = material_texel(material, 3);
     vec3 color = place.z != 0.0 ? atlas_color(place, uv).rgb : vec3(1.0);
 #if RAY_CUTOUTS
     place = material_texel(material, 2);
-    float alpha = material_texel(material, 0).a * (place.z != 0.0 ? atlas_color(place, uv).a : 1.0);
+    float alpha = material_texel(material, 0).a * (place.z != 0.0 ? atlas_color(place, hole_uv).a : 1.0);
     color = alpha < material_texel(material, 4).x ? vec3(0.0) : color;
 #endif
     return color;
@@ -186,7 +186,12 @@ LightSample sample_surface_emitter(Emitter e, int entry, vec2 u, vec3 p)
     vec4 uv_along = emitter_texel(entry, 4);
     vec4 uv_last = emitter_texel(entry, 5);
     vec2 uv = uv_along.xy + s.x * uv_along.zw + s.y * uv_last.xy;
-    radiance *= uv_last.z >= 0.0 ? emitter_color(uint(uv_last.z), uv) : vec3(1.0);
+    vec2 hole_uv = uv;
+#if RAY_EMISSION_UVS
+    vec4 hole_along = emitter_texel(entry, 6);
+    hole_uv = hole_along.xy + s.x * hole_along.zw + s.y * emitter_texel(entry, 7).xy;
+#endif
+    radiance *= uv_last.z >= 0.0 ? emitter_color(uint(uv_last.z), uv, hole_uv) : vec3(1.0);
 #endif
     float density = distance_2 / max(e.edge_v.w * cosine, 1e-30);
     bool is_lit = cosine > 0.0 && distance_2 > 1e-20;

@@ -1,7 +1,7 @@
 // Tables of what rays hit: where a record lies, and what materials look like.
 //
 // RAY_SMOOTH_NORMALS, RAY_VERTEX_COLORS, RAY_TEXTURES, RAY_CUTOUTS,
-// RAY_SINGLE_SIDED: what the scene has.
+// RAY_SINGLE_SIDED, RAY_EMISSION_UVS: what the scene has.
 // Layouts: ssdo_gl/raytracing/surface_tables.py.
 #include "lib/octahedral.glsl"
 
@@ -9,6 +9,9 @@ uniform usampler2D t_ray_surfaces;
 uniform vec2 u_surfaces_texel;
 uniform sampler2D t_ray_materials;
 uniform sampler2D t_ray_atlas;
+#if RAY_EMISSION_UVS
+uniform int u_emission_uvs_slot;    // where those of slot 0 are
+#endif
 
 // A row of a table holds 256 records of 4 texels.
 const int BVH_ROW_SHIFT = 8;
@@ -57,6 +60,16 @@ Corners corners_of(int slot)
                    record_texel(t_ray_surfaces, u_surfaces_texel, slot, 1),
                    record_texel(t_ray_surfaces, u_surfaces_texel, slot, 2),
                    record_texel(t_ray_surfaces, u_surfaces_texel, slot, 3));
+}
+
+// The corners whose texture coordinates are those of the emission's image.
+Corners emission_corners_of(int slot, Corners corners)
+{
+#if RAY_EMISSION_UVS
+    return corners_of(slot + u_emission_uvs_slot);
+#else
+    return corners;
+#endif
 }
 
 #if RAY_SMOOTH_NORMALS

@@ -41,6 +41,7 @@ class Features:
     vertex_colors: bool = False
     albedo_texture: bool = False
     emission_texture: bool = False
+    emission_uvs: bool = False
     alpha_cutout: bool = False
     instance_materials: bool = False
     single_sided: bool = False
@@ -52,6 +53,7 @@ class Features:
             "HAS_VERTEX_COLORS": int(self.vertex_colors),
             "HAS_ALBEDO_TEXTURE": int(self.albedo_texture),
             "HAS_EMISSION_TEXTURE": int(self.emission_texture),
+            "HAS_EMISSION_UVS": int(self.emission_uvs),
             "HAS_ALPHA_CUTOUT": int(self.alpha_cutout),
             "HAS_INSTANCE_MATERIALS": int(self.instance_materials),
         }
@@ -111,11 +113,13 @@ def grouped(scene: Scene) -> list[list[int]]:
 def features_of(mesh: Mesh, material: Material) -> Features:
     """Return what drawing `mesh` with `material` needs."""
     textured = mesh.uvs is not None
+    glow_textured = textured and material.emission_texture is not None and material.emits
     return Features(
         shading_normals=mesh.normals is not None,
         vertex_colors=mesh.colors is not None,
         albedo_texture=textured and material.albedo_texture is not None,
-        emission_texture=textured and material.emission_texture is not None and material.emits,
+        emission_texture=glow_textured,
+        emission_uvs=glow_textured and mesh.emission_uvs is not None,
         alpha_cutout=material.alpha_cutoff is not None,
         single_sided=material.single_sided,
     )

@@ -61,6 +61,7 @@ def ray_defines(context: PassContext, features: RayFeatures) -> dict[str, int]:
         "RAY_TEXTURES": int(features.textures),
         "RAY_CUTOUTS": int(features.cutouts),
         "RAY_SINGLE_SIDED": int(features.single_sided),
+        "RAY_EMISSION_UVS": int(features.emission_uvs),
     }
 
 
@@ -85,6 +86,7 @@ def ray_uniforms(context: PassContext) -> dict[str, object]:
         "u_ns_from_vs": view.view_from_world.T,
         "u_eye_ns": tuple((view.position_ws - triangles.centre) / triangles.half_diagonal),
         "u_ns_per_unit": 1.0 / triangles.half_diagonal,
+        "u_emission_uvs_slot": bvh_of(context).primitive_triangles.size,
         "u_bvh_root": bvh_of(context).records[0, :12].reshape(3, 4),
     }
     for name, uniform in TABLE_TEXELS.items():

@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections import OrderedDict
 from dataclasses import dataclass
 from hashlib import blake2b
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ from ssdo_gl.raytracing.pairs import Pairs, pair_triangles
 from ssdo_gl.raytracing.split import BinaryTree, build_binary
 from ssdo_gl.raytracing.triangles import SceneTriangles, scene_triangles
 from ssdo_gl.raytracing.widen import best_cuts, open_nodes
+from ssdo_gl.scene.mesh import Mesh
 from ssdo_gl.scene.scene import Scene, SceneError
 
 WIDTH = 4
@@ -136,11 +138,17 @@ def content_key(scene: Scene) -> bytes:
         head = (item.mesh, item.material, -1 if item.light is None else item.light)
         digest.update(repr((head, item.world_from_object.shape)).encode())
         digest.update(item.world_from_object.tobytes())
-        for array in (mesh.positions, mesh.triangles, mesh.normals, mesh.uvs, mesh.colors):
+        for array in _arrays(mesh):
             digest.update(b"-" if array is None else repr(array.shape).encode())
             if array is not None:
                 digest.update(array.tobytes())
     return digest.digest()
+
+
+def _arrays(mesh: Mesh) -> tuple[NDArray[Any] | None, ...]:
+    return (
+        mesh.positions, mesh.triangles, mesh.normals, mesh.uvs, mesh.emission_uvs, mesh.colors
+    )  # fmt: skip
 
 
 def _pair_vertices(positions: NDArray[np.float32], pairs: Pairs) -> NDArray[np.float32]:

@@ -45,7 +45,8 @@ class EmitterTables:
         area (numbers of a light without an area: see `ShaderRow`); 3 = intensity,
         irradiance or radiance (lengths in normalised units), cumulative probability
         within the group including this entry; 4, 5 = texture coordinates at the corner,
-        along the first and second edge (two each), material or -1, 0. 6 and 7 are unused.
+        along the first and second edge (two each), material or -1, 0; 6, 7 = the same six
+        numbers of the image of holes, where they differ from those of the emission.
     groups : ndarray, shape (max(G, 1), 2, 4), float32
         Texels: 0 = first entry, number of entries, shadow mode + 4 if the group's light
         counts as direct light, probability; 1 = cumulative probability including this
@@ -150,8 +151,9 @@ def _emissive_rows(
     same = (triangles.material[pair[:, 0]] == triangles.material[pair[:, 1]]) & (
         triangles.light[pair[:, 0]] == triangles.light[pair[:, 1]]
     )
-    vertices, uvs = _pair_corners(bvh)
-    joined = both.all(axis=1) & same & _is_parallelogram(vertices) & _is_parallelogram(uvs)
+    vertices, hole_uvs, uvs = _pair_corners(bvh)
+    joined = both.all(axis=1) & same & _is_parallelogram(vertices)
+    joined &= _is_parallelogram(uvs) & _is_parallelogram(hole_uvs)
     single = both & ~joined[:, None]
     # (primitive, kind, its triangle, corners that span it)
     parts = [
@@ -173,24 +175,29 @@ def _emissive_rows(
         row[:, 0, :3], row[:, 1, :3], row[:, 2, :3] = corner, edge_u, edge_v
         row[:, 0, 3] = kind + TWO_SIDED_CODE * (sides[material] - 1.0) + BODY_CODE
         row[:, 2, 3], row[:, 3, :3] = area, emission[material]
-        uv = uvs[chosen, o]
-        row[:, 4, :2], row[:, 4, 2:] = uv, uvs[chosen, u] - uv
-        row[:, 5, :2], row[:, 5, 2] = uvs[chosen, v] - uv, material
+        for texel, its in ((4, uvs), (6, hole_uvs)):
+            uv = its[chosen, o]
+            row[:, texel, :2], row[:, texel, 2:] = uv, its[chosen, u] - uv
+            row[:, texel + 1, :2] = its[chosen, v] - uv
+        row[:, 5, 2] = material
         rows.append(row)
         weights.append(area * emission[material].mean(axis=1) * sides[material])
         owners.append(triangles.light[which])
     return np.concatenate(rows), np.concatenate(weights), np.concatenate(owners)
 
 
-def _pair_corners(bvh: Bvh) -> tuple[FloatArray, FloatArray]:
-    """Return vertices (P, 4, 3) and texture coordinates (P, 4, 2) of all primitives."""
+def _pair_corners(bvh: Bvh) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return vertices (P, 4, 3) and both texture coordinates (P, 4, 2) of all primitives."""
     pair, corners = bvh.primitive_triangles, bvh.primitive_corners
     fourth = (np.maximum(pair[:, 1:], 0), corners[:, 1, 2:])
     first = (pair[:, :1], corners[:, 0])
-    arrays = []
-    for array in (bvh.triangles.positions.astype(np.float64), bvh.triangles.uvs):
-        arrays.append(np.concatenate([array[first], array[fourth]], axis=1))
-    return arrays[0], arrays[1]
+    triangles = bvh.triangles
+    glow = triangles.uvs if triangles.emission_uvs is None else triangles.emission_uvs
+    vertices, uvs, emission_uvs = (
+        np.concatenate([array[first], array[fourth]], axis=1)
+        for array in (triangles.positions.astype(np.float64), triangles.uvs, glow)
+    )
+    return vertices, uvs, emission_uvs
 
 
 def _is_parallelogram(corners: FloatArray) -> NDArray[np.bool_]:

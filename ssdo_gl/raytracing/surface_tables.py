@@ -36,6 +36,8 @@ class RayFeatures:
     single_sided : bool
         Whether there are surfaces that only their front shows of, other than solids,
         whose backs nothing outside of them meets.
+    emission_uvs : bool
+        Whether an image of emission has texture coordinates of its own.
     """
 
     smooth_normals: bool
@@ -43,6 +45,7 @@ class RayFeatures:
     textures: bool
     cutouts: bool
     single_sided: bool = False
+    emission_uvs: bool = False
 
     @classmethod
     def of(cls, scene: Scene) -> RayFeatures:
@@ -57,6 +60,9 @@ class RayFeatures:
             ),
             cutouts=any(m.alpha_cutoff is not None for _, m in pairs),
             single_sided=any(m.single_sided and not mesh.is_solid for mesh, m in pairs),
+            emission_uvs=any(
+                mesh.emission_uvs is not None and m.emission_texture for mesh, m in pairs
+            ),
         )
 
     @property
@@ -82,6 +88,7 @@ def surface_table(bvh: Bvh) -> NDArray[np.uint32]:
 
     Words 0-2: shading normals; 3-8: texture coordinates (float32 bits, u and v in turn);
     9-14: colours, 4 x 16 bits each. Corners in the order of the primitive's vertices.
+    Where images of emission have coordinates of their own, 2 P rows with these follow.
     """
     triangles = bvh.triangles
     chosen, corners = bvh.primitive_triangles.reshape(-1), bvh.primitive_corners.reshape(-1, 3)
@@ -89,13 +96,20 @@ def surface_table(bvh: Bvh) -> NDArray[np.uint32]:
     table = np.zeros((len(chosen), SURFACE_WORDS), dtype=np.uint32)
     if triangles.count == 0:
         return table
+    table[:, 3:9] = _uv_words(triangles.uvs[rows, corners])
     table[:, 0:3] = oct_words(triangles.normals[rows, corners])
-    uvs = triangles.uvs[rows, corners].astype(np.float32)
-    table[:, 3:9] = uvs.reshape(-1, 6).view(np.uint32)
     colors = np.rint(np.clip(triangles.colors[rows, corners], 0.0, 1.0) * 65535.0)
     packed = colors.astype(np.uint32).reshape(-1, 3, 2, 2)
     table[:, 9:15] = (packed[..., 0] | packed[..., 1] << 16).reshape(-1, 6)
-    return table
+    if triangles.emission_uvs is None:
+        return table
+    second = np.zeros_like(table)
+    second[:, 3:9] = _uv_words(triangles.emission_uvs[rows, corners])
+    return np.concatenate([table, second])
+
+
+def _uv_words(uvs: FloatArray) -> NDArray[np.uint32]:
+    return uvs.astype(np.float32).reshape(-1, 6).view(np.uint32)
 
 
 def material_words(bvh: Bvh, scene: Scene) -> NDArray[np.uint32]:

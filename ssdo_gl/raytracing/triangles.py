@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray, IntArray
-from ssdo_gl.scene.mesh import Mesh, SceneObject
+from ssdo_gl.scene.mesh import Mesh, SceneObject, placed
 from ssdo_gl.scene.scene import Scene
 
 
@@ -39,6 +38,8 @@ class SceneTriangles:
         World-space origin of the frame.
     half_diagonal : float
         Length of the frame's unit, scene units, > 0.
+    emission_uvs : ndarray, shape (T, 3, 2), float64, or None
+        Texture coordinates of the emission's images; None: all are `uvs`.
     """
 
     positions: NDArray[np.float32]
@@ -51,6 +52,7 @@ class SceneTriangles:
     single_sided: NDArray[np.bool_]
     centre: FloatArray
     half_diagonal: float
+    emission_uvs: FloatArray | None = None
 
     @property
     def count(self) -> int:
@@ -68,13 +70,14 @@ def normalised_frame(scene: Scene) -> tuple[FloatArray, float]:
 def scene_triangles(scene: Scene) -> SceneTriangles:
     """Flatten all instances of `scene`; triangles without area in float32 are dropped."""
     centre, half_diagonal = normalised_frame(scene)
+    two_sets = any(mesh.emission_uvs is not None for mesh in scene.meshes)
     parts = [
-        _instances(scene, item, centre, half_diagonal)
+        _instances(scene, item, centre, half_diagonal, two_sets)
         for item in scene.objects
         if len(item.world_from_object)
     ]
-    positions, normals, uvs, colors, material, light, smooth, single_sided = (
-        np.concatenate([part[i] for part in parts]) for i in range(8)
+    positions, normals, uvs, colors, glow, material, light, smooth, single_sided = (
+        np.concatenate([part[i] for part in parts]) for i in range(9)
     )
     positions_ns = positions.astype(np.float32)
     keep = _have_area(positions_ns)
@@ -89,6 +92,7 @@ def scene_triangles(scene: Scene) -> SceneTriangles:
         single_sided[keep],
         centre,
         half_diagonal,
+        glow[keep] if two_sets else None,
     )
 
 
@@ -112,37 +116,40 @@ def _have_area(positions: NDArray[np.float32]) -> NDArray[np.bool_]:
 
 
 def _instances(
-    scene: Scene, item: SceneObject, centre: FloatArray, half_diagonal: float
+    scene: Scene, item: SceneObject, centre: FloatArray, half_diagonal: float, two_sets: bool
 ) -> tuple[NDArray[Any], ...]:
-    """Return the eight per-triangle arrays of all instances of one object."""
-    mesh = scene.meshes[item.mesh]
-    per_corner = _per_corner(mesh)
-    parts: list[list[FloatArray]] = []
-    for matrix in item.world_from_object:
-        corners, normals, uvs, colors = per_corner
-        relative = matrix.copy()
-        relative[:3, 3] -= centre
-        moved = math3d.transform_points(relative, corners) / half_diagonal
-        # The cofactor matrix carries normals under any affine map, and unlike the
-        # inverse transpose exists for flat (singular) ones; its sign follows mirroring.
-        linear = matrix[:3, :3]
-        cofactor = np.stack([np.cross(linear[(i + 1) % 3], linear[(i + 2) % 3]) for i in range(3)])
-        if np.linalg.det(linear) < 0.0:
-            # Mirroring turns the winding over; the front stays the side that the
-            # counter-clockwise winding of the mesh faced.
-            cofactor = -cofactor
-            moved, normals, uvs, colors = (a[:, ::-1] for a in (moved, normals, uvs, colors))
-        normal = normals @ cofactor.T
-        length = np.linalg.norm(normal, axis=2, keepdims=True)
-        unit = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0)
-        parts.append([moved, unit, uvs, colors])
-    moved, unit, uvs, colors = (np.concatenate([part[i] for part in parts]) for i in range(4))
-    total = len(moved)
+    """Return the nine per-triangle arrays of all instances of one object.
+
+    With `two_sets` the fifth holds texture coordinates of emission; else it has no columns.
+    """
+    mesh, matrices = scene.meshes[item.mesh], item.world_from_object
+    corners, *carried = _per_corner(mesh, two_sets)
+    relative = matrices.copy()
+    relative[:, :3, 3] -= centre
+    moved = placed(corners, relative) / half_diagonal
+    # The cofactor matrix carries normals under any affine map, and unlike the
+    # inverse transpose exists for flat (singular) ones; its sign follows mirroring.
+    linear = matrices[:, :3, :3]
+    cofactor = np.stack(
+        [np.cross(linear[:, (i + 1) % 3], linear[:, (i + 2) % 3]) for i in range(3)], axis=1
+    )
+    mirrored = np.linalg.det(linear) < 0.0
+    cofactor[mirrored] *= -1.0
+    normals, *carried = (
+        np.broadcast_to(array, (len(matrices), *array.shape)).copy() for array in carried
+    )
+    normals = (normals.reshape(len(matrices), -1, 3) @ cofactor.transpose(0, 2, 1)).reshape(
+        normals.shape
+    )
+    # Mirroring turns the winding over; the front stays the side that the
+    # counter-clockwise winding of the mesh faced.
+    for array in (moved, normals, *carried):
+        array[mirrored] = array[mirrored][:, :, ::-1]
+    length = np.linalg.norm(normals, axis=-1, keepdims=True)
+    unit = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0.0)
+    total = len(matrices) * len(corners)
     return (
-        moved,
-        unit,
-        uvs,
-        colors,
+        *(array.reshape(total, *array.shape[2:]) for array in (moved, unit, *carried)),
         np.full(total, item.material),
         np.full(total, -1 if item.light is None else item.light),
         np.full(total, mesh.normals is not None),
@@ -150,12 +157,14 @@ def _instances(
     )
 
 
-def _per_corner(mesh: Mesh) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return positions, normals, texture coordinates and colours, each (T, 3, n)."""
+def _per_corner(mesh: Mesh, two_sets: bool) -> tuple[FloatArray, ...]:
+    """Return positions, normals, texture coordinates, colours, those of emission, (T, 3, n)."""
     triangles = mesh.triangles
     count = len(triangles)
     # Flat ones get their face normals once all are in place.
     normals = np.zeros((count, 3, 3)) if mesh.normals is None else mesh.normals[triangles]
     uvs = np.zeros((count, 3, 2)) if mesh.uvs is None else mesh.uvs[triangles]
+    glow = uvs if mesh.emission_uvs is None else mesh.emission_uvs[triangles]
+    glow = glow if two_sets else glow[..., :0]
     colors = np.ones((count, 3, 4)) if mesh.colors is None else mesh.colors[triangles]
-    return mesh.positions[triangles], normals, uvs, colors
+    return mesh.positions[triangles], normals, uvs, colors, glow

@@ -204,7 +204,8 @@ def _radiance(mesh: Mesh, material: Material) -> FloatArray:
     # sqrt warps the square onto the triangle with constant density.
     root = np.sqrt(a)
     weights = np.stack([1.0 - root, root * (1.0 - b), root * b], axis=1)
-    uv = np.einsum("pk,tkc->tpc", weights, mesh.uvs[mesh.triangles])
+    uvs = mesh.uvs if mesh.emission_uvs is None else mesh.emission_uvs
+    uv = np.einsum("pk,tkc->tpc", weights, uvs[mesh.triangles])
     return np.asarray(factor * linear_texels(texture.pixels, uv).mean(axis=1))
 
 

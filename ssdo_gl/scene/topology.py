@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,6 +50,7 @@ def cleaned_mesh(
     uvs: FloatArray | None = None,
     colors: FloatArray | None = None,
     name: str = "",
+    emission_uvs: FloatArray | None = None,
 ) -> Cleaned:
     """Return a mesh without unusable triangles and unused vertices.
 
@@ -56,7 +58,7 @@ def cleaned_mesh(
     ----------
     positions, normals : ndarray, shape (V, 3)
     triangles : ndarray, shape (T, 3)
-    uvs : ndarray, shape (V, 2)
+    uvs, emission_uvs : ndarray, shape (V, 2)
     colors : ndarray, shape (V, 4)
 
     Raises
@@ -78,7 +80,8 @@ def cleaned_mesh(
     mesh = Mesh(
         positions=np.ascontiguousarray(positions[used], dtype=np.float64),
         triangles=triangles,
-        uvs=None if uvs is None else np.where(np.abs(uvs[used]) <= LARGEST_NUMBER, uvs[used], 0.0),
+        uvs=_usable_uvs(uvs, used),
+        emission_uvs=_usable_uvs(emission_uvs, used),
         colors=None if colors is None else np.clip(np.nan_to_num(colors[used]), 0.0, 1.0),
         closed=is_closed(positions[used], triangles),
         name=name,
@@ -86,10 +89,11 @@ def cleaned_mesh(
     if normals is None:
         return Cleaned(mesh, not_finite, zero_area)
     unit, replaced = _unit_normals(normals[used], mesh)
-    with_normals = Mesh(
-        mesh.positions, mesh.triangles, unit, mesh.uvs, mesh.colors, mesh.closed, name
-    )
-    return Cleaned(with_normals, not_finite, zero_area, replaced)
+    return Cleaned(dataclasses.replace(mesh, normals=unit), not_finite, zero_area, replaced)
+
+
+def _usable_uvs(uvs: FloatArray | None, used: NDArray[np.int64]) -> FloatArray | None:
+    return None if uvs is None else np.where(np.abs(uvs[used]) <= LARGEST_NUMBER, uvs[used], 0.0)
 
 
 def _without_area(positions: FloatArray, triangles: NDArray[np.int64]) -> NDArray[np.bool_]:

@@ -38,6 +38,7 @@ class Model:
         uvs: FloatArray | None = None,
         colors: FloatArray | None = None,
         name: str = "",
+        emission_uvs: FloatArray | None = None,
     ) -> int | None:
         """Clean and add a mesh; return its index, or None if nothing was left.
 
@@ -46,7 +47,7 @@ class Model:
         ValueError
             If a triangle names a vertex that does not exist.
         """
-        cleaned = cleaned_mesh(positions, triangles, normals, uvs, colors, name)
+        cleaned = cleaned_mesh(positions, triangles, normals, uvs, colors, name, emission_uvs)
         for what, count in (
             ("triangles with NaN or infinite corners dropped", cleaned.not_finite),
             ("triangles without area dropped", cleaned.zero_area),
@@ -94,9 +95,11 @@ class Model:
             A material of the builder to use in place of the model's own.
         """
         first_mesh, first_material = len(builder.meshes), len(builder.materials)
-        builder.meshes += self.meshes
         if material is None:
+            builder.meshes += self.meshes
             builder.materials += self.materials
+        else:  # whose images all use the same coordinates
+            builder.meshes += [dataclasses.replace(m, emission_uvs=None) for m in self.meshes]
         for note in self.all_notes():
             builder.note(note)
         return [

@@ -22,7 +22,7 @@ class Shape:
     ----------
     positions, normals : ndarray, shape (V, 3)
     triangles : ndarray, shape (T, 3)
-    uvs : ndarray, shape (V, 2)
+    uvs, emission_uvs : ndarray, shape (V, 2)
     colors : ndarray, shape (V, 4)
         Linear, as the format defines them.
     joints, weights : ndarray, shape (V, 4 k)
@@ -38,10 +38,14 @@ class Shape:
     joints: NDArray[np.int64] | None
     weights: FloatArray | None
     morphed: bool
+    emission_uvs: FloatArray | None = None
 
 
 def read_shape(
-    document: Document, primitive: Json, morph_weights: Sequence[float], uv_set: int
+    document: Document,
+    primitive: Json,
+    morph_weights: Sequence[float],
+    uv_sets: tuple[int, int | None],
 ) -> Shape | None:
     """Return a primitive, or None if it is made of points or lines.
 
@@ -49,8 +53,9 @@ def read_shape(
     ----------
     morph_weights : sequence of float
         Of its morph targets; missing ones are 0.
-    uv_set : int
-        Which TEXCOORD_n the material's texture uses.
+    uv_sets : pair of int
+        Which TEXCOORD_n the material's textures use; None where the emission's does as
+        the other.
     """
     mode = int(primitive.get("mode", _TRIANGLES))
     attributes = primitive["attributes"]
@@ -77,11 +82,12 @@ def read_shape(
         positions,
         _triangles(document, primitive, mode, count),
         normals,
-        optional(f"TEXCOORD_{uv_set}", 2),
+        optional(f"TEXCOORD_{uv_sets[0]}", 2),
         colors,
         joints,
         weights,
         morphed,
+        None if uv_sets[1] is None else optional(f"TEXCOORD_{uv_sets[1]}", 2),
     )
 
 

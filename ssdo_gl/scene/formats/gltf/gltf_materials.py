@@ -32,6 +32,44 @@ _BEYOND_DIFFUSE = {
 
 
 @dataclass(frozen=True)
+class Coordinates:
+    """How the texture coordinates of an image are made.
+
+    Attributes
+    ----------
+    uv_set : int
+        Which TEXCOORD_n to use.
+    matrix : ndarray, shape (2, 3), or None
+        KHR_texture_transform.
+    """
+
+    uv_set: int = 0
+    matrix: FloatArray | None = None
+
+    @classmethod
+    def of(cls, reference: Json, doubles: tuple[bool, bool]) -> Coordinates:
+        """Return those of a texture reference, whose image may hold its mirror image too."""
+        uv_set, matrix = _placement_matrix(reference)
+        if any(doubles):
+            # An image and its mirror image take two units of texture coordinates.
+            halves = np.where(doubles, 0.5, 1.0)[:, None]
+            matrix = halves * (np.eye(2, 3) if matrix is None else matrix)
+        return cls(uv_set, matrix)
+
+    def transformed(self, uvs: FloatArray) -> FloatArray:
+        """Return texture coordinates (V, 2) as the image is to be looked up."""
+        if self.matrix is None:
+            return uvs
+        return np.asarray(uvs @ self.matrix[:, :2].T + self.matrix[:, 2])
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Coordinates):
+            return NotImplemented
+        mine, others = (np.eye(2, 3) if c.matrix is None else c.matrix for c in (self, other))
+        return self.uv_set == other.uv_set and np.array_equal(mine, others)
+
+
+@dataclass(frozen=True)
 class UsedMaterial:
     """A material of the model, and how its texture coordinates are made.
 
@@ -39,21 +77,14 @@ class UsedMaterial:
     ----------
     index : int
         Into Model.materials.
-    uv_set : int
-        Which TEXCOORD_n to use.
-    uv_matrix : ndarray, shape (2, 3), or None
-        KHR_texture_transform of the base colour texture.
+    uvs : Coordinates
+    emission_uvs : Coordinates or None
+        Of the emission's image, where they differ.
     """
 
     index: int
-    uv_set: int = 0
-    uv_matrix: FloatArray | None = None
-
-    def transformed(self, uvs: FloatArray) -> FloatArray:
-        """Return texture coordinates (V, 2) as the image is to be looked up."""
-        if self.uv_matrix is None:
-            return uvs
-        return np.asarray(uvs @ self.uv_matrix[:, :2].T + self.uv_matrix[:, 2])
+    uvs: Coordinates = Coordinates()
+    emission_uvs: Coordinates | None = None
 
 
 class MaterialReader:
@@ -86,29 +117,27 @@ class MaterialReader:
         self._list_the_rest(name, entry, factor_key == "baseColorFactor")
         reference = base.get(texture_key)
         glow = entry.get("emissiveTexture")
-        main = reference if reference is not None else glow or {}
         emission = self._emission(name, entry, extensions)
-        doubles = self._mirrored_axes(reference, glow if any(emission) else None)
+        glow = glow if any(emission) else None
+        doubles, glow_doubles = self._mirrored_axes(reference), self._mirrored_axes(glow)
         material = Material(
             name=name,
             albedo=_triple(factor[:3]),
             emission=emission,
             albedo_texture=self._texture(reference, doubles),
-            emission_texture=self._texture(glow, doubles) if any(emission) else None,
+            emission_texture=self._texture(glow, glow_doubles),
             alpha_cutoff=self._cutoff(name, entry),
             alpha=float(factor[3]),
             two_sided_emission=bool(entry.get("doubleSided", False)) and any(emission),
             single_sided=not entry.get("doubleSided", False),
         )
-        if glow and reference and any(emission) and _placement(glow) != _placement(reference):
-            self.model.note(f"material {name!r}: its glow uses the base colour's coordinates")
         self.model.materials.append(material)
-        uv_set, matrix = _placement_matrix(main)
-        if any(doubles):
-            # An image and its mirror image take two units of texture coordinates.
-            halves = np.where(doubles, 0.5, 1.0)[:, None]
-            matrix = halves * (np.eye(2, 3) if matrix is None else matrix)
-        return UsedMaterial(len(self.model.materials) - 1, uv_set, matrix)
+        index = len(self.model.materials) - 1
+        if reference is None or glow is None:
+            used = (glow or {}, glow_doubles) if reference is None else (reference, doubles)
+            return UsedMaterial(index, Coordinates.of(*used))
+        uvs, emission_uvs = Coordinates.of(reference, doubles), Coordinates.of(glow, glow_doubles)
+        return UsedMaterial(index, uvs, None if emission_uvs == uvs else emission_uvs)
 
     def _emission(self, name: str, entry: Json, extensions: Json) -> Color:
         where = f"material {name!r}"
@@ -176,16 +205,13 @@ class MaterialReader:
         texture = self.document.entry("textures", reference["index"])
         return self.document.entry("samplers", texture["sampler"]) if "sampler" in texture else {}
 
-    def _mirrored_axes(self, *references: Json | None) -> tuple[bool, bool]:
-        """Return whether any of the textures is mirrored along u and v."""
-        found = [False, False]
-        for reference in references:
-            try:
-                wraps = _wraps(self._sampler(reference)) if reference else ("repeat", "repeat")
-            except (GltfError, KeyError, TypeError, AttributeError):
-                continue  # noted where the texture is read
-            found = [old or wrap == "mirror" for old, wrap in zip(found, wraps, strict=True)]
-        return found[0], found[1]
+    def _mirrored_axes(self, reference: Json | None) -> tuple[bool, bool]:
+        """Return whether the texture is mirrored along u and v."""
+        try:
+            u, v = _wraps(self._sampler(reference)) if reference else ("repeat", "repeat")
+        except (GltfError, KeyError, TypeError, AttributeError):
+            return False, False  # noted where the texture is read
+        return u == "mirror", v == "mirror"
 
     def _image(
         self, source: int, wraps: tuple[str, str], doubles: tuple[bool, bool], nearest: bool
@@ -211,11 +237,6 @@ class MaterialReader:
 def _wraps(sampler: Json) -> tuple[str, str]:
     u, v = (_WRAPS.get(sampler.get(key, 0), "repeat") for key in ("wrapS", "wrapT"))
     return u, v
-
-
-def _placement(reference: Json) -> tuple[int, str]:
-    transform = reference.get("extensions", {}).get("KHR_texture_transform", {})
-    return int(reference.get("texCoord", 0)), repr(sorted(transform.items()))
 
 
 def _placement_matrix(reference: Json) -> tuple[int, FloatArray | None]:

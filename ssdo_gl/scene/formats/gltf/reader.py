@@ -212,7 +212,9 @@ class _Reader:
         self, primitive: Json, weights: list[float], skin: int, name: str
     ) -> tuple[int, int] | None:
         material = self.materials.read(primitive.get("material"))
-        shape = read_shape(self.document, primitive, weights, material.uv_set)
+        glow = material.emission_uvs
+        sets = material.uvs.uv_set, None if glow is None else glow.uv_set
+        shape = read_shape(self.document, primitive, weights, sets)
         if shape is None:
             mode = primitive.get("mode", 4)
             self.model.drop("primitives of " + _UNDRAWN.get(mode, "no vertices"))
@@ -227,9 +229,13 @@ class _Reader:
                 positions,
                 shape.triangles,
                 normals,
-                None if shape.uvs is None else material.transformed(shape.uvs),
+                None if shape.uvs is None else material.uvs.transformed(shape.uvs),
                 shape.colors,
                 name,
+                # Without coordinates of their own, those of the base colour have to do.
+                glow.transformed(shape.emission_uvs)
+                if glow and shape.uvs is not None and shape.emission_uvs is not None
+                else None,
             )
         except ValueError as error:
             raise GltfError(f"mesh {name!r}: {error}") from None
