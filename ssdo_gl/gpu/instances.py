@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ssdo_gl.gpu.draw_group import INSTANCE_FLOATS, material_row
 from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.mesh import are_mirrored
 from ssdo_gl.scene.scene import Scene
 
 # Geometry nearer than this fraction of the farthest visible bound is cut off: a
@@ -172,7 +173,7 @@ def gather(
         nothing = np.zeros((0, INSTANCE_FLOATS - 12), np.float32)
         return Instances(np.zeros((0, 3, 4)), np.zeros((0, 3)), nothing, np.zeros(0, np.int64), ())
     place, owner = np.concatenate(places), np.concatenate(owners)
-    is_mirrored = np.linalg.det(place[:, :, :3]) < 0.0
+    is_mirrored = are_mirrored(place)
     order = np.lexsort((is_mirrored, owner))
     keys, starts = np.unique(2 * owner[order] + is_mirrored[order], return_index=True)
     rows = np.concatenate(materials)[order].astype(np.float32)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray, IntArray
-from ssdo_gl.scene.mesh import Mesh, SceneObject, placed
+from ssdo_gl.scene.mesh import Mesh, SceneObject, are_mirrored, placed
 from ssdo_gl.scene.scene import Scene
 
 
@@ -133,7 +133,7 @@ def _instances(
     cofactor = np.stack(
         [np.cross(linear[:, (i + 1) % 3], linear[:, (i + 2) % 3]) for i in range(3)], axis=1
     )
-    mirrored = np.linalg.det(linear) < 0.0
+    mirrored = are_mirrored(matrices)
     cofactor[mirrored] *= -1.0
     normals, *carried = (
         np.broadcast_to(array, (len(matrices), *array.shape)).copy() for array in carried

@@ -18,7 +18,7 @@ from ssdo_gl.scene.environment_kinds import Environment
 from ssdo_gl.scene.exposure import lighting_for
 from ssdo_gl.scene.lights import Light, Shadow
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import Mesh, SceneObject
+from ssdo_gl.scene.mesh import Mesh, SceneObject, are_mirrored
 from ssdo_gl.scene.scene import Scene, SceneError
 
 # Coordinates leave float64 for float32 relative to the camera; between these sizes
@@ -76,7 +76,7 @@ class SceneBuilder:
         emitter_shadow : str
             How the lights that stand for its emission are shadowed.
         """
-        mirrored = np.linalg.det(item.world_from_object[:, :3, :3]) < 0.0
+        mirrored = are_mirrored(item.world_from_object)
         for flip in (False, True):
             matrices = item.world_from_object[mirrored == flip]
             if not len(matrices):

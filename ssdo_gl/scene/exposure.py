@@ -72,7 +72,7 @@ def lighting_for(
     exposure = exposure_for(meshes, objects, lights)
     radiance, weight = _seen(meshes, materials, objects, lights, camera)
     most = _MAX_LAMP_EV if has_lamps else _MAX_GLOW_EV
-    if not len(radiance):
+    if not weight.sum() > 0.0:  # nothing, or all of it edge-on
         return Lighting(min(exposure, most), "none")
     bright = _percentile(radiance, weight, _BRIGHT_PERCENTILE)
     highest = float(np.log2(_BRIGHTEST_RADIANCE / bright)) if bright > 0.0 else np.inf

@@ -114,6 +114,16 @@ def instance_boxes(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> Fl
     return np.concatenate(boxes)
 
 
+def are_mirrored(matrices: FloatArray) -> NDArray[np.bool_]:
+    """Return which of the matrices (N, 3 or 4, 4) turn left hands into right ones, (N,).
+
+    Whatever their scales: those of 1e-320 leave the range of a determinant.
+    """
+    linear = matrices[:, :3, :3]
+    size = np.abs(linear).max(axis=1, keepdims=True)
+    return np.asarray(np.linalg.det(linear / np.where(size > 0.0, size, 1.0)) < 0.0)
+
+
 def placed(points: FloatArray, matrices: FloatArray) -> FloatArray:
     """Return `points` (..., 3) as each of the matrices (N, 4, 4) places them, (N, ..., 3)."""
     linear = np.ascontiguousarray(matrices[:, :3, :3].transpose(0, 2, 1))

@@ -5,9 +5,12 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+import ssdo_gl
 from ssdo_gl.scene.load import load_scene
+from ssdo_gl.scene.mesh import are_mirrored
 from ssdo_gl.scene.scene import SceneError
 
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
@@ -109,3 +112,22 @@ def test_digits_and_nesting_by_the_thousand(text: str, named: str, tmp_path: Pat
     path = tmp_path / "a.toml"
     path.write_text(text)
     assert named in refusal(path)
+
+
+@pytest.mark.parametrize("size", ["1e-320", "1e-300", "1e-30"])
+def test_a_body_too_small_for_single_precision_is_drawn_without_a_word(
+    size: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "a.toml"
+    path.write_text(f"{SPHERE}{SPHERE.replace('radius = 1', f'radius = {size}')}")
+    with_speck = ssdo_gl.render(path, size=(32, 18), shadows="traced")
+    path.write_text(SPHERE)
+    assert np.array_equal(with_speck, ssdo_gl.render(path, size=(32, 18), shadows="traced"))
+
+
+def test_are_mirrored_whatever_the_scale() -> None:
+    linear = np.array([np.diag([x, y, 1.0]) for x in (1.0, -1e-320) for y in (1e200, -1e-320)])
+    matrices = np.zeros((4, 4, 4))
+    matrices[:, :3, :3] = linear
+    assert are_mirrored(matrices).tolist() == [False, True, True, False]
+    assert are_mirrored(np.zeros((1, 3, 4))).tolist() == [False]

@@ -136,3 +136,20 @@ def test_a_white_picture_of_sixteen_bits_is_not_made_up(glb: GlbWriter, tmp_path
     albedo = ssdo_gl.render(scene, size=(32, 32), aov="albedo")
     # A quarter of the code is 0.0513 of the light.
     assert albedo.max() == pytest.approx(0.0513, abs=1e-3)
+
+
+def test_a_sheet_seen_edge_on_has_a_finite_exposure(glb: GlbWriter, tmp_path: Path) -> None:
+    document = glb.json
+    document["meshes"] = [{"primitives": [glb.triangle()]}]
+    lights = [{"type": "point", "intensity": 5}]
+    document["extensions"] = {"KHR_lights_punctual": {"lights": lights}}
+    document["cameras"] = [{"type": "perspective", "perspective": {"yfov": 1.0}}]
+    document["nodes"] = [
+        {"mesh": 0},
+        {"camera": 0, "translation": [0.25, -3, 0], "rotation": [0.5**0.5, 0, 0, 0.5**0.5]},
+        {"extensions": {"KHR_lights_punctual": {"light": 0}}, "translation": [0, 0, 1]},
+    ]
+    document["scenes"] = [{"nodes": [0, 1, 2]}]
+    scene = load_scene(glb.save(tmp_path / "a.glb"))
+    assert scene.camera.target[1] > -3.0
+    assert -10.0 < scene.camera.exposure < 8.0
