@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-import dataclasses
 import re
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from PIL import Image
 
 from ssdo_gl.scene.formats.model import Model
+from ssdo_gl.scene.formats.obj.maps import Placement, is_cut_out, masked, read_map
 from ssdo_gl.scene.formats.obj.obj_text import logical_lines, remainder, without_comment
-from ssdo_gl.scene.images import read_texture
-from ssdo_gl.scene.material import Color, Material, Texture, Wrap
+from ssdo_gl.scene.material import Color, Material
 from ssdo_gl.scene.numbers import LARGEST_NUMBER
 from ssdo_gl.scene.paths import contained_file
 from ssdo_gl.scene.scene import SceneError
 
 # Cut-out masks of .mtl files carry no threshold of their own.
 CUTOFF = 0.5
-# Numbers that each option of a texture statement takes.
-_OPTION_ARGUMENTS = {"-o": 3, "-s": 3, "-t": 3, "-mm": 2}
 # Rows of the matrix from CIE XYZ to linear Rec.709 primaries.
 _RGB_FROM_XYZ = np.array(
     [
@@ -32,9 +29,26 @@ _RGB_FROM_XYZ = np.array(
 _NORMAL_MAPS = ("bump", "map_bump", "norm", "map_kn", "disp")
 
 
+@dataclass(frozen=True)
+class MtlMaterial:
+    """A material, and where its images lie.
+
+    Attributes
+    ----------
+    material : Material
+    placement : Placement
+    emission_placement : Placement or None
+        Of the emission's image, where it differs.
+    """
+
+    material: Material
+    placement: Placement
+    emission_placement: Placement | None
+
+
 def read_libraries(
     owner: Path, statements: list[str], model: Model, where: str
-) -> dict[str, Material]:
+) -> dict[str, MtlMaterial]:
     """Return the materials of the libraries that an .obj file names, by their names.
 
     A library or texture that is missing or damaged is noted in `model`, not an error:
@@ -50,7 +64,7 @@ def read_libraries(
     SceneError
         If a material has a colour that is none.
     """
-    known: dict[str, Material] = {}
+    known: dict[str, MtlMaterial] = {}
     for statement in dict.fromkeys(statements):
         for name in _library_names(owner, statement):
             try:
@@ -61,7 +75,7 @@ def read_libraries(
     return known
 
 
-def material_called(known: dict[str, Material], name: str) -> Material | None:
+def material_called(known: dict[str, MtlMaterial], name: str) -> MtlMaterial | None:
     """Return a material; a comment may follow its name where it is used or defined."""
     if name in known or not name:
         return known.get(name)
@@ -95,7 +109,7 @@ def _library_names(owner: Path, statement: str) -> list[str]:
         return re.split(r"(?<=\.mtl)\s+", without_comment(statement), flags=re.IGNORECASE)
 
 
-def _read_library(path: Path, model: Model, where: str) -> dict[str, Material]:
+def _read_library(path: Path, model: Model, where: str) -> dict[str, MtlMaterial]:
     blocks: dict[str, dict[str, str]] = {}
     current: dict[str, str] = {}
     try:
@@ -115,39 +129,44 @@ def _words(block: dict[str, str], key: str) -> list[str]:
     return without_comment(block.get(key, "")).split()
 
 
-def _material(name: str, block: dict[str, str], owner: Path, model: Model, where: str) -> Material:
-    texture = _texture(block.get("map_kd"), owner, model, where)
+def _material(
+    name: str, block: dict[str, str], owner: Path, model: Model, where: str
+) -> MtlMaterial:
+    def found(file: str) -> Path:
+        return _found(owner, file, f"{where}: texture")
+
+    colors, mask, glow = (
+        read_map(block.get(key), found, model, where) for key in ("map_kd", "map_d", "map_ke")
+    )
     albedo = _color(block, "kd", (0.8, 0.8, 0.8), name, model, where)
-    if texture is not None and not any(albedo):
+    if colors is not None and not any(albedo):
         albedo = (1.0, 1.0, 1.0)
         model.note(f"material {name!r}: Kd 0 would hide its texture: taken as 1")
     if max(albedo) > 1.0:
         albedo = _clipped(albedo)
         model.note(f"material {name!r}: Kd above 1 taken as 1")
-    mask = _texture(block.get("map_d"), owner, model, where)
-    cut_out = mask is not None or (texture is not None and _is_cut_out(texture))
+    cut_out = mask is not None or (colors is not None and is_cut_out(colors.texture, CUTOFF))
     if mask is not None:
-        texture = _masked(texture, mask)
-    emission_texture = _texture(block.get("map_ke"), owner, model, where)
-    default = (1.0, 1.0, 1.0) if emission_texture is not None else (0.0, 0.0, 0.0)
+        if colors is not None and colors.placement != mask.placement:
+            model.note(f"material {name!r}: its map_d lies where its map_Kd does")
+        colors = masked(colors, mask)
     _list_the_rest(name, block, model)
-    return Material(
-        name=name,
-        albedo=albedo,
-        emission=_color(block, "ke", default, name, model, where),
-        albedo_texture=texture,
-        emission_texture=emission_texture,
-        alpha_cutoff=CUTOFF if cut_out else None,
+    emission = _color(
+        block, "ke", (0.0, 0.0, 0.0) if glow is None else (1.0, 1.0, 1.0), name, model, where
     )
-
-
-def _is_cut_out(texture: Texture) -> bool:
-    """Return whether a colour image has an alpha channel with some of it cut out.
-
-    One that would cut everything out is there for another reason.
-    """
-    out = texture.pixels[..., 3] < CUTOFF * 255.0
-    return bool(np.any(out)) and not bool(np.all(out))
+    first = colors or glow
+    return MtlMaterial(
+        Material(
+            name=name,
+            albedo=albedo,
+            emission=emission,
+            albedo_texture=None if colors is None else colors.texture,
+            emission_texture=None if glow is None else glow.texture,
+            alpha_cutoff=CUTOFF if cut_out else None,
+        ),
+        Placement() if first is None else first.placement,
+        glow.placement if glow and first and glow.placement != first.placement else None,
+    )
 
 
 def _list_the_rest(name: str, block: dict[str, str], model: Model) -> None:
@@ -197,48 +216,3 @@ def _color(
 def _clipped(color: Color) -> Color:
     r, g, b = (min(value, 1.0) for value in color)
     return r, g, b
-
-
-def _texture(statement: str | None, owner: Path, model: Model, where: str) -> Texture | None:
-    """Return the image of a texture statement, skipping its options."""
-    if not statement:
-        return None
-    rest = statement.split()
-    wrap_clamp = False
-    while len(rest) > 1 and rest[0].startswith("-"):
-        option = rest.pop(0).lower()
-        if option == "-clamp":
-            wrap_clamp = rest[0].lower() == "on"
-        count = _OPTION_ARGUMENTS.get(option, 1)
-        while count > 0 and len(rest) > 1 and (count == 1 or _is_number(rest[0])):
-            rest.pop(0)
-            count -= 1
-    try:
-        path = _found(owner, " ".join(rest), f"{where}: texture")
-        wrap: Wrap = "clamp" if wrap_clamp else "repeat"
-        return read_texture(path, where, wrap=(wrap, wrap))
-    except (_MissingError, SceneError) as error:
-        model.note(f"texture not used: {error}")
-        return None
-
-
-def _is_number(word: str) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
-
-
-def _masked(texture: Texture | None, mask: Texture) -> Texture:
-    """Return the texture (or white) with the mask's brightness as alpha."""
-    height, width = (texture or mask).pixels.shape[:2]
-    rgba = Image.fromarray(np.asarray(mask.pixels)).resize((width, height))
-    has_alpha = bool(np.any(mask.pixels[..., 3] < 255))
-    alpha = np.asarray(rgba.getchannel("A") if has_alpha else rgba.convert("RGB").convert("L"))
-    pixels = np.full((height, width, 4), 255, dtype=np.uint8)
-    if texture is not None:
-        pixels[..., :3] = texture.pixels[..., :3]
-    pixels[..., 3] = alpha
-    base = texture or mask
-    return dataclasses.replace(base, pixels=pixels)

@@ -17,7 +17,7 @@ from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.emissive_meshes import turned_to_scene
 from ssdo_gl.scene.formats.colors import linear_colors
 from ssdo_gl.scene.formats.model import Model
-from ssdo_gl.scene.formats.obj.mtl import material_called, read_libraries
+from ssdo_gl.scene.formats.obj.mtl import MtlMaterial, material_called, read_libraries
 from ssdo_gl.scene.formats.obj.obj_text import logical_lines, remainder
 from ssdo_gl.scene.formats.triangulate import triangulated
 from ssdo_gl.scene.material import Material
@@ -72,17 +72,18 @@ def read_obj(path: Path, where: str) -> Model:
         *_colors(contents.positions, where),
     )
     for name, group in contents.groups.items():
-        mesh = _add_mesh(model, name, group, vertices, where)
+        entry = material_called(known, name)
+        mesh = _add_mesh(model, name, group, vertices, entry, where)
         if mesh is None:
             continue
-        material = material_called(known, name)
-        if material is None:
+        if entry is None:
             if name:
                 model.note(f"material {name!r} is not in the file's material library: drawn grey")
             plain = model.meshes[mesh].colors is None
             albedo = (0.8, 0.8, 0.8) if plain else (1.0, 1.0, 1.0)
-            material = Material(name=name or "default", albedo=albedo)
-        model.materials.append(material)
+            model.materials.append(Material(name=name or "default", albedo=albedo))
+        else:
+            model.materials.append(entry.material)
         model.objects.append(SceneObject(mesh, len(model.materials) - 1, name=name))
     if contents.not_drawn:
         listed = ", ".join(f"{count} {what}" for what, count in contents.not_drawn.items())
@@ -107,7 +108,12 @@ class _Vertices:
 
 
 def _add_mesh(
-    model: Model, name: str, group: _Group, vertices: _Vertices, where: str
+    model: Model,
+    name: str,
+    group: _Group,
+    vertices: _Vertices,
+    entry: MtlMaterial | None,
+    where: str,
 ) -> int | None:
     """Add the faces of one material; return the mesh's index, or None if nothing is left."""
     counts = (len(vertices.positions), len(vertices.uvs), len(vertices.normals))
@@ -116,13 +122,22 @@ def _add_mesh(
     order, _ = triangulated(vertices.positions[corners[:, 0]], flat, np.array(group.counts))
     corners, triangles, normals = _with_normals(corners, flat[order], vertices)
     vertex, uv, _ = corners.T
-    uvs = None
+    uvs = emission_uvs = None
     if np.any(uv >= 0):
-        # Corners without coordinates show the image's origin. Rows of images count
-        # downward from the top, v upward.
-        uvs = np.where(uv[:, None] >= 0, vertices.uvs[uv], 0.0) * [1.0, -1.0] + [0.0, 1.0]
+        # Corners without coordinates show the image's origin.
+        own = np.where(uv[:, None] >= 0, vertices.uvs[uv], 0.0)
+        uvs = _downward(own if entry is None else entry.placement.placed(own))
+        if entry is not None and entry.emission_placement is not None:
+            emission_uvs = _downward(entry.emission_placement.placed(own))
     colors = vertices.colors[vertex] if np.any(vertices.colored[vertex]) else None
-    return model.add_mesh(vertices.positions[vertex], triangles, normals, uvs, colors, name)
+    return model.add_mesh(
+        vertices.positions[vertex], triangles, normals, uvs, colors, name, emission_uvs
+    )
+
+
+def _downward(uvs: FloatArray) -> FloatArray:
+    """Return texture coordinates as rows of images count: downward from the top."""
+    return uvs * [1.0, -1.0] + [0.0, 1.0]
 
 
 def _parse(path: Path, where: str) -> _Contents:
