@@ -9,17 +9,18 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import Mesh, SceneObject
+from ssdo_gl.scene.mesh import Mesh, SceneObject, placed
 
 # Radiance that a light grey surface gets from direct light alone at the brighter end
 # of the scene; indirect light adds about half as much again in a room.
 _TARGET_RADIANCE, _GREY, _PERCENTILE = 0.3, 0.8, 75.0
 _SAMPLES = 2000
+# Of one object's copies, beyond which not all of them are looked at.
+_MAX_TRIANGLES = 1 << 22
 # A brighter part of the picture than this, after exposure, loses its shapes.
 _BRIGHTEST_RADIANCE, _BRIGHT_PERCENTILE = 1.5, 90.0
 # Light that would have to be raised by more than this was not meant to light a scene.
@@ -159,9 +160,11 @@ def _surface_samples(
     parts, owners = [np.zeros((0, 3, 3))], [np.zeros(0, dtype=np.int64)]
     for index, item in enumerate(objects):
         mesh = meshes[item.mesh]
-        for matrix in item.world_from_object:
-            parts.append(math3d.transform_points(matrix, mesh.positions)[mesh.triangles])
-        owners.append(np.full(len(item.world_from_object) * len(mesh.triangles), index))
+        # Of very many copies a share says enough, and fits into memory.
+        count = len(item.world_from_object) * len(mesh.triangles)
+        matrices = item.world_from_object[:: 1 + count // _MAX_TRIANGLES]
+        parts.append(placed(mesh.positions[mesh.triangles], matrices).reshape(-1, 3, 3))
+        owners.append(np.full(len(parts[-1]), index))
     corners, owner = np.concatenate(parts), np.concatenate(owners)
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     doubled = np.linalg.norm(cross, axis=1)

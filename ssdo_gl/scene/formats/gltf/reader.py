@@ -162,7 +162,7 @@ class _Reader:
             # A skinned mesh stands where its joints are; its own node does not count.
             matrices = np.eye(4)[None]
         usable = np.asarray(np.isfinite(matrices).all(axis=(1, 2)))
-        size = np.linalg.svd(np.where(usable[:, None, None], matrices, 0.0)[:, :3, :3])[1]
+        size = _sizes(np.where(usable[:, None, None], matrices, 0.0))
         # Flattened along one axis a thing still shows; along two it is a line.
         usable &= size[:, 1] > _FLAT * size[:, 0]
         if not usable.all():
@@ -361,17 +361,23 @@ def _thickened(matrices: FloatArray, mesh: Mesh) -> FloatArray:
     A matrix without inverse says nothing of which side is the front. As its determinant
     is not negative, the winding on screen stays, as the format has it.
     """
-    left, size, right = np.linalg.svd(matrices[:, :3, :3])
+    size = _sizes(matrices)
     flat = size[:, 2] <= _FLAT * size[:, 0]
     if not flat.any():
         return matrices
+    left, size, right = np.linalg.svd(matrices[flat, :3, :3])
     turned = np.linalg.det(left) * np.linalg.det(right)
-    thickness = np.where(flat, _THICKNESS * size[:, 1] * turned, 0.0)
+    thickness = _THICKNESS * size[:, 1] * turned
     added = thickness[:, None, None] * left[:, :, 2:] * right[:, 2:, :]
     result = matrices.copy()
-    result[:, :3, :3] += added
-    result[:, :3, 3] -= added @ np.mean(mesh.bounds(), axis=0)
+    result[flat, :3, :3] += added
+    result[flat, :3, 3] -= added @ np.mean(mesh.bounds(), axis=0)
     return result
+
+
+def _sizes(matrices: FloatArray) -> FloatArray:
+    """Return the three scales of matrices (N, 4, 4), largest first, (N, 3)."""
+    return np.asarray(np.linalg.svd(matrices[:, :3, :3], compute_uv=False), dtype=np.float64)
 
 
 def _axis(direction: FloatArray, where: str) -> FloatArray:
