@@ -84,6 +84,12 @@ def build_bvh(scene: Scene) -> Bvh:
     SceneError
         If the scene has more than some six million triangles.
     """
+    count = sum(
+        len(scene.meshes[item.mesh].triangles) * len(item.world_from_object)
+        for item in scene.objects
+    )
+    if count > 2 * MAX_RECORDS:  # two triangles to a record at best
+        raise _too_many(count)
     return build_from_triangles(scene_triangles(scene))
 
 
@@ -100,10 +106,7 @@ def build_from_triangles(triangles: SceneTriangles) -> Bvh:
     tree = build_binary(corners.min(axis=1), corners.max(axis=1))
     records, order, levels = _widen(tree, vertices)
     if len(records) > MAX_RECORDS:
-        raise SceneError(
-            f"{triangles.count} triangles: ray tracing takes up to some six million; "
-            "use a screen-space method or a simpler model"
-        )
+        raise _too_many(triangles.count)
     return Bvh(
         triangles,
         records,
@@ -111,6 +114,13 @@ def build_from_triangles(triangles: SceneTriangles) -> Bvh:
         pairs.corners[order],
         np.concatenate(levels),
         len(levels),
+    )
+
+
+def _too_many(count: int) -> SceneError:
+    return SceneError(
+        f"{count} triangles: ray tracing takes up to some six million; "
+        "use a screen-space method or a simpler model"
     )
 
 

@@ -1,7 +1,7 @@
-"""Many small meshes of plain materials become few large ones.
+"""Many small meshes of materials that differ in colour alone become few large ones.
 
 Each object of a mesh and material of its own costs a draw call in every pass, some
-milliseconds in all; a model with thousands of plain materials would take minutes.
+milliseconds in all; a model with thousands of colours would take minutes.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def batched(
     The albedo of each becomes the colour of its vertices: the picture stays.
     """
     kept: list[SceneObject] = []
-    groups: dict[tuple[bool, ...], list[SceneObject]] = {}
+    groups: dict[tuple[object, ...], list[SceneObject]] = {}
     for item in objects:
         key = _key(meshes[item.mesh], materials[item.material], item)
         if key is None:
@@ -68,10 +68,15 @@ def _batches(meshes: Sequence[Mesh], members: Sequence[SceneObject]) -> list[lis
     return batches
 
 
-def _key(mesh: Mesh, material: Material, item: SceneObject) -> tuple[bool, ...] | None:
+def _key(mesh: Mesh, material: Material, item: SceneObject) -> tuple[object, ...] | None:
     """Return what objects of one batch have in common, or None for one that stays alone."""
     plain = dataclasses.replace(
-        material, name="", albedo=(0.8, 0.8, 0.8), alpha=1.0, single_sided=False
+        material,
+        name="",
+        albedo=(0.8, 0.8, 0.8),
+        alpha=1.0,
+        single_sided=False,
+        albedo_texture=None,
     )
     if (
         _fields(plain) != _fields(Material())
@@ -80,7 +85,8 @@ def _key(mesh: Mesh, material: Material, item: SceneObject) -> tuple[bool, ...] 
         or len(item.world_from_object) != 1
     ):
         return None
-    return mesh.normals is not None, mesh.closed, material.single_sided
+    image = None if mesh.uvs is None else material.albedo_texture
+    return mesh.normals is not None, mesh.closed, material.single_sided, id(image)
 
 
 def _fields(material: Material) -> tuple[object, ...]:
@@ -90,7 +96,7 @@ def _fields(material: Material) -> tuple[object, ...]:
 def _joined(
     meshes: Sequence[Mesh], materials: Sequence[Material], members: Sequence[SceneObject]
 ) -> Mesh:
-    """Return one mesh, in world space, of meshes that all have normals or none has."""
+    """Return one mesh, in world space, of meshes that agree in what they have."""
     parts = [meshes[item.mesh] for item in members]
     first = np.cumsum([0] + [len(part.positions) for part in parts[:-1]])
     colors = []
@@ -109,10 +115,17 @@ def _joined(
             [part.triangles + start for part, start in zip(parts, first, strict=True)]
         ),
         normals=_normals(parts, members),
+        uvs=_uvs(parts, materials[members[0].material]),
         colors=np.concatenate(colors),
         closed=parts[0].closed,
         name="joined",
     )
+
+
+def _uvs(parts: Sequence[Mesh], material: Material) -> FloatArray | None:
+    known = [part.uvs for part in parts if part.uvs is not None]
+    has_image = material.albedo_texture is not None and len(known) == len(parts)
+    return np.concatenate(known) if has_image else None
 
 
 def _normals(parts: Sequence[Mesh], members: Sequence[SceneObject]) -> FloatArray | None:

@@ -21,6 +21,8 @@ MAX_SIDE_PX = 16384
 # A kilobyte of PNG can ask for any number of texels; so many fill 256 MiB, and with
 # their mip maps and copies on the way a gigabyte.
 MAX_TEXELS = 1 << 26
+# Of all images of one model file: 2 GiB. Eight kilobytes of PNG could ask for 32 GiB.
+MAX_MODEL_TEXELS = 1 << 29
 # Sums over thousands of paths stay finite in float32; the .hdr format reaches 1.7e38.
 MAX_RADIANCE = 1e30
 # What Pillow may take a texture for, whatever its name. Of the rest some run programs
@@ -45,6 +47,7 @@ def read_texture(
     where: str,
     name: str = "",
     wrap: tuple[Wrap, Wrap] = ("repeat", "repeat"),
+    most: int = MAX_TEXELS,
 ) -> Texture:
     """Decode an image file into an sRGB-encoded RGBA texture.
 
@@ -56,6 +59,8 @@ def read_texture(
         The file or its contents.
     where : str
         What to call the place in an error.
+    most : int
+        How many texels it may have.
 
     Raises
     ------
@@ -73,6 +78,11 @@ def read_texture(
             warnings.simplefilter("ignore")  # doubts about metadata
             with Image.open(io.BytesIO(data), formats=TEXTURE_FORMATS) as image:
                 check_size(image.size, shown, where)
+                if image.size[0] * image.size[1] > most:
+                    raise SceneError(
+                        f"{where}: image {shown!r} is one too many: "
+                        f"at most {MAX_MODEL_TEXELS} texels in one file are read"
+                    )
                 pixels = rgba_bytes(image)
     except SceneError:
         raise

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +12,14 @@ from numpy.typing import NDArray
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.images import MAX_MODEL_TEXELS, read_texture
 from ssdo_gl.scene.lights import Light
-from ssdo_gl.scene.material import Material
+from ssdo_gl.scene.material import Material, Texture, Wrap
 from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.topology import cleaned_mesh
+
+# Of all meshes of a model file. What scans reach; in memory some 5 GiB.
+MAX_TRIANGLES = 1 << 25
 
 
 @dataclass
@@ -27,6 +32,9 @@ class Model:
     lights: list[Light] = field(default_factory=list)
     camera: Camera | None = None
     notes: list[str] = field(default_factory=list)
+    triangle_count: int = 0
+    _texel_count: int = 0
+    _textures: dict[tuple[Path, Wrap], Texture] = field(default_factory=dict)
     _dropped: dict[str, int] = field(default_factory=dict)
     _beyond: dict[str, list[str]] = field(default_factory=dict)
 
@@ -45,8 +53,11 @@ class Model:
         Raises
         ------
         ValueError
-            If a triangle names a vertex that does not exist.
+            If a triangle names a vertex that does not exist, or there are too many.
         """
+        self.triangle_count += len(triangles)
+        if self.triangle_count > MAX_TRIANGLES:
+            raise ValueError(f"{self.triangle_count} triangles: at most {MAX_TRIANGLES} in a file")
         cleaned = cleaned_mesh(positions, triangles, normals, uvs, colors, name, emission_uvs)
         for what, count in (
             ("triangles with NaN or infinite corners dropped", cleaned.not_finite),
@@ -58,6 +69,19 @@ class Model:
             return None
         self.meshes.append(cleaned.mesh)
         return len(self.meshes) - 1
+
+    def texture(
+        self, source: Path | bytes, where: str, name: str = "", wrap: Wrap = "repeat"
+    ) -> Texture:
+        """Read an image; the same file once. Errors are SceneError, as `read_texture`'s."""
+        if isinstance(source, Path) and (source, wrap) in self._textures:
+            return self._textures[source, wrap]
+        left = MAX_MODEL_TEXELS - self._texel_count
+        texture = read_texture(source, where, name, (wrap, wrap), left)
+        self._texel_count += texture.pixels.shape[0] * texture.pixels.shape[1]
+        if isinstance(source, Path):
+            self._textures[source, wrap] = texture
+        return texture
 
     def drop(self, what: str, count: int = 1) -> None:
         """Count what is left out, for a note such as "3 lines are not drawn"."""

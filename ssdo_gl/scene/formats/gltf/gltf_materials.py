@@ -10,7 +10,7 @@ import numpy as np
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json, number, numbers
 from ssdo_gl.scene.formats.model import Model
-from ssdo_gl.scene.images import MAX_RADIANCE, check_size, doubled, read_texture
+from ssdo_gl.scene.images import MAX_RADIANCE, check_size, doubled
 from ssdo_gl.scene.material import Color, Material, Texture, Wrap
 from ssdo_gl.scene.scene import SceneError
 
@@ -220,7 +220,7 @@ class MaterialReader:
         if key not in self._images:
             name = str(self.document.entry("images", source).get("name") or f"image {source}")
             data = self.document.image(source)
-            texture = read_texture(data, self.document.path.name, name)
+            texture = self.model.texture(data, self.document.path.name, name)
             pixels = texture.pixels
             sizes = pixels.shape[1] << doubles[0], pixels.shape[0] << doubles[1]
             check_size(sizes, f"{name} with its mirror image", self.document.path.name)

@@ -11,7 +11,6 @@ from PIL import Image
 
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.formats.model import Model
-from ssdo_gl.scene.images import read_texture
 from ssdo_gl.scene.material import Texture, Wrap
 from ssdo_gl.scene.numbers import LARGEST_NUMBER, finite
 from ssdo_gl.scene.scene import SceneError
@@ -73,7 +72,7 @@ def read_map(
         model.note(f"{where}: turbulence of textures (-t) is not drawn")
     try:
         wrap: Wrap = "clamp" if clamp else "repeat"
-        texture = read_texture(found(" ".join(rest)), where, wrap=(wrap, wrap))
+        texture = model.texture(found(" ".join(rest)), where, wrap=wrap)
     except (SceneError, ValueError) as error:
         model.note(f"texture not used: {error}")
         return None

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.formats.triangulate import triangulated
-from ssdo_gl.scene.images import read_texture
 from ssdo_gl.scene.material import Material, Texture
 from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.paths import contained_file
@@ -79,7 +78,7 @@ class PolygonMesh:
             return None
         try:
             file = contained_file(path, self.textures[number], f"{where}: TextureFile")
-            return read_texture(file, where)
+            return model.texture(file, where)
         except SceneError as error:
             model.note(f"texture not used: {error}")
             return None
