@@ -14,6 +14,7 @@ from ssdo_gl.settings.fields import (
     describe,
     from_file,
     number_text,
+    shown,
 )
 from ssdo_gl.settings.passes import overrides_from_table
 from ssdo_gl.settings.resolve import settings_for
@@ -57,7 +58,7 @@ def _checked_fields(data: Mapping[str, Any]) -> dict[str, Any]:
         raise SettingError("settings: expected a table")
     beside = [key for key in data if key != "settings"]
     if table is not data and beside:
-        raise SettingError(f"unknown key {beside[0]!r} beside [settings]")
+        raise SettingError(f"unknown key {shown(beside[0])} beside [settings]")
     fields: dict[str, Any] = {}
     for key, value in table.items():
         name = key.replace("-", "_")

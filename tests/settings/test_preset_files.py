@@ -98,6 +98,7 @@ def test_overrides_may_be_dotted(tmp_path: Path, key: str) -> None:
         ("size = [3]", "size = [3]"),
         ("settings = 3", "settings: expected a table"),
         ("[settings]\n[setings]", "unknown key 'setings' beside [settings]"),
+        ("[settings]\n[" + "s" * 800 + "]", "sss... beside [settings]"),
         ("method = 'ssdo'\nestimator = 'zbuffer'", "estimator = 'zbuffer' for method ssdo"),
         ("overrides = 3", "overrides = 3: expected a table"),
         ("overrides = {a = 3}", "overrides: 'a': expected a key like"),
