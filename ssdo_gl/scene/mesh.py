@@ -115,7 +115,7 @@ def instance_boxes(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> Fl
 
 
 def are_mirrored(matrices: FloatArray) -> NDArray[np.bool_]:
-    """Return which of the matrices (N, 3 or 4, 4) turn left hands into right ones, (N,).
+    """Return which of the matrices (N, 3 or 4, 4) mirror what they move, (N,).
 
     Whatever their scales: those of 1e-320 leave the range of a determinant.
     """
