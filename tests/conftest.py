@@ -36,6 +36,13 @@ def device(request: pytest.FixtureRequest) -> Iterator[Device]:
     device.release()
 
 
+@pytest.fixture(autouse=True)
+def _device_is_current(request: pytest.FixtureRequest) -> None:
+    """Let tests that draw with the one device find it current, whatever others made since."""
+    if "device" in request.fixturenames:
+        request.getfixturevalue("device").activate()
+
+
 @pytest.fixture(scope="session")
 def shaders(device: Device) -> ShaderLibrary:
     """The shipped shaders; programs stay compiled for the whole run."""
