@@ -58,7 +58,10 @@ def test_point_spot_and_directional_lights(
         ("LIGHT_SPOT", "place", ramp / squares_),
         ("LIGHT_DIRECTIONAL", "w", 1.0),
     ):
-        body = f"unshadowed_irradiance(make({kind}, {at}, axis, vec3(0.0), cone), vec3(0.0), n, m)"
+        # The first number of parallel light is its spread, here none.
+        numbers = "vec2(0.0)" if kind == "LIGHT_DIRECTIONAL" else "cone"
+        light = f"make({kind}, {at}, axis, vec3(0.0), {numbers})"
+        body = f"unshadowed_irradiance({light}, vec3(0.0), n, m)"
         found = evaluate(
             gl, shaders, ["lights/lights.glsl"], body, inputs, 3, functions=LIGHT
         )[:, 0].astype(float)  # fmt: skip
@@ -209,7 +212,7 @@ uniform vec2 u_half_size;
 float shadow(vec3 p, vec3 m, float texels) {
     ShadowMap map = ShadowMap(vec2(0.0), 1.0, 1, texels, 1, false, u_half_size, vec3(0.0),
                               mat3(1.0));
-    return point_shadow_visibility(map, p, m, 0.0);
+    return point_shadow_visibility(map, p, m, 0.0, SHADOW_FAR_TEXELS);
 }
 """
 SIDE = 64
