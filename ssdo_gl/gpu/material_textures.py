@@ -42,14 +42,16 @@ class MaterialTextures:
 
     def keep(self, materials: Iterable[Material]) -> None:
         """Free the copies that none of `materials` uses."""
-        used = {id(t) for m in materials for t in (m.albedo_texture, m.emission_texture)}
+        used = {id(texture) for m in materials for texture in m.textures.values()}
         for key in [key for key in self._known if key[0] not in used]:
             self._known.pop(key)[1].release()
 
     def _upload(self, texture: Texture) -> moderngl.Texture:
         height, width, _ = texture.pixels.shape
         data = np.ascontiguousarray(texture.pixels)
-        if data.dtype == np.uint8:
+        if texture.is_data and data.dtype == np.uint8:
+            copy = self._gl.texture((width, height), 4, data.tobytes(), dtype="f1")
+        elif data.dtype == np.uint8:
             copy = self._gl.texture(
                 (width, height), 4, data.tobytes(), dtype="f1", internal_format=GL_SRGB8_ALPHA8
             )

@@ -48,8 +48,9 @@ def read_texture(
     name: str = "",
     wrap: tuple[Wrap, Wrap] = ("repeat", "repeat"),
     most: int = MAX_TEXELS,
+    is_data: bool = False,
 ) -> Texture:
-    """Decode an image file into an sRGB-encoded RGBA texture.
+    """Decode an image file into an RGBA texture, sRGB-encoded unless it is data.
 
     Its content decides what it is, not its name. Sixteen bits a channel become eight.
 
@@ -61,6 +62,8 @@ def read_texture(
         What to call the place in an error.
     most : int
         How many texels it may have.
+    is_data : bool
+        As in `Texture`.
 
     Raises
     ------
@@ -96,7 +99,8 @@ def read_texture(
         raise SceneError(f"{where}: {shown!r} is not a readable image: {reason}") from None
     finally:
         Image.MAX_IMAGE_PIXELS = limit
-    return Texture(np.ascontiguousarray(pixels, dtype=np.uint8), name or shown, wrap)
+    values = np.ascontiguousarray(pixels, dtype=np.uint8)
+    return Texture(values, name or shown, wrap, is_data=is_data)
 
 
 def doubled(pixels: NDArray[np.uint8], axis: int, continued: str) -> NDArray[np.uint8]:

@@ -1,8 +1,8 @@
-"""Diffuse materials and the images they refer to."""
+"""Materials and the images they refer to."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Literal
 
 import numpy as np
@@ -27,22 +27,54 @@ class Texture:
         image, as `ssdo_gl.scene.images.doubled` makes them.
     nearest : bool
         Whether magnified texels stay squares of one colour.
+    is_data : bool
+        Whether uint8 values are numbers as they stand, not sRGB colour.
     """
 
     pixels: NDArray[np.uint8] | NDArray[np.float32]
     name: str = ""
     wrap: tuple[Wrap, Wrap] = ("repeat", "repeat")
     nearest: bool = False
+    is_data: bool = False
 
 
 @dataclass(frozen=True, eq=False)
 class Material:
-    """A Lambertian surface, BRDF = albedo / pi, two-sided unless it says otherwise.
+    """A surface as glTF 2.0 describes it, two-sided unless it says otherwise.
+
+    Without `specular` and `metallic` it is Lambertian, BRDF = albedo / pi. With them it is
+    the metallic-roughness BRDF of appendix B of glTF 2.0, with ``KHR_materials_ior`` and
+    ``KHR_materials_specular``.
 
     Attributes
     ----------
     albedo : Color
-        Scene-linear Rec.709, [0, 1]; multiplies texture and vertex colour.
+        Base colour, scene-linear Rec.709, [0, 1]; multiplies texture and vertex colour.
+    metallic : float
+        Share of metal, whose base colour is its reflectance at normal incidence, [0, 1].
+    roughness : float
+        Perceptual, [0, 1]: the width of the GGX distribution is its square.
+    specular : float
+        Strength of a dielectric's reflection, [0, 1]; 0: none.
+    specular_color : Color
+        Multiplies a dielectric's reflectance at normal incidence.
+    ior : float
+        Index of refraction of dielectrics, >= 1; 1.5 reflects 4 % at normal incidence.
+    metallic_roughness_texture : Texture or None
+        Multiplies roughness by its green and metallic by its blue channel.
+    specular_texture, specular_color_texture : Texture or None
+        Multiply `specular` by alpha and `specular_color` by rgb.
+    normal_texture : Texture or None
+        Tangent-space normals for shading; its x and y are scaled by `normal_scale`.
+    occlusion_texture : Texture or None
+        Red: baked visibility of the environment, of which `occlusion_strength` counts.
+    is_unlit : bool
+        Shows its base colour whatever the light; reflects none.
+    blends : bool
+        Alpha is coverage: what lies behind shows through.
+    second_uvs : frozenset of str
+        Names of the textures, ``normal`` for `normal_texture`, that take the mesh's second
+        coordinates where it has any.
     emission : Color
         Radiance, W sr^-1 m^-2, >= 0; multiplies the emission texture.
     albedo_texture, emission_texture : Texture or None
@@ -62,6 +94,21 @@ class Material:
     emission: Color = (0.0, 0.0, 0.0)
     albedo_texture: Texture | None = None
     emission_texture: Texture | None = None
+    metallic: float = 0.0
+    roughness: float = 1.0
+    specular: float = 0.0
+    specular_color: Color = (1.0, 1.0, 1.0)
+    ior: float = 1.5
+    metallic_roughness_texture: Texture | None = None
+    specular_texture: Texture | None = None
+    specular_color_texture: Texture | None = None
+    normal_texture: Texture | None = None
+    normal_scale: float = 1.0
+    occlusion_texture: Texture | None = None
+    occlusion_strength: float = 1.0
+    is_unlit: bool = False
+    blends: bool = False
+    second_uvs: frozenset[str] = frozenset({"emission"})
     alpha_cutoff: float | None = None
     alpha: float = 1.0
     two_sided_emission: bool = False
@@ -71,3 +118,23 @@ class Material:
     def emits(self) -> bool:
         """Whether any component of the emission factor is above zero."""
         return max(self.emission) > 0.0
+
+    @property
+    def textures(self) -> dict[str, Texture]:
+        """Its images by name, ``albedo`` for `albedo_texture`."""
+        named = {
+            field.name.removesuffix("_texture"): getattr(self, field.name)
+            for field in fields(self)
+            if field.name.endswith("_texture")
+        }
+        return {name: texture for name, texture in named.items() if texture is not None}
+
+    @property
+    def is_glossy(self) -> bool:
+        """Whether it reflects more than diffuse light."""
+        return self.metallic > 0.0 or self.dielectric_f0 > 0.0
+
+    @property
+    def dielectric_f0(self) -> float:
+        """Reflectance of the dielectric part at normal incidence, without its colour."""
+        return self.specular * ((self.ior - 1.0) / (self.ior + 1.0)) ** 2

@@ -417,3 +417,30 @@ def test_boxes_round_trip(low: tuple[float, ...], size: tuple[float, ...]) -> No
 )
 def test_names_of_any_length_leave_errors_short(text: str, error_of: Callable[..., str]) -> None:
     assert len(error_of("scene.toml", text=text)) < 400
+
+
+BOX = '[[object]]\nshape = "box"\nmin = [0, 0, 0]\nmax = [1, 1, 1]\nmaterial = "m"\n'
+
+
+@pytest.mark.parametrize(
+    ("keys", "specular", "is_glossy"),
+    [
+        ("", 0.0, False),
+        ("roughness = 0.2", 1.0, True),
+        ("metallic = 1", 1.0, True),
+        ("roughness = 0.2\nspecular = 0", 0.0, False),
+        ("specular = 0.5", 0.5, True),
+        ("ior = 1", 1.0, False),
+    ],
+)
+def test_gloss_is_asked_for_by_any_of_its_keys(keys: str, specular: float, is_glossy: bool) -> None:
+    result = scene(f"[materials.m]\n{keys}\n{BOX}")
+    material = result.materials[result.objects[0].material]
+    assert material.specular == specular
+    assert material.is_glossy == is_glossy
+
+
+def test_a_dielectric_of_ior_1_5_reflects_4_percent() -> None:
+    result = scene(f"[materials.m]\nroughness = 1\n{BOX}")
+    material = result.materials[result.objects[0].material]
+    assert material.dielectric_f0 == pytest.approx(0.04)

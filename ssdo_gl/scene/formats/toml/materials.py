@@ -11,11 +11,29 @@ from ssdo_gl.scene.paths import contained_file
 from ssdo_gl.scene.scene import SceneError
 from ssdo_gl.scene.table import Table
 
+# Where one of these stands, the surface is glossy unless `specular` says otherwise.
+GLOSS_KEYS = (
+    "metallic",
+    "roughness",
+    "ior",
+    "specular_color",
+    "metallic_roughness_texture",
+    "specular_texture",
+    "specular_color_texture",
+)
 KEYS = (
     "albedo",
     "emission",
     "albedo_texture",
     "emission_texture",
+    *GLOSS_KEYS,
+    "specular",
+    "normal_texture",
+    "normal_scale",
+    "occlusion_texture",
+    "occlusion_strength",
+    "unlit",
+    "blend",
     "alpha",
     "alpha_cutoff",
     "two_sided_emission",
@@ -40,6 +58,7 @@ def _read_material(name: str, table: Table, file: Path | None) -> Material:
     if "alpha_cutoff" in table:
         cutoff = table.number("alpha_cutoff", low=0.0, high=1.0)
     has_texture = "albedo_texture" in table
+    is_glossy = any(key in table for key in GLOSS_KEYS)
     return Material(
         name=name,
         # A texture alone should show as it is; a plain surface is light grey.
@@ -47,16 +66,30 @@ def _read_material(name: str, table: Table, file: Path | None) -> Material:
         emission=table.color("emission", (0.0, 0.0, 0.0)),
         albedo_texture=_texture(table, "albedo_texture", file),
         emission_texture=_texture(table, "emission_texture", file),
+        metallic=table.number("metallic", 0.0, low=0.0, high=1.0),
+        roughness=table.number("roughness", 1.0, low=0.0, high=1.0),
+        specular=table.number("specular", float(is_glossy), low=0.0, high=1.0),
+        specular_color=table.color("specular_color", (1.0, 1.0, 1.0)),
+        ior=table.number("ior", 1.5, low=1.0),
+        metallic_roughness_texture=_texture(table, "metallic_roughness_texture", file, True),
+        specular_texture=_texture(table, "specular_texture", file, True),
+        specular_color_texture=_texture(table, "specular_color_texture", file),
+        normal_texture=_texture(table, "normal_texture", file, True),
+        normal_scale=table.number("normal_scale", 1.0),
+        occlusion_texture=_texture(table, "occlusion_texture", file, True),
+        occlusion_strength=table.number("occlusion_strength", 1.0, low=0.0, high=1.0),
+        is_unlit=table.boolean("unlit", False),
+        blends=table.boolean("blend", False),
         alpha_cutoff=cutoff,
         alpha=table.number("alpha", 1.0, low=0.0, high=1.0),
         two_sided_emission=table.boolean("two_sided_emission", False),
     )
 
 
-def _texture(table: Table, key: str, file: Path | None) -> Texture | None:
+def _texture(table: Table, key: str, file: Path | None, is_data: bool = False) -> Texture | None:
     if key not in table:
         return None
-    return read_texture(file_beside(table, key, file), table.where(key))
+    return read_texture(file_beside(table, key, file), table.where(key), is_data=is_data)
 
 
 def file_beside(table: Table, key: str, file: Path | None) -> Path:
