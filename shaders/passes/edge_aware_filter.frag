@@ -4,7 +4,7 @@
 //
 // Defines: STAGE 0 separable, 1 upsample, 2 box, 3 copy;
 // IS_VISIBILITY 1: one value in [0, 1], and 1 where nothing is, 0: rgb irradiance + a;
-// VALUE_HOLDS_Z: the channel after the value is z, else it is visibility; WRITES_IRRADIANCE: visibility becomes rgb irradiance + visibility;
+// VALUE_HOLDS_Z: the channel after the value is z, else it is visibility;
 // TAP_RADIUS: taps on each side; USE_NORMALS.
 //
 // The estimators give neighbouring pixels different sample sets that repeat every 4 x 4
@@ -24,7 +24,6 @@ uniform int u_stride;          // texels of the frame per pixel of t_value
 uniform ivec2 u_axis;          // separable: (1, 0), then (0, 1)
 uniform float u_depth_tolerance;  // distance from the plane at which a tap counts 1/4, pixels
 uniform float u_value_bound;   // larger values are faults, not light
-uniform vec3 u_open_irradiance;   // what arrives where all is open
 
 layout(location = 0) out vec4 o_value;
 
@@ -146,12 +145,10 @@ void main()
 #endif
     float z = gbuffer_z_vs(texel);
     vec4 result = NEUTRAL;
-    bool is_known = false;  // by any tap
     if (z > 0.0) {
 #if STAGE == STAGE_COPY
         vec4 value = texelFetch(t_value, pixel / u_stride, 0);
-        is_known = is_sound(value);
-        result = is_known ? value : NEUTRAL;
+        result = is_sound(value) ? value : NEUTRAL;
 #else
         Centre c = centre_at(texel, z);
         Sum sum = Sum(vec4(0.0), 0.0);
@@ -183,7 +180,6 @@ void main()
         for (int i = 0; is_lost && i < 16; ++i)
             add_tap(sum, c, base + ivec2(i & 3, i >> 2) - 1, size, 1.0);
 #endif
-        is_known = sum.weight > 0.0;
         result = resolved(sum);
 #endif
     }
@@ -194,9 +190,6 @@ void main()
 #else
     result.a = z;
 #endif
-#endif
-#if WRITES_IRRADIANCE
-    result = vec4(is_known ? u_open_irradiance * result.x : vec3(0.0), result.x);
 #endif
     o_value = result;
 }

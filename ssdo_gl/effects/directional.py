@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-import math
 from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -17,8 +15,6 @@ from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.passes.ambient_visibility import SsaoPass, SsaoSettings
-from ssdo_gl.passes.constant import ConstantPass
 from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterSettings
 from ssdo_gl.passes.environment_uniforms import (
     MAP_IRRADIANCE,
@@ -34,7 +30,6 @@ from ssdo_gl.passes.screen_space_settings import (
 )
 from ssdo_gl.scene.environment_kinds import (
     ENVIRONMENT_KINDS,
-    ConstantEnvironment,
     EnvironmentKind,
     kind_of,
 )
@@ -185,14 +180,6 @@ def _corrects_exact_light(request: Request) -> bool:
     return not ESTIMATORS[estimator_of(request, "directional")].sums_open_light
 
 
-def _reason_for_one_color(request: Request) -> str | None:
-    """Return why visibility alone tells how much directional light arrives, or None."""
-    is_constant = isinstance(request.environment, ConstantEnvironment)
-    if not is_constant or not _corrects_exact_light(request) or request.has_light("ssdo"):
-        return None
-    return "the environment is the same from everywhere: how open a point is says it all"
-
-
 def _reason_for_lights_only(request: Request) -> str | None:
     """Return why no other directions than those to lights are looked in, or None."""
     if request.content.environment != "none" or "visibility" in request.wanted:
@@ -202,13 +189,6 @@ def _reason_for_lights_only(request: Request) -> str | None:
     return "light comes from lights only, so no other direction is looked in"
 
 
-# Directional light is one colour times visibility.
-ONE_COLOR = Shortcut(
-    "light by direction",
-    _reason_for_one_color,
-    ("directional",),
-    ("ssao",),
-)
 # `ssdo` in coloured_lights takes .77 of a frame.
 LIGHTS_ONLY = Shortcut("hemisphere", _reason_for_lights_only, ("directional",))
 
@@ -220,7 +200,7 @@ class Directional(Effect):
     methods = frozenset({"ssdo", "bounce"})
     terms = (Term("directional", "directional_irradiance"),)
     images = ("visibility",)
-    shortcuts = (OPEN_DIRECTIONS, ONE_COLOR, LIGHTS_ONLY)
+    shortcuts = (OPEN_DIRECTIONS, LIGHTS_ONLY)
     settings: ClassVar[Mapping[str, type]] = {
         "directional": DirectionalSettings,
         "directional_filter": EdgeAwareFilterSettings,
@@ -241,14 +221,9 @@ class Directional(Effect):
         )
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
-        """Yield estimator and filter: of visibility alone where that says it all."""
+        """Yield estimator and filter."""
         settings = estimator_settings(request, "directional", DirectionalSettings)
         is_open = request.takes(OPEN_DIRECTIONS)
-        if request.takes(ONE_COLOR) and not (is_open and settings.resolution_scale != 1.0):
-            yield from self._passes_of_one_color(request, settings, is_open)
-            return
-        # Where all is open at half size, the filter leaves pixels dark of which the smaller
-        # image shows nothing; a constant would not.
         item = DirectionalPass(
             settings,
             environment=kind_of(request.environment),
@@ -266,39 +241,10 @@ class Directional(Effect):
             holds_z=False,
         )
 
-    def _passes_of_one_color(
-        self, request: Request, settings: DirectionalSettings, is_open: bool
-    ) -> Iterator[ReasonedPass]:
-        """Yield what an open point receives, times visibility."""
-        assert isinstance(request.environment, ConstantEnvironment)
-        red, green, blue = (math.pi * value for value in request.environment.radiance)
-        if is_open:
-            constant = ConstantPass("directional_irradiance", (red, green, blue, 1.0))
-            yield constant, "the same light arrives at every visible point"
-            return
-        # The same directions as the directional estimator takes, whose settings hold.
-        fields = dataclasses.fields(ScreenSpaceSettings)
-        shared = {field.name: getattr(settings, field.name) for field in fields}
-        item = SsaoPass(
-            SsaoSettings(**shared),
-            has_back_layer=request.runs("back_layer"),
-            keeps=request.kept_refinements,
-        )
-        yield item, "how open each point is says how much of the environment's one colour arrives"
-        yield filtered(
-            request,
-            "directional_filter",
-            "visibility_raw",
-            "directional_irradiance",
-            is_visibility=True,
-            open_irradiance=(red, green, blue),
-        )
-
     def image(self, request: Request, name: str) -> ImageSource:
         """Return the visibility, which rides along in the alpha of the irradiance."""
         return ImageSource("directional_irradiance", 1, first_channel=3)
 
     def marches(self, request: Request) -> str | None:
         """Return the pass whose settings hold, if it looks in all directions."""
-        looks = request.takes(ONE_COLOR) or not request.takes(LIGHTS_ONLY)
-        return "directional" if looks else None
+        return None if request.takes(LIGHTS_ONLY) else "directional"

@@ -70,7 +70,6 @@ def filtered(
     *,
     is_visibility: bool = False,
     holds_z: bool = True,
-    open_irradiance: tuple[float, float, float] | None = None,
 ) -> ReasonedPass:
     """Return the filter pass `name` from `source` to `result`; see `EdgeAwareFilterPass`."""
     common = EdgeAwareFilterSettings(filter=request.settings.filter)
@@ -81,7 +80,6 @@ def filtered(
         result=result,
         is_visibility=is_visibility,
         holds_z=holds_z,
-        open_irradiance=open_irradiance,
     )
     return item, "removes the sampling noise along surfaces"
 
@@ -139,7 +137,7 @@ OPEN_DIRECTIONS = Shortcut(
     "blocked directions",
     _reason_to_be_open,
     ("ssao", "ssao_filter", "directional", "directional_filter"),
-    ("constant_visibility", "constant_directional_irradiance"),
+    ("constant_visibility",),
 )
 
 

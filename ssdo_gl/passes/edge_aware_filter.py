@@ -43,15 +43,9 @@ class EdgeAwareFilterSettings:
     use_normals: bool = setting(True, "edge: neighbours that face elsewhere count less")
 
 
-def uniforms(
-    settings: EdgeAwareFilterSettings,
-    frame: Frame,
-    stride: int,
-    open_irradiance: tuple[float, float, float] = (0.0, 0.0, 0.0),
-) -> dict[str, Any]:
+def uniforms(settings: EdgeAwareFilterSettings, frame: Frame, stride: int) -> dict[str, Any]:
     """Return the uniforms of `passes/edge_aware_filter.frag` that all its stages share."""
     return {
-        "u_open_irradiance": open_irradiance,
         **frame.view.uniforms(),
         "u_stride": stride,
         "u_depth_tolerance": settings.depth_tolerance,
@@ -80,9 +74,6 @@ class EdgeAwareFilterPass(RenderPass):
     holds_z : bool
         The source's last channel is the depth of its receiver, which saves a read. The
         last channel of a source of irradiance that does not hold it is visibility.
-    open_irradiance : (float, float, float) or None
-        For a visibility: write irradiance (rgb) and visibility (a) instead, where this is
-        the irradiance of an open hemisphere on any surface.
     """
 
     def __init__(
@@ -94,16 +85,13 @@ class EdgeAwareFilterPass(RenderPass):
         result: str,
         is_visibility: bool = False,
         holds_z: bool = False,
-        open_irradiance: tuple[float, float, float] | None = None,
     ) -> None:
         self.name = name
         self.settings = settings
         self.reads = (source, "z_vs", "normals_vs")
-        writes_one = is_visibility and open_irradiance is None
-        self.writes = {result: TextureSpec(1 if writes_one else 4)}
+        self.writes = {result: TextureSpec(1 if is_visibility else 4)}
         self.depends_on = ("view",)
         self._source = source
-        self._open_irradiance = open_irradiance
         self._switches = {
             "IS_VISIBILITY": int(is_visibility),
             "VALUE_HOLDS_Z": int(holds_z),
@@ -112,8 +100,7 @@ class EdgeAwareFilterPass(RenderPass):
 
     def settings_key(self) -> Hashable:
         """Return the settings and switches."""
-        switches = tuple(self._switches.items())
-        return self.settings, self._source, self._open_irradiance, switches
+        return self.settings, self._source, tuple(self._switches.items())
 
     def execute(self, context: PassContext) -> None:
         """Run the filter's stages, the last of them into the target."""
@@ -148,10 +135,8 @@ class EdgeAwareFilterPass(RenderPass):
         stride: int,
         axis: tuple[int, int] = (0, 0),
     ) -> None:
-        irradiance = self._open_irradiance if target is context.target else None
         defines: Mapping[str, int] = {
             **self._switches,
-            "WRITES_IRRADIANCE": int(irradiance is not None),
             "STAGE": stage,
             "TAP_RADIUS": self.settings.tap_radius,
             "USE_NORMALS": int(self.settings.use_normals),
@@ -160,10 +145,7 @@ class EdgeAwareFilterPass(RenderPass):
             context.gl,
             context.shaders.fullscreen("passes/edge_aware_filter.frag", defines),
             target,
-            {
-                **uniforms(self.settings, context.frame, stride, irradiance or (0.0, 0.0, 0.0)),
-                "u_axis": axis,
-            },
+            {**uniforms(self.settings, context.frame, stride), "u_axis": axis},
             {
                 "t_value": value,
                 "t_z_vs": context.inputs["z_vs"],

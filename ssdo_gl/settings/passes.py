@@ -27,7 +27,6 @@ _WITHOUT_SETTINGS = (
     "emitter_tables",
     "composite",
     "constant_visibility",
-    "constant_directional_irradiance",
 )
 
 

@@ -88,10 +88,6 @@ def is_open(decided):
     return decided.spares("blocked directions")
 
 
-def is_scalar(decided):
-    return decided.spares("light by direction")
-
-
 def shares_directions(decided):
     return decided.spares("second march")
 
@@ -157,7 +153,7 @@ def test_full_takes_no_notice_of_content_and_view():
     assert running(bare, facts=nothing, effects="full") == EVERYTHING
     assert full.lights is None and full.shadow_maps is None and full.runs("emission")
     assert not full.spares("hemisphere")
-    assert not (is_open(full) or is_scalar(full) or shares_directions(full))
+    assert not (is_open(full) or shares_directions(full))
     assert not full.simplifies_environment
 
 
@@ -252,20 +248,6 @@ def test_marches_to_lights_know_no_smallest_radius():
 SKY = content(environment="constant", lights=(LAMP,))
 
 
-def test_a_constant_environment_needs_only_visibility():
-    assert is_scalar(decided_of(SKY))
-    assert not is_scalar(decided_of(content(environment="constant")))
-    assert decided_of(content(environment="constant", lights=(LAMP, OFF))).spares(
-        "light by direction"
-    )
-    assert not is_scalar(decided_of(content(lights=(LAMP,))))
-    assert not is_scalar(decided_of(SKY, estimator="rgs09"))
-    assert not decided_of(SKY, overrides={"directional.estimator": "rgs09"}).spares(
-        "light by direction"
-    )
-    assert not is_scalar(decided_of(SKY, effects="full"))
-
-
 def test_lights_alone_need_no_other_directions():
     room = content(environment="none")
     assert decided_of(room).spares("hemisphere")
@@ -326,7 +308,7 @@ def test_references_take_no_notice_of_the_view():
     effects = decided_of(RICH, facts=empty, method="reference-near")
     assert effects.runs("traced_shadows") and effects.runs("reference_near")
     assert effects.lights is None and not effects.simplifies_environment
-    assert not is_scalar(effects) and not shares_directions(effects)
+    assert not shares_directions(effects)
 
 
 @pytest.mark.parametrize(

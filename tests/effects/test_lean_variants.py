@@ -8,15 +8,11 @@ from passes.pass_harness import make_frame, make_scene, quad, run_pass
 
 from ssdo_gl.passes.composite import CompositePass
 from ssdo_gl.passes.constant import ConstantPass
-from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterPass, EdgeAwareFilterSettings
 from ssdo_gl.passes.gbuffer import GBufferPass
 from ssdo_gl.passes.sender_radiance import SenderRadiancePass
 
 SIZE = (24, 18)
 WIDTH, HEIGHT = SIZE
-# The filter's sums of a dozen products in float32, in one order times a factor or in
-# another after it.
-FLOAT32_SUMS = 1e-6
 
 
 @pytest.fixture
@@ -75,34 +71,3 @@ def test_senders_without_emission_of_their_own(gl, shaders, frame, base):
     ]
     np.testing.assert_array_equal(*sent)
     assert sent[0][..., :3].max() > 0.0
-
-
-OPEN = (2.0, 0.5, 0.0)
-
-
-@pytest.mark.parametrize("name", ["edge", "naive", "none"])
-@pytest.mark.parametrize("scale", [1, 2])
-def test_visibility_becomes_the_irradiance_that_it_lets_through(
-    gl, shaders, frame, base, name, scale
-):
-    visibility = noise(4, 1)[::scale, ::scale]
-    z = base["z_vs"][scale - 1 :: scale, ::scale]
-    settings = EdgeAwareFilterSettings(filter=name)
-    scalar = EdgeAwareFilterPass(
-        "f", settings, source="v", result="r", is_visibility=True, holds_z=True,
-        open_irradiance=OPEN,
-    )  # fmt: skip
-    full = EdgeAwareFilterPass("f", settings, source="v", result="r")
-    values = {
-        scalar: np.concatenate([visibility, z], axis=-1),
-        full: np.concatenate([visibility * OPEN, visibility], axis=-1),
-    }
-    found = [
-        run_pass(gl, shaders, item, frame, {**base, "v": value})["r"]
-        for item, value in values.items()
-    ]
-    np.testing.assert_allclose(*found, atol=FLOAT32_SUMS)
-    seen = base["z_vs"][..., 0] > 0.0
-    assert np.all(found[0][~seen] == [0.0, 0.0, 0.0, 1.0])
-    assert np.ptp(found[0][seen], axis=0)[0] > 0.1
-    assert scalar.settings_key() != full.settings_key()

@@ -47,11 +47,6 @@ class Compared:
         return self.decided.spares("blocked directions")
 
     @property
-    def is_scalar(self) -> bool:
-        """Directional light is one colour times visibility."""
-        return self.decided.spares("light by direction")
-
-    @property
     def shares_directions(self) -> bool:
         """The bounce takes over what an earlier march found."""
         return self.decided.spares("second march")

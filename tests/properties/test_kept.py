@@ -169,7 +169,7 @@ STEPS = {
     ),
     "a plain sky": (
         dataclasses.replace(SCENE, environment=ConstantEnvironment(GREY)),
-        {"direct", "shadow_map", "ssao", "bounce"},
+        {"direct", "shadow_map", "directional", "bounce"},
     ),
     "nothing lit": (
         dataclasses.replace(SCENE, environment=None, lights=(OFF,)), set(),

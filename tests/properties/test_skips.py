@@ -48,22 +48,13 @@ def both(device, shaders):
     return run
 
 
-def test_a_constant_sky_is_one_colour_times_visibility(both):
-    skipped = both(*PILE, environment=SKY)
-    assert skipped.is_scalar and "ssao" in skipped.ran
-    assert "directional" not in skipped.ran
-    assert skipped.images["visibility"].min() < 0.9
-    almost = both(*PILE, environment=SKY, lights=[WINDOW])
-    assert not almost.is_scalar and "directional" in almost.ran
-
-
 @pytest.mark.parametrize("estimator", ["march", "rgs09"])
 @pytest.mark.parametrize(
     "settings", [{}, {"resolution_scale": 0.5}, {"filter": "none"}, {"filter": "naive"}]
 )
 def test_a_constant_sky_under_every_filter(both, estimator, settings):
     found = both(*PILE, environment=SKY, estimator=estimator, **settings)
-    assert found.is_scalar == (estimator == "march")
+    assert found.images["visibility"].min() < 0.9
 
 
 def test_a_sky_that_only_looks_complicated_is_simplified(both):
@@ -71,12 +62,11 @@ def test_a_sky_that_only_looks_complicated_is_simplified(both):
         GradientEnvironment(GREY, GREY, GREY),
         MapEnvironment(np.full((8, 16, 3), 0.5, np.float32)),
     ):
-        assert both(*PILE, environment=environment).is_scalar
+        assert "environment" not in both(*PILE, environment=environment).ran
     image = np.full((8, 16, 3), 0.5, np.float32)
     image[3, 5] = 0.6
     almost = both(*PILE, environment=MapEnvironment(image))
-    assert not almost.is_scalar and "environment" in almost.ran
-    assert not both(*PILE, environment=DAWN).is_scalar
+    assert "environment" in almost.ran
 
 
 def test_without_sky_and_window_there_is_no_directional_light(both):
