@@ -35,6 +35,15 @@ vec3 srgb_encode(vec3 c)
     return vec3(srgb_encode(c.r), srgb_encode(c.g), srgb_encode(c.b));
 }
 
+// What hides the steps of eight bits: added, in steps, before rounding to one. In
+// (-0.5, 0.5), by the R2 sequence (Roberts 2018), as `ssdo_gl/images/display.py`. One
+// axis at a time keeps the fractions exact to 1e-3 up to 16384 pixels.
+float dither_pattern(vec2 pixel)
+{
+    vec2 part = fract(floor(pixel) * vec2(0.7548776662466927, 0.5698402909980532));
+    return fract(0.5 + part.x + part.y) - 0.5;
+}
+
 // The inverse.
 float srgb_decode(float x)
 {

@@ -1,5 +1,5 @@
 #version 330 core
-// Scene-linear radiance to 8-bit sRGB. TONE_CURVE: 0 clips at 1, 1 is filmic.
+// Scene-linear radiance to sRGB. TONE_CURVE: 0 clips at 1, 1 is filmic.
 #include "lib/color.glsl"
 
 uniform sampler2D t_beauty;

@@ -55,5 +55,8 @@ void main()
 #endif
     shown = z_vs > 0.0 ? shown : vec3(0.0);
 #endif
+#if KIND <= 3
+    shown += dither_pattern(gl_FragCoord.xy) / 255.0;
+#endif
     o_color = vec4(shown, 1.0);
 }

@@ -70,9 +70,9 @@ def picture_of(
         return _to_bytes(np.where(covered, 0.5 + 0.5 * values, 0.0))
     if mapping in (ColorMapping.DEPTH, ColorMapping.POSITION):
         return _to_bytes(_stretched(values, extent, invert=mapping is ColorMapping.DEPTH))
-    if name == "display":
-        return _to_bytes(values[:, :, :3])
-    return _to_bytes(srgb_from_linear(np.clip(values[:, :, :3], 0.0, 1.0)))
+    if name != "display":
+        values = srgb_from_linear(np.clip(values[:, :, :3], 0.0, 1.0))
+    return _to_bytes(values[:, :, :3], dithered=True)
 
 
 def _stretched(
@@ -90,6 +90,20 @@ def _stretched(
     return np.where(covered[:, :, None], unit, 0.0)
 
 
-def _to_bytes(unit: NDArray[np.float64]) -> NDArray[np.uint8]:
-    pixels = np.round(255.0 * np.clip(unit, 0.0, 1.0)).astype(np.uint8)
+def dither_pattern(height: int, width: int) -> NDArray[np.float64]:
+    """Return what is added before rounding to whole steps, (height, width), in (-0.5, 0.5).
+
+    Without it a gradient shows the steps of its eight bits. The fractions of the R2 sequence
+    (Roberts 2018) along both axes: neighbours differ much, larger patches have a mean of 0,
+    and the pattern is the same in every picture.
+    """
+    row, column = np.ogrid[:height, :width]
+    return np.asarray((0.5 + 0.7548776662466927 * column + 0.5698402909980532 * row) % 1.0 - 0.5)
+
+
+def _to_bytes(unit: NDArray[np.float64], *, dithered: bool = False) -> NDArray[np.uint8]:
+    steps = 255.0 * np.clip(unit, 0.0, 1.0)
+    if dithered:
+        steps = np.clip(steps + dither_pattern(*steps.shape[:2])[:, :, None], 0.0, 255.0)
+    pixels = np.round(steps).astype(np.uint8)
     return np.repeat(pixels, 3, axis=2) if pixels.shape[2] == 1 else pixels

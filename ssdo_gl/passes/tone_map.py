@@ -39,6 +39,8 @@ def defines(settings: ToneMapSettings) -> dict[str, int]:
 class ToneMapPass(RenderPass):
     """The picture (scene-linear) to `display` (sRGB-encoded, opaque).
 
+    In 16 bits a channel: whoever makes 8 of them dithers, which needs the rest.
+
     Parameters
     ----------
     settings : ToneMapSettings or None
@@ -47,7 +49,7 @@ class ToneMapPass(RenderPass):
     """
 
     name = "tone_map"
-    writes: Mapping[str, TextureSpec] = {"display": TextureSpec(4, "nu1")}
+    writes: Mapping[str, TextureSpec] = {"display": TextureSpec(4, "nu2")}
 
     def __init__(self, settings: ToneMapSettings | None = None, source: str = "beauty") -> None:
         self.settings = settings or ToneMapSettings()

@@ -192,8 +192,8 @@ def test_display(gl, shaders, record, light, exposure):
         x = np.minimum(x, 1.0)
         wanted = np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1.0 / 2.4) - 0.055)
         error = np.abs(shown - wanted).max() * 255.0
-        # Half a step by rounding to one, and pow() by 1e-6 of 255 steps.
-        record(f"{STAGE}: display", curve, error, 0.5 + 1e-3, "steps of 8 bits")
+        # Half a step of 16 bits by rounding to one, and pow() by 1e-6 of 255 steps.
+        record(f"{STAGE}: display", curve, error, 0.5 / 257 + 1e-3, "steps of 8 bits")
 
 
 def filter_twin(picture, value, radius=3, tolerance=0.5):

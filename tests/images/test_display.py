@@ -35,3 +35,22 @@ def test_poison_does_not_reach_other_pixels(name, poison):
     image = np.ones((2, 2, 3), np.float32)
     image[0, 0] = poison
     assert picture_of(name, image).shape == (2, 2, 3)
+
+
+def test_a_gradient_is_dithered_to_its_mean_and_whole_steps_stay():
+    # 32 x 32 pixels a quarter of a step above 100: without dither all of them are 100.
+    image = np.full((32, 32, 4), 100.25 / 255.0, np.float32)
+    pixels = picture_of("display", image)[:, :, 0]
+    assert set(np.unique(pixels)) == {100, 101}
+    # Means of 8 x 8 pixels are within a twelfth of a step: no patch of noise stands out.
+    patches = pixels.reshape(4, 8, 4, 8).mean(axis=(1, 3))
+    np.testing.assert_allclose(patches, 100.25, atol=1.0 / 12.0)
+    levels = np.arange(256, dtype=np.float32)[None, :, None] / np.float32(255.0)
+    whole = picture_of("display", np.broadcast_to(levels, (64, 256, 3)))
+    np.testing.assert_array_equal(whole[:, :, 0], np.broadcast_to(np.arange(256), (64, 256)))
+
+
+def test_data_is_not_dithered():
+    image = np.broadcast_to(np.linspace(1.0, 2.0, 64, dtype=np.float32)[None, :, None], (8, 64, 1))
+    pixels = picture_of("depth", image)
+    assert (pixels == pixels[:1]).all()

@@ -25,7 +25,7 @@ from ssdo_gl.scene.scene import Scene
 Array = NDArray[np.float32]
 DEFAULT_CAMERA = Camera((0.0, 0.0, 0.0), (0.0, 0.0, -1.0), fov_y=60.0)
 # The dtypes that the frame graph gives to resources which are not plain f4.
-STORED_AS = {"normals_vs": "nu2", "albedo": "nu2", "display": "nu1"}
+STORED_AS = {"normals_vs": "nu2", "albedo": "nu2", "display": "nu2"}
 
 
 def make_scene(

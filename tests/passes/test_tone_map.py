@@ -9,8 +9,8 @@ from passes.pass_harness import make_frame, make_scene, run_pass
 from ssdo_gl.passes.tone_map import CURVES, ToneMapPass, ToneMapSettings
 
 SIZE = (64, 2)
-# Half a step of 8 bits, and the shader's pow().
-TOLERANCE = 0.5 / 255.0 + 4e-6
+# Half a step of 16 bits, and the shader's pow().
+TOLERANCE = 0.5 / 65535.0 + 4e-6
 
 
 def show(gl, shaders, radiance, **settings):
