@@ -94,10 +94,7 @@ class Point:
         """What a person reads: ``bounce march 8x8 half edge``."""
         if not self.estimator:
             return f"{self.method} {self.spp} spp" if self.spp else self.method
-        takes_steps = ESTIMATORS[self.estimator].takes_steps
-        step_count = min(self.steps, self.samples) if takes_steps else 1
-        directions = max(1, self.samples // step_count)
-        count = f"{directions}x{step_count}" if step_count > 1 else f"{self.samples}"
+        count = ESTIMATORS[self.estimator].count_label(self.samples, self.steps)
         parts = [self.method, self.estimator, count]
         parts.append("half" if self.resolution_scale == 0.5 else "full")
         parts.append(self.filter if self.filter != "none" else "unfiltered")

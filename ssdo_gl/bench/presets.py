@@ -54,10 +54,8 @@ class PresetRung:
     @property
     def label(self) -> str:
         """What a person reads."""
-        directions = max(1, self.samples // min(self.steps, self.samples))
+        count = ESTIMATORS[self.estimator].count_label(self.samples, self.steps)
         scale = "half" if self.resolution_scale == 0.5 else "full"
-        takes_steps = ESTIMATORS[self.estimator].takes_steps
-        count = f"{directions}x{self.steps}" if takes_steps else f"{self.samples}"
         return f"{self.estimator} {count} {scale} {self.filter}"
 
     def fields(self) -> dict[str, Any]:

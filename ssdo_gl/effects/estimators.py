@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 # Where a back-face layer holds every closed body, what lacks a back is mostly a wall, seen
@@ -29,7 +29,11 @@ class Estimator:
     gives_light : bool
         Says what blocks a direction, so that light can be gathered; else visibility only.
     takes_steps : bool
-        Reads several depths along each direction, and may hand on what it found.
+        Reads several depths along each direction.
+    sides : int
+        2: a direction is a slice of the hemisphere, looked along both ways.
+    names_blockers : bool
+        Says which one surface blocks a direction, so that another pass may take it over.
     reads_backs : bool
         Uses the back-face layer.
     has_radius : bool
@@ -48,12 +52,29 @@ class Estimator:
     doc: str
     gives_light: bool = False
     takes_steps: bool = False
+    sides: int = 1
+    names_blockers: bool = False
     reads_backs: bool = False
     has_radius: bool = True
     stays_in_reach: bool = False
     thickness: float = _THICKNESS_ALONE
     thickness_beside_backs: float = _THICKNESS_BESIDE_BACKS
     sums_open_light: bool = False
+
+    def shared_out(self, samples: int, steps: int) -> tuple[int, int]:
+        """Return how many directions `samples` depth reads make, and steps along each.
+
+        Steps are counted each way. Reads are rounded down to whole directions, of which
+        there is at least one: a slice takes two reads where `samples` is 1.
+        """
+        step_count = max(1, min(steps, samples // self.sides)) if self.takes_steps else 1
+        return max(1, samples // (step_count * self.sides)), step_count
+
+    def count_label(self, samples: int, steps: int) -> str:
+        """Return what a person reads: ``2x8`` directions and steps, ``2x2x4`` slices, ``16``."""
+        directions, step_count = self.shared_out(samples, steps)
+        ways = [] if self.sides == 1 else [self.sides]
+        return "x".join(map(str, [directions, *ways, *([step_count] if self.takes_steps else [])]))
 
     @property
     def choices(self) -> Mapping[str, str]:
@@ -69,6 +90,7 @@ ESTIMATORS: Mapping[str, Estimator] = {
             "several depth reads along each direction",
             gives_light=True,
             takes_steps=True,
+            names_blockers=True,
             reads_backs=True,
             stays_in_reach=True,
         ),
@@ -76,11 +98,13 @@ ESTIMATORS: Mapping[str, Estimator] = {
             "rgs09",
             "the paper's single point in each direction",
             gives_light=True,
+            names_blockers=True,
             sums_open_light=True,
         ),
         Estimator(
             "hemisphere",
             "points of the normal's half-ball",
+            names_blockers=True,
             stays_in_reach=True,
             thickness=_THICKNESS_OF_POINTS,
             thickness_beside_backs=_THICKNESS_OF_POINTS,
@@ -93,3 +117,8 @@ LIGHT_ESTIMATORS = tuple(e.name for e in ESTIMATORS.values() if e.gives_light)
 LARGEST_DEFAULT_THICKNESS = max(
     max(e.thickness, e.thickness_beside_backs) for e in ESTIMATORS.values()
 )
+
+
+def described(names: Iterable[str]) -> str:
+    """Return what the estimators called `names` do, in one line."""
+    return "; ".join(f"{name}: {ESTIMATORS[name].doc}" for name in names)

@@ -157,7 +157,7 @@ def can_share_directions(request: Request, first: str, second: str) -> bool:
     )
     return (
         march.estimator == estimator_of(request, first)
-        and ESTIMATORS[march.estimator].takes_steps
+        and ESTIMATORS[march.estimator].names_blockers
         and march.step_count >= FEWEST_STEPS_WORTH_KEEPING
         and march.direction_count <= MOST_KEPT_DIRECTIONS
         and max(request.settings.size) <= LONGEST_NUMBERED_SIDE

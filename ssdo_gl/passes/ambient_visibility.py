@@ -6,7 +6,7 @@ from collections.abc import Hashable
 from dataclasses import dataclass
 from typing import Any
 
-from ssdo_gl.effects.estimators import ESTIMATORS
+from ssdo_gl.effects.estimators import ESTIMATORS, described
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
@@ -26,8 +26,7 @@ class SsaoSettings(ScreenSpaceSettings):
 
     estimator: str = setting(
         "hemisphere",
-        "hemisphere: points of the normal's half-ball; march: several reads along each "
-        "direction; rgs09: the paper's points; zbuffer: a box in the image",
+        described(ESTIMATORS),
         choices=tuple(ESTIMATORS),
     )
     box_px: float = setting(

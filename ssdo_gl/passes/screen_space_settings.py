@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ssdo_gl.effects.estimators import ESTIMATORS, LIGHT_ESTIMATORS
+from ssdo_gl.effects.estimators import ESTIMATORS, LIGHT_ESTIMATORS, described
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.settings.fields import SettingError, setting
@@ -21,7 +21,7 @@ class ScreenSpaceSettings:
 
     estimator: str = setting(
         "march",
-        "march: several depth reads along each direction; rgs09: the paper's single one",
+        described(LIGHT_ESTIMATORS),
         choices=LIGHT_ESTIMATORS,
     )
     radius: float = same_as("radius", 0.3)
@@ -62,13 +62,13 @@ class ScreenSpaceSettings:
 
     @property
     def step_count(self) -> int:
-        """Depth reads along each direction."""
-        return min(self.steps, self.samples) if ESTIMATORS[self.estimator].takes_steps else 1
+        """Depth reads along each direction; of a slice, each way."""
+        return ESTIMATORS[self.estimator].shared_out(self.samples, self.steps)[1]
 
     @property
     def direction_count(self) -> int:
-        """Directions per pixel; `samples` rounded down to whole directions."""
-        return max(1, self.samples // self.step_count)
+        """Directions, or slices, per pixel; `samples` rounded down to whole ones."""
+        return ESTIMATORS[self.estimator].shared_out(self.samples, self.steps)[0]
 
     @property
     def receiver_stride(self) -> int:
