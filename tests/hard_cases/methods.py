@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
+from ssdo_gl.effects import methods
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.settings import Settings
 
 SIZE = (64, 48)
 # (method, estimator); the references at few samples: a case asks whether they stay
 # sane, not whether they converge.
-METHODS = (
-    ("direct", None),
-    ("ssao", "hemisphere"),
-    ("ssao", "zbuffer"),
-    ("ssdo", "march"),
-    ("ssdo", "rgs09"),
-    ("bounce", "march"),
-    ("bounce", "rgs09"),
-    ("reference-ao", None),
-    ("reference-near", None),
-    ("reference-gi", None),
+METHODS = tuple(
+    (name, estimator)
+    for name, method in methods.METHODS.items()
+    for estimator in method.estimators or (None,)
 )
 SCREEN_SPACE = tuple(m for m in METHODS if not m[0].startswith("reference"))
 IMAGES = ("beauty", "direct", "directional", "bounce", "visibility", "normal_ws", "depth")
