@@ -110,6 +110,13 @@ ESTIMATORS: Mapping[str, Estimator] = {
             thickness_beside_backs=_THICKNESS_OF_POINTS,
         ),
         Estimator("zbuffer", "a box in the image", has_radius=False),
+        Estimator(
+            "gtao",
+            "the highest thing on either side of slices",
+            takes_steps=True,
+            sides=2,
+            stays_in_reach=True,
+        ),
     )
 }
 LIGHT_ESTIMATORS = tuple(e.name for e in ESTIMATORS.values() if e.gives_light)

@@ -9,6 +9,7 @@ from documentation.pages import code_spans, first_names, section, table
 from ssdo_gl import cli, process
 from ssdo_gl.bench.presets import read_ladder
 from ssdo_gl.effects import registry
+from ssdo_gl.effects.estimators import ESTIMATORS
 from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.settings import AOVS
 from ssdo_gl.settings.flags import settings_table
@@ -26,6 +27,13 @@ def test_methods_are_those_of_the_program():
     ):
         names = first_names(section(page, heading))
         assert [name for name in names if name in METHODS][-len(METHODS) :] == list(METHODS)
+
+
+def test_the_table_of_estimators_is_that_of_the_program():
+    rows = table(section("docs/estimators.md", "The field"))
+    gives = {name: "visibility, light" if e.gives_light else "visibility"
+             for name, e in ESTIMATORS.items()}  # fmt: skip
+    assert {code_spans(row[0])[0]: row[-1] for row in rows} == gives
 
 
 def test_the_table_of_images_is_that_of_the_program():

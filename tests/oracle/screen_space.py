@@ -129,7 +129,7 @@ def uniform_hemisphere(u: Array) -> Array:
     return np.stack([r * np.cos(phi), r * np.sin(phi), z], -1)
 
 
-class _Decisions:
+class Decisions:
     """Conjunctions of comparisons; remembers those that hang on a near tie."""
 
     def __init__(self, shape: tuple[int, ...]) -> None:
@@ -153,6 +153,25 @@ class _Decisions:
         return np.floor(px).astype(np.int64)
 
 
+def height_tests(
+    pq: Array, n: Array, receiver_z: Array, scale: Array, estimator: Estimator
+) -> list[tuple[Array, Array, Array]]:
+    """Return the comparisons that tell whether p + pq rises above the plane through p."""
+    height = np.einsum("...i,...i", pq, n)
+    lowest = DEPTH_ERROR * receiver_z + estimator.bias * np.minimum(estimator.radius, receiver_z)
+    return [(height, lowest, scale), (height, NORMAL_ERROR * np.linalg.norm(pq, axis=-1), scale)]
+
+
+def solid_end(picture: Picture, texel: Indices, length: Array, estimator: Estimator) -> Array:
+    """Return the depth at which the solid at `texel` ends; `length` is min(R, z)."""
+    z = picture.z[texel[..., 1], texel[..., 0]]
+    end = z + estimator.thickness * length
+    if picture.z_back is None:
+        return np.asarray(end)
+    back = picture.z_back[texel[..., 1], texel[..., 0]]
+    return np.asarray(np.where(back > z * (1.0 + BACK_GAP), back, end))
+
+
 def _surface_tests(
     picture: Picture,
     p: Array,
@@ -160,7 +179,7 @@ def _surface_tests(
     texel: Indices,
     inverse_z: tuple[Array, Array],
     estimator: Estimator,
-    decide: _Decisions,
+    decide: Decisions,
     live: Flags,
     has_end: bool,
     end_plane: tuple[Array, Array] | None = None,
@@ -170,13 +189,10 @@ def _surface_tests(
     one = np.ones_like(z)
     receiver_z = -p[..., 2]
     length = np.minimum(estimator.radius, receiver_z)
-    pq = picture.position(texel, z) - p
-    height = np.einsum("...i,...i", pq, n)
     far = np.maximum(receiver_z, z)
     tests = [
         (one, z * inverse_z[0], one),
-        (height, DEPTH_ERROR * receiver_z + estimator.bias * length, far),
-        (height, NORMAL_ERROR * np.linalg.norm(pq, axis=-1), far),
+        *height_tests(picture.position(texel, z) - p, n, receiver_z, far, estimator),
     ]
     if end_plane is not None:
         # Rays aimed at a surface: blockers lie above its plane, too.
@@ -184,15 +200,11 @@ def _surface_tests(
         lowest = end_plane[1] + DEPTH_ERROR * receiver_z + estimator.bias * length
         tests.append((plane_height, lowest, far))
     if has_end:
-        end = z + estimator.thickness * length
-        if picture.z_back is not None:
-            back = picture.z_back[texel[..., 1], texel[..., 0]]
-            end = np.where(back > z * (1.0 + BACK_GAP), back, end)
-        tests.append((end * inverse_z[1], one, one))
+        tests.append((solid_end(picture, texel, length, estimator) * inverse_z[1], one, one))
     return decide.all_greater(live & (z > 0.0), *tests)
 
 
-def _distance_in_frame(picture: Picture, p: Array, w: Array) -> Array:
+def distance_in_frame(picture: Picture, p: Array, w: Array) -> Array:
     """Distance along w at which p + t w leaves the frame or passes the near plane."""
     tan = np.asarray(picture.tan_half_fov)
     z, rate_z = -p[..., 2:], -w[..., 2:]
@@ -205,7 +217,7 @@ def _distance_in_frame(picture: Picture, p: Array, w: Array) -> Array:
     return np.asarray(np.minimum(leave.min(-1), FAR_REACH * z[..., 0]))
 
 
-def _fraction(x: Array, growth: float) -> Array:
+def march_fraction(x: Array, growth: float) -> Array:
     return np.asarray(x * (1.0 - growth + growth * x))
 
 
@@ -213,7 +225,7 @@ def _inverse_depths(
     x: Array, slack: float, inverse: tuple[Array, Array], growth: float
 ) -> tuple[Array, Array]:
     ends = np.maximum(x - slack, 0.0), np.minimum(x + slack, 1.0)
-    a, b = (inverse[0] + _fraction(y, growth) * (inverse[1] - inverse[0]) for y in ends)
+    a, b = (inverse[0] + march_fraction(y, growth) * (inverse[1] - inverse[0]) for y in ends)
     return a, b
 
 
@@ -228,11 +240,11 @@ def _march(
     end_plane: tuple[Array, Array] | None = None,
 ) -> tuple[Indices, Flags]:
     reach = np.minimum(reach, estimator.radius)
-    reach = np.minimum(reach, _distance_in_frame(picture, p, w))
+    reach = np.minimum(reach, distance_in_frame(picture, p, w))
     end = p + reach[..., None] * w
     start_px, end_px = picture.pixel(p), picture.pixel(end)
     inverse = -1.0 / p[..., 2], -1.0 / end[..., 2]
-    decide = _Decisions(u.shape)
+    decide = Decisions(u.shape)
     blocker = np.full((*u.shape, 2), -1, np.int64)
     for i in range(estimator.steps):
         last = i == estimator.steps - 1
@@ -240,7 +252,7 @@ def _march(
         x = np.ones_like(u) if last else (i + u) * stride
 
         live = blocker[..., 0] < 0
-        s = _fraction(x, estimator.growth)[..., None]
+        s = march_fraction(x, estimator.growth)[..., None]
         texel = decide.texel(start_px + s * (end_px - start_px), live)
         front = _inverse_depths(x, estimator.front_slack * stride, inverse, estimator.growth)
         back = _inverse_depths(x, estimator.back_slack * stride, inverse, estimator.growth)
@@ -255,9 +267,9 @@ def _point(
 ) -> tuple[Indices, Flags]:
     has_end = estimator.kind == "hemisphere"
     endless = estimator.radius > FAR_REACH * -p[..., 2]
-    reach = np.where(endless, _distance_in_frame(picture, p, w), estimator.radius)
+    reach = np.where(endless, distance_in_frame(picture, p, w), estimator.radius)
     s_vs = p + (reach * (np.sqrt(u) if has_end else u))[..., None] * w
-    decide = _Decisions(u.shape)
+    decide = Decisions(u.shape)
     visible = -s_vs[..., 2] > picture.near
     s_vs = np.where(visible[..., None], s_vs, [0.0, 0.0, -1.0])
     px = picture.pixel(s_vs)

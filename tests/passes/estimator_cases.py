@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
-from oracle import analytic_pictures, screen_space
+from oracle import analytic_pictures, screen_space, slices
 from oracle.analytic_pictures import Plane, Sphere
 from oracle.screen_space import Estimator, Picture
 from passes.pass_harness import Array, make_frame, make_scene, quad, run_pass
@@ -135,6 +135,20 @@ def twin_of(settings: ScreenSpaceSettings, frame: Frame, has_back: bool = False)
     )
 
 
+# Estimators that say how open a point is, and not which directions are blocked.
+VISIBILITY_TWINS = {"gtao": slices.gtao}
+
+
+def expected_visibility(
+    picture: Picture, texel: NDArray[np.int64], pixel: NDArray[np.int64], twin: Estimator
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Return the oracle's visibility (n,) and where float32 may decide otherwise (n,)."""
+    if twin.kind in VISIBILITY_TWINS:
+        return VISIBILITY_TWINS[twin.kind](picture, texel, pixel, twin)
+    samples = screen_space.sample(picture, texel, pixel, twin)
+    return screen_space.visibility(samples), samples.unsure.any(1)
+
+
 def corner(size: tuple[int, int], tan_half: tuple[float, float], scale: float = 1.0) -> Picture:
     """A floor (lower half) and a wall (upper half) that meet at a right angle, 3 away."""
     c = np.sqrt(0.5)
@@ -212,6 +226,7 @@ __all__ = [
     "ball_on_floor",
     "corner",
     "covered_texels",
+    "expected_visibility",
     "float32",
     "inputs_of",
     "picture_frame",

@@ -9,6 +9,7 @@ from passes.estimator_cases import picture_frame
 
 from ssdo_gl.effects.bounce import BounceSettings
 from ssdo_gl.effects.directional import DirectionalSettings
+from ssdo_gl.effects.estimators import ESTIMATORS
 from ssdo_gl.passes.ambient_visibility import SsaoPass, SsaoSettings
 from ssdo_gl.passes.screen_space_settings import (
     ScreenSpaceSettings,
@@ -40,13 +41,28 @@ def test_resolution_scale_is_a_half_or_one():
         ("march", 64, 1, 64, 1),
         ("hemisphere", 20, 8, 20, 1),
         ("rgs09", 1, 8, 1, 1),
+        ("gtao", 40, 8, 2, 8),
+        ("gtao", 8, 8, 1, 4),
+        ("gtao", 8, 1, 4, 1),
     ],
 )
 def test_samples_are_shared_out_over_directions(estimator, samples, steps, directions, step_count):
-    """`samples` counts depth reads; it is never exceeded."""
+    """`samples` counts depth reads; it is never exceeded. A slice reads both ways."""
     settings = SsaoSettings(estimator=estimator, samples=samples, steps=steps)
     assert (settings.direction_count, settings.step_count) == (directions, step_count)
-    assert settings.direction_count * settings.step_count <= samples
+    assert ESTIMATORS[estimator].sides * directions * step_count <= samples
+
+
+def test_a_slice_takes_two_reads_at_least():
+    settings = SsaoSettings(estimator="gtao", samples=1)
+    assert (settings.direction_count, settings.step_count) == (1, 1)
+
+
+@pytest.mark.parametrize(
+    "estimator, label", [("march", "4x8"), ("gtao", "2x2x8"), ("hemisphere", "32")]
+)
+def test_labels_say_how_reads_are_shared_out(estimator, label):
+    assert ESTIMATORS[estimator].count_label(32, 8) == label
 
 
 @pytest.mark.parametrize(

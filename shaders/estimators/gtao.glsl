@@ -1,0 +1,60 @@
+// Jimenez, Wu, Pesce and Jarabo 2016, "Practical Real-Time Strategies for Accurate Indirect
+// Occlusion" (GTAO): of each slice all is blocked that lies below the highest thing seen on
+// either side, weighted by the cosine in closed form.
+//
+// Departures. Whatever is farther than R does not count, where the paper lets its effect
+// fade: visibility is defined by R. What is blocked is taken from 1, so that an open
+// hemisphere is exactly open also with few slices. Slices are spread evenly about the view
+// vector of the pixel, not about that of the picture's middle. A horizon is raised only by what
+// stands above the tangent plane. The paper's heuristic for thin things, which lowers the
+// horizon again behind them, is left out, as in XeGTAO's defaults.
+#include "lib/slices.glsl"
+#include "lib/sampling.glsl"
+
+#define FINDS_BLOCKERS 0
+
+const float NO_HORIZON = -2.0;
+
+// Cosine of the angle between view vector and horizon on one side, if there is any.
+float horizon_cosine(Tangent t, vec3 view, vec3 along, float jitter)
+{
+    Walk walk = walk_along(t.position_vs, along);
+    float highest = NO_HORIZON;
+    for (int i = 0; i < STEP_COUNT; ++i) {
+        ivec2 texel = ivec2(walk_px(walk, i, jitter));
+        float z = gbuffer_z_vs(texel);
+        vec3 to_q = position_vs_at(uv_of_texel(texel), z) - t.position_vs;
+        float distance = length(to_q);
+        if (z > 0.0 && distance <= u_radius && is_above(t, texel, z))
+            highest = max(highest, dot(to_q, view) / distance);
+    }
+    return highest;
+}
+
+// What one side hides of a slice; `gamma` counts towards this side.
+float hidden_below_horizon(Tangent t, vec3 view, vec3 along, float gamma, float jitter)
+{
+    float cosine = horizon_cosine(t, view, along, jitter);
+    if (cosine == NO_HORIZON)
+        return 0.0;
+    float end = clamp(gamma + 0.5 * PI, 0.0, PI);
+    float horizon = angle_of(sqrt(max(1.0 - cosine * cosine, 0.0)), cosine);
+    return max(arc_integral(end, gamma) - arc_integral(min(horizon, end), gamma), 0.0);
+}
+
+float estimator_visibility(Receiver r, ivec2 centre)
+{
+    Tangent t = tangent_at(r.position_vs, r.geometric_vs);
+    vec3 view = to_camera(r.position_vs);
+    mat3 axes = frame_from_z(view);
+    float blocked = 0.0;
+    for (int i = 0; i < DIRECTION_COUNT; ++i) {
+        vec3 u = sample_point(r, i);
+        vec3 along = axes[0] * cos(PI * u.x) + axes[1] * sin(PI * u.x);
+        Slice slice = slice_along(along, view, r.normal_vs);
+        blocked += slice.normal_length
+            * (hidden_below_horizon(t, view, along, slice.normal_angle, u.y)
+               + hidden_below_horizon(t, view, -along, -slice.normal_angle, u.z));
+    }
+    return max(1.0 - blocked / float(DIRECTION_COUNT), 0.0);
+}

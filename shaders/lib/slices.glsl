@@ -1,0 +1,62 @@
+// Slices of the hemisphere: planes through the view vector, which the camera sees as lines.
+//
+// A slice is looked along both ways. Directions in it are told by their angle from the view
+// vector v, counted towards `along`. Of the cosine-weighted hemisphere about n, the part
+// that lies in the slices about an azimuth dphi is, with n' the projection of n into the
+// slice and gamma its angle,
+//   1 / pi * |n'| * integral of cos(theta - gamma) |sin theta| dtheta dphi
+// (Jimenez, Wu, Pesce and Jarabo 2016).
+#include "lib/angle.glsl"
+#include "lib/march.glsl"
+
+struct Slice {
+    vec3 along_vs;       // unit length, orthogonal to the view vector
+    float normal_angle;  // gamma
+    float normal_length; // |n'|
+};
+
+vec3 to_camera(vec3 position_vs)
+{
+    return -normalize(position_vs);
+}
+
+Slice slice_along(vec3 along_vs, vec3 view, vec3 normal_vs)
+{
+    vec2 projected = vec2(dot(normal_vs, along_vs), dot(normal_vs, view));
+    float angle = angle_of(abs(projected.x), projected.y);
+    return Slice(along_vs, projected.x < 0.0 ? -angle : angle, length(projected));
+}
+
+// How far along a slice the sphere of radius R about the receiver is seen.
+float silhouette_reach(vec3 position_vs)
+{
+    float distance = length(position_vs);
+    float sine = u_radius / distance;
+    return sine < 1.0 ? u_radius * inversesqrt(1.0 - sine * sine) : FAR_REACH * distance;
+}
+
+// The way from a receiver along one side of a slice, in the picture. It starts a pixel away,
+// as in the code of XeGTAO: what is nearer is the receiver's own texel.
+struct Walk {
+    Segment segment;
+    float first;     // fraction of the segment
+};
+
+Walk walk_along(vec3 position_vs, vec3 along_vs)
+{
+    Segment g = segment_of(position_vs, along_vs, silhouette_reach(position_vs));
+    return Walk(g, min(inversesqrt(max(dot(g.across_px, g.across_px), 1.0)), 1.0));
+}
+
+// Where step `i` of STEP_COUNT stands; `jitter` in [0, 1) moves it within its stratum.
+vec2 walk_px(Walk k, int i, float jitter)
+{
+    float s = march_fraction((float(i) + jitter) / float(STEP_COUNT));
+    return k.segment.start_px + mix(k.first, 1.0, s) * k.segment.across_px;
+}
+
+// The integral of cos(t - gamma) sin(t) for t from 0 to theta.
+float arc_integral(float theta, float gamma)
+{
+    return 0.25 * (cos(gamma) - cos(2.0 * theta - gamma) + 2.0 * theta * sin(gamma));
+}
