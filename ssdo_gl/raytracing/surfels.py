@@ -1,0 +1,278 @@
+"""Small pieces of the scene's surfaces, each of which keeps the light that reaches it.
+
+Large faces are cut into a grid of texels; small triangles that lie close together and
+look the same way share one. The two sides of a surface are two pieces, and so are the two
+faces of a thin wall, which look opposite ways.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ssdo_gl.math3d import FloatArray, IntArray
+from ssdo_gl.raytracing.bvh import Bvh
+from ssdo_gl.raytracing.surface_tables import oct_words
+
+# Points of a surfel from which its rays start: a square number, so that they are stratified.
+POINTS_PER_SIDE = 4
+POINT_COUNT = POINTS_PER_SIDE**2
+# Rays start this far off the surface: twice `RAY_OFFSET` of shaders/rays/ray.glsl, whose
+# other part, back along the ray that found the surface, is missing here.
+LIFT = 8e-6
+# Two triangles of a pair share a grid if their normals enclose less than 0.8 degrees.
+COPLANAR_COSINE = 0.9999
+# Triangles share a surfel if this many times their normals round to the same numbers:
+# 1.4 keeps (1, 0, 0), and all that is within 20 degrees of it, apart from others.
+NORMAL_STEPS = 1.4
+# Cells are shifted by this share of their size, because walls often lie at round numbers,
+# where rounding would tear a plane apart.
+CELL_SHIFT = 0.37
+# A grid has at most so many texels along an edge: 12 bits of a word.
+MAX_GRID = 4095
+# In the word that holds the size of a grid: both triangles of the pair share it.
+JOINT_FLAG = 1 << 24
+# By how much texels grow until their number is within the limit.
+GROWTH = 1.1
+
+
+@dataclass(frozen=True, eq=False)
+class Surfels:
+    """S surfels of the scene's triangles, in the normalised frame.
+
+    Attributes
+    ----------
+    positions : ndarray, shape (S, 16, 3), float32
+        Points from which rays start, slightly off the surface, on the surfel's side.
+    normals : ndarray, shape (S, 16), uint32
+        Unit normals there, on the surfel's side, packed as by `oct_words`.
+    places : ndarray, shape (2 P, 2), uint32
+        Row 2 p + s belongs to triangle s of primitive p: its first surfel, and the texels
+        along both edges of its grid, 12 bits each, and `JOINT_FLAG`. Surfels of backs come
+        after all those of the grid's front.
+    size : float
+        Side of a texel, about, normalised frame.
+    """
+
+    positions: NDArray[np.float32]
+    normals: NDArray[np.uint32]
+    places: NDArray[np.uint32]
+    size: float
+
+    @property
+    def count(self) -> int:
+        """Number of surfels."""
+        return len(self.positions)
+
+
+@dataclass(frozen=True, eq=False)
+class _Patches:
+    """Faces that may have a grid: pairs in one plane, and single triangles.
+
+    `corners` are v0 to v3 of a pair, and v0, v1, v2, v2 of a triangle; its grid has one axis
+    from v0 outwards and the other across.
+    """
+
+    corners: FloatArray  # (N, 4, 3)
+    normals: FloatArray  # (N, 3), unit
+    areas: FloatArray  # (N,)
+    is_joint: NDArray[np.bool_]
+    slots: IntArray  # (N, 2): of both triangles, the same twice of a single one
+    sides: IntArray  # (N,): 1 or 2
+
+    def extents(self) -> FloatArray:
+        """Return the lengths (N, 2) along both axes of the grid."""
+        v0, v1, v2, v3 = np.moveaxis(self.corners, 1, 0)
+        edges = [np.linalg.norm(d, axis=1) for d in (v1 - v0, v2 - v3, v3 - v0, v2 - v1)]
+        outward = np.maximum(edges[0], edges[2])
+        joint = np.stack([np.maximum(edges[0], edges[1]), np.maximum(edges[2], edges[3])], 1)
+        return np.where(self.is_joint[:, None], joint, np.stack([outward, edges[3]], 1))
+
+
+def build_surfels(bvh: Bvh, most: int, smallest: float) -> Surfels:
+    """Cut the triangles of `bvh` into at most about `most` surfels.
+
+    Parameters
+    ----------
+    bvh : Bvh
+    most : int
+        Texels grow until there are no more, both sides counted.
+    smallest : float
+        Side of a texel, normalised frame, below which none is cut.
+    """
+    if bvh.triangles.count == 0:
+        nothing = np.zeros((1, POINT_COUNT), dtype=np.uint32)
+        places = np.zeros((1, 2), dtype=np.uint32)
+        return Surfels(np.zeros((1, POINT_COUNT, 3), np.float32), nothing, places, smallest)
+    patches = _patches(bvh)
+    extents = patches.extents()
+    area = float(np.sum(patches.areas * patches.sides))
+    size = max(smallest, (area / most) ** 0.5)
+    while True:
+        grids = np.clip(np.ceil(extents / size - 1e-6), 1, MAX_GRID).astype(np.int64)
+        shared = _cells(patches, grids, size)
+        own = grids.max(axis=1) > 1
+        count = int(np.sum((grids.prod(axis=1) * patches.sides)[own])) + shared.count
+        if count <= most or size > 1.0:
+            return _assemble(bvh, patches, grids, shared, size)
+        size *= GROWTH
+
+
+def _patches(bvh: Bvh) -> _Patches:
+    triangles, pair, corner = bvh.triangles, bvh.primitive_triangles, bvh.primitive_corners
+    positions = triangles.positions.astype(np.float64)
+    first = positions[pair[:, :1], corner[:, 0]]
+    second = positions[np.maximum(pair[:, 1:], 0), corner[:, 1]]
+    normals_1, areas_1 = _normals(first)
+    normals_2, areas_2 = _normals(second)
+    single_sided = triangles.single_sided[np.maximum(pair, 0)]
+    has_second = pair[:, 1] >= 0
+    joint = has_second & (single_sided[:, 0] == single_sided[:, 1])
+    joint &= np.einsum("nk,nk->n", normals_1, normals_2) > COPLANAR_COSINE
+    alone = has_second & ~joint
+    last = np.where(joint[:, None], second[:, 2], first[:, 2])
+    quads = np.concatenate([first, last[:, None]], axis=1)
+    rest = np.concatenate([second, second[:, 2:]], axis=1)[alone]
+    slot = 2 * np.arange(len(pair))
+    return _Patches(
+        np.concatenate([quads, rest]),
+        np.concatenate([normals_1, normals_2[alone]]),
+        np.concatenate([areas_1 + np.where(joint, areas_2, 0.0), areas_2[alone]]),
+        np.concatenate([joint, np.zeros(alone.sum(), dtype=bool)]),
+        np.concatenate([np.stack([slot, slot + joint], 1), np.stack([slot + 1] * 2, 1)[alone]]),
+        2 - np.concatenate([single_sided[:, 0], single_sided[alone, 1]]).astype(np.int64),
+    )
+
+
+def _normals(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return unit normals (N, 3) and areas of triangles (N, 3, 3)."""
+    doubled = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(doubled, axis=1)
+    return doubled / np.maximum(length, np.finfo(np.float64).tiny)[:, None], 0.5 * length
+
+
+@dataclass(frozen=True, eq=False)
+class _Shared:
+    """Small patches by the surfel that they share."""
+
+    patches: IntArray  # sorted by group
+    group: IntArray  # of each of `patches`, from 0
+    sides: IntArray  # of each group
+
+    @property
+    def count(self) -> int:
+        """Number of surfels."""
+        return int(self.sides.sum())
+
+
+def _cells(patches: _Patches, grids: IntArray, size: float) -> _Shared:
+    """Group the patches of a single texel by place and by where they look."""
+    small = np.flatnonzero(grids.max(axis=1) == 1)
+    centre = patches.corners[small].mean(axis=1)
+    cell = np.floor(centre / size + CELL_SHIFT).astype(np.int64)
+    looks = np.rint(NORMAL_STEPS * patches.normals[small]).astype(np.int64) + 1
+    # 16 bits are enough for cells of any size that `build_surfels` comes to.
+    key = patches.sides[small]
+    for axis in range(3):
+        key = (key << 16) + (cell[:, axis] & 0xFFFF)
+    key = key * 27 + looks @ np.array([9, 3, 1])
+    order = np.argsort(key, kind="stable")
+    starts = np.ones(len(order), dtype=bool)
+    starts[1:] = key[order][1:] != key[order][:-1]
+    chosen = small[order]
+    return _Shared(chosen, np.cumsum(starts) - 1, patches.sides[chosen[starts]])
+
+
+def _assemble(
+    bvh: Bvh, patches: _Patches, grids: IntArray, shared: _Shared, size: float
+) -> Surfels:
+    own = np.flatnonzero(grids.max(axis=1) > 1)
+    cells = grids[own].prod(axis=1)
+    firsts = np.cumsum(cells * patches.sides[own]) - cells * patches.sides[own]
+    own_count = int(np.sum(cells * patches.sides[own]))
+    shared_firsts = own_count + np.cumsum(shared.sides) - shared.sides
+    total = own_count + shared.count
+    places = np.zeros((2 * len(bvh.primitive_triangles), 2), dtype=np.uint32)
+    for which, first in ((own, firsts), (shared.patches, shared_firsts[shared.group])):
+        layout = grids[which, 0] | grids[which, 1] << 12
+        layout |= np.where(patches.is_joint[which], JOINT_FLAG, 0)
+        for slot in np.moveaxis(patches.slots[which], 1, 0):
+            places[slot] = np.stack([first, layout], axis=1)
+    positions = np.zeros((total, POINT_COUNT, 3))
+    normals = np.zeros((total, POINT_COUNT, 3))
+    rng = np.random.default_rng(0)
+    # Texels: patch, then row and column in its grid.
+    patch = np.repeat(own, cells)
+    within = np.arange(len(patch)) - np.repeat(np.cumsum(cells) - cells, cells)
+    low = np.stack([within % grids[patch, 0], within // grids[patch, 0]], axis=1)[:, None]
+    u = (low + _stratified(rng, len(patch))) / grids[patch, None]
+    u = np.where(patches.is_joint[patch, None, None], u, _even_rings(u, low, grids[patch]))
+    front = np.repeat(firsts, cells) + within
+    positions[front] = _points(patches, np.repeat(patch[:, None], POINT_COUNT, 1), u)
+    normals[front] = patches.normals[patch, None]
+    # Shared ones: points by area.
+    if len(shared.patches):
+        chosen, u = _drawn(rng, patches, shared)
+        positions[shared_firsts] = _points(patches, chosen, u)
+        normals[shared_firsts] = patches.normals[chosen]
+        front = np.concatenate([front, shared_firsts])
+    behind = np.repeat(cells, cells)
+    back = np.concatenate([front[: len(patch)] + behind, shared_firsts + 1])
+    sides = np.concatenate([patches.sides[patch], shared.sides])
+    has_back = sides == 2
+    positions[back[has_back]] = positions[front[has_back]]
+    normals[back[has_back]] = -normals[front[has_back]]
+    positions += LIFT * normals
+    return Surfels(positions.astype(np.float32), oct_words(normals), places, size)
+
+
+def _stratified(rng: np.random.Generator, count: int) -> FloatArray:
+    """Return points (count, 16, 2) of the unit square, one in each of its cells."""
+    k = np.arange(POINT_COUNT)
+    corner = np.stack([k % POINTS_PER_SIDE, k // POINTS_PER_SIDE], axis=1)
+    # Never on the edge, where another wall may stand.
+    return np.asarray((corner + rng.uniform(0.1, 0.9, (count, POINT_COUNT, 2))) / POINTS_PER_SIDE)
+
+
+def _even_rings(u: FloatArray, low: FloatArray, grid: IntArray) -> FloatArray:
+    """Return `u` with points of each ring around v0 spread evenly over its area."""
+    count = grid[:, None, 0]
+    inner = low[..., 0] / count
+    outer = (low[..., 0] + 1) / count
+    share = u[..., 0] * count - low[..., 0]
+    radius = np.sqrt(inner**2 + share * (outer**2 - inner**2))
+    return np.stack([radius, u[..., 1]], axis=-1)
+
+
+def _points(patches: _Patches, chosen: IntArray, u: FloatArray) -> FloatArray:
+    """Return the points (N, 16, 3) of patches (N, 16) at places of their grids."""
+    s, t = u[..., :1], u[..., 1:]
+    v0, v1, v2, v3 = (patches.corners[chosen, i] for i in range(4))
+    is_first = s >= t
+    first = v0 + (s - t) * (v1 - v0) + t * (v2 - v0)
+    second = v0 + s * (v2 - v0) + (t - s) * (v3 - v0)
+    single = v0 + s * ((1.0 - t) * (v1 - v0) + t * (v2 - v0))
+    joint = np.where(is_first, first, second)
+    return np.asarray(np.where(patches.is_joint[chosen][..., None], joint, single))
+
+
+def _drawn(
+    rng: np.random.Generator, patches: _Patches, shared: _Shared
+) -> tuple[IntArray, FloatArray]:
+    """Return for each group 16 patches, drawn by area, and a point of each one's grid."""
+    areas = np.maximum(patches.areas[shared.patches], np.finfo(np.float64).tiny)
+    total = np.cumsum(areas)
+    group_count = len(shared.sides)
+    last = np.searchsorted(shared.group, np.arange(group_count), side="right") - 1
+    first = np.searchsorted(shared.group, np.arange(group_count))
+    low, high = (total - areas)[first], total[last]
+    k = (np.arange(POINT_COUNT) + rng.uniform(0.1, 0.9, (group_count, POINT_COUNT))) / POINT_COUNT
+    at = np.searchsorted(total, low[:, None] + k * (high - low)[:, None])
+    at = np.clip(at, first[:, None], last[:, None])
+    u = rng.uniform(0.05, 0.95, (group_count, POINT_COUNT, 2))
+    chosen = shared.patches[at]
+    single = ~patches.is_joint[chosen]
+    u[..., 0] = np.where(single, np.sqrt(u[..., 0]), u[..., 0])
+    return chosen, u

@@ -1,0 +1,73 @@
+"""Surfels cover all surfaces once, and never both sides of anything."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ssdo_gl.raytracing.bvh import Bvh, build_bvh
+from ssdo_gl.raytracing.surfels import JOINT_FLAG, POINT_COUNT, Surfels, build_surfels
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.material import Material
+from ssdo_gl.scene.mesh import Mesh, SceneObject
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.scene.shapes import box, cone, quad, sphere, torus
+
+CAMERA = Camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0))
+
+
+def bvh_of(mesh: Mesh, material: Material | None = None) -> Bvh:
+    return build_bvh(Scene((mesh,), (material or Material(),), (SceneObject(0, 0),), CAMERA))
+
+
+def numbers(surfels: Surfels, sides: int = 2) -> np.ndarray:
+    """Return the numbers of all surfels that the places name, each as often as named."""
+    first, layout = surfels.places.astype(np.int64).T
+    counts = (layout & 0xFFF) * (layout >> 12 & 0xFFF) * sides
+    named = {(f, c) for f, c in zip(first, counts, strict=True) if c}
+    return np.concatenate([np.arange(f, f + c) for f, c in sorted(named)])
+
+
+@pytest.mark.parametrize("mesh", [quad(), box(), sphere(), cone(), torus(0.3)])
+@pytest.mark.parametrize("size", [0.05, 0.4])
+def test_places_name_every_surfel_once(mesh, size) -> None:
+    surfels = build_surfels(bvh_of(mesh), 65535, size)
+    np.testing.assert_array_equal(numbers(surfels), np.arange(surfels.count))
+
+
+def test_their_number_is_limited() -> None:
+    surfels = build_surfels(bvh_of(sphere()), 500, 0.01)
+    assert 250 < surfels.count <= 500
+
+
+def test_single_sided_surfaces_have_one_side() -> None:
+    both = build_surfels(bvh_of(quad()), 65535, 0.1)
+    front = build_surfels(bvh_of(quad(), Material(single_sided=True)), 65535, 0.1)
+    assert front.count * 2 == both.count
+
+
+def test_points_of_a_quad_lie_in_their_texel() -> None:
+    surfels = build_surfels(bvh_of(quad()), 65535, 0.2)
+    assert np.all(surfels.places[:, 1] & JOINT_FLAG)
+    nu, nv = (int(surfels.places[0, 1]) >> shift & 0xFFF for shift in (0, 12))
+    at = surfels.positions[: nu * nv].astype(np.float64)
+    spread = np.sort(np.ptp(at, axis=1), axis=1)
+    # Of a unit square with half-diagonal 1 edges are sqrt(2) long.
+    assert np.all(spread[:, 1:] < np.sqrt(2.0) / min(nu, nv))
+    np.testing.assert_allclose(at.mean(axis=(0, 1))[:2], 0.0, atol=0.01)
+    assert np.all(at[..., 2] > 0.0) and np.all(surfels.positions[nu * nv :, :, 2] < 0.0)
+
+
+def test_both_faces_of_a_thin_wall_stay_apart() -> None:
+    mesh = sphere(96)
+    flat = Mesh(mesh.positions * (1.0, 1.0, 1e-3), mesh.triangles)
+    surfels = build_surfels(bvh_of(flat), 65535, 0.5)
+    height = np.sign(surfels.positions[..., 2])
+    thick = np.abs(surfels.positions[..., 2]).min(axis=1) > 1e-5
+    assert thick.sum() > 10
+    assert np.all(np.abs(height[thick].sum(axis=1)) == POINT_COUNT)
+
+
+def test_a_scene_without_triangles_has_none_that_shine() -> None:
+    flat = Mesh(np.zeros((3, 3)), np.array([[0, 1, 2]]))
+    assert build_surfels(bvh_of(flat), 64, 0.1).count == 1
