@@ -1,0 +1,38 @@
+#version 330 core
+// One more bounce: what each surfel receives of the light that those its rays met receive,
+//     E' = E_direct + mean of albedo E over all rays,
+// and a step of Chebyshev's iteration beyond it, which needs the root of the steps where
+// albedos are high. Defines as in passes/surfel_rays.frag.
+
+uniform usampler2D t_surfel_hits;
+uniform sampler2D t_surfel_direct;
+uniform sampler2D t_last;       // E
+uniform sampler2D t_last_but_one;
+uniform int u_surfel_rows;
+uniform float u_over;           // 1: nothing but the bounce
+
+layout(location = 0) out vec4 o_irradiance;
+
+const int SURFEL_ROW_SHIFT = 8;
+
+void main()
+{
+    ivec2 surfel = ivec2(gl_FragCoord.xy);
+    ivec2 tile_size = ivec2(1 << SURFEL_ROW_SHIFT, u_surfel_rows);
+    vec3 sum = vec3(0.0);
+    for (int y = 0; y < SURFEL_RAYS_PER_SIDE; ++y) {
+        for (int x = 0; x < SURFEL_RAYS_PER_SIDE; ++x) {
+            uvec2 words = texelFetch(t_surfel_hits, ivec2(x, y) * tile_size + surfel, 0).xy;
+            int met = int(words.x & 0xffffu);
+            vec3 albedo = vec3(uvec3(words.x >> 16, words.y & 0xffffu, words.y >> 16));
+            ivec2 texel = ivec2(met & ((1 << SURFEL_ROW_SHIFT) - 1), met >> SURFEL_ROW_SHIFT);
+            // Where nothing was met the albedo is 0.
+            texel.y = min(texel.y, u_surfel_rows - 1);
+            sum += albedo * texelFetch(t_last, texel, 0).rgb;
+        }
+    }
+    float scale = 1.0 / (65535.0 * float(SURFEL_RAYS_PER_SIDE * SURFEL_RAYS_PER_SIDE));
+    vec3 bounced = texelFetch(t_surfel_direct, surfel, 0).rgb + sum * scale;
+    vec3 before = texelFetch(t_last_but_one, surfel, 0).rgb;
+    o_irradiance = vec4(before + u_over * (bounced - before), 1.0);
+}

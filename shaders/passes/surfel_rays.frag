@@ -1,0 +1,30 @@
+#version 330 core
+// What the rays of every surfel meet: the surfel there and its albedo, once for all light.
+//
+// A tile of the image for each ray, a texel of it for each surfel: neighbours look the same
+// way. Words: surfel (16 bits, all set: nothing was met) and red, green and blue of the
+// albedo (16 bits each). Defines as in rays/surface_data.glsl and lib/environment.glsl;
+// SURFEL_RAYS_PER_SIDE: rays of a surfel, by the root.
+#include "rays/surfel_points.glsl"
+
+layout(location = 0) out uvec2 o_hit;
+
+void main()
+{
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    ivec2 tile_size = ivec2(1 << SURFEL_ROW_SHIFT, u_surfel_rows);
+    ivec2 tile = pixel / tile_size;
+    ivec2 surfel = pixel - tile * tile_size;
+    int ray = tile.y * SURFEL_RAYS_PER_SIDE + tile.x;
+    int rays_per_point = max(SURFEL_RAYS_PER_SIDE * SURFEL_RAYS_PER_SIDE / SURFEL_POINTS, 1);
+    RaySurface at = surfel_point(surfel, ray / rays_per_point);
+    vec3 w = surfel_direction(at, ray, pixel_seed(surfel));
+    BvhHit hit = bvh_nearest(at.start, w, RAY_FAR);
+    uvec4 words = uvec4(0xffffu, 0u, 0u, 0u);
+    if (hit.record >= 0) {
+        Surface met = surface_at_hit(hit, at.start, w);
+        words.x = uint(surfel_at_hit(hit, met.at.position, w));
+        words.yzw = uvec3(clamp(met.brdf.albedo, 0.0, 1.0) * 65535.0 + 0.5);
+    }
+    o_hit = uvec2(words.x | words.y << 16, words.z | words.w << 16);
+}

@@ -1,0 +1,54 @@
+// Light that the scene's surfaces receive, kept in surfels: small pieces of them.
+//
+// Which surfel a point of a triangle belongs to: ssdo_gl/raytracing/surfels.py. Of the
+// resources, `surfel_places` holds the table and `surface_cache` what each surfel receives,
+// direct light and all bounces; `surfel_direct` is the direct part alone.
+#include "lib/surface.glsl"
+
+uniform usampler2D t_surfel_places;
+uniform sampler2D t_surface_cache;  // rgb: irradiance, W m^-2
+
+// Surfels in a row of their textures, as a power of two, and slots in one of the table.
+const int SURFEL_ROW_SHIFT = 8;
+const int SURFEL_PLACE_SHIFT = 10;
+const uint SURFEL_JOINT_FLAG = 0x1000000u;
+
+ivec2 surfel_texel(int surfel)
+{
+    return ivec2(surfel & ((1 << SURFEL_ROW_SHIFT) - 1), surfel >> SURFEL_ROW_SHIFT);
+}
+
+// Which surfel a ray along `w` meets at the point `p` of the triangle that it hit.
+int surfel_at_hit(BvhHit hit, vec3 p, vec3 w)
+{
+    vec3 a, b, c;
+    bvh_triangle(hit, a, b, c);
+    vec3 front = triangle_normal(a, b, c);
+    vec3 weights = weights_of_corners(p, a, b, c, front);
+    int slot = int(bvh_texel(hit.record, 3).x) * 2 + (hit.is_second ? 1 : 0);
+    int mask = (1 << SURFEL_PLACE_SHIFT) - 1;
+    uvec2 place = texelFetch(t_surfel_places, ivec2(slot & mask, slot >> SURFEL_PLACE_SHIFT), 0).xy;
+    // A pair fills the unit square; a single triangle has its corner a at 0 of one axis,
+    // and the other runs from b to c.
+    vec2 pair = hit.is_second ? vec2(weights.y, weights.y + weights.z)
+                              : vec2(weights.y + weights.z, weights.z);
+    float outward = weights.y + weights.z;
+    vec2 single = vec2(outward, weights.z / max(outward, 1e-30));
+    vec2 t = (place.y & SURFEL_JOINT_FLAG) != 0u ? pair : single;
+    ivec2 grid = ivec2(place.y & 0xfffu, place.y >> 12 & 0xfffu);
+    ivec2 cell = clamp(ivec2(t * vec2(grid)), ivec2(0), grid - 1);
+    int behind = dot(front, w) > 0.0 ? grid.x * grid.y : 0;
+    return int(place.x) + cell.y * grid.x + cell.x + behind;
+}
+
+// Irradiance where a ray along `w` has met `surface`.
+vec3 cached_irradiance(BvhHit hit, Surface surface, vec3 w)
+{
+    return texelFetch(t_surface_cache, surfel_texel(surfel_at_hit(hit, surface.at.position, w)), 0).rgb;
+}
+
+// Radiance that `surface` reflects back along the ray; what it emits is `surface.emission`.
+vec3 cached_reflection(BvhHit hit, Surface surface, vec3 w)
+{
+    return diffuse_radiance(surface.brdf, cached_irradiance(hit, surface, w));
+}

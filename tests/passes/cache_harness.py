@@ -1,0 +1,87 @@
+"""Fills the surface cache of a scene, without any picture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from passes.pass_harness import make_frame
+
+from ssdo_gl.effects.environment import EnvironmentPass
+from ssdo_gl.gpu.context import Device
+from ssdo_gl.gpu.device_geometry import Geometry
+from ssdo_gl.gpu.shader import ShaderLibrary
+from ssdo_gl.graph.execute import Executor
+from ssdo_gl.graph.graph import compile_graph
+from ssdo_gl.graph.render_pass import RenderPass
+from ssdo_gl.passes.bvh_upload import BvhUploadPass
+from ssdo_gl.passes.environment_uniforms import environment_kind
+from ssdo_gl.passes.ray_tables import EmitterTablesPass, MaterialTablePass, SurfaceTablesPass
+from ssdo_gl.passes.surfel_light import (
+    SurfaceCachePass,
+    SurfaceCacheSettings,
+    SurfelDirectPass,
+    SurfelRaysPass,
+    SurfelSkyPass,
+    SurfelsPass,
+)
+from ssdo_gl.raytracing.bvh import cached_bvh
+from ssdo_gl.raytracing.surface_tables import RayFeatures
+from ssdo_gl.raytracing.surfels import Surfels, build_surfels
+from ssdo_gl.scene.scene import Scene
+
+
+@dataclass(frozen=True, eq=False)
+class Filled:
+    """A filled cache: what each surfel receives, all light and straight, (S, 3) float64."""
+
+    surfels: Surfels
+    irradiance: NDArray[np.float64]
+    direct: NDArray[np.float64]
+
+    @property
+    def positions(self) -> NDArray[np.float64]:
+        """Middles of the surfels, normalised frame, (S, 3)."""
+        return np.asarray(self.surfels.positions.astype(np.float64).mean(axis=1))
+
+
+def cache_passes(scene: Scene, settings: SurfaceCacheSettings) -> list[RenderPass]:
+    """Return the passes of the cache and of the tables that it reads."""
+    features, sky = RayFeatures.of(scene), scene.environment
+    tables = [BvhUploadPass(), SurfaceTablesPass(), MaterialTablePass(), EmitterTablesPass()]
+    cache = [
+        SurfelsPass(settings),
+        SurfelRaysPass(settings, features),
+        SurfelSkyPass(settings, features, sky),
+        SurfelDirectPass(settings, features, sky),
+        SurfaceCachePass(settings),
+    ]
+    return [*tables, *cache, *([EnvironmentPass()] if environment_kind(sky) == 3 else [])]
+
+
+def fill(
+    device: Device,
+    shaders: ShaderLibrary,
+    scene: Scene,
+    settings: SurfaceCacheSettings | None = None,
+) -> Filled:
+    """Return the filled cache of `scene`."""
+    device.activate()
+    settings = settings or SurfaceCacheSettings()
+    names = ("surface_cache", "surfel_direct")
+    plan = compile_graph(cache_passes(scene, settings), names)
+    geometry, executor = Geometry(device.gl, scene), Executor(device, shaders)
+    try:
+        executor.run(plan, make_frame(scene, (16, 16), geometry=geometry), geometry)
+        surfels = build_surfels(cached_bvh(scene), settings.surfels, settings.texel)
+        irradiance, direct = (
+            np.frombuffer(executor.texture(name).read(), np.float32)
+            .reshape(-1, 4)[: surfels.count, :3]
+            .astype(np.float64)
+            for name in names
+        )
+    finally:
+        executor.release()
+        geometry.release()
+    return Filled(surfels, irradiance, direct)
