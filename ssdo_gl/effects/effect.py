@@ -74,6 +74,8 @@ class Effect(ABC):
         Looks for what blocks directions in the depth buffer (`ScreenSpaceSettings`).
     traces : bool
         Traces rays, and needs the scene as tables.
+    reads_surface_cache : bool
+        Looks up what light surfaces receive (``rays/surface_cache.glsl``).
     """
 
     name: ClassVar[str]
@@ -87,6 +89,7 @@ class Effect(ABC):
     gathers_from_senders: ClassVar[bool] = False
     looks_around: ClassVar[bool] = False
     traces: ClassVar[bool] = False
+    reads_surface_cache: ClassVar[bool] = False
 
     def is_asked(self, request: Request) -> bool:
         """Return whether the picture, an image or another effect asks for this one.

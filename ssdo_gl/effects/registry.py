@@ -20,6 +20,7 @@ from ssdo_gl.effects.reference_gi import ReferenceGi
 from ssdo_gl.effects.reference_near import ReferenceNear
 from ssdo_gl.effects.shadow_map import ShadowMaps
 from ssdo_gl.effects.ssao import Ssao
+from ssdo_gl.effects.surface_cache import SurfaceCache
 from ssdo_gl.effects.traced_shadows import TracedShadows
 from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterSettings
 from ssdo_gl.passes.gbuffer import GBUFFER_IMAGES
@@ -41,6 +42,7 @@ _EFFECTS: list[Effect] = [
     ReferenceGi(),
     # What several of those above may need comes last.
     BackLayer(),
+    SurfaceCache(),
     RayData(),
 ]
 

@@ -25,6 +25,10 @@ _WITHOUT_SETTINGS = (
     "surface_tables",
     "material_table",
     "emitter_tables",
+    "surfels",
+    "surfel_rays",
+    "surfel_sky",
+    "surfel_direct",
     "composite",
     "constant_visibility",
 )

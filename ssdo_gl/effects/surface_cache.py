@@ -1,0 +1,46 @@
+"""Light of the whole scene, kept on its surfaces for effects that ask what reaches them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import ClassVar
+
+from ssdo_gl.effects.decisions import Decision
+from ssdo_gl.effects.effect import Effect, ReasonedPass
+from ssdo_gl.effects.request import Request
+from ssdo_gl.passes.surfel_light import (
+    SurfaceCachePass,
+    SurfaceCacheSettings,
+    SurfelDirectPass,
+    SurfelRaysPass,
+    SurfelSkyPass,
+    SurfelsPass,
+)
+from ssdo_gl.raytracing.surface_tables import RayFeatures
+
+
+class SurfaceCache(Effect):
+    """Irradiance of all surfaces by all light, whatever the view shows of them."""
+
+    name = "surface_cache"
+    settings: ClassVar[Mapping[str, type]] = {"surface_cache": SurfaceCacheSettings}
+    traces = True
+
+    def is_asked(self, request: Request) -> bool:
+        """Return whether an effect that runs looks light up on surfaces."""
+        return any(effect.reads_surface_cache for effect in request.running)
+
+    def need(self, request: Request) -> Decision:
+        """Run whenever another effect asks for it."""
+        passes = ("surfels", "surfel_rays", "surfel_sky", "surfel_direct", "surface_cache")
+        return Decision("surface cache", True, "light is looked up where rays end", passes)
+
+    def passes(self, request: Request) -> Iterator[ReasonedPass]:
+        """Yield what is done once for the geometry, once for the lights, and the bounces."""
+        settings = request.with_overrides(self.name, SurfaceCacheSettings())
+        features, sky = RayFeatures.of(request.scene), request.environment
+        yield SurfelsPass(settings), "pieces of surface that keep light"
+        yield SurfelRaysPass(settings, features), "what each piece sees of the others"
+        yield SurfelSkyPass(settings, features, sky), "the sky that each piece sees"
+        yield SurfelDirectPass(settings, features, sky), "light straight from its sources"
+        yield SurfaceCachePass(settings), "all bounces between the pieces"
