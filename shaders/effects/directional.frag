@@ -17,6 +17,7 @@
 #include "lib/kept_directions.glsl"
 #include "lib/environment.glsl"
 #include "lights/ssdo_lights.glsl"
+#include "lib/far_field.glsl"
 
 layout(location = 0) out vec4 o_directional;  // rgb irradiance, a visibility
 
@@ -33,13 +34,18 @@ struct Gathered {
     vec3 open;             // share * radiance of the environment, open directions
     vec3 all;              // the same, all directions
     vec3 areas;            // rgs09: share * radiance of lights with an area, open directions
+#if HAS_FAR_FIELD
+    FarProbes probes;
+#endif
 };
 
 // Adds what arrives along direction `d`.
 void gather(inout Gathered g, Tangent t, Direction d, Blocker b)
 {
     g.blocked += is_blocked(b) ? d.share : 0.0;
-#if SAMPLES_ENVIRONMENT
+#if HAS_FAR_FIELD
+    g.open += is_blocked(b) ? vec3(0.0) : d.share * far_radiance(g.probes, d.w_vs, fract(7.0 * d.jitter));
+#elif SAMPLES_ENVIRONMENT
     vec3 sky = d.share * environment_radiance(direction_ws_of(d.w_vs));
     g.all += sky;
     g.open += is_blocked(b) ? vec3(0.0) : sky;
@@ -65,7 +71,9 @@ void gather(inout Gathered g, Tangent t, Direction d, Blocker b)
 vec3 environment_arrived(Receiver r, Gathered g, float visibility)
 {
     vec3 exact = environment_irradiance(direction_ws_of(r.normal_vs));
-#if !SAMPLES_ENVIRONMENT
+#if HAS_FAR_FIELD
+    return PI * g.open;
+#elif !SAMPLES_ENVIRONMENT
     return exact * visibility;
 #elif CONTROL_VARIATE == 0
     return PI * g.open;
@@ -150,7 +158,12 @@ void main()
         Tangent t = tangent_at(r.position_vs, r.geometric_vs);
 #if NEEDS_HEMISPHERE
         bool is_open = is_radius_under_a_pixel(r.z_vs);
-        Gathered g = Gathered(0.0, vec3(0.0), vec3(0.0), vec3(0.0));
+        Gathered g;
+        g.blocked = 0.0;
+        g.open = g.all = g.areas = vec3(0.0);
+#if HAS_FAR_FIELD
+        g.probes = far_probes_at(r, receiver_texel(pixel));
+#endif
         for (int i = 0; i < HEMISPHERE_COUNT; ++i) {
             Direction d = direction_of(r, i);
             Blocker b = NO_BLOCKER;

@@ -168,7 +168,7 @@ class Bounce(Effect):
     """One bounce of light from the surfaces that block a receiver's directions."""
 
     name = "bounce"
-    methods = frozenset({"bounce"})
+    methods = frozenset({"bounce", "gi"})
     terms = (Term("bounce", "bounce_irradiance"),)
     shortcuts = (OPEN_DIRECTIONS,)
     settings: ClassVar[Mapping[str, type]] = {

@@ -21,6 +21,12 @@ from ssdo_gl.passes.environment_uniforms import (
     MAP_RADIANCE,
     environment_uniforms,
 )
+from ssdo_gl.passes.far_probes import (
+    FAR_PROBES,
+    FAR_RADIANCE,
+    FarFieldSettings,
+    probe_defines,
+)
 from ssdo_gl.passes.light_rows import UNSHADOWED_ROWS, light_rows
 from ssdo_gl.passes.screen_space_settings import (
     ScreenSpaceSettings,
@@ -91,6 +97,8 @@ class DirectionalPass(RenderPass):
     environment : str
         Kind of the scene's: none, constant, gradient or map. For a map, the resources
         ``environment`` and ``environment_irradiance`` are read.
+    far_field : FarFieldSettings or None
+        Of the probes that say what arrives from beyond R, instead of the environment.
     has_back_layer : bool
         Read ``z_layers`` to know where solids end.
     needs_visibility : bool
@@ -113,6 +121,7 @@ class DirectionalPass(RenderPass):
         needs_visibility: bool = True,
         is_open: bool = False,
         keeps: int | None = None,
+        far_field: FarFieldSettings | None = None,
     ) -> None:
         self.name = "directional"
         self.settings = settings
@@ -121,6 +130,7 @@ class DirectionalPass(RenderPass):
             "normals_vs",
             *(("z_layers",) if has_back_layer else ()),
             *((MAP_RADIANCE, MAP_IRRADIANCE) if environment == "map" else ()),
+            *((*FAR_PROBES, FAR_RADIANCE) if far_field is not None else ()),
         )
         spec = TextureSpec(4, scale=settings.resolution_scale, transient=True)
         self.writes = {"directional_raw": spec}
@@ -131,7 +141,7 @@ class DirectionalPass(RenderPass):
         if control == "auto":
             control = "ratio" if environment == "map" else "subtract"
         is_paper = ESTIMATORS[settings.estimator].sums_open_light
-        if is_paper:
+        if is_paper or far_field is not None:
             control = "none"
         self._has_back_layer = has_back_layer
         self._defines = {
@@ -147,6 +157,7 @@ class DirectionalPass(RenderPass):
             "LIGHT_STEP_COUNT": settings.samples if is_paper else settings.light_steps,
             "SUMS_OPEN_LIGHT": int(is_paper),
             "NEEDS_HEMISPHERE": int(needs_visibility or environment != "none" or is_paper),
+            **probe_defines(far_field),
         }
 
     def settings_key(self) -> Hashable:
@@ -182,7 +193,8 @@ def _corrects_exact_light(request: Request) -> bool:
 
 def _reason_for_lights_only(request: Request) -> str | None:
     """Return why no other directions than those to lights are looked in, or None."""
-    if request.content.environment != "none" or "visibility" in request.wanted:
+    looks = request.content.environment != "none" or request.runs("far_field")
+    if looks or "visibility" in request.wanted:
         return None
     if not _corrects_exact_light(request):
         return None
@@ -197,7 +209,7 @@ class Directional(Effect):
     """Light of the environment and of ``ssdo`` lights through open directions."""
 
     name = "directional"
-    methods = frozenset({"ssdo", "bounce"})
+    methods = frozenset({"ssdo", "bounce", "gi"})
     terms = (Term("directional", "directional_irradiance"),)
     images = ("visibility",)
     shortcuts = (OPEN_DIRECTIONS, LIGHTS_ONLY)
@@ -209,7 +221,11 @@ class Directional(Effect):
 
     def need(self, request: Request) -> Decision:
         """Run where any light comes from the environment or from lights marked ``ssdo``."""
-        arrives = request.content.environment != "none" or request.has_light("ssdo")
+        arrives = (
+            request.content.environment != "none"
+            or request.has_light("ssdo")
+            or request.runs("far_field")
+        )
         return request.decision(
             "directional occlusion",
             "light comes from the environment or from lights marked shadow = ssdo",
@@ -224,9 +240,13 @@ class Directional(Effect):
         """Yield estimator and filter."""
         settings = estimator_settings(request, "directional", DirectionalSettings)
         is_open = request.takes(OPEN_DIRECTIONS)
+        far_field = None
+        if request.runs("far_field"):
+            far_field = request.with_overrides("far_field", FarFieldSettings())
         item = DirectionalPass(
             settings,
-            environment=kind_of(request.environment),
+            environment="none" if far_field else kind_of(request.environment),
+            far_field=far_field,
             has_back_layer=request.runs("back_layer"),
             needs_visibility=not request.takes(LIGHTS_ONLY),
             is_open=is_open,

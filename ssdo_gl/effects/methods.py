@@ -67,6 +67,12 @@ METHODS: Mapping[str, Method] = {
             estimates="light",
         ),
         Method(
+            "gi",
+            "SSDO + all light",
+            "SSDO with what arrives from beyond R, and all bounces",
+            estimates="light",
+        ),
+        Method(
             "reference-ao",
             "ray-traced AO",
             "as ssao, with ray-traced visibility and shadows",

@@ -13,6 +13,7 @@ from ssdo_gl.effects.directional import Directional
 from ssdo_gl.effects.effect import Effect
 from ssdo_gl.effects.emission import Emission
 from ssdo_gl.effects.environment import EnvironmentImage
+from ssdo_gl.effects.far_field import FarField
 from ssdo_gl.effects.near_field import FILTER
 from ssdo_gl.effects.ray_data import RayData
 from ssdo_gl.effects.reference_ao import ReferenceAo
@@ -34,6 +35,7 @@ _EFFECTS: list[Effect] = [
     ShadowMaps(),
     TracedShadows(),
     EnvironmentImage(),
+    FarField(),
     Directional(),
     Ssao(),
     ReferenceAo(),

@@ -15,15 +15,7 @@ DIVIDER_MARGIN = 0.02
 
 
 # What each method shows of its own accord, for people who do not know the names.
-METHOD_LABELS: Mapping[str, str] = {
-    "direct": "direct light",
-    "ssao": "SSAO",
-    "ssdo": "SSDO",
-    "bounce": "SSDO + bounce",
-    "reference-ao": "ray-traced AO",
-    "reference-near": "near-field reference",
-    "reference-gi": "path-traced GI",
-}
+METHOD_LABELS: Mapping[str, str] = {method.name: method.label for method in METHODS.values()}
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,73 @@
+// Looks up what arrives at a receiver from beyond R: in the probes of the tiles around it.
+//
+// HAS_FAR_FIELD: 0 leaves it out; PROBE_TILE, PROBE_SIDE: see lib/far_probes.glsl.
+#include "lib/far_probes.glsl"
+
+#if HAS_FAR_FIELD
+uniform sampler2D t_far_radiance;
+
+// The probes that may speak for a receiver: of four tiles the first ones, then the second.
+struct FarProbes {
+    ivec2 tile;        // lower left of the four
+    int tile_rows;     // second probes lie so many rows higher
+    vec4 first;        // weights, added up
+    vec4 second;
+};
+
+// Never 0: where no probe lies on the receiver's surface, the likeliest is better than none.
+const float LEAST_WEIGHT = 1e-4;
+
+float probe_weight(Receiver r, ivec2 probe, float inv_extent)
+{
+    vec4 point = texelFetch(t_far_probe_points, probe, 0);
+    vec3 normal = texelFetch(t_far_probe_normals, probe, 0).xyz;
+    float height = dot(point.xyz - r.position_vs, r.geometric_vs) * inv_extent;
+    float plane = 1.0 / (1.0 + height * height);
+    float agree = max(dot(normal, r.normal_vs), 0.0);
+    agree *= agree;
+    agree *= agree;
+    return point.w * max(plane * plane * agree * agree, LEAST_WEIGHT);
+}
+
+FarProbes far_probes_at(Receiver r, ivec2 texel)
+{
+    ivec2 frame = ivec2(u_frame_size_px);
+    ivec2 tiles = (frame + PROBE_TILE - 1) / PROBE_TILE;
+    vec2 place = (vec2(texel) + 0.5) / float(PROBE_TILE) - 0.5;
+    vec2 low = floor(place);
+    vec2 f = place - low;
+    vec4 bilinear = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
+    float inv_extent = u_frame_size_px.y / (float(PROBE_TILE) * u_tan_half_fov.y * r.z_vs);
+    FarProbes probes = FarProbes(ivec2(low), tiles.y, vec4(0.0), vec4(0.0));
+    float sum = 0.0;
+    for (int i = 0; i < 4; ++i) {
+        ivec2 tile = clamp(probes.tile + ivec2(i & 1, i >> 1), ivec2(0), tiles - 1);
+        sum += (bilinear[i] + 1e-3) * probe_weight(r, tile, inv_extent);
+        probes.first[i] = sum;
+    }
+    for (int i = 0; i < 4; ++i) {
+        ivec2 tile = clamp(probes.tile + ivec2(i & 1, i >> 1), ivec2(0), tiles - 1);
+        tile.y += tiles.y;
+        sum += (bilinear[i] + 1e-3) * probe_weight(r, tile, inv_extent);
+        probes.second[i] = sum;
+    }
+    return probes;
+}
+
+// Radiance along w_vs by one of the probes, drawn by weight with u in [0, 1).
+vec3 far_radiance(FarProbes probes, vec3 w_vs, float u)
+{
+    float chosen = u * probes.second.w;
+    bool is_second = chosen >= probes.first.w;
+    vec4 sums = is_second ? probes.second : probes.first;
+    bvec3 past = greaterThanEqual(vec3(chosen), sums.xyz);
+    int corner = int(past.x) + int(past.y) + int(past.z);
+    ivec2 tiles = (ivec2(u_frame_size_px) + PROBE_TILE - 1) / PROBE_TILE;
+    ivec2 probe = clamp(probes.tile + ivec2(corner & 1, corner >> 1), ivec2(0), tiles - 1);
+    probe.y += is_second ? tiles.y : 0;
+    vec3 normal = texelFetch(t_far_probe_normals, probe, 0).xyz;
+    vec2 place = probe_place(w_vs * frame_from_z(normal));
+    ivec2 cell = ivec2(place * float(PROBE_SIDE));
+    return texelFetch(t_far_radiance, probe * PROBE_SIDE + cell, 0).rgb;
+}
+#endif

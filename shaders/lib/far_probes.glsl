@@ -1,0 +1,36 @@
+// Probes of the far field: where they stand, and which texel holds which direction.
+//
+// A tile of PROBE_TILE x PROBE_TILE pixels has up to two probes, each at a surface point that
+// the tile shows. Their images have one texel for each probe: all first probes, above them
+// all second ones. Radiance has PROBE_SIDE x PROBE_SIDE texels for each: the square, mapped
+// onto the disk so that areas keep (Shirley, Chiu 1997), lifted to the hemisphere about the
+// probe's normal: all texels stand for the same share of a cosine-weighted hemisphere.
+#include "lib/sampling.glsl"
+
+uniform sampler2D t_far_probe_points;   // xyz: position in view space, w: 1 if there is one
+uniform sampler2D t_far_probe_normals;  // xyz: shading normal in view space
+
+const float QUARTER_PI = 0.25 * PI;
+
+// [0, 1)^2 -> unit vector about +z.
+vec3 probe_direction(vec2 place)
+{
+    vec2 s = 2.0 * place - 1.0;
+    bool is_wide = abs(s.x) > abs(s.y);
+    float r = is_wide ? s.x : s.y;
+    float ratio = r != 0.0 ? (is_wide ? s.y : s.x) / r : 0.0;
+    float angle = is_wide ? QUARTER_PI * ratio : 2.0 * QUARTER_PI - QUARTER_PI * ratio;
+    return vec3(r * cos(angle), r * sin(angle), sqrt(max(1.0 - r * r, 0.0)));
+}
+
+// The inverse; what lies below the horizon is taken for what lies on it.
+vec2 probe_place(vec3 w)
+{
+    vec2 d = w.z < 0.0 ? normalize(w.xy) : w.xy;
+    bool is_wide = abs(d.x) > abs(d.y);
+    float large = is_wide ? d.x : d.y;
+    float r = large < 0.0 ? -length(d) : length(d);
+    float ratio = large != 0.0 ? atan((is_wide ? d.y : d.x) / large) / QUARTER_PI : 0.0;
+    vec2 s = is_wide ? vec2(r, r * ratio) : vec2(r * ratio, r);
+    return clamp(0.5 * s + 0.5, 0.0, 1.0 - FLOAT_EPSILON);
+}

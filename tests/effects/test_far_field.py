@@ -1,0 +1,55 @@
+"""Light from beyond R against closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from passes.pass_harness import box, make_scene, quad
+
+from ssdo_gl.renderer import Renderer
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.environment_kinds import ConstantEnvironment
+from ssdo_gl.scene.material import Material
+from ssdo_gl.scene.mesh import SceneObject
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.settings.settings import Settings
+
+SIZE = (48, 32)
+RADIUS = 0.1
+SKY = ConstantEnvironment((1.0, 0.5, 0.25))
+GREY = Material(albedo=(0.5,) * 3)
+FLOOR = quad([-1, 0, 1], [2, 0, 0], [0, 0, -2])
+CAMERA = Camera((0.0, 0.5, 0.9), (0.0, 0.0, 0.0), fov_y=40.0)
+
+
+def picture(scene: Scene, method: str = "gi", **fields: object) -> np.ndarray:
+    settings = Settings(method=method, size=SIZE, radius=RADIUS, **fields)
+    with Renderer(scene, settings) as renderer:
+        return renderer.render(("beauty",)).images["beauty"][..., :3]
+
+
+def test_no_sky_comes_into_a_closed_box() -> None:
+    room = box([-1, 0, -1], [1, 1, 1])
+    scene = make_scene([room], materials=[GREY], environment=SKY, camera=CAMERA)
+    assert picture(scene, "bounce").mean() > 0.1
+    assert picture(scene).max() == 0.0
+
+
+def test_an_open_plane_has_the_whole_sky() -> None:
+    scene = make_scene([FLOOR], materials=[GREY], environment=SKY, camera=CAMERA)
+    found = picture(scene)[SIZE[1] // 2 :]
+    whole = 0.5 * np.array(SKY.radiance)
+    # The G-buffer holds albedo in 16 bits.
+    assert found == pytest.approx(np.broadcast_to(whole, found.shape), rel=2e-5)
+
+
+def test_half_a_sky_is_left_beside_an_endless_wall() -> None:
+    # A black wall far beyond R, so wide that it fills half of the hemisphere above x = 0.
+    wall = quad([3, -1000, 1000], [0, 0, -2000], [0, 2000, 0])
+    materials = [GREY, Material(albedo=(0.0,) * 3)]
+    objects = [SceneObject(0, 0), SceneObject(1, 1)]
+    scene = make_scene(
+        [FLOOR, wall], materials=materials, objects=objects, environment=SKY, camera=CAMERA
+    )
+    found = picture(scene)[SIZE[1] // 2 :, : SIZE[0] // 2].mean(axis=(0, 1))
+    assert found == pytest.approx(0.25 * np.array(SKY.radiance), rel=0.03)
