@@ -9,6 +9,7 @@
 # make bench-passes  milliseconds of every pass, beside the published method
 # make bench-effects  what planning saves in each scene, against the full pipeline
 # make bench-rays  rays per second of the reference tracers
+# make bench-input  milliseconds from a key or the mouse to its answer in the window
 # make bench-gpu  tests, pass times, rays and images on a GPU, into bench/gpu; eight minutes
 # make bench-promises  whether --budget-ms and --max-error keep what they promise
 # make pictures  the still pictures of README and docs/
@@ -34,7 +35,7 @@ READY := $(VENV)/.ssdo_gl-ready
 endif
 
 .DELETE_ON_ERROR:
-.PHONY: setup snapshot view test test-slow fuzz hard-cases pictures bench bench-passes bench-effects bench-rays bench-promises bench-gpu lint clean
+.PHONY: setup snapshot view test test-slow fuzz hard-cases pictures bench bench-passes bench-effects bench-rays bench-input bench-promises bench-gpu lint clean
 
 setup: $(READY)
 
@@ -75,6 +76,9 @@ bench-effects: $(READY)
 
 bench-rays: $(READY)
 	$(PY) -m benchmarks.ray_speed
+
+bench-input: $(READY)
+	$(PY) -m benchmarks.input_latency $(SCENE)
 
 bench-gpu: $(READY)
 	$(PY) -m benchmarks.gpu bench/gpu $(GPU_FLAGS)

@@ -16,6 +16,7 @@ from ssdo_gl.effects.registry import image_names
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.gpu.device_geometry import CameraPose, Geometry
 from ssdo_gl.gpu.shader import ShaderLibrary
+from ssdo_gl.gpu.slices import Slices
 from ssdo_gl.gpu.timer import Timer
 from ssdo_gl.graph.execute import Executor
 from ssdo_gl.graph.frame import Frame, FrameView
@@ -80,6 +81,7 @@ class FrameLoop:
         self._activate()
         self._shaders = shaders or ShaderLibrary(self.device.gl)
         self._executor = Executor(self.device, self._shaders)
+        self._slices = Slices(self.device.gl)
         self._geometry = Geometry(self.device.gl, scene)
         self._geometry_scene = scene
         self._planner = Planner()

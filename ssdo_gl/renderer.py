@@ -180,14 +180,18 @@ class Renderer(FrameLoop):
         time_passes : bool
             Time every pass, too; on a software renderer that costs their overlap.
         progress : callable or None
-            Called between passes, and within long ones; may raise to give the frame up.
+            Called every few milliseconds; may draw other things, and raise to give the frame up.
         """
         job = self._prepare((*wanted, "depth"), camera, seconds)
         frame = self._frame(job.view, index, count)
         log = FrameLog()
-        self._executor.before_pass = None if progress is None else self._pause(progress)
         try:
-            self._run(job.plan, frame, log, time_passes, progress)
+            if progress is None:
+                self._run(job.plan, frame, log, time_passes, None)
+            else:
+                self._executor.before_pass = pause = self._pause(progress)
+                with self._slices.pausing(pause):
+                    self._run(job.plan, frame, log, time_passes, progress)
         except BaseException:
             # What was interrupted is neither what it was nor what it should become.
             self.forget()

@@ -6,14 +6,13 @@ from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-import moderngl
-
 from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ReasonedPass, Term
 from ssdo_gl.effects.methods import ALL
 from ssdo_gl.effects.request import Request
 from ssdo_gl.effects.scene_lights import USELESS_LIGHTS, need_of_direct_light
 from ssdo_gl.effects.shadow_settings import ShadowMapSettings
+from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
@@ -105,21 +104,21 @@ class DirectPass(RenderPass):
             columns = atlas_layout(scene.lights).columns
             common["u_shadow_tile_texels"] = context.inputs["shadow_atlas"].width // columns
         smooth = is_smooth(scene)
-        context.target.use()
-        context.gl.blend_func = moderngl.ONE, moderngl.ONE
         chosen = [
             i for i, light in enumerate(scene.lights) if light.shadow != "ssdo" and light.power > 0
         ]
         for i in chosen:
-            # The first overwrites, which is cheaper.
-            context.gl.enable_only(moderngl.NOTHING if i == chosen[0] else moderngl.BLEND)
             light, light_row = scene.lights[i], rows[i]
             defines = self._defines(light, smooth)
-            program = context.shaders.fullscreen("effects/direct.frag", defines)
-            program.set({**common, "u_light": light_row}, textures)
-            program.check_complete()
-            program.empty_vertex_array().render(moderngl.TRIANGLES, vertices=3)
-        context.gl.enable_only(moderngl.NOTHING)
+            draw_fullscreen(
+                context.gl,
+                context.shaders.fullscreen("effects/direct.frag", defines),
+                context.target,
+                {**common, "u_light": light_row},
+                textures,
+                # The first overwrites, which is cheaper.
+                adds=i != chosen[0],
+            )
 
     def _defines(self, light: Light, smooth: bool) -> dict[str, int]:
         has_map = self.shadow_maps and light.shadow == "map"

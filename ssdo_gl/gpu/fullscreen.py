@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import moderngl
 
 from ssdo_gl.gpu.shader import Program
+from ssdo_gl.gpu.slices import Region, bands
 
 
 def draw_fullscreen(
@@ -15,8 +16,11 @@ def draw_fullscreen(
     target: moderngl.Framebuffer,
     uniforms: Mapping[str, object],
     textures: Mapping[str, moderngl.Texture],
+    *,
+    region: Region | None = None,
+    adds: bool = False,
 ) -> None:
-    """Draw one triangle over all of `target`: no depth test, no blending, no culling.
+    """Draw one triangle over `target`: no depth test, no culling.
 
     Parameters
     ----------
@@ -27,6 +31,10 @@ def draw_fullscreen(
         Its viewport is set to its size.
     uniforms : mapping of str to value
     textures : mapping of sampler name to texture
+    region : (int, int, int, int) or None
+        Draw there only: x, y, width and height in pixels, from the bottom left.
+    adds : bool
+        Add to what is there, instead of replacing it.
 
     Raises
     ------
@@ -34,9 +42,17 @@ def draw_fullscreen(
         If a name is not declared in the shader, a value does not fit its type, or a
         uniform that the shader uses was never given a value.
     """
+    whole = (0, 0, target.width, target.height)
+    program.set(uniforms)
+    for band in bands(gl, program, region or whole):
+        # All state, for each: between two bands other things may be drawn.
+        gl.enable_only(moderngl.BLEND if adds else moderngl.NOTHING)
+        gl.blend_func = moderngl.ONE, moderngl.ONE
+        target.viewport = whole
+        target.scissor = band
+        target.use()
+        program.set({}, textures)
+        program.check_complete()
+        program.empty_vertex_array().render(moderngl.TRIANGLES, vertices=3)
+    target.scissor = whole
     gl.enable_only(moderngl.NOTHING)
-    target.use()
-    target.viewport = (0, 0, target.width, target.height)
-    program.set(uniforms, textures)
-    program.check_complete()
-    program.empty_vertex_array().render(moderngl.TRIANGLES, vertices=3)

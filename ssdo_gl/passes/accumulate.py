@@ -215,18 +215,15 @@ def _draw_all(
     step = 0
     try:
         for half, first, count in schedule.rounds():
-            # Textures, too: measuring the error binds others in their place.
-            program.set(
-                {
-                    "u_stream": stream_of(context.frame.seed, half),
-                    "u_first_sample": first,
-                    "u_sample_count": count,
-                    "u_shared_bits": schedule.shared_bits_mask,
-                },
-                textures,
-            )
+            stream = {
+                "u_stream": stream_of(context.frame.seed, half),
+                "u_first_sample": first,
+                "u_sample_count": count,
+                "u_shared_bits": schedule.shared_bits_mask,
+            }
             for tile in tiles:
-                _add(gl, program, sums.targets[half], tile)
+                target = sums.targets[half]
+                draw_fullscreen(gl, program, target, stream, textures, region=tile, adds=True)
                 # One draw at a time: a queue of them could not be interrupted.
                 gl.finish()
                 sums.done[half][tile] = first + count
@@ -250,18 +247,6 @@ def _is_power_of_two(number: int) -> bool:
     return number > 0 and number & (number - 1) == 0
 
 
-def _add(gl: moderngl.Context, program: Program, target: moderngl.Framebuffer, tile: Tile) -> None:
-    gl.enable_only(moderngl.BLEND)
-    gl.blend_func = moderngl.ONE, moderngl.ONE
-    target.use()
-    target.viewport = (0, 0, target.width, target.height)
-    target.scissor = tile
-    program.check_complete()
-    program.empty_vertex_array().render(moderngl.TRIANGLES, vertices=3)
-    target.scissor = target.viewport
-    gl.enable_only(moderngl.NOTHING)
-
-
 def _resolve(context: PassContext, sums: _Sums, outputs: Sequence[SumOutput]) -> None:
     """Write the mean of each tile into the pass' target."""
     assert context.target is not None
@@ -275,10 +260,8 @@ def _resolve(context: PassContext, sums: _Sums, outputs: Sequence[SumOutput]) ->
     }
     for tile in sums.done[0]:
         count = sums.done[0][tile] + sums.done[1].get(tile, 0)
-        context.target.scissor = tile
         uniforms = {"u_inverse_count": 1.0 / count}
-        draw_fullscreen(context.gl, program, context.target, uniforms, textures)
-    context.target.scissor = (0, 0, *context.target.size)
+        draw_fullscreen(context.gl, program, context.target, uniforms, textures, region=tile)
 
 
 def _standard_error(
@@ -302,10 +285,9 @@ def _standard_error(
     for tile in sums.done[0].keys() & sums.done[1].keys():
         counts = [half[tile] for half in sums.done]
         x, y, width, height = (-(-n // ERROR_BLOCK_PX) for n in tile)
-        sums.block_target.scissor = x, y, width, height
         uniforms = {"u_inverse_counts": [1.0 / count for count in counts]}
-        draw_fullscreen(context.gl, program, sums.block_target, uniforms, textures)
-    sums.block_target.scissor = (0, 0, *sums.block_target.size)
+        region = x, y, width, height
+        draw_fullscreen(context.gl, program, sums.block_target, uniforms, textures, region=region)
     blocks = read_texture(sums.blocks).astype(np.float64)
     largest, squares, means, pixels = np.moveaxis(blocks, -1, 0)
     count = pixels.sum()

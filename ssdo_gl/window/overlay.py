@@ -204,10 +204,10 @@ class Overlay(ImguiBackend):
     def _values(self) -> None:
         """What is under the cursor, beside it."""
         viewer = self._viewer
-        left = viewer.left
-        if left is None or left.image.drawing is None or self.wants_mouse:
+        drawing = viewer.inspected
+        if drawing is None or self.wants_mouse:
             return
-        reading = inspect(viewer.device.gl, left.image.drawing, self._host.cursor_uv())
+        reading = inspect(viewer.device.gl, drawing, self._host.cursor_uv())
         if reading is None:
             return
         lines = [f"pixel  {reading.pixel[0]}, {reading.pixel[1]}"]

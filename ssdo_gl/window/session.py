@@ -28,10 +28,8 @@ if TYPE_CHECKING:
 IDLE_SECONDS = 0.5
 GAMEPAD_SECONDS = 1.0 / 60.0
 PANEL_FRAMES = 3  # after an event: hover and layout take two to settle
-# A picture that takes longer waits until the panel has answered a click: press, release
-# and layout are a frame each, and nobody wants to see those a second apart.
-PATIENCE_MS = 60.0
-ANSWER_FRAMES = 4
+# How often the panel is drawn while a frame is in the making, at most.
+BEAT_SECONDS = 1.0 / 60.0
 _NO_PANEL = "there is no panel without imgui-bundle: pip install 'ssdo_gl[window]'"
 
 
@@ -56,7 +54,7 @@ class Session:
         self._has_input = self._wants_release = False
         self._waits = True
         self._panel_frames = PANEL_FRAMES
-        self._answer_frames, self._is_slow = 0, False
+        self._drawn_at = 0.0
         self._overlay: Overlay | None = None
         self._make_overlay()
         window.listen(self)
@@ -126,7 +124,6 @@ class Session:
             drew = self._render(combined(controls, gamepad()), seconds, size)
         # Before `drew` is looked at: lines go while pictures follow one another, too.
         if self._viewer.messages.expire() or drew:
-            self._is_slow = self._viewer.frame_ms > PATIENCE_MS
             drew = True
             # Text that has changed its length takes another frame to fit its window.
             self._panel_frames = max(self._panel_frames, 2)
@@ -152,13 +149,8 @@ class Session:
         """Let the viewer draw; return whether there is another picture."""
         if self._is_broken:
             return False
-        if self._answer_frames > 0:
-            self._answer_frames -= 1
-            if self._viewer.is_resting and self._is_slow:
-                self._viewer.frame_ms = 0.0
-                return False
         try:
-            return self._viewer.frame(controls, seconds, size, self._interrupt)
+            return self._viewer.frame(controls, seconds, size, self._between_slices)
         except Interrupted:
             return False
         except ShaderError as error:
@@ -177,6 +169,7 @@ class Session:
 
     def _draw(self, sizes: tuple[tuple[int, int], tuple[int, int]], seconds: float) -> None:
         """Show the picture, and the panel over it, in a window as `GlfwWindow.sizes` has it."""
+        self._drawn_at = time.perf_counter()
         screen = self._window.device.gl.screen
         if self._viewer.presenter.picture is not None:
             self._viewer.presenter.copy_to(screen, sizes[1])
@@ -193,11 +186,28 @@ class Session:
         said = said or [f"{viewer.view.method} {viewer.view.aov}"]
         self._window.set_title(f"{self._title} - {said[-1]}")
 
-    def _interrupt(self, what: str, done: int, total: int) -> None:
-        """Between two draws of a long pass: look whether somebody wants something else."""
+    def _between_slices(self, what: str, done: int, total: int) -> None:
+        """While a frame is in the making: hear of events, let the panel answer.
+
+        The frame is given up for one that somebody wants more.
+        """
         glfw.poll_events()
-        if self._has_input or self._window.should_close:
+        self._beat()
+        is_edited = self._overlay is not None and self._overlay.is_busy
+        wants_another = self._has_input or self._viewer.is_outdated(is_edited=is_edited)
+        if self._window.should_close or (self._viewer.can_be_given_up and wants_another):
             raise Interrupted
+
+    def _beat(self) -> None:
+        """Draw the panel over the picture as it is, if it has heard of anything."""
+        seconds = time.perf_counter() - self._drawn_at
+        if self._panel_frames < 1 or seconds < BEAT_SECONDS:
+            return
+        sizes = self._window.sizes
+        if min(sizes[1]) > 0 and self._viewer.presenter.picture is not None:
+            self._panel_frames -= 1
+            self._viewer.present_again(sizes[1])
+            self._draw(sizes, seconds)
 
     def _interrupt_film(self, what: str, done: int, total: int) -> None:
         glfw.poll_events()
@@ -213,8 +223,8 @@ class Session:
             self._overlay.key(key, action, mods)
             if self._overlay.wants_keyboard and action != glfw.RELEASE:
                 return
-        self._has_input = True
         self._perform_later(self._input.key(key, action, mods))
+        self._has_input |= self._input.is_holding
 
     def on_character(self, code: int) -> None:
         """Hand a character to a text field."""
@@ -224,17 +234,13 @@ class Session:
     def on_button(self, button: int, action: int) -> None:
         """Hand a mouse button to a widget, the divider, or the input map."""
         self._panel_frames = PANEL_FRAMES
-        self._has_input = True
         if self._overlay is not None:
             self._overlay.button(button, action)
-            if self._overlay.wants_mouse:
-                self._answer_frames = ANSWER_FRAMES
-                if action == glfw.PRESS:
-                    return
+            if self._overlay.wants_mouse and action == glfw.PRESS:
+                return
         if button == glfw.MOUSE_BUTTON_LEFT:
             x, width = self._input.cursor_px[0], self._window.size[0]
-            presses = action == glfw.PRESS
-            self._pending.append(partial(self._divider.press, presses, x, width))
+            self._divider.press(action == glfw.PRESS, x, width)
         self._perform_later(self._input.button(button, action))
 
     def on_cursor(self, x: float, y: float) -> None:
@@ -248,7 +254,7 @@ class Session:
             else:
                 self._overlay.cursor(x, y)
         if self._input.is_dragging:
-            self._pending.append(partial(self._divider.drag, x, self._window.size[0]))
+            self._divider.drag(x, self._window.size[0])
 
     def on_scroll(self, x: float, y: float) -> None:
         """Hand the wheel to the panel, or to the input map."""
@@ -256,7 +262,6 @@ class Session:
         if self._overlay is not None:
             self._overlay.scroll(x, y)
             if self._overlay.wants_mouse:
-                self._answer_frames = ANSWER_FRAMES
                 return
         self._has_input = True
         self._input.scroll(y)
@@ -285,6 +290,7 @@ class Session:
 
     def _perform_later(self, action: Action | None) -> None:
         if action is not None:
+            self._has_input = True
             self._pending.append(partial(perform, action, self._viewer, self))
             self._wants_release |= action.command == Command.RELEASE
 

@@ -166,7 +166,12 @@ class Side:
         return tries and not self.governor.is_settled and self._calibration_left > 0
 
     def _fit_levels(self, settings: Settings) -> None:
-        """Begin new levels where the settings call for one, on a level as cheap."""
+        """Begin new levels where the settings call for one, on a level as cheap.
+
+        They are tried at rest for another method alone: who drags a control looks at the
+        picture, which is not to change for the governor's sake.
+        """
+        is_same = settings.method == self._last_settings.method
         if settings != self._last_settings:
             # A coarser level may be valid where the settings are not.
             self._last_settings = settings.checked()
@@ -176,6 +181,7 @@ class Side:
             work = self.level.work
             self._levels = levels
             self._restart_governor()
+            self._calibration_left = 0 if is_same else CALIBRATION_FRAMES
             cheap = [i for i, level in enumerate(levels) if level.work <= work]
             self.governor.level = cheap[0] if cheap else len(levels) - 1
             self._begin_coarsely(settings)

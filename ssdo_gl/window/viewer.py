@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from types import MappingProxyType
@@ -12,15 +12,16 @@ from typing import Any
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.graph.render_pass import ProgressCallback
+from ssdo_gl.render_result import Drawing
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import values
-from ssdo_gl.settings.passes import overrides_from_table
 from ssdo_gl.settings.resolve import settings_for
 from ssdo_gl.window.camera import Controls
+from ssdo_gl.window.chosen import Chosen
 from ssdo_gl.window.light_edits import with_lights
-from ssdo_gl.window.live import INSPECTED, Monitor, clearance, surface_point
+from ssdo_gl.window.live import INSPECTED, KeptPlanes, Monitor, clearance, surface_point
 from ssdo_gl.window.presenter import Presenter
 from ssdo_gl.window.scene_flight import SceneFlight
 from ssdo_gl.window.side import Side
@@ -28,12 +29,14 @@ from ssdo_gl.window.views import View, image_of, kind_of_image, settings_of
 
 # A frame of a 30 Hz display.
 DEFAULT_BUDGET_MS = 33.0
+# Frames in motion that take longer are cut into slices, too, so that the panel answers.
+SLOW_MS = 50.0
 # Nothing has to move for this long before full quality is worth starting: between two
 # strokes of a key one does not want to wait for a frame of it.
 REST_SECONDS = 0.2
 
 
-class Viewer(SceneFlight):
+class Viewer(SceneFlight, Chosen):
     """A scene, a camera in it, and one or two methods that draw it.
 
     Parameters
@@ -55,9 +58,6 @@ class Viewer(SceneFlight):
 
     Attributes
     ----------
-    settings : Settings
-        Chosen by the user; the method is that of `view`.
-    view : View
     film_suffix : str
         Which kind of film is exported, one of `film_files.FILM_SUFFIXES`.
     is_inspecting, shows_histogram, times_passes : bool
@@ -66,6 +66,8 @@ class Viewer(SceneFlight):
         Alarms, and the error of the left side against the right one.
     frame_ms : float
         Of the last frame, both sides together.
+    can_be_given_up : bool
+        Whether the frame in the making is one at rest.
     """
 
     _STATE = (*SceneFlight._STATE, "settings", "view")
@@ -84,14 +86,11 @@ class Viewer(SceneFlight):
         measured: Sequence[Mapping[str, Any]] = (),
         shaders: ShaderLibrary | None = None,
     ) -> None:
-        super().__init__(folder)
+        SceneFlight.__init__(self, folder)
+        Chosen.__init__(self, settings, presets)
         self.device = device
         self.shaders = shaders or ShaderLibrary(device.gl)
         self.presenter = Presenter(device, self.shaders)
-        self.settings = settings
-        self.view = View(method=settings.method)
-        self.presets = presets
-        self.read_preset: Callable[[str], Mapping[str, Any]] | None = None
         self.measured = measured
         self.budget_ms = budget_ms or DEFAULT_BUDGET_MS
         self.is_governed = budget_ms is not None
@@ -101,8 +100,11 @@ class Viewer(SceneFlight):
         self.times_passes = False
         self.frame_ms = 0.0
         self.monitor = Monitor(device, self.shaders)
+        self._kept = KeptPlanes(device)
         self._sides: list[Side] = []
-        self._shown: tuple[object, ...] = ()
+        self._shown: tuple[Any, ...] = ()
+        self._begun = self.settings, self.view
+        self.can_be_given_up = False
         self._still_s = 0.0
         self._last_camera: Camera | None = None
         self._last_state: object = None
@@ -156,33 +158,6 @@ class Viewer(SceneFlight):
         self.touch()
 
     # --- what is asked for ---------------------------------------------------------
-
-    def choose_preset(self, name: str) -> None:
-        """Take over what a preset sets; the method stays, unless the preset is one.
-
-        Raises
-        ------
-        SettingError
-            If a value is out of range; the settings then stay as they are.
-        """
-        self.settings = self._with_preset(self.presets[name])
-        self.view = dataclasses.replace(self.view, method=self.settings.method)
-
-    def add_preset(self, name: str, fields: Mapping[str, Any]) -> None:
-        """Offer a preset and take it over; raises SettingError as `choose_preset` does."""
-        self._with_preset(fields)
-        self.presets = {**self.presets, name: fields}
-        self.choose_preset(name)
-
-    def _with_preset(self, fields: Mapping[str, Any]) -> Settings:
-        method = fields.get("method", self.view.method)
-        overrides_from_table(fields.get("overrides", {}))
-        return settings_of(dataclasses.replace(self.settings, **fields), method).checked()
-
-    def choose_method(self, method: str) -> None:
-        """Show another method; an estimator that it does not know is dropped."""
-        self.view = dataclasses.replace(self.view, method=method)
-        self.settings = settings_of(self.settings, method)
 
     def touch(self) -> None:
         """Note that something has changed: draw fluidly first, refine later."""
@@ -257,16 +232,20 @@ class Viewer(SceneFlight):
         size : (int, int)
             Pixels of the window's framebuffer; with a side of 0 nothing is drawn.
         progress : callable or None
-            May raise to interrupt a picture at rest; what is on the screen then stays.
-            One in motion is short, and would never be seen if every key interrupted it.
+            Called every few milliseconds of a long frame. May raise while `is_outdated` can
+            be true, at rest; what is on the screen then stays. A frame in motion is short,
+            and would never be seen if every key interrupted it.
         """
         self._pass_time(controls, seconds)
         if min(size) < 1:
             return False
         self._notice_changes(seconds, size)
-        progress = progress if self.is_resting else None
+        self.can_be_given_up = self.is_resting
+        progress = progress if self.is_resting or self.frame_ms > SLOW_MS else None
         self._fit_sides()
         drew = False
+        state = self._state()
+        self._begun = self.settings, self.view
         self.frame_ms = 0.0
         for index, side in enumerate(self._sides):
             drew |= self._update(side, index, size, progress)
@@ -277,8 +256,46 @@ class Viewer(SceneFlight):
         is_finished = self.is_resting and all(side.is_done for side in self._sides)
         images = [side.image for side in self._sides]
         self.monitor.look(images, self.view, drew=drew, is_finished=is_finished)
-        self._drawn_state = self._state()
+        self._keep_planes(drew)
+        # As it was at the beginning: in between, others may have been chosen.
+        self._drawn_state = state
         return drew
+
+    def is_outdated(self, *, is_edited: bool) -> bool:
+        """Whether the frame in the making is no longer what is wanted.
+
+        Parameters
+        ----------
+        is_edited : bool
+            Somebody is dragging a control. What it sets has to be seen at some time, so
+            a frame that it began is finished.
+        """
+        settings, view = self._begun
+        has_other_view = _without_line(self.view) != _without_line(view)
+        has_other_settings = self.settings != settings and not is_edited
+        return not self.is_resting or has_other_view or has_other_settings
+
+    def present_again(self, size: tuple[int, int]) -> None:
+        """Follow the divider and the range of the difference while a frame is in the making."""
+        shown = (self.view, *self._shown[1:])
+        is_same = self._shown and _without_line(self.view) == _without_line(self._shown[0])
+        if is_same and shown != self._shown and all(s.image.drawing for s in self._sides):
+            self._present(size)
+            self._shown = shown
+
+    @property
+    def inspected(self) -> Drawing | None:
+        """The last complete frame of the left side, for a look at its values."""
+        left = None if self.left is None else self.left.image.drawing
+        return self._kept.drawing or left
+
+    def _keep_planes(self, drew: bool) -> None:
+        """Keep what is looked at under the cursor, if a long frame is to come."""
+        image = self._sides[0].image
+        if not (self.is_inspecting and self.is_resting and not image.is_refined):
+            self._kept.release()
+        elif drew and image.drawing is not None:
+            self._kept.keep(image.drawing)
 
     def _pass_time(self, controls: Controls, seconds: float) -> None:
         self.clock.advance(seconds)
@@ -288,7 +305,8 @@ class Viewer(SceneFlight):
         self.fly(controls, seconds, near)
 
     def _notice_changes(self, seconds: float, size: tuple[int, int]) -> None:
-        state = (self.settings, self.view.method, self.view.aov, size)
+        # Settings are looked at as they will be: at full size, once somebody has let go.
+        state = (self.view.method, self.view.aov, size)
         camera = self.camera
         moved = camera != self._last_camera or self.clock.is_running or state != self._last_state
         self._still_s = 0.0 if moved else self._still_s + seconds
@@ -360,3 +378,10 @@ class Viewer(SceneFlight):
         self._sides.clear()
         self.presenter.release()
         self.monitor.release()
+        self._kept.release()
+
+
+def _without_line(view: View) -> View:
+    """Return `view` with what is no matter of rendering at its default."""
+    default = View()
+    return dataclasses.replace(view, divider=default.divider, error_range=default.error_range)

@@ -16,9 +16,10 @@ from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.window import session as session_module
 from ssdo_gl.window.camera.controls import Controls
+from ssdo_gl.window.film import Interrupted
 from ssdo_gl.window.glfw_window import GlfwWindow
 from ssdo_gl.window.messages import Messages
-from ssdo_gl.window.session import ANSWER_FRAMES, PATIENCE_MS, Session
+from ssdo_gl.window.session import Session
 from ssdo_gl.window.viewer import Viewer
 
 pytest.importorskip("imgui_bundle")
@@ -173,28 +174,79 @@ def test_lines_go_while_pictures_follow_one_another(session: Session, viewer: Vi
     assert not viewer.messages.lines
 
 
-def test_a_click_on_the_panel_is_answered_before_the_next_slow_picture(
-    session: Session, viewer: Viewer, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    viewer.clock.toggle()
-    for _ in range(40):
-        session._frame(FRAME_S)
-        if viewer.is_resting:
-            break
-    drawn: list[float] = []
+@pytest.fixture
+def in_the_making(session: Session, viewer: Viewer, monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """A frame at rest is in the making; the list counts how often the panel is drawn."""
+    rest(session, viewer)
+    assert viewer.can_be_given_up
+    drawn: list[int] = []
+    monkeypatch.setattr(session, "_draw", lambda sizes, seconds: drawn.append(1))
+    session._panel_frames = 0
+    session._drawn_at = 0.0
+    return drawn
 
-    def slow(*_: object) -> bool:
-        drawn.append(1.0)
-        viewer.frame_ms = 2.0 * PATIENCE_MS
+
+def is_given_up(session: Session) -> bool:
+    try:
+        session._between_slices("pass", 0, 0)
+    except Interrupted:
         return True
+    return False
 
-    monkeypatch.setattr(viewer, "frame", slow)
-    monkeypatch.setattr(type(session._overlay), "wants_mouse", True)
-    session._frame(FRAME_S)
-    session.on_button(glfw.MOUSE_BUTTON_LEFT, glfw.PRESS)
-    del drawn[:]
-    for _ in range(ANSWER_FRAMES):
+
+def test_the_panel_answers_between_the_slices_of_a_frame(
+    session: Session, in_the_making: list[int]
+) -> None:
+    assert not is_given_up(session)
+    assert not in_the_making, "nothing has happened"
+    session.on_cursor(5.0, 5.0)
+    assert not is_given_up(session)
+    assert in_the_making
+
+
+@pytest.mark.parametrize(
+    ("key", "gives_up"),
+    [(glfw.KEY_W, True), (glfw.KEY_T, True), (glfw.KEY_LEFT_SHIFT, False), (glfw.KEY_J, False)],
+)
+def test_only_keys_that_mean_something_give_a_frame_up(
+    session: Session, in_the_making: list[int], key: int, gives_up: bool
+) -> None:
+    session.on_key(key, glfw.PRESS, 0)
+    assert is_given_up(session) == gives_up
+
+
+def test_a_dragged_setting_is_drawn_before_the_next_one(
+    session: Session, viewer: Viewer, in_the_making: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drags = [True]
+    monkeypatch.setattr(type(session._overlay), "is_busy", property(lambda self: drags[0]))
+    viewer.settings = dataclasses.replace(viewer.settings, samples=16)
+    assert not is_given_up(session)
+    drags[0] = False
+    assert is_given_up(session)
+
+
+def test_a_setting_is_looked_at_in_full_size(session: Session, viewer: Viewer) -> None:
+    viewer.budget_ms = 1e-3
+    rest(session, viewer)
+    for samples in (16, 24):
+        viewer.settings = dataclasses.replace(viewer.settings, samples=samples)
         session._frame(FRAME_S)
-    assert not drawn
+        assert viewer.left.image.drawing.view.size == SIZE
+        assert viewer.left.image.renderer.settings.samples == samples
+    session.on_key(glfw.KEY_W, glfw.PRESS, 0)
     session._frame(FRAME_S)
-    assert drawn, "the picture does not go on"
+    assert viewer.left.image.drawing.view.size < SIZE
+
+
+def test_the_divider_follows_while_a_frame_is_in_the_making(
+    session: Session, viewer: Viewer, in_the_making: list[int]
+) -> None:
+    viewer.view = dataclasses.replace(viewer.view, is_split=True, other_method="direct")
+    rest(session, viewer)
+    before = viewer.presenter.pixels()
+    viewer.view = viewer.view.with_divider(0.2)
+    session._panel_frames = 1
+    session._drawn_at = 0.0
+    assert not is_given_up(session)
+    assert not np.array_equal(viewer.presenter.pixels(), before)

@@ -50,7 +50,7 @@ class XServer:
     """
 
     def __init__(self, folder: Path, size: tuple[int, int] = (1000, 640)) -> None:
-        self._screen = folder / "Xvfb_screen0"
+        self.screen_file = folder / "Xvfb_screen0"
         read, write = os.pipe()
         width, height = size
         self._process = subprocess.Popen(
@@ -82,7 +82,7 @@ class XServer:
 
     def screen(self) -> np.ndarray:
         """Return the screen, (height, width, 3) uint8, row 0 at the top."""
-        data = self._screen.read_bytes()
+        data = self.screen_file.read_bytes()
         header = np.frombuffer(data, ">u4", _XWD_FIELDS)
         width, height, stride = int(header[4]), int(header[5]), int(header[12])
         offset = int(header[0]) + 12 * int(header[19])

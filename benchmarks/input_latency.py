@@ -1,0 +1,141 @@
+"""From input to photon: how long the window takes to answer keys and mouse.
+
+Opens the real window on a virtual screen (Xvfb), presses keys and moves the mouse by
+xdotool, and looks at the screen's memory until the answer is there. Input comes at random
+moments of refinement, when a frame at full quality is in the making. ``make bench-input``
+prints median and worst of each kind, for a window of many samples.
+"""
+
+from __future__ import annotations
+
+import random
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.common import command
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+from window.x_server import App, XServer  # type: ignore[import-not-found]
+
+# A patch that differs by this much in the mean, steps of 255, shows another view: frames
+# that refine the same one differ by less than one.
+ANOTHER = 2.0
+# The slowest answer that is waited for.
+GIVE_UP_S = 10.0
+LOOK_S = 0.001
+# Shaders are compiled, levels of quality are tried.
+SETTLING_S = 15.0
+ROUNDS = 6
+
+
+class Screen:
+    """The virtual screen's memory, and a process that sends input without delay."""
+
+    def __init__(self, server: XServer) -> None:
+        self._map = np.memmap(server.screen_file, np.uint8, "r")
+        header = np.frombuffer(self._map[:100].tobytes(), ">u4")
+        self._width, self._height, self._stride = (int(header[i]) for i in (4, 5, 12))
+        self._offset = int(header[0]) + 12 * int(header[19])
+        self._xdotool = subprocess.Popen(
+            ["xdotool", "-"], stdin=subprocess.PIPE, env=server.environment, text=True
+        )
+
+    def send(self, *lines: str) -> None:
+        """Send xdotool commands."""
+        assert self._xdotool.stdin is not None
+        self._xdotool.stdin.write("\n".join(lines) + "\n")
+        self._xdotool.stdin.flush()
+
+    def patch(self, x: int, y: int, width: int, height: int) -> np.ndarray:
+        """Return every other pixel of a part of the screen, signed."""
+        rows = self._map[self._offset : self._offset + self._stride * self._height]
+        rows = rows.reshape(self._height, self._stride)[:, : 4 * self._width]
+        pixels = rows.reshape(self._height, self._width, 4)
+        return pixels[y : y + height : 2, x : x + width : 2, :3].astype(np.int16)
+
+    def close(self) -> None:
+        """End the process."""
+        self._xdotool.communicate(timeout=GIVE_UP_S)
+
+
+def answered_ms(
+    screen: Screen, part: tuple[int, int, int, int], act: Callable[[], None], least: float
+) -> float:
+    """Return after how many milliseconds `part` of the screen is another."""
+    before = screen.patch(*part)
+    act()
+    start = time.perf_counter()
+    while time.perf_counter() < start + GIVE_UP_S:
+        if np.abs(screen.patch(*part) - before).mean() > least:
+            return (time.perf_counter() - start) * 1e3
+        time.sleep(LOOK_S)
+    return float("inf")
+
+
+def measure(screen: Screen, size: tuple[int, int]) -> dict[str, list[float]]:
+    """Return the milliseconds of each kind of input."""
+    width, height = size
+    picture = (40, 60, width // 3, height - 120)
+    # The first header of the panel, which lights up under the cursor.
+    panel = (width - 340, 60, 320, 160)
+    middle = f"mousemove {width // 4} {height // 2}"
+    dice = random.Random(1)
+    results: dict[str, list[float]] = {"arrow key": [], "mouse look": [], "panel": []}
+    for number in range(ROUNDS):
+        for name in results:
+            screen.send(middle)
+            # Into the refinement: the picture is at rest for a while, and not finished.
+            time.sleep(1.2 + dice.random())
+            if name == "arrow key":
+                key = ("Left", "Right")[number % 2]
+                act = lambda key=key: screen.send(f"keydown {key}")  # noqa: E731
+                results[name].append(answered_ms(screen, picture, act, ANOTHER))
+                screen.send(f"keyup {key}")
+            elif name == "mouse look":
+                screen.send("mousedown 3")
+                time.sleep(0.3)
+                way = 40 * (-1) ** number
+                act = lambda way=way: screen.send(f"mousemove {width // 4 + way} {height // 2}")  # noqa: E731
+                results[name].append(answered_ms(screen, picture, act, ANOTHER))
+                screen.send("mouseup 3")
+            else:
+                y = 100 + 25 * (number % 4)
+                act = lambda y=y: screen.send(f"mousemove {width - 180} {y}")  # noqa: E731
+                results[name].append(answered_ms(screen, panel, act, 0.2))
+    return results
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Measure and print the median and the worst of each kind."""
+    parser = command("input_latency", __doc__)
+    parser.add_argument("scene", nargs="?", default="cornell_meso")
+    parser.add_argument("--size", default="1280x800", metavar="WxH")
+    parser.add_argument("--samples", type=int, default=256, metavar="N")
+    options = parser.parse_args(arguments)
+    width, height = map(int, options.size.split("x"))
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        server = XServer(folder, (width, height))
+        words = [sys.executable, "-m", "ssdo_gl.cli", options.scene, "--size", options.size]
+        app = App(server, [*words, "--samples", str(options.samples)], folder)
+        screen = Screen(server)
+        try:
+            time.sleep(SETTLING_S)
+            for kind, times in measure(screen, (width, height)).items():
+                middle, worst = statistics.median(times), max(times)
+                print(f"{kind:12}  median {middle:6.1f} ms   worst {worst:6.1f} ms")
+        finally:
+            screen.close()
+            app.kill()
+            server.close()
+
+
+if __name__ == "__main__":
+    main()
