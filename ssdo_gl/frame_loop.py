@@ -157,7 +157,7 @@ class FrameLoop:
         if not math.isfinite(seconds):
             raise SettingError(f"seconds = {seconds!r}: expected a finite number")
         self._follow(self._scene_at(seconds))
-        view = self._view(camera or self.scene.camera)
+        view = self._view(camera or self._geometry_scene.camera)
         start = time.perf_counter()
         pipeline, plan = self._plan(names, view)
         return FrameJob(names, view, pipeline, plan, (time.perf_counter() - start) * 1e3)

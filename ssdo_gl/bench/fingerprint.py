@@ -67,13 +67,16 @@ def _feed(digest: Any, value: Any) -> None:
 
 
 def scene_fingerprint(scene: Scene) -> str:
-    """Return the hash of what a scene looks like: not of its title, notes or settings."""
+    """Return the hash of what a scene looks like at rest.
+
+    Its title, notes and settings do not count.
+    """
     return fingerprint(
-        scene.meshes,
+        [dataclasses.replace(mesh, pose=None) for mesh in scene.meshes],
         scene.materials,
-        scene.objects,
+        [dataclasses.replace(item, motion=None) for item in scene.objects],
         scene.camera,
-        scene.lights,
+        [dataclasses.replace(light, motion=None) for light in scene.lights],
         scene.environment,
     )
 

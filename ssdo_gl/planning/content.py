@@ -15,8 +15,7 @@ from ssdo_gl.scene.environment_kinds import (
     MapEnvironment,
     kind_of,
 )
-from ssdo_gl.scene.lights import Light, Shadow
-from ssdo_gl.scene.mesh import SceneObject
+from ssdo_gl.scene.lights import Shadow
 from ssdo_gl.scene.scene import Scene
 
 
@@ -98,7 +97,6 @@ def analyse(scene: Scene) -> SceneContent:
     meshes = [scene.meshes[i] for i in {item.mesh for item in scene.objects}]
     unlit = [scene.materials[o.material] for o in scene.objects if o.light is None]
     emits_unlit = [material for material in unlit if material.emits]
-    moving: list[SceneObject | Light] = [*scene.objects, *scene.lights]
     kind = kind_of(simplest_environment(scene.environment))
     return SceneContent(
         lights=tuple(LightContent(light.shadow, is_on=light.power > 0.0) for light in scene.lights),
@@ -109,7 +107,7 @@ def analyse(scene: Scene) -> SceneContent:
         has_unlit_emission=bool(emits_unlit),
         has_textures=any(m.albedo_texture or m.emission_texture for m in used),
         has_closed_meshes=any(mesh.closed for mesh in meshes),
-        has_motion=any(item.motion is not None for item in moving),
+        has_motion=scene.moves,
         triangle_count=scene.triangle_count,
     )
 

@@ -1,32 +1,66 @@
-"""The scene at a moment: motions applied to objects and lights."""
+"""The scene at a moment: motions and poses applied."""
 
 from __future__ import annotations
 
 import dataclasses
 
-from ssdo_gl.scene.lights import Light
-from ssdo_gl.scene.mesh import SceneObject
+import numpy as np
+
+from ssdo_gl import math3d
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.flattened import thickened, with_area
+from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene
 
 
 def scene_at(scene: Scene, seconds: float) -> Scene:
-    """Return the scene as it stands `seconds` after rest.
+    """Return the scene as it stands at `seconds`.
 
     The very same scene if nothing in it moves, so that callers can tell by identity;
-    what does not move is shared with the scene at rest.
+    what does not move is shared with the scene at rest. What has no size at that time is
+    left out.
     """
-    moving: list[SceneObject | Light] = [*scene.objects, *scene.lights]
-    if not any(item.motion for item in moving):
+    if not scene.moves:
         return scene
+    used = {item.mesh for item in scene.objects}
+    posed = {
+        index: mesh.pose(seconds)
+        for index, mesh in enumerate(scene.meshes)
+        if mesh.pose is not None and index in used
+    }
+    meshes = scene.meshes
+    if posed:
+        meshes = tuple(posed.get(index) or mesh for index, mesh in enumerate(meshes))
+    moved = (
+        _object_at(item, meshes[item.mesh], seconds)
+        for item in scene.objects
+        if posed.get(item.mesh, True) is not None
+    )
     return dataclasses.replace(
         scene,
-        objects=tuple(_object_at(item, seconds) for item in scene.objects),
+        meshes=meshes,
+        objects=tuple(item for item in moved if len(item.world_from_object)),
         lights=tuple(light.at(seconds) for light in scene.lights),
+        camera=_camera_at(scene, seconds),
     )
 
 
-def _object_at(item: SceneObject, seconds: float) -> SceneObject:
+def _object_at(item: SceneObject, mesh: Mesh, seconds: float) -> SceneObject:
     if item.motion is None:
         return item
     moved = item.motion.world_from_rest(seconds) @ item.world_from_object
+    if not item.motion.is_rigid:
+        moved = thickened(with_area(moved), mesh.center())
     return dataclasses.replace(item, world_from_object=moved)
+
+
+def _camera_at(scene: Scene, seconds: float) -> Camera:
+    if scene.camera_motion is None:
+        return scene.camera
+    matrix = scene.camera_motion.world_from_rest(seconds)
+    position, target = (
+        math3d.vector(math3d.transform_points(matrix, point))
+        for point in (scene.camera.position, scene.camera.target)
+    )
+    up = math3d.vector(matrix[:3, :3] @ np.asarray(scene.camera.up))
+    return dataclasses.replace(scene.camera, position=position, target=target, up=up)

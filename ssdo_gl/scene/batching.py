@@ -81,6 +81,7 @@ def _key(mesh: Mesh, material: Material, item: SceneObject) -> tuple[object, ...
     if (
         _fields(plain) != _fields(Material())
         or item.motion is not None
+        or mesh.pose is not None
         or item.light is not None
         or len(item.world_from_object) != 1
     ):

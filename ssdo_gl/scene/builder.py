@@ -19,6 +19,7 @@ from ssdo_gl.scene.exposure import lighting_for
 from ssdo_gl.scene.lights import Light, Shadow
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject, are_mirrored
+from ssdo_gl.scene.motion import Trajectory
 from ssdo_gl.scene.scene import Scene, SceneError
 
 # Coordinates leave float64 for float32 relative to the camera; between these sizes
@@ -83,7 +84,9 @@ class SceneBuilder:
                 continue
             mesh = item.mesh
             if flip:
-                mesh = self.mesh(("mirrored", mesh), lambda: _mirrored(self.meshes[item.mesh]))
+                mesh = self.mesh(
+                    ("mirrored", mesh), lambda: self.meshes[item.mesh].changed(_mirrored)
+                )
                 matrices = matrices @ np.diag([-1.0, 1.0, 1.0, 1.0])
             self._emitter_shadow[len(self.objects)] = emitter_shadow
             self.objects.append(dataclasses.replace(item, mesh=mesh, world_from_object=matrices))
@@ -100,6 +103,7 @@ class SceneBuilder:
         *,
         exposure: float | None = 0.0,
         fov_y: float = 40.0,
+        camera_motion: Trajectory | None = None,
         render: Mapping[str, Any] | None = None,
         title: str = "",
         purpose: str = "",
@@ -138,6 +142,7 @@ class SceneBuilder:
             materials=tuple(self.materials),
             objects=tuple(self.objects),
             camera=camera,
+            camera_motion=camera_motion,
             lights=tuple(self.lights),
             environment=environment,
             render=dict(render or {}),

@@ -61,4 +61,10 @@ def _load_model(path: Path, source: str) -> Scene:
     for item in model.add_to(builder):
         builder.add(item)
     builder.lights += model.lights
-    return builder.build(model.camera, None, exposure=None, title=path.stem)
+    return builder.build(
+        model.camera,
+        None,
+        exposure=None,
+        camera_motion=model.camera_motion,
+        title=path.stem,
+    )

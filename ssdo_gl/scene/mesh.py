@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.motion import Motion
+from ssdo_gl.scene.motion import Trajectory
 
 # Of one object; their matrices alone fill 128 MiB.
 MAX_INSTANCES = 1 << 20
@@ -36,6 +36,9 @@ class Mesh:
         Scene-linear vertex colour and alpha, [0, 1].
     closed : bool
         Whether the surface is watertight, so that back faces bound a solid.
+    pose : callable or None
+        The mesh at a time in seconds, None while nothing of it shows; without it the mesh
+        keeps its shape.
     """
 
     positions: FloatArray
@@ -46,6 +49,23 @@ class Mesh:
     closed: bool = False
     name: str = ""
     emission_uvs: FloatArray | None = None
+    pose: Callable[[float], Mesh | None] | None = field(default=None, repr=False)
+
+    def changed(self, change: Callable[[Mesh], Mesh]) -> Mesh:
+        """Return what `change` makes of the mesh, at all times."""
+        pose = self.pose
+        if pose is None:
+            return change(self)
+
+        def changed_pose(seconds: float) -> Mesh | None:
+            found = pose(seconds)
+            return None if found is None else change(found)
+
+        return replace(change(self), pose=changed_pose)
+
+    def center(self) -> FloatArray:
+        """Return the middle of the object-space bounds, shape (3,)."""
+        return np.asarray(np.mean(self.bounds(), axis=0))
 
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Return the object-space corners (min, max), each of shape (3,), read-only."""
@@ -90,7 +110,7 @@ class SceneObject:
         Indices into Scene.meshes and Scene.materials.
     world_from_object : ndarray, shape (N, 4, 4), float64
         One affine matrix for each instance, at rest (time 0).
-    motion : Motion or None
+    motion : Trajectory or None
     light : int or None
         Index into Scene.lights if this object is the visible body of a light:
         its emission is delivered by that light and must not be counted again.
@@ -99,7 +119,7 @@ class SceneObject:
     mesh: int
     material: int
     world_from_object: FloatArray = field(default_factory=lambda: np.eye(4)[None])
-    motion: Motion | None = None
+    motion: Trajectory | None = None
     light: int | None = None
     name: str = ""
 

@@ -3,11 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar, Protocol
 
 import numpy as np
 
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray
+
+
+class Trajectory(Protocol):
+    """Where something is at a time, told from where it rests."""
+
+    @property
+    def is_rigid(self) -> bool:
+        """Whether it moves without a change of size."""
+
+    def world_from_rest(self, seconds: float) -> FloatArray:
+        """Return the (4, 4) matrix that moves the resting object to `seconds`."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +47,7 @@ class Motion:
     orbit_center: tuple[float, float, float] = (0.0, 0.0, 0.0)
     sway: tuple[float, float, float] = (0.0, 0.0, 0.0)
     period: float = 4.0
+    is_rigid: ClassVar[bool] = True
 
     def world_from_rest(self, seconds: float) -> FloatArray:
         """Return the (4, 4) matrix that moves the resting object to `seconds`."""
@@ -42,6 +55,34 @@ class Motion:
         orbit = _about(self.orbit_center, np.multiply(self.orbit, seconds))
         sway = np.multiply(self.sway, np.sin(2.0 * np.pi * seconds / self.period))
         return np.asarray(math3d.translation(sway) @ orbit @ spin)
+
+
+@dataclass(frozen=True, eq=False)
+class Carried:
+    """A motion of its own, placed somewhere else, and moved besides.
+
+    Attributes
+    ----------
+    own : Trajectory
+    place : ndarray, shape (4, 4)
+        What places the object, with its motion, in the world; has an inverse.
+    outer : Trajectory or None
+        What moves it there.
+    """
+
+    own: Trajectory
+    place: FloatArray
+    outer: Trajectory | None = None
+
+    @property
+    def is_rigid(self) -> bool:
+        """Whether its own motion is."""
+        return self.own.is_rigid
+
+    def world_from_rest(self, seconds: float) -> FloatArray:
+        """Return the (4, 4) matrix that moves the resting object to `seconds`."""
+        moved = self.place @ self.own.world_from_rest(seconds) @ np.linalg.inv(self.place)
+        return moved if self.outer is None else self.outer.world_from_rest(seconds) @ moved
 
 
 def _about(center: tuple[float, float, float], degrees: FloatArray) -> FloatArray:

@@ -14,6 +14,7 @@ from ssdo_gl.scene.environment_kinds import Environment
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject, instance_boxes
+from ssdo_gl.scene.motion import Trajectory
 
 
 class SceneError(ValueError):
@@ -30,6 +31,8 @@ class Scene:
         The settings that the scene asks for (``radius``, ``method``, ...); flags win over them.
     notes : tuple of str
         What the loader has to tell the user: added lights, dropped features.
+    camera_motion : Trajectory or None
+        Of the scene's own camera.
     """
 
     meshes: tuple[Mesh, ...]
@@ -42,6 +45,7 @@ class Scene:
     title: str = ""
     purpose: str = ""
     notes: tuple[str, ...] = ()
+    camera_motion: Trajectory | None = None
 
     def two_sided(self) -> Scene:
         """Return the scene with both sides of all surfaces drawn."""
@@ -64,6 +68,16 @@ class Scene:
         """
         low, high = self.bounds()
         return float(0.08 * np.linalg.norm(high - low))
+
+    @property
+    def moves(self) -> bool:
+        """Whether anything in it ever changes."""
+        carriers: list[SceneObject | Light] = [*self.objects, *self.lights]
+        return (
+            self.camera_motion is not None
+            or any(item.motion is not None for item in carriers)
+            or any(self.meshes[item.mesh].pose is not None for item in self.objects)
+        )
 
     @property
     def triangle_count(self) -> int:

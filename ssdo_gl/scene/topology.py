@@ -51,6 +51,7 @@ def cleaned_mesh(
     colors: FloatArray | None = None,
     name: str = "",
     emission_uvs: FloatArray | None = None,
+    closed: bool | None = None,
 ) -> Cleaned:
     """Return a mesh without unusable triangles and unused vertices.
 
@@ -60,6 +61,8 @@ def cleaned_mesh(
     triangles : ndarray, shape (T, 3)
     uvs, emission_uvs : ndarray, shape (V, 2)
     colors : ndarray, shape (V, 4)
+    closed : bool or None
+        Whether they bound a solid; None: that is found out.
 
     Raises
     ------
@@ -83,7 +86,7 @@ def cleaned_mesh(
         uvs=_usable_uvs(uvs, used),
         emission_uvs=_usable_uvs(emission_uvs, used),
         colors=None if colors is None else np.clip(np.nan_to_num(colors[used]), 0.0, 1.0),
-        closed=is_closed(positions[used], triangles),
+        closed=is_closed(positions[used], triangles) if closed is None else closed,
         name=name,
     )
     if normals is None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -16,10 +17,12 @@ from ssdo_gl.scene.images import MAX_MODEL_TEXELS, read_texture
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Material, Texture, Wrap
 from ssdo_gl.scene.mesh import Mesh, SceneObject
+from ssdo_gl.scene.motion import Trajectory
 from ssdo_gl.scene.topology import cleaned_mesh
 
 # Of all meshes of a model file. What scans reach; in memory some 5 GiB.
 MAX_TRIANGLES = 1 << 25
+VerticesAt = Callable[[float], tuple[FloatArray, FloatArray | None]]
 
 
 @dataclass
@@ -31,6 +34,7 @@ class Model:
     objects: list[SceneObject] = field(default_factory=list)
     lights: list[Light] = field(default_factory=list)
     camera: Camera | None = None
+    camera_motion: Trajectory | None = None
     notes: list[str] = field(default_factory=list)
     triangle_count: int = 0
     _texel_count: int = 0
@@ -47,8 +51,14 @@ class Model:
         colors: FloatArray | None = None,
         name: str = "",
         emission_uvs: FloatArray | None = None,
+        vertices_at: VerticesAt | None = None,
     ) -> int | None:
         """Clean and add a mesh; return its index, or None if nothing was left.
+
+        Parameters
+        ----------
+        vertices_at : callable or None
+            Of a mesh that changes its shape: its positions and normals at a time.
 
         Raises
         ------
@@ -67,7 +77,18 @@ class Model:
             self.drop(what, count)
         if cleaned.mesh is None:
             return None
-        self.meshes.append(cleaned.mesh)
+        mesh = cleaned.mesh
+        if vertices_at is not None:
+
+            def pose(seconds: float) -> Mesh | None:
+                positions, normals = vertices_at(seconds)
+                return cleaned_mesh(
+                    *(positions, triangles, normals, uvs, colors, name, emission_uvs),
+                    closed=mesh.closed,
+                ).mesh
+
+            mesh = dataclasses.replace(mesh, pose=pose)
+        self.meshes.append(mesh)
         return len(self.meshes) - 1
 
     def texture(
@@ -123,7 +144,10 @@ class Model:
             builder.meshes += self.meshes
             builder.materials += self.materials
         else:  # whose images all use the same coordinates
-            builder.meshes += [dataclasses.replace(m, emission_uvs=None) for m in self.meshes]
+            builder.meshes += [
+                mesh.changed(lambda m: dataclasses.replace(m, emission_uvs=None))
+                for mesh in self.meshes
+            ]
         for note in self.all_notes():
             builder.note(note)
         return [

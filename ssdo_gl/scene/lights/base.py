@@ -15,7 +15,7 @@ from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray, Vector, vector
 from ssdo_gl.scene.material import Color, Material
 from ssdo_gl.scene.mesh import Mesh
-from ssdo_gl.scene.motion import Motion
+from ssdo_gl.scene.motion import Trajectory
 
 if TYPE_CHECKING:
     from ssdo_gl.scene.table import Table
@@ -128,7 +128,7 @@ class Light(ABC):
 
     shadow: Shadow = "map"
     name: str = ""
-    motion: Motion | None = None
+    motion: Trajectory | None = None
 
     # How bright.
 

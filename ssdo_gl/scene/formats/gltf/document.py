@@ -27,6 +27,8 @@ _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "
 # Accessors without data are all zeros; so many numbers in a file fill 256 MiB.
 _MAX_ZEROS = 1 << 25
 _INDEX_TYPES = (5121, 5123, 5125)
+# Of all morph targets that are kept: 512 MiB.
+_MAX_MORPHS = 1 << 27
 
 
 class GltfError(ValueError):
@@ -40,7 +42,7 @@ class Document:
         self.path, self.json = path, document
         self._binary = binary
         self._buffers: dict[int, bytes] = {}
-        self._zeros = 0
+        self._zeros = self._morphs = 0
 
     @classmethod
     def load(cls, path: Path, where: str) -> Document:
@@ -117,6 +119,12 @@ class Document:
             # Signed values map their most negative number below -1; the format clamps it.
             values = np.maximum(values / float(np.iinfo(kind).max), -1.0)
         return values
+
+    def count_morphs(self, count: int) -> None:
+        """Refuse morph targets of more numbers than the memory should hold."""
+        self._morphs += count
+        if self._morphs > _MAX_MORPHS:
+            raise GltfError(f"morph targets of more than {_MAX_MORPHS} numbers in all")
 
     def index_accessor(self, index: int) -> NDArray[np.int64]:
         """Return an accessor of whole numbers, shape (count,)."""

@@ -12,9 +12,10 @@ from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json
 
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
+Offsets = NDArray[np.float32] | None
 
 
-@dataclass
+@dataclass(frozen=True, eq=False)
 class Shape:
     """One primitive in the space of its mesh.
 
@@ -26,8 +27,8 @@ class Shape:
     colors : ndarray, shape (V, 4)
         Linear, as the format defines them.
     joints, weights : ndarray, shape (V, 4 k)
-    morphed : bool
-        Whether morph targets were applied.
+    targets : tuple of (ndarray or None, ndarray or None)
+        What each morph target adds to positions and normals, float32.
     """
 
     positions: FloatArray
@@ -37,25 +38,47 @@ class Shape:
     colors: FloatArray | None
     joints: NDArray[np.int64] | None
     weights: FloatArray | None
-    morphed: bool
+    targets: tuple[tuple[Offsets, Offsets], ...] = ()
     emission_uvs: FloatArray | None = None
+
+    def morphed(self, weights: Sequence[float]) -> tuple[FloatArray, FloatArray | None]:
+        """Return positions and normals under weights of the targets; missing ones are 0."""
+        positions, normals = self.positions, self.normals
+        for (moved, turned), weight in zip(self.targets, weights, strict=False):
+            if weight != 0.0 and moved is not None:
+                positions = positions + float(weight) * moved
+            if weight != 0.0 and normals is not None and turned is not None:
+                normals = normals + float(weight) * turned
+        return positions, normals
+
+    def skinned(
+        self, positions: FloatArray, normals: FloatArray | None, matrices: FloatArray
+    ) -> tuple[FloatArray, FloatArray | None]:
+        """Return positions and normals in the world, the joints at `matrices` (J, 4, 4)."""
+        assert self.joints is not None and self.weights is not None
+        rows = np.ascontiguousarray(matrices[:, :3])
+        blended = np.zeros((len(positions), 3, 4))
+        for joint, weight in zip(self.joints.T, self.weights.T, strict=True):
+            if weight.any():
+                blended += weight[:, None, None] * rows[joint]
+        moved = np.einsum("vab,vb->va", blended[:, :, :3], positions) + blended[:, :, 3]
+        if normals is None:
+            return moved, None
+        return moved, np.einsum("vab,vb->va", blended[:, :, :3], normals)
 
 
 def read_shape(
-    document: Document,
-    primitive: Json,
-    morph_weights: Sequence[float],
-    uv_sets: tuple[int, int | None],
+    document: Document, primitive: Json, uv_sets: tuple[int, int | None], is_morphed: Sequence[bool]
 ) -> Shape | None:
     """Return a primitive, or None if it is made of points or lines.
 
     Parameters
     ----------
-    morph_weights : sequence of float
-        Of its morph targets; missing ones are 0.
     uv_sets : pair of int
         Which TEXCOORD_n the material's textures use; None where the emission's does as
         the other.
+    is_morphed : sequence of bool
+        Which morph targets matter; missing ones do not.
     """
     mode = int(primitive.get("mode", _TRIANGLES))
     attributes = primitive["attributes"]
@@ -72,8 +95,6 @@ def read_shape(
             raise GltfError(f"{name} has {len(values)} entries for {count} vertices")
         return values
 
-    normals = optional("NORMAL", 3)
-    positions, normals, morphed = _morphed(document, primitive, morph_weights, positions, normals)
     joints, weights = _influences(document, attributes, count)
     colors = optional("COLOR_0", 3, 4)
     if colors is not None and colors.shape[1] == 3:
@@ -81,12 +102,12 @@ def read_shape(
     return Shape(
         positions,
         _triangles(document, primitive, mode, count),
-        normals,
+        optional("NORMAL", 3),
         optional(f"TEXCOORD_{uv_sets[0]}", 2),
         colors,
         joints,
         weights,
-        morphed,
+        _targets(document, primitive, is_morphed, count),
         None if uv_sets[1] is None else optional(f"TEXCOORD_{uv_sets[1]}", 2),
     )
 
@@ -106,31 +127,28 @@ def _triangles(document: Document, primitive: Json, mode: int, count: int) -> ND
     return np.stack([index[later], index[later + 1 + odd], index[later + 2 - odd]], axis=1)
 
 
-def _morphed(
-    document: Document,
-    primitive: Json,
-    morph_weights: Sequence[float],
-    positions: FloatArray,
-    normals: FloatArray | None,
-) -> tuple[FloatArray, FloatArray | None, bool]:
-    """Apply morph targets."""
-    applied = False
-    for target, weight in zip(primitive.get("targets", []), morph_weights, strict=False):
-        if weight == 0.0:
-            continue
-        applied = True
-        if "POSITION" in target:
-            positions = positions + weight * _offsets(document, target["POSITION"], len(positions))
-        if normals is not None and "NORMAL" in target:
-            normals = normals + weight * _offsets(document, target["NORMAL"], len(positions))
-    return positions, normals, applied
+def _targets(
+    document: Document, primitive: Json, is_morphed: Sequence[bool], count: int
+) -> tuple[tuple[Offsets, Offsets], ...]:
+    """Return what the morph targets add to positions and normals."""
+    known: dict[int, NDArray[np.float32]] = {}
 
+    def offsets(target: Json, name: str) -> Offsets:
+        if name not in target:
+            return None
+        index = target[name]
+        if index not in known:
+            values = document.accessor(index, (3,)).astype(np.float32)
+            if len(values) != count:
+                raise GltfError(f"a morph target has {len(values)} entries for {count} vertices")
+            document.count_morphs(values.size)
+            known[index] = values
+        return known[index]
 
-def _offsets(document: Document, index: int, count: int) -> FloatArray:
-    values = document.accessor(index, (3,))
-    if len(values) != count:
-        raise GltfError(f"a morph target has {len(values)} entries for {count} vertices")
-    return values
+    return tuple(
+        (offsets(target, "POSITION"), offsets(target, "NORMAL")) if matters else (None, None)
+        for target, matters in zip(primitive.get("targets", []), is_morphed, strict=False)
+    )
 
 
 def _influences(
@@ -150,6 +168,9 @@ def _influences(
     )
     if len(joints) != count or len(weights) != count:
         raise GltfError(f"JOINTS or WEIGHTS do not match the {count} vertices")
+    if joints.min(initial=0) < 0:
+        raise GltfError("JOINTS must be unsigned integers")
+    weights = np.where(np.isfinite(weights), weights, 0.0)
     total = weights.sum(axis=1, keepdims=True)
     weights = np.where(total > 0.0, weights / np.where(total > 0.0, total, 1.0), 0.0)
     weights[total[:, 0] <= 0.0, 0] = 1.0

@@ -20,6 +20,7 @@ from ssdo_gl.scene.formats.toml.motions import MOTION_TABLE, read_motion, spins_
 from ssdo_gl.scene.lights import Shadow
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import MAX_INSTANCES, SceneObject
+from ssdo_gl.scene.motion import Carried, Motion
 from ssdo_gl.scene.table import Table
 from ssdo_gl.suggestion import suggestion
 
@@ -47,14 +48,33 @@ def read_object(
         parts = [SceneObject(builder.mesh(key, make), material, matrix[None], name=name)]
     matrices = _instances(table)
     shadow = cast(Shadow, table.text("shadow", "map", SHADOWS))
-    placed = [
-        dataclasses.replace(
-            part,
-            world_from_object=(matrices[:, None] @ part.world_from_object).reshape(-1, 4, 4),
-        )
-        for part in parts
-    ]
-    _add(table, placed, len(matrices), shadow, builder)
+    # What has a motion of its own needs one for each copy.
+    if any(part.motion is not None for part in parts):
+        _check_copies(table, len(matrices), "copies of a model that moves")
+        groups = [matrix[None] for matrix in matrices]
+    else:
+        groups = [matrices]
+    for group in groups:
+        _add(table, [_placed(part, group) for part in parts], len(group), shadow, builder)
+
+
+def _placed(part: SceneObject, matrices: FloatArray) -> SceneObject:
+    """Return an object where each of the matrices (N, 4, 4) places it, with its own motion."""
+    placed = (matrices[:, None] @ part.world_from_object).reshape(-1, 4, 4)
+    motion = None if part.motion is None else Carried(part.motion, matrices[0])
+    return dataclasses.replace(part, world_from_object=placed, motion=motion)
+
+
+def _moved(part: SceneObject, motion: Motion | None) -> SceneObject:
+    """Return an object that moves as its table says, besides its motion of its own."""
+    if isinstance(part.motion, Carried):
+        return dataclasses.replace(part, motion=dataclasses.replace(part.motion, outer=motion))
+    return dataclasses.replace(part, motion=motion)
+
+
+def _check_copies(table: Table, count: int, what: str) -> None:
+    if count > MAX_SPINNING:
+        table.fail("repeat", f"{count} {what}: at most {MAX_SPINNING}")
 
 
 def _add(
@@ -64,14 +84,9 @@ def _add(
     if not spins_in_place(table):
         motion = read_motion(table, (0.0, 0.0, 0.0))
         for part in parts:
-            builder.add(dataclasses.replace(part, motion=motion), shadow)
+            builder.add(_moved(part, motion), shadow)
         return
-    if count > MAX_SPINNING:
-        table.fail(
-            "repeat",
-            f"{count} copies that spin, each about itself: at most {MAX_SPINNING}; "
-            "with a pivot they turn as one",
-        )
+    _check_copies(table, count, "copies that spin, each about itself")
     for copy in range(count):
         copies = []
         for part in parts:
@@ -80,7 +95,7 @@ def _add(
             copies.append(dataclasses.replace(part, world_from_object=part.world_from_object[rows]))
         motion = read_motion(table, vector(_middle(copies, builder)))
         for part in copies:
-            builder.add(dataclasses.replace(part, motion=motion), shadow)
+            builder.add(_moved(part, motion), shadow)
 
 
 def _middle(parts: list[SceneObject], builder: SceneBuilder) -> FloatArray:

@@ -1,0 +1,86 @@
+"""Cameras and lights of glTF nodes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ssdo_gl import math3d
+from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json, number, numbers, shown
+from ssdo_gl.scene.formats.model import Model
+from ssdo_gl.scene.lights import Light, kind_of_gltf
+from ssdo_gl.scene.numbers import LARGEST_NUMBER
+
+
+def read_light(document: Document, index: int, world: FloatArray, model: Model) -> Light | None:
+    """Return a light of KHR_lights_punctual; it shines along the node's -z.
+
+    None, with a note, if its node gives it no direction.
+    """
+    lights = document.json["extensions"]["KHR_lights_punctual"]["lights"]
+    if not isinstance(index, int) or not 0 <= index < len(lights):
+        raise GltfError(f"refers to light {index}, but there are {len(lights)}")
+    light, where = lights[index], f"light {index}"
+    strength = number(light, "intensity", 1.0, where)
+    color = numbers(light, "color", (1.0, 1.0, 1.0), where) * strength
+    if not all(0.0 <= c <= LARGEST_NUMBER for c in color):
+        raise GltfError(
+            f"{where}: colour times intensity is {_listed(color)}: expected 0 to {LARGEST_NUMBER:g}"
+        )
+    name = str(light.get("name", ""))
+    kind = kind_of_gltf(light["type"])
+    if kind is None:
+        raise GltfError(f"light {index}: unknown type {shown(light['type'])}")
+    # The node's scale does not count: one axis may even vanish.
+    backward = world[:3, 2] if world[:3, 2].any() else np.cross(world[:3, 0], world[:3, 1])
+    if kind.direction_fields and not backward.any():
+        model.note(f"light {name or index} dropped: its node is scaled to zero")
+        return None
+    forward = -math3d.normalized(backward) if backward.any() else np.array([0.0, 0.0, -1.0])
+    try:
+        return kind.from_gltf(light, _triple(world[:3, 3]), _triple(forward), _triple(color), name)
+    except ValueError as error:
+        raise GltfError(f"light {index}: {error}") from None
+
+
+def read_camera(camera: Json, world: FloatArray, model: Model) -> Camera | None:
+    """Return the camera of a node if it is a perspective one."""
+    if camera.get("type") != "perspective":
+        model.note("orthographic camera not used: the whole scene is framed")
+        return None
+    fov_y = float(np.degrees(number(camera["perspective"], "yfov", np.nan, "camera")))
+    if not 0.0 < fov_y < 180.0:
+        raise GltfError(f"camera: yfov = {fov_y:g} degrees: expected 0 to 180")
+    position, forward = world[:3, 3], _axis(-world[:3, 2])
+    target = position + forward * _distance_ahead(model, position, forward)
+    return Camera(_triple(position), _triple(target), _triple(_axis(world[:3, 1])), fov_y)
+
+
+def _distance_ahead(model: Model, position: FloatArray, forward: FloatArray) -> float:
+    """Return how far ahead the middle of the scene lies: a natural pivot."""
+    middles = [
+        o.world_from_object[:, :3, :3] @ np.mean(model.meshes[o.mesh].bounds(), axis=0)
+        + o.world_from_object[:, :3, 3]
+        for o in model.objects
+    ]
+    if not middles:
+        return 1.0
+    offset = np.mean(np.concatenate(middles), axis=0) - position
+    ahead = float(offset @ forward)
+    return ahead if ahead > 0.0 else max(float(np.linalg.norm(offset)), 1e-6)
+
+
+def _axis(direction: FloatArray) -> FloatArray:
+    if not direction.any():
+        raise GltfError("camera: its node is scaled to zero, so it looks nowhere")
+    return math3d.normalized(direction)
+
+
+def _listed(values: FloatArray) -> str:
+    return "[" + ", ".join(f"{value:g}" for value in values) + "]"
+
+
+def _triple(array: FloatArray) -> tuple[float, float, float]:
+    x, y, z = (float(value) for value in array)
+    return x, y, z
