@@ -58,6 +58,10 @@ def _feed(digest: Any, value: Any) -> None:
         for key in sorted(value, key=repr):
             _feed(digest, key)
             _feed(digest, value[key])
+    elif isinstance(value, frozenset):
+        digest.update(f"set:{len(value)}:".encode())
+        for item in sorted(value, key=repr):
+            _feed(digest, item)
     elif isinstance(value, (tuple, list)):
         digest.update(f"list:{len(value)}:".encode())
         for item in value:

@@ -25,6 +25,7 @@ class OtherPair:
 DIFFERENT = [
     None, 0, 0.0, False, "0", b"0", "", (), {}, (0,), ((0,),), (0, 0), ("ab", "c"), ("a", "bc"),
     Pair(1), Pair(2), OtherPair(1), Pair(None, 1), {"a": 1}, {"a": 2}, {"b": 1},
+    frozenset(), frozenset("a"), frozenset("ab"),
     np.zeros(2), np.zeros(2, dtype=np.float32), np.zeros((2, 1)), np.ones(2), np.zeros(3),
 ]  # fmt: skip
 
@@ -37,6 +38,7 @@ def test_different_values_have_different_hashes():
 def test_equal_values_have_equal_hashes():
     assert fingerprint({"a": 1, "b": 2}) == fingerprint({"b": 2, "a": 1})
     assert fingerprint(Pair(np.arange(3))) == fingerprint(Pair(np.arange(3)))
+    assert fingerprint(frozenset("ab")) == fingerprint(frozenset("ba"))
     base = np.arange(12.0).reshape(3, 4)
     assert fingerprint(base[:, ::2]) == fingerprint(base[:, ::2].copy())
 
