@@ -8,6 +8,7 @@ from passes.cache_harness import fill
 
 from ssdo_gl.passes.surfel_light import SurfaceCacheSettings, relaxation
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.environment_kinds import ConstantEnvironment
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene
@@ -37,6 +38,56 @@ def test_furnace_reaches_e_over_one_minus_a(device, shaders, mesh, albedo) -> No
     np.testing.assert_allclose(filled.irradiance[inside].mean(), expected, rtol=TOLERANCE)
     assert np.all(filled.irradiance[~inside] == 0.0)
     assert filled.irradiance.min() >= 0.0
+
+
+def strips(widths: tuple[float, ...], axis: int) -> Mesh:
+    """Return a plane from the edge at z = 0 outwards along x or y, its front inside."""
+    along = np.array([[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]])
+    outward = np.eye(3)[axis]
+    edges = np.concatenate([[0.0], widths])
+    points = (edges[:, None, None] * outward + along).reshape(-1, 3)
+    corners = 2 * np.arange(len(widths))[:, None] + np.array([0, 1, 3, 2])
+    triangles = corners[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
+    return Mesh(points, triangles if axis == 1 else triangles[:, ::-1])
+
+
+@pytest.mark.parametrize("albedo", [0.5, 0.9])
+def test_wedge_under_an_even_sky(device, shaders, albedo) -> None:
+    """Each half of an endless wedge sees the sky and the other half, 1/2 of its view each."""
+    widths = (0.004, 0.012, 0.04, 0.12, 0.4, 1.0)
+    scene = Scene(
+        (strips(widths, 0), strips(widths, 1)),
+        (Material(albedo=(albedo,) * 3),),
+        (SceneObject(0, 0), SceneObject(1, 0)),
+        CAMERA,
+        environment=ConstantEnvironment((1.0, 1.0, 1.0)),
+    )
+    filled = fill(device, shaders, scene, SurfaceCacheSettings(texel=0.04))
+    # 0.4 % of the width from the edge, and far from the ends, the wedge is endless to 0.5 %.
+    at = filled.surfels.positions.astype(np.float64)
+    inside = np.all(at[..., :2].min(axis=1) > at[..., :2].min(), axis=1)
+    at = at.mean(axis=1)
+    edge = at[:, :2].min(axis=0)
+    chosen = inside & (at[:, :2] - edge < 0.003).all(axis=1) & (np.abs(at[:, 2]) < 0.4)
+    assert chosen.sum() > 20
+    radiance = albedo / np.pi * filled.irradiance[chosen].mean()
+    np.testing.assert_allclose(radiance, albedo / 2 / (1 - albedo / 2), rtol=0.01)
+
+
+@pytest.mark.parametrize("share", [0.25, 0.75])
+def test_bowl_under_an_even_sky(device, shaders, share) -> None:
+    """Wherever in a bowl that is part of a sphere, the view holds this part of the sphere."""
+    albedo = 0.8
+    mesh = sphere(128)
+    low = mesh.positions[mesh.triangles].mean(axis=1)[:, 2] < 2.0 * share - 1.0
+    bowl = Mesh(mesh.positions, mesh.triangles[low, ::-1])
+    sky = ConstantEnvironment((1.0, 1.0, 1.0))
+    material = Material(albedo=(albedo,) * 3, single_sided=True)
+    scene = Scene((bowl,), (material,), (SceneObject(0, 0),), CAMERA, environment=sky)
+    filled = fill(device, shaders, scene, FEW)
+    radiance = albedo / np.pi * filled.irradiance.mean()
+    expected = albedo * (1.0 - share) / (1.0 - albedo * share)
+    np.testing.assert_allclose(radiance, expected, rtol=0.01)
 
 
 @pytest.mark.parametrize("kept", [0.0, 0.5, 0.9, 0.99])
