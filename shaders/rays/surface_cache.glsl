@@ -1,11 +1,12 @@
 // Light that the scene's surfaces receive, kept in surfels: small pieces of them.
 //
-// Which surfel a point of a triangle belongs to: ssdo_gl/raytracing/surfels.py. Of the
-// resources, `surfel_places` holds the table and `surface_cache` what each surfel receives,
-// direct light and all bounces; `surfel_direct` is the direct part alone.
+// Which surfel a point of a triangle belongs to: ssdo_gl/raytracing/surfels.py, torn_surfels.py.
+// Of the resources, `surfel_places` and `surfel_splits` hold the tables and `surface_cache` what
+// each surfel receives, direct light and all bounces; `surfel_direct` is the direct part alone.
 #include "lib/surface.glsl"
 
 uniform usampler2D t_surfel_places;
+uniform sampler2D t_surfel_splits;
 uniform sampler2D t_surface_cache;  // rgb: irradiance, W m^-2
 
 // Surfels in a row of their textures, as a power of two, and slots in one of the table.
@@ -38,7 +39,13 @@ int surfel_at_hit(BvhHit hit, vec3 p, vec3 w)
     ivec2 grid = ivec2(place.y & 0xfffu, place.y >> 12 & 0xfffu);
     ivec2 cell = clamp(ivec2(t * vec2(grid)), ivec2(0), grid - 1);
     int behind = dot(front, w) > 0.0 ? grid.x * grid.y : 0;
-    return int(place.x) + cell.y * grid.x + cell.x + behind;
+    int surfel = int(place.x) + cell.y * grid.x + cell.x + behind;
+    // Behind a wall that stands on the surfel is its second part.
+    ivec2 texel = surfel_texel(surfel);
+    vec4 plane = texelFetch(t_surfel_splits, texel, 0);
+    int rows = textureSize(t_surfel_splits, 0).y / 2;
+    bool is_second = dot(plane.xyz, p) < plane.w;
+    return is_second ? int(texelFetch(t_surfel_splits, texel + ivec2(0, rows), 0).x) : surfel;
 }
 
 // Irradiance where a ray along `w` has met `surface`.

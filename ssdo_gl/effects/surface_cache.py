@@ -39,7 +39,7 @@ class SurfaceCache(Effect):
         """Yield what is done once for the geometry, once for the lights, and the bounces."""
         settings = request.with_overrides(self.name, SurfaceCacheSettings())
         features, sky = RayFeatures.of(request.scene), request.environment
-        yield SurfelsPass(settings), "pieces of surface that keep light"
+        yield SurfelsPass(settings, features), "pieces of surface that keep light"
         yield SurfelRaysPass(settings, features), "what each piece sees of the others"
         yield SurfelSkyPass(settings, features, sky), "the sky that each piece sees"
         yield SurfelDirectPass(settings, features, sky), "light straight from its sources"

@@ -15,6 +15,7 @@ from typing import Any
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.readback import read_texture
@@ -22,6 +23,7 @@ from ssdo_gl.gpu.shader import Program
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.math3d import FloatArray, IntArray
 from ssdo_gl.passes.environment_uniforms import (
     MAP_RADIANCE,
     environment_kind,
@@ -37,12 +39,13 @@ from ssdo_gl.passes.ray_uniforms import (
     stream_of,
 )
 from ssdo_gl.raytracing.surface_tables import RayFeatures
-from ssdo_gl.raytracing.surfels import POINT_COUNT, Surfels, build_surfels
+from ssdo_gl.raytracing.surfels import Surfels, build_surfels
+from ssdo_gl.raytracing.torn_surfels import torn
 from ssdo_gl.scene.environment_kinds import Environment
 from ssdo_gl.settings.fields import setting
 
 # What rays/surface_cache.glsl reads beside the tables of rays that shade what they hit.
-CACHE_TABLES = ("surfel_places", "surface_cache")
+CACHE_TABLES = ("surfel_places", "surfel_splits", "surface_cache")
 # As rays/surface_cache.glsl lays its textures out.
 SURFELS_PER_ROW = 256
 SLOTS_PER_ROW = 1024
@@ -70,43 +73,19 @@ class SurfaceCacheSettings:
     light_samples: int = setting(16, "shadow rays of a piece, all lights together", low=1, high=64)
 
 
-class SurfelsPass(RenderPass):
-    """Uploads `surfel_points` and `surfel_places`; the `Surfels` come with the former."""
-
-    name = "surfels"
-    reads = ("bvh",)
-    writes: Mapping[str, TextureSpec] = {
-        "surfel_points": TextureSpec(4, "u4", own=True),
-        "surfel_places": TextureSpec(2, "u4", own=True),
-    }
-    depends_on = ("geometry",)
-
-    def __init__(self, settings: SurfaceCacheSettings) -> None:
-        self.settings = settings
-
-    def execute(self, context: PassContext) -> Produced:
-        """Cut the surfaces up and return the tables as new textures."""
-        surfels = build_surfels(bvh_of(context), self.settings.surfels, self.settings.texel)
-        rows = surfel_rows(surfels)
-        points = np.zeros((POINT_COUNT, rows * SURFELS_PER_ROW, 4), dtype=np.uint32)
-        points[:, : surfels.count, :3] = surfels.positions.view(np.uint32).swapaxes(0, 1)
-        points[:, : surfels.count, 3] = surfels.normals.T
-        slots = -(-len(surfels.places) // SLOTS_PER_ROW)
-        places = np.zeros((slots * SLOTS_PER_ROW, 2), dtype=np.uint32)
-        places[: len(surfels.places)] = surfels.places
-        size = (SURFELS_PER_ROW, rows * POINT_COUNT)
-        texture = make_texture(context.gl, size, 4, "u4", points.tobytes())
-        return {
-            "surfel_points": TextureWithFacts(texture, surfels),
-            "surfel_places": make_texture(
-                context.gl, (SLOTS_PER_ROW, slots), 2, "u4", places.tobytes()
-            ),
-        }
+def surfel_rows(count: int) -> int:
+    """Return the height of a texture with a texel for each of `count` surfels."""
+    return -(-count // SURFELS_PER_ROW)
 
 
-def surfel_rows(surfels: Surfels) -> int:
-    """Return the height of a texture with a texel for each surfel."""
-    return -(-surfels.count // SURFELS_PER_ROW)
+def _texture(gl: moderngl.Context, values: NDArray[Any]) -> moderngl.Texture:
+    """Return a texture of values (S, N, 4) of surfels: a tile for each of N, bottom up."""
+    count, tiles = values.shape[:2]
+    image = np.zeros((tiles, surfel_rows(count) * SURFELS_PER_ROW, 4), dtype=values.dtype)
+    image[:, :count] = values.swapaxes(0, 1)
+    size = (SURFELS_PER_ROW, tiles * surfel_rows(count))
+    dtype = "u4" if values.dtype == np.uint32 else "f4"
+    return make_texture(gl, size, 4, dtype, image.tobytes())
 
 
 class _SurfelPass(RenderPass):
@@ -150,6 +129,62 @@ def _rows(context: PassContext) -> int:
     return surfel_rows(context.facts["surfel_points"])
 
 
+class SurfelsPass(_SurfelPass):
+    """Uploads `surfel_points`, `surfel_places` and `surfel_splits`.
+
+    The number of surfels comes with `surfel_points`.
+    """
+
+    name = "surfels"
+    writes: Mapping[str, TextureSpec] = {
+        "surfel_points": TextureSpec(4, "u4", own=True),
+        "surfel_places": TextureSpec(2, "u4", own=True),
+        "surfel_splits": TextureSpec(4, "f4", own=True),
+    }
+    depends_on = ("geometry",)
+
+    def __init__(self, settings: SurfaceCacheSettings, features: RayFeatures) -> None:
+        super().__init__(settings, features)
+        self.reads = ray_reads(features)
+
+    def execute(self, context: PassContext) -> Produced:
+        """Cut the surfaces up and return the tables as new textures."""
+        gl, bvh = context.gl, bvh_of(context)
+        whole = build_surfels(bvh, self.settings.surfels, self.settings.texel)
+        surfels = torn(whole, bvh, *self._walls(context, whole), MOST_SURFELS)
+        points = np.empty((*surfels.positions.shape[:2], 4), dtype=np.uint32)
+        points[..., :3], points[..., 3] = surfels.positions.view(np.uint32), surfels.normals
+        splits = np.zeros((surfels.count, 2, 4), dtype=np.float32)
+        splits[:, 0], splits[:, 1, 0] = surfels.planes, surfels.others
+        rows = -(-len(whole.places) // SLOTS_PER_ROW)
+        places = np.zeros((rows * SLOTS_PER_ROW, 2), dtype=np.uint32)
+        places[: len(whole.places)] = whole.places
+        return {
+            "surfel_points": TextureWithFacts(_texture(gl, points), surfels.count),
+            "surfel_places": make_texture(gl, (SLOTS_PER_ROW, rows), 2, "u4", places.tobytes()),
+            "surfel_splits": _texture(gl, splits),
+        }
+
+    def _walls(self, context: PassContext, surfels: Surfels) -> tuple[IntArray, FloatArray]:
+        """Return what each line across each surfel meets, and how far along."""
+        ends = np.zeros((*surfels.ends.shape[:2], 4), dtype=np.float32)
+        ends[..., :3] = surfels.ends
+        rows = surfel_rows(surfels.count)
+        lines = surfels.ends.shape[1]
+        met = make_texture(context.gl, (SURFELS_PER_ROW, rows * lines), 2, "u4")
+        program = context.shaders.fullscreen(
+            "passes/surfel_lines.frag", ray_defines(context, self.features)
+        )
+        uniforms = {**ray_uniforms(context), "u_surfel_rows": rows}
+        textures = {f"t_{name}": context.inputs[name] for name in self.reads}
+        textures["t_surfel_ends"] = _texture(context.gl, ends)
+        with _target(context.gl, met) as target:
+            draw_fullscreen(context.gl, program, target, uniforms, textures)
+        words = np.frombuffer(met.read(), dtype=np.uint32).reshape(lines, -1, 2)
+        words = words[:, : surfels.count].swapaxes(0, 1)
+        return words[..., 0].astype(np.int64), words[..., 1].copy().view(np.float32)
+
+
 class SurfelRaysPass(_SurfelPass):
     """Writes `surfel_hits`: what the rays of all surfels meet, layout in its shader."""
 
@@ -159,7 +194,12 @@ class SurfelRaysPass(_SurfelPass):
 
     def __init__(self, settings: SurfaceCacheSettings, features: RayFeatures) -> None:
         super().__init__(settings, features)
-        self.reads = ("surfel_points", "surfel_places", *ray_reads(features, shades=True))
+        self.reads = (
+            "surfel_points",
+            "surfel_places",
+            "surfel_splits",
+            *ray_reads(features, shades=True),
+        )
 
     def execute(self, context: PassContext) -> Produced:
         """Trace, one row of tiles after the other."""

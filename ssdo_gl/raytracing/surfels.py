@@ -24,6 +24,8 @@ POINT_COUNT = POINTS_PER_SIDE**2
 LIFT = 8e-6
 # Two triangles of a pair share a grid if their normals enclose less than 0.8 degrees.
 COPLANAR_COSINE = 0.9999
+# Lines across a texel run this share of its width from its edges and from each other.
+LINE_PLACES = (0.002, 0.33, 0.67, 0.998)
 # Triangles share a surfel if this many times their normals round to the same numbers:
 # 1.4 keeps (1, 0, 0), and all that is within 20 degrees of it, apart from others.
 NORMAL_STEPS = 1.4
@@ -48,6 +50,11 @@ class Surfels:
         Points from which rays start, slightly off the surface, on the surfel's side.
     normals : ndarray, shape (S, 16), uint32
         Unit normals there, on the surfel's side, packed as by `oct_words`.
+    ends : ndarray, shape (S, 16, 3), float32
+        Where eight lines across the surfel begin and end, in turn; slightly off the surface,
+        too. They have no length where the surfel is bent.
+    looks : ndarray, shape (S, 3), float64
+        A unit normal of the surfel, on its side.
     places : ndarray, shape (2 P, 2), uint32
         Row 2 p + s belongs to triangle s of primitive p: its first surfel, and the texels
         along both edges of its grid, 12 bits each, and `JOINT_FLAG`. Surfels of backs come
@@ -58,6 +65,8 @@ class Surfels:
 
     positions: NDArray[np.float32]
     normals: NDArray[np.uint32]
+    ends: NDArray[np.float32]
+    looks: FloatArray
     places: NDArray[np.uint32]
     size: float
 
@@ -65,6 +74,14 @@ class Surfels:
     def count(self) -> int:
         """Number of surfels."""
         return len(self.positions)
+
+    def lines(self, chosen: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Return starts and unit directions (N, 16, 3) of the lines, forwards, then backwards."""
+        first, last = (self.ends[chosen, i::2].astype(np.float64) for i in (0, 1))
+        starts = np.concatenate([first, last], axis=1)
+        along = np.concatenate([last, first], axis=1) - starts
+        length = np.linalg.norm(along, axis=-1, keepdims=True)
+        return starts, along / np.maximum(length, np.finfo(np.float64).tiny)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,9 +120,10 @@ def build_surfels(bvh: Bvh, most: int, smallest: float) -> Surfels:
         Side of a texel, normalised frame, below which none is cut.
     """
     if bvh.triangles.count == 0:
-        nothing = np.zeros((1, POINT_COUNT), dtype=np.uint32)
+        points = np.zeros((1, POINT_COUNT, 3), dtype=np.float32)
+        normals = np.zeros((1, POINT_COUNT), dtype=np.uint32)
         places = np.zeros((1, 2), dtype=np.uint32)
-        return Surfels(np.zeros((1, POINT_COUNT, 3), np.float32), nothing, places, smallest)
+        return Surfels(points, normals, points, np.zeros((1, 3)), places, smallest)
     patches = _patches(bvh)
     extents = patches.extents()
     area = float(np.sum(patches.areas * patches.sides))
@@ -201,31 +219,44 @@ def _assemble(
         for slot in np.moveaxis(patches.slots[which], 1, 0):
             places[slot] = np.stack([first, layout], axis=1)
     positions = np.zeros((total, POINT_COUNT, 3))
+    ends = np.zeros((total, POINT_COUNT, 3))
     normals = np.zeros((total, POINT_COUNT, 3))
     rng = np.random.default_rng(0)
     # Texels: patch, then row and column in its grid.
     patch = np.repeat(own, cells)
     within = np.arange(len(patch)) - np.repeat(np.cumsum(cells) - cells, cells)
+    grid = grids[patch, None]
     low = np.stack([within % grids[patch, 0], within // grids[patch, 0]], axis=1)[:, None]
-    u = (low + _stratified(rng, len(patch))) / grids[patch, None]
+    u = (low + _stratified(rng, len(patch))) / grid
     u = np.where(patches.is_joint[patch, None, None], u, _even_rings(u, low, grids[patch]))
     front = np.repeat(firsts, cells) + within
-    positions[front] = _points(patches, np.repeat(patch[:, None], POINT_COUNT, 1), u)
+    repeated = np.repeat(patch[:, None], POINT_COUNT, 1)
+    positions[front] = _points(patches, repeated, u)
+    ends[front] = _points(patches, repeated, (low + _line_ends()) / grid)
     normals[front] = patches.normals[patch, None]
     # Shared ones: points by area.
     if len(shared.patches):
         chosen, u = _drawn(rng, patches, shared)
-        positions[shared_firsts] = _points(patches, chosen, u)
-        normals[shared_firsts] = patches.normals[chosen]
+        at, look = _points(patches, chosen, u), patches.normals[chosen]
+        positions[shared_firsts], normals[shared_firsts] = at, look
+        height = np.einsum("spk,sk->sp", at - at[:, :1], look[:, 0])
+        is_flat = np.abs(height).max(axis=1) < LIFT
+        ends[shared_firsts] = np.where(is_flat[:, None, None], at, at[:, :1])
         front = np.concatenate([front, shared_firsts])
     behind = np.repeat(cells, cells)
     back = np.concatenate([front[: len(patch)] + behind, shared_firsts + 1])
-    sides = np.concatenate([patches.sides[patch], shared.sides])
-    has_back = sides == 2
-    positions[back[has_back]] = positions[front[has_back]]
-    normals[back[has_back]] = -normals[front[has_back]]
-    positions += LIFT * normals
-    return Surfels(positions.astype(np.float32), oct_words(normals), places, size)
+    has_back = np.concatenate([patches.sides[patch], shared.sides]) == 2
+    front, back = front[has_back], back[has_back]
+    positions[back], ends[back], normals[back] = positions[front], ends[front], -normals[front]
+    points, line_ends = ((at + LIFT * normals).astype(np.float32) for at in (positions, ends))
+    return Surfels(points, oct_words(normals), line_ends, normals[:, 0], places, size)
+
+
+def _line_ends() -> FloatArray:
+    """Return where the lines across a texel begin and end in turn, unit square, (16, 2)."""
+    first, last = LINE_PLACES[0], LINE_PLACES[-1]
+    rows = [[x, y] for y in LINE_PLACES for x in (first, last)]
+    return np.array(rows + [[y, x] for x, y in rows])
 
 
 def _stratified(rng: np.random.Generator, count: int) -> FloatArray:

@@ -19,6 +19,7 @@ from ssdo_gl.passes.bvh_upload import BvhUploadPass
 from ssdo_gl.passes.environment_uniforms import environment_kind
 from ssdo_gl.passes.ray_tables import EmitterTablesPass, MaterialTablePass, SurfaceTablesPass
 from ssdo_gl.passes.surfel_light import (
+    SURFELS_PER_ROW,
     SurfaceCachePass,
     SurfaceCacheSettings,
     SurfelDirectPass,
@@ -26,24 +27,31 @@ from ssdo_gl.passes.surfel_light import (
     SurfelSkyPass,
     SurfelsPass,
 )
-from ssdo_gl.raytracing.bvh import cached_bvh
 from ssdo_gl.raytracing.surface_tables import RayFeatures
-from ssdo_gl.raytracing.surfels import Surfels, build_surfels
+from ssdo_gl.raytracing.triangles import normalised_frame
 from ssdo_gl.scene.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)
 class Filled:
-    """A filled cache: what each surfel receives, all light and straight, (S, 3) float64."""
+    """A filled cache of S surfels, float64.
 
-    surfels: Surfels
+    Attributes
+    ----------
+    points : ndarray, shape (S, 16, 3)
+        From which their rays start, scene units.
+    irradiance, direct : ndarray, shape (S, 3)
+        All light that each receives, and what comes straight from its sources.
+    """
+
+    points: NDArray[np.float64]
     irradiance: NDArray[np.float64]
     direct: NDArray[np.float64]
 
     @property
     def positions(self) -> NDArray[np.float64]:
-        """Middles of the surfels, normalised frame, (S, 3)."""
-        return np.asarray(self.surfels.positions.astype(np.float64).mean(axis=1))
+        """Middles of the surfels, (S, 3)."""
+        return np.asarray(self.points.mean(axis=1))
 
 
 def cache_passes(scene: Scene, settings: SurfaceCacheSettings) -> list[RenderPass]:
@@ -51,7 +59,7 @@ def cache_passes(scene: Scene, settings: SurfaceCacheSettings) -> list[RenderPas
     features, sky = RayFeatures.of(scene), scene.environment
     tables = [BvhUploadPass(), SurfaceTablesPass(), MaterialTablePass(), EmitterTablesPass()]
     cache = [
-        SurfelsPass(settings),
+        SurfelsPass(settings, features),
         SurfelRaysPass(settings, features),
         SurfelSkyPass(settings, features, sky),
         SurfelDirectPass(settings, features, sky),
@@ -69,19 +77,26 @@ def fill(
     """Return the filled cache of `scene`."""
     device.activate()
     settings = settings or SurfaceCacheSettings()
-    names = ("surface_cache", "surfel_direct")
+    names = ("surfel_points", "surface_cache", "surfel_direct")
     plan = compile_graph(cache_passes(scene, settings), names)
     geometry, executor = Geometry(device.gl, scene), Executor(device, shaders)
     try:
         executor.run(plan, make_frame(scene, (16, 16), geometry=geometry), geometry)
-        surfels = build_surfels(cached_bvh(scene), settings.surfels, settings.texel)
-        irradiance, direct = (
-            np.frombuffer(executor.texture(name).read(), np.float32)
-            .reshape(-1, 4)[: surfels.count, :3]
-            .astype(np.float64)
+        points, irradiance, direct = (
+            np.frombuffer(executor.texture(name).read(), np.float32).reshape(
+                -1, executor.texture("surface_cache").height * SURFELS_PER_ROW, 4
+            )
             for name in names
         )
     finally:
         executor.release()
         geometry.release()
-    return Filled(surfels, irradiance, direct)
+    # The last row of surfels is filled up with ones that lie nowhere and look nowhere.
+    used = points[0].any(axis=-1)
+    at = points[:, used, :3].swapaxes(0, 1).astype(np.float64)
+    centre, unit = normalised_frame(scene)
+    return Filled(
+        at * unit + centre,
+        irradiance[0, used, :3].astype(np.float64),
+        direct[0, used, :3].astype(np.float64),
+    )

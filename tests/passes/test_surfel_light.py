@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from passes.cache_harness import fill
@@ -9,6 +11,7 @@ from passes.cache_harness import fill
 from ssdo_gl.passes.surfel_light import SurfaceCacheSettings, relaxation
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment_kinds import ConstantEnvironment
+from ssdo_gl.scene.lights import PointLight
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene
@@ -64,11 +67,9 @@ def test_wedge_under_an_even_sky(device, shaders, albedo) -> None:
     )
     filled = fill(device, shaders, scene, SurfaceCacheSettings(texel=0.04))
     # 0.4 % of the width from the edge, and far from the ends, the wedge is endless to 0.5 %.
-    at = filled.surfels.positions.astype(np.float64)
-    inside = np.all(at[..., :2].min(axis=1) > at[..., :2].min(), axis=1)
-    at = at.mean(axis=1)
-    edge = at[:, :2].min(axis=0)
-    chosen = inside & (at[:, :2] - edge < 0.003).all(axis=1) & (np.abs(at[:, 2]) < 0.4)
+    at = filled.positions
+    chosen = (at[:, :2] > 0.0).all(axis=1) & (at[:, :2] < 0.004).all(axis=1)
+    chosen &= np.abs(at[:, 2]) < 0.4
     assert chosen.sum() > 20
     radiance = albedo / np.pi * filled.irradiance[chosen].mean()
     np.testing.assert_allclose(radiance, albedo / 2 / (1 - albedo / 2), rtol=0.01)
@@ -88,6 +89,63 @@ def test_bowl_under_an_even_sky(device, shaders, share) -> None:
     radiance = albedo / np.pi * filled.irradiance.mean()
     expected = albedo * (1.0 - share) / (1.0 - albedo * share)
     np.testing.assert_allclose(radiance, expected, rtol=0.01)
+
+
+def two_rooms(thickness: float, tessellation: int) -> Scene:
+    """Return a box of 2 x 1 x 1 with a wall in its middle and a lamp on its left."""
+    room = tessellated(box(), tessellation)
+    inward = Mesh(room.positions * (2.0, 1.0, 1.0), room.triangles[:, ::-1])
+    wall = Mesh(box().positions * (thickness, 1.0, 1.0) + (0.013, 0.0, 0.0), box().triangles)
+    white = Material(albedo=(0.8, 0.8, 0.8))
+    lamp = PointLight(position=(-0.4, 0.1, 0.2), intensity=(1.0, 1.0, 1.0))
+    return Scene((inward, wall), (white,), (SceneObject(0, 0), SceneObject(1, 0)), CAMERA, (lamp,))
+
+
+def tessellated(mesh: Mesh, count: int) -> Mesh:
+    """Return `mesh` with every triangle cut into four, `count` times."""
+    corners = mesh.positions[mesh.triangles]
+    for _ in range(count):
+        a, b, c = np.moveaxis(corners, 1, 0)
+        ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
+        parts = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+        corners = np.concatenate([np.stack(part, axis=1) for part in parts])
+    return Mesh(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
+
+
+@pytest.mark.parametrize("tessellation", [0, 3, 6])
+def test_no_light_goes_through_a_thin_wall(device, shaders, tessellation) -> None:
+    filled = fill(device, shaders, two_rooms(1e-3, tessellation), FEW)
+    x, y, z = filled.positions.T
+    inside = (np.abs(x) < 1.0) & (np.abs(y) < 0.5) & (np.abs(z) < 0.5)
+    inside &= np.abs(x - 0.013) > 1e-3
+    lit = filled.irradiance[inside & (x < 0.013), 0].mean()
+    dark = filled.irradiance[inside & (x > 0.013), 0].mean()
+    assert lit > 1.0
+    assert dark < 1e-3 * lit
+
+
+def moved(scene: Scene, scale: float, offset: float) -> Scene:
+    """Return the scene in other units, its lamp as bright as seen from its surfaces."""
+    matrix = np.diag([scale, scale, scale, 1.0])
+    matrix[:3, 3] = offset
+    objects = tuple(dataclasses.replace(o, world_from_object=matrix[None]) for o in scene.objects)
+    lamp = scene.lights[0]
+    place = scale * np.array(lamp.position) + offset
+    lamp = PointLight(tuple(place), tuple(np.array(lamp.intensity) * scale**2))
+    return dataclasses.replace(scene, objects=objects, lights=(lamp,))
+
+
+@pytest.mark.parametrize(("scale", "offset"), [(1e-3, 0.0), (1e4, 0.0), (1.0, 1e5)])
+def test_unit_and_place_of_a_scene_do_not_matter(device, shaders, scale, offset) -> None:
+    scene = two_rooms(0.1, 0)
+    here = fill(device, shaders, scene, FEW)
+    there = fill(device, shaders, moved(scene, scale, offset), FEW)
+    assert len(there.irradiance) == len(here.irradiance)
+    # Rounding decides which of two surfaces a few rays meet, not what arrives.
+    ratio = there.irradiance.sum(axis=0) / here.irradiance.sum(axis=0)
+    np.testing.assert_allclose(ratio, 1.0, rtol=1e-4)
+    same = np.isclose(there.irradiance, here.irradiance, rtol=1e-3, atol=1e-6)
+    assert same.mean() > 0.98
 
 
 @pytest.mark.parametrize("kept", [0.0, 0.5, 0.9, 0.99])
