@@ -28,6 +28,7 @@ from ssdo_gl.settings.flags import (
     read_command,
     wanted_aovs,
 )
+from ssdo_gl.settings.loading import FIT
 from ssdo_gl.settings.resolve import camera_from_text, settings_for
 
 __all__ = ["build_parser", "main", "run"]
@@ -131,11 +132,11 @@ def run(arguments: Sequence[str] | None = None) -> int:
     wanted = wanted_aovs(options)
     _check_outputs(options, wanted)
     given = _with_preset(command)
-    view = camera_from_text(options.camera) if options.camera is not None else None
+    view = None if options.camera in (None, FIT) else camera_from_text(options.camera)
     # Flags are checked before the scene is read, so that a typo costs no waiting.
     if "method" in given:
         settings_for({}, given)
-    scene = load_scene(command.scene)
+    scene = load_scene(command.scene, command.loading)
     if options.two_sided:
         scene = scene.two_sided()
     settings = _mode_defaults(options, settings_for(scene.render, given))

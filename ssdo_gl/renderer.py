@@ -18,6 +18,8 @@ from ssdo_gl.render_result import Drawing, FrameLog, FrameTimes, RenderResult
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
+from ssdo_gl.settings.fields import describe
+from ssdo_gl.settings.loading import LoadOptions
 from ssdo_gl.settings.resolve import settings_for
 
 # Of one point each: where frames are averaged, they come from the pixel's centre.
@@ -246,7 +248,8 @@ def render(
     aov : str
         What to return (`ssdo_gl.settings.AOVS`, or ``display``).
     **settings
-        Fields of `Settings`, e.g. ``size=(1280, 720), method="bounce"``.
+        Fields of `Settings`, e.g. ``size=(1280, 720), method="bounce"``, and of
+        `LoadOptions` for what is loaded, e.g. ``light="studio"``.
 
     Returns
     -------
@@ -264,7 +267,12 @@ def render(
     >>> ssdo_gl.render("corner", size=(64, 36), method="direct").shape
     (36, 64, 4)
     """
-    scene = source if isinstance(source, Scene) else load_scene(source)
     mapping: Mapping[str, Any] = settings
+    if isinstance(source, Scene):
+        scene = source
+    else:
+        names = describe(LoadOptions)
+        scene = load_scene(source, **{n: mapping[n] for n in mapping if n in names})
+        mapping = {n: mapping[n] for n in mapping if n not in names}
     with Renderer(scene, settings_for(scene.render, mapping), backend=backend) as renderer:
         return renderer.render([aov]).images[aov]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,13 +15,15 @@ from ssdo_gl.scene import defaults, framing
 from ssdo_gl.scene import emissive_meshes as emitters
 from ssdo_gl.scene.batching import batched
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment_kinds import Environment
-from ssdo_gl.scene.exposure import lighting_for
+from ssdo_gl.scene.environment_kinds import Environment, MapEnvironment
+from ssdo_gl.scene.exposure import lighting_for, seen_metal
+from ssdo_gl.scene.images import read_radiance_map
 from ssdo_gl.scene.lights import Light, Shadow
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject, are_mirrored
 from ssdo_gl.scene.motion import Trajectory
 from ssdo_gl.scene.scene import Scene, SceneError
+from ssdo_gl.settings.loading import USUAL, LoadOptions
 
 # Coordinates leave float64 for float32 relative to the camera; between these sizes
 # neither they nor their squares overflow or vanish there.
@@ -40,11 +43,14 @@ class SceneBuilder:
     ----------
     source : str
         The file, as errors name it.
+    options : LoadOptions
+        What is added to what the file holds.
     models : dict
         Objects of model files that were read before, so that none is read twice.
     """
 
     source: str
+    options: LoadOptions = USUAL
     meshes: list[Mesh] = field(default_factory=list)
     materials: list[Material] = field(default_factory=list)
     objects: list[SceneObject] = field(default_factory=list)
@@ -118,25 +124,31 @@ class SceneBuilder:
             In EV, of the camera that frames the scene. None: chosen to suit the lights.
         environment : Environment or None
             None together with no light of any kind: a soft sky and a key light.
+
+        `options` may ask for other light, for none that the file lacks, or for the frame.
         """
         if not self.objects:
             raise SceneError(f"{self.source}: nothing to draw: no object with a triangle")
         self._check_size()
         self._check_counts()
-        lamp_count = len(self.lights)
+        if self.options.replaces_light:
+            self._drop_lamps()
+        has_lamps = bool(self.lights)
         self._add_emitters()
         self._merge()
         self.meshes, self.materials, self.objects = batched(
             self.meshes, self.materials, self.objects
         )
-        if camera is None:
-            camera = framing.frame(self.meshes, self.objects, fov_y, exposure or 0.0)
-        if exposure is None and environment is None and self.lights:
-            camera, environment = self._lit(camera, has_lamps=lamp_count > 0)
-        elif environment is None and not self.lights:
-            environment, key = defaults.soft_light(camera)
-            self.lights.append(key)
-            self.note("no light in the scene: added a soft sky and one key light")
+        if camera is None or self.options.frames_all:
+            fov_y = camera.fov_y if camera else fov_y
+            level = camera.exposure if camera else exposure or 0.0
+            camera = framing.frame(self.meshes, self.objects, fov_y, level)
+        if self.options.replaces_light:
+            environment = self._chosen_light(camera)
+        elif exposure is None and environment is None and self.lights:
+            camera, environment = self._lit(camera, has_lamps=has_lamps)
+        elif environment is None and not self.lights and self.options.adds_light:
+            environment = self._default_light(camera, "no light in the file")
         return Scene(
             meshes=tuple(self.meshes),
             materials=tuple(self.materials),
@@ -149,26 +161,59 @@ class SceneBuilder:
             title=title,
             purpose=purpose,
             notes=tuple(self.notes),
+            loading=self.options,
         )
 
     def _lit(self, camera: Camera, *, has_lamps: bool) -> tuple[Camera, Environment | None]:
         """Return the camera exposed for the lights of the file, and a sky if they do not do."""
-        needed = lighting_for(
+        lighting = lighting_for(
             self.meshes, self.materials, self.objects, self.lights, camera, has_lamps=has_lamps
         )
         environment: Environment | None = None
-        if needed.fill != "none":
-            environment, key = defaults.soft_light(camera)
-            if needed.fill == "sky and key":
-                self.lights.append(key)
-                added = "a soft sky and one key light"
-            else:
-                environment = environment.scaled(2.0**-needed.exposure)
-                added = "a soft sky"
-            self.note(f"the light of the file leaves most of the picture dark: added {added}")
-        if needed.exposure != 0.0:
-            self.note(f"exposure {needed.exposure:+.1f} EV chosen to suit the lights of the file")
-        return dataclasses.replace(camera, exposure=needed.exposure), environment
+        if self.options.adds_light:
+            if lighting.fill == "sky and key":
+                why = "the light of the file leaves most of the picture dark"
+                environment = self._default_light(camera, why)
+            elif lighting.fill == "sky":
+                environment = defaults.SKY.scaled(2.0**-lighting.exposure)
+                self.note("the light of the file leaves most of the picture dark: added a soft sky")
+            elif lighting.fill == "dim sky":
+                environment = defaults.NEUTRAL_SKY.scaled(lighting.level)
+                self.note("no sky in the file: added a dim one, for the shadows of its lamps")
+        if lighting.exposure != 0.0:
+            self.note(f"exposure {lighting.exposure:+.1f} EV chosen to suit the lights of the file")
+        return dataclasses.replace(camera, exposure=lighting.exposure), environment
+
+    def _default_light(self, camera: Camera, why: str) -> Environment:
+        """Add a key light and return the sky that goes with it: of a studio for metal."""
+        is_metal = seen_metal(self.meshes, self.materials, self.objects, camera)
+        environment, key = (defaults.studio if is_metal else defaults.soft_light)(camera)
+        self.lights.append(key)
+        added = "a studio, which metal reflects," if is_metal else "a soft sky"
+        self.note(f"{why}: added {added} and one key light")
+        return environment
+
+    def _chosen_light(self, camera: Camera) -> Environment:
+        """Return the environment that was asked for; a studio has a key light besides."""
+        path = self.options.map_path
+        if path is None:
+            environment, key = defaults.studio(camera)
+            self.lights.append(key)
+            return environment
+        image, note = read_radiance_map(Path(path), f"--light {path}", 1.0)
+        if note:
+            self.note(note)
+        return MapEnvironment(image, 0.0, Path(path).name)
+
+    def _drop_lamps(self) -> None:
+        """Leave out the lights of the file, and the bodies that show them."""
+        if self.lights:
+            self.note(f"{len(self.lights)} lights of the file left out: --light takes their place")
+        self.lights.clear()
+        kept = [index for index, item in enumerate(self.objects) if item.light is None]
+        shadows = self._emitter_shadow
+        self._emitter_shadow = {new: shadows[old] for new, old in enumerate(kept) if old in shadows}
+        self.objects = [self.objects[index] for index in kept]
 
     def _check_size(self) -> None:
         scene = Scene(

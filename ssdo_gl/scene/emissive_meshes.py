@@ -206,9 +206,22 @@ def _radiance(mesh: Mesh, material: Material) -> FloatArray:
     # sqrt warps the square onto the triangle with constant density.
     root = np.sqrt(a)
     weights = np.stack([1.0 - root, root * (1.0 - b), root * b], axis=1)
+    every = np.repeat(np.arange(len(mesh.triangles)), len(weights))
+    radiance = emitted_radiance(mesh, material, every, np.tile(weights, (len(mesh.triangles), 1)))
+    return np.asarray(radiance.reshape(len(mesh.triangles), -1, 3).mean(axis=1))
+
+
+def emitted_radiance(
+    mesh: Mesh, material: Material, triangles: NDArray[np.int64], weights: FloatArray
+) -> FloatArray:
+    """Return emission (N, 3) at barycentric coordinates (N, 3) of `triangles` (N,)."""
+    factor = np.tile(np.asarray(material.emission, dtype=np.float64), (len(triangles), 1))
+    texture = material.emission_texture
+    if texture is None or mesh.uvs is None:
+        return factor
     uvs = mesh.uvs if mesh.emission_uvs is None else mesh.emission_uvs
-    uv = np.einsum("pk,tkc->tpc", weights, uvs[mesh.triangles])
-    return np.asarray(factor * linear_texels(texture.pixels, uv).mean(axis=1))
+    uv = np.einsum("nk,nkc->nc", weights, uvs[mesh.triangles[triangles]])
+    return np.asarray(factor * linear_texels(texture.pixels, uv))
 
 
 def linear_texels(pixels: NDArray[np.uint8] | NDArray[np.float32], uv: FloatArray) -> FloatArray:

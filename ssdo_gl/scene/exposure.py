@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import Literal
 
 import numpy as np
@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.emissive_meshes import emitted_radiance
+from ssdo_gl.scene.framing import is_room
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject, placed
@@ -33,7 +35,13 @@ _DARK_SHARE, _NEEDED_COVERAGE = 1.0 / 32.0, 0.5
 # this much for their sake.
 _MIN_FILLED_EV = -4.0
 
-Fill = Literal["none", "sky", "sky and key"]
+# A surface that shows less than this is black, whatever else there is to see; light that
+# reaches next to nothing was not meant to light it.
+_BLACK_RADIANCE = _TARGET_RADIANCE / 16.0
+# Share of what the camera sees that must be of metal for its light to be a studio.
+_METAL_SHARE = 0.15
+
+Fill = Literal["none", "dim sky", "sky", "sky and key"]
 
 
 @dataclass(frozen=True)
@@ -44,13 +52,17 @@ class Lighting:
     ----------
     exposure : float
         EV.
-    fill : "none", "sky" or "sky and key"
+    fill : "none", "dim sky", "sky" or "sky and key"
         The default light to add. The sky alone is to be multiplied by 2^-exposure, so that
-        it shows beside lamps of any strength; with the key light it is at exposure 0.
+        it shows beside lamps of any strength; with the key light it is at exposure 0. The
+        dim sky belongs to lamps that light the picture, and is relative to `level`.
+    level : float
+        Radiance of the brighter of the surfaces that are lit, before exposure.
     """
 
     exposure: float
     fill: Fill
+    level: float = 0.0
 
 
 def lighting_for(
@@ -79,15 +91,79 @@ def lighting_for(
     highest = float(np.log2(_BRIGHTEST_RADIANCE / bright)) if bright > 0.0 else np.inf
     lit = radiance > 0.0
     level = _percentile(radiance[lit], weight[lit], _PERCENTILE) if lit.any() else 0.0
-    is_lit = lit & (radiance >= _DARK_SHARE * level)
+    final = min(exposure, most, highest)
+    is_lit = lit & (radiance >= max(_DARK_SHARE * level, _BLACK_RADIANCE * 2.0**-final))
     coverage = float(weight[is_lit].sum() / weight.sum())
     # A glow next to nothing, where it is all there is, shows nothing.
     is_black = level * 2.0 ** min(exposure, most) < _TARGET_RADIANCE * 2.0**-_MAX_LAMP_EV
     if coverage >= _NEEDED_COVERAGE and exposure <= most and not is_black:
-        return Lighting(_rounded(min(exposure, highest)), "none")
+        is_open = has_lamps and not is_room(meshes, objects, camera)
+        return Lighting(_rounded(final), "dim sky" if is_open else "none", level)
     if not has_lamps or is_black or exposure > most:
         return Lighting(_rounded(float(np.clip(highest, _MIN_FILLED_EV, 0.0))), "sky and key")
     return Lighting(_rounded(min(exposure, highest)), "sky")
+
+
+def seen_metal(
+    meshes: Sequence[Mesh],
+    materials: Sequence[Material],
+    objects: Sequence[SceneObject],
+    camera: Camera,
+) -> bool:
+    """Return whether enough of what the camera sees is of metal to show what it reflects."""
+    samples = _samples_in_view(meshes, objects, camera)
+    metal = np.array([materials[item.material].mean_metallic for item in objects])
+    total = samples.weight.sum()
+    return bool(total > 0.0 and metal[samples.owner] @ samples.weight >= _METAL_SHARE * total)
+
+
+@dataclass(frozen=True)
+class _Samples:
+    """Points on surfaces, spread evenly by area.
+
+    Attributes
+    ----------
+    points, normals : ndarray, shape (N, 3)
+    owner, triangle : ndarray, shape (N,)
+        Index of the object, and of the triangle in its mesh.
+    corner_weights : ndarray, shape (N, 3)
+        Barycentric coordinates.
+    weight : ndarray, shape (N,)
+        Solid angle that each stands for, relative to the others.
+    """
+
+    points: FloatArray
+    normals: FloatArray
+    owner: NDArray[np.int64]
+    triangle: NDArray[np.int64]
+    corner_weights: FloatArray
+    weight: FloatArray
+
+    def of(self, chosen: NDArray[np.bool_] | NDArray[np.int64]) -> _Samples:
+        """Return some of the samples."""
+        return _Samples(*(getattr(self, field.name)[chosen] for field in fields(self)))
+
+
+def _samples_in_view(
+    meshes: Sequence[Mesh], objects: Sequence[SceneObject], camera: Camera
+) -> _Samples:
+    """Return points that the camera may see, with normals that face it.
+
+    What hides what is not looked into; backs of closed bodies are left out.
+    """
+    samples = _surface_samples(meshes, objects)
+    offset = np.asarray(camera.position) - samples.points
+    distance_2 = np.maximum((offset**2).sum(axis=1), np.finfo(np.float64).tiny)
+    cosine = (offset * samples.normals).sum(axis=1) / np.sqrt(distance_2)
+    closed = np.array([meshes[o.mesh].closed for o in objects], dtype=bool)
+    local = -offset @ camera.view_from_world_rotation().T
+    x, y = camera.tan_half_fov(16.0 / 9.0)
+    seen = (local[:, 2] < 0.0) & (np.abs(local[:, 0]) <= -x * local[:, 2])
+    seen &= np.abs(local[:, 1]) <= -y * local[:, 2]
+    seen &= ~(closed[samples.owner] & (cosine < 0.0))
+    toward = samples.normals * np.where(cosine < 0.0, -1.0, 1.0)[:, None]
+    weight = np.abs(cosine) / distance_2
+    return replace(samples, normals=toward, weight=weight).of(seen)
 
 
 def _seen(
@@ -97,28 +173,20 @@ def _seen(
     lights: Sequence[Light],
     camera: Camera,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return radiance and solid angle of points that the camera may see.
-
-    What hides what is not looked into; backs of closed bodies are left out.
-    """
-    points, normals, owner = _surface_samples(meshes, objects)
-    offset = np.asarray(camera.position) - points
-    distance_2 = np.maximum((offset**2).sum(axis=1), np.finfo(np.float64).tiny)
-    cosine = (offset * normals).sum(axis=1) / np.sqrt(distance_2)
-    closed = np.array([meshes[o.mesh].closed for o in objects], dtype=bool)
-    glow = np.array([np.mean(materials[o.material].emission) for o in objects])
-    local = -offset @ camera.view_from_world_rotation().T
-    x, y = camera.tan_half_fov(16.0 / 9.0)
-    seen = (local[:, 2] < 0.0) & (np.abs(local[:, 0]) <= -x * local[:, 2])
-    seen &= np.abs(local[:, 1]) <= -y * local[:, 2]
-    seen &= ~(closed[owner] & (cosine < 0.0))
-    points, owner = points[seen], owner[seen]
-    toward = normals[seen] * np.where(cosine[seen] < 0.0, -1.0, 1.0)[:, None]
-    total = np.zeros(len(points))
-    for light in lights if len(points) else ():
-        total += np.maximum(light.irradiance_at(points, toward), 0.0)
-    radiance = total * (_GREY / np.pi) + np.minimum(glow[owner], _BRIGHTEST_RADIANCE)
-    return radiance, np.abs(cosine[seen]) / distance_2[seen]
+    """Return radiance and solid angle of points that the camera may see."""
+    samples = _samples_in_view(meshes, objects, camera)
+    total = np.zeros(len(samples.points))
+    for light in lights if len(total) else ():
+        total += np.maximum(light.irradiance_at(samples.points, samples.normals), 0.0)
+    glow = np.zeros(len(total))
+    for index, item in enumerate(objects):
+        chosen = np.flatnonzero(samples.owner == index)
+        if materials[item.material].emits and len(chosen):
+            part = samples.of(chosen)
+            glow[chosen] = emitted_radiance(
+                meshes[item.mesh], materials[item.material], part.triangle, part.corner_weights
+            ).mean(axis=1)
+    return total * (_GREY / np.pi) + np.minimum(glow, _BRIGHTEST_RADIANCE), samples.weight
 
 
 def _percentile(values: FloatArray, weight: FloatArray, percent: float) -> float:
@@ -140,12 +208,10 @@ def exposure_for(
     From the unshadowed irradiance at points spread evenly over the surfaces; 0 if no
     light reaches any, or if all of them are lamps.
     """
-    points, normals, _ = _surface_samples(meshes, [o for o in objects if o.light is None])
-    if not len(points):
-        return 0.0
-    total = np.zeros(len(points))
-    for light in lights:
-        total += np.abs(light.irradiance_at(points, normals))
+    samples = _surface_samples(meshes, [o for o in objects if o.light is None])
+    total = np.zeros(len(samples.points))
+    for light in lights if len(total) else ():
+        total += np.abs(light.irradiance_at(samples.points, samples.normals))
     reached = total[total > 0.0]
     if not len(reached):
         return 0.0
@@ -153,11 +219,9 @@ def exposure_for(
     return float(np.round(np.log2(_TARGET_RADIANCE / level), 1))
 
 
-def _surface_samples(
-    meshes: Sequence[Mesh], objects: Sequence[SceneObject]
-) -> tuple[FloatArray, FloatArray, NDArray[np.int64]]:
-    """Return points and unit normals (N, 3) on triangles, evenly by area, and their objects."""
+def _surface_samples(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> _Samples:
     parts, owners = [np.zeros((0, 3, 3))], [np.zeros(0, dtype=np.int64)]
+    inside = [np.zeros(0, dtype=np.int64)]
     for index, item in enumerate(objects):
         mesh = meshes[item.mesh]
         # Of very many copies a share says enough, and fits into memory.
@@ -165,17 +229,19 @@ def _surface_samples(
         matrices = item.world_from_object[:: 1 + count // _MAX_TRIANGLES]
         parts.append(placed(mesh.positions[mesh.triangles], matrices).reshape(-1, 3, 3))
         owners.append(np.full(len(parts[-1]), index))
-    corners, owner = np.concatenate(parts), np.concatenate(owners)
+        inside.append(np.tile(np.arange(len(mesh.triangles)), len(matrices)))
+    corners, owner, triangle = np.concatenate(parts), np.concatenate(owners), np.concatenate(inside)
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     doubled = np.linalg.norm(cross, axis=1)
     cumulative = np.cumsum(doubled)
-    if not len(cumulative) or cumulative[-1] <= 0.0:
-        return np.zeros((0, 3)), np.zeros((0, 3)), owner[:0]
-    level = (np.arange(_SAMPLES) + 0.5) / _SAMPLES * cumulative[-1]
-    chosen = np.searchsorted(cumulative, level)
+    is_empty = not len(cumulative) or cumulative[-1] <= 0.0
+    count = 0 if is_empty else _SAMPLES
+    total = 0.0 if is_empty else cumulative[-1]
+    chosen = np.searchsorted(cumulative, (np.arange(count) + 0.5) / _SAMPLES * total)
     # The golden ratio and its square spread the points over each triangle.
-    a, b = (np.arange(_SAMPLES) * step % 1.0 for step in (0.618033988749895, 0.754877666246693))
+    a, b = (np.arange(count) * step % 1.0 for step in (0.618033988749895, 0.754877666246693))
     root = np.sqrt(a)
-    weight = np.stack([1.0 - root, root * (1.0 - b), root * b], axis=1)
-    points = np.einsum("pk,pkc->pc", weight, corners[chosen])
-    return points, cross[chosen] / doubled[chosen, None], owner[chosen]
+    weights = np.stack([1.0 - root, root * (1.0 - b), root * b], axis=1)
+    points = np.einsum("pk,pkc->pc", weights, corners[chosen])
+    normals = cross[chosen] / doubled[chosen, None]
+    return _Samples(points, normals, owner[chosen], triangle[chosen], weights, np.ones(count))

@@ -118,6 +118,20 @@ def _viewpoint(coverage: FloatArray) -> tuple[float, float]:
     return min(candidates, key=lambda azimuth: round(blocked(azimuth), 6)), ELEVATION_DEGREES
 
 
+def is_room(meshes: Sequence[Mesh], objects: Sequence[SceneObject], camera: Camera) -> bool:
+    """Return whether the camera sees the inside of a room, where no sky belongs.
+
+    Walls then cover five sides of the bounding box, or all six around the camera: seen from
+    outside that is a solid.
+    """
+    boxes = instance_boxes(meshes, objects).reshape(-1, 3)
+    is_inside = bool(
+        np.all((camera.position > boxes.min(axis=0)) & (camera.position < boxes.max(axis=0)))
+    )
+    count = int((side_coverage(meshes, objects) >= _WALL_COVERAGE).sum())
+    return count == 5 or (count == 6 and is_inside)
+
+
 def side_coverage(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> FloatArray:
     """Return how much of each side of the bounding box has a surface close to it.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Any
 
 from ssdo_gl import resources
 from ssdo_gl.scene.builder import SceneBuilder
@@ -15,31 +16,40 @@ from ssdo_gl.scene.formats import (
     scene_suffixes,
 )
 from ssdo_gl.scene.scene import Scene, SceneError
+from ssdo_gl.settings.loading import LoadOptions, load_options
 from ssdo_gl.suggestion import suggestion
 
 
-def load_scene(source: str | Path) -> Scene:
+def load_scene(source: str | Path, options: LoadOptions | None = None, **choices: Any) -> Scene:
     """Load a scene.
 
     Parameters
     ----------
     source : str or Path
         A file of one of `formats.FORMATS`, or the name of a built-in scene.
+    options : LoadOptions or None
+        What is added to the file, and how it stands.
+    **choices
+        Fields of `LoadOptions`, e.g. ``light="studio"``, in place of `options`.
 
     Raises
     ------
-    SceneError
+    SceneError, SettingError
         One line that names the file and key, the value, and what would be valid.
     """
+    options = options or load_options(choices)
     text = str(source)
     path = Path(text)
     kind = format_of(path)
     if kind is not None:
-        return kind.read_scene(path, text) if kind.read_scene else _load_model(path, text)
+        read = kind.read_scene or _load_model
+        return read(path, text, options)
     names = builtin_names()
     if text in names:
         file = resources.folder("scenes") / f"{text}.toml"
-        return read_description(file.read_text(encoding="utf-8"), f"scenes/{text}.toml")
+        return read_description(
+            file.read_text(encoding="utf-8"), f"scenes/{text}.toml", options=options
+        )
     if text and (path.suffix or "/" in text or "\\" in text or os.path.lexists(text[:1024])):
         valid = ", ".join((*scene_suffixes(), *model_suffixes()))
         raise SceneError(f"{text[:200]}: expected a file ending in one of {valid}")
@@ -55,9 +65,9 @@ def builtin_names() -> list[str]:
     )
 
 
-def _load_model(path: Path, source: str) -> Scene:
+def _load_model(path: Path, source: str, options: LoadOptions) -> Scene:
     model = read_model(path, source)
-    builder = SceneBuilder(source)
+    builder = SceneBuilder(source, options)
     for item in model.add_to(builder):
         builder.add(item)
     builder.lights += model.lights

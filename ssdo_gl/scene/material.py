@@ -135,6 +135,15 @@ class Material:
         return self.metallic > 0.0 or self.dielectric_f0 > 0.0
 
     @property
+    def mean_metallic(self) -> float:
+        """Share of metal over the whole of its texture."""
+        texture = self.metallic_roughness_texture
+        if texture is None or self.metallic == 0.0:
+            return self.metallic
+        full = 255.0 if texture.pixels.dtype == np.uint8 else 1.0
+        return self.metallic * float(texture.pixels[:, :, 2].mean()) / full
+
+    @property
     def dielectric_f0(self) -> float:
         """Reflectance of the dielectric part at normal incidence, without its colour."""
         return self.specular * ((self.ior - 1.0) / (self.ior + 1.0)) ** 2

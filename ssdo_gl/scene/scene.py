@@ -15,6 +15,7 @@ from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject, instance_boxes
 from ssdo_gl.scene.motion import Trajectory
+from ssdo_gl.settings.loading import USUAL, LoadOptions
 
 
 class SceneError(ValueError):
@@ -33,6 +34,8 @@ class Scene:
         What the loader has to tell the user: added lights, dropped features.
     camera_motion : Trajectory or None
         Of the scene's own camera.
+    loading : LoadOptions
+        How it was loaded.
     """
 
     meshes: tuple[Mesh, ...]
@@ -46,6 +49,7 @@ class Scene:
     purpose: str = ""
     notes: tuple[str, ...] = ()
     camera_motion: Trajectory | None = None
+    loading: LoadOptions = USUAL
 
     def two_sided(self) -> Scene:
         """Return the scene with both sides of all surfaces drawn."""

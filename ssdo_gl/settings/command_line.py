@@ -9,6 +9,7 @@ from typing import Any
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import describe, number_text, value_text
+from ssdo_gl.settings.loading import FIT, USUAL, LoadOptions
 from ssdo_gl.settings.resolve import settings_for
 
 
@@ -18,6 +19,7 @@ def command_line(
     *,
     scene_settings: Mapping[str, Any],
     camera: Camera | None,
+    loading: LoadOptions = USUAL,
     aov: str = "beauty",
     seconds: float = 0.0,
     out: str = "view.png",
@@ -34,16 +36,30 @@ def command_line(
         ``Scene.render``; what the scene itself asks for needs no flag.
     camera : Camera or None
         None: the scene's own.
+    loading : LoadOptions
+        How the scene was loaded.
     """
     words = ["ssdo-gl", source, "--snapshot", out]
     if aov != "beauty":
         words += ["--aov", aov]
     if camera is not None:
         words += ["--camera", camera_text(camera)]
+    elif loading.frames_all:
+        words += ["--camera", FIT]
+    words += loading_flags(loading)
     if seconds:
         words += ["--time", number_text(seconds)]
     words += settings_flags(settings, scene_settings)
     return shlex.join(words)
+
+
+def loading_flags(loading: LoadOptions) -> list[str]:
+    """Return the flags that load a file in the same way."""
+    words = []
+    for name, value in loading.given().items():
+        flag = describe(LoadOptions)[name].flag
+        words += [flag] if value is True else [flag, value_text(value)]
+    return words
 
 
 def settings_flags(settings: Settings, scene_settings: Mapping[str, Any]) -> list[str]:

@@ -25,6 +25,7 @@ from ssdo_gl.settings.fields import (
     shown,
     value_text,
 )
+from ssdo_gl.settings.loading import FIT, LoadOptions
 from ssdo_gl.settings.passes import overrides_from_text
 from ssdo_gl.settings.settings import LOOK, QUALITY, Settings
 
@@ -65,8 +66,9 @@ class RunOptions:
     )
     camera: str | None = setting(
         None,
-        "where to look from and at (scene units), and the vertical field of view (degrees)",
-        metavar='"px,py,pz tx,ty,tz [fov]"',
+        "where to look from and at (scene units), and the vertical field of view (degrees);"
+        " fit: frame the whole scene, whatever camera the file has",
+        metavar='fit|"px,py,pz tx,ty,tz [fov]"',
         group=LOOK,
         modes=modes.ALL,
     )
@@ -156,11 +158,13 @@ class CommandLine:
     scene : str
     settings : mapping
         Fields of Settings that were given, by name; ``overrides`` among them.
+    loading : LoadOptions
     run : RunOptions
     """
 
     scene: str
     settings: Mapping[str, Any] = field(default_factory=dict)
+    loading: LoadOptions = field(default_factory=LoadOptions)
     run: RunOptions = field(default_factory=RunOptions)
 
 
@@ -175,7 +179,7 @@ def flag_infos() -> dict[str, tuple[type[Any], SettingInfo]]:
     """Return every flag's dataclass and declaration, by the field's name."""
     return {
         name: (owner, info)
-        for owner in (RunOptions, Settings)
+        for owner in (RunOptions, LoadOptions, Settings)
         for name, info in describe(owner).items()
     }
 
@@ -236,13 +240,15 @@ def read_command(arguments: Sequence[str] | None = None) -> CommandLine:
     """
     texts = vars(build_parser().parse_args(_joined(arguments)))
     scene = texts.pop("scene")
-    given: dict[type[Any], dict[str, Any]] = {RunOptions: {}, Settings: {}}
+    given: dict[type[Any], dict[str, Any]] = {RunOptions: {}, LoadOptions: {}, Settings: {}}
     infos = flag_infos()
     for name, text in texts.items():
         if text is not None:
             owner, info = infos[name]
             given[owner][name] = _value(owner, info, text)
-    command = CommandLine(scene, given[Settings], RunOptions(**given[RunOptions]))
+    run = RunOptions(**given[RunOptions])
+    loading = LoadOptions(**given[LoadOptions], frames_all=run.camera == FIT).checked()
+    command = CommandLine(scene, given[Settings], loading, run)
     _check_modes(command.run.active, (info for _, info in infos.values() if texts[info.name]))
     return command
 

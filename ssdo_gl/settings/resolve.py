@@ -26,7 +26,7 @@ def camera_from_text(text: str) -> dict[str, Any]:
     usable = all(abs(n) <= limit for group in numbers for n in group)
     if lengths not in ([3, 3], [3, 3, 1]) or not usable:
         raise SettingError(
-            f'--camera {shown(text)}: expected "px,py,pz tx,ty,tz [fov_deg]", '
+            f'--camera {shown(text)}: expected fit or "px,py,pz tx,ty,tz [fov_deg]", '
             f"each number within {-limit:g} to {limit:g}"
         )
     if numbers[0] == numbers[1]:

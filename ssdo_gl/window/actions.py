@@ -74,7 +74,7 @@ def open_file(path: str, viewer: Viewer) -> bool:
         _open_preset(path, viewer)
         return False
     try:
-        scene = load_scene(path)
+        scene = load_scene(path, viewer.original.loading)
         viewer.open(scene, path)
     except (SceneError, SettingError) as error:
         viewer.say(str(error), is_fault=True)
@@ -121,6 +121,7 @@ def view_command(viewer: Viewer, out: str = "view.png") -> str:
         settings,
         scene_settings=viewer.original.render,
         camera=None if camera is viewer.original.camera else camera,
+        loading=viewer.original.loading,
         aov=viewer.view.aov,
         seconds=viewer.clock.seconds,
         out=out,

@@ -18,7 +18,7 @@ MODE_FLAGS = {
 # A flag's modes, by heart: who changes a declaration has to say so here, too.
 EXPECTED = {
     modes.ALL: "size camera two_sided exposure combine bounces shadow_rays radius seed shadows "
-    "effects overrides backend quiet",
+    "effects overrides backend quiet light no_default_light",
     modes.ONE: "method estimator samples steps spp filter resolution_scale max_error aov time "
     "preset budget_ms recalibrate",
     modes.HEADLESS: "antialias frames stats snapshot explain",
@@ -28,7 +28,12 @@ EXPECTED = {
 
 def words(info):
     """Return a flag with a valid value."""
-    texts = {"camera": "0,0,1 0,0,0", "overrides": "bounce.strength=2", "aov": "depth"}
+    texts = {
+        "camera": "0,0,1 0,0,0",
+        "overrides": "bounce.strength=2",
+        "aov": "depth",
+        "light": "studio",
+    }
     if info.kind is Kind.BOOLEAN:
         return [info.flag]
     if info.name in texts:
@@ -54,7 +59,8 @@ def test_flag_is_taken_or_refused(mode, name):
         return  # that is another mode
     if mode in info.modes:
         command = read_command(given)
-        assert name in command.settings or getattr(command.run, name) not in (None, False)
+        given = {**command.settings, **command.loading.given()}
+        assert name in given or getattr(command.run, name) not in (None, False)
         return
     with pytest.raises(UsageError) as caught:
         read_command(given)

@@ -11,9 +11,10 @@ from typing import Any
 from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.paths import check_file
 from ssdo_gl.scene.scene import Scene, SceneError
+from ssdo_gl.settings.loading import LoadOptions
 
 ModelReader = Callable[[Path, str], Model]
-SceneReader = Callable[[Path, str], Scene]
+SceneReader = Callable[[Path, str, LoadOptions], Scene]
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,7 @@ class SceneFormat:
     read_model, read_scene : callable or None
         Exactly one of them. Given the path and what errors call the file, it returns
         its contents, which scenes may place; or, if the format describes whole scenes,
-        that scene. It raises SceneError for what cannot be read.
+        that scene, completed by the options. It raises SceneError for what cannot be read.
     """
 
     title: str
@@ -41,8 +42,9 @@ class SceneFormat:
 def _lazily(folder: str, function: str) -> Callable[..., Any]:
     """Return a reader of this package; its parsers are imported when it is first called."""
 
-    def read(source: Path | str, where: str) -> Any:
-        return getattr(import_module(f"ssdo_gl.scene.formats.{folder}"), function)(source, where)
+    def read(*arguments: Any, **named: Any) -> Any:
+        module = import_module(f"ssdo_gl.scene.formats.{folder}")
+        return getattr(module, function)(*arguments, **named)
 
     return read
 
@@ -57,7 +59,7 @@ FORMATS: list[SceneFormat] = [
 ]
 
 # What the built-in scenes are written in, from text that need not be in a file.
-read_description: Callable[[str, str], Scene] = _lazily("toml", "read_description")
+read_description: Callable[..., Scene] = _lazily("toml", "read_description")
 
 
 def format_of(path: Path) -> SceneFormat | None:

@@ -335,7 +335,6 @@ def test_punctual_lights_shine_along_minus_z(glb, tmp_path: Path) -> None:
     assert isinstance(spot, SpotLight)
     assert np.radians(spot.inner_angle) == pytest.approx(0.1)
     assert np.radians(spot.outer_angle) == pytest.approx(0.2)
-    assert scene.environment is None
     assert scene.camera.exposure != 0.0
 
 

@@ -10,6 +10,7 @@ from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.formats.toml import environments, lights, materials, objects, render_settings
 from ssdo_gl.scene.scene import Scene, SceneError
 from ssdo_gl.scene.table import Table
+from ssdo_gl.settings.loading import USUAL, LoadOptions
 from ssdo_gl.settings.settings import MAX_EXPOSURE_EV
 from ssdo_gl.toml_text import read_toml
 
@@ -18,7 +19,7 @@ __all__ = ["read_description", "read_file"]
 TOP_KEYS = ("title", "purpose", "camera", "environment", "render", "materials", "light", "object")
 
 
-def read_file(path: Path, source: str) -> Scene:
+def read_file(path: Path, source: str, options: LoadOptions = USUAL) -> Scene:
     """Return the scene of a .toml file.
 
     Parameters
@@ -37,10 +38,12 @@ def read_file(path: Path, source: str) -> Scene:
     except UnicodeDecodeError as error:
         raise SceneError(f"{source}: byte {error.start} is not UTF-8 text") from None
     # TOML ends lines with LF or CRLF; a text with another mix fails in the parser.
-    return read_description(text.replace("\r\n", "\n"), source, path)
+    return read_description(text.replace("\r\n", "\n"), source, path, options)
 
 
-def read_description(text: str, source: str, file: Path | None = None) -> Scene:
+def read_description(
+    text: str, source: str, file: Path | None = None, options: LoadOptions = USUAL
+) -> Scene:
     """Return the scene that a TOML text describes.
 
     Parameters
@@ -51,6 +54,7 @@ def read_description(text: str, source: str, file: Path | None = None) -> Scene:
     file : Path or None
         The file it comes from; meshes and images are looked up in its folder.
         None: the text may not name files.
+    options : LoadOptions
 
     Raises
     ------
@@ -64,7 +68,7 @@ def read_description(text: str, source: str, file: Path | None = None) -> Scene:
         raise SceneError(f"{source}: {error}") from None
     top = Table(source, "", data)
     top.allow(*TOP_KEYS)
-    builder = SceneBuilder(source)
+    builder = SceneBuilder(source, options)
     environment = environments.read_environment(top.table("environment"), file, builder)
     render = render_settings.read_render_settings(top.table("render"))
     material_of_name = materials.read_materials(top.table("materials"), file, builder)

@@ -1,0 +1,84 @@
+"""How a file becomes a scene: what a user may choose before anything is drawn."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import PurePath
+from typing import Any
+
+from ssdo_gl.settings import modes
+from ssdo_gl.settings.fields import SettingError, check, describe, info_of, setting, shown
+from ssdo_gl.settings.settings import LOOK
+from ssdo_gl.suggestion import suggestion
+
+# The value of --camera that frames the whole scene.
+FIT = "fit"
+LIGHTS = ("auto", "file", "studio")
+MAP_SUFFIXES = (".hdr", ".exr")
+_look = partial(setting, group=LOOK, modes=modes.ALL)
+
+
+@dataclass(frozen=True)
+class LoadOptions:
+    """Choices for loading a scene; what is not given is decided by the file.
+
+    Attributes
+    ----------
+    frames_all : bool
+        Whether the whole scene is framed even if the file has a camera.
+    """
+
+    light: str = _look(
+        "auto",
+        "auto adds what the picture needs to the light of the file; file adds nothing;"
+        " studio or an .hdr or .exr map take the place of lamps and sky",
+        metavar="file|auto|studio|PATH.hdr",
+    )
+    no_default_light: bool = _look(False, "add no light: as --light file")
+    frames_all: bool = False
+
+    @property
+    def map_path(self) -> str | None:
+        """The environment map that lights the scene, if one was chosen."""
+        return None if self.light in LIGHTS else self.light
+
+    @property
+    def adds_light(self) -> bool:
+        """Whether light may be added to what the file brings."""
+        return self.light == "auto" and not self.no_default_light
+
+    @property
+    def replaces_light(self) -> bool:
+        """Whether other light takes the place of lamps and sky of the file."""
+        return self.light not in ("auto", "file")
+
+    def checked(self) -> LoadOptions:
+        """Return self after checking every field, or raise SettingError."""
+        check(self)
+        suffix = PurePath(self.light).suffix.lower()
+        if self.light not in LIGHTS and suffix not in MAP_SUFFIXES:
+            hint = suggestion(self.light, LIGHTS, lists=False)
+            raise SettingError(
+                f"--light {shown(self.light)}: expected {', '.join(LIGHTS)} or the path of a "
+                f"{' or '.join(MAP_SUFFIXES)} map{hint}"
+            )
+        return self
+
+    def given(self) -> dict[str, Any]:
+        """Return the choices that differ from the defaults, by name."""
+        values = {name: getattr(self, name) for name in describe(LoadOptions)}
+        return {name: value for name, value in values.items() if value != getattr(USUAL, name)}
+
+
+USUAL = LoadOptions()
+
+
+def load_options(given: Mapping[str, Any]) -> LoadOptions:
+    """Return checked options; raises SettingError for a name or value that is none."""
+    for name in given:
+        if name not in {field.name for field in dataclasses.fields(LoadOptions)}:
+            info_of(LoadOptions, name, "option")
+    return LoadOptions(**given).checked()
