@@ -5,8 +5,10 @@
 // LIGHT_KIND, LIGHT_FORM: as in lights/lights.glsl. HAS_SHADOW_MAP: look it up. IS_SOFT: its
 // shadows have penumbrae. BLOCKER_COUNT, FILTER_COUNT: see lights/shadow.glsl. HAS_SHADING_NORMALS: see lights/lights.glsl.
 // HAS_LIFT: smooth surfaces are shadowed from where they would be, not from their triangles.
+// GLOSSY: surfaces may be glossy, and what they reflect of the light goes to a target of its own.
 #include "lib/gbuffer.glsl"
 #include "lights/shadow.glsl"
+#include "lights/gloss.glsl"
 
 uniform vec4 u_light[LIGHT_ROWS];
 #if HAS_LIFT
@@ -14,6 +16,9 @@ uniform sampler2D t_lift_vs;
 #endif
 
 layout(location = 0) out vec4 o_irradiance;
+#if GLOSSY
+layout(location = 1) out vec4 o_gloss;  // radiance; alpha 0: senders do not pass it on
+#endif
 
 // Light that grazes a triangle by less than this cosine finds its map of little use: what
 // stands before it barely rises over the tangent plane.
@@ -77,6 +82,9 @@ void main()
     // Only the soft shadow needs its neighbours to go on.
     if (!is_surface) {
         o_irradiance = vec4(0.0);
+#if GLOSSY
+        o_gloss = vec4(0.0);
+#endif
         return;
     }
 #endif
@@ -113,6 +121,11 @@ void main()
     visibility *= is_lifted ? fade_of_lift(light, p_vs, n_vs, lift) : 1.0;
 #endif
     irradiance = largest_component(irradiance) > 0.0 ? irradiance * visibility : vec3(0.0);
+#endif
+#if GLOSSY
+    LightGloss reflected = gloss_of_light(brdf_at(texel), light, p_vs, n_vs, irradiance);
+    irradiance = reflected.irradiance;
+    o_gloss = vec4(is_surface ? reflected.radiance : vec3(0.0), 0.0);
 #endif
     o_irradiance = vec4(is_surface ? irradiance : vec3(0.0), 0.0);
 }

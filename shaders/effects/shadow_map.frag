@@ -14,7 +14,7 @@ in float v_vertex_alpha;
 #endif
 #if HAS_ALBEDO_TEXTURE
 in vec2 v_material_uv;
-uniform sampler2D t_albedo;
+uniform sampler2D t_albedo_image;
 #endif
 #endif
 
@@ -28,7 +28,7 @@ void main()
     alpha *= v_vertex_alpha;
 #endif
 #if HAS_ALBEDO_TEXTURE
-    alpha *= texture(t_albedo, v_material_uv).a;
+    alpha *= texture(t_albedo_image, v_material_uv).a;
 #endif
     if (alpha < v_alpha_cutoff) {
         discard;

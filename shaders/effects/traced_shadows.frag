@@ -5,16 +5,24 @@
 //
 // Adds this draw's samples to the sum; defines as in rays/surface_data.glsl.
 #include "rays/emitters.glsl"
+#include "lights/gloss_along.glsl"
 #include "lib/random.glsl"
 
 layout(location = 0) out vec4 o_sum;
+#if GLOSSY
+layout(location = 1) out vec4 o_gloss;  // radiance; alpha 0: senders do not pass it on
+#endif
 
 void main()
 {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec3 irradiance = vec3(0.0);
+    vec3 gloss = vec3(0.0);
     if (gbuffer_z_vs(pixel) > 0.0) {
         RaySurface surface = ray_surface_at(pixel);
+#if GLOSSY
+        Brdf brdf = brdf_at(pixel);
+#endif
         uint seed = pixel_seed(pixel);
         for (int g = 0; g < u_emitter_group_count; ++g) {
             EmitterGroup group = emitter_group(g);
@@ -27,10 +35,20 @@ void main()
                     LightSample light = sample_group(group, choice, u, surface.start);
                     vec3 arriving = unblocked_irradiance(surface, light);
                     float reach = needed_reach(group, light, arriving, RAY_FAR);
-                    irradiance += light_is_blocked(surface, light.w, reach) ? vec3(0.0) : arriving;
+                    arriving = light_is_blocked(surface, light.w, reach) ? vec3(0.0) : arriving;
+#if GLOSSY
+                    LightGloss reflected = gloss_along(
+                        brdf, surface.normal, surface.w_out, light.w, arriving);
+                    arriving = reflected.irradiance;
+                    gloss += reflected.radiance;
+#endif
+                    irradiance += arriving;
                 }
             }
         }
     }
     o_sum = vec4(irradiance, 0.0);
+#if GLOSSY
+    o_gloss = vec4(gloss, 0.0);
+#endif
 }

@@ -2,6 +2,7 @@
 #include "lib/brdf.glsl"
 #include "rays/ray.glsl"
 #include "lib/normals.glsl"
+#include "lib/bump.glsl"
 
 struct Surface {
     RaySurface at;       // normals on the side that the ray came from
@@ -11,6 +12,62 @@ struct Surface {
     float area_cosine;   // between the ray and the triangle
     uint flags;          // of the material's word
 };
+
+#if GLOSSY
+// Of a material without images, or what these multiply: metallic, roughness, reflectance
+// and strength of its dielectric part.
+Brdf brdf_of_numbers(vec3 base, vec4 metal_rough, vec4 dielectric)
+{
+    return metallic_roughness_brdf(base, metal_rough.x, metal_rough.y,
+                                   dielectric.rgb * dielectric.a, dielectric.a);
+}
+#endif
+
+#if RAY_SMOOTH_NORMALS || RAY_VERTEX_COLORS || RAY_TEXTURES
+Brdf brdf_of(uint word, int slot, Corners corners, vec3 weights)
+{
+    vec3 base = albedo_of(word, corners, weights).rgb;
+#if GLOSSY
+    return brdf_of_numbers(base, metal_rough_of(word, slot, corners, weights),
+                           dielectric_of(word, slot, corners, weights));
+#else
+    return diffuse_brdf(base);
+#endif
+}
+#else
+Brdf even_brdf(uint word)
+{
+    vec3 base = material_texel(word, 0).rgb;
+#if GLOSSY
+    return brdf_of_numbers(base, material_texel(word, 5), material_texel(word, 6));
+#else
+    return diffuse_brdf(base);
+#endif
+}
+#endif
+
+#if RAY_NORMAL_MAPS
+// Tilts the shading normal as the material's image says.
+void bump(inout Surface s, uint word, int slot, Corners corners, vec3 weights, vec3 a, vec3 b,
+          vec3 c)
+{
+    vec4 place = material_texel(word, NORMAL_IMAGE);
+    if (place.z == 0.0) {
+        return;
+    }
+    Corners own = corners_of_image(word, NORMAL_IMAGE, slot, corners);
+    vec2 uv_a = interpolated_uv(own, vec3(1.0, 0.0, 0.0));
+    vec2 along_b = interpolated_uv(own, vec3(0.0, 1.0, 0.0)) - uv_a;
+    vec2 along_c = interpolated_uv(own, vec3(0.0, 0.0, 1.0)) - uv_a;
+    bool is_front = dot(cross(b - a, c - a), s.at.geometric) > 0.0;
+    TangentFrame frame = is_front ? tangent_frame(b - a, c - a, along_b, along_c)
+                                  : tangent_frame(c - a, b - a, along_c, along_b);
+    vec3 texel = atlas_color(place, interpolated_uv(own, weights)).rgb;
+    vec3 mapped = mapped_normal(texel, material_texel(word, 5).z);
+    mapped.xy *= is_front ? 1.0 : -1.0;
+    s.at.normal = bumped_normal(s.at.normal, s.at.geometric, frame, mapped);
+}
+#endif
 
 Surface surface_at_hit(BvhHit hit, vec3 origin, vec3 w)
 {
@@ -49,16 +106,19 @@ Surface surface_at_hit(BvhHit hit, vec3 origin, vec3 w)
             s.at.position, a, b, c, weights, corners, s.at.normal);
     }
 #endif
-    s.brdf = Brdf(albedo_of(word, corners, weights).rgb);
+#if RAY_NORMAL_MAPS
+    bump(s, word, slot, corners, weights, a, b, c);
+#endif
+    s.brdf = brdf_of(word, slot, corners, weights);
 #if RAY_TEXTURES
-    vec4 place = material_texel(word, 3);
-    vec2 emission_uv = interpolated_uv(emission_corners_of(slot, corners), weights);
+    vec4 place = material_texel(word, EMISSION_IMAGE);
+    vec2 emission_uv = interpolated_uv(corners_of_image(word, EMISSION_IMAGE, slot, corners), weights);
     vec3 texture_color = place.z != 0.0 ? atlas_color(place, emission_uv).rgb : vec3(1.0);
 #else
     const vec3 texture_color = vec3(1.0);
 #endif
 #else
-    s.brdf = Brdf(material_texel(word, 0).rgb);
+    s.brdf = even_brdf(word);
     const vec3 texture_color = vec3(1.0);
 #endif
     bool two_sided = emission.a > 0.5;

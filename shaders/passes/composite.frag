@@ -8,8 +8,9 @@
 //   2 multiply: that and the direct light
 //   3 report: (visibility + 0.4) x direct, the INF584 report's empirical mix for SSAO
 //   4 report, ray-traced: direct + visibility / 2 (a grey, whatever the albedo)
-#include "lib/brdf.glsl"
+// GLOSSY: see lib/brdf.glsl.
 #include "lib/gbuffer.glsl"
+#include "lib/reflected.glsl"
 #include "lib/environment.glsl"
 #include "lib/terms.glsl"
 
@@ -45,5 +46,5 @@ void main()
 #elif COMBINE == 4
     radiance += 0.5 * visibility;
 #endif
-    o_beauty = vec4(radiance + diffuse_radiance(brdf_at(texel), irradiance), 1.0);
+    o_beauty = vec4(radiance + reflected_towards_camera(texel, irradiance), 1.0);
 }

@@ -1,15 +1,23 @@
 #version 330 core
-// The surface nearest to the camera: linear depth, normals, albedo, emission.
+// The surface nearest to the camera: linear depth, normals, albedo, emission, gloss.
 //
-// HAS_SHADING_NORMALS, HAS_VERTEX_COLORS, HAS_ALBEDO_TEXTURE, HAS_EMISSION_TEXTURE,
-// HAS_ALPHA_CUTOUT: what the objects of this draw call have; HAS_INSTANCE_MATERIALS:
-// whether they differ in their material; WIDE_DEPTH_RANGE: see
-// lib/depth_test.glsl; WRITES_NORMALS, WRITES_ALBEDO, WRITES_EMISSION, WRITES_LIFT: what is
-// read.
+// HAS_SHADING_NORMALS, HAS_VERTEX_COLORS, HAS_ALPHA_CUTOUT, HAS_GLOSS, HAS_<NAME>_IMAGE: what
+// the objects of this draw call have; <NAME>_ON_SECOND_UVS: where on its images a point lies;
+// HAS_INSTANCE_MATERIALS: whether they differ in their material;
+// WIDE_DEPTH_RANGE: see lib/depth_test.glsl; <NAME>_LOCATION: the target that each output goes
+// to, 0 where nobody reads it.
 #include "lib/space.glsl"
 #include "lib/octahedral.glsl"
 #include "lib/depth_test.glsl"
 #include "lib/normals.glsl"
+#if GLOSS_LOCATION || FINISH_LOCATION
+#define GLOSSY 1
+#else
+#define GLOSSY 0
+#endif
+#include "lib/brdf.glsl"
+#include "lib/bump.glsl"
+#include "lib/material_uvs.glsl"
 
 flat in vec3 v_face_normal_vs;
 #if HAS_INSTANCE_MATERIALS
@@ -19,6 +27,8 @@ flat in vec2 v_emission_side_cutoff;
 #define MATERIAL_ALBEDO v_albedo
 #define MATERIAL_EMISSION v_emission
 #define MATERIAL_SIDE_CUTOFF v_emission_side_cutoff
+#define MATERIAL_GLOSS v_gloss
+#define MATERIAL_DIELECTRIC v_dielectric
 #else
 uniform vec4 u_albedo;
 uniform vec4 u_emission;
@@ -26,67 +36,109 @@ uniform vec2 u_emission_side_cutoff;
 #define MATERIAL_ALBEDO u_albedo
 #define MATERIAL_EMISSION u_emission
 #define MATERIAL_SIDE_CUTOFF u_emission_side_cutoff
+#define MATERIAL_GLOSS u_gloss
+#define MATERIAL_DIELECTRIC u_dielectric
+#endif
+#if HAS_GLOSS && HAS_INSTANCE_MATERIALS
+flat in vec4 v_dielectric;
+#elif HAS_GLOSS
+uniform vec4 u_dielectric;
+#endif
+#if (HAS_GLOSS || HAS_NORMAL_IMAGE || HAS_OCCLUSION_IMAGE) && HAS_INSTANCE_MATERIALS
+flat in vec4 v_gloss;
+#elif HAS_GLOSS || HAS_NORMAL_IMAGE || HAS_OCCLUSION_IMAGE
+uniform vec4 u_gloss;
 #endif
 #if HAS_SHADING_NORMALS
 in vec3 v_normal_vs;
-#if WRITES_LIFT
+#if LIFT_LOCATION
 in float v_height_vs;
 #endif
 #endif
 #if HAS_VERTEX_COLORS
 in vec4 v_color;
 #endif
-#if HAS_ALBEDO_TEXTURE || HAS_EMISSION_TEXTURE
-in vec2 v_material_uv;
+#if HAS_UVS
+in vec2 v_uv;
 #endif
-#if HAS_EMISSION_UVS
-in vec2 v_emission_uv;
-#define EMISSION_UV v_emission_uv
-#else
-#define EMISSION_UV v_material_uv
+#if HAS_SECOND_UVS
+in vec2 v_second_uv;
 #endif
-#if HAS_ALBEDO_TEXTURE
-uniform sampler2D t_albedo;
+#if HAS_ALBEDO_IMAGE
+uniform sampler2D t_albedo_image;
 #endif
-#if HAS_EMISSION_TEXTURE
-uniform sampler2D t_emission;
+#if HAS_EMISSION_IMAGE
+uniform sampler2D t_emission_image;
+#endif
+#if HAS_METALLIC_ROUGHNESS_IMAGE
+uniform sampler2D t_metallic_roughness_image;
+#endif
+#if HAS_SPECULAR_IMAGE
+uniform sampler2D t_specular_image;
+#endif
+#if HAS_SPECULAR_COLOR_IMAGE
+uniform sampler2D t_specular_color_image;
+#endif
+#if HAS_NORMAL_IMAGE
+uniform sampler2D t_normal_image;
+#endif
+#if HAS_OCCLUSION_IMAGE
+uniform sampler2D t_occlusion_image;
 #endif
 
-// Targets are numbered without gaps.
-#if WRITES_NORMALS
-#define ALBEDO_LOCATION 2
+#if ALBEDO_ON_SECOND_UVS
+#define ALBEDO_UV v_second_uv
 #else
-#define ALBEDO_LOCATION 1
+#define ALBEDO_UV v_uv
 #endif
-#if WRITES_NORMALS && WRITES_ALBEDO
-#define EMISSION_LOCATION 3
-#elif WRITES_NORMALS || WRITES_ALBEDO
-#define EMISSION_LOCATION 2
+#if EMISSION_ON_SECOND_UVS
+#define EMISSION_UV v_second_uv
 #else
-#define EMISSION_LOCATION 1
+#define EMISSION_UV v_uv
 #endif
-#if WRITES_NORMALS && WRITES_ALBEDO && WRITES_EMISSION
-#define LIFT_LOCATION 4
-#elif WRITES_NORMALS && (WRITES_ALBEDO || WRITES_EMISSION) || WRITES_ALBEDO && WRITES_EMISSION
-#define LIFT_LOCATION 3
-#elif WRITES_NORMALS || WRITES_ALBEDO || WRITES_EMISSION
-#define LIFT_LOCATION 2
+#if METALLIC_ROUGHNESS_ON_SECOND_UVS
+#define METALLIC_ROUGHNESS_UV v_second_uv
 #else
-#define LIFT_LOCATION 1
+#define METALLIC_ROUGHNESS_UV v_uv
+#endif
+#if SPECULAR_ON_SECOND_UVS
+#define SPECULAR_UV v_second_uv
+#else
+#define SPECULAR_UV v_uv
+#endif
+#if SPECULAR_COLOR_ON_SECOND_UVS
+#define SPECULAR_COLOR_UV v_second_uv
+#else
+#define SPECULAR_COLOR_UV v_uv
+#endif
+#if NORMAL_ON_SECOND_UVS
+#define NORMAL_UV v_second_uv
+#else
+#define NORMAL_UV v_uv
+#endif
+#if OCCLUSION_ON_SECOND_UVS
+#define OCCLUSION_UV v_second_uv
+#else
+#define OCCLUSION_UV v_uv
 #endif
 
 layout(location = 0) out float o_z_vs;
-#if WRITES_NORMALS
-layout(location = 1) out vec4 o_normals_vs;
+#if NORMALS_LOCATION
+layout(location = NORMALS_LOCATION) out vec4 o_normals_vs;
 #endif
-#if WRITES_ALBEDO
+#if ALBEDO_LOCATION
 layout(location = ALBEDO_LOCATION) out vec4 o_albedo;
 #endif
-#if WRITES_EMISSION
+#if EMISSION_LOCATION
 layout(location = EMISSION_LOCATION) out vec4 o_emission;
 #endif
-
-#if WRITES_LIFT
+#if GLOSS_LOCATION
+layout(location = GLOSS_LOCATION) out vec4 o_gloss;
+#endif
+#if FINISH_LOCATION
+layout(location = FINISH_LOCATION) out vec2 o_finish;
+#endif
+#if LIFT_LOCATION
 layout(location = LIFT_LOCATION) out float o_lift_vs;
 
 // Lifts below this, relative to the distance from the eye, are what rasterizers round.
@@ -99,45 +151,93 @@ void main()
 #if HAS_VERTEX_COLORS
     albedo *= v_color;
 #endif
-#if HAS_ALBEDO_TEXTURE
-    albedo *= texture(t_albedo, v_material_uv);
+#if HAS_ALBEDO_IMAGE
+    albedo *= texture(t_albedo_image, ALBEDO_UV);
+#endif
+    // clip.w is z, and the rasterizer interpolates 1 / w linearly over the screen.
+    float z = 1.0 / gl_FragCoord.w;
+    vec3 ray = view_ray_at(gl_FragCoord.xy / u_frame_size_px);
+#if HAS_NORMAL_IMAGE
+    // Before any pixel of the quad is cut out, while there are differences between them.
+    TangentFrame tangents = tangent_frame(dFdx(ray * z), dFdy(ray * z), dFdx(NORMAL_UV),
+                                          dFdy(NORMAL_UV));
 #endif
 #if HAS_ALPHA_CUTOUT
     if (albedo.a < MATERIAL_SIDE_CUTOFF.y) {
         discard;
     }
 #endif
-    // clip.w is z, and the rasterizer interpolates 1 / w linearly over the screen.
-    float z = 1.0 / gl_FragCoord.w;
-    vec3 ray = view_ray_at(gl_FragCoord.xy / u_frame_size_px);
     // From the ray through this pixel, not from the winding on screen: right for
     // mirrored instances, and the same for all pixels of a triangle.
     bool is_front = dot(v_face_normal_vs, ray) <= 0.0;
-    vec2 face_code = oct_encode(is_front ? v_face_normal_vs : -v_face_normal_vs);
+    vec3 face_normal = is_front ? v_face_normal_vs : -v_face_normal_vs;
+    vec2 face_code = oct_encode(face_normal);
     vec2 shading_code = face_code;
+    vec3 shading_normal = face_normal;
 #if HAS_SHADING_NORMALS
     bool is_turned = faces_back(v_normal_vs, v_face_normal_vs);
     vec3 normal = is_turned == is_front ? -v_normal_vs : v_normal_vs;
     // Opposite vertex normals can cancel in between: then the face's own.
+    shading_normal = dot(normal, normal) > 0.0 ? normal : face_normal;
     shading_code = dot(normal, normal) > 0.0 ? oct_encode(normal) : face_code;
 #endif
+#if HAS_NORMAL_IMAGE
+    vec3 mapped = mapped_normal(texture(t_normal_image, NORMAL_UV).rgb, MATERIAL_GLOSS.z);
+    // The map shows the front; seen from behind, all of it is turned.
+    shading_normal = bumped_normal(normalize(shading_normal), face_normal, tangents,
+                                   is_front ? mapped : vec3(-mapped.xy, mapped.z));
+    shading_code = oct_encode(shading_normal);
+#endif
     vec3 emission = MATERIAL_EMISSION.rgb;
-#if HAS_EMISSION_TEXTURE
-    emission *= texture(t_emission, EMISSION_UV).rgb;
+#if HAS_EMISSION_IMAGE
+    emission *= texture(t_emission_image, EMISSION_UV).rgb;
 #endif
     bool emits = is_front || MATERIAL_SIDE_CUTOFF.x > 0.5;
 
+#if GLOSSY
+#if HAS_GLOSS
+    float metallic = MATERIAL_GLOSS.x;
+    float roughness = MATERIAL_GLOSS.y;
+    vec4 dielectric = MATERIAL_DIELECTRIC;
+#if HAS_METALLIC_ROUGHNESS_IMAGE
+    vec4 metal = texture(t_metallic_roughness_image, METALLIC_ROUGHNESS_UV);
+    metallic *= metal.b;
+    roughness *= metal.g;
+#endif
+#if HAS_SPECULAR_IMAGE
+    dielectric.a *= texture(t_specular_image, SPECULAR_UV).a;
+#endif
+#if HAS_SPECULAR_COLOR_IMAGE
+    dielectric.rgb *= texture(t_specular_color_image, SPECULAR_COLOR_UV).rgb;
+#endif
+    Brdf brdf = metallic_roughness_brdf(albedo.rgb, metallic, roughness,
+                                        dielectric.rgb * dielectric.a, dielectric.a);
+#else
+    Brdf brdf = diffuse_brdf(albedo.rgb);
+#endif
+    albedo.rgb = brdf.albedo;
+#endif
+
     o_z_vs = z;
-#if WRITES_NORMALS
+#if NORMALS_LOCATION
     o_normals_vs = vec4(shading_code, face_code);
 #endif
-#if WRITES_ALBEDO
+#if ALBEDO_LOCATION
     o_albedo = vec4(albedo.rgb, 1.0);
 #endif
-#if WRITES_EMISSION
+#if EMISSION_LOCATION
     o_emission = vec4(emits ? emission : vec3(0.0), MATERIAL_EMISSION.a);
 #endif
-#if WRITES_LIFT
+#if GLOSS_LOCATION
+    o_gloss = vec4(brdf.f0, brdf.roughness);
+#endif
+#if FINISH_LOCATION
+    o_finish = vec2(brdf.f90, 1.0);
+#if HAS_OCCLUSION_IMAGE
+    o_finish.y += MATERIAL_GLOSS.w * (texture(t_occlusion_image, OCCLUSION_UV).r - 1.0);
+#endif
+#endif
+#if LIFT_LOCATION
     o_lift_vs = 0.0;
 #if HAS_SHADING_NORMALS
     // How far the planes across the corners' normals lie above the triangle: the mean of

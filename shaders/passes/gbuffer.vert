@@ -1,6 +1,7 @@
 #version 330 core
 // Places a vertex in view space and turns its normals there.
 #include "lib/instance.glsl"
+#include "lib/material_uvs.glsl"
 
 uniform mat4 u_clip_from_view;
 
@@ -17,24 +18,32 @@ flat out vec4 v_albedo;
 flat out vec4 v_emission;
 flat out vec2 v_emission_side_cutoff;
 #endif
+#if HAS_INSTANCE_MATERIALS && HAS_GLOSS
+in vec4 a_dielectric;             // reflectance at normal incidence, strength
+flat out vec4 v_dielectric;
+#endif
+#if HAS_INSTANCE_MATERIALS && (HAS_GLOSS || HAS_NORMAL_IMAGE || HAS_OCCLUSION_IMAGE)
+in vec4 a_gloss;                  // metallic, roughness, scale of normals, strength of occlusion
+flat out vec4 v_gloss;
+#endif
 #if HAS_SHADING_NORMALS
 in vec3 a_normal_os;
 out vec3 v_normal_vs;
 #endif
-#if HAS_SHADING_NORMALS && WRITES_LIFT
+#if HAS_SHADING_NORMALS && LIFT_LOCATION
 out float v_height_vs;
 #endif
 #if HAS_VERTEX_COLORS
 in vec4 a_color;
 out vec4 v_color;
 #endif
-#if HAS_ALBEDO_TEXTURE || HAS_EMISSION_TEXTURE
+#if HAS_UVS
 in vec2 a_uv;
-out vec2 v_material_uv;
+out vec2 v_uv;
 #endif
-#if HAS_EMISSION_UVS
-in vec2 a_emission_uv;
-out vec2 v_emission_uv;
+#if HAS_SECOND_UVS
+in vec2 a_second_uv;
+out vec2 v_second_uv;
 #endif
 
 void main()
@@ -52,19 +61,25 @@ void main()
     v_emission = a_emission;
     v_emission_side_cutoff = a_emission_side_cutoff;
 #endif
+#if HAS_INSTANCE_MATERIALS && HAS_GLOSS
+    v_dielectric = a_dielectric;
+#endif
+#if HAS_INSTANCE_MATERIALS && (HAS_GLOSS || HAS_NORMAL_IMAGE || HAS_OCCLUSION_IMAGE)
+    v_gloss = a_gloss;
+#endif
 #if HAS_SHADING_NORMALS
     v_normal_vs = instance_normal_vs(a_normal_os);
-#if WRITES_LIFT
+#if LIFT_LOCATION
     v_height_vs = dot(position_vs, v_normal_vs);
 #endif
 #endif
 #if HAS_VERTEX_COLORS
     v_color = a_color;
 #endif
-#if HAS_ALBEDO_TEXTURE || HAS_EMISSION_TEXTURE
-    v_material_uv = a_uv;
+#if HAS_UVS
+    v_uv = a_uv;
 #endif
-#if HAS_EMISSION_UVS
-    v_emission_uv = a_emission_uv;
+#if HAS_SECOND_UVS
+    v_second_uv = a_second_uv;
 #endif
 }

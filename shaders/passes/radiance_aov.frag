@@ -1,15 +1,17 @@
 #version 330 core
-// What one irradiance contributes to the picture: the radiance that it is reflected as.
-#include "lib/brdf.glsl"
-
-uniform sampler2D t_irradiance;
+// What some terms contribute to the picture, as radiance.
+//
+// Defines: see lib/terms.glsl, and GLOSSY in lib/brdf.glsl.
+#include "lib/reflected.glsl"
+#include "lib/terms.glsl"
 
 layout(location = 0) out vec4 o_radiance;
 
 void main()
 {
     ivec2 texel = ivec2(gl_FragCoord.xy);
-    vec3 irradiance = texelFetch(t_irradiance, texel, 0).rgb;
+    vec3 radiance = summed_radiance(texel, false);
     float coverage = texelFetch(t_albedo, texel, 0).a;
-    o_radiance = vec4(diffuse_radiance(brdf_at(texel), irradiance), coverage);
+    radiance += reflected_towards_camera(texel, summed_irradiance(texel));
+    o_radiance = vec4(radiance, coverage);
 }

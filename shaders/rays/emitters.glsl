@@ -187,7 +187,7 @@ LightSample sample_surface_emitter(Emitter e, int entry, vec2 u, vec3 p)
     vec4 uv_last = emitter_texel(entry, 5);
     vec2 uv = uv_along.xy + s.x * uv_along.zw + s.y * uv_last.xy;
     vec2 hole_uv = uv;
-#if RAY_EMISSION_UVS
+#if RAY_SECOND_UVS
     vec4 hole_along = emitter_texel(entry, 6);
     hole_uv = hole_along.xy + s.x * hole_along.zw + s.y * emitter_texel(entry, 7).xy;
 #endif

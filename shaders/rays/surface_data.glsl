@@ -1,7 +1,7 @@
 // Tables of what rays hit: where a record lies, and what materials look like.
 //
 // RAY_SMOOTH_NORMALS, RAY_VERTEX_COLORS, RAY_TEXTURES, RAY_CUTOUTS,
-// RAY_SINGLE_SIDED, RAY_EMISSION_UVS: what the scene has.
+// RAY_SINGLE_SIDED, RAY_SECOND_UVS, RAY_NORMAL_MAPS, GLOSSY: what the scene has.
 // Layouts: ssdo_gl/raytracing/surface_tables.py.
 #include "lib/octahedral.glsl"
 
@@ -9,8 +9,19 @@ uniform usampler2D t_ray_surfaces;
 uniform vec2 u_surfaces_texel;
 uniform sampler2D t_ray_materials;
 uniform sampler2D t_ray_atlas;
-#if RAY_EMISSION_UVS
-uniform int u_emission_uvs_slot;    // where those of slot 0 are
+uniform sampler2D t_ray_data_atlas;  // images whose numbers count, not sRGB
+#if RAY_SECOND_UVS
+uniform int u_second_uvs_slot;      // where those of slot 0 are
+#endif
+
+// Texels of the material table.
+#define ALBEDO_IMAGE 2
+#define EMISSION_IMAGE 3
+#define METALLIC_ROUGHNESS_IMAGE 7
+#define SPECULAR_IMAGE 8
+#define SPECULAR_COLOR_IMAGE 9
+#if RAY_NORMAL_MAPS
+#define NORMAL_IMAGE 10
 #endif
 
 // A row of a table holds 256 records of 4 texels.
@@ -62,11 +73,12 @@ Corners corners_of(int slot)
                    record_texel(t_ray_surfaces, u_surfaces_texel, slot, 3));
 }
 
-// The corners whose texture coordinates are those of the emission's image.
-Corners emission_corners_of(int slot, Corners corners)
+// The corners whose texture coordinates are those of one of the material's images.
+Corners corners_of_image(uint word, int image, int slot, Corners corners)
 {
-#if RAY_EMISSION_UVS
-    return corners_of(slot + u_emission_uvs_slot);
+#if RAY_SECOND_UVS
+    bool is_second = ((int(material_texel(word, 5).w) >> image) & 1) != 0;
+    return is_second ? corners_of(slot + u_second_uvs_slot) : corners;
 #else
     return corners;
 #endif
@@ -114,7 +126,9 @@ vec4 atlas_texel(vec4 place, vec2 t)
     vec2 inside = vec2(place.z < 0.0 ? kept.x : repeated.x, place.w < 0.0 ? kept.y : repeated.y);
     // Rounding of t / size may give `size` itself.
     inside = min(inside, size - 1.0);
-    return texelFetch(t_ray_atlas, ivec2(place.xy + inside), 0);
+    ivec2 texel = ivec2(place.xy + inside);
+    bool is_data = fract(place.y) != 0.0;
+    return is_data ? texelFetch(t_ray_data_atlas, texel, 0) : texelFetch(t_ray_atlas, texel, 0);
 }
 
 // Bilinear, as the rasterizer magnifies. Finer levels than its mip maps choose blur
@@ -143,6 +157,34 @@ vec4 albedo_of(uint word, Corners c, vec3 weights)
 #endif
     return albedo;
 }
+
+#if GLOSSY
+// One of the material's images at a point, or white.
+vec4 image_of(uint word, int image, int slot, Corners c, vec3 weights)
+{
+#if RAY_TEXTURES
+    vec4 place = material_texel(word, image);
+    vec2 uv = interpolated_uv(corners_of_image(word, image, slot, c), weights);
+    return place.z != 0.0 ? atlas_color(place, uv) : vec4(1.0);
+#else
+    return vec4(1.0);
+#endif
+}
+
+// Metallic and roughness.
+vec4 metal_rough_of(uint word, int slot, Corners c, vec3 weights)
+{
+    return material_texel(word, 5) * image_of(word, METALLIC_ROUGHNESS_IMAGE, slot, c, weights).bgra;
+}
+
+// Reflectance at normal incidence and strength of the dielectric part.
+vec4 dielectric_of(uint word, int slot, Corners c, vec3 weights)
+{
+    vec4 color = image_of(word, SPECULAR_COLOR_IMAGE, slot, c, weights);
+    vec4 strength = image_of(word, SPECULAR_IMAGE, slot, c, weights);
+    return material_texel(word, 6) * vec4(color.rgb, strength.a);
+}
+#endif
 
 #if RAY_CUTOUTS
 // Whether the material has a hole at the point that the weights, up to a factor, name.

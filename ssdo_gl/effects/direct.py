@@ -16,6 +16,7 @@ from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.passes.brdf_wiring import brdf_wiring
 from ssdo_gl.passes.light_rows import light_rows
 from ssdo_gl.passes.screen_space_settings import pattern_offset
 from ssdo_gl.scene.lights import Form, Light, kind_number
@@ -64,10 +65,11 @@ class DirectPass(RenderPass):
         That of the shadow maps' settings.
     lifts : bool
         Read `lift_vs`, without which triangles shadow the smooth surface they stand for.
+    glossy : bool
+        Write `direct_gloss`, too: rgb radiance that glossy surfaces reflect to the camera.
     """
 
     name = "direct"
-    writes: Mapping[str, TextureSpec] = {"direct_irradiance": TextureSpec(4, "f4")}
 
     def __init__(
         self,
@@ -76,20 +78,27 @@ class DirectPass(RenderPass):
         shadow_maps: bool = True,
         parts_per_side: int = 1,
         lifts: bool = False,
+        glossy: bool = False,
     ) -> None:
         self.settings = settings or DirectSettings()
         self.shadow_maps = shadow_maps
         self.parts_per_side = parts_per_side
         self.lifts = lifts
+        self.glossy = glossy
+        self.writes = {"direct_irradiance": TextureSpec(4, "f4")}
+        if glossy:
+            self.writes["direct_gloss"] = TextureSpec(4, "f4")
         more = *(("shadow_atlas",) if shadow_maps else ()), *(("lift_vs",) if lifts else ())
-        self.reads = ("z_vs", "normals_vs", *more)
+        self._wiring = {f"t_{name}": name for name in ("z_vs", "normals_vs", *more)}
+        self._wiring |= brdf_wiring(glossy) if glossy else {}
+        self.reads = tuple(self._wiring.values())
         # The map of a directional light encloses the geometry; the seed turns the
         # pattern of soft shadows.
         self.depends_on = ("view", "lights", *(("geometry", "seed") if shadow_maps else ()))
 
     def settings_key(self) -> Hashable:
         """Return the settings and how there are shadow maps."""
-        return self.settings, self.shadow_maps, self.parts_per_side, self.lifts
+        return self.settings, self.shadow_maps, self.parts_per_side, self.lifts, self.glossy
 
     def execute(self, context: PassContext) -> None:
         """Draw one full-screen triangle for each light, adding up."""
@@ -98,7 +107,7 @@ class DirectPass(RenderPass):
         parts = self.parts_per_side
         frames = shadow_frames(scene.lights, context.geometry.bounds_along, parts)
         rows = light_rows(scene.lights, frames, context.frame.view)
-        textures = {f"t_{name}": context.inputs[name] for name in self.reads}
+        textures = {sampler: context.inputs[name] for sampler, name in self._wiring.items()}
         common = uniforms(self.settings, context.frame)
         if self.shadow_maps:
             columns = atlas_layout(scene.lights).columns
@@ -127,6 +136,7 @@ class DirectPass(RenderPass):
             "LIGHT_FORM": light.form,
             "IS_SOFT": int(light.form is Form.AREA or light.spread > 0.0),
             "HAS_SHADOW_MAP": int(has_map),
+            "GLOSSY": int(self.glossy),
             "HAS_LIFT": int(has_map and self.lifts and smooth),
             "HAS_SHADING_NORMALS": int(smooth),
             "BLOCKER_COUNT": self.settings.blocker_samples,
@@ -140,7 +150,10 @@ class Direct(Effect):
     name = "direct"
     methods = ALL - {"reference-gi"}
     shown_by = ALL
-    terms = (Term("direct", "direct_irradiance"),)
+    terms = (
+        Term("direct", "direct_irradiance"),
+        Term("specular", "direct_gloss", "radiance", glossy=True),
+    )
     shortcuts = (USELESS_LIGHTS,)
     settings: ClassVar[Mapping[str, type]] = {"direct": DirectSettings}
 
@@ -162,5 +175,6 @@ class Direct(Effect):
             shadow_maps=has_maps,
             parts_per_side=maps.parts_per_side,
             lifts=has_maps and is_smooth(request.scene),
+            glossy=request.is_glossy,
         )
         yield item, "light of the scene's lights"

@@ -30,11 +30,14 @@ class Term:
     kind : str
         ``irradiance`` (W m^-2) is reflected by the surface; ``radiance`` (W sr^-1 m^-2)
         is added as it is, and its alpha is 1 where senders pass it on.
+    glossy : bool
+        There only where `Request.is_glossy`.
     """
 
     name: str
     resource: str
     kind: Literal["irradiance", "radiance"] = "irradiance"
+    glossy: bool = False
 
 
 @dataclass(frozen=True)
@@ -106,6 +109,10 @@ class Effect(ABC):
     @abstractmethod
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
         """Yield its passes, each with its reason; called once all is decided."""
+
+    def terms_of(self, request: Request) -> list[Term]:
+        """Return those of `terms` that it adds in this frame."""
+        return [term for term in self.terms if request.is_glossy or not term.glossy]
 
     def sends(self, request: Request) -> bool:
         """Return whether what its terms add is sent on to other surfaces."""

@@ -164,5 +164,5 @@ class FarField(Effect):
         """Yield where probes stand, and what they see."""
         settings = request.with_overrides(self.name, FarFieldSettings(radius=request.radius))
         yield FarProbePointsPass(settings), "a probe for each tile of what is in view"
-        item = FarProbesPass(settings, RayFeatures.of(request.scene), request.environment)
+        item = FarProbesPass(settings, request.ray_features, request.environment)
         yield item, "what arrives from beyond R"

@@ -17,7 +17,6 @@ from ssdo_gl.passes.accumulate import Schedule, SumOutput
 from ssdo_gl.passes.composite import OcclusionMode
 from ssdo_gl.passes.ray_pass import RayPass
 from ssdo_gl.passes.ray_uniforms import radius_ns
-from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.settings.settings import same_as
 
 # Rays of one draw and pixel: enough to spread the cost of finding the surface again.
@@ -77,7 +76,7 @@ class ReferenceAo(Effect):
         chosen = request.settings
         base = ReferenceAoSettings(request.radius, chosen.spp, chosen.max_error)
         settings = request.with_overrides(self.name, base)
-        yield ReferenceAoPass(settings, RayFeatures.of(request.scene)), "how open each point is"
+        yield ReferenceAoPass(settings, request.ray_features), "how open each point is"
 
     def image(self, request: Request, name: str) -> ImageSource:
         """Return the visibility."""

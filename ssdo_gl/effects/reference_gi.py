@@ -14,7 +14,6 @@ from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.accumulate import Schedule, SumOutput
 from ssdo_gl.passes.ray_pass import RayPass
 from ssdo_gl.passes.ray_uniforms import emitters_of
-from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.settings.fields import setting
 from ssdo_gl.settings.settings import MAX_BOUNCES, same_as
 
@@ -60,6 +59,7 @@ class ReferenceGiPass(RayPass):
     outputs = (SumOutput("gi_radiance", channels=3),)
     label = "path tracing"
     surface = ("z_vs", "normals_vs", "albedo", "emission")
+    reflects = True
 
     def defines(self, context: PassContext) -> dict[str, int]:
         """Add whether any surface or lamp emits."""
@@ -98,6 +98,6 @@ class ReferenceGi(Effect):
         chosen = request.settings
         base = ReferenceGiSettings(chosen.spp, chosen.bounces, max_error=chosen.max_error)
         settings = request.with_overrides(self.name, base)
-        features = RayFeatures.of(request.scene)
+        features = request.ray_features
         item = ReferenceGiPass(settings, features, request.environment)
         yield item, "all light transport, by paths"

@@ -15,7 +15,6 @@ from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.accumulate import Schedule, SumOutput
 from ssdo_gl.passes.ray_pass import RayPass
 from ssdo_gl.passes.ray_uniforms import radius_ns
-from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.settings.settings import same_as
 
 # Samples of one draw and pixel; each takes a ray, and from what it hits one to each light.
@@ -97,6 +96,6 @@ class ReferenceNear(Effect):
         chosen = request.settings
         base = ReferenceNearSettings(request.radius, chosen.spp, chosen.max_error)
         settings = request.with_overrides(self.name, base)
-        features = RayFeatures.of(request.scene)
+        features = request.ray_features
         item = ReferenceNearPass(settings, features, request.environment)
         yield item, "the near field, by rays"

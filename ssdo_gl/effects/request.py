@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from ssdo_gl.effects.decisions import Decided, Decision
 from ssdo_gl.planning.content import SceneContent, simplest_environment
 from ssdo_gl.planning.view import ViewFacts
+from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment_kinds import Environment
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.settings import Settings
@@ -112,6 +113,16 @@ class Request:
     def shows_picture(self) -> bool:
         """Whether the picture itself is wanted, linear or tone-mapped."""
         return bool({"beauty", "display"} & set(self.wanted))
+
+    @property
+    def is_glossy(self) -> bool:
+        """Whether any surface may reflect more than diffuse light."""
+        return self.is_full or self.content.has_gloss
+
+    @cached_property
+    def ray_features(self) -> RayFeatures:
+        """What rays can meet."""
+        return dataclasses.replace(RayFeatures.of(self.scene), glossy=self.is_glossy)
 
     @property
     def is_view_empty(self) -> bool:

@@ -34,13 +34,20 @@ class TracedShadowsPass(RayPass):
     """Writes `direct_irradiance`: rgb irradiance of all lights but ``ssdo`` ones.
 
     Unbiased: each ray goes to a random point of a light. Exactly 0 where none arrives.
+    Where the scene has gloss it writes `direct_gloss`, too: rgb radiance that glossy
+    surfaces reflect to the camera.
     """
 
     name = "traced_shadows"
-    writes: Mapping[str, TextureSpec] = {"direct_irradiance": TextureSpec(4, "f4")}
     depends_on = ("view", "geometry", "lights", "seed")
-    outputs = (SumOutput("direct_irradiance", channels=3),)
     label = "traced shadows"
+    reflects = True
+
+    def __init__(self, settings: TracedShadowsSettings, features: RayFeatures) -> None:
+        super().__init__(settings, features)
+        names = ("direct_irradiance", *(("direct_gloss",) if features.glossy else ()))
+        self.writes = {name: TextureSpec(4, "f4") for name in names}
+        self.outputs = tuple(SumOutput(name, channels=3) for name in names)
 
     def schedule(self, context: PassContext) -> Schedule:
         """Return the schedule of samples, each a ray to every light."""
@@ -56,7 +63,10 @@ class TracedShadows(Effect):
     name = "traced_shadows"
     methods = ALL - {"reference-gi"}
     shown_by = ALL
-    terms = (Term("direct", "direct_irradiance"),)
+    terms = (
+        Term("direct", "direct_irradiance"),
+        Term("specular", "direct_gloss", "radiance", glossy=True),
+    )
     settings: ClassVar[Mapping[str, type]] = {"traced_shadows": TracedShadowsSettings}
     traces = True
 
@@ -73,5 +83,5 @@ class TracedShadows(Effect):
         chosen = request.settings
         base = TracedShadowsSettings(chosen.shadow_rays, chosen.max_error)
         settings = request.with_overrides(self.name, base)
-        item = TracedShadowsPass(settings, RayFeatures.of(request.scene))
+        item = TracedShadowsPass(settings, request.ray_features)
         yield item, "light of the scene's lights, by shadow rays"

@@ -180,13 +180,13 @@ class Geometry:
         if id(mesh) not in self._streams:
             self._streams[id(mesh)] = mesh, vertex_streams(self._gl, mesh)
         features = features_of(mesh, material)
-        textures = {}
-        if features.albedo_texture and material.albedo_texture is not None:
-            textures["t_albedo"] = self._textures.get(
-                material.albedo_texture, _cutoff_of_image(material)
+        textures = {
+            f"t_{name}_image": self._textures.get(
+                texture, _cutoff_of_image(material) if name == "albedo" else None
             )
-        if features.emission_texture and material.emission_texture is not None:
-            textures["t_emission"] = self._textures.get(material.emission_texture)
+            for name, texture in material.textures.items()
+            if name in features.images
+        }
         count = sum(len(scene.objects[i].world_from_object) for i in members)
         streams = self._streams[id(mesh)][1]
         images = tuple(texture.glo for texture in textures.values())

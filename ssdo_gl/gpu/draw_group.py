@@ -17,7 +17,9 @@ from ssdo_gl.scene.mesh import Mesh
 from ssdo_gl.scene.scene import Scene
 
 # Per-instance data: three rows of view_from_object; albedo (rgb, alpha factor);
-# emission (rgb, 1 if it may count as a sender); (1 if both sides emit, alpha cutoff).
+# emission (rgb, 1 if it may count as a sender); (1 if both sides emit, alpha cutoff);
+# (metallic, roughness, scale of the normal map, strength of baked occlusion);
+# dielectric (rgb reflectance at normal incidence, strength).
 INSTANCE_ATTRIBUTES = (
     ("a_view_from_object_row_0", 4),
     ("a_view_from_object_row_1", 4),
@@ -25,8 +27,24 @@ INSTANCE_ATTRIBUTES = (
     ("a_albedo", 4),
     ("a_emission", 4),
     ("a_emission_side_cutoff", 2),
+    ("a_gloss", 4),
+    ("a_dielectric", 4),
 )
 INSTANCE_FLOATS = sum(count for _, count in INSTANCE_ATTRIBUTES)
+
+
+# The images of a material, as `Material.textures` names them.
+IMAGE_NAMES = (
+    "albedo",
+    "emission",
+    "metallic_roughness",
+    "specular",
+    "specular_color",
+    "normal",
+    "occlusion",
+)
+# Those that only gloss needs.
+GLOSS_IMAGES = frozenset({"metallic_roughness", "specular", "specular_color"})
 
 
 @dataclass(frozen=True)
@@ -35,34 +53,43 @@ class Features:
 
     A program compiled without what nobody needs does not pay for it. Where instances do
     not differ in their material, `material_uniforms` are set instead of attributes.
+
+    Attributes
+    ----------
+    images, second_uvs : frozenset of str
+        Of `IMAGE_NAMES`: those that there are, and those of them that take the mesh's
+        second texture coordinates.
     """
 
     shading_normals: bool = False
     vertex_colors: bool = False
-    albedo_texture: bool = False
-    emission_texture: bool = False
-    emission_uvs: bool = False
     alpha_cutout: bool = False
     instance_materials: bool = False
     single_sided: bool = False
+    glossy: bool = False
+    images: frozenset[str] = frozenset()
+    second_uvs: frozenset[str] = frozenset()
 
     def defines(self) -> dict[str, int]:
         """Return the switches for a shader that outputs materials."""
         return {
             "HAS_SHADING_NORMALS": int(self.shading_normals),
             "HAS_VERTEX_COLORS": int(self.vertex_colors),
-            "HAS_ALBEDO_TEXTURE": int(self.albedo_texture),
-            "HAS_EMISSION_TEXTURE": int(self.emission_texture),
-            "HAS_EMISSION_UVS": int(self.emission_uvs),
             "HAS_ALPHA_CUTOUT": int(self.alpha_cutout),
             "HAS_INSTANCE_MATERIALS": int(self.instance_materials),
+            "HAS_GLOSS": int(self.glossy),
+            **{f"HAS_{name.upper()}_IMAGE": int(name in self.images) for name in IMAGE_NAMES},
+            **{
+                f"{name.upper()}_ON_SECOND_UVS": int(name in self.second_uvs)
+                for name in IMAGE_NAMES
+            },
         }
 
     def cutout_defines(self) -> dict[str, int]:
         """Return the switches for a shader that outputs depth only."""
         return {
             "HAS_VERTEX_COLORS": int(self.alpha_cutout and self.vertex_colors),
-            "HAS_ALBEDO_TEXTURE": int(self.alpha_cutout and self.albedo_texture),
+            "HAS_ALBEDO_TEXTURE": int(self.alpha_cutout and "albedo" in self.images),
             "HAS_ALPHA_CUTOUT": int(self.alpha_cutout),
         }
 
@@ -96,32 +123,29 @@ class DrawGroup:
 
 def grouped(scene: Scene) -> list[list[int]]:
     """Return lists of object indices that one draw call can render together."""
-    groups: dict[tuple[int, Features, int, int], list[int]] = {}
+    groups: dict[tuple[int, Features, tuple[int, ...]], list[int]] = {}
     for i, item in enumerate(scene.objects):
         material = scene.materials[item.material]
         features = features_of(scene.meshes[item.mesh], material)
-        key = (
-            item.mesh,
-            features,
-            id(material.albedo_texture) if features.albedo_texture else 0,
-            id(material.emission_texture) if features.emission_texture else 0,
-        )
-        groups.setdefault(key, []).append(i)
+        textures = material.textures
+        images = tuple(id(textures[name]) for name in IMAGE_NAMES if name in features.images)
+        groups.setdefault((item.mesh, features, images), []).append(i)
     return list(groups.values())
 
 
 def features_of(mesh: Mesh, material: Material) -> Features:
     """Return what drawing `mesh` with `material` needs."""
-    textured = mesh.uvs is not None
-    glow_textured = textured and material.emission_texture is not None and material.emits
+    images = frozenset(material.textures if mesh.uvs is not None else ())
+    images -= frozenset() if material.emits else frozenset({"emission"})
+    images -= frozenset() if material.is_glossy else GLOSS_IMAGES
     return Features(
         shading_normals=mesh.normals is not None,
         vertex_colors=mesh.colors is not None,
-        albedo_texture=textured and material.albedo_texture is not None,
-        emission_texture=glow_textured,
-        emission_uvs=glow_textured and mesh.emission_uvs is not None,
         alpha_cutout=material.alpha_cutoff is not None,
         single_sided=material.single_sided,
+        glossy=material.is_glossy,
+        images=images,
+        second_uvs=images & material.second_uvs if mesh.emission_uvs is not None else frozenset(),
     )
 
 
@@ -131,6 +155,8 @@ def material_uniforms(row: NDArray[np.float32]) -> dict[str, object]:
         "u_albedo": row[0:4],
         "u_emission": row[4:8],
         "u_emission_side_cutoff": row[8:10],
+        "u_gloss": row[10:14],
+        "u_dielectric": row[14:18],
     }
 
 
@@ -144,5 +170,11 @@ def material_row(material: Material, counts_as_sender: bool) -> FloatArray:
             float(counts_as_sender),
             float(material.two_sided_emission),
             0.0 if material.alpha_cutoff is None else material.alpha_cutoff,
+            material.metallic,
+            material.roughness,
+            material.normal_scale,
+            material.occlusion_strength,
+            *material.dielectric_color,
+            material.specular,
         ]
     )

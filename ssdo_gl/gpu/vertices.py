@@ -24,7 +24,7 @@ class VertexStreams:
         Half the size of the object-space bounds around `center`.
     buffers : dict of name to (buffer, components), float32
         ``a_position_os`` (relative to `center`) and ``a_normal_face_os`` always;
-        ``a_normal_os``, ``a_uv``, ``a_emission_uv``, ``a_color`` if present.
+        ``a_normal_os``, ``a_uv``, ``a_second_uv``, ``a_color`` if present.
     indices : moderngl.Buffer
         Three uint32 for each triangle.
     is_solid : bool
@@ -60,7 +60,7 @@ def vertex_streams(gl: moderngl.Context, mesh: Mesh) -> VertexStreams:
     if mesh.uvs is not None:
         streams["a_uv"] = mesh.uvs[source]
     if mesh.emission_uvs is not None:
-        streams["a_emission_uv"] = mesh.emission_uvs[source]
+        streams["a_second_uv"] = mesh.emission_uvs[source]
     if mesh.colors is not None:
         streams["a_color"] = mesh.colors[source]
     buffers = {

@@ -9,6 +9,7 @@ from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.passes.brdf_wiring import brdf_wiring
 from ssdo_gl.passes.environment_uniforms import (
     MAP_IRRADIANCE,
     MAP_RADIANCE,
@@ -47,6 +48,8 @@ class CompositePass(RenderPass):
     combine : str
         What `visibility` multiplies; ``report_traced`` is ``report`` for ray-traced
         ambient occlusion. Without effect if `visibility` is None.
+    glossy : bool
+        Surfaces may be glossy.
     """
 
     name = "composite"
@@ -61,18 +64,20 @@ class CompositePass(RenderPass):
         *,
         visibility: str | None = None,
         combine: OcclusionMode = "ambient",
+        glossy: bool = False,
     ) -> None:
         kind = environment_kind(environment)
         number = 0 if visibility is None else COMBINE_NUMBERS[combine]
         self.defines = {
             "ENVIRONMENT_KIND": kind,
             "COMBINE": number,
+            "GLOSSY": int(glossy),
             **term_defines(irradiances, radiances),
         }
         wiring = {
             "t_z_vs": "z_vs",
-            "t_normals_vs": "normals_vs" if number in (1, 2) else None,
-            "t_albedo": "albedo",
+            "t_normals_vs": "normals_vs" if number in (1, 2) or glossy else None,
+            **brdf_wiring(glossy),
             "t_visibility": visibility,
             "t_environment": MAP_RADIANCE if kind == 3 else None,
             "t_environment_irradiance": MAP_IRRADIANCE if kind == 3 and number in (1, 2) else None,

@@ -1,4 +1,4 @@
-"""What the camera sees first: linear depth, normals, albedo, emission."""
+"""What the camera sees first: linear depth, normals, albedo, emission, gloss."""
 
 from __future__ import annotations
 
@@ -30,13 +30,16 @@ def uniforms(frame: Frame) -> dict[str, object]:
 
 
 class GBufferPass(RenderPass):
-    """Draws the scene once into up to five targets.
+    """Draws the scene once into up to seven targets.
 
     Surfaces are two-sided: both normals are turned towards the camera. `emission`
     leaves the front side only unless the material says otherwise; its alpha is 1
     where no light delivers it, so that it may be counted as a sender. `lift_vs` is how far
     above its triangle, along the shading normal, the smooth surface lies that the triangle
     stands for; 0 where it does not bulge, or by less than what is known of positions.
+    `gloss` is the reflectance at normal incidence and the roughness, `finish` the
+    reflectance at grazing incidence and the baked visibility of the environment; where
+    neither is read, nor written, `albedo` is the base colour of metals, too.
 
     Parameters
     ----------
@@ -51,6 +54,8 @@ class GBufferPass(RenderPass):
         "albedo": TextureSpec(4, "nu2"),
         "emission": TextureSpec(4, "f4"),
         "lift_vs": TextureSpec(1, "f4"),
+        "gloss": TextureSpec(4, "nu2"),
+        "finish": TextureSpec(2, "nu2"),
     }
     depends_on = ("view", "geometry")
     needs_depth: ClassVar[bool] = True
@@ -59,11 +64,13 @@ class GBufferPass(RenderPass):
         self.writes = {
             name: spec for name, spec in self.TARGETS.items() if name == "z_vs" or name in wanted
         }
+        written = list(self.writes)
         self._defines = {
-            "WRITES_NORMALS": int("normals_vs" in self.writes),
-            "WRITES_ALBEDO": int("albedo" in self.writes),
-            "WRITES_EMISSION": int("emission" in self.writes),
-            "WRITES_LIFT": int("lift_vs" in self.writes),
+            f"{name.removesuffix('_vs').upper()}_LOCATION": (
+                written.index(name) if name in written else 0
+            )
+            for name in self.TARGETS
+            if name != "z_vs"
         }
 
     def settings_key(self) -> Hashable:

@@ -1,35 +1,54 @@
-"""One term of the picture by itself, as radiance."""
+"""Some terms of the picture by themselves, as radiance."""
 
 from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.passes.brdf_wiring import brdf_wiring
+from ssdo_gl.passes.terms import term_defines, term_wiring
 
 
 class RadianceAovPass(RenderPass):
-    """Turns an irradiance into the radiance that it adds to `beauty`.
+    """Adds up what some terms add to `beauty`.
 
     Parameters
     ----------
-    irradiance : str
-        Resource to read, e.g. ``direct_irradiance``.
     radiance : str
         Resource to write, 4 x f4: rgb radiance, a = coverage. Also names the pass.
+    irradiances, radiances : sequence of str
+        Resources to read, e.g. ``direct_irradiance``.
+    glossy : bool
+        Surfaces may be glossy.
     """
 
-    def __init__(self, irradiance: str, radiance: str) -> None:
+    def __init__(
+        self,
+        radiance: str,
+        irradiances: Sequence[str] = (),
+        radiances: Sequence[str] = (),
+        *,
+        glossy: bool = False,
+    ) -> None:
         self.name = radiance
-        self.reads = ("albedo", irradiance)
+        self._wiring = {**brdf_wiring(glossy), **term_wiring(irradiances, radiances)}
+        if glossy:
+            self._wiring |= {"t_z_vs": "z_vs", "t_normals_vs": "normals_vs"}
+        self.reads = tuple(self._wiring.values())
         self.writes = {radiance: TextureSpec(4, "f4")}
-        self._irradiance = irradiance
+        self._glossy = glossy
+        self._defines = {**term_defines(irradiances, radiances), "GLOSSY": int(glossy)}
+
+    def settings_key(self) -> Hashable:
+        """Return the switches."""
+        return tuple(self._defines.items())
 
     def execute(self, context: PassContext) -> None:
         """Draw one full-screen triangle."""
         assert context.target is not None
-        textures = {
-            "t_albedo": context.inputs["albedo"],
-            "t_irradiance": context.inputs[self._irradiance],
-        }
-        program = context.shaders.fullscreen("passes/radiance_aov.frag")
-        draw_fullscreen(context.gl, program, context.target, {}, textures)
+        program = context.shaders.fullscreen("passes/radiance_aov.frag", self._defines)
+        uniforms = context.frame.view.uniforms() if self._glossy else {}
+        textures = {sampler: context.inputs[name] for sampler, name in self._wiring.items()}
+        draw_fullscreen(context.gl, program, context.target, uniforms, textures)

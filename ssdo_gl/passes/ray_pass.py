@@ -40,12 +40,15 @@ class RayPass(RenderPass):
         What it reads of the surface that a pixel shows.
     gathers_light : bool
         Whether rays bring light, of what they hit or are sent to, or visibility alone.
+    reflects : bool
+        Whether the surface that a pixel shows, if it is glossy, reflects what they bring.
     """
 
-    outputs: ClassVar[Sequence[SumOutput]]
+    outputs: Sequence[SumOutput]
     label: ClassVar[str]
     surface: ClassVar[tuple[str, ...]] = ("z_vs", "normals_vs")
     gathers_light: ClassVar[bool] = True
+    reflects: ClassVar[bool] = False
 
     def __init__(
         self, settings: Any, features: RayFeatures, environment: Environment | None = None
@@ -53,8 +56,10 @@ class RayPass(RenderPass):
         self.settings = settings
         self.features = features
         self.environment_kind = environment_kind(environment)
+        gloss = ("albedo", "gloss", "finish") if self.reflects and features.glossy else ()
         self.reads = (
             *self.surface,
+            *(name for name in gloss if name not in self.surface),
             *ray_reads(features, shades=self.gathers_light),
             *(EMITTER_TABLES if self.gathers_light else ()),
             *((MAP_RADIANCE,) if self.environment_kind == 3 else ()),

@@ -15,6 +15,7 @@ from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.ray_uniforms import bvh_of, folded
 from ssdo_gl.raytracing.emitter_tables import emitter_tables, map_cells, map_mean_radiance
 from ssdo_gl.raytracing.surface_tables import (
+    IMAGE_TEXELS,
     Atlas,
     RayFeatures,
     build_atlas,
@@ -27,7 +28,9 @@ from ssdo_gl.scene.scene import Scene
 
 
 class SurfaceTablesPass(RenderPass):
-    """Uploads `ray_surfaces` and `ray_atlas`; `Atlas.places` come with the latter.
+    """Uploads `ray_surfaces` and the atlases; `Atlas.places` come with the latter.
+
+    `ray_atlas` holds images of colour, `ray_data_atlas` those whose numbers count.
 
     Tables that no object of the scene needs are a single texel.
     """
@@ -37,6 +40,7 @@ class SurfaceTablesPass(RenderPass):
     writes: Mapping[str, TextureSpec] = {
         "ray_surfaces": TextureSpec(4, "u4", own=True),
         "ray_atlas": TextureSpec(4, "nu1", own=True),
+        "ray_data_atlas": TextureSpec(4, "nu1", own=True),
     }
     depends_on = ("geometry",)
 
@@ -44,7 +48,6 @@ class SurfaceTablesPass(RenderPass):
         """Return the tables as new textures."""
         gl, scene = context.gl, context.frame.scene
         features = RayFeatures.of(scene)
-        atlas = _atlas(gl, scene) if features.textures else None
         if features.needs_corners:
             surfaces = folded(surface_table(bvh_of(context)))
         else:
@@ -52,27 +55,38 @@ class SurfaceTablesPass(RenderPass):
         size = surfaces.shape[1], surfaces.shape[0]
         return {
             "ray_surfaces": make_texture(gl, size, 4, "u4", surfaces),
-            "ray_atlas": TextureWithFacts(_upload_atlas(gl, atlas), atlas.places if atlas else {}),
+            "ray_atlas": _atlas(gl, scene, is_data=False),
+            "ray_data_atlas": _atlas(gl, scene, is_data=True),
         }
 
 
-def _atlas(gl: moderngl.Context, scene: Scene) -> Atlas:
-    images = [m.albedo_texture for m in scene.materials]
-    images += [m.emission_texture for m in scene.materials]
-    largest = int(gl.info["GL_MAX_TEXTURE_SIZE"])
-    return build_atlas([image for image in images if image is not None], largest)
+def _atlas(gl: moderngl.Context, scene: Scene, *, is_data: bool) -> TextureWithFacts:
+    """Return an atlas of the images whose uint8 values are, or are not, data."""
+    drawn = [(scene.meshes[o.mesh], scene.materials[o.material]) for o in scene.objects]
+    images = [
+        texture
+        for mesh, material in drawn
+        if mesh.uvs is not None
+        for name, texture in material.textures.items()
+        if name in IMAGE_TEXELS and texture.is_data == is_data
+    ]
+    if not images:
+        return TextureWithFacts(make_texture(gl, (1, 1), 4, "nu1", np.ones((1, 1, 4))), {})
+    atlas = build_atlas(images, int(gl.info["GL_MAX_TEXTURE_SIZE"]))
+    return TextureWithFacts(_upload_atlas(gl, atlas, is_data=is_data), atlas.places)
 
 
-def _upload_atlas(gl: moderngl.Context, atlas: Atlas | None) -> moderngl.Texture:
-    if atlas is None:
-        return make_texture(gl, (1, 1), 4, "nu1", np.ones((1, 1, 4)))
+def _upload_atlas(gl: moderngl.Context, atlas: Atlas, *, is_data: bool) -> moderngl.Texture:
     size = atlas.pixels.shape[1], atlas.pixels.shape[0]
     if atlas.pixels.dtype != np.uint8:
         return make_texture(gl, size, 4, "f4", atlas.pixels)
-    # The hardware decodes sRGB when a texel is fetched.
-    texture = gl.texture(
-        size, 4, atlas.pixels.tobytes(), dtype="f1", internal_format=GL_SRGB8_ALPHA8
-    )
+    if is_data:
+        texture = gl.texture(size, 4, atlas.pixels.tobytes(), dtype="f1")
+    else:
+        # The hardware decodes sRGB when a texel is fetched.
+        texture = gl.texture(
+            size, 4, atlas.pixels.tobytes(), dtype="f1", internal_format=GL_SRGB8_ALPHA8
+        )
     texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
     return texture
 
@@ -81,13 +95,14 @@ class MaterialTablePass(RenderPass):
     """Uploads `ray_materials`, which also says which lights pass through everything."""
 
     name = "material_table"
-    reads = ("ray_atlas",)
+    reads = ("ray_atlas", "ray_data_atlas")
     writes: Mapping[str, TextureSpec] = {"ray_materials": TextureSpec(4, "f4", own=True)}
     depends_on = ("geometry", "lights")
 
     def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
         """Return the table as a new texture."""
-        rows = material_table(context.frame.scene, context.facts["ray_atlas"])
+        places = {**context.facts["ray_atlas"], **context.facts["ray_data_atlas"]}
+        rows = material_table(context.frame.scene, places)
         return {"ray_materials": _table(context.gl, rows)}
 
 

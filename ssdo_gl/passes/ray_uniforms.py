@@ -25,7 +25,7 @@ TABLE_TEXELS = {
     "ray_surfaces": "u_surfaces_texel",
     "ray_emitters": "u_emitters_texel",
 }
-SHADING_TABLES = ("ray_surfaces", "ray_materials", "ray_atlas")
+SHADING_TABLES = ("ray_surfaces", "ray_materials", "ray_atlas", "ray_data_atlas")
 EMITTER_TABLES = ("ray_emitters", "ray_emitter_groups", "ray_map_cells")
 # Names under which llvmpipe and other software rasterizers report themselves.
 SOFTWARE_RENDERERS = ("llvmpipe", "softpipe", "swrast", "SwiftShader")
@@ -61,7 +61,9 @@ def ray_defines(context: PassContext, features: RayFeatures) -> dict[str, int]:
         "RAY_TEXTURES": int(features.textures),
         "RAY_CUTOUTS": int(features.cutouts),
         "RAY_SINGLE_SIDED": int(features.single_sided),
-        "RAY_EMISSION_UVS": int(features.emission_uvs),
+        "RAY_SECOND_UVS": int(features.second_uvs),
+        "GLOSSY": int(features.glossy),
+        "RAY_NORMAL_MAPS": int(features.normal_maps),
     }
 
 
@@ -86,7 +88,7 @@ def ray_uniforms(context: PassContext) -> dict[str, object]:
         "u_ns_from_vs": view.view_from_world.T,
         "u_eye_ns": tuple((view.position_ws - triangles.centre) / triangles.half_diagonal),
         "u_ns_per_unit": 1.0 / triangles.half_diagonal,
-        "u_emission_uvs_slot": bvh_of(context).primitive_triangles.size,
+        "u_second_uvs_slot": bvh_of(context).primitive_triangles.size,
         "u_bvh_root": bvh_of(context).records[0, :12].reshape(3, 4),
     }
     for name, uniform in TABLE_TEXELS.items():

@@ -7,6 +7,7 @@ from collections.abc import Hashable, Sequence
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.passes.brdf_wiring import brdf_wiring
 from ssdo_gl.passes.terms import term_defines, term_wiring
 
 
@@ -22,12 +23,20 @@ class SenderRadiancePass(RenderPass):
         Resources of what arrives, full size, rgb.
     radiances : sequence of str
         Resources of what is emitted; only where their alpha is 1.
+    glossy : bool
+        Surfaces may be glossy.
     """
 
-    def __init__(self, irradiances: Sequence[str] = (), radiances: Sequence[str] = ()) -> None:
+    def __init__(
+        self,
+        irradiances: Sequence[str] = (),
+        radiances: Sequence[str] = (),
+        *,
+        glossy: bool = False,
+    ) -> None:
         self.name = "sender_radiance"
-        self._wiring = {"t_albedo": "albedo", **term_wiring(irradiances, radiances)}
-        self._defines = term_defines(irradiances, radiances)
+        self._wiring = {**brdf_wiring(glossy), **term_wiring(irradiances, radiances)}
+        self._defines = {**term_defines(irradiances, radiances), "GLOSSY": int(glossy)}
         self.reads = tuple(self._wiring.values())
         self.writes = {"sender_radiance": TextureSpec(4)}
 

@@ -56,6 +56,8 @@ class SceneContent:
         Any surface emits, the bodies of lights included.
     has_unlit_emission : bool
         Any surface emits light that no light of the scene stands for.
+    has_gloss : bool
+        Any surface reflects more than diffuse light.
     has_textures : bool
     has_closed_meshes : bool
         Any mesh bounds a solid, so that its back faces tell how thick it is.
@@ -70,6 +72,7 @@ class SceneContent:
     has_albedo: bool
     has_emission: bool
     has_unlit_emission: bool
+    has_gloss: bool
     has_textures: bool
     has_closed_meshes: bool
     has_motion: bool
@@ -105,7 +108,8 @@ def analyse(scene: Scene) -> SceneContent:
         has_albedo=any(max(material.albedo) > 0.0 for material in used),
         has_emission=any(material.emits for material in used),
         has_unlit_emission=bool(emits_unlit),
-        has_textures=any(m.albedo_texture or m.emission_texture for m in used),
+        has_gloss=any(material.is_glossy for material in used),
+        has_textures=any(material.textures for material in used),
         has_closed_meshes=any(mesh.closed for mesh in meshes),
         has_motion=scene.moves,
         triangle_count=scene.triangle_count,

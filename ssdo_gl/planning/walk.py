@@ -139,7 +139,11 @@ class _Builder:
         outputs = {name: self._output(name) for name in self.request.wanted}
         decided = self.request.decided()
         pipeline = Pipeline(tuple(self.passes), outputs, decided, self.reasons)
-        return pipeline if self.request.is_full else _without_unread_targets(pipeline)
+        return (
+            pipeline
+            if self.request.is_full
+            else _without_unread_targets(pipeline, self.request.is_glossy)
+        )
 
     def add(self, item: RenderPass, reason: str) -> None:
         self.passes.append(item)
@@ -147,8 +151,9 @@ class _Builder:
 
     def _senders(self) -> ReasonedPass:
         senders = [effect for effect in self.request.running if effect.sends(self.request)]
-        terms = [term for effect in senders for term in effect.terms]
-        return SenderRadiancePass(*_by_kind(terms)), "what each surface sends on"
+        terms = [term for effect in senders for term in effect.terms if not term.glossy]
+        item = SenderRadiancePass(*_by_kind(terms), glossy=self.request.is_glossy)
+        return item, "what each surface sends on"
 
     def _add_picture(self) -> None:
         """Add the sum of all terms, and the picture as a display shows it."""
@@ -158,9 +163,10 @@ class _Builder:
         visibility, combine = next((found for found in occlusions if found), NO_OCCLUSION)
         composite = CompositePass(
             request.environment,
-            *_by_kind(term for effect in shown for term in effect.terms),
+            *_by_kind(term for effect in shown for term in effect.terms_of(request)),
             visibility=visibility,
             combine=combine,
+            glossy=request.is_glossy,
         )
         self.add(composite, "adds up the terms")
         tone = ToneMapSettings(exposure=request.settings.exposure or 0.0)
@@ -178,17 +184,17 @@ class _Builder:
         for effect in self.request.running:
             if name in effect.images and (found := effect.image(self.request, name)):
                 return found
-            for term in effect.terms:
-                if term.name == name:
-                    return self._output_of_term(term)
-        return ImageSource(None, 3)
+        terms = [term for e in self.request.running for term in e.terms_of(self.request)]
+        return self._output_of_terms(name, [term for term in terms if term.name == name])
 
-    def _output_of_term(self, term: Term) -> ImageSource:
-        if term.kind == "radiance":
-            return ImageSource(term.resource, 3)
-        resource = f"{term.name}_radiance"
-        aov = RadianceAovPass(term.resource, resource)
-        self.add(aov, f"the image {term.name} was asked for")
+    def _output_of_terms(self, name: str, terms: list[Term]) -> ImageSource:
+        if not terms:
+            return ImageSource(None, 3)
+        if len(terms) == 1 and terms[0].kind == "radiance":
+            return ImageSource(terms[0].resource, 3)
+        resource = f"{name}_radiance"
+        aov = RadianceAovPass(resource, *_by_kind(terms), glossy=self.request.is_glossy)
+        self.add(aov, f"the image {name} was asked for")
         return ImageSource(resource, 3)
 
 
@@ -201,10 +207,12 @@ def _by_kind(terms: Iterable[Term]) -> tuple[list[str], list[str]]:
     )
 
 
-def _without_unread_targets(pipeline: Pipeline) -> Pipeline:
+def _without_unread_targets(pipeline: Pipeline, is_glossy: bool) -> Pipeline:
     """Return `pipeline` with a G-buffer of what the passes that will run read of it."""
     order = compile_graph(pipeline.passes, pipeline.resources).order
     read = {resource for item in order for resource in item.reads} | set(pipeline.resources)
+    # Without it the albedo would be that of metals, too.
+    read |= {"gloss"} if is_glossy and "albedo" in read else set()
     passes = tuple(
         GBufferPass(read) if isinstance(item, GBufferPass) else item for item in pipeline.passes
     )

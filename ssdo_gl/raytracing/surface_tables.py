@@ -15,13 +15,25 @@ from ssdo_gl.scene.material import Texture
 from ssdo_gl.scene.scene import Scene
 
 SURFACE_WORDS = 16
-MATERIAL_TEXELS = 5
+MATERIAL_TEXELS = 12
 # Flags in the word that names a triangle's row of the material table.
 SMOOTH_FLAG = 1 << 31
 LIGHT_BODY_FLAG = 1 << 30
 SINGLE_SIDED_FLAG = 1 << 29
 # Added to the place of a texture that is not interpolated.
 NEAREST_MARK = 0.5
+# Added to the second coordinate of a texture that is in the atlas of data.
+DATA_MARK = 0.5
+# Where in a row of the material table the place of each image stands, and its bit in the
+# set of those that take the second texture coordinates.
+IMAGE_TEXELS = {
+    "albedo": 2,
+    "emission": 3,
+    "metallic_roughness": 7,
+    "specular": 8,
+    "specular_color": 9,
+    "normal": 10,
+}
 # Steps of a 16-bit octahedral component: as lib/octahedral.glsl, which makes 0 exact.
 OCT_HALF_RANGE = 32767
 
@@ -36,8 +48,11 @@ class RayFeatures:
     single_sided : bool
         Whether there are surfaces that only their front shows of, other than solids,
         whose backs nothing outside of them meets.
-    emission_uvs : bool
-        Whether an image of emission has texture coordinates of its own.
+    second_uvs : bool
+        Whether there are images with texture coordinates of their own.
+    glossy : bool
+        Whether anything reflects more than diffuse light.
+    normal_maps : bool
     """
 
     smooth_normals: bool
@@ -45,7 +60,9 @@ class RayFeatures:
     textures: bool
     cutouts: bool
     single_sided: bool = False
-    emission_uvs: bool = False
+    second_uvs: bool = False
+    glossy: bool = False
+    normal_maps: bool = False
 
     @classmethod
     def of(cls, scene: Scene) -> RayFeatures:
@@ -55,13 +72,17 @@ class RayFeatures:
             smooth_normals=any(mesh.normals is not None for mesh, _ in pairs),
             vertex_colors=any(mesh.colors is not None for mesh, _ in pairs),
             textures=any(
-                mesh.uvs is not None and (m.albedo_texture or m.emission_texture)
-                for mesh, m in pairs
+                mesh.uvs is not None and IMAGE_TEXELS.keys() & m.textures for mesh, m in pairs
             ),
             cutouts=any(m.alpha_cutoff is not None for _, m in pairs),
             single_sided=any(m.single_sided and not mesh.is_solid for mesh, m in pairs),
-            emission_uvs=any(
-                mesh.emission_uvs is not None and m.emission_texture for mesh, m in pairs
+            second_uvs=any(
+                mesh.emission_uvs is not None and m.second_uvs & m.textures.keys()
+                for mesh, m in pairs
+            ),
+            glossy=any(m.is_glossy for _, m in pairs),
+            normal_maps=any(
+                mesh.uvs is not None and m.normal_texture is not None for mesh, m in pairs
             ),
         )
 
@@ -216,7 +237,7 @@ def _halved(
 def material_table(
     scene: Scene, places: Mapping[int, tuple[int, int, int, int]]
 ) -> NDArray[np.float32]:
-    """Return a row of five texels for each material, then for each lamp, (M, 5, 4).
+    """Return a row of twelve texels for each material, then for each lamp, (M, 12, 4).
 
     Lamps are those of `lamp_materials`.
 
@@ -224,12 +245,15 @@ def material_table(
     height of albedo and emission texture in the atlas; width 0: none, negative sizes:
     clamped instead of repeated; x + 1/2: not interpolated. 4: alpha cutoff, -1 if nothing
     is cut out; 1 for the body of a light without shadows, which passes through everything.
+    5: metallic, roughness, scale of normals, set of images with the second coordinates.
+    6: reflectance of the dielectric at normal incidence, strength. 7 to 10: places of
+    the images of `IMAGE_TEXELS`; y + 1/2: in the atlas of data.
 
     Parameters
     ----------
     scene : Scene
     places : mapping
-        `Atlas.places` of the atlas with the textures; textures that are not in it are
+        `Atlas.places` of the atlases with the textures; textures that are not in it are
         left out.
     """
     lamps = lamp_materials(scene)
@@ -238,12 +262,17 @@ def material_table(
     for row, material in zip(table, rows, strict=False):
         row[0] = *material.albedo, material.alpha
         row[1] = *material.emission, float(material.two_sided_emission)
-        for texel, texture in ((2, material.albedo_texture), (3, material.emission_texture)):
-            if texture is not None and id(texture) in places:
+        for name, texture in material.textures.items():
+            if id(texture) in places and name in IMAGE_TEXELS:
                 x, y, width, height = places[id(texture)]
                 sides = [-1 if wrap == "clamp" else 1 for wrap in texture.wrap]
-                mark = NEAREST_MARK if texture.nearest else 0.0
-                row[texel] = x + mark, y, width * sides[0], height * sides[1]
+                x_mark = NEAREST_MARK if texture.nearest else 0.0
+                y_mark = DATA_MARK if texture.is_data else 0.0
+                place = x + x_mark, y + y_mark, width * sides[0], height * sides[1]
+                row[IMAGE_TEXELS[name]] = place
+        second = (1 << IMAGE_TEXELS[name] for name in material.second_uvs & IMAGE_TEXELS.keys())
+        row[5] = material.metallic, material.roughness, material.normal_scale, sum(second)
+        row[6] = *material.dielectric_color, material.specular
         row[4, 0] = -1.0 if material.alpha_cutoff is None else material.alpha_cutoff
     for row, (light, _) in zip(table[len(scene.materials) :], lamps, strict=False):
         row[4, 1] = float(scene.lights[light].shadow == "none")

@@ -132,7 +132,7 @@ class Material:
     @property
     def is_glossy(self) -> bool:
         """Whether it reflects more than diffuse light."""
-        return self.metallic > 0.0 or self.dielectric_f0 > 0.0
+        return self.metallic > 0.0 or (self.specular > 0.0 and max(self.dielectric_color) > 0.0)
 
     @property
     def mean_metallic(self) -> float:
@@ -144,6 +144,8 @@ class Material:
         return self.metallic * float(texture.pixels[:, :, 2].mean()) / full
 
     @property
-    def dielectric_f0(self) -> float:
-        """Reflectance of the dielectric part at normal incidence, without its colour."""
-        return self.specular * ((self.ior - 1.0) / (self.ior + 1.0)) ** 2
+    def dielectric_color(self) -> Color:
+        """Reflectance of its dielectric part at normal incidence, at full strength."""
+        fresnel = ((self.ior - 1.0) / (self.ior + 1.0)) ** 2
+        r, g, b = (min(fresnel * c, 1.0) for c in self.specular_color)
+        return r, g, b

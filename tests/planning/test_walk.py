@@ -10,6 +10,7 @@ from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.effects.registry import image_names
 from ssdo_gl.effects.request import Request, Shortcut
 from ssdo_gl.graph.graph import compile_graph
+from ssdo_gl.passes.gbuffer import GBufferPass
 from ssdo_gl.planning.content import analyse
 from ssdo_gl.planning.walk import build, decide
 from ssdo_gl.scene.load import load_scene
@@ -52,7 +53,7 @@ def test_the_g_buffer_writes_what_is_read():
     (all_of_it,) = (
         p for p in pipeline_of(("depth",), effects="full").passes if p.name == "gbuffer"
     )
-    assert set(all_of_it.writes) == {"z_vs", "normals_vs", "albedo", "emission", "lift_vs"}
+    assert set(all_of_it.writes) == set(GBufferPass.TARGETS)
 
 
 def test_images_that_no_running_effect_has_are_neutral():

@@ -52,7 +52,7 @@ def surfaces(albedo, normals, w_outs, count=COUNT):
 
 
 def shader(gl, shaders, body, inputs, components):
-    found = evaluate(gl, shaders, INCLUDES, body, inputs, components)
+    found = evaluate(gl, shaders, INCLUDES, body, inputs, components, defines={"GLOSSY": 0})
     return found.astype(np.float64)[:, 0 if components == 1 else slice(None)]
 
 

@@ -74,7 +74,8 @@ def switches(code: str) -> dict[str, set[int]]:
 
     A name in a bare ``#if`` is tried as 0 and 1; one that is compared for equality as
     each value it is compared with (and as another, if that is a single one); one that is
-    compared for order on both sides; any other (a loop bound) as 1.
+    compared for order on both sides; the location of an output as 0 and a number of its
+    own; any other (a loop bound) as 1.
     """
     numbers = {name: int(value) for name, value in _MACRO.findall(code) if value}
     inside = {name for name, _ in _MACRO.findall(code)} | set(_CONSTANT.findall(code))
@@ -92,7 +93,8 @@ def switches(code: str) -> dict[str, set[int]]:
     for name, values in found.items():
         if len(values) < 2:
             found[name] = values | ({0} if values == {1} else {1})
-    return found
+    locations = sorted(name for name in found if name.endswith("_LOCATION"))
+    return found | {name: {0, i + 1} for i, name in enumerate(locations)}
 
 
 def variants(code: str) -> list[dict[str, int]]:

@@ -443,4 +443,4 @@ def test_gloss_is_asked_for_by_any_of_its_keys(keys: str, specular: float, is_gl
 def test_a_dielectric_of_ior_1_5_reflects_4_percent() -> None:
     result = scene(f"[materials.m]\nroughness = 1\n{BOX}")
     material = result.materials[result.objects[0].material]
-    assert material.dielectric_f0 == pytest.approx(0.04)
+    assert material.dielectric_color == pytest.approx((0.04,) * 3)
