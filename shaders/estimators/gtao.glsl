@@ -19,9 +19,10 @@ const float NO_HORIZON = -2.0;
 float horizon_cosine(Tangent t, vec3 view, vec3 along, float jitter)
 {
     Walk walk = walk_along(t.position_vs, along);
+    float stride = 1.0 / float(STEP_COUNT);
     float highest = NO_HORIZON;
     for (int i = 0; i < STEP_COUNT; ++i) {
-        ivec2 texel = ivec2(walk_px(walk, i, jitter));
+        ivec2 texel = ivec2(walk_px(walk, walk_fraction(walk, (float(i) + jitter) * stride)));
         float z = gbuffer_z_vs(texel);
         vec3 to_q = position_vs_at(uv_of_texel(texel), z) - t.position_vs;
         float distance = length(to_q);

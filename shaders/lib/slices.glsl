@@ -48,11 +48,15 @@ Walk walk_along(vec3 position_vs, vec3 along_vs)
     return Walk(g, min(inversesqrt(max(dot(g.across_px, g.across_px), 1.0)), 1.0));
 }
 
-// Where step `i` of STEP_COUNT stands; `jitter` in [0, 1) moves it within its stratum.
-vec2 walk_px(Walk k, int i, float jitter)
+// Number of a step, from 0 to 1, to fraction of the segment.
+float walk_fraction(Walk k, float x)
 {
-    float s = march_fraction((float(i) + jitter) / float(STEP_COUNT));
-    return k.segment.start_px + mix(k.first, 1.0, s) * k.segment.across_px;
+    return mix(k.first, 1.0, march_fraction(x));
+}
+
+vec2 walk_px(Walk k, float fraction)
+{
+    return k.segment.start_px + fraction * k.segment.across_px;
 }
 
 // The integral of cos(t - gamma) sin(t) for t from 0 to theta.

@@ -111,6 +111,14 @@ ESTIMATORS: Mapping[str, Estimator] = {
         ),
         Estimator("zbuffer", "a box in the image", has_radius=False),
         Estimator(
+            "bitmask",
+            "32 directions of each slice, between fronts and backs",
+            takes_steps=True,
+            sides=2,
+            reads_backs=True,
+            stays_in_reach=True,
+        ),
+        Estimator(
             "gtao",
             "the highest thing on either side of slices",
             takes_steps=True,

@@ -14,11 +14,13 @@ from oracle.screen_space import (
     Flags,
     Indices,
     Picture,
+    cosine_hemisphere,
     distance_in_frame,
     frame_from_z,
     height_tests,
     kronecker_points,
     march_fraction,
+    solid_end,
 )
 
 
@@ -101,11 +103,14 @@ class Walk:
         self.first = np.minimum(1.0 / np.maximum(np.linalg.norm(self.across_px, axis=-1), 1.0), 1.0)
         self.estimator = estimator
 
-    def px(self, i: int, jitter: Array) -> Array:
-        """Return where step `i` stands."""
-        s = march_fraction((i + jitter) / self.estimator.steps, self.estimator.growth)
-        s = self.first + s * (1.0 - self.first)
-        return np.asarray(self.start_px + s[..., None] * self.across_px)
+    def fraction(self, x: Array) -> Array:
+        """Return which fraction of the way a step at `x` (0 to 1) stands at."""
+        s = march_fraction(x, self.estimator.growth)
+        return np.asarray(self.first + s * (1.0 - self.first))
+
+    def px(self, fraction: Array) -> Array:
+        """Return pixel coordinates of a fraction of the way."""
+        return np.asarray(self.start_px + fraction[..., None] * self.across_px)
 
 
 def gtao(
@@ -124,7 +129,8 @@ def gtao(
         walk = Walk(picture, r, side * along, estimator)
         highest = np.cos(end)
         for i in range(estimator.steps):
-            q = decide.texel(walk.px(i, jitter), np.ones(jitter.shape, bool))
+            x = (i + jitter) / estimator.steps
+            q = decide.texel(walk.px(walk.fraction(x)), np.ones(jitter.shape, bool))
             to_q = picture.position(q) - r.p
             distance = np.linalg.norm(to_q, axis=-1)
             rises = rises_above(
@@ -136,3 +142,127 @@ def gtao(
         hidden = arc_integral(end, side * gamma) - arc_integral(horizon, side * gamma)
         blocked += length * np.maximum(hidden, 0.0)
     return np.maximum(1.0 - blocked.mean(1), 0.0), decide.unsure.any(1)
+
+
+SECTOR_COUNT = 32
+# Shares of a slice carry some 1e-6 in float32, 32 times that in sectors.
+NEAR_SECTOR = 1e-4
+
+
+@dataclass(frozen=True)
+class Sectors:
+    """Slices as 32 directions each.
+
+    along (n, d, 3); gamma (n, d); jitter (n, d); hidden (n, d, 32): what is blocked;
+    blocker (n, d, 32, 2): the texel that does it, -1 where open; unsure (n, d).
+    """
+
+    along: Array
+    gamma: Array
+    jitter: Array
+    hidden: Flags
+    blocker: Indices
+    unsure: Flags
+
+
+def share_before(gamma: Array, x: Array, y: Array) -> Array:
+    """Return which share of a slice's hemisphere lies before (x along the slice, y along v)."""
+    side = np.where(x < 0.0, -1.0, 1.0)
+    angle = np.arctan2(np.abs(x), y)
+    end = side * gamma + np.pi / 2.0
+    first = 0.5 * (np.cos(gamma) + (gamma - np.pi / 2.0) * np.sin(gamma))
+    total = np.cos(gamma) + gamma * np.sin(gamma)
+    share = (first + side * arc_integral(angle, side * gamma)) / total
+    return np.clip(np.where(angle >= end, np.maximum(side, 0.0), share), 0.0, 1.0)
+
+
+def slices_of_directions(r: Receivers) -> tuple[Array, Array, Array, Flags]:
+    """Return along, gamma, jitter of slices through drawn directions, and unsure flags."""
+    w = np.einsum("...ij,...j->...i", frame_from_z(r.shading), cosine_hemisphere(r.u[..., :2]))
+    along = w - np.einsum("...i,...i", w, r.view)[..., None] * r.view
+    along /= np.linalg.norm(along, axis=-1, keepdims=True)
+    gamma, _ = slice_normal(r, along)
+    x, y = (np.einsum("...i,...i", w, axis) for axis in (along, r.view))
+    sectors = SECTOR_COUNT * share_before(gamma, x, y)
+    jitter = 1.0 - sectors % 1.0
+    near = np.abs(sectors - np.rint(sectors)) < NEAR_SECTOR
+    return along, gamma, np.where(jitter < 1.0, jitter, 0.0), near
+
+
+def find_sectors(
+    picture: Picture, texel: Indices, pixel: Indices, estimator: Estimator
+) -> tuple[Receivers, Sectors]:
+    """Run the bitmask."""
+    r = Receivers.at(picture, texel, pixel, estimator)
+    along, gamma, jitter, unsure = slices_of_directions(r)
+    shape = (*gamma.shape, SECTOR_COUNT)
+    hidden, blocker = np.zeros(shape, bool), np.full((*shape, 2), -1)
+    decide = Decisions(gamma.shape)
+    stride = 1.0 / estimator.steps
+    for side, moved in ((1.0, r.u[..., 2]), (-1.0, (r.u[..., 2] + 0.5) % 1.0)):
+        walk = Walk(picture, r, side * along, estimator)
+        for i in range(estimator.steps):
+            x = (i + moved) * stride
+            q = decide.texel(walk.px(walk.fraction(x)), np.ones(x.shape, bool))
+            first, last, near = _hidden_at(picture, r, along, gamma, jitter, walk, x, q, decide)
+            k = np.arange(SECTOR_COUNT)
+            found = (k >= first[..., None]) & (k < last[..., None])
+            unsure = unsure | near
+            blocker = np.where((found & ~hidden)[..., None], q[..., None, :], blocker)
+            hidden |= found
+    return r, Sectors(along, gamma, jitter, hidden, blocker, unsure | decide.unsure)
+
+
+def _hidden_at(
+    picture: Picture,
+    r: Receivers,
+    along: Array,
+    gamma: Array,
+    jitter: Array,
+    walk: Walk,
+    x: Array,
+    texel: Indices,
+    decide: Decisions,
+) -> tuple[Array, Array, Flags]:
+    """Return the first sector that a step hides, the one after the last, and unsure flags."""
+    estimator, stride = walk.estimator, 1.0 / walk.estimator.steps
+
+    def ray(fraction: Array) -> Array:
+        """Return directions of depth 1 through a fraction of the way."""
+        ndc = walk.px(fraction) / picture.size * 2.0 - 1.0
+        return np.concatenate([ndc * picture.tan_half_fov, -np.ones((*x.shape, 1))], -1)
+
+    def seen(fraction: Array, depth: Array) -> tuple[Array, Array]:
+        """Return the place in the slice of the point `depth` behind the receiver."""
+        q = ray(fraction) * (depth - r.p[..., 2])[..., None] - r.p
+        return np.einsum("...i,...i", q, along), np.einsum("...i,...i", q, r.view)
+
+    own = walk.fraction(x)
+    z = -r.p[..., 2]
+    line = ray(own)
+    beside = line * z[..., None] - r.p
+    a, b = np.einsum("...i,...i", line, line), np.einsum("...i,...i", line, beside)
+    inside = b * b - a * ((beside**2).sum(-1) - estimator.radius**2)
+    root = np.sqrt(np.maximum(inside, 0.0))
+    front = np.maximum(picture.z[texel[..., 1], texel[..., 0]] - z, (-b - root) / a)
+    back = solid_end(picture, texel, np.minimum(estimator.radius, z), estimator) - z
+    back = np.minimum(np.minimum(back, (-b + root) / a), FAR_REACH * z)
+    deep = decide.all_greater(np.ones(x.shape, bool), (back, front, z))
+    rises = rises_above(picture, r.p, r.geometric, texel, estimator, decide, deep)
+    nearer = walk.fraction(np.maximum(x - estimator.front_slack * stride, 0.0))
+    farther = walk.fraction(x + estimator.back_slack * stride)
+    below = seen(own, back)[1] > 0.0
+    ends = [seen(nearer, front), seen(np.where(below, farther, own), back)]
+    sectors = [SECTOR_COUNT * share_before(gamma, *end) + jitter for end in ends]
+    near = np.any([np.abs(s - np.rint(s)) < NEAR_SECTOR for s in sectors], 0)
+    # A share of exactly 0 or 1 is that in float32, too.
+    low, high = (np.floor(edge(*sectors)) for edge in (np.minimum, np.maximum))
+    return np.where(rises, low, 0), np.where(rises, high, 0), near & rises
+
+
+def bitmask(
+    picture: Picture, texel: Indices, pixel: Indices, estimator: Estimator
+) -> tuple[Array, Flags]:
+    """Return visibility (n) and where float32 may decide otherwise (n)."""
+    _, found = find_sectors(picture, texel, pixel, estimator)
+    return 1.0 - found.hidden.mean((1, 2)), found.unsure.any(1)

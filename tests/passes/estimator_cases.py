@@ -136,7 +136,7 @@ def twin_of(settings: ScreenSpaceSettings, frame: Frame, has_back: bool = False)
 
 
 # Estimators that say how open a point is, and not which directions are blocked.
-VISIBILITY_TWINS = {"gtao": slices.gtao}
+VISIBILITY_TWINS = {"gtao": slices.gtao, "bitmask": slices.bitmask}
 
 
 def expected_visibility(

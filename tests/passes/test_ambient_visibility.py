@@ -22,7 +22,7 @@ from ssdo_gl.passes.ambient_visibility import SsaoSettings
 
 SIZE = (48, 36)
 TAN_Y = 0.5
-ESTIMATORS = ("march", "hemisphere", "rgs09", "gtao")
+ESTIMATORS = ("march", "hemisphere", "rgs09", "gtao", "bitmask")
 
 # Both sides add the same float32 shares; N of them, each within an ulp of 1.
 SUM_TOLERANCE = 4e-7

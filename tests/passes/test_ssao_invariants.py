@@ -26,7 +26,7 @@ from ssdo_gl.scene.camera import Camera
 
 SIZE = (48, 36)
 TAN_Y = 0.5
-ESTIMATORS = ("march", "hemisphere", "rgs09", "gtao")
+ESTIMATORS = ("march", "hemisphere", "rgs09", "gtao", "bitmask")
 WIDE_SIZE = (160, 96)
 WIDE_TAN = 0.25
 
@@ -107,7 +107,7 @@ def test_power_of_two_scale_changes_nothing(gl, shaders, estimator):
 MEAN_TOLERANCE = 2e-3
 
 
-@pytest.mark.parametrize("estimator", ["march", "gtao"])
+@pytest.mark.parametrize("estimator", ["march", "gtao", "bitmask"])
 def test_larger_radius_never_brightens(gl, shaders, estimator):
     frame = picture_frame(WIDE_SIZE, WIDE_TAN)
     for picture in (

@@ -1,0 +1,113 @@
+// Visibility bitmask: Therrien, Levesque and Gilet 2023, "Screen Space Indirect Lighting
+// with Visibility Bitmask"; slices drawn by importance, sectors of equal weight and jittered
+// together after Salm 2024 ("GT-VBAO").
+//
+// What a step meets hides the directions between its front and its back, so that light
+// passes behind it; what is nearer to the receiver hides what stands farther along the same
+// direction.
+//
+// Departures. Where a solid ends is read from the back-face layer; one thickness for all
+// stands in only where that has nothing. The stretch between front and back ends at R. What
+// is hidden must rise above the tangent plane with its front. Slices pass through drawn
+// directions of the cosine-weighted hemisphere, so that all slices weigh the same.
+#include "lib/sectors.glsl"
+#include "lib/sampling.glsl"
+
+#define FINDS_BLOCKERS 0
+#define FINDS_SECTORS 1
+
+// The view rays across a walk, in the slice's plane: x along the slice, y along v. The
+// one at fraction s of the walk has direction receiver + s * turn, by depth, and passes the
+// receiver at s * z * turn, at the receiver's depth z.
+struct Lines {
+    vec2 receiver;
+    vec2 turn;
+    float z;
+};
+
+Lines lines_across(Slice slice, Tangent t, vec3 view, Walk walk)
+{
+    vec2 end_px = walk_px(walk, 1.0);
+    float z = -t.position_vs.z;
+    vec3 turn = view_ray_at(end_px / u_frame_size_px) - t.position_vs / z;
+    return Lines(vec2(0.0, -length(t.position_vs) / z),
+                 vec2(dot(turn, slice.along_vs), dot(turn, view)), z);
+}
+
+// The point of a line at `depth` behind the receiver.
+vec2 point_on(Lines l, float s, float depth)
+{
+    return (l.z * s + depth * s) * l.turn + depth * l.receiver;
+}
+
+// Between which depths behind the receiver a line is within R of it.
+vec2 depths_within_radius(Lines l, float s)
+{
+    vec2 ray = l.receiver + s * l.turn;
+    vec2 beside = l.z * s * l.turn;
+    float a = dot(ray, ray);
+    float b = dot(ray, beside);
+    float root = sqrt(max(b * b - a * (dot(beside, beside) - u_radius * u_radius), 0.0));
+    return vec2(-b - root, -b + root) / a;
+}
+
+// The directions that the surface met by a step at x hides. A step stands for the stretch
+// around it, as in lib/march.glsl: its front is taken to reach a part of a stride nearer to
+// the receiver, and its back, where that is seen from below, a part of a stride farther.
+uint sectors_hidden_at(Sectors s, Tangent t, Lines l, Walk walk, float x, float stride)
+{
+    float own = walk_fraction(walk, x);
+    ivec2 texel = ivec2(walk_px(walk, own));
+    vec2 solid = solid_at(texel);
+    vec2 within = depths_within_radius(l, own);
+    float front = max(solid.x - l.z, within.x);
+    float back = min(min(solid_end(t, solid) - l.z, within.y), FAR_REACH * l.z);
+    if (solid.x <= 0.0 || front >= back || !is_above(t, texel, solid.x))
+        return 0u;
+    float nearer = walk_fraction(walk, max(x - u_front_slack * stride, 0.0));
+    float farther = walk_fraction(walk, x + u_back_slack * stride);
+    bool is_seen_from_below = point_on(l, own, back).y > 0.0;
+    return sectors_between(s, point_on(l, nearer, front),
+                           point_on(l, is_seen_from_below ? farther : own, back));
+}
+
+// Slice `i` of the receiver: that of a drawn direction, which is one of its 32.
+Sectors estimator_sectors(Receiver r, vec3 view, int i)
+{
+    vec3 w = r.vs_from_tangent * cosine_hemisphere(sample_point(r, i).xy);
+    vec3 along = w - dot(w, view) * view;
+    float length2 = dot(along, along);
+    along = length2 > 1e-12 ? along * inversesqrt(length2) : frame_from_z(view)[0];
+    Sectors s = sectors_of(slice_along(along, view, r.normal_vs), 0.0);
+    float share = share_before(s, vec2(dot(w, along), dot(w, view)));
+    s.jitter = 1.0 - fract(SECTOR_COUNT * share);
+    s.jitter = s.jitter < 1.0 ? s.jitter : 0.0;
+    return s;
+}
+
+// Which directions of a slice are blocked.
+uint estimator_hidden(Sectors s, Tangent t, vec3 view, float jitter)
+{
+    float stride = 1.0 / float(STEP_COUNT);
+    uint hidden = 0u;
+    for (int side = 0; side < 2; ++side) {
+        Walk walk = walk_along(t.position_vs, side == 0 ? s.slice.along_vs : -s.slice.along_vs);
+        Lines lines = lines_across(s.slice, t, view, walk);
+        float moved = side == 0 ? jitter : fract(jitter + 0.5);
+        for (int i = 0; i < STEP_COUNT; ++i)
+            hidden |= sectors_hidden_at(s, t, lines, walk, (float(i) + moved) * stride, stride);
+    }
+    return hidden;
+}
+
+float estimator_visibility(Receiver r, ivec2 centre)
+{
+    Tangent t = tangent_at(r.position_vs, r.geometric_vs);
+    vec3 view = to_camera(r.position_vs);
+    int blocked = 0;
+    for (int i = 0; i < DIRECTION_COUNT; ++i) {
+        Sectors s = estimator_sectors(r, view, i);
+        blocked += bit_count(estimator_hidden(s, t, view, sample_point(r, i).z));
+    }
+    return 1.0 - float(blocked) / (SECTOR_COUNT * float(DIRECTION_COUNT));
+}
