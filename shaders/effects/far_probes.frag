@@ -4,44 +4,14 @@
 // Defines: PROBE_TILE, PROBE_SIDE (see lib/far_probes.glsl); NEAR_HITS: rays tell of surfaces
 // within R: 0 never, 1 where the depth buffer does not show them, 2 always; as in
 // rays/surface_data.glsl and lib/environment.glsl.
-#include "rays/emitters.glsl"
+#include "rays/surface_cache.glsl"
+#include "lib/environment.glsl"
 #include "lib/random.glsl"
 #include "lib/far_probes.glsl"
 
 uniform float u_radius_ns;
 
 layout(location = 0) out vec4 o_radiance;
-
-const uint DIMENSION_DIRECTION = 0u;
-const uint DIMENSION_SKY = 1u;
-const uint DIMENSION_LIGHTS = 2u;
-
-// What arrives at a surface from lights and sky, one sample of each.
-vec3 sampled_irradiance(RaySurface surface, uint index, uint seed)
-{
-    vec3 irradiance = vec3(0.0);
-    for (int g = 0; g <= u_emitter_group_count; ++g) {
-        bool is_sky = g == u_emitter_group_count;
-        EmitterGroup group = emitter_group(max(min(g, u_emitter_group_count - 1), 0));
-        uint dimension = DIMENSION_LIGHTS + 2u * uint(g);
-        vec2 u = random_2d(index, seed, is_sky ? DIMENSION_SKY : dimension, false);
-        LightSample light = NO_LIGHT;
-        vec3 arriving = vec3(0.0);
-        float reach = -1.0;
-        if (is_sky) {
-            light.w = ray_direction(surface, frame_from_z(surface.normal), u);
-            arriving = PI * environment_radiance(light.w);
-            reach = is_dark(arriving) ? -1.0 : RAY_FAR;
-        } else if (group.is_direct) {
-            vec2 choice = random_2d(index, seed, dimension + 1u, false);
-            light = sample_group(group, choice, u, surface.start);
-            arriving = unblocked_irradiance(surface, light);
-            reach = needed_reach(group, light, arriving, RAY_FAR);
-        }
-        irradiance += light_is_blocked(surface, light.w, reach) ? vec3(0.0) : arriving;
-    }
-    return irradiance;
-}
 
 // Whether the depth buffer shows the surface point, so that it can tell what it blocks.
 bool is_seen(vec3 p_ns, float slack)
@@ -66,7 +36,7 @@ void main()
     if (point.w > 0.0) {
         vec3 n = u_ns_from_vs * texelFetch(t_far_probe_normals, probe, 0).xyz;
         uint seed = pixel_seed(texel);
-        vec2 u = random_2d(u_first_sample, seed, DIMENSION_DIRECTION, false);
+        vec2 u = random_2d(0u, seed, 0u, false);
         vec2 place = (vec2(texel - probe * PROBE_SIDE) + u) / float(PROBE_SIDE);
         vec3 w = frame_from_z(n) * probe_direction(place);
         vec3 to_point = u_ns_from_vs * (point.xyz * u_ns_per_unit);
@@ -90,8 +60,7 @@ void main()
         if (hit.record >= 0) {
             Surface met = surface_at_hit(hit, start + from * w, w);
             bool is_lamp = (met.flags & LIGHT_BODY_FLAG) != 0u;
-            radiance = diffuse_radiance(met.brdf, sampled_irradiance(met.at, u_first_sample, seed));
-            radiance += is_lamp ? vec3(0.0) : met.emission;
+            radiance = cached_reflection(hit, met, w) + (is_lamp ? vec3(0.0) : met.emission);
         } else {
             radiance = environment_radiance(w);
         }

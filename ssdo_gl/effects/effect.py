@@ -77,6 +77,8 @@ class Effect(ABC):
         Looks for what blocks directions in the depth buffer (`ScreenSpaceSettings`).
     traces : bool
         Traces rays, and needs the scene as tables.
+    sent_irradiance : str or None
+        A resource that stands in for the irradiance of all terms where surfaces send it on.
     reads_surface_cache : bool
         Looks up what light surfaces receive (``rays/surface_cache.glsl``).
     """
@@ -92,6 +94,7 @@ class Effect(ABC):
     gathers_from_senders: ClassVar[bool] = False
     looks_around: ClassVar[bool] = False
     traces: ClassVar[bool] = False
+    sent_irradiance: ClassVar[str | None] = None
     reads_surface_cache: ClassVar[bool] = False
 
     def is_asked(self, request: Request) -> bool:

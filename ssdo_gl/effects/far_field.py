@@ -21,13 +21,13 @@ from ssdo_gl.passes.environment_uniforms import (
 )
 from ssdo_gl.passes.far_probes import FAR_PROBES, FAR_RADIANCE, NEAR_HITS, FarFieldSettings
 from ssdo_gl.passes.ray_uniforms import (
-    EMITTER_TABLES,
     radius_ns,
     ray_defines,
     ray_reads,
     ray_uniforms,
     stream_of,
 )
+from ssdo_gl.passes.surfel_light import CACHE_TABLES
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment_kinds import Environment
 
@@ -69,7 +69,7 @@ class FarProbesPass(RenderPass):
 
     name = "far_probes"
     writes: Mapping[str, TextureSpec] = {FAR_RADIANCE: TextureSpec(4, "f4", own=True)}
-    depends_on = ("view", "geometry", "lights", "environment", "seed")
+    depends_on = ("view", "geometry", "environment", "seed")
 
     def __init__(
         self, settings: FarFieldSettings, features: RayFeatures, environment: Environment | None
@@ -81,7 +81,7 @@ class FarProbesPass(RenderPass):
             *FAR_PROBES,
             "z_vs",
             *ray_reads(features, shades=True),
-            *EMITTER_TABLES,
+            *CACHE_TABLES,
             *((MAP_RADIANCE,) if self.environment_kind == 3 else ()),
         )
 
@@ -106,7 +106,6 @@ class FarProbesPass(RenderPass):
             **environment_uniforms(context.frame),
             "u_radius_ns": radius_ns(chosen.radius, context),
             "u_stream": stream_of(context.frame.seed, 0),
-            "u_first_sample": 0,
         }
         _draw(context, "effects/far_probes.frag", defines, uniforms, self.reads, [made])
         return {FAR_RADIANCE: made}
@@ -121,16 +120,41 @@ def _draw(
     textures: list[moderngl.Texture],
 ) -> None:
     """Draw into textures of the pass' own."""
-    before = context.gl.fbo
     target = make_framebuffer(context.gl, textures)
     inputs = {f"t_{name}": context.inputs[name] for name in reads}
     draw_fullscreen(
         context.gl, context.shaders.fullscreen(shader, defines), target, uniforms, inputs
     )
-    # A framebuffer that is released while bound makes the next one an OpenGL error.
-    if before is not None:
-        before.use()
     target.release()
+
+
+class CachedIrradiancePass(RenderPass):
+    """Writes `cached_irradiance`: what surfaces in view receive, all light, for senders."""
+
+    name = "cached_irradiance"
+    writes: Mapping[str, TextureSpec] = {"cached_irradiance": TextureSpec(4, "f4")}
+    depends_on = ("view", "geometry")
+
+    def __init__(self, features: RayFeatures) -> None:
+        self.features = features
+        self.reads = ("z_vs", *ray_reads(features, shades=True), *CACHE_TABLES)
+
+    def settings_key(self) -> Hashable:
+        """Return the features."""
+        return self.features
+
+    def execute(self, context: PassContext) -> None:
+        """Look up every pixel's piece of surface."""
+        assert context.target is not None
+        draw_fullscreen(
+            context.gl,
+            context.shaders.fullscreen(
+                "effects/cached_irradiance.frag", ray_defines(context, self.features)
+            ),
+            context.target,
+            ray_uniforms(context),
+            {f"t_{name}": context.inputs[name] for name in self.reads},
+        )
 
 
 class FarField(Effect):
@@ -140,6 +164,8 @@ class FarField(Effect):
     methods = frozenset({"gi"})
     settings: ClassVar[Mapping[str, type]] = {"far_field": FarFieldSettings}
     traces = True
+    reads_surface_cache = True
+    sent_irradiance = "cached_irradiance"
 
     def is_asked(self, request: Request) -> bool:
         """Return whether open directions are asked for."""
@@ -157,12 +183,14 @@ class FarField(Effect):
                 (not content.has_albedo, "every surface is black"),
                 (not is_lit, "there is no light at all"),
             ],
-            ("far_probe_points", "far_probes"),
+            ("far_probe_points", "far_probes", "cached_irradiance"),
         )
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
         """Yield where probes stand, and what they see."""
         settings = request.with_overrides(self.name, FarFieldSettings(radius=request.radius))
         yield FarProbePointsPass(settings), "a probe for each tile of what is in view"
-        item = FarProbesPass(settings, request.ray_features, request.environment)
+        features = request.ray_features
+        item = FarProbesPass(settings, features, request.environment)
         yield item, "what arrives from beyond R"
+        yield CachedIrradiancePass(features), "what senders within R receive, all bounces"

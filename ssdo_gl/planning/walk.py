@@ -152,7 +152,11 @@ class _Builder:
     def _senders(self) -> ReasonedPass:
         senders = [effect for effect in self.request.running if effect.sends(self.request)]
         terms = [term for effect in senders for term in effect.terms if not term.glossy]
-        item = SenderRadiancePass(*_by_kind(terms), glossy=self.request.is_glossy)
+        irradiances, radiances = _by_kind(terms)
+        everything = (effect.sent_irradiance for effect in self.request.running)
+        if found := next((name for name in everything if name is not None), None):
+            irradiances = [found]
+        item = SenderRadiancePass(irradiances, radiances, glossy=self.request.is_glossy)
         return item, "what each surface sends on"
 
     def _add_picture(self) -> None:

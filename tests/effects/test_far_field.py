@@ -53,3 +53,16 @@ def test_half_a_sky_is_left_beside_an_endless_wall() -> None:
     )
     found = picture(scene)[SIZE[1] // 2 :, : SIZE[0] // 2].mean(axis=(0, 1))
     assert found == pytest.approx(0.25 * np.array(SKY.radiance), rel=0.03)
+
+
+def test_a_closed_furnace_has_its_closed_form() -> None:
+    # e (1 + a + a^2 + ...), with R far smaller and far larger than the box.
+    albedo, emission = 0.5, 1.0
+    glowing = Material(albedo=(albedo,) * 3, emission=(emission,) * 3, two_sided_emission=True)
+    camera = Camera((0.2, 0.1, 0.3), (1.0, 0.3, 0.5))
+    scene = make_scene([box([-1, -1, -1], [1, 1, 1])], materials=[glowing], camera=camera)
+    for radius in (0.02, 0.5):
+        settings = Settings(method="gi", size=SIZE, radius=radius)
+        with Renderer(scene, settings) as renderer:
+            found = renderer.render(("beauty",)).images["beauty"][..., :3]
+        assert found.mean() == pytest.approx(emission / (1.0 - albedo), rel=0.01)
