@@ -26,7 +26,7 @@ layout(location = 0) out vec4 o_directional;  // rgb irradiance, a visibility
 #define SAMPLES_ENVIRONMENT (ENVIRONMENT_KIND > 1 || (ENVIRONMENT_KIND == 1 && SUMS_OPEN_LIGHT))
 
 // Where nothing blocks, the sampled light that corrects the exact one is what it corrects.
-const int HEMISPHERE_COUNT = IS_OPEN == 1 && CONTROL_VARIATE > 0 ? 0 : DIRECTION_COUNT;
+const int HEMISPHERE_COUNT = IS_OPEN == 1 && CONTROL_VARIATE > 0 && !bool(HAS_FAR_FIELD) ? 0 : DIRECTION_COUNT;
 
 // Sums over directions; pi times a sum of share * radiance is an irradiance.
 struct Gathered {
@@ -34,21 +34,27 @@ struct Gathered {
     vec3 open;             // share * radiance of the environment, open directions
     vec3 all;              // the same, all directions
     vec3 areas;            // rgs09: share * radiance of lights with an area, open directions
-#if HAS_FAR_FIELD
-    FarProbes probes;
-#endif
+    vec3 far;              // share * radiance of surfaces beyond R, open directions
+    float far_blocked;     // share of directions that such surfaces keep from the sky
 };
 
 // Adds what arrives along direction `d`.
-void gather(inout Gathered g, Tangent t, Direction d, Blocker b)
+void gather(inout Gathered g, Tangent t, FarProbes probes, Direction d, Blocker b)
 {
     g.blocked += is_blocked(b) ? d.share : 0.0;
+    bool is_sky = !is_blocked(b);
 #if HAS_FAR_FIELD
-    g.open += is_blocked(b) ? vec3(0.0) : d.share * far_radiance(g.probes, d.w_vs, fract(7.0 * d.jitter));
-#elif SAMPLES_ENVIRONMENT
+    if (is_sky) {
+        vec4 far = far_radiance(probes, d.w_vs, d.jitter);
+        g.far += d.share * far.rgb;
+        g.far_blocked += d.share * far.a;
+        is_sky = far.a == 0.0;
+    }
+#endif
+#if SAMPLES_ENVIRONMENT
     vec3 sky = d.share * environment_radiance(direction_ws_of(d.w_vs));
     g.all += sky;
-    g.open += is_blocked(b) ? vec3(0.0) : sky;
+    g.open += is_sky ? sky : vec3(0.0);
 #endif
 #if SSDO_AREA_COUNT > 0 && SUMS_OPEN_LIGHT
     // A light that stands nearer than what blocks the direction is seen all the same.
@@ -71,9 +77,7 @@ void gather(inout Gathered g, Tangent t, Direction d, Blocker b)
 vec3 environment_arrived(Receiver r, Gathered g, float visibility)
 {
     vec3 exact = environment_irradiance(direction_ws_of(r.normal_vs));
-#if HAS_FAR_FIELD
-    return PI * g.open;
-#elif !SAMPLES_ENVIRONMENT
+#if !SAMPLES_ENVIRONMENT
     return exact * visibility;
 #elif CONTROL_VARIATE == 0
     return PI * g.open;
@@ -158,24 +162,21 @@ void main()
         Tangent t = tangent_at(r.position_vs, r.geometric_vs);
 #if NEEDS_HEMISPHERE
         bool is_open = is_radius_under_a_pixel(r.z_vs);
-        Gathered g;
-        g.blocked = 0.0;
-        g.open = g.all = g.areas = vec3(0.0);
-#if HAS_FAR_FIELD
-        g.probes = far_probes_at(r, receiver_texel(pixel));
-#endif
+        Gathered g = Gathered(0.0, vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), 0.0);
+        FarProbes probes = far_probes_at(r, receiver_texel(pixel));
         for (int i = 0; i < HEMISPHERE_COUNT; ++i) {
             Direction d = direction_of(r, i);
             Blocker b = NO_BLOCKER;
             if (!is_open)
                 b = blocker_of(t, d);
-            gather(g, t, d, b);
+            gather(g, t, probes, d, b);
 #if KEPT_TEXTURE_COUNT > 0
             keep_direction(i, b);
 #endif
         }
         visibility = max(1.0 - g.blocked, 0.0);
-        irradiance = environment_arrived(r, g, visibility) + PI * g.areas;
+        float sky_visibility = max(visibility - g.far_blocked, 0.0);
+        irradiance = environment_arrived(r, g, sky_visibility) + PI * (g.areas + g.far);
 #endif
 #if SSDO_AREA_COUNT > 0 && !SUMS_OPEN_LIGHT
         for (int i = 0; i < SSDO_AREA_COUNT; ++i)

@@ -5,13 +5,12 @@
 // within R: 0 never, 1 where the depth buffer does not show them, 2 always; as in
 // rays/surface_data.glsl and lib/environment.glsl.
 #include "rays/surface_cache.glsl"
-#include "lib/environment.glsl"
 #include "lib/random.glsl"
 #include "lib/far_probes.glsl"
 
 uniform float u_radius_ns;
 
-layout(location = 0) out vec4 o_radiance;
+layout(location = 0) out vec4 o_radiance;  // a: 1 where a surface sends it, 0 where the sky is
 
 // Whether the depth buffer shows the surface point, so that it can tell what it blocks.
 bool is_seen(vec3 p_ns, float slack)
@@ -33,6 +32,7 @@ void main()
     ivec2 probe = texel / PROBE_SIDE;
     vec4 point = texelFetch(t_far_probe_points, probe, 0);
     vec3 radiance = vec3(0.0);
+    float surface = 0.0;
     if (point.w > 0.0) {
         vec3 n = u_ns_from_vs * texelFetch(t_far_probe_normals, probe, 0).xyz;
         uint seed = pixel_seed(texel);
@@ -61,9 +61,8 @@ void main()
             Surface met = surface_at_hit(hit, start + from * w, w);
             bool is_lamp = (met.flags & LIGHT_BODY_FLAG) != 0u;
             radiance = cached_reflection(hit, met, w) + (is_lamp ? vec3(0.0) : met.emission);
-        } else {
-            radiance = environment_radiance(w);
         }
+        surface = hit.record >= 0 ? 1.0 : 0.0;
     }
-    o_radiance = vec4(radiance, 1.0);
+    o_radiance = vec4(radiance, surface);
 }

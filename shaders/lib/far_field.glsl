@@ -3,9 +3,6 @@
 // HAS_FAR_FIELD: 0 leaves it out; PROBE_TILE, PROBE_SIDE: see lib/far_probes.glsl.
 #include "lib/far_probes.glsl"
 
-#if HAS_FAR_FIELD
-uniform sampler2D t_far_radiance;
-
 // The probes that may speak for a receiver: of four tiles the first ones, then the second.
 struct FarProbes {
     ivec2 tile;        // lower left of the four
@@ -13,6 +10,9 @@ struct FarProbes {
     vec4 first;        // weights, added up
     vec4 second;
 };
+
+#if HAS_FAR_FIELD
+uniform sampler2D t_far_radiance;  // rgb; a: 1 where a surface sends it, 0 where the sky is
 
 // Never 0: where no probe lies on the receiver's surface, the likeliest is better than none.
 const float LEAST_WEIGHT = 1e-4;
@@ -54,8 +54,8 @@ FarProbes far_probes_at(Receiver r, ivec2 texel)
     return probes;
 }
 
-// Radiance along w_vs by one of the probes, drawn by weight with u in [0, 1).
-vec3 far_radiance(FarProbes probes, vec3 w_vs, float u)
+// Radiance of surfaces along w_vs, a as above, by one of the probes, drawn by weight with u in [0, 1).
+vec4 far_radiance(FarProbes probes, vec3 w_vs, float u)
 {
     float chosen = u * probes.second.w;
     bool is_second = chosen >= probes.first.w;
@@ -68,6 +68,11 @@ vec3 far_radiance(FarProbes probes, vec3 w_vs, float u)
     vec3 normal = texelFetch(t_far_probe_normals, probe, 0).xyz;
     vec2 place = probe_place(w_vs * frame_from_z(normal));
     ivec2 cell = ivec2(place * float(PROBE_SIDE));
-    return texelFetch(t_far_radiance, probe * PROBE_SIDE + cell, 0).rgb;
+    return texelFetch(t_far_radiance, probe * PROBE_SIDE + cell, 0);
+}
+#else
+FarProbes far_probes_at(Receiver r, ivec2 texel)
+{
+    return FarProbes(texel, 0, vec4(0.0), vec4(0.0));
 }
 #endif

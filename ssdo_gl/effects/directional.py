@@ -98,7 +98,7 @@ class DirectionalPass(RenderPass):
         Kind of the scene's: none, constant, gradient or map. For a map, the resources
         ``environment`` and ``environment_irradiance`` are read.
     far_field : FarFieldSettings or None
-        Of the probes that say what arrives from beyond R, instead of the environment.
+        Of the probes that say what arrives from surfaces beyond R.
     has_back_layer : bool
         Read ``z_layers`` to know where solids end.
     needs_visibility : bool
@@ -141,7 +141,7 @@ class DirectionalPass(RenderPass):
         if control == "auto":
             control = "ratio" if environment == "map" else "subtract"
         is_paper = ESTIMATORS[settings.estimator].sums_open_light
-        if is_paper or far_field is not None:
+        if is_paper:
             control = "none"
         self._has_back_layer = has_back_layer
         self._defines = {
@@ -245,7 +245,7 @@ class Directional(Effect):
             far_field = request.with_overrides("far_field", FarFieldSettings())
         item = DirectionalPass(
             settings,
-            environment="none" if far_field else kind_of(request.environment),
+            environment=kind_of(request.environment),
             far_field=far_field,
             has_back_layer=request.runs("back_layer"),
             needs_visibility=not request.takes(LIGHTS_ONLY),

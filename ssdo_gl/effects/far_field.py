@@ -14,11 +14,6 @@ from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.passes.environment_uniforms import (
-    MAP_RADIANCE,
-    environment_kind,
-    environment_uniforms,
-)
 from ssdo_gl.passes.far_probes import FAR_PROBES, FAR_RADIANCE, NEAR_HITS, FarFieldSettings
 from ssdo_gl.passes.ray_uniforms import (
     radius_ns,
@@ -29,7 +24,6 @@ from ssdo_gl.passes.ray_uniforms import (
 )
 from ssdo_gl.passes.surfel_light import CACHE_TABLES
 from ssdo_gl.raytracing.surface_tables import RayFeatures
-from ssdo_gl.scene.environment_kinds import Environment
 
 
 def tile_count(frame_size: tuple[int, int], tile: int) -> tuple[int, int]:
@@ -69,25 +63,21 @@ class FarProbesPass(RenderPass):
 
     name = "far_probes"
     writes: Mapping[str, TextureSpec] = {FAR_RADIANCE: TextureSpec(4, "f4", own=True)}
-    depends_on = ("view", "geometry", "environment", "seed")
+    depends_on = ("view", "geometry", "seed")
 
-    def __init__(
-        self, settings: FarFieldSettings, features: RayFeatures, environment: Environment | None
-    ) -> None:
+    def __init__(self, settings: FarFieldSettings, features: RayFeatures) -> None:
         self.settings = settings
         self.features = features
-        self.environment_kind = environment_kind(environment)
         self.reads = (
             *FAR_PROBES,
             "z_vs",
             *ray_reads(features, shades=True),
             *CACHE_TABLES,
-            *((MAP_RADIANCE,) if self.environment_kind == 3 else ()),
         )
 
     def settings_key(self) -> Hashable:
-        """Return the settings, the features and the kind of sky."""
-        return self.settings, self.features, self.environment_kind
+        """Return the settings and the features."""
+        return self.settings, self.features
 
     def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
         """Trace one ray for each direction of each probe."""
@@ -97,13 +87,11 @@ class FarProbesPass(RenderPass):
         made = make_texture(context.gl, size, 4, "f4")
         defines = {
             **ray_defines(context, self.features),
-            "ENVIRONMENT_KIND": self.environment_kind,
             "PROBE_SIDE": chosen.directions,
             "NEAR_HITS": NEAR_HITS.index(chosen.near_hits),
         }
         uniforms = {
             **ray_uniforms(context),
-            **environment_uniforms(context.frame),
             "u_radius_ns": radius_ns(chosen.radius, context),
             "u_stream": stream_of(context.frame.seed, 0),
         }
@@ -191,6 +179,6 @@ class FarField(Effect):
         settings = request.with_overrides(self.name, FarFieldSettings(radius=request.radius))
         yield FarProbePointsPass(settings), "a probe for each tile of what is in view"
         features = request.ray_features
-        item = FarProbesPass(settings, features, request.environment)
+        item = FarProbesPass(settings, features)
         yield item, "what arrives from beyond R"
         yield CachedIrradiancePass(features), "what senders within R receive, all bounces"

@@ -34,8 +34,9 @@ _EFFECTS: list[Effect] = [
     Direct(),
     ShadowMaps(),
     TracedShadows(),
-    EnvironmentImage(),
+    # Before all that ask for the environment as rays need it.
     FarField(),
+    EnvironmentImage(),
     Directional(),
     Ssao(),
     ReferenceAo(),
