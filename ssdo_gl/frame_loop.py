@@ -30,7 +30,7 @@ from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, shown
-from ssdo_gl.settings.resolve import resolved
+from ssdo_gl.settings.resolve import resolved, with_scene_settings
 
 
 @dataclass(frozen=True)
@@ -73,8 +73,8 @@ class FrameLoop:
         device: Device | None = None,
         shaders: ShaderLibrary | None = None,
     ) -> None:
-        self.scene = scene
-        self.settings = resolved(settings or Settings(), scene)
+        self.scene, self.settings = scene, settings or Settings()
+        self._resolve(self.settings)
         self._owns_device = device is None
         self._is_released = False
         self.device = device or create_context(backend)
@@ -136,6 +136,11 @@ class FrameLoop:
     def use(self, settings: Settings) -> None:
         """Render with other settings from now on; what they leave alone stays warm."""
         self._activate()
+        self._resolve(settings)
+
+    def _resolve(self, settings: Settings) -> None:
+        """Take over settings; what was not given comes from the scene."""
+        self._has_exposure = with_scene_settings(settings, self.scene.render).gives("exposure")
         self.settings = resolved(settings, self.scene)
 
     def use_scene(self, scene: Scene) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -13,16 +14,21 @@ from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.images.average import ImageAverage
+from ssdo_gl.images.metering import measured_exposure
 from ssdo_gl.images.surface_arrays import Image, world_normals, world_positions
 from ssdo_gl.render_result import Drawing, FrameLog, FrameTimes, RenderResult
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
+from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import describe
 from ssdo_gl.settings.loading import LoadOptions
 from ssdo_gl.settings.resolve import settings_for
 
 # Of one point each: where frames are averaged, they come from the pixel's centre.
+# Longer side of the picture that exposure is measured from.
+METERED_PX = 160
+
 GEOMETRY_AOVS = ("normal_ws", "position_ws", "depth")
 
 
@@ -88,13 +94,13 @@ class Renderer(FrameLoop):
             Naming an image that does not exist, or a number out of range.
         """
         names = checked_images(wanted, frames)
-        averaged = tuple(name for name in names if name not in GEOMETRY_AOVS)
-        count, partial = self.settings.antialias if averaged else 1, False
+        notes = self.expose(camera, seconds) if "display" in names else ()
+        averaged, partial = tuple(n for n in names if n not in GEOMETRY_AOVS), False
+        count = self.settings.antialias if averaged else 1
         centres: dict[str, Image] = {}
         if count > 1:
             # A mean of depths or normals is no depth and no normal of anything.
-            geometry = (name for name in names if name in GEOMETRY_AOVS)
-            centres = self._at_centres(tuple(geometry), camera, seconds)
+            centres = self._at_centres(names, camera, seconds)
             names = averaged
         job = self._prepare(names, camera, seconds)
         log, average = FrameLog(), ImageAverage()
@@ -102,15 +108,14 @@ class Renderer(FrameLoop):
             frame = self._frame(job.view, index, count)
             self._run(job.plan, frame, log, time_passes, progress)
             average.add(self._read(job, frame.view))
-            partial = any(item.statistics.get("partial") for item in job.plan.order)
-            if partial:
+            if partial := any(item.statistics.get("partial") for item in job.plan.order):
                 break
-            if progress is not None and count > 1:
+            if progress and count > 1:
                 progress("anti-aliasing frames", index + 1, count)
         if frames > 1 and not partial:
             log.restart()
-            for number in range(frames):
-                frame = self._frame(job.view, 0, count, number + 1)
+            for number in range(1, frames + 1):
+                frame = self._frame(job.view, 0, count, number)
                 self._run(job.plan, frame, log, time_passes, progress)
         return RenderResult(
             images=centres | average.images(),
@@ -124,12 +129,38 @@ class Renderer(FrameLoop):
             process_ms=log.process_ms,
             references=job.references(),
             partial=partial,
+            notes=notes,
         )
+
+    def expose(self, camera: Camera | None = None, seconds: float = 0.0) -> tuple[str, ...]:
+        """Measure the exposure of what `camera` sees, if that is left to the picture, once.
+
+        From a small picture of the usual method, so that all methods, sizes and numbers of
+        samples are shown alike. Returns what there is to say about it.
+        """
+        slack = self.scene.metering_slack
+        if slack is None or self.scene.is_metered or self._has_exposure:
+            return ()
+        chosen, size = self.settings, self.settings.size
+        longest = max(size)
+        width, height = (max(1, n * METERED_PX // max(longest, METERED_PX)) for n in size)
+        self.use(Settings(size=(width, height), radius=chosen.radius, exposure=0.0))
+        job = self._prepare(("beauty",), camera, seconds)
+        self._run(job.plan, self._frame(job.view, 0, 1), FrameLog(), False, None)
+        exposure = measured_exposure(self._read(job, job.view)["beauty"], slack)
+        self.use(dataclasses.replace(chosen, exposure=exposure))
+        self.scene = dataclasses.replace(
+            self.scene,
+            camera=dataclasses.replace(self.scene.camera, exposure=exposure),
+            is_metered=True,
+        )
+        return (f"exposure {exposure:+.1f} EV, measured from the picture",) if exposure else ()
 
     def _at_centres(
         self, names: tuple[str, ...], camera: Camera | None, seconds: float
     ) -> dict[str, Image]:
-        """Return images of the samples through the pixels' centres alone."""
+        """Return images of geometry, of the samples through the pixels' centres alone."""
+        names = tuple(name for name in names if name in GEOMETRY_AOVS)
         if not names:
             return {}
         job = self._prepare(names, camera, seconds)

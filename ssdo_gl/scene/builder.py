@@ -121,7 +121,8 @@ class SceneBuilder:
         camera : Camera or None
             None: the whole scene is framed, with `fov_y`.
         exposure : float or None
-            In EV, of the camera that frames the scene. None: chosen to suit the lights.
+            In EV, of the camera that frames the scene. None: to be measured from the
+            picture; until then the camera's is an estimate.
         environment : Environment or None
             None together with no light of any kind: a soft sky and a key light.
 
@@ -140,15 +141,19 @@ class SceneBuilder:
             self.meshes, self.materials, self.objects
         )
         if camera is None or self.options.frames_all:
+            camera_motion = None
             fov_y = camera.fov_y if camera else fov_y
             level = camera.exposure if camera else exposure or 0.0
             camera = framing.frame(self.meshes, self.objects, fov_y, level)
+        lights = len(self.lights)
         if self.options.replaces_light:
             environment = self._chosen_light(camera)
         elif exposure is None and environment is None and self.lights:
             camera, environment = self._lit(camera, has_lamps=has_lamps)
         elif environment is None and not self.lights and self.options.adds_light:
             environment = self._default_light(camera, "no light in the file")
+        is_usual = self.options.replaces_light or len(self.lights) > lights
+        slack = defaults.METERING_SLACK if is_usual else 0.0
         return Scene(
             meshes=tuple(self.meshes),
             materials=tuple(self.materials),
@@ -162,6 +167,7 @@ class SceneBuilder:
             purpose=purpose,
             notes=tuple(self.notes),
             loading=self.options,
+            metering_slack=None if exposure is not None else slack,
         )
 
     def _lit(self, camera: Camera, *, has_lamps: bool) -> tuple[Camera, Environment | None]:
@@ -180,8 +186,6 @@ class SceneBuilder:
             elif lighting.fill == "dim sky":
                 environment = defaults.NEUTRAL_SKY.scaled(lighting.level)
                 self.note("no sky in the file: added a dim one, for the shadows of its lamps")
-        if lighting.exposure != 0.0:
-            self.note(f"exposure {lighting.exposure:+.1f} EV chosen to suit the lights of the file")
         return dataclasses.replace(camera, exposure=lighting.exposure), environment
 
     def _default_light(self, camera: Camera, why: str) -> Environment:

@@ -23,6 +23,9 @@ KEY_IRRADIANCE = (2.3, 2.15, 1.95)
 KEY_LEFT_DEGREES, KEY_UP_DEGREES = 40.0, 50.0
 
 
+# EV by which pictures in such light may be darker or brighter than the usual, as things are.
+METERING_SLACK = 1.5
+
 # Of a file that has lamps and no sky: relative to the radiance of what the lamps light,
 # so that shadows are three stops below it. Skylight is about a fifth of sunlight.
 NEUTRAL_SKY = GradientEnvironment(zenith=(0.18,) * 3, horizon=(0.15,) * 3, ground=(0.08,) * 3)

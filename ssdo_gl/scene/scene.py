@@ -36,6 +36,11 @@ class Scene:
         Of the scene's own camera.
     loading : LoadOptions
         How it was loaded.
+    metering_slack : float or None
+        EV by which exposure 0 may miss what the picture asks for, if exposure is to be
+        measured from it; None: the camera's holds.
+    is_metered : bool
+        Whether the camera's exposure is that measurement.
     """
 
     meshes: tuple[Mesh, ...]
@@ -50,6 +55,8 @@ class Scene:
     notes: tuple[str, ...] = ()
     camera_motion: Trajectory | None = None
     loading: LoadOptions = USUAL
+    metering_slack: float | None = None
+    is_metered: bool = False
 
     def two_sided(self) -> Scene:
         """Return the scene with both sides of all surfaces drawn."""

@@ -112,6 +112,9 @@ def view_command(viewer: Viewer, out: str = "view.png") -> str:
     settings = dataclasses.replace(
         viewer.settings_of_side(0), size=(width, height), antialias=REFINE_FRAMES
     )
+    if viewer.original.is_metered and not settings.gives("exposure"):
+        # From another camera another one would be measured.
+        settings = dataclasses.replace(settings, exposure=viewer.original.camera.exposure)
     if not settings.is_reference:
         # There the flag asks for other settings, which the window has found by now.
         settings = dataclasses.replace(settings, max_error=None)

@@ -20,6 +20,7 @@ from ssdo_gl.settings.fields import values
 from ssdo_gl.settings.resolve import settings_for
 from ssdo_gl.window.camera import Controls
 from ssdo_gl.window.chosen import Chosen
+from ssdo_gl.window.exposed import exposed
 from ssdo_gl.window.light_edits import with_lights
 from ssdo_gl.window.live import INSPECTED, KeptPlanes, Monitor, clearance, surface_point
 from ssdo_gl.window.presenter import Presenter
@@ -109,7 +110,7 @@ class Viewer(SceneFlight, Chosen):
         self._last_camera: Camera | None = None
         self._last_state: object = None
         self._drawn_state: dict[str, Any] | None = None
-        self._take(scene, source, camera)
+        self._take(exposed(scene, settings, camera, device, self.shaders), source, camera)
 
     # --- the scene -----------------------------------------------------------------
 
@@ -121,6 +122,7 @@ class Viewer(SceneFlight, Chosen):
         settings = settings_for(scene.render, given)
         before = self._state()
         try:
+            scene = exposed(scene, settings, None, self.device, self.shaders)
             self._take(scene, source, None)
         except Exception:
             self._restore(before)
