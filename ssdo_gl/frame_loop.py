@@ -226,15 +226,18 @@ class FrameLoop:
             far=far,
         )
 
-    def _frame(self, view: FrameView, index: int, count: int, nonce: int = 0) -> Frame:
+    def _frame(
+        self, view: FrameView, index: int, count: int, nonce: int = 0, *, is_live: bool = False
+    ) -> Frame:
         """Return frame `index` of `count` of what was planned last.
 
-        Another `nonce` makes anew what depends on the view.
+        Another `nonce` makes anew what depends on the view. Live frames may leave work to
+        those that follow.
         """
         view = dataclasses.replace(view, jitter_px=jitter(index % count, count))
         seed = self.settings.seed + index
         versions = {**self._versions, "view": (view.key(), nonce), "seed": seed}
-        return Frame(view=view, scene=self._lean, seed=seed, versions=versions)
+        return Frame(view, self._lean, seed, versions, is_live)
 
     def _plane(self, job: FrameJob, name: str) -> Plane:
         """Return where an image of the frame that was run last lies."""

@@ -83,6 +83,8 @@ class Drawing:
         Until the device had finished.
     references : mapping
         Statistics of the Monte-Carlo passes.
+    is_settled : bool
+        Whether the same frame, drawn again, would be the same.
     """
 
     planes: Mapping[str, Plane]
@@ -91,6 +93,7 @@ class Drawing:
     decisions: tuple[Decision, ...]
     frame_ms: float
     references: Mapping[str, Any] = field(default_factory=dict)
+    is_settled: bool = True
 
 
 @dataclass(frozen=True)

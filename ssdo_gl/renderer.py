@@ -175,6 +175,7 @@ class Renderer(FrameLoop):
         seconds: float = 0.0,
         number: int = 0,
         time_passes: bool = False,
+        is_live: bool = False,
     ) -> FrameTimes:
         """Draw one frame, leave it on the device and return what it took.
 
@@ -183,10 +184,13 @@ class Renderer(FrameLoop):
         number : int
             A frame of another number than the last one computes all that depends on the
             view again; with the same number, what still holds is kept.
+        is_live : bool
+            As a window draws: light that lags behind may be made up for by later frames.
         """
         job = self._prepare(wanted, camera, seconds)
         log = FrameLog()
-        self._run(job.plan, self._frame(job.view, 0, 1, number), log, time_passes, None)
+        frame = self._frame(job.view, 0, 1, number, is_live=is_live)
+        self._run(job.plan, frame, log, time_passes, None)
         reports = log.reports(job.pipeline, job.plan)
         return FrameTimes(log.frame_ms[0], log.process_ms[0], job.planning_ms, reports)
 
@@ -216,7 +220,7 @@ class Renderer(FrameLoop):
             Called every few milliseconds; may draw other things, and raise to give the frame up.
         """
         job = self._prepare((*wanted, "depth"), camera, seconds)
-        frame = self._frame(job.view, index, count)
+        frame = self._frame(job.view, index, count, is_live=True)
         log = FrameLog()
         try:
             if progress is None:
@@ -238,6 +242,7 @@ class Renderer(FrameLoop):
             job.pipeline.decided.rows,
             log.frame_ms[0],
             job.references(),
+            self._executor.is_settled,
         )
 
     def _pause(self, progress: ProgressCallback) -> Callable[[], None]:

@@ -56,6 +56,11 @@ class _Result:
     borrowed: dict[str, moderngl.Texture]
     facts: dict[str, object] = field(default_factory=dict)
 
+    def returned(self) -> dict[str, TextureWithFacts]:
+        """Return the textures that the pass made itself, with their facts."""
+        own = (name for name in self.textures if name not in self.borrowed)
+        return {n: TextureWithFacts(self.textures[n], self.facts.get(n)) for n in own}
+
 
 _Format = tuple[tuple[int, int], int, str]
 
@@ -84,6 +89,8 @@ class Executor:
 
     Attributes
     ----------
+    is_settled : bool
+        Whether the last frame left no work to gradual passes.
     before_pass : callable or None
         Called before each pass that runs; may raise to give the frame up, after which
         the caller must `forget`.
@@ -100,6 +107,9 @@ class Executor:
         self._results: dict[str, _Result] = {}
         self._identities: dict[Hashable, int] = {}
         self._next_identity = 0
+        # How often each gradual pass has run and left work to do.
+        self._parts: dict[str, int] = {}
+        self.is_settled = True
         self._last_shape: Hashable = None
         self.timer = Timer(device)
         self.before_pass: Callable[[], None] | None = None
@@ -135,11 +145,13 @@ class Executor:
         textures: dict[str, moderngl.Texture] = {}
         facts: dict[str, object] = {}
         timings = []
+        self.is_settled = True
         for index, item in enumerate(plan.order):
             if item.name in stale:
                 if self.before_pass is not None:
                     self.before_pass()
                 result = self._prepare(item, frame.view.size)
+                last = result.returned() if frame.is_live and item.is_gradual else {}
                 target = self._pool.target(list(result.borrowed.values()), depth=item.needs_depth)
                 context = PassContext(
                     gl=self._device.gl,
@@ -150,12 +162,16 @@ class Executor:
                     target=target,
                     progress=progress,
                     facts={name: facts[name] for name in item.reads if name in facts},
+                    last=last,
                 )
                 timer = self.timer if time_passes else None
                 timings.append(self._execute(item, result, context, timer))
                 # What was interrupted must not pass for the finished result.
                 if not item.statistics.get("partial"):
                     result.identity = identities[item.name]
+                if not item.is_settled:
+                    self._parts[item.name] = self._parts.get(item.name, 0) + 1
+                    self.is_settled = False
             else:
                 timings.append(PassTiming(item.name, False, None, 0.0))
             if item.name in self._results:
@@ -214,6 +230,7 @@ class Executor:
                 frame.view.size,
                 tuple((name, of_resource[name]) for name in item.reads),
                 tuple((domain, frame.versions.get(domain)) for domain in item.depends_on),
+                (frame.is_live, self._parts.get(item.name)) if item.is_gradual else None,
             )
             if key not in self._identities:
                 self._identities[key] = self._next_identity

@@ -99,9 +99,13 @@ class Frame:
         For each domain a pass can name in ``depends_on`` (``view``, ``geometry``,
         ``lights``, ``environment``, ``seed``), a value that changes exactly when
         that part of the input changes.
+    is_live : bool
+        A frame of a window: passes that are gradual may do part of their work, starting
+        from what they left last time. All other frames depend on nothing but their input.
     """
 
     view: FrameView
     scene: Scene
     seed: int = 0
     versions: Mapping[str, Hashable] = field(default_factory=dict)
+    is_live: bool = False

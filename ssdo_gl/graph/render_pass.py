@@ -56,6 +56,8 @@ class PassContext:
         For passes of many draws.
     facts : mapping of resource name to object
         Of those ``inputs`` whose producer gave some.
+    last : mapping of resource name to TextureWithFacts
+        Of a gradual pass in a live frame, what it returned last time; facts may be None.
     """
 
     gl: moderngl.Context
@@ -66,6 +68,7 @@ class PassContext:
     target: moderngl.Framebuffer | None
     progress: ProgressCallback | None = None
     facts: Mapping[str, Any] = field(default_factory=dict)
+    last: Mapping[str, TextureWithFacts] = field(default_factory=dict)
 
 
 class RenderPass(ABC):
@@ -86,6 +89,10 @@ class RenderPass(ABC):
         Domains of ``Frame.versions`` that change the result beyond ``reads``.
     needs_depth : bool
         Whether its framebuffer gets a 24-bit depth attachment.
+    is_gradual : bool
+        In live frames it does part of its work at a time.
+    is_settled : bool
+        False after a part of the work: the pass runs again in the next frame.
     statistics : mapping
         What a Monte-Carlo pass has to say of its last run (samples per pixel,
         standard errors, whether it was interrupted); empty for all others.
@@ -96,6 +103,8 @@ class RenderPass(ABC):
     writes: Mapping[str, TextureSpec]
     depends_on: tuple[str, ...] = ()
     needs_depth: ClassVar[bool] = False
+    is_gradual: ClassVar[bool] = False
+    is_settled: bool = True
     statistics: Mapping[str, Any] = MappingProxyType({})
 
     def settings_key(self) -> Hashable:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -217,3 +219,48 @@ def test_textures_do_not_pile_up_over_frames_and_sizes(world):
             passes[0].depends_on = ("seed",)
             run(passes, ["smooth_1", "smooth_2"], frame(size=size, seed=seed))
             assert executor.texture_count == 3
+
+
+class Climb(RenderPass):
+    """In live frames it comes one nearer to its goal each time; else it is there at once."""
+
+    name = "climb"
+    writes: ClassVar[Mapping[str, TextureSpec]] = {"climb": TextureSpec(1, own=True)}
+    depends_on = ("goal",)
+    is_gradual = True
+
+    def execute(self, context):
+        goal = context.frame.versions["goal"]
+        known = context.last["climb"].facts if context.last else None
+        height = goal if known is None else min(known + 1, goal)
+        self.is_settled = height == goal
+        texture = context.gl.texture((1, 1), 1, np.float32(height).tobytes(), dtype="f4")
+        return {"climb": TextureWithFacts(texture, height)}
+
+
+def live(**versions):
+    return dataclasses.replace(frame(**versions), is_live=True)
+
+
+def test_a_gradual_pass_runs_in_live_frames_until_it_is_settled(world):
+    run, executor = world
+    passes = [Climb(), Paint("a", reads=["climb"])]
+    run(passes, ["a"], live(goal=2))
+    assert executor.is_settled
+    heights = []
+    for _ in range(5):
+        ran = [row.ran for row in run(passes, ["a", "climb"], live(goal=5))]
+        heights.append((read_texture(executor.texture("climb")).max(), executor.is_settled, *ran))
+    going, settled, done = (True, True), (5.0, True, True, True), (5.0, True, False, False)
+    assert heights == [(3.0, False, *going), (4.0, False, *going), settled, done, done]
+
+
+def test_frames_that_are_not_live_know_nothing_of_those_before(world):
+    run, executor = world
+    passes = [Climb(), Paint("a", reads=["climb"])]
+    run(passes, ["a"], live(goal=2))
+    run(passes, ["a"], live(goal=5))
+    rows = run(passes, ["a", "climb"], frame(goal=5))
+    assert [row.ran for row in rows] == [True, True]
+    assert read_texture(executor.texture("climb")).max() == 5.0
+    assert executor.is_settled

@@ -97,7 +97,12 @@ class LiveImage:
     @property
     def is_refined(self) -> bool:
         """Whether another frame would not add anything that was asked for."""
-        return self._request is not None and self.sample_count >= self._request.samples_wanted
+        wanted = None if self._request is None else self._request.samples_wanted
+        return wanted is not None and self.sample_count >= wanted and self._is_settled
+
+    @property
+    def _is_settled(self) -> bool:
+        return self.drawing is None or self.drawing.is_settled
 
     @property
     def samples_wanted(self) -> int:
@@ -150,7 +155,8 @@ class LiveImage:
         """
         if request == self._request and self.is_refined:
             return False
-        goes_on = request == self._request
+        # What is not settled yet must not stay in the average.
+        goes_on = request == self._request and self._is_settled
         frame = self._frames if goes_on else 0
         index = _ORDER[frame % REFINE_FRAMES] + frame // REFINE_FRAMES * REFINE_FRAMES
         samples = 1

@@ -79,6 +79,21 @@ def test_refined_window_is_the_anti_aliased_snapshot(gl, device, live, presenter
     assert np.abs(picture - expected).max() <= ROUNDING
 
 
+def test_what_is_not_settled_stays_out_of_the_average(live, scene, monkeypatch) -> None:
+    settled = iter([False, False, True])
+    draw = live.renderer.draw
+    monkeypatch.setattr(
+        live.renderer,
+        "draw",
+        lambda *names, **options: dataclasses.replace(
+            draw(*names, **options), is_settled=next(settled, True)
+        ),
+    )
+    counts = [live.sample_count for _ in range(4) if live.update(request(scene))]
+    assert counts == [1, 1, 1, 2]
+    assert refine(live, request(scene)) == live_image.REFINE_FRAMES - 2
+
+
 @pytest.mark.parametrize("aov", [name for name in AOVS if name != "beauty"])
 def test_every_image_looks_as_its_snapshot_does(gl, device, live, presenter, scene, aov) -> None:
     frames = refine(live, request(scene, aov))
