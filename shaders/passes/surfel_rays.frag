@@ -16,8 +16,8 @@ void main()
     ivec2 tile = pixel / tile_size;
     ivec2 surfel = pixel - tile * tile_size;
     int ray = tile.y * SURFEL_RAYS_PER_SIDE + tile.x;
-    int rays_per_point = max(SURFEL_RAYS_PER_SIDE * SURFEL_RAYS_PER_SIDE / SURFEL_POINTS, 1);
-    RaySurface at = surfel_point(surfel, ray / rays_per_point);
+    int ray_count = SURFEL_RAYS_PER_SIDE * SURFEL_RAYS_PER_SIDE;
+    RaySurface at = surfel_point(surfel, ray * SURFEL_POINTS / ray_count);
     vec3 w = surfel_direction(at, ray, pixel_seed(surfel));
     BvhHit hit = bvh_nearest(at.start, w, RAY_FAR);
     uvec4 words = uvec4(0xffffu, 0u, 0u, 0u);

@@ -12,7 +12,9 @@ uniform sampler2D t_surface_cache;  // rgb: irradiance, W m^-2
 // Surfels in a row of their textures, as a power of two, and slots in one of the table.
 const int SURFEL_ROW_SHIFT = 8;
 const int SURFEL_PLACE_SHIFT = 10;
-const uint SURFEL_JOINT_FLAG = 0x1000000u;
+const uint SURFEL_FIRST_FLAG = 0x1000000u;
+const uint SURFEL_SECOND_FLAG = 0x2000000u;
+const int SURFEL_TURN_SHIFT = 26;
 
 ivec2 surfel_texel(int surfel)
 {
@@ -29,13 +31,15 @@ int surfel_at_hit(BvhHit hit, vec3 p, vec3 w)
     int slot = int(bvh_texel(hit.record, 3).x) * 2 + (hit.is_second ? 1 : 0);
     int mask = (1 << SURFEL_PLACE_SHIFT) - 1;
     uvec2 place = texelFetch(t_surfel_places, ivec2(slot & mask, slot >> SURFEL_PLACE_SHIFT), 0).xy;
+    // From the triangle's corners to the grid's.
+    uint turn = place.y >> SURFEL_TURN_SHIFT & 3u;
+    weights = turn == 0u ? weights : turn == 1u ? weights.yzx : weights.zxy;
     // A pair fills the unit square; a single triangle has its corner a at 0 of one axis,
     // and the other runs from b to c.
-    vec2 pair = hit.is_second ? vec2(weights.y, weights.y + weights.z)
-                              : vec2(weights.y + weights.z, weights.z);
     float outward = weights.y + weights.z;
-    vec2 single = vec2(outward, weights.z / max(outward, 1e-30));
-    vec2 t = (place.y & SURFEL_JOINT_FLAG) != 0u ? pair : single;
+    vec2 t = vec2(outward, weights.z / max(outward, 1e-30));
+    t = (place.y & SURFEL_FIRST_FLAG) != 0u ? vec2(outward, weights.z) : t;
+    t = (place.y & SURFEL_SECOND_FLAG) != 0u ? vec2(weights.y, outward) : t;
     ivec2 grid = ivec2(place.y & 0xfffu, place.y >> 12 & 0xfffu);
     ivec2 cell = clamp(ivec2(t * vec2(grid)), ivec2(0), grid - 1);
     int behind = dot(front, w) > 0.0 ? grid.x * grid.y : 0;

@@ -22,7 +22,7 @@ from ssdo_gl.passes.ray_uniforms import (
     ray_uniforms,
     stream_of,
 )
-from ssdo_gl.passes.surfel_light import CACHE_TABLES
+from ssdo_gl.passes.surfel_textures import CACHE_TABLES
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 
 

@@ -34,10 +34,43 @@ NORMAL_STEPS = 1.4
 CELL_SHIFT = 0.37
 # A grid has at most so many texels along an edge: 12 bits of a word.
 MAX_GRID = 4095
-# In the word that holds the size of a grid: both triangles of the pair share it.
-JOINT_FLAG = 1 << 24
+# In the word that holds the size of a grid: the triangle is the first or second of a pair
+# that shares it; and by how many corners its order is turned against that of the grid.
+FIRST_FLAG, SECOND_FLAG = 1 << 24, 2 << 24
+TURN_SHIFT = 26
 # By how much texels grow until their number is within the limit.
 GROWTH = 1.1
+
+
+@dataclass(frozen=True, eq=False)
+class Places:
+    """Where on a grid of surfels each of T triangles lies.
+
+    Attributes
+    ----------
+    table : ndarray, shape (T, 2), uint32
+        The first surfel of the grid, and its texels along both edges, 12 bits each, with
+        `FIRST_FLAG` or `SECOND_FLAG`. Surfels of backs come after all those of the front.
+    corner : ndarray, shape (T,), int64
+        The triangle's corner that is the first one of the grid.
+    """
+
+    table: NDArray[np.uint32]
+    corner: IntArray
+
+    def of(self, bvh: Bvh) -> NDArray[np.uint32]:
+        """Return the table (2 P, 2) for triangles as a hierarchy orders them and their corners.
+
+        Row 2 p + s belongs to triangle s of primitive p.
+        """
+        chosen = bvh.primitive_triangles.reshape(-1)
+        if not len(chosen):
+            return np.zeros((1, 2), dtype=np.uint32)
+        named = self.table[np.maximum(chosen, 0)]
+        first = bvh.primitive_corners.reshape(-1, 3)[:, 0]
+        turn = (self.corner[np.maximum(chosen, 0)] - first) % 3
+        named[:, 1] |= (turn << TURN_SHIFT).astype(np.uint32)
+        return named
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,10 +88,9 @@ class Surfels:
         too. They have no length where the surfel is bent.
     looks : ndarray, shape (S, 3), float64
         A unit normal of the surfel, on its side.
-    places : ndarray, shape (2 P, 2), uint32
-        Row 2 p + s belongs to triangle s of primitive p: its first surfel, and the texels
-        along both edges of its grid, 12 bits each, and `JOINT_FLAG`. Surfels of backs come
-        after all those of the grid's front.
+    sources : ndarray, shape (S, 16), int64
+        The triangle that each point lies on.
+    places : Places
     size : float
         Side of a texel, about, normalised frame.
     """
@@ -67,7 +99,8 @@ class Surfels:
     normals: NDArray[np.uint32]
     ends: NDArray[np.float32]
     looks: FloatArray
-    places: NDArray[np.uint32]
+    sources: IntArray
+    places: Places
     size: float
 
     @property
@@ -122,8 +155,9 @@ def build_surfels(bvh: Bvh, most: int, smallest: float) -> Surfels:
     if bvh.triangles.count == 0:
         points = np.zeros((1, POINT_COUNT, 3), dtype=np.float32)
         normals = np.zeros((1, POINT_COUNT), dtype=np.uint32)
-        places = np.zeros((1, 2), dtype=np.uint32)
-        return Surfels(points, normals, points, np.zeros((1, 3)), places, smallest)
+        places = Places(np.zeros((0, 2), dtype=np.uint32), np.zeros(0, dtype=np.int64))
+        sources = np.zeros((1, POINT_COUNT), dtype=np.int64)
+        return Surfels(points, normals, points, np.zeros((1, 3)), sources, places, smallest)
     patches = _patches(bvh)
     extents = patches.extents()
     area = float(np.sum(patches.areas * patches.sides))
@@ -212,12 +246,11 @@ def _assemble(
     own_count = int(np.sum(cells * patches.sides[own]))
     shared_firsts = own_count + np.cumsum(shared.sides) - shared.sides
     total = own_count + shared.count
-    places = np.zeros((2 * len(bvh.primitive_triangles), 2), dtype=np.uint32)
-    for which, first in ((own, firsts), (shared.patches, shared_firsts[shared.group])):
-        layout = grids[which, 0] | grids[which, 1] << 12
-        layout |= np.where(patches.is_joint[which], JOINT_FLAG, 0)
-        for slot in np.moveaxis(patches.slots[which], 1, 0):
-            places[slot] = np.stack([first, layout], axis=1)
+    triangle = bvh.primitive_triangles.reshape(-1)[patches.slots]
+    firsts_of = np.zeros(len(grids), dtype=np.int64)
+    firsts_of[own], firsts_of[shared.patches] = firsts, shared_firsts[shared.group]
+    places = _places(bvh, patches, grids, firsts_of)
+    sources = np.zeros((total, POINT_COUNT), dtype=np.int64)
     positions = np.zeros((total, POINT_COUNT, 3))
     ends = np.zeros((total, POINT_COUNT, 3))
     normals = np.zeros((total, POINT_COUNT, 3))
@@ -234,11 +267,13 @@ def _assemble(
     positions[front] = _points(patches, repeated, u)
     ends[front] = _points(patches, repeated, (low + _line_ends()) / grid)
     normals[front] = patches.normals[patch, None]
+    sources[front] = _sources(patches, triangle, repeated, u)
     # Shared ones: points by area.
     if len(shared.patches):
         chosen, u = _drawn(rng, patches, shared)
         at, look = _points(patches, chosen, u), patches.normals[chosen]
         positions[shared_firsts], normals[shared_firsts] = at, look
+        sources[shared_firsts] = _sources(patches, triangle, chosen, u)
         height = np.einsum("spk,sk->sp", at - at[:, :1], look[:, 0])
         is_flat = np.abs(height).max(axis=1) < LIFT
         ends[shared_firsts] = np.where(is_flat[:, None, None], at, at[:, :1])
@@ -248,8 +283,27 @@ def _assemble(
     has_back = np.concatenate([patches.sides[patch], shared.sides]) == 2
     front, back = front[has_back], back[has_back]
     positions[back], ends[back], normals[back] = positions[front], ends[front], -normals[front]
+    sources[back] = sources[front]
     points, line_ends = ((at + LIFT * normals).astype(np.float32) for at in (positions, ends))
-    return Surfels(points, oct_words(normals), line_ends, normals[:, 0], places, size)
+    return Surfels(points, oct_words(normals), line_ends, normals[:, 0], sources, places, size)
+
+
+def _places(bvh: Bvh, patches: _Patches, grids: IntArray, firsts: IntArray) -> Places:
+    """Return the grid of each triangle: those of `patches`, which begin at `firsts`."""
+    table = np.zeros((bvh.triangles.count, 2), dtype=np.uint32)
+    corner = np.zeros(bvh.triangles.count, dtype=np.int64)
+    size = grids[:, 0] | grids[:, 1] << 12
+    for slot, flag in zip(patches.slots.T, (FIRST_FLAG, SECOND_FLAG), strict=True):
+        triangle = bvh.primitive_triangles.reshape(-1)[slot]
+        table[triangle] = np.stack([firsts, size | np.where(patches.is_joint, flag, 0)], axis=1)
+        corner[triangle] = bvh.primitive_corners.reshape(-1, 3)[slot, 0]
+    return Places(table, corner)
+
+
+def _sources(patches: _Patches, triangle: IntArray, chosen: IntArray, u: FloatArray) -> IntArray:
+    """Return the triangles (N, 16) that hold the places `u` of patches (N, 16)."""
+    is_second = patches.is_joint[chosen] & (u[..., 0] < u[..., 1])
+    return np.asarray(triangle[chosen, is_second.astype(np.int64)])
 
 
 def _line_ends() -> FloatArray:

@@ -8,13 +8,16 @@ beside it. Lines across each surfel, a little above it, find what stands on it.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray, IntArray
 from ssdo_gl.raytracing.bvh import Bvh
-from ssdo_gl.raytracing.surfels import POINT_COUNT, Surfels
+from ssdo_gl.raytracing.surface_tables import oct_words
+from ssdo_gl.raytracing.surfels import LIFT, POINT_COUNT, Places, Surfels
+from ssdo_gl.raytracing.triangles import SceneTriangles
 
 # What a line meets that is parallel to the surfel, within 8 degrees, does not stand on it.
 PARALLEL_COSINE = 0.99
@@ -29,8 +32,11 @@ class TornSurfels:
 
     Attributes
     ----------
-    positions, normals : ndarray
+    positions, normals, sources : ndarray
         As in `Surfels`; second parts come after all first ones.
+    places : Places
+    triangles : SceneTriangles
+        As they were when the surfels were made.
     planes : ndarray, shape (S, 4), float32
         Points p with planes[:3] . p < planes[3] belong to the second part; 0: there is none.
     others : ndarray, shape (S,), int64
@@ -39,6 +45,9 @@ class TornSurfels:
 
     positions: NDArray[np.float32]
     normals: NDArray[np.uint32]
+    sources: IntArray
+    places: Places
+    triangles: SceneTriangles
     planes: NDArray[np.float32]
     others: IntArray
 
@@ -46,6 +55,32 @@ class TornSurfels:
     def count(self) -> int:
         """Number of surfels, both parts counted."""
         return len(self.positions)
+
+    @cached_property
+    def _weights(self) -> tuple[FloatArray, FloatArray]:
+        """Of each point the weights of its triangle's corners, and its side: 1 front, -1 back."""
+        a, b, c = np.moveaxis(self.triangles.positions.astype(np.float64)[self.sources], 2, 0)
+        normal = np.cross(b - a, c - a)
+        square = np.einsum("spk,spk->sp", normal, normal)
+        to_point = self.positions - a
+        of_c = np.einsum("spk,spk->sp", np.cross(b - a, to_point), normal) / square
+        of_b = np.einsum("spk,spk->sp", np.cross(to_point, c - a), normal) / square
+        height = np.einsum("spk,spk->sp", to_point, normal)
+        return np.stack([1.0 - of_b - of_c, of_b, of_c], axis=-1), np.where(height < 0.0, -1.0, 1.0)
+
+    def moved(self, triangles: SceneTriangles) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
+        """Return positions and normals once the triangles, the same ones, lie elsewhere."""
+        moves = np.any(triangles.positions != self.triangles.positions, axis=(1, 2))
+        chosen = np.flatnonzero(moves[self.sources].any(axis=1))
+        positions, normals = self.positions.copy(), self.normals.copy()
+        weights, side = (array[chosen] for array in self._weights)
+        corners = triangles.positions.astype(np.float64)[self.sources[chosen]]
+        edges = corners[:, :, 1:] - corners[:, :, :1]
+        normal = np.cross(edges[:, :, 0], edges[:, :, 1])
+        normal *= (side / np.linalg.norm(normal, axis=-1))[..., None]
+        at = np.einsum("spc,spck->spk", weights, corners) + LIFT * normal
+        positions[chosen], normals[chosen] = at, oct_words(normal)
+        return positions, normals
 
 
 def torn(
@@ -92,15 +127,21 @@ def torn(
         usable = np.concatenate([np.ones((len(chosen), POINT_COUNT), dtype=bool), walls], axis=1)
         usable &= np.einsum("spk,sk->sp", candidates, normal) > reach[:, None]
         plane = np.concatenate([normal, reach[:, None]], axis=1)
-        sides.append((plane, _filled(candidates, usable)))
+        own = surfels.sources[chosen]
+        bearers = np.concatenate([own, np.repeat(own[:, :1], half, axis=1)], axis=1)
+        sides.append((plane, *_filled(candidates, bearers, usable)))
     positions = np.concatenate([surfels.positions, sides[1][1].astype(np.float32)])
     positions[chosen] = sides[0][1]
     planes = np.zeros((len(positions), 4), dtype=np.float32)
     planes[chosen] = sides[0][0]
     others = np.zeros(len(positions), dtype=np.int64)
     others[chosen] = surfels.count + np.arange(len(chosen))
-    normals = np.concatenate([surfels.normals, surfels.normals[chosen]])
-    return TornSurfels(positions, normals, planes, others)
+    normals, sources = (
+        np.concatenate([array, array[chosen]]) for array in (surfels.normals, surfels.sources)
+    )
+    # What lies on a line lies in the plane of any triangle of the surfel.
+    sources[chosen], sources[surfels.count :] = sides[0][2], sides[1][2]
+    return TornSurfels(positions, normals, sources, surfels.places, bvh.triangles, planes, others)
 
 
 def _face_normals(bvh: Bvh) -> FloatArray:
@@ -115,10 +156,13 @@ def _most_frequent(walls: IntArray) -> IntArray:
     return np.asarray(np.argmax(np.where(walls < 0, 0, alike), axis=1))
 
 
-def _filled(candidates: FloatArray, usable: NDArray[np.bool_]) -> FloatArray:
-    """Return for each row (N, C, 3) as many points as a surfel has, usable ones in turn."""
+def _filled(
+    candidates: FloatArray, sources: IntArray, usable: NDArray[np.bool_]
+) -> tuple[FloatArray, IntArray]:
+    """Return for each row of candidates as many as a surfel has points, usable ones in turn."""
     order = np.argsort(~usable, axis=1, kind="stable")
     count = np.maximum(usable.sum(axis=1), 1)
     turn = np.arange(POINT_COUNT) % count[:, None]
     chosen = np.take_along_axis(order, turn, axis=1)
-    return np.take_along_axis(candidates, chosen[..., None], axis=1)
+    at = np.take_along_axis(candidates, chosen[..., None], axis=1)
+    return at, np.take_along_axis(sources, chosen, axis=1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import cache
 from typing import ClassVar
 
 import numpy as np
@@ -13,13 +14,15 @@ from ssdo_gl.effects.effect import Effect, ImageSource, ReasonedPass
 from ssdo_gl.effects.registry import registered
 from ssdo_gl.effects.request import Request
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
+from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.ray_uniforms import ray_defines, ray_reads, ray_uniforms
-from ssdo_gl.passes.surfel_light import CACHE_TABLES
+from ssdo_gl.passes.surfel_textures import CACHE_TABLES
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.lights import PointLight
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene
@@ -121,3 +124,106 @@ def test_every_pixel_of_a_furnace_finds_its_irradiance(device, shaders, lookup) 
     # light, and all of some 500 by the twentieth part.
     np.testing.assert_allclose(image, 10.0 * np.pi, rtol=0.05)
     np.testing.assert_allclose(image.mean(), 10.0 * np.pi, rtol=0.008)
+
+
+WHITE = Material(albedo=(0.7,) * 3)
+BODY = box()
+ROOM = Mesh(BODY.positions, BODY.triangles[:, ::-1])
+INSIDE = Camera((0.1, 0.0, 0.45), (0.0, 0.0, 0.0), fov_y=80.0)
+
+
+@cache
+def objects(body_x: float) -> tuple[SceneObject, ...]:
+    """Return the very same objects for the same place, so that nothing seems to have changed."""
+    body = np.diag([0.3, 0.3, 0.3, 1.0])
+    body[:3, 3] = body_x, -0.35, 0.0
+    return SceneObject(0, 0), SceneObject(1, 0, body[None])
+
+
+def room(lamp_x: float, body_x: float = 0.2, intensity: float = 1.0) -> Scene:
+    """Return a white room with a lamp and a box in it."""
+    lamp = PointLight((lamp_x, 0.3, 0.1), (intensity,) * 3)
+    return Scene((ROOM, BODY), (WHITE,), objects(body_x), INSIDE, (lamp,))
+
+
+class Live:
+    """Draws frames as a window does."""
+
+    def __init__(self, renderer: Renderer) -> None:
+        self.renderer = renderer
+
+    def frame(self, scene: Scene) -> tuple[np.ndarray, bool]:
+        """Return what the cache holds, and whether it is settled."""
+        self.renderer.use_scene(scene)
+        drawing = self.renderer.draw(["lookup"], camera=scene.camera)
+        texture = drawing.planes["lookup"].texture
+        assert texture is not None
+        return read_texture(texture)[..., :3].astype(np.float64), drawing.is_settled
+
+    def settled(self, scene: Scene) -> tuple[np.ndarray, int]:
+        """Return what the cache holds in the end, and after how many frames."""
+        for count in range(1, 60):
+            image, is_settled = self.frame(scene)
+            if is_settled:
+                return image, count
+        raise AssertionError("it does not settle")
+
+
+@pytest.fixture
+def live(device, shaders, lookup) -> Iterator[Live]:
+    settings = Settings(size=(64, 36), method="direct", overrides=FEW)
+    with Renderer(room(-0.2), settings, device=device, shaders=shaders) as renderer:
+        yield Live(renderer)
+
+
+def fresh(device, shaders, scene: Scene) -> np.ndarray:
+    settings = Settings(size=(64, 36), method="direct", overrides=FEW)
+    with Renderer(scene, settings, device=device, shaders=shaders) as renderer:
+        return renderer.render(["lookup"]).images["lookup"].astype(np.float64)
+
+
+def test_the_first_live_frame_is_complete_and_costs_nothing_again(device, shaders, live) -> None:
+    first, is_settled = live.frame(room(-0.2))
+    assert is_settled
+    np.testing.assert_array_equal(first, fresh(device, shaders, room(-0.2)))
+    again = live.renderer.draw(["lookup"], camera=room(-0.2).camera)
+    assert not CACHE & {row.name for row in again.passes if row.ran}
+
+
+def test_a_moved_lamp_is_followed_to_the_same_light(device, shaders, live) -> None:
+    before, _ = live.frame(room(-0.2))
+    first, is_settled = live.frame(room(0.3))
+    expected = fresh(device, shaders, room(0.3))
+    assert not is_settled
+    assert np.abs(first - expected).mean() < 0.8 * np.abs(before - expected).mean()
+    image, count = live.settled(room(0.3))
+    assert 3 <= count <= 15
+    # Both have converged to 1e-4 of what was missing.
+    np.testing.assert_allclose(image, expected, rtol=1e-3)
+
+
+def test_a_lamp_switched_off_is_gone_within_ten_frames(live) -> None:
+    before, _ = live.frame(room(-0.2))
+    dark = room(-0.2, intensity=0.0)
+    for _ in range(10):
+        image, _ = live.frame(dark)
+    assert image.mean() < 0.05 * before.mean()
+
+
+def test_a_moved_body_takes_its_surfels_along(device, shaders, live) -> None:
+    live.frame(room(-0.2))
+    image, count = live.settled(room(-0.2, body_x=-0.1))
+    assert 8 <= count <= 20
+    expected = fresh(device, shaders, room(-0.2, body_x=-0.1))
+    # Other rays than those of surfels made for the new place, which err by a tenth of what is
+    # indirect, and other texels along the shadow's edge.
+    np.testing.assert_allclose(image.mean(), expected.mean(), rtol=0.02)
+    error = np.abs(image - expected) / expected
+    assert np.median(error) < 0.05
+
+
+def test_other_frames_do_not_depend_on_live_ones(device, shaders, live) -> None:
+    live.frame(room(-0.2))
+    live.frame(room(0.3))
+    image = live.renderer.render(["lookup"]).images["lookup"]
+    np.testing.assert_array_equal(image, fresh(device, shaders, room(0.3)))

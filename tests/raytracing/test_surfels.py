@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ssdo_gl.raytracing.bvh import Bvh, build_bvh
-from ssdo_gl.raytracing.surfels import JOINT_FLAG, POINT_COUNT, Surfels, build_surfels
+from ssdo_gl.raytracing.surfels import FIRST_FLAG, POINT_COUNT, SECOND_FLAG, Surfels, build_surfels
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject
@@ -22,7 +22,7 @@ def bvh_of(mesh: Mesh, material: Material | None = None) -> Bvh:
 
 def numbers(surfels: Surfels, sides: int = 2) -> np.ndarray:
     """Return the numbers of all surfels that the places name, each as often as named."""
-    first, layout = surfels.places.astype(np.int64).T
+    first, layout = surfels.places.table.astype(np.int64).T
     counts = (layout & 0xFFF) * (layout >> 12 & 0xFFF) * sides
     named = {(f, c) for f, c in zip(first, counts, strict=True) if c}
     return np.concatenate([np.arange(f, f + c) for f, c in sorted(named)])
@@ -48,8 +48,8 @@ def test_single_sided_surfaces_have_one_side() -> None:
 
 def test_points_of_a_quad_lie_in_their_texel() -> None:
     surfels = build_surfels(bvh_of(quad()), 65535, 0.2)
-    assert np.all(surfels.places[:, 1] & JOINT_FLAG)
-    nu, nv = (int(surfels.places[0, 1]) >> shift & 0xFFF for shift in (0, 12))
+    assert np.all(surfels.places.table[:, 1] & (FIRST_FLAG | SECOND_FLAG))
+    nu, nv = (int(surfels.places.table[0, 1]) >> shift & 0xFFF for shift in (0, 12))
     at = surfels.positions[: nu * nv].astype(np.float64)
     spread = np.sort(np.ptp(at, axis=1), axis=1)
     # Of a unit square with half-diagonal 1 edges are sqrt(2) long.

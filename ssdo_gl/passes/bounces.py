@@ -1,0 +1,93 @@
+"""Light that goes to and fro between surfels, until nothing is missing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import moderngl
+import numpy as np
+
+from ssdo_gl.gpu.readback import read_texture
+from ssdo_gl.gpu.texture import make_texture
+from ssdo_gl.graph.render_pass import PassContext
+from ssdo_gl.passes.surfel_textures import SURFELS_PER_ROW, drawn, surfel_rows
+
+# Bounces whose growth tells how much light stays in the scene.
+PROBED_BOUNCES = 4
+# No scene keeps more: light that stays for ever would take for ever.
+MOST_KEPT = 1.0 - 1e-3
+# The light that is missing when the iteration ends, relative to all.
+TOLERANCE = 1e-4
+
+
+class Bounces:
+    """Adds one bounce to what surfels receive.
+
+    Parameters
+    ----------
+    context : PassContext
+        Of a pass that reads ``surfel_points``.
+    hits : Texture
+        What their rays meet.
+    rays_per_side : int
+        Root of the number of these rays.
+    """
+
+    def __init__(self, context: PassContext, hits: moderngl.Texture, rays_per_side: int) -> None:
+        self.gl = context.gl
+        self.rows = surfel_rows(context.facts["surfel_points"].count)
+        self.program = context.shaders.fullscreen(
+            "passes/surface_cache.frag", {"SURFEL_RAYS_PER_SIDE": rays_per_side}
+        )
+        self.program.set({"u_surfel_rows": self.rows}, {"t_surfel_hits": hits})
+
+    def texture(self, value: float) -> moderngl.Texture:
+        """Return a texture with a number for each surfel."""
+        data = np.full((self.rows, SURFELS_PER_ROW, 4), value, dtype=np.float32)
+        return make_texture(self.gl, (SURFELS_PER_ROW, self.rows), 4, "f4", data)
+
+    def share_kept(self) -> float:
+        """Return a bound on the share of light that a bounce keeps, on average over bounces.
+
+        One bounce of a light of 1 everywhere keeps no more than the largest albedo; the root
+        of what several bounces keep bounds how light dies away, whatever the light.
+        """
+        last, black = self.texture(1.0), self.texture(0.0)
+        for _ in range(PROBED_BOUNCES):
+            last = self.step(black, last, black, 1.0)
+        most = float(read_texture(last)[..., :3].max())
+        return float(min(most ** (1.0 / PROBED_BOUNCES), MOST_KEPT))
+
+    def step(
+        self,
+        direct: moderngl.Texture,
+        last: moderngl.Texture,
+        last_but_one: moderngl.Texture,
+        over: float,
+    ) -> moderngl.Texture:
+        """Return one more bounce than `last`, by a factor beyond it, as a new texture."""
+        inputs = {"t_surfel_direct": direct, "t_last": last, "t_last_but_one": last_but_one}
+        return drawn(self.gl, self.rows, self.program, {"u_over": over}, inputs)
+
+
+def relaxation(kept: float, tolerance: float = TOLERANCE) -> Iterator[float]:
+    """Yield the factor of each step of Chebyshev's iteration until it has converged.
+
+    Parameters
+    ----------
+    kept : float
+        Bound on the spectrum of one bounce, [0, 1).
+    tolerance : float
+        Of what was missing at first.
+    """
+    # The error shrinks by `rate` with every step (Golub and Varga 1961), where plain
+    # bounces, which shrink it by `kept`, take 900 steps for 0.99 instead of 70.
+    rate = kept / (1.0 + math.sqrt(1.0 - kept**2))
+    count = 1 if rate == 0.0 else math.ceil(math.log(tolerance / 2.0) / math.log(rate))
+    over = 1.0
+    for step in range(max(count, 1)):
+        yield over
+        over = 1.0 / (1.0 - kept**2 * over / (2.0 if step == 0 else 4.0))
+    # A plain bounce of what has converged smooths what single surfels are off by.
+    yield 1.0

@@ -1,0 +1,205 @@
+"""Pieces of the scene's surfaces, and what their rays meet: once for each state of geometry."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ssdo_gl.gpu.fullscreen import draw_fullscreen
+from ssdo_gl.gpu.texture import make_texture
+from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
+from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.math3d import FloatArray, IntArray
+from ssdo_gl.passes.bounces import Bounces
+from ssdo_gl.passes.ray_uniforms import bvh_of, ray_defines, ray_reads, ray_uniforms
+from ssdo_gl.passes.surfel_textures import (
+    MOST_SURFELS,
+    SLOTS_PER_ROW,
+    SURFELS_PER_ROW,
+    SurfaceCacheSettings,
+    SurfelProgram,
+    drawing_into,
+    facts_of,
+    surfel_rows,
+    upload,
+)
+from ssdo_gl.raytracing.surface_tables import RayFeatures
+from ssdo_gl.raytracing.surfels import Surfels, build_surfels
+from ssdo_gl.raytracing.torn_surfels import TornSurfels, torn
+
+
+@dataclass(frozen=True, eq=False)
+class SurfelSet:
+    """Surfels that were made together; they stay the same ones while what bears them moves.
+
+    Attributes
+    ----------
+    surfels : TornSurfels
+    topology : tuple
+        Meshes, and mesh, material and number of instances of each object: while these are the
+        same, triangles keep their numbers.
+    """
+
+    surfels: TornSurfels
+    topology: tuple[object, ...]
+
+    @property
+    def count(self) -> int:
+        """Number of surfels."""
+        return self.surfels.count
+
+
+class SurfelsPass(RenderPass):
+    """Uploads `surfel_points`, `surfel_places` and `surfel_splits`.
+
+    The `SurfelSet` comes with `surfel_points`. In a live frame it stays what it was while
+    objects only move.
+    """
+
+    name = "surfels"
+    writes: Mapping[str, TextureSpec] = {
+        "surfel_points": TextureSpec(4, "u4", own=True),
+        "surfel_places": TextureSpec(2, "u4", own=True),
+        "surfel_splits": TextureSpec(4, "f4", own=True),
+    }
+    depends_on = ("geometry",)
+    is_gradual = True
+
+    def __init__(self, settings: SurfaceCacheSettings, features: RayFeatures) -> None:
+        self.settings = settings
+        self.features = features
+        self.reads = ray_reads(features)
+
+    def settings_key(self) -> Hashable:
+        """Return the settings and the features."""
+        return self.settings, self.features
+
+    def execute(self, context: PassContext) -> Produced:
+        """Cut the surfaces up and return the tables as new textures."""
+        gl, bvh, scene = context.gl, bvh_of(context), context.frame.scene
+        bearers = tuple((o.mesh, o.material, len(o.world_from_object)) for o in scene.objects)
+        topology = (scene.meshes, bearers)
+        known = facts_of(context, "surfel_points", SurfelSet)
+        if known is not None and known.topology == topology:
+            made, positions, normals = known, *known.surfels.moved(bvh.triangles)
+        else:
+            whole = build_surfels(bvh, self.settings.surfels, self.settings.texel)
+            surfels = torn(whole, bvh, *self._walls(context, whole), MOST_SURFELS)
+            made = SurfelSet(surfels, topology)
+            positions, normals = surfels.positions, surfels.normals
+        points = np.empty((*positions.shape[:2], 4), dtype=np.uint32)
+        points[..., :3], points[..., 3] = positions.view(np.uint32), normals
+        splits = np.zeros((made.count, 2, 4), dtype=np.float32)
+        splits[:, 0], splits[:, 1, 0] = made.surfels.planes, made.surfels.others
+        named = made.surfels.places.of(bvh)
+        rows = -(-len(named) // SLOTS_PER_ROW)
+        places = np.zeros((rows * SLOTS_PER_ROW, 2), dtype=np.uint32)
+        places[: len(named)] = named
+        return {
+            "surfel_points": TextureWithFacts(upload(gl, points), made),
+            "surfel_places": make_texture(gl, (SLOTS_PER_ROW, rows), 2, "u4", places.tobytes()),
+            "surfel_splits": upload(gl, splits),
+        }
+
+    def _walls(self, context: PassContext, surfels: Surfels) -> tuple[IntArray, FloatArray]:
+        """Return what each line across each surfel meets, and how far along."""
+        ends = np.zeros((*surfels.ends.shape[:2], 4), dtype=np.float32)
+        ends[..., :3] = surfels.ends
+        rows, lines = surfel_rows(surfels.count), surfels.ends.shape[1]
+        met = make_texture(context.gl, (SURFELS_PER_ROW, rows * lines), 2, "u4")
+        program = context.shaders.fullscreen(
+            "passes/surfel_lines.frag", ray_defines(context, self.features)
+        )
+        uniforms = {**ray_uniforms(context), "u_surfel_rows": rows}
+        textures = {f"t_{name}": context.inputs[name] for name in self.reads}
+        textures["t_surfel_ends"] = upload(context.gl, ends)
+        with drawing_into(context.gl, met) as target:
+            draw_fullscreen(context.gl, program, target, uniforms, textures)
+        words = np.frombuffer(met.read(), dtype=np.uint32).reshape(lines, -1, 2)
+        words = words[:, : surfels.count].swapaxes(0, 1)
+        return words[..., 0].astype(np.int64), words[..., 1].copy().view(np.float32)
+
+
+@dataclass(frozen=True, eq=False)
+class Hits:
+    """What `surfel_hits` holds.
+
+    Attributes
+    ----------
+    surfels : SurfelSet
+    geometry : hashable
+        Equal for the same state of the geometry.
+    kept : float
+        A bound on the share of light that a bounce keeps.
+    traced : tuple of int
+        The rows of rays that were traced last.
+    missing : int
+        How many rows are of an earlier state.
+    number : int
+        Counts up.
+    """
+
+    surfels: SurfelSet
+    geometry: Hashable
+    kept: float
+    traced: tuple[int, ...]
+    missing: int = 0
+    number: int = 0
+
+
+class SurfelRaysPass(RenderPass):
+    """Writes `surfel_hits`: what the rays of all surfels meet, layout in its shader.
+
+    The `Hits` come with it. While objects move, a live frame traces one row of rays after
+    the other: an eighth of all.
+    """
+
+    name = "surfel_rays"
+    writes: Mapping[str, TextureSpec] = {"surfel_hits": TextureSpec(2, "u4", own=True)}
+    depends_on = ("geometry",)
+    is_gradual = True
+
+    def __init__(self, settings: SurfaceCacheSettings, features: RayFeatures) -> None:
+        self.shared = SurfelProgram(settings, features)
+        self.reads = (
+            "surfel_points",
+            "surfel_places",
+            "surfel_splits",
+            *ray_reads(features, shades=True),
+        )
+
+    def settings_key(self) -> Hashable:
+        """Return what its program is made from."""
+        return self.shared
+
+    def execute(self, context: PassContext) -> Produced:
+        """Trace, one row of rays after the other."""
+        side = self.shared.settings.rays_per_side
+        surfels: SurfelSet = context.facts["surfel_points"]
+        geometry = context.frame.versions.get("geometry")
+        known = facts_of(context, "surfel_hits", Hits)
+        if known is not None and known.surfels is surfels:
+            texture = context.last["surfel_hits"].texture
+            missing = (known.missing if known.geometry == geometry else side) - 1
+            turn = ((known.traced[-1] + 1) % side,)
+            number = known.number + 1
+            made = Hits(surfels, geometry, known.kept, turn, max(missing, 0), number)
+        else:
+            rows = side * surfel_rows(surfels.count)
+            texture = make_texture(context.gl, (side * SURFELS_PER_ROW, rows), 2, "u4")
+            made = Hits(surfels, geometry, 0.0, tuple(range(side)))
+        self.is_settled = made.missing == 0
+        rows = texture.height // side
+        program = self.shared.ready(context, self.name, self.reads, "SURFEL_RAYS_PER_SIDE")
+        with drawing_into(context.gl, texture) as target:
+            for row in made.traced:
+                target.scissor = (0, row * rows, texture.width, rows)
+                draw_fullscreen(context.gl, program, target, {}, {})
+                if context.progress is not None:
+                    context.gl.finish()
+                    context.progress("surface cache", row + 1, side)
+        if made.missing == 0:
+            made = replace(made, kept=Bounces(context, texture, side).share_kept())
+        return {"surfel_hits": TextureWithFacts(texture, made)}

@@ -1,0 +1,135 @@
+"""What all passes share that keep light in surfels: settings, sizes, programs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from ssdo_gl.gpu.fullscreen import draw_fullscreen
+from ssdo_gl.gpu.shader import Program
+from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.graph.render_pass import PassContext
+from ssdo_gl.passes.environment_uniforms import environment_uniforms
+from ssdo_gl.passes.ray_uniforms import ray_defines, ray_uniforms, stream_of
+from ssdo_gl.raytracing.surface_tables import RayFeatures
+from ssdo_gl.settings.fields import setting
+
+# What rays/surface_cache.glsl reads beside the tables of rays that shade what they hit.
+CACHE_TABLES = ("surfel_places", "surfel_splits", "surface_cache")
+# As rays/surface_cache.glsl lays its textures out.
+SURFELS_PER_ROW = 256
+SLOTS_PER_ROW = 1024
+# Surfels have numbers of 16 bits, and one stands for the sky.
+MOST_SURFELS = 65535
+# Shadow rays are traced in so many parts, one in each live frame.
+PART_COUNT = 4
+
+Facts = TypeVar("Facts")
+
+
+@dataclass(frozen=True)
+class SurfaceCacheSettings:
+    """Settings of the surface cache."""
+
+    surfels: int = setting(
+        32768, "pieces of surface that keep light, both sides, at most", low=64, high=MOST_SURFELS
+    )
+    texel: float = setting(
+        0.03, "side of the smallest piece", unit="of the scene's half-diagonal", low=1e-3, high=1.0
+    )
+    rays_per_side: int = setting(8, "root of the rays that a piece gathers by", low=2, high=16)
+    light_samples: int = setting(16, "shadow rays of a piece, all lights together", low=1, high=64)
+
+
+def surfel_rows(count: int) -> int:
+    """Return the height of a texture with a texel for each of `count` surfels."""
+    return -(-count // SURFELS_PER_ROW)
+
+
+def upload(gl: moderngl.Context, values: NDArray[Any]) -> moderngl.Texture:
+    """Return a texture of values (S, N, 4) of surfels: a tile for each of N, bottom up."""
+    count, tiles = values.shape[:2]
+    image = np.zeros((tiles, surfel_rows(count) * SURFELS_PER_ROW, 4), dtype=values.dtype)
+    image[:, :count] = values.swapaxes(0, 1)
+    size = (SURFELS_PER_ROW, tiles * surfel_rows(count))
+    dtype = "u4" if values.dtype == np.uint32 else "f4"
+    return make_texture(gl, size, 4, dtype, image.tobytes())
+
+
+def drawn(
+    gl: moderngl.Context,
+    rows: int,
+    program: Program,
+    uniforms: Mapping[str, object],
+    textures: Mapping[str, moderngl.Texture],
+) -> moderngl.Texture:
+    """Return a new texture with what a program says of each surfel."""
+    texture = make_texture(gl, (SURFELS_PER_ROW, rows), 4, "f4")
+    with drawing_into(gl, texture) as target:
+        draw_fullscreen(gl, program, target, uniforms, textures)
+    return texture
+
+
+@contextmanager
+def drawing_into(gl: moderngl.Context, texture: moderngl.Texture) -> Iterator[Any]:
+    """Lend a framebuffer that draws into `texture`."""
+    target = make_framebuffer(gl, [texture])
+    try:
+        yield target
+    finally:
+        target.release()
+
+
+def facts_of(context: PassContext, name: str, kind: type[Facts]) -> Facts | None:
+    """Return the facts of what a live pass made last time of `name`; None: nothing it knows."""
+    facts = context.last[name].facts if name in context.last else None
+    return facts if isinstance(facts, kind) else None
+
+
+@dataclass(frozen=True)
+class SurfelProgram:
+    """What identifies a program whose rays start from surfels.
+
+    Attributes
+    ----------
+    settings : SurfaceCacheSettings
+    features : RayFeatures
+    environment_kind : int
+        As `environment_kind`.
+    """
+
+    settings: SurfaceCacheSettings
+    features: RayFeatures
+    environment_kind: int = 0
+
+    def ready(
+        self, context: PassContext, name: str, reads: Iterable[str], *further: str
+    ) -> Program:
+        """Return the program ``passes/<name>.frag``, with what all share set.
+
+        `further` names the defines of its own.
+        """
+        side = self.settings.rays_per_side
+        own = {"SURFEL_RAYS_PER_SIDE": side, "PART_COUNT": PART_COUNT}
+        defines = ray_defines(context, self.features)
+        defines["ENVIRONMENT_KIND"] = self.environment_kind
+        defines |= {key: own[key] for key in further}
+        program = context.shaders.fullscreen(f"passes/{name}.frag", defines)
+        program.set(
+            {
+                **ray_uniforms(context),
+                **environment_uniforms(context.frame),
+                "u_surfel_rows": surfel_rows(context.facts["surfel_points"].count),
+                "u_stream": stream_of(0, 0),
+                "u_shared_bits": (1 << int(math.log2(side))) - 1,
+            },
+            {f"t_{resource}": context.inputs[resource] for resource in reads},
+        )
+        return program
