@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import struct
 import warnings
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 
 from ssdo_gl.foreign_output import foreign_output_held
+from ssdo_gl.scene.decoders import DecoderError, decoded_basis
 from ssdo_gl.scene.material import Texture, Wrap
 from ssdo_gl.scene.paths import read_file
 from ssdo_gl.scene.radiance_hdr import decode_hdr
@@ -25,6 +27,7 @@ MAX_TEXELS = 1 << 26
 MAX_MODEL_TEXELS = 1 << 29
 # Sums over thousands of paths stay finite in float32; the .hdr format reaches 1.7e38.
 MAX_RADIANCE = 1e30
+_KTX2 = b"\xabKTX 20\xbb\r\n\x1a\n"
 # What Pillow may take a texture for, whatever its name. Of the rest some run programs
 # (EPS starts Ghostscript), and none is a texture.
 TEXTURE_FORMATS = (
@@ -73,6 +76,9 @@ def read_texture(
     """
     shown = source.name if isinstance(source, Path) else (name or "embedded image")
     data = source if isinstance(source, bytes) else read_file(source, where)
+    if data.startswith(_KTX2):
+        values = _basis_pixels(data, shown, where, most)
+        return Texture(values, name or shown, wrap, is_data=is_data)
     limit = Image.MAX_IMAGE_PIXELS
     try:
         # `check_size` stands in for Pillow's own guard, and says what it found.
@@ -80,19 +86,14 @@ def read_texture(
         with warnings.catch_warnings(), foreign_output_held():
             warnings.simplefilter("ignore")  # doubts about metadata
             with Image.open(io.BytesIO(data), formats=TEXTURE_FORMATS) as image:
-                check_size(image.size, shown, where)
-                if image.size[0] * image.size[1] > most:
-                    raise SceneError(
-                        f"{where}: image {shown!r} is one too many: "
-                        f"at most {MAX_MODEL_TEXELS} texels in one file are read"
-                    )
+                check_size(image.size, shown, where, most)
                 pixels = rgba_bytes(image)
     except SceneError:
         raise
     except UnidentifiedImageError:
         raise SceneError(
             f"{where}: {shown!r} is not a readable image: expected one of "
-            f"{', '.join(TEXTURE_FORMATS)}"
+            f"{', '.join(TEXTURE_FORMATS)}, KTX2"
         ) from None
     except Exception as error:  # Pillow's decoders raise almost anything on bad data
         reason = " ".join(str(error).split()) or type(error).__name__
@@ -101,6 +102,30 @@ def read_texture(
         Image.MAX_IMAGE_PIXELS = limit
     values = np.ascontiguousarray(pixels, dtype=np.uint8)
     return Texture(values, name or shown, wrap, is_data=is_data)
+
+
+def _basis_pixels(data: bytes, shown: str, where: str, most: int) -> NDArray[np.uint8]:
+    """Return the pixels of a KTX2 file of Basis Universal, (height, width, 4).
+
+    Its header, and that of the one level that is read, is held against what a texture may
+    have: the largest image, four by four texels in sixteen bytes.
+    """
+    if len(data) < 104:
+        raise SceneError(f"{where}: {shown!r} is not a readable image: truncated KTX2")
+    vulkan_format, _, width, height, *_ = struct.unpack_from("<6I", data, len(_KTX2))
+    if vulkan_format:
+        raise SceneError(
+            f"{where}: {shown!r} is a KTX2 image of Vulkan format {vulkan_format}: "
+            "expected Basis Universal (ETC1S or UASTC)"
+        )
+    check_size((width, height), shown, where, most)
+    (unpacked,) = struct.unpack_from("<Q", data, 96)
+    if unpacked > 16 * (-(-width // 4)) * (-(-height // 4)):
+        raise SceneError(f"{where}: {shown!r} is not a readable image: a level is too long")
+    try:
+        return decoded_basis(data)
+    except DecoderError as error:
+        raise SceneError(f"{where}: {shown!r} is not a readable image: {error}") from None
 
 
 def doubled(pixels: NDArray[np.uint8], axis: int, continued: str) -> NDArray[np.uint8]:
@@ -153,8 +178,14 @@ def rgba_bytes(image: Image.Image) -> NDArray[np.uint8]:
     return np.asarray(image.convert("RGBA"))
 
 
-def check_size(size: tuple[int, int], shown: str, where: str) -> None:
-    """Refuse images that no driver could hold, or that would fill the memory."""
+def check_size(size: tuple[int, int], shown: str, where: str, most: int = MAX_MODEL_TEXELS) -> None:
+    """Refuse images that no driver could hold, or that would fill the memory.
+
+    Parameters
+    ----------
+    most : int
+        How many texels the file may still hold.
+    """
     if min(size) < 1 or max(size) > MAX_SIDE_PX:
         raise SceneError(
             f"{where}: image {shown!r} is {size[0]} x {size[1]} pixels: "
@@ -164,6 +195,11 @@ def check_size(size: tuple[int, int], shown: str, where: str) -> None:
         raise SceneError(
             f"{where}: image {shown!r} is {size[0]} x {size[1]} pixels: "
             f"at most {MAX_TEXELS} in all are read"
+        )
+    if size[0] * size[1] > most:
+        raise SceneError(
+            f"{where}: image {shown!r} is one too many: "
+            f"at most {MAX_MODEL_TEXELS} texels in one file are read"
         )
 
 

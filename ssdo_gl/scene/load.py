@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ssdo_gl import resources
+from ssdo_gl.scene import decoders
 from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.formats import (
     format_of,
@@ -43,7 +44,10 @@ def load_scene(source: str | Path, options: LoadOptions | None = None, **choices
     kind = format_of(path)
     if kind is not None:
         read = kind.read_scene or _load_model
-        return read(path, text, options)
+        try:
+            return read(path, text, options)
+        finally:
+            decoders.release()
     names = builtin_names()
     if text in names:
         file = resources.folder("scenes") / f"{text}.toml"

@@ -286,8 +286,8 @@ def test_a_scene_in_a_linked_folder_finds_its_files(write: Write, tmp_path: Path
         ),
         (
             "a.gltf",
-            b'{"asset": {"version": "2.0"}, "extensionsRequired": ["KHR_draco_mesh_compression"]}',
-            ["KHR_draco_mesh_compression", "not supported"],
+            b'{"asset": {"version": "2.0"}, "extensionsRequired": ["KHR_implicit_shapes"]}',
+            ["KHR_implicit_shapes", "not supported"],
         ),
         ("a.obj", b"", ["no triangle"]),
         ("a.obj", b"v 0 0 0\nv 1 0 0\n", ["no triangle"]),

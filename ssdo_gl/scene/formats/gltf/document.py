@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.decoders import DecoderError, MissingDecoderError, decoded_meshopt
 from ssdo_gl.scene.numbers import LARGEST_NUMBER, finite
 from ssdo_gl.scene.paths import contained_file, read_file
 from ssdo_gl.scene.scene import SceneError
@@ -27,6 +28,9 @@ _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "
 # Accessors without data are all zeros; so many numbers in a file fill 256 MiB.
 _MAX_ZEROS = 1 << 25
 _INDEX_TYPES = (5121, 5123, 5125)
+# What compressed buffer views of a file may hold: bytes, 1 GiB.
+MAX_UNPACKED = 1 << 30
+_MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 # Of all morph targets that are kept: 512 MiB.
 _MAX_MORPHS = 1 << 27
 
@@ -42,7 +46,10 @@ class Document:
         self.path, self.json = path, document
         self._binary = binary
         self._buffers: dict[int, bytes] = {}
-        self._zeros = self._morphs = 0
+        self._zeros = self._morphs = self._unpacked_size = 0
+        self._unpacked: dict[int, bytes] = {}
+        # Accessors that a compressed mesh stands for.
+        self.decoded: dict[int, NDArray[Any]] = {}
 
     @classmethod
     def load(cls, path: Path, where: str) -> Document:
@@ -85,7 +92,10 @@ class Document:
         """Return the bytes of a buffer: embedded, inline or in a file beside."""
         if index not in self._buffers:
             entry = self.entry("buffers", index)
-            data = self._uri(entry["uri"]) if "uri" in entry else self._binary
+            # The binary chunk is the first buffer; others without a uri stand in for
+            # what is compressed.
+            data = self._binary if index == 0 else None
+            data = self._uri(entry["uri"]) if "uri" in entry else data
             if data is None:
                 raise GltfError(f"buffer {index} has neither a uri nor a binary chunk")
             if len(data) < int(entry["byteLength"]):
@@ -98,11 +108,39 @@ class Document:
     def view(self, index: int) -> tuple[bytes, int, int]:
         """Return buffer, offset and length of a buffer view, within the buffer."""
         view = self.entry("bufferViews", index)
-        data = self.buffer(view["buffer"])
-        start, length = int(view.get("byteOffset", 0)), int(view["byteLength"])
+        packed = compressed(view)
+        if packed is not None:
+            if index not in self._unpacked:
+                self._unpacked[index] = self._unpack(index, packed)
+            return self._unpacked[index], 0, len(self._unpacked[index])
+        return self._part(view, f"buffer view {index}")
+
+    def _part(self, part: Json, where: str) -> tuple[bytes, int, int]:
+        data = self.buffer(part["buffer"])
+        start, length = int(part.get("byteOffset", 0)), int(part["byteLength"])
         if start < 0 or length < 0 or start + length > len(data):
-            raise GltfError(f"buffer view {index} reaches beyond its buffer")
+            raise GltfError(f"{where} reaches beyond its buffer")
         return data, start, length
+
+    def _unpack(self, index: int, packed: Json) -> bytes:
+        """Return the bytes of a buffer view of EXT_meshopt_compression."""
+        where = f"buffer view {index}"
+        data, start, length = self._part(packed, where)
+        count, size = int(packed["count"]), int(packed["byteStride"])
+        self._unpacked_size += max(count, 0) * max(size, 0)
+        if count < 1 or not 1 <= size <= 256 or self._unpacked_size > MAX_UNPACKED:
+            raise GltfError(
+                f"{where} has {count} elements of {size} bytes: "
+                f"at most {MAX_UNPACKED} bytes in all are unpacked"
+            )
+        mode, filter_name = str(packed["mode"]), str(packed.get("filter", "NONE"))
+        part = data[start : start + length]
+        try:
+            return decoded_meshopt(part, count, size, mode, filter_name)
+        except MissingDecoderError as error:
+            raise GltfError(f"{where}: EXT_meshopt_compression {error}") from None
+        except DecoderError as error:
+            raise GltfError(f"{where}: not valid meshopt compression: {error}") from None
 
     def accessor(self, index: int, widths: tuple[int, ...]) -> FloatArray:
         """Return an accessor as (count, width) float64, normalised integers as 0..1.
@@ -143,7 +181,15 @@ class Document:
                 f"expected {' or '.join(map(str, widths))}"
             )
         offset = int(accessor.get("byteOffset", 0))
-        if "bufferView" in accessor:
+        if index in self.decoded:
+            values = self.decoded[index]
+            if values.shape != (count, width):
+                raise GltfError(
+                    f"accessor {index}: {count} elements of {width} numbers, but its mesh "
+                    f"holds {len(values)} of {values.shape[1]}"
+                )
+            values = values.astype(dtype)
+        elif "bufferView" in accessor:
             values = self._elements(accessor["bufferView"], offset, dtype, count, width)
         else:
             self._zeros += count * width
@@ -214,6 +260,12 @@ class Document:
                 raise
             path = contained_file(self.path, uri, where)
         return read_file(path, path.name)
+
+
+def compressed(view: Json) -> Json | None:
+    """Return how a buffer view is compressed, if it is."""
+    extensions = view.get("extensions", {})
+    return next((extensions[name] for name in _MESHOPT if name in extensions), None)
 
 
 def _data_of(uri: str) -> bytes:

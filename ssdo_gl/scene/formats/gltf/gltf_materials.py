@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -16,6 +16,8 @@ from ssdo_gl.scene.scene import SceneError
 
 _WRAPS = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
 _NEAREST = 9728
+# Extensions of textures that name an image in another format, the best first.
+_SOURCES = ("KHR_texture_basisu", "EXT_texture_webp", "MSFT_texture_dds")
 # Extensions of materials that ask for more than diffuse reflection, in words.
 _BEYOND_DIFFUSE = {
     "KHR_materials_transmission": "transmission",
@@ -184,21 +186,30 @@ class MaterialReader:
         """
         if reference is None:
             return None
+        first: str | None = None
+        for source in self._sources(reference):
+            try:
+                sampler = self._sampler(reference)
+                nearest = sampler.get("magFilter") == _NEAREST
+                return self._image(source, _wraps(sampler), doubles, nearest)
+            except (SceneError, GltfError) as error:
+                first = first or str(error)
+            except (KeyError, TypeError, AttributeError):
+                first = first or "its entry is not valid glTF"
+        self.model.note(
+            f"texture not used: {first or 'it names no image of a format that is read'}"
+        )
+        return None
+
+    def _sources(self, reference: Json) -> list[Any]:
+        """Return the images that a texture may be read from, the best first."""
         try:
             texture = self.document.entry("textures", reference["index"])
-            webp = texture.get("extensions", {}).get("EXT_texture_webp", {})
-            source = webp.get("source", texture.get("source"))
-            if source is None:
-                self.model.note("textures in a format that is not supported (KTX2) are not drawn")
-                return None
-            sampler = self._sampler(reference)
-            wraps = _wraps(sampler)
-            return self._image(source, wraps, doubles, sampler.get("magFilter") == _NEAREST)
-        except (SceneError, GltfError) as error:
-            self.model.note(f"texture not used: {error}")
-        except (KeyError, TypeError, AttributeError):
-            self.model.note("texture not used: its entry is not valid glTF")
-        return None
+            extensions = texture.get("extensions", {})
+            holders = [extensions.get(name, {}) for name in _SOURCES] + [texture]
+            return [holder["source"] for holder in holders if "source" in holder]
+        except (GltfError, KeyError, TypeError, AttributeError):
+            return [None]  # refused where it is read
 
     def _sampler(self, reference: Json) -> Json:
         """Return the sampler of a texture reference, empty for the default."""

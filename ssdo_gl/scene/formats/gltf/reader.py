@@ -17,6 +17,7 @@ from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.flattened import thickened, with_area
 from ssdo_gl.scene.formats.gltf.animation import read_channels
 from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json, numbers, shown
+from ssdo_gl.scene.formats.gltf.draco import unpack
 from ssdo_gl.scene.formats.gltf.geometry import read_shape
 from ssdo_gl.scene.formats.gltf.gltf_materials import MaterialReader
 from ssdo_gl.scene.formats.gltf.nodes import NodeTree, matrices_of
@@ -38,6 +39,10 @@ _UNDERSTOOD = {
     "EXT_texture_webp",
     "KHR_texture_basisu",
     "KHR_node_visibility",
+    "KHR_draco_mesh_compression",
+    "EXT_meshopt_compression",
+    "KHR_meshopt_compression",
+    "MSFT_texture_dds",
 }
 _UNDRAWN = {
     0: "points are not drawn",
@@ -219,6 +224,7 @@ class _Reader:
         material = self.materials.read(primitive.get("material"))
         glow = material.emission_uvs
         sets = material.uvs.uv_set, None if glow is None else glow.uv_set
+        unpack(self.document, primitive)
         shape = read_shape(self.document, primitive, sets, poses.is_morphed())
         if shape is None:
             mode = primitive.get("mode", 4)
