@@ -13,21 +13,16 @@
 
 #define FINDS_BLOCKERS 0
 
-const float NO_HORIZON = -2.0;
-
 // Cosine of the angle between view vector and horizon on one side, if there is any.
 float horizon_cosine(Tangent t, vec3 view, vec3 along, float jitter)
 {
     Walk walk = walk_along(t.position_vs, along);
     float stride = 1.0 / float(STEP_COUNT);
-    float highest = NO_HORIZON;
+    float highest = NO_ELEVATION;
     for (int i = 0; i < STEP_COUNT; ++i) {
-        ivec2 texel = ivec2(walk_px(walk, walk_fraction(walk, (float(i) + jitter) * stride)));
-        float z = gbuffer_z_vs(texel);
-        vec3 to_q = position_vs_at(uv_of_texel(texel), z) - t.position_vs;
-        float distance = length(to_q);
-        if (z > 0.0 && distance <= u_radius && is_above(t, texel, z))
-            highest = max(highest, dot(to_q, view) / distance);
+        float x = (float(i) + jitter) * stride;
+        ivec2 texel = ivec2(walk_px(walk, walk_fraction(walk, x)));
+        highest = max(highest, elevation_sine(t, view, texel));
     }
     return highest;
 }
@@ -36,7 +31,7 @@ float horizon_cosine(Tangent t, vec3 view, vec3 along, float jitter)
 float hidden_below_horizon(Tangent t, vec3 view, vec3 along, float gamma, float jitter)
 {
     float cosine = horizon_cosine(t, view, along, jitter);
-    if (cosine == NO_HORIZON)
+    if (cosine == NO_ELEVATION)
         return 0.0;
     float end = clamp(gamma + 0.5 * PI, 0.0, PI);
     float horizon = angle_of(sqrt(max(1.0 - cosine * cosine, 0.0)), cosine);

@@ -64,3 +64,16 @@ float arc_integral(float theta, float gamma)
 {
     return 0.25 * (cos(gamma) - cos(2.0 * theta - gamma) + 2.0 * theta * sin(gamma));
 }
+
+const float NO_ELEVATION = -2.0;
+
+// Sine of the elevation of the surface at `texel` above the plane square to the view vector,
+// if that surface can block: within R and above the tangent plane.
+float elevation_sine(Tangent t, vec3 view, ivec2 texel)
+{
+    float z = gbuffer_z_vs(texel);
+    vec3 to_q = position_vs_at(uv_of_texel(texel), z) - t.position_vs;
+    float distance = length(to_q);
+    bool blocks = z > 0.0 && distance <= u_radius && is_above(t, texel, z);
+    return blocks ? dot(to_q, view) / distance : NO_ELEVATION;
+}

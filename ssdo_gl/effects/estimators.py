@@ -125,6 +125,13 @@ ESTIMATORS: Mapping[str, Estimator] = {
             sides=2,
             stays_in_reach=True,
         ),
+        Estimator(
+            "hbao",
+            "the highest thing in directions of the picture",
+            takes_steps=True,
+            stays_in_reach=True,
+        ),
+        Estimator("sao", "heights of points on a spiral", stays_in_reach=True),
     )
 }
 LIGHT_ESTIMATORS = tuple(e.name for e in ESTIMATORS.values() if e.gives_light)

@@ -1,4 +1,7 @@
-"""Float64 twins of the estimators that look along slices. Imports nothing from ssdo_gl."""
+"""Float64 twins of the published estimators: slices, horizons and a spiral.
+
+Imports nothing from ssdo_gl.
+"""
 
 from __future__ import annotations
 
@@ -126,22 +129,79 @@ def gtao(
     blocked = np.zeros_like(length)
     for side, jitter in ((1.0, r.u[..., 1]), (-1.0, r.u[..., 2])):
         end = np.clip(side * gamma + np.pi / 2.0, 0.0, np.pi)
-        walk = Walk(picture, r, side * along, estimator)
-        highest = np.cos(end)
-        for i in range(estimator.steps):
-            x = (i + jitter) / estimator.steps
-            q = decide.texel(walk.px(walk.fraction(x)), np.ones(jitter.shape, bool))
-            to_q = picture.position(q) - r.p
-            distance = np.linalg.norm(to_q, axis=-1)
-            rises = rises_above(
-                picture, r.p, r.geometric, q, estimator, decide, reach=estimator.radius
-            )
-            cosine = np.einsum("...i,...i", to_q, r.view) / np.maximum(distance, 1e-30)
-            highest = np.where(rises, np.maximum(highest, cosine), highest)
+        highest = highest_elevation(
+            picture, r, side * along, jitter, np.cos(end), estimator, decide
+        )
         horizon = np.minimum(np.arccos(np.minimum(highest, 1.0)), end)
         hidden = arc_integral(end, side * gamma) - arc_integral(horizon, side * gamma)
         blocked += length * np.maximum(hidden, 0.0)
     return np.maximum(1.0 - blocked.mean(1), 0.0), decide.unsure.any(1)
+
+
+def highest_elevation(
+    picture: Picture,
+    r: Receivers,
+    along: Array,
+    jitter: Array,
+    lowest: Array,
+    estimator: Estimator,
+    decide: Decisions,
+) -> Array:
+    """Return the largest sine of an elevation among the steps along one side."""
+    walk, highest = Walk(picture, r, along, estimator), lowest
+    for i in range(estimator.steps):
+        x = (i + jitter) / estimator.steps
+        q = decide.texel(walk.px(walk.fraction(x)), np.ones(jitter.shape, bool))
+        to_q = picture.position(q) - r.p
+        rises = rises_above(picture, r.p, r.geometric, q, estimator, decide, reach=estimator.radius)
+        distance = np.maximum(np.linalg.norm(to_q, axis=-1), 1e-30)
+        sine = np.einsum("...i,...i", to_q, r.view) / distance
+        highest = np.where(rises, np.maximum(highest, sine), highest)
+    return highest
+
+
+def hbao(
+    picture: Picture, texel: Indices, pixel: Indices, estimator: Estimator
+) -> tuple[Array, Flags]:
+    """Return visibility (n) and where float32 may decide otherwise (n)."""
+    r = Receivers.at(picture, texel, pixel, estimator)
+    decide = Decisions(r.u.shape[:-1])
+    axes = frame_from_z(r.view)
+    turn = 2.0 * np.pi * r.u[..., :1]
+    along = axes[..., 0] * np.cos(turn) + axes[..., 1] * np.sin(turn)
+    x, y = (np.einsum("...i,...i", r.geometric, axis) for axis in (along, r.view))
+    tangent = -x / np.hypot(x, y)
+    highest = highest_elevation(picture, r, along, r.u[..., 1], tangent, estimator, decide)
+    return np.maximum(1.0 - (highest - tangent).mean(1), 0.0), decide.unsure.any(1)
+
+
+def sao(
+    picture: Picture, texel: Indices, pixel: Indices, estimator: Estimator
+) -> tuple[Array, Flags]:
+    """Return visibility (n) and where float32 may decide otherwise (n)."""
+    count = estimator.directions
+    first = BAYER[pixel[:, 1] % 4, pixel[:, 0] % 4] * count
+    noise = kronecker_points(first, estimator.offset)[:, None]
+    i = np.arange(count)
+    p = np.broadcast_to(picture.position(texel)[:, None], (len(texel), count, 3))
+    n = np.broadcast_to(picture.geometric[texel[:, 1], texel[:, 0]][:, None], p.shape)
+    tan, z = np.asarray(picture.tan_half_fov), -p[..., 2]
+    radius = np.minimum(estimator.radius, 2.0 * tan.max() * z)
+    turn = 2.0 * np.pi * ((i * 0.61803398875 + noise[..., 0]) % 1.0)
+    share = (i + noise[..., 1]) / count
+    away = np.maximum(share**2 * radius * picture.size[1] / (2.0 * tan[1] * z), 1.0)
+    offset = away[..., None] * np.stack([np.cos(turn), np.sin(turn)], -1) + 0.5
+    decide = Decisions(away.shape)
+    q = texel[:, None] + decide.texel(offset, np.ones(away.shape, bool))
+    inside = np.clip(q, 0, picture.size.astype(np.int64) - 1)
+    live = np.all(q == inside, -1)
+    counts = rises_above(picture, p, n, inside, estimator, decide, live)
+    to_q = picture.position(inside) - p
+    d2 = (to_q**2).sum(-1)
+    window = np.maximum(1.0 - d2 / radius**2, 0.0) ** 2
+    tap = window * np.einsum("...i,...i", to_q, n) / (d2 + (0.1 * radius) ** 2)
+    obscured = (2.0 * np.pi * 0.1 * radius * tap * counts).mean(1)
+    return np.maximum(1.0 - np.sqrt(obscured), 0.0) ** 2, decide.unsure.any(1)
 
 
 SECTOR_COUNT = 32

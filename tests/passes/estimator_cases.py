@@ -136,7 +136,12 @@ def twin_of(settings: ScreenSpaceSettings, frame: Frame, has_back: bool = False)
 
 
 # Estimators that say how open a point is, and not which directions are blocked.
-VISIBILITY_TWINS = {"gtao": slices.gtao, "bitmask": slices.bitmask}
+VISIBILITY_TWINS = {
+    "bitmask": slices.bitmask,
+    "gtao": slices.gtao,
+    "hbao": slices.hbao,
+    "sao": slices.sao,
+}
 
 
 def expected_visibility(

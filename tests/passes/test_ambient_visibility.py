@@ -18,17 +18,18 @@ from passes.estimator_cases import (
     twin_of,
 )
 
+from ssdo_gl.effects import estimators as registry
 from ssdo_gl.passes.ambient_visibility import SsaoSettings
 
 SIZE = (48, 36)
 TAN_Y = 0.5
-ESTIMATORS = ("march", "hemisphere", "rgs09", "gtao", "bitmask")
+ESTIMATORS = tuple(name for name in registry.ESTIMATORS if name != "zbuffer")
 
 # Both sides add the same float32 shares; N of them, each within an ulp of 1.
 SUM_TOLERANCE = 4e-7
 # Horizons add the rounding of a square root, a polynomial and two cosines for each side.
 ANGLE_TOLERANCE = 4e-6
-TOLERANCE = {"gtao": ANGLE_TOLERANCE}
+TOLERANCE = dict.fromkeys(("gtao", "hbao", "sao"), ANGLE_TOLERANCE)
 # Share of pixels in which some comparison is a near tie that float32 may decide otherwise.
 UNSURE_SHARE = 0.03
 
@@ -154,6 +155,18 @@ def test_gtao_finds_a_corner_s_true_occlusion(gl, shaders):
     )
     k, occlusion = corner_occlusion(gl, shaders, settings)
     expected = np.where(k < 1.0, closed_forms.corner_occlusion(k), 0.0)
+    np.testing.assert_allclose(
+        mean_of_rows(occlusion), mean_of_rows(expected), atol=CORNER_TOLERANCE
+    )
+
+
+def test_hbao_finds_its_own_expectation_in_a_corner(gl, shaders):
+    """Solid angles count alike, whatever their cosine: (1 - k) / 2."""
+    settings = SsaoSettings(
+        estimator="hbao", radius=CORNER_RADIUS, samples=64 * 24, steps=24, step_growth=0.0
+    )
+    k, occlusion = corner_occlusion(gl, shaders, settings)
+    expected = 0.5 * np.maximum(1.0 - k, 0.0)
     np.testing.assert_allclose(
         mean_of_rows(occlusion), mean_of_rows(expected), atol=CORNER_TOLERANCE
     )

@@ -1,0 +1,43 @@
+// Bavoil, Sainz and Dimitrov 2008, "Image-Space Horizon-Based Ambient Occlusion" (HBAO): in
+// each direction of the picture, what lies between the tangent plane and the highest thing
+// seen is blocked. Every solid angle counts alike, so that even converged this is not the
+// cosine-weighted visibility that is asked for.
+//
+// Departures. Elevations are told from the plane square to the pixel's own view vector, not
+// from the picture's. Only what stands above the tangent plane raises a horizon, in place of
+// an angle that a horizon must exceed. What is within R counts wholly, what is not does not
+// count, where the paper lets it fade by 1 - (d / R)^2: visibility is defined by R. (RMSE
+// over five scenes at two radii, 32 directions of 8 steps: .095, with the fading .099.)
+#include "lib/slices.glsl"
+#include "lib/sampling.glsl"
+
+#define FINDS_BLOCKERS 0
+
+// Blocked share of the half-plane above one direction of the picture.
+float blocked_along(Tangent t, vec3 view, vec3 along, float jitter)
+{
+    Walk walk = walk_along(t.position_vs, along);
+    float stride = 1.0 / float(STEP_COUNT);
+    float tangent = -sin(slice_along(along, view, t.normal_vs).normal_angle);
+    float highest = tangent;
+    for (int i = 0; i < STEP_COUNT; ++i) {
+        float x = (float(i) + jitter) * stride;
+        ivec2 texel = ivec2(walk_px(walk, walk_fraction(walk, x)));
+        highest = max(highest, elevation_sine(t, view, texel));
+    }
+    return highest - tangent;
+}
+
+float estimator_visibility(Receiver r, ivec2 centre)
+{
+    Tangent t = tangent_at(r.position_vs, r.geometric_vs);
+    vec3 view = to_camera(r.position_vs);
+    mat3 axes = frame_from_z(view);
+    float blocked = 0.0;
+    for (int i = 0; i < DIRECTION_COUNT; ++i) {
+        vec3 u = sample_point(r, i);
+        float turn = 2.0 * PI * u.x;
+        blocked += blocked_along(t, view, axes[0] * cos(turn) + axes[1] * sin(turn), u.y);
+    }
+    return max(1.0 - blocked / float(DIRECTION_COUNT), 0.0);
+}
