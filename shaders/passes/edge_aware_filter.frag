@@ -2,9 +2,11 @@
 // Removes the estimators' noise without mixing across edges, and brings images of half
 // size to full size.
 //
-// Defines: STAGE 0 separable, 1 upsample, 2 box, 3 copy;
+// Defines: STAGE 0 separable, 1 upsample, 2 box, 3 copy; SIGNAL_COUNT 1 or 2 images of one
+// size, filtered side by side: what weighs a tap is looked up once;
 // IS_VISIBILITY 1: one value in [0, 1], and 1 where nothing is, 0: rgb irradiance + a;
-// VALUE_HOLDS_Z: the channel after the value is z, else it is visibility;
+// Z_SIGNALS: bit i says that the channel after the value of signal i is z, else it is
+// visibility; IS_FIRST: the values are an estimator's, and may be unsound;
 // TAP_RADIUS: taps on each side; USE_NORMALS.
 //
 // The estimators give neighbouring pixels different sample sets that repeat every 4 x 4
@@ -19,21 +21,43 @@
 #define STAGE_BOX 2
 #define STAGE_COPY 3
 
-uniform sampler2D t_value;
-uniform int u_stride;          // texels of the frame per pixel of t_value
+uniform sampler2D t_value_0;
+#if SIGNAL_COUNT > 1
+uniform sampler2D t_value_1;
+#endif
+uniform int u_stride;          // texels of the frame per pixel of the values
 uniform ivec2 u_axis;          // separable: (1, 0), then (0, 1)
 uniform float u_depth_tolerance;  // distance from the plane at which a tap counts 1/4, pixels
 uniform float u_value_bound;   // larger values are faults, not light
 
-layout(location = 0) out vec4 o_value;
-
-#if IS_VISIBILITY
-const vec4 NEUTRAL = vec4(1.0, 0.0, 0.0, 0.0);
-#elif !VALUE_HOLDS_Z
-const vec4 NEUTRAL = vec4(0.0, 0.0, 0.0, 1.0);
-#else
-const vec4 NEUTRAL = vec4(0.0);
+layout(location = 0) out vec4 o_value_0;
+#if SIGNAL_COUNT > 1
+layout(location = 1) out vec4 o_value_1;
 #endif
+
+bool holds_z(int signal)
+{
+    return (Z_SIGNALS >> signal & 1) == 1;
+}
+
+// What is written where nothing is known.
+vec4 neutral(int signal)
+{
+#if IS_VISIBILITY
+    return vec4(1.0, 0.0, 0.0, 0.0);
+#else
+    return vec4(0.0, 0.0, 0.0, holds_z(signal) ? 0.0 : 1.0);
+#endif
+}
+
+vec4 value_at(int signal, ivec2 pixel)
+{
+#if SIGNAL_COUNT > 1
+    return signal == 1 ? texelFetch(t_value_1, pixel, 0) : texelFetch(t_value_0, pixel, 0);
+#else
+    return texelFetch(t_value_0, pixel, 0);
+#endif
+}
 
 // Distance of octahedral codes, 2 across the square, at which normals have nothing in
 // common. cos^8 of the decoded angle gives the same errors to 1 %.
@@ -41,24 +65,27 @@ const float NORMAL_REACH = 0.8;
 
 // A plane through the centre pixel's surface point, and what weights are relative to.
 struct Centre {
-    float z;
-    vec3 geometric;
+    ivec2 texel;
     vec2 shading_code;  // octahedral
-    float plane;        // distance of the plane from the camera, signed: P . n
-    float inv_spread;   // 1 / (tolerance in scene units)
+    // A tap of depth z, d texels away, stands off the plane by z * dot(rate, (d, 1)) - offset
+    // tolerances.
+    vec3 rate;
+    float offset;
 };
 
 Centre centre_at(ivec2 texel, float z)
 {
     Centre c;
-    c.z = z;
+    c.texel = texel;
     vec4 normals = texelFetch(t_normals_vs, texel, 0);
     c.shading_code = normals.xy;
-    c.geometric = oct_decode(normals.zw);
-    c.plane = z * dot(view_ray_at(uv_of_texel(texel)), c.geometric);
-    // What one pixel of t_value covers at this depth.
-    float footprint = z * 2.0 * u_tan_half_fov.y / u_frame_size_px.y * float(u_stride);
-    c.inv_spread = 1.0 / (u_depth_tolerance * footprint);
+    vec3 geometric = oct_decode(normals.zw);
+    vec2 ray_step = 2.0 * u_tan_half_fov / u_frame_size_px;
+    // What one pixel of the values covers at this depth.
+    float footprint = z * ray_step.y * float(u_stride);
+    float facing = dot(view_ray_at(uv_of_texel(texel)), geometric);
+    c.rate = vec3(ray_step * geometric.xy, facing) / (u_depth_tolerance * footprint);
+    c.offset = z * c.rate.z;
     return c;
 }
 
@@ -67,8 +94,7 @@ Centre centre_at(ivec2 texel, float z)
 // neither scene units nor the angle of view.
 float same_surface(Centre c, ivec2 texel, float z)
 {
-    float height = z * dot(view_ray_at(uv_of_texel(texel)), c.geometric) - c.plane;
-    float x = height * c.inv_spread;
+    float x = z * dot(c.rate, vec3(texel - c.texel, 1.0)) - c.offset;
     float weight = 1.0 / (1.0 + x * x);
     // The tail of 1 / (1 + x^2) is long: cut it off smoothly.
     weight *= weight;
@@ -85,28 +111,26 @@ float same_surface(Centre c, ivec2 texel, float z)
     return z > 0.0 ? weight : 0.0;
 }
 
-// A value that may enter a sum.
-bool is_sound(vec4 value)
+// A value that may enter a sum. What an earlier stage wrote may always.
+bool is_sound(int signal, vec4 value)
 {
-#if IS_VISIBILITY
+#if !IS_FIRST
+    return true;
+#elif IS_VISIBILITY
     return is_finite(value.x) && value.x >= 0.0 && value.x <= 1.0;
 #else
     bool is_light = is_finite(value) && all(greaterThanEqual(value.rgb, vec3(0.0)))
                  && all(lessThanEqual(value.rgb, vec3(u_value_bound)));
-#if VALUE_HOLDS_Z
-    return is_light;
-#else
-    return is_light && value.a >= 0.0 && value.a <= 1.0;
-#endif
+    return is_light && (holds_z(signal) || (value.a >= 0.0 && value.a <= 1.0));
 #endif
 }
 
-float z_of(ivec2 texel, vec4 value)
+float z_of(ivec2 texel, vec4 values[SIGNAL_COUNT])
 {
-#if VALUE_HOLDS_Z && IS_VISIBILITY
-    return value.y;
-#elif VALUE_HOLDS_Z
-    return value.a;
+#if Z_SIGNALS > 0 && IS_VISIBILITY
+    return values[0].y;
+#elif Z_SIGNALS > 0
+    return values[Z_SIGNALS == 2 ? 1 : 0].a;
 #else
     return gbuffer_z_vs(texel);
 #endif
@@ -117,26 +141,25 @@ struct Sum {
     float weight;
 };
 
-void add_tap(inout Sum sum, Centre c, ivec2 pixel, ivec2 size, float weight)
+void add_tap(inout Sum sums[SIGNAL_COUNT], Centre c, ivec2 pixel, ivec2 size, float weight)
 {
     ivec2 inside = clamp(pixel, ivec2(0), size - 1);
     ivec2 texel = inside * u_stride;
-    vec4 value = texelFetch(t_value, inside, 0);
-    weight *= same_surface(c, texel, z_of(texel, value));
-    bool use = inside == pixel && weight > 0.0 && is_sound(value);
-    sum.value += use ? value * weight : vec4(0.0);
-    sum.weight += use ? weight : 0.0;
-}
-
-vec4 resolved(Sum sum)
-{
-    return sum.weight > 0.0 ? sum.value / sum.weight : NEUTRAL;
+    vec4 values[SIGNAL_COUNT];
+    for (int i = 0; i < SIGNAL_COUNT; ++i)
+        values[i] = value_at(i, inside);
+    weight *= same_surface(c, texel, z_of(texel, values));
+    for (int i = 0; i < SIGNAL_COUNT; ++i) {
+        bool use = inside == pixel && weight > 0.0 && is_sound(i, values[i]);
+        sums[i].value += use ? values[i] * weight : vec4(0.0);
+        sums[i].weight += use ? weight : 0.0;
+    }
 }
 
 void main()
 {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    ivec2 size = textureSize(t_value, 0);
+    ivec2 size = textureSize(t_value_0, 0);
 #if STAGE == STAGE_UPSAMPLE || STAGE == STAGE_COPY
     // The target has the frame's size.
     ivec2 texel = pixel;
@@ -144,52 +167,64 @@ void main()
     ivec2 texel = pixel * u_stride;
 #endif
     float z = gbuffer_z_vs(texel);
-    vec4 result = NEUTRAL;
+    vec4 results[SIGNAL_COUNT];
+    for (int i = 0; i < SIGNAL_COUNT; ++i)
+        results[i] = neutral(i);
     if (z > 0.0) {
 #if STAGE == STAGE_COPY
-        vec4 value = texelFetch(t_value, pixel / u_stride, 0);
-        result = is_sound(value) ? value : NEUTRAL;
+        for (int i = 0; i < SIGNAL_COUNT; ++i) {
+            vec4 value = value_at(i, pixel / u_stride);
+            results[i] = is_sound(i, value) ? value : neutral(i);
+        }
 #else
         Centre c = centre_at(texel, z);
-        Sum sum = Sum(vec4(0.0), 0.0);
+        Sum sums[SIGNAL_COUNT];
+        for (int i = 0; i < SIGNAL_COUNT; ++i)
+            sums[i] = Sum(vec4(0.0), 0.0);
 #if STAGE == STAGE_SEPARABLE
         for (int i = -TAP_RADIUS; i <= TAP_RADIUS; ++i) {
             int trapezoid = min(min(4, 2 * TAP_RADIUS - 2), TAP_RADIUS + 1 - abs(i));
-            add_tap(sum, c, pixel + i * u_axis, size, float(trapezoid));
+            add_tap(sums, c, pixel + i * u_axis, size, float(trapezoid));
         }
 #elif STAGE == STAGE_BOX
         for (int y = -2; y < 2; ++y)
             for (int x = -2; x < 2; ++x)
-                add_tap(sum, c, pixel + ivec2(x, y), size, 1.0);
+                add_tap(sums, c, pixel + ivec2(x, y), size, 1.0);
 #else
-        // The four pixels of t_value around the texel, bilinear times same_surface.
-        // Pixel p of t_value sits on texel p * u_stride.
+        // The four pixels of the values around the texel, bilinear times same_surface.
+        // Pixel p of the values sits on texel p * u_stride.
         vec2 position = vec2(pixel) / float(u_stride);
         ivec2 base = ivec2(floor(position));
         vec2 f = position - vec2(base);
         // Never exactly 0, so that a tap across an edge can be replaced by any other.
         vec2 near = max(1.0 - f, vec2(1e-3));
         vec2 far = max(f, vec2(1e-3));
-        add_tap(sum, c, base, size, near.x * near.y);
-        add_tap(sum, c, base + ivec2(1, 0), size, far.x * near.y);
-        add_tap(sum, c, base + ivec2(0, 1), size, near.x * far.y);
-        add_tap(sum, c, base + ivec2(1, 1), size, far.x * far.y);
+        add_tap(sums, c, base, size, near.x * near.y);
+        add_tap(sums, c, base + ivec2(1, 0), size, far.x * near.y);
+        add_tap(sums, c, base + ivec2(0, 1), size, near.x * far.y);
+        add_tap(sums, c, base + ivec2(1, 1), size, far.x * far.y);
         // A thing so thin that all four lie on background: whatever is known of the
         // surroundings is better than nothing.
-        bool is_lost = sum.weight == 0.0;
+        bool is_lost = sums[0].weight == 0.0;
         for (int i = 0; is_lost && i < 16; ++i)
-            add_tap(sum, c, base + ivec2(i & 3, i >> 2) - 1, size, 1.0);
+            add_tap(sums, c, base + ivec2(i & 3, i >> 2) - 1, size, 1.0);
 #endif
-        result = resolved(sum);
+        for (int i = 0; i < SIGNAL_COUNT; ++i)
+            results[i] = sums[i].weight > 0.0 ? sums[i].value / sums[i].weight : neutral(i);
 #endif
     }
-#if VALUE_HOLDS_Z && (STAGE == STAGE_SEPARABLE || STAGE == STAGE_BOX)
+#if STAGE == STAGE_SEPARABLE || STAGE == STAGE_BOX
     // The next stage reads z beside the value again.
+    for (int i = 0; i < SIGNAL_COUNT; ++i) {
 #if IS_VISIBILITY
-    result.y = z;
+        results[i].y = z;
 #else
-    result.a = z;
+        results[i].a = holds_z(i) ? z : results[i].a;
 #endif
+    }
 #endif
-    o_value = result;
+    o_value_0 = results[0];
+#if SIGNAL_COUNT > 1
+    o_value_1 = results[1];
+#endif
 }

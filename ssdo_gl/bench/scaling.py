@@ -34,6 +34,7 @@ PARTS = {
     "ssao_filter": "filters",
     "directional_filter": "filters",
     "bounce_filter": "filters",
+    "edge_aware_filter": "filters",
 }
 TIMED_POINT = Point("radiance", "scaling", "bounce", "march", 64, 8, 1.0, "edge")
 WANTED = ("beauty",)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator, Mapping
+from collections.abc import Hashable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -260,6 +260,16 @@ class Directional(Effect):
             "directional_irradiance",
             holds_z=False,
         )
+
+    def sent_terms(self, request: Request) -> Iterable[Term]:
+        """Return the unfiltered image, if it has the frame's size.
+
+        The bounce averages over its senders anyway. The blur of a filter that comes first
+        costs accuracy: relative RMSE of the picture +.2 to +.8 % over six scenes.
+        """
+        settings = estimator_settings(request, "directional", DirectionalSettings)
+        is_whole = settings.resolution_scale == 1.0
+        return (Term("directional", "directional_raw"),) if is_whole else self.terms
 
     def image(self, request: Request, name: str) -> ImageSource:
         """Return the visibility, which rides along in the alpha of the irradiance."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, ClassVar, Literal
@@ -120,6 +120,10 @@ class Effect(ABC):
     def sends(self, request: Request) -> bool:
         """Return whether what its terms add is sent on to other surfaces."""
         return bool(self.terms)
+
+    def sent_terms(self, request: Request) -> Iterable[Term]:
+        """Return its terms as senders read them: these need no filter."""
+        return self.terms
 
     def image(self, request: Request, name: str) -> ImageSource | None:
         """Return where one of `images` is read from; None if another effect has it."""

@@ -10,7 +10,12 @@ from typing import TypeVar
 from ssdo_gl.effects.effect import ReasonedPass
 from ssdo_gl.effects.estimators import ESTIMATORS, LARGEST_DEFAULT_THICKNESS
 from ssdo_gl.effects.request import Request, Shortcut
-from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterPass, EdgeAwareFilterSettings
+from ssdo_gl.passes.edge_aware_filter import (
+    FILTER,
+    EdgeAwareFilterPass,
+    EdgeAwareFilterSettings,
+    Signal,
+)
 from ssdo_gl.passes.screen_space_settings import ScreenSpaceSettings, default_thickness
 from ssdo_gl.settings.settings import Settings
 
@@ -26,8 +31,6 @@ LONGEST_NUMBERED_SIDE = 4096
 MOST_KEPT_DIRECTIONS = 16
 # Where a direction takes fewer depth reads, keeping what they found saves nothing.
 FEWEST_STEPS_WORTH_KEEPING = 4
-# The settings of all filters, which those of a single one overrule.
-FILTER = "edge_aware_filter"
 
 
 def estimator_of(request: Request, name: str) -> str:
@@ -76,10 +79,7 @@ def filtered(
     item = EdgeAwareFilterPass(
         name,
         request.with_overrides(name, request.with_overrides(FILTER, common)),
-        source=source,
-        result=result,
-        is_visibility=is_visibility,
-        holds_z=holds_z,
+        Signal(source, result, is_visibility, holds_z),
     )
     return item, "removes the sampling noise along surfaces"
 

@@ -14,7 +14,6 @@ from ssdo_gl.effects.effect import Effect
 from ssdo_gl.effects.emission import Emission
 from ssdo_gl.effects.environment import EnvironmentImage
 from ssdo_gl.effects.far_field import FarField
-from ssdo_gl.effects.near_field import FILTER
 from ssdo_gl.effects.ray_data import RayData
 from ssdo_gl.effects.reference_ao import ReferenceAo
 from ssdo_gl.effects.reference_gi import ReferenceGi
@@ -23,7 +22,7 @@ from ssdo_gl.effects.shadow_map import ShadowMaps
 from ssdo_gl.effects.ssao import Ssao
 from ssdo_gl.effects.surface_cache import SurfaceCache
 from ssdo_gl.effects.traced_shadows import TracedShadows
-from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterSettings
+from ssdo_gl.passes.edge_aware_filter import FILTER, EdgeAwareFilterSettings
 from ssdo_gl.passes.gbuffer import GBUFFER_IMAGES
 from ssdo_gl.passes.tone_map import ToneMapSettings
 

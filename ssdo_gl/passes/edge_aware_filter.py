@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +17,8 @@ from ssdo_gl.settings.settings import same_as
 if TYPE_CHECKING:
     import moderngl
 
+# The settings of all filters, which those of a single one overrule; and a pass of several.
+FILTER = "edge_aware_filter"
 _SEPARABLE, _UPSAMPLE, _BOX, _COPY = range(4)
 # Squares of values below this stay finite in float32, and no light is as bright.
 VALUE_BOUND = 1.8e19
@@ -53,6 +55,28 @@ def uniforms(settings: EdgeAwareFilterSettings, frame: Frame, stride: int) -> di
     }
 
 
+@dataclass(frozen=True)
+class Signal:
+    """An image to filter.
+
+    Attributes
+    ----------
+    source, result : str
+        Resources: ``visibility_raw`` -> ``visibility``, and so on. The source may have
+        half the frame's size; the result has all of it.
+    is_visibility : bool
+        One value (written to one channel) instead of rgb and a.
+    holds_z : bool
+        The source's last channel is the depth of its receiver, which saves a read. The
+        last channel of a source of irradiance that does not hold it is visibility.
+    """
+
+    source: str
+    result: str
+    is_visibility: bool = False
+    holds_z: bool = False
+
+
 class EdgeAwareFilterPass(RenderPass):
     """Averages each pixel with neighbours that lie on the same surface.
 
@@ -66,106 +90,117 @@ class EdgeAwareFilterPass(RenderPass):
     name : str
         Of the pass.
     settings : EdgeAwareFilterSettings
-    source, result : str
-        Resources: ``visibility_raw`` -> ``visibility``, and so on. The source may have
-        half the frame's size; the result has all of it.
-    is_visibility : bool
-        One value (written to one channel) instead of rgb and a.
-    holds_z : bool
-        The source's last channel is the depth of its receiver, which saves a read. The
-        last channel of a source of irradiance that does not hold it is visibility.
+    *signals : Signal
+        One, or two of irradiance and of the same size: two take .64 of the time of two
+        passes, because what weighs a neighbour is looked up once.
     """
 
-    def __init__(
-        self,
-        name: str,
-        settings: EdgeAwareFilterSettings,
-        *,
-        source: str,
-        result: str,
-        is_visibility: bool = False,
-        holds_z: bool = False,
-    ) -> None:
+    def __init__(self, name: str, settings: EdgeAwareFilterSettings, *signals: Signal) -> None:
         self.name = name
         self.settings = settings
-        self.reads = (source, "z_vs", "normals_vs")
-        self.writes = {result: TextureSpec(1 if is_visibility else 4)}
-        self.depends_on = ("view",)
-        self._source = source
-        self._switches = {
-            "IS_VISIBILITY": int(is_visibility),
-            "VALUE_HOLDS_Z": int(holds_z),
+        self.signals = signals
+        self.reads = (*(signal.source for signal in signals), "z_vs", "normals_vs")
+        self.writes = {
+            signal.result: TextureSpec(1 if signal.is_visibility else 4) for signal in signals
         }
-        self._scratch: list[tuple[moderngl.Texture, moderngl.Framebuffer]] = []
+        self.depends_on = ("view",)
+        self._switches = {
+            "SIGNAL_COUNT": len(signals),
+            "IS_VISIBILITY": int(any(signal.is_visibility for signal in signals)),
+            "Z_SIGNALS": sum(signal.holds_z << i for i, signal in enumerate(signals)),
+        }
+        self._scratch: list[tuple[list[moderngl.Texture], moderngl.Framebuffer]] = []
 
     def settings_key(self) -> Hashable:
-        """Return the settings and switches."""
-        return self.settings, self._source, tuple(self._switches.items())
+        """Return the settings and what is filtered."""
+        return self.settings, self.signals
 
     def execute(self, context: PassContext) -> None:
         """Run the filter's stages, the last of them into the target."""
         target = context.target
         assert target is not None
-        value = context.inputs[self._source]
-        stride = 1 if value.size == target.size else 2
+        values = [context.inputs[signal.source] for signal in self.signals]
+        stride = 1 if values[0].size == target.size else 2
         if self.settings.filter == "none":
-            self._draw(context, _COPY, value, target, stride)
-            return
-        if self.settings.filter == "naive":
-            stages: list[tuple[int, tuple[int, int]]] = [(_BOX, (0, 0))]
+            stages: list[tuple[int, tuple[int, int]]] = [(_COPY, (0, 0))]
         else:
-            stages = [(_SEPARABLE, (1, 0)), (_SEPARABLE, (0, 1))]
-        # At half size all of them write to scratch and the upsampling to the target.
-        scratch = self._scratch_for(context, value, len(stages) - (stride == 1))
+            naive = self.settings.filter == "naive"
+            stages = [(_BOX, (0, 0))] if naive else [(_SEPARABLE, (1, 0)), (_SEPARABLE, (0, 1))]
+            if stride > 1:
+                stages.append((_UPSAMPLE, (0, 0)))
+        scratch = self._scratch_for(context, values, len(stages) - 1)
         for number, (stage, axis) in enumerate(stages):
-            if number == len(scratch):
-                self._draw(context, stage, value, target, stride, axis)
-                return
-            result, framebuffer = scratch[number]
-            self._draw(context, stage, value, framebuffer, stride, axis)
-            value = result
-        self._draw(context, _UPSAMPLE, value, target, stride)
-
-    def _draw(
-        self,
-        context: PassContext,
-        stage: int,
-        value: moderngl.Texture,
-        target: moderngl.Framebuffer,
-        stride: int,
-        axis: tuple[int, int] = (0, 0),
-    ) -> None:
-        defines: Mapping[str, int] = {
-            **self._switches,
-            "STAGE": stage,
-            "TAP_RADIUS": self.settings.tap_radius,
-            "USE_NORMALS": int(self.settings.use_normals),
-        }
-        draw_fullscreen(
-            context.gl,
-            context.shaders.fullscreen("passes/edge_aware_filter.frag", defines),
-            target,
-            {**uniforms(self.settings, context.frame, stride), "u_axis": axis},
-            {
-                "t_value": value,
-                "t_z_vs": context.inputs["z_vs"],
-                "t_normals_vs": context.inputs["normals_vs"],
-            },
-        )
+            is_last = number == len(scratch)
+            results, framebuffer = ([], target) if is_last else scratch[number]
+            defines: Mapping[str, int] = {
+                **self._switches,
+                "STAGE": stage,
+                "IS_FIRST": int(number == 0),
+                "TAP_RADIUS": self.settings.tap_radius,
+                "USE_NORMALS": int(self.settings.use_normals),
+            }
+            draw_fullscreen(
+                context.gl,
+                context.shaders.fullscreen("passes/edge_aware_filter.frag", defines),
+                framebuffer,
+                {**uniforms(self.settings, context.frame, stride), "u_axis": axis},
+                {
+                    **{f"t_value_{i}": value for i, value in enumerate(values)},
+                    "t_z_vs": context.inputs["z_vs"],
+                    "t_normals_vs": context.inputs["normals_vs"],
+                },
+            )
+            values = results
 
     def _scratch_for(
-        self, context: PassContext, value: moderngl.Texture, count: int
-    ) -> list[tuple[moderngl.Texture, moderngl.Framebuffer]]:
-        """Return `count` textures of the size and format of `value`, to draw into."""
+        self, context: PassContext, values: list[moderngl.Texture], count: int
+    ) -> list[tuple[list[moderngl.Texture], moderngl.Framebuffer]]:
+        """Return `count` sets of textures like `values`, to draw into."""
+        wanted = [(value.size, value.components) for value in values]
         fits = len(self._scratch) == count and all(
-            t.size == value.size and t.components == value.components for t, _ in self._scratch
+            [(t.size, t.components) for t in textures] == wanted for textures, _ in self._scratch
         )
         if not fits:
-            for texture, framebuffer in self._scratch:
+            for textures, framebuffer in self._scratch:
                 framebuffer.release()
-                texture.release()
+                for texture in textures:
+                    texture.release()
             self._scratch = []
             for _ in range(count):
-                texture = make_texture(context.gl, value.size, value.components, "f4")
-                self._scratch.append((texture, make_framebuffer(context.gl, [texture])))
+                textures = [make_texture(context.gl, *shape, "f4") for shape in wanted]
+                self._scratch.append((textures, make_framebuffer(context.gl, textures)))
         return self._scratch
+
+
+def joined_filters(
+    passes: Sequence[RenderPass], order: Sequence[RenderPass]
+) -> tuple[RenderPass, ...]:
+    """Return `passes` with filters of equal settings and sizes in pairs, where they can be.
+
+    Parameters
+    ----------
+    passes : sequence of RenderPass
+    order : sequence of RenderPass
+        Those of them that will run, each behind what it reads.
+    """
+    specs = {name: spec for item in order for name, spec in item.writes.items()}
+    # Which filters each resource is made from.
+    behind: dict[str, frozenset[str]] = {}
+    open_: dict[Hashable, EdgeAwareFilterPass] = {}
+    joined: dict[str, RenderPass | None] = {}
+    for item in order:
+        before = frozenset().union(*(behind[name] for name in item.reads))
+        is_filter = isinstance(item, EdgeAwareFilterPass)
+        behind.update(dict.fromkeys(item.writes, before | {item.name} if is_filter else before))
+        if not isinstance(item, EdgeAwareFilterPass) or item.signals[0].is_visibility:
+            continue
+        key = item.settings, specs[item.signals[0].source].scale
+        first = open_.pop(key, None)
+        if first is None or first.name in before:
+            open_[key] = item
+        else:
+            signals = first.signals + item.signals
+            joined[first.name] = None
+            joined[item.name] = EdgeAwareFilterPass(FILTER, item.settings, *signals)
+    found = (joined.get(item.name, item) for item in passes)
+    return tuple(item for item in found if item is not None)

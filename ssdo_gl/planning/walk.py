@@ -13,6 +13,7 @@ from ssdo_gl.effects.request import Request, Shortcut
 from ssdo_gl.graph.graph import compile_graph
 from ssdo_gl.graph.render_pass import RenderPass
 from ssdo_gl.passes.composite import CompositePass, OcclusionMode
+from ssdo_gl.passes.edge_aware_filter import FILTER, joined_filters
 from ssdo_gl.passes.gbuffer import GBUFFER_IMAGES, GBufferPass
 from ssdo_gl.passes.radiance_aov import RadianceAovPass
 from ssdo_gl.passes.sender_radiance import SenderRadiancePass
@@ -99,7 +100,8 @@ def build(request: Request) -> Pipeline:
     full = dataclasses.replace(request.settings, effects="full")
     everything = Request(request.scene, request.content, full, request.wanted)
     decide(everything)
-    return dataclasses.replace(pipeline, skipped=_reasons_to_skip(pipeline, build(everything)))
+    skipped = _reasons_to_skip(pipeline, build(everything))
+    return _with_joined_filters(dataclasses.replace(pipeline, skipped=skipped))
 
 
 def _reasons_to_skip(pipeline: Pipeline, full: Pipeline) -> dict[str, str]:
@@ -151,7 +153,8 @@ class _Builder:
 
     def _senders(self) -> ReasonedPass:
         senders = [effect for effect in self.request.running if effect.sends(self.request)]
-        terms = [term for effect in senders for term in effect.terms if not term.glossy]
+        sent = (term for effect in senders for term in effect.sent_terms(self.request))
+        terms = [term for term in sent if not term.glossy]
         irradiances, radiances = _by_kind(terms)
         everything = (effect.sent_irradiance for effect in self.request.running)
         if found := next((name for name in everything if name is not None), None):
@@ -221,6 +224,14 @@ def _without_unread_targets(pipeline: Pipeline, is_glossy: bool) -> Pipeline:
         GBufferPass(read) if isinstance(item, GBufferPass) else item for item in pipeline.passes
     )
     return dataclasses.replace(pipeline, passes=passes)
+
+
+def _with_joined_filters(pipeline: Pipeline) -> Pipeline:
+    """Return `pipeline` with one filter for two images, where that is possible."""
+    order = compile_graph(pipeline.passes, pipeline.resources).order
+    passes = joined_filters(pipeline.passes, order)
+    reasons = {**pipeline.reasons, FILTER: "removes the sampling noise along surfaces"}
+    return dataclasses.replace(pipeline, passes=passes, reasons=reasons)
 
 
 __all__ = ["Decided", "Decision", "Pipeline", "build", "decide"]

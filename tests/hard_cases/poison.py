@@ -7,7 +7,7 @@ from passes.estimator_cases import inputs_of, picture_frame, tilted_plane
 from passes.pass_harness import run_pass
 
 from ssdo_gl.effects.bounce import BouncePass, BounceSettings
-from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterPass, EdgeAwareFilterSettings
+from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterPass, EdgeAwareFilterSettings, Signal
 
 SIZE = (24, 16)
 TAN_HALF = (0.6, 0.4)
@@ -37,10 +37,7 @@ def filtered(gl, shaders, value, *, kind, picture, is_visibility, holds_z, **set
     item = EdgeAwareFilterPass(
         "filter",
         EdgeAwareFilterSettings(filter=kind, **settings),
-        source="raw",
-        result="smooth",
-        is_visibility=is_visibility,
-        holds_z=holds_z,
+        Signal("raw", "smooth", is_visibility, holds_z),
     )
     images = inputs_of(picture)
     inputs = {"raw": value, "z_vs": images["z_vs"], "normals_vs": images["normals_vs"]}

@@ -13,7 +13,7 @@ from passes.estimator_cases import corner, inputs_of, picture_frame, tilted_plan
 from passes.pass_harness import run_pass
 
 from ssdo_gl.passes.composite import CompositePass
-from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterPass, EdgeAwareFilterSettings
+from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterPass, EdgeAwareFilterSettings, Signal
 from ssdo_gl.passes.sender_radiance import SenderRadiancePass
 from ssdo_gl.passes.tone_map import CURVES, ToneMapPass, ToneMapSettings
 
@@ -98,7 +98,7 @@ def test_a_faulty_depth_beside_a_value_is_left_out(gl, shaders, record, kind, si
 
 def run_with_depths(gl, shaders, value, kind, picture):
     settings = EdgeAwareFilterSettings(filter=kind)
-    item = EdgeAwareFilterPass("f", settings, source="raw", result="r", holds_z=True)
+    item = EdgeAwareFilterPass("f", settings, Signal("raw", "r", holds_z=True))
     images = inputs_of(picture)
     inputs = {"raw": value, "z_vs": images["z_vs"], "normals_vs": images["normals_vs"]}
     return run_pass(gl, shaders, item, picture_frame(SIZE, 0.4), inputs)["r"][..., :3]

@@ -261,9 +261,10 @@ MUTATIONS = {
     ),
     "min instead of select, filter": Mutation(
         {"passes/edge_aware_filter.frag": (
-            ("bool is_sound(vec4 value)\n{", "bool is_sound(vec4 value)\n{\nreturn true;"),
-            ("sum.value += use ? value * weight",
-             "sum.value += use ? min(value, vec4(u_value_bound)) * weight"),
+            ("bool is_sound(int signal, vec4 value)\n{",
+             "bool is_sound(int signal, vec4 value)\n{\nreturn true;"),
+            ("+= use ? values[i] * weight",
+             "+= use ? min(values[i], vec4(u_value_bound)) * weight"),
         )},
         poison.filter_takes_poison,
     ),
@@ -286,7 +287,7 @@ MUTATIONS = {
     ),
     "background not neutral": Mutation(
         {"passes/edge_aware_filter.frag": (
-            ("NEUTRAL = vec4(1.0, 0.0, 0.0, 0.0)", "NEUTRAL = vec4(0.0)"),
+            ("return vec4(1.0, 0.0, 0.0, 0.0)", "return vec4(0.0)"),
         )},
         sky_is_dark,
     ),

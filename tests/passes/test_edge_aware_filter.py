@@ -19,6 +19,7 @@ from passes.pass_harness import run_pass
 from ssdo_gl.passes.edge_aware_filter import (
     EdgeAwareFilterPass,
     EdgeAwareFilterSettings,
+    Signal,
 )
 
 SIZE = (48, 36)
@@ -35,10 +36,7 @@ def run(gl, shaders, picture, raw, *, visibility=False, holds_z=False, scale=1, 
     render_pass = EdgeAwareFilterPass(
         "filter",
         EdgeAwareFilterSettings(**settings),
-        source="raw",
-        result="smooth",
-        is_visibility=visibility,
-        holds_z=holds_z,
+        Signal("raw", "smooth", visibility, holds_z),
     )
     images = inputs_of(picture)
     raw = np.asarray(raw, np.float64)
@@ -334,9 +332,7 @@ def test_thin_thing_before_the_sky_finds_its_light_near_by(gl, shaders):
 
 def test_one_pass_serves_frames_of_any_size(gl, shaders):
     """Scratch images follow the frame."""
-    render_pass = EdgeAwareFilterPass(
-        "filter", EdgeAwareFilterSettings(), source="raw", result="smooth"
-    )
+    render_pass = EdgeAwareFilterPass("filter", EdgeAwareFilterSettings(), Signal("raw", "smooth"))
     for size, half in (((48, 36), False), ((64, 48), True), ((48, 36), True)):
         picture = plane(0.0, size)
         images = inputs_of(picture)
@@ -364,3 +360,42 @@ def test_positions_are_what_the_weights_see():
     z = positions(corner((64, 64), tan_half((64, 64))))[..., 1]
     assert np.all(z[:32] < 0.0)
     assert np.all(z[32:] > 0.0)
+
+
+@pytest.mark.parametrize("name", FILTERS)
+@pytest.mark.parametrize("scale", [1, 2])
+@pytest.mark.parametrize("holding", [(False, False), (False, True), (True, False), (True, True)])
+def test_two_images_in_one_pass_are_as_in_two(gl, shaders, name, scale, holding):
+    """Also around a value of one of them that is no number."""
+    picture = dataclasses.replace(plane(60.0), z=plane(60.0).z.copy())
+    picture.z[:10, 20:] *= 2.0
+    picture.z[20:30, :9] = 0.0
+    shape = (SIZE[1] // scale, SIZE[0] // scale)
+    raws = [np.random.default_rng(seed).uniform(0.0, 1.0, (*shape, 4)) for seed in (1, 2)]
+    raws[1][5, 6, 1] = np.nan
+    for raw, holds_z in zip(raws, holding, strict=True):
+        if holds_z:
+            # Pixel p of a half-size image sits on texel 2 p, counted from the bottom.
+            raw[..., 3] = picture.z[::scale, ::scale][::-1]
+    images = inputs_of(picture)
+    inputs = {
+        "a": raws[0],
+        "b": raws[1],
+        "z_vs": images["z_vs"],
+        "normals_vs": images["normals_vs"],
+    }
+    signals = [Signal(n, f"{n}{n}", holds_z=h) for n, h in zip("ab", holding, strict=True)]
+    settings = EdgeAwareFilterSettings(filter=name)
+    frame = picture_frame(SIZE, TAN_Y)
+    both = EdgeAwareFilterPass("filter", settings, *signals)
+    assert both.settings_key() != EdgeAwareFilterPass("filter", settings, signals[0]).settings_key()
+    joint = run_pass(gl, shaders, both, frame, inputs)
+    for signal in signals:
+        one = EdgeAwareFilterPass("filter", settings, signal)
+        alone = run_pass(gl, shaders, one, frame, {k: inputs[k] for k in one.reads})
+        expected = alone[signal.result]
+        assert np.ptp(expected) > 0.3
+        channels = 3 if signal.holds_z else 4
+        np.testing.assert_allclose(
+            joint[signal.result][..., :channels], expected[..., :channels], atol=MEAN_TOLERANCE
+        )

@@ -10,6 +10,7 @@ from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.effects.registry import image_names
 from ssdo_gl.effects.request import Request, Shortcut
 from ssdo_gl.graph.graph import compile_graph
+from ssdo_gl.passes.edge_aware_filter import FILTER
 from ssdo_gl.passes.gbuffer import GBufferPass
 from ssdo_gl.planning.content import analyse
 from ssdo_gl.planning.walk import build, decide
@@ -44,7 +45,34 @@ def test_every_method_is_wired_soundly(scene, effects, method):
 def test_passes_follow_what_they_read():
     order = order_of(pipeline_of(("display",)))
     assert order.index("direct") < order.index("sender_radiance") < order.index("bounce")
-    assert order.index("bounce_filter") < order.index("composite") < order.index("tone_map")
+    assert order.index(FILTER) < order.index("composite") < order.index("tone_map")
+
+
+SEPARATE = ["directional_filter", "bounce_filter"]
+
+
+@pytest.mark.parametrize(
+    ("wanted", "settings", "filters"),
+    [
+        (("display",), {}, [FILTER]),
+        (("bounce", "directional"), {}, [FILTER]),
+        (("bounce",), {}, ["bounce_filter"]),
+        (("display",), {"method": "ssdo"}, ["directional_filter"]),
+        (("display",), {"effects": "full"}, SEPARATE),
+        (("display",), {"overrides": {"bounce_filter.tap_radius": 4}}, SEPARATE),
+        # Senders need the frame's size, which only the filter gives.
+        (("display",), {"resolution_scale": 0.5}, SEPARATE),
+        (("display",), {"overrides": {"bounce.resolution_scale": 0.5}}, SEPARATE),
+    ],
+)
+def test_one_filter_serves_two_images_where_it_can(wanted, settings, filters):
+    pipeline = pipeline_of(wanted, **settings)
+    order = order_of(pipeline)
+    found = [name for name in order if name == FILTER or name.endswith("_filter")]
+    assert found == filters
+    assert all(pipeline.reasons[name] for name in order)
+    skipped = {"directional_filter", "bounce_filter"} & set(pipeline.skipped)
+    assert not skipped & set(filters) and (filters != [FILTER] or not skipped)
 
 
 def test_the_g_buffer_writes_what_is_read():
