@@ -80,7 +80,7 @@ class Drawing:
     passes : tuple of PassReport
     decisions : tuple of Decision
     frame_ms : float
-        Until the device had finished.
+        Until the device had finished, without what was done in between.
     references : mapping
         Statistics of the Monte-Carlo passes.
     is_settled : bool

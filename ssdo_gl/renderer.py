@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import time
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -222,11 +223,12 @@ class Renderer(FrameLoop):
         job = self._prepare((*wanted, "depth"), camera, seconds)
         frame = self._frame(job.view, index, count, is_live=True)
         log = FrameLog()
+        pauses: list[float] = []
         try:
             if progress is None:
                 self._run(job.plan, frame, log, time_passes, None)
             else:
-                self._executor.before_pass = pause = self._pause(progress)
+                self._executor.before_pass = pause = self._pause(progress, pauses)
                 with self._slices.pausing(pause):
                     self._run(job.plan, frame, log, time_passes, progress)
         except BaseException:
@@ -240,16 +242,18 @@ class Renderer(FrameLoop):
             frame.view,
             log.reports(job.pipeline, job.plan),
             job.pipeline.decided.rows,
-            log.frame_ms[0],
+            log.frame_ms[0] - 1e3 * sum(pauses),
             job.references(),
             self._executor.is_settled,
         )
 
-    def _pause(self, progress: ProgressCallback) -> Callable[[], None]:
+    def _pause(self, progress: ProgressCallback, pauses: list[float]) -> Callable[[], None]:
         def pause() -> None:
             # On a software renderer the work of a pass is done while one waits for it.
             self.device.gl.finish()
+            start = time.perf_counter()
             progress("pass", 0, 0)
+            pauses.append(time.perf_counter() - start)
 
         return pause
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Protocol
@@ -14,8 +15,8 @@ from ssdo_gl.scene.scene import SceneError
 from ssdo_gl.settings.command_line import command_line
 from ssdo_gl.settings.fields import SettingError, values
 from ssdo_gl.settings.preset_files import is_preset, preset_fields, write_preset
-from ssdo_gl.window.camera import focus_on, glide_to, go_home, set_pivot
-from ssdo_gl.window.input_map import Action, Command
+from ssdo_gl.window.bindings import Action, Command
+from ssdo_gl.window.camera import fit, focus_on, glide_to, go_home, set_pivot
 from ssdo_gl.window.live import REFINE_FRAMES
 from ssdo_gl.window.screenshot import free_stem, save_screenshot
 from ssdo_gl.window.viewer import Viewer
@@ -137,8 +138,20 @@ def _focus(viewer: Viewer, host: Host, number: int) -> None:
         viewer.flight = focus_on(viewer.flight, point)
 
 
-def _orbit(viewer: Viewer, host: Host, number: int) -> None:
-    viewer.flight = set_pivot(viewer.flight, viewer.pick(host.cursor_uv()))
+def _fit(viewer: Viewer, host: Host, number: int) -> None:
+    viewer.tour.stop()
+    width, height = viewer.picture_size
+    viewer.flight = fit(viewer.flight, viewer.bounds, width / height)
+
+
+def _pivot(viewer: Viewer, host: Host, number: int) -> None:
+    viewer.flight = set_pivot(viewer.flight, viewer.point_at(host.cursor_uv()))
+
+
+def _zoom(viewer: Viewer, host: Host, number: int) -> None:
+    _pivot(viewer, host, number)
+    distance = math.dist(viewer.flight.position, viewer.flight.pivot or viewer.camera.target)
+    viewer.say(f"{distance:.3g} to the point under the cursor", key="wheel")
 
 
 def _home(viewer: Viewer, host: Host, number: int) -> None:
@@ -190,9 +203,14 @@ def _inspect(viewer: Viewer, host: Host, number: int) -> None:
 
 
 def _pause(viewer: Viewer, host: Host, number: int) -> None:
-    if not viewer.clock.has_motion:
-        viewer.say("nothing moves in this scene")
     viewer.clock.toggle()
+    seconds = f"{viewer.clock.seconds:.2f} s"
+    if not viewer.clock.has_motion:
+        viewer.say("nothing moves in this scene", key="pause")
+    elif viewer.clock.is_running:
+        viewer.say(f"goes on from {seconds}", key="pause")
+    else:
+        viewer.say(f"stopped at {seconds}; . goes one step on", key="pause")
 
 
 def _step(viewer: Viewer, host: Host, number: int) -> None:
@@ -304,6 +322,7 @@ _ACTIONS: dict[Command, Callable[[Viewer, Host, int], None]] = {
     Command.CAPTURE: _nothing,
     Command.RELEASE: _host(lambda host: host.let_go()),
     Command.FOCUS: _focus,
+    Command.FIT: _fit,
     Command.HOME: _home,
     Command.COLLIDE: _collide,
     Command.VIEW: _show_image,
@@ -327,6 +346,7 @@ _ACTIONS: dict[Command, Callable[[Viewer, Host, int], None]] = {
     Command.GOVERNOR: _governor,
     Command.VSYNC: _vsync,
     Command.FULLSCREEN: _host(lambda host: host.toggle_fullscreen()),
-    Command.ORBIT_START: _orbit,
+    Command.PIVOT: _pivot,
+    Command.ZOOM: _zoom,
     Command.QUIT: _host(lambda host: host.quit()),
 }

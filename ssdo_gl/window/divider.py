@@ -18,6 +18,11 @@ class DividerGrip:
         self._viewer = viewer
         self._holds = False
 
+    @property
+    def is_held(self) -> bool:
+        """Whether the cursor drags it."""
+        return self._holds
+
     def press(self, presses: bool, x: float, width: int) -> None:
         """Grab the divider if it is at `x` of `width`, or let it go."""
         self._holds = presses and divider_hit(self._viewer.view, x, width)

@@ -1,151 +1,63 @@
-"""From keys, mouse and gamepad to controls and commands: the one table of bindings.
+"""From events of keys and mouse to controls and commands.
 
-Takes GLFW's numbers but calls nothing of GLFW, so that a test can press keys.
+Takes GLFW's numbers but calls nothing of GLFW, so that a test can press keys. How far a key
+moves follows from when it went down and up, never from how long a frame took.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 
 import glfw
 
-from ssdo_gl.math3d import Vector
+from ssdo_gl.window.bindings import (
+    CHORD,
+    FAST_KEYS,
+    HELD_MOVES,
+    HELD_TURNS,
+    Action,
+    Command,
+    binding_of,
+)
 from ssdo_gl.window.camera import Controls
 
 # 400 px of mouse turn the view by about 60 degrees: a flick of the wrist.
 RADIANS_PER_PX = 0.0025
-# Radians per second of the arrow keys and of a stick pushed to its end: around in 4 s.
+# Half a turn around a thing in the height of a small window.
+ORBIT_RADIANS_PER_PX = 0.006
+# Radians per second of an arrow key that is held, or a stick: around in 4 s.
 TURN_RATE = 1.6
-# A stick at rest reports up to a tenth of its way; a trigger is quieter.
-STICK_DEAD_ZONE = 0.15
-TRIGGER_DEAD_ZONE = 0.05
+# It comes to that rate in this time: who taps wants a degree, who holds wants to turn.
+TURN_RAMP_SECONDS = 0.3
+# A tap lasts at least this long, however soon the release was heard of.
+TAP_SECONDS = 0.08
+# A hand that clicks moves the mouse by less.
+DRAG_PX = 3.0
+DOUBLE_CLICK_SECONDS = 0.4
 
 
-class Command(StrEnum):
-    """What a key can ask for once; the value is what the help says of it."""
+@dataclass
+class _Hold:
+    """A key that is held: since when, and until when once it was let go."""
 
-    TOGGLE_PANEL = "show or hide the panel"
-    TOGGLE_HELP = "show or hide this list"
-    CAPTURE = "look with the mouse, until Esc"
-    RELEASE = "let go of the mouse, close the help"
-    FOCUS = "turn to the point under the cursor and approach it"
-    HOME = "back to where the scene begins"
-    COLLIDE = "stop at walls, or not"
-    VIEW = "show image 1 to 9, 0 is the tenth"
-    NEXT_METHOD = "next method"
-    PREVIOUS_METHOD = "previous method"
-    SPLIT = "split view between two methods, or back"
-    NEXT_OTHER_METHOD = "next method on the right of the divider"
-    ERROR = "difference of the two methods in false colour, or back"
-    INSPECT = "values under the cursor, or not"
-    PAUSE = "stop or go on with the animation"
-    STEP = "one step of a stopped animation"
-    RELOAD = "compile shaders that have changed"
-    SCREENSHOT = "picture and settings to files"
-    SAVE_PRESET = "settings to a file for --preset"
-    COPY_COMMAND = "copy the command that renders this view"
-    STORE = "keep this view as bookmark 1 to 9"
-    RECALL = "go to bookmark 1 to 9"
-    RECORD = "record a camera path, or end it"
-    PLAY = "play the camera path, or stop"
-    EXPORT = "export the camera path as a film"
-    GOVERNOR = "hold the time budget, or not"
-    VSYNC = "wait for the display, or not"
-    FULLSCREEN = "fill the screen, or back"
-    ORBIT_START = "middle button: turn around the point under the cursor"
-    QUIT = "leave"
+    start: float
+    end: float = math.inf
 
+    def share(self, since: float, now: float) -> float:
+        """Return for which part of a time it was held."""
+        held = min(self.end, now) - max(self.start, since)
+        return min(1.0, max(0.0, held / (now - since))) if now > since else 1.0
 
-@dataclass(frozen=True)
-class Action:
-    """A command and, for numbered ones, which: 1 to 10, else 0."""
-
-    command: Command
-    number: int = 0
-
-
-@dataclass(frozen=True)
-class Binding:
-    """One key with its modifiers, as the help shows it."""
-
-    label: str
-    key: int
-    command: Command
-    mods: int = 0
-    number: int = 0
-
-
-_DIGITS = (*range(glfw.KEY_1, glfw.KEY_9 + 1), glfw.KEY_0)
-BINDINGS: tuple[Binding, ...] = (
-    Binding("Tab", glfw.KEY_TAB, Command.TOGGLE_PANEL),
-    Binding("F1", glfw.KEY_F1, Command.TOGGLE_HELP),
-    Binding("H", glfw.KEY_H, Command.TOGGLE_HELP),
-    Binding("M", glfw.KEY_M, Command.CAPTURE),
-    Binding("Esc", glfw.KEY_ESCAPE, Command.RELEASE),
-    Binding("F", glfw.KEY_F, Command.FOCUS),
-    Binding("Home", glfw.KEY_HOME, Command.HOME),
-    Binding("B", glfw.KEY_B, Command.COLLIDE),
-    *(Binding(str(i % 10), k, Command.VIEW, 0, i) for i, k in enumerate(_DIGITS, 1)),
-    Binding("T", glfw.KEY_T, Command.NEXT_METHOD),
-    Binding("Shift+T", glfw.KEY_T, Command.PREVIOUS_METHOD, glfw.MOD_SHIFT),
-    Binding("V", glfw.KEY_V, Command.SPLIT),
-    Binding("Y", glfw.KEY_Y, Command.NEXT_OTHER_METHOD),
-    Binding("X", glfw.KEY_X, Command.ERROR),
-    Binding("I", glfw.KEY_I, Command.INSPECT),
-    Binding("Space", glfw.KEY_SPACE, Command.PAUSE),
-    Binding(".", glfw.KEY_PERIOD, Command.STEP),
-    Binding("R", glfw.KEY_R, Command.RELOAD),
-    Binding("F12", glfw.KEY_F12, Command.SCREENSHOT),
-    Binding("Ctrl+S", glfw.KEY_S, Command.SAVE_PRESET, glfw.MOD_CONTROL),
-    Binding("C", glfw.KEY_C, Command.COPY_COMMAND),
-    Binding("Ctrl+C", glfw.KEY_C, Command.COPY_COMMAND, glfw.MOD_CONTROL),
-    *(
-        Binding(f"Ctrl+{i}", k, Command.STORE, glfw.MOD_CONTROL, i)
-        for i, k in enumerate(_DIGITS[:9], 1)
-    ),
-    *(
-        Binding(f"Alt+{i}", k, Command.RECALL, glfw.MOD_ALT, i)
-        for i, k in enumerate(_DIGITS[:9], 1)
-    ),
-    Binding("L", glfw.KEY_L, Command.RECORD),
-    Binding("P", glfw.KEY_P, Command.PLAY),
-    Binding("Ctrl+P", glfw.KEY_P, Command.EXPORT, glfw.MOD_CONTROL),
-    Binding("G", glfw.KEY_G, Command.GOVERNOR),
-    Binding("U", glfw.KEY_U, Command.VSYNC),
-    Binding("F11", glfw.KEY_F11, Command.FULLSCREEN),
-    Binding("Ctrl+Q", glfw.KEY_Q, Command.QUIT, glfw.MOD_CONTROL),
-)
-# What moves for as long as it is held: (right, up, forward) and (left, up) turns.
-HELD_MOVES: dict[int, Vector] = {
-    glfw.KEY_W: (0.0, 0.0, 1.0),
-    glfw.KEY_S: (0.0, 0.0, -1.0),
-    glfw.KEY_D: (1.0, 0.0, 0.0),
-    glfw.KEY_A: (-1.0, 0.0, 0.0),
-    glfw.KEY_E: (0.0, 1.0, 0.0),
-    glfw.KEY_Q: (0.0, -1.0, 0.0),
-}
-HELD_TURNS: dict[int, tuple[float, float]] = {
-    glfw.KEY_LEFT: (1.0, 0.0),
-    glfw.KEY_RIGHT: (-1.0, 0.0),
-    glfw.KEY_UP: (0.0, 1.0),
-    glfw.KEY_DOWN: (0.0, -1.0),
-}
-FAST_KEYS = (glfw.KEY_LEFT_SHIFT, glfw.KEY_RIGHT_SHIFT)
-HELD_HELP = (
-    ("W A S D", "forward, left, back, right"),
-    ("E Q", "up, down"),
-    ("Shift", "four times as fast"),
-    ("wheel", "speed; while orbiting, distance"),
-    ("right button", "look around"),
-    ("middle button", "turn around the point under the cursor"),
-    ("arrow keys", "look around"),
-)
-_BY_KEY = {(item.key, item.mods): item for item in BINDINGS}
-# Caps lock and num lock say nothing about what is meant.
-_MEANT = glfw.MOD_SHIFT | glfw.MOD_CONTROL | glfw.MOD_ALT | glfw.MOD_SUPER
-_CHORD = glfw.MOD_CONTROL | glfw.MOD_ALT | glfw.MOD_SUPER
+    def ramped(self, since: float, now: float) -> float:
+        """Return the mean of a strength that grows to 1 in `TURN_RAMP_SECONDS`."""
+        if now <= since:
+            return 0.0
+        ages = (min(max(t, self.start), self.end) - self.start for t in (since, now))
+        before, after = (_ramp_integral(age) for age in ages)
+        return (after - before) / (now - since)
 
 
 class InputMap:
@@ -153,6 +65,11 @@ class InputMap:
 
     Events of what is pressed come only while no text field or widget wants them;
     releases always come, so that nothing is held for ever.
+
+    Parameters
+    ----------
+    clock : callable
+        Returns seconds: when an event is.
 
     Attributes
     ----------
@@ -162,16 +79,20 @@ class InputMap:
         Last position, window coordinates, origin at the top left.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
         self.captured = False
         self.cursor_px = (0.0, 0.0)
-        self._keys: set[int] = set()
-        # Pressed and let go again between two frames: still held for one of them.
-        self._tapped: set[int] = set()
+        self._clock = clock
+        self._keys: dict[int, _Hold] = {}
         self._buttons: set[int] = set()
-        self._moved = [0.0, 0.0]
-        self._orbited = [0.0, 0.0]
-        self._notches = 0.0
+        self._pressed_px = (0.0, 0.0)
+        self._clicked_at = -math.inf
+        self._is_drag = False
+        self._forget_mouse()
+
+    def _forget_mouse(self) -> None:
+        self._looked, self._orbited, self._slid = ([0.0, 0.0] for _ in range(3))
+        self._notches = self._speed_notches = 0.0
 
     @property
     def is_looking(self) -> bool:
@@ -179,32 +100,30 @@ class InputMap:
         return self.captured or glfw.MOUSE_BUTTON_RIGHT in self._buttons
 
     @property
-    def is_orbiting(self) -> bool:
-        """Whether mouse movement turns the camera around the pivot."""
-        return glfw.MOUSE_BUTTON_MIDDLE in self._buttons and not self.is_looking
-
-    @property
     def is_dragging(self) -> bool:
-        """Whether the left button is held."""
-        return glfw.MOUSE_BUTTON_LEFT in self._buttons
+        """Whether mouse movement orbits or slides."""
+        return bool(self._buttons) and not self.is_looking
 
     @property
     def is_holding(self) -> bool:
         """Whether a key is held that moves or turns the camera."""
-        return any(key in HELD_MOVES or key in HELD_TURNS for key in self._held())
+        now = self._clock()
+        return any(
+            hold.end > now
+            for key, hold in self._keys.items()
+            if key in HELD_MOVES or key in HELD_TURNS
+        )
 
     def key(self, key: int, action: int, mods: int = 0) -> Action | None:
         """Take a key event; return what it asks for once, if anything."""
         if action == glfw.RELEASE:
-            self._keys.discard(key)
+            if key in self._keys:
+                hold = self._keys[key]
+                hold.end = max(self._clock(), hold.start + TAP_SECONDS)
             return None
-        mods &= _MEANT
-        if action == glfw.PRESS and not mods & _CHORD:
-            self._keys.add(key)
-            self._tapped.add(key)
-        binding = _BY_KEY.get((key, mods))
-        if binding is None and not mods & _CHORD:
-            binding = _BY_KEY.get((key, 0))
+        if action == glfw.PRESS and not mods & CHORD:
+            self._keys[key] = _Hold(self._clock())
+        binding = binding_of(key, mods)
         # Holding a key repeats steps, never toggles.
         if binding is None or (action == glfw.REPEAT and binding.command != Command.STEP):
             return None
@@ -215,128 +134,126 @@ class InputMap:
         return Action(binding.command, binding.number)
 
     def button(self, button: int, action: int) -> Action | None:
-        """Take a mouse button event; the middle one starts an orbit."""
+        """Take a mouse button event: a drag takes its pivot, two clicks focus."""
         if action == glfw.RELEASE:
             self._buttons.discard(button)
             return None
         self._buttons.add(button)
-        if button == glfw.MOUSE_BUTTON_MIDDLE and self.is_orbiting:
-            return Action(Command.ORBIT_START)
-        return None
+        now, before = self._clock(), self._clicked_at
+        near = math.dist(self._pressed_px, self.cursor_px) < DRAG_PX
+        self._pressed_px, self._is_drag = self.cursor_px, False
+        if self.is_looking or button not in (glfw.MOUSE_BUTTON_LEFT, glfw.MOUSE_BUTTON_MIDDLE):
+            return None
+        if button == glfw.MOUSE_BUTTON_LEFT:
+            is_double = near and now - before < DOUBLE_CLICK_SECONDS
+            self._clicked_at = -math.inf if is_double else now
+            if is_double:
+                return Action(Command.FOCUS)
+        return Action(Command.PIVOT)
 
     def cursor(self, x: float, y: float) -> None:
         """Take the cursor's position, window coordinates."""
-        delta = x - self.cursor_px[0], y - self.cursor_px[1]
+        dx, dy = x - self.cursor_px[0], y - self.cursor_px[1]
         self.cursor_px = (x, y)
-        moved = self._moved if self.is_looking else self._orbited if self.is_orbiting else None
-        if moved is not None:
-            moved[0] += delta[0]
-            moved[1] += delta[1]
+        if self.is_looking:
+            moved = self._looked
+        elif self.is_dragging:
+            if not self._is_drag:
+                # From where the button went down, so that nothing of the way is lost.
+                dx, dy = x - self._pressed_px[0], y - self._pressed_px[1]
+                self._is_drag = math.hypot(dx, dy) >= DRAG_PX
+                if not self._is_drag:
+                    return
+            slides = glfw.MOUSE_BUTTON_MIDDLE in self._buttons
+            moved = self._slid if slides else self._orbited
+        else:
+            return
+        moved[0] += dx
+        moved[1] += dy
 
     def cursor_jumped(self, x: float, y: float) -> None:
         """Note a position that no mouse movement has led to (capture, another window)."""
         self.cursor_px = (x, y)
 
-    def scroll(self, notches: float) -> None:
+    def scroll(self, notches: float) -> Action | None:
         """Take the wheel; positive is away from the user."""
+        if self.is_looking or self.is_holding:
+            self._speed_notches += notches
+            return None
         self._notches += notches
+        return Action(Command.ZOOM)
 
     def focus_lost(self) -> None:
         """Let go of everything: releases will go to another window."""
         self._keys.clear()
-        self._tapped.clear()
         self._buttons.clear()
         self.captured = False
-        self._moved, self._orbited, self._notches = [0.0, 0.0], [0.0, 0.0], 0.0
+        self._forget_mouse()
 
-    def take(self, orbiting: bool = False) -> Controls:
-        """Return the controls since the last call, and begin anew.
+    def take(self, since: float, now: float, height: float = 1.0) -> Controls:
+        """Return the controls between two times, and begin anew.
 
         Parameters
         ----------
-        orbiting : bool
-            The camera stands in relation to a pivot: the wheel changes its distance.
+        since, now : float
+            By the clock of the events.
+        height : float
+            Of the window, in its coordinates.
         """
-        held = self._held()
-        self._tapped.clear()
-        move = _summed([HELD_MOVES[k] for k in held if k in HELD_MOVES], 3)
-        turn = _summed([HELD_TURNS[k] for k in held if k in HELD_TURNS], 2)
+        keys = self._keys
+        shares = {key: hold.share(since, now) for key, hold in keys.items()}
+        strengths = {key: hold.ramped(since, now) for key, hold in keys.items()}
+        move = _summed([_scaled(HELD_MOVES[k], shares[k]) for k in keys if k in HELD_MOVES], 3)
+        turn = _summed([_scaled(HELD_TURNS[k], strengths[k]) for k in keys if k in HELD_TURNS], 2)
+        fast = any(shares.get(key, 0.0) > 0.0 for key in FAST_KEYS)
+        self._keys = {key: hold for key, hold in keys.items() if hold.end > now}
         # Right and down are positive on a screen; left and up are in the camera.
-        looked, orbited = (
-            (-RADIANS_PER_PX * m[0], -RADIANS_PER_PX * m[1]) for m in (self._moved, self._orbited)
-        )
-        notches = self._notches
-        self._moved, self._orbited, self._notches = [0.0, 0.0], [0.0, 0.0], 0.0
-        dollies = orbiting or self.is_orbiting
-        return Controls(
+        looked = [-RADIANS_PER_PX * way for way in self._looked]
+        orbited = [-ORBIT_RADIANS_PER_PX * way for way in self._orbited]
+        slid = self._slid[0] / max(1.0, height), -self._slid[1] / max(1.0, height)
+        controls = Controls(
             move=(move[0], move[1], move[2]),
-            turn=looked,
+            turn=(looked[0], looked[1]),
             turn_rate=(TURN_RATE * turn[0], TURN_RATE * turn[1]),
-            orbit=orbited,
-            dolly=notches if dollies else 0.0,
-            speed=0.0 if dollies else notches,
-            fast=any(key in held for key in FAST_KEYS),
+            orbit=(orbited[0], orbited[1]),
+            slide=slid,
+            dolly=self._notches,
+            speed=self._speed_notches,
+            fast=fast,
         )
-
-    def _held(self) -> set[int]:
-        return self._keys | self._tapped
-
-
-def gamepad_controls(axes: Sequence[float], buttons: Sequence[int]) -> Controls:
-    """Return the controls of a gamepad in GLFW's standard layout.
-
-    Left stick: move; right stick: look; triggers: down and up; a shoulder button: fast.
-    """
-    right, back, look_right, look_down = (_stick(a) for a in axes[:4])
-    down, up = (_past(0.5 + 0.5 * a, TRIGGER_DEAD_ZONE) for a in axes[4:6])
-    return Controls(
-        move=(right, up - down, -back),
-        turn_rate=(-TURN_RATE * look_right, -TURN_RATE * look_down),
-        fast=bool(
-            buttons[glfw.GAMEPAD_BUTTON_LEFT_BUMPER] or buttons[glfw.GAMEPAD_BUTTON_RIGHT_BUMPER]
-        ),
-    )
+        self._forget_mouse()
+        return controls
 
 
 def combined(a: Controls, b: Controls) -> Controls:
     """Return what two devices ask for together; the camera limits the sum."""
     move = _summed([a.move, b.move], 3)
-    turn = _summed([a.turn, b.turn], 2)
-    rate = _summed([a.turn_rate, b.turn_rate], 2)
-    orbit = _summed([a.orbit, b.orbit], 2)
+    pairs = [
+        _summed([x, y], 2)
+        for x, y in (
+            (a.turn, b.turn),
+            (a.turn_rate, b.turn_rate),
+            (a.orbit, b.orbit),
+            (a.slide, b.slide),
+        )
+    ]
+    turn, rate, orbit, slide = ((x, y) for x, y in pairs)
+    dolly, speed = a.dolly + b.dolly, a.speed + b.speed
     return Controls(
-        (move[0], move[1], move[2]),
-        (turn[0], turn[1]),
-        (rate[0], rate[1]),
-        (orbit[0], orbit[1]),
-        a.dolly + b.dolly,
-        a.speed + b.speed,
-        a.fast or b.fast,
+        (move[0], move[1], move[2]), turn, rate, orbit, slide, dolly, speed, a.fast or b.fast
     )
 
 
-def help_rows() -> list[tuple[str, str]]:
-    """Return (keys, meaning) of everything that is bound, in reading order."""
-    labels: dict[Command, list[str]] = {}
-    for item in BINDINGS:
-        labels.setdefault(item.command, []).append(item.label)
-    rows = list(HELD_HELP)
-    for command, names in labels.items():
-        text = ", ".join(names) if len(names) <= 2 else f"{names[0]} to {names[-1]}"
-        rows.append((text, command.value))
-    return rows
+def _ramp_integral(age: float) -> float:
+    """Return the integral from 0 to `age` of a strength that grows to 1 and stays."""
+    if age < TURN_RAMP_SECONDS:
+        return 0.5 * age * age / TURN_RAMP_SECONDS
+    return age - 0.5 * TURN_RAMP_SECONDS
+
+
+def _scaled(values: Sequence[float], factor: float) -> list[float]:
+    return [factor * value for value in values]
 
 
 def _summed(parts: Sequence[Sequence[float]], count: int) -> list[float]:
     return [sum(part[i] for part in parts) for i in range(count)]
-
-
-def _past(value: float, dead_zone: float) -> float:
-    """Return 0 inside the dead zone and what is beyond it stretched to 0..1."""
-    return max(0.0, (value - dead_zone) / (1.0 - dead_zone))
-
-
-def _stick(value: float) -> float:
-    """Return a stick's axis with its dead zone removed, squared for a fine touch."""
-    strength = _past(abs(value), STICK_DEAD_ZONE) ** 2
-    return strength if value >= 0.0 else -strength

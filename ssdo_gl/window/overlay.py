@@ -10,8 +10,8 @@ from imgui_bundle import ImVec2, imgui
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.images.display import ColorMapping
 from ssdo_gl.window.actions import Host
+from ssdo_gl.window.help_sheet import draw_help
 from ssdo_gl.window.imgui_backend import ImguiBackend
-from ssdo_gl.window.input_map import help_rows
 from ssdo_gl.window.live import inspect, shown_values
 from ssdo_gl.window.panel import Panel, panel_width
 from ssdo_gl.window.presenter import error_color
@@ -104,7 +104,7 @@ class Overlay(ImguiBackend):
         if self._viewer.is_inspecting:
             self._values()
         if self.shows_help:
-            self._help(window_size)
+            draw_help(window_size)
         self.draw(target)
 
     def _status(self) -> None:
@@ -228,25 +228,6 @@ class Overlay(ImguiBackend):
         if not reading.is_finite:
             imgui.text_colored(_FAULT, "not finite")
         imgui.end_tooltip()
-
-    def _help(self, window_size: tuple[int, int]) -> None:
-        imgui.set_next_window_pos(
-            ImVec2(0.5 * window_size[0], 0.5 * window_size[1]),
-            imgui.Cond_.always,
-            ImVec2(0.5, 0.5),
-        )
-        height = window_size[1] - 2.0 * _MARGIN
-        imgui.set_next_window_size_constraints(ImVec2(0.0, 0.0), ImVec2(window_size[0], height))
-        imgui.begin("keys", None, _STILL & ~imgui.WindowFlags_.no_scrollbar)
-        if imgui.begin_table("keys", 2, imgui.TableFlags_.sizing_fixed_fit):
-            for keys, meaning in help_rows():
-                imgui.table_next_row()
-                imgui.table_next_column()
-                imgui.text(keys)
-                imgui.table_next_column()
-                imgui.text(meaning)
-            imgui.end_table()
-        imgui.end()
 
 
 def _place(x: float, y: float) -> None:

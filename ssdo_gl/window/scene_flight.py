@@ -24,6 +24,7 @@ from ssdo_gl.window.camera import (
     Tour,
     advance,
     jump_to,
+    speed_of,
     start_flight,
     views_file,
 )
@@ -130,11 +131,18 @@ class SceneFlight:
             return
         before = self.flight
         self.flight = advance(before, controls, seconds, clearance)
+        if controls.speed:
+            self._say_speed()
         if self._obstacles is not None and self.flight.position != before.position:
             keep_away = KEEP_AWAY * self.diagonal
             place = self._obstacles.moved(before.position, self.flight.position, keep_away)
             self.flight = dataclasses.replace(self.flight, position=place)
         self.tour.record(seconds, self.flight.camera())
+
+    def _say_speed(self) -> None:
+        speed = speed_of(self.flight)
+        factor = self.flight.speed_factor
+        self.say(f"speed {factor:.2g}: {speed:.3g} units a second", key="speed")
 
     def stop_path(self) -> None:
         """Go on by hand from where the path has come to."""

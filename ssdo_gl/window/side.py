@@ -64,7 +64,7 @@ class Side:
         self._levels = quality_levels(settings, measured)
         self._calibration_left = CALIBRATION_FRAMES
         self.governor = Governor(budget_ms, [level.work for level in self._levels])
-        self._begin_coarsely(settings)
+        self.governor.climb()
 
     @property
     def level(self) -> QualityLevel:
@@ -98,6 +98,7 @@ class Side:
         self.image.restart()
         if is_new:
             self._restart_governor()
+            self.governor.climb()
 
     def update(
         self,
@@ -184,15 +185,8 @@ class Side:
             self._calibration_left = 0 if is_same else CALIBRATION_FRAMES
             cheap = [i for i, level in enumerate(levels) if level.work <= work]
             self.governor.level = cheap[0] if cheap else len(levels) - 1
-            self._begin_coarsely(settings)
-
-    def _begin_coarsely(self, settings: Settings) -> None:
-        """Let a reference begin at its cheapest: the first step must not take seconds.
-
-        It is not tried at rest as other methods are; it comes up from below in motion.
-        """
-        if settings.is_reference:
-            self.governor.level = len(self._levels) - 1
+            if not is_same:
+                self.governor.climb()
 
     def _restart_governor(self) -> None:
         self.governor = Governor(self.governor.budget_ms, [level.work for level in self._levels])

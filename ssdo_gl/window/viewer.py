@@ -12,13 +12,14 @@ from typing import Any
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.graph.render_pass import ProgressCallback
+from ssdo_gl.math3d import Vector
 from ssdo_gl.render_result import Drawing
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import values
 from ssdo_gl.settings.resolve import settings_for
-from ssdo_gl.window.camera import Controls
+from ssdo_gl.window.camera import Controls, direction_point
 from ssdo_gl.window.chosen import Chosen
 from ssdo_gl.window.exposed import exposed
 from ssdo_gl.window.light_edits import with_lights
@@ -212,11 +213,19 @@ class Viewer(SceneFlight, Chosen):
             or self.monitor.is_due
         )
 
-    def pick(self, uv: tuple[float, float]) -> tuple[float, float, float] | None:
+    def pick(self, uv: tuple[float, float]) -> Vector | None:
         """Return the world-space point under a place of the picture, 0..1 from the top left."""
         if self.left is None or self.left.image.drawing is None:
             return None
         return surface_point(self.device.gl, self.left.image.drawing, uv)
+
+    def point_at(self, uv: tuple[float, float]) -> Vector:
+        """Return what `pick` does; where there is no surface, a point as far as the target."""
+        point = self.pick(uv)
+        if point is not None:
+            return point
+        width, height = self.picture_size
+        return direction_point(self.camera, uv, width / height)
 
     # --- frames --------------------------------------------------------------------
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -68,15 +69,20 @@ def session(
 ) -> Iterator[Session]:
     monkeypatch.setattr(session_module, "gamepad", Controls)
     monkeypatch.setattr(session_module.glfw, "poll_events", lambda: None)
-    monkeypatch.setattr(Session, "_draw", lambda self, sizes, seconds: None)
+    monkeypatch.setattr(Session, "_draw", lambda self, sizes: None)
     session = Session(FakeWindow(device), "carousel", viewer)  # type: ignore[arg-type]
     yield session
     session.release()
 
 
+def pass_time(session: Session) -> None:
+    now = time.perf_counter()
+    session._frame(now - FRAME_S, now)
+
+
 def press(session: Session, key: int) -> None:
-    session.on_key(key, glfw.PRESS, 0)
-    session.on_key(key, glfw.RELEASE, 0)
+    session._events.on_key(key, glfw.PRESS, 0)
+    session._events.on_key(key, glfw.RELEASE, 0)
 
 
 def rest(session: Session, viewer: Viewer) -> None:
@@ -84,7 +90,7 @@ def rest(session: Session, viewer: Viewer) -> None:
     if viewer.clock.is_running:
         viewer.clock.toggle()
     for _ in range(300):
-        session._frame(FRAME_S)
+        pass_time(session)
         if not viewer.is_busy:
             return
     raise AssertionError("the picture does not come to rest")
@@ -112,7 +118,7 @@ def test_key_that_reads_the_picture_may_interrupt_the_next_one(
         press(session, glfw.KEY_T)
     else:
         session._window.sizes = (64, 36), (64, 36)
-        session.on_change()
+        session._events.on_change()
     rest(session, viewer)
     assert not due, "nothing was interrupted"
     assert viewer.is_inspecting == (key == glfw.KEY_I)
@@ -156,20 +162,20 @@ def test_fault_of_the_program_itself_is_not_hidden(
         raise RuntimeError("broken")
 
     monkeypatch.setattr(viewer, "frame", fail)
-    session._frame(FRAME_S)
+    pass_time(session)
     with pytest.raises(RuntimeError, match="broken"):
-        session._frame(FRAME_S)
+        pass_time(session)
 
 
 def test_lines_go_while_pictures_follow_one_another(session: Session, viewer: Viewer) -> None:
     clock = Clock()
     viewer.messages = Messages(clock)
     viewer.say("hello")
-    session._frame(FRAME_S)
+    pass_time(session)
     assert viewer.messages.lines
     clock.seconds = 60.0
     drawing = viewer.left.image.drawing
-    session._frame(FRAME_S)
+    pass_time(session)
     assert viewer.left.image.drawing is not drawing, "the scene does not move"
     assert not viewer.messages.lines
 
@@ -180,8 +186,8 @@ def in_the_making(session: Session, viewer: Viewer, monkeypatch: pytest.MonkeyPa
     rest(session, viewer)
     assert viewer.can_be_given_up
     drawn: list[int] = []
-    monkeypatch.setattr(session, "_draw", lambda sizes, seconds: drawn.append(1))
-    session._panel_frames = 0
+    monkeypatch.setattr(session, "_draw", lambda sizes: drawn.append(1))
+    session._events.panel_frames = 0
     session._drawn_at = 0.0
     return drawn
 
@@ -199,7 +205,7 @@ def test_the_panel_answers_between_the_slices_of_a_frame(
 ) -> None:
     assert not is_given_up(session)
     assert not in_the_making, "nothing has happened"
-    session.on_cursor(5.0, 5.0)
+    session._events.on_cursor(5.0, 5.0)
     assert not is_given_up(session)
     assert in_the_making
 
@@ -211,7 +217,7 @@ def test_the_panel_answers_between_the_slices_of_a_frame(
 def test_only_keys_that_mean_something_give_a_frame_up(
     session: Session, in_the_making: list[int], key: int, gives_up: bool
 ) -> None:
-    session.on_key(key, glfw.PRESS, 0)
+    session._events.on_key(key, glfw.PRESS, 0)
     assert is_given_up(session) == gives_up
 
 
@@ -219,7 +225,7 @@ def test_a_dragged_setting_is_drawn_before_the_next_one(
     session: Session, viewer: Viewer, in_the_making: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     drags = [True]
-    monkeypatch.setattr(type(session._overlay), "is_busy", property(lambda self: drags[0]))
+    monkeypatch.setattr(type(session._host.overlay), "is_busy", property(lambda self: drags[0]))
     viewer.settings = dataclasses.replace(viewer.settings, samples=16)
     assert not is_given_up(session)
     drags[0] = False
@@ -231,11 +237,11 @@ def test_a_setting_is_looked_at_in_full_size(session: Session, viewer: Viewer) -
     rest(session, viewer)
     for samples in (16, 24):
         viewer.settings = dataclasses.replace(viewer.settings, samples=samples)
-        session._frame(FRAME_S)
+        pass_time(session)
         assert viewer.left.image.drawing.view.size == SIZE
         assert viewer.left.image.renderer.settings.samples == samples
-    session.on_key(glfw.KEY_W, glfw.PRESS, 0)
-    session._frame(FRAME_S)
+    session._events.on_key(glfw.KEY_W, glfw.PRESS, 0)
+    pass_time(session)
     assert viewer.left.image.drawing.view.size < SIZE
 
 
@@ -246,7 +252,7 @@ def test_the_divider_follows_while_a_frame_is_in_the_making(
     rest(session, viewer)
     before = viewer.presenter.pixels()
     viewer.view = viewer.view.with_divider(0.2)
-    session._panel_frames = 1
+    session._events.panel_frames = 1
     session._drawn_at = 0.0
     assert not is_given_up(session)
     assert not np.array_equal(viewer.presenter.pixels(), before)

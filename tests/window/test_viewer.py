@@ -21,9 +21,9 @@ from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import AOVS, Settings
 from ssdo_gl.window import actions, scene_flight
 from ssdo_gl.window.actions import open_file, perform, view_command
+from ssdo_gl.window.bindings import Action, Command
 from ssdo_gl.window.camera.controls import Controls
 from ssdo_gl.window.film.export import FilmExport
-from ssdo_gl.window.input_map import Action, Command
 from ssdo_gl.window.viewer import Viewer
 from ssdo_gl.window.views import View, divider_hit
 
@@ -295,7 +295,7 @@ def test_focus_and_orbit_take_the_point_under_the_cursor(gl, viewer) -> None:
     settle(viewer)
     point = viewer.pick((0.5, 0.6))
     assert point is not None
-    ask(viewer, Command.ORBIT_START)
+    ask(viewer, Command.PIVOT)
     assert viewer.flight.pivot == point
     ask(viewer, Command.FOCUS)
     settle(viewer)

@@ -6,16 +6,15 @@ from ssdo_gl.window.camera.bookmarks import views_file
 from ssdo_gl.window.camera.camera_path import CameraPath
 from ssdo_gl.window.camera.collisions import KEEP_AWAY, Obstacles
 from ssdo_gl.window.camera.controls import Controls
+from ssdo_gl.window.camera.destinations import fit, focus_on, glide_to, go_home, jump_to
 from ssdo_gl.window.camera.fly_camera import (
     Flight,
     advance,
-    focus_on,
-    glide_to,
-    go_home,
-    jump_to,
     set_pivot,
+    speed_of,
     start_flight,
 )
+from ssdo_gl.window.camera.orientation import direction_point
 from ssdo_gl.window.camera.tour import Tour
 
 __all__ = [
@@ -26,11 +25,14 @@ __all__ = [
     "Obstacles",
     "Tour",
     "advance",
+    "direction_point",
+    "fit",
     "focus_on",
     "glide_to",
     "go_home",
     "jump_to",
     "set_pivot",
+    "speed_of",
     "start_flight",
     "views_file",
 ]

@@ -21,6 +21,9 @@ class Controls:
         Radians per second to the left and upwards (arrow keys, stick).
     orbit : (float, float)
         As `turn`, but around the pivot.
+    slide : (float, float)
+        How far the pivot shall move to the right and upwards in the picture since the last
+        step, in heights of it.
     dolly : float
         Notches towards the pivot since the last step.
     speed : float
@@ -32,6 +35,7 @@ class Controls:
     turn: tuple[float, float] = (0.0, 0.0)
     turn_rate: tuple[float, float] = (0.0, 0.0)
     orbit: tuple[float, float] = (0.0, 0.0)
+    slide: tuple[float, float] = (0.0, 0.0)
     dolly: float = 0.0
     speed: float = 0.0
     fast: bool = False
@@ -39,4 +43,5 @@ class Controls:
     @property
     def is_idle(self) -> bool:
         """Whether nothing is asked for that moves the camera."""
-        return self.dolly == 0.0 and not any((*self.move, *self.turn, *self.turn_rate, *self.orbit))
+        ways = (*self.move, *self.turn, *self.turn_rate, *self.orbit, *self.slide)
+        return self.dolly == 0.0 and not any(ways)

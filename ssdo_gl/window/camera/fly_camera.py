@@ -194,61 +194,6 @@ def speed_of(flight: Flight, fast: bool = False, clearance: float | None = None)
     return base * nearness * (FAST_FACTOR if fast else 1.0)
 
 
-def focus_on(flight: Flight, point: Vector) -> Flight:
-    """Return a flight that turns to `point` and glides half the way to it."""
-    offset = difference(point, flight.position)
-    distance = math.hypot(*offset)
-    if distance < REST_SPEED * flight.diagonal:
-        return flight
-    yaw, pitch = flight.axes.angles(offset, flight.yaw_goal)
-    glide = (0.5 * offset[0], 0.5 * offset[1], 0.5 * offset[2])
-    return dataclasses.replace(
-        flight,
-        glide=glide,
-        yaw_goal=yaw,
-        pitch_goal=_limited(pitch, flight.pitch_goal),
-        pivot=point,
-        orbiting=False,
-        dolly=0.0,
-        reach=0.5 * distance,
-    )
-
-
-def glide_to(flight: Flight, camera: Camera) -> Flight:
-    """Return a flight that glides to the view of `camera`; its roll is left out."""
-    direction = difference(camera.target, camera.position)
-    yaw, pitch = flight.axes.angles(direction, flight.yaw_goal)
-    return dataclasses.replace(
-        flight,
-        glide=difference(camera.position, flight.position),
-        yaw_goal=yaw,
-        pitch_goal=pitch,
-        orbiting=False,
-        velocity=_ZERO,
-        dolly=0.0,
-        reach=math.hypot(*direction),
-        fov_y=camera.fov_y,
-    )
-
-
-def jump_to(flight: Flight, camera: Camera) -> Flight:
-    """Return a flight at rest at the view of `camera`; its roll is left out."""
-    flight = glide_to(flight, camera)
-    return dataclasses.replace(
-        flight,
-        position=vector(camera.position),
-        yaw=flight.yaw_goal,
-        pitch=flight.pitch_goal,
-        glide=_ZERO,
-    )
-
-
-def go_home(flight: Flight) -> Flight:
-    """Return a flight at rest at home; the speed that the wheel has set is kept."""
-    fresh = start_flight(flight.home, flight.diagonal)
-    return dataclasses.replace(fresh, speed_factor=flight.speed_factor)
-
-
 def set_pivot(flight: Flight, point: Vector | None) -> Flight:
     """Return a flight that orbits around `point` from now on.
 
@@ -257,6 +202,16 @@ def set_pivot(flight: Flight, point: Vector | None) -> Flight:
     if point is None:
         point = add(flight.position, flight.forward, flight.reach)
     return dataclasses.replace(flight, pivot=point)
+
+
+def _slid(flight: Flight, way: tuple[float, float]) -> Flight:
+    """Return a flight that stands beside, so that the pivot moves by `way` in the picture."""
+    assert flight.pivot is not None
+    right, up, forward = flight.axes.frame(flight.yaw, flight.pitch)
+    depth = abs(dot(forward, difference(flight.pivot, flight.position)))
+    height = 2.0 * math.tan(math.radians(0.5 * flight.fov_y)) * depth
+    position = add(add(flight.position, right, -height * way[0]), up, -height * way[1])
+    return dataclasses.replace(flight, position=position, glide=_ZERO)
 
 
 def _take_in(flight: Flight, controls: Controls) -> Flight:
@@ -271,8 +226,10 @@ def _take_in(flight: Flight, controls: Controls) -> Flight:
     if any(controls.move):
         changes["glide"] = _ZERO
     pivoted = any(controls.orbit) or controls.dolly != 0.0
-    if pivoted and flight.pivot is None:
+    if (pivoted or any(controls.slide)) and flight.pivot is None:
         flight = set_pivot(flight, None)
+    if any(controls.slide):
+        flight = _slid(flight, controls.slide)
     if pivoted:
         changes["orbiting"] = True
         changes["glide"] = _ZERO
@@ -282,7 +239,7 @@ def _take_in(flight: Flight, controls: Controls) -> Flight:
     yaw = flight.yaw_goal + controls.turn[0] + controls.orbit[0]
     pitch = flight.pitch_goal + controls.turn[1] + controls.orbit[1]
     changes["yaw_goal"] = yaw
-    changes["pitch_goal"] = _limited(pitch, flight.pitch_goal)
+    changes["pitch_goal"] = limited_pitch(pitch, flight.pitch_goal)
     flight = dataclasses.replace(flight, **changes)
     if not pivoted or flight.pivot is None or flight.pivot == flight.position:
         return flight
@@ -318,8 +275,8 @@ def _step(flight: Flight, controls: Controls, speed: float, seconds: float) -> F
         glide=(glide[0], glide[1], glide[2]),
         yaw=yaw,
         yaw_goal=yaw_goal,
-        pitch=_limited(pitch, flight.pitch),
-        pitch_goal=_limited(pitch_goal, flight.pitch_goal),
+        pitch=limited_pitch(pitch, flight.pitch),
+        pitch_goal=limited_pitch(pitch_goal, flight.pitch_goal),
         dolly=flight.dolly - dolly,
     )
     return _around_pivot(flight, moved, math.exp(-dolly)) if flight.orbiting else moved
@@ -377,7 +334,7 @@ def _chase(value: float, goal: float, rate: float, seconds: float) -> tuple[floa
     return moved_goal - behind + gap * math.exp(-seconds / LOOK_SECONDS), moved_goal
 
 
-def _limited(pitch: float, before: float) -> float:
+def limited_pitch(pitch: float, before: float) -> float:
     """Return `pitch` inside the limit; a start beyond it is kept until left."""
     limit = max(PITCH_LIMIT, abs(before))
     return min(limit, max(-limit, pitch))

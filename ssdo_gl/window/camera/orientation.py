@@ -72,6 +72,17 @@ def axes_of(camera: Camera) -> tuple[Axes, float]:
     return axes, pitch
 
 
+def direction_point(camera: Camera, uv: tuple[float, float], aspect: float) -> Vector:
+    """Return the point seen at `uv`, 0..1 from the top left, at the depth of the target."""
+    tangents = camera.tan_half_fov(aspect)
+    reach = math.dist(camera.position, camera.target)
+    place_vs = np.array(
+        [(2.0 * uv[0] - 1.0) * tangents[0], (1.0 - 2.0 * uv[1]) * tangents[1], -1.0]
+    )
+    place_ws = reach * place_vs @ camera.view_from_world_rotation()
+    return add(vector(camera.position), vector(place_ws))
+
+
 def dot(a: Vector, b: Vector) -> float:
     """Return the scalar product."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

@@ -153,13 +153,23 @@ class Governor:
         # How much dearer a level is than the one below it, as far as that was seen.
         self._ratio: dict[int, float] = {}
         self._usual_ms: float | None = None
+        self._climbs = False
+
+    def climb(self) -> None:
+        """Begin at the cheapest level, and go up as soon as there is room for more.
+
+        Nothing is known of the device yet, and the first frame of a motion shall not take
+        seconds.
+        """
+        self.level = len(self._works) - 1
+        self._climbs = True
 
     @property
     def is_settled(self) -> bool:
         """Whether the present level was measured and is to be kept for now."""
-        return self._usual_ms is not None and (
-            self._usual_ms <= self.budget_ms or self.is_exhausted
-        )
+        if self._usual_ms is None or self._climbs:
+            return False
+        return self._usual_ms <= self.budget_ms or self.is_exhausted
 
     @property
     def is_exhausted(self) -> bool:
@@ -180,8 +190,12 @@ class Governor:
         recent = statistics.median(list(self._times)[-FRAMES_TO_LOWER:])
         self._usual_ms = statistics.median(self._times)
         if recent > self.budget_ms:
+            self._climbs = False
             self._learn(recent)
             self._lower(recent)
+        elif self._climbs:
+            self._learn(recent)
+            self._climbs = self._raise_far(recent)
         elif len(self._times) == FRAMES_TO_RAISE:
             self._learn(self._usual_ms)
             if self.level > 0:
@@ -197,6 +211,14 @@ class Governor:
             if is_last or self._expected(level, recent_ms) <= self.budget_ms:
                 self._move(level, recent_ms)
                 return
+
+    def _raise_far(self, recent_ms: float) -> bool:
+        """Go up to the best level that is expected to do; False if there is none."""
+        for level in range(self.level):
+            if self._expected(level, recent_ms) <= RAISE_FILL * self.budget_ms:
+                self._move(level, recent_ms)
+                return True
+        return False
 
     def _expected(self, level: int, here_ms: float) -> float:
         """Return what `level` should take, given what the present one takes."""

@@ -13,6 +13,7 @@ from ssdo_gl import math3d
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.window.camera import fly_camera
 from ssdo_gl.window.camera.controls import Controls
+from ssdo_gl.window.camera.destinations import fit, focus_on, glide_to, go_home, jump_to
 from ssdo_gl.window.camera.fly_camera import Flight, advance, start_flight
 
 HOME = Camera(position=(0.0, 0.0, 3.6), target=(0.0, 0.0, 0.0))
@@ -144,7 +145,7 @@ def test_camera_is_exactly_home_until_something_moves() -> None:
 
 
 def test_home_ends_every_motion() -> None:
-    flight = fly_camera.go_home(fly(turning_walk, 30.0, 1.0))
+    flight = go_home(fly(turning_walk, 30.0, 1.0))
     assert flight.camera() is HOME
     assert not flight.is_moving
 
@@ -233,7 +234,7 @@ def test_looking_ends_the_orbit() -> None:
 @pytest.mark.parametrize("rate", FRAME_RATES)
 def test_focus_turns_to_the_point_and_halves_the_distance(rate: float) -> None:
     point = (1.5, -0.5, 1.0)
-    flight = fly_camera.focus_on(start_flight(HOME, DIAGONAL), point)
+    flight = focus_on(start_flight(HOME, DIAGONAL), point)
     distance = math.dist(point, HOME.position)
     flight = fly(lambda t: Controls(), rate, 4.0, flight)
     assert not flight.is_moving
@@ -243,7 +244,7 @@ def test_focus_turns_to_the_point_and_halves_the_distance(rate: float) -> None:
 
 
 def test_move_key_cancels_a_glide() -> None:
-    flight = fly_camera.focus_on(start_flight(HOME, DIAGONAL), (0.0, 0.0, -1.0))
+    flight = focus_on(start_flight(HOME, DIAGONAL), (0.0, 0.0, -1.0))
     flight = advance(flight, Controls(move=(1.0, 0.0, 0.0)), 0.01)
     assert flight.glide == (0.0, 0.0, 0.0)
 
@@ -251,8 +252,8 @@ def test_move_key_cancels_a_glide() -> None:
 def test_glide_and_jump_end_at_the_same_view() -> None:
     goal = Camera(position=(1.0, 2.0, -3.0), target=(0.0, 0.5, 0.0), fov_y=55.0)
     start = fly(turning_walk, 60.0, 1.0)
-    glided = fly(lambda t: Controls(), 60.0, 4.0, fly_camera.glide_to(start, goal))
-    jumped = fly_camera.jump_to(start, goal)
+    glided = fly(lambda t: Controls(), 60.0, 4.0, glide_to(start, goal))
+    jumped = jump_to(start, goal)
     assert not jumped.is_moving
     np.testing.assert_allclose(glided.position, jumped.position, atol=1e-5 * DIAGONAL)
     np.testing.assert_allclose(
@@ -293,3 +294,36 @@ def test_far_from_the_origin_the_target_keeps_its_direction() -> None:
     np.testing.assert_allclose(
         -flight.camera().view_from_world_rotation()[2], flight.forward, atol=1e-9
     )
+
+
+def seen_at(flight: Flight, point: tuple[float, float, float]) -> tuple[float, float]:
+    """Return where a point is in the picture, in heights from its middle."""
+    right, up, forward = flight.axes.frame(flight.yaw, flight.pitch)
+    x, y, z = (
+        float(np.dot(axis, np.subtract(point, flight.position))) for axis in (right, up, forward)
+    )
+    height = 2.0 * math.tan(math.radians(0.5 * flight.fov_y)) * z
+    return x / height, y / height
+
+
+def test_a_slide_takes_the_point_along_with_the_cursor() -> None:
+    point = (0.4, 0.3, 0.5)
+    flight = fly_camera.set_pivot(start_flight(HOME, DIAGONAL), point)
+    before = seen_at(flight, point)
+    flight = advance(flight, Controls(slide=(0.1, -0.2)), 1.0 / 60.0)
+    assert seen_at(flight, point) == pytest.approx((before[0] + 0.1, before[1] - 0.2))
+
+
+@pytest.mark.parametrize("yaw", [0.0, 2.0])
+@pytest.mark.parametrize("aspect", [0.5, 1.0, 2.0])
+def test_a_scene_that_fits_is_seen_whole_and_large(yaw: float, aspect: float) -> None:
+    low, high = np.array([-3.0, 0.0, 1.0]), np.array([2.0, 8.0, 3.0])
+    flight = dataclasses.replace(start_flight(HOME, DIAGONAL), yaw=yaw, yaw_goal=yaw)
+    flight = fit(flight, (low, high), aspect)
+    while flight.is_moving:
+        flight = advance(flight, Controls(), 1.0 / 30.0)
+    corners = [(x, y, z) for x in (-3.0, 2.0) for y in (0.0, 8.0) for z in (1.0, 3.0)]
+    places = np.abs([seen_at(flight, corner) for corner in corners])
+    reach = max(places[:, 0].max() / aspect, places[:, 1].max())
+    assert 0.4 < reach < 0.5
+    assert flight.yaw == pytest.approx(yaw)

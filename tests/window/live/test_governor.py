@@ -139,6 +139,20 @@ def test_is_settled_once_a_level_has_proved_itself() -> None:
     assert hopeless.is_settled
 
 
+@pytest.mark.parametrize(("speed", "best"), [(0.1, 0), (0.5, 3), (1.0, 4), (20.0, 7)])
+def test_climbs_to_the_best_level_without_ever_taking_long(speed: float, best: int) -> None:
+    governor = Governor(BUDGET_MS, WORKS)
+    governor.climb()
+    times, frames = [], 0
+    while not governor.is_settled:
+        times.append(speed * COSTS[governor.level])
+        governor.observe(times[-1])
+        frames += 1
+        assert frames < 25
+    assert governor.level == best
+    assert max(times) <= max(BUDGET_MS, speed * COSTS[-1])
+
+
 def test_frames_right_after_a_change_do_not_count() -> None:
     """The first two frames of a level compile and allocate: that must not drive it down."""
     seen = [0] * 8

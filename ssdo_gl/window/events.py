@@ -1,0 +1,130 @@
+"""Passes events on to the panel, the divider or the input map, and keeps what they ask for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import glfw
+
+from ssdo_gl.window.actions import perform
+from ssdo_gl.window.bindings import Action, Command
+from ssdo_gl.window.divider import DividerGrip
+from ssdo_gl.window.glfw_window import GlfwWindow
+from ssdo_gl.window.host import WindowHost
+from ssdo_gl.window.input_map import InputMap
+from ssdo_gl.window.viewer import Viewer
+
+PANEL_FRAMES = 3  # after an event: hover and layout take two to settle
+
+
+class Events:
+    """What has happened to a window since it was looked at last.
+
+    Commands are kept, to be performed between two frames and in the order of their
+    events, never from within an event: events also come while a frame is in the making.
+
+    Attributes
+    ----------
+    pending : list of callable
+        What was asked for.
+    has_input : bool
+        Whether there was anything that makes another picture.
+    wants_release : bool
+        Whether a long task shall be given up.
+    panel_frames : int
+        How often the panel has yet to be drawn.
+    """
+
+    def __init__(
+        self, window: GlfwWindow, viewer: Viewer, input_map: InputMap, host: WindowHost
+    ) -> None:
+        self.pending: list[Callable[[], object]] = []
+        self.has_input = self.wants_release = False
+        self.panel_frames = PANEL_FRAMES
+        self._window = window
+        self._viewer = viewer
+        self._input = input_map
+        self._host = host
+        self._divider = DividerGrip(viewer)
+
+    def on_key(self, key: int, action: int, mods: int) -> None:
+        """Hand a key to a text field, or to the input map."""
+        self.panel_frames = PANEL_FRAMES
+        overlay = self._host.overlay
+        if overlay is not None:
+            overlay.key(key, action, mods)
+            if overlay.wants_keyboard and action != glfw.RELEASE:
+                return
+        self._perform_later(self._input.key(key, action, mods))
+        self.has_input |= self._input.is_holding
+
+    def on_character(self, code: int) -> None:
+        """Hand a character to a text field."""
+        if self._host.overlay is not None:
+            self._host.overlay.character(code)
+
+    def on_button(self, button: int, action: int) -> None:
+        """Hand a mouse button to a widget, the divider, or the input map."""
+        self.panel_frames = PANEL_FRAMES
+        overlay = self._host.overlay
+        if overlay is not None:
+            overlay.button(button, action)
+            if overlay.wants_mouse and action == glfw.PRESS:
+                return
+        if button == glfw.MOUSE_BUTTON_LEFT:
+            x, width = self._input.cursor_px[0], self._window.size[0]
+            self._divider.press(action == glfw.PRESS, x, width)
+        if not self._divider.is_held:
+            self._perform_later(self._input.button(button, action))
+
+    def on_cursor(self, x: float, y: float) -> None:
+        """Hand the cursor to widgets, the divider and the input map."""
+        self.panel_frames = PANEL_FRAMES
+        self._input.cursor(x, y)
+        self.has_input |= self._input.is_looking or self._input.is_dragging
+        if self._host.overlay is not None:
+            if self._input.is_looking:
+                self._host.overlay.cursor_left()
+            else:
+                self._host.overlay.cursor(x, y)
+        self._divider.drag(x, self._window.size[0])
+
+    def on_scroll(self, x: float, y: float) -> None:
+        """Hand the wheel to the panel, or to the input map."""
+        self.panel_frames = PANEL_FRAMES
+        overlay = self._host.overlay
+        if overlay is not None:
+            overlay.scroll(x, y)
+            if overlay.wants_mouse:
+                return
+        self.has_input = True
+        self._perform_later(self._input.scroll(y))
+
+    def on_focus(self, has_focus: bool) -> None:
+        """Let go of everything when the keyboard goes to another window."""
+        self.panel_frames = PANEL_FRAMES
+        if not has_focus:
+            self._input.focus_lost()
+            self._divider.let_go()
+        if self._host.overlay is not None:
+            self._host.overlay.focus(has_focus)
+
+    def on_drop(self, paths: list[str]) -> None:
+        """Open the first of the dropped files."""
+        self.panel_frames = PANEL_FRAMES
+        self.has_input = True
+        self.pending += [partial(self._host.open, path) for path in paths[:1]]
+
+    def on_change(self) -> None:
+        """Draw again, for another size or scale."""
+        self.panel_frames = PANEL_FRAMES
+        self.has_input = True
+        if self._host.overlay is not None:
+            self._host.overlay.rescale(self._window.content_scale)
+
+    def _perform_later(self, action: Action | None) -> None:
+        if action is not None:
+            self.has_input = True
+            self.pending.append(partial(perform, action, self._viewer, self._host))
+            self.wants_release |= action.command == Command.RELEASE

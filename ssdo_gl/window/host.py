@@ -1,0 +1,101 @@
+"""What commands may ask of the window around the viewer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ssdo_gl.window.actions import open_file
+from ssdo_gl.window.film import FilmExport
+from ssdo_gl.window.glfw_window import GlfwWindow
+from ssdo_gl.window.input_map import InputMap
+from ssdo_gl.window.viewer import Viewer
+
+if TYPE_CHECKING:
+    from ssdo_gl.window.overlay import Overlay
+
+NO_PANEL = "there is no panel without imgui-bundle: pip install 'ssdo_gl[window]'"
+
+
+class WindowHost:
+    """The window, as `actions.Host` describes it.
+
+    Attributes
+    ----------
+    overlay : Overlay or None
+        None without imgui-bundle.
+    title : str
+        Of the window.
+    reload : callable
+        Compiles shaders that have changed.
+    """
+
+    def __init__(
+        self, window: GlfwWindow, viewer: Viewer, input_map: InputMap, film: FilmExport, title: str
+    ) -> None:
+        self.overlay: Overlay | None = None
+        self.title = title
+        self.reload: Callable[[], None] = lambda: None
+        self._window = window
+        self._viewer = viewer
+        self._input = input_map
+        self._film = film
+        self._waits = True
+
+    def open(self, path: str) -> None:
+        """Show the file at `path`; the title names it."""
+        if open_file(path, self._viewer):
+            self.title = f"{Path(path).name} - ssdo_gl"
+            self._window.set_title(self.title)
+
+    def cursor_uv(self) -> tuple[float, float]:
+        """Return the cursor's place in the picture; its middle while it is hidden."""
+        (x, y), (width, height) = self._input.cursor_px, self._window.size
+        return (0.5, 0.5) if self._input.is_looking else (x / max(1, width), y / max(1, height))
+
+    def set_clipboard(self, text: str) -> None:
+        """Put `text` where other programs paste from."""
+        self._window.set_clipboard(text)
+
+    def toggle_vsync(self) -> bool:
+        """Wait for the display or no longer; return whether it now waits."""
+        self._waits = not self._waits
+        self._window.set_vsync(self._waits)
+        return self._waits
+
+    def toggle_fullscreen(self) -> None:
+        """Fill the screen, or go back to a window."""
+        self._window.toggle_fullscreen()
+
+    def toggle_panel(self) -> None:
+        """Show or hide the panel."""
+        if self.overlay is None:
+            self._viewer.say(NO_PANEL)
+        else:
+            self.overlay.shows_panel = not self.overlay.shows_panel
+
+    def toggle_help(self) -> None:
+        """Show or hide the list of keys."""
+        if self.overlay is None:
+            self._viewer.say(NO_PANEL)
+        else:
+            self.overlay.shows_help = not self.overlay.shows_help
+
+    def let_go(self) -> None:
+        """Hide the list of keys; give up a film."""
+        if self.overlay is not None:
+            self.overlay.shows_help = False
+        self._film.give_up()
+
+    def quit(self) -> None:
+        """Close the window after this frame."""
+        self._window.ask_to_close()
+
+    def toggle_film(self) -> None:
+        """Begin to export the camera path, or give it up."""
+        self._film.toggle()
+
+    def reload_shaders(self) -> None:
+        """Compile what has changed on disk."""
+        self.reload()
