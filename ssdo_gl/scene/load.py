@@ -10,6 +10,7 @@ from ssdo_gl import resources
 from ssdo_gl.scene import decoders
 from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.formats import (
+    Model,
     format_of,
     model_suffixes,
     read_description,
@@ -17,6 +18,8 @@ from ssdo_gl.scene.formats import (
     scene_suffixes,
 )
 from ssdo_gl.scene.scene import Scene, SceneError
+from ssdo_gl.scene.upright import guessed_up, turned_up
+from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.settings.loading import LoadOptions, load_options
 from ssdo_gl.suggestion import suggestion
 
@@ -43,6 +46,8 @@ def load_scene(source: str | Path, options: LoadOptions | None = None, **choices
     path = Path(text)
     kind = format_of(path)
     if kind is not None:
+        if kind.read_scene:
+            options.check_scene(text)
         read = kind.read_scene or _load_model
         try:
             return read(path, text, options)
@@ -50,6 +55,7 @@ def load_scene(source: str | Path, options: LoadOptions | None = None, **choices
             decoders.release()
     names = builtin_names()
     if text in names:
+        options.check_scene(text)
         file = resources.folder("scenes") / f"{text}.toml"
         return read_description(
             file.read_text(encoding="utf-8"), f"scenes/{text}.toml", options=options
@@ -70,9 +76,15 @@ def builtin_names() -> list[str]:
 
 
 def _load_model(path: Path, source: str, options: LoadOptions) -> Scene:
-    model = read_model(path, source)
+    model = read_model(path, source, options.normals, options.crease_angle)
     builder = SceneBuilder(source, options)
-    for item in model.add_to(builder):
+    objects = model.add_to(builder)
+    up = options.up or _guessed_up(path, model, builder)
+    if up == "z":
+        if model.camera or model.lights or any(item.motion for item in objects):
+            raise SettingError(f"--up z: {source} has a camera, lights or motion, which say +y")
+        objects = turned_up(objects)
+    for item in objects:
         builder.add(item)
     builder.lights += model.lights
     return builder.build(
@@ -82,3 +94,13 @@ def _load_model(path: Path, source: str, options: LoadOptions) -> Scene:
         camera_motion=model.camera_motion,
         title=path.stem,
     )
+
+
+def _guessed_up(path: Path, model: Model, builder: SceneBuilder) -> str:
+    """Return the axis that points up, and note what tells."""
+    kind = format_of(path)
+    if kind is None or kind.scan_up is None:
+        return "y"
+    up, why = guessed_up(model.meshes, kind.scan_up)
+    builder.note(f"up is +{up}, guessed ({why}): --up {'y' if up == 'z' else 'z'} turns it")
+    return up

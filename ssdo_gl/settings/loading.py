@@ -19,6 +19,8 @@ FIT = "fit"
 LIGHTS = ("auto", "file", "studio")
 MAP_SUFFIXES = (".hdr", ".exr")
 _look = partial(setting, group=LOOK, modes=modes.ALL)
+# Of model files alone: scene files say it for each object.
+_model = partial(_look, in_scene=False)
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,25 @@ class LoadOptions:
         metavar="file|auto|studio|PATH.hdr",
     )
     no_default_light: bool = _look(False, "add no light: as --light file")
+    normals: str | None = _model(
+        None,
+        "shading of models: smooth but for creases, flat, or as the file has them; by default"
+        " smooth for scans (PLY, STL, OFF) without normals",
+        choices=("smooth", "flat", "file"),
+    )
+    crease_angle: float = _model(
+        45.0,
+        "where triangles lean by more, smooth normals show an edge",
+        unit="degrees",
+        low=0.0,
+        high=180.0,
+        metavar="DEGREES",
+    )
+    up: str | None = _model(
+        None,
+        "axis of a model that points up; by default y, for scans guessed and said",
+        choices=("y", "z"),
+    )
     frames_all: bool = False
 
     @property
@@ -66,6 +87,13 @@ class LoadOptions:
                 f"{' or '.join(MAP_SUFFIXES)} map{hint}"
             )
         return self
+
+    def check_scene(self, source: str) -> None:
+        """Raise SettingError if anything was chosen that scene files say themselves."""
+        for name in self.given():
+            info = describe(LoadOptions)[name]
+            if not info.in_scene:
+                raise SettingError(f"{info.flag} belongs to model files: {source} is a scene")
 
     def given(self) -> dict[str, Any]:
         """Return the choices that differ from the defaults, by name."""

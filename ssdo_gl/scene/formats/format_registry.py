@@ -11,7 +11,7 @@ from typing import Any
 from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.paths import check_file
 from ssdo_gl.scene.scene import Scene, SceneError
-from ssdo_gl.settings.loading import LoadOptions
+from ssdo_gl.settings.loading import USUAL, LoadOptions
 
 ModelReader = Callable[[Path, str], Model]
 SceneReader = Callable[[Path, str, LoadOptions], Scene]
@@ -31,12 +31,16 @@ class SceneFormat:
         Exactly one of them. Given the path and what errors call the file, it returns
         its contents, which scenes may place; or, if the format describes whole scenes,
         that scene, completed by the options. It raises SceneError for what cannot be read.
+    scan_up : "y", "z" or None
+        Of formats of scans, smooth unless files have normals: the axis that usually points
+        up. None: the format says +y.
     """
 
     title: str
     suffixes: tuple[str, ...]
     read_model: ModelReader | None = None
     read_scene: SceneReader | None = None
+    scan_up: str | None = None
 
 
 def _lazily(folder: str, function: str) -> Callable[..., Any]:
@@ -53,9 +57,9 @@ FORMATS: list[SceneFormat] = [
     SceneFormat("TOML scene", (".toml",), read_scene=_lazily("toml", "read_file")),
     SceneFormat("glTF 2.0", (".glb", ".gltf"), _lazily("gltf", "read_gltf")),
     SceneFormat("Wavefront OBJ", (".obj",), _lazily("obj", "read_obj")),
-    SceneFormat("PLY", (".ply",), _lazily("polygons", "read_ply")),
-    SceneFormat("STL", (".stl",), _lazily("polygons", "read_stl")),
-    SceneFormat("OFF", (".off",), _lazily("polygons", "read_off")),
+    SceneFormat("PLY", (".ply",), _lazily("polygons", "read_ply"), scan_up="y"),
+    SceneFormat("STL", (".stl",), _lazily("polygons", "read_stl"), scan_up="z"),
+    SceneFormat("OFF", (".off",), _lazily("polygons", "read_off"), scan_up="y"),
 ]
 
 # What the built-in scenes are written in, from text that need not be in a file.
@@ -78,7 +82,9 @@ def model_suffixes() -> tuple[str, ...]:
     return tuple(suffix for kind in FORMATS if kind.read_model for suffix in kind.suffixes)
 
 
-def read_model(path: Path, where: str) -> Model:
+def read_model(
+    path: Path, where: str, normals: str | None = "file", crease_angle: float = USUAL.crease_angle
+) -> Model:
     """Return the contents of a model file.
 
     Parameters
@@ -86,6 +92,10 @@ def read_model(path: Path, where: str) -> Model:
     path : Path
     where : str
         What to call the file in errors.
+    normals : "smooth", "flat", "file" or None
+        How it is shaded; None: smooth, if it is a scan without normals, else as the file.
+    crease_angle : float
+        Degrees, [0, 180].
 
     Raises
     ------
@@ -101,4 +111,5 @@ def read_model(path: Path, where: str) -> Model:
         found = "; ".join(model.all_notes())
         more = f" ({found})" if found else ""
         raise SceneError(f"{where}: {path.name!r} holds no triangle with an area{more}")
+    model.shade(normals or ("scan" if kind.scan_up else "file"), crease_angle)
     return model

@@ -18,6 +18,7 @@ from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Material, Texture, Wrap
 from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.motion import Trajectory
+from ssdo_gl.scene.smoothing import smoothed
 from ssdo_gl.scene.topology import cleaned_mesh
 
 # Of all meshes of a model file. What scans reach; in memory some 5 GiB.
@@ -90,6 +91,24 @@ class Model:
             mesh = dataclasses.replace(mesh, pose=pose)
         self.meshes.append(mesh)
         return len(self.meshes) - 1
+
+    def shade(self, normals: str, crease_angle: float) -> None:
+        """Make the normals of the meshes smooth, flat or those of the file.
+
+        Parameters
+        ----------
+        normals : "smooth", "flat", "file" or "scan"
+            Of a scan, smooth where the file has none.
+        crease_angle : float
+            Degrees, [0, 180].
+        """
+        for index, mesh in enumerate(self.meshes):
+            # Those that change their shape have new ones at any time, from their file.
+            if normals == "flat" and mesh.pose is None:
+                self.meshes[index] = dataclasses.replace(mesh, normals=None)
+            is_wanted = normals == "smooth" or (normals == "scan" and mesh.normals is None)
+            if is_wanted and mesh.pose is None:
+                self.meshes[index] = smoothed(mesh, crease_angle)
 
     def texture(
         self, source: Path | bytes, where: str, name: str = "", wrap: Wrap = "repeat"

@@ -27,6 +27,7 @@ from ssdo_gl.suggestion import suggestion
 _COMMON = ("shape", "name", "material", "transform", "repeat", MOTION_TABLE, "shadow")
 # Each of them is an object of its own.
 MAX_SPINNING = 10_000
+NORMALS = ("smooth", "flat", "file")
 SHAPES = (*FORM_KEYS, "mesh")
 
 
@@ -35,7 +36,7 @@ def read_object(
 ) -> None:
     """Add what one [[object]] table describes."""
     shape = table.text("shape", choices=SHAPES)
-    keys = ("path",) if shape == "mesh" else FORM_KEYS[shape]
+    keys = ("path", "normals") if shape == "mesh" else FORM_KEYS[shape]
     table.allow(*_COMMON, *keys)
     material = _material(table, material_of_name)
     name = table.text("name", shape)
@@ -132,10 +133,11 @@ def _model_parts(
 ) -> list[SceneObject]:
     """Return the objects of a model file, with `material` in place of its own."""
     path = file_beside(table, "path", file)
-    key = ("model", str(path), material)
+    normals = table.text("normals", choices=NORMALS) if "normals" in table else None
+    key = ("model", str(path), material, normals)
     known = builder.models.get(key)
     if known is None:
-        known = read_model(path, table.where("path")).add_to(builder, material)
+        known = read_model(path, table.where("path"), normals).add_to(builder, material)
         builder.models[key] = known
     return known
 

@@ -1,0 +1,70 @@
+"""Which axis of a scan points up: its format does not say."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+
+from ssdo_gl import math3d
+from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.mesh import Mesh, SceneObject
+
+_AXES = {"y": 1, "z": 2}
+# What lies within this share of the height from the bottom, and faces down, is a foot.
+_FOOT_HEIGHT, _FACES_DOWN = 0.02, 0.9
+# Share of the bounding box' floor by which one foot must exceed the other to tell.
+_CLEARLY = 0.05
+# A plate that things stand on is where the coordinate is 0.
+_ON_PLATE = 1e-3
+
+
+def guessed_up(meshes: Sequence[Mesh], usual: str) -> tuple[str, str]:
+    """Return the axis, y or z, that points up, and what tells.
+
+    The axis at whose low end the larger flat foot is; or the one whose coordinate begins at
+    0 while the other's does not; of parts (`usual` z) the one that they are thin along;
+    else `usual`, that of the format.
+    """
+    points = np.concatenate([mesh.positions[mesh.triangles].reshape(-1, 3) for mesh in meshes])
+    low, high = points.min(axis=0), points.max(axis=0)
+    feet = {name: _foot(meshes, axis, low, high) for name, axis in _AXES.items()}
+    for name, other in (("y", "z"), ("z", "y")):
+        if feet[name] > feet[other] + _CLEARLY:
+            return name, "its flat foot"
+    on_plate = {
+        name: abs(low[axis]) <= _ON_PLATE * (high[axis] - low[axis]) for name, axis in _AXES.items()
+    }
+    for name, other in (("y", "z"), ("z", "y")):
+        if on_plate[name] and not on_plate[other]:
+            return name, f"it stands on {name} = 0"
+    extent = dict(zip("xyz", high - low, strict=True))
+    thinnest = min(extent, key=lambda name: extent[name])
+    if usual == "z" and thinnest != "x" and 2.5 * extent[thinnest] < np.median([*extent.values()]):
+        return thinnest, "it is flat"
+    return usual, "the custom of its format"
+
+
+def _foot(meshes: Sequence[Mesh], axis: int, low: FloatArray, high: FloatArray) -> float:
+    """Return which share of the box' low side is covered by what faces it."""
+    extent = high - low
+    area = 0.0
+    for mesh in meshes:
+        corners = mesh.positions[mesh.triangles]
+        cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        doubled = np.linalg.norm(cross, axis=1)
+        at_bottom = (corners[:, :, axis] <= low[axis] + _FOOT_HEIGHT * extent[axis]).all(axis=1)
+        faces_down = -cross[:, axis] > _FACES_DOWN * doubled
+        area += 0.5 * float(doubled[at_bottom & faces_down].sum())
+    floor = float(np.prod(np.delete(extent, axis)))
+    return area / floor if floor > 0.0 else 0.0
+
+
+def turned_up(objects: Sequence[SceneObject]) -> list[SceneObject]:
+    """Return objects that stand on z, as ones that stand on y."""
+    turn = math3d.rotation_euler((-90.0, 0.0, 0.0))
+    return [
+        dataclasses.replace(item, world_from_object=turn @ item.world_from_object)
+        for item in objects
+    ]

@@ -1,0 +1,93 @@
+"""Scans stand upright and are smooth, unless one asks for something else."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ssdo_gl.cli import main
+from ssdo_gl.scene import shapes
+from ssdo_gl.scene.load import load_scene
+from ssdo_gl.scene.mesh import Mesh
+
+
+def stl(mesh: Mesh) -> bytes:
+    rows = np.zeros(
+        len(mesh.triangles), dtype=[("n", "<f4", 3), ("c", "<f4", (3, 3)), ("a", "<u2")]
+    )
+    rows["c"] = mesh.positions[mesh.triangles]
+    return bytes(80) + np.uint32(len(rows)).tobytes() + rows.tobytes()
+
+
+def off(mesh: Mesh) -> str:
+    lines = [f"OFF\n{len(mesh.positions)} {len(mesh.triangles)} 0"]
+    lines += [" ".join(map(str, p)) for p in mesh.positions.tolist()]
+    lines += [f"3 {a} {b} {c}" for a, b, c in mesh.triangles.tolist()]
+    return "\n".join(lines) + "\n"
+
+
+@pytest.fixture
+def cone(tmp_path: Path) -> Path:
+    """Return a cone that stands on the plane z = 0."""
+    path = tmp_path / "cone.stl"
+    path.write_bytes(stl(shapes.cone(24)))
+    return path
+
+
+def test_a_cone_on_the_plane_z_stands_upright(cone: Path) -> None:
+    scene = load_scene(cone)
+    assert any("up is +z, guessed (its flat foot): --up y turns it" in n for n in scene.notes)
+    for choice, axis in (({}, 1), ({"up": "z"}, 1), ({"up": "y"}, 2)):
+        points = load_scene(cone, **choice)
+        mesh, item = points.meshes[0], points.objects[0]
+        tip = mesh.positions[np.argmax(mesh.positions[:, 2])] @ item.world_from_object[0, :3, :3].T
+        low, high = points.bounds()
+        assert tip[axis] == pytest.approx(high[axis], abs=1e-6) and high[axis] > low[axis]
+
+
+def test_the_y_axis_is_up_where_the_foot_is_there(tmp_path: Path) -> None:
+    box = shapes.cone(24)
+    turned = Mesh(box.positions @ np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0.0]]).T, box.triangles)
+    (tmp_path / "a.stl").write_bytes(stl(turned))
+    assert any("up is +y" in note for note in load_scene(tmp_path / "a.stl").notes)
+
+
+def test_formats_have_customs(tmp_path: Path) -> None:
+    ball = shapes.sphere(16, 0.0, 8.0)
+    (tmp_path / "a.stl").write_bytes(stl(ball))
+    (tmp_path / "a.off").write_text(off(ball))
+    assert any("up is +z" in note for note in load_scene(tmp_path / "a.stl").notes)
+    assert any("up is +y" in note for note in load_scene(tmp_path / "a.off").notes)
+
+
+def test_scans_are_smooth_unless_asked(cone: Path) -> None:
+    assert load_scene(cone).meshes[0].normals is not None
+    for choice in ("flat", "file"):
+        assert load_scene(cone, normals=choice).meshes[0].normals is None
+    flat = load_scene(cone, crease_angle=0.0).meshes[0]
+    assert flat.normals is None
+
+
+def test_other_models_are_as_their_file_is(tmp_path: Path) -> None:
+    path = tmp_path / "a.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 .1\nf 1 2 3\nf 2 4 3\n")
+    assert load_scene(path).meshes[0].normals is None
+    assert load_scene(path, normals="smooth").meshes[0].normals is not None
+
+
+def test_scene_files_say_it_for_each_mesh(cone: Path) -> None:
+    scene = '[[object]]\nshape = "mesh"\npath = "cone.stl"\n'
+    path = cone.with_name("s.toml")
+    for more, is_smooth in (("", True), ('normals = "flat"\n', False)):
+        path.write_text(scene + more)
+        assert (load_scene(path).meshes[0].normals is not None) is is_smooth
+
+
+@pytest.mark.parametrize("flag", [["--up", "z"], ["--normals", "flat"], ["--crease-angle", "9"]])
+def test_a_scene_takes_no_flag_of_models(
+    flag: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["corner", "--explain", *flag]) == 2
+    assert f"{flag[0]} belongs to model files: corner is a scene" in capsys.readouterr().err
