@@ -129,7 +129,8 @@ def test_a_white_picture_of_sixteen_bits_is_not_made_up(glb: GlbWriter, tmp_path
     (tmp_path / "grey.png").write_bytes(stream.getvalue())
     uvs = glb.accessor(np.zeros((3, 2), dtype="<f4"), "VEC2")
     glb.json["meshes"] = [{"primitives": [{**glb.triangle(TEXCOORD_0=uvs), "material": 0}]}]
-    glb.json["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]
+    base = {"baseColorTexture": {"index": 0}, "metallicFactor": 0}
+    glb.json["materials"] = [{"pbrMetallicRoughness": base}]
     glb.json["textures"] = [{"source": 0}]
     glb.json["images"] = [{"uri": "grey.png"}]
     scene = load_scene(glb.save(tmp_path / "a.glb"))

@@ -129,7 +129,7 @@ class Model:
             self._dropped[what] = self._dropped.get(what, 0) + count
 
     def asks_for(self, feature: str, material: str) -> None:
-        """Remember that `material` wants something beyond diffuse reflection."""
+        """Remember that `material` wants something that is not drawn."""
         users = self._beyond.setdefault(feature, [])
         if material not in users:
             users.append(material)
@@ -147,7 +147,7 @@ class Model:
             listed = "; ".join(
                 f"{feature} ({_some(users)})" for feature, users in self._beyond.items()
             )
-            result.append(f"reflection is diffuse only; not drawn: {listed}")
+            result.append(f"drawn as the material beneath, without: {listed}")
         return result
 
     def add_to(self, builder: SceneBuilder, material: int | None = None) -> list[SceneObject]:

@@ -74,22 +74,14 @@ def test_blend_is_opaque_and_said_so_once(glb, tmp_path: Path) -> None:
     assert sum("alpha blending, drawn opaque (glass)" in note for note in scene.notes) == 1
 
 
-def test_what_goes_beyond_diffuse_is_listed_once(glb, tmp_path: Path) -> None:
-    glb.json["materials"] = [
-        {
-            "name": name,
-            "normalTexture": {"index": 0},
-            "pbrMetallicRoughness": {"metallicFactor": 0.5},
-            "extensions": {"KHR_materials_transmission": {}},
-        }
-        for name in "abcde"
-    ]
+def test_layers_that_are_not_drawn_are_listed_once(glb, tmp_path: Path) -> None:
+    extensions = {"KHR_materials_transmission": {}, "KHR_materials_clearcoat": {}}
+    glb.json["materials"] = [{"name": name, "extensions": extensions} for name in "abcde"]
     primitives = [{**glb.triangle(), "material": index} for index in range(5)]
     glb.json["meshes"] = [{"primitives": primitives}]
-    (note,) = [note for note in load(glb, tmp_path).notes if "diffuse only" in note]
-    assert "metal (a, b, c and 2 more)" in note
-    assert "normal maps" in note
-    assert "transmission" in note
+    (note,) = [note for note in load(glb, tmp_path).notes if "material beneath" in note]
+    assert "transmission (a, b, c and 2 more)" in note
+    assert "clear coats (a, b, c and 2 more)" in note
 
 
 def test_a_mesh_without_normals_has_none(glb, tmp_path: Path) -> None:

@@ -16,8 +16,9 @@ import numpy as np
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.flattened import thickened, with_area
 from ssdo_gl.scene.formats.gltf.animation import read_channels
-from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json, numbers, shown
+from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json, numbers
 from ssdo_gl.scene.formats.gltf.draco import unpack
+from ssdo_gl.scene.formats.gltf.extensions import check_extensions
 from ssdo_gl.scene.formats.gltf.geometry import read_shape
 from ssdo_gl.scene.formats.gltf.gltf_materials import MaterialReader
 from ssdo_gl.scene.formats.gltf.nodes import NodeTree, matrices_of
@@ -28,22 +29,6 @@ from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.mesh import MAX_INSTANCES, SceneObject
 from ssdo_gl.scene.scene import SceneError
 
-# Extensions that a file may declare as required; all others that a file requires
-# change its geometry in ways not read here.
-_UNDERSTOOD = {
-    "KHR_lights_punctual",
-    "KHR_materials_emissive_strength",
-    "KHR_texture_transform",
-    "KHR_mesh_quantization",
-    "EXT_mesh_gpu_instancing",
-    "EXT_texture_webp",
-    "KHR_texture_basisu",
-    "KHR_node_visibility",
-    "KHR_draco_mesh_compression",
-    "EXT_meshopt_compression",
-    "KHR_meshopt_compression",
-    "MSFT_texture_dds",
-}
 _UNDRAWN = {
     0: "points are not drawn",
     1: "lines are not drawn",
@@ -75,7 +60,7 @@ def read_gltf(path: Path, where: str) -> Model:
         # Numbers that overflow on the way are refused or dropped where they end up.
         with np.errstate(all="ignore"):
             document = Document.load(path, where)
-            _check_extensions(document)
+            check_extensions(document)
             return _Reader(document).read()
     except SceneError:
         raise
@@ -86,12 +71,6 @@ def read_gltf(path: Path, where: str) -> Model:
         raise SceneError(
             f"{where}: not valid glTF: {type(error).__name__.removesuffix('Error')} {reason}"
         ) from None
-
-
-def _check_extensions(document: Document) -> None:
-    for name in document.json.get("extensionsRequired", []):
-        if name not in _UNDERSTOOD and not name.startswith("KHR_materials_"):
-            raise GltfError(f"requires the extension {shown(name)}, which is not supported")
 
 
 class _Reader:
@@ -222,8 +201,8 @@ class _Reader:
 
     def _add_primitive(self, primitive: Json, poses: Poses, name: str) -> tuple[int, int] | None:
         material = self.materials.read(primitive.get("material"))
-        glow = material.emission_uvs
-        sets = material.uvs.uv_set, None if glow is None else glow.uv_set
+        second = material.second_uvs
+        sets = material.uvs.uv_set, None if second is None else second.uv_set
         unpack(self.document, primitive)
         shape = read_shape(self.document, primitive, sets, poses.is_morphed())
         if shape is None:
@@ -240,9 +219,9 @@ class _Reader:
                 None if shape.uvs is None else material.uvs.transformed(shape.uvs),
                 shape.colors,
                 name,
-                # Without coordinates of their own, those of the base colour have to do.
-                glow.transformed(shape.emission_uvs)
-                if glow and shape.uvs is not None and shape.emission_uvs is not None
+                # Without coordinates of their own, the first have to do.
+                second.transformed(shape.emission_uvs)
+                if second and shape.uvs is not None and shape.emission_uvs is not None
                 else None,
                 functools.partial(poses.of, shape) if poses.moves(shape) else None,
             )
