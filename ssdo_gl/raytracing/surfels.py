@@ -108,13 +108,16 @@ class Surfels:
         """Number of surfels."""
         return len(self.positions)
 
-    def lines(self, chosen: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Return starts and unit directions (N, 16, 3) of the lines, forwards, then backwards."""
+    def lines(self, chosen: IntArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return starts, unit directions (N, 16, 3) and lengths (N, 16) of the lines.
+
+        First all forwards, then all backwards.
+        """
         first, last = (self.ends[chosen, i::2].astype(np.float64) for i in (0, 1))
         starts = np.concatenate([first, last], axis=1)
         along = np.concatenate([last, first], axis=1) - starts
-        length = np.linalg.norm(along, axis=-1, keepdims=True)
-        return starts, along / np.maximum(length, np.finfo(np.float64).tiny)
+        length = np.linalg.norm(along, axis=-1)
+        return starts, along / np.maximum(length, np.finfo(np.float64).tiny)[..., None], length
 
 
 @dataclass(frozen=True, eq=False)

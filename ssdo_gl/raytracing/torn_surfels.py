@@ -21,8 +21,6 @@ from ssdo_gl.raytracing.triangles import SceneTriangles
 
 # What a line meets that is parallel to the surfel, within 8 degrees, does not stand on it.
 PARALLEL_COSINE = 0.99
-# Of a line's free part, where rays start if no point of the surfel lies on its side.
-FREE_SHARE = 0.5
 NOTHING_MET = 0xFFFFFFFF
 
 
@@ -105,49 +103,112 @@ def torn(
         Surfels in all; further ones stay in one part.
     """
     triangle = bvh.primitive_triangles.reshape(-1)[np.where(met == NOTHING_MET, 0, met)]
+    face = _face_normals(bvh.triangles, triangle)
     is_wall = met != NOTHING_MET
-    facing = np.abs(np.einsum("slk,sk->sl", _face_normals(bvh)[triangle], surfels.looks))
-    is_wall &= facing < PARALLEL_COSINE
+    is_wall &= np.abs(np.einsum("slk,sk->sl", face, surfels.looks)) < PARALLEL_COSINE
     half = met.shape[1] // 2
     chosen = np.flatnonzero(is_wall[:, :half].any(axis=1) & is_wall[:, half:].any(axis=1))
     chosen = chosen[: max(most - surfels.count, 0)]
-    starts, along = surfels.lines(chosen)
-    free = starts + (FREE_SHARE * distances[chosen])[..., None] * along
-    sides = []
+    met, triangle, is_wall = met[chosen], triangle[chosen], is_wall[chosen]
+    face = face[chosen]
+    lines = _Lines(surfels, chosen, np.where(is_wall, distances[chosen], np.inf))
+    from_behind = is_wall & bvh.triangles.solid[triangle]
+    from_behind &= np.einsum("slk,slk->sl", face, lines.along) > 0.0
+    own = surfels.positions[chosen].astype(np.float64)
+    bearers = surfels.sources[chosen]
+    candidates = np.concatenate([own, lines.ends_of_parts()], axis=1)
+    bearers = np.concatenate([bearers, np.repeat(bearers[:, :1], 3 * half, axis=1)], axis=1)
+    is_open = np.concatenate([lines.shows(own, from_behind), lines.open_parts(from_behind)], axis=1)
+    walls = []
     for part in (slice(None, half), slice(half, None)):
-        walls = is_wall[chosen, part]
-        line = (np.arange(len(chosen)), _most_frequent(np.where(walls, met[chosen, part], -1)))
-        wall = triangle[chosen, part][line]
-        normal = _face_normals(bvh)[wall]
+        line = (np.arange(len(chosen)), _most_frequent(np.where(is_wall, met, -1)[:, part]))
+        normal = face[:, part][line]
         # In front of the wall is where the line came from.
-        away = np.einsum("sk,sk->s", normal, along[:, part][line]) > 0.0
+        away = np.einsum("sk,sk->s", normal, lines.along[:, part][line]) > 0.0
         normal = np.where(away[:, None], -normal, normal)
-        reach = np.einsum("sk,sk->s", normal, bvh.triangles.positions[wall, 0].astype(np.float64))
-        candidates = np.concatenate([surfels.positions[chosen], free[:, part]], axis=1)
-        usable = np.concatenate([np.ones((len(chosen), POINT_COUNT), dtype=bool), walls], axis=1)
-        usable &= np.einsum("spk,sk->sp", candidates, normal) > reach[:, None]
-        plane = np.concatenate([normal, reach[:, None]], axis=1)
-        own = surfels.sources[chosen]
-        bearers = np.concatenate([own, np.repeat(own[:, :1], half, axis=1)], axis=1)
-        sides.append((plane, *_filled(candidates, bearers, usable)))
-    positions = np.concatenate([surfels.positions, sides[1][1].astype(np.float32)])
-    positions[chosen] = sides[0][1]
+        corner = bvh.triangles.positions[triangle[:, part][line], 0].astype(np.float64)
+        reach = np.einsum("sk,sk->s", normal, corner)
+        height = np.einsum("spk,sk->sp", candidates, normal) - reach[:, None]
+        walls.append(
+            (np.concatenate([normal, reach[:, None]], axis=1), height, from_behind[:, part][line])
+        )
+    (plane, height, is_covered), (_, other_height, other_is_covered) = walls
+    # Between two bodies is what lies behind both walls; else the second part is what lies
+    # before the second wall, and nothing in between shows.
+    is_gap = (is_covered & other_is_covered)[:, None]
+    parts = (height > 0.0, np.where(is_gap, height < 0.0, other_height > 0.0))
+    sides = [_filled(candidates, bearers, part, is_open) for part in parts]
+    positions = np.concatenate([surfels.positions, sides[1][0].astype(np.float32)])
+    positions[chosen] = sides[0][0]
     planes = np.zeros((len(positions), 4), dtype=np.float32)
-    planes[chosen] = sides[0][0]
+    planes[chosen] = plane
     others = np.zeros(len(positions), dtype=np.int64)
     others[chosen] = surfels.count + np.arange(len(chosen))
     normals, sources = (
         np.concatenate([array, array[chosen]]) for array in (surfels.normals, surfels.sources)
     )
     # What lies on a line lies in the plane of any triangle of the surfel.
-    sources[chosen], sources[surfels.count :] = sides[0][2], sides[1][2]
+    sources[chosen], sources[surfels.count :] = sides[0][1], sides[1][1]
     return TornSurfels(positions, normals, sources, surfels.places, bvh.triangles, planes, others)
 
 
-def _face_normals(bvh: Bvh) -> FloatArray:
-    corners = bvh.triangles.positions.astype(np.float64)
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return np.asarray(normals / np.linalg.norm(normals, axis=1, keepdims=True))
+class _Lines:
+    """Eight lines across each of N surfels: how far each is free from both of its ends.
+
+    Two halves, forwards and backwards, as in `torn`; `distances` are infinite where nothing
+    is met.
+    """
+
+    def __init__(self, surfels: Surfels, chosen: IntArray, distances: FloatArray) -> None:
+        self.starts, self.along, length = surfels.lines(chosen)
+        self.half = distances.shape[1] // 2
+        self.length = length[:, : self.half]
+        free = np.minimum(distances, length)
+        # Along the forward line: up to where, and from where, nothing stands.
+        self.leaves, self.returns = free[:, : self.half], self.length - free[:, self.half :]
+        self.is_free = ~np.isfinite(distances[:, : self.half])
+
+    def ends_of_parts(self) -> FloatArray:
+        """Return the middle of what is free at the start, at the end and in between, (N, 24, 3)."""
+        middles = (self.leaves, self.returns + self.length, self.leaves + self.returns)
+        first, along = self.starts[:, : self.half], self.along[:, : self.half]
+        return np.concatenate([first + 0.5 * t[..., None] * along for t in middles], axis=1)
+
+    def open_parts(self, from_behind: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Return which of `ends_of_parts` show, (N, 24).
+
+        A line that meets a body from behind began inside of it.
+        """
+        first, last = from_behind[:, : self.half], from_behind[:, self.half :]
+        between = first & last & (self.returns > self.leaves)
+        met = ~self.is_free
+        return np.concatenate([met & ~first, met & ~last, between], axis=1)
+
+    def shows(self, points: FloatArray, from_behind: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Return which points (N, 16, 3) are not covered, by the nearest line either way."""
+        first, last = from_behind[:, : self.half], from_behind[:, self.half :]
+        to_point = points[:, :, None] - self.starts[:, None, : self.half]
+        at = np.einsum("splk,slk->spl", to_point, self.along[:, : self.half])
+        off = np.einsum("splk,splk->spl", to_point, to_point) - at**2
+        is_open = np.where(
+            at < self.leaves[:, None],
+            ~first[:, None],
+            np.where(at > self.returns[:, None], ~last[:, None], (first & last)[:, None]),
+        )
+        is_open |= self.is_free[:, None]
+        quarter = self.half // 2
+        ways = [
+            np.take_along_axis(is_open[..., way], np.argmin(off[..., way], axis=2)[..., None], 2)
+            for way in (slice(None, quarter), slice(quarter, None))
+        ]
+        return np.asarray((ways[0] | ways[1])[..., 0])
+
+
+def _face_normals(triangles: SceneTriangles, chosen: IntArray) -> FloatArray:
+    """Return unit normals (..., 3) of some triangles (...)."""
+    a, b, c = np.moveaxis(triangles.positions[chosen].astype(np.float64), -2, 0)
+    normals = np.cross(b - a, c - a)
+    return np.asarray(normals / np.linalg.norm(normals, axis=-1, keepdims=True))
 
 
 def _most_frequent(walls: IntArray) -> IntArray:
@@ -157,11 +218,19 @@ def _most_frequent(walls: IntArray) -> IntArray:
 
 
 def _filled(
-    candidates: FloatArray, sources: IntArray, usable: NDArray[np.bool_]
+    candidates: FloatArray,
+    sources: IntArray,
+    belongs: NDArray[np.bool_],
+    is_open: NDArray[np.bool_],
 ) -> tuple[FloatArray, IntArray]:
-    """Return for each row of candidates as many as a surfel has points, usable ones in turn."""
-    order = np.argsort(~usable, axis=1, kind="stable")
-    count = np.maximum(usable.sum(axis=1), 1)
+    """Return for each row of candidates as many as a surfel has points, the best in turn.
+
+    The best are those that belong to the part and are not covered; if there is none, those
+    that belong to it.
+    """
+    rank = np.where(belongs, np.where(is_open, 0, 1), 2)
+    order = np.argsort(rank, axis=1, kind="stable")
+    count = (rank == rank.min(axis=1, keepdims=True)).sum(axis=1)
     turn = np.arange(POINT_COUNT) % count[:, None]
     chosen = np.take_along_axis(order, turn, axis=1)
     at = np.take_along_axis(candidates, chosen[..., None], axis=1)

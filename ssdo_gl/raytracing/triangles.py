@@ -32,8 +32,9 @@ class SceneTriangles:
         Vertex colours; 1 where the mesh has none.
     material, light : ndarray, shape (T,), int64
         Index into Scene.materials; into Scene.lights, or -1 if no light's body.
-    smooth, single_sided : ndarray, shape (T,), bool
-        Whether the mesh brought normals; whether rays from behind pass.
+    smooth, single_sided, solid : ndarray, shape (T,), bool
+        Whether the mesh brought normals; whether rays from behind pass; whether the mesh
+        encloses what is behind the triangle.
     centre : ndarray, shape (3,), float64
         World-space origin of the frame.
     half_diagonal : float
@@ -50,6 +51,7 @@ class SceneTriangles:
     light: IntArray
     smooth: NDArray[np.bool_]
     single_sided: NDArray[np.bool_]
+    solid: NDArray[np.bool_]
     centre: FloatArray
     half_diagonal: float
     emission_uvs: FloatArray | None = None
@@ -76,8 +78,8 @@ def scene_triangles(scene: Scene) -> SceneTriangles:
         for item in scene.objects
         if len(item.world_from_object)
     ]
-    positions, normals, uvs, colors, glow, material, light, smooth, single_sided = (
-        np.concatenate([part[i] for part in parts]) for i in range(9)
+    positions, normals, uvs, colors, glow, material, light, smooth, single_sided, solid = (
+        np.concatenate([part[i] for part in parts]) for i in range(10)
     )
     positions_ns = positions.astype(np.float32)
     keep = _have_area(positions_ns)
@@ -90,6 +92,7 @@ def scene_triangles(scene: Scene) -> SceneTriangles:
         light[keep],
         smooth[keep],
         single_sided[keep],
+        solid[keep],
         centre,
         half_diagonal,
         glow[keep] if two_sets else None,
@@ -118,7 +121,7 @@ def _have_area(positions: NDArray[np.float32]) -> NDArray[np.bool_]:
 def _instances(
     scene: Scene, item: SceneObject, centre: FloatArray, half_diagonal: float, two_sets: bool
 ) -> tuple[NDArray[Any], ...]:
-    """Return the nine per-triangle arrays of all instances of one object.
+    """Return the ten per-triangle arrays of all instances of one object.
 
     With `two_sets` the fifth holds texture coordinates of emission; else it has no columns.
     """
@@ -154,6 +157,7 @@ def _instances(
         np.full(total, -1 if item.light is None else item.light),
         np.full(total, mesh.normals is not None),
         np.full(total, scene.materials[item.material].single_sided and not mesh.is_solid),
+        np.full(total, mesh.is_solid),
     )
 
 

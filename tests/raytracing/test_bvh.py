@@ -64,6 +64,7 @@ def triangles_of(positions: NDArray[np.float32]) -> SceneTriangles:
         zeros - 1,
         zeros > 0,
         zeros > 0,
+        zeros > 0,
         np.zeros(3),
         1.0,
     )
