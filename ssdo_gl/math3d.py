@@ -123,6 +123,22 @@ def perspective(tan_half_fov: tuple[float, float], near: float, far: float) -> F
     return matrix
 
 
+def orthographic(half_frame: tuple[float, float], near: float, far: float) -> FloatArray:
+    """Return the (4, 4) projection clip_from_view of parallel rays (z in -1..1, w = 1).
+
+    Parameters
+    ----------
+    half_frame : (float, float)
+        Half the width and half the height of what the frame shows.
+    near, far : float
+        Distances along the view axis, scene units, near < far.
+    """
+    depth = far - near
+    matrix = np.diag([1.0 / half_frame[0], 1.0 / half_frame[1], -2.0 / depth, 1.0])
+    matrix[2, 3] = -(far + near) / depth
+    return matrix
+
+
 def transform_points(matrix: FloatArray, points: ArrayLike) -> FloatArray:
     """Return `points` (..., 3) moved by the affine `matrix` (4, 4)."""
     array = np.asarray(points, dtype=np.float64)

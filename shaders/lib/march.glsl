@@ -1,8 +1,9 @@
 // Looking for the first surface along a ray, in several steps across the picture.
 //
 // The step at fraction s of a projected segment lies at pixel p(s) = p0 + s (p1 - p0),
-// and its inverse depth is linear in s too: 1 / z(s) = 1 / z0 + s (1 / z1 - 1 / z0).
-// So `z(s) > z_Q` is tested as z_Q / z(s) < 1, without a division per step.
+// and its nearness is linear in s too; that of a pinhole camera is the inverse depth:
+// 1 / z(s) = 1 / z0 + s (1 / z1 - 1 / z0). So `z(s) > z_Q` is tested as z_Q / z(s) < 1,
+// without a division per step.
 //
 // A step stands for the stretch of the ray around it: it counts as inside a solid also if
 // the ray is in front of the solid, or behind it, but would not be a part of a stride
@@ -27,15 +28,15 @@ const float BORDER_PX = 0.25;
 // the near plane. Beyond that, nothing is known, and unknown means open.
 float distance_in_frame(vec3 p_vs, vec3 w)
 {
-    // In frame: |x / tan - jitter z| <= e z with z = -p.z. Each bound is linear along the
-    // ray: gap + t * rate >= 0, so the ray leaves at gap / -rate if the gap shrinks.
+    // In frame: |place.xy| <= e place.z. Each bound is linear along the ray:
+    // gap + t * rate >= 0, so the ray leaves at gap / -rate if the gap shrinks.
     float z = -p_vs.z;
     float rate_z = -w.z;
     vec2 e = 1.0 - 2.0 * BORDER_PX / u_frame_size_px;
-    vec2 c = p_vs.xy / u_tan_half_fov - u_jitter_ndc * z;
-    vec2 rate_c = w.xy / u_tan_half_fov - u_jitter_ndc * rate_z;
-    vec4 gap = vec4(e * z - c, e * z + c);
-    vec4 rate = vec4(e * rate_z - rate_c, e * rate_z + rate_c);
+    vec3 place = frame_place(p_vs);
+    vec3 change = frame_place_rate(w);
+    vec4 gap = vec4(e * place.z - place.xy, e * place.z + place.xy);
+    vec4 rate = vec4(e * change.z - change.xy, e * change.z + change.xy);
     float far = FAR_REACH * z;
     // Where the gap does not shrink the quotient is not used, whatever it is.
     vec4 leave = mix(vec4(far), gap / -rate, lessThan(rate, vec4(0.0)));
@@ -58,8 +59,8 @@ vec2 px_of_position_vs(vec3 p_vs)
 struct Segment {
     vec2 start_px;
     vec2 across_px;
-    float inv_z0;
-    float inv_z_across;
+    float nearness_0;
+    float nearness_across;
     float length_vs;    // in space, clipped to the frame
 };
 
@@ -68,9 +69,9 @@ Segment segment_of(vec3 p_vs, vec3 w, float reach)
     float clipped = min(reach, distance_in_frame(p_vs, w));
     vec3 end_vs = p_vs + clipped * w;
     vec2 start_px = px_of_position_vs(p_vs);
-    float inv_z0 = -1.0 / p_vs.z;
+    float nearness_0 = nearness(-p_vs.z);
     return Segment(start_px, px_of_position_vs(end_vs) - start_px,
-                   inv_z0, -1.0 / end_vs.z - inv_z0, clipped);
+                   nearness_0, nearness(-end_vs.z) - nearness_0, clipped);
 }
 
 ivec2 texel_on(Segment g, float x)
@@ -78,11 +79,11 @@ ivec2 texel_on(Segment g, float x)
     return ivec2(g.start_px + march_fraction(x) * g.across_px);
 }
 
-// The largest or smallest inverse depth from x - slack to x + slack: one of the ends.
-vec2 inverse_depths(Segment g, float x, float slack)
+// The smallest and largest nearness from x - slack to x + slack: one of the ends each.
+vec2 nearness_around(Segment g, float x, float slack)
 {
-    float a = g.inv_z0 + march_fraction(max(x - slack, 0.0)) * g.inv_z_across;
-    float b = g.inv_z0 + march_fraction(min(x + slack, 1.0)) * g.inv_z_across;
+    float a = g.nearness_0 + march_fraction(max(x - slack, 0.0)) * g.nearness_across;
+    float b = g.nearness_0 + march_fraction(min(x + slack, 1.0)) * g.nearness_across;
     return vec2(min(a, b), max(a, b));
 }
 
@@ -90,10 +91,10 @@ vec2 inverse_depths(Segment g, float x, float slack)
 bool blocks_at(Tangent t, Segment g, ivec2 texel, float x, float stride)
 {
     vec2 solid = solid_at(texel);
-    float farthest = inverse_depths(g, x, u_front_slack * stride).x;
-    float nearest = inverse_depths(g, x, u_back_slack * stride).y;
-    return solid.x > 0.0 && solid.x * farthest < 1.0 && is_above(t, texel, solid.x)
-        && solid_end(t, solid) * nearest > 1.0;
+    float farthest = nearness_around(g, x, u_front_slack * stride).x;
+    float nearest = nearness_around(g, x, u_back_slack * stride).y;
+    return solid.x > 0.0 && is_nearer(solid.x, farthest) && is_above(t, texel, solid.x)
+        && is_farther(solid_end(t, solid), nearest);
 }
 
 // The first surface that blocks the ray from the receiver along the unit vector w within
@@ -133,8 +134,6 @@ Blocker march(Tangent t, vec3 w, float reach, float jitter, int count, int refin
             texel = nearer;
         }
     }
-    // Perspective: the share s of the projected segment is this share of it in space.
     float s = march_fraction(found);
-    float inv_z1 = g.inv_z0 + g.inv_z_across;
-    return Blocker(texel, g.length_vs * s * inv_z1 / (g.inv_z0 + s * g.inv_z_across));
+    return Blocker(texel, length_before(g.length_vs, s, g.nearness_0, g.nearness_across));
 }

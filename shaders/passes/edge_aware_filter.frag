@@ -80,12 +80,10 @@ Centre centre_at(ivec2 texel, float z)
     vec4 normals = texelFetch(t_normals_vs, texel, 0);
     c.shading_code = normals.xy;
     vec3 geometric = oct_decode(normals.zw);
-    vec2 ray_step = 2.0 * u_tan_half_fov / u_frame_size_px;
     // What one pixel of the values covers at this depth.
-    float footprint = z * ray_step.y * float(u_stride);
-    float facing = dot(view_ray_at(uv_of_texel(texel)), geometric);
-    c.rate = vec3(ray_step * geometric.xy, facing) / (u_depth_tolerance * footprint);
-    c.offset = z * c.rate.z;
+    float footprint = pixel_height_at(z) * float(u_stride);
+    c.rate = plane_rate(uv_of_texel(texel), geometric) / (u_depth_tolerance * footprint);
+    c.offset = plane_height(c.rate, vec2(0.0), z);
     return c;
 }
 
@@ -94,7 +92,7 @@ Centre centre_at(ivec2 texel, float z)
 // neither scene units nor the angle of view.
 float same_surface(Centre c, ivec2 texel, float z)
 {
-    float x = z * dot(c.rate, vec3(texel - c.texel, 1.0)) - c.offset;
+    float x = plane_height(c.rate, vec2(texel - c.texel), z) - c.offset;
     float weight = 1.0 / (1.0 + x * x);
     // The tail of 1 / (1 + x^2) is long: cut it off smoothly.
     weight *= weight;

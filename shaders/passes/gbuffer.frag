@@ -154,12 +154,13 @@ void main()
 #if HAS_ALBEDO_IMAGE
     albedo *= texture(t_albedo_image, ALBEDO_UV);
 #endif
-    // clip.w is z, and the rasterizer interpolates 1 / w linearly over the screen.
-    float z = 1.0 / gl_FragCoord.w;
-    vec3 ray = view_ray_at(gl_FragCoord.xy / u_frame_size_px);
+    float z = fragment_z_vs();
+    vec2 uv = gl_FragCoord.xy / u_frame_size_px;
+    vec3 ray = view_ray_at(uv);
 #if HAS_NORMAL_IMAGE
     // Before any pixel of the quad is cut out, while there are differences between them.
-    TangentFrame tangents = tangent_frame(dFdx(ray * z), dFdy(ray * z), dFdx(NORMAL_UV),
+    vec3 position_vs = position_vs_at(uv, z);
+    TangentFrame tangents = tangent_frame(dFdx(position_vs), dFdy(position_vs), dFdx(NORMAL_UV),
                                           dFdy(NORMAL_UV));
 #endif
 #if HAS_ALPHA_CUTOUT
@@ -242,7 +243,7 @@ void main()
 #if HAS_SHADING_NORMALS
     // How far the planes across the corners' normals lie above the triangle: the mean of
     // n . (corner - p), weighted as the normal is.
-    float lift = v_height_vs - dot(ray * z, v_normal_vs);
+    float lift = v_height_vs - dot(position_vs_at(uv, z), v_normal_vs);
     lift = is_turned == is_front ? -lift : lift;
     o_lift_vs = lift > LIFT_ROUNDING * z * length(ray) ? lift : 0.0;
 #endif

@@ -3,6 +3,7 @@
 // a single one; KIND says what its numbers mean (`ssdo_gl/images/display.py` has the names).
 #include "lib/color.glsl"
 #include "lib/octahedral.glsl"
+#include "lib/space.glsl"
 
 uniform sampler2D t_image;
 uniform sampler2D t_z_vs;         // of the same frame, for what is no colour
@@ -10,7 +11,6 @@ uniform float u_weight;           // 1 / frames summed
 uniform int u_first_channel;
 uniform float u_exposure_scale;   // 2^EV
 uniform mat3 u_world_from_view;
-uniform vec2 u_tan_half_fov;
 uniform vec3 u_scene_low_rel_ws;  // bounds of the scene relative to the eye
 uniform vec3 u_scene_high_rel_ws;
 uniform vec2 u_near_far;          // distances between which depth is spread
@@ -45,7 +45,7 @@ void main()
     vec3 normal_vs = oct_decode(texelFetch(t_image, texel, 0).xy);
     vec3 shown = 0.5 + 0.5 * (u_world_from_view * normal_vs);
 #elif KIND == 5
-    vec3 position_vs = vec3((2.0 * v_uv - 1.0) * u_tan_half_fov, -1.0) * z_vs;
+    vec3 position_vs = position_vs_at(v_uv, z_vs);
     vec3 offset_ws = u_world_from_view * position_vs - u_scene_low_rel_ws;
     vec3 size_ws = max(u_scene_high_rel_ws - u_scene_low_rel_ws, vec3(1e-30));
     vec3 shown = FAINTEST + (1.0 - FAINTEST) * clamp(offset_ws / size_ws, 0.0, 1.0);

@@ -14,7 +14,6 @@ from ssdo_gl.effects.request import Request
 from ssdo_gl.gpu.draw_group import Features
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.shader import Program
-from ssdo_gl.graph.depth_range import depth_uniforms, wide_depth_range
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 
@@ -35,11 +34,10 @@ class BackFacesPass(RenderPass):
         """Draw every visible solid, front faces culled."""
         assert context.target is not None
         view = context.frame.view
-        defines = {"WIDE_DEPTH_RANGE": wide_depth_range(view.near, view.far)}
 
         def program_of(features: Features) -> Program:
             return context.shaders.program(
-                "effects/back_faces.vert", "effects/back_faces.frag", defines
+                "effects/back_faces.vert", "effects/back_faces.frag", view.depth_defines()
             )
 
         context.target.use()
@@ -49,7 +47,7 @@ class BackFacesPass(RenderPass):
             view,
             view.clip_from_view,
             program_of,
-            depth_uniforms(view.near, view.far),
+            {**view.uniforms(), **view.depth_uniforms()},
             solids_only=True,
         )
         context.gl.enable_only(moderngl.NOTHING)

@@ -50,13 +50,6 @@ def border_scale(size: int) -> float:
     return size / (size - 2 * BORDER_TEXELS)
 
 
-def parallel_projection(half_size: tuple[float, float], depth: float) -> FloatArray:
-    """Return the (4, 4) clip_from_view of parallel rays, depth 0 to `depth` along -z."""
-    matrix = np.diag([1.0 / half_size[0], 1.0 / half_size[1], -2.0 / depth, 1.0])
-    matrix[2, 3] = -1.0
-    return matrix
-
-
 @dataclass(frozen=True)
 class OwnBody:
     """What a light's map leaves out of the light's own body.
@@ -150,7 +143,7 @@ def _draw_face(
     eye = CameraPose(origin_ws, rotation)
     half_size = (frame.half_size[0] * scale, frame.half_size[1] * scale)
     if frame.is_parallel:
-        clip_from_view = parallel_projection(half_size, frame.depth)
+        clip_from_view = math3d.orthographic(half_size, 0.0, frame.depth)
         near, far = 1.0, 2.0
     else:
         near, far = context.geometry.near_far(eye, half_size, skip_light=own.skip_light)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import hashlib
 import struct
 from collections.abc import Mapping
@@ -27,6 +28,7 @@ __all__ = ["Program", "ShaderError", "ShaderLibrary"]
 
 _NO_DEFINES: Mapping[str, int] = {}
 _NO_CHOICES: Mapping[str, str] = {}
+USUAL_CHOICES: Mapping[str, str] = {"projection": "lib/perspective.glsl"}
 # Files of both stages, defines and choices, sorted.
 _Key = tuple[str, str, tuple[tuple[str, int], ...], tuple[tuple[str, str], ...]]
 _NO_TEXTURES: Mapping[str, moderngl.Texture] = {}
@@ -180,11 +182,19 @@ class ShaderLibrary:
     gl : moderngl.Context
     root : Traversable, optional
         Where the files lie; the shipped shaders if not given.
+    choices : mapping of str to str
+        The file behind each ``#include <name>`` that a program does not choose itself.
     """
 
-    def __init__(self, gl: moderngl.Context, root: Traversable | None = None) -> None:
+    def __init__(
+        self,
+        gl: moderngl.Context,
+        root: Traversable | None = None,
+        choices: Mapping[str, str] = USUAL_CHOICES,
+    ) -> None:
         self._gl = gl
         self._root = resources.folder("shaders") if root is None else root
+        self._choices = choices
         self._by_name: dict[_Key, Program] = {}
         self._by_content: dict[str, Program] = {}
 
@@ -200,7 +210,7 @@ class ShaderLibrary:
         Parameters
         ----------
         choices : mapping of str to str
-            The file behind each ``#include <name>``.
+            The file behind each ``#include <name>``, where it is not the library's.
 
         Raises
         ------
@@ -208,14 +218,15 @@ class ShaderLibrary:
             If a file is missing, does not compile, never mentions a define, or reads
             a varying that the other does not write.
         """
+        chosen = {**self._choices, **choices}
         key = (
             vertex,
             fragment,
             tuple(sorted(defines.items())),
-            tuple(sorted(choices.items())),
+            tuple(sorted(chosen.items())),
         )
         if key not in self._by_name:
-            stages = self._flatten(vertex, fragment, defines, choices)
+            stages = self._flatten(vertex, fragment, defines, chosen)
             self._by_name[key] = Program(self._gl, *stages)
         return self._by_name[key]
 
@@ -232,13 +243,21 @@ class ShaderLibrary:
         self, text: str, defines: Mapping[str, int] = _NO_DEFINES, name: str = "<test>"
     ) -> Program:
         """Return a program whose fragment shader is `text`, under the same rules."""
-        fragment = flatten(name, lambda n: text if n == name else self._read(n), defines)
+        fragment = flatten(
+            name, lambda n: text if n == name else self._read(n), defines, self._choices
+        )
         vertex = flatten("passes/fullscreen.vert", self._read, defines)
         _check(vertex, fragment, defines)
         digest = _digest(vertex, fragment)
         if digest not in self._by_content:
             self._by_content[digest] = Program(self._gl, vertex, fragment)
         return self._by_content[digest]
+
+    def choosing(self, choices: Mapping[str, str]) -> ShaderLibrary:
+        """Return this library, programs shared, with other files behind its includes."""
+        other = copy.copy(self)
+        other._choices = {**self._choices, **choices}
+        return other
 
     def reload(self) -> list[ShaderError]:
         """Compile again what changed on disk, and return what went wrong.

@@ -146,6 +146,7 @@ class Executor:
         facts: dict[str, object] = {}
         timings = []
         self.is_settled = True
+        shaders = self._shaders.choosing(frame.view.choices)
         for index, item in enumerate(plan.order):
             if item.name in stale:
                 if self.before_pass is not None:
@@ -155,7 +156,7 @@ class Executor:
                 target = self._pool.target(list(result.borrowed.values()), depth=item.needs_depth)
                 context = PassContext(
                     gl=self._device.gl,
-                    shaders=self._shaders,
+                    shaders=shaders,
                     geometry=geometry,
                     frame=frame,
                     inputs={name: textures[name] for name in item.reads},

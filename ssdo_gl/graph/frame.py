@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ssdo_gl import math3d
-from ssdo_gl.graph.depth_range import far_plane
+from ssdo_gl.graph.depth_range import depth_uniforms, far_plane, wide_depth_range
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.scene import Scene
 
@@ -25,11 +25,17 @@ class FrameView:
     view_from_world : ndarray, shape (3, 3)
         Rotation only: world transforms are first made relative to `position_ws`.
     tan_half_fov : (float, float)
-        Horizontal and vertical.
+        Horizontal and vertical; 0 if rays are parallel.
     near, far : float
         Clip distances along the view axis, scene units.
     jitter_px : (float, float)
         Sub-pixel shift of the sample position from the pixel centre, pixels.
+    half_frame : (float, float)
+        Half of what the frame of parallel rays shows, scene units; else 0.
+    depth_offset : float
+        What to add to depths from `position_ws` for those from the camera. Where along
+        its rays the eye of a parallel view stands is free: it is put a frame's height
+        before what is nearest, so that no precision is lost on the way there.
     """
 
     size: tuple[int, int]
@@ -39,6 +45,19 @@ class FrameView:
     near: float
     far: float
     jitter_px: tuple[float, float] = (0.0, 0.0)
+    half_frame: tuple[float, float] = (0.0, 0.0)
+    depth_offset: float = 0.0
+
+    @property
+    def is_orthographic(self) -> bool:
+        """Whether rays are parallel."""
+        return self.half_frame[1] > 0.0
+
+    @property
+    def choices(self) -> Mapping[str, str]:
+        """The files behind includes of shaders that look through this view."""
+        name = "orthographic" if self.is_orthographic else "perspective"
+        return {"projection": f"lib/{name}.glsl"}
 
     @property
     def jitter_ndc(self) -> tuple[float, float]:
@@ -48,20 +67,36 @@ class FrameView:
     @property
     def clip_from_view(self) -> FloatArray:
         """The (4, 4) projection, jitter included."""
-        matrix = math3d.perspective(self.tan_half_fov, self.near, far_plane(self.far))
-        # A ray through ndc + jitter must land on the pixel centre at ndc.
-        # clip.w = -z, so subtracting jitter * w means adding it to the z column.
-        matrix[0, 2] += self.jitter_ndc[0]
-        matrix[1, 2] += self.jitter_ndc[1]
+        # A ray through ndc + jitter must land on the pixel centre at ndc: jitter * w is
+        # subtracted, where w is -z or 1.
+        if self.is_orthographic:
+            matrix = math3d.orthographic(self.half_frame, self.near, self.far)
+            matrix[:2, 3] -= self.jitter_ndc
+        else:
+            matrix = math3d.perspective(self.tan_half_fov, self.near, far_plane(self.far))
+            matrix[:2, 2] += self.jitter_ndc
         return matrix
 
     def uniforms(self) -> dict[str, object]:
         """Return the uniforms that `shaders/lib/space.glsl` declares."""
-        return {
-            "u_tan_half_fov": self.tan_half_fov,
+        common = {
             "u_jitter_ndc": self.jitter_ndc,
             "u_frame_size_px": tuple(float(n) for n in self.size),
         }
+        if self.is_orthographic:
+            near_depth = (self.near, self.far - self.near)
+            return {**common, "u_half_frame_vs": self.half_frame, "u_near_depth_vs": near_depth}
+        return {**common, "u_tan_half_fov": self.tan_half_fov}
+
+    def depth_defines(self) -> dict[str, int]:
+        """Return the defines of `shaders/lib/depth_test.glsl`."""
+        # The depth of parallel rays is linear, and as fine everywhere.
+        is_wide = not self.is_orthographic and wide_depth_range(self.near, self.far)
+        return {"WIDE_DEPTH_RANGE": int(is_wide)}
+
+    def depth_uniforms(self) -> dict[str, object]:
+        """Return the uniforms of `shaders/lib/depth_test.glsl`."""
+        return {} if self.is_orthographic else depth_uniforms(self.near, self.far)
 
     def key(self) -> Hashable:
         """Return a value that is equal exactly when the view is the same."""
@@ -70,6 +105,7 @@ class FrameView:
             self.position_ws.tobytes(),
             self.view_from_world.tobytes(),
             self.tan_half_fov,
+            self.half_frame,
             self.near,
             self.far,
             self.jitter_px,

@@ -9,7 +9,6 @@ import moderngl
 
 from ssdo_gl.gpu.draw_group import Features
 from ssdo_gl.gpu.shader import Program
-from ssdo_gl.graph.depth_range import depth_uniforms, wide_depth_range
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
@@ -26,7 +25,7 @@ GBUFFER_IMAGES: Mapping[str, tuple[str, int]] = {
 
 def uniforms(frame: Frame) -> dict[str, object]:
     """Return the uniforms of ``passes/gbuffer.frag``."""
-    return {**frame.view.uniforms(), **depth_uniforms(frame.view.near, frame.view.far)}
+    return {**frame.view.uniforms(), **frame.view.depth_uniforms()}
 
 
 class GBufferPass(RenderPass):
@@ -82,8 +81,7 @@ class GBufferPass(RenderPass):
         view = context.frame.view
 
         def program_of(features: Features) -> Program:
-            defines = {**features.defines(), **self._defines}
-            defines["WIDE_DEPTH_RANGE"] = wide_depth_range(view.near, view.far)
+            defines = {**features.defines(), **self._defines, **view.depth_defines()}
             return context.shaders.program("passes/gbuffer.vert", "passes/gbuffer.frag", defines)
 
         context.gl.enable_only(moderngl.DEPTH_TEST)

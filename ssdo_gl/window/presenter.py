@@ -143,7 +143,7 @@ class Presenter:
         assert self.picture is not None and image.drawing is not None
         view = image.drawing.view
         defines = {"KIND": int(kind), "TONE_CURVE": int(curve == "aces")}
-        program = self._shaders.fullscreen("window/present.frag", defines)
+        program = self._shaders.fullscreen("window/present.frag", defines, view.choices)
         plane, texture = self._plane(image)
         program.set(
             {
@@ -151,7 +151,7 @@ class Presenter:
                 "u_first_channel": plane.first_channel,
                 "u_exposure_scale": 2.0**exposure,
                 "u_world_from_view": view.view_from_world.T,
-                "u_tan_half_fov": view.tan_half_fov,
+                **view.uniforms(),
                 # In float64, because float32 cannot tell a room at 1e5 from its corner.
                 "u_scene_low_rel_ws": bounds[0] - view.position_ws,
                 "u_scene_high_rel_ws": bounds[1] - view.position_ws,

@@ -33,6 +33,8 @@ STAGES = [name for name in FILES if name not in LIBRARIES]
 # Cut-outs remove the surface itself, so nothing may be written there.
 MAY_DISCARD = {"passes/gbuffer.frag", "effects/shadow_map.frag", "effects/back_faces.frag"}
 
+PROJECTIONS = [{"projection": f"lib/{name}.glsl"} for name in ("perspective", "orthographic")]
+
 _MACRO = re.compile(r"^\s*#\s*define\s+(\w+)(?:\s+(-?\d+)\s*$)?", re.MULTILINE)
 _CONDITION = re.compile(r"^\s*#\s*(?:el)?if\s+(.*)$", re.MULTILINE)
 _CONSTANT = re.compile(r"\bconst\s+\w+\s+(\w+)")
@@ -47,12 +49,13 @@ def read(name: str) -> str:
 
 
 def choices_of(name: str) -> list[dict[str, str]]:
-    """Return the sets of files that may stand behind ``#include <estimator>`` in a shader."""
+    """Return the sets of files that may stand behind the ``#include <name>`` of a shader."""
     # Those of mere visibility cannot say what light a blocker sends.
     needs_light = name in ("effects/bounce.frag", "effects/directional.frag")
     able = [e for e in ESTIMATORS.values() if e.gives_light or not needs_light]
     takes_one = '#include "lib/estimator.glsl"' in read(name)
-    return [dict(estimator.choices) for estimator in able] if takes_one else [{}]
+    estimators = [dict(estimator.choices) for estimator in able] if takes_one else [{}]
+    return [estimator | projection for projection in PROJECTIONS for estimator in estimators]
 
 
 def unchecked(name: str, choices: dict[str, str] | None = None) -> str:

@@ -1,0 +1,96 @@
+// Rays that all come from one point, the eye: the usual `#include <projection>`.
+// lib/orthographic.glsl defines the same for parallel rays.
+
+uniform vec2 u_tan_half_fov;   // tangents of half the (horizontal, vertical) field of view
+
+// Direction through `uv`, scaled to reach depth 1: (x, y, -1), not unit length.
+vec3 view_ray_at(vec2 uv)
+{
+    return vec3((2.0 * uv - 1.0 + u_jitter_ndc) * u_tan_half_fov, -1.0);
+}
+
+vec3 position_vs_at(vec2 uv, float z)
+{
+    return view_ray_at(uv) * z;
+}
+
+// dot(position_vs_at(uv, z), n) is plane_height(plane_rate(near_uv, n), texels, z), where `uv`
+// is so many texels from `near_uv`.
+vec3 plane_rate(vec2 near_uv, vec3 n)
+{
+    vec2 ray_step = 2.0 * u_tan_half_fov / u_frame_size_px;
+    return vec3(ray_step * n.xy, dot(view_ray_at(near_uv), n));
+}
+
+float plane_height(vec3 rate, vec2 texels, float z)
+{
+    return z * dot(rate, vec3(texels, 1.0));
+}
+
+// Inverse of position_vs_at. Only points in front of the camera (p_vs.z < 0) have a
+// place in the frame; the caller rules out the others.
+vec2 uv_of_position_vs(vec3 p_vs)
+{
+    return (p_vs.xy / (-p_vs.z * u_tan_half_fov) - u_jitter_ndc) * 0.5 + 0.5;
+}
+
+// Depth of the fragment: clip.w is z, and the rasterizer interpolates 1 / w linearly.
+float fragment_z_vs()
+{
+    return 1.0 / gl_FragCoord.w;
+}
+
+// How much of space the frame shows at depth z, from its lower to its upper edge.
+float frame_height_at(float z)
+{
+    return z * 2.0 * u_tan_half_fov.y;
+}
+
+// What one pixel of the full resolution covers at depth z.
+float pixel_height_at(float z)
+{
+    return z * (2.0 * u_tan_half_fov.y / u_frame_size_px.y);
+}
+
+// Unit direction in which the camera sees what lies `from_eye` of it; `ahead` is its axis.
+// Both in the same frame, whichever that is.
+vec3 viewing_direction(vec3 from_eye, vec3 ahead)
+{
+    return from_eye / max(length(from_eye), 1e-30);
+}
+
+// Linear in p: xy is between -z and z where p is in the frame.
+vec3 frame_place(vec3 p_vs)
+{
+    float z = -p_vs.z;
+    return vec3(p_vs.xy / u_tan_half_fov - u_jitter_ndc * z, z);
+}
+
+// Its change along w.
+vec3 frame_place_rate(vec3 w)
+{
+    return frame_place(w);
+}
+
+// A number that falls with depth and is linear along the picture of a straight line.
+float nearness(float z)
+{
+    return 1.0 / z;
+}
+
+bool is_nearer(float z, float than)
+{
+    return z * than < 1.0;
+}
+
+bool is_farther(float z, float than)
+{
+    return z * than > 1.0;
+}
+
+// How much of a line of `length_vs` lies before the share s of its picture, along which its
+// nearness goes from `start` to `start` + `change`.
+float length_before(float length_vs, float s, float start, float change)
+{
+    return length_vs * s * (start + change) / (start + s * change);
+}
