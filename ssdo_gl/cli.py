@@ -29,7 +29,7 @@ from ssdo_gl.settings.flags import (
     wanted_aovs,
 )
 from ssdo_gl.settings.loading import FIT
-from ssdo_gl.settings.resolve import camera_from_text, settings_for
+from ssdo_gl.settings.resolve import camera_from_text, chosen_camera, settings_for
 
 __all__ = ["build_parser", "main", "run"]
 
@@ -132,7 +132,9 @@ def run(arguments: Sequence[str] | None = None) -> int:
     wanted = wanted_aovs(options)
     _check_outputs(options, wanted)
     given = _with_preset(command)
-    view = None if options.camera in (None, FIT) else camera_from_text(options.camera)
+    place = None if options.camera == FIT else options.camera
+    if place is not None:
+        camera_from_text(place)
     # Flags are checked before the scene is read, so that a typo costs no waiting.
     if "method" in given:
         settings_for({}, given)
@@ -140,7 +142,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     if options.two_sided:
         scene = scene.two_sided()
     settings = _mode_defaults(options, settings_for(scene.render, given))
-    camera = None if view is None else dataclasses.replace(scene.camera, **view)
+    camera = chosen_camera(scene, place, options.projection)
     if options.bench is not None:
         from ssdo_gl.bench.run import run_bench
 

@@ -15,6 +15,7 @@ import numpy as np
 from ssdo_gl.effects.registry import image_names
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.gpu.device_geometry import CameraPose, Geometry
+from ssdo_gl.gpu.instances import CLIP_MARGIN
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.gpu.slices import Slices
 from ssdo_gl.gpu.timer import Timer
@@ -213,18 +214,15 @@ class FrameLoop:
     def _view(self, camera: Camera) -> FrameView:
         """Return the view through the pixels' centres of the geometry as it stands."""
         size = self.settings.size
+        aspect = size[0] / size[1]
         rotation = camera.view_from_world_rotation()
-        position = np.asarray(camera.position, dtype=np.float64)
-        tan_half_fov = camera.tan_half_fov(size[0] / size[1])
-        near, far = self._geometry.near_far(CameraPose(position, rotation), tan_half_fov)
-        return FrameView(
-            size=size,
-            position_ws=position,
-            view_from_world=rotation,
-            tan_half_fov=tan_half_fov,
-            near=near,
-            far=far,
-        )
+        pose = CameraPose(np.asarray(camera.position, dtype=np.float64), rotation)
+        if camera.height is not None:
+            bounds = self._geometry.depth_bounds(pose, camera.half_frame(aspect))
+            return parallel_view(pose, size, camera.half_frame(aspect), bounds)
+        tan_half_fov = camera.tan_half_fov(aspect)
+        near, far = self._geometry.near_far(pose, tan_half_fov)
+        return FrameView(size, pose.position_ws, rotation, tan_half_fov, near, far)
 
     def _frame(
         self, view: FrameView, index: int, count: int, nonce: int = 0, *, is_live: bool = False
@@ -244,6 +242,37 @@ class FrameLoop:
         output = job.pipeline.outputs[name]
         texture = None if output.resource is None else self._executor.texture(output.resource)
         return Plane(texture, output.first_channel, output.channels, output.neutral)
+
+
+def parallel_view(
+    pose: CameraPose,
+    size: tuple[int, int],
+    half_frame: tuple[float, float],
+    bounds: tuple[float, float] | None,
+) -> FrameView:
+    """Return the view of parallel rays that begin in the plane of `pose`.
+
+    Parameters
+    ----------
+    bounds : (float, float) or None
+        Between which depths from there everything lies that can be seen.
+    """
+    nearest, farthest = bounds or (0.0, 1.0)
+    begin = max(nearest, 0.0)
+    ahead = -pose.view_from_world[2]
+    room = 2.0 * half_frame[1]
+    # Boxes may be off by rounding; what begins at the camera's plane is cut off there.
+    margin = CLIP_MARGIN * room if nearest > 0.0 else 0.0
+    return FrameView(
+        size=size,
+        position_ws=pose.position_ws + ahead * (begin - room),
+        view_from_world=pose.view_from_world,
+        tan_half_fov=(0.0, 0.0),
+        near=room - margin,
+        far=(room + farthest - begin) * (1.0 + CLIP_MARGIN),
+        half_frame=half_frame,
+        depth_offset=begin - room,
+    )
 
 
 def checked_images(wanted: Iterable[str], frames: int = 1) -> tuple[str, ...]:

@@ -16,7 +16,12 @@ from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.images.average import ImageAverage
 from ssdo_gl.images.metering import measured_exposure
-from ssdo_gl.images.surface_arrays import Image, world_normals, world_positions
+from ssdo_gl.images.surface_arrays import (
+    Image,
+    camera_depths,
+    world_normals,
+    world_positions,
+)
 from ssdo_gl.render_result import Drawing, FrameLog, FrameTimes, RenderResult
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.load import load_scene
@@ -270,6 +275,8 @@ class Renderer(FrameLoop):
                 images[name] = read_texture(plane.texture)[:, :, first : first + plane.channels]
             if name == "position_ws":
                 images[name] = world_positions(images[name], view)
+            elif name == "depth":
+                images[name] = camera_depths(images[name], view)
             elif name == "normal_ws":
                 z_vs = read_texture(self._executor.texture("z_vs"))
                 images[name] = world_normals(images[name], z_vs, view)

@@ -12,7 +12,7 @@ void main()
     if (gbuffer_z_vs(texel) > 0.0) {
         vec3 to_surface = u_ns_from_vs * (gbuffer_position_vs(texel) * u_ns_per_unit);
         float distance = length(to_surface);
-        vec3 w = to_surface / max(distance, 1e-30);
+        vec3 w = viewing_direction(to_surface, u_ns_from_vs * AHEAD_VS);
         // Twice what rays allow for to leave a surface: here they may meet any near it.
         float reach = 2.0 * (GBUFFER_ERROR * distance + RAY_OFFSET);
         vec3 start = u_eye_ns + to_surface - w * reach;

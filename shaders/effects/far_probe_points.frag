@@ -40,7 +40,7 @@ ivec2 second_pixel(ivec2 tile, ivec2 first)
 {
     vec3 p = gbuffer_position_vs(first);
     vec3 n = gbuffer_geometric_normal_vs(first);
-    float extent = float(PROBE_TILE) * 2.0 * u_tan_half_fov.y / u_frame_size_px.y * -p.z;
+    float extent = float(PROBE_TILE) * pixel_height_at(-p.z);
     ivec2 size = ivec2(u_frame_size_px);
     ivec2 found = ivec2(-1);
     float largest = 1.0;

@@ -13,7 +13,7 @@ uniform float u_radius_ns;
 layout(location = 0) out vec4 o_radiance;  // a: 1 where a surface sends it, 0 where the sky is
 
 // Whether the depth buffer shows the surface point, so that it can tell what it blocks.
-bool is_seen(vec3 p_ns, float slack)
+bool is_seen(vec3 p_ns, float slack_px)
 {
     vec3 p_vs = ((p_ns - u_eye_ns) / u_ns_per_unit) * u_ns_from_vs;
     if (p_vs.z >= 0.0)
@@ -23,7 +23,7 @@ bool is_seen(vec3 p_ns, float slack)
     if (any(lessThan(uv, vec2(0.0))) || any(greaterThanEqual(uv, vec2(1.0))))
         return false;
     float z = gbuffer_z_vs(texel);
-    return z == 0.0 || -p_vs.z < z * (1.0 + slack);
+    return z == 0.0 || -p_vs.z < z + slack_px * pixel_height_at(z);
 }
 
 void main()
@@ -40,18 +40,15 @@ void main()
         vec2 place = (vec2(texel - probe * PROBE_SIDE) + u) / float(PROBE_SIDE);
         vec3 w = frame_from_z(n) * probe_direction(place);
         vec3 to_point = u_ns_from_vs * (point.xyz * u_ns_per_unit);
-        float distance = length(to_point);
         vec3 p = u_eye_ns + to_point;
-        vec3 start = ray_start(p, n, to_point / max(distance, 1e-30),
-                               GBUFFER_ERROR * distance + RAY_OFFSET);
+        vec3 start = ray_start(p, n, viewing_direction(to_point, u_ns_from_vs * AHEAD_VS),
+                               GBUFFER_ERROR * length(to_point) + RAY_OFFSET);
         float from = NEAR_HITS > 0 ? 0.0 : u_radius_ns;
-        // Twice what a pixel covers.
-        float slack = 4.0 * u_tan_half_fov.y / u_frame_size_px.y;
         BvhHit hit;
         for (int turn = 0; turn < 2; ++turn) {
             hit = bvh_nearest(start + from * w, w, RAY_FAR);
             bool again = NEAR_HITS == 1 && turn == 0 && hit.record >= 0 && hit.t < u_radius_ns
-                      && is_seen(start + hit.t * w, slack)
+                      && is_seen(start + hit.t * w, 2.0)
                       && is_seen(start + u_radius_ns * w, 0.0);
             if (!again)
                 break;

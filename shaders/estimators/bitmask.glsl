@@ -17,11 +17,13 @@
 #define FINDS_SECTORS 1
 
 // The view rays across a walk, in the slice's plane: x along the slice, y along v. The
-// one at fraction s of the walk has direction receiver + s * turn, by depth, and passes the
-// receiver at s * z * turn, at the receiver's depth z.
+// one at fraction s of the walk has direction receiver + s * taper * turn, by depth, and
+// passes the receiver at s * width * turn, at the receiver's depth z.
 struct Lines {
     vec2 receiver;
     vec2 turn;
+    float taper;
+    float width;
     float z;
 };
 
@@ -29,22 +31,24 @@ Lines lines_across(Slice slice, Tangent t, vec3 view, Walk walk)
 {
     vec2 end_px = walk_px(walk, 1.0);
     float z = -t.position_vs.z;
-    vec3 turn = view_ray_at(end_px / u_frame_size_px) - t.position_vs / z;
-    return Lines(vec2(0.0, -length(t.position_vs) / z),
-                 vec2(dot(turn, slice.along_vs), dot(turn, view)), z);
+    vec3 turn = ray_change(t.position_vs, end_px / u_frame_size_px);
+    vec2 taper_width = ray_taper_width(z);
+    return Lines(vec2(0.0, -ray_slant(t.position_vs)),
+                 vec2(dot(turn, slice.along_vs), dot(turn, view)),
+                 taper_width.x, taper_width.y, z);
 }
 
 // The point of a line at `depth` behind the receiver.
 vec2 point_on(Lines l, float s, float depth)
 {
-    return (l.z * s + depth * s) * l.turn + depth * l.receiver;
+    return (l.width * s + depth * l.taper * s) * l.turn + depth * l.receiver;
 }
 
 // Between which depths behind the receiver a line is within R of it.
 vec2 depths_within_radius(Lines l, float s)
 {
-    vec2 ray = l.receiver + s * l.turn;
-    vec2 beside = l.z * s * l.turn;
+    vec2 ray = l.receiver + s * l.taper * l.turn;
+    vec2 beside = l.width * s * l.turn;
     float a = dot(ray, ray);
     float b = dot(ray, beside);
     float root = sqrt(max(b * b - a * (dot(beside, beside) - u_radius * u_radius), 0.0));
@@ -103,7 +107,7 @@ uint estimator_hidden(Sectors s, Tangent t, vec3 view, float jitter)
 float estimator_visibility(Receiver r, ivec2 centre)
 {
     Tangent t = tangent_at(r.position_vs, r.geometric_vs);
-    vec3 view = to_camera(r.position_vs);
+    vec3 view = toward_camera(r.position_vs);
     int blocked = 0;
     for (int i = 0; i < DIRECTION_COUNT; ++i) {
         Sectors s = estimator_sectors(r, view, i);

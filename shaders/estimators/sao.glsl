@@ -19,8 +19,9 @@ const float SAO_PEAK = 0.1;
 float estimator_visibility(Receiver r, ivec2 centre)
 {
     Tangent t = tangent_at(r.position_vs, r.geometric_vs);
-    float radius = min(u_radius, 2.0 * max(u_tan_half_fov.x, u_tan_half_fov.y) * r.z_vs);
-    float radius_px = radius * u_frame_size_px.y / (2.0 * u_tan_half_fov.y * r.z_vs);
+    float pixel = pixel_height_at(r.z_vs);
+    float radius = min(u_radius, max(u_frame_size_px.x, u_frame_size_px.y) * pixel);
+    float radius_px = radius / pixel;
     float peak = SAO_PEAK * radius;
     vec2 noise = sample_point(r, 0).xy;
     float obscured = 0.0;

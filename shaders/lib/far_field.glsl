@@ -37,7 +37,7 @@ FarProbes far_probes_at(Receiver r, ivec2 texel)
     vec2 low = floor(place);
     vec2 f = place - low;
     vec4 bilinear = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
-    float inv_extent = u_frame_size_px.y / (float(PROBE_TILE) * u_tan_half_fov.y * r.z_vs);
+    float inv_extent = 2.0 / (float(PROBE_TILE) * pixel_height_at(r.z_vs));
     FarProbes probes = FarProbes(ivec2(low), tiles.y, vec4(0.0), vec4(0.0));
     float sum = 0.0;
     for (int i = 0; i < 4; ++i) {

@@ -101,5 +101,5 @@ float solid_end(Tangent t, vec2 solid)
 // own texel and is open by definition.
 bool is_radius_under_a_pixel(float z)
 {
-    return u_radius * u_frame_size_px.y < frame_height_at(z);
+    return u_radius < pixel_height_at(z);
 }

@@ -38,11 +38,6 @@ float fragment_z_vs()
     return u_near_depth_vs.x + gl_FragCoord.z * u_near_depth_vs.y;
 }
 
-float frame_height_at(float z)
-{
-    return 2.0 * u_half_frame_vs.y;
-}
-
 float pixel_height_at(float z)
 {
     return 2.0 * u_half_frame_vs.y / u_frame_size_px.y;
@@ -51,6 +46,26 @@ float pixel_height_at(float z)
 vec3 viewing_direction(vec3 from_eye, vec3 ahead)
 {
     return ahead;
+}
+
+float silhouette_radius(float distance, float radius)
+{
+    return radius;
+}
+
+float ray_slant(vec3 p_vs)
+{
+    return 1.0;
+}
+
+vec3 ray_change(vec3 p_vs, vec2 uv)
+{
+    return position_vs_at(uv, -p_vs.z) - p_vs;
+}
+
+vec2 ray_taper_width(float z)
+{
+    return vec2(0.0, 1.0);
 }
 
 vec3 frame_place(vec3 p_vs)

@@ -40,12 +40,6 @@ float fragment_z_vs()
     return 1.0 / gl_FragCoord.w;
 }
 
-// How much of space the frame shows at depth z, from its lower to its upper edge.
-float frame_height_at(float z)
-{
-    return z * 2.0 * u_tan_half_fov.y;
-}
-
 // What one pixel of the full resolution covers at depth z.
 float pixel_height_at(float z)
 {
@@ -57,6 +51,31 @@ float pixel_height_at(float z)
 vec3 viewing_direction(vec3 from_eye, vec3 ahead)
 {
     return from_eye / max(length(from_eye), 1e-30);
+}
+
+// How far beside what lies at `distance` a sphere of `radius` about it is seen to reach.
+float silhouette_radius(float distance, float radius)
+{
+    float sine = radius / distance;
+    return sine < 1.0 ? radius * inversesqrt(1.0 - sine * sine) : FLOAT_MAX;
+}
+
+// The ray through p, by depth, is so long; the one through `uv` ...
+float ray_slant(vec3 p_vs)
+{
+    return length(p_vs) / -p_vs.z;
+}
+
+// ... differs by this times the first number of the next, and lies beside p by this times
+// the second.
+vec3 ray_change(vec3 p_vs, vec2 uv)
+{
+    return view_ray_at(uv) - p_vs / -p_vs.z;
+}
+
+vec2 ray_taper_width(float z)
+{
+    return vec2(1.0, z);
 }
 
 // Linear in p: xy is between -z and z where p is in the frame.

@@ -5,7 +5,7 @@
 vec3 reflected_towards_camera(ivec2 texel, vec3 irradiance)
 {
 #if GLOSSY
-    vec3 w_out = normalize(-gbuffer_position_vs(texel));
+    vec3 w_out = toward_camera(gbuffer_position_vs(texel));
     vec3 normal = gbuffer_shading_normal_vs(texel);
     return diffuse_radiance_towards(brdf_at(texel), normal, w_out, irradiance);
 #else

@@ -15,11 +15,6 @@ struct Slice {
     float normal_length; // |n'|
 };
 
-vec3 to_camera(vec3 position_vs)
-{
-    return -normalize(position_vs);
-}
-
 Slice slice_along(vec3 along_vs, vec3 view, vec3 normal_vs)
 {
     vec2 projected = vec2(dot(normal_vs, along_vs), dot(normal_vs, view));
@@ -31,8 +26,7 @@ Slice slice_along(vec3 along_vs, vec3 view, vec3 normal_vs)
 float silhouette_reach(vec3 position_vs)
 {
     float distance = length(position_vs);
-    float sine = u_radius / distance;
-    return sine < 1.0 ? u_radius * inversesqrt(1.0 - sine * sine) : FAR_REACH * distance;
+    return min(silhouette_radius(distance, u_radius), FAR_REACH * distance);
 }
 
 // The way from a receiver along one side of a slice, in the picture. It starts a pixel away,

@@ -7,11 +7,19 @@
 //
 // The jitter moves the sample away from the pixel centre, so the ray through the
 // pixel at `ndc` leaves the camera through `ndc + u_jitter_ndc`.
+#include "lib/constants.glsl"
 
 uniform vec2 u_jitter_ndc;     // sub-pixel shift, 2 across the frame
 uniform vec2 u_frame_size_px;  // full resolution
 
+const vec3 AHEAD_VS = vec3(0.0, 0.0, -1.0);
+
 #include <projection>
+
+vec3 toward_camera(vec3 p_vs)
+{
+    return -viewing_direction(p_vs, AHEAD_VS);
+}
 
 ivec2 texel_of_uv(vec2 uv)
 {

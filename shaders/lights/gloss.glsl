@@ -9,7 +9,7 @@ LightGloss gloss_of_light(Brdf brdf, Light light, vec3 p_vs, vec3 n_vs, vec3 irr
     if (!is_glossy(brdf) || !(largest_component(irradiance) > 0.0)) {
         return LightGloss(irradiance, vec3(0.0));
     }
-    vec3 w_out = normalize(-p_vs);
+    vec3 w_out = toward_camera(p_vs);
 #if LIGHT_FORM == FORM_PARALLEL
     // The microfacets that mirror a disk of light spread by half of its angle.
     float spread = 0.5 * light.numbers.x;

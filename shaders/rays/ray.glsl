@@ -115,7 +115,7 @@ vec3 triangle_normal(vec3 a, vec3 b, vec3 c)
 RaySurface ray_surface_at(ivec2 texel)
 {
     vec3 to_surface = u_ns_from_vs * (gbuffer_position_vs(texel) * u_ns_per_unit);
-    vec3 w = viewing_direction(to_surface, u_ns_from_vs * vec3(0.0, 0.0, -1.0));
+    vec3 w = viewing_direction(to_surface, u_ns_from_vs * AHEAD_VS);
     float reach = GBUFFER_ERROR * length(to_surface) + RAY_OFFSET;
     RaySurface surface;
     surface.w_out = -w;

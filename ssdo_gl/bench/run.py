@@ -298,9 +298,11 @@ class BenchRun:
         plain = dataclasses.replace(self.base, method="direct")
         depth = self.renderer.images(plain, ("depth",))["depth"][:, :, 0][mask]
         width, height = self.base.size
-        _, tangent = self.renderer.scene.camera.tan_half_fov(width / height)
+        camera = self.camera or self.renderer.scene.camera
+        tangent, half = (f(width / height)[1] for f in (camera.tan_half_fov, camera.half_frame))
         radius = self.base.radius or 0.0
-        return float(np.mean(radius * height / (2.0 * tangent * depth.astype(np.float64))))
+        shown = 2.0 * (half + tangent * depth.astype(np.float64))
+        return float(np.mean(radius * height / shown))
 
     def _judged(
         self, state: Mapping[str, Any], mask: Mask

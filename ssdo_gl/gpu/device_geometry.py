@@ -171,6 +171,18 @@ class Geometry:
         """
         return self._instances.near_far(viewpoint, tan_half_fov, skip_light)
 
+    def depth_bounds(
+        self, viewpoint: Viewpoint, half_frame: tuple[float, float]
+    ) -> tuple[float, float] | None:
+        """Return between which depths the boxes lie that parallel rays from a frame meet.
+
+        Parameters
+        ----------
+        half_frame : (float, float)
+            Half its width and height, scene units.
+        """
+        return self._instances.depth_bounds(viewpoint, (0.0, 0.0), half_frame, None)
+
     def _group(
         self, scene: Scene, members: Sequence[int], old: dict[object, DrawGroup]
     ) -> DrawGroup:

@@ -96,7 +96,8 @@ class Instances:
         -------
         list of (attributes, is_around)
             Shapes (n, INSTANCE_FLOATS) and (n,): whether the eye is within the box of
-            the instance, and so maybe inside it.
+            the instance, and so maybe inside it. Parallel rays begin on the near plane:
+            whether that cuts the box.
         """
         if len(self.lights) == 0:
             return []
@@ -110,7 +111,10 @@ class Instances:
         packed[:, 12:] = self.materials[seen]
         counts = np.add.reduceat(seen, [batch.start for batch in self.batches], dtype=np.int64)
         ends = np.cumsum(counts)[:-1]
-        is_around = np.all(np.abs(center[seen]) <= half[seen] * (1.0 + CLIP_MARGIN), axis=1)
+        if clip_from_view[3, 2] == 0.0:
+            is_around = ~_inside(planes[2:3], center[seen], -half[seen])
+        else:
+            is_around = np.all(np.abs(center[seen]) <= half[seen] * (1.0 + CLIP_MARGIN), axis=1)
         return list(zip(np.split(packed, ends), np.split(is_around, ends), strict=True))
 
     def bounds_along(self, axes: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -124,20 +128,36 @@ class Instances:
         self, viewpoint: Viewpoint, tan_half_fov: tuple[float, float], skip_light: int | None
     ) -> tuple[float, float]:
         """Return clip distances that enclose all that shows; (0.5, 1) if nothing does."""
-        x, y = tan_half_fov
-        sides = np.array([[1, 0, -x, 0], [-1, 0, -x, 0], [0, 1, -y, 0], [0, -1, -y, 0]])
+        bounds = self.depth_bounds(viewpoint, tan_half_fov, (0.0, 0.0), skip_light)
+        if bounds is None:
+            return 0.5, 1.0
+        far = bounds[1] * (1.0 + CLIP_MARGIN)
+        return max(bounds[0] * (1.0 - CLIP_MARGIN), far * NEAREST_CLIP_RATIO), far
+
+    def depth_bounds(
+        self,
+        viewpoint: Viewpoint,
+        tan_half_fov: tuple[float, float],
+        half_frame: tuple[float, float],
+        skip_light: int | None,
+    ) -> tuple[float, float] | None:
+        """Return between which depths the boxes lie that show; None if nothing does.
+
+        What begins behind the viewpoint has a negative depth there.
+        """
+        (x, y), (u, v) = tan_half_fov, half_frame
+        sides = np.array([[1, 0, -x, u], [-1, 0, -x, u], [0, 1, -y, v], [0, -1, -y, v]])
         # A jittered frame sees up to a pixel more; a hundredth of the field of view
         # covers that for frames of 100 pixels and more, at no cost.
-        sides[:, 2] *= 1.01
+        sides[:, 2:] *= 1.01
         _, center, half = self.boxes(viewpoint)
         farthest = half[:, 2] - center[:, 2]
         seen = _inside(sides, center, half) & (farthest > 0.0)
         seen &= self._shown(skip_light)
         if not np.any(seen):
-            return 0.5, 1.0
-        far = float(farthest[seen].max()) * (1.0 + CLIP_MARGIN)
+            return None
         nearest = float((-center[seen, 2] - half[seen, 2]).min())
-        return max(nearest * (1.0 - CLIP_MARGIN), far * NEAREST_CLIP_RATIO), far
+        return nearest, float(farthest[seen].max())
 
     def _shown(self, skip_light: int | None) -> NDArray[np.bool_] | bool:
         return True if skip_light is None else np.asarray(self.lights != skip_light)

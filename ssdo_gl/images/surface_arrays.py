@@ -28,11 +28,19 @@ def world_positions(z_vs: Image, view: FrameView) -> Image:
     x = 2.0 * (np.arange(width) + 0.5) / width - 1.0 + view.jitter_ndc[0]
     y = 1.0 - 2.0 * (np.arange(height) + 0.5) / height + view.jitter_ndc[1]
     z = z_vs[:, :, 0].astype(np.float64)
-    position_vs = np.stack(
-        [x[None, :] * view.tan_half_fov[0] * z, y[:, None] * view.tan_half_fov[1] * z, -z], axis=2
+    half_x, half_y = (
+        half + tangent * z for half, tangent in zip(view.half_frame, view.tan_half_fov, strict=True)
     )
+    position_vs = np.stack([x[None, :] * half_x, y[:, None] * half_y, -z], axis=2)
     position_ws = position_vs @ view.view_from_world + view.position_ws
     return np.where(z_vs > 0.0, position_ws, 0.0).astype(np.float32)
+
+
+def camera_depths(z_vs: Image, view: FrameView) -> Image:
+    """Return distances along the view axis from the camera, 0 where nothing was hit."""
+    if view.depth_offset == 0.0:
+        return z_vs
+    return np.where(z_vs > 0.0, z_vs + np.float64(view.depth_offset), 0.0).astype(np.float32)
 
 
 def world_normals(normals_vs: Image, z_vs: Image, view: FrameView) -> Image:

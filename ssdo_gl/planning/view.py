@@ -38,7 +38,11 @@ class Eye(Protocol):
 
     @property
     def tan_half_fov(self) -> tuple[float, float]:
-        """Horizontal and vertical."""
+        """Horizontal and vertical; 0 if rays are parallel."""
+
+    @property
+    def half_frame(self) -> tuple[float, float]:
+        """Half of the width and height that parallel rays show, scene units; else 0."""
 
     @property
     def size(self) -> tuple[int, int]:
@@ -124,14 +128,17 @@ def neighbours_of(bodies: Bodies, seen: IntArray, lights: Sequence[Light]) -> Ne
 
 def view_facts(bodies: Bodies, neighbours: Neighbours, eye: Eye) -> ViewFacts:
     """Return what can be said of the view from `eye` of the bodies that are `neighbours.seen`."""
-    pixel = 2.0 * eye.tan_half_fov[1] / eye.size[1]
+    pixel_near, pixel_far = (
+        2.0 * (eye.half_frame[1] + eye.tan_half_fov[1] * z) / eye.size[1]
+        for z in (eye.near, eye.far)
+    )
     seen = neighbours.seen
     return ViewFacts(
         is_empty=len(seen) == 0,
-        open_distance=open_distance(bodies, neighbours, eye.position_ws),
+        open_distance=open_distance(bodies, neighbours, eye),
         only_solids=bool(np.all(bodies.form[seen] == SOLID_BOX)),
-        nearest_pixel=pixel * eye.near,
-        farthest_pixel=pixel * eye.far,
+        nearest_pixel=pixel_near,
+        farthest_pixel=pixel_far,
         slant=math.hypot(1.0, *eye.tan_half_fov),
         reaches=neighbours.reaches,
         shadows=neighbours.shadows,
@@ -139,14 +146,14 @@ def view_facts(bodies: Bodies, neighbours: Neighbours, eye: Eye) -> ViewFacts:
 
 
 def _in_frame(bodies: Bodies, eye: Eye) -> BoolArray:
-    x, y = (
-        tangent * (1.0 + 2.0 * FRAME_MARGIN_PX / pixels)
-        for tangent, pixels in zip(eye.tan_half_fov, eye.size, strict=True)
+    (x, y), (u, v) = (
+        np.array(half) * (1.0 + 2.0 * FRAME_MARGIN_PX / np.array(eye.size))
+        for half in (eye.tan_half_fov, eye.half_frame)
     )
     # Inward normals of the frame's sides, and of the plane through the eye.
     sides = np.array([[1, 0, -x], [-1, 0, -x], [0, 1, -y], [0, -1, -y], [0, 0, -1]])
     planes = sides @ eye.view_from_world
-    height = (bodies.center - eye.position_ws) @ planes.T
+    height = (bodies.center - eye.position_ws) @ planes.T + np.array([u, u, v, v, 0.0])
     return np.asarray(np.all(height + bodies.reach_along(planes) >= 0.0, axis=1))
 
 
@@ -161,7 +168,7 @@ def can_reach(light: Light, bodies: Bodies, seen: IntArray) -> bool:
     )
 
 
-def open_distance(bodies: Bodies, neighbours: Neighbours, eye_ws: FloatArray) -> float:
+def open_distance(bodies: Bodies, neighbours: Neighbours, eye: Eye) -> float:
     """Return how near to a visible surface anything above its tangent plane can be.
 
     A solid box seen from outside has nothing of its own above any visible tangent
@@ -171,7 +178,13 @@ def open_distance(bodies: Bodies, neighbours: Neighbours, eye_ws: FloatArray) ->
     if neighbours.gap <= 0.0:
         return 0.0
     solids = neighbours.seen[bodies.form[neighbours.seen] == SOLID_BOX]
-    inside = any(bodies.holds(int(body), eye_ws) for body in solids)
+    if eye.half_frame[1] > 0.0:
+        # Rays begin on the near plane, which may cut a body open.
+        ahead = -eye.view_from_world[2]
+        depth = (bodies.center - eye.position_ws) @ ahead - bodies.reach_along(ahead[None])[:, 0]
+        inside = bool(np.any(depth[solids] <= eye.near))
+    else:
+        inside = any(bodies.holds(int(body), eye.position_ws) for body in solids)
     return 0.0 if inside else neighbours.gap
 
 

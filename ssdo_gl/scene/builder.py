@@ -109,6 +109,7 @@ class SceneBuilder:
         *,
         exposure: float | None = 0.0,
         fov_y: float = 40.0,
+        height: float | None = None,
         camera_motion: Trajectory | None = None,
         render: Mapping[str, Any] | None = None,
         title: str = "",
@@ -119,7 +120,8 @@ class SceneBuilder:
         Parameters
         ----------
         camera : Camera or None
-            None: the whole scene is framed, with `fov_y`.
+            None: the whole scene is framed, with `fov_y` or by parallel rays, if there is a
+            `height`; 0: as high as needed.
         exposure : float or None
             In EV, of the camera that frames the scene. None: to be measured from the
             picture; until then the camera's is an estimate.
@@ -140,11 +142,10 @@ class SceneBuilder:
         self.meshes, self.materials, self.objects = batched(
             self.meshes, self.materials, self.objects
         )
+        is_framed = camera is None or self.options.frames_all
         if camera is None or self.options.frames_all:
             camera_motion = None
-            fov_y = camera.fov_y if camera else fov_y
-            level = camera.exposure if camera else exposure or 0.0
-            camera = framing.frame(self.meshes, self.objects, fov_y, level)
+            camera = self._framed(camera, fov_y, height, exposure or 0.0)
         lights = len(self.lights)
         if self.options.replaces_light:
             environment = self._chosen_light(camera)
@@ -168,12 +169,30 @@ class SceneBuilder:
             notes=tuple(self.notes),
             loading=self.options,
             metering_slack=None if exposure is not None else slack,
+            is_framed=is_framed,
         )
+
+    def _framed(
+        self, given: Camera | None, fov_y: float, height: float | None, exposure: float
+    ) -> Camera:
+        """Return a camera that holds all; of the kind of the one that is given, if any."""
+        if given is not None:
+            fov_y, exposure = given.fov_y, given.exposure
+            height = None if given.height is None else 0.0
+        camera = framing.frame(self.meshes, self.objects, fov_y, exposure)
+        if height is not None:
+            camera = framing.parallel(self.meshes, self.objects, camera, height or None)
+        return camera
 
     def _lit(self, camera: Camera, *, has_lamps: bool) -> tuple[Camera, Environment | None]:
         """Return the camera exposed for the lights of the file, and a sky if they do not do."""
         lighting = lighting_for(
-            self.meshes, self.materials, self.objects, self.lights, camera, has_lamps=has_lamps
+            self.meshes,
+            self.materials,
+            self.objects,
+            self.lights,
+            camera.perspective(),
+            has_lamps=has_lamps,
         )
         environment: Environment | None = None
         if self.options.adds_light:
@@ -190,7 +209,7 @@ class SceneBuilder:
 
     def _default_light(self, camera: Camera, why: str) -> Environment:
         """Add a key light and return the sky that goes with it: of a studio for metal."""
-        is_metal = seen_metal(self.meshes, self.materials, self.objects, camera)
+        is_metal = seen_metal(self.meshes, self.materials, self.objects, camera.perspective())
         environment, key = (defaults.studio if is_metal else defaults.soft_light)(camera)
         self.lights.append(key)
         added = "a studio, which metal reflects," if is_metal else "a soft sky"

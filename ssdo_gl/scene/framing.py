@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
@@ -52,6 +53,32 @@ def frame(
     a, e = np.radians([azimuth, elevation])
     toward = np.array([np.sin(a) * np.cos(e), np.sin(e), np.cos(a) * np.cos(e)])
     return _around(_world_points(meshes, objects), toward, fov_y, exposure)
+
+
+def parallel(
+    meshes: Sequence[Mesh], objects: Sequence[SceneObject], camera: Camera, height: float | None
+) -> Camera:
+    """Return the camera with parallel rays, moved so that it sees every vertex.
+
+    Parameters
+    ----------
+    height : float or None
+        What the picture shows, scene units; None: as much as is needed.
+    """
+    rotation = camera.view_from_world_rotation()
+    points = _world_points(meshes, objects)
+    middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    local = (points - middle) @ rotation.T
+    low, high = local.min(axis=0), local.max(axis=0)
+    needed = MARGIN * float((high - low)[:2].max())
+    target = middle + rotation.T @ (0.5 * (low + high))
+    distance = 0.5 * float(high[2] - low[2]) + needed
+    return dataclasses.replace(
+        camera,
+        position=math3d.vector(target + rotation[2] * distance),
+        target=math3d.vector(target),
+        height=height or needed,
+    )
 
 
 def _front_of_sheet(

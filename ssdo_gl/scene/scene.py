@@ -41,6 +41,8 @@ class Scene:
         measured from it; None: the camera's holds.
     is_metered : bool
         Whether the camera's exposure is that measurement.
+    is_framed : bool
+        Whether the file has no camera, so that `camera` was chosen to hold all of it.
     """
 
     meshes: tuple[Mesh, ...]
@@ -57,6 +59,7 @@ class Scene:
     loading: LoadOptions = USUAL
     metering_slack: float | None = None
     is_metered: bool = False
+    is_framed: bool = False
 
     def two_sided(self) -> Scene:
         """Return the scene with both sides of all surfaces drawn."""

@@ -6,7 +6,7 @@ import shlex
 from collections.abc import Mapping
 from typing import Any
 
-from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.camera import PROJECTIONS, Camera
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import describe, number_text, value_text
 from ssdo_gl.settings.loading import FIT, USUAL, LoadOptions
@@ -43,6 +43,7 @@ def command_line(
     if aov != "beauty":
         words += ["--aov", aov]
     if camera is not None:
+        words += ["--projection", PROJECTIONS[int(camera.height is not None)]]
         words += ["--camera", camera_text(camera)]
     elif loading.frames_all:
         words += ["--camera", FIT]
@@ -80,6 +81,7 @@ def settings_flags(settings: Settings, scene_settings: Mapping[str, Any]) -> lis
 
 
 def camera_text(camera: Camera) -> str:
-    """Return ``"px,py,pz tx,ty,tz fov"``, which ``--camera`` reads."""
-    groups = (camera.position, camera.target, (camera.fov_y,))
+    """Return ``"px,py,pz tx,ty,tz fov"`` (or height), which ``--camera`` reads."""
+    third = camera.fov_y if camera.height is None else camera.height
+    groups = (camera.position, camera.target, (third,))
     return " ".join(",".join(number_text(n) for n in group) for group in groups)

@@ -13,6 +13,7 @@ from typing import Any, NoReturn
 from ssdo_gl import __version__
 from ssdo_gl.effects.registry import image_names
 from ssdo_gl.gpu.context import BACKENDS
+from ssdo_gl.scene.camera import PROJECTIONS
 from ssdo_gl.scene.formats import model_suffixes, scene_suffixes
 from ssdo_gl.settings import modes
 from ssdo_gl.settings.fields import (
@@ -66,9 +67,17 @@ class RunOptions:
     )
     camera: str | None = setting(
         None,
-        "where to look from and at (scene units), and the vertical field of view (degrees);"
-        " fit: frame the whole scene, whatever camera the file has",
+        "where to look from and at (scene units), and the vertical field of view (degrees) or,"
+        " of parallel rays, the height of what is seen (scene units); fit: frame the whole"
+        " scene, whatever camera the file has",
         metavar='fit|"px,py,pz tx,ty,tz [fov]"',
+        group=LOOK,
+        modes=modes.ALL,
+    )
+    projection: str | None = setting(
+        None,
+        "rays through one point, or parallel ones (ortho is short); by default the scene's",
+        choices=PROJECTIONS,
         group=LOOK,
         modes=modes.ALL,
     )

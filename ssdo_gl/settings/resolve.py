@@ -6,14 +6,17 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ssdo_gl.math3d import Vector, vector
+from ssdo_gl.scene import framing
+from ssdo_gl.scene.camera import PROJECTIONS, Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.fields import SettingError, info_of, shown
 from ssdo_gl.settings.passes import overrides_from_table, overrides_from_text
-from ssdo_gl.settings.settings import MAX_EXPOSURE_EV, MAX_SPP, Settings
+from ssdo_gl.settings.settings import MAX_EXPOSURE_EV, MAX_SPP, SHORTEST, Settings
 
 
-def camera_from_text(text: str) -> dict[str, Any]:
-    """Return position, target and, if given, fov_y of ``"px,py,pz tx,ty,tz [fov]"``."""
+def camera_from_text(text: str) -> tuple[Vector, Vector, float | None]:
+    """Return position, target and, if given, the third of ``"px,py,pz tx,ty,tz [fov]"``."""
     limit = info_of(Settings, "radius").high
     assert limit is not None
     parts = text.split()
@@ -26,17 +29,43 @@ def camera_from_text(text: str) -> dict[str, Any]:
     usable = all(abs(n) <= limit for group in numbers for n in group)
     if lengths not in ([3, 3], [3, 3, 1]) or not usable:
         raise SettingError(
-            f'--camera {shown(text)}: expected fit or "px,py,pz tx,ty,tz [fov_deg]", '
+            f'--camera {shown(text)}: expected fit or "px,py,pz tx,ty,tz [fov_deg or height]", '
             f"each number within {-limit:g} to {limit:g}"
         )
+    third = numbers[2][0] if len(numbers) == 3 else None
+    if third is not None and not third >= SHORTEST:
+        raise SettingError(f"--camera {shown(text)}: the third must be at least {SHORTEST:g}")
     if numbers[0] == numbers[1]:
         raise SettingError(f"--camera {shown(text)}: position and target are the same point")
-    camera: dict[str, Any] = {"position": numbers[0], "target": numbers[1]}
-    if len(numbers) == 3:
-        camera["fov_y"] = numbers[2][0]
-        if not 0.0 < camera["fov_y"] < 180.0:
-            raise SettingError(f"--camera {shown(text)}: fov must be within 0 to 180 degrees")
-    return camera
+    return vector(numbers[0]), vector(numbers[1]), third
+
+
+def chosen_camera(scene: Scene, text: str | None, projection: str | None) -> Camera | None:
+    """Return the camera of ``--camera`` and ``--projection``; None if neither is given.
+
+    Raises
+    ------
+    SettingError
+    """
+    if text is None and projection is None:
+        return None
+    camera = scene.camera
+    is_parallel = camera.height is not None
+    if projection is not None:
+        is_parallel = projection != PROJECTIONS[0]
+    if text is None:
+        if not is_parallel:
+            return camera.perspective()
+        if scene.is_framed and camera.height is None:
+            return framing.parallel(scene.meshes, scene.objects, camera, None)
+        return camera.orthographic()
+    position, target, third = camera_from_text(text)
+    camera = dataclasses.replace(camera, position=position, target=target)
+    if is_parallel:
+        return camera.orthographic(third)
+    if third is not None and not 0.0 < third < 180.0:
+        raise SettingError(f"--camera {shown(text)}: fov must be within 0 to 180 degrees")
+    return dataclasses.replace(camera, fov_y=camera.fov_y if third is None else third, height=None)
 
 
 def settings_for(

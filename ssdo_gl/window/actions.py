@@ -16,7 +16,14 @@ from ssdo_gl.settings.command_line import command_line
 from ssdo_gl.settings.fields import SettingError, values
 from ssdo_gl.settings.preset_files import is_preset, preset_fields, write_preset
 from ssdo_gl.window.bindings import Action, Command
-from ssdo_gl.window.camera import fit, focus_on, glide_to, go_home, set_pivot
+from ssdo_gl.window.camera import (
+    fit,
+    focus_on,
+    glide_to,
+    go_home,
+    set_pivot,
+    switch_projection,
+)
 from ssdo_gl.window.live import REFINE_FRAMES
 from ssdo_gl.window.screenshot import free_stem, save_screenshot
 from ssdo_gl.window.viewer import Viewer
@@ -157,6 +164,12 @@ def _zoom(viewer: Viewer, host: Host, number: int) -> None:
 def _home(viewer: Viewer, host: Host, number: int) -> None:
     viewer.tour.stop()
     viewer.flight = go_home(viewer.flight)
+
+
+def _project(viewer: Viewer, host: Host, number: int) -> None:
+    viewer.tour.stop()
+    viewer.flight = switch_projection(viewer.flight)
+    viewer.say("pinhole camera" if viewer.flight.height is None else "parallel rays")
 
 
 def _collide(viewer: Viewer, host: Host, number: int) -> None:
@@ -324,6 +337,7 @@ _ACTIONS: dict[Command, Callable[[Viewer, Host, int], None]] = {
     Command.FOCUS: _focus,
     Command.FIT: _fit,
     Command.HOME: _home,
+    Command.PROJECT: _project,
     Command.COLLIDE: _collide,
     Command.VIEW: _show_image,
     Command.NEXT_METHOD: _method(1),

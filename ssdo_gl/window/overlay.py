@@ -215,7 +215,7 @@ class Overlay(ImguiBackend):
             lines.append("background")
         else:
             lines.append(f"P  {shown_values(reading.position_ws)}")
-            lines.append(f"z  {reading.z_vs:.5g}")
+            lines.append(f"z  {reading.depth:.5g}")
         if reading.normal_ws is not None:
             # Kept with 16 bits: further digits would be of the rounding.
             lines.append("n  " + "  ".join(f"{part:.4f}" for part in reading.normal_ws))

@@ -151,6 +151,7 @@ def transformed(scene, matrix, *, bake=False):
         position=point(scene.camera.position),
         target=point(scene.camera.target),
         up=direction(scene.camera.up),
+        height=None if scene.camera.height is None else scene.camera.height * scale,
     )
     moved = {
         "meshes": tuple(mesh(m) for m in scene.meshes) if bake else scene.meshes,

@@ -36,6 +36,7 @@ class View:
     position_ws: np.ndarray
     view_from_world: np.ndarray = dataclasses.field(default_factory=lambda: np.eye(3))
     tan_half_fov: tuple[float, float] = (1.0, 0.5)
+    half_frame: tuple[float, float] = (0.0, 0.0)
     size: tuple[int, int] = (64, 32)
     near: float = 0.1
     far: float = 100.0
@@ -59,7 +60,7 @@ def bodies(*items, lights=None):
 
 
 def open_distance(found, seen, eye_ws):
-    return view_module.open_distance(found, neighbours_of(found, seen, ()), eye_ws)
+    return view_module.open_distance(found, neighbours_of(found, seen, ()), View(eye_ws))
 
 
 def look(found, seen, lights, eye):
@@ -253,3 +254,20 @@ def test_a_sheet_in_view_is_no_solid():
     found = bodies((BOX, IDENTITY), (QUAD, at(5, 0, 0)))
     assert not look(found, every(found), (), EYE).only_solids
     assert look(found, np.array([0]), (), EYE).only_solids
+
+
+def test_parallel_rays_see_as_much_at_any_distance():
+    """The frame is 8 wide and 4 high, and two pixels of .125 more on each side."""
+    eye = View(np.array([0.0, 0.0, 10.0]), tan_half_fov=(0.0, 0.0), half_frame=(4.0, 2.0))
+    found = bodies(*((BOX, at(x, 0, z)) for z in (0, -1000) for x in (4.7, 4.8)))
+    assert list(seen_bodies(found, eye)) == [0, 2]
+    facts = look(found, every(found), (), eye)
+    assert (facts.nearest_pixel, facts.farthest_pixel, facts.slant) == (0.125, 0.125, 1.0)
+
+
+@pytest.mark.parametrize(("z", "expected"), [(0.0, math.inf), (9.6, 0.0)])
+def test_parallel_rays_may_begin_inside_a_body_that_is_beside_the_eye(z, expected):
+    """The near plane cuts the second box open, in which then one wall faces the other."""
+    eye = View(np.array([0.0, 0.0, 10.0]), tan_half_fov=(0.0, 0.0), half_frame=(4.0, 2.0), near=0.1)
+    found = bodies((BOX, at(2.0, 0.0, z)))
+    assert look(found, every(found), (), eye).open_distance == expected

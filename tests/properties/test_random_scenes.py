@@ -92,7 +92,8 @@ def cameras(draw):
     position = draw(st.sampled_from([*usual, (0.1, 0.2, 0.3)]))
     away = (0.0, 5.0, 9.0)
     target = draw(st.sampled_from([(0.0, 0.0, 0.0)] * 5 + [(1.0, 0.0, 0.0), away]))
-    return Camera(position, target, fov_y=draw(st.sampled_from([40.0, 40.0, 60.0, 100.0])))
+    camera = Camera(position, target, fov_y=draw(st.sampled_from([40.0, 40.0, 60.0, 100.0])))
+    return camera.orthographic() if draw(st.sampled_from([False, False, True])) else camera
 
 
 @st.composite

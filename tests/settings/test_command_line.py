@@ -64,9 +64,15 @@ def test_view_is_named_exactly() -> None:
     assert read_back.scene == "my room.toml"
     assert (read_back.run.aov, read_back.run.time) == ("visibility", 2.5)
     assert read_back.run.camera is not None
-    read = camera_from_text(read_back.run.camera)
-    assert read["position"] == pytest.approx(camera.position, rel=5e-15)
-    assert (read["target"], read["fov_y"]) == (camera.target, 39.6)
+    position, *rest = camera_from_text(read_back.run.camera)
+    assert position == pytest.approx(camera.position, rel=5e-15)
+    assert (rest, read_back.run.projection) == ([camera.target, 39.6], "perspective")
+
+
+def test_view_of_parallel_rays_is_named_with_its_height() -> None:
+    camera = Camera((0.0, 1.0, 2.0), (0.0, 0.0, 0.0), height=3.5)
+    command = command_line("room", Settings(), scene_settings={}, camera=camera)
+    assert "--projection orthographic --camera '0,1,2 0,0,0 3.5'" in command
 
 
 def test_numbers_are_short_and_exact_enough() -> None:

@@ -17,9 +17,8 @@ MODE_FLAGS = {
 }
 # A flag's modes, by heart: who changes a declaration has to say so here, too.
 EXPECTED = {
-    modes.ALL: "size camera two_sided exposure combine bounces shadow_rays radius seed shadows "
-    "effects overrides backend quiet light no_default_light "
-    "normals crease_angle up",
+    modes.ALL: "size camera projection two_sided exposure combine bounces shadow_rays radius seed "
+    "shadows effects overrides backend quiet light no_default_light normals crease_angle up",
     modes.ONE: "method estimator samples steps spp filter resolution_scale max_error aov time "
     "preset budget_ms recalibrate",
     modes.HEADLESS: "antialias frames stats snapshot explain",

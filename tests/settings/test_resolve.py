@@ -6,13 +6,18 @@ import dataclasses
 import json
 import pickle
 
+import numpy as np
 import pytest
 
+from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.load import load_scene
+from ssdo_gl.scene.material import Material
+from ssdo_gl.scene.mesh import Mesh, SceneObject
+from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, describe, values
 from ssdo_gl.settings.passes import overrides_from_text
-from ssdo_gl.settings.resolve import camera_from_text, resolved, settings_for
+from ssdo_gl.settings.resolve import camera_from_text, chosen_camera, resolved, settings_for
 from ssdo_gl.settings.settings import MAX_SPP
 
 
@@ -69,9 +74,8 @@ def test_a_radius_may_be_nothing_or_everything(radius):
 
 
 def test_cameras():
-    camera = camera_from_text("0,1,2 3,4,5 60")
-    assert camera == {"position": (0, 1, 2), "target": (3, 4, 5), "fov_y": 60}
-    assert "fov_y" not in camera_from_text("0,1,2 3,4,5")
+    assert camera_from_text("0,1,2 3,4,5 60") == ((0, 1, 2), (3, 4, 5), 60)
+    assert camera_from_text("0,1,2 3,4,5") == ((0, 1, 2), (3, 4, 5), None)
 
 
 @pytest.mark.parametrize(
@@ -83,13 +87,65 @@ def test_cameras():
         "0,0,0 0,0,0",
         "a,b,c 1,2,3",
         "0,0,0 nan,0,0",
-        "0,0,0 1,0,0 180",
+        "0,0,0 1,0,0 0",
         "0,0,0 1e300,0,0",
     ],
 )
 def test_bad_cameras_are_refused(text):
     with pytest.raises(SettingError, match="--camera"):
         camera_from_text(text)
+
+
+FRONT = Camera((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), fov_y=90.0)
+
+
+def scene_seen_by(camera, *, is_framed=False):
+    tall = Mesh(np.array([[-1.0, -3, 0], [1, -3, 0], [0, 3, 0]]), np.array([[0, 1, 2]]))
+    return Scene((tall,), (Material(),), (SceneObject(0, 0),), camera, is_framed=is_framed)
+
+
+@pytest.mark.parametrize(
+    ("text", "projection", "home", "expected"),
+    [
+        (None, "perspective", FRONT, (90.0, None)),
+        (None, "orthographic", FRONT, (90.0, 8.0)),  # as high as at the target
+        (None, "ortho", FRONT.orthographic(3.0), (90.0, 3.0)),
+        ("0,0,2 0,0,0", None, FRONT.orthographic(3.0), (90.0, 3.0)),
+        ("0,0,2 0,0,0 7", None, FRONT.orthographic(3.0), (90.0, 7.0)),
+        ("0,0,2 0,0,0 7", "ortho", FRONT, (90.0, 7.0)),
+        ("0,0,2 0,0,0", "ortho", FRONT, (90.0, 4.0)),
+        ("0,0,2 0,0,0 7", "perspective", FRONT.orthographic(3.0), (7.0, None)),
+        ("0,0,2 0,0,0 7", None, FRONT, (7.0, None)),
+    ],
+)
+def test_camera_and_projection_go_together(text, projection, home, expected):
+    camera = chosen_camera(scene_seen_by(home), text, projection)
+    assert (camera.fov_y, camera.height) == (expected[0], pytest.approx(expected[1]))
+    assert camera.target == FRONT.target
+
+
+def test_what_the_program_has_framed_stays_whole_between_parallel_rays():
+    """6 high, seen from the front: as high as the frame, but for the usual margin."""
+    camera = chosen_camera(scene_seen_by(FRONT, is_framed=True), None, "ortho")
+    assert camera.height == pytest.approx(6.0 * 1.06)
+
+
+def test_parallel_rays_seen_through_a_pinhole_keep_the_size_of_the_target():
+    camera = chosen_camera(scene_seen_by(FRONT.orthographic(2.0)), None, "perspective")
+    assert camera.position == pytest.approx((0.0, 0.0, 1.0))
+    assert camera.height_at_target == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "projection", "message"),
+    [
+        ("0,0,0 1,0,0 180", None, "fov must be within 0 to 180"),
+        ("0,0,0 1,0,0 180", "perspective", "fov must be within 0 to 180"),
+    ],
+)
+def test_the_third_number_of_a_camera_fits_its_projection(text, projection, message):
+    with pytest.raises(SettingError, match=message):
+        chosen_camera(scene_seen_by(FRONT), text, projection)
 
 
 def test_overrides_reach_any_pass():

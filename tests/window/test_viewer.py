@@ -143,6 +143,27 @@ def test_the_copied_command_renders_the_same_picture(gl, device, viewer, tmp_pat
     assert np.abs(again - picture).max() <= ROUNDING
 
 
+def test_parallel_rays_come_at_a_key_and_are_copied_along(gl, device, viewer, tmp_path) -> None:
+    settle(viewer)
+    before = viewer.presenter.pixels()
+    ask(viewer, Command.PROJECT)
+    for _ in range(5):
+        viewer.frame(FORWARD, FRAME_S, SIZE)
+    settle(viewer)
+    picture = viewer.presenter.pixels().astype(int)
+    assert viewer.camera.height is not None
+    host = ask(viewer, Command.COPY_COMMAND)
+    out = tmp_path / "again.png"
+    assert main(shlex.split(host.clipboard.replace("view.png", str(out)))[1:]) == 0
+    device.activate()
+    with Image.open(out) as image:
+        again = np.asarray(image).astype(int)
+    assert np.abs(again - picture).max() <= ROUNDING
+    ask(viewer, Command.HOME)
+    settle(viewer)
+    assert np.array_equal(viewer.presenter.pixels(), before)
+
+
 @pytest.mark.parametrize("number", range(1, len(AOVS) + 1))
 def test_number_keys_show_each_image(gl, viewer, number: int) -> None:
     ask(viewer, Command.VIEW, number)

@@ -6,7 +6,14 @@ from ssdo_gl.window.camera.bookmarks import views_file
 from ssdo_gl.window.camera.camera_path import CameraPath
 from ssdo_gl.window.camera.collisions import KEEP_AWAY, Obstacles
 from ssdo_gl.window.camera.controls import Controls
-from ssdo_gl.window.camera.destinations import fit, focus_on, glide_to, go_home, jump_to
+from ssdo_gl.window.camera.destinations import (
+    fit,
+    focus_on,
+    glide_to,
+    go_home,
+    jump_to,
+    switch_projection,
+)
 from ssdo_gl.window.camera.fly_camera import (
     Flight,
     advance,
@@ -34,5 +41,6 @@ __all__ = [
     "set_pivot",
     "speed_of",
     "start_flight",
+    "switch_projection",
     "views_file",
 ]

@@ -37,6 +37,8 @@ class Key:
         Distance of the target, scene units.
     fov_y : float
         Degrees.
+    height : float or None
+        Of what parallel rays show, scene units; None: a pinhole camera.
     """
 
     seconds: float
@@ -44,6 +46,7 @@ class Key:
     forward: Vector
     reach: float
     fov_y: float
+    height: float | None = None
 
 
 @dataclass(frozen=True)
@@ -87,17 +90,32 @@ class CameraPath:
         if math.hypot(*forward) < 1e-6:
             # Opposite directions at the two keys cancel half-way between them.
             forward = near[i].forward
-        reach, fov_y, _ = _curve([(key.reach, key.fov_y, 0.0) for key in near], times, i, seconds)
+        shown = [(key.reach, key.fov_y, key.height or 0.0) for key in near]
+        reach, fov_y, height = _curve(shown, times, i, seconds)
         ends = near[i : i + 2]
         # The cubic may overshoot its keys; what must stay positive may not.
         reach = max(reach, min(key.reach for key in ends))
         fov_y = min(max(fov_y, min(k.fov_y for k in ends)), max(k.fov_y for k in ends))
         target = add(position, vector(math3d.normalized(forward)), reach)
-        return replace(base, position=position, target=target, fov_y=fov_y)
+        heights = [k.height for k in ends if k.height is not None]
+        # Where the kind of camera changes there is nothing in between.
+        is_parallel = ends[int(seconds >= ends[-1].seconds and len(ends) > 1)].height is not None
+        height = min(max(height, min(heights)), max(heights)) if is_parallel else 0.0
+        return replace(base, position=position, target=target, fov_y=fov_y, height=height or None)
 
     def to_data(self) -> list[list[float]]:
         """Return the keys as plain lists, for a JSON file."""
-        return [[k.seconds, *k.position, *k.forward, k.reach, k.fov_y] for k in self.keys]
+        return [
+            [
+                k.seconds,
+                *k.position,
+                *k.forward,
+                k.reach,
+                k.fov_y,
+                *([k.height] if k.height else []),
+            ]
+            for k in self.keys
+        ]
 
     @staticmethod
     def from_data(data: object) -> CameraPath:
@@ -106,15 +124,15 @@ class CameraPath:
         keys = []
         for row in rows:
             numbers = [float(n) for n in row] if isinstance(row, list) else []
-            if len(numbers) != 9 or not all(map(math.isfinite, numbers)):
-                raise ValueError("a key of a camera path is nine finite numbers")
-            seconds, px, py, pz, dx, dy, dz, reach, fov_y = numbers
+            if len(numbers) not in (9, 10) or not all(map(math.isfinite, numbers)):
+                raise ValueError("a key of a camera path is nine or ten finite numbers")
+            seconds, px, py, pz, dx, dy, dz, reach, fov_y, *height = numbers
             forward = vector(math3d.normalized((dx, dy, dz)))
-            keys.append(Key(seconds, (px, py, pz), forward, reach, fov_y))
+            keys.append(Key(seconds, (px, py, pz), forward, reach, fov_y, *height))
         times = [key.seconds for key in keys]
         if any(b <= a for a, b in itertools.pairwise(times)):
             raise ValueError("the times of a camera path must increase")
-        if not all(_is_sound(key.position, key.reach, key.fov_y) for key in keys):
+        if not all(_is_sound(key.position, key.reach, key.fov_y, key.height) for key in keys):
             raise ValueError("a camera path has a key without distance or field of view")
         return CameraPath(tuple(keys))
 
@@ -123,7 +141,8 @@ def key_of(seconds: float, camera: Camera) -> Key:
     """Return the key that says what `camera` sees at `seconds`."""
     offset = difference(camera.target, camera.position)
     forward = vector(math3d.normalized(offset))
-    return Key(seconds, vector(camera.position), forward, math.hypot(*offset), camera.fov_y)
+    reach = math.hypot(*offset)
+    return Key(seconds, vector(camera.position), forward, reach, camera.fov_y, camera.height)
 
 
 def camera_data(camera: Camera) -> dict[str, Any]:
@@ -132,6 +151,7 @@ def camera_data(camera: Camera) -> dict[str, Any]:
         "position": list(camera.position),
         "target": list(camera.target),
         "fov_y": camera.fov_y,
+        **({} if camera.height is None else {"height": camera.height}),
     }
 
 
@@ -140,20 +160,22 @@ def camera_from_data(data: Mapping[str, Any], base: Camera) -> Camera:
     try:
         position, target = vector(data["position"]), vector(data["target"])
         fov_y = float(data["fov_y"])
+        height = float(data["height"]) if "height" in data else None
     except (KeyError, TypeError) as error:
         raise ValueError(f"a camera has position, target and fov_y ({error})") from None
-    if not _is_sound(position, math.dist(position, target), fov_y):
+    if not _is_sound(position, math.dist(position, target), fov_y, height):
         raise ValueError("a camera has two finite, different points and a field of view")
-    return replace(base, position=position, target=target, fov_y=fov_y)
+    return replace(base, position=position, target=target, fov_y=fov_y, height=height)
 
 
-def _is_sound(position: Vector, reach: float, fov_y: float) -> bool:
+def _is_sound(position: Vector, reach: float, fov_y: float, height: float | None) -> bool:
     """Whether there is a direction from `position` to a target `reach` away, and an angle.
 
     Float64 must tell the two points apart, and float32 hold them; NaN fails every comparison.
     """
     far = math.hypot(*position)
-    return RESOLUTION * far < reach < FARTHEST and far < FARTHEST and 0.0 < fov_y < 180.0
+    is_seen = 0.0 < fov_y < 180.0 and (height is None or RESOLUTION < height < FARTHEST)
+    return RESOLUTION * far < reach < FARTHEST and far < FARTHEST and is_seen
 
 
 def _curve(values: Sequence[Vector], times: Sequence[float], i: int, seconds: float) -> Vector:

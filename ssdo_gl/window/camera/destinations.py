@@ -50,6 +50,7 @@ def glide_to(flight: Flight, camera: Camera) -> Flight:
         dolly=0.0,
         reach=math.hypot(*direction),
         fov_y=camera.fov_y,
+        height=camera.height,
     )
 
 
@@ -63,6 +64,13 @@ def jump_to(flight: Flight, camera: Camera) -> Flight:
         pitch=flight.pitch_goal,
         glide=_ZERO,
     )
+
+
+def switch_projection(flight: Flight) -> Flight:
+    """Return a flight with parallel rays or without; what is at the target keeps its size."""
+    camera = flight.camera()
+    is_parallel = camera.height is not None
+    return jump_to(flight, camera.perspective() if is_parallel else camera.orthographic())
 
 
 def go_home(flight: Flight) -> Flight:
@@ -83,12 +91,16 @@ def fit(flight: Flight, bounds: tuple[FloatArray, FloatArray], aspect: float) ->
     """
     centre = vector(0.5 * (bounds[0] + bounds[1]))
     frame = flight.axes.frame(flight.yaw_goal, flight.pitch_goal)
-    tangents = flight.home.tan_half_fov(aspect)
+    tangents = dataclasses.replace(flight.home, height=None).tan_half_fov(aspect)
     distance = 0.0
     for corner in itertools.product(*zip(*bounds, strict=True)):
         x, y, depth = (dot(axis, difference(vector(corner), centre)) for axis in frame)
         distance = max(distance, abs(x) / tangents[0] - depth, abs(y) / tangents[1] - depth)
     distance *= FIT_MARGIN
     forward = frame[2]
-    view = dataclasses.replace(flight.home, position=add(centre, forward, -distance), target=centre)
+    view = dataclasses.replace(
+        flight.home, position=add(centre, forward, -distance), target=centre, height=None
+    )
+    if flight.height is not None:
+        view = view.orthographic()
     return dataclasses.replace(glide_to(flight, view), pivot=centre)

@@ -77,6 +77,8 @@ class Flight:
         Distance of the point that the camera calls its target.
     fov_y : float
         Degrees.
+    height : float or None
+        Of what parallel rays show, scene units; None: a pinhole camera.
     home : Camera
         Where the flight began; yaw 0 is where it looks.
     diagonal : float
@@ -91,6 +93,7 @@ class Flight:
     pitch_goal: float
     reach: float
     fov_y: float
+    height: float | None
     home: Camera
     home_pitch: float
     diagonal: float
@@ -119,8 +122,8 @@ class Flight:
 
     def camera(self) -> Camera:
         """Return the camera; exactly the home camera until something has moved."""
-        home = (vector(self.home.position), 0.0, self.home_pitch, self.home.fov_y)
-        if (self.position, self.yaw, self.pitch, self.fov_y) == home:
+        home = (vector(self.home.position), 0.0, self.home_pitch, self.home.fov_y, self.home.height)
+        if (self.position, self.yaw, self.pitch, self.fov_y, self.height) == home:
             return self.home
         up = self.axes.up
         if abs(self.pitch) > PITCH_LIMIT:
@@ -132,6 +135,7 @@ class Flight:
             target=add(self.position, self.forward, self.reach),
             up=up,
             fov_y=self.fov_y,
+            height=self.height,
         )
 
 
@@ -154,6 +158,7 @@ def start_flight(home: Camera, diagonal: float) -> Flight:
         pitch_goal=pitch,
         reach=math.dist(home.position, home.target),
         fov_y=home.fov_y,
+        height=home.height,
         home=home,
         home_pitch=pitch,
         diagonal=diagonal,
@@ -209,7 +214,7 @@ def _slid(flight: Flight, way: tuple[float, float]) -> Flight:
     assert flight.pivot is not None
     right, up, forward = flight.axes.frame(flight.yaw, flight.pitch)
     depth = abs(dot(forward, difference(flight.pivot, flight.position)))
-    height = 2.0 * math.tan(math.radians(0.5 * flight.fov_y)) * depth
+    height = flight.height or 2.0 * math.tan(math.radians(0.5 * flight.fov_y)) * depth
     position = add(add(flight.position, right, -height * way[0]), up, -height * way[1])
     return dataclasses.replace(flight, position=position, glide=_ZERO)
 
@@ -243,7 +248,7 @@ def _take_in(flight: Flight, controls: Controls) -> Flight:
     flight = dataclasses.replace(flight, **changes)
     if not pivoted or flight.pivot is None or flight.pivot == flight.position:
         return flight
-    distance = math.dist(flight.pivot, flight.position) / flight.diagonal
+    distance = (flight.height or math.dist(flight.pivot, flight.position)) / flight.diagonal
     nearest, farthest = (math.log(distance / limit) for limit in DOLLY_LIMITS)
     # Who is beyond a limit already may come back, and goes no further.
     dolly = max(min(farthest, 0.0), flight.dolly + DOLLY_STEP * controls.dolly)
@@ -283,12 +288,18 @@ def _step(flight: Flight, controls: Controls, speed: float, seconds: float) -> F
 
 
 def _around_pivot(before: Flight, after: Flight, ratio: float) -> Flight:
-    """Put the pivot back to its place in the picture, `ratio` times as far away."""
+    """Put the pivot back to its place in the picture, `ratio` times as far away.
+
+    Between parallel rays the picture shows `ratio` times as much instead.
+    """
     assert before.pivot is not None  # orbiting starts with one
     offset = difference(before.pivot, after.position)
     old = before.axes.frame(before.yaw, before.pitch)
     new = after.axes.frame(after.yaw, after.pitch)
     coordinates = [ratio * dot(axis, offset) for axis in old]
+    if before.height is not None:
+        coordinates[2] /= ratio
+        after = dataclasses.replace(after, height=before.height * ratio)
     turned = [sum(c * axis[i] for c, axis in zip(coordinates, new, strict=True)) for i in range(3)]
     position = difference(before.pivot, (turned[0], turned[1], turned[2]))
     return dataclasses.replace(after, position=position)

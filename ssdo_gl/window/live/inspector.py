@@ -33,8 +33,8 @@ class Reading:
     ----------
     pixel : (int, int)
         Column and row of the rendered image, row 0 at the top.
-    z_vs : float
-        Distance along the view axis, scene units; 0 = background.
+    depth : float
+        Distance from the camera along the view axis, scene units; 0 = background.
     position_ws, normal_ws : Vector or None
         None at the background.
     values : dict of image name to tuple of floats
@@ -42,7 +42,7 @@ class Reading:
     """
 
     pixel: tuple[int, int]
-    z_vs: float
+    depth: float
     position_ws: Vector | None
     normal_ws: Vector | None
     values: dict[str, tuple[float, ...]]
@@ -50,7 +50,7 @@ class Reading:
     @property
     def is_finite(self) -> bool:
         """Whether everything that was read is a plain number."""
-        numbers = [self.z_vs, *(n for group in self.values.values() for n in group)]
+        numbers = [self.depth, *(n for group in self.values.values() for n in group)]
         return all(map(math.isfinite, numbers))
 
 
@@ -116,7 +116,7 @@ def clearance(gl: moderngl.Context, drawing: Drawing) -> float | None:
         target.release()
     depths = np.frombuffer(data, np.float32)
     depths = depths[depths > 0.0]
-    return float(depths.min()) if depths.size else None
+    return float(depths.min()) + drawing.view.depth_offset if depths.size else None
 
 
 def inspect(gl: moderngl.Context, drawing: Drawing, uv: tuple[float, float]) -> Reading | None:
@@ -140,7 +140,8 @@ def inspect(gl: moderngl.Context, drawing: Drawing, uv: tuple[float, float]) -> 
         if name not in ("depth", "normal_ws", "display")
     }
     position = _position(drawing.view, texture.size, x, y, z_vs)
-    return Reading((x, texture.height - 1 - y), z_vs, position, normal, values)
+    depth = z_vs + drawing.view.depth_offset if z_vs > 0.0 else 0.0
+    return Reading((x, texture.height - 1 - y), depth, position, normal, values)
 
 
 class NonFiniteWatch:
@@ -200,8 +201,11 @@ def _position(view: FrameView, size: tuple[int, int], x: int, y: int, z_vs: floa
         2.0 * (texel + 0.5) / count - 1.0 + offset
         for texel, count, offset in zip((x, y), size, view.jitter_ndc, strict=True)
     ]
-    tangents = view.tan_half_fov
-    position_vs = np.array([ndc[0] * tangents[0], ndc[1] * tangents[1], -1.0]) * z_vs
+    half_x, half_y = (
+        half + tangent * z_vs
+        for half, tangent in zip(view.half_frame, view.tan_half_fov, strict=True)
+    )
+    position_vs = np.array([ndc[0] * half_x, ndc[1] * half_y, -z_vs])
     return vector(position_vs @ view.view_from_world + view.position_ws)
 
 

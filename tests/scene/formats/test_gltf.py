@@ -386,6 +386,29 @@ def test_the_camera_of_the_file_is_used(glb, tmp_path: Path) -> None:
     assert camera.target[2] == pytest.approx(0.0)
 
 
+@pytest.mark.parametrize("size", [2.5, -2.5])
+def test_a_camera_of_parallel_rays_is_used(glb, tmp_path: Path, size: float) -> None:
+    """`ymag` is half the height; negative ones are out of use and mean the same."""
+    shape = {"xmag": 4, "ymag": size, "znear": 0, "zfar": 9}
+    glb.json["cameras"] = [{"type": "orthographic", "orthographic": shape}]
+    glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
+    glb.json["nodes"] = [{"mesh": 0}, {"camera": 0, "translation": [0, 0, 8]}]
+    glb.json["scenes"] = [{"nodes": [0, 1]}]
+    scene = load(glb, tmp_path)
+    assert (scene.camera.position, scene.camera.height) == ((0, 0, 8), 5.0)
+    assert not any("camera" in note for note in scene.notes)
+
+
+@pytest.mark.parametrize("size", [0, 1e30, "a"])
+def test_a_camera_of_parallel_rays_without_a_size_is_refused(glb, tmp_path: Path, size) -> None:
+    glb.json["cameras"] = [{"type": "orthographic", "orthographic": {"ymag": size}}]
+    glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
+    glb.json["nodes"] = [{"mesh": 0}, {"camera": 0}]
+    glb.json["scenes"] = [{"nodes": [0, 1]}]
+    with pytest.raises(SceneError, match="ymag"):
+        load(glb, tmp_path)
+
+
 def test_skins_stand_where_their_joints_are(glb, tmp_path: Path) -> None:
     joints = glb.accessor(np.array([[0, 1, 0, 0]] * 3, dtype="|u1"), "VEC4")
     weights = glb.accessor(np.array([[1, 1, 0, 0]] * 3, dtype="<f4"), "VEC4")

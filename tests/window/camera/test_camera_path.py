@@ -111,6 +111,26 @@ def test_file_gives_back_what_was_saved(tmp_path: Path) -> None:
     np.testing.assert_allclose(read.path.to_data(), views.path.to_data(), rtol=1e-15)
 
 
+def test_parallel_rays_are_kept_and_followed(tmp_path: Path) -> None:
+    near, far = (on_circle(t).orthographic(h) for t, h in ((0.0, 2.0), (1.0, 6.0)))
+    path = CameraPath().recorded(0.0, near).recorded(1.0, far)
+    file = views_file("room", tmp_path)
+    save_views(file, Views({1: far}, path))
+    read = load_views(file, BASE)
+    assert read.cameras[1].height == 6.0
+    assert [read.path.camera(t, BASE).height for t in (0.0, 0.5, 1.0)] == pytest.approx([2, 4, 6])
+
+
+def test_between_a_pinhole_and_parallel_rays_the_path_jumps() -> None:
+    path = (
+        CameraPath().recorded(0.0, on_circle(0.0)).recorded(1.0, on_circle(1.0).orthographic(6.0))
+    )
+    path = path.recorded(2.0, on_circle(2.0))
+    heights = [path.camera(t, BASE).height for t in (0.0, 0.5, 0.9, 1.0, 1.5, 2.0)]
+    assert heights[:3] == [None] * 3 and heights[-1] is None
+    assert heights[3] == heights[4] == 6.0
+
+
 @pytest.mark.parametrize(
     "text",
     [
@@ -128,6 +148,9 @@ def test_file_gives_back_what_was_saved(tmp_path: Path) -> None:
         json.dumps({"path": [[0, 0, 0, 0, 0, 0, -1, 1, 40]] * 2}),
         json.dumps({"path": [[0, 0, 0, 0, 0, 0, -1, 1, 400]]}),
         '{"path": [[0, 0, 0, 0, 0, 0, -1, NaN, 40]]}',
+        '{"path": [[0, 0, 0, 0, 0, 0, -1, 1, 40, -2]]}',
+        '{"path": [[0, 0, 0, 0, 0, 0, -1, 1, 40, 2, 2]]}',
+        '{"bookmarks": {"1": {"position": [0,0,0], "target": [0,0,1], "fov_y": 40, "height": 0}}}',
     ],
 )
 def test_broken_files_are_named_in_one_line(tmp_path: Path, text: str) -> None:

@@ -13,7 +13,14 @@ from ssdo_gl import math3d
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.window.camera import fly_camera
 from ssdo_gl.window.camera.controls import Controls
-from ssdo_gl.window.camera.destinations import fit, focus_on, glide_to, go_home, jump_to
+from ssdo_gl.window.camera.destinations import (
+    fit,
+    focus_on,
+    glide_to,
+    go_home,
+    jump_to,
+    switch_projection,
+)
 from ssdo_gl.window.camera.fly_camera import Flight, advance, start_flight
 
 HOME = Camera(position=(0.0, 0.0, 3.6), target=(0.0, 0.0, 0.0))
@@ -327,3 +334,40 @@ def test_a_scene_that_fits_is_seen_whole_and_large(yaw: float, aspect: float) ->
     reach = max(places[:, 0].max() / aspect, places[:, 1].max())
     assert 0.4 < reach < 0.5
     assert flight.yaw == pytest.approx(yaw)
+
+
+def test_parallel_rays_and_back_keep_the_target_in_its_size() -> None:
+    flight = fly(turning_walk, 60.0, 1.0)
+    before = flight.camera()
+    parallel = switch_projection(flight)
+    assert parallel.camera().height == pytest.approx(before.height_at_target)
+    assert parallel.position == flight.position
+    back = switch_projection(parallel)
+    assert back.camera().height is None
+    assert back.position == pytest.approx(flight.position)
+
+
+def test_the_wheel_changes_how_much_parallel_rays_show() -> None:
+    """The pivot stays at its place in the picture, and the camera at its distance from it."""
+    pivot = (0.7, 0.4, -0.5)
+    flight = switch_projection(start_flight(HOME, DIAGONAL))
+    before = flight.camera()
+    flight = advance(fly_camera.set_pivot(flight, pivot), Controls(dolly=2.0), 0.0)
+    for _ in range(200):
+        flight = advance(flight, Controls(), 0.02)
+    after = flight.camera()
+    assert not flight.is_moving
+    assert before.height is not None and after.height is not None
+    ratio = math.exp(-2.0 * fly_camera.DOLLY_STEP)
+    assert after.height == pytest.approx(before.height * ratio, rel=2e-5)
+    seen = [c.view_from_world_rotation() @ np.subtract(pivot, c.position) for c in (before, after)]
+    np.testing.assert_allclose(seen[1][:2], seen[0][:2] * ratio, rtol=3e-5)
+    assert seen[1][2] == pytest.approx(seen[0][2])
+
+
+def test_the_wheel_ends_between_parallel_rays_too() -> None:
+    flight = switch_projection(start_flight(HOME, DIAGONAL))
+    for _ in range(600):
+        flight = advance(flight, Controls(dolly=-1.0), 0.05)
+    height = flight.camera().height
+    assert height is not None and height < 2.0 * fly_camera.DOLLY_LIMITS[1] * DIAGONAL

@@ -53,7 +53,7 @@ def test_reads_what_the_arrays_hold(gl, drawn, x: int, y: int) -> None:
     reading = inspect(gl, drawing, uv_of(x, y))
     assert reading is not None and reading.is_finite
     assert reading.pixel == (x, y)
-    assert reading.z_vs == images["depth"][y, x, 0]
+    assert reading.depth == images["depth"][y, x, 0]
     np.testing.assert_allclose(
         reading.position_ws, images["position_ws"][y, x], atol=POSITION_TOLERANCE
     )
@@ -69,7 +69,7 @@ def test_background_has_no_point(gl, drawn) -> None:
     assert images["depth"][2, 2, 0] == 0.0
     reading = inspect(gl, drawing, uv_of(2, 2))
     assert reading is not None
-    assert (reading.z_vs, reading.position_ws, reading.normal_ws) == (0.0, None, None)
+    assert (reading.depth, reading.position_ws, reading.normal_ws) == (0.0, None, None)
     assert surface_point(gl, drawing, uv_of(2, 2)) is None
 
 

@@ -103,7 +103,7 @@ class _Reader:
         if self._camera is not None:
             entry, node = self._camera
             self.model.camera = read_camera(entry, self.rig.world_at(node, 0.0), self.model)
-            if self.rig.moves(node) and self.model.camera is not None:
+            if self.rig.moves(node):
                 self.model.camera_motion = FrameMotion(self.rig, node)
         return self.model
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.builder import LARGEST_SCENE, SMALLEST_SCENE
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json, number, numbers, shown
 from ssdo_gl.scene.formats.model import Model
@@ -44,17 +45,25 @@ def read_light(document: Document, index: int, world: FloatArray, model: Model) 
         raise GltfError(f"light {index}: {error}") from None
 
 
-def read_camera(camera: Json, world: FloatArray, model: Model) -> Camera | None:
-    """Return the camera of a node if it is a perspective one."""
-    if camera.get("type") != "perspective":
-        model.note("orthographic camera not used: the whole scene is framed")
-        return None
-    fov_y = float(np.degrees(number(camera["perspective"], "yfov", np.nan, "camera")))
-    if not 0.0 < fov_y < 180.0:
-        raise GltfError(f"camera: yfov = {fov_y:g} degrees: expected 0 to 180")
+def read_camera(camera: Json, world: FloatArray, model: Model) -> Camera:
+    """Return the camera of a node, turned to the middle of the model."""
+    height, fov_y = None, 40.0
+    if camera.get("type") == "orthographic":
+        half = number(camera["orthographic"], "ymag", np.nan, "camera")
+        # Negative ones are out of use; they mean the same.
+        height = 2.0 * abs(half)
+        if not SMALLEST_SCENE <= height <= LARGEST_SCENE:
+            raise GltfError(
+                f"camera: ymag = {half:g}: expected {SMALLEST_SCENE:g} to {LARGEST_SCENE:g}"
+            )
+    else:
+        fov_y = float(np.degrees(number(camera["perspective"], "yfov", np.nan, "camera")))
+        if not 0.0 < fov_y < 180.0:
+            raise GltfError(f"camera: yfov = {fov_y:g} degrees: expected 0 to 180")
     position, forward = world[:3, 3], _axis(-world[:3, 2])
     target = position + forward * _distance_ahead(model, position, forward)
-    return Camera(_triple(position), _triple(target), _triple(_axis(world[:3, 1])), fov_y)
+    up = _axis(world[:3, 1])
+    return Camera(_triple(position), _triple(target), _triple(up), fov_y, height=height)
 
 
 def _distance_ahead(model: Model, position: FloatArray, forward: FloatArray) -> float:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from ssdo_gl.scene import paths
-from ssdo_gl.scene.builder import SceneBuilder
-from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.builder import LARGEST_SCENE, SMALLEST_SCENE, SceneBuilder
+from ssdo_gl.scene.camera import PROJECTIONS, Camera
 from ssdo_gl.scene.formats.toml import environments, lights, materials, objects, render_settings
 from ssdo_gl.scene.scene import Scene, SceneError
 from ssdo_gl.scene.table import Table
@@ -83,15 +83,26 @@ def read_description(
         environment,
         exposure=exposure,
         fov_y=fov_y,
+        height=_read_height(camera_table),
         render=render,
         title=top.text("title", ""),
         purpose=top.text("purpose", ""),
     )
 
 
+def _read_height(table: Table) -> float | None:
+    """Return what parallel rays show; 0 if that is not said, None for a pinhole."""
+    is_parallel = table.text("projection", PROJECTIONS[0], PROJECTIONS) != PROJECTIONS[0]
+    if "height" not in table:
+        return 0.0 if is_parallel else None
+    if not is_parallel:
+        table.fail("height", 'it belongs to projection = "orthographic"')
+    return table.number("height", low=SMALLEST_SCENE, high=LARGEST_SCENE)
+
+
 def _read_camera(table: Table) -> tuple[Camera | None, float, float]:
     """Return the camera (None if it has no position), its field of view and exposure."""
-    table.allow("position", "target", "up", "fov_y", "exposure")
+    table.allow("position", "target", "up", "fov_y", "exposure", "projection", "height")
     fov_y = table.number("fov_y", 40.0, low=0.0, high=180.0, open_ends=True)
     exposure = table.number("exposure", 0.0, low=-MAX_EXPOSURE_EV, high=MAX_EXPOSURE_EV)
     if "position" not in table:
@@ -104,4 +115,5 @@ def _read_camera(table: Table) -> tuple[Camera | None, float, float]:
     if position == target:
         table.fail("target", "must not coincide with position")
     up = table.direction("up", (0.0, 1.0, 0.0))
-    return Camera(position, target, up, fov_y, exposure), fov_y, exposure
+    camera, height = Camera(position, target, up, fov_y, exposure), _read_height(table)
+    return camera if height is None else camera.orthographic(height), fov_y, exposure
