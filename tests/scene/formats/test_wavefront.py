@@ -72,7 +72,6 @@ def test_materials_keep_their_factors(write: Write) -> None:
     assert [material.albedo for material in scene.materials] == [(0.123456, 0.2, 0.3), (1, 1, 1)]
     assert [len(scene.meshes[item.mesh].triangles) for item in scene.objects] == [2, 1]
     (note,) = [note for note in scene.notes if "material beneath" in note]
-    assert "specular reflection (b)" in note
     assert "transparency, drawn opaque (b)" in note
 
 

@@ -16,7 +16,7 @@ from ssdo_gl.scene.numbers import LARGEST_NUMBER, finite
 from ssdo_gl.scene.scene import SceneError
 
 # Numbers that an option takes at most; of all others one word is skipped.
-_NUMBERS = {"-o": 3, "-s": 3, "-t": 3, "-mm": 2}
+_NUMBERS = {"-o": 3, "-s": 3, "-t": 3, "-mm": 2, "-bm": 1}
 
 
 @dataclass(frozen=True)
@@ -34,10 +34,11 @@ class Placement:
 
 @dataclass(frozen=True)
 class Map:
-    """An image and where it lies."""
+    """An image, where it lies, and what multiplies the heights it may hold."""
 
     texture: Texture
     placement: Placement
+    bump: float = 1.0
 
 
 def read_map(
@@ -79,6 +80,7 @@ def read_map(
     return Map(
         _with_range(texture, *_filled(numbers.get("-mm"), 0.0, 1.0)),
         Placement(_filled(numbers.get("-s"), 1.0, 1.0), _filled(numbers.get("-o"), 0.0, 0.0)),
+        (numbers.get("-bm") or [1.0])[0],
     )
 
 

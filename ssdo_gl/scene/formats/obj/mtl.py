@@ -5,11 +5,13 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ssdo_gl.scene.formats.model import Model
-from ssdo_gl.scene.formats.obj.maps import Placement, is_cut_out, masked, read_map
+from ssdo_gl.scene.formats.obj.gloss import gloss_fields, gloss_maps
+from ssdo_gl.scene.formats.obj.maps import Map, Placement, is_cut_out, masked, read_map
 from ssdo_gl.scene.formats.obj.obj_text import logical_lines, remainder, without_comment
 from ssdo_gl.scene.material import Color, Material
 from ssdo_gl.scene.numbers import LARGEST_NUMBER
@@ -26,7 +28,6 @@ _RGB_FROM_XYZ = np.array(
         [0.0556434, -0.2040259, 1.0572252],
     ]
 )
-_NORMAL_MAPS = ("bump", "map_bump", "norm", "map_kn", "disp")
 
 
 @dataclass(frozen=True)
@@ -37,13 +38,13 @@ class MtlMaterial:
     ----------
     material : Material
     placement : Placement
-    emission_placement : Placement or None
-        Of the emission's image, where it differs.
+    second_placement : Placement or None
+        Of the images of `Material.second_uvs`, if any.
     """
 
     material: Material
     placement: Placement
-    emission_placement: Placement | None
+    second_placement: Placement | None
 
 
 def read_libraries(
@@ -150,35 +151,72 @@ def _material(
         if colors is not None and colors.placement != mask.placement:
             model.note(f"material {name!r}: its map_d lies where its map_Kd does")
         colors = masked(colors, mask)
-    _list_the_rest(name, block, model)
     emission = _color(
         block, "ke", (0.0, 0.0, 0.0) if glow is None else (1.0, 1.0, 1.0), name, model, where
     )
-    first = colors or glow
-    return MtlMaterial(
-        Material(
-            name=name,
-            albedo=albedo,
-            emission=emission,
-            albedo_texture=None if colors is None else colors.texture,
-            emission_texture=None if glow is None else glow.texture,
-            alpha_cutoff=CUTOFF if cut_out else None,
-        ),
-        Placement() if first is None else first.placement,
-        glow.placement if glow and first and glow.placement != first.placement else None,
+    maps = gloss_maps(block, found, model, where)
+    maps |= {"albedo": colors} if colors is not None else {}
+    maps |= {"emission": glow} if glow is not None else {}
+    first, second = _places(maps, name, model)
+    opacity = _opacity(name, block, model)
+    if "disp" in block:
+        model.asks_for("displacement", name)
+    fields: dict[str, Any] = {"albedo": albedo, **_gloss(name, block, albedo, maps, model, where)}
+    fields |= {f"{image}_texture": entry.texture for image, entry in maps.items()}
+    material = Material(
+        name=name,
+        emission=emission,
+        alpha_cutoff=CUTOFF if cut_out else None,
+        alpha=1.0 if cut_out else opacity,
+        blends=opacity < 1.0 and not cut_out,
+        second_uvs=frozenset(image for image in maps if maps[image].placement == second),
+        **fields,
     )
+    return MtlMaterial(material, first, second)
 
 
-def _list_the_rest(name: str, block: dict[str, str], model: Model) -> None:
-    """List what the material asks for beyond diffuse reflection."""
-    if any(_number(word) > 0.0 for word in _words(block, "ks")):
-        model.asks_for("specular reflection", name)
-    if any(key in block for key in _NORMAL_MAPS):
-        model.asks_for("normal maps", name)
-    opacity = [_number(word) for word in _words(block, "d")[-1:]]
-    opacity += [1.0 - _number(word) for word in _words(block, "tr")[-1:]]
-    if any(value < 1.0 for value in opacity):
+def _gloss(
+    name: str,
+    block: dict[str, str],
+    albedo: Color,
+    maps: dict[str, Map],
+    model: Model,
+    where: str,
+) -> dict[str, Any]:
+    numbers: dict[str, float] = {
+        key: _last_number(block, key) for key in ("ns", "pr", "pm", "illum") if key in block
+    }
+    # A number that is not said beside its image counts in full.
+    for key in ("pr", "pm"):
+        if f"map_{key}" in block:
+            numbers.setdefault(key, 1.0)
+    specular = _color(block, "ks", (0.0, 0.0, 0.0), name, model, where) if "ks" in block else None
+    return gloss_fields(numbers, albedo, specular, maps)
+
+
+def _places(maps: dict[str, Map], name: str, model: Model) -> tuple[Placement, Placement | None]:
+    """Return where the images lie, that of the albedo first, and the other place if any."""
+    order = ("albedo", "emission", *maps)
+    places = list(dict.fromkeys(maps[image].placement for image in order if image in maps))
+    if len(places) > 2:
+        model.note(f"material {name!r}: a third placement of its images (-o, -s) is not drawn")
+    return places[0] if places else Placement(), places[1] if len(places) > 1 else None
+
+
+def _opacity(name: str, block: dict[str, str], model: Model) -> float:
+    """Return what `d` or `Tr` says; 0, which would hide the surface, is taken as 1."""
+    found = [_last_number(block, "d")] if "d" in block else []
+    found += [1.0 - _last_number(block, "tr")] if "tr" in block else []
+    opacity = min([value for value in found if value > 0.0], default=1.0)
+    if opacity < 1.0:
         model.asks_for("transparency, drawn opaque", name)
+    return min(opacity, 1.0)
+
+
+def _last_number(block: dict[str, str], key: str) -> float:
+    """Return the number of a statement, whose options stand before it; 0 if it is none."""
+    value = _number((_words(block, key) or ["0"])[-1])
+    return value if abs(value) <= LARGEST_NUMBER else 0.0
 
 
 def _number(word: str) -> float:

@@ -127,8 +127,8 @@ def _add_mesh(
         # Corners without coordinates show the image's origin.
         own = np.where(uv[:, None] >= 0, vertices.uvs[uv], 0.0)
         uvs = _downward(own if entry is None else entry.placement.placed(own))
-        if entry is not None and entry.emission_placement is not None:
-            emission_uvs = _downward(entry.emission_placement.placed(own))
+        if entry is not None and entry.second_placement is not None:
+            emission_uvs = _downward(entry.second_placement.placed(own))
     colors = vertices.colors[vertex] if np.any(vertices.colored[vertex]) else None
     return model.add_mesh(
         vertices.positions[vertex], triangles, normals, uvs, colors, name, emission_uvs
