@@ -27,6 +27,7 @@ from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
+from ssdo_gl.settings.backgrounds import background_color
 from ssdo_gl.settings.fields import describe
 from ssdo_gl.settings.loading import LoadOptions
 from ssdo_gl.settings.resolve import settings_for
@@ -273,7 +274,9 @@ class Renderer(FrameLoop):
             else:
                 first = plane.first_channel
                 images[name] = read_texture(plane.texture)[:, :, first : first + plane.channels]
-            if name == "position_ws":
+            if name == "beauty":
+                images[name] = self._before_background(images[name])
+            elif name == "position_ws":
                 images[name] = world_positions(images[name], view)
             elif name == "depth":
                 images[name] = camera_depths(images[name], view)
@@ -281,6 +284,15 @@ class Renderer(FrameLoop):
                 z_vs = read_texture(self._executor.texture("z_vs"))
                 images[name] = world_normals(images[name], z_vs, view)
         return images
+
+    def _before_background(self, beauty: Image) -> Image:
+        """Return the picture in front of a background of one colour, as it is shown, or none."""
+        color = background_color(self.settings.background)
+        if color is None:
+            return beauty
+        behind = np.zeros(4, dtype=np.float32)
+        behind[:3] = np.array(color) * 2.0 ** -(self.settings.exposure or 0.0)
+        return np.where(beauty[..., 3:] > 0.0, beauty, behind)
 
 
 def render(

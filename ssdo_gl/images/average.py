@@ -15,8 +15,8 @@ class ImageAverage:
 
     ``display`` is averaged as the light that a screen emits, not as its sRGB code:
     the mean of codes would draw edges too dark. Tone mapping comes before averaging, so
-    that an edge against a blinding light is smooth, too. A single image passes
-    unchanged.
+    that an edge against a blinding light is smooth, too. Where its alpha is below 1, each
+    frame counts by its own. A single image passes unchanged.
     """
 
     def __init__(self) -> None:
@@ -29,7 +29,9 @@ class ImageAverage:
         self._count += 1
         self._single = dict(images) if self._count == 1 else {}
         for name, image in images.items():
-            light = linear_from_srgb(image) if name == "display" else image.astype(np.float64)
+            light = image.astype(np.float64)
+            if name == "display":
+                light[..., :3] = linear_from_srgb(light[..., :3]) * light[..., 3:]
             self._sums[name] = self._sums.get(name, 0.0) + light
 
     def images(self) -> dict[str, NDArray[np.float32]]:
@@ -38,5 +40,7 @@ class ImageAverage:
             return self._single
         means = {name: total / self._count for name, total in self._sums.items()}
         if "display" in means:
-            means["display"] = srgb_from_linear(means["display"])
+            color, alpha = means["display"][..., :3], means["display"][..., 3:]
+            straight = color / np.where(alpha > 0.0, alpha, 1.0)
+            means["display"] = np.concatenate([srgb_from_linear(straight), alpha], axis=-1)
         return {name: mean.astype(np.float32) for name, mean in means.items()}

@@ -55,6 +55,8 @@ def picture_of(
 ) -> NDArray[np.uint8]:
     """Return an 8-bit RGB picture of an image, as `ColorMapping` says and the window shows.
 
+    RGBA, straight, of a ``display`` that is not opaque.
+
     Parameters
     ----------
     name : str
@@ -72,7 +74,10 @@ def picture_of(
         return _to_bytes(_stretched(values, extent, invert=mapping is ColorMapping.DEPTH))
     if name != "display":
         values = srgb_from_linear(np.clip(values[:, :, :3], 0.0, 1.0))
-    return _to_bytes(values[:, :, :3], dithered=True)
+    pixels = _to_bytes(values[:, :, :3], dithered=True)
+    if name == "display" and values.shape[2] == 4 and values[:, :, 3].min() < 1.0:
+        return np.concatenate([pixels, _to_bytes(values[:, :, 3:])[:, :, :1]], axis=2)
+    return pixels
 
 
 def _stretched(

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.settings.backgrounds import ENVIRONMENT, TRANSPARENT, background_color
 from ssdo_gl.settings.fields import setting
 from ssdo_gl.settings.settings import same_as
 
@@ -19,6 +20,7 @@ class ToneMapSettings:
     """How radiance becomes a picture."""
 
     exposure: float = same_as("exposure", 0.0)
+    background: str = same_as("background", ENVIRONMENT)
     curve: str = setting(
         "plain",
         "plain shows radiance 1 as white and clips above; aces rolls highlights off",
@@ -28,16 +30,21 @@ class ToneMapSettings:
 
 def uniforms(settings: ToneMapSettings) -> dict[str, object]:
     """Return the uniforms of ``passes/tone_map.frag``."""
-    return {"u_exposure_scale": 2.0**settings.exposure}
+    result: dict[str, object] = {"u_exposure_scale": 2.0**settings.exposure}
+    color = background_color(settings.background)
+    if color is not None:
+        result["u_background"] = color
+    return result
 
 
 def defines(settings: ToneMapSettings) -> dict[str, int]:
     """Return the defines of ``passes/tone_map.frag``."""
-    return {"TONE_CURVE": int(settings.curve == "aces")}
+    background = {ENVIRONMENT: 0, TRANSPARENT: 2}.get(settings.background, 1)
+    return {"TONE_CURVE": int(settings.curve == "aces"), "BACKGROUND": background}
 
 
 class ToneMapPass(RenderPass):
-    """The picture (scene-linear) to `display` (sRGB-encoded, opaque).
+    """The picture (scene-linear) to `display`, sRGB-encoded; its alpha is 0 where nothing is seen.
 
     In 16 bits a channel: whoever makes 8 of them dithers, which needs the rest.
 

@@ -18,6 +18,7 @@ from ssdo_gl.passes.gbuffer import GBUFFER_IMAGES, GBufferPass
 from ssdo_gl.passes.radiance_aov import RadianceAovPass
 from ssdo_gl.passes.sender_radiance import SenderRadiancePass
 from ssdo_gl.passes.tone_map import ToneMapPass, ToneMapSettings
+from ssdo_gl.settings.backgrounds import ENVIRONMENT
 
 
 @dataclass(frozen=True)
@@ -176,7 +177,10 @@ class _Builder:
             glossy=request.is_glossy,
         )
         self.add(composite, "adds up the terms")
-        tone = ToneMapSettings(exposure=request.settings.exposure or 0.0)
+        tone = ToneMapSettings(
+            exposure=request.settings.exposure or 0.0,
+            background=request.settings.background or ENVIRONMENT,
+        )
         display = ToneMapPass(request.with_overrides("tone_map", tone), self.picture)
         self.add(display, "from radiance to the display")
 

@@ -146,15 +146,9 @@ class SceneBuilder:
         if camera is None or self.options.frames_all:
             camera_motion = None
             camera = self._framed(camera, fov_y, height, exposure or 0.0)
-        lights = len(self.lights)
-        if self.options.replaces_light:
-            environment = self._chosen_light(camera)
-        elif exposure is None and environment is None and self.lights:
-            camera, environment = self._lit(camera, has_lamps=has_lamps)
-        elif environment is None and not self.lights and self.options.adds_light:
-            environment = self._default_light(camera, "no light in the file")
-        is_usual = self.options.replaces_light or len(self.lights) > lights
-        slack = defaults.METERING_SLACK if is_usual else 0.0
+        camera, environment, slack = self._light(camera, environment, exposure, has_lamps)
+        if isinstance(environment, MapEnvironment) and environment.name == defaults.STUDIO:
+            render = {"background": defaults.STUDIO_BACKGROUND, **(render or {})}
         return Scene(
             meshes=tuple(self.meshes),
             materials=tuple(self.materials),
@@ -168,9 +162,28 @@ class SceneBuilder:
             purpose=purpose,
             notes=tuple(self.notes),
             loading=self.options,
-            metering_slack=None if exposure is not None else slack,
+            metering_slack=slack,
             is_framed=is_framed,
         )
+
+    def _light(
+        self,
+        camera: Camera,
+        environment: Environment | None,
+        exposure: float | None,
+        has_lamps: bool,
+    ) -> tuple[Camera, Environment | None, float | None]:
+        """Complete the lights; return camera, environment and `Scene.metering_slack`."""
+        lights = len(self.lights)
+        if self.options.replaces_light:
+            environment = self._chosen_light(camera)
+        elif exposure is None and environment is None and self.lights:
+            camera, environment = self._lit(camera, has_lamps=has_lamps)
+        elif environment is None and not self.lights and self.options.adds_light:
+            environment = self._default_light(camera, "no light in the file")
+        is_usual = self.options.replaces_light or len(self.lights) > lights
+        slack = defaults.METERING_SLACK if is_usual else 0.0
+        return camera, environment, slack if exposure is None else None
 
     def _framed(
         self, given: Camera | None, fov_y: float, height: float | None, exposure: float

@@ -19,6 +19,7 @@ from typing import Any
 from ssdo_gl.suggestion import suggestion
 
 Choices = tuple[str | float, ...]
+COLOR_CODE = "#[0-9a-fA-F]{6}"
 # Shaders compute in float32; what lies beyond would arrive there as infinity.
 FLOAT32_MAX = 3.4028234e38
 # More characters of a value than this say nothing more about what is wrong with it.
@@ -55,6 +56,8 @@ class SettingInfo:
         The effect in one sentence.
     choices : tuple
         The only valid values, or empty.
+    is_color : bool
+        Whether ``#rrggbb`` is valid besides the choices.
     also : tuple of float
         Numbers outside the range that are valid, too: 0 or infinity.
     slider_high : float or None
@@ -81,6 +84,7 @@ class SettingInfo:
     high: float | None = None
     doc: str = ""
     choices: Choices = ()
+    is_color: bool = False
     also: tuple[float, ...] = ()
     slider_high: float | None = None
     metavar: str = ""
@@ -110,7 +114,8 @@ class SettingInfo:
     def expected(self) -> str:
         """What would be valid, for messages."""
         if self.choices:
-            return f"one of {', '.join(value_text(choice) for choice in self.choices)}"
+            listed = ", ".join(value_text(choice) for choice in self.choices)
+            return f"one of {listed}" + (", or #rrggbb" if self.is_color else "")
         if self.kind is Kind.SIZE:
             return f"WIDTHxHEIGHT as a flag or [width, height] in a file, each {self.range_text}"
         is_number = self.kind in (Kind.INTEGER, Kind.NUMBER)
@@ -123,6 +128,8 @@ class SettingInfo:
         if isinstance(value, bool) != (self.kind is Kind.BOOLEAN):
             return False
         if self.choices:
+            if self.is_color and isinstance(value, str) and re.fullmatch(COLOR_CODE, value):
+                return True
             return isinstance(value, (str, float, int)) and value in self.choices
         if self.kind is Kind.SIZE:
             sides = value if isinstance(value, tuple) and len(value) == 2 else ("",)

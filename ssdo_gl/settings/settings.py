@@ -13,6 +13,7 @@ from typing import Any, Literal
 from ssdo_gl.effects.estimators import ESTIMATORS
 from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.settings import modes
+from ssdo_gl.settings.backgrounds import BACKGROUNDS
 from ssdo_gl.settings.fields import SettingError, SettingInfo, Unset, check, describe, setting
 
 Combine = Literal["ambient", "multiply", "report"]
@@ -125,6 +126,15 @@ class Settings:
         slider_high=10.0,
         metavar="EV",
         modes=modes.ALL,
+    )
+    background: str | None = _look(
+        None,
+        "what is shown where no surface is, a colour or nothing (alpha); by default the"
+        " environment, or what suits the light that was added",
+        choices=BACKGROUNDS,
+        is_color=True,
+        metavar="COLOUR|transparent|environment",
+        is_quality=False,
     )
     antialias: int = _quality(
         1,

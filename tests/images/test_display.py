@@ -14,8 +14,10 @@ def test_visibility_is_white_where_open():
 
 
 def test_display_is_not_encoded_a_second_time():
-    image = np.full((1, 1, 4), 0.2, np.float32)
+    image = np.array([[[0.2, 0.2, 0.2, 1.0]]], np.float32)
     assert picture_of("display", image)[0, 0].tolist() == [51, 51, 51]
+    image[..., 3] = 0.4
+    assert picture_of("display", image)[0, 0].tolist() == [51, 51, 51, 102]
 
 
 def test_depth_is_bright_near_and_black_where_nothing_is():

@@ -20,7 +20,7 @@ EXPECTED = {
     modes.ALL: "size camera projection two_sided exposure combine bounces shadow_rays radius seed "
     "shadows effects overrides backend quiet light no_default_light normals crease_angle up",
     modes.ONE: "method estimator samples steps spp filter resolution_scale max_error aov time "
-    "preset budget_ms recalibrate",
+    "preset budget_ms recalibrate background",
     modes.HEADLESS: "antialias frames stats snapshot explain",
     frozenset({modes.BENCH}): "bench quick",
 }
@@ -33,6 +33,7 @@ def words(info):
         "overrides": "bounce.strength=2",
         "aov": "depth",
         "light": "studio",
+        "background": "#ff8800",
     }
     if info.kind is Kind.BOOLEAN:
         return [info.flag]

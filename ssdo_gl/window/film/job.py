@@ -81,7 +81,7 @@ class FilmJob:
         result = self._renderer.render(
             ["display"], camera=camera, seconds=self._start_s + seconds, progress=progress
         )
-        self._writer.add(picture_of("display", result.images["display"]))
+        self._writer.add(picture_of("display", result.images["display"])[:, :, :3])
         self.done_count += 1
         if self.is_done:
             self._writer.finish()

@@ -1,0 +1,27 @@
+"""What is shown where no surface is: the environment, nothing, or one colour."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ssdo_gl.images.color import linear_from_srgb
+
+ENVIRONMENT, TRANSPARENT = "environment", "transparent"
+_CODES = {"black": "#000000", "grey": "#808080", "white": "#ffffff"}
+BACKGROUNDS = (ENVIRONMENT, TRANSPARENT, *_CODES)
+
+
+def background_color(background: str | None) -> tuple[float, float, float] | None:
+    """Return the scene-linear colour, black of transparency; None: the environment is seen.
+
+    Parameters
+    ----------
+    background : str or None
+        One of `BACKGROUNDS`, or ``#rrggbb`` in sRGB. None: environment.
+    """
+    if background in (None, ENVIRONMENT):
+        return None
+    code = "#000000" if background == TRANSPARENT else _CODES.get(background, background)
+    encoded = np.array([int(code[i : i + 2], 16) / 255.0 for i in (1, 3, 5)])
+    red, green, blue = (float(value) for value in linear_from_srgb(encoded))
+    return red, green, blue
