@@ -113,9 +113,10 @@ void main()
 #endif
 #endif
     vec3 irradiance = unshadowed_irradiance(light, p_vs, n_vs, horizon_vs);
+    float visibility = 1.0;
 #if HAS_SHADOW_MAP
     // In a light's own plane, where it gives nothing, visibility has no meaning.
-    float visibility = shadow_visibility(
+    visibility = shadow_visibility(
         light, shadowed_vs, horizon_vs, texel, is_surface, is_lifted);
 #if HAS_LIFT
     visibility *= is_lifted ? fade_of_lift(light, p_vs, n_vs, lift) : 1.0;
@@ -123,7 +124,8 @@ void main()
     irradiance = largest_component(irradiance) > 0.0 ? irradiance * visibility : vec3(0.0);
 #endif
 #if GLOSSY
-    LightGloss reflected = gloss_of_light(brdf_at(texel), light, p_vs, n_vs, irradiance);
+    LightGloss reflected = gloss_of_light(
+        brdf_at(texel), light, p_vs, n_vs, irradiance, visibility);
     irradiance = reflected.irradiance;
     o_gloss = vec4(is_surface ? reflected.radiance : vec3(0.0), 0.0);
 #endif

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass
@@ -18,6 +17,7 @@ from ssdo_gl.effects.near_field import (
     filtered,
 )
 from ssdo_gl.effects.request import Request
+from ssdo_gl.effects.sender_bound import sender_bound
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
@@ -29,9 +29,6 @@ from ssdo_gl.passes.screen_space_settings import (
     estimator_uniforms,
     kept_names,
 )
-from ssdo_gl.scene.environment_kinds import MapEnvironment
-from ssdo_gl.scene.lights import Form
-from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.fields import setting
 
 
@@ -136,32 +133,6 @@ class BouncePass(RenderPass):
             uniforms(self.settings, context.frame, self._has_back_layer, self.sender_bound),
             {f"t_{name}": context.inputs[name] for name in self.reads},
         )
-
-
-def sender_bound(scene: Scene, radius: float) -> float:
-    """Return the largest radiance a diffuse sender can plausibly have in `scene`.
-
-    A rectangle or the environment of radiance L lights a surface with at most pi L, so
-    it sends at most L. Directional light E sends E / pi. A point light is unbounded near
-    itself; nearer than a tenth of R, or of the R that suits the scene if that is less, it
-    is part of no receiver's near field worth having. Emission that no light stands for
-    counts as it is.
-    """
-    has_points = any(light.form is Form.POINT for light in scene.lights)
-    nearest = 0.1 * min(radius, scene.default_radius()) if has_points else 0.0
-    total = sum(light.sender_radiance(nearest) for light in scene.lights)
-    emitted = [max(m.emission) for m in scene.materials]
-    return total + max(emitted, default=0.0) + _environment_maximum(scene)
-
-
-def _environment_maximum(scene: Scene) -> float:
-    environment = scene.environment
-    if environment is None:
-        return 0.0
-    if isinstance(environment, MapEnvironment):
-        return float(environment.image.max(initial=0.0))
-    colors = dataclasses.astuple(environment)
-    return float(max(max(color) for color in colors))
 
 
 class Bounce(Effect):

@@ -42,7 +42,8 @@ class DirectSettings:
 
 def is_smooth(scene: Scene) -> bool:
     """Return whether any surface is shaded by normals that are not its triangles' own."""
-    return any(mesh.normals is not None for mesh in scene.meshes)
+    has_maps = any(material.normal_texture is not None for material in scene.materials)
+    return has_maps or any(mesh.normals is not None for mesh in scene.meshes)
 
 
 def uniforms(settings: DirectSettings, frame: Frame) -> dict[str, object]:
@@ -90,7 +91,9 @@ class DirectPass(RenderPass):
             self.writes["direct_gloss"] = TextureSpec(4, "f4")
         more = *(("shadow_atlas",) if shadow_maps else ()), *(("lift_vs",) if lifts else ())
         self._wiring = {f"t_{name}": name for name in ("z_vs", "normals_vs", *more)}
-        self._wiring |= brdf_wiring(glossy) if glossy else {}
+        if glossy:
+            tables = {"t_reflectance": "reflectance", "t_lobe_transforms": "lobe_transforms"}
+            self._wiring |= {**brdf_wiring(glossy), **tables}
         self.reads = tuple(self._wiring.values())
         # The map of a directional light encloses the geometry; the seed turns the
         # pattern of soft shadows.

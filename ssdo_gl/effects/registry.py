@@ -14,10 +14,12 @@ from ssdo_gl.effects.effect import Effect
 from ssdo_gl.effects.emission import Emission
 from ssdo_gl.effects.environment import EnvironmentImage
 from ssdo_gl.effects.far_field import FarField
+from ssdo_gl.effects.gloss_tables import GlossTables
 from ssdo_gl.effects.ray_data import RayData
 from ssdo_gl.effects.reference_ao import ReferenceAo
 from ssdo_gl.effects.reference_gi import ReferenceGi
 from ssdo_gl.effects.reference_near import ReferenceNear
+from ssdo_gl.effects.reflections import Reflections
 from ssdo_gl.effects.shadow_map import ShadowMaps
 from ssdo_gl.effects.ssao import Ssao
 from ssdo_gl.effects.surface_cache import SurfaceCache
@@ -41,11 +43,13 @@ _EFFECTS: list[Effect] = [
     ReferenceAo(),
     ReferenceNear(),
     Bounce(),
+    Reflections(),
     ReferenceGi(),
     # What several of those above may need comes last.
     BackLayer(),
     SurfaceCache(),
     RayData(),
+    GlossTables(),
 ]
 
 

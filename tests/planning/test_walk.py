@@ -58,7 +58,7 @@ SEPARATE = ["directional_filter", "bounce_filter"]
         (("bounce", "directional"), {}, [FILTER]),
         (("bounce",), {}, ["bounce_filter"]),
         (("display",), {"method": "ssdo"}, ["directional_filter"]),
-        (("display",), {"effects": "full"}, SEPARATE),
+        (("display",), {"effects": "full"}, [*SEPARATE, "reflections_filter"]),
         (("display",), {"overrides": {"bounce_filter.tap_radius": 4}}, SEPARATE),
         # Senders need the frame's size, which only the filter gives.
         (("display",), {"resolution_scale": 0.5}, SEPARATE),

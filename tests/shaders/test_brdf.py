@@ -66,7 +66,7 @@ def test_values_and_densities_against_float64(gl, shaders, albedo, normals, w_ou
     given = surfaces(albedo, normals, w_outs)
     w_in = w_ins.array(COUNT)
     inputs = {**given, "w_in": w_in}
-    brdf = Brdf(given["albedo"])
+    brdf = Brdf.diffuse(given["albedo"])
     wanted = brdf.times_cosine(given["normal"], given["w_out"], w_in)
     assert np.mean(wanted > 0.0) > 0.2
     np.testing.assert_allclose(
@@ -86,7 +86,7 @@ def test_samples_against_float64(gl, shaders, albedo, normals, w_outs, points):
     given = surfaces(albedo, normals, w_outs)
     u = points.array(COUNT)
     inputs = {**given, "u": u}
-    w_in, weight, density = Brdf(given["albedo"]).sample(given["normal"], given["w_out"], u)
+    w_in, weight, density = Brdf.diffuse(given["albedo"]).sample(given["normal"], given["w_out"], u)
     found = shader(gl, shaders, f"{SAMPLE}.w_in", inputs, 3)
     np.testing.assert_allclose(found, w_in, atol=DIRECTION_TOLERANCE)
     found_weight = shader(gl, shaders, f"{SAMPLE}.weight", inputs, 3)
@@ -102,7 +102,7 @@ def test_samples_against_float64(gl, shaders, albedo, normals, w_outs, points):
 def test_diffuse_radiance_against_float64(gl, shaders, albedo, light):
     inputs = {"albedo": albedo(COUNT), "irradiance": light.array(COUNT, 3)}
     found = shader(gl, shaders, "diffuse_radiance(Brdf(albedo), irradiance)", inputs, 3)
-    wanted = Brdf(inputs["albedo"]).diffuse_radiance(inputs["irradiance"])
+    wanted = Brdf.diffuse(inputs["albedo"]).diffuse_radiance(inputs["irradiance"])
     np.testing.assert_allclose(found, wanted, rtol=TOLERANCE)
 
 

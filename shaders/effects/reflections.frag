@@ -1,0 +1,98 @@
+#version 330 core
+// What glossy surfaces reflect: the mean radiance that their lobe takes in,
+//   L = integral of gloss(w_out, w) cos L_in(w) dw / integral of gloss(w_out, w) cos dw,
+// L_in = what a march through the depth layers meets along w, else the environment. Without
+// the surface's own reflectance, images on surfaces stay sharp when noise is filtered.
+//
+// Smooth surfaces march as far as the picture goes; rough ones within R, as visibility is
+// defined: there the open directions that SSDO finds are weighted by the lobe.
+//
+// Defines: SAMPLE_COUNT, STEP_COUNT, REFINE_COUNT, HAS_BACK_LAYER; GATHERS_SENDERS 0: what
+// blocks a direction is black; ENVIRONMENT_KIND: as in lib/environment.glsl.
+#define GLOSSY 1
+#define IS_OPEN 0
+#include "lib/layer_reflectance.glsl"
+#include "lib/receiver.glsl"
+#include "lib/march.glsl"
+#include "lib/finite.glsl"
+#include "lib/environment_lobes.glsl"
+
+#if GATHERS_SENDERS
+uniform sampler2D t_sender_radiance;
+uniform float u_hidden_senders;
+uniform float u_sender_bound;
+#endif
+uniform float u_max_roughness;     // of surfaces that reflect what lies beyond R
+
+layout(location = 0) out vec4 o_reflections;  // mean radiance; alpha: z for the filter
+
+// Where a lobe is brightest: rough ones lean from the mirrored direction to the normal
+// (Lagarde and de Rousiers 2014, "Moving Frostbite to PBR", listing 22).
+vec3 lobe_axis(vec3 normal, vec3 mirrored, float alpha)
+{
+    float smoothness = 1.0 - alpha;
+    return normalize(mix(normal, mirrored, smoothness * (sqrt(smoothness) + alpha)));
+}
+
+#if GATHERS_SENDERS
+vec3 sent_from(ivec2 texel, vec3 to_receiver)
+{
+    vec3 radiance = texelFetch(t_sender_radiance, texel, 0).rgb;
+    float largest = max(radiance.r, max(radiance.g, radiance.b));
+    float factor = largest > u_sender_bound ? u_sender_bound / largest : 1.0;
+    bool is_light = is_finite(radiance) && all(greaterThanEqual(radiance, vec3(0.0)));
+    bool faces = dot(gbuffer_geometric_normal_vs(texel), to_receiver) > 0.0;
+    return is_light ? radiance * factor * (faces ? 1.0 : u_hidden_senders) : vec3(0.0);
+}
+#endif
+
+void main()
+{
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    Receiver r = receiver_at(pixel, SAMPLE_COUNT);
+    Brdf brdf = brdf_at(receiver_texel(pixel));
+    o_reflections = vec4(0.0, 0.0, 0.0, r.z_vs);
+    if (!(r.z_vs > 0.0) || !is_glossy(brdf)) {
+        return;
+    }
+    vec3 w_out = normalize(-r.position_vs);
+    float cos_out = cosine_out(r.normal_vs, w_out);
+    float alpha = alpha_of(brdf.roughness);
+    vec3 local = transpose(r.vs_from_tangent) * w_out;
+    local = local.z < MIN_COSINE ? normalize(vec3(local.xy, MIN_COSINE)) : local;
+    float reach = brdf.roughness <= u_max_roughness ? FAR_REACH * r.z_vs : u_radius;
+    Tangent t = tangent_at(r.position_vs, r.geometric_vs);
+    // Samples share the lobe: each stands for a narrower one.
+    float share_alpha = alpha * inversesqrt(float(SAMPLE_COUNT));
+    vec3 all = vec3(0.0);
+    vec3 open = vec3(0.0);
+    vec3 sent = vec3(0.0);
+    for (int i = 0; i < SAMPLE_COUNT; ++i) {
+        vec3 u = sample_point(r, i);
+        vec3 h = sampled_visible_normal(local, alpha, u.xy);
+        vec3 w = r.vs_from_tangent * (2.0 * dot(local, h) * h - local);
+        float cos_in = dot(w, r.normal_vs);
+        float spread = sqrt(alpha * alpha + (1.0 - alpha * alpha) * cos_out * cos_out);
+        float smith = smith_visibility(cos_out, cos_in, alpha) * 2.0 * (cos_out + spread) * cos_in;
+        vec3 weight = cos_in > 0.0 ? fresnel(brdf, dot(local, h)) * smith : vec3(0.0);
+        // Facets of what stands for a smooth surface do not hide each other.
+        w -= min(2.0 * dot(w, r.geometric_vs), 0.0) * r.geometric_vs;
+        vec3 sky = weight * lobe_radiance(direction_ws_of(w), share_alpha);
+        Blocker b = march(t, w, reach, u.z, STEP_COUNT, REFINE_COUNT);
+        all += sky;
+        if (!is_blocked(b)) {
+            open += sky;
+        }
+#if GATHERS_SENDERS
+        else if (weight != vec3(0.0)) {
+            sent += weight * sent_from(b.texel, r.position_vs - gbuffer_position_vs(b.texel));
+        }
+#endif
+    }
+    vec3 mirrored = reflect(-w_out, r.normal_vs);
+    vec3 axis = direction_ws_of(lobe_axis(r.normal_vs, mirrored, alpha));
+    // The exact light, as far as the sampled one arrives: without noise where all is open.
+    vec3 arrived = lobe_radiance(axis, alpha) * (open / max(all, vec3(1e-30)));
+    vec3 reflectance = max(layer_reflectance(brdf, cos_out), vec3(1e-4));
+    o_reflections.rgb = arrived + sent / (float(SAMPLE_COUNT) * reflectance);
+}

@@ -1,0 +1,199 @@
+"""Glossy reflections of surfaces in view and of the environment."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from ssdo_gl.effects.decisions import Decision
+from ssdo_gl.effects.effect import Effect, ReasonedPass, Term
+from ssdo_gl.effects.near_field import filtered
+from ssdo_gl.effects.request import Request
+from ssdo_gl.effects.sender_bound import sender_bound
+from ssdo_gl.gpu.fullscreen import draw_fullscreen
+from ssdo_gl.graph.frame import Frame
+from ssdo_gl.graph.render_pass import PassContext, RenderPass
+from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.passes.brdf_wiring import brdf_wiring
+from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterSettings
+from ssdo_gl.passes.environment_uniforms import (
+    MAP_RADIANCE,
+    environment_kind,
+    environment_uniforms,
+)
+from ssdo_gl.passes.screen_space_settings import ScreenSpaceSettings, estimator_uniforms
+from ssdo_gl.scene.environment_kinds import Environment
+from ssdo_gl.settings.fields import setting
+
+
+@dataclass(frozen=True)
+class ReflectionsSettings:
+    """Settings of glossy reflections."""
+
+    samples: int = setting(4, "directions of the lobe per pixel", low=1, high=64)
+    steps: int = setting(16, "depth reads along each direction", low=2, high=256)
+    refine_steps: int = setting(4, "bisections that find where a direction meets", low=0, high=8)
+    max_roughness: float = setting(
+        0.4, "rougher surfaces reflect what is within R only", low=0.0, high=1.0
+    )
+
+
+def uniforms(
+    settings: ReflectionsSettings,
+    march: ScreenSpaceSettings,
+    frame: Frame,
+    has_back_layer: bool,
+    bound: float | None,
+) -> dict[str, Any]:
+    """Return the uniforms of ``effects/reflections.frag``; no `bound` where nothing is sent."""
+    senders = {} if bound is None else {"u_sender_bound": bound, "u_hidden_senders": 0.25}
+    return {
+        **estimator_uniforms(march, frame, has_back_layer),
+        **environment_uniforms(frame),
+        **senders,
+        "u_max_roughness": settings.max_roughness,
+    }
+
+
+class ReflectionsPass(RenderPass):
+    """Writes `reflections_raw`: rgb mean radiance of each surface's lobe, a = z.
+
+    Background is 0.
+
+    Parameters
+    ----------
+    settings : ReflectionsSettings
+    march : ScreenSpaceSettings
+        How blockers are told from the depth buffer.
+    environment : Environment or None
+    bound : float or None
+        As `sender_bound` of `BouncePass`; None: what blocks a direction is black.
+    has_back_layer : bool
+        Read ``z_layers`` to know where solids end.
+    """
+
+    name = "reflections"
+
+    def __init__(
+        self,
+        settings: ReflectionsSettings,
+        march: ScreenSpaceSettings,
+        environment: Environment | None,
+        *,
+        bound: float | None = None,
+        has_back_layer: bool = False,
+    ) -> None:
+        self.settings, self._march, self._bound = settings, march, bound
+        kind = environment_kind(environment)
+        self._wiring = {
+            "t_z_vs": "z_vs",
+            "t_normals_vs": "normals_vs",
+            **brdf_wiring(glossy=True),
+            "t_reflectance": "reflectance",
+            **({"t_environment_lobes": "environment_lobes"} if kind > 1 else {}),
+            **({"t_environment": MAP_RADIANCE} if kind == 3 else {}),
+            **({"t_sender_radiance": "sender_radiance"} if bound is not None else {}),
+            **({"t_z_layers": "z_layers"} if has_back_layer else {}),
+        }
+        self.reads = tuple(self._wiring.values())
+        self.writes = {"reflections_raw": TextureSpec(4, transient=True)}
+        self.depends_on = ("view", "seed", "environment")
+        self._has_back_layer = has_back_layer
+        self._defines = {
+            "SAMPLE_COUNT": settings.samples,
+            "STEP_COUNT": settings.steps,
+            "REFINE_COUNT": settings.refine_steps,
+            "HAS_BACK_LAYER": int(has_back_layer),
+            "GATHERS_SENDERS": int(bound is not None),
+            "ENVIRONMENT_KIND": kind,
+        }
+
+    def settings_key(self) -> Hashable:
+        """Return the settings and switches."""
+        return self.settings, self._march, self._bound, tuple(self._defines.items())
+
+    def execute(self, context: PassContext) -> None:
+        """Draw one triangle over the target."""
+        assert context.target is not None
+        draw_fullscreen(
+            context.gl,
+            context.shaders.fullscreen("effects/reflections.frag", self._defines),
+            context.target,
+            uniforms(self.settings, self._march, context.frame, self._has_back_layer, self._bound),
+            {sampler: context.inputs[name] for sampler, name in self._wiring.items()},
+        )
+
+
+class ReflectedRadiancePass(RenderPass):
+    """Writes `reflections`: rgb radiance towards the camera, a = 0."""
+
+    name = "reflected_radiance"
+    WIRING: ClassVar[Mapping[str, str]] = {
+        "t_z_vs": "z_vs",
+        "t_normals_vs": "normals_vs",
+        **brdf_wiring(glossy=True),
+        "t_reflectance": "reflectance",
+        "t_reflections_raw": "reflections_raw",
+        "t_reflections_filtered": "reflections_filtered",
+    }
+    reads = tuple(WIRING.values())
+    writes: Mapping[str, TextureSpec] = {"reflections": TextureSpec(4)}
+    depends_on = ("view",)
+
+    def execute(self, context: PassContext) -> None:
+        """Draw one triangle over the target."""
+        assert context.target is not None
+        draw_fullscreen(
+            context.gl,
+            context.shaders.fullscreen("effects/reflected_radiance.frag"),
+            context.target,
+            context.frame.view.uniforms(),
+            {sampler: context.inputs[name] for sampler, name in self.WIRING.items()},
+        )
+
+
+class Reflections(Effect):
+    """What glossy surfaces reflect of the environment and of each other."""
+
+    name = "reflections"
+    methods = frozenset({"ssdo", "bounce", "gi"})
+    terms = (Term("specular", "reflections", "radiance", glossy=True),)
+    settings: ClassVar[Mapping[str, type]] = {
+        "reflections": ReflectionsSettings,
+        "reflections_filter": EdgeAwareFilterSettings,
+    }
+    gathers_from_senders = True
+
+    def need(self, request: Request) -> Decision:
+        """Run where a glossy surface may be seen."""
+        has_sky = request.content.environment != "none"
+        return request.decision(
+            "reflections",
+            "glossy surfaces reflect what is around them",
+            [
+                (request.is_view_empty, "no surface is in view"),
+                (not request.is_glossy, "every surface is diffuse"),
+                (not (has_sky or request.anything_is_sent), "there is nothing to reflect"),
+            ],
+            ("reflections", "reflections_filter", "reflected_radiance"),
+        )
+
+    def passes(self, request: Request) -> Iterator[ReasonedPass]:
+        """Yield estimator, filter and what the surface makes of it."""
+        settings = request.with_overrides(self.name, ReflectionsSettings())
+        is_bounce = request.settings.method != "ssdo"
+        item = ReflectionsPass(
+            settings,
+            ScreenSpaceSettings(radius=request.radius),
+            request.environment,
+            bound=sender_bound(request.scene, request.radius) if is_bounce else None,
+            has_back_layer=request.runs("back_layer"),
+        )
+        yield item, "what the lobes of glossy surfaces take in"
+        yield filtered(request, "reflections_filter", "reflections_raw", "reflections_filtered")
+        yield ReflectedRadiancePass(), "what glossy surfaces reflect"
+
+    def sends(self, request: Request) -> bool:
+        """Return that reflections are not sent on."""
+        return False

@@ -1,0 +1,104 @@
+"""Reflections in scenes whose answer is known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import ssdo_gl
+from ssdo_gl.scene.formats.toml import read_description
+from ssdo_gl.settings import Settings
+
+SIZE = (64, 48)
+HEAD = """
+[camera]
+position = [0, 1, 4]
+target = [0, 0.2, 0]
+fov_y = 40
+exposure = 0
+[render]
+radius = 1.0
+"""
+SKY = '[environment]\nkind = "constant"\nradiance = [0.5, 1.0, 2.0]\n'
+FLOOR = """
+[[object]]
+shape = "quad"
+corner = [-50, 0, 50]
+edge_u = [100, 0, 0]
+edge_v = [0, 0, -100]
+material = "floor"
+"""
+GLOWING_WALL = """
+[materials.glow]
+albedo = [0, 0, 0]
+emission = [3, 2, 1]
+[[object]]
+shape = "box"
+min = [-2, 0, -2]
+max = [2, 3, -1]
+material = "glow"
+"""
+
+
+def floor(keys: str) -> str:
+    return f"[materials.floor]\n{keys}\n"
+
+
+def picture(text: str, **settings):
+    scene = read_description(HEAD + text, "scene.toml")
+    return np.asarray(ssdo_gl.render(scene, size=SIZE, **settings), np.float64)
+
+
+@pytest.mark.parametrize("roughness", [0.0, 0.2, 0.5, 1.0])
+def test_metal_in_an_even_sky_shows_its_reflectance(roughness):
+    """A white furnace: what a metal loses is what single scattering of its facets loses."""
+    metal = floor(f"albedo = [1, 1, 1]\nmetallic = 1\nroughness = {roughness}")
+    found = picture(SKY + metal + FLOOR, method="bounce")[SIZE[1] // 2 :, :, :3]
+    wanted = picture(SKY + metal + FLOOR, method="reference-gi", spp=256)[SIZE[1] // 2 :, :, :3]
+    assert found.max() <= 2.0 * (1.0 + 1e-3)
+    # Noise of 256 paths, over half a picture.
+    np.testing.assert_allclose(found.mean(axis=(0, 1)), wanted.mean(axis=(0, 1)), rtol=0.01)
+    if roughness == 0.0:
+        np.testing.assert_allclose(found, np.broadcast_to([0.5, 1.0, 2.0], found.shape), rtol=5e-3)
+
+
+@pytest.mark.parametrize("roughness", [0.0, 0.3, 0.7])
+def test_a_glowing_wall_is_seen_in_the_floor(roughness):
+    scene = floor(f"albedo = [0.9, 0.8, 0.7]\nmetallic = 1\nroughness = {roughness}")
+    scene += FLOOR + GLOWING_WALL
+    found = picture(scene, method="bounce")[..., :3]
+    wanted = picture(scene, method="reference-gi", spp=256)[..., :3]
+    below = slice(SIZE[1] * 5 // 8, None)
+    assert wanted[below].mean() > 0.1
+    # The march meets the wall some pixels off, and R ends before all of it is reached.
+    assert found[below].mean() == pytest.approx(wanted[below].mean(), rel=0.15)
+
+
+def test_metal_in_the_dark_is_exactly_black():
+    metal = floor("albedo = [1, 1, 1]\nmetallic = 1\nroughness = 0")
+    dark = '[environment]\nkind = "constant"\nradiance = [0, 0, 0]\n'
+    assert np.all(picture(dark + metal + FLOOR, method="bounce")[..., :3] == 0.0)
+
+
+@pytest.mark.parametrize("method", ["bounce", "ssdo"])
+def test_all_effects_draw_the_same_picture_of_diffuse_surfaces(method):
+    """Where nothing is glossy, nothing of gloss runs, and nothing is missing."""
+    scene = SKY + floor("albedo = [0.7, 0.5, 0.3]") + FLOOR + GLOWING_WALL
+    planned = picture(scene, method=method)
+    full = picture(scene, method=method, effects="full")
+    np.testing.assert_allclose(planned, full, atol=1e-6)
+    names = passes_of(scene, method)
+    assert not {"reflections", "reflectance_table"} & names
+
+
+@pytest.mark.parametrize("method", ["bounce", "ssdo", "direct"])
+def test_planning_leaves_a_glossy_picture_as_it_is(method):
+    scene = SKY + floor("albedo = [0.7, 0.5, 0.3]\nroughness = 0.3") + FLOOR + GLOWING_WALL
+    planned = picture(scene, method=method)
+    np.testing.assert_allclose(planned, picture(scene, method=method, effects="full"), atol=1e-6)
+
+
+def passes_of(text: str, method: str) -> set[str]:
+    scene = read_description(HEAD + text, "scene.toml")
+    with ssdo_gl.Renderer(scene, Settings(size=SIZE, method=method)) as renderer:
+        return {row.name for row in renderer.render(("beauty",)).passes if row.ran}

@@ -1,0 +1,245 @@
+"""How glossy surfaces reflect: against float64, and the laws that every reflection keeps."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hard_cases.drawn import SEEDS, batches, directions, float32, squares, unit
+from hypothesis import strategies as st
+from oracle import screen_space
+from oracle.brdf import MIN_ALPHA, Brdf
+from oracle.monte_carlo import chi_square_quantile, sidak_level
+from shaders.harness import evaluate
+
+COUNT = 20_000
+# Relative to the value or to 1, whichever is more. Of a narrow lobe the height is that of
+# its width squared, whose own rounding the direction's 6e-8 is divided by.
+TOLERANCE = 1e-5
+SAMPLES = 1 << 17
+SIGNIFICANCE = 1e-3
+
+
+@st.composite
+def surfaces(draw):
+    """Draw functions from a count to surfaces: metals, dielectrics and both extremes."""
+    seed = draw(SEEDS)
+
+    def array(count):
+        rng = np.random.default_rng(seed)
+        metal = rng.random(count) < 0.5
+        roughness = np.where(rng.random(count) < 0.2, rng.choice([0.0, 1.0], count), rng.random(count))
+        base = np.where(rng.random((count, 1)) < 0.2, rng.choice([0.0, 1.0], (count, 1)), rng.random((count, 3)))
+        f0 = np.where(metal[:, None], base, 0.04)
+        return {
+            "albedo": float32(np.where(metal[:, None], 0.0, base)),
+            "f0": float32(f0),
+            "f90": float32(np.ones(count)),
+            "roughness": float32(roughness),
+        }
+
+    return array
+
+
+def twin(given):
+    names = ("albedo", "f0", "f90", "roughness")
+    return Brdf(*(np.asarray(given[name], np.float64) for name in names))
+
+
+def at(given, normals, w_outs, grazing=89.99, count=COUNT):
+    """Return inputs of the shader with w_out up to `grazing` degrees from the normal."""
+    normal, w_out = normals.array(count), w_outs.array(count)[::-1].copy()
+    cosine = np.einsum("ni,ni->n", normal, w_out)
+    w_out[cosine < 0.0] *= -1.0
+    lowest = np.cos(np.radians(grazing))
+    low = np.abs(cosine) < lowest
+    w_out[low] += (lowest - np.abs(cosine[low]))[:, None] * normal[low]
+    return {**given(count), "normal": normal, "w_out": float32(unit_rows(w_out))}
+
+
+def unit_rows(vectors):
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+
+
+def shader(gl, shaders, body, inputs, components):
+    found = evaluate(
+        gl, shaders, ["lib/brdf.glsl"], body.replace("BRDF", "Brdf(albedo, f0, f90, roughness)"),
+        inputs, components, defines={"GLOSSY": 1},
+    )  # fmt: skip
+    return found.astype(np.float64)[:, 0 if components == 1 else slice(None)]
+
+
+TIMES_COSINE = "brdf_times_cosine(BRDF, normal, w_out, w_in)"
+DENSITY = "brdf_density(BRDF, normal, w_out, w_in)"
+SAMPLE = "brdf_sample(BRDF, normal, w_out, u)"
+
+
+def tolerances(inputs, w_in):
+    """Return what errors may be, relative to the value or 1; inf where nothing is known.
+
+    The half vector's rounding is that of the sum of both directions, and moves the place on
+    a lobe by so much of its width; that of cosines counts where they are small.
+    """
+    alpha = np.maximum(inputs["roughness"].astype(np.float64) ** 2, MIN_ALPHA)
+    size = np.linalg.norm(inputs["w_out"].astype(np.float64) + w_in, axis=1)
+    cosines = [
+        np.maximum(np.abs(np.einsum("ni,ni->n", inputs["normal"].astype(np.float64), w)), 1e-4)
+        for w in (inputs["w_out"], w_in)
+    ]
+    rounding = 1e-6 * (1.0 / (alpha * size) + 1.0 / cosines[0] + 1.0 / cosines[1])
+    # On the horizon itself, which side light comes from is a matter of rounding.
+    return np.where((size > 1e-3) & (cosines[1] > 1e-4), TOLERANCE + rounding, np.inf)
+
+
+@batches(5, given=surfaces(), normals=directions(), w_outs=directions(), w_ins=directions())
+def test_values_and_densities_against_float64(gl, shaders, given, normals, w_outs, w_ins):
+    inputs = {**at(given, normals, w_outs), "w_in": w_ins.array(COUNT)}
+    args = tuple(inputs[name].astype(np.float64) for name in ("normal", "w_out", "w_in"))
+    wanted = twin(inputs).times_cosine(*args)
+    found = shader(gl, shaders, TIMES_COSINE, inputs, 3)
+    assert np.isfinite(found).all()
+    allowed = tolerances(inputs, args[2])
+    assert np.mean(np.isfinite(allowed)) > 0.8
+    error = np.abs(found - wanted) / np.maximum(np.abs(wanted), 1.0)
+    assert np.all(error.max(axis=1) < allowed)
+    assert np.quantile(error, 0.99) < TOLERANCE
+    density = shader(gl, shaders, DENSITY, inputs, 1)
+    error = np.abs(density - twin(inputs).density(*args)) / np.maximum(density, 1.0)
+    assert np.all(error < allowed)
+
+
+@batches(5, given=surfaces(), normals=directions(), w_outs=directions(), points=squares())
+def test_samples_against_float64(gl, shaders, given, normals, w_outs, points):
+    inputs = {**at(given, normals, w_outs, 89.0), "u": points.array(COUNT)}
+    args = tuple(inputs[name].astype(np.float64) for name in ("normal", "w_out", "u"))
+    w_in, weight, _ = twin(inputs).sample(*args)
+    found = shader(gl, shaders, f"{SAMPLE}.w_in", inputs, 3)
+    assert np.isfinite(found).all()
+    # Which of both lobes is drawn from may be a matter of rounding, and the angle around
+    # the normal of a view along it.
+    alike = np.abs(found - w_in).max(axis=1) < 1e-3
+    assert np.mean(alike) > 0.99
+    found_weight = shader(gl, shaders, f"{SAMPLE}.weight", inputs, 3)
+    assert np.isfinite(found_weight).all()
+    assert found_weight.min() >= 0.0
+    # No sample makes a firefly: its weight is at most what the chance of its lobe leaves.
+    assert found_weight.max() <= 11.0
+    smooth = inputs["roughness"] > 0.1
+    good = alike & smooth
+    # Rounding of the sample moves it on its lobe.
+    assert np.quantile(np.abs(found_weight - weight)[good], 0.999) < 5e-3
+
+
+@batches(5, given=surfaces(), normals=directions(), w_outs=directions(), w_ins=directions())
+def test_light_may_be_turned_round(gl, shaders, given, normals, w_outs, w_ins):
+    inputs = at(given, normals, w_outs, 80.0)
+    w_in, w_out, normal = w_ins.array(COUNT), inputs["w_out"], inputs["normal"]
+    cos_in, cos_out = (np.einsum("ni,ni->n", normal, w) for w in (w_in, w_out))
+    above = (cos_in > 0.1) & (cos_out > 0.1)
+    there = shader(gl, shaders, TIMES_COSINE, {**inputs, "w_in": w_in}, 3)
+    back = shader(gl, shaders, TIMES_COSINE, {**inputs, "w_in": w_out, "w_out": w_in}, 3)
+    a, b = there[above] / cos_in[above, None], back[above] / cos_out[above, None]
+    np.testing.assert_allclose(a, b, rtol=1e-3, atol=1e-4)
+
+
+COSINES = (1.0, 0.7, 0.3, 0.1, 0.02)
+ROUGHNESSES = (0.0, 0.1, 0.3, 0.6, 1.0)
+
+
+def mean_weight(gl, shaders, albedo, f0, roughness, cosine):
+    """The share of evenly spread light that leaves, by samples of the shader."""
+    rng = np.random.default_rng(5)
+    inputs = {
+        "albedo": np.full((SAMPLES, 3), albedo),
+        "f0": np.full((SAMPLES, 3), f0),
+        "f90": np.ones(SAMPLES),
+        "roughness": np.full(SAMPLES, roughness),
+        "normal": np.tile([0.0, 0.0, 1.0], (SAMPLES, 1)),
+        "w_out": np.tile([np.sqrt(1.0 - cosine**2), 0.0, cosine], (SAMPLES, 1)),
+        "u": float32(rng.random((SAMPLES, 2))),
+    }
+    weight = shader(gl, shaders, f"{SAMPLE}.weight", inputs, 3)[:, 0]
+    return weight.mean(), weight.std() / np.sqrt(SAMPLES)
+
+
+@pytest.mark.parametrize("roughness", ROUGHNESSES)
+def test_no_metal_gives_more_than_it_gets(gl, shaders, roughness):
+    for cosine in COSINES:
+        mean, error = mean_weight(gl, shaders, 0.0, 1.0, roughness, cosine)
+        assert mean <= 1.0 + 1e-4 + 4.0 * error
+        if roughness == 0.0:
+            assert mean == pytest.approx(1.0, abs=5e-3)
+
+
+def test_dielectrics_of_gltf_give_more_only_at_grazing_views(gl, shaders):
+    """Appendix B mixes by the half vector, so at grazing views both parts are near whole.
+
+    Over all views together a white dielectric gives no more than it gets.
+    """
+    node, weight = np.polynomial.legendre.leggauss(12)
+    cosines, weights = 0.5 * (node + 1.0), 0.5 * weight
+    for roughness in (0.05, 0.3, 1.0):
+        shares = [mean_weight(gl, shaders, 1.0, 0.04, roughness, c)[0] for c in cosines]
+        assert np.all(np.array(shares)[cosines > 0.7] <= 1.01)
+        assert 2.0 * np.sum(weights * cosines * shares) <= 1.06
+
+
+BINS = 16, 24  # of height, of azimuth
+FINE = 24
+
+
+@pytest.mark.parametrize("roughness", [0.3, 0.6, 1.0])
+@pytest.mark.parametrize("w_out", [(0.0, 0.0, 1.0), (0.8, 0.2, 0.5), (0.99, 0.0, 0.1)])
+@pytest.mark.parametrize("metallic", [0.0, 1.0])
+def test_samples_have_their_density(gl, shaders, roughness, w_out, metallic):
+    """Chi-square of samples in bins of the upper hemisphere, against the density."""
+    rng = np.random.default_rng(7)
+    n, out = (unit(float32(vector)) for vector in ((0.0, 0.0, 1.0), w_out))
+
+    def inputs(count, **more):
+        return {
+            "albedo": np.full((count, 3), 0.6 * (1.0 - metallic)),
+            "f0": np.full((count, 3), 0.04 + 0.8 * metallic),
+            "f90": np.ones(count),
+            "roughness": np.full(count, roughness),
+            "normal": np.tile(n, (count, 1)),
+            "w_out": np.tile(out, (count, 1)),
+        } | more
+
+    u = float32(rng.uniform(0.0, 1.0 - 2.0**-24, (SAMPLES, 2)))
+    w_in = shader(gl, shaders, f"{SAMPLE}.w_in", inputs(SAMPLES, u=u), 3)
+    ranges = [(0.0, 1.0), (-np.pi, np.pi)]
+    azimuth = np.arctan2(w_in[:, 1], w_in[:, 0])
+    # Light from below, which rough facets send there, is none.
+    observed = np.histogram2d(w_in[:, 2], azimuth, BINS, ranges)[0]
+    edges = [
+        low + (np.arange(count * FINE) + 0.5) * (high - low) / (count * FINE)
+        for count, (low, high) in zip(BINS, ranges, strict=True)
+    ]
+    height, turn = (a.ravel() for a in np.meshgrid(*edges, indexing="ij"))
+    frame = screen_space.frame_from_z(n[None])[0]
+    r = np.sqrt(1.0 - height**2)
+    places = float32(np.stack([r * np.cos(turn), r * np.sin(turn), height], -1) @ frame.T)
+    density = shader(gl, shaders, DENSITY, inputs(len(places), w_in=places), 1)
+    share = density.reshape(BINS[0], FINE, BINS[1], FINE).mean(axis=(1, 3))
+    expected = SAMPLES * share * 2.0 * np.pi / (BINS[0] * BINS[1])
+    tested = expected >= 10.0
+    statistic = float(np.sum((observed - expected)[tested] ** 2 / expected[tested]))
+    level = sidak_level(SIGNIFICANCE, 18)
+    limit = chi_square_quantile(level, int(np.count_nonzero(tested)))
+    assert statistic < 1.1 * limit, f"chi-square {statistic:.0f}, allowed {limit:.0f}"
+
+
+@pytest.mark.parametrize("body", [TIMES_COSINE, DENSITY])
+def test_the_worst_of_views_gives_numbers(gl, shaders, body):
+    """Roughness 0, f0 = 1, light and view in the plane, along the normal, and opposite."""
+    places = np.array([[0, 0, 1], [1, 0, 0], [-1, 0, 0], [0, 0, -1], [1, 0, 1e-7], [0.6, 0, 0.8]])
+    out, into = (a.reshape(-1, 3) for a in np.broadcast_arrays(places[:, None], places[None]))
+    count = len(out)
+    for roughness in (0.0, 1e-4, 1.0):
+        inputs = {
+            "albedo": np.ones((count, 3)), "f0": np.ones((count, 3)), "f90": np.ones(count),
+            "roughness": np.full(count, roughness), "normal": np.tile([0.0, 0.0, 1.0], (count, 1)),
+            "w_out": out.copy(), "w_in": into.copy(),
+        }  # fmt: skip
+        found = shader(gl, shaders, body, inputs, 1 if body == DENSITY else 3)
+        assert np.isfinite(found).all() and found.min() >= 0.0
