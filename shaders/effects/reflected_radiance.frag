@@ -24,7 +24,7 @@ void main()
         float blur = smoothstep(SHARP_ALPHA, BLURRED_ALPHA, alpha_of(brdf.roughness));
         vec3 raw = texelFetch(t_reflections_raw, texel, 0).rgb;
         vec3 filtered = texelFetch(t_reflections_filtered, texel, 0).rgb;
-        vec3 w_out = normalize(-gbuffer_position_vs(texel));
+        vec3 w_out = toward_camera(gbuffer_position_vs(texel));
         float cos_out = cosine_out(gbuffer_shading_normal_vs(texel), w_out);
         o_radiance.rgb = mix(raw, filtered, blur) * layer_reflectance(brdf, cos_out);
     }

@@ -55,7 +55,7 @@ void main()
     if (!(r.z_vs > 0.0) || !is_glossy(brdf)) {
         return;
     }
-    vec3 w_out = normalize(-r.position_vs);
+    vec3 w_out = toward_camera(r.position_vs);
     float cos_out = cosine_out(r.normal_vs, w_out);
     float alpha = alpha_of(brdf.roughness);
     vec3 local = transpose(r.vs_from_tangent) * w_out;

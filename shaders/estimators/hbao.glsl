@@ -31,7 +31,7 @@ float blocked_along(Tangent t, vec3 view, vec3 along, float jitter)
 float estimator_visibility(Receiver r, ivec2 centre)
 {
     Tangent t = tangent_at(r.position_vs, r.geometric_vs);
-    vec3 view = to_camera(r.position_vs);
+    vec3 view = toward_camera(r.position_vs);
     mat3 axes = frame_from_z(view);
     float blocked = 0.0;
     for (int i = 0; i < DIRECTION_COUNT; ++i) {
