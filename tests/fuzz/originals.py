@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from ktx2_writer import ktx2
 from PIL import Image
 
 from ssdo_gl.scene.load import builtin_names
@@ -47,7 +48,7 @@ SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype="<f4")
 
 
 def gltf_document(buffer: bytes, uri: str | None) -> dict[str, Any]:
-    """Return a textured square with a child, a light, a camera, an animation and a skin."""
+    """Return a textured square with a child, a light, a camera and morph targets that move."""
     f32, u16, vec = 5126, 5123, "VEC3"
     accessors = [
         {"bufferView": 0, "componentType": f32, "count": 4, "type": vec,
@@ -57,20 +58,35 @@ def gltf_document(buffer: bytes, uri: str | None) -> dict[str, Any]:
         {"componentType": f32, "count": 4, "type": vec, "sparse": {
             "count": 1, "indices": {"bufferView": 1, "componentType": u16},
             "values": {"bufferView": 0}}},
+        {"bufferView": 3, "componentType": f32, "count": 2, "type": "SCALAR"},
+        {"componentType": 5121, "count": 4, "type": "VEC4"},
+        {"componentType": f32, "count": 4, "type": "VEC4"},
+        {"bufferView": 0, "componentType": f32, "count": 2, "type": vec},
+        {"bufferView": 3, "componentType": f32, "count": 2, "type": "SCALAR"},
     ]  # fmt: skip
     material = {
         "name": "wood",
         "pbrMetallicRoughness": {
             "baseColorFactor": [0.5, 0.5, 0.5, 1],
             "baseColorTexture": {"index": 0},
+            "metallicRoughnessTexture": {"index": 0, "texCoord": 1},
+            "roughnessFactor": 0.5,
         },
+        "normalTexture": {"index": 0, "scale": 0.5, "extensions": {
+            "KHR_texture_transform": {"offset": [0.5, 0], "scale": [2, 2], "rotation": 1}}},
+        "occlusionTexture": {"index": 0, "strength": 0.5},
         "emissiveFactor": [0, 0.1, 0],
         "alphaMode": "MASK",
         "alphaCutoff": 0.4,
-        "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 3}},
-    }
+        "extensions": {
+            "KHR_materials_emissive_strength": {"emissiveStrength": 3},
+            "KHR_materials_ior": {"ior": 1.4},
+            "KHR_materials_specular": {"specularFactor": 0.5, "specularTexture": {"index": 0}},
+        },
+    }  # fmt: skip
     primitive = {
-        "attributes": {"POSITION": 0, "NORMAL": 0, "TEXCOORD_0": 2, "COLOR_0": 0},
+        "attributes": {"POSITION": 0, "NORMAL": 0, "TEXCOORD_0": 2, "TEXCOORD_1": 2, "COLOR_0": 0,
+                       "JOINTS_0": 5, "WEIGHTS_0": 6},
         "indices": 1, "material": 0, "mode": 4, "targets": [{"POSITION": 3}],
     }  # fmt: skip
     instancing = {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0}}}
@@ -78,13 +94,25 @@ def gltf_document(buffer: bytes, uri: str | None) -> dict[str, Any]:
         "asset": {"version": "2.0"},
         "extensionsUsed": ["KHR_lights_punctual"],
         "scene": 0,
-        "scenes": [{"nodes": [0, 2, 3]}],
+        "scenes": [{"nodes": [0, 2, 3, 4]}],
         "nodes": [
             {"mesh": 0, "children": [1], "rotation": [0, 0, 0, 1], "weights": [0.5]},
             {"mesh": 0, "matrix": np.eye(4).reshape(-1).tolist(), "extensions": instancing},
             {"camera": 0, "translation": [0, 0, 3], "scale": [1, 1, 1]},
             {"extensions": {"KHR_lights_punctual": {"light": 0}}},
+            {"mesh": 0, "skin": 0, "weights": [0.2]},
         ],
+        "skins": [{"joints": [1, 0]}],
+        "animations": [{
+            "name": "wave",
+            "channels": [
+                {"sampler": 0, "target": {"node": 0, "path": "translation"}},
+                {"sampler": 0, "target": {"node": 3, "path": "scale"}},
+                {"sampler": 1, "target": {"node": 4, "path": "weights"}},
+            ],
+            "samplers": [{"input": 4, "output": 7},
+                         {"input": 4, "output": 8, "interpolation": "STEP"}],
+        }],
         "cameras": [{"type": "perspective", "perspective": {"yfov": 0.8, "znear": 0.1}}],
         "meshes": [{"primitives": [primitive], "weights": [0.1]}],
         "materials": [material],
@@ -96,6 +124,7 @@ def gltf_document(buffer: bytes, uri: str | None) -> dict[str, Any]:
             {"buffer": 0, "byteOffset": 0, "byteLength": 48},
             {"buffer": 0, "byteOffset": 48, "byteLength": 12},
             {"buffer": 0, "byteOffset": 0, "byteLength": 32, "byteStride": 8},
+            {"buffer": 0, "byteOffset": 8, "byteLength": 8},
         ],
         "buffers": [{"byteLength": len(buffer), **({} if uri is None else {"uri": uri})}],
         "extensions": {"KHR_lights_punctual": {"lights": [
@@ -122,6 +151,43 @@ def gltf() -> list[Original]:
     ]
 
 
+def compressed() -> list[Original]:
+    """Return the square with a Draco mesh, with meshopt buffers, and with a KTX2 texture."""
+    import DracoPy
+    import meshopt
+
+    triangles = np.array([[0, 1, 2], [0, 2, 3]], dtype="<u4")
+    draco = DracoPy.encode(SQUARE, triangles, preserve_order=True)
+    rows = meshopt.encode_gltf_buffer(SQUARE, "ATTRIBUTES")
+    attribute = {"componentType": 5126, "count": 4, "type": "VEC3"}
+    index = {"componentType": 5125, "count": 6, "type": "SCALAR"}
+    primitive: dict[str, Any] = {"attributes": {"POSITION": 0, "TEXCOORD_0": 0}, "material": 0}
+    packed = {"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {"POSITION": 0}}}
+    first = {"meshes": [{"primitives": [{**primitive, "indices": 1, "extensions": packed}]}],
+             "accessors": [attribute, index],
+             "bufferViews": [{"buffer": 0, "byteLength": len(draco)}]}  # fmt: skip
+    first["meshes"][0]["primitives"][0]["attributes"].pop("TEXCOORD_0")
+    part = {"buffer": 0, "byteLength": len(rows), "count": 4, "byteStride": 12,
+            "mode": "ATTRIBUTES", "filter": "NONE"}  # fmt: skip
+    view = {"buffer": 1, "byteLength": 48, "extensions": {"EXT_meshopt_compression": part}}
+    second = {"meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "mode": 6}]}],
+              "accessors": [{**attribute, "bufferView": 0}], "bufferViews": [view]}  # fmt: skip
+    originals = []
+    for name, document, data in (("a.drc", first, draco), ("a.bin", second, rows)):
+        whole = {
+            "asset": {"version": "2.0"},
+            "scenes": [{"nodes": [0]}],
+            "nodes": [{"mesh": 0}],
+            "materials": [{}],
+            "buffers": [{"byteLength": len(data), "uri": name}],
+            **document,
+        }
+        originals.append({"a.gltf": json.dumps(whole, indent=1).encode(), name: data})
+    texture = b'[materials.m]\nalbedo_texture = "t.ktx2"\n'
+    ball = b'[[object]]\nshape = "sphere"\nradius = 1\nmaterial = "m"\n'
+    return [*originals, {"a.toml": texture + ball, "t.ktx2": ktx2((200, 100, 50, 255), (16, 8))}]
+
+
 def obj() -> list[Original]:
     text = (
         "# square\nmtllib a.mtl b.mtl\no one\nv 0 0 0 1 0 0\nv 1 0 0\nv 1 1 0 0.5 0.5 0.5\n"
@@ -134,6 +200,8 @@ def obj() -> list[Original]:
         "wood.png\nmap_d wood.png\nbump -bm 0.5 wood.png\n"
     )
     second = "newmtl lamp\nKd xyz 0.5 0.5 0.5\nKe 3 2 1\nmap_Ke wood.png\nTr 0.2\n"
+    second += "Ns 20\nPr 0.5\nPm 0.5\nmap_Pr wood.png\nmap_Pm wood.png\nnorm -s 3 3 wood.png\n"
+
     wood = image("PNG", "RGBA")
     return [
         {"a.obj": text.encode(), "a.mtl": first.encode(), "b.mtl": second.encode(),
@@ -230,8 +298,16 @@ def of_kind(kind: str, folder: Path) -> list[Original]:
     """Return the originals of a kind; `folder` is a place for files on the way."""
     if kind == "images":
         return images(folder)
-    makers = {"gltf": gltf, "obj": obj, "ply": ply, "stl": stl, "off": off, "toml": toml}
+    makers = {
+        "gltf": gltf,
+        "compressed": compressed,
+        "obj": obj,
+        "ply": ply,
+        "stl": stl,
+        "off": off,
+        "toml": toml,
+    }
     return presets() if kind == "presets" else makers[kind]()
 
 
-KINDS = ("toml", "gltf", "obj", "ply", "stl", "off", "images", "presets")
+KINDS = ("toml", "gltf", "compressed", "obj", "ply", "stl", "off", "images", "presets")
