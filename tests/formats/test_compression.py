@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -241,6 +242,17 @@ def test_what_ends_the_decoder_is_one_line_and_another_starts(
     with pytest.raises(decoders.DecoderError, match="ended the decoder"):
         decoders.decoded_draco(b"x", {})
     assert decoders.decoded_draco(b"y", {})[0].tolist() == [0.0, 0.0, 0.0]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems set no limit")
+def test_a_decoder_has_so_much_memory(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    worker = tmp_path / "worker.py"
+    text = client.WORKER.read_text(encoding="utf-8")
+    worker.write_text(text.replace("    import DracoPy\n", "    np.empty(1 << 32, np.uint8)\n"))
+    monkeypatch.setattr(client, "WORKER", worker)
+    monkeypatch.setattr(client, "find_spec", lambda name: True)
+    with pytest.raises(decoders.DecoderError, match="needs too much memory"):
+        decoders.decoded_draco(b"", {})
 
 
 def test_a_decoder_that_does_not_end_is_ended(
