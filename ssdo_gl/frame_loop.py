@@ -88,6 +88,7 @@ class FrameLoop:
         self._planner = Planner()
         self._planned: FramePlan | None = None
         self._lean = scene
+        self._pose: tuple[Camera, CameraPose] | None = None
         self._moved: tuple[Scene, float, Scene] | None = None
         self._versions = {"geometry": 0, "lights": 0, "environment": 0}
 
@@ -215,14 +216,17 @@ class FrameLoop:
         """Return the view through the pixels' centres of the geometry as it stands."""
         size = self.settings.size
         aspect = size[0] / size[1]
-        rotation = camera.view_from_world_rotation()
-        pose = CameraPose(np.asarray(camera.position, dtype=np.float64), rotation)
+        if self._pose is None or self._pose[0] != camera:
+            rotation = camera.view_from_world_rotation()
+            pose = CameraPose(np.asarray(camera.position, dtype=np.float64), rotation)
+            self._pose = camera, pose
+        pose = self._pose[1]
         if camera.height is not None:
             bounds = self._geometry.depth_bounds(pose, camera.half_frame(aspect))
             return parallel_view(pose, size, camera.half_frame(aspect), bounds)
         tan_half_fov = camera.tan_half_fov(aspect)
         near, far = self._geometry.near_far(pose, tan_half_fov)
-        return FrameView(size, pose.position_ws, rotation, tan_half_fov, near, far)
+        return FrameView(size, pose.position_ws, pose.view_from_world, tan_half_fov, near, far)
 
     def _frame(
         self, view: FrameView, index: int, count: int, nonce: int = 0, *, is_live: bool = False

@@ -8,8 +8,9 @@ holds small numbers only.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import replace
+from typing import Any, TypeVar
 
 import moderngl
 import numpy as np
@@ -33,6 +34,11 @@ from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh
 from ssdo_gl.scene.scene import Scene
 
+# Views of which what shows is remembered: two passes and the next frame ask for the same.
+MOST_KNOWN = 64
+
+Found = TypeVar("Found")
+
 __all__ = ["CameraPose", "Geometry", "Viewpoint"]
 
 
@@ -51,6 +57,7 @@ class Geometry:
         # The mesh is kept with its streams so that its id stays taken.
         self._streams: dict[int, tuple[Mesh, VertexStreams]] = {}
         self._groups: list[DrawGroup] = []
+        self._known: dict[Hashable, Any] = {}
         self.update(scene)
 
     def update(self, scene: Scene) -> None:
@@ -65,6 +72,7 @@ class Geometry:
             self._streams.pop(key)[1].release()
         self._textures.keep(scene.materials)
         self._instances = gather(scene, members, [group.vertices.center for group in self._groups])
+        self._known.clear()
 
     def release(self) -> None:
         """Free every device object."""
@@ -115,7 +123,10 @@ class Geometry:
         programs: dict[Features, Program] = {}
         common = {**uniforms, "u_clip_from_view": clip_from_view}
         is_reflection = bool(np.linalg.det(viewpoint.view_from_world) < 0.0)
-        visible = self._instances.visible(viewpoint, clip_from_view, skip_light)
+        visible = self._once(
+            (_key(viewpoint), clip_from_view.tobytes(), skip_light),
+            lambda: self._instances.visible(viewpoint, clip_from_view, skip_light),
+        )
         for batch, (attributes, is_around) in zip(self._instances.batches, visible, strict=True):
             group = self._groups[batch.group]
             if len(attributes) == 0 or (solids_only and not group.is_solid):
@@ -154,7 +165,7 @@ class Geometry:
         low, high : ndarray, shape (3,)
             Zeros if there are no objects.
         """
-        return self._instances.bounds_along(axes)
+        return self._once(axes.tobytes(), lambda: self._instances.bounds_along(axes))
 
     def near_far(
         self,
@@ -169,7 +180,19 @@ class Geometry:
         one, `near` is `instances.NEAREST_CLIP_RATIO` of `far`. If nothing is visible,
         any pair is right and (0.5, 1) is returned.
         """
-        return self._instances.near_far(viewpoint, tan_half_fov, skip_light)
+        return self._once(
+            (_key(viewpoint), tan_half_fov, skip_light),
+            lambda: self._instances.near_far(viewpoint, tan_half_fov, skip_light),
+        )
+
+    def _once(self, key: Hashable, look_up: Callable[[], Found]) -> Found:
+        """Return what is known of the instances as they stand, looked up the first time."""
+        if key not in self._known:
+            if len(self._known) >= MOST_KNOWN:
+                self._known.clear()
+            self._known[key] = look_up()
+        found: Found = self._known[key]
+        return found
 
     def depth_bounds(
         self, viewpoint: Viewpoint, half_frame: tuple[float, float]
@@ -242,6 +265,10 @@ class Geometry:
         known.render(instances=len(attributes))
         if fronts_only:
             self._gl.disable(moderngl.CULL_FACE)
+
+
+def _key(viewpoint: Viewpoint) -> Hashable:
+    return viewpoint.position_ws.tobytes(), viewpoint.view_from_world.tobytes()
 
 
 def _cutoff_of_image(material: Material) -> float | None:

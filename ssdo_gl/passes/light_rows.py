@@ -24,7 +24,7 @@ def light_rows(
     table = np.zeros((len(lights), ROWS_PER_LIGHT, 4))
     for row, light, frame in zip(table, lights, frames, strict=True):
         _fill_light(row, light, view)
-        row[5:8, :3] = light.axes() @ view.view_from_world.T
+        row[5:8, :3] = light.light_from_world @ view.view_from_world.T
         if frame is not None:
             row[0, 2] = frame.parts_per_side
             row[3:5, 3] = frame.half_size
@@ -35,7 +35,7 @@ def light_rows(
 
 
 def _fill_light(row: NDArray[np.float64], light: Light, view: FrameView) -> None:
-    own = light.shader_row()
+    own = light.own_row
     is_parallel = light.form is Form.PARALLEL
     row[0] = kind_number(light), SHADOW_NUMBERS[light.shadow], 0.0, own.two_sided
     row[1, :3] = view.direction_vs(own.place) if is_parallel else view.point_vs(own.place)

@@ -130,7 +130,7 @@ def _shadow_frame(
     view = light.shadow_view(bounds_of, parts_per_side)
     return ShadowFrame(
         view.origin_ws,
-        light.axes(),
+        light.light_from_world,
         light.form is Form.PARALLEL,
         view.half_size,
         view.depth,

@@ -7,6 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -238,6 +239,16 @@ class Light(ABC):
     @abstractmethod
     def shader_row(self) -> ShaderRow:
         """Return what shaders know of it."""
+
+    @cached_property
+    def light_from_world(self) -> FloatArray:
+        """The `axes`, worked out once: every frame asks for them."""
+        return self.axes()
+
+    @cached_property
+    def own_row(self) -> ShaderRow:
+        """The `shader_row`, worked out once."""
+        return self.shader_row()
 
     @abstractmethod
     def emitter(self, centre: FloatArray, unit: float) -> Emitter:
