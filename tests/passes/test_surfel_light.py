@@ -16,7 +16,7 @@ from ssdo_gl.scene.lights import PointLight
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene
-from ssdo_gl.scene.shapes import box, sphere
+from ssdo_gl.scene.shapes import box, quad, sphere
 
 CAMERA = Camera((0.1, 0.0, 0.2), (0.0, 0.0, 0.0))
 # Fewer surfels than usual: closed forms hold for any number of them.
@@ -123,6 +123,31 @@ def test_no_light_goes_through_a_thin_wall(device, shaders, tessellation) -> Non
     dark = filled.irradiance[inside & (x > 0.013), 0].mean()
     assert lit > 1.0
     assert dark < 1e-3 * lit
+
+
+def test_what_shows_between_two_bodies_is_not_darkened_by_what_they_cover(device, shaders) -> None:
+    """The floor of a groove as wide as it is deep sees sqrt(2) - 1 of an even sky."""
+    boxes = []
+    for low, high in ((-0.1, 0.45), (0.55, 1.1)):
+        matrix = np.diag([high - low, 1.2, 0.2, 1.0])
+        matrix[:3, 3] = (low + high) / 2, 0.5, 0.0
+        boxes.append(SceneObject(1, 0, matrix[None]))
+    floor = Mesh(quad().positions, quad().triangles)
+    scene = Scene(
+        (floor, box()),
+        (Material(albedo=(0.0, 0.0, 0.0)),),
+        (SceneObject(0, 0), *boxes),
+        CAMERA,
+        environment=ConstantEnvironment((1.0, 1.0, 1.0)),
+    )
+    filled = fill(device, shaders, scene, SurfaceCacheSettings(texel=0.6))
+    x, _, z = filled.points.transpose(2, 0, 1)
+    shows = np.all((x > 0.45) & (x < 0.55) & (z > 0.0) & (z < 1e-3), axis=1)
+    # The whole floor has few texels, each with a part that lies in the groove alone.
+    assert 1 <= shows.sum() <= 4
+    expected = np.pi * (np.sqrt(2.0) - 1.0)
+    # 64 rays of each, from the middle of the groove, where it sees 8 % more than on average.
+    np.testing.assert_allclose(filled.irradiance[shows].mean(), expected, rtol=0.2)
 
 
 def moved(scene: Scene, scale: float, offset: float) -> Scene:
