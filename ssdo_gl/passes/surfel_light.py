@@ -84,8 +84,8 @@ class SurfelSkyPass(RenderPass):
         program = self.shared.ready(context, self.name, self.reads, "SURFEL_RAYS_PER_SIDE")
         with drawing_into(context.gl, texture) as target:
             for row in turn:
-                target.scissor = (0, row * rows, SURFELS_PER_ROW, rows)
-                draw_fullscreen(context.gl, program, target, {}, {})
+                region = (0, row * rows, SURFELS_PER_ROW, rows)
+                draw_fullscreen(context.gl, program, target, {}, {}, region=region)
         return {"surfel_sky": TextureWithFacts(texture, made)}
 
 
@@ -159,8 +159,7 @@ class SurfelDirectPass(RenderPass):
         self.is_settled = made.missing == 0
         program = self.shared.ready(context, self.name, self.rays, "PART_COUNT")
         with drawing_into(context.gl, made.parts) as target:
-            target.scissor = tile
-            draw_fullscreen(context.gl, program, target, self._samples(context), {})
+            draw_fullscreen(context.gl, program, target, self._samples(context), {}, region=tile)
         defines = {
             "PART_COUNT": PART_COUNT,
             "SURFEL_RAYS_PER_SIDE": self.shared.settings.rays_per_side,

@@ -182,6 +182,10 @@ class SurfelRaysPass(RenderPass):
         known = facts_of(context, "surfel_hits", Hits)
         if known is not None and known.surfels is surfels:
             texture = context.last["surfel_hits"].texture
+            if known.missing == 0 and known.geometry == geometry:
+                # Lights have changed, and with them the table of materials.
+                self.is_settled = True
+                return {"surfel_hits": TextureWithFacts(texture, known)}
             missing = (known.missing if known.geometry == geometry else side) - 1
             turn = ((known.traced[-1] + 1) % side,)
             number = known.number + 1
@@ -195,8 +199,8 @@ class SurfelRaysPass(RenderPass):
         program = self.shared.ready(context, self.name, self.reads, "SURFEL_RAYS_PER_SIDE")
         with drawing_into(context.gl, texture) as target:
             for row in made.traced:
-                target.scissor = (0, row * rows, texture.width, rows)
-                draw_fullscreen(context.gl, program, target, {}, {})
+                region = (0, row * rows, texture.width, rows)
+                draw_fullscreen(context.gl, program, target, {}, {}, region=region)
                 if context.progress is not None:
                     context.gl.finish()
                     context.progress("surface cache", row + 1, side)
