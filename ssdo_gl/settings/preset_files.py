@@ -97,11 +97,11 @@ def preset_text(settings: Settings, scene_settings: Mapping[str, Any]) -> str:
         value = getattr(settings, name)
         is_told = name == "method" or value not in (None, getattr(usual, name))
         if is_told and info.is_quality and name != "overrides":
-            lines.append(f"{name} = {_toml(value)}")
+            lines.append(f"{name} = {toml_value(value)}")
     if settings.overrides:
         lines += ["", "[settings.overrides]"]
         items = sorted(settings.overrides.items())
-        lines += [f"{json.dumps(key)} = {_toml(value)}" for key, value in items]
+        lines += [f"{json.dumps(key)} = {toml_value(value)}" for key, value in items]
     return "\n".join(lines) + "\n"
 
 
@@ -132,7 +132,8 @@ def is_preset(path: str | Path) -> bool:
         return False
 
 
-def _toml(value: object) -> str:
+def toml_value(value: object) -> str:
+    """Return a string, a number, a boolean or a list of them as TOML has it."""
     if isinstance(value, float):
         text = number_text(value)
         # TOML tells floats from integers by their form.

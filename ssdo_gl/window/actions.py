@@ -6,15 +6,11 @@ import dataclasses
 import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
-from ssdo_gl import __version__
 from ssdo_gl.images.files import OutputError
-from ssdo_gl.scene.load import load_scene
-from ssdo_gl.scene.scene import SceneError
-from ssdo_gl.settings.command_line import command_line
-from ssdo_gl.settings.fields import SettingError, values
-from ssdo_gl.settings.preset_files import is_preset, preset_fields, write_preset
+from ssdo_gl.settings.fields import SettingError
+from ssdo_gl.settings.preset_files import preset_fields, write_preset
 from ssdo_gl.window.bindings import Action, Command
 from ssdo_gl.window.camera import (
     fit,
@@ -24,7 +20,10 @@ from ssdo_gl.window.camera import (
     set_pivot,
     switch_projection,
 )
-from ssdo_gl.window.live import REFINE_FRAMES
+from ssdo_gl.window.history import Edited
+from ssdo_gl.window.opened import reload_file
+from ssdo_gl.window.recent import Recent
+from ssdo_gl.window.saved_view import picture_meta, save_scene, view_command
 from ssdo_gl.window.screenshot import free_stem, save_screenshot
 from ssdo_gl.window.viewer import Viewer
 from ssdo_gl.window.views import METHOD_LABELS
@@ -32,6 +31,11 @@ from ssdo_gl.window.views import METHOD_LABELS
 
 class Host(Protocol):
     """What a command may need of the window around the viewer."""
+
+    recent: Recent
+
+    def defer(self, act: Callable[[], object]) -> None:
+        """Do something between two frames: the panel is drawn within them, too."""
 
     def cursor_uv(self) -> tuple[float, float]:
         """Return the cursor's place in the picture, 0..1 from the top left."""
@@ -57,6 +61,12 @@ class Host(Protocol):
     def toggle_film(self) -> None:
         """Begin to export the camera path, or give it up."""
 
+    def open(self, path: str) -> None:
+        """Show the model, scene or preset at `path`, or a built-in scene."""
+
+    def ask_for_file(self) -> None:
+        """Let the user choose a file, and open it."""
+
     def reload_shaders(self) -> None:
         """Compile what has changed."""
 
@@ -70,73 +80,6 @@ def perform(action: Action, viewer: Viewer, host: Host) -> None:
         _ACTIONS[action.command](viewer, host, action.number)
     except (OutputError, SettingError) as error:
         viewer.say(str(error), is_fault=True)
-
-
-def open_file(path: str, viewer: Viewer) -> bool:
-    """Show the model or scene in `path`; a bad one leaves the present scene.
-
-    A preset is taken over instead, and gets a button in the panel. Returns whether
-    there is another scene.
-    """
-    if is_preset(path):
-        _open_preset(path, viewer)
-        return False
-    try:
-        scene = load_scene(path, viewer.original.loading)
-        viewer.open(scene, path)
-    except (SceneError, SettingError) as error:
-        viewer.say(str(error), is_fault=True)
-        return False
-    # A file of somebody else's must not take the window, and what is in it, along.
-    except Exception as error:
-        viewer.say(f"{path}: cannot be opened: {fault_text(error)}", is_fault=True)
-        return False
-    viewer.say(f"opened {Path(path).name}: {scene.triangle_count} triangles")
-    return True
-
-
-def _open_preset(path: str, viewer: Viewer) -> None:
-    if viewer.read_preset is None:
-        return
-    name = Path(path).stem
-    try:
-        viewer.add_preset(name, viewer.read_preset(path))
-    except SettingError as error:
-        viewer.say(f"{Path(path).name}: {error}", is_fault=True)
-    except Exception as error:
-        viewer.say(f"{path}: is no preset: {fault_text(error)}", is_fault=True)
-    else:
-        viewer.say(f"preset {name}")
-
-
-def fault_text(error: Exception) -> str:
-    """Return what went wrong in one line, whatever it was."""
-    return " ".join(str(error).split()) or type(error).__name__
-
-
-def view_command(viewer: Viewer, out: str = "view.png") -> str:
-    """Return the command line that renders what the left side shows at rest."""
-    width, height = viewer.picture_size
-    settings = dataclasses.replace(
-        viewer.settings_of_side(0), size=(width, height), antialias=REFINE_FRAMES
-    )
-    if viewer.original.is_metered and not settings.gives("exposure"):
-        # From another camera another one would be measured.
-        settings = dataclasses.replace(settings, exposure=viewer.original.camera.exposure)
-    if not settings.is_reference:
-        # There the flag asks for other settings, which the window has found by now.
-        settings = dataclasses.replace(settings, max_error=None)
-    camera = viewer.camera
-    return command_line(
-        viewer.source,
-        settings,
-        scene_settings=viewer.original.render,
-        camera=None if camera is viewer.original.camera else camera,
-        loading=viewer.original.loading,
-        aov=viewer.view.aov,
-        seconds=viewer.clock.seconds,
-        out=out,
-    )
 
 
 def _focus(viewer: Viewer, host: Host, number: int) -> None:
@@ -234,28 +177,11 @@ def _screenshot(viewer: Viewer, host: Host, number: int) -> None:
     if viewer.presenter.picture is None:
         return
     stem = Path(viewer.source).stem
-    path = save_screenshot(viewer.folder, stem, viewer.presenter.pixels(), picture_meta(viewer))
-    viewer.say(f"wrote {path.name} and {path.with_suffix('.json').name}")
-
-
-def picture_meta(viewer: Viewer) -> dict[str, Any]:
-    """Return what made the picture, for the file beside it."""
-    camera = viewer.camera
-    sides = {"left": viewer.left, "right": viewer.right}
-    return {
-        "ssdo_gl": __version__,
-        "command": view_command(viewer),
-        "scene": viewer.source,
-        "seconds": viewer.clock.seconds,
-        "camera": dataclasses.asdict(camera),
-        "view": dataclasses.asdict(viewer.view),
-        "settings": values(viewer.settings),
-        "renderer": viewer.device.renderer,
-        "gl_version": viewer.device.version,
-        "samples": {
-            name: side.image.sample_count for name, side in sides.items() if side is not None
-        },
-    }
+    scene = save_scene(viewer) if viewer.is_edited else None
+    meta = picture_meta(viewer, scene)
+    path = save_screenshot(viewer.folder, stem, viewer.presenter.pixels(), meta)
+    also = f"; the edited scene is {scene.name}" if scene else ""
+    viewer.say(f"wrote {path.name} and {path.with_suffix('.json').name}{also}")
 
 
 def _save_preset(viewer: Viewer, host: Host, number: int) -> None:
@@ -268,11 +194,47 @@ def _save_preset(viewer: Viewer, host: Host, number: int) -> None:
 
 
 def _copy_command(viewer: Viewer, host: Host, number: int) -> None:
-    command = view_command(viewer)
+    scene = save_scene(viewer) if viewer.is_edited else None
+    command = view_command(viewer, scene)
     host.set_clipboard(command)
     viewer.say(f"copied: {command}")
-    if viewer.scene is not viewer.original:
-        viewer.say("the lights were edited here; the command uses those of the file")
+    if scene is not None:
+        viewer.say(f"the edited scene is in {scene}")
+
+
+def _save_scene(viewer: Viewer, host: Host, number: int) -> None:
+    path = save_scene(viewer)
+    viewer.say(f"wrote {path}")
+    if viewer.settings.overrides:
+        viewer.say("settings of single passes are not in it: C copies them as --set")
+
+
+def _reload_scene(viewer: Viewer, host: Host, number: int) -> None:
+    reload_file(viewer)
+
+
+def _undo(viewer: Viewer, host: Host, number: int) -> None:
+    _go_to_step(viewer, viewer.history.undo(), "undone", "nothing to undo")
+
+
+def _redo(viewer: Viewer, host: Host, number: int) -> None:
+    _go_to_step(viewer, viewer.history.redo(), "redone", "nothing to redo")
+
+
+def _go_to_step(viewer: Viewer, step: Edited | None, done: str, nothing: str) -> None:
+    if step is None:
+        viewer.say(nothing, key="undo")
+        return
+    viewer.say(f"{done}: {viewer.edited.difference(step)}", key="undo")
+    viewer.go_to(step)
+    viewer.history.arrive(viewer.edited)
+
+
+def _reset(viewer: Viewer, host: Host, number: int) -> None:
+    what = viewer.edited.difference(viewer.history.start)
+    viewer.go_to(viewer.history.start)
+    viewer.note_edits()
+    viewer.say(f"as at the start: {what}" if what else "nothing was edited", key="undo")
 
 
 def _store(viewer: Viewer, host: Host, number: int) -> None:
@@ -349,6 +311,12 @@ _ACTIONS: dict[Command, Callable[[Viewer, Host, int], None]] = {
     Command.PAUSE: _pause,
     Command.STEP: _step,
     Command.RELOAD: _host(lambda host: host.reload_shaders()),
+    Command.OPEN: _host(lambda host: host.ask_for_file()),
+    Command.RELOAD_SCENE: _reload_scene,
+    Command.SAVE_SCENE: _save_scene,
+    Command.UNDO: _undo,
+    Command.REDO: _redo,
+    Command.RESET: _reset,
     Command.SCREENSHOT: _screenshot,
     Command.SAVE_PRESET: _save_preset,
     Command.COPY_COMMAND: _copy_command,

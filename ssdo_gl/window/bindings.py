@@ -29,9 +29,15 @@ class Command(StrEnum):
     INSPECT = "values under the cursor, or not"
     PAUSE = "stop or go on with the animation"
     STEP = "one step of a stopped animation"
+    OPEN = "open a model, scene or preset"
+    RELOAD_SCENE = "read the scene file again"
+    SAVE_SCENE = "save a scene file that renders this picture"
     SCREENSHOT = "picture and settings to files"
     SAVE_PRESET = "settings to a file for --preset"
     COPY_COMMAND = "copy the command that renders this view"
+    UNDO = "undo the last edit"
+    REDO = "redo what was undone"
+    RESET = "lights, environment, settings and camera as they were at the start"
     STORE = "keep this view as bookmark 1 to 9"
     RECALL = "go to bookmark 1 to 9"
     RECORD = "record a camera path, or end it"
@@ -68,6 +74,7 @@ class Binding:
     number: int = 0
 
 
+_CONTROL_SHIFT = glfw.MOD_CONTROL | glfw.MOD_SHIFT
 _DIGITS = (*range(glfw.KEY_1, glfw.KEY_9 + 1), glfw.KEY_0)
 BINDINGS: tuple[Binding, ...] = (
     Binding("F", glfw.KEY_F, Command.FIT),
@@ -85,10 +92,17 @@ BINDINGS: tuple[Binding, ...] = (
     Binding("I", glfw.KEY_I, Command.INSPECT),
     Binding("Space", glfw.KEY_SPACE, Command.PAUSE),
     Binding(".", glfw.KEY_PERIOD, Command.STEP),
+    Binding("Ctrl+O", glfw.KEY_O, Command.OPEN, glfw.MOD_CONTROL),
+    Binding("F5", glfw.KEY_F5, Command.RELOAD_SCENE),
+    Binding("Ctrl+S", glfw.KEY_S, Command.SAVE_SCENE, glfw.MOD_CONTROL),
+    Binding("Ctrl+Shift+S", glfw.KEY_S, Command.SAVE_PRESET, _CONTROL_SHIFT),
     Binding("F12", glfw.KEY_F12, Command.SCREENSHOT),
-    Binding("Ctrl+S", glfw.KEY_S, Command.SAVE_PRESET, glfw.MOD_CONTROL),
     Binding("C", glfw.KEY_C, Command.COPY_COMMAND),
     Binding("Ctrl+C", glfw.KEY_C, Command.COPY_COMMAND, glfw.MOD_CONTROL),
+    Binding("Ctrl+Z", glfw.KEY_Z, Command.UNDO, glfw.MOD_CONTROL),
+    Binding("Ctrl+Shift+Z", glfw.KEY_Z, Command.REDO, _CONTROL_SHIFT),
+    Binding("Ctrl+Y", glfw.KEY_Y, Command.REDO, glfw.MOD_CONTROL),
+    Binding("Ctrl+R", glfw.KEY_R, Command.RESET, glfw.MOD_CONTROL),
     *(
         Binding(f"Ctrl+{i}", k, Command.STORE, glfw.MOD_CONTROL, i)
         for i, k in enumerate(_DIGITS[:9], 1)
@@ -142,7 +156,8 @@ _FLIGHT = (
 _GROUPS = (
     ("Picture", Command.VIEW),
     ("Animation", Command.PAUSE),
-    ("Files", Command.SCREENSHOT),
+    ("Files", Command.OPEN),
+    ("Edits", Command.UNDO),
     ("Bookmarks and films", Command.STORE),
     ("Window", Command.TOGGLE_PANEL),
 )

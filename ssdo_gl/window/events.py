@@ -113,8 +113,8 @@ class Events:
     def on_drop(self, paths: list[str]) -> None:
         """Open the first of the dropped files."""
         self.panel_frames = PANEL_FRAMES
-        self.has_input = True
-        self.pending += [partial(self._host.open, path) for path in paths[:1]]
+        for path in paths[:1]:
+            self._host.open(path)
 
     def on_change(self) -> None:
         """Draw again, for another size or scale."""
@@ -123,8 +123,12 @@ class Events:
         if self._host.overlay is not None:
             self._host.overlay.rescale(self._window.content_scale)
 
+    def defer(self, act: Callable[[], object]) -> None:
+        """Do something between two frames; the one in the making is given up."""
+        self.has_input = True
+        self.pending.append(act)
+
     def _perform_later(self, action: Action | None) -> None:
         if action is not None:
-            self.has_input = True
-            self.pending.append(partial(perform, action, self._viewer, self._host))
+            self.defer(partial(perform, action, self._viewer, self._host))
             self.wants_release |= action.command == Command.RELEASE

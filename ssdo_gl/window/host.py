@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ssdo_gl.window.actions import open_file
+from ssdo_gl.scene.load import builtin_names
+from ssdo_gl.window.file_dialog import FileDialog
 from ssdo_gl.window.film import FilmExport
 from ssdo_gl.window.glfw_window import GlfwWindow
+from ssdo_gl.window.hot_reload import FileWatch
 from ssdo_gl.window.input_map import InputMap
+from ssdo_gl.window.opened import open_file, reload_file
+from ssdo_gl.window.recent import Recent
 from ssdo_gl.window.viewer import Viewer
 
 if TYPE_CHECKING:
@@ -27,16 +32,24 @@ class WindowHost:
         None without imgui-bundle.
     title : str
         Of the window.
+    recent : Recent
+        Files that were opened last.
     reload : callable
         Compiles shaders that have changed.
+    defer : callable
+        Does something between two frames.
     """
 
     def __init__(
         self, window: GlfwWindow, viewer: Viewer, input_map: InputMap, film: FilmExport, title: str
     ) -> None:
         self.overlay: Overlay | None = None
+        self.recent = Recent()
+        self._dialog = FileDialog()
+        self._scene_watch = FileWatch()
         self.title = title
         self.reload: Callable[[], None] = lambda: None
+        self.defer: Callable[[Callable[[], object]], None] = lambda act: None
         self._window = window
         self._viewer = viewer
         self._input = input_map
@@ -44,10 +57,38 @@ class WindowHost:
         self._waits = True
 
     def open(self, path: str) -> None:
-        """Show the file at `path`; the title names it."""
+        """Show, between two frames, the model, scene or preset at `path`, or a built-in scene."""
+        self.defer(partial(self._open, path))
+
+    def _open(self, path: str) -> None:
         if open_file(path, self._viewer):
+            if path not in builtin_names():
+                self.recent.add(path)
             self.title = f"{Path(path).name} - ssdo_gl"
             self._window.set_title(self.title)
+
+    def ask_for_file(self) -> None:
+        """Let the user choose a file, by the system's dialog or by its path."""
+        if self.overlay is None:
+            self._viewer.say("drop a file on the window to open it")
+        elif FileDialog.exists():
+            self._dialog.show(Path(self._viewer.source).parent)
+        else:
+            self.overlay.path_prompt.show()
+
+    def look_at_files(self) -> bool:
+        """Open what a dialog has answered; read the scene again if its file has changed.
+
+        Returns whether there was any of it.
+        """
+        path = self._dialog.answer()
+        if path is not None:
+            self._open(path)
+            return True
+        if self._scene_watch.poll(self._viewer.source):
+            reload_file(self._viewer)
+            return True
+        return False
 
     def cursor_uv(self) -> tuple[float, float]:
         """Return the cursor's place in the picture; its middle while it is hidden."""

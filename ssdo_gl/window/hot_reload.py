@@ -1,7 +1,8 @@
-"""Compiles shaders again when their files change, and keeps what worked before."""
+"""Notices that files change: shaders are compiled again, scenes are read again."""
 
 from __future__ import annotations
 
+import os
 import time
 from pathlib import Path
 
@@ -69,6 +70,31 @@ class ShaderWatch:
                 # An editor replaces a file by removing it first; the next look finds it.
                 continue
         return state
+
+
+class FileWatch:
+    """Notices that the one file one is interested in was written."""
+
+    def __init__(self) -> None:
+        self._path = ""
+        self._state: tuple[int, int] | None = None
+        self._looked_at = 0.0
+
+    def poll(self, path: str) -> bool:
+        """Return whether `path` has changed since the last look at it."""
+        now = time.monotonic()
+        if path == self._path and now < self._looked_at + LOOK_EVERY_S:
+            return False
+        self._looked_at = now
+        try:
+            status = os.stat(path)
+        except OSError:
+            # No file at all, or one that an editor is just about to replace.
+            return False
+        state = status.st_mtime_ns, status.st_size
+        is_known, before = path == self._path and self._state is not None, self._state
+        self._path, self._state = path, state
+        return is_known and state != before
 
 
 def shader_folder() -> Path | None:

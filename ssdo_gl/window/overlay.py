@@ -13,7 +13,8 @@ from ssdo_gl.window.actions import Host
 from ssdo_gl.window.help_sheet import draw_help
 from ssdo_gl.window.imgui_backend import ImguiBackend
 from ssdo_gl.window.live import inspect, shown_values
-from ssdo_gl.window.panel import Panel, panel_width
+from ssdo_gl.window.panel import Panel, draw_menu, panel_width
+from ssdo_gl.window.path_prompt import PathPrompt
 from ssdo_gl.window.presenter import error_color
 from ssdo_gl.window.viewer import Viewer
 from ssdo_gl.window.views import METHOD_LABELS
@@ -49,6 +50,7 @@ class Overlay(ImguiBackend):
     Attributes
     ----------
     shows_panel, shows_help : bool
+    path_prompt : PathPrompt
     """
 
     def __init__(
@@ -65,12 +67,14 @@ class Overlay(ImguiBackend):
         self._viewer = viewer
         self._host = host
         self._panel = Panel(viewer, host)
+        self.path_prompt = PathPrompt()
+        self._top = 0.0
         self._faults: tuple[str, ...] = ()
 
     @property
     def is_busy(self) -> bool:
-        """Whether a widget is being used, so that frames must follow one another."""
-        return bool(imgui.is_any_item_active())
+        """Whether a widget is being dragged, so that frames must follow one another."""
+        return bool(imgui.is_any_item_active()) and not self.wants_keyboard
 
     def show_faults(self, faults: tuple[str, ...]) -> None:
         """Show what does not compile until it does."""
@@ -89,8 +93,11 @@ class Overlay(ImguiBackend):
         self.begin(window_size, framebuffer_size, seconds)
         if self._viewer.frame_ms > 0.0:
             self._panel.note_frame(self._viewer.frame_ms)
+        self._top = 0.0
         if self.shows_panel:
-            self._panel.draw(window_size, self._scale)
+            draw_menu(self._viewer, self._host)
+            self._top = imgui.get_frame_height()
+            self._panel.draw(window_size, self._scale, self._top)
         else:
             self._viewer.times_passes = self._viewer.shows_histogram = False
         self._status()
@@ -103,6 +110,9 @@ class Overlay(ImguiBackend):
             self._legend(free)
         if self._viewer.is_inspecting:
             self._values()
+        path = self.path_prompt.draw(window_size)
+        if path is not None:
+            self._host.open(path)
         if self.shows_help:
             draw_help(window_size)
         self.draw(target)
@@ -124,7 +134,7 @@ class Overlay(ImguiBackend):
             # Known beforehand: a window that measures itself is a frame late, and a frame
             # may take a second.
             imgui.set_next_window_content_size(imgui.calc_text_size(text))
-        _place(_MARGIN, _MARGIN)
+        _place(_MARGIN, self._top + _MARGIN)
         imgui.begin("status", None, _SEE_THROUGH)
         imgui.text(text)
         if viewer.monitor.alarm is not None:
@@ -174,7 +184,7 @@ class Overlay(ImguiBackend):
     def _legend(self, free: float) -> None:
         view = self._viewer.view
         imgui.set_next_window_pos(
-            ImVec2(0.5 * free, 4.0 * _MARGIN), imgui.Cond_.always, ImVec2(0.5, 0.0)
+            ImVec2(0.5 * free, self._top + 4.0 * _MARGIN), imgui.Cond_.always, ImVec2(0.5, 0.0)
         )
         imgui.begin("legend", None, _SEE_THROUGH)
         other = METHOD_LABELS[view.other_method]

@@ -43,8 +43,8 @@ class SceneFlight:
     ----------
     source : str
         The scene as it was named.
-    original, scene : Scene
-        As it was loaded, and as it was edited since.
+    loaded, original, scene : Scene
+        As it was loaded, with another environment, and with edited lights, too.
     lights, lights_on : lists
         As edited; one for each light of `original`.
     bounds : (ndarray, ndarray)
@@ -57,7 +57,7 @@ class SceneFlight:
 
     # All that a file or a key may change, for a way back.
     _STATE: tuple[str, ...] = (
-        *("source", "original", "scene", "lights", "lights_on", "bounds", "diagonal"),
+        *("source", "loaded", "original", "scene", "lights", "lights_on", "bounds", "diagonal"),
         *("flight", "clock", "tour", "_obstacles"),
     )
 
@@ -68,7 +68,7 @@ class SceneFlight:
     def _take(self, scene: Scene, source: str, camera: Camera | None) -> None:
         """Begin anew in `scene`, at its own camera if none is given."""
         self.source = source
-        self.original = self.scene = scene
+        self.loaded = self.original = self.scene = scene
         self.lights: list[Light] = list(scene.lights)
         self.lights_on = [True] * len(scene.lights)
         self.bounds: tuple[FloatArray, FloatArray] = scene.bounds()

@@ -8,7 +8,6 @@ import time
 import glfw
 
 from ssdo_gl.gpu.shader import ShaderError
-from ssdo_gl.window.actions import fault_text
 from ssdo_gl.window.camera import Controls
 from ssdo_gl.window.events import PANEL_FRAMES, Events
 from ssdo_gl.window.film import FilmExport, Interrupted
@@ -16,6 +15,7 @@ from ssdo_gl.window.glfw_window import GlfwWindow, gamepad, has_gamepad
 from ssdo_gl.window.host import NO_PANEL, WindowHost
 from ssdo_gl.window.hot_reload import ShaderWatch, shader_folder
 from ssdo_gl.window.input_map import InputMap, combined
+from ssdo_gl.window.opened import fault_text
 from ssdo_gl.window.viewer import Viewer
 
 # How long to sleep when there is nothing to do. Files are looked at as often.
@@ -47,6 +47,7 @@ class Session:
         self._host.reload = self._reload_shaders
         self._make_overlay()
         self._events = Events(window, viewer, self._input, self._host)
+        self._host.defer = self._events.defer
         window.listen(self._events)
 
     def _make_overlay(self) -> None:
@@ -90,21 +91,27 @@ class Session:
     def _is_busy(self) -> bool:
         if min(self._window.pixels) < 1:
             return bool(self._events.pending)
-        overlay = self._host.overlay
         return bool(
             (self._viewer.is_busy and not self._is_broken)
             or self._events.pending
             or self._events.panel_frames > 0
             or self._input.is_holding
             or self._film.is_busy
-            or (overlay is not None and overlay.is_busy)
+            or self._is_edited_now
         )
+
+    @property
+    def _is_edited_now(self) -> bool:
+        """Whether somebody is dragging a control."""
+        return self._host.overlay is not None and self._host.overlay.is_busy
 
     def _frame(self, since: float, now: float) -> None:
         """Let the time between two moments pass, and draw what is due."""
         sizes = self._window.sizes
         size = sizes[1]
         self._perform_pending(size)
+        if self._host.look_at_files():
+            self._events.panel_frames = PANEL_FRAMES
         if self._window.hide_cursor(self._input.is_looking):
             self._input.cursor_jumped(*self._window.cursor)
         controls = self._input.take(since, now, sizes[0][1])
@@ -115,6 +122,8 @@ class Session:
             drew = self._film.step(self._interrupt_film)
         else:
             drew = self._render(combined(controls, gamepad()), now - since, size)
+        if not (self._is_edited_now or self._input.is_holding or self._input.is_dragging):
+            self._viewer.note_edits()
         # Before `drew` is looked at: lines go while pictures follow one another, too.
         if self._viewer.messages.expire() or drew:
             drew = True
@@ -187,9 +196,7 @@ class Session:
         """Hear of events, let the panel answer; give the frame up for a better one."""
         glfw.poll_events()
         self._beat()
-        overlay = self._host.overlay
-        is_edited = overlay is not None and overlay.is_busy
-        is_outdated = self._viewer.is_outdated(is_edited=is_edited)
+        is_outdated = self._viewer.is_outdated(is_edited=self._is_edited_now)
         wants_another = self._events.has_input or is_outdated
         if self._window.should_close or (self._viewer.can_be_given_up and wants_another):
             raise Interrupted

@@ -11,9 +11,10 @@ from typing import Any
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
+from ssdo_gl.window.canvas import DEFAULT_BUDGET_MS
 from ssdo_gl.window.glfw_window import GlfwWindow
 from ssdo_gl.window.session import Session
-from ssdo_gl.window.viewer import DEFAULT_BUDGET_MS, Viewer
+from ssdo_gl.window.viewer import Viewer
 
 
 def open_window(

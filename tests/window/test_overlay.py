@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import glfw
@@ -15,21 +15,37 @@ from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
-from ssdo_gl.scene.load import load_scene
+from ssdo_gl.scene.load import builtin_names, load_scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.window.camera.controls import Controls
 from ssdo_gl.window.panel.histogram import BINS_PER_STOP, STOPS, radiance_histogram
+from ssdo_gl.window.recent import Recent
 from ssdo_gl.window.viewer import Viewer
 
 imgui_bundle = pytest.importorskip("imgui_bundle")
 from ssdo_gl.window.overlay import Overlay  # noqa: E402
 from ssdo_gl.window.panel import panel as panel_module  # noqa: E402
+from ssdo_gl.window.panel.menu import builtin_scenes  # noqa: E402
 
 SIZE = (900, 700)
 PICTURE = (36, 28)
+# The height of the menu bar.
+MENU_PX = 19.0
 
 
 class FakeHost:
+    def __init__(self) -> None:
+        self.recent = Recent(Path("/nonexistent"))
+        self.opened: list[str] = []
+
+    def defer(self, act: Callable[[], object]) -> None:
+        act()
+
+    def open(self, path: str) -> None:
+        self.opened.append(path)
+
+    def ask_for_file(self) -> None: ...
+
     def cursor_uv(self) -> tuple[float, float]:
         return 0.3, 0.6
 
@@ -230,7 +246,7 @@ def test_click_on_a_check_box_does_what_its_key_does(gl, drawn: DrawnOverlay) ->
     drawn.viewer.view = dataclasses.replace(drawn.viewer.view, other_method="direct")
     drawn.frames(3)
     # The row of check boxes is the third one of the panel; "split" is its first.
-    drawn.click(SIZE[0] - panel_module.WIDTH + 10.0, 8.0 + 2.7 * 26.0)
+    drawn.click(SIZE[0] - panel_module.WIDTH + 10.0, MENU_PX + 8.0 + 2.7 * 26.0)
     assert drawn.viewer.view.is_split
 
 
@@ -241,7 +257,7 @@ def test_typing_into_a_control_changes_the_setting(gl, drawn: DrawnOverlay, monk
     monkeypatch.setattr(panel_module, "_header", lambda label, *, is_open=False: label == "Quality")
     drawn.frames(3)
     # Under the three rows of the view and the presets.
-    x, y = SIZE[0] - panel_module.WIDTH + 60.0, 8.0 + 4.7 * 26.0
+    x, y = SIZE[0] - panel_module.WIDTH + 60.0, MENU_PX + 8.0 + 4.7 * 26.0
     drawn.overlay.key(glfw.KEY_LEFT_CONTROL, glfw.PRESS, glfw.MOD_CONTROL)
     drawn.click(x, y)
     drawn.overlay.key(glfw.KEY_LEFT_CONTROL, glfw.RELEASE, 0)
@@ -296,3 +312,20 @@ def test_histogram_of_nothing_and_of_non_finite_pixels_is_empty() -> None:
     assert radiance_histogram(image).sum() == 0.0
     image[:, :, 3] = 1.0
     assert radiance_histogram(image).sum() == 0.0
+
+
+def test_the_menu_opens_a_built_in_scene(gl, drawn: DrawnOverlay) -> None:
+    drawn.settled()
+    drawn.click(22.0, 10.0)
+    # Over the entry, into its menu, to the first scene.
+    for x in (60.0, 340.0, 420.0):
+        drawn.overlay.cursor(x, 78.0)
+        drawn.frames(12)
+    drawn.click(420.0, 78.0)
+    assert drawn.overlay._host.opened == ["carousel"]
+
+
+def test_every_built_in_scene_says_what_it_is_for() -> None:
+    scenes = builtin_scenes()
+    assert list(scenes) == builtin_names()
+    assert all(title and len(purpose) > 20 for title, purpose in scenes.values())

@@ -74,6 +74,8 @@ class XServer:
             raise RuntimeError("Xvfb does not start")
         self.environment = {**os.environ, "DISPLAY": f":{number}"}
         self.environment.pop("WAYLAND_DISPLAY", None)
+        # Not among the files of who runs the tests.
+        self.environment["XDG_STATE_HOME"] = str(folder)
 
     def close(self) -> None:
         """Stop the server."""

@@ -74,12 +74,15 @@ def axes_of(camera: Camera) -> tuple[Axes, float]:
 
 def direction_point(camera: Camera, uv: tuple[float, float], aspect: float) -> Vector:
     """Return the point seen at `uv`, 0..1 from the top left, at the depth of the target."""
-    tangents = camera.tan_half_fov(aspect)
-    reach = math.dist(camera.position, camera.target)
-    place_vs = np.array(
-        [(2.0 * uv[0] - 1.0) * tangents[0], (1.0 - 2.0 * uv[1]) * tangents[1], -1.0]
+    reach = camera.distance
+    across, upwards = (
+        reach * tangent + half
+        for tangent, half in zip(
+            camera.tan_half_fov(aspect), camera.half_frame(aspect), strict=True
+        )
     )
-    place_ws = reach * place_vs @ camera.view_from_world_rotation()
+    place_vs = np.array([(2.0 * uv[0] - 1.0) * across, (1.0 - 2.0 * uv[1]) * upwards, -reach])
+    place_ws = place_vs @ camera.view_from_world_rotation()
     return add(vector(camera.position), vector(place_ws))
 
 

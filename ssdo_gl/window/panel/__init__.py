@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ssdo_gl.window.panel.menu import draw_menu
 from ssdo_gl.window.panel.panel import Panel, panel_width
 
-__all__ = ["Panel", "panel_width"]
+__all__ = ["Panel", "draw_menu", "panel_width"]

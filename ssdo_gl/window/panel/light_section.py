@@ -60,6 +60,11 @@ def _light(viewer: Viewer, index: int) -> bool:
         if moved:
             light = light.moved_to((where[0], where[1], where[2]))
     imgui.text_disabled(f"shadow: {light.shadow}")
+    loaded = viewer.loaded.lights[index]
+    if light != loaded:
+        imgui.same_line()
+        if imgui.small_button("as loaded"):
+            light, moved = loaded, True
     viewer.lights[index] = light
     return bool(changed or changed_color or moved)
 
@@ -93,6 +98,10 @@ def _environment(viewer: Viewer) -> None:
         _replace_environment(viewer, new)
     if imgui.small_button("remove"):
         _replace_environment(viewer, None)
+    if environment is not viewer.loaded.environment:
+        imgui.same_line()
+        if imgui.small_button("as loaded"):
+            _replace_environment(viewer, viewer.loaded.environment)
     imgui.tree_pop()
 
 

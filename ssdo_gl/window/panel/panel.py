@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from functools import partial
 from typing import Any
 
 from imgui_bundle import ImVec2, imgui
@@ -62,7 +63,7 @@ class Panel:
         """Take the time of a frame for the plot."""
         self._reports.note_frame(frame_ms)
 
-    def draw(self, window_size: tuple[int, int], scale: float) -> None:
+    def draw(self, window_size: tuple[int, int], scale: float, top: float = 0.0) -> None:
         """Issue the widgets, along the right edge of the window.
 
         Parameters
@@ -71,11 +72,13 @@ class Panel:
             Window coordinates.
         scale : float
             Of text, for displays of high density.
+        top : float
+            Where it begins, window coordinates.
         """
         width = panel_width(window_size, scale)
-        imgui.set_next_window_pos(ImVec2(window_size[0] - width - _GAP, _GAP))
+        imgui.set_next_window_pos(ImVec2(window_size[0] - width - _GAP, top + _GAP))
         imgui.set_next_window_size_constraints(
-            ImVec2(width, 0.0), ImVec2(width, max(64.0, window_size[1] - 2.0 * _GAP))
+            ImVec2(width, 0.0), ImVec2(width, max(64.0, window_size[1] - top - 2.0 * _GAP))
         )
         flags = (
             imgui.WindowFlags_.no_move
@@ -270,7 +273,8 @@ class Panel:
             self._ask(Command.TOGGLE_HELP)
 
     def _ask(self, command: Command, number: int = 0) -> None:
-        perform(Action(command, number), self._viewer, self._host)
+        action = Action(command, number)
+        self._host.defer(partial(perform, action, self._viewer, self._host))
 
 
 _LOG = imgui.SliderFlags_.logarithmic

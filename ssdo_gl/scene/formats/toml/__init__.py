@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 from ssdo_gl.scene import paths
-from ssdo_gl.scene.builder import LARGEST_SCENE, SMALLEST_SCENE, SceneBuilder
-from ssdo_gl.scene.camera import PROJECTIONS, Camera
+from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.formats.toml import environments, lights, materials, objects, render_settings
+from ssdo_gl.scene.formats.toml.based import read_based_scene
+from ssdo_gl.scene.formats.toml.camera_table import read_camera, read_height
 from ssdo_gl.scene.scene import Scene, SceneError
 from ssdo_gl.scene.table import Table
 from ssdo_gl.settings.loading import USUAL, LoadOptions
-from ssdo_gl.settings.settings import MAX_EXPOSURE_EV
 from ssdo_gl.toml_text import read_toml
 
 __all__ = ["read_description", "read_file"]
@@ -67,6 +67,8 @@ def read_description(
     except ValueError as error:
         raise SceneError(f"{source}: {error}") from None
     top = Table(source, "", data)
+    if "base" in top:
+        return read_based_scene(top, file, options)
     top.allow(*TOP_KEYS)
     builder = SceneBuilder(source, options)
     environment = environments.read_environment(top.table("environment"), file, builder)
@@ -77,43 +79,14 @@ def read_description(
     for table in top.tables("object"):
         objects.read_object(table, file, material_of_name, builder)
     camera_table = top.table("camera") or Table(source, "[camera]", {})
-    camera, fov_y, exposure = _read_camera(camera_table)
+    camera, fov_y, exposure = read_camera(camera_table)
     return builder.build(
         camera,
         environment,
         exposure=exposure,
         fov_y=fov_y,
-        height=_read_height(camera_table),
+        height=read_height(camera_table),
         render=render,
         title=top.text("title", ""),
         purpose=top.text("purpose", ""),
     )
-
-
-def _read_height(table: Table) -> float | None:
-    """Return what parallel rays show; 0 if that is not said, None for a pinhole."""
-    is_parallel = table.text("projection", PROJECTIONS[0], PROJECTIONS) != PROJECTIONS[0]
-    if "height" not in table:
-        return 0.0 if is_parallel else None
-    if not is_parallel:
-        table.fail("height", 'it belongs to projection = "orthographic"')
-    return table.number("height", low=SMALLEST_SCENE, high=LARGEST_SCENE)
-
-
-def _read_camera(table: Table) -> tuple[Camera | None, float, float]:
-    """Return the camera (None if it has no position), its field of view and exposure."""
-    table.allow("position", "target", "up", "fov_y", "exposure", "projection", "height")
-    fov_y = table.number("fov_y", 40.0, low=0.0, high=180.0, open_ends=True)
-    exposure = table.number("exposure", 0.0, low=-MAX_EXPOSURE_EV, high=MAX_EXPOSURE_EV)
-    if "position" not in table:
-        for key in ("target", "up"):
-            if key in table:
-                table.fail("position", f"a camera with {key!r} needs a position too")
-        return None, fov_y, exposure
-    position = table.vector("position")
-    target = table.vector("target")
-    if position == target:
-        table.fail("target", "must not coincide with position")
-    up = table.direction("up", (0.0, 1.0, 0.0))
-    camera, height = Camera(position, target, up, fov_y, exposure), _read_height(table)
-    return camera if height is None else camera.orthographic(height), fov_y, exposure

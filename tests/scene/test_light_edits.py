@@ -7,10 +7,10 @@ import dataclasses
 import numpy as np
 import pytest
 
+from ssdo_gl.scene.light_edits import with_lights
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.window.animation_clock import STEP_SECONDS, Clock
-from ssdo_gl.window.light_edits import with_lights
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,121 @@
+"""A scene that is another one with changes: the keys ``base`` and ``[[edit]]``."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from contextvars import ContextVar
+from pathlib import Path
+from typing import Any
+
+from ssdo_gl.scene.builder import SceneBuilder
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.environment_kinds import MapEnvironment
+from ssdo_gl.scene.formats.toml import environments, render_settings
+from ssdo_gl.scene.formats.toml.camera_table import read_camera, read_height
+from ssdo_gl.scene.light_edits import with_lights
+from ssdo_gl.scene.paths import contained_file
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.scene.table import Table
+from ssdo_gl.settings.loading import LoadOptions
+
+# What such a scene may hold; objects and materials are those of its base.
+BASED_KEYS = ("base", "title", "purpose", "camera", "environment", "render", "edit")
+# A base may have a base; longer chains are a circle.
+MOST_BASES = 16
+_depth: ContextVar[int] = ContextVar("depth", default=0)
+
+
+def read_based_scene(top: Table, file: Path | None, options: LoadOptions) -> Scene:
+    """Return the base of `top` as its other keys change it.
+
+    Parameters
+    ----------
+    file : Path or None
+        The scene file: the base is a built-in scene, or lies in its folder.
+
+    Raises
+    ------
+    SceneError
+        Naming the key, or what is wrong with the base.
+    """
+    top.allow(*BASED_KEYS)
+    base = _base(top, file, options)
+    builder = SceneBuilder(top.source, options)
+    render = render_settings.read_render_settings(top.table("render"))
+    changes: dict[str, Any] = {
+        "title": top.text("title", base.title),
+        "purpose": top.text("purpose", base.purpose),
+        "render": _merged(base.render, render),
+        "environment": base.environment,
+    }
+    environment = top.table("environment")
+    if environment is not None and "kind" in environment:
+        without = environment.text("kind") == "none"
+        read = environments.read_environment
+        changes["environment"] = None if without else read(environment, file, builder)
+    elif environment is not None:
+        environment.allow("rotation_y")
+        rotation = environment.number("rotation_y")
+        if not isinstance(base.environment, MapEnvironment):
+            environment.fail("rotation_y", "the base has no map to turn: expected a kind, too")
+        changes["environment"] = dataclasses.replace(base.environment, rotation_y=rotation)
+    table = top.table("camera")
+    if table is not None:
+        changes["camera"] = _camera(table, base)
+        changes["is_framed"] = base.is_framed and "position" not in table
+        if "exposure" in table:
+            changes["metering_slack"] = None
+    changes["notes"] = (*base.notes, *builder.notes)
+    return dataclasses.replace(_with_edits(top, base), **changes)
+
+
+def _base(top: Table, file: Path | None, options: LoadOptions) -> Scene:
+    # Loading knows all formats, of which this is one.
+    from ssdo_gl.scene.load import builtin_names, load_scene
+
+    name = top.text("base")
+    if _depth.get() >= MOST_BASES:
+        top.fail("base", f"at most {MOST_BASES} scenes that follow from one another")
+    token = _depth.set(_depth.get() + 1)
+    try:
+        if name in builtin_names():
+            return load_scene(name, options)
+        if file is None:
+            top.fail("base", "the name of a built-in scene")
+        return load_scene(contained_file(file, name, top.where("base")), options)
+    finally:
+        _depth.reset(token)
+
+
+def _merged(base: Mapping[str, Any], render: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the settings of both; another method has another estimator."""
+    kept = dict(base)
+    if render.get("method", base.get("method")) != base.get("method"):
+        kept.pop("estimator", None)
+    return {**kept, **render}
+
+
+def _camera(table: Table, base: Scene) -> Camera:
+    camera, fov_y, exposure = read_camera(table, base.camera)
+    if camera is not None:
+        return camera
+    camera = dataclasses.replace(base.camera, fov_y=fov_y, exposure=exposure)
+    height = read_height(table)
+    return camera if height is None else camera.orthographic(height)
+
+
+def _with_edits(top: Table, base: Scene) -> Scene:
+    lights = list(base.lights)
+    for table in top.tables("edit"):
+        table.allow("light", "emitted", "place")
+        index = table.integer("light", None, 1, len(lights)) - 1
+        light = lights[index]
+        if "emitted" in table:
+            light = light.with_emitted(table.color("emitted"))
+        if "place" in table:
+            if light.place is None:
+                table.fail("place", f"a {light.kind} light has none")
+            light = light.moved_to(table.vector("place"))
+        lights[index] = light
+    return with_lights(base, lights, [True] * len(lights))

@@ -1,0 +1,209 @@
+"""The picture of a viewer: one or two methods that draw a scene, and what is seen of them."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from ssdo_gl.gpu.context import Device
+from ssdo_gl.gpu.shader import ShaderLibrary
+from ssdo_gl.graph.render_pass import ProgressCallback
+from ssdo_gl.math3d import Vector
+from ssdo_gl.render_result import Drawing
+from ssdo_gl.settings import Settings
+from ssdo_gl.window.camera import direction_point
+from ssdo_gl.window.chosen import Chosen
+from ssdo_gl.window.live import INSPECTED, KeptPlanes, Monitor, surface_point
+from ssdo_gl.window.presenter import Presenter
+from ssdo_gl.window.scene_flight import SceneFlight
+from ssdo_gl.window.side import Side
+from ssdo_gl.window.views import View, image_of, kind_of_image, settings_of
+
+# A frame of a 30 Hz display.
+DEFAULT_BUDGET_MS = 33.0
+
+
+class Canvas(SceneFlight, Chosen):
+    """Draws a scene with the methods of a view.
+
+    Parameters
+    ----------
+    budget_ms : float or None
+        What a frame may take while something moves; None: whatever it needs.
+    measured : sequence of mapping
+        Settings that were found best for their time, from fast to accurate.
+
+    Attributes
+    ----------
+    is_inspecting, shows_histogram, times_passes : bool
+        What besides the picture has to be made for somebody who looks at it.
+    monitor : Monitor
+        Alarms, and the error of the left side against the right one.
+    frame_ms : float
+        Of the last frame, both sides together.
+    """
+
+    def __init__(
+        self,
+        device: Device,
+        settings: Settings,
+        folder: Path,
+        budget_ms: float | None,
+        presets: Mapping[str, Mapping[str, Any]],
+        measured: Sequence[Mapping[str, Any]],
+        shaders: ShaderLibrary | None,
+    ) -> None:
+        SceneFlight.__init__(self, folder)
+        Chosen.__init__(self, settings, presets)
+        self.device = device
+        self.shaders = shaders or ShaderLibrary(device.gl)
+        self.presenter = Presenter(device, self.shaders)
+        self.measured = measured
+        self.budget_ms = budget_ms or DEFAULT_BUDGET_MS
+        self.is_governed = budget_ms is not None
+        self.is_inspecting = False
+        self.shows_histogram = False
+        self.times_passes = False
+        self.frame_ms = 0.0
+        self.monitor = Monitor(device, self.shaders)
+        self._kept = KeptPlanes(device)
+        self._sides: list[Side] = []
+        self._shown: tuple[Any, ...] = ()
+
+    @property
+    def left(self) -> Side | None:
+        """The side of `view.method`; None before the first frame."""
+        return self._sides[0] if self._sides else None
+
+    @property
+    def right(self) -> Side | None:
+        """The side of `view.other_method`, while two are compared."""
+        return self._sides[1] if len(self._sides) > 1 else None
+
+    @property
+    def picture_size(self) -> tuple[int, int]:
+        """Pixels of the picture that was drawn last."""
+        picture = self.presenter.picture
+        return self.settings.size if picture is None else picture.size
+
+    @property
+    def has_drawing(self) -> bool:
+        """Whether there is a frame whose depth and images can be read."""
+        return self.left is not None and self.left.image.drawing is not None
+
+    def pick(self, uv: tuple[float, float]) -> Vector | None:
+        """Return the world-space point under a place of the picture, 0..1 from the top left."""
+        if self.left is None or self.left.image.drawing is None:
+            return None
+        return surface_point(self.device.gl, self.left.image.drawing, uv)
+
+    def point_at(self, uv: tuple[float, float]) -> Vector:
+        """Return what `pick` does; where there is no surface, a point as far as the target."""
+        point = self.pick(uv)
+        if point is not None:
+            return point
+        width, height = self.picture_size
+        return direction_point(self.camera, uv, width / height)
+
+    def present_again(self, size: tuple[int, int]) -> None:
+        """Follow the divider and the range of the difference while a frame is in the making."""
+        shown = (self.view, *self._shown[1:])
+        is_same = self._shown and without_line(self.view) == without_line(self._shown[0])
+        if is_same and shown != self._shown and all(s.image.drawing for s in self._sides):
+            self._present(size)
+            self._shown = shown
+
+    @property
+    def inspected(self) -> Drawing | None:
+        """The last complete frame of the left side, for a look at its values."""
+        left = None if self.left is None else self.left.image.drawing
+        return self._kept.drawing or left
+
+    def _keep_planes(self, drew: bool, is_resting: bool) -> None:
+        """Keep what is looked at under the cursor, if a long frame is to come."""
+        image = self._sides[0].image
+        if not (self.is_inspecting and is_resting and not image.is_refined):
+            self._kept.release()
+        elif drew and image.drawing is not None:
+            self._kept.keep(image.drawing)
+
+    def _fit_sides(self) -> None:
+        wanted = 2 if self.view.compares else 1
+        while len(self._sides) > wanted:
+            self._sides.pop().image.release()
+        while len(self._sides) < wanted:
+            settings = self.settings_of_side(len(self._sides))
+            side = Side(
+                self.device, self.shaders, self.scene, settings, self.budget_ms, self.measured
+            )
+            self._sides.append(side)
+        for side in self._sides:
+            side.set_budget(self.budget_ms / wanted)
+            side.is_governed = self.is_governed
+
+    def settings_of_side(self, index: int) -> Settings:
+        """Return the settings of the left (0) or right (1) method."""
+        method = (self.view.method, self.view.other_method)[index]
+        return settings_of(self.settings, method)
+
+    def _update(
+        self,
+        side: Side,
+        index: int,
+        size: tuple[int, int],
+        is_resting: bool,
+        progress: ProgressCallback | None,
+    ) -> bool:
+        settings = self.settings_of_side(index)
+        image = image_of(self.view, settings)
+        drew = side.update(
+            image,
+            kind_of_image(self.view, image),
+            extra=self._extra(),
+            camera=self.camera,
+            settings=settings,
+            size=size,
+            seconds=self.clock.seconds,
+            is_resting=is_resting,
+            time_passes=self.times_passes,
+            progress=progress,
+        )
+        if drew and side.image.drawing is not None:
+            self.frame_ms += side.image.drawing.frame_ms
+        return drew
+
+    def _extra(self) -> tuple[str, ...]:
+        if self.is_inspecting:
+            return INSPECTED
+        return ("beauty",) if self.shows_histogram else ()
+
+    def _present(self, size: tuple[int, int]) -> None:
+        left, right = self._sides[0], self.right
+        exposure = self.settings.exposure
+        self.presenter.draw(
+            size,
+            self.view,
+            left.image,
+            None if right is None else right.image,
+            kinds=(left.kind, left.kind if right is None else right.kind),
+            bounds=self.bounds,
+            exposure=self.scene.camera.exposure if exposure is None else exposure,
+            curve=str(self.settings.overrides.get("tone_map.curve", "plain")),
+        )
+
+    def release(self) -> None:
+        """Free everything on the device."""
+        for side in self._sides:
+            side.image.release()
+        self._sides.clear()
+        self.presenter.release()
+        self.monitor.release()
+        self._kept.release()
+
+
+def without_line(view: View) -> View:
+    """Return `view` with what is no matter of rendering at its default."""
+    default = View()
+    return dataclasses.replace(view, divider=default.divider, error_range=default.error_range)

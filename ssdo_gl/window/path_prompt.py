@@ -1,0 +1,56 @@
+"""A line to type the path of a file into, where the system has no dialog for it."""
+
+from __future__ import annotations
+
+from imgui_bundle import ImVec2, imgui
+
+_FLAGS = (
+    imgui.WindowFlags_.no_decoration
+    | imgui.WindowFlags_.always_auto_resize
+    | imgui.WindowFlags_.no_move
+)
+# Of the line, in heights of text.
+_WIDTH = 26.0
+
+
+class PathPrompt:
+    """Asks for a path.
+
+    Attributes
+    ----------
+    is_shown : bool
+    """
+
+    def __init__(self) -> None:
+        self.is_shown = False
+        self._text = ""
+        self._takes_focus = False
+
+    def show(self) -> None:
+        """Ask, with the keyboard in the line."""
+        self.is_shown = self._takes_focus = True
+
+    def draw(self, window_size: tuple[int, int]) -> str | None:
+        """Issue the widgets; return the path once it was entered."""
+        if not self.is_shown:
+            return None
+        centre = ImVec2(0.5 * window_size[0], 0.3 * window_size[1])
+        imgui.set_next_window_pos(centre, imgui.Cond_.always, ImVec2(0.5, 0.5))
+        imgui.set_next_window_bg_alpha(1.0)
+        imgui.begin("open", None, _FLAGS)
+        imgui.text("open a model, scene or preset; or drop it on the window")
+        if self._takes_focus:
+            imgui.set_keyboard_focus_here()
+            self._takes_focus = False
+        imgui.set_next_item_width(_WIDTH * imgui.get_font_size())
+        enters = imgui.InputTextFlags_.enter_returns_true
+        entered, self._text = imgui.input_text("##path", self._text, enters)
+        imgui.same_line()
+        entered |= imgui.button("open")
+        imgui.same_line()
+        self.is_shown = not (imgui.button("cancel") or imgui.is_key_pressed(imgui.Key.escape))
+        imgui.end()
+        if not entered:
+            return None
+        path, self._text, self.is_shown = self._text.strip(), "", False
+        return path or None

@@ -1,0 +1,105 @@
+"""What a window shows, as a command, as a scene file, as data beside a picture."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+from ssdo_gl import __version__
+from ssdo_gl.scene.lights import BLACK
+from ssdo_gl.scene.load import builtin_names
+from ssdo_gl.settings import Settings
+from ssdo_gl.settings.command_line import command_line
+from ssdo_gl.settings.fields import values
+from ssdo_gl.window.live import REFINE_FRAMES
+from ssdo_gl.window.scene_files import base_name, render_table, scene_text, write_scene
+from ssdo_gl.window.screenshot import free_stem
+from ssdo_gl.window.viewer import Viewer
+
+
+def settings_shown(viewer: Viewer) -> Settings:
+    """Return the settings that render what the left side shows at rest."""
+    settings = dataclasses.replace(
+        viewer.settings_of_side(0), size=viewer.picture_size, antialias=REFINE_FRAMES
+    )
+    if viewer.original.is_metered and not settings.gives("exposure"):
+        # From another camera another one would be measured.
+        settings = dataclasses.replace(settings, exposure=viewer.original.camera.exposure)
+    if not settings.is_reference:
+        # There the flag asks for other settings, which the window has found by now.
+        settings = dataclasses.replace(settings, max_error=None)
+    return settings
+
+
+def view_command(viewer: Viewer, scene: Path | None = None, out: str = "view.png") -> str:
+    """Return the command line that renders what the left side shows at rest.
+
+    Parameters
+    ----------
+    scene : Path or None
+        What `save_scene` wrote of a scene that was edited.
+    """
+    settings, camera, asked = settings_shown(viewer), viewer.camera, viewer.loaded.render
+    has_camera = scene is not None or camera is viewer.original.camera
+    if scene is not None:
+        asked = {**asked, **render_table(settings, asked)}
+    return command_line(
+        viewer.source if scene is None else str(scene),
+        settings,
+        scene_settings=asked,
+        camera=None if has_camera else camera,
+        loading=viewer.original.loading,
+        aov=viewer.view.aov,
+        seconds=viewer.clock.seconds,
+        out=out,
+    )
+
+
+def save_scene(viewer: Viewer) -> Path:
+    """Write a scene file that renders what the left side shows; return where.
+
+    In the folder of what it is made from; numbered, so that nothing is overwritten.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written there.
+    """
+    source = viewer.source
+    folder = viewer.folder if source in builtin_names() else Path(source).parent
+    path = free_stem(folder, Path(source).stem, ".toml")
+    lights = [
+        light if is_on else light.with_emitted(BLACK)
+        for light, is_on in zip(viewer.lights, viewer.lights_on, strict=True)
+    ]
+    text = scene_text(
+        base_name(source, folder),
+        viewer.loaded,
+        camera=viewer.camera,
+        lights=lights,
+        environment=viewer.original.environment,
+        settings=settings_shown(viewer),
+    )
+    write_scene(path, text)
+    return path
+
+
+def picture_meta(viewer: Viewer, scene: Path | None = None) -> dict[str, Any]:
+    """Return what made the picture, for the file beside it."""
+    camera = viewer.camera
+    sides = {"left": viewer.left, "right": viewer.right}
+    return {
+        "ssdo_gl": __version__,
+        "command": view_command(viewer, scene),
+        "scene": viewer.source if scene is None else str(scene),
+        "seconds": viewer.clock.seconds,
+        "camera": dataclasses.asdict(camera),
+        "view": dataclasses.asdict(viewer.view),
+        "settings": values(viewer.settings),
+        "renderer": viewer.device.renderer,
+        "gl_version": viewer.device.version,
+        "samples": {
+            name: side.image.sample_count for name, side in sides.items() if side is not None
+        },
+    }

@@ -1,0 +1,129 @@
+"""Writes a scene file that renders what a window shows: its base, and what was changed."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from ssdo_gl.images.files import OutputError, write_atomically
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.environment_kinds import (
+    ConstantEnvironment,
+    Environment,
+    GradientEnvironment,
+    MapEnvironment,
+    kind_of,
+)
+from ssdo_gl.scene.lights import Light
+from ssdo_gl.scene.load import builtin_names
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.settings.fields import describe
+from ssdo_gl.settings.preset_files import toml_value
+from ssdo_gl.settings.resolve import settings_for
+from ssdo_gl.settings.settings import Settings
+
+
+def scene_text(
+    base: str,
+    original: Scene,
+    *,
+    camera: Camera,
+    lights: Sequence[Light],
+    environment: Environment | None,
+    settings: Settings,
+) -> str:
+    """Return TOML that makes of `base` what is shown.
+
+    Parameters
+    ----------
+    base : str
+        Name of a built-in scene, or of a file in the folder that the text will be in.
+    original : Scene
+        As `base` is loaded.
+    lights : sequence of Light
+        One for each of `original`; those that are off send nothing.
+    settings : Settings
+        Settings of single passes have no place in a scene.
+    """
+    lines = [f"base = {json.dumps(base)}"]
+    lines += ["", "[camera]", *_camera_lines(camera)]
+    if environment is not original.environment:
+        lines += ["", "[environment]", *_environment_lines(environment)]
+    lines += ["", "[render]", *_render_lines(settings, original.render)]
+    for number, (before, after) in enumerate(zip(original.lights, lights, strict=True), 1):
+        if after != before:
+            lines += ["", "[[edit]]", f"light = {number}"]
+            lines += [f"emitted = {_list(after.emitted)}"] * (after.emitted != before.emitted)
+            if after.place is not None and after.place != before.place:
+                lines.append(f"place = {_list(after.place)}")
+    return "\n".join(lines) + "\n"
+
+
+def base_name(source: str, folder: Path) -> str:
+    """Return what a scene in `folder` calls `source`.
+
+    Raises
+    ------
+    OutputError
+        If `source` is a file outside of that folder.
+    """
+    if source in builtin_names():
+        return source
+    try:
+        return Path(source).resolve().relative_to(folder.resolve()).as_posix()
+    except ValueError:
+        raise OutputError(
+            f"{folder}: a scene lies in the folder of what it is made from, or above: "
+            f"choose a place in {Path(source).resolve().parent}"
+        ) from None
+
+
+def write_scene(path: Path, text: str) -> None:
+    """Write what `scene_text` returns; raises OutputError if that is impossible."""
+    write_atomically(path, text.encode())
+
+
+def _camera_lines(camera: Camera) -> Iterator[str]:
+    for name in ("position", "target", "up"):
+        yield f"{name} = {_list(getattr(camera, name))}"
+    if camera.height is not None:
+        yield 'projection = "orthographic"'
+        yield f"height = {toml_value(float(camera.height))}"
+    for name in ("fov_y", "exposure"):
+        yield f"{name} = {toml_value(float(getattr(camera, name)))}"
+
+
+def _environment_lines(environment: Environment | None) -> Iterator[str]:
+    if isinstance(environment, MapEnvironment):
+        # The image is that of the base: only its turn can have been changed.
+        yield f"rotation_y = {toml_value(float(environment.rotation_y))}"
+        return
+    yield f"kind = {json.dumps(kind_of(environment))}"
+    if isinstance(environment, ConstantEnvironment):
+        yield f"radiance = {_list(environment.radiance)}"
+    elif isinstance(environment, GradientEnvironment):
+        for name in ("zenith", "horizon", "ground"):
+            yield f"{name} = {_list(getattr(environment, name))}"
+
+
+def render_table(settings: Settings, asked: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the [render] table that makes `settings` of what a base asks for."""
+    usual = settings_for(asked, {"method": settings.method})
+    table = {}
+    for name, info in describe(Settings).items():
+        value = getattr(settings, name)
+        is_told = name == "method" or value not in (None, getattr(usual, name))
+        if info.in_scene and is_told:
+            table[name] = value
+    return table
+
+
+def _render_lines(settings: Settings, asked: Mapping[str, Any]) -> Iterator[str]:
+    for name, value in render_table(settings, asked).items():
+        yield f"{name} = {toml_value(list(value) if isinstance(value, tuple) else value)}"
+
+
+def _list(values: Sequence[float]) -> str:
+    return "[" + ", ".join(toml_value(float(value)) for value in values) + "]"

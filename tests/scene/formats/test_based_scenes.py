@@ -1,0 +1,92 @@
+"""Scenes that are another one with changes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from ssdo_gl.scene.environment_kinds import ConstantEnvironment
+from ssdo_gl.scene.load import load_scene
+from ssdo_gl.scene.scene import Scene, SceneError
+
+
+def loaded(folder: Path, text: str) -> Scene:
+    path = folder / "mine.toml"
+    path.write_text(text)
+    return load_scene(path)
+
+
+def test_a_base_alone_is_the_base(tmp_path: Path) -> None:
+    base, scene = load_scene("cornell_meso"), loaded(tmp_path, 'base = "cornell_meso"')
+    assert scene.camera == base.camera
+    assert scene.lights == base.lights
+    assert (scene.title, scene.render, scene.environment) == (base.title, base.render, None)
+    assert scene.triangle_count == base.triangle_count
+
+
+def test_what_a_file_says_replaces_what_its_base_says(tmp_path: Path) -> None:
+    text = """
+base = "cornell_meso"
+title = "Mine"
+[camera]
+exposure = 1.5
+[environment]
+kind = "constant"
+radiance = [1, 2, 3]
+[render]
+method = "ssao"
+[[edit]]
+light = 1
+emitted = [1, 1, 1]
+place = [0, 0.5, 0]
+"""
+    base, scene = load_scene("cornell_meso"), loaded(tmp_path, text)
+    assert scene.title == "Mine"
+    assert scene.camera.exposure == 1.5
+    assert scene.camera.position == base.camera.position
+    assert scene.environment == ConstantEnvironment((1.0, 2.0, 3.0))
+    assert scene.render == {**base.render, "method": "ssao"}
+    assert scene.lights[0].emitted == (1.0, 1.0, 1.0)
+    assert scene.lights[0].place == pytest.approx((0.0, 0.5, 0.0))
+    # The body that is seen of it goes along.
+    assert scene.objects != base.objects
+
+
+def test_an_environment_can_be_taken_away(tmp_path: Path) -> None:
+    assert load_scene("courtyard").environment is not None
+    assert loaded(tmp_path, 'base="courtyard"\n[environment]\nkind="none"').environment is None
+
+
+def test_a_model_beside_the_file_can_be_a_base(tmp_path: Path) -> None:
+    (tmp_path / "triangle.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    scene = loaded(tmp_path, 'base = "triangle.obj"\n[camera]\nexposure = 0.5')
+    assert scene.triangle_count == 1
+    assert scene.camera.exposure == 0.5
+    assert scene.metering_slack is None
+
+
+def test_another_method_drops_the_estimator_of_the_base(tmp_path: Path) -> None:
+    (tmp_path / "a.toml").write_text(
+        'base = "corner"\n[render]\nmethod = "ssao"\nestimator = "zbuffer"'
+    )
+    scene = loaded(tmp_path, 'base = "a.toml"\n[render]\nmethod = "ssdo"')
+    assert scene.render["method"] == "ssdo"
+    assert "estimator" not in scene.render
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('base = "mine.toml"', "at most 16 scenes that follow"),
+        ('base = "../other.toml"', "must not leave the folder"),
+        ('base = "missing.toml"', "no such file"),
+        ('base = "corner"\n[[object]]\nshape = "box"', "object"),
+        ('base = "corner"\n[[edit]]\nlight = 99', "light"),
+        ('base = "corner"\n[environment]\nrotation_y = 10', "no map to turn"),
+    ],
+)
+def test_faults_are_named(tmp_path: Path, text: str, said: str) -> None:
+    with pytest.raises(SceneError, match=said) as error:
+        loaded(tmp_path, text)
+    assert "mine.toml" in str(error.value)

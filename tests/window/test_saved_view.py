@@ -1,0 +1,125 @@
+"""What was edited lasts: scene files and commands render the picture that was seen."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import shlex
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from window.test_viewer import FRAME_S, ROUNDING, SETTINGS, SIZE, ask, said, settle
+
+from ssdo_gl.cli import main
+from ssdo_gl.scene.environment_kinds import GradientEnvironment
+from ssdo_gl.scene.load import load_scene
+from ssdo_gl.window.bindings import Command
+from ssdo_gl.window.camera.controls import Controls
+from ssdo_gl.window.viewer import Viewer
+
+TRIANGLES = "v -1 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\n"
+SKY = GradientEnvironment((0.1, 0.3, 0.9), (0.4, 0.4, 0.4), (0.2, 0.1, 0.0))
+
+
+@pytest.fixture(params=["cornell_meso", "model"])
+def viewer(request, device, shaders, tmp_path: Path) -> Iterator[Viewer]:
+    source = request.param
+    if source == "model":
+        source = str(tmp_path / "model.obj")
+        Path(source).write_text(TRIANGLES)
+    viewer = Viewer(
+        device, load_scene(source), SETTINGS, source=source, folder=tmp_path, shaders=shaders
+    )
+    yield viewer
+    viewer.release()
+
+
+def edit(viewer: Viewer) -> None:
+    """Turn a light, bring a sky, go for a walk, change settings."""
+    light = viewer.lights[0]
+    viewer.lights[0] = light.with_emitted((2.0, 1.0, 0.5))
+    viewer.original = dataclasses.replace(viewer.original, environment=SKY)
+    viewer.apply_lights()
+    viewer.settings = dataclasses.replace(viewer.settings, exposure=0.5, samples=16)
+    for _ in range(10):
+        viewer.frame(Controls(move=(0.3, 0.1, 1.0), turn_rate=(0.4, -0.1)), FRAME_S, SIZE)
+    settle(viewer)
+
+
+def rendered(device, arguments: list[str], out: Path) -> np.ndarray:
+    assert main([*arguments, "--snapshot", str(out)]) == 0
+    device.activate()
+    with Image.open(out) as image:
+        return np.asarray(image)[:, :, :3].astype(int)
+
+
+def test_a_saved_scene_renders_the_same_picture(gl, device, viewer, tmp_path) -> None:
+    settle(viewer)
+    before = viewer.presenter.pixels().astype(int)
+    edit(viewer)
+    picture = viewer.presenter.pixels().astype(int)
+    assert np.abs(picture - before).mean() > 5.0
+    ask(viewer, Command.SAVE_SCENE)
+    path = next(tmp_path.glob("*-001.toml"))
+    assert path.name in said(viewer)
+    again = rendered(device, [str(path)], tmp_path / "again.png")
+    assert np.abs(again - picture).max() <= ROUNDING
+
+
+def test_command_and_data_of_a_picture_keep_the_edits(gl, device, viewer, tmp_path) -> None:
+    edit(viewer)
+    picture = viewer.presenter.pixels().astype(int)
+    command = shlex.split(ask(viewer, Command.COPY_COMMAND).clipboard)
+    ask(viewer, Command.SCREENSHOT)
+    data = json.loads(next(tmp_path.glob("*-001.json")).read_text())
+    for words in (command, shlex.split(data["command"])):
+        assert words[0] == "ssdo-gl"
+        assert words[1].endswith(".toml")
+        out = words.index("--snapshot")
+        again = rendered(device, words[1:out] + words[out + 2 :], tmp_path / "again.png")
+        assert np.abs(again - picture).max() <= ROUNDING
+
+
+def test_undo_redo_and_reset_bring_pictures_back(gl, viewer) -> None:
+    def shown() -> np.ndarray:
+        settle(viewer)
+        viewer.note_edits()
+        return viewer.presenter.pixels()
+
+    pictures = [shown()]
+    viewer.lights[0] = viewer.lights[0].with_emitted((2.0, 1.0, 0.5))
+    viewer.apply_lights()
+    pictures.append(shown())
+    viewer.original = dataclasses.replace(viewer.original, environment=SKY)
+    viewer.apply_lights()
+    pictures.append(shown())
+    viewer.settings = dataclasses.replace(viewer.settings, exposure=2.0)
+    pictures.append(shown())
+    for _ in range(5):
+        viewer.frame(Controls(move=(0.0, 0.2, 1.0)), FRAME_S, SIZE)
+    pictures.append(shown())
+    for before in reversed(pictures[:-1]):
+        ask(viewer, Command.UNDO)
+        assert np.array_equal(shown(), before)
+    ask(viewer, Command.UNDO)
+    assert "nothing to undo" in said(viewer)
+    assert not viewer.is_edited
+    for after in pictures[1:]:
+        ask(viewer, Command.REDO)
+        # A camera that was gone to differs in its last digits.
+        assert np.abs(shown().astype(int) - after).max() <= ROUNDING
+    ask(viewer, Command.RESET)
+    assert np.array_equal(shown(), pictures[0])
+    ask(viewer, Command.UNDO)
+    assert np.abs(shown().astype(int) - pictures[-1]).max() <= ROUNDING
+
+
+def test_a_scene_in_a_folder_that_cannot_be_written_is_a_message(gl, viewer, tmp_path) -> None:
+    edit(viewer)
+    viewer.folder = tmp_path / "nowhere"
+    viewer.source = str(tmp_path / "nowhere" / "gone.obj")
+    ask(viewer, Command.SAVE_SCENE)
+    assert any(line.is_fault for line in viewer.messages.lines)
