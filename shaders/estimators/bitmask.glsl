@@ -1,6 +1,6 @@
 // Visibility bitmask: Therrien, Levesque and Gilet 2023, "Screen Space Indirect Lighting
-// with Visibility Bitmask"; slices drawn by importance, sectors of equal weight and jittered
-// together after Salm 2024 ("GT-VBAO").
+// with Visibility Bitmask"; sectors of equal cosine-weighted share, jittered together, after
+// Salm 2024 ("GT-VBAO").
 //
 // What a step meets hides the directions between its front and its back, so that light
 // passes behind it; what is nearer to the receiver hides what stands farther along the same
@@ -8,8 +8,9 @@
 //
 // Departures. Where a solid ends is read from the back-face layer; one thickness for all
 // stands in only where that has nothing. The stretch between front and back ends at R. What
-// is hidden must rise above the tangent plane with its front. Slices pass through drawn
-// directions of the cosine-weighted hemisphere, so that all slices weigh the same.
+// is hidden must rise above the tangent plane with its front. Slices are spread evenly about
+// the view vector and weighed by their share of the hemisphere; drawn by that share, as Salm
+// does, they are less even: noise .028 for .015 (8 slices of 2 x 4 reads, cornell_meso).
 #include "lib/sectors.glsl"
 #include "lib/sampling.glsl"
 
@@ -75,18 +76,11 @@ uint sectors_hidden_at(Sectors s, Tangent t, Lines l, Walk walk, float x, float 
                            point_on(l, is_seen_from_below ? farther : own, back));
 }
 
-// Slice `i` of the receiver: that of a drawn direction, which is one of its 32.
+// Slice `i` of DIRECTION_COUNT.
 Sectors estimator_sectors(Receiver r, vec3 view, int i)
 {
-    vec3 w = r.vs_from_tangent * cosine_hemisphere(sample_point(r, i).xy);
-    vec3 along = w - dot(w, view) * view;
-    float length2 = dot(along, along);
-    along = length2 > 1e-12 ? along * inversesqrt(length2) : frame_from_z(view)[0];
-    Sectors s = sectors_of(slice_along(along, view, r.normal_vs), 0.0);
-    float share = share_before(s, vec2(dot(w, along), dot(w, view)));
-    s.jitter = 1.0 - fract(SECTOR_COUNT * share);
-    s.jitter = s.jitter < 1.0 ? s.jitter : 0.0;
-    return s;
+    vec3 along = slice_direction(view, PI * slice_turn(r, i));
+    return sectors_of(slice_along(along, view, r.normal_vs), sample_point(r, i).y);
 }
 
 // Which directions of a slice are blocked.
@@ -108,10 +102,11 @@ float estimator_visibility(Receiver r, ivec2 centre)
 {
     Tangent t = tangent_at(r.position_vs, r.geometric_vs);
     vec3 view = toward_camera(r.position_vs);
-    int blocked = 0;
+    float blocked = 0.0;
     for (int i = 0; i < DIRECTION_COUNT; ++i) {
         Sectors s = estimator_sectors(r, view, i);
-        blocked += bit_count(estimator_hidden(s, t, view, sample_point(r, i).z));
+        uint hidden = estimator_hidden(s, t, view, sample_point(r, i).z);
+        blocked += sector_share(s) * float(bit_count(hidden));
     }
-    return 1.0 - float(blocked) / (SECTOR_COUNT * float(DIRECTION_COUNT));
+    return max(1.0 - blocked, 0.0);
 }

@@ -42,11 +42,10 @@ float estimator_visibility(Receiver r, ivec2 centre)
 {
     Tangent t = tangent_at(r.position_vs, r.geometric_vs);
     vec3 view = toward_camera(r.position_vs);
-    mat3 axes = frame_from_z(view);
     float blocked = 0.0;
     for (int i = 0; i < DIRECTION_COUNT; ++i) {
         vec3 u = sample_point(r, i);
-        vec3 along = axes[0] * cos(PI * u.x) + axes[1] * sin(PI * u.x);
+        vec3 along = slice_direction(view, PI * slice_turn(r, i));
         Slice slice = slice_along(along, view, r.normal_vs);
         blocked += slice.normal_length
             * (hidden_below_horizon(t, view, along, slice.normal_angle, u.y)

@@ -32,12 +32,10 @@ float estimator_visibility(Receiver r, ivec2 centre)
 {
     Tangent t = tangent_at(r.position_vs, r.geometric_vs);
     vec3 view = toward_camera(r.position_vs);
-    mat3 axes = frame_from_z(view);
     float blocked = 0.0;
     for (int i = 0; i < DIRECTION_COUNT; ++i) {
-        vec3 u = sample_point(r, i);
-        float turn = 2.0 * PI * u.x;
-        blocked += blocked_along(t, view, axes[0] * cos(turn) + axes[1] * sin(turn), u.y);
+        vec3 along = slice_direction(view, 2.0 * PI * slice_turn(r, i));
+        blocked += blocked_along(t, view, along, sample_point(r, i).y);
     }
     return max(1.0 - blocked / float(DIRECTION_COUNT), 0.0);
 }

@@ -8,7 +8,6 @@
 #include "lib/slices.glsl"
 
 const float SECTOR_COUNT = 32.0;
-const float ALL_SECTORS_SHARE = 1.0 / SECTOR_COUNT;
 
 struct Sectors {
     Slice slice;
@@ -36,6 +35,12 @@ Sectors sectors_of(Slice slice, float jitter)
     // The hemisphere reaches from gamma - pi / 2 to gamma + pi / 2.
     float first = 0.5 * (cos(gamma) + (gamma - HALF_PI) * sin(gamma));
     return Sectors(slice, jitter, first, cos(gamma) + gamma * sin(gamma));
+}
+
+// What one of a slice's directions stands for, of the cosine-weighted hemisphere.
+float sector_share(Sectors s)
+{
+    return s.slice.normal_length * s.total / (SECTOR_COUNT * float(DIRECTION_COUNT));
 }
 
 // Which directions have less than `share` of the slice before them, as a count of bits.

@@ -8,6 +8,7 @@
 // (Jimenez, Wu, Pesce and Jarabo 2016).
 #include "lib/angle.glsl"
 #include "lib/march.glsl"
+#include "lib/receiver.glsl"
 
 struct Slice {
     vec3 along_vs;       // unit length, orthogonal to the view vector
@@ -20,6 +21,22 @@ Slice slice_along(vec3 along_vs, vec3 view, vec3 normal_vs)
     vec2 projected = vec2(dot(normal_vs, along_vs), dot(normal_vs, view));
     float angle = angle_of(abs(projected.x), projected.y);
     return Slice(along_vs, projected.x < 0.0 ? -angle : angle, length(projected));
+}
+
+// Turn `i` of DIRECTION_COUNT about the view vector, in [0, 1): evenly spread at each pixel, and
+// the sixteen pixels of a block, each with a set of its own, share out what lies between.
+float slice_turn(Receiver r, int i)
+{
+    uint set = r.first_point / uint(DIRECTION_COUNT);
+    float shift = float((u_pattern_offset.x + (set << 28)) >> 8) * (1.0 / 16777216.0);
+    return (float(i) + shift) / float(DIRECTION_COUNT);
+}
+
+// The direction `turn` about the view vector.
+vec3 slice_direction(vec3 view, float turn)
+{
+    mat3 axes = frame_from_z(view);
+    return axes[0] * cos(turn) + axes[1] * sin(turn);
 }
 
 // How far along a slice the sphere of radius R about the receiver is seen.

@@ -17,7 +17,6 @@ from oracle.screen_space import (
     Flags,
     Indices,
     Picture,
-    cosine_hemisphere,
     distance_in_frame,
     frame_from_z,
     height_tests,
@@ -36,14 +35,17 @@ class Receivers:
     geometric: Array
     view: Array  # towards the camera
     u: Array  # (n, d, 3)
+    turn: Array  # (n, d), in [0, 1)
 
     @classmethod
     def at(
         cls, picture: Picture, texel: Indices, pixel: Indices, estimator: Estimator
     ) -> Receivers:
         """Return the receivers at `texel` (n, 2), whose sample sets `pixel` (n, 2) chooses."""
-        first = BAYER[pixel[:, 1] % 4, pixel[:, 0] % 4] * estimator.directions
-        u = kronecker_points(first[:, None] + np.arange(estimator.directions), estimator.offset)
+        number, i = BAYER[pixel[:, 1] % 4, pixel[:, 0] % 4], np.arange(estimator.directions)
+        u = kronecker_points((number * estimator.directions)[:, None] + i, estimator.offset)
+        shift = ((estimator.offset[0] + number * 2**28) % 2**32 >> 8) / 2.0**24
+        turn = (i + shift[:, None]) / estimator.directions
 
         def spread(values: Array) -> Array:
             return np.broadcast_to(values[:, None], u.shape)
@@ -54,7 +56,12 @@ class Receivers:
             for normals in (picture.shading, picture.geometric)
         )
         view = -p / np.linalg.norm(p, axis=-1, keepdims=True)
-        return cls(spread(p), shading, geometric, spread(view), u)
+        return cls(spread(p), shading, geometric, spread(view), u, turn)
+
+    def direction(self, turn: Array) -> Array:
+        """Return the direction `turn` (n, d) about the view vector."""
+        axes, turn = frame_from_z(self.view), turn[..., None]
+        return np.asarray(axes[..., 0] * np.cos(turn) + axes[..., 1] * np.sin(turn))
 
 
 def rises_above(
@@ -122,9 +129,7 @@ def gtao(
     """Return visibility (n) and where float32 may decide otherwise (n)."""
     r = Receivers.at(picture, texel, pixel, estimator)
     decide = Decisions(r.u.shape[:-1])
-    axes = frame_from_z(r.view)
-    turn = np.pi * r.u[..., :1]
-    along = axes[..., 0] * np.cos(turn) + axes[..., 1] * np.sin(turn)
+    along = r.direction(np.pi * r.turn)
     gamma, length = slice_normal(r, along)
     blocked = np.zeros_like(length)
     for side, jitter in ((1.0, r.u[..., 1]), (-1.0, r.u[..., 2])):
@@ -166,9 +171,7 @@ def hbao(
     """Return visibility (n) and where float32 may decide otherwise (n)."""
     r = Receivers.at(picture, texel, pixel, estimator)
     decide = Decisions(r.u.shape[:-1])
-    axes = frame_from_z(r.view)
-    turn = 2.0 * np.pi * r.u[..., :1]
-    along = axes[..., 0] * np.cos(turn) + axes[..., 1] * np.sin(turn)
+    along = r.direction(2.0 * np.pi * r.turn)
     x, y = (np.einsum("...i,...i", r.geometric, axis) for axis in (along, r.view))
     tangent = -x / np.hypot(x, y)
     highest = highest_elevation(picture, r, along, r.u[..., 1], tangent, estimator, decide)
@@ -213,13 +216,15 @@ NEAR_SECTOR = 1e-4
 class Sectors:
     """Slices as 32 directions each.
 
-    along (n, d, 3); gamma (n, d); jitter (n, d); hidden (n, d, 32): what is blocked;
-    blocker (n, d, 32, 2): the texel that does it, -1 where open; unsure (n, d).
+    along (n, d, 3); gamma (n, d); jitter (n, d); share (n, d): of the hemisphere, for each
+    direction; hidden (n, d, 32): what is blocked; blocker (n, d, 32, 2): the texel that does
+    it, -1 where open; unsure (n, d).
     """
 
     along: Array
     gamma: Array
     jitter: Array
+    share: Array
     hidden: Flags
     blocker: Indices
     unsure: Flags
@@ -236,25 +241,16 @@ def share_before(gamma: Array, x: Array, y: Array) -> Array:
     return np.clip(np.where(angle >= end, np.maximum(side, 0.0), share), 0.0, 1.0)
 
 
-def slices_of_directions(r: Receivers) -> tuple[Array, Array, Array, Flags]:
-    """Return along, gamma, jitter of slices through drawn directions, and unsure flags."""
-    w = np.einsum("...ij,...j->...i", frame_from_z(r.shading), cosine_hemisphere(r.u[..., :2]))
-    along = w - np.einsum("...i,...i", w, r.view)[..., None] * r.view
-    along /= np.linalg.norm(along, axis=-1, keepdims=True)
-    gamma, _ = slice_normal(r, along)
-    x, y = (np.einsum("...i,...i", w, axis) for axis in (along, r.view))
-    sectors = SECTOR_COUNT * share_before(gamma, x, y)
-    jitter = 1.0 - sectors % 1.0
-    near = np.abs(sectors - np.rint(sectors)) < NEAR_SECTOR
-    return along, gamma, np.where(jitter < 1.0, jitter, 0.0), near
-
-
 def find_sectors(
     picture: Picture, texel: Indices, pixel: Indices, estimator: Estimator
 ) -> tuple[Receivers, Sectors]:
     """Run the bitmask."""
     r = Receivers.at(picture, texel, pixel, estimator)
-    along, gamma, jitter, unsure = slices_of_directions(r)
+    along, jitter = r.direction(np.pi * r.turn), r.u[..., 1]
+    gamma, length = slice_normal(r, along)
+    share = length * (np.cos(gamma) + gamma * np.sin(gamma))
+    share /= SECTOR_COUNT * estimator.directions
+    unsure = np.zeros(gamma.shape, bool)
     shape = (*gamma.shape, SECTOR_COUNT)
     hidden, blocker = np.zeros(shape, bool), np.full((*shape, 2), -1)
     decide = Decisions(gamma.shape)
@@ -270,7 +266,7 @@ def find_sectors(
             unsure = unsure | near
             blocker = np.where((found & ~hidden)[..., None], q[..., None, :], blocker)
             hidden |= found
-    return r, Sectors(along, gamma, jitter, hidden, blocker, unsure | decide.unsure)
+    return r, Sectors(along, gamma, jitter, share, hidden, blocker, unsure | decide.unsure)
 
 
 def _hidden_at(
@@ -325,4 +321,5 @@ def bitmask(
 ) -> tuple[Array, Flags]:
     """Return visibility (n) and where float32 may decide otherwise (n)."""
     _, found = find_sectors(picture, texel, pixel, estimator)
-    return 1.0 - found.hidden.mean((1, 2)), found.unsure.any(1)
+    blocked = (found.share * found.hidden.sum(2)).sum(1)
+    return np.maximum(1.0 - blocked, 0.0), found.unsure.any(1)

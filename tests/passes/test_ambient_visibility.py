@@ -29,7 +29,7 @@ ESTIMATORS = tuple(name for name in registry.ESTIMATORS if name != "zbuffer")
 SUM_TOLERANCE = 4e-7
 # Horizons add the rounding of a square root, a polynomial and two cosines for each side.
 ANGLE_TOLERANCE = 4e-6
-TOLERANCE = dict.fromkeys(("gtao", "hbao", "sao"), ANGLE_TOLERANCE)
+TOLERANCE = dict.fromkeys(("bitmask", "gtao", "hbao", "sao"), ANGLE_TOLERANCE)
 # Share of pixels in which some comparison is a near tie that float32 may decide otherwise.
 UNSURE_SHARE = 0.03
 
