@@ -9,8 +9,9 @@
 // Departures. Where a solid ends is read from the back-face layer; one thickness for all
 // stands in only where that has nothing. The stretch between front and back ends at R. What
 // is hidden must rise above the tangent plane with its front. Slices are spread evenly about
-// the view vector and weighed by their share of the hemisphere; drawn by that share, as Salm
-// does, they are less even: noise .028 for .015 (8 slices of 2 x 4 reads, cornell_meso).
+// the view vector and weighed by their share of the hemisphere, all shares together 1; drawn
+// by that share, as Salm does, they are less even: noise .028 for .015 (8 slices of 2 x 4
+// reads, cornell_meso).
 #include "lib/sectors.glsl"
 #include "lib/sampling.glsl"
 
@@ -103,10 +104,12 @@ float estimator_visibility(Receiver r, ivec2 centre)
     Tangent t = tangent_at(r.position_vs, r.geometric_vs);
     vec3 view = toward_camera(r.position_vs);
     float blocked = 0.0;
+    float all = 0.0;
     for (int i = 0; i < DIRECTION_COUNT; ++i) {
         Sectors s = estimator_sectors(r, view, i);
         uint hidden = estimator_hidden(s, t, view, sample_point(r, i).z);
-        blocked += sector_share(s) * float(bit_count(hidden));
+        blocked += sector_weight(s) * float(bit_count(hidden));
+        all += SECTOR_COUNT * sector_weight(s);
     }
-    return max(1.0 - blocked, 0.0);
+    return 1.0 - blocked / all;
 }

@@ -11,6 +11,7 @@ const float SECTOR_COUNT = 32.0;
 
 struct Sectors {
     Slice slice;
+    vec2 gamma;    // cosine and sine of the slice's normal_angle
     float jitter;  // in [0, 1)
     float first;   // integral of the hemisphere's weight from its lower end to v
     float total;   // from end to end
@@ -31,16 +32,17 @@ uint lowest_bits(int count)
 
 Sectors sectors_of(Slice slice, float jitter)
 {
-    float gamma = slice.normal_angle;
+    float angle = slice.normal_angle;
+    vec2 gamma = vec2(cos(angle), sin(angle));
     // The hemisphere reaches from gamma - pi / 2 to gamma + pi / 2.
-    float first = 0.5 * (cos(gamma) + (gamma - HALF_PI) * sin(gamma));
-    return Sectors(slice, jitter, first, cos(gamma) + gamma * sin(gamma));
+    float first = 0.5 * (gamma.x + (angle - HALF_PI) * gamma.y);
+    return Sectors(slice, gamma, jitter, first, gamma.x + angle * gamma.y);
 }
 
-// What one of a slice's directions stands for, of the cosine-weighted hemisphere.
-float sector_share(Sectors s)
+// What one of a slice's directions stands for, relative to those of other slices.
+float sector_weight(Sectors s)
 {
-    return s.slice.normal_length * s.total / (SECTOR_COUNT * float(DIRECTION_COUNT));
+    return s.slice.normal_length * s.total;
 }
 
 // Which directions have less than `share` of the slice before them, as a count of bits.
@@ -53,16 +55,13 @@ int sectors_before(Sectors s, float share)
 float share_before(Sectors s, vec2 xy)
 {
     float side = xy.x < 0.0 ? -1.0 : 1.0;
-    float gamma = side * s.slice.normal_angle;
+    vec2 gamma = vec2(s.gamma.x, side * s.gamma.y);
     float angle = angle_of(abs(xy.x), xy.y);
-    float cos_gamma = cos(gamma);
-    float sin_gamma = sin(gamma);
     // arc_integral() without another cosine.
     vec2 double_angle = vec2(xy.y * xy.y - xy.x * xy.x, 2.0 * abs(xy.x) * xy.y)
         / max(dot(xy, xy), 1e-37);
-    float integral = 0.25 * (cos_gamma - dot(double_angle, vec2(cos_gamma, sin_gamma))
-                             + 2.0 * angle * sin_gamma);
-    bool is_beyond = angle >= gamma + HALF_PI;
+    float integral = 0.25 * (gamma.x - dot(double_angle, gamma) + 2.0 * angle * gamma.y);
+    bool is_beyond = angle >= side * s.slice.normal_angle + HALF_PI;
     return is_beyond ? max(side, 0.0) : (s.first + side * integral) / s.total;
 }
 

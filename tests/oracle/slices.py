@@ -249,7 +249,7 @@ def find_sectors(
     along, jitter = r.direction(np.pi * r.turn), r.u[..., 1]
     gamma, length = slice_normal(r, along)
     share = length * (np.cos(gamma) + gamma * np.sin(gamma))
-    share /= SECTOR_COUNT * estimator.directions
+    share /= SECTOR_COUNT * share.sum(1, keepdims=True)
     unsure = np.zeros(gamma.shape, bool)
     shape = (*gamma.shape, SECTOR_COUNT)
     hidden, blocker = np.zeros(shape, bool), np.full((*shape, 2), -1)
