@@ -7,6 +7,7 @@
 # make bench     accuracy against time and the headline experiments, into bench/; an hour a
 #                scene on two cores, or minutes with BENCH_FLAGS=--quick
 # make bench-passes  milliseconds of every pass, beside the published method
+# make bench-estimators  error of visibility against time, every estimator
 # make bench-effects  what planning saves in each scene, against the full pipeline
 # make bench-rays  rays per second of the reference tracers
 # make bench-input  milliseconds from a key or the mouse to its answer in the window
@@ -35,7 +36,7 @@ READY := $(VENV)/.ssdo_gl-ready
 endif
 
 .DELETE_ON_ERROR:
-.PHONY: setup snapshot view test test-slow fuzz hard-cases pictures bench bench-passes bench-effects bench-rays bench-input bench-promises bench-gpu lint clean
+.PHONY: setup snapshot view test test-slow fuzz hard-cases pictures bench bench-passes bench-estimators bench-effects bench-rays bench-input bench-promises bench-gpu lint clean
 
 setup: $(READY)
 
@@ -70,6 +71,9 @@ bench: $(READY)
 
 bench-passes: $(READY)
 	$(PY) -m benchmarks.pass_times $(SCENE)
+
+bench-estimators: $(READY)
+	$(PY) -m benchmarks.estimator_table bench/estimators $(ESTIMATOR_FLAGS)
 
 bench-effects: $(READY)
 	$(PY) -m benchmarks.planning_gain $(SCENES)

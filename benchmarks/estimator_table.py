@@ -5,7 +5,8 @@ OUTDIR
 
 - ``estimators.csv``: every combination by scene and radius: error, noise, fault, bias, time;
 - ``estimators.md``: by radius and filter, each estimator's best split of each budget, averaged
-  over the scenes, with confidence; and which of them nothing beats.
+  over the scenes, with confidence; and which of them nothing beats;
+- ``estimators.png``: the same as charts.
 
 Time is that of all passes which visibility takes beyond the G-buffer, as a multiple of the
 normal's half-ball with 16 reads and the edge filter in the same round.
@@ -37,6 +38,7 @@ from ssdo_gl.bench.panels import panel_named
 from ssdo_gl.bench.pareto import front, membership
 from ssdo_gl.bench.points import Point
 from ssdo_gl.bench.reference_cache import Goal, ReferenceCache, obtain
+from ssdo_gl.bench.report import COLORS, MARKERS, as_bytes, drawn_in_style
 from ssdo_gl.bench.storage import replace_file
 from ssdo_gl.bench.sweep import order
 from ssdo_gl.effects.estimators import ESTIMATORS
@@ -47,14 +49,14 @@ from ssdo_gl.settings import Settings
 from ssdo_gl.settings.resolve import settings_for
 
 SCENES = ("cornell_meso", "stairs", "courtyard", "colonnade", "carousel")
-SIZE = (240, 135)
+SIZE = (192, 108)
 # Radii on the screen, pixels: the mean over what is in view.
 RADII_PX = (10.0, 40.0, 160.0)
 BUDGETS = (8, 16, 32, 64)
 STEPS = (2, 4, 8)
 FILTERS = ("none", "edge")
 UNIT = ("hemisphere", 16, "edge")
-SEEDS, ROUNDS, FRAMES, REPLICAS = 4, 3, 2, 500
+SEEDS, ROUNDS, FRAMES, REPLICAS = 3, 2, 2, 500
 REFERENCE_SPP, REFERENCE_SECONDS, REFERENCE_ERROR = 128, 30.0, 0.004
 
 
@@ -69,6 +71,7 @@ class Extent:
     size: tuple[int, int] = SIZE
     seeds: int = SEEDS
     rounds: int = ROUNDS
+    reference_seconds: float = REFERENCE_SECONDS
 
 
 QUICK = Extent(("cornell_meso",), (10.0, 40.0), (16,), (4,), (160, 90), 2, 2)
@@ -118,7 +121,7 @@ def measure_view(
     """Return errors and times of `points` in one view."""
     mask = judged_pixels(renderer, base)
     traced = dataclasses.replace(base, method="reference-ao", spp=REFERENCE_SPP)
-    goal = Goal("visibility", REFERENCE_ERROR, False, REFERENCE_SECONDS)
+    goal = Goal("visibility", REFERENCE_ERROR, False, extent.reference_seconds)
     with tempfile.TemporaryDirectory() as folder:
         cache = ReferenceCache(Path(folder))
         reference = obtain(renderer, traced, ("visibility",), goal, mask, cache)
@@ -243,16 +246,46 @@ def table(rows: Sequence[Averaged]) -> Iterator[str]:
         )
 
 
-def page(views: Views, extent: Extent) -> Iterator[str]:
-    """Yield the tables by radius and filter."""
+@dataclass(frozen=True)
+class Section:
+    """What is compared with each other: best splits at one radius, with one filter."""
+
+    title: str
+    rows: list[Averaged]
+
+
+def sections_of(views: Views, extent: Extent) -> Iterator[Section]:
+    """Yield the comparisons by radius and filter."""
     for radius_px, smoothing in itertools.product(extent.radii_px, FILTERS):
         members = [view for (_, radius), view in views.items() if radius == radius_px]
         points = [point for point in members[0] if point.filter == smoothing]
-        heading = "without filter" if smoothing == "none" else f"{smoothing} filter"
-        yield f"### R of {radius_px:g} pixels, {heading}"
-        yield ""
-        yield from table(best_splits([averaged(point, members) for point in points]))
-        yield ""
+        title = "without filter" if smoothing == "none" else f"{smoothing} filter"
+        rows = best_splits([averaged(point, members) for point in points])
+        yield Section(f"R of {radius_px:g} pixels, {title}", rows)
+
+
+def chart(sections: Sequence[Section]) -> Any:
+    """Return error against time, a chart for each section."""
+    from matplotlib.figure import Figure
+
+    columns = len(FILTERS)
+    height = -(-len(sections) // columns)
+    figure = Figure(figsize=(5.5 * columns, 3.6 * height), layout="constrained")
+    for axes, section in zip(figure.subplots(height, columns).flat, sections, strict=True):
+        for number, name in enumerate(ESTIMATORS):
+            rows = [row for row in section.rows if row.point.estimator == name]
+            rows.sort(key=lambda row: row.point.samples)
+            style = {
+                "color": COLORS[number % len(COLORS)],
+                "marker": MARKERS[number % len(MARKERS)],
+            }
+            axes.plot([r.time for r in rows], [r.error for r in rows], label=name, **style)
+        axes.set(xscale="log", yscale="log", title=section.title)
+        axes.set(
+            xlabel="time, multiples of 16 points of the half-ball", ylabel="RMSE of visibility"
+        )
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside right upper", fontsize=7)
+    return figure
 
 
 def csv_rows(views: Views) -> Iterator[dict[str, Any]]:
@@ -282,7 +315,7 @@ def csv_rows(views: Views) -> Iterator[dict[str, Any]]:
 
 
 def write(outdir: Path, extent: Extent, device: Device) -> list[dict[str, Any]]:
-    """Measure, write both files and return the rows of the first."""
+    """Measure, write the three files and return the rows of the first."""
     outdir.mkdir(parents=True, exist_ok=True)
     views, clock = measure(extent, device)
     rows = list(csv_rows(views))
@@ -294,8 +327,10 @@ def write(outdir: Path, extent: Extent, device: Device) -> list[dict[str, Any]]:
     width, height = extent.size
     conditions = f"{device.renderer}; {width}x{height}; {', '.join(extent.scenes)}; "
     conditions += f"{extent.seeds} seeds; {extent.rounds} rounds by {CLOCK_NAMES[clock]}"
-    text = "\n".join([conditions, "", *page(views, extent)])
-    replace_file(outdir / "estimators.md", text.encode())
+    sections = list(sections_of(views, extent))
+    lines = [line for s in sections for line in (f"### {s.title}", "", *table(s.rows), "")]
+    replace_file(outdir / "estimators.md", "\n".join([conditions, "", *lines]).encode())
+    replace_file(outdir / "estimators.png", as_bytes(drawn_in_style(chart, sections), "png"))
     return rows
 
 

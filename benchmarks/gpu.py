@@ -2,7 +2,8 @@
 
 ``make bench-gpu`` runs ``python -m benchmarks.gpu OUTDIR``: at most eight minutes, no network.
 OUTDIR receives gpu.json (all of it, written after every section), passes.csv, rays.csv,
-passes.png, images.npz and, with ``--compare FOLDER``, differences.csv and differences.png.
+passes.png, estimators.csv, estimators.md, estimators.png, images.npz and, with ``--compare
+FOLDER``, differences.csv and differences.png.
 FOLDER is where the same script, run with ``--only images`` on llvmpipe, wrote its images:
 
     LIBGL_ALWAYS_SOFTWARE=1 python -m benchmarks.gpu llvmpipe --only images
@@ -29,6 +30,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks import estimator_table
 from benchmarks.common import command
 from ssdo_gl.bench.clock import CLOCK_NAMES
 from ssdo_gl.bench.machine import describe_machine
@@ -70,6 +72,9 @@ IMAGE_SIZE = (160, 90)
 # mean is seen.
 ROUNDING, VISIBLE = 1e-5, 0.01
 EGL_DEVICES = 8
+ESTIMATORS = estimator_table.Extent(
+    ("cornell_meso",), steps=(4, 8), size=(1280, 720), seeds=2, reference_seconds=5.0
+)
 
 
 class Run:
@@ -306,6 +311,15 @@ def time_rays(run: Run) -> object:
     return rows
 
 
+def compare_estimators(run: Run) -> object:
+    """Hold every estimator of visibility to rays; writes estimators.csv, .md and .png."""
+    extent = estimator_table.QUICK if run.quick else ESTIMATORS
+    device = create_context()
+    rows = estimator_table.write(run.outdir, extent, device)
+    device.release()
+    return rows
+
+
 def render_images(run: Run) -> object:
     """Render arrays into images.npz and compare them with those of ``--compare``."""
     device, images = create_context(), {}
@@ -387,6 +401,7 @@ SECTIONS: dict[str, Callable[[Run], object]] = {
     "images": render_images,
     "passes": time_passes,
     "rays": time_rays,
+    "estimators": compare_estimators,
     "tests": run_tests,
 }
 

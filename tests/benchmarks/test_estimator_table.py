@@ -1,0 +1,67 @@
+"""Every estimator's table: what is compared, and how the best is told."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+
+import numpy as np
+import pytest
+
+from benchmarks import estimator_table
+from benchmarks.estimator_table import Averaged, Extent, best_splits, points_of, table
+from ssdo_gl.bench.points import Point
+from ssdo_gl.effects.estimators import ESTIMATORS
+from ssdo_gl.gpu.context import create_context
+
+
+def test_every_estimator_is_measured_with_every_budget_once():
+    points = points_of(Extent(budgets=(4, 16), steps=(2, 8)))
+    assert len({point.key for point in points}) == len(points)
+    for name in ESTIMATORS:
+        budgets = {(p.samples, p.filter) for p in points if p.estimator == name}
+        assert budgets == {(n, f) for n in (4, 16) for f in ("none", "edge")}
+    # Of a slice, 4 reads are 2 each way, however many steps are asked for.
+    assert len([p for p in points if p.estimator == "gtao" and p.samples == 4]) == 2
+
+
+def row(estimator: str, samples: int, steps: int, error: float, time: float) -> Averaged:
+    point = Point("visibility", estimator, "ssao", estimator, samples, steps)
+    flat = np.full(8, 1.0)
+    return Averaged(point, error, error * flat, 0.1, 0.2, 0.0, 0.0, time, time * flat)
+
+
+def test_the_best_split_of_each_budget_is_kept_and_the_front_is_bold():
+    rows = [
+        row("march", 16, 4, 0.2, 1.0),
+        row("march", 16, 8, 0.1, 1.0),
+        row("gtao", 16, 4, 0.3, 2.0),
+        row("sao", 16, 1, 0.4, 0.5),
+    ]
+    best = best_splits(rows)
+    assert [r.point.steps for r in best] == [8, 4, 1]
+    lines = list(table(best))[2:]
+    assert [line.split("`")[1] for line in lines] == ["sao", "march", "gtao"]
+    assert ["**" in line for line in lines] == [True, True, False]
+
+
+def test_a_small_table_is_written(tmp_path, monkeypatch):
+    monkeypatch.setattr(estimator_table, "REFERENCE_SPP", 4)
+    extent = dataclasses.replace(
+        estimator_table.QUICK, scenes=("corner",), size=(32, 18), reference_seconds=0.5
+    )
+    device = create_context()
+    estimator_table.write(tmp_path, extent, device)
+    device.release()
+    with (tmp_path / "estimators.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert {r["estimator"] for r in rows} == set(ESTIMATORS)
+    assert {r["radius_px"] for r in rows} == {"10.0", "40.0"}
+    for r in rows:
+        # A fault that the reference's own noise drowns is 0.
+        parts = float(r["noise"]) ** 2 + float(r["fault"]) ** 2
+        if float(r["fault"]) > 0.0:
+            assert parts == pytest.approx(float(r["error"]) ** 2, rel=1e-2, abs=1e-6)
+    text = (tmp_path / "estimators.md").read_text()
+    assert text.count("### R of") == 4
+    assert (tmp_path / "estimators.png").stat().st_size > 0
