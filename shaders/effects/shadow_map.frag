@@ -37,7 +37,7 @@ void main()
 #if IS_PARALLEL
     float depth = v_depth;
 #else
-    // clip.w is the depth; see lib/perspective.glsl.
+    // clip.w is the depth; see projections/perspective.glsl.
     float depth = 1.0 / gl_FragCoord.w;
 #endif
     o_depth = depth;

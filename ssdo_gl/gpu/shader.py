@@ -28,7 +28,7 @@ __all__ = ["Program", "ShaderError", "ShaderLibrary"]
 
 _NO_DEFINES: Mapping[str, int] = {}
 _NO_CHOICES: Mapping[str, str] = {}
-USUAL_CHOICES: Mapping[str, str] = {"projection": "lib/perspective.glsl"}
+USUAL_CHOICES: Mapping[str, str] = {"projection": "projections/perspective.glsl"}
 # Files of both stages, defines and choices, sorted.
 _Key = tuple[str, str, tuple[tuple[str, int], ...], tuple[tuple[str, str], ...]]
 _NO_TEXTURES: Mapping[str, moderngl.Texture] = {}

@@ -57,7 +57,7 @@ class FrameView:
     def choices(self) -> Mapping[str, str]:
         """The files behind includes of shaders that look through this view."""
         name = "orthographic" if self.is_orthographic else "perspective"
-        return {"projection": f"lib/{name}.glsl"}
+        return {"projection": f"projections/{name}.glsl"}
 
     @property
     def jitter_ndc(self) -> tuple[float, float]:

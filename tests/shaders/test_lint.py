@@ -33,7 +33,7 @@ STAGES = [name for name in FILES if name not in LIBRARIES]
 # Cut-outs remove the surface itself, so nothing may be written there.
 MAY_DISCARD = {"passes/gbuffer.frag", "effects/shadow_map.frag", "effects/back_faces.frag"}
 
-PROJECTIONS = [{"projection": f"lib/{name}.glsl"} for name in ("perspective", "orthographic")]
+PROJECTIONS = [{"projection": f"projections/{name}.glsl"} for name in ("perspective", "orthographic")]
 
 _MACRO = re.compile(r"^\s*#\s*define\s+(\w+)(?:\s+(-?\d+)\s*$)?", re.MULTILINE)
 _CONDITION = re.compile(r"^\s*#\s*(?:el)?if\s+(.*)$", re.MULTILINE)

@@ -1,5 +1,5 @@
 // Rays that all come from one point, the eye: the usual `#include <projection>`.
-// lib/orthographic.glsl defines the same for parallel rays.
+// projections/orthographic.glsl defines the same for parallel rays.
 
 uniform vec2 u_tan_half_fov;   // tangents of half the (horizontal, vertical) field of view
 

@@ -1,5 +1,5 @@
 // Parallel rays along the view axis: the other `#include <projection>`. What each function
-// means is written in lib/perspective.glsl.
+// means is written in projections/perspective.glsl.
 //
 // Here the eye is a point that the program chooses, a frame's height in front of what is
 // nearest: so z grows with neither the distance of the camera nor less than the frame shows.
