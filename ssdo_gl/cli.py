@@ -113,7 +113,7 @@ def _check_outputs(run: RunOptions, wanted: Sequence[str]) -> None:
         )
 
 
-def _mode_defaults(run: RunOptions, settings: Settings) -> Settings:
+def _mode_defaults(run: RunOptions, settings: Settings, scene: Scene) -> Settings:
     """Return `settings` with defaults that depend on what is made of them."""
     if run.bench is not None and not settings.gives("size"):
         from ssdo_gl.bench.run import bench_size
@@ -121,7 +121,9 @@ def _mode_defaults(run: RunOptions, settings: Settings) -> Settings:
         return dataclasses.replace(settings, size=bench_size(run.quick))
     is_picture = run.snapshot is not None and Path(run.snapshot).suffix.lower() == ".png"
     if is_picture and not settings.gives("antialias"):
-        return dataclasses.replace(settings, antialias=4)
+        # What is translucent is drawn by chance: more frames, less noise.
+        by_chance = any(material.is_translucent for material in scene.materials)
+        return dataclasses.replace(settings, antialias=16 if by_chance else 4)
     return settings
 
 
@@ -141,7 +143,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     scene = load_scene(command.scene, command.loading)
     if options.two_sided:
         scene = scene.two_sided()
-    settings = _mode_defaults(options, settings_for(scene.render, given))
+    settings = _mode_defaults(options, settings_for(scene.render, given), scene)
     camera = chosen_camera(scene, place, options.projection)
     if options.bench is not None:
         from ssdo_gl.bench.run import run_bench

@@ -4,6 +4,7 @@
 // IS_PARALLEL: a directional light's map. HAS_ALPHA_CUTOUT, and with it HAS_VERTEX_COLORS
 // and HAS_ALBEDO_TEXTURE: where the objects' alpha comes from.
 #include "lib/depth_test.glsl"
+#include "lib/coverage.glsl"
 
 in float v_depth;
 #if HAS_ALPHA_CUTOUT
@@ -30,7 +31,7 @@ void main()
 #if HAS_ALBEDO_TEXTURE
     alpha *= texture(t_albedo_image, v_material_uv).a;
 #endif
-    if (alpha < v_alpha_cutoff) {
+    if (is_left_out(alpha, v_alpha_cutoff)) {
         discard;
     }
 #endif

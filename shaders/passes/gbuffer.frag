@@ -9,6 +9,7 @@
 #include "lib/space.glsl"
 #include "lib/octahedral.glsl"
 #include "lib/depth_test.glsl"
+#include "lib/coverage.glsl"
 #include "lib/normals.glsl"
 #if GLOSS_LOCATION || FINISH_LOCATION
 #define GLOSSY 1
@@ -164,7 +165,7 @@ void main()
                                           dFdy(NORMAL_UV));
 #endif
 #if HAS_ALPHA_CUTOUT
-    if (albedo.a < MATERIAL_SIDE_CUTOFF.y) {
+    if (is_left_out(albedo.a, MATERIAL_SIDE_CUTOFF.y)) {
         discard;
     }
 #endif

@@ -187,11 +187,20 @@ vec4 dielectric_of(uint word, int slot, Corners c, vec3 weights)
 #endif
 
 #if RAY_CUTOUTS
+const float BY_CHANCE = -2.0;  // see ssdo_gl/raytracing/surface_tables.py
+
 // Whether the material has a hole at the point that the weights, up to a factor, name.
 bool is_cut_out(uint word, int slot, vec3 weights)
 {
     float total = weights.x + weights.y + weights.z;
     vec3 share = total != 0.0 ? weights / total : vec3(1.0, 0.0, 0.0);
-    return albedo_of(word, corners_of(slot), share).a < material_texel(word, 4).x;
+    float alpha = albedo_of(word, corners_of(slot), share).a;
+    float cutoff = material_texel(word, 4).x;
+    // Alpha as coverage: whether a ray meets the surface is a matter of where it would.
+    uint place = floatBitsToUint(share.x) * 0x9e3779b9u ^ floatBitsToUint(share.y) + uint(slot);
+    place = (place ^ place >> 15) * 0x2c1b3c6du;
+    place = (place ^ place >> 12) * 0x297a2d39u;
+    float chance = float((place ^ place >> 15) >> 8) * (1.0 / 16777216.0);
+    return cutoff == BY_CHANCE ? alpha <= chance : alpha < cutoff;
 }
 #endif

@@ -88,10 +88,12 @@ class ShadowMapPass(RenderPass):
 
     name = "shadow_map"
     writes: Mapping[str, TextureSpec] = {"shadow_atlas": TextureSpec(1, "f4", own=True)}
-    depends_on = ("geometry", "lights")
 
-    def __init__(self, settings: ShadowMapSettings | None = None) -> None:
+    def __init__(
+        self, settings: ShadowMapSettings | None = None, *, by_chance: bool = False
+    ) -> None:
         self.settings = settings or ShadowMapSettings()
+        self.depends_on = ("geometry", "lights", *(("seed",) if by_chance else ()))
 
     def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
         """Return the atlas as a new texture."""
@@ -158,7 +160,8 @@ def _draw_face(
             "effects/shadow_map.vert", "effects/shadow_map.frag", defines
         )
 
-    uniforms = depth_uniforms(near, far)
+    chance = context.frame.chance
+    uniforms: dict[str, object] = {**depth_uniforms(near, far), "u_frame_chance": chance}
     if own.sides:
         normal_vs = rotation @ frame.light_from_world[2]
         uniforms = {**uniforms, "u_light_plane": (*normal_vs, own.clearance)}
@@ -203,4 +206,7 @@ class ShadowMaps(Effect):
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
         """Yield the one pass."""
         settings = request.with_overrides("shadow_map", ShadowMapSettings())
-        yield ShadowMapPass(settings), "lights cast shadows"
+        yield (
+            ShadowMapPass(settings, by_chance=request.content.has_translucency),
+            "lights cast shadows",
+        )

@@ -17,7 +17,8 @@ from ssdo_gl.scene.mesh import Mesh
 from ssdo_gl.scene.scene import Scene
 
 # Per-instance data: three rows of view_from_object; albedo (rgb, alpha factor);
-# emission (rgb, 1 if it may count as a sender); (1 if both sides emit, alpha cutoff);
+# emission (rgb, 1 if it may count as a sender); (1 if both sides emit, alpha cutoff, -1:
+# alpha is the share of fragments that are kept);
 # (metallic, roughness, scale of the normal map, strength of baked occlusion);
 # dielectric (rgb reflectance at normal incidence, strength).
 INSTANCE_ATTRIBUTES = (
@@ -141,7 +142,7 @@ def features_of(mesh: Mesh, material: Material) -> Features:
     return Features(
         shading_normals=mesh.normals is not None,
         vertex_colors=mesh.colors is not None,
-        alpha_cutout=material.alpha_cutoff is not None,
+        alpha_cutout=material.has_holes,
         single_sided=material.single_sided,
         glossy=material.is_glossy,
         images=images,
@@ -169,7 +170,7 @@ def material_row(material: Material, counts_as_sender: bool) -> FloatArray:
             *material.emission,
             float(counts_as_sender),
             float(material.two_sided_emission),
-            0.0 if material.alpha_cutoff is None else material.alpha_cutoff,
+            -1.0 if material.is_translucent else material.alpha_cutoff or 0.0,
             material.metallic,
             material.roughness,
             material.normal_scale,

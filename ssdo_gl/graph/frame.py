@@ -145,3 +145,8 @@ class Frame:
     seed: int = 0
     versions: Mapping[str, Hashable] = field(default_factory=dict)
     is_live: bool = False
+
+    @property
+    def chance(self) -> float:
+        """A number in [0, 1) that those of consecutive seeds fill evenly, by the golden ratio."""
+        return self.seed * 0.6180339887498949 % 1.0

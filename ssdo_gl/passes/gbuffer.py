@@ -25,7 +25,8 @@ GBUFFER_IMAGES: Mapping[str, tuple[str, int]] = {
 
 def uniforms(frame: Frame) -> dict[str, object]:
     """Return the uniforms of ``passes/gbuffer.frag``."""
-    return {**frame.view.uniforms(), **frame.view.depth_uniforms()}
+    depth = frame.view.depth_uniforms()
+    return {**frame.view.uniforms(), **depth, "u_frame_chance": frame.chance}
 
 
 class GBufferPass(RenderPass):
@@ -44,6 +45,8 @@ class GBufferPass(RenderPass):
     ----------
     wanted : collection of str, optional
         The targets that somebody reads; `z_vs` is always written.
+    by_chance : bool
+        Some surfaces are translucent: which of their fragments are drawn follows the seed.
     """
 
     name = "gbuffer"
@@ -56,10 +59,13 @@ class GBufferPass(RenderPass):
         "gloss": TextureSpec(4, "nu2"),
         "finish": TextureSpec(2, "nu2"),
     }
-    depends_on = ("view", "geometry")
     needs_depth: ClassVar[bool] = True
 
-    def __init__(self, wanted: Collection[str] = tuple(TARGETS)) -> None:
+    def __init__(
+        self, wanted: Collection[str] = tuple(TARGETS), *, by_chance: bool = False
+    ) -> None:
+        self.by_chance = by_chance
+        self.depends_on = ("view", "geometry", *(("seed",) if by_chance else ()))
         self.writes = {
             name: spec for name, spec in self.TARGETS.items() if name == "z_vs" or name in wanted
         }
@@ -73,8 +79,8 @@ class GBufferPass(RenderPass):
         }
 
     def settings_key(self) -> Hashable:
-        """Return which targets are written."""
-        return tuple(self.writes)
+        """Return which targets are written, and whether the seed counts."""
+        return tuple(self.writes), self.by_chance
 
     def execute(self, context: PassContext) -> None:
         """Draw every visible object."""

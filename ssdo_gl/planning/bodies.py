@@ -256,5 +256,5 @@ def unit(vectors: FloatArray) -> FloatArray:
 def _kind(scene: Scene, number: int, form: MeshForm) -> int:
     """A solid with holes cut out of it shows its inside; a flat sheet has none."""
     material = scene.materials[scene.objects[number].material]
-    cut_out = material.alpha_cutoff is not None
+    cut_out = material.has_holes
     return ANY if cut_out and form.form == SOLID_BOX else form.form

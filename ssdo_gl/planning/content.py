@@ -58,6 +58,8 @@ class SceneContent:
         Any surface emits light that no light of the scene stands for.
     has_gloss : bool
         Any surface reflects more than diffuse light.
+    has_translucency : bool
+        Any surface lets some of what lies behind show through.
     has_textures : bool
     has_closed_meshes : bool
         Any mesh bounds a solid, so that its back faces tell how thick it is.
@@ -73,6 +75,7 @@ class SceneContent:
     has_emission: bool
     has_unlit_emission: bool
     has_gloss: bool
+    has_translucency: bool
     has_textures: bool
     has_closed_meshes: bool
     has_motion: bool
@@ -109,6 +112,7 @@ def analyse(scene: Scene) -> SceneContent:
         has_emission=any(material.emits for material in used),
         has_unlit_emission=bool(emits_unlit),
         has_gloss=any(material.is_glossy for material in used),
+        has_translucency=any(material.is_translucent for material in used),
         has_textures=any(material.textures for material in used),
         has_closed_meshes=any(mesh.closed for mesh in meshes),
         has_motion=scene.moves,

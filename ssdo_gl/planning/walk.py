@@ -132,7 +132,8 @@ class _Builder:
         self.picture = next((name for name in pictures if name is not None), "beauty")
 
     def build(self) -> Pipeline:
-        self.add(GBufferPass(), "everything starts from what the camera sees")
+        by_chance = self.request.content.has_translucency
+        self.add(GBufferPass(by_chance=by_chance), "everything starts from what the camera sees")
         for effect in self.request.running:
             for reasoned in effect.passes(self.request):
                 self.add(*reasoned)
@@ -225,7 +226,8 @@ def _without_unread_targets(pipeline: Pipeline, is_glossy: bool) -> Pipeline:
     # Without it the albedo would be that of metals, too.
     read |= {"gloss"} if is_glossy and "albedo" in read else set()
     passes = tuple(
-        GBufferPass(read) if isinstance(item, GBufferPass) else item for item in pipeline.passes
+        GBufferPass(read, by_chance=item.by_chance) if isinstance(item, GBufferPass) else item
+        for item in pipeline.passes
     )
     return dataclasses.replace(pipeline, passes=passes)
 

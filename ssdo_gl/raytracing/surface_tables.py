@@ -20,6 +20,8 @@ MATERIAL_TEXELS = 12
 SMOOTH_FLAG = 1 << 31
 LIGHT_BODY_FLAG = 1 << 30
 SINGLE_SIDED_FLAG = 1 << 29
+# Instead of an alpha cutoff: alpha is the chance that a ray meets the surface.
+BY_CHANCE = -2.0
 # Added to the place of a texture that is not interpolated.
 NEAREST_MARK = 0.5
 # Added to the second coordinate of a texture that is in the atlas of data.
@@ -74,7 +76,7 @@ class RayFeatures:
             textures=any(
                 mesh.uvs is not None and IMAGE_TEXELS.keys() & m.textures for mesh, m in pairs
             ),
-            cutouts=any(m.alpha_cutoff is not None for _, m in pairs),
+            cutouts=any(m.has_holes for _, m in pairs),
             single_sided=any(m.single_sided and not mesh.is_solid for mesh, m in pairs),
             second_uvs=any(
                 mesh.emission_uvs is not None and m.second_uvs & m.textures.keys()
@@ -244,7 +246,8 @@ def material_table(
     0: albedo, alpha factor. 1: emission, 1 if both sides emit. 2 and 3: x, y, width and
     height of albedo and emission texture in the atlas; width 0: none, negative sizes:
     clamped instead of repeated; x + 1/2: not interpolated. 4: alpha cutoff, -1 if nothing
-    is cut out; 1 for the body of a light without shadows, which passes through everything.
+    is cut out, `BY_CHANCE` where alpha is coverage; 1 for the body of a light without
+    shadows, which passes through everything.
     5: metallic, roughness, scale of normals, set of images with the second coordinates.
     6: reflectance of the dielectric at normal incidence, strength. 7 to 10: places of
     the images of `IMAGE_TEXELS`; y + 1/2: in the atlas of data.
@@ -274,6 +277,7 @@ def material_table(
         row[5] = material.metallic, material.roughness, material.normal_scale, sum(second)
         row[6] = *material.dielectric_color, material.specular
         row[4, 0] = -1.0 if material.alpha_cutoff is None else material.alpha_cutoff
+        row[4, 0] = BY_CHANCE if material.is_translucent else row[4, 0]
     for row, (light, _) in zip(table[len(scene.materials) :], lamps, strict=False):
         row[4, 1] = float(scene.lights[light].shadow == "none")
     return table

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -128,6 +129,22 @@ class Material:
             if field.name.endswith("_texture")
         }
         return {name: texture for name, texture in named.items() if texture is not None}
+
+    @cached_property
+    def is_translucent(self) -> bool:
+        """Whether any of it may let what lies behind show through."""
+        if not self.blends:
+            return False
+        image = self.albedo_texture
+        opaque = image is None or float(image.pixels[..., 3].min()) >= (
+            255.0 if image.pixels.dtype == np.uint8 else 1.0
+        )
+        return self.alpha < 1.0 or not opaque
+
+    @property
+    def has_holes(self) -> bool:
+        """Whether not all of it is drawn: parts are cut out, or let others show through."""
+        return self.alpha_cutoff is not None or self.is_translucent
 
     @property
     def is_glossy(self) -> bool:

@@ -28,6 +28,7 @@ RICH = SceneContent(
     has_emission=True,
     has_unlit_emission=False,
     has_gloss=False,
+    has_translucency=False,
     has_textures=False,
     has_closed_meshes=True,
     has_motion=False,

@@ -1,0 +1,103 @@
+"""Translucent surfaces: alpha is the share of what is drawn, on average over frames."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import ssdo_gl
+from ssdo_gl.scene.formats.toml import read_description
+
+SIZE = (48, 32)
+FRAMES = 64
+# The thresholds of consecutive frames fill [0, 1) by the golden ratio: a pixel's share is
+# off by less than 2 / FRAMES, and neighbours' errors differ.
+TOLERANCE = 0.02
+HEAD = """
+[camera]
+position = [0, 0, 3]
+target = [0, 0, 0]
+fov_y = 40
+exposure = 0
+"""
+SHEET = """
+[materials.{name}]
+albedo = [0, 0, 0]
+emission = {emission}
+alpha = {alpha}
+{blend}
+[[object]]
+shape = "quad"
+corner = [-3, -3, {z}]
+edge_u = [6, 0, 0]
+edge_v = [0, 6, 0]
+material = "{name}"
+"""
+
+
+def sheet(name, emission, z, alpha=1.0, blend="blend = true"):
+    return SHEET.format(name=name, emission=list(emission), z=z, alpha=alpha, blend=blend)
+
+
+def picture(text, **settings):
+    scene = read_description(HEAD + text, "scene.toml")
+    options = {"method": "direct", "antialias": FRAMES, **settings}
+    return np.asarray(ssdo_gl.render(scene, size=SIZE, **options), np.float64)[..., :3]
+
+
+@pytest.mark.parametrize("alpha", [0.0, 0.1, 0.5, 0.9, 1.0])
+@pytest.mark.parametrize("method", ["direct", "reference-gi"])
+def test_alpha_mixes_what_is_in_front_and_behind(alpha, method):
+    text = sheet("front", (1, 0, 0), 0.0, alpha) + sheet("back", (0, 0, 1), -1.0)
+    found = picture(text, method=method, spp=2).mean(axis=(0, 1))
+    np.testing.assert_allclose(found, [alpha, 0.0, 1.0 - alpha], atol=TOLERANCE)
+
+
+def test_layers_over_each_other_mix_as_independent_ones():
+    layers = [sheet("near", (1, 0, 0), 0.5, 0.5), sheet("middle", (0, 1, 0), 0.0, 0.5)]
+    text = "".join(layers) + sheet("back", (0, 0, 1), -1.0)
+    for order in (text, "".join(reversed(layers)) + sheet("back", (0, 0, 1), -1.0)):
+        found = picture(order).mean(axis=(0, 1))
+        np.testing.assert_allclose(found, [0.5, 0.25, 0.25], atol=0.06)
+
+
+def test_half_a_shadow_falls_behind_half_a_pane():
+    lit = """
+[materials.wall]
+albedo = [1, 1, 1]
+[[object]]
+shape = "quad"
+corner = [-3, -3, -1]
+edge_u = [6, 0, 0]
+edge_v = [0, 6, 0]
+material = "wall"
+[[light]]
+kind = "directional"
+direction = [0, -0.5, -1]
+irradiance = [3, 3, 3]
+"""
+    pane = """
+[materials.pane]
+albedo = [0, 0, 0]
+alpha = 0.5
+{blend}
+[[object]]
+shape = "quad"
+corner = [-6, 0, 0.5]
+edge_u = [12, 0, 0]
+edge_v = [0, 6, 0]
+material = "pane"
+"""
+    # Below the pane, where its shadow falls on the wall.
+    rows = slice(SIZE[1] // 2 + 2, SIZE[1] // 2 + 6)
+    without = picture(lit)[rows].mean()
+    for shadows in ("map", "traced"):
+        half = picture(lit + pane.format(blend="blend = true"), shadows=shadows)[rows].mean()
+        whole = picture(lit + pane.format(blend=""), shadows=shadows)[rows].mean()
+        assert whole < 0.05 * without
+        assert half == pytest.approx(0.5 * without, rel=0.1)
+
+
+def test_what_is_opaque_throughout_is_not_drawn_by_chance():
+    text = sheet("front", (1, 0, 0), 0.0, 1.0)
+    assert np.array_equal(picture(text, antialias=1, seed=1), picture(text, antialias=1, seed=2))
