@@ -1,4 +1,4 @@
-"""Many small meshes of materials that differ in colour alone become few large ones.
+"""Many small meshes of materials that differ in base colour alone become few large ones.
 
 Each object of a mesh and material of its own costs a draw call in every pass, some
 milliseconds in all; a model with thousands of colours would take minutes.
@@ -24,7 +24,7 @@ MAX_TRIANGLES = 100_000
 def batched(
     meshes: Sequence[Mesh], materials: Sequence[Material], objects: Sequence[SceneObject]
 ) -> tuple[list[Mesh], list[Material], list[SceneObject]]:
-    """Return a scene's parts with plain, still, single objects joined where there are many.
+    """Return a scene's parts with still, single objects joined where there are many.
 
     The albedo of each becomes the colour of its vertices: the picture stays.
     """
@@ -44,9 +44,7 @@ def batched(
             kept += members
             continue
         material = materials[members[0].material]
-        new_materials.append(
-            dataclasses.replace(material, name="joined", albedo=(1.0, 1.0, 1.0), alpha=1.0)
-        )
+        new_materials.append(_common(material, "joined"))
         for batch in _batches(meshes, members):
             new_meshes.append(_joined(meshes, materials, batch))
             index = len(new_meshes) - 1
@@ -70,24 +68,24 @@ def _batches(meshes: Sequence[Mesh], members: Sequence[SceneObject]) -> list[lis
 
 def _key(mesh: Mesh, material: Material, item: SceneObject) -> tuple[object, ...] | None:
     """Return what objects of one batch have in common, or None for one that stays alone."""
-    plain = dataclasses.replace(
-        material,
-        name="",
-        albedo=(0.8, 0.8, 0.8),
-        alpha=1.0,
-        single_sided=False,
-        albedo_texture=None,
-    )
     if (
-        _fields(plain) != _fields(Material())
-        or item.motion is not None
+        item.motion is not None
         or mesh.pose is not None
         or item.light is not None
         or len(item.world_from_object) != 1
     ):
         return None
-    image = None if mesh.uvs is None else material.albedo_texture
-    return mesh.normals is not None, mesh.closed, material.single_sided, id(image)
+    common = _common(material, "")
+    has = (mesh.normals is not None, mesh.uvs is not None, mesh.emission_uvs is not None)
+    return *has, mesh.closed, *_fields(common)
+
+
+def _common(material: Material, name: str) -> Material:
+    """Return `material` without what becomes the colour of vertices."""
+    # An image that is cut out where its alpha is low depends on the factor of that.
+    cuts_image = material.alpha_cutoff is not None and material.albedo_texture is not None
+    alpha = material.alpha if cuts_image else 1.0
+    return dataclasses.replace(material, name=name, albedo=(1.0, 1.0, 1.0), alpha=alpha)
 
 
 def _fields(material: Material) -> tuple[object, ...]:
@@ -103,8 +101,9 @@ def _joined(
     colors = []
     for part, item in zip(parts, members, strict=True):
         material = materials[item.material]
+        alpha = 1.0 if _common(material, "").alpha != 1.0 else material.alpha
         own = np.ones((len(part.positions), 4)) if part.colors is None else part.colors
-        colors.append(own * [*material.albedo, material.alpha])
+        colors.append(own * [*material.albedo, alpha])
     return Mesh(
         positions=np.concatenate(
             [
@@ -116,17 +115,17 @@ def _joined(
             [part.triangles + start for part, start in zip(parts, first, strict=True)]
         ),
         normals=_normals(parts, members),
-        uvs=_uvs(parts, materials[members[0].material]),
+        uvs=_joined_uvs([part.uvs for part in parts]),
+        emission_uvs=_joined_uvs([part.emission_uvs for part in parts]),
         colors=np.concatenate(colors),
         closed=parts[0].closed,
         name="joined",
     )
 
 
-def _uvs(parts: Sequence[Mesh], material: Material) -> FloatArray | None:
-    known = [part.uvs for part in parts if part.uvs is not None]
-    has_image = material.albedo_texture is not None and len(known) == len(parts)
-    return np.concatenate(known) if has_image else None
+def _joined_uvs(parts: Sequence[FloatArray | None]) -> FloatArray | None:
+    known = [part for part in parts if part is not None]
+    return np.concatenate(known) if len(known) == len(parts) else None
 
 
 def _normals(parts: Sequence[Mesh], members: Sequence[SceneObject]) -> FloatArray | None:

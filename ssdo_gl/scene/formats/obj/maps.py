@@ -77,8 +77,9 @@ def read_map(
     except (SceneError, ValueError) as error:
         model.note(f"texture not used: {error}")
         return None
+    low_high = _filled(numbers.get("-mm"), 0.0, 1.0)
     return Map(
-        _with_range(texture, *_filled(numbers.get("-mm"), 0.0, 1.0)),
+        model.derived((texture, *low_high), lambda: _with_range(texture, *low_high)),
         Placement(_filled(numbers.get("-s"), 1.0, 1.0), _filled(numbers.get("-o"), 0.0, 0.0)),
         (numbers.get("-bm") or [1.0])[0],
     )
@@ -116,8 +117,14 @@ def is_cut_out(texture: Texture, cutoff: float) -> bool:
     return bool(np.any(out)) and not bool(np.all(out))
 
 
-def masked(colors: Map | None, mask: Map) -> Map:
+def masked(colors: Map | None, mask: Map, model: Model) -> Map:
     """Return the colours (or white) with the mask's brightness as alpha, where they lie."""
+    key = (None if colors is None else colors.texture, mask.texture)
+    base = colors or mask
+    return Map(model.derived(key, lambda: _masked(colors, mask)), base.placement)
+
+
+def _masked(colors: Map | None, mask: Map) -> Texture:
     base = colors or mask
     height, width = base.texture.pixels.shape[:2]
     rgba = Image.fromarray(np.asarray(mask.texture.pixels)).resize((width, height))
@@ -127,4 +134,4 @@ def masked(colors: Map | None, mask: Map) -> Map:
     if colors is not None:
         pixels[..., :3] = colors.texture.pixels[..., :3]
     pixels[..., 3] = alpha
-    return Map(replace(base.texture, pixels=pixels), base.placement)
+    return replace(base.texture, pixels=pixels)

@@ -150,7 +150,7 @@ def _material(
     if mask is not None:
         if colors is not None and colors.placement != mask.placement:
             model.note(f"material {name!r}: its map_d lies where its map_Kd does")
-        colors = masked(colors, mask)
+        colors = masked(colors, mask, model)
     emission = _color(
         block, "ke", (0.0, 0.0, 0.0) if glow is None else (1.0, 1.0, 1.0), name, model, where
     )
