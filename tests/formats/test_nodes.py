@@ -60,13 +60,13 @@ def test_hidden_nodes_hide_what_hangs_on_them(glb: GlbWriter, tmp_path: Path) ->
     assert item.world_from_object[:, :3, 3].tolist() == [[0.0, 0.0, 0.0]]
 
 
-@pytest.mark.parametrize(("mode", "named"), [(0, "points"), (1, "lines"), (2, "lines")])
-def test_points_and_lines_are_named(mode: int, named: str, glb: GlbWriter, tmp_path: Path) -> None:
+@pytest.mark.parametrize("mode", [1, 2, 3])
+def test_lines_are_named(mode: int, glb: GlbWriter, tmp_path: Path) -> None:
     primitive: dict[str, Any] = glb.triangle()
     glb.json["meshes"] = [{"primitives": [primitive, {**primitive, "mode": mode}]}]
-    assert f"1 primitives of {named} are not drawn" in load(glb, tmp_path).notes
+    assert "1 primitives of lines are not drawn" in load(glb, tmp_path).notes
     glb.json["meshes"] = [{"primitives": [{**primitive, "mode": mode}] * 2}]
-    with pytest.raises(SceneError, match=f"no triangle with an area .2 primitives of {named}"):
+    with pytest.raises(SceneError, match=r"no triangle with an area .2 primitives of lines"):
         load(glb, tmp_path)
 
 

@@ -290,7 +290,7 @@ def test_a_scene_in_a_linked_folder_finds_its_files(write: Write, tmp_path: Path
             ["KHR_implicit_shapes", "not supported"],
         ),
         ("a.obj", b"", ["no triangle"]),
-        ("a.obj", b"v 0 0 0\nv 1 0 0\n", ["no triangle"]),
+        ("a.obj", b"v 0 0 0\nv 1 0 0\nl 1 2\n", ["no triangle", "only 1 lines"]),
         ("a.obj", b"v 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", ["'v 0 0'", "3 numbers"]),
         ("a.obj", b"v a b c\nf 1 1 1\n", ["'v a b c'"]),
         ("a.obj", OBJ.encode() + b"f 1 2 9\n", ["v 9", "there are 3"]),

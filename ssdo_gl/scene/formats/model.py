@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.formats.point_bodies import point_bodies
 from ssdo_gl.scene.images import MAX_MODEL_TEXELS, read_texture
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Material, Texture, Wrap
@@ -40,6 +41,7 @@ class Model:
     triangle_count: int = 0
     _texel_count: int = 0
     _textures: dict[tuple[Path, Wrap], Texture] = field(default_factory=dict)
+    _derived: dict[Hashable, Texture] = field(default_factory=dict)
     _dropped: dict[str, int] = field(default_factory=dict)
     _beyond: dict[str, list[str]] = field(default_factory=dict)
 
@@ -92,6 +94,22 @@ class Model:
         self.meshes.append(mesh)
         return len(self.meshes) - 1
 
+    def add_points(
+        self, positions: FloatArray, colors: FloatArray | None = None, name: str = ""
+    ) -> int | None:
+        """Add points as small bodies; return their mesh's index, or None if there are none.
+
+        Raises
+        ------
+        ValueError
+            As `add_mesh` does.
+        """
+        vertices, triangles, colored, note = point_bodies(positions, colors)
+        index = self.add_mesh(vertices, triangles, colors=colored, name=name)
+        if index is not None:
+            self.note(note)
+        return index
+
     def shade(self, normals: str, crease_angle: float) -> None:
         """Make the normals of the meshes smooth, flat or those of the file.
 
@@ -122,6 +140,12 @@ class Model:
         if isinstance(source, Path):
             self._textures[source, wrap] = texture
         return texture
+
+    def derived(self, key: Hashable, make: Callable[[], Texture]) -> Texture:
+        """Return a texture that is made of others, named by `key`; the same ones once."""
+        if key not in self._derived:
+            self._derived[key] = make()
+        return self._derived[key]
 
     def drop(self, what: str, count: int = 1) -> None:
         """Count what is left out, for a note such as "3 lines are not drawn"."""

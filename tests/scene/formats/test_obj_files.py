@@ -154,8 +154,8 @@ def test_colours_to_255(read) -> None:
 def test_lines_and_points_are_counted(read, write: Write, error_of: Callable[..., str]) -> None:
     model = read(SQUARE + "f 1 2\nf 1\nf 1 2 3\nl 1 2 3\np 1\n")
     assert len(model.meshes[0].triangles) == 1
-    assert "not drawn: 3 lines, 1 points" in model.notes
-    assert error_of(write({"a.obj": SQUARE})).endswith("no triangle with an area, only 4 points")
+    assert "not drawn: 3 lines" in model.notes
+    assert "1 points drawn as small bodies" in model.notes
     assert "only 1 lines" in error_of(write({"a.obj": SQUARE + "f 1 2\n"}))
 
 

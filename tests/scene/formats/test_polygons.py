@@ -66,10 +66,6 @@ def test_ply_drops_what_cannot_be_drawn(write: Write) -> None:
     assert any("without area" in note for note in scene.notes)
 
 
-def test_a_point_cloud_is_refused(write: Write, error_of: Callable[..., str]) -> None:
-    assert "no triangle" in error_of(write({"a.ply": ply("", TRIANGLE, [])}))
-
-
 def binary_stl(corners: np.ndarray) -> bytes:
     data = bytes(80) + struct.pack("<I", len(corners))
     for triangle in corners:

@@ -112,6 +112,17 @@ def read_shape(
     )
 
 
+def read_points(document: Document, attributes: Json) -> tuple[FloatArray, FloatArray | None]:
+    """Return positions (V, 3) and linear colours (V, 4), if there are any, of a primitive."""
+    positions = document.accessor(attributes["POSITION"], (3,))
+    if "COLOR_0" not in attributes:
+        return positions, None
+    colors = document.accessor(attributes["COLOR_0"], (3, 4))
+    if len(colors) != len(positions):
+        raise GltfError(f"COLOR_0 has {len(colors)} entries for {len(positions)} vertices")
+    return positions, np.concatenate([colors, np.ones((len(colors), 1))], axis=1)[:, :4]
+
+
 def _triangles(document: Document, primitive: Json, mode: int, count: int) -> NDArray[np.int64]:
     if "indices" in primitive:
         index = document.index_accessor(primitive["indices"])

@@ -19,7 +19,7 @@ from ssdo_gl.scene.formats.gltf.animation import read_channels
 from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json, numbers
 from ssdo_gl.scene.formats.gltf.draco import unpack
 from ssdo_gl.scene.formats.gltf.extensions import check_extensions
-from ssdo_gl.scene.formats.gltf.geometry import read_shape
+from ssdo_gl.scene.formats.gltf.geometry import read_points, read_shape
 from ssdo_gl.scene.formats.gltf.gltf_materials import MaterialReader
 from ssdo_gl.scene.formats.gltf.nodes import NodeTree, matrices_of
 from ssdo_gl.scene.formats.gltf.poses import Poses
@@ -30,7 +30,6 @@ from ssdo_gl.scene.mesh import MAX_INSTANCES, SceneObject
 from ssdo_gl.scene.scene import SceneError
 
 _UNDRAWN = {
-    0: "points are not drawn",
     1: "lines are not drawn",
     2: "lines are not drawn",
     3: "lines are not drawn",
@@ -201,6 +200,10 @@ class _Reader:
 
     def _add_primitive(self, primitive: Json, poses: Poses, name: str) -> tuple[int, int] | None:
         material = self.materials.read(primitive.get("material"))
+        if primitive.get("mode") == 0 and "POSITION" in primitive["attributes"]:
+            points = read_points(self.document, primitive["attributes"])
+            index = self.model.add_points(*points, name)
+            return None if index is None else (index, material.index)
         second = material.second_uvs
         sets = material.uvs.uv_set, None if second is None else second.uv_set
         unpack(self.document, primitive)

@@ -20,6 +20,8 @@ def logical_lines(path: Path, where: str) -> Iterator[tuple[int, str]]:
         data = path.read_bytes()
     except OSError as error:
         raise SceneError(f"{where}: cannot be read: {error.strerror}") from None
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        data = data.decode("utf-16", "replace").encode()
     data = data.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     try:
         lines = data.decode("utf-8").split("\n")

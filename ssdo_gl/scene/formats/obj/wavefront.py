@@ -25,7 +25,7 @@ from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.scene import SceneError
 
 # Elements that are not drawn; two-cornered faces are lines.
-_NOT_DRAWN = {"p": "points", "l": "lines", "curv": "curves", "surf": "surfaces"}
+_NOT_DRAWN = {"l": "lines", "curv": "curves", "surf": "surfaces"}
 
 
 @dataclass
@@ -50,6 +50,7 @@ class _Contents:
     normals: list[list[str]] = field(default_factory=list)
     groups: dict[str, _Group] = field(default_factory=dict)
     libraries: list[str] = field(default_factory=list)
+    points: list[str] = field(default_factory=list)
     not_drawn: dict[str, int] = field(default_factory=dict)
 
 
@@ -60,7 +61,7 @@ def read_obj(path: Path, where: str) -> Model:
     ------
     SceneError
         If a line does not parse, a face names a vertex that does not exist, or nothing
-        but points and lines is there.
+        but lines is there.
     """
     contents = _parse(path, where)
     model = Model()
@@ -85,6 +86,7 @@ def read_obj(path: Path, where: str) -> Model:
         else:
             model.materials.append(entry.material)
         model.objects.append(SceneObject(mesh, len(model.materials) - 1, name=name))
+    _add_points(model, contents, vertices, where)
     if contents.not_drawn:
         listed = ", ".join(f"{count} {what}" for what, count in contents.not_drawn.items())
         if not model.objects:
@@ -94,6 +96,25 @@ def read_obj(path: Path, where: str) -> Model:
         model.meshes[index] = turned
         model.note(note)
     return model
+
+
+def _add_points(model: Model, contents: _Contents, vertices: _Vertices, where: str) -> None:
+    """Add the points of ``p`` elements, or all vertices where there is nothing else."""
+    is_bare = not (contents.groups or contents.points or contents.not_drawn)
+    rows = np.arange(len(vertices.positions) if is_bare else 0)
+    if contents.points:
+        try:
+            rows = np.array(contents.points, dtype=np.int64) - 1
+        except (ValueError, OverflowError):
+            raise SceneError(f"{where}: a point is not the number of a vertex") from None
+        if rows.min() < 0 or rows.max() >= len(vertices.positions):
+            raise SceneError(f"{where}: a point refers to a v that does not exist")
+    colors = vertices.colors[rows] if np.any(vertices.colored[rows]) else None
+    mesh = model.add_points(vertices.positions[rows], colors) if len(rows) else None
+    if mesh is not None:
+        grey = 0.8 if colors is None else 1.0
+        model.materials.append(Material(name="points", albedo=(grey, grey, grey)))
+        model.objects.append(SceneObject(mesh, len(model.materials) - 1, name="points"))
 
 
 @dataclass(frozen=True)
@@ -165,12 +186,15 @@ def _parse(path: Path, where: str) -> _Contents:
             group = contents.groups.setdefault(material, _Group())
         elif key == "mtllib":
             contents.libraries.append(remainder(line))
+        elif key == "p":
+            place = f"{where}: line {number}"
+            contents.points += [
+                _absolute(word, contents, place) if "-" in word else word for word in words[1:]
+            ]
         elif key in _NOT_DRAWN:
             what = _NOT_DRAWN[key]
             contents.not_drawn[what] = contents.not_drawn.get(what, 0) + 1
     contents.groups = {name: g for name, g in contents.groups.items() if g.counts}
-    if not contents.groups and contents.positions:
-        contents.not_drawn["points"] = len(contents.positions)
     return contents
 
 

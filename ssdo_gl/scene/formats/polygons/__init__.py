@@ -17,6 +17,8 @@ from ssdo_gl.scene.formats.polygons.off import parse_off
 from ssdo_gl.scene.formats.polygons.ply import parse_ply
 from ssdo_gl.scene.formats.polygons.polygon_mesh import PolygonMesh
 from ssdo_gl.scene.formats.polygons.stl import parse_stl
+from ssdo_gl.scene.material import Material
+from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.scene import SceneError
 
 __all__ = ["read_off", "read_ply", "read_stl"]
@@ -39,13 +41,17 @@ def read_off(path: Path, where: str) -> Model:
 
 def _read(path: Path, where: str, title: str, parse: Callable[[bytes], list[PolygonMesh]]) -> Model:
     model = Model()
-    points = 0
+    points: list[PolygonMesh] = []
     try:
         # What is not finite is dropped and told later; NumPy need not warn as well.
         with np.errstate(invalid="ignore", over="ignore"):
             for mesh in parse(path.read_bytes()):
                 mesh.add_to(model, path, where)
-                points += len(mesh.positions)
+                if not len(mesh.counts):
+                    points.append(mesh)
+            if not model.meshes:
+                for mesh in points:
+                    _add_points(mesh, model)
     except OSError as error:
         raise SceneError(f"{where}: cannot be read: {error.strerror}") from None
     except MemoryError:
@@ -54,6 +60,12 @@ def _read(path: Path, where: str, title: str, parse: Callable[[bytes], list[Poly
         if isinstance(error, SceneError):
             raise
         raise SceneError(f"{where}: not a readable {title} file: {error}") from None
-    if not model.meshes and points:
-        raise SceneError(f"{where}: holds no triangle with an area, only {points} points")
     return model
+
+
+def _add_points(mesh: PolygonMesh, model: Model) -> None:
+    index = model.add_points(mesh.positions, mesh.colors, mesh.name)
+    if index is not None:
+        grey = 0.8 if mesh.colors is None else 1.0
+        model.materials.append(Material(albedo=(grey, grey, grey)))
+        model.objects.append(SceneObject(index, len(model.materials) - 1, name=mesh.name))

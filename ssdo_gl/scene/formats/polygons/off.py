@@ -36,6 +36,10 @@ def parse_off(data: bytes) -> list[PolygonMesh]:
     ValueError
         What is wrong with it, in a few words.
     """
+    binary = re.match(rb"\s*([A-Za-z4]*OFF)[ \t]+BINARY[ \t]*\r?\n", data, re.IGNORECASE)
+    if binary is not None:
+        layout, _ = _header([[binary[1].decode("ascii")], ["3"]])
+        return [_binary(data[binary.end() :], layout)]
     text = data.removeprefix(b"\xef\xbb\xbf").decode("latin-1")
     lines = [words for line in text.splitlines() if (words := line.split("#", 1)[0].split())]
     if not lines:
@@ -58,14 +62,13 @@ def parse_off(data: bytes) -> list[PolygonMesh]:
 
 def _header(lines: list[list[str]]) -> tuple[_Layout, int]:
     """Return the layout, and the line on which the counts stand; cuts the keyword off."""
-    match = re.fullmatch(r"(ST)?(C?)(N?)(4?)(n?)OFF", lines[0][0], re.IGNORECASE)
+    # The count may follow at once.
+    match = re.fullmatch(r"(ST)?(C?)(N?)(4?)(n?)OFF(\d*)", lines[0][0], re.IGNORECASE)
     if match is None:
         if not lines[0][0].isdigit():
             raise ValueError("it begins with neither OFF nor a count of vertices")
         return _Layout(), 0
-    lines[0] = lines[0][1:]
-    if lines[0][:1] == ["BINARY"]:
-        raise ValueError("binary OFF is not read")
+    lines[0] = [match[6], *lines[0][1:]] if match[6] else lines[0][1:]
     at = 0 if lines[0] else 1
     numbers = 3
     if match[5]:
@@ -77,6 +80,50 @@ def _header(lines: list[list[str]]) -> tuple[_Layout, int]:
             raise ValueError(f"its space has {numbers} dimensions, not 3")
     four = bool(match[4])
     return _Layout(numbers + four, four, bool(match[3]), bool(match[2]), bool(match[1])), at
+
+
+def _binary(data: bytes, layout: _Layout) -> PolygonMesh:
+    """Return the mesh of a binary body: in Geomview's byte order, or in that of most machines."""
+    width = layout.before_color + 4 * layout.color + 2 * layout.uv
+    for order in (">", "<"):
+        head = np.frombuffer(data[:12], f"{order}i4").astype(np.int64)
+        if len(head) == 3 and head.min() >= 0:
+            faces_at = 12 + 4 * width * int(head[0])
+            if faces_at + 4 * int(head[1]) <= len(data):
+                break
+    else:
+        raise ValueError("it ends before its vertices and faces do")
+    rows = np.frombuffer(data[12:faces_at], f"{order}f4").astype(np.float64).reshape(-1, width)
+    words = np.frombuffer(data[faces_at : len(data) - len(data) % 4], f"{order}i4").tolist()
+    mesh = _vertices(rows, layout)
+    # Some programs leave out how many numbers of a colour follow.
+    walks = [_walked(words, int(head[1]), has_colors) for has_colors in (True, False)]
+    known = [walk for walk in walks if walk is not None]
+    if not known:
+        raise ValueError(f"it ends before its {head[1]} faces do")
+    counts, corners, _ = max(known, key=lambda walk: walk[2] == len(words))
+    mesh.counts, mesh.corners = np.array(counts, np.int64), np.array(corners, np.int64)
+    return mesh
+
+
+def _walked(
+    words: list[int], face_count: int, has_colors: bool
+) -> tuple[list[int], list[int], int] | None:
+    """Return corners of each face, all corners and where the faces end; None if they do not."""
+    counts: list[int] = []
+    corners: list[int] = []
+    at = 0
+    for _ in range(face_count):
+        if at >= len(words) or not 0 <= words[at] < len(words) - at:
+            return None
+        counts.append(words[at])
+        corners += words[at + 1 : at + 1 + words[at]]
+        at += 1 + words[at]
+        if has_colors:
+            if at >= len(words) or not 0 <= words[at] <= 4:
+                return None
+            at += 1 + words[at]
+    return (counts, corners, at) if at <= len(words) else None
 
 
 def _integer(word: str) -> int:

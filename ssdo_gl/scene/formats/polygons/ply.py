@@ -97,7 +97,7 @@ def _header(data: bytes) -> tuple[list[_Element], list[str], str, bytes]:
     if start is None:
         raise ValueError("it does not begin with a line 'ply'")
     # The first byte of a binary body may look like half of another line end.
-    line_end = re.escape(start[1])
+    line_end = rb"\r?\n" if start[1] == b"\n" else re.escape(start[1])
     end = re.search(rb"(?:^|[\r\n])end_header[ \t]*(?:" + line_end + rb"|$)", data)
     if end is None:
         raise ValueError("the header has no end_header")
@@ -115,7 +115,8 @@ def _header(data: bytes) -> tuple[list[_Element], list[str], str, bytes]:
             elements.append(_Element(words[0].lower(), int(words[1][:18])))
         elif key == "property" and elements:
             elements[-1].properties.append(_property(words, line))
-        elif key not in ("", "obj_info"):
+        elif elements and key not in ("", "obj_info"):
+            # Before the elements it is a comment whose first word was forgotten.
             raise ValueError(f"header line {line[:60]!r} is not understood")
     if form not in ("ascii", "binary_little_endian", "binary_big_endian"):
         raise ValueError(f"format {form[:40]!r} is not one of PLY")
