@@ -250,6 +250,24 @@ vec3 brdf_reflectance(Brdf brdf)
 #endif
 }
 
+// Share of light that leaves again of what comes evenly from all directions: for light that
+// has been scattered so often that where it goes hardly matters.
+vec3 even_reflectance(Brdf brdf)
+{
+#if GLOSSY
+    // Fits to what microfacets of Fresnel's 1 and (1 - cosine)^5 leave, within 0.003; of the
+    // light that enters the diffuse part 0.0037 (f90 - f0) is reflected before.
+    float r = brdf.roughness;
+    float all = 0.9998 + r * (-0.0143 + r * (0.3322 + r * (-2.2012 + r * 1.2952)));
+    float grazing = max(0.0494 + r * (-0.0181 + r * (-0.1335 + r * 0.1070)), 0.0);
+    vec3 enters = is_glossy(brdf) ? vec3(1.0) - mix(brdf.f0, vec3(brdf.f90), 0.0037) : vec3(1.0);
+    vec3 gloss = brdf.f0 * (all - grazing) + brdf.f90 * grazing;
+    return brdf.albedo * enters + (is_glossy(brdf) ? gloss : vec3(0.0));
+#else
+    return brdf.albedo;
+#endif
+}
+
 // Radiance that diffuse reflection makes of an irradiance, the same in all directions.
 vec3 diffuse_radiance(Brdf brdf, vec3 irradiance)
 {

@@ -1,5 +1,6 @@
 #version 330 core
-// What the rays of every surfel meet: the surfel there and its albedo, once for all light.
+// What the rays of every surfel meet: the surfel there and its albedo, gloss included, once
+// for all light.
 //
 // A tile of the image for each ray, a texel of it for each surfel: neighbours look the same
 // way. Words: surfel (16 bits, all set: nothing was met) and red, green and blue of the
@@ -24,7 +25,7 @@ void main()
     if (hit.record >= 0) {
         Surface met = surface_at_hit(hit, at.start, w);
         words.x = uint(surfel_at_hit(hit, met.at.position, w));
-        words.yzw = uvec3(clamp(met.brdf.albedo, 0.0, 1.0) * 65535.0 + 0.5);
+        words.yzw = uvec3(clamp(even_reflectance(met.brdf), 0.0, 1.0) * 65535.0 + 0.5);
     }
     o_hit = uvec2(words.x | words.y << 16, words.z | words.w << 16);
 }

@@ -58,8 +58,9 @@ vec3 cached_irradiance(BvhHit hit, Surface surface, vec3 w)
     return texelFetch(t_surface_cache, surfel_texel(surfel_at_hit(hit, surface.at.position, w)), 0).rgb;
 }
 
-// Radiance that `surface` reflects back along the ray; what it emits is `surface.emission`.
+// Radiance that `surface` reflects back along the ray, gloss as if it were diffuse; what it
+// emits is `surface.emission`.
 vec3 cached_reflection(BvhHit hit, Surface surface, vec3 w)
 {
-    return diffuse_radiance(surface.brdf, cached_irradiance(hit, surface, w));
+    return even_reflectance(surface.brdf) * INV_PI * cached_irradiance(hit, surface, w);
 }

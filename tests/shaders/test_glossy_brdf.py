@@ -243,3 +243,24 @@ def test_the_worst_of_views_gives_numbers(gl, shaders, body):
         }  # fmt: skip
         found = shader(gl, shaders, body, inputs, 1 if body == DENSITY else 3)
         assert np.isfinite(found).all() and found.min() >= 0.0
+
+
+@pytest.mark.parametrize("roughness", [0.0, 0.2, 0.5, 0.8, 1.0])
+@pytest.mark.parametrize(("albedo", "f0"), [(0.0, 0.9), (0.6, 0.04)], ids=["metal", "dielectric"])
+def test_even_reflectance_is_the_mean_over_even_light(gl, shaders, albedo, f0, roughness):
+    rng = np.random.default_rng(1)
+    cosine = np.sqrt(rng.random(COUNT))
+    w_out = np.stack([np.sqrt(1.0 - cosine**2), np.zeros(COUNT), cosine], axis=1)
+    surface = {
+        "albedo": np.full((COUNT, 3), albedo),
+        "f0": np.full((COUNT, 3), f0),
+        "f90": np.ones(COUNT),
+        "roughness": np.full(COUNT, roughness),
+    }
+    inputs = {**surface, "normal": np.tile([0.0, 0.0, 1.0], (COUNT, 1)), "w_out": w_out}
+    found = shader(gl, shaders, "even_reflectance(BRDF)", inputs, 3)[0]
+    draws = f"{SAMPLE}.weight"
+    shares = shader(gl, shaders, draws, {**inputs, "u": rng.random((COUNT, 2))}, 3)
+    error = 4.0 * shares.std(axis=0) / np.sqrt(COUNT)
+    # The fits are good to 0.003.
+    np.testing.assert_array_less(np.abs(found - shares.mean(axis=0)), error + 0.004)
