@@ -75,12 +75,13 @@ class SurfelSkyPass(RenderPass):
         rows = surfel_rows(context.facts["surfel_points"].count)
         made = SkyLight(hits.surfels, hits.number, context.frame.versions.get("environment"))
         known = facts_of(context, "surfel_sky", SkyLight)
-        follows = known is not None and made.number - known.number in (0, 1)
-        if known is not None and follows and (known.surfels, known.sky) == (made.surfels, made.sky):
-            texture, turn = context.last["surfel_sky"].texture, hits.traced
+        same = known is not None and (known.surfels, known.sky) == (made.surfels, made.sky)
+        turn: tuple[int, ...] = tuple(range(side))
+        if known is not None and same and made.number - known.number in (0, 1):
+            texture = context.last["surfel_sky"].texture
+            turn = hits.traced if made.number > known.number else ()
         else:
-            size = (SURFELS_PER_ROW, side * rows)
-            texture, turn = make_texture(context.gl, size, 4, "f4"), tuple(range(side))
+            texture = make_texture(context.gl, (SURFELS_PER_ROW, side * rows), 4, "f4")
         program = self.shared.ready(context, self.name, self.reads, "SURFEL_RAYS_PER_SIDE")
         with drawing_into(context.gl, texture) as target:
             for row in turn:
