@@ -140,7 +140,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     # Flags are checked before the scene is read, so that a typo costs no waiting.
     if "method" in given:
         settings_for({}, given)
-    scene = load_scene(command.scene, command.loading)
+    scene = load_scene(command.scene, command.loading.behind(given.get("background")))
     if options.two_sided:
         scene = scene.two_sided()
     settings = _mode_defaults(options, settings_for(scene.render, given), scene)

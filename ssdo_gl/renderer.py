@@ -29,7 +29,7 @@ from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.backgrounds import background_color
 from ssdo_gl.settings.fields import describe
-from ssdo_gl.settings.loading import LoadOptions
+from ssdo_gl.settings.loading import LoadOptions, load_options
 from ssdo_gl.settings.resolve import settings_for
 
 # Of one point each: where frames are averaged, they come from the pixel's centre.
@@ -152,9 +152,13 @@ class Renderer(FrameLoop):
         longest = max(size)
         width, height = (max(1, n * METERED_PX // max(longest, METERED_PX)) for n in size)
         self.use(Settings(size=(width, height), radius=chosen.radius, exposure=0.0))
-        job = self._prepare(("beauty",), camera, seconds)
+        job = self._prepare(("beauty", "position_ws"), camera, seconds)
         self._run(job.plan, self._frame(job.view, 0, 1), FrameLog(), False, None)
-        exposure = measured_exposure(self._read(job, job.view)["beauty"], slack)
+        images = self._read(job, job.view)
+        # The ground under a model is no part of it.
+        lowest = self.scene.bounds()[0][1] if self.scene.has_ground else -np.inf
+        images["beauty"][images["position_ws"][..., 1] < lowest] = 0.0
+        exposure = measured_exposure(images["beauty"], slack)
         self.use(dataclasses.replace(chosen, exposure=exposure))
         self.scene = dataclasses.replace(
             self.scene,
@@ -288,10 +292,16 @@ class Renderer(FrameLoop):
     def _before_background(self, beauty: Image) -> Image:
         """Return the picture in front of a background of one colour, as it is shown, or none."""
         color = background_color(self.settings.background)
-        if color is None:
+        if self.settings.background is None:
+            radiance = self.scene.backdrop
+        elif color is not None:
+            level = 2.0 ** -(self.settings.exposure or 0.0)
+            radiance = color[0] * level, color[1] * level, color[2] * level
+        else:
+            radiance = None
+        if radiance is None:
             return beauty
-        behind = np.zeros(4, dtype=np.float32)
-        behind[:3] = np.array(color) * 2.0 ** -(self.settings.exposure or 0.0)
+        behind = np.array([*radiance, 0.0], dtype=np.float32)
         return np.where(beauty[..., 3:] > 0.0, beauty, behind)
 
 
@@ -331,7 +341,8 @@ def render(
         scene = source
     else:
         names = describe(LoadOptions)
-        scene = load_scene(source, **{n: mapping[n] for n in mapping if n in names})
+        options = load_options({n: mapping[n] for n in mapping if n in names})
+        scene = load_scene(source, options.behind(mapping.get("background")))
         mapping = {n: mapping[n] for n in mapping if n not in names}
     with Renderer(scene, settings_for(scene.render, mapping), backend=backend) as renderer:
         return renderer.render([aov]).images[aov]

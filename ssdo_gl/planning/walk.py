@@ -18,7 +18,7 @@ from ssdo_gl.passes.gbuffer import GBUFFER_IMAGES, GBufferPass
 from ssdo_gl.passes.radiance_aov import RadianceAovPass
 from ssdo_gl.passes.sender_radiance import SenderRadiancePass
 from ssdo_gl.passes.tone_map import ToneMapPass, ToneMapSettings
-from ssdo_gl.settings.backgrounds import ENVIRONMENT
+from ssdo_gl.settings.backgrounds import ENVIRONMENT, color_code
 
 
 @dataclass(frozen=True)
@@ -164,6 +164,13 @@ class _Builder:
         item = SenderRadiancePass(irradiances, radiances, glossy=self.request.is_glossy)
         return item, "what each surface sends on"
 
+    def _backdrop(self) -> str:
+        """Return what is shown where no surface is, if nobody chooses."""
+        backdrop = self.request.scene.backdrop
+        if backdrop is None:
+            return ENVIRONMENT
+        return color_code(backdrop, self.request.settings.exposure or 0.0)
+
     def _add_picture(self) -> None:
         """Add the sum of all terms, and the picture as a display shows it."""
         request = self.request
@@ -180,7 +187,7 @@ class _Builder:
         self.add(composite, "adds up the terms")
         tone = ToneMapSettings(
             exposure=request.settings.exposure or 0.0,
-            background=request.settings.background or ENVIRONMENT,
+            background=request.settings.background or self._backdrop(),
         )
         display = ToneMapPass(request.with_overrides("tone_map", tone), self.picture)
         self.add(display, "from radiance to the display")

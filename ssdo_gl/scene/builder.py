@@ -17,10 +17,12 @@ from ssdo_gl.scene.batching import batched
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment_kinds import Environment, MapEnvironment
 from ssdo_gl.scene.exposure import lighting_for, seen_metal
+from ssdo_gl.scene.framing import is_room
+from ssdo_gl.scene.ground import ground, has_floor
 from ssdo_gl.scene.images import read_radiance_map
-from ssdo_gl.scene.lights import Light, Shadow
+from ssdo_gl.scene.lights import DirectionalLight, Light, Shadow
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import Mesh, SceneObject, are_mirrored
+from ssdo_gl.scene.mesh import Mesh, SceneObject, are_mirrored, instance_boxes
 from ssdo_gl.scene.motion import Trajectory
 from ssdo_gl.scene.scene import Scene, SceneError
 from ssdo_gl.settings.loading import USUAL, LoadOptions
@@ -147,8 +149,8 @@ class SceneBuilder:
             camera_motion = None
             camera = self._framed(camera, fov_y, height, exposure or 0.0)
         camera, environment, slack = self._light(camera, environment, exposure, has_lamps)
-        if isinstance(environment, MapEnvironment) and environment.name == defaults.STUDIO:
-            render = {"background": defaults.STUDIO_BACKGROUND, **(render or {})}
+        is_studio = isinstance(environment, MapEnvironment) and environment.name == defaults.STUDIO
+        has_ground = is_framed and bool(slack) and self._lay_ground(camera, environment)
         return Scene(
             meshes=tuple(self.meshes),
             materials=tuple(self.materials),
@@ -162,6 +164,7 @@ class SceneBuilder:
             purpose=purpose,
             notes=tuple(self.notes),
             loading=self.options,
+            backdrop=defaults.BACKDROP if is_studio or has_ground else None,
             metering_slack=slack,
             is_framed=is_framed,
         )
@@ -184,6 +187,23 @@ class SceneBuilder:
         is_usual = self.options.replaces_light or len(self.lights) > lights
         slack = defaults.METERING_SLACK if is_usual else 0.0
         return camera, environment, slack if exposure is None else None
+
+    def _lay_ground(self, camera: Camera, environment: Environment | None) -> bool:
+        """Lay a floor under a lone model in the light of a sky and a key light."""
+        keys = [light for light in self.lights if isinstance(light, DirectionalLight)]
+        if not self.options.lays_ground or environment is None or len(keys) != 1:
+            return False
+        if has_floor(self.meshes, self.objects) or is_room(self.meshes, self.objects, camera):
+            return False
+        corners = instance_boxes(self.meshes, self.objects).reshape(-1, 3)
+        mesh, material = ground((corners.min(axis=0), corners.max(axis=0)), environment, keys[0])
+        self.meshes.append(mesh)
+        self.objects.append(
+            SceneObject(
+                len(self.meshes) - 1, self.material(material), name="ground", is_ground=True
+            )
+        )
+        return True
 
     def _framed(
         self, given: Camera | None, fov_y: float, height: float | None, exposure: float

@@ -30,8 +30,8 @@ METERING_SLACK = 1.5
 # so that shadows are three stops below it. Skylight is about a fifth of sunlight.
 NEUTRAL_SKY = GradientEnvironment(zenith=(0.18,) * 3, horizon=(0.15,) * 3, ground=(0.08,) * 3)
 
-# What is seen of it is its light on things; behind them an even grey.
-STUDIO, STUDIO_BACKGROUND = "studio", "#8c8c8c"
+# What is seen of it is its light on things; behind them an even grey, as of the ground.
+STUDIO, BACKDROP = "studio", (0.28, 0.28, 0.28)
 # Of the studio's map: 1.4 degrees a texel.
 _STUDIO_ROWS, _STUDIO_COLUMNS = 128, 256
 _STUDIO_KEY_IRRADIANCE = (1.03, 1.0, 0.97)

@@ -114,6 +114,8 @@ class SceneObject:
     light : int or None
         Index into Scene.lights if this object is the visible body of a light:
         its emission is delivered by that light and must not be counted again.
+    is_ground : bool
+        Whether it was laid under the scene, whose size does not count it.
     """
 
     mesh: int
@@ -122,6 +124,7 @@ class SceneObject:
     motion: Trajectory | None = None
     light: int | None = None
     name: str = ""
+    is_ground: bool = False
 
 
 def instance_boxes(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> FloatArray:

@@ -12,7 +12,7 @@ from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment_kinds import Environment
 from ssdo_gl.scene.lights import Light
-from ssdo_gl.scene.material import Material
+from ssdo_gl.scene.material import Color, Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject, instance_boxes
 from ssdo_gl.scene.motion import Trajectory
 from ssdo_gl.settings.loading import USUAL, LoadOptions
@@ -36,6 +36,8 @@ class Scene:
         Of the scene's own camera.
     loading : LoadOptions
         How it was loaded.
+    backdrop : Color or None
+        Radiance that is seen where no surface is, in place of the environment, which lights.
     metering_slack : float or None
         EV by which exposure 0 may miss what the picture asks for, if exposure is to be
         measured from it; None: the camera's holds.
@@ -57,9 +59,15 @@ class Scene:
     notes: tuple[str, ...] = ()
     camera_motion: Trajectory | None = None
     loading: LoadOptions = USUAL
+    backdrop: Color | None = None
     metering_slack: float | None = None
     is_metered: bool = False
     is_framed: bool = False
+
+    @property
+    def has_ground(self) -> bool:
+        """Whether a ground was laid under it."""
+        return any(item.is_ground for item in self.objects)
 
     def two_sided(self) -> Scene:
         """Return the scene with both sides of all surfaces drawn."""
@@ -67,8 +75,9 @@ class Scene:
         return replace(self, materials=materials)
 
     def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Return world-space corners (min, max) of all instances, each (3,)."""
-        corners = instance_boxes(self.meshes, self.objects).reshape(-1, 3)
+        """Return world-space corners (min, max) of all instances but a ground, each (3,)."""
+        objects = [item for item in self.objects if not item.is_ground]
+        corners = instance_boxes(self.meshes, objects).reshape(-1, 3)
         if not len(corners):
             raise SceneError("the scene has no geometry: give it at least one [[object]]")
         return corners.min(axis=0), corners.max(axis=0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ssdo_gl.images.color import linear_from_srgb
+from ssdo_gl.images.color import linear_from_srgb, srgb_from_linear
 
 ENVIRONMENT, TRANSPARENT = "environment", "transparent"
 _CODES = {"black": "#000000", "grey": "#808080", "white": "#ffffff"}
@@ -25,3 +25,9 @@ def background_color(background: str | None) -> tuple[float, float, float] | Non
     encoded = np.array([int(code[i : i + 2], 16) / 255.0 for i in (1, 3, 5)])
     red, green, blue = (float(value) for value in linear_from_srgb(encoded))
     return red, green, blue
+
+
+def color_code(radiance: tuple[float, float, float], exposure_ev: float) -> str:
+    """Return the ``#rrggbb`` that a radiance is shown by."""
+    exposed = np.clip(np.asarray(radiance) * 2.0**exposure_ev, 0.0, 1.0)
+    return "#" + "".join(f"{round(255.0 * value):02x}" for value in srgb_from_linear(exposed))

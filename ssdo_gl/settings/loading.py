@@ -10,6 +10,7 @@ from pathlib import PurePath
 from typing import Any
 
 from ssdo_gl.settings import modes
+from ssdo_gl.settings.backgrounds import TRANSPARENT
 from ssdo_gl.settings.fields import SettingError, check, describe, info_of, setting, shown
 from ssdo_gl.settings.settings import LOOK
 from ssdo_gl.suggestion import suggestion
@@ -31,6 +32,8 @@ class LoadOptions:
     ----------
     frames_all : bool
         Whether the whole scene is framed even if the file has a camera.
+    is_cut_out : bool
+        Whether it is for a picture with a transparent background.
     """
 
     light: str = _look(
@@ -59,12 +62,24 @@ class LoadOptions:
         "axis of a model that points up; by default y, for scans guessed and said",
         choices=("y", "z"),
     )
+    ground: str = _model(
+        "auto",
+        "auto lays a floor under a lone model in light that was added, for its shadow;"
+        " none under a transparent picture",
+        choices=("auto", "off"),
+    )
     frames_all: bool = False
+    is_cut_out: bool = False
 
     @property
     def map_path(self) -> str | None:
         """The environment map that lights the scene, if one was chosen."""
         return None if self.light in LIGHTS else self.light
+
+    @property
+    def lays_ground(self) -> bool:
+        """Whether a ground may be laid under a model."""
+        return self.ground == "auto" and not self.is_cut_out
 
     @property
     def adds_light(self) -> bool:
@@ -75,6 +90,10 @@ class LoadOptions:
     def replaces_light(self) -> bool:
         """Whether other light takes the place of lamps and sky of the file."""
         return self.light not in ("auto", "file")
+
+    def behind(self, background: str | None) -> LoadOptions:
+        """Return the choices for a picture with that background: nothing lies under a cut-out."""
+        return dataclasses.replace(self, is_cut_out=background == TRANSPARENT)
 
     def checked(self) -> LoadOptions:
         """Return self after checking every field, or raise SettingError."""

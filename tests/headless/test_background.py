@@ -10,6 +10,7 @@ from PIL import Image
 
 import ssdo_gl
 from ssdo_gl.cli import main
+from ssdo_gl.scene.defaults import BACKDROP
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.settings.resolve import settings_for
@@ -84,7 +85,15 @@ def test_a_scene_may_ask_for_it(sphere: Path) -> None:
 
 
 def test_soft_boxes_are_not_seen_behind_a_model(sphere: Path) -> None:
-    assert load_scene(sphere, light="studio").render["background"] == "#8c8c8c"
+    scene = load_scene(sphere, light="studio")
+    assert scene.backdrop == BACKDROP
+    white = ssdo_gl.render(scene, size=(48, 27), background="white")
+    assert white[0, 0].tolist() == pytest.approx([0.5, 0.5, 0.5, 0.0])
+    seen = ssdo_gl.render(scene, size=(48, 27))
+    assert seen[0, 0].tolist() == pytest.approx([*BACKDROP, 0.0])
+    shown = ssdo_gl.render(scene, size=(48, 27), aov="display")
+    # At 1 EV; sRGB of 0.56 is 0.773.
+    assert shown[0, 0, :3] == pytest.approx(0.773, abs=0.004)
 
 
 @pytest.mark.parametrize("text", ["#ff88", "orange", "", "#gggggg"])

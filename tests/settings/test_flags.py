@@ -18,7 +18,7 @@ MODE_FLAGS = {
 # A flag's modes, by heart: who changes a declaration has to say so here, too.
 EXPECTED = {
     modes.ALL: "size camera projection two_sided exposure combine bounces shadow_rays radius seed "
-    "shadows effects overrides backend quiet light no_default_light normals crease_angle up",
+    "shadows effects overrides backend quiet light no_default_light normals crease_angle up ground",
     modes.ONE: "method estimator samples steps spp filter resolution_scale max_error aov time "
     "preset budget_ms recalibrate background",
     modes.HEADLESS: "antialias frames stats snapshot explain",
@@ -34,6 +34,7 @@ def words(info):
         "aov": "depth",
         "light": "studio",
         "background": "#ff8800",
+        "ground": "off",
     }
     if info.kind is Kind.BOOLEAN:
         return [info.flag]
