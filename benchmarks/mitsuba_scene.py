@@ -1,7 +1,8 @@
 """Scenes of this project as scenes of Mitsuba 3, an independent renderer.
 
-Only what the compared scenes use: flat or smooth triangles, plain albedo, rectangle and
-directional lights, constant and gradient skies.
+Only what the compared scenes use: flat or smooth triangles, plain albedo and gloss, rectangle
+and directional lights, constant and gradient skies. Glossy surfaces need
+`benchmarks.mitsuba_gltf`.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment_kinds import ConstantEnvironment, GradientEnvironment
 from ssdo_gl.scene.lights import DirectionalLight, Light, RectangleLight
 from ssdo_gl.scene.load import load_scene
+from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.scene import Scene
 
 # A gradient's map: rows of 0.18 degrees, so that interpolating it is exact to 1e-5.
@@ -86,10 +88,7 @@ def mitsuba_scene(mi: ModuleType, scene: Scene, folder: Path) -> Any:
             "type": "ply",
             "filename": str(path),
             "face_normals": True,
-            "bsdf": {
-                "type": "twosided",
-                "nested": {"type": "diffuse", "reflectance": rgb(material.albedo)},
-            },
+            "bsdf": {"type": "twosided", "nested": _bsdf(mi, material)},
         }
         if material.emits:
             shape["emitter"] = {"type": "area", "radiance": rgb(material.emission)}
@@ -103,6 +102,18 @@ def mitsuba_scene(mi: ModuleType, scene: Scene, folder: Path) -> Any:
             content[f"light{number}"] = LIGHTS[type(lamp)](mi, lamp)
     content.update(_sky(mi, scene))
     return mi.load_dict(content)
+
+
+def _bsdf(mi: ModuleType, material: Material) -> dict[str, Any]:
+    if not material.is_glossy:
+        return {"type": "diffuse", "reflectance": rgb(material.albedo)}
+    return {
+        "type": "gltf",
+        "base_color": mi.ScalarColor3f(material.albedo),
+        "metallic": material.metallic,
+        "roughness": material.roughness,
+        "f0": material.dielectric_color[0],
+    }
 
 
 def _directional(mi: ModuleType, lamp: DirectionalLight) -> dict[str, Any]:
