@@ -38,8 +38,8 @@ class SurfelSet:
     ----------
     surfels : TornSurfels
     topology : tuple
-        Meshes, and mesh, material and number of instances of each object: while these are the
-        same, triangles keep their numbers.
+        Settings, meshes, sides of materials, and mesh, material and number of instances of each
+        object: while these are the same, triangles keep their numbers, and surfels theirs.
     """
 
     surfels: TornSurfels
@@ -80,19 +80,19 @@ class SurfelsPass(RenderPass):
         """Cut the surfaces up and return the tables as new textures."""
         gl, bvh, scene = context.gl, bvh_of(context), context.frame.scene
         bearers = tuple((o.mesh, o.material, len(o.world_from_object)) for o in scene.objects)
-        topology = (scene.meshes, bearers)
+        sides = tuple(material.single_sided for material in scene.materials)
+        topology = (self.settings, scene.meshes, sides, bearers, bvh.triangles.count)
         known = facts_of(context, "surfel_points", SurfelSet)
         if known is not None and known.topology == topology:
-            made, positions, normals = known, *known.surfels.moved(bvh.triangles)
+            made, surfels = known, known.surfels.moved(bvh.triangles)
         else:
             whole = build_surfels(bvh, self.settings.surfels, self.settings.texel)
             surfels = torn(whole, bvh, *self._walls(context, whole), MOST_SURFELS)
             made = SurfelSet(surfels, topology)
-            positions, normals = surfels.positions, surfels.normals
-        points = np.empty((*positions.shape[:2], 4), dtype=np.uint32)
-        points[..., :3], points[..., 3] = positions.view(np.uint32), normals
+        points = np.empty((*surfels.positions.shape[:2], 4), dtype=np.uint32)
+        points[..., :3], points[..., 3] = surfels.positions.view(np.uint32), surfels.normals
         splits = np.zeros((made.count, 2, 4), dtype=np.float32)
-        splits[:, 0], splits[:, 1, 0] = made.surfels.planes, made.surfels.others
+        splits[:, 0], splits[:, 1, 0] = surfels.planes, surfels.others
         named = made.surfels.places.of(bvh)
         rows = -(-len(named) // SLOTS_PER_ROW)
         places = np.zeros((rows * SLOTS_PER_ROW, 2), dtype=np.uint32)

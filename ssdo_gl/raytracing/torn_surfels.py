@@ -7,7 +7,7 @@ beside it. Lines across each surfel, a little above it, find what stands on it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -66,8 +66,11 @@ class TornSurfels:
         height = np.einsum("spk,spk->sp", to_point, normal)
         return np.stack([1.0 - of_b - of_c, of_b, of_c], axis=-1), np.where(height < 0.0, -1.0, 1.0)
 
-    def moved(self, triangles: SceneTriangles) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
-        """Return positions and normals once the triangles, the same ones, lie elsewhere."""
+    def moved(self, triangles: SceneTriangles) -> TornSurfels:
+        """Return the surfels once the triangles, the same ones, lie elsewhere.
+
+        Walls that stood on them are taken to stand where they did.
+        """
         moves = np.any(triangles.positions != self.triangles.positions, axis=(1, 2))
         chosen = np.flatnonzero(moves[self.sources].any(axis=1))
         positions, normals = self.positions.copy(), self.normals.copy()
@@ -78,7 +81,11 @@ class TornSurfels:
         normal *= (side / np.linalg.norm(normal, axis=-1))[..., None]
         at = np.einsum("spc,spck->spk", weights, corners) + LIFT * normal
         positions[chosen], normals[chosen] = at, oct_words(normal)
-        return positions, normals
+        unit = triangles.half_diagonal / self.triangles.half_diagonal
+        planes = self.planes.astype(np.float64)
+        shift = (triangles.centre - self.triangles.centre) / self.triangles.half_diagonal
+        planes[:, 3] = (planes[:, 3] - planes[:, :3] @ shift) / unit
+        return replace(self, positions=positions, normals=normals, planes=planes.astype(np.float32))
 
 
 def torn(

@@ -222,6 +222,16 @@ def test_a_moved_body_takes_its_surfels_along(device, shaders, live) -> None:
     assert np.median(error) < 0.05
 
 
+def test_other_settings_make_other_surfels(device, shaders, live) -> None:
+    live.frame(room(-0.2))
+    coarse = Settings(size=(64, 36), method="direct", overrides={**FEW, "surface_cache.texel": 0.3})
+    live.renderer.use(coarse)
+    image, is_settled = live.frame(room(-0.2))
+    assert is_settled
+    with Renderer(room(-0.2), coarse, device=device, shaders=shaders) as renderer:
+        np.testing.assert_array_equal(image, renderer.render(["lookup"]).images["lookup"])
+
+
 def test_other_frames_do_not_depend_on_live_ones(device, shaders, live) -> None:
     live.frame(room(-0.2))
     live.frame(room(0.3))
