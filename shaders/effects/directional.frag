@@ -10,6 +10,7 @@
 // NEEDS_HEMISPHERE 0 if neither environment nor visibility are called for;
 // CONTROL_VARIATE 0 sum the open light (the paper), 1 correct it by the exact total as far
 // as the environment seems to be open, 2 subtract the blocked light from the exact total;
+// HAS_BAKED_OCCLUSION: images say how much of the environment some surfaces see;
 // IS_OPEN (see lib/estimator.glsl); KEPT_TEXTURE_COUNT (see lib/kept_directions.glsl).
 #define GATHERS_SENDERS 0
 #include "lib/estimator.glsl"
@@ -18,6 +19,10 @@
 #include "lib/environment.glsl"
 #include "lights/ssdo_lights.glsl"
 #include "lib/far_field.glsl"
+
+#if HAS_BAKED_OCCLUSION
+uniform sampler2D t_finish;  // g: baked visibility of the environment
+#endif
 
 layout(location = 0) out vec4 o_directional;  // rgb irradiance, a visibility
 
@@ -176,7 +181,13 @@ void main()
         }
         visibility = max(1.0 - g.blocked, 0.0);
         float sky_visibility = max(visibility - g.far_blocked, 0.0);
-        irradiance = environment_arrived(r, g, sky_visibility) + PI * (g.areas + g.far);
+        vec3 sky = environment_arrived(r, g, sky_visibility);
+#if HAS_BAKED_OCCLUSION
+        // What an image says of finer things counts where it hides more than was found.
+        float baked = texelFetch(t_finish, receiver_texel(pixel), 0).g;
+        sky *= min(baked / max(visibility, 1e-3), 1.0);
+#endif
+        irradiance = sky + PI * (g.areas + g.far);
 #endif
 #if SSDO_AREA_COUNT > 0 && !SUMS_OPEN_LIGHT
         for (int i = 0; i < SSDO_AREA_COUNT; ++i)

@@ -123,6 +123,11 @@ Surface surface_at_hit(BvhHit hit, vec3 origin, vec3 w)
 #endif
     bool two_sided = emission.a > 0.5;
     s.emission = is_front || two_sided ? emission.rgb * texture_color : vec3(0.0);
+    if (emission.a > 1.5) {
+        // Unlit: it shows its own colour, whatever the light.
+        s.emission = s.brdf.albedo;
+        s.brdf = diffuse_brdf(vec3(0.0));
+    }
     s.mean_emission = (emission.r + emission.g + emission.b) * (two_sided ? 2.0 / 3.0 : 1.0 / 3.0);
     return s;
 }

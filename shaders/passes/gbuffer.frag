@@ -220,6 +220,12 @@ void main()
     albedo.rgb = brdf.albedo;
 #endif
 
+    if (MATERIAL_SIDE_CUTOFF.x > 1.5) {
+        // Unlit: it shows its own colour, whatever the light.
+        emission = albedo.rgb;
+        albedo.rgb = vec3(0.0);
+    }
+
     o_z_vs = z;
 #if NORMALS_LOCATION
     o_normals_vs = vec4(shading_code, face_code);

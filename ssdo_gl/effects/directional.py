@@ -97,6 +97,8 @@ class DirectionalPass(RenderPass):
     environment : str
         Kind of the scene's: none, constant, gradient or map. For a map, the resources
         ``environment`` and ``environment_irradiance`` are read.
+    has_baked_occlusion : bool
+        Read from ``finish`` how much of the environment images say that surfaces see.
     far_field : FarFieldSettings or None
         Of the probes that say what arrives from surfaces beyond R.
     has_back_layer : bool
@@ -122,6 +124,7 @@ class DirectionalPass(RenderPass):
         is_open: bool = False,
         keeps: int | None = None,
         far_field: FarFieldSettings | None = None,
+        has_baked_occlusion: bool = False,
     ) -> None:
         self.name = "directional"
         self.settings = settings
@@ -131,6 +134,7 @@ class DirectionalPass(RenderPass):
             *(("z_layers",) if has_back_layer else ()),
             *((MAP_RADIANCE, MAP_IRRADIANCE) if environment == "map" else ()),
             *((*FAR_PROBES, FAR_RADIANCE) if far_field is not None else ()),
+            *(("finish",) if has_baked_occlusion else ()),
         )
         spec = TextureSpec(4, scale=settings.resolution_scale, transient=True)
         self.writes = {"directional_raw": spec}
@@ -153,6 +157,7 @@ class DirectionalPass(RenderPass):
                 keeps_directions=keeps is not None,
             ),
             "ENVIRONMENT_KIND": ENVIRONMENT_KINDS.index(environment),
+            "HAS_BAKED_OCCLUSION": int(has_baked_occlusion),
             "CONTROL_VARIATE": CONTROL_NUMBERS[control],
             "LIGHT_STEP_COUNT": settings.samples if is_paper else settings.light_steps,
             "SUMS_OPEN_LIGHT": int(is_paper),
@@ -249,6 +254,7 @@ class Directional(Effect):
             far_field=far_field,
             has_back_layer=request.runs("back_layer"),
             needs_visibility=not request.takes(LIGHTS_ONLY),
+            has_baked_occlusion=request.content.has_baked_occlusion,
             is_open=is_open,
             keeps=None if is_open else request.kept_refinements,
         )

@@ -17,7 +17,7 @@ from ssdo_gl.scene.mesh import Mesh
 from ssdo_gl.scene.scene import Scene
 
 # Per-instance data: three rows of view_from_object; albedo (rgb, alpha factor);
-# emission (rgb, 1 if it may count as a sender); (1 if both sides emit, alpha cutoff, -1:
+# emission (rgb, 1 if it may count as a sender); (1 if both sides emit, 2: unlit; alpha cutoff, -1:
 # alpha is the share of fragments that are kept);
 # (metallic, roughness, scale of the normal map, strength of baked occlusion);
 # dielectric (rgb reflectance at normal incidence, strength).
@@ -169,7 +169,7 @@ def material_row(material: Material, counts_as_sender: bool) -> FloatArray:
             material.alpha,
             *material.emission,
             float(counts_as_sender),
-            float(material.two_sided_emission),
+            material.side_code,
             -1.0 if material.is_translucent else material.alpha_cutoff or 0.0,
             material.metallic,
             material.roughness,

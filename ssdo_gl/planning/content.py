@@ -60,6 +60,8 @@ class SceneContent:
         Any surface reflects more than diffuse light.
     has_translucency : bool
         Any surface lets some of what lies behind show through.
+    has_baked_occlusion : bool
+        Any surface has an image of how much of the environment it sees.
     has_textures : bool
     has_closed_meshes : bool
         Any mesh bounds a solid, so that its back faces tell how thick it is.
@@ -76,6 +78,7 @@ class SceneContent:
     has_unlit_emission: bool
     has_gloss: bool
     has_translucency: bool
+    has_baked_occlusion: bool
     has_textures: bool
     has_closed_meshes: bool
     has_motion: bool
@@ -102,17 +105,18 @@ def analyse(scene: Scene) -> SceneContent:
     used = [scene.materials[i] for i in {item.material for item in scene.objects}]
     meshes = [scene.meshes[i] for i in {item.mesh for item in scene.objects}]
     unlit = [scene.materials[o.material] for o in scene.objects if o.light is None]
-    emits_unlit = [material for material in unlit if material.emits]
+    emits_unlit = [material for material in unlit if material.emits or material.is_unlit]
     kind = kind_of(simplest_environment(scene.environment))
     return SceneContent(
         lights=tuple(LightContent(light.shadow, is_on=light.power > 0.0) for light in scene.lights),
         environment=kind,
         environment_is_simplified=kind != kind_of(scene.environment),
         has_albedo=any(max(material.albedo) > 0.0 for material in used),
-        has_emission=any(material.emits for material in used),
+        has_emission=any(material.emits or material.is_unlit for material in used),
         has_unlit_emission=bool(emits_unlit),
         has_gloss=any(material.is_glossy for material in used),
         has_translucency=any(material.is_translucent for material in used),
+        has_baked_occlusion=any(m.occlusion_texture is not None for m in used),
         has_textures=any(material.textures for material in used),
         has_closed_meshes=any(mesh.closed for mesh in meshes),
         has_motion=scene.moves,

@@ -243,7 +243,7 @@ def material_table(
 
     Lamps are those of `lamp_materials`.
 
-    0: albedo, alpha factor. 1: emission, 1 if both sides emit. 2 and 3: x, y, width and
+    0: albedo, alpha factor. 1: emission, 1 if both sides emit, 2: unlit. 2 and 3: x, y, width and
     height of albedo and emission texture in the atlas; width 0: none, negative sizes:
     clamped instead of repeated; x + 1/2: not interpolated. 4: alpha cutoff, -1 if nothing
     is cut out, `BY_CHANCE` where alpha is coverage; 1 for the body of a light without
@@ -264,7 +264,7 @@ def material_table(
     table = np.zeros((max(len(rows), 1), MATERIAL_TEXELS, 4), dtype=np.float32)
     for row, material in zip(table, rows, strict=False):
         row[0] = *material.albedo, material.alpha
-        row[1] = *material.emission, float(material.two_sided_emission)
+        row[1] = *material.emission, material.side_code
         for name, texture in material.textures.items():
             if id(texture) in places and name in IMAGE_TEXELS:
                 x, y, width, height = places[id(texture)]

@@ -147,8 +147,15 @@ class Material:
         return self.alpha_cutoff is not None or self.is_translucent
 
     @property
+    def side_code(self) -> float:
+        """0 if the front alone emits, 1 if both sides do, 2 if it is unlit; for shaders."""
+        return 2.0 if self.is_unlit else float(self.two_sided_emission)
+
+    @property
     def is_glossy(self) -> bool:
         """Whether it reflects more than diffuse light."""
+        if self.is_unlit:
+            return False
         return self.metallic > 0.0 or (self.specular > 0.0 and max(self.dielectric_color) > 0.0)
 
     @property

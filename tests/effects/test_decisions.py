@@ -29,6 +29,7 @@ RICH = SceneContent(
     has_unlit_emission=False,
     has_gloss=False,
     has_translucency=False,
+    has_baked_occlusion=False,
     has_textures=False,
     has_closed_meshes=True,
     has_motion=False,
