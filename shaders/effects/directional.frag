@@ -132,6 +132,26 @@ vec3 area_arrived(Receiver r, Tangent t, Light light, uint first_point)
 #endif
 
 #if SSDO_POINT_COUNT > 0
+// How much of parallel light arrives that strays: directions aimed at all of its disk.
+float open_part_of_disk(Receiver r, Tangent t, Light light)
+{
+    const int step_count = LIGHT_STEP_COUNT < 16 ? LIGHT_STEP_COUNT : 16;
+    mat3 frame = frame_from_z(light.place_vs);
+    float open = 0.0;
+    float all = 0.0;
+    for (int k = 0; k < DIRECTION_COUNT; ++k) {
+        vec3 u = kronecker_point(r.first_point + uint(k), u_pattern_offset);
+        vec3 toward = frame * vec3(disk_point(light.numbers.x, u.xy), 1.0);
+        bool above = dot(toward, r.geometric_vs) > 0.0;
+        float weight = above ? max(dot(toward, r.normal_vs), 0.0) : 0.0;
+        bool blocked = weight > 0.0
+            && is_blocked(march(t, normalize(toward), u_radius, u.z, step_count, 0));
+        all += weight;
+        open += blocked ? 0.0 : weight;
+    }
+    return all > 0.0 ? open / all : 1.0;
+}
+
 // A light without an area: RGS09 section 5 puts its samples on the one segment
 // of length R towards the light.
 vec3 point_lights(Receiver r, Tangent t)
@@ -147,7 +167,9 @@ vec3 point_lights(Receiver r, Tangent t)
         float reach = is_distant ? u_radius : min(u_radius, distance);
         bool is_lit = unshadowed != vec3(0.0);
         float jitter = sample_point(r, i).z;
-        if (is_lit && !is_blocked(march(t, w, reach, jitter, LIGHT_STEP_COUNT, 0)))
+        if (is_lit && is_distant && light.numbers.x > 0.0)
+            e += unshadowed * open_part_of_disk(r, t, light);
+        else if (is_lit && !is_blocked(march(t, w, reach, jitter, LIGHT_STEP_COUNT, 0)))
             e += unshadowed;
     }
     return e;
