@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import sys
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -14,7 +15,7 @@ from typing import Any
 from ssdo_gl.bench.bench_renderer import BenchRenderer
 from ssdo_gl.bench.fingerprint import fingerprint
 from ssdo_gl.bench.machine import load_average
-from ssdo_gl.bench.storage import cache_folder, read_json, replace_json
+from ssdo_gl.bench.storage import BenchError, cache_folder, read_json, replace_json
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.planning.content import analyse
 from ssdo_gl.renderer import Renderer
@@ -23,20 +24,44 @@ from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 
 
+def _usual_folder() -> Path | None:
+    try:
+        return cache_folder("calibration")
+    except BenchError as error:
+        _not_kept(error)
+        return None
+
+
+def _not_kept(error: BenchError) -> None:
+    print(f"ssdo-gl: measured times are not kept: {error}", file=sys.stderr)
+
+
 @dataclass
 class Calibration:
-    """What is remembered between runs, by key; one small JSON file."""
+    """What is remembered between runs, by key; one small JSON file.
 
-    folder: Path = field(default_factory=lambda: cache_folder("calibration"))
+    Attributes
+    ----------
+    folder : Path or None
+        None where it cannot be written, which is said once: nothing is remembered.
+    """
+
+    folder: Path | None = field(default_factory=_usual_folder)
 
     def load(self, key: str) -> dict[str, Any]:
         """Return what is known under `key`; nothing if that cannot be read."""
-        content = read_json(self.folder / f"{key}.json")
+        content = None if self.folder is None else read_json(self.folder / f"{key}.json")
         return content if isinstance(content, dict) else {}
 
     def save(self, key: str, content: Mapping[str, Any]) -> None:
         """Remember `content` under `key`."""
-        replace_json(self.folder / f"{key}.json", content)
+        if self.folder is None:
+            return
+        try:
+            replace_json(self.folder / f"{key}.json", content)
+        except BenchError as error:
+            _not_kept(error)
+            self.folder = None
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ def check_output(path: Path, suffixes: tuple[str, ...] = SUFFIXES) -> None:
     # Of os.path: an answer for names that the file system refuses, too.
     if os.path.isdir(path):
         raise OutputError(f"{path}: is a folder; name a file")
-    folder = path.parent
+    folder = _behind_links(path).parent
     if not os.path.isdir(folder):
         raise OutputError(f"{path}: the folder {folder} does not exist")
     try:
@@ -52,6 +52,10 @@ def check_output(path: Path, suffixes: tuple[str, ...] = SUFFIXES) -> None:
         raise OutputError(f"{path}: is not writable")
 
 
+def _behind_links(path: Path) -> Path:
+    return Path(os.path.realpath(path)) if os.path.islink(path) else path
+
+
 def picture_paths(out: Path, names: Sequence[str]) -> dict[str, Path]:
     """Return the file of each image where `out` is a picture: ``out-name.png`` beside `out`."""
     if len(names) == 1:
@@ -60,9 +64,12 @@ def picture_paths(out: Path, names: Sequence[str]) -> dict[str, Path]:
 
 
 def write_atomically(path: Path, data: bytes) -> None:
-    """Replace `path` by `data` in one step; a failure leaves the old file untouched."""
+    """Replace `path` by `data` in one step; a failure leaves the old file untouched.
+
+    A link stays, and what it points to is replaced.
+    """
     try:
-        replace_whole(path, data)
+        replace_whole(_behind_links(path), data)
     except OSError as error:
         raise OutputError(f"{path}: cannot be written: {error.strerror}") from None
 

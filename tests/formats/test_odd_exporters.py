@@ -87,3 +87,17 @@ def test_obj_in_any_unicode(tmp_path, encoding):
     path = tmp_path / "a.obj"
     path.write_bytes(text.encode(encoding))
     assert area(path) == pytest.approx(AREA)
+
+
+@pytest.mark.parametrize(("count", "drawn"), [(0, 4), (2, 2), (4, 4), (9, 4)])
+def test_binary_stl_with_a_wrong_count_says_so(tmp_path, count, drawn):
+    data = bytes(80) + struct.pack("<I", count)
+    for face in FACES:
+        corners = [number for corner in face for number in CORNERS[corner]]
+        data += struct.pack("<12fH", 0, 0, 0, *corners, 0)
+    path = tmp_path / "a.stl"
+    path.write_bytes(data)
+    scene = load_scene(path)
+    assert scene.triangle_count == drawn
+    named = f"the file says it has {count} facets and holds 4: {drawn} are drawn"
+    assert (named in scene.notes) == (count != 4)

@@ -100,3 +100,23 @@ def test_the_longest_name_is_written(tmp_path):
     check_output(path)
     write_atomically(path, b"new")
     assert [p.read_bytes() for p in tmp_path.iterdir()] == [b"new"]
+
+
+def test_a_link_stays_and_its_target_is_written(tmp_path):
+    (tmp_path / "there").mkdir()
+    target, link = tmp_path / "there" / "a.png", tmp_path / "b.png"
+    for content in (None, b"old"):
+        if content is not None:
+            target.write_bytes(content)
+        if not link.is_symlink():
+            link.symlink_to(target)
+        check_output(link)
+        write_atomically(link, b"new")
+        assert link.is_symlink() and target.read_bytes() == b"new"
+
+
+def test_a_link_into_a_folder_that_is_missing_is_refused(tmp_path):
+    link = tmp_path / "b.png"
+    link.symlink_to(tmp_path / "nowhere" / "a.png")
+    with pytest.raises(OutputError, match="does not exist"):
+        check_output(link)

@@ -47,6 +47,7 @@ def _read(path: Path, where: str, title: str, parse: Callable[[bytes], list[Poly
         with np.errstate(invalid="ignore", over="ignore"):
             for mesh in parse(path.read_bytes()):
                 mesh.add_to(model, path, where)
+                model.notes += mesh.notes
                 if not len(mesh.counts):
                     points.append(mesh)
             if not model.meshes:

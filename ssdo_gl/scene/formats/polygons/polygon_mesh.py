@@ -40,6 +40,8 @@ class PolygonMesh:
         Names of image files, relative to the mesh's.
     face_textures : ndarray, shape (F,)
         Which of them each face shows; None: all the first.
+    notes : list of str
+        What the user has to know of the file.
     """
 
     positions: FloatArray
@@ -53,6 +55,7 @@ class PolygonMesh:
     textures: list[str] = field(default_factory=list)
     face_textures: NDArray[np.int64] | None = None
     name: str = ""
+    notes: list[str] = field(default_factory=list)
 
     def add_to(self, model: Model, path: Path, where: str) -> None:
         """Append the triangles to a model, an object for each texture.

@@ -43,6 +43,9 @@ def _binary(data: bytes, count: int) -> PolygonMesh:
     facets = np.frombuffer(data, _FACET, min(count or held, held), _HEADER_BYTES)
     mesh = _mesh(facets["corners"].reshape(-1, 3).astype(np.float64))
     mesh.face_colors = _colors(data[:80], facets["attribute"])
+    if count != held:
+        drawn = f"{len(facets)} are drawn"
+        mesh.notes.append(f"the file says it has {count} facets and holds {held}: {drawn}")
     return mesh
 
 
