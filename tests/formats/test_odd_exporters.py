@@ -16,7 +16,7 @@ AREA = 3 * 2.0 + np.sqrt(3.0) / 4.0 * 8.0
 
 
 def area(path):
-    scene = load_scene(path)
+    scene = load_scene(path, ground="off")
     total = 0.0
     for mesh in scene.meshes:
         a, b, c = (mesh.positions[mesh.triangles[:, i]] for i in range(3))
@@ -97,7 +97,7 @@ def test_binary_stl_with_a_wrong_count_says_so(tmp_path, count, drawn):
         data += struct.pack("<12fH", 0, 0, 0, *corners, 0)
     path = tmp_path / "a.stl"
     path.write_bytes(data)
-    scene = load_scene(path)
+    scene = load_scene(path, ground="off")
     assert scene.triangle_count == drawn
     named = f"the file says it has {count} facets and holds 4: {drawn} are drawn"
     assert (named in scene.notes) == (count != 4)

@@ -28,7 +28,7 @@ def ply(rows, properties="", faces=""):
 def loaded(tmp_path, name, text):
     path = tmp_path / name
     path.write_text(text)
-    return load_scene(path)
+    return load_scene(path, ground="off")
 
 
 def centers(mesh):
@@ -90,7 +90,7 @@ def test_points_of_gltf_beside_triangles(glb, tmp_path):
     glb.json["meshes"] = [{"primitives": [glb.triangle(), cloud]}]
     glb.json["nodes"] = [{"mesh": 0}]
     glb.json["scenes"] = [{"nodes": [0]}]
-    scene = load_scene(glb.save(tmp_path / "both.glb"))
+    scene = load_scene(glb.save(tmp_path / "both.glb"), ground="off")
     assert scene.triangle_count == 1 + 8 * 8
     bodies = next(m for m in scene.meshes if len(m.triangles) == 64)
     np.testing.assert_allclose(centers(bodies), CUBE, atol=1e-6)
