@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 # One step of a stopped animation: a frame of film, nearly.
 STEP_SECONDS = 1.0 / 30.0
+# How far the time line goes until somebody sets another length.
+LENGTH_SECONDS = 10.0
 
 
 @dataclass
@@ -18,11 +20,17 @@ class Clock:
     is_running : bool
         Only where something moves at all, so that a still scene can come to rest.
     has_motion : bool
+    length_s : float
+        How far the time line goes, > 0.
+    loops : bool
+        Whether it begins again at its end.
     """
 
     has_motion: bool
     seconds: float = 0.0
     is_running: bool = False
+    length_s: float = LENGTH_SECONDS
+    loops: bool = False
 
     @staticmethod
     def of(has_motion: bool) -> Clock:
@@ -33,6 +41,13 @@ class Clock:
         """Let time pass, if it runs."""
         if self.is_running:
             self.seconds += seconds
+            if self.loops and self.seconds > self.length_s:
+                self.seconds %= self.length_s
+
+    def scrub(self, seconds: float) -> None:
+        """Stop, and go to a time."""
+        self.is_running = False
+        self.seconds = seconds
 
     def toggle(self) -> None:
         """Stop, or go on."""

@@ -44,7 +44,7 @@ class Command(StrEnum):
     PLAY = "play the camera path, or stop"
     EXPORT = "export the camera path as a film"
     TOGGLE_PANEL = "show or hide the panel"
-    TOGGLE_HELP = "show or hide this list"
+    TOGGLE_HELP = "show or hide the list of keys"
     FULLSCREEN = "fill the screen, or back"
     GOVERNOR = "hold the time budget, or not"
     VSYNC = "wait for the display, or not"

@@ -126,6 +126,7 @@ class Events:
     def defer(self, act: Callable[[], object]) -> None:
         """Do something between two frames; the one in the making is given up."""
         self.has_input = True
+        self.panel_frames = PANEL_FRAMES
         self.pending.append(act)
 
     def _perform_later(self, action: Action | None) -> None:

@@ -71,6 +71,11 @@ class ImguiBackend:
     shaders : ShaderLibrary
     scale : float
         Of text and widgets, for displays of high density.
+
+    Attributes
+    ----------
+    is_light : bool
+        Whether text is dark on light.
     """
 
     def __init__(self, device: Device, shaders: ShaderLibrary, scale: float = 1.0) -> None:
@@ -90,7 +95,8 @@ class ImguiBackend:
         imgui.get_platform_io().renderer_texture_max_height = limit
         fonts = Path(imgui_bundle.__file__).parent / "assets" / "fonts" / "Roboto"
         io.fonts.add_font_from_file_ttf(str(fonts / "Roboto-Regular.ttf"), FONT_PX * scale)
-        _style(scale)
+        self.is_light = False
+        _style(scale, self.is_light)
         self._scale = self._font_scale = scale
         self._textures: dict[int, moderngl.Texture] = {}
         self._vertices = self._gl.buffer(reserve=1, dynamic=True)
@@ -102,9 +108,14 @@ class ImguiBackend:
         scale = _limited(scale)
         if scale != self._scale:
             imgui.set_current_context(self._context)
-            _style(scale)
+            _style(scale, self.is_light)
             imgui.get_style().font_scale_main = scale / self._font_scale
             self._scale = scale
+
+    def show_light(self, is_light: bool) -> None:
+        """Draw dark on light, or light on dark."""
+        self.is_light = is_light
+        _style(self._scale, is_light)
 
     @property
     def wants_keyboard(self) -> bool:
@@ -256,13 +267,13 @@ def _limited(scale: float) -> float:
     return min(high, max(low, scale))
 
 
-def _style(scale: float) -> None:
-    """Dark and see-through, so that the picture behind stays the main thing."""
+def _style(scale: float, is_light: bool) -> None:
+    """See-through, so that the picture behind stays the main thing."""
     style, fresh = imgui.get_style(), imgui.Style()
     # Scaling rounds down: from what was scaled before, every change would lose some.
     for name in _STYLE_SIZES:
         setattr(style, name, getattr(fresh, name))
-    imgui.style_colors_dark()
+    (imgui.style_colors_light if is_light else imgui.style_colors_dark)()
     style.window_rounding = 6.0
     style.frame_rounding = 4.0
     style.grab_rounding = 4.0

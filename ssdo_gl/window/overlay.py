@@ -13,7 +13,7 @@ from ssdo_gl.window.actions import Host
 from ssdo_gl.window.help_sheet import draw_help
 from ssdo_gl.window.imgui_backend import ImguiBackend
 from ssdo_gl.window.live import inspect, shown_values
-from ssdo_gl.window.panel import Panel, draw_menu, panel_width
+from ssdo_gl.window.panel import Panel, draw_menu, panel_width, state_text
 from ssdo_gl.window.path_prompt import PathPrompt
 from ssdo_gl.window.presenter import error_color
 from ssdo_gl.window.viewer import Viewer
@@ -69,12 +69,22 @@ class Overlay(ImguiBackend):
         self._panel = Panel(viewer, host)
         self.path_prompt = PathPrompt()
         self._top = 0.0
+        self._text_factor = 1.0
         self._faults: tuple[str, ...] = ()
 
     @property
     def is_busy(self) -> bool:
         """Whether a widget is being dragged, so that frames must follow one another."""
         return bool(imgui.is_any_item_active()) and not self.wants_keyboard
+
+    def show_text_at(self, factor: float) -> None:
+        """Show all text `factor` times as large as the display asks for."""
+        self._text_factor, before = factor, self._text_factor
+        self.rescale(self._scale / before)
+
+    def rescale(self, scale: float) -> None:
+        """Follow the window to a display of another density."""
+        super().rescale(scale * self._text_factor)
 
     def show_faults(self, faults: tuple[str, ...]) -> None:
         """Show what does not compile until it does."""
@@ -95,16 +105,16 @@ class Overlay(ImguiBackend):
             self._panel.note_frame(self._viewer.frame_ms)
         self._top = 0.0
         if self.shows_panel:
-            draw_menu(self._viewer, self._host)
+            draw_menu(self._viewer, self._host, self)
             self._top = imgui.get_frame_height()
             self._panel.draw(window_size, self._scale, self._top)
         else:
             self._viewer.times_passes = self._viewer.shows_histogram = False
-        self._status()
         self._messages(window_size)
         # What explains the picture stays clear of the panel.
         taken = panel_width(window_size, self._scale) if self.shows_panel else 0.0
         free = window_size[0] - taken
+        self._status(free)
         self._names_of_sides(window_size, free)
         if self._viewer.view.is_error:
             self._legend(free)
@@ -117,19 +127,16 @@ class Overlay(ImguiBackend):
             draw_help(window_size)
         self.draw(target)
 
-    def _status(self) -> None:
-        """One line at the top left: what is shown, how long it took, how refined it is."""
+    def _status(self, free: float) -> None:
+        """At the top left: what is shown, at which size, how refined it is or how fast."""
         viewer = self._viewer
         left = viewer.left
         if left is None or left.image.drawing is None:
             return
-        size = left.image.drawing.view.size
-        samples = left.image.sample_count
-        state = f"{samples} samples" if samples > 1 else "moving" if viewer.is_busy else "still"
-        text = (
-            f"{METHOD_LABELS[viewer.view.method]}, {viewer.view.aov}   "
-            f"{size[0]} x {size[1]}   {state}"
-        )
+        text = f"{METHOD_LABELS[viewer.view.method]}, {viewer.view.aov}   "
+        text += state_text(viewer, self._panel.frame_rate)
+        if imgui.calc_text_size(text).x + 4.0 * _MARGIN > free:
+            text = "\n".join(text.split("   "))
         if viewer.monitor.alarm is None:
             # Known beforehand: a window that measures itself is a frame late, and a frame
             # may take a second.

@@ -275,7 +275,7 @@ class Viewer(Canvas):
 
     def _notice_changes(self, seconds: float, size: tuple[int, int]) -> None:
         # Settings are looked at as they will be: at full size, once somebody has let go.
-        state = (self.view.method, self.view.aov, size)
+        state = (self.view.method, self.view.aov, size, self.clock.seconds)
         camera = self.camera
         moved = camera != self._last_camera or self.clock.is_running or state != self._last_state
         self._still_s = 0.0 if moved else self._still_s + seconds

@@ -24,6 +24,7 @@ from ssdo_gl.window.viewer import Viewer
 
 imgui_bundle = pytest.importorskip("imgui_bundle")
 from ssdo_gl.window.overlay import Overlay  # noqa: E402
+from ssdo_gl.window.panel import control_rows  # noqa: E402
 from ssdo_gl.window.panel import panel as panel_module  # noqa: E402
 from ssdo_gl.window.panel.menu import builtin_scenes  # noqa: E402
 
@@ -117,7 +118,11 @@ class DrawnOverlay:
 
 
 @pytest.fixture
-def drawn(device: Device, shaders: ShaderLibrary, tmp_path: Path) -> Iterator[DrawnOverlay]:
+def drawn(
+    device: Device, shaders: ShaderLibrary, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[DrawnOverlay]:
+    # The only number of a picture at rest that changes by itself.
+    monkeypatch.setattr(panel_module, "memory_mb", lambda: 100.0)
     drawn = DrawnOverlay(device, shaders, "cornell_meso", tmp_path)
     yield drawn
     drawn.release()
@@ -329,3 +334,35 @@ def test_every_built_in_scene_says_what_it_is_for() -> None:
     scenes = builtin_scenes()
     assert list(scenes) == builtin_names()
     assert all(title and len(purpose) > 20 for title, purpose in scenes.values())
+
+
+def test_text_grows_and_panels_turn_light(gl, drawn: DrawnOverlay) -> None:
+    dark = drawn.settled()
+    drawn.overlay.show_light(True)
+    light = drawn.settled()
+    panel = np.s_[30:40, SIZE[0] - 60 : SIZE[0] - 30]
+    assert light[panel].mean() > dark[panel].mean() + 60.0
+    drawn.overlay.show_light(False)
+    drawn.overlay.show_text_at(1.5)
+    # The display's own density, again: the factor holds.
+    drawn.overlay.rescale(1.0)
+    assert drawn.overlay._scale == 1.5
+    drawn.overlay.show_text_at(1.0)
+    assert np.array_equal(drawn.settled()[panel], dark[panel])
+
+
+@pytest.mark.parametrize(
+    ("method", "ignored", "used"),
+    [
+        ("bounce", ("spp", "bounces", "shadow_rays", "combine"), ("samples", "radius", "filter")),
+        ("direct", ("samples", "radius"), ("exposure", "seed")),
+        ("reference-near", ("samples", "filter"), ("spp", "radius", "shadow_rays")),
+        ("reference-gi", ("radius", "steps"), ("bounces", "spp")),
+    ],
+)
+def test_settings_without_effect_say_why(
+    method: str, ignored: tuple[str, ...], used: tuple[str, ...]
+) -> None:
+    settings = Settings(method=method)
+    assert all(control_rows.ignored_because(settings, name) for name in ignored)
+    assert not any(control_rows.ignored_because(settings, name) for name in used)

@@ -115,6 +115,26 @@ def pass_rows() -> dict[str, list[ControlRow]]:
     return result
 
 
+def ignored_because(settings: Settings, name: str) -> str:
+    """Return why a setting has no effect with the method in use; empty if it has."""
+    method = settings.method
+    traced = settings.is_reference or settings.chosen_shadows == "traced"
+    of_depth_buffer = ("samples", "steps", "filter", "resolution_scale", "estimator")
+    reasons = {
+        "spp": "" if settings.is_reference else "only references trace paths",
+        "max_error": "" if settings.is_reference else "only references know their error",
+        "bounces": "" if method == "reference-gi" else "only reference-gi follows all bounces",
+        "shadow_rays": "" if traced else "shadows come from maps",
+        "combine": "" if method in ("ssao", "reference-ao") else "only for ssao and reference-ao",
+        "radius": "has no near field" if method in ("direct", "reference-gi") else "",
+    }
+    if name in of_depth_buffer and settings.is_reference:
+        return f"{method} traces rays instead of reading the depth buffer"
+    if name in of_depth_buffer and method == "direct":
+        return "direct light alone reads no depth samples"
+    return reasons.get(name, "")
+
+
 def value_of(settings: Settings, row: ControlRow) -> Any:
     """Return the present value of a control's setting."""
     if row.pass_name:

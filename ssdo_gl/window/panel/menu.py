@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import cache, partial
+from typing import Protocol
 
 from imgui_bundle import imgui
 
@@ -16,9 +17,22 @@ from ssdo_gl.window.viewer import Viewer
 
 # Of a tooltip, in heights of text.
 _TOOLTIP_WIDTH = 28.0
+_TEXT_FACTORS = (0.8, 1.0, 1.25, 1.5, 2.0)
 _FILE = (Command.SAVE_SCENE, Command.SAVE_PRESET, Command.SCREENSHOT, Command.COPY_COMMAND)
 _VIEW = (Command.FIT, Command.HOME, Command.INSPECT, Command.SPLIT, Command.ERROR)
 _WINDOW = (Command.TOGGLE_PANEL, Command.FULLSCREEN, Command.TOGGLE_HELP)
+
+
+class Looks(Protocol):
+    """What the panels look like."""
+
+    is_light: bool
+
+    def show_text_at(self, factor: float) -> None:
+        """Show all text `factor` times as large as the display asks for."""
+
+    def show_light(self, is_light: bool) -> None:
+        """Draw dark on light, or light on dark."""
 
 
 @cache
@@ -35,7 +49,7 @@ def builtin_scenes() -> dict[str, tuple[str, str]]:
     }
 
 
-def draw_menu(viewer: Viewer, host: Host) -> None:
+def draw_menu(viewer: Viewer, host: Host, looks: Looks) -> None:
     """Issue the menu bar along the upper edge of the window."""
     if not imgui.begin_main_menu_bar():
         return
@@ -63,6 +77,14 @@ def draw_menu(viewer: Viewer, host: Host) -> None:
         _items(viewer, host, _VIEW)
         imgui.separator()
         _items(viewer, host, _WINDOW)
+        imgui.separator()
+        if imgui.begin_menu("text size"):
+            for factor in _TEXT_FACTORS:
+                if imgui.menu_item_simple(f"{factor:.0%}"):
+                    host.defer(partial(looks.show_text_at, factor))
+            imgui.end_menu()
+        if imgui.menu_item_simple("dark panels" if looks.is_light else "light panels"):
+            host.defer(partial(looks.show_light, not looks.is_light))
         imgui.end_menu()
     imgui.end_main_menu_bar()
 

@@ -21,6 +21,7 @@ from ssdo_gl.window.panel.control_rows import (
     Widget,
     default_of,
     first_value,
+    ignored_because,
     main_rows,
     pass_rows,
     value_of,
@@ -28,6 +29,7 @@ from ssdo_gl.window.panel.control_rows import (
 )
 from ssdo_gl.window.panel.light_section import lights_section
 from ssdo_gl.window.panel.reports import Reports
+from ssdo_gl.window.panel.status import given_up, memory_mb
 from ssdo_gl.window.viewer import Viewer
 from ssdo_gl.window.views import METHOD_LABELS
 
@@ -62,6 +64,11 @@ class Panel:
     def note_frame(self, frame_ms: float) -> None:
         """Take the time of a frame for the plot."""
         self._reports.note_frame(frame_ms)
+
+    @property
+    def frame_rate(self) -> float:
+        """Frames per second of the last motion; 0 if there was none."""
+        return self._reports.frame_rate
 
     def draw(self, window_size: tuple[int, int], scale: float, top: float = 0.0) -> None:
         """Issue the widgets, along the right edge of the window.
@@ -172,7 +179,12 @@ class Panel:
     def _rows(self, rows: list[ControlRow]) -> None:
         for row in rows:
             value = value_of(self._viewer.settings, row)
+            ignored = ignored_because(self._viewer.settings, row.key)
+            imgui.begin_disabled(bool(ignored))
             changed, new = _control(row, value, self._effective(row))
+            imgui.end_disabled()
+            if ignored and imgui.is_item_hovered(imgui.HoveredFlags_.allow_when_disabled):
+                imgui.set_tooltip(f"no effect: {ignored}")
             if changed:
                 self._set(row, new)
 
@@ -204,22 +216,36 @@ class Panel:
         _flag_hint("budget_ms")
         if changed:
             viewer.budget_ms = min(high, max(low, value))
-        left = viewer.left
-        if left is not None and viewer.is_governed:
-            level = left.level
-            text = (
-                f"moving: {level.samples} samples, estimators x{level.resolution_scale:g}, "
-                f"picture x{level.frame_scale:g}"
-            )
-            imgui.text_disabled(text)
+        if viewer.left is not None and viewer.is_governed:
+            imgui.push_text_wrap_pos(0.0)
+            imgui.text_disabled(given_up(viewer.left.level, viewer.settings, viewer.budget_ms))
+            imgui.pop_text_wrap_pos()
+        imgui.text_disabled(f"memory of the program: {memory_mb():.0f} MB")
         if viewer.clock.has_motion:
-            if imgui.button("pause" if viewer.clock.is_running else "go on"):
-                self._ask(Command.PAUSE)
-            imgui.same_line()
-            if imgui.button("step"):
-                self._ask(Command.STEP)
-            imgui.same_line()
-            imgui.text_disabled(f"{viewer.clock.seconds:.2f} s")
+            self._time_line()
+
+    def _time_line(self) -> None:
+        """Play, scrub and loop the animation."""
+        clock = self._viewer.clock
+        if imgui.button("pause" if clock.is_running else "play"):
+            self._ask(Command.PAUSE)
+        _hint("stop or go on   (Space)")
+        imgui.same_line()
+        if imgui.button("step"):
+            self._ask(Command.STEP)
+        imgui.same_line()
+        _, clock.loops = imgui.checkbox("loop", clock.loops)
+        imgui.same_line()
+        imgui.set_next_item_width(imgui.get_content_region_avail().x * 0.4)
+        changed, length = imgui.drag_float("of", clock.length_s, 0.1, 0.1, 3600.0, "%.1f s")
+        if changed:
+            clock.length_s = max(0.1, length)
+        _hint("the length of the time line")
+        imgui.set_next_item_width(-1.0)
+        end = max(clock.length_s, clock.seconds)
+        changed, seconds = imgui.slider_float("##time", clock.seconds, 0.0, end, "%.2f s")
+        if changed:
+            clock.scrub(max(0.0, seconds))
 
     def _tour_section(self) -> None:
         tour = self._viewer.tour

@@ -29,6 +29,7 @@ class Reports:
     def __init__(self, viewer: Viewer) -> None:
         self._viewer = viewer
         self._times: deque[float] = deque(maxlen=PLOT_FRAMES)
+        self._moving: deque[float] = deque(maxlen=10)
         self._histogram: NDArray[np.float64] | None = None
         self._histogram_of: object = None
         self._pass_ms: dict[str, float] = {}
@@ -36,20 +37,30 @@ class Reports:
     def note_frame(self, frame_ms: float) -> None:
         """Take the time of a frame."""
         self._times.append(frame_ms)
+        if not self._viewer.is_resting:
+            self._moving.append(frame_ms)
+
+    @property
+    def frame_rate(self) -> float:
+        """Frames per second of the last motion; 0 if there was none."""
+        return 1e3 / max(float(np.median(self._moving)), 0.1) if self._moving else 0.0
 
     def frame_times(self) -> None:
         """Draw the plot of frame times with the budget's line as its middle."""
         times = np.array(self._times or [0.0], np.float32)
         budget = self._viewer.budget_ms
-        last = float(np.median(times[-10:]))
         imgui.plot_lines(
             "##frame times",
             times,
-            overlay_text=f"{last:.1f} ms ({1e3 / max(last, 0.1):.0f} frames/s), budget {budget:g}",
             scale_min=0.0,
             scale_max=2.0 * budget,
             graph_size=ImVec2(-1.0, _PLOT_HEIGHT),
         )
+        # Beside the lines, not over them.
+        left = self._viewer.left
+        known = [f"moving: {self.frame_rate:.0f} frames/s"] if self._moving else []
+        known += [f"at rest: {left.full_ms:.0f} ms a frame"] if left and left.full_ms else []
+        imgui.text(", ".join(known) or "nothing was timed yet")
 
     def effects(self) -> None:
         """Draw a bar for each pass, with the reason why it ran or did not."""
