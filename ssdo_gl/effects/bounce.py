@@ -93,6 +93,8 @@ class BouncePass(RenderPass):
         pass wrote with the same directions, instead of looking for it again.
     """
 
+    overwrites: ClassVar[bool] = True
+
     def __init__(
         self,
         settings: BounceSettings,

@@ -114,6 +114,8 @@ class DirectionalPass(RenderPass):
         ``kept_0``, ``kept_1``, ... (see ``lib/kept_directions.glsl``). None: do not.
     """
 
+    overwrites: ClassVar[bool] = True
+
     def __init__(
         self,
         settings: DirectionalSettings,

@@ -274,7 +274,8 @@ class Executor:
     ) -> PassTiming:
         if context.target is not None:
             context.target.use()
-            context.target.clear()
+            if not item.overwrites:
+                context.target.clear()
         start = time.perf_counter()
         gpu_ms = None
         if timer is not None:

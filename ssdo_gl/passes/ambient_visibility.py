@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from ssdo_gl.effects.estimators import ESTIMATORS, described
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
@@ -54,6 +54,8 @@ class SsaoPass(RenderPass):
         Keep what blocks each direction, refined by so many bisections, for a bounce:
         ``kept_0``, ``kept_1``, ... (see ``lib/kept_directions.glsl``). None: do not.
     """
+
+    overwrites: ClassVar[bool] = True
 
     def __init__(
         self,

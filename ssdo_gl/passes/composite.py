@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Literal
+from typing import ClassVar, Literal
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.frame import Frame
@@ -55,6 +55,8 @@ class CompositePass(RenderPass):
     name = "composite"
     writes: Mapping[str, TextureSpec] = {"beauty": TextureSpec(4, "f4")}
     depends_on = ("view", "environment")
+
+    overwrites: ClassVar[bool] = True
 
     def __init__(
         self,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
@@ -94,6 +94,8 @@ class EdgeAwareFilterPass(RenderPass):
         One, or two of irradiance and of the same size: two take .64 of the time of two
         passes, because what weighs a neighbour is looked up once.
     """
+
+    overwrites: ClassVar[bool] = True
 
     def __init__(self, name: str, settings: EdgeAwareFilterSettings, *signals: Signal) -> None:
         self.name = name

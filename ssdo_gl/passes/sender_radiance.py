@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
+from typing import ClassVar
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
@@ -26,6 +27,8 @@ class SenderRadiancePass(RenderPass):
     glossy : bool
         Surfaces may be glossy.
     """
+
+    overwrites: ClassVar[bool] = True
 
     def __init__(
         self,

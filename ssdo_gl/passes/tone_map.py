@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
@@ -57,6 +58,8 @@ class ToneMapPass(RenderPass):
 
     name = "tone_map"
     writes: Mapping[str, TextureSpec] = {"display": TextureSpec(4, "nu2")}
+
+    overwrites: ClassVar[bool] = True
 
     def __init__(self, settings: ToneMapSettings | None = None, source: str = "beauty") -> None:
         self.settings = settings or ToneMapSettings()

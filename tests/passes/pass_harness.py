@@ -120,7 +120,7 @@ def run_pass(
         target = make_framebuffer(gl, list(written.values()), render_pass.needs_depth)
         target.use()
         target.viewport = (0, 0, *target.size)
-        target.clear()
+        target.clear(*((1e3,) * 4 if render_pass.overwrites else ()))
     context = PassContext(
         gl, shaders, used, frame, {name: textures[name] for name in render_pass.reads}, target
     )
