@@ -202,7 +202,9 @@ class Overlay(ImguiBackend):
         if monitor.error is not None:
             imgui.same_line()
             so_far = "" if monitor.is_error_final else " so far"
-            imgui.text(f"  rms error {monitor.error:.1%} of the mean{so_far}")
+            known = monitor.uncertainty
+            noise = "" if known is None else f", {known:.1%} of that uncertain"
+            imgui.text(f"  rms error {monitor.error:.1%} of the mean{noise}{so_far}")
         imgui.text(f"-{ends:.3g}{unit}")
         imgui.same_line()
         corner = imgui.get_cursor_screen_pos()

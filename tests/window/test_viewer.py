@@ -268,6 +268,7 @@ def test_error_against_a_reference_runs_along_with_its_rays(gl, viewer) -> None:
             break
     assert len(set(running.values())) >= 2
     assert viewer.monitor.is_error_final
+    assert 0.0 <= viewer.monitor.uncertainty <= viewer.monitor.error
     # Fewer rays have more noise, which is part of the difference.
     assert running[min(running)] > viewer.monitor.error > 0.0
 

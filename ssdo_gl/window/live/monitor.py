@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -30,6 +31,9 @@ class Monitor:
     error : float or None
         RMSE over the mean of the left image against the right one while their difference
         is shown; None once either changes. The noise of samples to come is part of it.
+    uncertainty : float or None
+        How much of `error` may be that noise, by how it fell as samples came; None until
+        it was measured twice.
     is_error_final : bool
         Whether both images hold all samples that were asked for.
     is_due : bool
@@ -39,8 +43,10 @@ class Monitor:
     def __init__(self, device: Device, shaders: ShaderLibrary) -> None:
         self.alarm: Alarm | None = None
         self.error: float | None = None
+        self.uncertainty: float | None = None
         self.is_error_final = False
         self.is_due = True
+        self._before: tuple[float, float] | None = None
         self._shown: object = None
         self._samples = 0
         self._watch = NonFiniteWatch(device, shaders)
@@ -80,6 +86,7 @@ class Monitor:
         if shown != self._shown:
             self._shown, self._samples = shown, 0
             self.error, self.is_error_final = None, False
+            self.uncertainty = self._before = None
         if not view.is_error or view.kind is not ColorMapping.DISPLAY or self.is_error_final:
             return
         counts = [image.sample_count for image in images]
@@ -87,10 +94,26 @@ class Monitor:
         if is_finished or (min(counts) > 1 and sum(counts) >= 2 * self._samples):
             self._samples = sum(counts)
             self.error, self.is_error_final = _difference(images), is_finished
+            if self.error is not None and min(counts) > 0:
+                now = sum(1.0 / count for count in counts), self.error
+                if self._before is not None and self._before[0] > now[0]:
+                    self.uncertainty = noise_within(self._before, now)
+                self._before = now
 
     def release(self) -> None:
         """Free the device objects."""
         self._watch.release()
+
+
+def noise_within(before: tuple[float, float], now: tuple[float, float]) -> float:
+    """Return how much of the error `now` is noise of the samples.
+
+    The squared error is b + v x, where x is the sum of one over the samples of either
+    image: v follows from two pairs (x, error), and b is what would be left at last.
+    """
+    (x_0, error_0), (x_1, error_1) = before, now
+    noise = abs(error_0**2 - error_1**2) / (x_0 - x_1) * x_1
+    return error_1 - math.sqrt(max(error_1**2 - noise, 0.0))
 
 
 def _difference(images: Sequence[LiveImage]) -> float | None:
