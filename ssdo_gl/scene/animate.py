@@ -12,6 +12,9 @@ from ssdo_gl.scene.flattened import thickened, with_area
 from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene
 
+# Size of what is too small to be seen, relative to what it was.
+_SPECK = 1e-6
+
 
 def scene_at(scene: Scene, seconds: float) -> Scene:
     """Return the scene as it stands at `seconds`.
@@ -31,15 +34,16 @@ def scene_at(scene: Scene, seconds: float) -> Scene:
     meshes = scene.meshes
     if posed:
         meshes = tuple(posed.get(index) or mesh for index, mesh in enumerate(meshes))
-    moved = (
+    moved = [
         _object_at(item, meshes[item.mesh], seconds)
         for item in scene.objects
         if posed.get(item.mesh, True) is not None
-    )
+    ]
+    shown = tuple(item for item in moved if len(item.world_from_object))
     return dataclasses.replace(
         scene,
         meshes=meshes,
-        objects=tuple(item for item in moved if len(item.world_from_object)),
+        objects=shown or (_speck(scene),),
         lights=tuple(light.at(seconds) for light in scene.lights),
         camera=_camera_at(scene, seconds),
     )
@@ -52,6 +56,16 @@ def _object_at(item: SceneObject, mesh: Mesh, seconds: float) -> SceneObject:
     if not item.motion.is_rigid:
         moved = thickened(with_area(moved), mesh.center())
     return dataclasses.replace(item, world_from_object=moved)
+
+
+def _speck(scene: Scene) -> SceneObject:
+    """Return what stands for a scene of which nothing shows: too small to be seen."""
+    first = scene.objects[0]
+    place = first.world_from_object[:1].copy()
+    middle = place[0, :3, :3] @ scene.meshes[first.mesh].center()
+    place[0, :3, :3] *= _SPECK
+    place[0, :3, 3] += (1.0 - _SPECK) * middle
+    return dataclasses.replace(first, world_from_object=place)
 
 
 def _camera_at(scene: Scene, seconds: float) -> Camera:
