@@ -100,6 +100,27 @@ def test_unlit_and_blended_materials_are_marked(glb: GlbWriter, tmp_path: Path) 
     assert not material.single_sided
 
 
+@pytest.mark.parametrize(
+    ("mode", "alpha", "blends"),
+    [("OPAQUE", 0.575, True), ("BLEND", 0.23, True), ("MASK", 0.23, False)],
+)
+def test_thin_transmission_is_blended(
+    mode: str, alpha: float, blends: bool, glb: GlbWriter, tmp_path: Path
+) -> None:
+    scene = with_material(
+        glb,
+        tmp_path,
+        name="pane",
+        alphaMode=mode,
+        pbrMetallicRoughness={"baseColorFactor": [1, 1, 1, 0.4]},
+        extensions={"KHR_materials_transmission": {"transmissionFactor": 0.5}},
+    )
+    material = scene.materials[0]
+    assert material.blends == blends
+    assert material.alpha == pytest.approx(alpha)
+    assert any("refraction" in note and "pane" in note for note in scene.notes) == blends
+
+
 def test_two_sets_of_coordinates_serve_all_images(glb: GlbWriter, tmp_path: Path) -> None:
     shifted = {"KHR_texture_transform": {"offset": [0.5, 0], "scale": [2, 2]}}
     scene = with_material(

@@ -68,19 +68,13 @@ def test_the_default_material_is_white_and_dull(glb, tmp_path: Path) -> None:
     assert not any("metal" in note for note in scene.notes)
 
 
-def test_blend_is_opaque_and_said_so_once(glb, tmp_path: Path) -> None:
-    scene, material = material_of(glb, tmp_path, alphaMode="BLEND", name="glass")
-    assert material.alpha_cutoff is None
-    assert sum("alpha blending, drawn opaque (glass)" in note for note in scene.notes) == 1
-
-
 def test_layers_that_are_not_drawn_are_listed_once(glb, tmp_path: Path) -> None:
-    extensions = {"KHR_materials_transmission": {}, "KHR_materials_clearcoat": {}}
+    extensions = {"KHR_materials_sheen": {}, "KHR_materials_clearcoat": {}}
     glb.json["materials"] = [{"name": name, "extensions": extensions} for name in "abcde"]
     primitives = [{**glb.triangle(), "material": index} for index in range(5)]
     glb.json["meshes"] = [{"primitives": primitives}]
     (note,) = [note for note in load(glb, tmp_path).notes if "material beneath" in note]
-    assert "transmission (a, b, c and 2 more)" in note
+    assert "sheen (a, b, c and 2 more)" in note
     assert "clear coats (a, b, c and 2 more)" in note
 
 

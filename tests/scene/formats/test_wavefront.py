@@ -71,8 +71,7 @@ def test_materials_keep_their_factors(write: Write) -> None:
     scene = load_scene(write({"m.mtl": mtl, "a.obj": obj}))
     assert [material.albedo for material in scene.materials] == [(0.123456, 0.2, 0.3), (1, 1, 1)]
     assert [len(scene.meshes[item.mesh].triangles) for item in scene.objects] == [2, 1]
-    (note,) = [note for note in scene.notes if "material beneath" in note]
-    assert "transparency, drawn opaque (b)" in note
+    assert [material.alpha for material in scene.materials] == [1.0, 0.5]
 
 
 @pytest.mark.parametrize("line", ["Kd 1 0", "Kd a b c", "Kd -1 0 0", "Ke nan 0 0"])

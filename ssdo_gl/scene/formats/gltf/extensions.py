@@ -23,7 +23,7 @@ EXTENSIONS = {
     "KHR_materials_pbrSpecularGlossiness": APPROXIMATE,
     "KHR_materials_sheen": NOT_DRAWN,
     "KHR_materials_specular": EXACT,
-    "KHR_materials_transmission": NOT_DRAWN,
+    "KHR_materials_transmission": APPROXIMATE,
     "KHR_materials_unlit": NOT_DRAWN,
     "KHR_materials_variants": APPROXIMATE,
     "KHR_materials_volume": NOT_DRAWN,

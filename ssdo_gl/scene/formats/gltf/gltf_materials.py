@@ -17,7 +17,6 @@ from ssdo_gl.scene.material import Color, Material, Texture
 
 # Extensions that are drawn as the material beneath them, in words.
 _LEFT_OUT = {
-    "KHR_materials_transmission": "transmission",
     "KHR_materials_diffuse_transmission": "diffuse transmission",
     "KHR_materials_volume": "volumes",
     "KHR_materials_clearcoat": "clear coats",
@@ -27,6 +26,9 @@ _LEFT_OUT = {
     "KHR_materials_dispersion": "dispersion",
     "KHR_materials_unlit": "unlit shading, drawn lit",
 }
+_TRANSMISSION = "KHR_materials_transmission"
+# Share of what lies behind clear glass that shows through: the rest is its reflection.
+_MOST_SEEN_THROUGH = 0.85
 _GLOSSINESS = "KHR_materials_pbrSpecularGlossiness"
 _WHITE = (1.0, 1.0, 1.0)
 
@@ -86,8 +88,13 @@ class MaterialReader:
             if extension in _LEFT_OUT:
                 self.model.asks_for(_LEFT_OUT[extension], name)
         mode = entry.get("alphaMode", "OPAQUE")
-        if mode == "BLEND":
-            self.model.asks_for("alpha blending, drawn opaque", name)
+        through = _share(extensions.get(_TRANSMISSION, {}), "transmissionFactor", 0.0, where)
+        through = 0.0 if mode == "MASK" else through
+        if through > 0.0:
+            self.model.asks_for("refraction (transmission is blended)", name)
+            # Of an opaque material alpha does not count.
+            alpha = fields["alpha"] if mode == "BLEND" else 1.0
+            fields["alpha"] = alpha * (1.0 - _MOST_SEEN_THROUGH * through)
         fields |= {f"{image}_texture": texture for image, texture in placed.textures.items()}
         is_two_sided = bool(entry.get("doubleSided", False))
         normal, occlusion = images["normal"] or {}, images["occlusion"] or {}
@@ -97,7 +104,7 @@ class MaterialReader:
             normal_scale=number(normal, "scale", 1.0, where),
             occlusion_strength=_share(occlusion, "strength", 1.0, where),
             is_unlit="KHR_materials_unlit" in extensions,
-            blends=mode == "BLEND",
+            blends=mode == "BLEND" or through > 0.0,
             second_uvs=placed.on_second,
             alpha_cutoff=_share(entry, "alphaCutoff", 0.5, where) if mode == "MASK" else None,
             two_sided_emission=is_two_sided and any(emission),

@@ -158,7 +158,7 @@ def _material(
     maps |= {"albedo": colors} if colors is not None else {}
     maps |= {"emission": glow} if glow is not None else {}
     first, second = _places(maps, name, model)
-    opacity = _opacity(name, block, model)
+    opacity = _opacity(block)
     if "disp" in block:
         model.asks_for("displacement", name)
     fields: dict[str, Any] = {"albedo": albedo, **_gloss(name, block, albedo, maps, model, where)}
@@ -203,14 +203,11 @@ def _places(maps: dict[str, Map], name: str, model: Model) -> tuple[Placement, P
     return places[0] if places else Placement(), places[1] if len(places) > 1 else None
 
 
-def _opacity(name: str, block: dict[str, str], model: Model) -> float:
+def _opacity(block: dict[str, str]) -> float:
     """Return what `d` or `Tr` says; 0, which would hide the surface, is taken as 1."""
     found = [_last_number(block, "d")] if "d" in block else []
     found += [1.0 - _last_number(block, "tr")] if "tr" in block else []
-    opacity = min([value for value in found if value > 0.0], default=1.0)
-    if opacity < 1.0:
-        model.asks_for("transparency, drawn opaque", name)
-    return min(opacity, 1.0)
+    return min([value for value in found if value > 0.0] + [1.0])
 
 
 def _last_number(block: dict[str, str], key: str) -> float:
