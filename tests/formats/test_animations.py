@@ -47,7 +47,7 @@ def one_triangle(glb: GlbWriter, **node: Any) -> None:
 
 
 def load(glb: GlbWriter, folder: Path) -> Scene:
-    return load_scene(glb.save(folder / "a.glb"))
+    return load_scene(glb.save(folder / "a.glb"), ground="off")
 
 
 def corners(scene: Scene, seconds: float) -> FloatArray:
