@@ -27,7 +27,7 @@ TRIANGLES = np.array([[0, 1, 2], [1, 3, 2]], dtype="<u4")
 
 
 def load(glb: GlbWriter, folder: Path) -> Scene:
-    return load_scene(glb.save(folder / "a.glb"))
+    return load_scene(glb.save(folder / "a.glb"), ground="off")
 
 
 def drawn(scene: Scene) -> list[Any]:

@@ -21,7 +21,7 @@ def load(glb: GlbWriter, folder: Path, **attributes: int) -> Scene:
     glb.json["meshes"] = [{"primitives": [{**glb.triangle(), "material": 0}]}]
     glb.json["meshes"][0]["primitives"][0]["attributes"] |= attributes
     glb.json["materials"] = [{"pbrMetallicRoughness": {"metallicFactor": 0}}]
-    return load_scene(glb.save(folder / "a.glb"))
+    return load_scene(glb.save(folder / "a.glb"), ground="off")
 
 
 def padded(values: NDArray[Any], glb: GlbWriter, kind: str, **more: Any) -> int:
@@ -127,5 +127,5 @@ def test_quantized_morph_targets(dtype: str, glb: GlbWriter, tmp_path: Path) -> 
     lift = padded(np.array([[0, 0, full]] * 3, dtype=dtype), glb, "VEC3", normalized=True)
     primitive = {**glb.triangle(), "targets": [{"POSITION": lift}]}
     glb.json["meshes"] = [{"primitives": [primitive], "weights": [0.5]}]
-    scene = load_scene(glb.save(tmp_path / "a.glb"))
+    scene = load_scene(glb.save(tmp_path / "a.glb"), ground="off")
     assert scene.bounds()[1][2] == 0.5
