@@ -4,6 +4,7 @@
 //   directional E = integral of L_in(w) V_R(w) cos
 //   bounce      E = integral of (1 - V_R(w)) L_out1(sender) cos
 //   L_out1 = emission that no light delivers + reflected E_direct + E_directional
+//   gloss       L = integral of gloss(w_out, w) cos (L_in(w) or L_out1(sender)) dw, whatever R
 // L_in = environment and the lights marked ssdo, whose light arrives unless something
 // within R stands before them. Shadows of `direct` light at the sender have no limit.
 //
@@ -17,6 +18,11 @@ uniform float u_radius_ns;
 layout(location = 0) out vec4 o_directional;  // rgb irradiance, a visibility
 layout(location = 1) out vec4 o_bounce;       // rgb irradiance
 
+#if GLOSSY
+layout(location = 2) out vec4 o_gloss;    // rgb radiance; alpha 0: senders do not pass it on
+
+const uint DIMENSION_GLOSS = 0x10000u;    // beyond those of any number of lights
+#endif
 const uint DIMENSION_FIRST = 0u;
 const uint DIMENSION_SENDER_SKY = 1u;
 const uint DIMENSION_LIGHTS = 2u;  // two for each light and place
@@ -70,31 +76,63 @@ vec3 sender_irradiance(RaySurface surface, uint index, uint seed)
     return irradiance;
 }
 
+#if GLOSSY
+const int LOBE_COUNT = 2;
+#else
+const int LOBE_COUNT = 1;
+#endif
+
 void main()
 {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec4 directional = vec4(0.0, 0.0, 0.0, float(u_sample_count));
     vec3 bounce = vec3(0.0);
+    vec3 gloss = vec3(0.0);
     if (gbuffer_z_vs(pixel) > 0.0) {
         RaySurface receiver = ray_surface_at(pixel);
         mat3 frame = frame_from_z(receiver.normal);
         uint seed = pixel_seed(pixel);
-        for (int i = 0; i < u_sample_count; ++i) {
-            uint index = u_first_sample + uint(i);
+#if GLOSSY
+        Brdf brdf = brdf_at(pixel);
+#endif
+        // One loop, because every call of the traversal is another copy of it.
+        for (int i = 0; i < LOBE_COUNT * u_sample_count; ++i) {
+            uint index = u_first_sample + uint(i / LOBE_COUNT);
+            bool is_gloss = i % LOBE_COUNT == 1;
             vec3 w = ray_direction(receiver, frame, random_2d(index, seed, DIMENSION_FIRST, true));
-            BvhHit hit = bvh_nearest(receiver.start, w, u_radius_ns);
+            vec3 weight = vec3(PI);
+            float reach = u_radius_ns;
+#if GLOSSY
+            if (is_gloss) {
+                vec2 u = random_2d(index, seed, DIMENSION_GLOSS, false);
+                BrdfSample facet = gloss_sample(brdf, receiver.normal, receiver.w_out, u);
+                bool is_above = dot(facet.w_in, receiver.geometric) > 0.0;
+                w = facet.w_in;
+                weight = is_above ? facet.weight : vec3(0.0);
+                reach = is_dark(weight) ? -1.0 : RAY_FAR;
+            }
+#endif
+            BvhHit hit = bvh_nearest(receiver.start, w, reach);
+            vec3 sent = vec3(0.0);
             if (hit.record >= 0) {
                 Surface sender = surface_at_hit(hit, receiver.start, w);
                 bool is_lamp = (sender.flags & LIGHT_BODY_FLAG) != 0u;
-                vec3 reflected = diffuse_radiance(sender.brdf, sender_irradiance(sender.at, index, seed));
-                bounce += PI * ((is_lamp ? vec3(0.0) : sender.emission) + reflected);
-                directional.a -= 1.0;
-            } else {
-                directional.rgb += PI * environment_radiance(w);
+                vec3 reflected = sent_radiance(sender.brdf, sender_irradiance(sender.at, index, seed));
+                sent = weight * ((is_lamp ? vec3(0.0) : sender.emission) + reflected);
             }
-            directional.rgb += ssdo_irradiance(receiver, index, seed);
+            vec3 sky = hit.record >= 0 ? vec3(0.0) : weight * environment_radiance(w);
+            if (is_gloss) {
+                gloss += sent + sky;
+            } else {
+                bounce += sent;
+                directional.rgb += sky + ssdo_irradiance(receiver, index, seed);
+                directional.a -= hit.record >= 0 ? 1.0 : 0.0;
+            }
         }
     }
     o_directional = directional;
     o_bounce = vec4(bounce, 0.0);
+#if GLOSSY
+    o_gloss = vec4(gloss, 0.0);
+#endif
 }

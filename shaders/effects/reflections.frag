@@ -58,8 +58,6 @@ void main()
     vec3 w_out = toward_camera(r.position_vs);
     float cos_out = cosine_out(r.normal_vs, w_out);
     float alpha = alpha_of(brdf.roughness);
-    vec3 local = transpose(r.vs_from_tangent) * w_out;
-    local = local.z < MIN_COSINE ? normalize(vec3(local.xy, MIN_COSINE)) : local;
     float reach = brdf.roughness <= u_max_roughness ? FAR_REACH * r.z_vs : u_radius;
     Tangent t = tangent_at(r.position_vs, r.geometric_vs);
     // Samples share the lobe: each stands for a narrower one.
@@ -69,12 +67,9 @@ void main()
     vec3 sent = vec3(0.0);
     for (int i = 0; i < SAMPLE_COUNT; ++i) {
         vec3 u = sample_point(r, i);
-        vec3 h = sampled_visible_normal(local, alpha, u.xy);
-        vec3 w = r.vs_from_tangent * (2.0 * dot(local, h) * h - local);
-        float cos_in = dot(w, r.normal_vs);
-        float spread = sqrt(alpha * alpha + (1.0 - alpha * alpha) * cos_out * cos_out);
-        float smith = smith_visibility(cos_out, cos_in, alpha) * 2.0 * (cos_out + spread) * cos_in;
-        vec3 weight = cos_in > 0.0 ? fresnel(brdf, dot(local, h)) * smith : vec3(0.0);
+        BrdfSample facet = gloss_sample(brdf, r.normal_vs, w_out, u.xy);
+        vec3 w = facet.w_in;
+        vec3 weight = facet.weight;
         // Facets of what stands for a smooth surface do not hide each other.
         w -= min(2.0 * dot(w, r.geometric_vs), 0.0) * r.geometric_vs;
         vec3 sky = weight * lobe_radiance(direction_ws_of(w), share_alpha);

@@ -175,6 +175,24 @@ vec3 gloss_times_cosine(Brdf brdf, vec3 normal, vec3 w_out, vec3 w_in)
     return cos_in > 0.0 ? gloss_per_cosine(brdf, normal, w_out, w_in) * cos_in : vec3(0.0);
 }
 
+// A direction from the glossy part alone, whose weight is of that part, too.
+BrdfSample gloss_sample(Brdf brdf, vec3 normal, vec3 w_out, vec2 u)
+{
+    mat3 frame = frame_from_z(normal);
+    // Those who look from below see the surface at grazing incidence.
+    vec3 local = transpose(frame) * w_out;
+    local = local.z < MIN_COSINE ? normalize(vec3(local.xy, MIN_COSINE)) : local;
+    float alpha = alpha_of(brdf.roughness);
+    vec3 h = sampled_visible_normal(local, alpha, u);
+    vec3 w_in = frame * (2.0 * dot(local, h) * h - local);
+    float cos_in = dot(w_in, normal);
+    float spread = sqrt(alpha * alpha + (1.0 - alpha * alpha) * local.z * local.z);
+    float share = smith_visibility(local.z, cos_in, alpha) * 2.0 * (local.z + spread) * cos_in;
+    bool is_up = cos_in > 0.0 && is_glossy(brdf);
+    vec3 weight = is_up ? fresnel(brdf, dot(local, h)) * share : vec3(0.0);
+    return BrdfSample(w_in, weight, visible_normal_density(normal, frame * h, local.z, alpha));
+}
+
 // Chance of drawing from the glossy part: its share of the light that leaves, about.
 float gloss_chance(Brdf brdf, float cos_out)
 {
@@ -222,11 +240,7 @@ BrdfSample brdf_sample(Brdf brdf, vec3 normal, vec3 w_out, vec2 u)
     float chance = gloss_chance(brdf, cos_out);
     vec3 w_in;
     if (u.x < chance) {
-        // Those who look from below see the surface at grazing incidence.
-        vec3 local = transpose(frame) * w_out;
-        local = local.z < MIN_COSINE ? normalize(vec3(local.xy, MIN_COSINE)) : local;
-        vec3 h = sampled_visible_normal(local, alpha_of(brdf.roughness), vec2(u.x / chance, u.y));
-        w_in = frame * (2.0 * dot(local, h) * h - local);
+        w_in = gloss_sample(brdf, normal, w_out, vec2(u.x / chance, u.y)).w_in;
     } else {
         w_in = frame * cosine_hemisphere(vec2((u.x - chance) / (1.0 - chance), u.y));
     }

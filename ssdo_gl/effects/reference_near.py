@@ -15,6 +15,8 @@ from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.accumulate import Schedule, SumOutput
 from ssdo_gl.passes.ray_pass import RayPass
 from ssdo_gl.passes.ray_uniforms import radius_ns
+from ssdo_gl.raytracing.surface_tables import RayFeatures
+from ssdo_gl.scene.environment_kinds import Environment
 from ssdo_gl.settings.settings import same_as
 
 # Samples of one draw and pixel; each takes a ray, and from what it hits one to each light.
@@ -33,17 +35,28 @@ class ReferenceNearSettings:
 class ReferenceNearPass(RayPass):
     """Writes `directional_irradiance` (a = visibility) and `bounce_irradiance`.
 
+    Where the scene has gloss it writes `near_gloss`, too: rgb radiance that glossy surfaces
+    reflect of the sky, and of what surfaces at any distance send.
+
     Unbiased estimates of the integrals that ``effects/reference_near.frag`` states.
     """
 
     name = "reference_near"
-    writes: Mapping[str, TextureSpec] = {
-        "directional_irradiance": TextureSpec(4, "f4"),
-        "bounce_irradiance": TextureSpec(4, "f4"),
-    }
     depends_on = ("view", "geometry", "lights", "environment", "seed")
-    outputs = (SumOutput("directional_irradiance", 3), SumOutput("bounce_irradiance", 3))
     label = "ray-traced near field"
+    reflects = True
+
+    def __init__(
+        self,
+        settings: ReferenceNearSettings,
+        features: RayFeatures,
+        environment: Environment | None = None,
+    ) -> None:
+        super().__init__(settings, features, environment)
+        names = ["directional_irradiance", "bounce_irradiance"]
+        names += ["near_gloss"] if features.glossy else []
+        self.writes = {name: TextureSpec(4, "f4") for name in names}
+        self.outputs = tuple(SumOutput(name, 3) for name in names)
 
     def uniforms(self, context: PassContext) -> dict[str, object]:
         """Add the radius."""
@@ -69,6 +82,7 @@ class ReferenceNear(Effect):
     terms = (
         Term("directional", "directional_irradiance"),
         Term("bounce", "bounce_irradiance"),
+        Term("specular", "near_gloss", "radiance", glossy=True),
     )
     settings: ClassVar[Mapping[str, type]] = {"reference_near": ReferenceNearSettings}
     traces = True

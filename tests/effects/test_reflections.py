@@ -102,3 +102,13 @@ def passes_of(text: str, method: str) -> set[str]:
     scene = read_description(HEAD + text, "scene.toml")
     with ssdo_gl.Renderer(scene, Settings(size=SIZE, method=method)) as renderer:
         return {row.name for row in renderer.render(("beauty",)).passes if row.ran}
+
+
+def test_reflections_are_those_of_rays():
+    """The image `specular` against its reference: the same light, sent once."""
+    body = "[materials.ball]\nalbedo = [1, 0.8, 0.4]\nmetallic = 1\nroughness = 0.3\n"
+    ball = '[[object]]\nshape = "sphere"\ncenter = [0, 0.6, 0]\nradius = 0.6\nmaterial = "ball"\n'
+    scene = SKY + body + floor("albedo = [0.6, 0.6, 0.6]\nroughness = 0.4") + FLOOR + ball
+    found = picture(scene, method="bounce", aov="specular").mean(axis=(0, 1))
+    wanted = picture(scene, method="reference-near", spp=64, aov="specular").mean(axis=(0, 1))
+    np.testing.assert_allclose(found, wanted, rtol=0.04)
