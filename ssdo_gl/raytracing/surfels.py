@@ -8,6 +8,7 @@ faces of a thin wall, which look opposite ways.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -135,6 +136,17 @@ class _Patches:
     slots: IntArray  # (N, 2): of both triangles, the same twice of a single one
     sides: IntArray  # (N,): 1 or 2
 
+    @cached_property
+    def centres(self) -> FloatArray:
+        """Means of their corners (N, 3)."""
+        return np.asarray(self.corners.mean(axis=1))
+
+    @cached_property
+    def looks(self) -> IntArray:
+        """Which way they look, about: one of 27 numbers, (N,)."""
+        steps = np.rint(NORMAL_STEPS * self.normals).astype(np.int64) + 1
+        return np.asarray(steps @ np.array([9, 3, 1]))
+
     def extents(self) -> FloatArray:
         """Return the lengths (N, 2) along both axes of the grid."""
         v0, v1, v2, v3 = np.moveaxis(self.corners, 1, 0)
@@ -225,14 +237,12 @@ class _Shared:
 def _cells(patches: _Patches, grids: IntArray, size: float) -> _Shared:
     """Group the patches of a single texel by place and by where they look."""
     small = np.flatnonzero(grids.max(axis=1) == 1)
-    centre = patches.corners[small].mean(axis=1)
-    cell = np.floor(centre / size + CELL_SHIFT).astype(np.int64)
-    looks = np.rint(NORMAL_STEPS * patches.normals[small]).astype(np.int64) + 1
+    cell = np.floor(patches.centres[small] / size + CELL_SHIFT).astype(np.int64)
     # 16 bits are enough for cells of any size that `build_surfels` comes to.
     key = patches.sides[small]
     for axis in range(3):
         key = (key << 16) + (cell[:, axis] & 0xFFFF)
-    key = key * 27 + looks @ np.array([9, 3, 1])
+    key = key * 27 + patches.looks[small]
     order = np.argsort(key, kind="stable")
     starts = np.ones(len(order), dtype=bool)
     starts[1:] = key[order][1:] != key[order][:-1]

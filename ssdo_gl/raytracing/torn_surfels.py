@@ -109,15 +109,13 @@ def torn(
     most : int
         Surfels in all; further ones stay in one part.
     """
-    triangle = bvh.primitive_triangles.reshape(-1)[np.where(met == NOTHING_MET, 0, met)]
-    face = _face_normals(bvh.triangles, triangle)
-    is_wall = met != NOTHING_MET
-    is_wall &= np.abs(np.einsum("slk,sk->sl", face, surfels.looks)) < PARALLEL_COSINE
     half = met.shape[1] // 2
-    chosen = np.flatnonzero(is_wall[:, :half].any(axis=1) & is_wall[:, half:].any(axis=1))
-    chosen = chosen[: max(most - surfels.count, 0)]
-    met, triangle, is_wall = met[chosen], triangle[chosen], is_wall[chosen]
-    face = face[chosen]
+    chosen, is_wall = _walls_on(surfels, bvh, met)
+    rows = slice(max(most - surfels.count, 0))
+    chosen, is_wall = chosen[rows], is_wall[rows]
+    met = met[chosen]
+    triangle = bvh.primitive_triangles.reshape(-1)[np.where(is_wall, met, 0)]
+    face = _face_normals(bvh.triangles, triangle)
     lines = _Lines(surfels, chosen, np.where(is_wall, distances[chosen], np.inf))
     from_behind = is_wall & bvh.triangles.solid[triangle]
     from_behind &= np.einsum("slk,slk->sl", face, lines.along) > 0.0
@@ -209,6 +207,25 @@ class _Lines:
             for way in (slice(None, quarter), slice(quarter, None))
         ]
         return np.asarray((ways[0] | ways[1])[..., 0])
+
+
+def _walls_on(surfels: Surfels, bvh: Bvh, met: IntArray) -> tuple[IntArray, NDArray[np.bool_]]:
+    """Return the surfels (N,) that something stands on, and which lines (N, 16) meet it."""
+    is_wall = met != NOTHING_MET
+    # Most surfels have nothing on them.
+    chosen = _torn_rows(is_wall)
+    is_wall = is_wall[chosen]
+    triangle = bvh.primitive_triangles.reshape(-1)[np.where(is_wall, met[chosen], 0)]
+    face = _face_normals(bvh.triangles, triangle)
+    is_wall &= np.abs(np.einsum("slk,sk->sl", face, surfels.looks[chosen])) < PARALLEL_COSINE
+    rows = _torn_rows(is_wall)
+    return chosen[rows], is_wall[rows]
+
+
+def _torn_rows(is_wall: NDArray[np.bool_]) -> IntArray:
+    """Return the rows (N, 16) with a line that meets a wall either way."""
+    half = is_wall.shape[1] // 2
+    return np.flatnonzero(is_wall[:, :half].any(axis=1) & is_wall[:, half:].any(axis=1))
 
 
 def _face_normals(triangles: SceneTriangles, chosen: IntArray) -> FloatArray:
