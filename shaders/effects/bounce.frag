@@ -39,6 +39,9 @@ void main()
     vec3 irradiance = vec3(0.0);
     if (r.z_vs > 0.0 && !is_radius_under_a_pixel(r.z_vs)) {
         Tangent t = tangent_at(r.position_vs, r.geometric_vs);
+#if FINDS_SECTORS
+        irradiance = estimator_gathered(r, t);
+#else
 #if KEPT_TEXTURE_COUNT > 0
         take_directions(pixel);
 #endif
@@ -54,6 +57,7 @@ void main()
                 irradiance += estimator_sent(r, t, d, radiance, b.texel);
             }
         }
+#endif
     }
     o_bounce = vec4(irradiance * u_strength, r.z_vs);
 }

@@ -43,6 +43,50 @@ struct Gathered {
     float far_blocked;     // share of directions that such surfaces keep from the sky
 };
 
+#if FINDS_SECTORS
+// Light from beyond the blockers is looked up in this many directions of a slice.
+const int SKY_COUNT = 4;
+
+// Adds what arrives in slice `i`; `share` is that of a direction of weight 1.
+void gather_slice(inout Gathered g, Receiver r, Tangent t, FarProbes probes, vec3 view, int i,
+                  float share, bool is_open)
+{
+    Sectors s = estimator_sectors(r, view, i);
+    vec3 sent = vec3(0.0);
+    uint hidden = is_open ? 0u : estimator_hidden(s, t, view, sample_point(r, i).z, sent);
+    share *= sector_weight(s);
+    g.blocked += share * float(bit_count(hidden));
+#if SAMPLES_ENVIRONMENT || HAS_FAR_FIELD
+    float width = PI / float(SKY_COUNT);
+    float start = s.slice.normal_angle - HALF_PI;
+    float before = 0.0;
+    for (int k = 0; k < SKY_COUNT; ++k) {
+        float angle = start + (float(k) + 1.0) * width;
+        bool is_last = k == SKY_COUNT - 1;
+        float after = is_last ? 1.0 : share_before(s, vec2(sin(angle), cos(angle)));
+        uint bits = lowest_bits(sectors_before(s, after)) & ~lowest_bits(sectors_before(s, before));
+        float open = 1.0 - float(bit_count(hidden & bits)) / float(max(bit_count(bits), 1));
+        float part = share * SECTOR_COUNT * (after - before);
+        before = after;
+        // Anywhere between the edges; the four of a slice move apart from each other.
+        float jitter = fract(s.jitter + 0.61803399 * float(k));
+        angle += (jitter - 1.0) * width;
+        vec3 w_vs = sin(angle) * s.slice.along_vs + cos(angle) * view;
+#if HAS_FAR_FIELD
+        vec4 far = far_radiance(probes, w_vs, jitter);
+        g.far += part * open * far.rgb;
+        g.far_blocked += part * open * far.a;
+        open *= 1.0 - far.a;
+#endif
+#if SAMPLES_ENVIRONMENT
+        vec3 sky = part * environment_radiance(direction_ws_of(w_vs));
+        g.all += sky;
+        g.open += open * sky;
+#endif
+    }
+#endif
+}
+#else
 // Adds what arrives along direction `d`.
 void gather(inout Gathered g, Tangent t, FarProbes probes, Direction d, Blocker b)
 {
@@ -70,6 +114,7 @@ void gather(inout Gathered g, Tangent t, FarProbes probes, Direction d, Blocker 
     }
 #endif
 }
+#endif
 
 // The environment's exact irradiance E corrects the sampled one: S_open + c (E - S_all).
 // Where everything is open that is E without noise, whatever c.
@@ -191,6 +236,12 @@ void main()
         bool is_open = is_radius_under_a_pixel(r.z_vs);
         Gathered g = Gathered(0.0, vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), 0.0);
         FarProbes probes = far_probes_at(r, receiver_texel(pixel));
+#if FINDS_SECTORS
+        vec3 view = toward_camera(r.position_vs);
+        float share = estimator_sector_share(r, view);
+        for (int i = 0; i < HEMISPHERE_COUNT; ++i)
+            gather_slice(g, r, t, probes, view, i, share, is_open);
+#else
         for (int i = 0; i < HEMISPHERE_COUNT; ++i) {
             Direction d = direction_of(r, i);
             Blocker b = NO_BLOCKER;
@@ -201,6 +252,7 @@ void main()
             keep_direction(i, b);
 #endif
         }
+#endif
         visibility = max(1.0 - g.blocked, 0.0);
         float sky_visibility = max(visibility - g.far_blocked, 0.0);
         vec3 sky = environment_arrived(r, g, sky_visibility);

@@ -60,10 +60,11 @@ vec2 depths_within_radius(Lines l, float s)
 // The directions that the surface met by a step at x hides. A step stands for the stretch
 // around it, as in lib/march.glsl: its front is taken to reach a part of a stride nearer to
 // the receiver, and its back, where that is seen from below, a part of a stride farther.
-uint sectors_hidden_at(Sectors s, Tangent t, Lines l, Walk walk, float x, float stride)
+uint sectors_hidden_at(Sectors s, Tangent t, Lines l, Walk walk, float x, float stride,
+                       out ivec2 texel)
 {
     float own = walk_fraction(walk, x);
-    ivec2 texel = ivec2(walk_px(walk, own));
+    texel = ivec2(walk_px(walk, own));
     vec2 solid = solid_at(texel);
     vec2 within = depths_within_radius(l, own);
     float front = max(solid.x - l.z, within.x);
@@ -84,18 +85,40 @@ Sectors estimator_sectors(Receiver r, vec3 view, int i)
     return sectors_of(slice_along(along, view, r.normal_vs), sample_point(r, i).y);
 }
 
-// Which directions of a slice are blocked.
-uint estimator_hidden(Sectors s, Tangent t, vec3 view, float jitter)
+// What one of the 32 directions of a slice with weight 1 stands for, of the hemisphere.
+float estimator_sector_share(Receiver r, vec3 view)
 {
-    float stride = 1.0 / float(STEP_COUNT);
+    float all = 0.0;
+    for (int i = 0; i < DIRECTION_COUNT; ++i)
+        all += sector_weight(estimator_sectors(r, view, i));
+    return 1.0 / (SECTOR_COUNT * all);
+}
+
+// Which directions of a slice are blocked. Adds to `sent` the radiance that each of them
+// receives from what blocks it, if GATHERS_SENDERS: steps go outwards, so that the first to
+// hide a direction is the nearest.
+uint estimator_hidden(Sectors s, Tangent t, vec3 view, float jitter, inout vec3 sent)
+{
     uint hidden = 0u;
+#if !IS_OPEN
+    float stride = 1.0 / float(STEP_COUNT);
     for (int side = 0; side < 2; ++side) {
         Walk walk = walk_along(t.position_vs, side == 0 ? s.slice.along_vs : -s.slice.along_vs);
         Lines lines = lines_across(s.slice, t, view, walk);
         float moved = side == 0 ? jitter : fract(jitter + 0.5);
-        for (int i = 0; i < STEP_COUNT; ++i)
-            hidden |= sectors_hidden_at(s, t, lines, walk, (float(i) + moved) * stride, stride);
+        for (int i = 0; i < STEP_COUNT; ++i) {
+            ivec2 texel;
+            float x = (float(i) + moved) * stride;
+            uint found = sectors_hidden_at(s, t, lines, walk, x, stride, texel);
+#if GATHERS_SENDERS
+            float count = float(bit_count(found & ~hidden));
+            if (count > 0.0)
+                sent += count * share_sent(t.position_vs, texel) * bounded_radiance(texel);
+#endif
+            hidden |= found;
+        }
     }
+#endif
     return hidden;
 }
 
@@ -104,12 +127,27 @@ float estimator_visibility(Receiver r, ivec2 centre)
     Tangent t = tangent_at(r.position_vs, r.geometric_vs);
     vec3 view = toward_camera(r.position_vs);
     float blocked = 0.0;
-    float all = 0.0;
+    vec3 sent = vec3(0.0);
     for (int i = 0; i < DIRECTION_COUNT; ++i) {
         Sectors s = estimator_sectors(r, view, i);
-        uint hidden = estimator_hidden(s, t, view, sample_point(r, i).z);
+        uint hidden = estimator_hidden(s, t, view, sample_point(r, i).z, sent);
         blocked += sector_weight(s) * float(bit_count(hidden));
-        all += SECTOR_COUNT * sector_weight(s);
     }
-    return 1.0 - blocked / all;
+    return 1.0 - blocked * estimator_sector_share(r, view);
 }
+
+#if GATHERS_SENDERS
+// Irradiance from all blockers.
+vec3 estimator_gathered(Receiver r, Tangent t)
+{
+    vec3 view = toward_camera(r.position_vs);
+    vec3 sum = vec3(0.0);
+    for (int i = 0; i < DIRECTION_COUNT; ++i) {
+        Sectors s = estimator_sectors(r, view, i);
+        vec3 sent = vec3(0.0);
+        estimator_hidden(s, t, view, sample_point(r, i).z, sent);
+        sum += sector_weight(s) * sent;
+    }
+    return PI * estimator_sector_share(r, view) * sum;
+}
+#endif

@@ -4,6 +4,7 @@
 #include "lib/sampling.glsl"
 
 #define FINDS_BLOCKERS 1
+#define FINDS_SECTORS 0
 
 // Uniform directions, each with solid angle 2 pi / N.
 vec3 estimator_direction(vec2 u)

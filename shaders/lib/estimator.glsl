@@ -11,6 +11,12 @@
 //       irradiance from a blocker, if GATHERS_SENDERS, which the including file defines;
 //   if 0,
 //     float estimator_visibility(Receiver r, ivec2 centre).
+//   FINDS_SECTORS: 1 if it tells which of 32 directions of each slice are blocked, which is
+//   enough to gather light. (Estimators of mere visibility need not define it.) If 1,
+//     Sectors estimator_sectors(Receiver r, vec3 view, int i): slice i of DIRECTION_COUNT
+//     float estimator_sector_share(Receiver r, vec3 view): of a direction of weight 1
+//     uint estimator_hidden(Sectors s, Tangent t, vec3 view, float jitter, inout vec3 sent)
+//     vec3 estimator_gathered(Receiver r, Tangent t): irradiance, if GATHERS_SENDERS.
 //
 // IS_OPEN: 1 if it is known beforehand that nothing in view blocks any direction within R.
 #include "lib/receiver.glsl"
@@ -21,6 +27,22 @@ struct Direction {
     float share;     // of the cosine-weighted hemisphere: cos(theta) / (pi density count)
     float jitter;    // in [0, 1), for the distance
 };
+
+#if GATHERS_SENDERS
+// Radiance that leaves the surface at `texel`: the including file's.
+vec3 bounded_radiance(ivec2 texel);
+
+// Which share of that a blocker sends to the receiver.
+float share_sent(vec3 position_vs, ivec2 texel)
+{
+    vec3 to_receiver = position_vs - gbuffer_position_vs(texel);
+    // What is seen of a surface is its front. If that turns away from the receiver, the
+    // ray met a side of the solid that the camera does not see. All that is known of what
+    // this side sends is that the other side of the same thing is near.
+    bool faces = dot(gbuffer_geometric_normal_vs(texel), to_receiver) > 0.0;
+    return faces ? 1.0 : u_hidden_senders;
+}
+#endif
 
 #include <estimator>
 

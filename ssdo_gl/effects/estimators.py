@@ -113,6 +113,7 @@ ESTIMATORS: Mapping[str, Estimator] = {
         Estimator(
             "bitmask",
             "32 directions of each slice, between fronts and backs",
+            gives_light=True,
             takes_steps=True,
             sides=2,
             reads_backs=True,

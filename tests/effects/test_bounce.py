@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from oracle import closed_forms, screen_space
+from oracle import closed_forms, screen_space, slices
 from passes.estimator_cases import (
     corner,
     covered_texels,
@@ -24,7 +24,7 @@ from ssdo_gl.scene.environment_kinds import ConstantEnvironment
 
 SIZE = (48, 36)
 TAN_Y = 0.5
-ESTIMATORS = ("march", "rgs09")
+ESTIMATORS = ("march", "rgs09", "bitmask")
 CORNER_SIZE = (160, 96)
 CORNER_TAN = 0.25
 CORNER_RADIUS = 0.4
@@ -78,6 +78,27 @@ def test_march_matches_the_twin_on_noise(gl, shaders, has_back, hidden):
     assert sure.mean() > 0.97
     found = image[texel[:, 1], texel[:, 0], :3]
     np.testing.assert_allclose(found[sure], expected[sure], atol=math.pi * SUM_TOLERANCE)
+    assert expected.max() > 1.0
+
+
+@pytest.mark.parametrize("has_back, hidden", [(False, 0.0), (True, 0.25)])
+def test_bitmask_matches_the_twin_on_noise(gl, shaders, has_back, hidden):
+    """Each of a slice's 32 directions receives from the nearest that hides it."""
+    settings = BounceSettings(
+        estimator="bitmask", radius=0.8, samples=24, steps=4, hidden_senders=hidden
+    )
+    picture = noise(has_back=has_back)
+    sent = colors(picture)
+    image = run(gl, shaders, picture, settings, sent, has_back=has_back)
+    texel = covered_texels(picture)
+    twin = twin_of(settings, picture_frame(SIZE, TAN_Y), has_back)
+    r, sectors = slices.find_sectors(picture, texel, texel, twin)
+    expected = slices.bounce_sectors(picture, r, sectors, sent, hidden)
+    sure = ~sectors.unsure.any(1)
+    assert sure.mean() > 0.97
+    found = image[texel[:, 1], texel[:, 0], :3]
+    # Weights of slices are sines and cosines of sums.
+    np.testing.assert_allclose(found[sure], expected[sure], atol=math.pi * 2 * SUM_TOLERANCE)
     assert expected.max() > 1.0
 
 

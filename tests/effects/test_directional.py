@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from oracle import screen_space
+from oracle import screen_space, slices
 from passes.estimator_cases import (
     covered_texels,
     picture_frame,
@@ -116,6 +116,32 @@ def test_gradient_matches_the_twin(gl, shaders, control):
     np.testing.assert_allclose(found[sure], expected[sure], atol=np.pi * 2.0 * QUADRATURE_TOLERANCE)
 
 
+@pytest.mark.parametrize("control", ["none", "subtract"])
+def test_gradient_by_slices_matches_the_twin(gl, shaders, control):
+    """Each slice is looked up in four parts, which are open as far as their bits are."""
+    settings = DirectionalSettings(
+        estimator="bitmask", radius=0.6, samples=32, steps=4, control=control
+    )
+    picture = noise(has_back=True)
+    image = run_directional(gl, shaders, picture, settings, environment=SKY, has_back=True)
+    texel = covered_texels(picture)[::7]
+    twin = twin_of(settings, picture_frame(SIZE, TAN_Y), True)
+    r, sectors = slices.find_sectors(picture, texel, texel, twin)
+    w, share, is_open = slices.sky_parts(r, sectors)
+    light = share[..., None] * SKY.sample(w)
+    open_light = np.pi * (light * is_open[..., None]).sum((1, 2))
+    exact = gradient_irradiance(picture.shading[texel[:, 1], texel[:, 0]])
+    blocked = np.pi * light.sum((1, 2)) - open_light
+    expected = open_light if control == "none" else np.maximum(exact - blocked, 0.0)
+    sure = ~sectors.unsure.any(1)
+    found = image[texel[:, 1], texel[:, 0], :3]
+    np.testing.assert_allclose(found[sure], expected[sure], atol=np.pi * 2.0 * QUADRATURE_TOLERANCE)
+    visibility = 1.0 - (sectors.share * sectors.hidden.sum(2)).sum(1)
+    np.testing.assert_allclose(
+        image[texel[:, 1], texel[:, 0], 3][sure], visibility[sure], atol=2 * SUM_TOLERANCE
+    )
+
+
 def test_rgs09_sums_the_open_light_as_printed(gl, shaders):
     """Uniform directions, each 2 pi / N wide; nothing corrects the sum."""
     settings = DirectionalSettings(estimator="rgs09", radius=0.6, samples=16)
@@ -186,14 +212,14 @@ def test_map_without_features_equals_a_constant(gl, shaders):
 # --- invariants -----------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("estimator", ["march", "rgs09"])
+@pytest.mark.parametrize("estimator", ["march", "rgs09", "bitmask"])
 def test_unlit_is_exactly_dark(gl, shaders, estimator):
     settings = DirectionalSettings(estimator=estimator, radius=1.0)
     image = run_directional(gl, shaders, noise(), settings)
     assert np.all(image[..., :3] == 0.0)
 
 
-@pytest.mark.parametrize("estimator", ["march", "rgs09"])
+@pytest.mark.parametrize("estimator", ["march", "rgs09", "bitmask"])
 def test_linear_in_light(gl, shaders, estimator):
     """Doubling every light doubles every float exactly."""
     settings = DirectionalSettings(estimator=estimator, radius=0.6, samples=32, steps=4)

@@ -277,7 +277,7 @@ MUTATIONS = {
         poison.filter_mixes_depths,
     ),
     "sender cosine of the wrong sign, march": Mutation(
-        {"estimators/march.glsl": (("to_receiver) > 0.0", "to_receiver) < 0.0"),)},
+        {"lib/estimator.glsl": (("to_receiver) > 0.0", "to_receiver) < 0.0"),)},
         senders_face_wrongly_march,
     ),
     "sender cosine of the wrong sign, rgs09": Mutation(

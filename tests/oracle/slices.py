@@ -323,3 +323,40 @@ def bitmask(
     _, found = find_sectors(picture, texel, pixel, estimator)
     blocked = (found.share * found.hidden.sum(2)).sum(1)
     return np.maximum(1.0 - blocked, 0.0), found.unsure.any(1)
+
+
+def bounce_sectors(
+    picture: Picture, r: Receivers, found: Sectors, sent: Array, hidden: float
+) -> Array:
+    """Return irradiance (n, 3) from the blockers of all directions.
+
+    `sent` (h, w, 3) is the radiance that each texel sends towards the camera's side;
+    towards the other side it sends `hidden` times that.
+    """
+    q = np.maximum(found.blocker, 0)
+    normal = picture.geometric[q[..., 1], q[..., 0]]
+    to_receiver = r.p[:, :, None] - picture.position(q)
+    faces = np.einsum("ndki,ndki->ndk", normal, to_receiver) > 0.0
+    weight = np.pi * found.share[..., None] * found.hidden * np.where(faces, 1.0, hidden)
+    return np.asarray(np.einsum("ndk,ndkc->nc", weight, sent[q[..., 1], q[..., 0]]))
+
+
+def sky_parts(r: Receivers, found: Sectors, count: int = 4) -> tuple[Array, Array, Array]:
+    """Return where the light of each slice's parts is looked up, and what that stands for.
+
+    Directions (n, d, count, 3), one in each of `count` equal angles; shares of the hemisphere
+    (n, d, count); which part of each is open.
+    """
+    edges = found.gamma[..., None] + np.pi * (np.arange(count + 1) / count - 0.5)
+    gamma = np.broadcast_to(found.gamma[..., None], edges.shape)
+    before = share_before(gamma, np.sin(edges), np.cos(edges))
+    before[..., 0], before[..., -1] = 0.0, 1.0
+    first = np.floor(SECTOR_COUNT * before + found.jitter[..., None])
+    k = np.arange(SECTOR_COUNT)
+    inside = (k >= first[..., :-1, None]) & (k < first[..., 1:, None])
+    blocked = (inside & found.hidden[..., None, :]).sum(-1) / np.maximum(inside.sum(-1), 1)
+    shift = (found.jitter[..., None] + 0.61803399 * np.arange(count)) % 1.0
+    angle = (edges[..., :-1] + shift * np.pi / count)[..., None]
+    w = np.sin(angle) * found.along[..., None, :] + np.cos(angle) * r.view[..., None, :]
+    share = SECTOR_COUNT * found.share[..., None] * np.diff(before, axis=-1)
+    return w, share, 1.0 - blocked
