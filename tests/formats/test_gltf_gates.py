@@ -20,7 +20,7 @@ from ssdo_gl.scene.scene import Scene, SceneError
 
 
 def load(glb: GlbWriter, folder: Path) -> Scene:
-    return load_scene(glb.save(folder / "a.glb"))
+    return load_scene(glb.save(folder / "a.glb"), ground="off")
 
 
 def refusal(glb: GlbWriter, folder: Path) -> str:

@@ -22,7 +22,7 @@ Write = Callable[[dict[str, str | bytes]], Path]
 
 
 def load(glb, tmp_path: Path) -> Scene:
-    return load_scene(glb.save(tmp_path / "model.glb"))
+    return load_scene(glb.save(tmp_path / "model.glb"), ground="off")
 
 
 def material_of(glb, tmp_path: Path, **material: object):
@@ -453,7 +453,7 @@ def test_a_glb_that_trimesh_wrote(tmp_path: Path) -> None:
     )
     path = tmp_path / "box.glb"
     path.write_bytes(world.export(file_type="glb"))
-    scene = load_scene(path)
+    scene = load_scene(path, ground="off")
     assert len(scene.meshes) == 1
     assert len(scene.objects[0].world_from_object) == 2
     assert scene.meshes[0].closed
