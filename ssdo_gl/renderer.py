@@ -35,6 +35,8 @@ from ssdo_gl.settings.resolve import settings_for
 # Of one point each: where frames are averaged, they come from the pixel's centre.
 # Longer side of the picture that exposure is measured from.
 METERED_PX = 160
+# Where more of the hemisphere is open, light from beyond the radius is most of it.
+MOSTLY = 0.5
 
 GEOMETRY_AOVS = ("normal_ws", "position_ws", "depth")
 
@@ -152,7 +154,7 @@ class Renderer(FrameLoop):
         longest = max(size)
         width, height = (max(1, n * METERED_PX // max(longest, METERED_PX)) for n in size)
         self.use(Settings(size=(width, height), radius=chosen.radius, exposure=0.0))
-        job = self._prepare(("beauty", "position_ws"), camera, seconds)
+        job = self._prepare(("beauty", "position_ws", "visibility"), camera, seconds)
         self._run(job.plan, self._frame(job.view, 0, 1), FrameLog(), False, None)
         images = self._read(job, job.view)
         # The ground under a model is no part of it.
@@ -165,7 +167,15 @@ class Renderer(FrameLoop):
             camera=dataclasses.replace(self.scene.camera, exposure=exposure),
             is_metered=True,
         )
-        return (f"exposure {exposure:+.1f} EV, measured from the picture",) if exposure else ()
+        notes = [f"exposure {exposure:+.1f} EV, measured from the picture"] if exposure else []
+        open_share = _mean_open(images)
+        is_near = chosen.method in ("ssdo", "bounce")
+        if is_near and self.scene.environment is None and open_share > MOSTLY:
+            notes.append(
+                f"{open_share:.0%} of the directions are open within R = {chosen.radius:.3g} and no"
+                " sky is there: light from beyond it is missing; --method gi has it"
+            )
+        return tuple(notes)
 
     def _at_centres(
         self, names: tuple[str, ...], camera: Camera | None, seconds: float
@@ -303,6 +313,12 @@ class Renderer(FrameLoop):
             return beauty
         behind = np.array([*radiance, 0.0], dtype=np.float32)
         return np.where(beauty[..., 3:] > 0.0, beauty, behind)
+
+
+def _mean_open(images: Mapping[str, Image]) -> float:
+    """Return the share of the hemisphere that is open within R, mean over what is seen."""
+    seen = images["visibility"][..., 0][images["beauty"][..., 3] > 0.0]
+    return float(seen.mean()) if len(seen) else 0.0
 
 
 def render(

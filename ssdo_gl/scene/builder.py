@@ -164,6 +164,7 @@ class SceneBuilder:
             purpose=purpose,
             notes=tuple(self.notes),
             loading=self.options,
+            reach=self._reach(camera) if exposure is None else Scene.reach,
             backdrop=defaults.BACKDROP if is_studio or has_ground else None,
             metering_slack=slack,
             is_framed=is_framed,
@@ -187,6 +188,11 @@ class SceneBuilder:
         is_usual = self.options.replaces_light or len(self.lights) > lights
         slack = defaults.METERING_SLACK if is_usual else 0.0
         return camera, environment, slack if exposure is None else None
+
+    def _reach(self, camera: Camera) -> float:
+        """Return the default radius of a model, relative to its diagonal."""
+        inside = is_room(self.meshes, self.objects, camera)
+        return defaults.ROOM_REACH if inside else defaults.MODEL_REACH
 
     def _lay_ground(self, camera: Camera, environment: Environment | None) -> bool:
         """Lay a floor under a lone model in the light of a sky and a key light."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -34,14 +35,16 @@ def load_scene(source: str | Path, options: LoadOptions | None = None, **choices
     options : LoadOptions or None
         What is added to the file, and how it stands.
     **choices
-        Fields of `LoadOptions`, e.g. ``light="studio"``, in place of `options`.
+        Fields of `LoadOptions`, e.g. ``light="studio"``, in place of `options`. The scene
+        holds what the file does: a ground is laid if ``ground="auto"`` is among them.
 
     Raises
     ------
     SceneError, SettingError
         One line that names the file and key, the value, and what would be valid.
     """
-    options = options or load_options(choices)
+    if options is None:
+        options = replace(load_options(choices), is_bare="ground" not in choices)
     text = str(source)
     path = Path(text)
     kind = format_of(path)

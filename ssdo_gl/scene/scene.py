@@ -36,6 +36,9 @@ class Scene:
         Of the scene's own camera.
     loading : LoadOptions
         How it was loaded.
+    reach : float
+        The near-field radius R that is used when neither scene nor flag gives one, relative to
+        the diagonal of the bounds.
     backdrop : Color or None
         Radiance that is seen where no surface is, in place of the environment, which lights.
     metering_slack : float or None
@@ -59,6 +62,7 @@ class Scene:
     notes: tuple[str, ...] = ()
     camera_motion: Trajectory | None = None
     loading: LoadOptions = USUAL
+    reach: float = 0.08
     backdrop: Color | None = None
     metering_slack: float | None = None
     is_metered: bool = False
@@ -85,12 +89,12 @@ class Scene:
     def default_radius(self) -> float:
         """Return the near-field radius R used when neither scene nor flag gives one.
 
-        0.08 of the diagonal of the bounds: 0.28 in a room of edge 2, near the 0.3 of
-        the room that the method's first report was measured on. RGS09 section 3
+        Of scene files 0.08 of the diagonal of the bounds: 0.28 in a room of edge 2, near the
+        0.3 of the room that the method's first report was measured on. RGS09 section 3
         leaves r_max to the user and suggests the distance between local height maxima.
         """
         low, high = self.bounds()
-        return float(0.08 * np.linalg.norm(high - low))
+        return float(self.reach * np.linalg.norm(high - low))
 
     @property
     def moves(self) -> bool:
@@ -104,7 +108,9 @@ class Scene:
 
     @property
     def triangle_count(self) -> int:
-        """Number of triangles drawn, instances included."""
+        """Number of triangles drawn, instances included, a ground not."""
         return sum(
-            len(self.meshes[o.mesh].triangles) * len(o.world_from_object) for o in self.objects
+            len(self.meshes[item.mesh].triangles) * len(item.world_from_object)
+            for item in self.objects
+            if not item.is_ground
         )

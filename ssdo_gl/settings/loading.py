@@ -32,8 +32,9 @@ class LoadOptions:
     ----------
     frames_all : bool
         Whether the whole scene is framed even if the file has a camera.
-    is_cut_out : bool
-        Whether it is for a picture with a transparent background.
+    is_bare : bool
+        Whether nothing is laid under a model whatever `ground` says: its picture is a cut-out, or
+        only what the file holds is asked for.
     """
 
     light: str = _look(
@@ -69,7 +70,7 @@ class LoadOptions:
         choices=("auto", "off"),
     )
     frames_all: bool = False
-    is_cut_out: bool = False
+    is_bare: bool = False
 
     @property
     def map_path(self) -> str | None:
@@ -79,7 +80,7 @@ class LoadOptions:
     @property
     def lays_ground(self) -> bool:
         """Whether a ground may be laid under a model."""
-        return self.ground == "auto" and not self.is_cut_out
+        return self.ground == "auto" and not self.is_bare
 
     @property
     def adds_light(self) -> bool:
@@ -93,7 +94,7 @@ class LoadOptions:
 
     def behind(self, background: str | None) -> LoadOptions:
         """Return the choices for a picture with that background: nothing lies under a cut-out."""
-        return dataclasses.replace(self, is_cut_out=background == TRANSPARENT)
+        return dataclasses.replace(self, is_bare=background == TRANSPARENT)
 
     def checked(self) -> LoadOptions:
         """Return self after checking every field, or raise SettingError."""

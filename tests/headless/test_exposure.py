@@ -33,7 +33,7 @@ def test_a_glow_alone_is_not_white(lamp: Path, method: str, size: tuple[int, int
         result = renderer.render(["display", "depth"])
         # log2(0.35 / 1000), to a tenth, whatever method and size.
         assert result.settings.exposure == pytest.approx(-11.5)
-        assert result.notes == ("exposure -11.5 EV, measured from the picture",)
+        assert result.notes[0] == "exposure -11.5 EV, measured from the picture"
         seen = result.images["display"][result.images["depth"][..., 0] > 0.0][:, :3]
         # sRGB code of 1000 / 2^11.5 = 0.345.
         assert seen == pytest.approx(0.623, abs=0.01)
@@ -60,3 +60,29 @@ def test_the_command_says_it(lamp: Path, capsys: pytest.CaptureFixture[str]) -> 
 
 def test_scene_files_say_their_own_exposure() -> None:
     assert load_scene("courtyard").metering_slack is None
+
+
+ROOM = "v 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\nv 0 1 0\nv 1 1 0\nv 1 1 1\nv 0 1 1\n"
+WALLS = "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 4 1 5 8\nf 2 3 7 6\n"
+
+
+def test_the_radius_of_models_is_where_the_error_is_least(lamp: Path) -> None:
+    room = lamp.with_name("room.obj")
+    room.write_text(ROOM + WALLS)
+    assert load_scene(room).default_radius() == pytest.approx(0.64 * 3**0.5)
+    room.write_text(ROOM + "f 1 2 3\nf 2 7 5\n")
+    low, high = load_scene(room).bounds()
+    expected = 0.32 * float(np.linalg.norm(high - low))
+    assert load_scene(room).default_radius() == pytest.approx(expected)
+    assert load_scene("sphere_on_plane").reach == 0.08
+
+
+@pytest.mark.parametrize(("method", "is_said"), [("bounce", True), ("direct", False)])
+def test_light_that_must_come_from_beyond_the_radius_is_said(
+    lamp: Path, method: str, is_said: bool
+) -> None:
+    """The lamp sees nothing but the open, and no sky is there."""
+    settings = Settings(size=SIZE, method=method)
+    with Renderer(load_scene(lamp, light="file"), settings) as renderer:
+        notes = renderer.render(["display"]).notes
+    assert any("directions are open within R = " in note for note in notes) is is_said

@@ -31,7 +31,7 @@ def grounds(scene: Scene) -> int:
 
 
 def test_a_lone_model_stands_on_a_ground_that_its_size_does_not_count(box: Path) -> None:
-    scene, bare = load_scene(box), load_scene(box, ground="off")
+    scene, bare = load_scene(box, ground="auto"), load_scene(box)
     assert (grounds(scene), grounds(bare)) == (1, 0)
     assert scene.camera == bare.camera
     assert scene.default_radius() == bare.default_radius()
@@ -44,10 +44,10 @@ def test_a_lone_model_stands_on_a_ground_that_its_size_does_not_count(box: Path)
 
 def test_no_ground_where_something_else_serves(box: Path) -> None:
     box.write_text(CORNERS + SIDES + FLOOR)
-    assert grounds(load_scene(box)) == 0
+    assert grounds(load_scene(box, ground="auto")) == 0
     box.write_text(CORNERS + SIDES)
-    assert grounds(load_scene(box, light="file")) == 0
-    assert grounds(load_scene(box, light="studio")) == 1
+    assert grounds(load_scene(box, light="file", ground="auto")) == 0
+    assert grounds(load_scene(box, light="studio", ground="auto")) == 1
     assert load_scene("corner", light="studio").has_ground is False
 
 
@@ -60,7 +60,7 @@ def test_a_cut_out_stands_on_nothing(box: Path) -> None:
 @pytest.mark.parametrize("light", ["auto", "studio"])
 def test_the_ground_has_no_edge(box: Path, light: str) -> None:
     """Unshaded it shows the backdrop: to a twentieth, which is what SSDO leaves of noise."""
-    scene = load_scene(box, light=light)
+    scene = load_scene(box, light=light, ground="auto")
     with Renderer(scene, Settings(size=(96, 54))) as renderer:
         images = renderer.render(["beauty", "position_ws"]).images
     position = images["position_ws"]
@@ -77,7 +77,7 @@ def test_the_ground_has_no_edge(box: Path, light: str) -> None:
 def test_the_ground_does_not_decide_the_exposure(box: Path, tmp_path: Path) -> None:
     (tmp_path / "a.mtl").write_text("newmtl lamp\nKd 0.001 0.001 0.001\n")
     box.write_text(f"mtllib a.mtl\nusemtl lamp\n{CORNERS}{SIDES}")
-    with Renderer(load_scene(box), Settings(size=(48, 27))) as renderer:
+    with Renderer(load_scene(box, ground="auto"), Settings(size=(48, 27))) as renderer:
         exposure = renderer.render(["display"]).settings.exposure
     # Black as it is, it is 8 stops below its target; 1.5 are granted.
     assert exposure is not None and exposure > 4.0
