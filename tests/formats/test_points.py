@@ -114,3 +114,9 @@ def test_a_single_point_has_a_size(tmp_path):
     low, high = loaded(tmp_path, "one.ply", ply([(1, 2, 3)])).bounds()
     assert 0.5 * (low + high) == pytest.approx([1, 2, 3])
     assert np.all(high > low)
+
+
+def test_points_too_far_apart_for_a_size_are_refused_in_one_line(tmp_path, recwarn):
+    with pytest.raises(SceneError, match=r"far\.obj"):
+        loaded(tmp_path, "far.obj", "v 1e308 0 0\nv -1e308 0 1e308\nv 0 1e308 0\n")
+    assert not len(recwarn)

@@ -42,6 +42,7 @@ class Model:
     _texel_count: int = 0
     _textures: dict[tuple[Path, Wrap], Texture] = field(default_factory=dict)
     _derived: dict[Hashable, Texture] = field(default_factory=dict)
+    _bodies: set[int] = field(default_factory=set)
     _dropped: dict[str, int] = field(default_factory=dict)
     _beyond: dict[str, list[str]] = field(default_factory=dict)
 
@@ -108,6 +109,7 @@ class Model:
         index = self.add_mesh(vertices, triangles, colors=colored, name=name)
         if index is not None:
             self.note(note)
+            self._bodies.add(index)
         return index
 
     def shade(self, normals: str, crease_angle: float) -> None:
@@ -124,7 +126,8 @@ class Model:
             # Those that change their shape have new ones at any time, from their file.
             if normals == "flat" and mesh.pose is None:
                 self.meshes[index] = dataclasses.replace(mesh, normals=None)
-            is_wanted = normals == "smooth" or (normals == "scan" and mesh.normals is None)
+            is_bare = mesh.normals is None and index not in self._bodies
+            is_wanted = normals == "smooth" or (normals == "scan" and is_bare)
             if is_wanted and mesh.pose is None:
                 self.meshes[index] = smoothed(mesh, crease_angle)
 

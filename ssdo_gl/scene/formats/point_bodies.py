@@ -34,13 +34,13 @@ def point_bodies(
     chosen = np.flatnonzero(np.isfinite(positions).all(axis=1))
     chosen = chosen[:: max(1, -(-len(chosen) // MAX_POINTS))]
     centers = positions[chosen]
-    with np.errstate(over="ignore"):
-        extent = np.ptp(centers, axis=0) if len(centers) else np.zeros(3)
-        diagonal = float(np.linalg.norm(extent))
     share = np.clip(_SPACING_SHARE / np.sqrt(max(len(centers), 1)), _SMALLEST, _LARGEST)
-    # A single place has no size of its own.
-    radius = float(share) * diagonal or _LARGEST
-    vertices = (centers[:, None] + radius * _CORNERS).reshape(-1, 3)
+    # What overflows is dropped where meshes are cleaned.
+    with np.errstate(over="ignore", invalid="ignore"):
+        extent = np.ptp(centers, axis=0) if len(centers) else np.zeros(3)
+        # A single place has no size of its own.
+        radius = float(share) * float(np.linalg.norm(extent)) or _LARGEST
+        vertices = (centers[:, None] + radius * _CORNERS).reshape(-1, 3)
     first = len(_CORNERS) * np.arange(len(centers))
     triangles = (first[:, None, None] + _FACES).reshape(-1, 3)
     colored = None if colors is None else np.repeat(colors[chosen], len(_CORNERS), axis=0)
