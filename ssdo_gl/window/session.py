@@ -112,8 +112,7 @@ class Session:
         self._perform_pending(size)
         if self._host.look_at_files():
             self._events.panel_frames = PANEL_FRAMES
-        if self._window.hide_cursor(self._input.is_looking):
-            self._input.cursor_jumped(*self._window.cursor)
+        self._hide_cursor()
         controls = self._input.take(since, now, sizes[0][1])
         self._events.has_input = self._events.wants_release = False
         if self._shader_watch.poll():
@@ -195,11 +194,17 @@ class Session:
     def _between_slices(self, what: str, done: int, total: int) -> None:
         """Hear of events, let the panel answer; give the frame up for a better one."""
         glfw.poll_events()
+        self._hide_cursor()
         self._beat()
         is_outdated = self._viewer.is_outdated(is_edited=self._is_edited_now)
         wants_another = self._events.has_input or is_outdated
         if self._window.should_close or (self._viewer.can_be_given_up and wants_another):
             raise Interrupted
+
+    def _hide_cursor(self) -> None:
+        """Hide and hold the cursor while it looks around, and let it go as soon as that ends."""
+        if self._window.hide_cursor(self._input.is_looking):
+            self._input.cursor_jumped(*self._window.cursor)
 
     def _beat(self) -> None:
         """Draw the panel over the picture as it is, if it has heard of anything."""

@@ -256,3 +256,15 @@ def test_the_divider_follows_while_a_frame_is_in_the_making(
     session._drawn_at = 0.0
     assert not is_given_up(session)
     assert not np.array_equal(viewer.presenter.pixels(), before)
+
+
+def test_the_cursor_is_let_go_while_a_frame_is_in_the_making(
+    session: Session, in_the_making: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hidden: list[bool] = []
+    monkeypatch.setattr(session._window, "hide_cursor", lambda hides: hidden.append(hides))
+    session._events.on_button(glfw.MOUSE_BUTTON_RIGHT, glfw.PRESS)
+    is_given_up(session)
+    session._events.on_button(glfw.MOUSE_BUTTON_RIGHT, glfw.RELEASE)
+    is_given_up(session)
+    assert hidden == [True, False]
