@@ -34,11 +34,12 @@ void main()
     vec3 radiance = vec3(0.0);
     float surface = 0.0;
     if (point.w > 0.0) {
-        vec3 n = u_ns_from_vs * texelFetch(t_far_probe_normals, probe, 0).xyz;
+        vec3 n_vs = texelFetch(t_far_probe_normals, probe, 0).xyz;
+        vec3 n = u_ns_from_vs * n_vs;
         uint seed = pixel_seed(texel);
         vec2 u = random_2d(0u, seed, 0u, false);
         vec2 place = (vec2(texel - probe * PROBE_SIDE) + u) / float(PROBE_SIDE);
-        vec3 w = frame_from_z(n) * probe_direction(place);
+        vec3 w = u_ns_from_vs * (frame_from_z(n_vs) * probe_direction(place));
         vec3 to_point = u_ns_from_vs * (point.xyz * u_ns_per_unit);
         vec3 p = u_eye_ns + to_point;
         vec3 start = ray_start(p, n, viewing_direction(to_point, u_ns_from_vs * AHEAD_VS),
