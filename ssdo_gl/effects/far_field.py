@@ -157,7 +157,7 @@ class FarField(Effect):
 
     def is_asked(self, request: Request) -> bool:
         """Return whether open directions are asked for."""
-        return request.settings.method == "gi" and "directional" in request.asked
+        return request.settings.method in self.methods and "directional" in request.asked
 
     def need(self, request: Request) -> Decision:
         """Run where any light can come from beyond R, by way of the scene."""

@@ -28,6 +28,9 @@ class Method:
         visibility cannot tell), or nothing.
     estimator : str
         The estimator where none is chosen.
+    is_all_light : bool
+        It is to show all light transport, in screen space: a light is blocked by whatever
+        stands before it, not only by what is within R.
     """
 
     name: str
@@ -36,6 +39,7 @@ class Method:
     is_reference: bool = False
     estimates: Literal["nothing", "visibility", "light"] = "nothing"
     estimator: str = "march"
+    is_all_light: bool = False
 
     @property
     def estimators(self) -> tuple[str, ...]:
@@ -71,6 +75,7 @@ METHODS: Mapping[str, Method] = {
             "SSDO + all light",
             "SSDO with what arrives from beyond R, and all bounces",
             estimates="light",
+            is_all_light=True,
         ),
         Method(
             "reference-ao",

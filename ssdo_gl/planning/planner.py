@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ssdo_gl.effects.decisions import Decided
+from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.effects.request import Request, overridden
 from ssdo_gl.effects.shadow_settings import ShadowMapSettings, tile_size
 from ssdo_gl.graph.frame import FrameView
@@ -55,6 +56,8 @@ class Planner:
         self._plans_for: tuple[object, ...] = ()
         self._mapped: tuple[tuple[object, ...], frozenset[int]] = ((), frozenset())
         self._lights: dict[tuple[int, bool, bool], tuple[Light, Light]] = {}
+        self._scenes: dict[int, tuple[Scene, Scene]] = {}
+        self._with_maps: dict[int, tuple[Light, Light]] = {}
 
     def plan(
         self,
@@ -84,6 +87,8 @@ class Planner:
         last = self._last
         if last is not None and _identical(last[0], same) and last[1] == view_key:
             return last[2]
+        if METHODS[settings.method].is_all_light and settings.chosen_shadows != "none":
+            scene, moved = self._shadowed(scene), self._shadowed(moved)
         content = self.content(scene)
         facts = None
         if view is not None and settings.effects == "auto" and not settings.is_reference:
@@ -100,6 +105,30 @@ class Planner:
         if self._content is None or self._content[0] is not scene:
             self._content = scene, analyse(scene)
         return self._content[1]
+
+    def _shadowed(self, scene: Scene) -> Scene:
+        """Return `scene` with shadow maps for lights that SSDO blocks within R alone."""
+        if all(light.shadow != "ssdo" for light in scene.lights):
+            return scene
+        known = self._scenes.get(id(scene))
+        if known is None or known[0] is not scene:
+            if len(self._scenes) > MOST_PLANS:
+                self._scenes.clear()
+            lights = tuple(self._with_map(light) for light in scene.lights)
+            known = self._scenes[id(scene)] = scene, dataclasses.replace(scene, lights=lights)
+        return known[1]
+
+    def _with_map(self, light: Light) -> Light:
+        """Return a light that casts its shadow by a map; the same one every time."""
+        if light.shadow != "ssdo":
+            return light
+        known = self._with_maps.get(id(light))
+        if known is None or known[0] is not light:
+            if len(self._with_maps) > 4096:
+                self._with_maps.clear()
+            mapped = dataclasses.replace(light, shadow="map")
+            known = self._with_maps[id(light)] = light, mapped
+        return known[1]
 
     def _facts(self, scene: Scene, settings: Settings, view: FrameView) -> ViewFacts:
         parts = (scene.objects, scene.meshes, scene.materials)
