@@ -33,7 +33,12 @@ FarProbes far_probes_at(Receiver r, ivec2 texel)
 {
     ivec2 frame = ivec2(u_frame_size_px);
     ivec2 tiles = (frame + PROBE_TILE - 1) / PROBE_TILE;
-    vec2 place = (vec2(texel) + 0.5) / float(PROBE_TILE) - 0.5;
+    // The pixels of a block look up to a tile apart: more probes, whose noise the filter
+    // averages. relMSE of a cellar under a grating .0203, .0164, .0170 for 0, 1, 2 tiles, of an
+    // attic with a window .0045, .0041, .0066.
+    uint set = set_of_pixel(texel / u_receiver_stride);
+    vec2 jitter = (vec2(set & 3u, set >> 2) - 1.5) * 0.25;
+    vec2 place = (vec2(texel) + 0.5) / float(PROBE_TILE) - 0.5 + jitter;
     vec2 low = floor(place);
     vec2 f = place - low;
     vec4 bilinear = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);

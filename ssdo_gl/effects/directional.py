@@ -52,7 +52,7 @@ class DirectionalSettings(ScreenSpaceSettings):
     control: str = setting(
         "auto",
         "march: how the environment's exact light corrects the sampled light; "
-        "auto: ratio for a map, else subtract",
+        "auto: ratio for a map and for gi, else subtract",
         choices=("auto", "subtract", "ratio", "none"),
     )
     light_steps: int = setting(
@@ -145,7 +145,9 @@ class DirectionalPass(RenderPass):
         self.depends_on = ("view", "seed", "lights", "environment")
         control = settings.control
         if control == "auto":
-            control = "ratio" if environment == "map" else "subtract"
+            # In a cellar under a grating next to no sky is left to subtract from.
+            is_narrow = environment == "map" or far_field is not None
+            control = "ratio" if is_narrow else "subtract"
         is_paper = ESTIMATORS[settings.estimator].sums_open_light
         if is_paper:
             control = "none"

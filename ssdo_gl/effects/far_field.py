@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable, Iterator, Mapping
 from typing import Any, ClassVar
 
@@ -24,6 +25,7 @@ from ssdo_gl.passes.ray_uniforms import (
 )
 from ssdo_gl.passes.surfel_textures import CACHE_TABLES
 from ssdo_gl.raytracing.surface_tables import RayFeatures
+from ssdo_gl.scene.lights import Form
 
 
 def tile_count(frame_size: tuple[int, int], tile: int) -> tuple[int, int]:
@@ -165,14 +167,24 @@ class FarField(Effect):
         is_lit = content.environment != "none" or content.has_lights or content.has_unlit_emission
         return request.decision(
             "far field",
-            "light comes from beyond R",
+            "light comes from beyond R, and bounces on",
             [
                 (request.is_view_empty, "no surface is in view"),
-                (not content.has_albedo, "every surface is black"),
+                (not content.has_albedo, "every surface is black, nothing is sent on"),
                 (not is_lit, "there is no light at all"),
+                (self._is_alone(request), "what is in view is a box or a sheet that stands alone"),
             ],
             ("far_probe_points", "far_probes", "cached_irradiance"),
         )
+
+    def _is_alone(self, request: Request) -> bool:
+        """Return whether nothing in the scene stands above any visible tangent plane."""
+        view = request.view
+        if view is None or view.open_distance < math.inf:
+            return False
+        # Lamps stand before the sky, too.
+        lamps = any(light.form is Form.AREA for light in request.scene.lights)
+        return len(request.scene.objects) == 1 and not lamps
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
         """Yield where probes stand, and what they see."""

@@ -66,3 +66,12 @@ def test_a_closed_furnace_has_its_closed_form() -> None:
         with Renderer(scene, settings) as renderer:
             found = renderer.render(("beauty",)).images["beauty"][..., :3]
         assert found.mean() == pytest.approx(emission / (1.0 - albedo), rel=0.01)
+
+
+def test_a_sheet_that_stands_alone_needs_no_rays() -> None:
+    scene = make_scene([FLOOR], materials=[GREY], environment=SKY, camera=CAMERA)
+    with Renderer(scene, Settings(method="gi", size=SIZE, radius=RADIUS)) as renderer:
+        result = renderer.render(("beauty",))
+    assert "far_probes" not in [item.name for item in result.passes if item.ran]
+    full = picture(scene, effects="full")
+    assert result.images["beauty"][..., :3] == pytest.approx(full, abs=1e-6)

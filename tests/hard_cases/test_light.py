@@ -111,6 +111,9 @@ def test_images_are_linear_in_the_light(device, shaders, record, method, exponen
 # share, so that it stays linear. Lights share an atlas of shadow maps: each alone has finer
 # ones, and a texel's width of penumbra moves.
 SUM_BOUND = {"none": 1e-5, "map": 5e-3}
+# The surface cache shares out 16 shadow rays of a surfel among the lights: each alone has
+# more, and other noise.
+CACHE_SUM_BOUND = 5e-3
 
 
 @pytest.mark.parametrize("shadows", SUM_BOUND)
@@ -132,7 +135,8 @@ def test_lights_add_up(device, shaders, record, method, shadows):
         a, b = whole[name][..., :3].astype(float), total[name][..., :3]
         gap = float(np.abs(a - b).mean() / max(a.mean(), 1e-30))
         case = f"lights add up, shadows {shadows}: {name}"
-        record(case, label(method), gap, SUM_BOUND[shadows], "rel. mean")
+        bound = CACHE_SUM_BOUND if method[0] == "gi" else SUM_BOUND[shadows]
+        record(case, label(method), gap, bound, "rel. mean")
 
 
 @pytest.mark.parametrize("method", (("bounce", "march"), ("bounce", "rgs09")), ids=label)

@@ -164,6 +164,8 @@ ORBIT_STEPS = 24
 # Rounding decides anew whether a sample hits, for 1e-5 of them, each worth 1/4 of a pixel
 # before filtering (see test_scale_and_place); silhouette pixels flip as a whole.
 ORBIT_BOUND = 0.005
+# What surfaces of the floor hold that send light is kept in squares, which do not turn along.
+CACHE_ORBIT_BOUND = 0.01
 
 
 def orbit_scene():
@@ -184,10 +186,11 @@ def test_a_full_turn_around_a_round_scene_changes_nothing(device, shaders, recor
             eye = (2.5 * np.sin(angle), 1.6, 2.5 * np.cos(angle))
             camera = Camera(eye, (0.0, 0.3, 0.0), fov_y=40.0)
             frames.append(renderer.render(NAMES, camera=camera).images)
+    bound = CACHE_ORBIT_BOUND if method[0] == "gi" else ORBIT_BOUND
     for name, mean, steps in changes(frames):
-        record(f"around a sphere: {name}", label(method), max(steps), ORBIT_BOUND, "rel. change")
+        record(f"around a sphere: {name}", label(method), max(steps), bound, "rel. change")
         drift = change(frames[0][name], frames[-1][name]) / mean
-        record(f"around a sphere, back: {name}", label(method), drift, ORBIT_BOUND, "rel. change")
+        record(f"around a sphere, back: {name}", label(method), drift, bound, "rel. change")
 
 
 def resident_bytes():
