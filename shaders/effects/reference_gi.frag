@@ -85,6 +85,10 @@ vec3 traced_radiance(RaySurface first, Brdf first_brdf, uint seed)
         vec2 u = random_2d(index, seed, dimension + 2u, bounce == 0);
         BrdfSample scattered = brdf_sample(brdf, at.normal, at.w_out, u);
         vec3 w = scattered.w_in;
+#if GLOSSY
+        // Facets of what stands for a smooth surface do not hide each other.
+        w -= at.is_smooth ? min(2.0 * dot(w, at.geometric), 0.0) * at.geometric : vec3(0.0);
+#endif
         vec3 onward = weight * scattered.weight / survival;   // of what arrives along w
         bool is_above = dot(w, at.geometric) > 0.0;
         bool is_blocked;
