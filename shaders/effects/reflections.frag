@@ -8,14 +8,15 @@
 // defined: there the open directions that SSDO finds are weighted by the lobe.
 //
 // Defines: SAMPLE_COUNT, STEP_COUNT, REFINE_COUNT, HAS_BACK_LAYER; GATHERS_SENDERS 0: what
-// blocks a direction is black; ENVIRONMENT_KIND: as in lib/environment.glsl.
-#define GLOSSY 1
+// blocks a direction is black; <beyond_screen>: what smooth surfaces reflect that the picture
+// does not show; GLOSSY is 1; ENVIRONMENT_KIND: as in lib/environment.glsl.
 #define IS_OPEN 0
 #include "lib/layer_reflectance.glsl"
 #include "lib/receiver.glsl"
 #include "lib/march.glsl"
 #include "lib/finite.glsl"
 #include "lib/environment_lobes.glsl"
+#include <beyond_screen>
 
 #if GATHERS_SENDERS
 uniform sampler2D t_sender_radiance;
@@ -58,7 +59,8 @@ void main()
     vec3 w_out = toward_camera(r.position_vs);
     float cos_out = cosine_out(r.normal_vs, w_out);
     float alpha = alpha_of(brdf.roughness);
-    float reach = brdf.roughness <= u_max_roughness ? FAR_REACH * r.z_vs : u_radius;
+    bool is_smooth = brdf.roughness <= u_max_roughness;
+    float reach = is_smooth ? FAR_REACH * r.z_vs : u_radius;
     Tangent t = tangent_at(r.position_vs, r.geometric_vs);
     // Samples share the lobe: each stands for a narrower one.
     float share_alpha = alpha * inversesqrt(float(SAMPLE_COUNT));
@@ -75,11 +77,15 @@ void main()
         vec3 sky = weight * lobe_radiance(direction_ws_of(w), share_alpha);
         Blocker b = march(t, w, reach, u.z, STEP_COUNT, REFINE_COUNT);
         all += sky;
-        if (!is_blocked(b)) {
+        vec3 beyond = vec3(0.0);
+        bool is_far = !is_blocked(b) && is_smooth && weight != vec3(0.0)
+                   && meets_beyond_screen(r.position_vs, r.geometric_vs, w, beyond);
+        sent += weight * beyond;
+        if (!is_blocked(b) && !is_far) {
             open += sky;
         }
 #if GATHERS_SENDERS
-        else if (weight != vec3(0.0)) {
+        if (is_blocked(b) && weight != vec3(0.0)) {
             sent += weight * sent_from(b.texel, r.position_vs - gbuffer_position_vs(b.texel));
         }
 #endif

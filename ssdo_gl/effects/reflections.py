@@ -22,7 +22,10 @@ from ssdo_gl.passes.environment_uniforms import (
     environment_kind,
     environment_uniforms,
 )
+from ssdo_gl.passes.ray_uniforms import ray_defines, ray_reads, ray_uniforms
 from ssdo_gl.passes.screen_space_settings import ScreenSpaceSettings, estimator_uniforms
+from ssdo_gl.passes.surfel_textures import CACHE_TABLES
+from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment_kinds import Environment
 from ssdo_gl.settings.fields import setting
 
@@ -31,8 +34,8 @@ from ssdo_gl.settings.fields import setting
 class ReflectionsSettings:
     """Settings of glossy reflections."""
 
-    samples: int = setting(4, "directions of the lobe per pixel", low=1, high=64)
-    steps: int = setting(16, "depth reads along each direction", low=2, high=256)
+    lobe_samples: int = setting(4, "directions of the lobe per pixel", low=1, high=64)
+    march_steps: int = setting(16, "depth reads along each direction", low=2, high=256)
     refine_steps: int = setting(4, "bisections that find where a direction meets", low=0, high=8)
     max_roughness: float = setting(
         0.4, "rougher surfaces reflect what is within R only", low=0.0, high=1.0
@@ -71,6 +74,9 @@ class ReflectionsPass(RenderPass):
         As `sender_bound` of `BouncePass`; None: what blocks a direction is black.
     has_back_layer : bool
         Read ``z_layers`` to know where solids end.
+    rays : RayFeatures or None
+        What rays meet that smooth surfaces reflect where the picture does not show it; the
+        surface cache lights it. None: the environment stands there.
     """
 
     name = "reflections"
@@ -83,8 +89,11 @@ class ReflectionsPass(RenderPass):
         *,
         bound: float | None = None,
         has_back_layer: bool = False,
+        rays: RayFeatures | None = None,
     ) -> None:
         self.settings, self._march, self._bound = settings, march, bound
+        self._rays = rays
+        tables = () if rays is None else (*ray_reads(rays, shades=True), *CACHE_TABLES)
         kind = environment_kind(environment)
         self._wiring = {
             "t_z_vs": "z_vs",
@@ -95,32 +104,45 @@ class ReflectionsPass(RenderPass):
             **({"t_environment": MAP_RADIANCE} if kind == 3 else {}),
             **({"t_sender_radiance": "sender_radiance"} if bound is not None else {}),
             **({"t_z_layers": "z_layers"} if has_back_layer else {}),
+            **{f"t_{name}": name for name in tables},
         }
         self.reads = tuple(self._wiring.values())
         self.writes = {"reflections_raw": TextureSpec(4, transient=True)}
-        self.depends_on = ("view", "seed", "environment")
+        self.depends_on = ("view", "seed", "environment", *(("geometry",) if tables else ()))
         self._has_back_layer = has_back_layer
         self._defines = {
-            "SAMPLE_COUNT": settings.samples,
-            "STEP_COUNT": settings.steps,
+            "SAMPLE_COUNT": settings.lobe_samples,
+            "STEP_COUNT": settings.march_steps,
             "REFINE_COUNT": settings.refine_steps,
             "HAS_BACK_LAYER": int(has_back_layer),
             "GATHERS_SENDERS": int(bound is not None),
             "ENVIRONMENT_KIND": kind,
+            "GLOSSY": 1,
         }
 
     def settings_key(self) -> Hashable:
         """Return the settings and switches."""
-        return self.settings, self._march, self._bound, tuple(self._defines.items())
+        return self.settings, self._march, self._bound, self._rays, tuple(self._defines.items())
 
     def execute(self, context: PassContext) -> None:
         """Draw one triangle over the target."""
         assert context.target is not None
+        defines, beyond = self._defines, "lib/beyond_screen.glsl"
+        values = uniforms(
+            self.settings, self._march, context.frame, self._has_back_layer, self._bound
+        )
+        if self._rays is not None:
+            defines = {**defines, **ray_defines(context, self._rays), "GLOSSY": 1}
+            values |= ray_uniforms(context)
+            beyond = "rays/beyond_screen.glsl"
+        program = context.shaders.fullscreen(
+            "effects/reflections.frag", defines, {"beyond_screen": beyond}
+        )
         draw_fullscreen(
             context.gl,
-            context.shaders.fullscreen("effects/reflections.frag", self._defines),
+            program,
             context.target,
-            uniforms(self.settings, self._march, context.frame, self._has_back_layer, self._bound),
+            values,
             {sampler: context.inputs[name] for sampler, name in self._wiring.items()},
         )
 
@@ -189,6 +211,7 @@ class Reflections(Effect):
             request.environment,
             bound=sender_bound(request.scene, request.radius) if is_bounce else None,
             has_back_layer=request.runs("back_layer"),
+            rays=request.ray_features if request.runs("surface_cache") else None,
         )
         yield item, "what the lobes of glossy surfaces take in"
         yield filtered(request, "reflections_filter", "reflections_raw", "reflections_filtered")

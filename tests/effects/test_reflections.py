@@ -112,3 +112,38 @@ def test_reflections_are_those_of_rays():
     found = picture(scene, method="bounce", aov="specular").mean(axis=(0, 1))
     wanted = picture(scene, method="reference-near", spp=64, aov="specular").mean(axis=(0, 1))
     np.testing.assert_allclose(found, wanted, rtol=0.04)
+
+
+def test_with_gi_mirrors_show_what_the_picture_does_not():
+    """A wall behind the camera, seen in a mirror before it."""
+    mirror = """
+[materials.mirror]
+albedo = [1, 1, 1]
+metallic = 1
+roughness = 0
+[[object]]
+shape = "quad"
+corner = [-4, -4, -1]
+edge_u = [8, 0, 0]
+edge_v = [0, 8, 0]
+material = "mirror"
+[materials.wall]
+albedo = [0.8, 0.4, 0.2]
+[[object]]
+shape = "quad"
+corner = [6, -6, 7]
+edge_u = [-12, 0, 0]
+edge_v = [0, 12, 0]
+material = "wall"
+[environment]
+kind = "constant"
+radiance = [1, 1, 1]
+"""
+    found, wanted = (
+        picture(mirror, method=method, spp=64)[8:-8, 8:-8, :3].mean(axis=(0, 1))
+        for method in ("gi", "reference-gi")
+    )
+    np.testing.assert_allclose(found, wanted, rtol=0.1)
+    # Without the cache the sky stands there, which has another colour.
+    without = picture(mirror, method="bounce")[8:-8, 8:-8, :3].mean(axis=(0, 1))
+    assert abs(without[2] / wanted[2] - 1.0) > 0.5

@@ -55,7 +55,10 @@ def choices_of(name: str) -> list[dict[str, str]]:
     able = [e for e in ESTIMATORS.values() if e.gives_light or not needs_light]
     takes_one = '#include "lib/estimator.glsl"' in read(name)
     estimators = [dict(estimator.choices) for estimator in able] if takes_one else [{}]
-    return [estimator | projection for projection in PROJECTIONS for estimator in estimators]
+    beyond: list[dict[str, str]] = [{}]
+    if "#include <beyond_screen>" in read(name):
+        beyond = [{"beyond_screen": f"{folder}/beyond_screen.glsl"} for folder in ("lib", "rays")]
+    return [e | p | b for p in PROJECTIONS for e in estimators for b in beyond]
 
 
 def unchecked(name: str, choices: dict[str, str] | None = None) -> str:

@@ -24,7 +24,7 @@ EXTENSIONS = {
     "KHR_materials_sheen": NOT_DRAWN,
     "KHR_materials_specular": EXACT,
     "KHR_materials_transmission": APPROXIMATE,
-    "KHR_materials_unlit": NOT_DRAWN,
+    "KHR_materials_unlit": EXACT,
     "KHR_materials_variants": APPROXIMATE,
     "KHR_materials_volume": NOT_DRAWN,
     "KHR_mesh_quantization": EXACT,

@@ -24,7 +24,6 @@ _LEFT_OUT = {
     "KHR_materials_iridescence": "iridescence",
     "KHR_materials_anisotropy": "anisotropy",
     "KHR_materials_dispersion": "dispersion",
-    "KHR_materials_unlit": "unlit shading, drawn lit",
 }
 _TRANSMISSION = "KHR_materials_transmission"
 # Share of what lies behind clear glass that shows through: the rest is its reflection.
