@@ -12,7 +12,7 @@ from typing import Any
 from ssdo_gl.bench.metrics import MissingLibraryError
 from ssdo_gl.bench.storage import BenchError
 from ssdo_gl.gpu.context import ContextError
-from ssdo_gl.images.files import OutputError, check_output, picture_paths
+from ssdo_gl.images.files import OutputError, check_output, is_picture, picture_paths
 from ssdo_gl.printable import printable
 from ssdo_gl.process import EXIT_INTERRUPTED, exit_code, signals_as_exceptions, steadfast_output
 from ssdo_gl.scene.camera import Camera
@@ -101,7 +101,7 @@ def _check_outputs(run: RunOptions, wanted: Sequence[str]) -> None:
     if run.snapshot is not None:
         out = Path(run.snapshot)
         check_output(out)
-        if out.suffix.lower() == ".png":
+        if is_picture(out):
             for path in picture_paths(out, wanted).values():
                 check_output(path)
     if run.stats is not None:
@@ -119,8 +119,8 @@ def _mode_defaults(run: RunOptions, settings: Settings, scene: Scene) -> Setting
         from ssdo_gl.bench.run import bench_size
 
         return dataclasses.replace(settings, size=bench_size(run.quick))
-    is_picture = run.snapshot is not None and Path(run.snapshot).suffix.lower() == ".png"
-    if is_picture and not settings.gives("antialias"):
+    makes_picture = run.snapshot is not None and is_picture(Path(run.snapshot))
+    if makes_picture and not settings.gives("antialias"):
         # What is translucent is drawn by chance: more frames, less noise.
         by_chance = any(material.is_translucent for material in scene.materials)
         return dataclasses.replace(settings, antialias=16 if by_chance else 4)

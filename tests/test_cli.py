@@ -139,6 +139,29 @@ def test_several_pictures_get_names(tmp_path):
     assert {path.name for path in tmp_path.glob("*.png")} == {"a.png", "a-depth.png"}
 
 
+@pytest.mark.parametrize("suffix", [".jpg", ".JPEG", ".webp"])
+def test_a_lossy_picture_is_close_to_the_png(tmp_path, suffix):
+    command = ["cornell_meso", *SMALL, "--quiet", "--snapshot"]
+    for name in ("a.png", f"a{suffix}"):
+        assert main([*command, str(tmp_path / name)]) == 0
+    with Image.open(tmp_path / "a.png") as exact, Image.open(tmp_path / f"a{suffix}") as lossy:
+        assert lossy.format == ("WEBP" if suffix == ".webp" else "JPEG")
+        assert lossy.mode == "RGB"
+        gap = np.asarray(lossy.convert("L"), int) - np.asarray(exact.convert("L"), int)
+    assert np.sqrt(np.mean(gap**2)) < 3.0
+
+
+@pytest.mark.parametrize(("suffix", "corner"), [(".jpg", (255, 255, 255)), (".webp", (0,))])
+def test_what_is_transparent_is_white_where_a_file_has_no_alpha(tmp_path, suffix, corner):
+    out = tmp_path / f"a{suffix}"
+    command = [scene_file(tmp_path, SKY), "--background", "transparent", "--quiet", *SMALL]
+    camera = ["--camera", "0,40,0.1 0,0,0"]
+    assert main([*command, *camera, "--snapshot", str(out)]) == 0
+    with Image.open(out) as image:
+        pixel = image.getpixel((0, 0))
+    assert pixel[-len(corner) :] == pytest.approx(corner, abs=1)
+
+
 def test_statistics_have_the_promised_form(tmp_path):
     stats = tmp_path / "s.json"
     command = ["cornell_meso", "--snapshot", str(tmp_path / "a.npz"), "--stats", str(stats)]
@@ -299,7 +322,7 @@ def test_bad_scenes(tmp_path, capsys, what):
 
 
 @pytest.mark.parametrize(
-    ("name", "said"), [("a.jpg", "suffix"), ("no/a.png", "does not exist"), ("dir.png", "folder")]
+    ("name", "said"), [("a.tif", "suffix"), ("no/a.png", "does not exist"), ("dir.png", "folder")]
 )
 def test_bad_outputs(tmp_path, capsys, name, said):
     (tmp_path / "dir.png").mkdir()

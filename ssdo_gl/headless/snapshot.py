@@ -24,12 +24,14 @@ from ssdo_gl.headless.explain import (
     summary,
 )
 from ssdo_gl.headless.progress import progress_on_terminal
-from ssdo_gl.images.display import picture_of
+from ssdo_gl.images.display import on_white, picture_of
 from ssdo_gl.images.files import (
     exr_bytes,
+    has_alpha,
+    is_picture,
     npz_bytes,
+    picture_bytes,
     picture_paths,
-    png_bytes,
     write_atomically,
 )
 from ssdo_gl.printable import printable
@@ -78,7 +80,7 @@ def take_snapshot(request: SnapshotRequest) -> RenderResult:
     if not console.is_terminal:
         # Files and pipes have no width; whole sentences are easier to search.
         console = Console(highlight=False, soft_wrap=True, width=200)
-    as_picture = request.out is not None and request.out.suffix.lower() == ".png"
+    as_picture = request.out is not None and is_picture(request.out)
     wanted = _resources_wanted(request.wanted, as_picture)
     with (
         Renderer(request.scene, request.settings, backend=request.backend) as renderer,
@@ -121,7 +123,10 @@ def _resources_wanted(aovs: tuple[str, ...], as_picture: bool) -> tuple[str, ...
 def write_images(
     out: Path, aovs: tuple[str, ...], result: RenderResult, meta: dict[str, Any], scene: Scene
 ) -> None:
-    """Write what was rendered to `out`; several pictures become ``stem-name.png``."""
+    """Write what was rendered to `out`; several pictures become ``stem-name.png``.
+
+    What is transparent is shown on white where the kind of file has no alpha.
+    """
     suffix = out.suffix.lower()
     if suffix == ".npz":
         write_atomically(out, npz_bytes(result.images, meta_without_times(meta)))
@@ -131,10 +136,11 @@ def write_images(
         return
     for name, path in picture_paths(out, aovs).items():
         if name == "beauty":
-            pixels = picture_of("display", result.images["display"])
+            display = result.images["display"]
+            pixels = picture_of("display", display if has_alpha(out) else on_white(display))
         else:
             pixels = picture_of(name, result.images[name], extent_of(name, scene, result))
-        write_atomically(path, png_bytes(pixels))
+        write_atomically(path, picture_bytes(pixels, suffix))
 
 
 def extent_of(name: str, scene: Scene, result: RenderResult) -> tuple[ArrayLike, ArrayLike] | None:

@@ -8,7 +8,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ssdo_gl.images.color import srgb_from_linear
+from ssdo_gl.images.color import linear_from_srgb, srgb_from_linear
 
 # Tells the farthest surface from the background.
 FAINTEST = 0.1
@@ -78,6 +78,16 @@ def picture_of(
     if name == "display" and values.shape[2] == 4 and values[:, :, 3].min() < 1.0:
         return np.concatenate([pixels, _to_bytes(values[:, :, 3:])[:, :, :1]], axis=2)
     return pixels
+
+
+def on_white(display: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return a ``display`` in front of white, opaque: (height, width, 3), sRGB-encoded.
+
+    Light is mixed, not codes, so that edges look as they do over a white page.
+    """
+    alpha = display[:, :, 3:]
+    mixed = alpha * linear_from_srgb(display[:, :, :3]) + (1.0 - alpha)
+    return np.asarray(srgb_from_linear(mixed), np.float32)
 
 
 def _stretched(

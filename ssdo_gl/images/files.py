@@ -17,7 +17,10 @@ from PIL import Image
 from ssdo_gl.foreign_output import foreign_output_held
 from ssdo_gl.whole_files import replace_whole
 
-SUFFIXES = (".png", ".exr", ".npz")
+PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp")
+SUFFIXES = (*PICTURE_SUFFIXES, ".exr", ".npz")
+# Of 100. Fine enough that edges and dithered gradients show no blocks.
+QUALITY = 95
 
 
 class OutputError(ValueError):
@@ -72,6 +75,48 @@ def write_atomically(path: Path, data: bytes) -> None:
         replace_whole(_behind_links(path), data)
     except OSError as error:
         raise OutputError(f"{path}: cannot be written: {error.strerror}") from None
+
+
+def is_picture(path: Path) -> bool:
+    """Return whether `path` names a tone-mapped picture, not arrays of linear numbers."""
+    return path.suffix.lower() in PICTURE_SUFFIXES
+
+
+def has_alpha(path: Path) -> bool:
+    """Return whether the picture that `path` names can be transparent."""
+    return path.suffix.lower() not in (".jpg", ".jpeg")
+
+
+def picture_bytes(pixels: NDArray[np.uint8], suffix: str) -> bytes:
+    """Return sRGB `pixels` as a file of the kind that `suffix` names.
+
+    Parameters
+    ----------
+    pixels : ndarray, shape (height, width, 3 or 4)
+        Row 0 at the top. A JPEG takes three channels.
+    suffix : str
+        One of `PICTURE_SUFFIXES`, in lower case.
+
+    Raises
+    ------
+    OutputError
+        If that kind of file cannot hold so large a picture.
+    """
+    if suffix == ".png":
+        return png_bytes(pixels)
+    buffer = io.BytesIO()
+    try:
+        if suffix == ".webp":
+            Image.fromarray(pixels).save(buffer, format="WEBP", quality=QUALITY)
+        else:
+            # Without subsampling: coloured light has sharp edges.
+            Image.fromarray(pixels).save(buffer, format="JPEG", quality=QUALITY, subsampling=0)
+    except (OSError, ValueError) as error:
+        height, width = pixels.shape[:2]
+        raise OutputError(
+            f"a picture of {width}x{height} cannot be a {suffix} file: {error}"
+        ) from None
+    return buffer.getvalue()
 
 
 def png_bytes(pixels: NDArray[np.uint8]) -> bytes:

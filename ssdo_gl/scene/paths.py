@@ -11,11 +11,14 @@ from ssdo_gl.scene.scene import SceneError
 
 def check_file(path: Path, where: str) -> None:
     """Raise SceneError unless `path` is a plain file: a pipe or device might never end."""
-    shown = _shown(str(path))
+    # Most often the place is the file itself, and need not be named again.
+    is_place = where == str(path)
+    shown = "it" if is_place else _shown(str(path))
+    named = "" if is_place else f": {shown}"
     try:
         mode = os.stat(path).st_mode
     except (FileNotFoundError, NotADirectoryError):
-        raise SceneError(f"{where}: no such file: {shown}") from None
+        raise SceneError(f"{where}: no such file{named}") from None
     except (OSError, ValueError) as error:
         raise SceneError(f"{where}: cannot be read: {_reason(error)}") from None
     if not stat.S_ISREG(mode):

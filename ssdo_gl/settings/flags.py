@@ -44,7 +44,7 @@ class RunOptions:
 
     snapshot: str | None = setting(
         None,
-        "render to OUT (.png, .exr or .npz), headless",
+        "render to OUT (.png, .jpg, .webp, .exr or .npz), headless",
         metavar="OUT",
         group=MODE,
         modes=modes.HEADLESS,

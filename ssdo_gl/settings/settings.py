@@ -139,7 +139,7 @@ class Settings:
     )
     antialias: int = _quality(
         1,
-        "sub-pixel jittered frames averaged; 4 for a .png, 16 if anything is translucent",
+        "sub-pixel jittered frames averaged; 4 for a picture, 16 if anything is translucent",
         low=1,
         high=256,
         metavar="N",

@@ -82,7 +82,7 @@ def test_a_failing_write_leaves_the_old_file(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("a.jpg", "suffix must be one of .png, .exr, .npz"),
+        ("a.tif", "suffix must be one of .png, .jpg, .jpeg, .webp, .exr, .npz"),
         ("nowhere/a.png", "does not exist"),
         ("folder.png", "is a folder"),
         ("a" * 252 + ".png", "cannot be written: File name too long"),

@@ -203,8 +203,8 @@ def test_text_that_is_not_utf8(write: Write, error_of: ErrorOf) -> None:
 
 
 def test_missing_files_and_unknown_names(error_of: ErrorOf, tmp_path: Path) -> None:
-    assert "no such file" in error_of("nowhere.toml")
-    assert "no such file" in error_of("nowhere.glb")
+    assert error_of("nowhere.toml") == "nowhere.toml: no such file"
+    assert error_of("nowhere.glb") == "nowhere.glb: no such file"
     assert "did you mean 'cornell_meso'" in error_of("cornel_meso")
     assert "no built-in scene" in error_of("")
     assert "expected a file ending in one of .toml, .glb" in error_of("model.fbx")
