@@ -162,10 +162,10 @@ def measure(name: str, scene: Scene, method: str, spp: int) -> Fidelity:
             render(scene, size=SIZE, method="direct", aov="depth"),
         )
     )
-    truth = np.asarray(render(scene, size=SIZE, method="reference-gi", spp=spp), np.float32)
+    reference = np.asarray(render(scene, size=SIZE, method="reference-gi", spp=spp), np.float32)
     mask = depth[..., 0] > 0.0
-    shown = [srgb_of(image[..., :3], scene.camera.exposure or 0.0) for image in (ours, truth)]
-    error = float(ours[mask][:, :3].mean() / truth[mask][:, :3].mean()) - 1.0
+    shown = [srgb_of(image[..., :3], scene.camera.exposure or 0.0) for image in (ours, reference)]
+    error = float(ours[mask][:, :3].mean() / reference[mask][:, :3].mean()) - 1.0
     flip = flip_ldr(shown[0], shown[1], mask).mean
     pair = np.concatenate(shown, axis=1)
     return Fidelity(name, fidelity_db(shown[0], shown[1], mask), flip, error, pair)
@@ -175,7 +175,7 @@ def main() -> None:
     """Print the table; write pairs of pictures, ours on the left, where asked to."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("files", nargs="*", type=Path)
-    parser.add_argument("--spp", type=int, default=256, help="paths per pixel of the truth")
+    parser.add_argument("--spp", type=int, default=256, help="paths per pixel of the reference")
     parser.add_argument("--method", default="bounce")
     parser.add_argument("--pictures", type=Path, default=None)
     arguments = parser.parse_args()

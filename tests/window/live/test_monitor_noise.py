@@ -31,7 +31,7 @@ def test_an_error_that_is_all_noise_is_wholly_uncertain():
 
 
 def test_pictures_of_noise_are_within_it():
-    """Two images that differ by .1 in truth, of samples whose deviation is .5."""
+    """Two images that differ by .1 in expectation, of samples whose deviation is .5."""
     rng = np.random.default_rng(3)
     samples = 0.5 * rng.standard_normal((64, 4000))
 
