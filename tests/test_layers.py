@@ -38,7 +38,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("planning/walk",),
     ("planning/planner",),
     ("settings/passes", "images"),
-    ("settings/resolve",),
+    ("settings/resolve", "settings/help_page"),
     ("settings/command_line", "settings/preset_files", "settings/flags"),
     ("render_result", "headless/progress"),
     ("frame_loop",),

@@ -26,6 +26,7 @@ from ssdo_gl.settings.fields import (
     shown,
     value_text,
 )
+from ssdo_gl.settings.help_page import SHELLS, USAGE, ListScenes, completion, scene_epilog
 from ssdo_gl.settings.loading import FIT, LoadOptions
 from ssdo_gl.settings.passes import overrides_from_text
 from ssdo_gl.settings.settings import LOOK, QUALITY, Settings
@@ -197,7 +198,10 @@ def build_parser() -> argparse.ArgumentParser:
     """Return the parser of the command line. It reads texts; `read_command` their values."""
     parser = _Parser(
         prog="ssdo-gl",
+        usage=USAGE,
         description="Render a scene with near-field global illumination (SSDO).",
+        epilog=scene_epilog(),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
     parser.add_argument(
@@ -217,7 +221,25 @@ def build_parser() -> argparse.ArgumentParser:
         if title == MODE:
             version = f"ssdo-gl {__version__}"
             group.add_argument("--version", action="version", version=version)
+            group.add_argument(
+                "--list-scenes", action=ListScenes, help="say what each built-in scene is for"
+            )
+            group.add_argument(
+                "--completion",
+                metavar="|".join(SHELLS),
+                action=_PrintCompletion,
+                help="print a script that completes this command in a shell",
+            )
     return parser
+
+
+class _PrintCompletion(argparse.Action):
+    def __call__(
+        self, parser: argparse.ArgumentParser, _space: Any, shell: Any, _option: Any = None
+    ) -> NoReturn:
+        infos = {name: info for name, (_, info) in flag_infos().items()}
+        print(completion(build_parser(), infos, shell))
+        parser.exit()
 
 
 def _argument(info: SettingInfo) -> dict[str, Any]:
@@ -247,8 +269,9 @@ def read_command(arguments: Sequence[str] | None = None) -> CommandLine:
     UsageError, SettingError
         One line naming the flag, the value and what would be valid.
     """
-    texts = vars(build_parser().parse_args(_joined(arguments)))
-    scene = texts.pop("scene")
+    parsed = vars(build_parser().parse_args(_joined(arguments)))
+    scene = parsed["scene"]
+    texts = {name: parsed[name] for name in flag_infos()}
     given: dict[type[Any], dict[str, Any]] = {RunOptions: {}, LoadOptions: {}, Settings: {}}
     infos = flag_infos()
     for name, text in texts.items():

@@ -1,0 +1,108 @@
+"""What ``--help``, ``--list-scenes`` and ``--completion`` print beside the flags themselves."""
+
+from __future__ import annotations
+
+import argparse
+import textwrap
+import tomllib
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from ssdo_gl import resources
+from ssdo_gl.scene.load import builtin_names
+from ssdo_gl.settings.fields import SettingError, SettingInfo, value_text
+
+USAGE = "ssdo-gl [SCENE] [--snapshot OUT] [--explain] [--bench OUTDIR] [flags]"
+EXAMPLES = """
+examples:
+  ssdo-gl                                       fly through the Cornell room
+  ssdo-gl courtyard --snapshot courtyard.png    a picture of a built-in scene
+  ssdo-gl model.glb --snapshot a.png --method gi --size 1920x1080
+  ssdo-gl stairs --snapshot all.exr --aov all   every image, linear
+  ssdo-gl corner --explain                      which passes run, and why
+  ssdo-gl cornell_meso --bench report --quick   error against time
+"""
+SHELLS = ("bash", "zsh")
+_WIDTH = 96
+# Flags whose value is the name of a file or a folder.
+_FILES, _FOLDERS = ("snapshot", "stats", "preset", "light"), ("bench",)
+_SCENE_FUNCTION = "_ssdo_gl_scene"
+
+
+def scene_epilog() -> str:
+    """Return the end of the help page: built-in scenes and examples."""
+    names = textwrap.fill(
+        ", ".join(builtin_names()), 78, initial_indent="  ", subsequent_indent="  "
+    )
+    return f"built-in scenes (--list-scenes says what each is for):\n{names}\n{EXAMPLES}"
+
+
+def scene_list() -> str:
+    """Return every built-in scene with its title, and its purpose indented below."""
+    parts = []
+    for name in builtin_names():
+        text = (resources.folder("scenes") / f"{name}.toml").read_text(encoding="utf-8")
+        content = tomllib.loads(text)
+        purpose = textwrap.fill(
+            content["purpose"], _WIDTH, initial_indent="    ", subsequent_indent="    "
+        )
+        parts.append(f"{name}: {content['title']}\n{purpose}\n")
+    return "\n".join(parts)
+
+
+class ListScenes(argparse.Action):
+    """Prints the built-in scenes and ends the command."""
+
+    def __init__(self, option_strings: Sequence[str], dest: str, **words: Any) -> None:
+        super().__init__(option_strings, dest, nargs=0, **words)
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
+        """Print, and leave with code 0."""
+        print(scene_list(), end="")
+        parser.exit()
+
+
+def completion(
+    parser: argparse.ArgumentParser, infos: Mapping[str, SettingInfo], shell: str
+) -> str:
+    """Return a script that completes the command's flags, their choices, scenes and files.
+
+    Parameters
+    ----------
+    parser : ArgumentParser
+        Its actions get what `shtab` asks of them; it is then of no other use.
+    infos : mapping
+        The declarations of the flags, by name.
+
+    Raises
+    ------
+    SettingError
+        If the shell is none of `SHELLS`, or shtab is not installed.
+    """
+    if shell not in SHELLS:
+        raise SettingError(f"--completion = {shell!r}: expected one of {', '.join(SHELLS)}")
+    try:
+        import shtab
+    except ImportError:
+        raise SettingError("--completion needs shtab: pip install 'ssdo_gl[completion]'") from None
+    names = " ".join(builtin_names())
+    preamble = {
+        "bash": f'{_SCENE_FUNCTION}() {{ compgen -W "{names}" -- "$1"; compgen -f -- "$1"; }}',
+        "zsh": f"{_SCENE_FUNCTION}() {{ compadd -- {names}; _files }}",
+    }
+    for action in parser._actions:
+        info = infos.get(action.dest)
+        if action.dest == "scene":
+            action.complete = {  # type: ignore[attr-defined]
+                **dict.fromkeys(SHELLS, _SCENE_FUNCTION),
+                "preamble": preamble,
+            }
+        elif action.dest in _FILES:
+            action.complete = shtab.FILE  # type: ignore[attr-defined]
+        elif action.dest in _FOLDERS:
+            action.complete = shtab.DIRECTORY  # type: ignore[attr-defined]
+        elif action.dest == "completion":
+            action.choices = SHELLS
+        elif info is not None and info.choices:
+            action.choices = tuple(map(value_text, info.choices))
+    return str(shtab.complete(parser, shell))
