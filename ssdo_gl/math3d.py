@@ -22,6 +22,21 @@ def vector(values: ArrayLike) -> Vector:
     return x, y, z
 
 
+def dot(a: Vector, b: Vector) -> float:
+    """Return the scalar product."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def add(a: Vector, b: Vector, factor: float = 1.0) -> Vector:
+    """Return a + factor * b."""
+    return a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]
+
+
+def difference(a: Vector, b: Vector) -> Vector:
+    """Return a - b."""
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
 def normalized(vector: ArrayLike) -> FloatArray:
     """Return `vector` scaled to unit length along its last axis.
 

@@ -43,6 +43,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("render_result", "headless/progress"),
     ("frame_loop",),
     ("renderer",),
+    ("film",),
     ("headless", "bench", "window"),
     ("cli",),
     ("__init__", "__main__"),

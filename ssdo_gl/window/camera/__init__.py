@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ssdo_gl.window.camera.bookmarks import views_file
-from ssdo_gl.window.camera.camera_path import CameraPath
+from ssdo_gl.film.bookmarks import views_file
+from ssdo_gl.film.camera_path import CameraPath
 from ssdo_gl.window.camera.collisions import KEEP_AWAY, Obstacles
 from ssdo_gl.window.camera.controls import Controls
 from ssdo_gl.window.camera.destinations import (

@@ -12,9 +12,8 @@ import math
 import numpy as np
 
 from ssdo_gl import math3d
-from ssdo_gl.math3d import FloatArray, Vector, vector
+from ssdo_gl.math3d import FloatArray, Vector, add, difference, dot, vector
 from ssdo_gl.scene.scene import Scene
-from ssdo_gl.window.camera.orientation import add, difference, dot
 
 # With more of them a frame would be spent on rays instead of on the picture.
 MOST_TRIANGLES = 200_000

@@ -6,10 +6,9 @@ import dataclasses
 import itertools
 import math
 
-from ssdo_gl.math3d import FloatArray, Vector, vector
+from ssdo_gl.math3d import FloatArray, Vector, add, difference, dot, vector
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.window.camera.fly_camera import REST_SPEED, Flight, limited_pitch, start_flight
-from ssdo_gl.window.camera.orientation import add, difference, dot
 
 _ZERO: Vector = (0.0, 0.0, 0.0)
 # What is left around a scene that fits into the view.

@@ -12,10 +12,10 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from ssdo_gl.math3d import Vector, vector
+from ssdo_gl.math3d import Vector, add, difference, dot, vector
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.window.camera.controls import Controls
-from ssdo_gl.window.camera.orientation import Axes, add, axes_of, difference, dot
+from ssdo_gl.window.camera.orientation import Axes, axes_of
 
 _ZERO: Vector = (0.0, 0.0, 0.0)
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ssdo_gl import math3d
-from ssdo_gl.math3d import Vector, vector
+from ssdo_gl.math3d import Vector, add, dot, vector
 from ssdo_gl.scene.camera import Camera
 
 
@@ -84,18 +84,3 @@ def direction_point(camera: Camera, uv: tuple[float, float], aspect: float) -> V
     place_vs = np.array([(2.0 * uv[0] - 1.0) * across, (1.0 - 2.0 * uv[1]) * upwards, -reach])
     place_ws = place_vs @ camera.view_from_world_rotation()
     return add(vector(camera.position), vector(place_ws))
-
-
-def dot(a: Vector, b: Vector) -> float:
-    """Return the scalar product."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def add(a: Vector, b: Vector, factor: float = 1.0) -> Vector:
-    """Return a + factor * b."""
-    return a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]
-
-
-def difference(a: Vector, b: Vector) -> Vector:
-    """Return a - b."""
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ssdo_gl.film.bookmarks import Views, load_views, save_views
+from ssdo_gl.film.camera_path import CameraPath
 from ssdo_gl.images.files import OutputError
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.window.camera.bookmarks import Views, load_views, save_views
-from ssdo_gl.window.camera.camera_path import CameraPath
 
 
 class Tour:

@@ -3,6 +3,5 @@
 from __future__ import annotations
 
 from ssdo_gl.window.film.export import FilmExport, Interrupted
-from ssdo_gl.window.film.writers import FILM_SUFFIXES
 
-__all__ = ["FILM_SUFFIXES", "FilmExport", "Interrupted"]
+__all__ = ["FilmExport", "Interrupted"]

@@ -5,16 +5,16 @@ from __future__ import annotations
 import dataclasses
 from pathlib import Path
 
+from ssdo_gl.film.camera_path import CameraPath
+from ssdo_gl.film.shots import FRAMES_PER_SECOND, Shots
+from ssdo_gl.film.writers import FilmWriter, film_writer
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.images.display import picture_of
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
-from ssdo_gl.window.camera import CameraPath
-from ssdo_gl.window.film.writers import FilmWriter, film_writer
 
-FRAMES_PER_SECOND = 30.0
 # As many sub-pixel offsets as a snapshot has by default.
 ANTIALIAS = 4
 
@@ -53,11 +53,9 @@ class FilmJob:
         device: Device | None = None,
     ) -> None:
         self.out = out
-        self.frame_count = max(1, round(path.seconds * frames_per_second))
+        self._shots = Shots(path, fps=frames_per_second, start_s=start_s)
+        self.frame_count = self._shots.length
         self.done_count = 0
-        self._path = path
-        self._rate = frames_per_second
-        self._start_s = start_s
         self._writer: FilmWriter = film_writer(out, frames_per_second)
         antialias = max(settings.antialias, ANTIALIAS)
         self._renderer = Renderer(
@@ -76,10 +74,9 @@ class FilmJob:
         """
         if self.is_done:
             return
-        seconds = self.done_count / self._rate
-        camera = self._path.camera(seconds, self._renderer.scene.camera)
+        shot = self._shots.shot(self.done_count, self._renderer.scene.camera)
         result = self._renderer.render(
-            ["display"], camera=camera, seconds=self._start_s + seconds, progress=progress
+            ["display"], camera=shot.camera, seconds=shot.seconds, progress=progress
         )
         self._writer.add(picture_of("display", result.images["display"])[:, :, :3])
         self.done_count += 1

@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from ssdo_gl.film import writers as film_files
+from ssdo_gl.film.camera_path import CameraPath
+from ssdo_gl.film.writers import film_writer
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.images.display import picture_of
 from ssdo_gl.images.files import OutputError
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
-from ssdo_gl.window.camera.camera_path import CameraPath
-from ssdo_gl.window.film import writers as film_files
 from ssdo_gl.window.film.job import ANTIALIAS, FilmJob
-from ssdo_gl.window.film.writers import film_writer
 
 SIZE = (31, 18)
 SETTINGS = Settings(size=SIZE, method="direct")

@@ -9,15 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ssdo_gl.scene.camera import Camera
-from ssdo_gl.window.camera.bookmarks import (
+from ssdo_gl.film.bookmarks import (
     Views,
     ViewsFileError,
     load_views,
     save_views,
     views_file,
 )
-from ssdo_gl.window.camera.camera_path import KEYS_PER_SECOND, CameraPath
+from ssdo_gl.film.camera_path import KEYS_PER_SECOND, CameraPath
+from ssdo_gl.scene.camera import Camera
 
 BASE = Camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0), fov_y=40.0, exposure=0.5)
 # A circle recorded every 0.10 to 0.11 s: tangents are short by angle^2 / 6 (0.22 rad per

@@ -10,9 +10,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from ssdo_gl import math3d
-from ssdo_gl.math3d import Vector, vector
+from ssdo_gl.math3d import Vector, add, difference, vector
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.window.camera.orientation import add, difference
 
 # Keys recorded per second; what the user does between two of them, the curve restores.
 KEYS_PER_SECOND = 10.0

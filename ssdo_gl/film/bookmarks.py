@@ -6,9 +6,9 @@ import json
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from ssdo_gl.film.camera_path import CameraPath, camera_data, camera_from_data
 from ssdo_gl.images.files import write_atomically
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.window.camera.camera_path import CameraPath, camera_data, camera_from_data
 
 NUMBERS = range(1, 10)
 

@@ -1,0 +1,139 @@
+"""Which frames a film has, and for each of them the time and the camera. Pure."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from ssdo_gl import math3d
+from ssdo_gl.film.camera_path import CameraPath
+from ssdo_gl.math3d import vector
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.settings.fields import SettingError, shown
+
+FRAMES_PER_SECOND = 30.0
+# How long a turntable takes where nothing else is said.
+TURN_SECONDS = 8.0
+# A day at 60 frames per second, nearly: more is a slip of the finger.
+MAX_FRAMES = 5_000_000
+
+
+@dataclass(frozen=True)
+class Shot:
+    """One frame of a film.
+
+    Attributes
+    ----------
+    index : int
+        Its number, from 0.
+    seconds : float
+        Time of an animated scene.
+    camera : Camera or None
+        None: the scene's own at that time.
+    """
+
+    index: int
+    seconds: float
+    camera: Camera | None
+
+
+@dataclass(frozen=True)
+class Shots:
+    """The frames of a film.
+
+    Attributes
+    ----------
+    path : CameraPath or None
+        The camera follows it, held at either end.
+    turntable : float or None
+        Degrees that the camera turns about its target in the whole film; seen from
+        above, it goes counter-clockwise.
+    fps : float
+        Frames per second.
+    start_s : float
+        Time of an animated scene in frame 0.
+    frames : (int, int, int) or None
+        First frame, end (not rendered), and how many the whole film has; None: all of it.
+
+    Raises
+    ------
+    SettingError
+        If nothing says how long the film is, or a number makes no sense.
+    """
+
+    path: CameraPath | None = None
+    turntable: float | None = None
+    fps: float = FRAMES_PER_SECOND
+    start_s: float = 0.0
+    frames: tuple[int, int, int] | None = None
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.fps < math.inf:
+            raise SettingError(f"fps = {self.fps!r}: expected a number above 0")
+        if self.path is not None and self.turntable is not None:
+            raise SettingError("path and turntable: give one of them")
+        if self.frames is None and self.path is None and self.turntable is None:
+            raise SettingError(
+                "a film needs its length: --path VIEWS.json, --turntable, or --frames-range A:B"
+            )
+
+    @property
+    def length(self) -> int:
+        """How many frames the whole film has."""
+        if self.frames is not None:
+            return self.frames[2]
+        seconds = TURN_SECONDS if self.path is None else self.path.seconds
+        return max(1, round(seconds * self.fps))
+
+    @property
+    def indices(self) -> range:
+        """The frames that are asked for."""
+        return range(self.length) if self.frames is None else range(*self.frames[:2])
+
+    def shot(self, index: int, base: Camera) -> Shot:
+        """Return frame `index`; `base` is the camera that is turned, or gives path its up."""
+        seconds = index / self.fps
+        camera = None
+        if self.path is not None:
+            camera = self.path.camera(seconds, base)
+        elif self.turntable is not None:
+            camera = turned(base, self.turntable * index / self.length)
+        return Shot(index, self.start_s + seconds, camera)
+
+
+def turned(camera: Camera, degrees: float) -> Camera:
+    """Return the camera turned about its up through its target."""
+    if degrees == 0.0:
+        return camera
+    axis = math3d.normalized(camera.up)
+    arm = np.subtract(camera.position, camera.target)
+    angle = math.radians(degrees)
+    # Rodrigues' formula.
+    arm = (
+        arm * math.cos(angle)
+        + np.cross(axis, arm) * math.sin(angle)
+        + axis * (axis @ arm) * (1.0 - math.cos(angle))
+    )
+    return dataclasses.replace(camera, position=vector(np.add(camera.target, arm)))
+
+
+def frames_from_text(text: str) -> tuple[int, int, int]:
+    """Return (first, end, length) from ``A:B`` or ``A:B/LENGTH``; without, the length is B.
+
+    Raises
+    ------
+    SettingError
+    """
+    match = re.fullmatch(r"(\d{1,7}):(\d{1,7})(?:/(\d{1,7}))?", text.strip(), re.ASCII)
+    if match is not None:
+        first, end = int(match[1]), int(match[2])
+        length = end if match[3] is None else int(match[3])
+        if first < end <= length <= MAX_FRAMES:
+            return first, end, length
+    raise SettingError(
+        f"{shown(text)}: expected A:B (frames A to B - 1), or A:B/LENGTH for a part of a film"
+    )
