@@ -9,6 +9,7 @@
 # make bench-passes  milliseconds of every pass, beside the published method
 # make bench-estimators  error of visibility against time, every estimator
 # make bench-effects  what planning saves in each scene, against the full pipeline
+# make bench-fidelity  how far materials are from path tracing; MODELS="a.glb b.glb"
 # make bench-rays  rays per second of the reference tracers
 # make bench-input  milliseconds from a key or the mouse to its answer in the window
 # make bench-gpu  tests, pass times, rays and images on a GPU, into bench/gpu; eight minutes
@@ -36,7 +37,7 @@ READY := $(VENV)/.ssdo_gl-ready
 endif
 
 .DELETE_ON_ERROR:
-.PHONY: setup snapshot view test test-slow fuzz hard-cases pictures bench bench-passes bench-estimators bench-effects bench-rays bench-input bench-promises bench-gpu lint clean
+.PHONY: setup snapshot view test test-slow fuzz hard-cases pictures bench bench-passes bench-estimators bench-effects bench-fidelity bench-rays bench-input bench-promises bench-gpu lint clean
 
 setup: $(READY)
 
@@ -77,6 +78,9 @@ bench-estimators: $(READY)
 
 bench-effects: $(READY)
 	$(PY) -m benchmarks.planning_gain $(SCENES)
+
+bench-fidelity: $(READY)
+	$(PY) -m benchmarks.render_fidelity $(MODELS)
 
 bench-rays: $(READY)
 	$(PY) -m benchmarks.ray_speed

@@ -11,6 +11,7 @@ the polygon stretched back.
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -161,11 +162,13 @@ def table_of(m: FloatArray) -> NDArray[np.float32]:
     return numbers.reshape(TABLE_SIZE, TABLE_SIZE, 4).astype(np.float32)
 
 
-def main() -> None:
+def main(argv: Sequence[str] | None = None) -> None:
     """Fit, print how well, and write the table if asked to."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--write", action="store_true", help=f"replace {TABLE_FILE.name}")
-    arguments = parser.parse_args()
+    arguments = parser.parse_args(argv)
     fit = Fit()
     m = fit.run()
     ours = cosine_density(m, fit.seen)

@@ -15,7 +15,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -171,14 +171,16 @@ def measure(name: str, scene: Scene, method: str, spp: int) -> Fidelity:
     return Fidelity(name, fidelity_db(shown[0], shown[1], mask), flip, error, pair)
 
 
-def main() -> None:
+def main(argv: Sequence[str] | None = None) -> None:
     """Print the table; write pairs of pictures, ours on the left, where asked to."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("files", nargs="*", type=Path)
     parser.add_argument("--spp", type=int, default=256, help="paths per pixel of the reference")
     parser.add_argument("--method", default="bounce")
     parser.add_argument("--pictures", type=Path, default=None)
-    arguments = parser.parse_args()
+    arguments = parser.parse_args(argv)
     scenes = (
         ((f.name, load_scene(str(f))) for f in arguments.files) if arguments.files else own_scenes()
     )

@@ -93,6 +93,7 @@ def test_every_aov_in_one_array_file(tmp_path):
         "beauty": 4,
         "emission": 3,
         "direct": 3,
+        "specular": 3,
         "directional": 3,
         "bounce": 3,
         "visibility": 1,
@@ -372,7 +373,7 @@ def test_ctrl_c_keeps_what_a_reference_has_reached(tmp_path, capsys, monkeypatch
     draws = []
     from ssdo_gl.passes import accumulate
 
-    draw = accumulate._add
+    draw = accumulate.draw_fullscreen
 
     def interrupted(*args, **kwargs):
         draws.append(1)
@@ -380,7 +381,7 @@ def test_ctrl_c_keeps_what_a_reference_has_reached(tmp_path, capsys, monkeypatch
             raise KeyboardInterrupt
         draw(*args, **kwargs)
 
-    monkeypatch.setattr(accumulate, "_add", interrupted)
+    monkeypatch.setattr(accumulate, "draw_fullscreen", interrupted)
     out = tmp_path / "a.npz"
     command = ["corner", "--method", "reference-ao", "--aov", "visibility", "--spp", "4096"]
     assert main([*command, "--snapshot", str(out), "--antialias", "4", *SMALL]) == 130

@@ -186,7 +186,7 @@ def test_without_images_the_variant_without_fetches(device):
         variants = [
             dict(defines) for _, name, defines, _ in fresh._by_name if name == "passes/gbuffer.frag"
         ]
-        fetches.append({variant["HAS_ALBEDO_TEXTURE"] for variant in variants})
+        fetches.append({variant["HAS_ALBEDO_IMAGE"] for variant in variants})
     assert fetches == [{0}, {1}]
     for name, plain in images[0].items():
         assert np.array_equal(plain, images[1][name]), name
