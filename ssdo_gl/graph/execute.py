@@ -260,7 +260,9 @@ class Executor:
         """Return a result of `item` whose textures fit its declaration."""
         wanted = _formats(item, frame_size)
         result = self._results.get(item.name)
-        if result is not None and {n: _format(t) for n, t in result.borrowed.items()} == wanted:
+        have = [] if result is None else [(n, _format(t)) for n, t in result.borrowed.items()]
+        # In order, which is that of the targets.
+        if result is not None and have == list(wanted.items()):
             return result
         self._discard(item.name)
         borrowed = {name: self._pool.borrow(*format_) for name, format_ in wanted.items()}

@@ -177,6 +177,23 @@ def test_plans_of_other_passes_with_the_same_name_replace_each_other(world):
     assert executor.texture("a").components == 4
 
 
+def test_targets_are_in_the_order_that_the_pass_names_them_in(world):
+    """Two plans whose passes of one name write the same images in another order."""
+    run, executor = world
+
+    class Two(Paint):
+        def execute(self, context):
+            for number, attachment in enumerate(context.target.color_attachments):
+                attachment.write(np.full((3, 4), float(number), np.float32).tobytes())
+
+    for names in (("a", "b"), ("b", "a")):
+        both = Two("pair")
+        both.writes = dict.fromkeys(names, TextureSpec(1))
+        run([both], list(names), frame())
+        for number, name in enumerate(names):
+            assert np.all(read_texture(executor.texture(name)) == number)
+
+
 def chain():
     """A raw image and its filter, twice: the second raw image may reuse the first's texture."""
     return [

@@ -153,7 +153,7 @@ def test_both_pipelines_are_timed_on_the_same_device(device, shaders, changes, m
     if measured:
         assert set(explanation.full[0].passes) - set(explanation.planned[0].passes) == {
             "back_faces", "depth_layers", "directional", "directional_filter",
-            "reflectance_table", "lobe_transforms", "reflections", "reflections_filter",
+            "reflections", "reflections_filter",
             "reflected_radiance",
         }  # fmt: skip
         assert explanation.saved_by_decision()["directional occlusion"].median > 0.0
