@@ -195,7 +195,7 @@ class Reflections(Effect):
             "glossy surfaces reflect what is around them",
             [
                 (request.is_view_empty, "no surface is in view"),
-                (not request.is_glossy, "every surface is diffuse"),
+                (not request.is_glossy, "every surface in view is diffuse"),
                 (not (has_sky or request.anything_is_sent), "there is nothing to reflect"),
             ],
             ("reflections", "reflections_filter", "reflected_radiance"),

@@ -116,13 +116,15 @@ class Request:
 
     @property
     def is_glossy(self) -> bool:
-        """Whether any surface may reflect more than diffuse light."""
-        return self.is_full or self.content.has_gloss
+        """Whether any surface in view may reflect more than diffuse light."""
+        in_view = self.view is None or self.view.shows_gloss
+        return self.is_full or (self.content.has_gloss and in_view)
 
     @cached_property
     def ray_features(self) -> RayFeatures:
-        """What rays can meet."""
-        return dataclasses.replace(RayFeatures.of(self.scene), glossy=self.is_glossy)
+        """What rays can meet, in view or not."""
+        glossy = self.is_full or self.content.has_gloss
+        return dataclasses.replace(RayFeatures.of(self.scene), glossy=glossy)
 
     @property
     def is_view_empty(self) -> bool:

@@ -148,6 +148,8 @@ class Bodies:
     mesh_forms : tuple of MeshForm
         Of each body.
     world_from_object : ndarray, shape (N, 4, 4)
+    is_glossy : ndarray, shape (N,), bool
+        Whether it reflects more than diffuse light.
     """
 
     center: FloatArray
@@ -156,6 +158,7 @@ class Bodies:
     light: IntArray
     mesh_forms: tuple[MeshForm, ...]
     world_from_object: FloatArray
+    is_glossy: BoolArray
 
     def __len__(self) -> int:
         return len(self.center)
@@ -230,11 +233,14 @@ def bodies_of(scene: Scene) -> Bodies:
     if not any(counts):
         none = np.empty((0, 3))
         integers = np.empty(0, dtype=np.int64)
-        return Bodies(none, np.empty((0, 3, 3)), integers, integers, (), np.empty((0, 4, 4)))
+        return Bodies(
+            none, np.empty((0, 3, 3)), integers, integers, (), np.empty((0, 4, 4)), integers > 0
+        )
     matrices = np.concatenate([item.world_from_object for item in scene.objects])
     center = np.repeat([form.center for form in forms], counts, axis=0)
     half = np.repeat([form.half_extent for form in forms], counts, axis=0)
     kinds = [_kind(scene, number, form) for number, form in enumerate(forms)]
+    glossy = [scene.materials[item.material].is_glossy for item in scene.objects]
     lights = [-1 if item.light is None else item.light for item in scene.objects]
     return Bodies(
         center=np.einsum("nij,nj->ni", matrices[:, :3, :3], center) + matrices[:, :3, 3],
@@ -244,6 +250,7 @@ def bodies_of(scene: Scene) -> Bodies:
         light=np.repeat(lights, counts),
         mesh_forms=tuple(form for form, n in zip(forms, counts, strict=True) for _ in range(n)),
         world_from_object=matrices,
+        is_glossy=np.repeat(glossy, counts),
     )
 
 

@@ -78,6 +78,8 @@ class ViewFacts:
         For each light, whether it can light anything in view.
     shadows : tuple of bool
         For each light, whether anything can keep its light from what is in view.
+    shows_gloss : bool
+        Whether any surface in view may reflect more than diffuse light.
     """
 
     is_empty: bool
@@ -88,6 +90,7 @@ class ViewFacts:
     slant: float
     reaches: tuple[bool, ...]
     shadows: tuple[bool, ...]
+    shows_gloss: bool = True
 
 
 def seen_bodies(bodies: Bodies, eye: Eye) -> IntArray:
@@ -142,6 +145,7 @@ def view_facts(bodies: Bodies, neighbours: Neighbours, eye: Eye) -> ViewFacts:
         slant=math.hypot(1.0, *eye.tan_half_fov),
         reaches=neighbours.reaches,
         shadows=neighbours.shadows,
+        shows_gloss=bool(np.any(bodies.is_glossy[seen])),
     )
 
 

@@ -147,3 +147,16 @@ radiance = [1, 1, 1]
     # Without the cache the sky stands there, which has another colour.
     without = picture(mirror, method="bounce")[8:-8, 8:-8, :3].mean(axis=(0, 1))
     assert abs(without[2] / wanted[2] - 1.0) > 0.5
+
+
+def test_gloss_costs_nothing_where_it_is_not_seen():
+    body = "[materials.ball]\nalbedo = [1, 0.8, 0.4]\nmetallic = 1\nroughness = 0.3\n"
+    ball = '[[object]]\nshape = "sphere"\ncenter = [0, 0.6, 9]\nradius = 0.6\nmaterial = "ball"\n'
+    behind = SKY + body + floor("albedo = [0.6, 0.6, 0.6]") + FLOOR + ball
+    assert "reflections" not in passes_of(behind, "bounce")
+    assert "reflections" in passes_of(behind.replace("0.6, 9]", "0.6, 0]"), "bounce")
+    full = picture(behind, method="bounce", effects="full")
+    np.testing.assert_allclose(picture(behind, method="bounce"), full, atol=1e-6)
+    # Rays leave the view.
+    for method in ("gi", "reference-near"):
+        assert np.isfinite(picture(behind, method=method, spp=2, shadows="traced")).all()
