@@ -1,9 +1,12 @@
 """Near-field global illumination in OpenGL, with the error of every image.
 
-The public names are `load_scene`, `Renderer`, `Settings` and `render`::
+A picture is one call; a `Renderer` keeps what many have in common::
 
     import ssdo_gl
     image = ssdo_gl.render("model.glb", size=(1280, 720), method="bounce")
+
+A `Scene` is read by `load_scene`, or made of `Mesh`, `Material`, `SceneObject`, lights and a
+`Camera`. ``dir(ssdo_gl)`` lists all public names.
 """
 
 from __future__ import annotations
@@ -12,19 +15,74 @@ from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
 
-__all__ = ["Renderer", "Settings", "__version__", "load_scene", "render"]
+__all__ = [
+    "Camera",
+    "ConstantEnvironment",
+    "DirectionalLight",
+    "GradientEnvironment",
+    "MapEnvironment",
+    "Material",
+    "Mesh",
+    "PointLight",
+    "RectangleLight",
+    "RenderResult",
+    "Renderer",
+    "Scene",
+    "SceneError",
+    "SceneObject",
+    "SettingError",
+    "Settings",
+    "SpotLight",
+    "Texture",
+    "__version__",
+    "load_scene",
+    "render",
+]
 
 if TYPE_CHECKING:
+    from ssdo_gl.render_result import RenderResult
     from ssdo_gl.renderer import Renderer, render
+    from ssdo_gl.scene.camera import Camera
+    from ssdo_gl.scene.environment_kinds import (
+        ConstantEnvironment,
+        GradientEnvironment,
+        MapEnvironment,
+    )
+    from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
     from ssdo_gl.scene.load import load_scene
+    from ssdo_gl.scene.material import Material, Texture
+    from ssdo_gl.scene.mesh import Mesh, SceneObject
+    from ssdo_gl.scene.scene import Scene, SceneError
     from ssdo_gl.settings import Settings
+    from ssdo_gl.settings.fields import SettingError
 
 _HOMES = {
+    "Camera": "ssdo_gl.scene.camera",
+    "ConstantEnvironment": "ssdo_gl.scene.environment_kinds",
+    "DirectionalLight": "ssdo_gl.scene.lights",
+    "GradientEnvironment": "ssdo_gl.scene.environment_kinds",
+    "MapEnvironment": "ssdo_gl.scene.environment_kinds",
+    "Material": "ssdo_gl.scene.material",
+    "Mesh": "ssdo_gl.scene.mesh",
+    "PointLight": "ssdo_gl.scene.lights",
+    "RectangleLight": "ssdo_gl.scene.lights",
+    "RenderResult": "ssdo_gl.render_result",
     "Renderer": "ssdo_gl.renderer",
+    "Scene": "ssdo_gl.scene.scene",
+    "SceneError": "ssdo_gl.scene.scene",
+    "SceneObject": "ssdo_gl.scene.mesh",
+    "SettingError": "ssdo_gl.settings.fields",
     "Settings": "ssdo_gl.settings",
+    "SpotLight": "ssdo_gl.scene.lights",
+    "Texture": "ssdo_gl.scene.material",
     "load_scene": "ssdo_gl.scene.load",
     "render": "ssdo_gl.renderer",
 }
+
+
+def __dir__() -> list[str]:
+    """Return the public names, also those that are not imported yet."""
+    return sorted({*__all__, *(name for name in globals() if name.startswith("__"))})
 
 
 def __getattr__(name: str) -> Any:

@@ -5,17 +5,30 @@ from __future__ import annotations
 import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import moderngl
 
+from ssdo_gl import __version__
 from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.graph.execute import PassTiming
 from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.graph.graph import Plan
+from ssdo_gl.images.display import picture_of
+from ssdo_gl.images.files import (
+    OutputError,
+    check_output,
+    is_picture,
+    picture_paths,
+    png_bytes,
+)
+from ssdo_gl.images.saving import Extent, write_images
 from ssdo_gl.images.surface_arrays import Image
 from ssdo_gl.planning.walk import Pipeline
 from ssdo_gl.settings import Settings
+from ssdo_gl.settings.fields import values
+from ssdo_gl.short_repr import described
 
 
 @dataclass(frozen=True)
@@ -133,6 +146,65 @@ class RenderResult:
     references: dict[str, Any] = field(default_factory=dict)
     partial: bool = False
     notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        width, height = self.size
+        return described(
+            self,
+            " ".join(self.images),
+            f"{width}x{height}",
+            self.settings.method,
+            f"{self.frame_summary()['median']:.1f} ms a frame",
+            "partial" if self.partial else "",
+        )
+
+    def save(self, path: str | Path) -> None:
+        """Write the images to a file, whole or not at all.
+
+        Parameters
+        ----------
+        path : str or Path
+            ``.png``, ``.jpg`` or ``.webp`` for pictures, each further one beside it as
+            ``stem-name.png``; ``.exr`` or ``.npz`` for linear numbers, all in one file. The
+            picture of the beauty is ``display``, which `Renderer.render` makes if asked.
+
+        Raises
+        ------
+        OutputError
+            If the suffix is another one, there is no ``display`` for the picture of a
+            ``beauty``, or the file cannot be written.
+        """
+        out = Path(path)
+        check_output(out)
+        names: tuple[str, ...] = ()
+        if is_picture(out):
+            if "beauty" in self.images and "display" not in self.images:
+                raise OutputError(
+                    f"{out}: the picture of the beauty is the image 'display': add it to what "
+                    "is rendered, or save the beauty as .exr or .npz"
+                )
+            shown = {"display": "beauty"}
+            names = tuple(dict.fromkeys(shown.get(name, name) for name in self.images))
+            for other in picture_paths(out, names).values():
+                check_output(other)
+        meta = {
+            "ssdo_gl": __version__,
+            "size": list(self.size),
+            "settings": values(self.settings),
+            "notes": list(self.notes),
+            "references": self.references,
+            "partial": self.partial,
+        }
+        extents: dict[str, Extent] = {"depth": (self.view.near, self.view.far)}
+        write_images(out, names, self.images, meta, extents)
+
+    def _repr_png_(self) -> bytes | None:
+        """Return what a notebook shows: ``display``, or else the first image with a picture."""
+        names = [name for name in ("display", *self.images) if name in self.images]
+        for name in names:
+            if name != "beauty":
+                return png_bytes(picture_of(name, self.images[name]))
+        return None
 
     def frame_summary(self) -> dict[str, float]:
         """Return median, min and max of the frame times, milliseconds."""

@@ -23,6 +23,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
         "foreign_output",
         "printable",
         "suggestion",
+        "short_repr",
         "images/color",
     ),
     ("settings/fields", "effects/estimators"),

@@ -24,16 +24,8 @@ from ssdo_gl.headless.explain import (
     summary,
 )
 from ssdo_gl.headless.progress import progress_on_terminal
-from ssdo_gl.images.display import on_white, picture_of
-from ssdo_gl.images.files import (
-    exr_bytes,
-    has_alpha,
-    is_picture,
-    npz_bytes,
-    picture_bytes,
-    picture_paths,
-    write_atomically,
-)
+from ssdo_gl.images.files import is_picture, write_atomically
+from ssdo_gl.images.saving import write_images
 from ssdo_gl.printable import printable
 from ssdo_gl.render_result import RenderResult
 from ssdo_gl.renderer import Renderer
@@ -99,7 +91,13 @@ def take_snapshot(request: SnapshotRequest) -> RenderResult:
             explanation = explain(renderer, result, request.camera, request.seconds)
         stats = stats_of(renderer, explanation)
     if request.out is not None:
-        write_images(request.out, request.wanted, result, stats, request.scene)
+        extents = {
+            name: extent
+            for name in request.wanted
+            if (extent := extent_of(name, request.scene, result)) is not None
+        }
+        meta = meta_without_times(stats)
+        write_images(request.out, request.wanted, result.images, meta, extents)
     if request.stats is not None:
         write_atomically(request.stats, (json.dumps(stats, indent=2) + "\n").encode())
     if result.partial:
@@ -118,29 +116,6 @@ def _resources_wanted(aovs: tuple[str, ...], as_picture: bool) -> tuple[str, ...
     if not as_picture:
         return aovs
     return tuple("display" if name == "beauty" else name for name in aovs)
-
-
-def write_images(
-    out: Path, aovs: tuple[str, ...], result: RenderResult, meta: dict[str, Any], scene: Scene
-) -> None:
-    """Write what was rendered to `out`; several pictures become ``stem-name.png``.
-
-    What is transparent is shown on white where the kind of file has no alpha.
-    """
-    suffix = out.suffix.lower()
-    if suffix == ".npz":
-        write_atomically(out, npz_bytes(result.images, meta_without_times(meta)))
-        return
-    if suffix == ".exr":
-        write_atomically(out, exr_bytes(result.images, meta_without_times(meta)))
-        return
-    for name, path in picture_paths(out, aovs).items():
-        if name == "beauty":
-            display = result.images["display"]
-            pixels = picture_of("display", display if has_alpha(out) else on_white(display))
-        else:
-            pixels = picture_of(name, result.images[name], extent_of(name, scene, result))
-        write_atomically(path, picture_bytes(pixels, suffix))
 
 
 def extent_of(name: str, scene: Scene, result: RenderResult) -> tuple[ArrayLike, ArrayLike] | None:

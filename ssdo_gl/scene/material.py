@@ -9,6 +9,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ssdo_gl.short_repr import chosen_fields, described
+
 Color = tuple[float, float, float]
 Wrap = Literal["repeat", "clamp"]
 
@@ -37,6 +39,10 @@ class Texture:
     wrap: tuple[Wrap, Wrap] = ("repeat", "repeat")
     nearest: bool = False
     is_data: bool = False
+
+    def __repr__(self) -> str:
+        height, width = self.pixels.shape[:2]
+        return described(self, repr(self.name) if self.name else "", f"{width}x{height}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,6 +120,9 @@ class Material:
     alpha: float = 1.0
     two_sided_emission: bool = False
     single_sided: bool = False
+
+    def __repr__(self) -> str:
+        return chosen_fields(self)
 
     @property
     def emits(self) -> bool:

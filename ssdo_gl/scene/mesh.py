@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.motion import Trajectory
+from ssdo_gl.short_repr import counted, described
 
 # Of one object; their matrices alone fill 128 MiB.
 MAX_INSTANCES = 1 << 20
@@ -50,6 +51,11 @@ class Mesh:
     name: str = ""
     emission_uvs: FloatArray | None = None
     pose: Callable[[float], Mesh | None] | None = field(default=None, repr=False)
+
+    def __repr__(self) -> str:
+        name = repr(self.name) if self.name else ""
+        vertices = f"{len(self.positions)} vertices"
+        return described(self, name, vertices, counted(len(self.triangles), "triangle"))
 
     def changed(self, change: Callable[[Mesh], Mesh]) -> Mesh:
         """Return what `change` makes of the mesh, at all times."""
@@ -125,6 +131,11 @@ class SceneObject:
     light: int | None = None
     name: str = ""
     is_ground: bool = False
+
+    def __repr__(self) -> str:
+        name = repr(self.name) if self.name else ""
+        count = counted(len(self.world_from_object), "instance")
+        return described(self, name, f"mesh={self.mesh}", f"material={self.material}", count)
 
 
 def instance_boxes(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> FloatArray:

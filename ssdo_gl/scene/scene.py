@@ -16,6 +16,7 @@ from ssdo_gl.scene.material import Color, Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject, instance_boxes
 from ssdo_gl.scene.motion import Trajectory
 from ssdo_gl.settings.loading import USUAL, LoadOptions
+from ssdo_gl.short_repr import counted, described
 
 
 class SceneError(ValueError):
@@ -67,6 +68,16 @@ class Scene:
     metering_slack: float | None = None
     is_metered: bool = False
     is_framed: bool = False
+
+    def __repr__(self) -> str:
+        return described(
+            self,
+            repr(self.title) if self.title else "",
+            counted(len(self.objects), "object"),
+            counted(self.triangle_count, "triangle"),
+            counted(len(self.lights), "light"),
+            "" if self.environment is None else type(self.environment).__name__,
+        )
 
     @property
     def has_ground(self) -> bool:

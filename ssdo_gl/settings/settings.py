@@ -15,6 +15,7 @@ from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.settings import modes
 from ssdo_gl.settings.backgrounds import BACKGROUNDS
 from ssdo_gl.settings.fields import SettingError, SettingInfo, Unset, check, describe, setting
+from ssdo_gl.short_repr import described
 
 Combine = Literal["ambient", "multiply", "report"]
 COMBINES: tuple[str, ...] = typing.get_args(Combine)
@@ -174,6 +175,15 @@ class Settings:
     )
     # Whether the scene's settings are in; its own None's then stay, whatever the scene says.
     is_resolved: bool = field(default=False, repr=False, compare=False)
+
+    def __repr__(self) -> str:
+        # What was given; the rest follows from the scene and the defaults.
+        facts = [
+            f"{name}={value!r}"
+            for name in describe(type(self))
+            if self.gives(name) and (value := getattr(self, name)) != {}
+        ]
+        return described(self, *facts)
 
     def checked(self) -> Settings:
         """Return self after checking every field, or raise SettingError."""

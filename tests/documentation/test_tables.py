@@ -6,6 +6,7 @@ import dataclasses
 
 from documentation.pages import code_spans, first_names, section, table
 
+import ssdo_gl
 from ssdo_gl import cli, process
 from ssdo_gl.bench.presets import read_ladder
 from ssdo_gl.effects import registry
@@ -18,6 +19,12 @@ from ssdo_gl.window.bindings import help_rows
 
 def test_the_table_of_flags_is_that_of_the_program():
     assert settings_table() in section("docs/command.md", "Flags")
+
+
+def test_the_table_of_public_names_is_that_of_the_package():
+    rows = table(section("docs/python.md", "From Python"))
+    listed = {name for row in rows for name in code_spans(row[0])}
+    assert listed == set(ssdo_gl.__all__) - {"__version__"}
 
 
 def test_methods_are_those_of_the_program():

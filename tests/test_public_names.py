@@ -1,0 +1,86 @@
+"""What `import ssdo_gl` offers, and how its objects describe themselves."""
+
+from __future__ import annotations
+
+import io
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import ssdo_gl
+from ssdo_gl.images.display import picture_of
+from ssdo_gl.images.files import OutputError
+
+
+@pytest.fixture(scope="module")
+def result():
+    scene = ssdo_gl.load_scene("corner")
+    with ssdo_gl.Renderer(scene, ssdo_gl.Settings(size=(16, 9), samples=8)) as renderer:
+        return renderer.render(["beauty", "display", "depth"])
+
+
+def test_everything_public_is_listed_and_there():
+    public = {name for name in dir(ssdo_gl) if not name.startswith("__")}
+    assert public == set(ssdo_gl.__all__) - {"__version__"}
+    assert all(getattr(ssdo_gl, name) for name in ssdo_gl.__all__)
+
+
+def test_listing_imports_nothing():
+    code = "import sys, ssdo_gl; dir(ssdo_gl); ssdo_gl.Camera; assert 'moderngl' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_descriptions_are_one_short_line(result):
+    scene = ssdo_gl.load_scene("courtyard")
+    texture = ssdo_gl.Texture(np.zeros((2, 3, 4), np.uint8), "checker")
+    material = ssdo_gl.Material("brick", albedo=(0.5, 0.2, 0.1), albedo_texture=texture)
+    assert repr(material) == (
+        "Material(name='brick', albedo=(0.5, 0.2, 0.1), albedo_texture=Texture('checker', 3x2))"
+    )
+    assert repr(scene).startswith("Scene('Courtyard under an open sky', ")
+    assert f"{scene.triangle_count} triangles" in repr(scene)
+    for item in (scene, *scene.meshes, *scene.objects, *scene.materials, result):
+        assert len(repr(item)) < 200 and "\n" not in repr(item)
+    assert repr(result).startswith("RenderResult(beauty display depth, 16x9, bounce, ")
+
+
+def test_settings_describe_what_was_given():
+    assert repr(ssdo_gl.Settings()) == "Settings()"
+    given = ssdo_gl.Settings(samples=64, overrides={"bounce.strength": 2.0})
+    assert repr(given) == "Settings(samples=64, overrides={'bounce.strength': 2.0})"
+
+
+def test_a_result_is_saved_as_pictures(result, tmp_path):
+    result.save(tmp_path / "a.png")
+    assert {path.name for path in tmp_path.iterdir()} == {"a.png", "a-depth.png"}
+    with Image.open(tmp_path / "a.png") as image:
+        shown = picture_of("display", result.images["display"])
+        np.testing.assert_array_equal(np.asarray(image), shown)
+
+
+def test_a_result_is_saved_as_numbers(result, tmp_path):
+    result.save(str(tmp_path / "a.npz"))
+    with np.load(tmp_path / "a.npz") as file:
+        np.testing.assert_array_equal(file["depth"], result.images["depth"])
+        assert json.loads(str(file["meta"]))["size"] == [16, 9]
+
+
+def test_a_beauty_alone_is_no_picture(tmp_path):
+    with ssdo_gl.Renderer(ssdo_gl.load_scene("corner"), ssdo_gl.Settings(size=(8, 8))) as renderer:
+        beauty = renderer.render()
+    with pytest.raises(OutputError, match="is the image 'display'"):
+        beauty.save(tmp_path / "a.png")
+    with pytest.raises(OutputError, match="suffix must be one of"):
+        beauty.save(tmp_path / "a.tif")
+    assert not list(tmp_path.iterdir())
+    assert beauty._repr_png_() is None
+
+
+def test_a_notebook_shows_the_picture(result):
+    with Image.open(io.BytesIO(result._repr_png_())) as image:
+        shown = picture_of("display", result.images["display"])
+        np.testing.assert_array_equal(np.asarray(image), shown)
