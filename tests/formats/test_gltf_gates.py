@@ -14,7 +14,7 @@ import pytest
 from glb_writer import GlbWriter
 from PIL import Image
 
-from ssdo_gl.scene.lights import DirectionalLight, PointLight
+from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene, SceneError
 
@@ -321,3 +321,41 @@ def test_light_numbers_that_are_fine_stay(glb: GlbWriter, tmp_path: Path) -> Non
     assert first.irradiance == (3.0, 1.5, 0.0)
     assert isinstance(second, PointLight)
     assert second.intensity == (1.0, 1.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "named"),
+    [
+        (["nodes", 0, "extensions"], "x", "nodes 0: extensions is 'x': expected an object"),
+        (["nodes", 0, "extensions"], {"KHR_lights_punctual": "x"}, "KHR_lights_punctual is 'x'"),
+        (["materials"], {"a": {}}, "materials is {'a': {}}: expected a list of objects"),
+        (["materials", 0, "pbrMetallicRoughness"], "x", "materials 0: pbrMetallicRoughness is 'x'"),
+        (["meshes", 0, "primitives", 0], "x", "meshes 0: primitives 0 is 'x'"),
+        (["meshes", 0, "primitives", 0, "attributes"], 3, "primitives 0: attributes is 3"),
+        (["meshes"], [{}], "not valid glTF: 'primitives' is missing"),
+        (["asset"], "2.0", "asset is '2.0': expected {"),
+        (["asset"], {"version": "1.0"}, "glTF version '1.0': expected 2.0"),
+        (["accessors"], 3, "accessors is 3: expected a list of objects"),
+    ],
+)
+def test_a_value_in_the_place_of_another_is_named_with_its_place(
+    place: list[Any], value: object, named: str, glb: GlbWriter, tmp_path: Path
+) -> None:
+    json: Any = one_triangle(glb, material=0)
+    json["materials"] = [{}]
+    for key in place[:-1]:
+        json = json[key]
+    json[place[-1]] = value
+    assert named in refusal(glb, tmp_path)
+
+
+def test_glowing_surfaces_and_a_lamp_are_lights_both(glb: GlbWriter, tmp_path: Path) -> None:
+    json = one_triangle(glb, material=0)
+    json["materials"] = [{"emissiveFactor": [1, 1, 1]}]
+    json["extensions"] = {"KHR_lights_punctual": {"lights": [{"type": "point", "intensity": 9}]}}
+    lamp = {"extensions": {"KHR_lights_punctual": {"light": 0}}, "translation": [1, 1, 1]}
+    json["nodes"] += [lamp]
+    json["scenes"] = [{"nodes": [0, 1]}]
+    scene = load(glb, tmp_path)
+    assert any(isinstance(light, PointLight) and light.place == (1, 1, 1) for light in scene.lights)
+    assert any(isinstance(light, RectangleLight) for light in scene.lights)

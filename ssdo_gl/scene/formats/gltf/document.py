@@ -70,11 +70,20 @@ class Document:
             ) from None
         except ValueError:  # Python reads at most 4300 digits
             raise GltfError("not valid glTF: a number has too many digits") from None
-        if not isinstance(document, dict) or "asset" not in document:
+        except RecursionError:
+            raise GltfError("not valid glTF: nested too deeply") from None
+        # glTF 1.0 may leave the asset out; its lists are objects.
+        is_first = isinstance(document, dict) and isinstance(document.get("meshes"), dict)
+        if not isinstance(document, dict) or not ("asset" in document or is_first):
             raise GltfError("not valid glTF: no 'asset' in it")
-        version = str(document["asset"].get("version", ""))
+        asset = document.get("asset", {"version": "1.0"})
+        if not isinstance(asset, dict):
+            raise GltfError(
+                f'not valid glTF: asset is {shown(asset)}: expected {{"version": "2.0"}}'
+            )
+        version = str(asset.get("version", ""))
         if not version.startswith("2."):
-            raise GltfError(f"glTF version {shown(version)}: expected 2.0")
+            raise GltfError(f"glTF version {shown(version)}: expected 2.0; convert it first")
         return cls(path, document, binary)
 
     def entry(self, kind: str, index: object) -> Json:

@@ -21,6 +21,7 @@ from ssdo_gl.scene.formats.gltf.draco import unpack
 from ssdo_gl.scene.formats.gltf.extensions import check_extensions
 from ssdo_gl.scene.formats.gltf.geometry import read_points, read_shape
 from ssdo_gl.scene.formats.gltf.gltf_materials import MaterialReader
+from ssdo_gl.scene.formats.gltf.misplaced import misplaced
 from ssdo_gl.scene.formats.gltf.nodes import NodeTree, matrices_of
 from ssdo_gl.scene.formats.gltf.poses import Poses
 from ssdo_gl.scene.formats.gltf.rig import FrameMotion, NodeMotion, Rig, Skin
@@ -56,9 +57,9 @@ def read_gltf(path: Path, where: str) -> Model:
         If it is damaged, or requires an extension that is not supported.
     """
     try:
+        document = Document.load(path, where)
         # Numbers that overflow on the way are refused or dropped where they end up.
         with np.errstate(all="ignore"):
-            document = Document.load(path, where)
             check_extensions(document)
             return _Reader(document).read()
     except SceneError:
@@ -66,10 +67,20 @@ def read_gltf(path: Path, where: str) -> Model:
     except GltfError as error:
         raise SceneError(f"{where}: {error}") from None
     except _STRUCTURE_ERRORS as error:
-        reason = " ".join(str(error).split())[:120]
-        raise SceneError(
-            f"{where}: not valid glTF: {type(error).__name__.removesuffix('Error')} {reason}"
-        ) from None
+        raise SceneError(f"{where}: not valid glTF: {_reason(error, document.json)}") from None
+
+
+def _reason(error: Exception, document: Json) -> str:
+    """Return what is wrong with a document that could not be walked."""
+    if isinstance(error, RecursionError):
+        return "nested too deeply"
+    found = misplaced(document)
+    if found is not None:
+        return found
+    reason = " ".join(str(error).split())[:120]
+    if isinstance(error, KeyError):
+        return f"{reason} is missing"
+    return f"{type(error).__name__.removesuffix('Error')} {reason}"
 
 
 class _Reader:
