@@ -36,6 +36,8 @@ __all__ = ["build_parser", "main", "run"]
 EXIT_OK, EXIT_USER, EXIT_NO_OPENGL, EXIT_MISSED = 0, 2, 3, 4
 # Windows are made by GLFW alone.
 _WINDOW_BACKENDS = ("auto", "window")
+# Rays per pixel of a reference that is only explained.
+_EXPLAINED_SPP = 4
 
 
 def _with_preset(command: CommandLine) -> dict[str, Any]:
@@ -119,6 +121,10 @@ def _mode_defaults(run: RunOptions, settings: Settings, scene: Scene) -> Setting
         from ssdo_gl.bench.run import bench_size
 
         return dataclasses.replace(settings, size=bench_size(run.quick))
+    only_explains = run.explain and run.snapshot is None and settings.max_error is None
+    if only_explains and not settings.gives("spp"):
+        # No picture is kept: which passes run, and their times, take no converged reference.
+        return dataclasses.replace(settings, spp=_EXPLAINED_SPP)
     makes_picture = run.snapshot is not None and is_picture(Path(run.snapshot))
     if makes_picture and not settings.gives("antialias"):
         # What is translucent is drawn by chance: more frames, less noise.

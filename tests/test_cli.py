@@ -186,6 +186,13 @@ def test_explain_needs_no_output(capsys):
     assert "neither an environment nor an ssdo light" in said
 
 
+@pytest.mark.parametrize(("more", "rays"), [([], 4), (["--spp", "6"], 6), (["--snapshot"], 256)])
+def test_a_reference_that_is_only_explained_takes_few_rays(tmp_path, capsys, more, rays):
+    out = [str(tmp_path / "a.npz")] if more == ["--snapshot"] else []
+    assert main(["corner", "--method", "reference-ao", "--explain", *more, *out, *SMALL]) == 0
+    assert f"{rays} samples per pixel" in capsys.readouterr().out
+
+
 def test_version(capsys):
     with pytest.raises(SystemExit) as stop:
         main(["--version"])
