@@ -7,7 +7,7 @@ import shlex
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ssdo_gl.bench.metrics import MissingLibraryError
 from ssdo_gl.bench.storage import BenchError
@@ -20,6 +20,7 @@ from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene, SceneError
 from ssdo_gl.settings import Settings, modes
 from ssdo_gl.settings.fields import SettingError
+from ssdo_gl.settings.film_options import FilmOptions
 from ssdo_gl.settings.flags import (
     CommandLine,
     RunOptions,
@@ -29,7 +30,10 @@ from ssdo_gl.settings.flags import (
     wanted_aovs,
 )
 from ssdo_gl.settings.loading import FIT
-from ssdo_gl.settings.resolve import camera_from_text, chosen_camera, settings_for
+from ssdo_gl.settings.resolve import camera_from_text, chosen_camera, for_pictures, settings_for
+
+if TYPE_CHECKING:
+    from ssdo_gl.film.shots import Shots
 
 __all__ = ["build_parser", "main", "run"]
 
@@ -95,9 +99,10 @@ def command_text(arguments: Sequence[str] | None) -> str:
     return shlex.join(["ssdo-gl", *(sys.argv[1:] if arguments is None else arguments)])
 
 
-def _check_outputs(run: RunOptions, wanted: Sequence[str]) -> None:
+def _check_outputs(command: CommandLine, wanted: Sequence[str]) -> None:
     """Refuse outputs that cannot be written, before anybody waits for them."""
-    for flag in ("snapshot", "stats", "bench"):
+    run = command.run
+    for flag in ("snapshot", "stats", "bench", "film"):
         if getattr(run, flag) == "":
             raise UsageError(f"--{flag} '': the name is empty")
     if run.snapshot is not None:
@@ -108,10 +113,14 @@ def _check_outputs(run: RunOptions, wanted: Sequence[str]) -> None:
                 check_output(path)
     if run.stats is not None:
         check_output(Path(run.stats), (".json",))
+    if run.film is not None:
+        from ssdo_gl.headless.film import check_film
+
+        check_film(Path(run.film), tuple(wanted), resume=command.film.resume)
     if modes.WINDOW in run.active and run.backend not in _WINDOW_BACKENDS:
         raise UsageError(
-            f"--backend {run.backend} makes no window: it belongs to --snapshot OUT, --explain "
-            "or --bench OUTDIR"
+            f"--backend {run.backend} makes no window: it belongs to --snapshot OUT, --explain, "
+            "--film OUT or --bench OUTDIR"
         )
 
 
@@ -125,12 +134,30 @@ def _mode_defaults(run: RunOptions, settings: Settings, scene: Scene) -> Setting
     if only_explains and not settings.gives("spp"):
         # No picture is kept: which passes run, and their times, take no converged reference.
         return dataclasses.replace(settings, spp=_EXPLAINED_SPP)
-    makes_picture = run.snapshot is not None and is_picture(Path(run.snapshot))
-    if makes_picture and not settings.gives("antialias"):
-        # What is translucent is drawn by chance: more frames, less noise.
-        by_chance = any(material.is_translucent for material in scene.materials)
-        return dataclasses.replace(settings, antialias=16 if by_chance else 4)
-    return settings
+    if run.film is not None:
+        from ssdo_gl.headless.film import shows_pictures
+
+        makes_picture = shows_pictures(Path(run.film))
+    else:
+        makes_picture = run.snapshot is not None and is_picture(Path(run.snapshot))
+    return for_pictures(settings, scene) if makes_picture else settings
+
+
+def _film_shots(run: RunOptions, film: FilmOptions) -> Shots | None:
+    """Return which frames a film has, None if none is asked for; raises SettingError."""
+    if run.film is None:
+        return None
+    from ssdo_gl.film.bookmarks import load_path
+    from ssdo_gl.film.shots import Shots, frames_from_text
+
+    if film.path is not None:
+        given = {"camera": run.camera, "projection": run.projection, "turntable": film.turntable}
+        for flag, value in given.items():
+            if value is not None:
+                raise UsageError(f"--{flag} has no effect with --path, which moves the camera")
+    path = None if film.path is None else load_path(Path(film.path))
+    frames = None if film.frames_range is None else frames_from_text(film.frames_range)
+    return Shots(path, film.turntable, film.fps, run.time, frames)
 
 
 def run(arguments: Sequence[str] | None = None) -> int:
@@ -138,7 +165,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
     command = read_command(arguments)
     options = command.run
     wanted = wanted_aovs(options)
-    _check_outputs(options, wanted)
+    _check_outputs(command, wanted)
+    shots = _film_shots(options, command.film)
     given = _with_preset(command)
     place = None if options.camera == FIT else options.camera
     if place is not None:
@@ -170,7 +198,37 @@ def run(arguments: Sequence[str] | None = None) -> int:
     if modes.WINDOW in options.active:
         _open_window(command, scene, settings, camera, wanted[0])
         return EXIT_OK
+    if shots is not None:
+        _film(command, scene, settings, camera, wanted, shots)
+        return EXIT_OK
     return _snapshot(options, scene, settings, camera, wanted)
+
+
+def _film(
+    command: CommandLine,
+    scene: Scene,
+    settings: Settings,
+    camera: Camera | None,
+    wanted: tuple[str, ...],
+    shots: Shots,
+) -> None:
+    from ssdo_gl.headless.film import FilmRequest, make_film
+
+    options = command.run
+    assert options.film is not None
+    make_film(
+        FilmRequest(
+            scene=scene,
+            settings=settings,
+            out=Path(options.film),
+            shots=shots,
+            wanted=wanted,
+            camera=camera,
+            backend=options.backend,
+            resume=command.film.resume,
+            quiet=options.quiet,
+        )
+    )
 
 
 def _open_window(

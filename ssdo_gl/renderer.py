@@ -352,13 +352,29 @@ def render(
     >>> ssdo_gl.render("corner", size=(64, 36), method="direct").shape
     (36, 64, 4)
     """
-    mapping: Mapping[str, Any] = settings
-    if isinstance(source, Scene):
-        scene = source
-    else:
-        names = describe(LoadOptions)
-        options = load_options({n: mapping[n] for n in mapping if n in names})
-        scene = load_scene(source, options.behind(mapping.get("background")))
-        mapping = {n: mapping[n] for n in mapping if n not in names}
-    with Renderer(scene, settings_for(scene.render, mapping), backend=backend) as renderer:
+    scene, chosen = scene_and_settings(source, settings)
+    with Renderer(scene, chosen, backend=backend) as renderer:
         return renderer.render([aov]).images[aov]
+
+
+def scene_and_settings(
+    source: str | Path | Scene, given: Mapping[str, Any]
+) -> tuple[Scene, Settings]:
+    """Return the scene of `source`, and `given` fields of `Settings` over what it asks for.
+
+    Parameters
+    ----------
+    given : mapping
+        Fields of `LoadOptions`, too, unless `source` is a Scene.
+
+    Raises
+    ------
+    SceneError, SettingError
+    """
+    if isinstance(source, Scene):
+        return source, settings_for(source.render, given)
+    names = describe(LoadOptions)
+    options = load_options({n: given[n] for n in given if n in names})
+    scene = load_scene(source, options.behind(given.get("background")))
+    rest = {n: given[n] for n in given if n not in names}
+    return scene, settings_for(scene.render, rest)

@@ -9,6 +9,7 @@ from pathlib import Path
 from ssdo_gl.film.camera_path import CameraPath, camera_data, camera_from_data
 from ssdo_gl.images.files import write_atomically
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.settings.fields import SettingError
 
 NUMBERS = range(1, 10)
 
@@ -60,6 +61,25 @@ def load_views(path: Path, base: Camera) -> Views:
         raise ViewsFileError(f"{path}: cannot be read: {error.strerror}") from None
     except (ValueError, AttributeError, TypeError, OverflowError, RecursionError) as error:
         raise ViewsFileError(f"{path}: is no file of views: {error}") from None
+
+
+def load_path(path: Path) -> CameraPath:
+    """Return the camera path that was recorded into a file of views.
+
+    Raises
+    ------
+    SettingError
+        If there is none.
+    """
+    if not path.is_file():
+        raise SettingError(f"{path}: no such file; a window records one with L")
+    try:
+        recorded = load_views(path, Camera((0.0, 0.0, 1.0), (0.0, 0.0, 0.0))).path
+    except ViewsFileError as error:
+        raise SettingError(str(error)) from None
+    if not recorded.keys:
+        raise SettingError(f"{path}: holds no camera path; a window records one with L")
+    return recorded
 
 
 def save_views(path: Path, views: Views) -> None:

@@ -14,8 +14,8 @@ from ssdo_gl.film.camera_path import CameraPath
 from ssdo_gl.math3d import vector
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.settings.fields import SettingError, shown
+from ssdo_gl.settings.film_options import FRAMES_PER_SECOND
 
-FRAMES_PER_SECOND = 30.0
 # How long a turntable takes where nothing else is said.
 TURN_SECONDS = 8.0
 # A day at 60 frames per second, nearly: more is a slip of the finger.
@@ -76,7 +76,13 @@ class Shots:
             raise SettingError(f"fps = {self.fps!r}: expected a number above 0")
         if self.path is not None and self.turntable is not None:
             raise SettingError("path and turntable: give one of them")
-        if self.frames is None and self.path is None and self.turntable is None:
+        if self.frames is not None:
+            first, end, length = self.frames
+            if not 0 <= first < end <= length <= MAX_FRAMES:
+                raise SettingError(
+                    f"frames = {self.frames!r}: expected first < end <= length, from 0"
+                )
+        elif self.path is None and self.turntable is None:
             raise SettingError(
                 "a film needs its length: --path VIEWS.json, --turntable, or --frames-range A:B"
             )
@@ -135,5 +141,6 @@ def frames_from_text(text: str) -> tuple[int, int, int]:
         if first < end <= length <= MAX_FRAMES:
             return first, end, length
     raise SettingError(
-        f"{shown(text)}: expected A:B (frames A to B - 1), or A:B/LENGTH for a part of a film"
+        f"--frames-range {shown(text)}: expected A:B (frames A to B - 1), or A:B/LENGTH for a part"
+        " of a film"
     )

@@ -8,7 +8,7 @@ from __future__ import annotations
 import io
 import shutil
 import tempfile
-from collections.abc import Generator
+from collections.abc import Generator, Mapping
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -18,9 +18,19 @@ from PIL import Image
 
 from ssdo_gl.images.files import OutputError, check_output, png_bytes, write_atomically
 
-FILM_SUFFIXES = (".mp4", ".webp", ".gif", ".png")
-# imageio-ffmpeg's scale of 1 to 10; at 8 the noise of an estimator survives.
-MP4_QUALITY = 8
+# A film in one file, and numbered pictures.
+ONE_FILE = (".mp4", ".webm", ".webp", ".gif")
+FILM_SUFFIXES = (*ONE_FILE, ".png")
+# What browsers play. Of imageio-ffmpeg's scale of 1 to 10 for H.264, at 8 the noise of an
+# estimator survives; VP9 has a scale of its own, from 63 down to 0.
+VIDEO_OPTIONS: Mapping[str, Mapping[str, Any]] = {
+    ".mp4": {"codec": "libx264", "quality": 8},
+    ".webm": {
+        "codec": "libvpx-vp9",
+        "quality": None,
+        "output_params": ["-crf", "20", "-b:v", "0"],
+    },
+}
 # A walk through the built-in room: at 92 the mean error is 1 step of 255, for 9 kB a
 # frame of 480x270. Every frame is a key frame: what is only patched keeps blocks of
 # frames before, twice the error for the same size.
@@ -43,7 +53,7 @@ class FilmWriter(Protocol):
 def film_writer(path: Path, frames_per_second: float) -> FilmWriter:
     """Return a writer for the suffix of `path`.
 
-    ``.mp4`` (needs imageio-ffmpeg), ``.webp`` and ``.gif`` (animated, endless), or
+    ``.mp4`` and ``.webm`` (need imageio-ffmpeg), ``.webp`` and ``.gif`` (animated, endless), or
     ``.png``: a folder of that name without suffix, with 0001.png and so on.
 
     Raises
@@ -53,26 +63,27 @@ def film_writer(path: Path, frames_per_second: float) -> FilmWriter:
     """
     check_output(path, FILM_SUFFIXES)
     suffix = path.suffix.lower()
-    if suffix == ".mp4":
-        return _Mp4Writer(path, frames_per_second)
+    if suffix in VIDEO_OPTIONS:
+        return _VideoWriter(path, frames_per_second)
     if suffix == ".png":
         return _SequenceWriter(path.with_suffix(""))
     return _AnimationWriter(path, frames_per_second)
 
 
-class _Mp4Writer:
+class _VideoWriter:
     def __init__(self, path: Path, frames_per_second: float) -> None:
         try:
             import imageio_ffmpeg
         except ImportError:
             raise OutputError(
-                f"{path}: .mp4 needs imageio-ffmpeg: pip install 'ssdo_gl[window]', "
+                f"{path}: {path.suffix} needs imageio-ffmpeg: pip install 'ssdo_gl[film]', "
                 "or choose .webp, .gif or .png"
             ) from None
         self._ffmpeg: Any = imageio_ffmpeg
         self._path = path
         self._rate = frames_per_second
         self._folder = Path(tempfile.mkdtemp(prefix=".film-", dir=path.parent))
+        self._file = self._folder / f"film{path.suffix.lower()}"
         self._stream: Generator[None, NDArray[np.uint8], None] | None = None
 
     def add(self, pixels: NDArray[np.uint8]) -> None:
@@ -82,10 +93,10 @@ class _Mp4Writer:
             raise OutputError(f"{self._path}: a film needs at least 2x2 pixels")
         if self._stream is None:
             self._stream = self._ffmpeg.write_frames(
-                str(self._folder / "film.mp4"),
+                str(self._file),
                 (width, height),
                 fps=self._rate,
-                quality=MP4_QUALITY,
+                **VIDEO_OPTIONS[self._path.suffix.lower()],
                 macro_block_size=2,
             )
             self._stream.send(None)  # type: ignore[arg-type]
@@ -94,7 +105,7 @@ class _Mp4Writer:
     def finish(self) -> None:
         if self._stream is not None:
             self._stream.close()
-            (self._folder / "film.mp4").replace(self._path)
+            self._file.replace(self._path)
         self.discard()
 
     def discard(self) -> None:

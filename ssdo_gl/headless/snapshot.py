@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import platform
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -73,7 +73,7 @@ def take_snapshot(request: SnapshotRequest) -> RenderResult:
         # Files and pipes have no width; whole sentences are easier to search.
         console = Console(highlight=False, soft_wrap=True, width=200)
     as_picture = request.out is not None and is_picture(request.out)
-    wanted = _resources_wanted(request.wanted, as_picture)
+    wanted = resources_wanted(request.wanted, as_picture)
     with (
         Renderer(request.scene, request.settings, backend=request.backend) as renderer,
         progress_on_terminal(quiet=request.quiet) as progress,
@@ -91,11 +91,7 @@ def take_snapshot(request: SnapshotRequest) -> RenderResult:
             explanation = explain(renderer, result, request.camera, request.seconds)
         stats = stats_of(renderer, explanation)
     if request.out is not None:
-        extents = {
-            name: extent
-            for name in request.wanted
-            if (extent := extent_of(name, request.scene, result)) is not None
-        }
+        extents = extents_of(request.wanted, request.scene, result)
         meta = meta_without_times(stats)
         write_images(request.out, request.wanted, result.images, meta, extents)
     if request.stats is not None:
@@ -111,11 +107,19 @@ def take_snapshot(request: SnapshotRequest) -> RenderResult:
     return result
 
 
-def _resources_wanted(aovs: tuple[str, ...], as_picture: bool) -> tuple[str, ...]:
-    """A picture of the beauty comes from the tone mapper; arrays stay linear."""
+def resources_wanted(aovs: tuple[str, ...], as_picture: bool) -> tuple[str, ...]:
+    """Return what to render: a picture of the beauty comes from the tone mapper."""
     if not as_picture:
         return aovs
     return tuple("display" if name == "beauty" else name for name in aovs)
+
+
+def extents_of(
+    names: Iterable[str], scene: Scene, result: RenderResult
+) -> dict[str, tuple[ArrayLike, ArrayLike]]:
+    """Return `extent_of` of those of `names` that have one."""
+    extents = {name: extent_of(name, scene, result) for name in names}
+    return {name: extent for name, extent in extents.items() if extent is not None}
 
 
 def extent_of(name: str, scene: Scene, result: RenderResult) -> tuple[ArrayLike, ArrayLike] | None:

@@ -56,9 +56,25 @@ def write_images(
         write_atomically(out, exr_bytes(images, meta))
         return
     for name, path in picture_paths(out, names).items():
-        if name == "beauty":
-            display = images["display"]
-            pixels = picture_of("display", display if has_alpha(out) else on_white(display))
-        else:
-            pixels = picture_of(name, images[name], extents.get(name))
+        pixels = picture(name, images, extents, alpha=has_alpha(out))
         write_atomically(path, picture_bytes(pixels, suffix))
+
+
+def picture(
+    name: str,
+    images: Mapping[str, NDArray[np.float32]],
+    extents: Mapping[str, Extent],
+    *,
+    alpha: bool,
+) -> NDArray[np.uint8]:
+    """Return the 8-bit picture of an image, as `write_images` writes it.
+
+    Parameters
+    ----------
+    alpha : bool
+        Whether what is transparent stays so, or is shown on white.
+    """
+    if name != "beauty":
+        return picture_of(name, images[name], extents.get(name))
+    display = images["display"]
+    return picture_of("display", display if alpha else on_white(display))

@@ -64,6 +64,8 @@ class SettingInfo:
         How far the panel's slider goes where `high` is too far for a hand.
     metavar : str
         What stands for the value in ``--help``.
+    bare : str
+        What the flag means alone, without a value; empty: it needs one.
     flag_name : str
         The flag's name where it is not that of the field.
     in_scene : bool
@@ -88,6 +90,7 @@ class SettingInfo:
     also: tuple[float, ...] = ()
     slider_high: float | None = None
     metavar: str = ""
+    bare: str = ""
     flag_name: str = ""
     in_scene: bool = True
     group: str = ""

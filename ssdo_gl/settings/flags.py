@@ -26,6 +26,7 @@ from ssdo_gl.settings.fields import (
     shown,
     value_text,
 )
+from ssdo_gl.settings.film_options import FILM, FilmOptions
 from ssdo_gl.settings.help_page import SHELLS, USAGE, ListScenes, completion, scene_epilog
 from ssdo_gl.settings.loading import FIT, LoadOptions
 from ssdo_gl.settings.passes import overrides_from_text
@@ -55,6 +56,14 @@ class RunOptions:
         "say which passes run and why, which do not and why",
         group=MODE,
         modes=modes.HEADLESS,
+    )
+    film: str | None = setting(
+        None,
+        "render a film to OUT, headless: .mp4, .webm, .webp or .gif, a folder of pictures, or"
+        " numbered files such as frame_%04d.exr",
+        metavar="OUT",
+        group=MODE,
+        modes=frozenset({modes.FILM}),
     )
     bench: str | None = setting(
         None,
@@ -153,6 +162,7 @@ class RunOptions:
             modes.SNAPSHOT: self.snapshot is not None,
             modes.EXPLAIN: self.explain,
             modes.BENCH: self.bench is not None,
+            modes.FILM: self.film is not None,
         }
         return frozenset(name for name, is_on in asked.items() if is_on) or frozenset(
             {modes.WINDOW}
@@ -170,12 +180,14 @@ class CommandLine:
         Fields of Settings that were given, by name; ``overrides`` among them.
     loading : LoadOptions
     run : RunOptions
+    film : FilmOptions
     """
 
     scene: str
     settings: Mapping[str, Any] = field(default_factory=dict)
     loading: LoadOptions = field(default_factory=LoadOptions)
     run: RunOptions = field(default_factory=RunOptions)
+    film: FilmOptions = field(default_factory=FilmOptions)
 
 
 class _Parser(argparse.ArgumentParser):
@@ -189,7 +201,7 @@ def flag_infos() -> dict[str, tuple[type[Any], SettingInfo]]:
     """Return every flag's dataclass and declaration, by the field's name."""
     return {
         name: (owner, info)
-        for owner in (RunOptions, LoadOptions, Settings)
+        for owner in (RunOptions, FilmOptions, LoadOptions, Settings)
         for name, info in describe(owner).items()
     }
 
@@ -213,7 +225,7 @@ def build_parser() -> argparse.ArgumentParser:
         f"a built-in name (default: {DEFAULT_SCENE})",
     )
     infos = [info for _, info in flag_infos().values()]
-    for title in dict.fromkeys((MODE, LOOK, QUALITY, RUNNING)):
+    for title in dict.fromkeys((MODE, FILM, LOOK, QUALITY, RUNNING)):
         group = parser.add_argument_group(title)
         for info in infos:
             if info.group == title:
@@ -249,6 +261,8 @@ def _argument(info: SettingInfo) -> dict[str, Any]:
     if info.kind is Kind.MAPPING:
         return {"action": "append", "metavar": info.metavar, "help": described}
     metavar = info.metavar or "|".join(map(value_text, info.choices))
+    if info.bare:
+        return {"nargs": "?", "const": info.bare, "metavar": metavar, "help": described}
     return {"metavar": metavar, "help": described}
 
 
@@ -272,15 +286,16 @@ def read_command(arguments: Sequence[str] | None = None) -> CommandLine:
     parsed = vars(build_parser().parse_args(_joined(arguments)))
     scene = parsed["scene"]
     texts = {name: parsed[name] for name in flag_infos()}
-    given: dict[type[Any], dict[str, Any]] = {RunOptions: {}, LoadOptions: {}, Settings: {}}
     infos = flag_infos()
+    given: dict[type[Any], dict[str, Any]] = {owner: {} for owner, _ in infos.values()}
     for name, text in texts.items():
         if text is not None:
             owner, info = infos[name]
             given[owner][name] = _value(owner, info, text)
     run = RunOptions(**given[RunOptions])
     loading = LoadOptions(**given[LoadOptions], frames_all=run.camera == FIT).checked()
-    command = CommandLine(scene, given[Settings], loading, run)
+    film = FilmOptions(**given[FilmOptions])
+    command = CommandLine(scene, given[Settings], loading, run, film)
     _check_modes(command.run.active, (info for _, info in infos.values() if texts[info.name]))
     return command
 
@@ -317,7 +332,11 @@ def _value(owner: type[Any], info: SettingInfo, text: Any) -> Any:
 def _check_modes(active: frozenset[str], given: Iterable[SettingInfo]) -> None:
     """Refuse a flag that has no effect in what was asked for."""
     if modes.BENCH in active and len(active) > 1:
-        raise UsageError("--bench renders what it needs itself; leave out --snapshot and --explain")
+        raise UsageError(
+            "--bench renders what it needs itself; leave out --snapshot, --explain and --film"
+        )
+    if modes.FILM in active and len(active) > 1:
+        raise UsageError("--film renders frames alone; leave out --snapshot and --explain")
     for info in given:
         if not info.modes & active:
             where = " with ".join(modes.MODES[name] for name in modes.MODES if name in active)

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 WINDOW, SNAPSHOT, EXPLAIN, BENCH = "window", "snapshot", "explain", "bench"
+FILM = "film"
 # How messages call each mode.
 MODES = {
     WINDOW: "the window",
     SNAPSHOT: "--snapshot OUT",
     EXPLAIN: "--explain",
     BENCH: "--bench OUTDIR",
+    FILM: "--film OUT",
 }
 ALL = frozenset(MODES)
-# One rendering, as against the many of a bench.
-ONE = frozenset({WINDOW, SNAPSHOT, EXPLAIN})
+# One way to render, as against the many of a bench.
+ONE = frozenset({WINDOW, SNAPSHOT, EXPLAIN, FILM})
 HEADLESS = frozenset({SNAPSHOT, EXPLAIN})
+# Whatever is drawn to its end before it is shown.
+FRAMES = HEADLESS | {FILM}

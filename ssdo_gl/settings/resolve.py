@@ -15,6 +15,15 @@ from ssdo_gl.settings.passes import overrides_from_table, overrides_from_text
 from ssdo_gl.settings.settings import MAX_EXPOSURE_EV, MAX_SPP, SHORTEST, Settings
 
 
+def for_pictures(settings: Settings, scene: Scene) -> Settings:
+    """Return `settings` with as many anti-aliasing frames as pictures have by default."""
+    if settings.gives("antialias"):
+        return settings
+    # What is translucent is drawn by chance: more frames, less noise.
+    by_chance = any(material.is_translucent for material in scene.materials)
+    return dataclasses.replace(settings, antialias=16 if by_chance else 4)
+
+
 def camera_from_text(text: str) -> tuple[Vector, Vector, float | None]:
     """Return position, target and, if given, the third of ``"px,py,pz tx,ty,tz [fov]"``."""
     limit = info_of(Settings, "radius").high

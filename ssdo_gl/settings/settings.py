@@ -144,7 +144,7 @@ class Settings:
         low=1,
         high=256,
         metavar="N",
-        modes=modes.HEADLESS,
+        modes=modes.FRAMES,
         is_quality=False,
     )
     resolution_scale: float = _quality(

@@ -63,10 +63,15 @@ def test_commands_run(command, tmp_path, monkeypatch):
         check_foreign(words)
         return
     arguments = words[1:]
-    assert {"--snapshot", "--explain"} & set(arguments), "a window or a bench is no quick test"
+    modes = {"--snapshot", "--explain", "--film"} & set(arguments)
+    assert modes, "a window or a bench is no quick test"
     monkeypatch.chdir(tmp_path)
     # As they stand, but small: a later flag wins over an earlier one.
-    assert main([*arguments, "--size", "48x27", "--quiet"]) == 0
+    short = ["--frames-range", "0:2"] if "--film" in modes else []
+    assert main([*arguments, *short, "--size", "48x27", "--quiet"]) == 0
+    if "--film" in modes:
+        out = arguments[arguments.index("--film") + 1]
+        assert (tmp_path / (out % 1 if "%" in out else out)).exists()
     if "--snapshot" in arguments:
         assert (tmp_path / arguments[arguments.index("--snapshot") + 1]).stat().st_size > 0
 

@@ -14,6 +14,7 @@ MODE_FLAGS = {
     modes.SNAPSHOT: ["--snapshot", "a.png"],
     modes.EXPLAIN: ["--explain"],
     modes.BENCH: ["--bench", "out"],
+    modes.FILM: ["--film", "out"],
 }
 # A flag's modes, by heart: who changes a declaration has to say so here, too.
 EXPECTED = {
@@ -21,8 +22,10 @@ EXPECTED = {
     "shadows effects overrides backend quiet light no_default_light normals crease_angle up ground",
     modes.ONE: "method estimator samples steps spp filter resolution_scale max_error aov time "
     "preset budget_ms recalibrate background",
-    modes.HEADLESS: "antialias frames stats snapshot explain",
+    modes.FRAMES: "antialias",
+    modes.HEADLESS: "frames stats snapshot explain",
     frozenset({modes.BENCH}): "bench quick",
+    frozenset({modes.FILM}): "film path turntable frames_range fps resume",
 }
 
 
@@ -57,12 +60,15 @@ def test_every_flag_has_its_modes():
 def test_flag_is_taken_or_refused(mode, name):
     info = flag_infos()[name][1]
     given = [*MODE_FLAGS[mode], *words(info)]
-    if name in ("snapshot", "explain", "bench") and name != mode:
+    if name in MODE_FLAGS and name != mode:
         return  # that is another mode
     if mode in info.modes:
         command = read_command(given)
         given = {**command.settings, **command.loading.given()}
-        assert name in given or getattr(command.run, name) not in (None, False)
+        assert name in given or any(
+            getattr(options, name, None) not in (None, False)
+            for options in (command.run, command.film)
+        )
         return
     with pytest.raises(UsageError) as caught:
         read_command(given)
@@ -74,6 +80,17 @@ def test_flag_is_taken_or_refused(mode, name):
 
 def test_a_picture_may_be_explained():
     assert read_command(["--snapshot", "a.png", "--explain", "--frames", "3"]).run.frames == 3
+
+
+@pytest.mark.parametrize("other", [["--explain"], ["--snapshot", "a.png"]])
+def test_a_film_is_on_its_own(other):
+    with pytest.raises(UsageError, match="--film renders frames alone"):
+        read_command(["--film", "out", *other])
+
+
+def test_a_turntable_turns_once_round_or_as_far_as_is_said():
+    assert read_command(["corner", "--film", "out", "--turntable"]).film.turntable == 360.0
+    assert read_command(["--film", "out", "--turntable", "-90"]).film.turntable == -90.0
 
 
 @pytest.mark.parametrize("other", [["--explain"], ["--snapshot", "a.png"]])

@@ -6,7 +6,7 @@ import dataclasses
 from pathlib import Path
 
 from ssdo_gl.film.camera_path import CameraPath
-from ssdo_gl.film.shots import FRAMES_PER_SECOND, Shots
+from ssdo_gl.film.shots import Shots
 from ssdo_gl.film.writers import FilmWriter, film_writer
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.graph.render_pass import ProgressCallback
@@ -14,6 +14,7 @@ from ssdo_gl.images.display import picture_of
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
+from ssdo_gl.settings.film_options import FRAMES_PER_SECOND
 
 # As many sub-pixel offsets as a snapshot has by default.
 ANTIALIAS = 4

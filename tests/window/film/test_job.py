@@ -59,7 +59,7 @@ def test_without_imageio_ffmpeg_the_message_names_it_and_what_goes_without(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
-    with pytest.raises(OutputError, match=r"pip install 'ssdo_gl\[window\]'.*\.webp"):
+    with pytest.raises(OutputError, match=r"pip install 'ssdo_gl\[film\]'.*\.webp"):
         film_writer(tmp_path / "walk.mp4", RATE)
     assert not list(tmp_path.iterdir())
 

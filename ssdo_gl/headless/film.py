@@ -1,0 +1,378 @@
+"""Renders the frames of a film without a window, to one file or to many."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from ssdo_gl.film.bookmarks import load_path
+from ssdo_gl.film.camera_path import CameraPath
+from ssdo_gl.film.numbered import check_pattern, frame_path, frame_paths, numbered_pattern
+from ssdo_gl.film.shots import Shot, Shots
+from ssdo_gl.film.writers import ONE_FILE, film_writer
+from ssdo_gl.gpu.held_signals import held_signals
+from ssdo_gl.headless.explain import Explanation
+from ssdo_gl.headless.progress import progress_on_terminal
+from ssdo_gl.headless.snapshot import (
+    extents_of,
+    meta_without_times,
+    resources_wanted,
+    stats_of,
+)
+from ssdo_gl.images.files import OutputError
+from ssdo_gl.images.saving import picture, write_images
+from ssdo_gl.images.surface_arrays import Image
+from ssdo_gl.printable import printable
+from ssdo_gl.render_result import RenderResult
+from ssdo_gl.renderer import Renderer, scene_and_settings
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.settings import Settings
+from ssdo_gl.settings.film_options import FRAMES_PER_SECOND
+from ssdo_gl.settings.resolve import for_pictures
+
+
+@dataclass(frozen=True)
+class FilmRequest:
+    """What `make_film` is asked to do.
+
+    Attributes
+    ----------
+    out : Path
+        ``.mp4``, ``.webm``, ``.webp``, ``.gif``; a folder; or a pattern of file names
+        such as ``frame_%04d.exr``.
+    shots : Shots
+    wanted : tuple of str
+        AOV names; one alone for a film in one file.
+    camera : Camera or None
+        Replaces the scene's camera.
+    resume : bool
+        Leave the frames alone whose files exist.
+    """
+
+    scene: Scene
+    settings: Settings
+    out: Path
+    shots: Shots
+    wanted: tuple[str, ...] = ("beauty",)
+    camera: Camera | None = None
+    backend: str = "auto"
+    resume: bool = False
+    quiet: bool = False
+
+
+def shows_pictures(out: Path) -> bool:
+    """Return whether frames are tone-mapped, as against arrays in ``.exr`` and ``.npz``."""
+    return out.suffix.lower() not in (".exr", ".npz")
+
+
+def check_film(out: Path, wanted: tuple[str, ...], *, resume: bool = False) -> None:
+    """Raise OutputError unless `out` can hold the film that is asked for."""
+    pattern = numbered_pattern(out, ONE_FILE)
+    if pattern is not None:
+        check_pattern(pattern, wanted)
+        return
+    if resume:
+        raise OutputError(
+            f"{out}: --resume needs frames in files of their own: a folder, or frame_%04d.png"
+        )
+    if len(wanted) > 1:
+        raise OutputError(f"{out}: one image fits a film, not {len(wanted)} (--aov)")
+    film_writer(out, FRAMES_PER_SECOND).discard()
+
+
+def make_film(request: FilmRequest) -> int:
+    """Render the frames that are asked for, and return how many there were to render.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        Saying what is there: the frames until then, in a film that plays or as whole files.
+    OutputError
+    """
+    check_film(request.out, request.wanted, resume=request.resume)
+    store = _store(request)
+    start = time.perf_counter()
+    indices = [n for n in request.shots.indices if not (request.resume and store.has(n))]
+    done = 0
+    try:
+        with (
+            Renderer(request.scene, request.settings, backend=request.backend) as renderer,
+            progress_on_terminal(quiet=request.quiet) as progress,
+        ):
+            wanted = resources_wanted(request.wanted, shows_pictures(request.out))
+            frames = rendered_frames(renderer, request.shots, wanted, request.camera, indices)
+            for shot, result in frames:
+                if result.partial:
+                    raise KeyboardInterrupt
+                # What is half-way into a file or an encoder would be lost with the rest.
+                with held_signals():
+                    store.add(shot.index, renderer, result)
+                    done += 1
+                if progress:
+                    progress("frames", done, len(indices))
+    except (KeyboardInterrupt, SystemExit) as error:
+        with held_signals():
+            store.finish()
+        if isinstance(error, KeyboardInterrupt):
+            raise KeyboardInterrupt(
+                f"interrupted; {request.out} has {done} of the {len(indices)} frames"
+                if done
+                else "interrupted; nothing was written"
+            ) from None
+        raise
+    except BaseException:
+        store.discard()
+        raise
+    with held_signals():
+        store.finish()
+    if not request.quiet:
+        _print_summary(request, len(indices), time.perf_counter() - start)
+    return len(indices)
+
+
+def _print_summary(request: FilmRequest, count: int, seconds: float) -> None:
+    width, height = request.settings.size
+    kept = len(request.shots.indices) - count
+    there = f" ({kept} were there)" if kept else ""
+    print(
+        f"{printable(str(request.out))}: {count} frames{there}, {width}x{height}, "
+        f"{request.settings.method}, {seconds:.1f} s"
+    )
+
+
+def rendered_frames(
+    renderer: Renderer,
+    shots: Shots,
+    wanted: Iterable[str],
+    camera: Camera | None = None,
+    indices: Iterable[int] | None = None,
+) -> Iterator[tuple[Shot, RenderResult]]:
+    """Yield every frame of `shots`, or those of `indices`, as `renderer` draws it.
+
+    An exposure that is measured is that of frame 0 throughout, whichever frames are drawn.
+    """
+    names = tuple(wanted)
+    if "display" in names:
+        first = shots.shot(0, camera or renderer.scene.camera)
+        renderer.expose(first.camera or camera, first.seconds)
+    for index in shots.indices if indices is None else indices:
+        shot = shots.shot(index, camera or renderer.scene.camera)
+        shot = dataclasses.replace(shot, camera=shot.camera or camera)
+        yield shot, renderer.render(names, camera=shot.camera, seconds=shot.seconds)
+
+
+class _Store(Protocol):
+    """Where rendered frames go."""
+
+    def has(self, index: int) -> bool:
+        """Return whether a frame is there already."""
+
+    def add(self, index: int, renderer: Renderer, result: RenderResult) -> None:
+        """Keep a frame."""
+
+    def finish(self) -> None:
+        """Put under its name what has been added."""
+
+    def discard(self) -> None:
+        """Forget what is not under its name yet."""
+
+
+def _store(request: FilmRequest) -> _Store:
+    pattern = numbered_pattern(request.out, ONE_FILE)
+    if pattern is None:
+        return _OneFile(request)
+    pattern.parent.mkdir(exist_ok=True)
+    return _NumberedFiles(request, pattern)
+
+
+class _NumberedFiles:
+    """Frames as ``--snapshot`` writes them; each is there whole, or not."""
+
+    def __init__(self, request: FilmRequest, pattern: Path) -> None:
+        self._request = request
+        self._pattern = pattern
+
+    def has(self, index: int) -> bool:
+        paths = frame_paths(self._pattern, index, self._request.wanted)
+        return all(path.exists() for path in paths)
+
+    def add(self, index: int, renderer: Renderer, result: RenderResult) -> None:
+        out = frame_path(self._pattern, index)
+        names = self._request.wanted
+        meta = meta_without_times(stats_of(renderer, Explanation(result)))
+        extents = extents_of(names, self._request.scene, result)
+        write_images(out, names, result.images, meta, extents)
+
+    def finish(self) -> None:
+        pass
+
+    def discard(self) -> None:
+        pass
+
+
+class _OneFile:
+    def __init__(self, request: FilmRequest) -> None:
+        self._request = request
+        self._writer = film_writer(request.out, request.shots.fps)
+
+    def has(self, index: int) -> bool:
+        return False
+
+    def add(self, index: int, renderer: Renderer, result: RenderResult) -> None:
+        names = self._request.wanted
+        extents = extents_of(names, self._request.scene, result)
+        pixels = picture(names[0], result.images, extents, alpha=False)[:, :, :3]
+        if pixels.shape[2] == 1:
+            pixels = np.repeat(pixels, 3, axis=2)
+        self._writer.add(pixels)
+
+    def finish(self) -> None:
+        self._writer.finish()
+
+    def discard(self) -> None:
+        self._writer.discard()
+
+
+@dataclass(frozen=True)
+class FilmFrame:
+    """One frame of `film_frames`.
+
+    Attributes
+    ----------
+    index : int
+    seconds : float
+        Time of an animated scene.
+    camera : Camera or None
+        None: the scene's own at that time.
+    images : dict of str to ndarray, shape (height, width, channels), float32
+        Row 0 at the top.
+    """
+
+    index: int
+    seconds: float
+    camera: Camera | None
+    images: dict[str, Image] = field(repr=False)
+
+
+def film_frames(
+    source: str | Path | Scene,
+    *,
+    path: CameraPath | str | Path | None = None,
+    turntable: float | None = None,
+    fps: float = FRAMES_PER_SECOND,
+    frames: tuple[int, int] | tuple[int, int, int] | None = None,
+    time: float = 0.0,
+    camera: Camera | None = None,
+    aov: str | Iterable[str] = "beauty",
+    backend: str = "auto",
+    **settings: Any,
+) -> Iterator[FilmFrame]:
+    """Yield the frames of a film one by one, as arrays.
+
+    Parameters
+    ----------
+    source : str, Path or Scene
+        A scene file, a model file, the name of a built-in scene, or a Scene.
+    path : CameraPath, str or Path, optional
+        What the camera follows, or a file of the window's with a recorded path.
+    turntable : float, optional
+        Degrees that the camera turns about its target in the whole film.
+    fps : float
+        Frames per second.
+    frames : tuple, optional
+        (A, B): frames A to B - 1 of a film of B; (A, B, LENGTH): of LENGTH frames.
+    time : float
+        Time of an animated scene in frame 0, seconds.
+    camera : Camera, optional
+        Replaces the scene's camera.
+    aov : str or iterable of str
+        Images to make (`ssdo_gl.settings.AOVS`, or ``display``).
+    **settings
+        Fields of `Settings` and `LoadOptions`, as for `ssdo_gl.render`.
+
+    Raises
+    ------
+    SceneError, SettingError, ContextError
+    """
+    shots = _shots(path, turntable, fps, frames, time)
+    scene, chosen = scene_and_settings(source, settings)
+    names = (aov,) if isinstance(aov, str) else tuple(aov)
+    with Renderer(scene, chosen, backend=backend) as renderer:
+        for shot, result in rendered_frames(renderer, shots, names, camera):
+            yield FilmFrame(shot.index, shot.seconds, shot.camera, result.images)
+
+
+def render_film(
+    source: str | Path | Scene,
+    out: str | Path,
+    *,
+    path: CameraPath | str | Path | None = None,
+    turntable: float | None = None,
+    fps: float = FRAMES_PER_SECOND,
+    frames: tuple[int, int] | tuple[int, int, int] | None = None,
+    time: float = 0.0,
+    camera: Camera | None = None,
+    aov: str | Iterable[str] = "beauty",
+    resume: bool = False,
+    backend: str = "auto",
+    **settings: Any,
+) -> int:
+    """Render a film to `out`; return how many frames were rendered.
+
+    Parameters
+    ----------
+    out : str or Path
+        ``.mp4``, ``.webm``, ``.webp``, ``.gif``; a folder of pictures; or a pattern of
+        file names such as ``frame_%04d.exr``.
+    resume : bool
+        Render only the frames whose files do not exist.
+
+    The others are those of `film_frames`.
+
+    Raises
+    ------
+    SceneError, SettingError, OutputError, ContextError
+
+    Examples
+    --------
+    >>> import tempfile, ssdo_gl
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     ssdo_gl.render_film("corner", folder, turntable=360, frames=(0, 2), size=(32, 18))
+    2
+    """
+    shots = _shots(path, turntable, fps, frames, time)
+    out = Path(out)
+    scene, chosen = scene_and_settings(source, settings)
+    return make_film(
+        FilmRequest(
+            scene=scene,
+            settings=for_pictures(chosen, scene) if shows_pictures(out) else chosen,
+            out=out,
+            shots=shots,
+            wanted=(aov,) if isinstance(aov, str) else tuple(aov),
+            camera=camera,
+            backend=backend,
+            resume=resume,
+            quiet=True,
+        )
+    )
+
+
+def _shots(
+    path: CameraPath | str | Path | None,
+    turntable: float | None,
+    fps: float,
+    frames: tuple[int, int] | tuple[int, int, int] | None,
+    time: float,
+) -> Shots:
+    if path is not None and not isinstance(path, CameraPath):
+        path = load_path(Path(path))
+    whole = None if frames is None else (frames[0], frames[1], frames[-1])
+    return Shots(path, turntable, fps, time, whole)
