@@ -5,23 +5,26 @@ from __future__ import annotations
 import dataclasses
 import shlex
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ssdo_gl.bench.metrics import MissingLibraryError
 from ssdo_gl.bench.storage import BenchError
 from ssdo_gl.gpu.context import ContextError
-from ssdo_gl.images.files import OutputError, check_output, is_picture, picture_paths
+from ssdo_gl.images.files import STDOUT, OutputError, check_output, is_picture, picture_paths
 from ssdo_gl.printable import printable
 from ssdo_gl.process import EXIT_INTERRUPTED, exit_code, signals_as_exceptions, steadfast_output
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.formats import read_description
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene, SceneError
 from ssdo_gl.settings import Settings, modes
 from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.settings.film_options import FilmOptions
 from ssdo_gl.settings.flags import (
+    STREAM,
     CommandLine,
     RunOptions,
     UsageError,
@@ -29,8 +32,9 @@ from ssdo_gl.settings.flags import (
     read_command,
     wanted_aovs,
 )
-from ssdo_gl.settings.loading import FIT
+from ssdo_gl.settings.loading import FIT, LoadOptions
 from ssdo_gl.settings.resolve import camera_from_text, chosen_camera, for_pictures, settings_for
+from ssdo_gl.settings.several import one_by_one
 
 if TYPE_CHECKING:
     from ssdo_gl.film.shots import Shots
@@ -38,6 +42,8 @@ if TYPE_CHECKING:
 __all__ = ["build_parser", "main", "run"]
 
 EXIT_OK, EXIT_USER, EXIT_NO_OPENGL, EXIT_MISSED = 0, 2, 3, 4
+# Of several scenes the worst counts; this is from good to bad.
+_SEVERITY = (EXIT_OK, EXIT_MISSED, EXIT_USER, EXIT_NO_OPENGL)
 # Windows are made by GLFW alone.
 _WINDOW_BACKENDS = ("auto", "window")
 # Rays per pixel of a reference that is only explained.
@@ -90,7 +96,7 @@ def _tuned(run: RunOptions, scene: Scene, settings: Settings, camera: Camera | N
     if not choice.holds:
         print(f"ssdo-gl: {choice.sentence}", file=sys.stderr)
     elif not run.quiet:
-        print(choice.sentence)
+        print(choice.sentence, file=sys.stderr if run.snapshot == STREAM else sys.stdout)
     return choice.settings
 
 
@@ -105,14 +111,20 @@ def _check_outputs(command: CommandLine, wanted: Sequence[str]) -> None:
     for flag in ("snapshot", "stats", "bench", "film"):
         if getattr(run, flag) == "":
             raise UsageError(f"--{flag} '': the name is empty")
+    if run.stats is not None:
+        check_output(Path(run.stats), (".json",))
     if run.snapshot is not None:
         out = Path(run.snapshot)
+        if out == STDOUT:
+            if sys.stdout.isatty():
+                raise UsageError("--snapshot -: standard output is a terminal: pipe or name a file")
+            if len(wanted) > 1:
+                raise UsageError("--snapshot -: standard output takes one image of --aov")
+            return
         check_output(out)
         if is_picture(out):
             for path in picture_paths(out, wanted).values():
                 check_output(path)
-    if run.stats is not None:
-        check_output(Path(run.stats), (".json",))
     if run.film is not None:
         from ssdo_gl.headless.film import check_film
 
@@ -163,9 +175,11 @@ def _film_shots(run: RunOptions, film: FilmOptions) -> Shots | None:
 def run(arguments: Sequence[str] | None = None) -> int:
     """Carry out one command line; raises the user-facing errors."""
     command = read_command(arguments)
+    wanted = wanted_aovs(command.run)
+    commands = one_by_one(command)
+    for item in commands:
+        _check_outputs(item, wanted)
     options = command.run
-    wanted = wanted_aovs(options)
-    _check_outputs(command, wanted)
     shots = _film_shots(options, command.film)
     given = _with_preset(command)
     place = None if options.camera == FIT else options.camera
@@ -174,7 +188,52 @@ def run(arguments: Sequence[str] | None = None) -> int:
     # Flags are checked before the scene is read, so that a typo costs no waiting.
     if "method" in given:
         settings_for({}, given)
-    scene = load_scene(command.scene, command.loading.behind(given.get("background")))
+    if len(commands) == 1:
+        return _carry_out(commands[0], given, wanted, command_text(arguments), shots)
+    codes = []
+    for item in commands:
+        if not item.run.quiet:
+            print(f"{printable(item.scene)}:", flush=True)
+        codes.append(_reported(partial(_carry_out, item, given, wanted)))
+        if codes[-1] == EXIT_INTERRUPTED:
+            return EXIT_INTERRUPTED
+    return max(codes, key=_SEVERITY.index)
+
+
+def _read_scene(source: str, options: LoadOptions) -> Scene:
+    if source != STREAM:
+        return load_scene(source, options)
+    if sys.stdin is None or sys.stdin.isatty():
+        raise SceneError("-: standard input is a terminal: pipe a TOML scene into it")
+    options.check_scene(source)
+    try:
+        text = sys.stdin.buffer.read().decode()
+    except UnicodeDecodeError as error:
+        raise SceneError(f"standard input: byte {error.start} is not UTF-8") from None
+    return read_description(text, "standard input", Path.cwd() / "-", options)
+
+
+def _carry_out(
+    command: CommandLine,
+    given: Mapping[str, Any],
+    wanted: tuple[str, ...],
+    text: str = "",
+    shots: Shots | None = None,
+) -> int:
+    """Carry out a command with one scene.
+
+    Parameters
+    ----------
+    given : mapping
+        Fields of Settings, by flag or preset.
+    text : str
+        The command as one types it, for the report of a bench.
+    shots : Shots or None
+        The frames of a film.
+    """
+    options = command.run
+    place = None if options.camera == FIT else options.camera
+    scene = _read_scene(command.scene, command.loading.behind(given.get("background")))
     if options.two_sided:
         scene = scene.two_sided()
     settings = _mode_defaults(options, settings_for(scene.render, given), scene)
@@ -190,7 +249,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
             scene=scene,
             camera=camera,
             backend=options.backend,
-            command=command_text(arguments),
+            command=text,
             quiet=options.quiet,
         )
         return EXIT_OK
@@ -292,9 +351,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _main(arguments: Sequence[str] | None) -> int:
+    return _reported(partial(run, arguments))
+
+
+def _reported(work: Callable[[], int]) -> int:
+    """Return the code that `work` returns, or say its fault in one line and return that."""
     try:
         with signals_as_exceptions():
-            return run(arguments)
+            return work()
     except (SceneError, SettingError, OutputError, BenchError, MissingLibraryError) as error:
         message, code = str(error), EXIT_USER
     except ContextError as error:

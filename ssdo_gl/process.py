@@ -37,7 +37,7 @@ class _Stream:
             try:
                 self._stream.write(text)
             except (OSError, ValueError) as error:  # ValueError: it was closed
-                self._lose(error)
+                self.lose(error)
         return len(text)
 
     def flush(self) -> None:
@@ -45,9 +45,10 @@ class _Stream:
             try:
                 self._stream.flush()
             except (OSError, ValueError) as error:
-                self._lose(error)
+                self.lose(error)
 
-    def _lose(self, error: OSError | ValueError) -> None:
+    def lose(self, error: OSError | ValueError) -> None:
+        """Write nothing more, and keep the reason."""
         self.fault = error
         try:
             # What is buffered would be tried again, and complained about, at exit.

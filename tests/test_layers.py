@@ -41,7 +41,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("settings/passes", "images"),
     ("settings/resolve", "settings/help_page"),
     ("settings/command_line", "settings/preset_files", "settings/flags"),
-    ("render_result", "headless/progress"),
+    ("settings/several", "render_result", "headless/progress"),
     ("frame_loop",),
     ("renderer",),
     ("film",),

@@ -24,7 +24,7 @@ from ssdo_gl.headless.explain import (
     summary,
 )
 from ssdo_gl.headless.progress import progress_on_terminal
-from ssdo_gl.images.files import is_picture, write_atomically
+from ssdo_gl.images.files import STDOUT, is_picture, write_atomically
 from ssdo_gl.images.saving import write_images
 from ssdo_gl.printable import printable
 from ssdo_gl.render_result import RenderResult
@@ -67,11 +67,15 @@ class SnapshotRequest:
 
 
 def take_snapshot(request: SnapshotRequest) -> RenderResult:
-    """Render as requested, write the files and print a summary to standard output."""
-    console = Console(highlight=False, soft_wrap=True)
+    """Render as requested, write the files and print a summary.
+
+    To standard output, or where that takes the picture, to standard error.
+    """
+    to_stderr = request.out == STDOUT
+    console = Console(highlight=False, soft_wrap=True, stderr=to_stderr)
     if not console.is_terminal:
         # Files and pipes have no width; whole sentences are easier to search.
-        console = Console(highlight=False, soft_wrap=True, width=200)
+        console = Console(highlight=False, soft_wrap=True, width=200, stderr=to_stderr)
     as_picture = request.out is not None and is_picture(request.out)
     wanted = resources_wanted(request.wanted, as_picture)
     with (

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import os
+import sys
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -19,6 +20,8 @@ from ssdo_gl.whole_files import replace_whole
 
 PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp")
 SUFFIXES = (*PICTURE_SUFFIXES, ".exr", ".npz")
+# A PNG on standard output, where a path is expected.
+STDOUT = Path("-")
 # Of 100. Fine enough that edges and dithered gradients show no blocks.
 QUALITY = 95
 
@@ -69,8 +72,11 @@ def picture_paths(out: Path, names: Sequence[str]) -> dict[str, Path]:
 def write_atomically(path: Path, data: bytes) -> None:
     """Replace `path` by `data` in one step; a failure leaves the old file untouched.
 
-    A link stays, and what it points to is replaced.
+    A link stays, and what it points to is replaced. `STDOUT` is standard output.
     """
+    if path == STDOUT:
+        write_to_stdout(data)
+        return
     try:
         replace_whole(_behind_links(path), data)
     except OSError as error:
@@ -79,7 +85,7 @@ def write_atomically(path: Path, data: bytes) -> None:
 
 def is_picture(path: Path) -> bool:
     """Return whether `path` names a tone-mapped picture, not arrays of linear numbers."""
-    return path.suffix.lower() in PICTURE_SUFFIXES
+    return path == STDOUT or path.suffix.lower() in PICTURE_SUFFIXES
 
 
 def has_alpha(path: Path) -> bool:
@@ -95,14 +101,14 @@ def picture_bytes(pixels: NDArray[np.uint8], suffix: str) -> bytes:
     pixels : ndarray, shape (height, width, 3 or 4)
         Row 0 at the top. A JPEG takes three channels.
     suffix : str
-        One of `PICTURE_SUFFIXES`, in lower case.
+        One of `PICTURE_SUFFIXES`, in lower case, or empty for `STDOUT`.
 
     Raises
     ------
     OutputError
         If that kind of file cannot hold so large a picture.
     """
-    if suffix == ".png":
+    if suffix in (".png", STDOUT.suffix):
         return png_bytes(pixels)
     buffer = io.BytesIO()
     try:
@@ -117,6 +123,26 @@ def picture_bytes(pixels: NDArray[np.uint8], suffix: str) -> bytes:
             f"a picture of {width}x{height} cannot be a {suffix} file: {error}"
         ) from None
     return buffer.getvalue()
+
+
+def write_to_stdout(data: bytes) -> None:
+    """Write to standard output past its encoding; a reader who has left is no error here.
+
+    Raises
+    ------
+    OutputError
+    """
+    sys.stdout.flush()
+    try:
+        sys.stdout.buffer.write(data)
+        sys.stdout.buffer.flush()
+    except BrokenPipeError as error:
+        lose = getattr(sys.stdout, "lose", None)
+        if lose is None:
+            raise
+        lose(error)
+    except (OSError, ValueError) as error:
+        raise OutputError(f"standard output: cannot be written: {error}") from None
 
 
 def png_bytes(pixels: NDArray[np.uint8]) -> bytes:

@@ -33,6 +33,8 @@ from ssdo_gl.settings.passes import overrides_from_text
 from ssdo_gl.settings.settings import LOOK, QUALITY, Settings
 
 DEFAULT_SCENE = "cornell_meso"
+# As a scene: standard input; as an output: standard output.
+STREAM = "-"
 MODE, RUNNING = "what to do (none: fly-through window)", "running"
 
 
@@ -46,7 +48,7 @@ class RunOptions:
 
     snapshot: str | None = setting(
         None,
-        "render to OUT (.png, .jpg, .webp, .exr or .npz), headless",
+        "render to OUT (.png, .jpg, .webp, .exr or .npz; - for a PNG on standard output), headless",
         metavar="OUT",
         group=MODE,
         modes=modes.HEADLESS,
@@ -175,7 +177,8 @@ class CommandLine:
 
     Attributes
     ----------
-    scene : str
+    scenes : tuple of str
+        At least one.
     settings : mapping
         Fields of Settings that were given, by name; ``overrides`` among them.
     loading : LoadOptions
@@ -183,11 +186,16 @@ class CommandLine:
     film : FilmOptions
     """
 
-    scene: str
+    scenes: tuple[str, ...]
     settings: Mapping[str, Any] = field(default_factory=dict)
     loading: LoadOptions = field(default_factory=LoadOptions)
     run: RunOptions = field(default_factory=RunOptions)
     film: FilmOptions = field(default_factory=FilmOptions)
+
+    @property
+    def scene(self) -> str:
+        """The first scene, of most commands the only one."""
+        return self.scenes[0]
 
 
 class _Parser(argparse.ArgumentParser):
@@ -218,11 +226,11 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument(
         "scene",
-        nargs="?",
-        default=DEFAULT_SCENE,
+        nargs="*",
         metavar="SCENE",
-        help=f"a scene ({' '.join(scene_suffixes())}), a model ({' '.join(model_suffixes())}) or "
-        f"a built-in name (default: {DEFAULT_SCENE})",
+        help=f"a scene ({' '.join(scene_suffixes())}), a model ({' '.join(model_suffixes())}), "
+        f"a built-in name (default: {DEFAULT_SCENE}), or - for a scene on standard input; with "
+        "--snapshot or --explain, several",
     )
     infos = [info for _, info in flag_infos().values()]
     for title in dict.fromkeys((MODE, FILM, LOOK, QUALITY, RUNNING)):
@@ -283,8 +291,9 @@ def read_command(arguments: Sequence[str] | None = None) -> CommandLine:
     UsageError, SettingError
         One line naming the flag, the value and what would be valid.
     """
-    parsed = vars(build_parser().parse_args(_joined(arguments)))
-    scene = parsed["scene"]
+    # Intermixed: scenes may stand on both sides of a flag.
+    parsed = vars(build_parser().parse_intermixed_args(_joined(arguments)))
+    scenes = tuple(parsed["scene"] or [DEFAULT_SCENE])
     texts = {name: parsed[name] for name in flag_infos()}
     infos = flag_infos()
     given: dict[type[Any], dict[str, Any]] = {owner: {} for owner, _ in infos.values()}
@@ -295,7 +304,7 @@ def read_command(arguments: Sequence[str] | None = None) -> CommandLine:
     run = RunOptions(**given[RunOptions])
     loading = LoadOptions(**given[LoadOptions], frames_all=run.camera == FIT).checked()
     film = FilmOptions(**given[FilmOptions])
-    command = CommandLine(scene, given[Settings], loading, run, film)
+    command = CommandLine(scenes, given[Settings], loading, run, film)
     _check_modes(command.run.active, (info for _, info in infos.values() if texts[info.name]))
     return command
 

@@ -12,7 +12,7 @@ from ssdo_gl import resources
 from ssdo_gl.scene.load import builtin_names
 from ssdo_gl.settings.fields import SettingError, SettingInfo, value_text
 
-USAGE = "ssdo-gl [SCENE] [--snapshot OUT] [--explain] [--bench OUTDIR] [flags]"
+USAGE = "ssdo-gl [SCENE ...] [--snapshot OUT] [--explain] [--bench OUTDIR] [flags]"
 EXAMPLES = """
 examples:
   ssdo-gl                                       fly through the Cornell room

@@ -73,7 +73,8 @@ def test_commands_run(command, tmp_path, monkeypatch):
         out = arguments[arguments.index("--film") + 1]
         assert (tmp_path / (out % 1 if "%" in out else out)).exists()
     if "--snapshot" in arguments:
-        assert (tmp_path / arguments[arguments.index("--snapshot") + 1]).stat().st_size > 0
+        out = arguments[arguments.index("--snapshot") + 1].replace("{name}", arguments[0])
+        assert (tmp_path / out).stat().st_size > 0
 
 
 def check_foreign(words: list[str]) -> None:
@@ -111,7 +112,8 @@ def make_targets() -> set[str]:
 @pytest.mark.parametrize("command", FORMS, ids=lambda c: c.line[:60])
 def test_forms_of_the_command_are_understood(command):
     # What follows the columns' gap explains the line; brackets mark what may be left out.
-    line = re.split(r"\s{3,}", command.line)[0]
+    # Pipes are the shell's.
+    line = re.split(r"\s{3,}| [<>] ", command.line)[0]
     words = [word.strip("[]") for word in shlex.split(line)]
     build_parser().parse_args(words[1:])
 

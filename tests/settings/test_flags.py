@@ -129,7 +129,7 @@ def test_a_bench_is_on_its_own(other):
         (["--samples=--"], "--samples: expected one argument"),
         (["--set=--"], "--set: expected one argument"),
         (["--quiet=" + "9" * 5000], "--quiet"),
-        (["--samples", "8", "x" * 5000, "y"], "unrecognized arguments"),
+        (["--samples", "8", "--" + "x" * 5000, "y"], "unrecognized arguments"),
         (["--sise", "3x3"], "--sise"),
     ],
 )
