@@ -439,7 +439,7 @@ def test_a_reference_goes_on_until_its_bound_holds(tmp_path, capsys):
     """256 rays, the usual number, leave 1.5 % here: four times as many are needed."""
     stats = tmp_path / "s.json"
     command = [*REFERENCE, "--size", "32x18", "--stats", str(stats)]
-    assert main([*command, "--explain"]) == 0
+    assert main([*command, "--explain", "--spp", "256"]) == 0
     first = json.loads(stats.read_text())["references"]["reference_ao"]
     bound = 0.5 * first["relative_standard_error"]["visibility"]
     capsys.readouterr()

@@ -196,7 +196,8 @@ def _print_summary(
     ran = [row.name for row in result.passes if row.ran]
     width, height = result.size
     frame = stats["frame_ms"]
-    where = f"{printable(str(request.out))}: " if request.out is not None else ""
+    out = "standard output" if request.out == STDOUT else printable(str(request.out))
+    where = "" if request.out is None else f"{out}: "
     settings = result.settings
     method = settings.method
     if METHODS[method].estimators:
