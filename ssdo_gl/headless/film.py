@@ -22,6 +22,7 @@ from ssdo_gl.headless.progress import progress_on_terminal
 from ssdo_gl.headless.snapshot import (
     extents_of,
     meta_without_times,
+    print_notes,
     resources_wanted,
     stats_of,
 )
@@ -107,6 +108,9 @@ def make_film(request: FilmRequest) -> int:
             progress_on_terminal(quiet=request.quiet) as progress,
         ):
             wanted = resources_wanted(request.wanted, shows_pictures(request.out))
+            notes = _expose(renderer, request.shots, wanted, request.camera) if indices else ()
+            if not request.quiet:
+                print_notes((*request.scene.notes, *notes))
             frames = rendered_frames(renderer, request.shots, wanted, request.camera, indices)
             for shot, result in frames:
                 if result.partial:
@@ -159,13 +163,21 @@ def rendered_frames(
     An exposure that is measured is that of frame 0 throughout, whichever frames are drawn.
     """
     names = tuple(wanted)
-    if "display" in names:
-        first = shots.shot(0, camera or renderer.scene.camera)
-        renderer.expose(first.camera or camera, first.seconds)
+    _expose(renderer, shots, names, camera)
     for index in shots.indices if indices is None else indices:
         shot = shots.shot(index, camera or renderer.scene.camera)
         shot = dataclasses.replace(shot, camera=shot.camera or camera)
         yield shot, renderer.render(names, camera=shot.camera, seconds=shot.seconds)
+
+
+def _expose(
+    renderer: Renderer, shots: Shots, names: tuple[str, ...], camera: Camera | None
+) -> tuple[str, ...]:
+    """Measure the exposure that is left to the picture, in frame 0; return what to say of it."""
+    if "display" not in names:
+        return ()
+    first = shots.shot(0, camera or renderer.scene.camera)
+    return renderer.expose(first.camera or camera, first.seconds)
 
 
 class _Store(Protocol):
@@ -188,7 +200,6 @@ def _store(request: FilmRequest) -> _Store:
     pattern = numbered_pattern(request.out, ONE_FILE)
     if pattern is None:
         return _OneFile(request)
-    pattern.parent.mkdir(exist_ok=True)
     return _NumberedFiles(request, pattern)
 
 
@@ -205,6 +216,7 @@ class _NumberedFiles:
 
     def add(self, index: int, renderer: Renderer, result: RenderResult) -> None:
         out = frame_path(self._pattern, index)
+        out.parent.mkdir(exist_ok=True)
         names = self._request.wanted
         meta = meta_without_times(stats_of(renderer, Explanation(result)))
         extents = extents_of(names, self._request.scene, result)

@@ -180,14 +180,18 @@ def stats_of(renderer: Renderer, explanation: Explanation) -> dict[str, Any]:
     }
 
 
+def print_notes(notes: Iterable[str]) -> None:
+    """Print what there is to say about a scene to standard error."""
+    console = Console(stderr=True, highlight=False, soft_wrap=True)
+    for note in notes:
+        console.print(f"note: {escape(printable(note))}")
+
+
 def _print_summary(
     console: Console, request: SnapshotRequest, explanation: Explanation, stats: dict[str, Any]
 ) -> None:
     result = explanation.result
-    for note in stats["notes"]:
-        Console(stderr=True, highlight=False, soft_wrap=True).print(
-            f"note: {escape(printable(note))}"
-        )
+    print_notes(stats["notes"])
     if request.explain:
         console.print(explanation_table(explanation))
         whole = summary(explanation)

@@ -150,11 +150,12 @@ def test_ctrl_c_leaves_a_film_that_plays(
     assert list(tmp_path.iterdir()) == [out]
 
 
+@pytest.mark.parametrize("out", ["turn", "turn.gif"])
 def test_ctrl_c_before_the_first_frame_leaves_no_film(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], out: str
 ) -> None:
     interrupted_at(monkeypatch, 0)
-    assert main(["corner", "--film", str(tmp_path / "turn.gif"), *TURN]) == 130
+    assert main(["corner", "--film", str(tmp_path / out), *TURN]) == 130
     assert "nothing was written" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
 
@@ -163,12 +164,15 @@ def test_ctrl_c_before_the_first_frame_leaves_no_film(
 GLOWING = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nusemtl lamp\nf 1 2 3 4\n"
 
 
-def test_a_measured_exposure_is_that_of_frame_0_even_when_resumed(tmp_path: Path) -> None:
+def test_a_measured_exposure_is_that_of_frame_0_even_when_resumed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     (tmp_path / "lamp.mtl").write_text("newmtl lamp\nKd 0 0 0\nKe 1000 1000 1000\n")
     model = tmp_path / "lamp.obj"
     model.write_text(f"mtllib lamp.mtl\n{GLOWING}")
-    words = [str(model), "--film", str(tmp_path / "turn"), *TURN]
+    words = [str(model), "--film", str(tmp_path / "turn"), *TURN[:-1]]
     assert main(words) == 0
+    assert capsys.readouterr().err.count("note: exposure -11.5 EV, measured") == 1
     whole = contents(tmp_path / "turn")
     (tmp_path / "turn" / "frame_0002.png").unlink()
     assert main([*words, "--resume"]) == 0
