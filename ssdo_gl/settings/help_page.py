@@ -12,20 +12,22 @@ from ssdo_gl import resources
 from ssdo_gl.scene.load import builtin_names
 from ssdo_gl.settings.fields import SettingError, SettingInfo, value_text
 
-USAGE = "ssdo-gl [SCENE ...] [--snapshot OUT] [--explain] [--bench OUTDIR] [flags]"
+USAGE = "ssdo-gl [SCENE ...] [--snapshot OUT] [--explain] [--film OUT] [--bench OUTDIR] [flags]"
 EXAMPLES = """
 examples:
   ssdo-gl                                       fly through the Cornell room
   ssdo-gl courtyard --snapshot courtyard.png    a picture of a built-in scene
   ssdo-gl model.glb --snapshot a.png --method gi --size 1920x1080
   ssdo-gl stairs --snapshot all.exr --aov all   every image, linear
+  ssdo-gl a.glb b.glb --snapshot "{name}.jpg"   several scenes
   ssdo-gl corner --explain                      which passes run, and why
   ssdo-gl cornell_meso --bench report --quick   error against time
 """
 SHELLS = ("bash", "zsh")
 _WIDTH = 96
 # Flags whose value is the name of a file or a folder.
-_FILES, _FOLDERS = ("snapshot", "stats", "preset", "light"), ("bench",)
+_FILES = ("snapshot", "stats", "preset", "light", "film", "path")
+_FOLDERS = ("bench",)
 _SCENE_FUNCTION = "_ssdo_gl_scene"
 
 

@@ -52,6 +52,8 @@ def test_scenes_are_listed_with_their_purpose(capsys):
         ("--sna", "", {"--snapshot"}),
         ("mod", "", {"model.glb"}),
         ("mod", "--snapshot", {"model.glb"}),
+        ("mod", "--film", {"model.glb"}),
+        ("mod", "--path", {"model.glb"}),
     ],
 )
 def test_bash_completes(capsys, tmp_path, word, before, expected):
