@@ -24,6 +24,8 @@ const float SHADOW_ROUNDING = 16.0 * FLOAT_EPSILON;
 //   surface is not known well enough to shadow itself. (Ritschel et al. 2009 section 6.2
 //   move the receiver by up to half a texel times the tangent of the slope instead.)
 const float SHADOW_TEXEL_SLACK = 0.25;
+// What is so much nearer to the light than its receiver, two texels, stands clear of it.
+const float SHADOW_CLEAR_SLACKS = 8.0;
 
 // The sample sequence of lib/hash.glsl, stepped in floats: a third of the integers' cost.
 const vec3 KRONECKER_STEP = vec3(KRONECKER_ALPHA) / 4294967296.0;
@@ -234,6 +236,7 @@ struct SoftShadow {
     vec3 dual_v;
     float height;  // of the receiver over the light
     float slack;   // height above its tangent plane from which something blocks
+    vec2 texel;    // half of a texel at depth 1, in coordinates on the part
 };
 
 SoftShadow soft_shadow(ShadowMap map, int face, vec3 p_ls, vec3 m_ls, float rounding,
@@ -243,13 +246,15 @@ SoftShadow soft_shadow(ShadowMap map, int face, vec3 p_ls, vec3 m_ls, float roun
     vec2 dual = vec2(1.0) / (half_u.x * half_v.y - half_u.y * half_v.x);
     vec3 p = face_from_light(face, p_ls);
     float texel = 2.0 * max(map.half_size.x, map.half_size.y) / map.texels;
+    vec3 dual_u = face_from_light(face, vec3(vec2(half_v.y, -half_v.x) * dual, 0.0));
+    vec3 dual_v = face_from_light(face, vec3(vec2(-half_u.y, half_u.x) * dual, 0.0));
+    vec2 across = vec2(abs(dual_u.x) + abs(dual_u.y), abs(dual_v.x) + abs(dual_v.y));
     return SoftShadow(p, face_from_light(face, m_ls),
                       face_from_light(face, vec3(0.0, 0.0, side)),
                       face_from_light(face, vec3(half_u, 0.0)),
-                      face_from_light(face, vec3(half_v, 0.0)),
-                      face_from_light(face, vec3(vec2(half_v.y, -half_v.x) * dual, 0.0)),
-                      face_from_light(face, vec3(vec2(-half_u.y, half_u.x) * dual, 0.0)),
-                      p_ls.z * side, rounding + SHADOW_TEXEL_SLACK * texel * p.z);
+                      face_from_light(face, vec3(half_v, 0.0)), dual_u, dual_v,
+                      p_ls.z * side, rounding + SHADOW_TEXEL_SLACK * texel * p.z,
+                      0.5 * texel * across);
 }
 
 // Soft shadow of one part of the light, whose centre is at `centre`, from its own map:
@@ -275,7 +280,11 @@ float part_visibility(SoftShadow shadow, Face face, vec3 centre, vec3 start, ive
         float rise = -dot(offset, shadow.axis);
         float reach = shadow.height / max(rise, 1e-6 * shadow.height);
         vec2 hit = p_on_part + reach * vec2(dot(offset, shadow.dual_u), dot(offset, shadow.dual_v));
-        bool is_blocker = q.z > 0.0 && rise > 0.0 && max(abs(hit.x), abs(hit.y)) <= 1.0
+        // The shaft to a small light fits in between the centres of texels: there any texel
+        // that it passes through is in its way. Close to the receiver its neighbours are.
+        bool is_clear = rise > SHADOW_CLEAR_SLACKS * shadow.slack;
+        vec2 shaft = max(vec2(1.0), is_clear ? reach * q.z * shadow.texel : vec2(0.0));
+        bool is_blocker = q.z > 0.0 && rise > 0.0 && all(lessThanEqual(abs(hit), shaft))
             && is_above_plane(offset, shadow.m, shadow.slack);
         blockers += is_blocker ? vec2(rise / shadow.height, 1.0) : vec2(0.0);
     }
