@@ -42,7 +42,7 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from ssdo_gl.headless.film import film_frames, render_film
+    from ssdo_gl.headless.film_interface import film_frames, render_film
     from ssdo_gl.render_result import RenderResult
     from ssdo_gl.renderer import Renderer, render
     from ssdo_gl.scene.camera import Camera
@@ -78,10 +78,10 @@ _HOMES = {
     "Settings": "ssdo_gl.settings",
     "SpotLight": "ssdo_gl.scene.lights",
     "Texture": "ssdo_gl.scene.material",
-    "film_frames": "ssdo_gl.headless.film",
+    "film_frames": "ssdo_gl.headless.film_interface",
     "load_scene": "ssdo_gl.scene.load",
     "render": "ssdo_gl.renderer",
-    "render_film": "ssdo_gl.headless.film",
+    "render_film": "ssdo_gl.headless.film_interface",
 }
 
 

@@ -258,8 +258,7 @@ def _carry_out(
         _open_window(command, scene, settings, camera, wanted[0])
         return EXIT_OK
     if shots is not None:
-        _film(command, scene, settings, camera, wanted, shots)
-        return EXIT_OK
+        return _film(command, scene, settings, camera, wanted, shots)
     return _snapshot(options, scene, settings, camera, wanted)
 
 
@@ -270,12 +269,12 @@ def _film(
     camera: Camera | None,
     wanted: tuple[str, ...],
     shots: Shots,
-) -> None:
+) -> int:
     from ssdo_gl.headless.film import FilmRequest, make_film
 
     options = command.run
     assert options.film is not None
-    make_film(
+    outcome = make_film(
         FilmRequest(
             scene=scene,
             settings=settings,
@@ -288,6 +287,7 @@ def _film(
             quiet=options.quiet,
         )
     )
+    return EXIT_MISSED if outcome.missed_count else EXIT_OK
 
 
 def _open_window(

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
+import sys
 import time
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
-from ssdo_gl.film.bookmarks import load_path
-from ssdo_gl.film.camera_path import CameraPath
 from ssdo_gl.film.numbered import check_pattern, frame_path, frame_paths, numbered_pattern
 from ssdo_gl.film.shots import Shot, Shots
 from ssdo_gl.film.writers import ONE_FILE, film_writer
@@ -22,21 +21,20 @@ from ssdo_gl.headless.progress import progress_on_terminal
 from ssdo_gl.headless.snapshot import (
     extents_of,
     meta_without_times,
+    missed_bounds,
     print_notes,
     resources_wanted,
     stats_of,
 )
 from ssdo_gl.images.files import OutputError
 from ssdo_gl.images.saving import picture, write_images
-from ssdo_gl.images.surface_arrays import Image
 from ssdo_gl.printable import printable
 from ssdo_gl.render_result import RenderResult
-from ssdo_gl.renderer import Renderer, scene_and_settings
+from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.film_options import FRAMES_PER_SECOND
-from ssdo_gl.settings.resolve import for_pictures
 
 
 @dataclass(frozen=True)
@@ -88,8 +86,16 @@ def check_film(out: Path, wanted: tuple[str, ...], *, resume: bool = False) -> N
     film_writer(out, FRAMES_PER_SECOND).discard()
 
 
-def make_film(request: FilmRequest) -> int:
-    """Render the frames that are asked for, and return how many there were to render.
+@dataclass(frozen=True)
+class FilmOutcome:
+    """What came of a film: frames that were rendered, and those above ``--max-error``."""
+
+    rendered_count: int
+    missed_count: int
+
+
+def make_film(request: FilmRequest) -> FilmOutcome:
+    """Render the frames that are asked for.
 
     Raises
     ------
@@ -101,7 +107,7 @@ def make_film(request: FilmRequest) -> int:
     store = _store(request)
     start = time.perf_counter()
     indices = [n for n in request.shots.indices if not (request.resume and store.has(n))]
-    done = 0
+    done = missed = 0
     try:
         with (
             Renderer(request.scene, request.settings, backend=request.backend) as renderer,
@@ -119,6 +125,7 @@ def make_film(request: FilmRequest) -> int:
                 with held_signals():
                     store.add(shot.index, renderer, result)
                     done += 1
+                missed += _say_missed(shot, result)
                 if progress:
                     progress("frames", done, len(indices))
     except (KeyboardInterrupt, SystemExit) as error:
@@ -138,7 +145,15 @@ def make_film(request: FilmRequest) -> int:
         store.finish()
     if not request.quiet:
         _print_summary(request, len(indices), time.perf_counter() - start)
-    return len(indices)
+    return FilmOutcome(len(indices), missed)
+
+
+def _say_missed(shot: Shot, result: RenderResult) -> bool:
+    """Name each reference of a frame above its error bound; return whether there is one."""
+    lines = missed_bounds(result)
+    for line in lines:
+        print(f"ssdo-gl: frame {shot.index}: {line}", file=sys.stderr)
+    return bool(lines)
 
 
 def _print_summary(request: FilmRequest, count: int, seconds: float) -> None:
@@ -250,141 +265,3 @@ class _OneFile:
 
     def discard(self) -> None:
         self._writer.discard()
-
-
-@dataclass(frozen=True)
-class FilmFrame:
-    """One frame of `film_frames`.
-
-    Attributes
-    ----------
-    index : int
-    seconds : float
-        Time of an animated scene.
-    camera : Camera or None
-        None: the scene's own at that time.
-    images : dict of str to ndarray, shape (height, width, channels), float32
-        Row 0 at the top.
-    """
-
-    index: int
-    seconds: float
-    camera: Camera | None
-    images: dict[str, Image] = field(repr=False)
-
-
-def film_frames(
-    source: str | Path | Scene,
-    *,
-    path: CameraPath | str | Path | None = None,
-    turntable: float | None = None,
-    fps: float = FRAMES_PER_SECOND,
-    frames: tuple[int, int] | tuple[int, int, int] | None = None,
-    time: float = 0.0,
-    camera: Camera | None = None,
-    aov: str | Iterable[str] = "beauty",
-    backend: str = "auto",
-    **settings: Any,
-) -> Iterator[FilmFrame]:
-    """Yield the frames of a film one by one, as arrays.
-
-    Parameters
-    ----------
-    source : str, Path or Scene
-        A scene file, a model file, the name of a built-in scene, or a Scene.
-    path : CameraPath, str or Path, optional
-        What the camera follows, or a file of the window's with a recorded path.
-    turntable : float, optional
-        Degrees that the camera turns about its target in the whole film.
-    fps : float
-        Frames per second.
-    frames : tuple, optional
-        (A, B): frames A to B - 1 of a film of B; (A, B, LENGTH): of LENGTH frames.
-    time : float
-        Time of an animated scene in frame 0, seconds.
-    camera : Camera, optional
-        Replaces the scene's camera.
-    aov : str or iterable of str
-        Images to make (`ssdo_gl.settings.AOVS`, or ``display``).
-    **settings
-        Fields of `Settings` and `LoadOptions`, as for `ssdo_gl.render`.
-
-    Raises
-    ------
-    SceneError, SettingError, ContextError
-    """
-    shots = _shots(path, turntable, fps, frames, time)
-    scene, chosen = scene_and_settings(source, settings)
-    names = (aov,) if isinstance(aov, str) else tuple(aov)
-    with Renderer(scene, chosen, backend=backend) as renderer:
-        for shot, result in rendered_frames(renderer, shots, names, camera):
-            yield FilmFrame(shot.index, shot.seconds, shot.camera, result.images)
-
-
-def render_film(
-    source: str | Path | Scene,
-    out: str | Path,
-    *,
-    path: CameraPath | str | Path | None = None,
-    turntable: float | None = None,
-    fps: float = FRAMES_PER_SECOND,
-    frames: tuple[int, int] | tuple[int, int, int] | None = None,
-    time: float = 0.0,
-    camera: Camera | None = None,
-    aov: str | Iterable[str] = "beauty",
-    resume: bool = False,
-    backend: str = "auto",
-    **settings: Any,
-) -> int:
-    """Render a film to `out`; return how many frames were rendered.
-
-    Parameters
-    ----------
-    out : str or Path
-        ``.mp4``, ``.webm``, ``.webp``, ``.gif``; a folder of pictures; or a pattern of
-        file names such as ``frame_%04d.exr``.
-    resume : bool
-        Render only the frames whose files do not exist.
-
-    The others are those of `film_frames`.
-
-    Raises
-    ------
-    SceneError, SettingError, OutputError, ContextError
-
-    Examples
-    --------
-    >>> import tempfile, ssdo_gl
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     ssdo_gl.render_film("corner", folder, turntable=360, frames=(0, 2), size=(32, 18))
-    2
-    """
-    shots = _shots(path, turntable, fps, frames, time)
-    out = Path(out)
-    scene, chosen = scene_and_settings(source, settings)
-    return make_film(
-        FilmRequest(
-            scene=scene,
-            settings=for_pictures(chosen, scene) if shows_pictures(out) else chosen,
-            out=out,
-            shots=shots,
-            wanted=(aov,) if isinstance(aov, str) else tuple(aov),
-            camera=camera,
-            backend=backend,
-            resume=resume,
-            quiet=True,
-        )
-    )
-
-
-def _shots(
-    path: CameraPath | str | Path | None,
-    turntable: float | None,
-    fps: float,
-    frames: tuple[int, int] | tuple[int, int, int] | None,
-    time: float,
-) -> Shots:
-    if path is not None and not isinstance(path, CameraPath):
-        path = load_path(Path(path))
-    whole = None if frames is None else (frames[0], frames[1], frames[-1])
-    return Shots(path, turntable, fps, time, whole)

@@ -38,7 +38,7 @@ def test_frames_are_those_of_snapshots(tmp_path: Path, scene_name: str, suffix: 
     shots = Shots(turntable=90.0, fps=2.0, start_s=0.25, frames=(0, 3, 3))
     pattern = tmp_path / "film" / f"turn%02d{suffix}"
     request = FilmRequest(scene, settings, pattern, shots, wanted, quiet=True)
-    assert make_film(request) == 3
+    assert make_film(request).rendered_count == 3
     stills = tmp_path / "stills"
     stills.mkdir()
     for index in range(3):
@@ -86,6 +86,17 @@ def test_resume_renders_the_missing_frames_alone(tmp_path: Path) -> None:
     assert contents(out) == whole | {"frame_0003.png": b"kept"}
     assert main(words) == 0
     assert contents(out) == whole
+
+
+def test_frames_above_the_error_bound_are_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["stairs", "--film", str(tmp_path / "turn"), "--turntable", "--frames-range", "1:3"]
+    flags = ["--method", "reference-near", "--spp", "64", "--max-error", "1e-6", "--size", "32x18"]
+    assert main([*words, *flags, "--quiet"]) == 4
+    lines = capsys.readouterr().err.splitlines()
+    assert {line.split(": ")[1] for line in lines} == {"frame 1", "frame 2"}
+    assert len(contents(tmp_path / "turn")) == 2
 
 
 def interrupted_at(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
