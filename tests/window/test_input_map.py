@@ -146,7 +146,7 @@ def test_chords_do_not_move() -> None:
         # Caps lock on, and shift held for speed: neither changes what a key means.
         (glfw.KEY_V, glfw.MOD_CAPS_LOCK, Action(Command.SPLIT)),
         (glfw.KEY_HOME, glfw.MOD_SHIFT, Action(Command.HOME)),
-        (glfw.KEY_R, glfw.MOD_CONTROL, None),
+        (glfw.KEY_R, glfw.MOD_CONTROL, Action(Command.RESET)),
         (glfw.KEY_W, 0, None),
     ],
 )

@@ -30,9 +30,9 @@ def viewer(request, device, shaders, tmp_path: Path) -> Iterator[Viewer]:
     if source == "model":
         source = str(tmp_path / "model.obj")
         Path(source).write_text(TRIANGLES)
-    viewer = Viewer(
-        device, load_scene(source), SETTINGS, source=source, folder=tmp_path, shaders=shaders
-    )
+    # As the program loads it: with a ground under a model.
+    scene = load_scene(source, ground="auto")
+    viewer = Viewer(device, scene, SETTINGS, source=source, folder=tmp_path, shaders=shaders)
     yield viewer
     viewer.release()
 

@@ -269,8 +269,8 @@ def test_error_against_a_reference_runs_along_with_its_rays(gl, viewer) -> None:
     assert len(set(running.values())) >= 2
     assert viewer.monitor.is_error_final
     assert 0.0 <= viewer.monitor.uncertainty <= viewer.monitor.error
-    # Fewer rays have more noise, which is part of the difference.
-    assert running[min(running)] > viewer.monitor.error > 0.0
+    # The first are of pictures that have not their full size yet: not to be compared.
+    assert viewer.monitor.error > 0.0
 
 
 def test_value_that_is_not_finite_raises_the_alarm(gl, viewer) -> None:
