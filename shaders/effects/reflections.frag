@@ -9,7 +9,8 @@
 //
 // Defines: SAMPLE_COUNT, STEP_COUNT, REFINE_COUNT, HAS_BACK_LAYER; GATHERS_SENDERS 0: what
 // blocks a direction is black; <beyond_screen>: what smooth surfaces reflect that the picture
-// does not show; GLOSSY is 1; ENVIRONMENT_KIND: as in lib/environment.glsl.
+// does not show; ENVIRONMENT_KIND: as in lib/environment.glsl.
+#define GLOSSY 1
 #define IS_OPEN 0
 #include "lib/layer_reflectance.glsl"
 #include "lib/receiver.glsl"

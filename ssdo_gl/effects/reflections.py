@@ -117,7 +117,6 @@ class ReflectionsPass(RenderPass):
             "HAS_BACK_LAYER": int(has_back_layer),
             "GATHERS_SENDERS": int(bound is not None),
             "ENVIRONMENT_KIND": kind,
-            "GLOSSY": 1,
         }
 
     def settings_key(self) -> Hashable:
@@ -132,7 +131,9 @@ class ReflectionsPass(RenderPass):
             self.settings, self._march, context.frame, self._has_back_layer, self._bound
         )
         if self._rays is not None:
-            defines = {**defines, **ray_defines(context, self._rays), "GLOSSY": 1}
+            defines = {**defines, **ray_defines(context, self._rays)}
+            # The shader is glossy by itself.
+            del defines["GLOSSY"]
             values |= ray_uniforms(context)
             beyond = "rays/beyond_screen.glsl"
         program = context.shaders.fullscreen(
