@@ -126,7 +126,7 @@ class ReflectionsPass(RenderPass):
     def execute(self, context: PassContext) -> None:
         """Draw one triangle over the target."""
         assert context.target is not None
-        defines, beyond = self._defines, "lib/beyond_screen.glsl"
+        defines, beyond = self._defines, "beyond_screens/unknown.glsl"
         values = uniforms(
             self.settings, self._march, context.frame, self._has_back_layer, self._bound
         )
@@ -135,7 +135,7 @@ class ReflectionsPass(RenderPass):
             # The shader is glossy by itself.
             del defines["GLOSSY"]
             values |= ray_uniforms(context)
-            beyond = "rays/beyond_screen.glsl"
+            beyond = "beyond_screens/traced.glsl"
         program = context.shaders.fullscreen(
             "effects/reflections.frag", defines, {"beyond_screen": beyond}
         )

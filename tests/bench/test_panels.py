@@ -31,13 +31,13 @@ class Toy(Effect):
 def test_each_reference_judges_what_it_makes():
     near, gi, visibility = error_panels()
     assert (near.name, near.method, near.aov) == ("near", "reference-near", "beauty")
-    assert near.parts == ("direct", "directional", "bounce"), "emitters are not judged"
+    assert near.parts == ("direct", "specular", "directional", "bounce"), "emitters are not judged"
     assert near.relative and near.own_radius
     assert (gi.name, gi.method, gi.parts) == ("gi", "reference-gi", ())
     assert not gi.own_radius, "a path knows no R"
     assert (visibility.name, visibility.method) == ("visibility", "reference-ao")
     assert visibility.kind == visibility.aov == "visibility" and not visibility.relative
-    assert all_aovs([near, gi]) == ("beauty", "direct", "directional", "bounce")
+    assert all_aovs([near, gi]) == ("beauty", "direct", "specular", "directional", "bounce")
 
 
 def test_a_point_is_held_to_what_it_can_reach():
@@ -55,7 +55,7 @@ def test_an_effect_appears_in_panels_grid_and_report_by_being_registered():
     before = read_grid()
     with registered(Toy()):
         near = error_panels()[0]
-        assert near.parts == ("direct", "directional", "bounce", "glow")
+        assert near.parts == ("direct", "specular", "directional", "bounce", "glow")
         toy = error_panels()[-1]
         assert (toy.name, toy.method, toy.aov) == ("openness", "reference-near", "openness")
         added = [point for point in read_grid() if point not in before]

@@ -57,7 +57,7 @@ def choices_of(name: str) -> list[dict[str, str]]:
     estimators = [dict(estimator.choices) for estimator in able] if takes_one else [{}]
     beyond: list[dict[str, str]] = [{}]
     if "#include <beyond_screen>" in read(name):
-        beyond = [{"beyond_screen": f"{folder}/beyond_screen.glsl"} for folder in ("lib", "rays")]
+        beyond = [{"beyond_screen": f"beyond_screens/{name}.glsl"} for name in ("unknown", "traced")]
     return [e | p | b for p in PROJECTIONS for e in estimators for b in beyond]
 
 
