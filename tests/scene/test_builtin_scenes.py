@@ -130,7 +130,7 @@ def test_the_coloured_lights_are_red_and_green_and_shadowed_by_ssdo() -> None:
         ("Duck.glb", 4212, 1, None, True),
         ("CornellBox-Original.obj", 36, 8, None, False),
         ("CornellBox-Sphere.obj", 2188, 8, None, True),
-        ("bunny.ply", 16301, 1, False, False),
+        ("bunny.ply", 16301, 1, False, True),
     ],
 )
 def test_real_models_load(
