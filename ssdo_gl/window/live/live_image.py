@@ -27,7 +27,7 @@ REFINE_FRAMES = 16
 _ORDER = tuple((7 + 7 * k) % REFINE_FRAMES for k in range(REFINE_FRAMES))
 # A reference in the background may keep input waiting this long.
 CHUNK_MS = 60.0
-# Samples per frame of a reference double at most this often.
+# A reference takes at most so many samples per frame.
 MAX_CHUNK = 64
 # Larger values are faults, which frames to come make good: no light brings so much.
 VALUE_BOUND = 1e18
@@ -89,7 +89,8 @@ class LiveImage:
         self._request: FrameRequest | None = None
         self._applied: Settings | None = None
         self._frames = 0
-        self._chunk = 1
+        # Samples per frame of a reference: what the time allows, and what this round takes.
+        self._chunk = self._samples = 1
         # Two sums: what a frame is added to, and what comes of it.
         self._sums: list[moderngl.Texture] = []
         self._targets: list[moderngl.Framebuffer] = []
@@ -103,6 +104,11 @@ class LiveImage:
     @property
     def _is_settled(self) -> bool:
         return self.drawing is None or self.drawing.is_settled
+
+    def has_offsets_of(self, other: LiveImage) -> bool:
+        """Return whether both images average the same sub-pixel offsets, alike."""
+        are_whole = self._frames % REFINE_FRAMES == other._frames % REFINE_FRAMES == 0
+        return are_whole or self._frames == other._frames
 
     @property
     def samples_wanted(self) -> int:
@@ -162,9 +168,7 @@ class LiveImage:
         samples = 1
         settings = request.settings
         if settings.is_reference:
-            # A view that may change with the next frame gets the least there is.
-            left = request.samples_wanted - self.sample_count
-            samples = max(1, min(self._chunk, left)) if goes_on else 1
+            samples = self._samples_of_round(request, frame)
             settings = dataclasses.replace(settings, spp=samples)
         # Not the renderer's own settings: it has filled in what the scene decides.
         if settings != self._applied:
@@ -200,6 +204,20 @@ class LiveImage:
         """Free the sums and the renderer."""
         self._free_sums()
         self.renderer.release()
+
+    def _samples_of_round(self, request: FrameRequest, frame: int) -> int:
+        """Return how many samples of a reference the next frame takes.
+
+        Each round of REFINE_FRAMES frames takes as many through every sub-pixel offset:
+        only then do edges agree with those of the other methods' average.
+        """
+        if frame == 0:
+            # A view that may change with the next frame gets the least there is.
+            self._samples = 1
+        elif frame % REFINE_FRAMES == 0:
+            left = request.samples_wanted - self.sample_count
+            self._samples = max(1, min(self._chunk, left // REFINE_FRAMES))
+        return self._samples
 
     def _choose_chunk(self, samples: int, frame_ms: float) -> None:
         """Take as many samples per frame as fit the time one may wait for the input map."""

@@ -81,7 +81,7 @@ class Monitor:
                 self.alarm = self._watch.check(texture) or self.alarm
 
     def _update_error(self, images: Sequence[LiveImage], view: View, is_finished: bool) -> None:
-        """Forget an error of other images; take a new one each time samples have doubled."""
+        """Forget an error of other images; take a new one once samples have doubled."""
         shown = (view.is_error, *(image.shows for image in images))
         if shown != self._shown:
             self._shown, self._samples = shown, 0
@@ -90,8 +90,10 @@ class Monitor:
         if not view.is_error or view.kind is not ColorMapping.DISPLAY or self.is_error_final:
             return
         counts = [image.sample_count for image in images]
-        # In motion there is one of each, and no time to read them back.
-        if is_finished or (min(counts) > 1 and sum(counts) >= 2 * self._samples):
+        # In motion there is one of each, and no time to read them back. Edges that other
+        # sub-pixel offsets have moved would outweigh all else.
+        has_doubled = min(counts) > 1 and sum(counts) >= 2 * self._samples
+        if is_finished or (has_doubled and images[0].has_offsets_of(images[-1])):
             self._samples = sum(counts)
             self.error, self.is_error_final = _difference(images), is_finished
             if self.error is not None and min(counts) > 0:

@@ -94,6 +94,25 @@ def test_what_is_not_settled_stays_out_of_the_average(live, scene, monkeypatch) 
     assert refine(live, request(scene)) == live_image.REFINE_FRAMES - 2
 
 
+@pytest.mark.parametrize("rays", [48, 64, 400])
+def test_a_reference_sees_every_sub_pixel_offset_alike(live, scene, monkeypatch, rays) -> None:
+    """Whatever time its frames take: edges are those of the other methods' average."""
+    drawn: dict[int, int] = {}
+    draw = live.renderer.draw
+
+    def counted(*names, index, **options):
+        offset = index % live_image.REFINE_FRAMES
+        drawn[offset] = drawn.get(offset, 0) + live.renderer.settings.spp
+        ms = 500.0 if len(drawn) % 5 == 0 else 1.0
+        return dataclasses.replace(draw(*names, index=index, **options), frame_ms=ms)
+
+    monkeypatch.setattr(live.renderer, "draw", counted)
+    settings = dataclasses.replace(SETTINGS, method="reference-near", spp=rays)
+    refine(live, request(scene, settings=settings))
+    assert len(drawn) == live_image.REFINE_FRAMES
+    assert set(drawn.values()) == {rays // live_image.REFINE_FRAMES}
+
+
 @pytest.mark.parametrize("aov", [name for name in AOVS if name != "beauty"])
 def test_every_image_looks_as_its_snapshot_does(gl, device, live, presenter, scene, aov) -> None:
     frames = refine(live, request(scene, aov))
