@@ -146,7 +146,7 @@ def features_of(mesh: Mesh, material: Material) -> Features:
         single_sided=material.single_sided,
         glossy=material.is_glossy,
         images=images,
-        second_uvs=images & material.second_uvs if mesh.emission_uvs is not None else frozenset(),
+        second_uvs=images & material.second_uvs if mesh.second_uvs is not None else frozenset(),
     )
 
 

@@ -59,8 +59,8 @@ def vertex_streams(gl: moderngl.Context, mesh: Mesh) -> VertexStreams:
         streams["a_normal_os"] = mesh.normals[source]
     if mesh.uvs is not None:
         streams["a_uv"] = mesh.uvs[source]
-    if mesh.emission_uvs is not None:
-        streams["a_second_uv"] = mesh.emission_uvs[source]
+    if mesh.second_uvs is not None:
+        streams["a_second_uv"] = mesh.second_uvs[source]
     if mesh.colors is not None:
         streams["a_color"] = mesh.colors[source]
     buffers = {

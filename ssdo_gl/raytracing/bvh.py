@@ -157,7 +157,7 @@ def content_key(scene: Scene) -> bytes:
 
 def _arrays(mesh: Mesh) -> tuple[NDArray[Any] | None, ...]:
     return (
-        mesh.positions, mesh.triangles, mesh.normals, mesh.uvs, mesh.emission_uvs, mesh.colors
+        mesh.positions, mesh.triangles, mesh.normals, mesh.uvs, mesh.second_uvs, mesh.colors
     )  # fmt: skip
 
 

@@ -151,7 +151,7 @@ def _emissive_rows(
     same = (triangles.material[pair[:, 0]] == triangles.material[pair[:, 1]]) & (
         triangles.light[pair[:, 0]] == triangles.light[pair[:, 1]]
     )
-    vertices, hole_uvs, uvs = _pair_corners(bvh)
+    vertices, hole_uvs, uvs = _pair_corners(bvh, scene)
     joined = both.all(axis=1) & same & _is_parallelogram(vertices)
     joined &= _is_parallelogram(uvs) & _is_parallelogram(hole_uvs)
     single = both & ~joined[:, None]
@@ -186,18 +186,25 @@ def _emissive_rows(
     return np.concatenate(rows), np.concatenate(weights), np.concatenate(owners)
 
 
-def _pair_corners(bvh: Bvh) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return vertices (P, 4, 3) and both texture coordinates (P, 4, 2) of all primitives."""
+def _pair_corners(bvh: Bvh, scene: Scene) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return vertices (P, 4, 3) and texture coordinates (P, 4, 2) of all primitives.
+
+    The first ones are those of the image with holes, the others of that of emission.
+    """
     pair, corners = bvh.primitive_triangles, bvh.primitive_corners
     fourth = (np.maximum(pair[:, 1:], 0), corners[:, 1, 2:])
     first = (pair[:, :1], corners[:, 0])
     triangles = bvh.triangles
-    glow = triangles.uvs if triangles.emission_uvs is None else triangles.emission_uvs
-    vertices, uvs, emission_uvs = (
+    glow_uvs = triangles.uvs
+    if triangles.second_uvs is not None:
+        on_second = np.array(["emission" in material.second_uvs for material in scene.materials])
+        chosen = on_second[triangles.material][:, None, None]
+        glow_uvs = np.where(chosen, triangles.second_uvs, glow_uvs)
+    vertices, hole_uvs, uvs = (
         np.concatenate([array[first], array[fourth]], axis=1)
-        for array in (triangles.positions.astype(np.float64), triangles.uvs, glow)
+        for array in (triangles.positions.astype(np.float64), triangles.uvs, glow_uvs)
     )
-    return vertices, uvs, emission_uvs
+    return vertices, hole_uvs, uvs
 
 
 def _is_parallelogram(corners: FloatArray) -> NDArray[np.bool_]:

@@ -79,7 +79,7 @@ class RayFeatures:
             cutouts=any(m.has_holes for _, m in pairs),
             single_sided=any(m.single_sided and not mesh.is_solid for mesh, m in pairs),
             second_uvs=any(
-                mesh.emission_uvs is not None and m.second_uvs & m.textures.keys()
+                mesh.second_uvs is not None and m.second_uvs & m.textures.keys()
                 for mesh, m in pairs
             ),
             glossy=any(m.is_glossy for _, m in pairs),
@@ -111,7 +111,7 @@ def surface_table(bvh: Bvh) -> NDArray[np.uint32]:
 
     Words 0-2: shading normals; 3-8: texture coordinates (float32 bits, u and v in turn);
     9-14: colours, 4 x 16 bits each. Corners in the order of the primitive's vertices.
-    Where images of emission have coordinates of their own, 2 P rows with these follow.
+    Where images have second coordinates, 2 P rows with these follow.
     """
     triangles = bvh.triangles
     chosen, corners = bvh.primitive_triangles.reshape(-1), bvh.primitive_corners.reshape(-1, 3)
@@ -124,10 +124,10 @@ def surface_table(bvh: Bvh) -> NDArray[np.uint32]:
     colors = np.rint(np.clip(triangles.colors[rows, corners], 0.0, 1.0) * 65535.0)
     packed = colors.astype(np.uint32).reshape(-1, 3, 2, 2)
     table[:, 9:15] = (packed[..., 0] | packed[..., 1] << 16).reshape(-1, 6)
-    if triangles.emission_uvs is None:
+    if triangles.second_uvs is None:
         return table
     second = np.zeros_like(table)
-    second[:, 3:9] = _uv_words(triangles.emission_uvs[rows, corners])
+    second[:, 3:9] = _uv_words(triangles.second_uvs[rows, corners])
     return np.concatenate([table, second])
 
 

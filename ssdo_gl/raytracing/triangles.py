@@ -39,8 +39,8 @@ class SceneTriangles:
         World-space origin of the frame.
     half_diagonal : float
         Length of the frame's unit, scene units, > 0.
-    emission_uvs : ndarray, shape (T, 3, 2), float64, or None
-        Texture coordinates of the emission's images; None: all are `uvs`.
+    second_uvs : ndarray, shape (T, 3, 2), float64, or None
+        Of the images of `Material.second_uvs`; None: all are `uvs`.
     """
 
     positions: NDArray[np.float32]
@@ -54,7 +54,7 @@ class SceneTriangles:
     solid: NDArray[np.bool_]
     centre: FloatArray
     half_diagonal: float
-    emission_uvs: FloatArray | None = None
+    second_uvs: FloatArray | None = None
 
     @property
     def count(self) -> int:
@@ -72,13 +72,13 @@ def normalised_frame(scene: Scene) -> tuple[FloatArray, float]:
 def scene_triangles(scene: Scene) -> SceneTriangles:
     """Flatten all instances of `scene`; triangles without area in float32 are dropped."""
     centre, half_diagonal = normalised_frame(scene)
-    two_sets = any(mesh.emission_uvs is not None for mesh in scene.meshes)
+    two_sets = any(mesh.second_uvs is not None for mesh in scene.meshes)
     parts = [
         _instances(scene, item, centre, half_diagonal, two_sets)
         for item in scene.objects
         if len(item.world_from_object)
     ]
-    positions, normals, uvs, colors, glow, material, light, smooth, single_sided, solid = (
+    positions, normals, uvs, colors, second, material, light, smooth, single_sided, solid = (
         np.concatenate([part[i] for part in parts]) for i in range(10)
     )
     positions_ns = positions.astype(np.float32)
@@ -95,7 +95,7 @@ def scene_triangles(scene: Scene) -> SceneTriangles:
         solid[keep],
         centre,
         half_diagonal,
-        glow[keep] if two_sets else None,
+        second[keep] if two_sets else None,
     )
 
 
@@ -123,7 +123,7 @@ def _instances(
 ) -> tuple[NDArray[Any], ...]:
     """Return the ten per-triangle arrays of all instances of one object.
 
-    With `two_sets` the fifth holds texture coordinates of emission; else it has no columns.
+    With `two_sets` the fifth holds second texture coordinates; else it has no columns.
     """
     mesh, matrices = scene.meshes[item.mesh], item.world_from_object
     corners, *carried = _per_corner(mesh, two_sets)
@@ -162,13 +162,13 @@ def _instances(
 
 
 def _per_corner(mesh: Mesh, two_sets: bool) -> tuple[FloatArray, ...]:
-    """Return positions, normals, texture coordinates, colours, those of emission, (T, 3, n)."""
+    """Return positions, normals, texture coordinates, colours, second coordinates, (T, 3, n)."""
     triangles = mesh.triangles
     count = len(triangles)
     # Flat ones get their face normals once all are in place.
     normals = np.zeros((count, 3, 3)) if mesh.normals is None else mesh.normals[triangles]
     uvs = np.zeros((count, 3, 2)) if mesh.uvs is None else mesh.uvs[triangles]
-    glow = uvs if mesh.emission_uvs is None else mesh.emission_uvs[triangles]
-    glow = glow if two_sets else glow[..., :0]
+    second = uvs if mesh.second_uvs is None else mesh.second_uvs[triangles]
+    second = second if two_sets else second[..., :0]
     colors = np.ones((count, 3, 4)) if mesh.colors is None else mesh.colors[triangles]
-    return mesh.positions[triangles], normals, uvs, colors, glow
+    return mesh.positions[triangles], normals, uvs, colors, second

@@ -76,7 +76,7 @@ def _key(mesh: Mesh, material: Material, item: SceneObject) -> tuple[object, ...
     ):
         return None
     common = _common(material, "")
-    has = (mesh.normals is not None, mesh.uvs is not None, mesh.emission_uvs is not None)
+    has = (mesh.normals is not None, mesh.uvs is not None, mesh.second_uvs is not None)
     return *has, mesh.closed, *_fields(common)
 
 
@@ -116,7 +116,7 @@ def _joined(
         ),
         normals=_normals(parts, members),
         uvs=_joined_uvs([part.uvs for part in parts]),
-        emission_uvs=_joined_uvs([part.emission_uvs for part in parts]),
+        second_uvs=_joined_uvs([part.second_uvs for part in parts]),
         colors=np.concatenate(colors),
         closed=parts[0].closed,
         name="joined",

@@ -219,7 +219,9 @@ def emitted_radiance(
     texture = material.emission_texture
     if texture is None or mesh.uvs is None:
         return factor
-    uvs = mesh.uvs if mesh.emission_uvs is None else mesh.emission_uvs
+    uvs = mesh.uvs
+    if mesh.second_uvs is not None and "emission" in material.second_uvs:
+        uvs = mesh.second_uvs
     uv = np.einsum("nk,nkc->nc", weights, uvs[mesh.triangles[triangles]])
     return np.asarray(factor * linear_texels(texture.pixels, uv))
 

@@ -115,7 +115,7 @@ class Material:
     occlusion_strength: float = 1.0
     is_unlit: bool = False
     blends: bool = False
-    second_uvs: frozenset[str] = frozenset({"emission"})
+    second_uvs: frozenset[str] = frozenset()
     alpha_cutoff: float | None = None
     alpha: float = 1.0
     two_sided_emission: bool = False

@@ -31,8 +31,8 @@ class Mesh:
         Unit shading normals; None: shaded flat, with the face normals.
     uvs : ndarray, shape (V, 2), float64, or None
         Texture coordinates, v = 0 at the top row of the image.
-    emission_uvs : ndarray, shape (V, 2), float64, or None
-        Those of the emission texture where they differ from `uvs`; only beside `uvs`.
+    second_uvs : ndarray, shape (V, 2), float64, or None
+        Those of the images in `Material.second_uvs`; only beside `uvs`.
     colors : ndarray, shape (V, 4), float64, or None
         Scene-linear vertex colour and alpha, [0, 1].
     closed : bool
@@ -49,7 +49,7 @@ class Mesh:
     colors: FloatArray | None = None
     closed: bool = False
     name: str = ""
-    emission_uvs: FloatArray | None = None
+    second_uvs: FloatArray | None = None
     pose: Callable[[float], Mesh | None] | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:

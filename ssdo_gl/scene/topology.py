@@ -50,7 +50,7 @@ def cleaned_mesh(
     uvs: FloatArray | None = None,
     colors: FloatArray | None = None,
     name: str = "",
-    emission_uvs: FloatArray | None = None,
+    second_uvs: FloatArray | None = None,
     closed: bool | None = None,
 ) -> Cleaned:
     """Return a mesh without unusable triangles and unused vertices.
@@ -59,7 +59,7 @@ def cleaned_mesh(
     ----------
     positions, normals : ndarray, shape (V, 3)
     triangles : ndarray, shape (T, 3)
-    uvs, emission_uvs : ndarray, shape (V, 2)
+    uvs, second_uvs : ndarray, shape (V, 2)
     colors : ndarray, shape (V, 4)
     closed : bool or None
         Whether they bound a solid; None: that is found out.
@@ -84,7 +84,7 @@ def cleaned_mesh(
         positions=np.ascontiguousarray(positions[used], dtype=np.float64),
         triangles=triangles,
         uvs=_usable_uvs(uvs, used),
-        emission_uvs=_usable_uvs(emission_uvs, used),
+        second_uvs=_usable_uvs(second_uvs, used),
         colors=None if colors is None else np.clip(np.nan_to_num(colors[used]), 0.0, 1.0),
         closed=is_closed(positions[used], triangles) if closed is None else closed,
         name=name,

@@ -137,8 +137,8 @@ def test_two_sets_of_coordinates_serve_all_images(glb: GlbWriter, tmp_path: Path
     assert material.second_uvs == {"metallic_roughness", "occlusion"}
     assert mesh.uvs is not None
     assert mesh.uvs.tolist() == [[0.5, 0], [1, 0.25], [0, 1]]
-    assert mesh.emission_uvs is not None
-    assert mesh.emission_uvs.tolist() == [[0.5, 0], [2.5, 0], [0.5, 2]]
+    assert mesh.second_uvs is not None
+    assert mesh.second_uvs.tolist() == [[0.5, 0], [2.5, 0], [0.5, 2]]
 
 
 def test_a_third_set_of_coordinates_is_named(glb: GlbWriter, tmp_path: Path) -> None:

@@ -125,8 +125,8 @@ def test_images_lie_in_two_places_at_most(write: Write) -> None:
     scene = load(write, mtl, c=grey)
     assert scene.materials[0].second_uvs == {"normal", "specular_color"}
     assert scene.meshes[0].uvs is not None
-    assert scene.meshes[0].emission_uvs is not None
-    assert scene.meshes[0].emission_uvs[1, 0] == 2.0 * scene.meshes[0].uvs[1, 0]
+    assert scene.meshes[0].second_uvs is not None
+    assert scene.meshes[0].second_uvs[1, 0] == 2.0 * scene.meshes[0].uvs[1, 0]
     notes = load(write, mtl + "\nmap_Pr -s 3 3 c.png", c=grey).notes
     assert any("third placement" in note for note in notes)
 

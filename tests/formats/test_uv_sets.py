@@ -110,3 +110,27 @@ def test_rays_meet_the_emission_where_the_second_set_has_it(
         )
     assert lights[1].mean() > 0.01
     assert lights[0] == pytest.approx(lights[1], rel=1e-4, abs=1e-6)
+
+
+@pytest.mark.parametrize("method", ["reference-gi", "direct"])
+def test_another_image_on_the_second_set_leaves_the_emission_where_it_is(
+    method: str, glb: GlbWriter, tmp_path: Path
+) -> None:
+    # By the first set the lamp is one of constant radiance, by the second it is black.
+    sets = [0.7 + 0.1 * CORNERS, 0.1 + 0.1 * CORNERS]
+    lights = []
+    for occlusion in ({"index": 0, "texCoord": 1}, {"index": 0}):
+        lamp, floor = (square(glb, 0.0, sets, material=i) for i in range(2))
+        glb.json["meshes"] = [{"primitives": [lamp]}, {"primitives": [floor]}]
+        plain = {"pbrMetallicRoughness": {"metallicFactor": 0}, "doubleSided": True}
+        glb.json["materials"] = [material({}, occlusionTexture=occlusion), plain]
+        glb.json["images"] = [{"uri": picture(SQUARES)}, {"uri": picture(LAMP)}]
+        scene = load(
+            glb,
+            tmp_path,
+            {"mesh": 1, "translation": [0, 0, 1], "scale": [0.5, 0.5, 1]},
+            {"camera": 0, "translation": [0, 0, 0.2], "rotation": [0, 1, 0, 0]},
+        )
+        lights.append(ssdo_gl.render(scene, method=method, size=(16, 16), spp=16, exposure=0.0))
+    assert lights[1].mean() > 0.01
+    assert lights[0] == pytest.approx(lights[1], rel=1e-4, abs=1e-6)

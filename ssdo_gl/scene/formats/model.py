@@ -54,7 +54,7 @@ class Model:
         uvs: FloatArray | None = None,
         colors: FloatArray | None = None,
         name: str = "",
-        emission_uvs: FloatArray | None = None,
+        second_uvs: FloatArray | None = None,
         vertices_at: VerticesAt | None = None,
     ) -> int | None:
         """Clean and add a mesh; return its index, or None if nothing was left.
@@ -72,7 +72,7 @@ class Model:
         self.triangle_count += len(triangles)
         if self.triangle_count > MAX_TRIANGLES:
             raise ValueError(f"{self.triangle_count} triangles: at most {MAX_TRIANGLES} in a file")
-        cleaned = cleaned_mesh(positions, triangles, normals, uvs, colors, name, emission_uvs)
+        cleaned = cleaned_mesh(positions, triangles, normals, uvs, colors, name, second_uvs)
         for what, count in (
             ("triangles with NaN or infinite corners dropped", cleaned.not_finite),
             ("triangles without area dropped", cleaned.zero_area),
@@ -87,7 +87,7 @@ class Model:
             def pose(seconds: float) -> Mesh | None:
                 positions, normals = vertices_at(seconds)
                 return cleaned_mesh(
-                    *(positions, triangles, normals, uvs, colors, name, emission_uvs),
+                    *(positions, triangles, normals, uvs, colors, name, second_uvs),
                     closed=mesh.closed,
                 ).mesh
 
@@ -191,7 +191,7 @@ class Model:
             builder.materials += self.materials
         else:  # whose images all use the same coordinates
             builder.meshes += [
-                mesh.changed(lambda m: dataclasses.replace(m, emission_uvs=None))
+                mesh.changed(lambda m: dataclasses.replace(m, second_uvs=None))
                 for mesh in self.meshes
             ]
         for note in self.all_notes():

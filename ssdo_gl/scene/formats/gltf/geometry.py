@@ -23,7 +23,7 @@ class Shape:
     ----------
     positions, normals : ndarray, shape (V, 3)
     triangles : ndarray, shape (T, 3)
-    uvs, emission_uvs : ndarray, shape (V, 2)
+    uvs, second_uvs : ndarray, shape (V, 2)
     colors : ndarray, shape (V, 4)
         Linear, as the format defines them.
     joints, weights : ndarray, shape (V, 4 k)
@@ -39,7 +39,7 @@ class Shape:
     joints: NDArray[np.int64] | None
     weights: FloatArray | None
     targets: tuple[tuple[Offsets, Offsets], ...] = ()
-    emission_uvs: FloatArray | None = None
+    second_uvs: FloatArray | None = None
 
     def morphed(self, weights: Sequence[float]) -> tuple[FloatArray, FloatArray | None]:
         """Return positions and normals under weights of the targets; missing ones are 0."""
@@ -75,8 +75,7 @@ def read_shape(
     Parameters
     ----------
     uv_sets : pair of int
-        Which TEXCOORD_n the material's textures use; None where the emission's does as
-        the other.
+        Which TEXCOORD_n the material's textures use; None where all use the first.
     is_morphed : sequence of bool
         Which morph targets matter; missing ones do not.
     """

@@ -234,8 +234,8 @@ class _Reader:
                 shape.colors,
                 name,
                 # Without coordinates of their own, the first have to do.
-                second.transformed(shape.emission_uvs)
-                if second and shape.uvs is not None and shape.emission_uvs is not None
+                second.transformed(shape.second_uvs)
+                if second and shape.uvs is not None and shape.second_uvs is not None
                 else None,
                 functools.partial(poses.of, shape) if poses.moves(shape) else None,
             )

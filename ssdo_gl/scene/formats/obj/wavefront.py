@@ -143,16 +143,16 @@ def _add_mesh(
     order, _ = triangulated(vertices.positions[corners[:, 0]], flat, np.array(group.counts))
     corners, triangles, normals = _with_normals(corners, flat[order], vertices)
     vertex, uv, _ = corners.T
-    uvs = emission_uvs = None
+    uvs = second_uvs = None
     if np.any(uv >= 0):
         # Corners without coordinates show the image's origin.
         own = np.where(uv[:, None] >= 0, vertices.uvs[uv], 0.0)
         uvs = _downward(own if entry is None else entry.placement.placed(own))
         if entry is not None and entry.second_placement is not None:
-            emission_uvs = _downward(entry.second_placement.placed(own))
+            second_uvs = _downward(entry.second_placement.placed(own))
     colors = vertices.colors[vertex] if np.any(vertices.colored[vertex]) else None
     return model.add_mesh(
-        vertices.positions[vertex], triangles, normals, uvs, colors, name, emission_uvs
+        vertices.positions[vertex], triangles, normals, uvs, colors, name, second_uvs
     )
 
 
