@@ -284,7 +284,9 @@ def _step(flight: Flight, controls: Controls, speed: float, seconds: float) -> F
         pitch_goal=limited_pitch(pitch_goal, flight.pitch_goal),
         dolly=flight.dolly - dolly,
     )
-    return _around_pivot(flight, moved, math.exp(-dolly)) if flight.orbiting else moved
+    # What stands still must not drift by the rounding of a turn about nothing.
+    is_turned = flight.orbiting and moved != flight
+    return _around_pivot(flight, moved, math.exp(-dolly)) if is_turned else moved
 
 
 def _around_pivot(before: Flight, after: Flight, ratio: float) -> Flight:

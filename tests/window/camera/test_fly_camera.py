@@ -200,6 +200,14 @@ def test_flight_comes_to_rest_and_then_stays_bit_equal() -> None:
     assert advance(flight, Controls(), 0.016) == flight
 
 
+def test_orbit_comes_to_rest_and_then_stays_bit_equal() -> None:
+    flight = start_flight(Camera(position=(2.3, 1.9, 2.9), target=(0.35, 0.42, 0.35)), DIAGONAL)
+    flight = fly_camera.set_pivot(flight, (0.11172773, -6.2e-08, 0.03464469))
+    flight = nudge(flight, Controls(orbit=(-0.108, 0.0)), 60.0, 4.0)
+    assert not flight.is_moving
+    assert advance(flight, Controls(), 0.016) == flight
+
+
 @pytest.mark.parametrize("rate", FRAME_RATES)
 def test_orbit_keeps_the_pivot_at_its_place_in_the_picture(rate: float) -> None:
     pivot = (0.4, 0.3, -0.2)
