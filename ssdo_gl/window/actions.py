@@ -34,6 +34,9 @@ class Host(Protocol):
 
     recent: Recent
 
+    def permits(self, command: Command) -> bool:
+        """Return whether a command may be carried out from there."""
+
     def defer(self, act: Callable[[], object]) -> None:
         """Do something between two frames: the panel is drawn within them, too."""
 
@@ -76,6 +79,9 @@ class Host(Protocol):
 
 def perform(action: Action, viewer: Viewer, host: Host) -> None:
     """Carry out `action`; what goes wrong becomes a message."""
+    if not host.permits(action.command):
+        viewer.say(f"only in a window: {action.command.value}", key="refused")
+        return
     try:
         _ACTIONS[action.command](viewer, host, action.number)
     except (OutputError, SettingError) as error:

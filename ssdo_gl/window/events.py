@@ -4,18 +4,38 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import TYPE_CHECKING, Protocol
 
 import glfw
 
-from ssdo_gl.window.actions import perform
+from ssdo_gl.window.actions import Host, perform
 from ssdo_gl.window.bindings import Action, Command
 from ssdo_gl.window.divider import DividerGrip
-from ssdo_gl.window.glfw_window import GlfwWindow
-from ssdo_gl.window.host import WindowHost
 from ssdo_gl.window.input_map import InputMap
 from ssdo_gl.window.viewer import Viewer
 
+if TYPE_CHECKING:
+    from ssdo_gl.window.overlay import Overlay
+
 PANEL_FRAMES = 3  # after an event: hover and layout take two to settle
+
+
+class EventSource(Protocol):
+    """Where events come from: a window, or a page."""
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height in the coordinates of its events."""
+
+    @property
+    def content_scale(self) -> float:
+        """By how much text must grow to keep its size."""
+
+
+class EventHost(Host, Protocol):
+    """The host of commands, with the panel that hears of events first."""
+
+    overlay: Overlay | None
 
 
 class Events:
@@ -37,7 +57,7 @@ class Events:
     """
 
     def __init__(
-        self, window: GlfwWindow, viewer: Viewer, input_map: InputMap, host: WindowHost
+        self, window: EventSource, viewer: Viewer, input_map: InputMap, host: EventHost
     ) -> None:
         self.pending: list[Callable[[], object]] = []
         self.has_input = self.wants_release = False

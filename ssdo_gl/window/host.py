@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ssdo_gl.scene.load import builtin_names
+from ssdo_gl.window.bindings import Command
 from ssdo_gl.window.file_dialog import FileDialog
 from ssdo_gl.window.film import FilmExport
 from ssdo_gl.window.glfw_window import GlfwWindow
@@ -55,6 +56,10 @@ class WindowHost:
         self._input = input_map
         self._film = film
         self._waits = True
+
+    def permits(self, command: Command) -> bool:
+        """Return True: who sits at the machine may do everything."""
+        return True
 
     def open(self, path: str) -> None:
         """Show, between two frames, the model, scene or preset at `path`, or a built-in scene."""

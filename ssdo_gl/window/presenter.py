@@ -46,10 +46,13 @@ class Presenter:
     ----------
     picture : moderngl.Framebuffer or None
         8-bit sRGB, what `draw` made last.
+    draw_count : int
+        Pictures that were made: tells a new one from the last.
     """
 
     def __init__(self, device: Device, shaders: ShaderLibrary) -> None:
         self.picture: moderngl.Framebuffer | None = None
+        self.draw_count = 0
         self._texture: moderngl.Texture | None = None
         self._gl = device.gl
         self._shaders = shaders
@@ -86,6 +89,7 @@ class Presenter:
         """
         self._fit(size)
         assert self.picture is not None
+        self.draw_count += 1
         if view.is_error and right is not None:
             self._draw_error(view, left, right, exposure)
             return

@@ -8,15 +8,14 @@ import time
 import glfw
 
 from ssdo_gl.gpu.shader import ShaderError
-from ssdo_gl.window.camera import Controls
 from ssdo_gl.window.events import PANEL_FRAMES, Events
 from ssdo_gl.window.film import FilmExport, Interrupted
 from ssdo_gl.window.glfw_window import GlfwWindow, gamepad, has_gamepad
 from ssdo_gl.window.host import NO_PANEL, WindowHost
 from ssdo_gl.window.hot_reload import ShaderWatch, shader_folder
-from ssdo_gl.window.input_map import InputMap, combined
-from ssdo_gl.window.opened import fault_text
+from ssdo_gl.window.input_map import combined
 from ssdo_gl.window.viewer import Viewer
+from ssdo_gl.window.viewer_loop import AHEAD_SECONDS, ViewerLoop
 
 # How long to sleep when there is nothing to do. Files are looked at as often.
 IDLE_SECONDS = 0.5
@@ -25,23 +24,18 @@ GAMEPAD_SECONDS = 1.0 / 60.0
 # of the time: it has to be answered, and the frame to be finished.
 BEAT_SECONDS = 1.0 / 60.0
 BEAT_SHARE = 0.4
-# The first frame after sleep shows the camera this much later, when it will be seen.
-# Without it a key would be answered by a picture of where the camera was.
-AHEAD_SECONDS = 1.0 / 60.0
 _HINT = "drag: orbit   wheel: closer   right drag: look   WASD: fly   F1: all keys   Tab: panel"
 
 
-class Session:
+class Session(ViewerLoop):
     """A viewer in a window."""
 
     def __init__(self, window: GlfwWindow, title: str, viewer: Viewer) -> None:
+        super().__init__(viewer)
         self._window = window
-        self._viewer = viewer
-        self._input = InputMap()
         self._input.cursor_jumped(*window.cursor)
         self._shader_watch = ShaderWatch(self._viewer.shaders, shader_folder())
         self._film = FilmExport(self._viewer)
-        self._is_broken = False
         self._drawn_at = self._draw_seconds = 0.0
         self._host = WindowHost(window, viewer, self._input, self._film, title)
         self._host.reload = self._reload_shaders
@@ -109,7 +103,7 @@ class Session:
         """Let the time between two moments pass, and draw what is due."""
         sizes = self._window.sizes
         size = sizes[1]
-        self._perform_pending(size)
+        self._perform_pending(draws=min(size) > 0 and not self._film.is_busy)
         if self._host.look_at_files():
             self._events.panel_frames = PANEL_FRAMES
         self._hide_cursor()
@@ -130,42 +124,6 @@ class Session:
             self._events.panel_frames = max(self._events.panel_frames, 2)
         if min(size) > 0 and (drew or self._events.panel_frames > 0):
             self._draw(sizes)
-
-    def _perform_pending(self, size: tuple[int, int]) -> None:
-        """Do what events have asked for, once there is a picture that it may be about.
-
-        After a frame that was given up there is none; the next one is coarse, and comes
-        whatever happens.
-        """
-        draws = min(size) > 0 and not (self._is_broken or self._film.is_busy)
-        if draws and not self._viewer.has_drawing:
-            self._viewer.touch()
-            return
-        pending, self._events.pending = self._events.pending, []
-        for act in pending:
-            act()
-
-    def _render(self, controls: Controls, seconds: float, size: tuple[int, int]) -> bool:
-        """Let the viewer draw; return whether there is another picture."""
-        if self._is_broken:
-            return False
-        try:
-            return self._viewer.frame(controls, seconds, size, self._between_slices)
-        except Interrupted:
-            return False
-        except ShaderError as error:
-            # A variant that was never compiled has no last good version.
-            self._is_broken = True
-            self._show_faults((*self._shader_watch.faults, str(error)))
-            return False
-        # What a file, a preset or a flight has led to: go back to where it worked.
-        except Exception as error:
-            if not self._viewer.step_back():
-                raise
-            text = f"cannot be drawn: {fault_text(error)}"
-            self._viewer.say(text, is_fault=True)
-            print(f"ssdo-gl: {text}", file=sys.stderr)
-            return False
 
     def _draw(self, sizes: tuple[tuple[int, int], tuple[int, int]]) -> None:
         """Show the picture, and the panel over it, in a window as `GlfwWindow.sizes` has it."""
@@ -223,6 +181,9 @@ class Session:
             raise Interrupted
 
     # --- shaders -------------------------------------------------------------------
+
+    def _show_broken(self, error: ShaderError) -> None:
+        self._show_faults((*self._shader_watch.faults, str(error)))
 
     def _reload_shaders(self) -> None:
         self._shader_watch.reload()

@@ -39,6 +39,9 @@ class FakeHost:
         self.recent = Recent(Path("/nonexistent"))
         self.opened: list[str] = []
 
+    def permits(self, command: object) -> bool:
+        return True
+
     def defer(self, act: Callable[[], object]) -> None:
         act()
 

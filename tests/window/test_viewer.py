@@ -44,6 +44,9 @@ class FakeHost:
         self.asked: list[str] = []
         self.clipboard = ""
 
+    def permits(self, command: Command) -> bool:
+        return True
+
     def cursor_uv(self) -> tuple[float, float]:
         return 0.5, 0.6
 
