@@ -46,6 +46,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("renderer",),
     ("film",),
     ("headless", "bench", "window"),
+    ("serve",),
     ("cli",),
     ("__init__", "__main__"),
 )

@@ -1,0 +1,209 @@
+"""A viewer without a window: takes events of a page, gives encoded pictures. Knows no network."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+
+import glfw
+
+from ssdo_gl.gpu.shader import ShaderError
+from ssdo_gl.serve.delivery import Delivery, SentPicture
+from ssdo_gl.serve.key_codes import BUTTONS, KEYS
+from ssdo_gl.serve.page_events import PageEventError, pixels_of
+from ssdo_gl.serve.page_state import choose, shown_state
+from ssdo_gl.serve.remote_host import RemoteHost
+from ssdo_gl.settings.fields import SettingError
+from ssdo_gl.window.events import Events
+from ssdo_gl.window.film import Interrupted
+from ssdo_gl.window.viewer import Viewer
+from ssdo_gl.window.viewer_loop import AHEAD_SECONDS, ViewerLoop
+
+
+class RemoteSession(ViewerLoop):
+    """A viewer whose events come from, and whose pictures go to, somewhere else.
+
+    Everything is called in the thread that owns the viewer's context.
+
+    Parameters
+    ----------
+    viewer : Viewer
+        Belongs to the session from now on.
+    size : (int, int)
+        Of the picture until an event says another one.
+
+    Attributes
+    ----------
+    size : (int, int)
+        Of the page's picture in the coordinates of its events.
+    pixels : (int, int)
+        Of the picture.
+    between_slices : callable
+        Called every few milliseconds of a long frame, to hand over events; returns whether
+        somebody else waits for the device.
+
+    Examples
+    --------
+    ::
+
+        session = RemoteSession(viewer, (640, 360))
+        session.handle(checked_event({"type": "key", "code": "KeyF", ...}))
+        while session.is_due:
+            picture = session.step()  # None: nothing to send
+            ...
+            session.handle(checked_event({"type": "ack", "frame": picture.number}))
+    """
+
+    content_scale = 1.0
+
+    def __init__(
+        self,
+        viewer: Viewer,
+        size: tuple[int, int],
+        clock: Callable[[], float] = time.perf_counter,
+    ) -> None:
+        super().__init__(viewer, clock)
+        self.viewer = viewer
+        self.size = self.pixels = size
+        self.between_slices: Callable[[], bool] = lambda: False
+        self._clock = clock
+        self._host = RemoteHost(self._cursor_uv)
+        self._events = Events(self, viewer, self._input, self._host)
+        self._host.defer = self._events.defer
+        self._delivery = Delivery(clock)
+        self._stepped_at: float | None = None
+        self._sent_count = 0
+        self._sent_is_lossless = False
+
+    # --- what comes ----------------------------------------------------------------
+
+    def handle(self, event: Mapping[str, Any]) -> None:
+        """Take an event as `page_events.checked_event` returns it."""
+        getattr(self, f"_on_{event['type']}")(event)
+
+    def _on_key(self, event: Mapping[str, Any]) -> None:
+        key = KEYS.get(event["code"])
+        if key is None:
+            return
+        action = glfw.RELEASE
+        if event["down"]:
+            action = glfw.REPEAT if event["repeat"] else glfw.PRESS
+        self._events.on_key(key, action, event["mods"])
+
+    def _on_button(self, event: Mapping[str, Any]) -> None:
+        if event["down"]:
+            # A finger comes from nowhere.
+            self._input.cursor_jumped(event["x"], event["y"])
+        action = glfw.PRESS if event["down"] else glfw.RELEASE
+        self._events.on_button(BUTTONS[event["button"]], action)
+
+    def _on_cursor(self, event: Mapping[str, Any]) -> None:
+        self._events.on_cursor(event["x"], event["y"])
+
+    def _on_wheel(self, event: Mapping[str, Any]) -> None:
+        self._events.on_scroll(0.0, event["notches"])
+
+    def _on_focus(self, event: Mapping[str, Any]) -> None:
+        self._events.on_focus(event["has"])
+
+    def _on_size(self, event: Mapping[str, Any]) -> None:
+        self.size = round(event["width"]), round(event["height"])
+        self.pixels = pixels_of(event)
+        self._events.on_change()
+
+    def _on_ack(self, event: Mapping[str, Any]) -> None:
+        self._delivery.acknowledge(event["frame"])
+
+    def _on_choose(self, event: Mapping[str, Any]) -> None:
+        self._events.defer(partial(self._choose, event["what"], event["value"]))
+
+    def _choose(self, what: str, value: object) -> None:
+        try:
+            choose(self.viewer, what, value)
+        except (PageEventError, SettingError) as error:
+            self.viewer.say(str(error), is_fault=True)
+
+    def _cursor_uv(self) -> tuple[float, float]:
+        (x, y), (width, height) = self._input.cursor_px, self.size
+        return (0.5, 0.5) if self._input.is_looking else (x / width, y / height)
+
+    # --- what goes -----------------------------------------------------------------
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """What the page shows around the picture."""
+        self.viewer.messages.expire()
+        return {**shown_state(self.viewer), "looking": self._input.is_looking}
+
+    def take_clipboard(self) -> str:
+        """Return what the page shall put on its clipboard, once; empty if there is nothing."""
+        text, self._host.clipboard = self._host.clipboard, ""
+        return text
+
+    @property
+    def is_moving(self) -> bool:
+        """Whether somebody waits for the answer to what they do."""
+        events = self._events
+        has_input = bool(events.pending) or events.has_input or self._input.is_holding
+        return not self._is_broken and (has_input or not self.viewer.is_resting)
+
+    @property
+    def is_due(self) -> bool:
+        """Whether `step` has something to do.
+
+        Not in motion while earlier pictures are on their way: what would be drawn would be
+        old by the time that it may be sent.
+        """
+        if self._is_broken:
+            return False
+        if self._delivery.has_room:
+            return self.viewer.is_busy or self.is_moving or self._is_unsent
+        return self.viewer.is_busy and not self.is_moving
+
+    @property
+    def _is_unsent(self) -> bool:
+        """Whether what is shown is not what was sent last, or that not lossless."""
+        count = self.viewer.presenter.draw_count
+        is_due = not self._sent_is_lossless and not self.viewer.is_busy
+        return count > 0 and (count != self._sent_count or is_due)
+
+    def step(self) -> SentPicture | None:
+        """Let time pass, draw what is due; return a picture if there is one to send."""
+        now = self._clock()
+        if self._stepped_at is not None:
+            # Not before what was seen ahead.
+            since, now = self._stepped_at, max(now, self._stepped_at)
+        else:
+            since, now = now, now + (AHEAD_SECONDS if self._events.has_input else 0.0)
+        self._perform_pending(draws=True)
+        controls = self._input.take(since, now, self.size[1])
+        self._events.has_input = self._events.wants_release = False
+        self._render(controls, now - since, self.pixels)
+        if not (self._input.is_holding or self._input.is_dragging):
+            self.viewer.note_edits()
+        # What is slept through is no flight.
+        is_busy = self.viewer.is_busy or self._input.is_holding
+        self._stepped_at = now if is_busy else None
+        if not self._delivery.has_room or not self._is_unsent:
+            return None
+        self._sent_count = self.viewer.presenter.draw_count
+        self._sent_is_lossless = not self.viewer.is_busy
+        pixels = self.viewer.presenter.pixels()
+        return self._delivery.pack(pixels, is_lossless=self._sent_is_lossless)
+
+    def release(self) -> None:
+        """Free everything on the device."""
+        self.viewer.release()
+
+    def _between_slices(self, what: str, done: int, total: int) -> None:
+        others_wait = self.between_slices()
+        wants_another = self._events.has_input or self.viewer.is_outdated(is_edited=False)
+        if self.viewer.can_be_given_up and (wants_another or others_wait):
+            raise Interrupted
+
+    def _show_broken(self, error: ShaderError) -> None:
+        self.viewer.say(str(error), is_fault=True)
+        print(f"ssdo-gl: {error}", file=sys.stderr)
