@@ -59,6 +59,12 @@ class BenchRenderer:
         self.renderer.use(settings)
         return self.renderer.render(wanted, camera=self.camera).images
 
+    def why_spared(self, settings: Settings, effect: str) -> str | None:
+        """Return why the plan of a picture spares `effect`; None where it does not."""
+        self.renderer.use(settings)
+        decisions = self.renderer.render(("beauty",), camera=self.camera).decisions
+        return next((d.reason for d in decisions if d.effect == effect and not d.run), None)
+
     def timed(self, settings: Settings, wanted: Sequence[str], frames: int) -> MedianTimes:
         """Return times of `frames` warm frames that each recompute the whole view."""
         self.renderer.use(settings)

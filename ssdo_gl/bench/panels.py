@@ -50,6 +50,11 @@ class ErrorPanel:
         return self.aov == "beauty"
 
     @property
+    def is_all_light(self) -> bool:
+        """Whether its reference shows all light transport."""
+        return METHODS[self.method].is_all_light
+
+    @property
     def kind(self) -> str:
         """Which points it judges."""
         return PICTURE if self.is_picture else self.aov
@@ -73,8 +78,8 @@ class ErrorPanel:
         """Whether `point` can be held to this panel's reference."""
         if point.kind != self.kind:
             return False
-        # Full transport is held to its own reference only.
-        if point.method == "reference-gi" != self.method:
+        # What shows more than the near field would only seem wrong beside it.
+        if METHODS[point.method].is_all_light and not self.is_all_light:
             return False
         return not self.own_radius or point.radius_factor == 1.0
 
@@ -96,12 +101,15 @@ def _panels_of(method: Method) -> Iterator[ErrorPanel]:
     if any(effect.terms or effect.picture for effect in own):
         # A reference that is the whole picture does not tell its terms apart.
         parts = () if any(effect.picture for effect in own) else _terms(members)
+        against = f"the {method.label}"
+        if method.is_all_light:
+            against = f"all light transport ({method.label})"
         yield ErrorPanel(
             method.name.removeprefix("reference-"),
             method.name,
             "beauty",
-            f"Picture against the {method.label}",
-            f"{lacks}, and shadow maps" + ("" if has_radius else ", and what lies beyond R"),
+            f"Picture against {against}",
+            f"{lacks}, and shadow maps",
             parts,
             has_radius,
         )

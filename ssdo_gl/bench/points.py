@@ -200,17 +200,23 @@ def _small_family(kind: str, method: Method, estimator: str | None) -> dict[str,
     return family | {"name": " ".join(filter(None, (method.name, estimator, kind)))}
 
 
-def screen_space_method(kind: str) -> str:
+def screen_space_method(kind: str, *, all_light: bool = False) -> str:
     """Return the method that shows all that screen space knows of a kind of points.
 
     Of pictures it is the one with the most terms, of images the first that has it.
+
+    Parameters
+    ----------
+    all_light : bool
+        Whether light from beyond R counts, too.
     """
 
-    def count(name: str) -> int:
+    def count(name: str) -> tuple[bool, int]:
         members = [e for e in registry.effects() if name in e.methods]
         if kind == PICTURE:
-            return sum(len(effect.terms) for effect in members)
-        return any(kind in effect.images for effect in members)
+            is_wanted = METHODS[name].is_all_light == all_light
+            return is_wanted, sum(len(effect.terms) for effect in members)
+        return True, any(kind in effect.images for effect in members)
 
     return max((n for n, method in METHODS.items() if not method.is_reference), key=count)
 

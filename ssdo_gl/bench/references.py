@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 import time
 from collections.abc import Mapping, Sequence
@@ -75,7 +76,8 @@ class ReferenceSet:
     floors : dict of str to Scalars
         What the converged march loses to each reference.
     limits : dict of str to Reference
-        The converged march itself, averaged over its seeds.
+        The converged march itself, averaged over its seeds; with light from beyond R where
+        the reference has that.
     """
 
     by_panel: dict[str, Reference]
@@ -83,25 +85,26 @@ class ReferenceSet:
     limits: dict[str, Reference]
 
 
-def converged_march(kind: str) -> Point:
+def converged_march(panel: ErrorPanel) -> Point:
     """Return a point whose error is what one camera layer does not show, and shadow maps."""
-    return Point(kind, "limit", screen_space_method(kind), "march", 1024, 32, 1.0, "none")
+    method = screen_space_method(panel.kind, all_light=panel.is_all_light)
+    return Point(panel.kind, "limit", method, "march", 1024, 32, 1.0, "none")
 
 
 def make_references(request: ReferenceRequest, progress: StageProgress) -> ReferenceSet:
     """Return references, refined as far as they must be, and the converged march."""
     found = ReferenceSet({}, {}, {})
-    for kind in request.kinds:
-        panels = [panel for panel in error_panels() if panel.kind == kind]
-        point = converged_march(kind)
+    panels = [panel for panel in error_panels() if panel.kind in request.kinds]
+    for point, group in itertools.groupby(panels, converged_march):
+        alike = list(group)
         renderings = render_seeds(
-            request.renderer, point, request.base, request.seeds, all_aovs(panels)
+            request.renderer, point, request.base, request.seeds, all_aovs(alike)
         )
         kept = Accumulator()
         for rendering in renderings:
             kept.add(rendering)
         limit = kept.reference(point.samples * request.seeds, 0.0)
-        for panel in panels:
+        for panel in alike:
             reference, floor = make_reference(panel, request, renderings, progress)
             found.by_panel[panel.name] = reference
             found.floors[panel.name] = floor

@@ -46,6 +46,8 @@ from ssdo_gl.bench.storage import (
     read_json,
     replace_json,
 )
+from ssdo_gl.effects.far_field import FarField
+from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.gpu.context import create_context
 from ssdo_gl.headless.progress import StageProgress, stage_progress
 from ssdo_gl.images.error import Mask
@@ -150,6 +152,7 @@ def run_bench(
             base = dataclasses.replace(r.settings, antialias=1, estimator=None, max_error=None)
             machine = describe_machine(device, r.timer_kind, command)
             run = BenchRun(BenchRenderer(r), base, points, plan, quick, outdir, progress, camera)
+            run.leave_out_needless()
             try:
                 bench = run.measure(scene_source, machine, opener(device))
             except KeyboardInterrupt:
@@ -188,6 +191,16 @@ class BenchRun:
         self.progress = progress
         self.camera = camera
         self.notes: list[str] = []
+
+    def leave_out_needless(self) -> None:
+        """Leave out points of all light where none comes from beyond R, and note why."""
+        needless = [p for p in self.points if METHODS[p.method].is_all_light and p.estimator]
+        if not needless:
+            return
+        reason = self.renderer.why_spared(needless[0].settings(self.base), FarField.title)
+        if reason is not None:
+            self.points = [p for p in self.points if p not in needless]
+            self.notes.append(f"gi is not measured, as nothing comes from beyond R: {reason}.")
 
     def measure(
         self, source: str, machine: Mapping[str, Any], open_renderer: OpenRenderer

@@ -151,6 +151,8 @@ class FarField(Effect):
     """What arrives from beyond R, and with it all of the light."""
 
     name = "far_field"
+    # As decisions call it.
+    title = "far field"
     methods = frozenset({"gi"})
     settings: ClassVar[Mapping[str, type]] = {"far_field": FarFieldSettings}
     traces = True
@@ -166,7 +168,7 @@ class FarField(Effect):
         content = request.content
         is_lit = content.environment != "none" or content.has_lights or content.has_unlit_emission
         return request.decision(
-            "far field",
+            self.title,
             "light comes from beyond R, and bounces on",
             [
                 (request.is_view_empty, "no surface is in view"),

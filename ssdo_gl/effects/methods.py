@@ -29,8 +29,8 @@ class Method:
     estimator : str
         The estimator where none is chosen.
     is_all_light : bool
-        It is to show all light transport, in screen space: a light is blocked by whatever
-        stands before it, not only by what is within R.
+        It is to show all light transport: a light is blocked by whatever stands before it,
+        not only by what is within R.
     """
 
     name: str
@@ -90,7 +90,11 @@ METHODS: Mapping[str, Method] = {
             is_reference=True,
         ),
         Method(
-            "reference-gi", "path-traced GI", "all light transport, by paths", is_reference=True
+            "reference-gi",
+            "path-traced GI",
+            "all light transport, by paths",
+            is_reference=True,
+            is_all_light=True,
         ),
     )
 }

@@ -87,7 +87,9 @@ class Planner:
         last = self._last
         if last is not None and _identical(last[0], same) and last[1] == view_key:
             return last[2]
-        if METHODS[settings.method].is_all_light and settings.chosen_shadows != "none":
+        # Rays ask no light how it is shadowed.
+        by_maps = not settings.is_reference and settings.chosen_shadows != "none"
+        if METHODS[settings.method].is_all_light and by_maps:
             scene, moved = self._shadowed(scene), self._shadowed(moved)
         content = self.content(scene)
         facts = None

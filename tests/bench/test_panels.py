@@ -35,6 +35,8 @@ def test_each_reference_judges_what_it_makes():
     assert near.relative and near.own_radius
     assert (gi.name, gi.method, gi.parts) == ("gi", "reference-gi", ())
     assert not gi.own_radius, "a path knows no R"
+    assert gi.is_all_light and "all light transport" in gi.title
+    assert not near.is_all_light
     assert (visibility.name, visibility.method) == ("visibility", "reference-ao")
     assert visibility.kind == visibility.aov == "visibility" and not visibility.relative
     assert all_aovs([near, gi]) == ("beauty", "direct", "specular", "directional", "bounce")
@@ -47,8 +49,22 @@ def test_a_point_is_held_to_what_it_can_reach():
     wide = Point("radiance", "f", "bounce", "march", radius_factor=2.0)
     assert [p.judges(wide) for p in (near, gi, visibility)] == [False, True, False]
     paths = Point("radiance", "f", "reference-gi", spp=4)
-    assert [p.judges(paths) for p in (near, gi, visibility)] == [False, True, False]
+    all_light = Point("radiance", "f", "gi", "march")
+    for point in (paths, all_light):
+        assert [p.judges(point) for p in (near, gi, visibility)] == [False, True, False]
     assert visibility.judges(Point("visibility", "f", "ssao", "hemisphere"))
+
+
+def test_what_is_converged_has_the_light_that_the_reference_has():
+    near, gi, visibility = error_panels()
+    methods = [converged_march(panel).method for panel in (near, gi, visibility)]
+    assert methods == ["bounce", "gi", "ssao"]
+
+
+def test_all_light_is_part_of_the_sweep_and_of_its_quick_form():
+    points = [p for p in read_grid() if p.method == "gi" and p.estimator == "march"]
+    assert {p.resolution_scale for p in points} == {0.5, 1.0}
+    assert {p.resolution_scale for p in points if p.quick} == {0.5, 1.0}
 
 
 def test_an_effect_appears_in_panels_grid_and_report_by_being_registered():
@@ -64,7 +80,7 @@ def test_an_effect_appears_in_panels_grid_and_report_by_being_registered():
         }
         assert any(p.quick for p in added)
         assert all(toy.judges(p) for p in added)
-        assert converged_march("openness").method == "bounce"
+        assert converged_march(toy).method == "bounce"
         found = bench()
         assert "openness error" in report_html(found) and ">glow<" in report_html(found)
         assert "openness_error" in as_row(found.results[0])

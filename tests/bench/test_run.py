@@ -241,3 +241,20 @@ def test_emitters_and_background_do_not_count():
     assert not mask[:2].any()
     assert not mask[:, 0].any()
     assert mask[2:, 1:].all()
+
+
+@pytest.mark.parametrize("reason", [None, "it stands alone"])
+def test_all_light_is_measured_where_some_comes_from_beyond_the_radius(tmp_path, reason):
+    renderer = FakeRenderer()
+    renderer.why_spared = lambda settings, effect: reason  # type: ignore[attr-defined]
+    points = [
+        *POINTS,
+        Point("radiance", "f", "gi", "march"),
+        Point("radiance", "f", "reference-gi"),
+    ]
+    progress = StageProgress(None, None)
+    bench_run = BenchRun(renderer, BASE, points, PLAN, False, tmp_path, progress)
+    bench_run.leave_out_needless()
+    left_out = [p.method for p in points if p not in bench_run.points]
+    assert left_out == ([] if reason is None else ["gi"])
+    assert [reason in note for note in bench_run.notes if reason] == [True] * len(left_out)

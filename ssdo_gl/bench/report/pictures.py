@@ -116,8 +116,7 @@ def take_pictures(
         if panel.name not in references:
             continue
         target = shown(panel, references[panel.name].images[panel.aov], exposure)
-        # Of two references of one kind the first judges the FLIP maps: the near-field one.
-        targets.setdefault(panel.kind, (panel, target))
+        targets[panel.name] = panel, target
         pictures.append(
             Picture(
                 f"reference: {panel.method}",
@@ -129,10 +128,11 @@ def take_pictures(
             )
         )
     for done, result in enumerate(results, 1):
-        kind = result.point.kind
-        if kind not in targets:
+        # Of two references that judge a point the first makes its FLIP map: the near-field one.
+        judging = [targets[name] for name in result.verdicts if name in targets]
+        if not judging:
             continue
-        panel, target = targets[kind]
+        panel, target = judging[0]
         image = renderer.images(result.point.settings(base), (panel.aov,))[panel.aov]
         picture = shown(panel, image, exposure)
         flip = metrics.flip_ldr(picture, target, mask)
@@ -140,11 +140,8 @@ def take_pictures(
             f"{result.point.label}: {result.timing.ms.value:.3g} ms, mean FLIP "
             f"{flip.mean:.3f} against {panel.method}"
         )
-        pictures.append(
-            Picture(
-                result.point.label, png_of(picture), flip_map_png(flip.error), kind, False, caption
-            )
-        )
+        pngs = png_of(picture), flip_map_png(flip.error)
+        pictures.append(Picture(result.point.label, *pngs, panel.kind, False, caption))
         if report is not None:
             report("pictures", done, len(results))
     return pictures

@@ -8,12 +8,12 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from ssdo_gl.bench.analysis import Result, front_of, percent
+from ssdo_gl.bench.analysis import Result, front_of, percent, recommend
 from ssdo_gl.bench.bench_data import Bench
 from ssdo_gl.bench.panels import ErrorPanel, error_panels
 
 # With heading, reference and recommendation the whole says it in about ten lines.
-MAX_ROWS = 6
+MAX_ROWS = 5
 
 
 def chosen_rows(front: Sequence[Result], always: Result | None) -> list[Result]:
@@ -73,5 +73,8 @@ def print_summary(bench: Bench, console: Console) -> None:
             style="dim",
         )
     console.print(escape(bench.recommendation.sentence))
+    all_light = recommend(bench.results, "gi")
+    if all_light.result is not None:
+        console.print(escape(f"of all light: {all_light.sentence}"))
     if bench.recommendation.result is not None:
         console.print(escape(bench.command(bench.recommendation.result.point)))

@@ -194,6 +194,7 @@ def test_the_terminal_says_it_in_about_ten_lines():
     lines = [line for line in console.export_text().splitlines() if line.strip()]
     assert len(lines) <= 11
     assert any(line.startswith("take ") for line in lines)
+    assert any(line.startswith("of all light: take ") for line in lines)
     command = bench().command(bench().recommendation.result.point)
     assert lines[-1] == command
     assert "--size 320x180" in command and "--antialias 1" in command
