@@ -34,3 +34,16 @@ vec3 instance_normal_vs(vec3 normal_os)
     // Zero only where the transform flattens the triangle to a line: never drawn.
     return size > 0.0 ? n * (side / size) : vec3(0.0, 0.0, 1.0);
 }
+
+// Tangents lie in the surface and move with it. A mirror changes their handedness.
+vec4 instance_tangent_vs(vec4 tangent_os)
+{
+    vec3 row_0 = a_view_from_object_row_0.xyz;
+    vec3 row_1 = a_view_from_object_row_1.xyz;
+    vec3 row_2 = a_view_from_object_row_2.xyz;
+    vec3 t = vec3(dot(row_0, tangent_os.xyz), dot(row_1, tangent_os.xyz),
+                  dot(row_2, tangent_os.xyz));
+    float side = dot(row_0, cross(row_1, row_2)) < 0.0 ? -1.0 : 1.0;
+    float size = length(t);
+    return vec4(size > 0.0 ? t / size : vec3(0.0), side * tangent_os.w);
+}

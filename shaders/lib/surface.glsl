@@ -60,12 +60,17 @@ void bump(inout Surface s, uint word, int slot, Corners corners, vec3 weights, v
     vec2 along_b = interpolated_uv(own, vec3(0.0, 1.0, 0.0)) - uv_a;
     vec2 along_c = interpolated_uv(own, vec3(0.0, 0.0, 1.0)) - uv_a;
     bool is_front = dot(cross(b - a, c - a), s.at.geometric) > 0.0;
-    TangentFrame frame = is_front ? tangent_frame(b - a, c - a, along_b, along_c)
-                                  : tangent_frame(c - a, b - a, along_c, along_b);
+    vec3 n = s.at.normal;
+    TangentFrame frame = is_front ? frame_of_steps(n, b - a, c - a, along_b, along_c, 1.0)
+                                  : frame_of_steps(n, c - a, b - a, along_c, along_b, -1.0);
+#if RAY_TANGENTS && RAY_SMOOTH_NORMALS
+    vec4 tangent = interpolated_tangent(corners_of(slot + u_second_slot), weights);
+    bool is_turned = dot(interpolated_normal(corners, weights), n) < 0.0;
+    frame = frame_of_tangent(n, tangent, is_turned ? -1.0 : 1.0, frame);
+#endif
     vec3 texel = atlas_color(place, interpolated_uv(own, weights)).rgb;
     vec3 mapped = mapped_normal(texel, material_texel(word, 5).z);
-    mapped.xy *= is_front ? 1.0 : -1.0;
-    s.at.normal = bumped_normal(s.at.normal, s.at.geometric, frame, mapped);
+    s.at.normal = bumped_normal(n, s.at.geometric, frame, mapped);
 }
 #endif
 

@@ -1,7 +1,7 @@
 #version 330 core
 // The surface nearest to the camera: linear depth, normals, albedo, emission, gloss.
 //
-// HAS_SHADING_NORMALS, HAS_VERTEX_COLORS, HAS_ALPHA_CUTOUT, HAS_GLOSS, HAS_<NAME>_IMAGE: what
+// HAS_SHADING_NORMALS, HAS_TANGENTS, HAS_VERTEX_COLORS, HAS_ALPHA_CUTOUT, HAS_GLOSS, HAS_<NAME>_IMAGE: what
 // the objects of this draw call have; <NAME>_ON_SECOND_UVS: where on its images a point lies;
 // HAS_INSTANCE_MATERIALS: whether they differ in their material;
 // WIDE_DEPTH_RANGE: see lib/depth_test.glsl; <NAME>_LOCATION: the target that each output goes
@@ -55,6 +55,9 @@ in vec3 v_normal_vs;
 #if LIFT_LOCATION
 in float v_height_vs;
 #endif
+#endif
+#if HAS_TANGENTS && HAS_SHADING_NORMALS
+in vec4 v_tangent_vs;
 #endif
 #if HAS_VERTEX_COLORS
 in vec4 v_color;
@@ -161,8 +164,8 @@ void main()
 #if HAS_NORMAL_IMAGE
     // Before any pixel of the quad is cut out, while there are differences between them.
     vec3 position_vs = position_vs_at(uv, z);
-    TangentFrame tangents = tangent_frame(dFdx(position_vs), dFdy(position_vs), dFdx(NORMAL_UV),
-                                          dFdy(NORMAL_UV));
+    vec3 dp_1 = dFdx(position_vs), dp_2 = dFdy(position_vs);
+    vec2 duv_1 = dFdx(NORMAL_UV), duv_2 = dFdy(NORMAL_UV);
 #endif
 #if HAS_ALPHA_CUTOUT
     if (is_left_out(albedo.a, MATERIAL_SIDE_CUTOFF.y)) {
@@ -186,8 +189,14 @@ void main()
 #if HAS_NORMAL_IMAGE
     vec3 mapped = mapped_normal(texture(t_normal_image, NORMAL_UV).rgb, MATERIAL_GLOSS.z);
     // The map shows the front; seen from behind, all of it is turned.
-    shading_normal = bumped_normal(normalize(shading_normal), face_normal, tangents,
-                                   is_front ? mapped : vec3(-mapped.xy, mapped.z));
+    shading_normal = normalize(shading_normal);
+    TangentFrame tangents = frame_of_steps(shading_normal, dp_1, dp_2, duv_1, duv_2,
+                                           is_front ? 1.0 : -1.0);
+#if HAS_TANGENTS && HAS_SHADING_NORMALS
+    tangents = frame_of_tangent(shading_normal, v_tangent_vs, is_turned == is_front ? -1.0 : 1.0,
+                                tangents);
+#endif
+    shading_normal = bumped_normal(shading_normal, face_normal, tangents, mapped);
     shading_code = oct_encode(shading_normal);
 #endif
     vec3 emission = MATERIAL_EMISSION.rgb;

@@ -33,6 +33,10 @@ out vec3 v_normal_vs;
 #if HAS_SHADING_NORMALS && LIFT_LOCATION
 out float v_height_vs;
 #endif
+#if HAS_TANGENTS
+in vec4 a_tangent_os;             // direction, handedness
+out vec4 v_tangent_vs;
+#endif
 #if HAS_VERTEX_COLORS
 in vec4 a_color;
 out vec4 v_color;
@@ -72,6 +76,9 @@ void main()
 #if LIFT_LOCATION
     v_height_vs = dot(position_vs, v_normal_vs);
 #endif
+#endif
+#if HAS_TANGENTS
+    v_tangent_vs = instance_tangent_vs(a_tangent_os);
 #endif
 #if HAS_VERTEX_COLORS
     v_color = a_color;

@@ -1,7 +1,7 @@
 // Tables of what rays hit: where a record lies, and what materials look like.
 //
 // RAY_SMOOTH_NORMALS, RAY_VERTEX_COLORS, RAY_TEXTURES, RAY_CUTOUTS,
-// RAY_SINGLE_SIDED, RAY_SECOND_UVS, RAY_NORMAL_MAPS, GLOSSY: what the scene has.
+// RAY_SINGLE_SIDED, RAY_SECOND_UVS, RAY_NORMAL_MAPS, RAY_TANGENTS, GLOSSY: what the scene has.
 // Layouts: ssdo_gl/raytracing/surface_tables.py.
 #include "lib/octahedral.glsl"
 
@@ -10,8 +10,8 @@ uniform vec2 u_surfaces_texel;
 uniform sampler2D t_ray_materials;
 uniform sampler2D t_ray_atlas;
 uniform sampler2D t_ray_data_atlas;  // images whose numbers count, not sRGB
-#if RAY_SECOND_UVS
-uniform int u_second_uvs_slot;      // where those of slot 0 are
+#if RAY_SECOND_UVS || RAY_TANGENTS
+uniform int u_second_slot;          // where the second coordinates and tangents of slot 0 are
 #endif
 
 // Texels of the material table.
@@ -78,7 +78,7 @@ Corners corners_of_image(uint word, int image, int slot, Corners corners)
 {
 #if RAY_SECOND_UVS
     bool is_second = ((int(material_texel(word, 5).w) >> image) & 1) != 0;
-    return is_second ? corners_of(slot + u_second_uvs_slot) : corners;
+    return is_second ? corners_of(slot + u_second_slot) : corners;
 #else
     return corners;
 #endif
@@ -95,6 +95,18 @@ vec3 interpolated_normal(Corners c, vec3 weights)
 {
     return weights.x * normal_of_word(c.words_0.x) + weights.y * normal_of_word(c.words_0.y)
          + weights.z * normal_of_word(c.words_0.z);
+}
+#endif
+
+#if RAY_TANGENTS && RAY_SMOOTH_NORMALS
+// Of a second row: direction, 0 where there is none, and handedness.
+vec4 interpolated_tangent(Corners c, vec3 weights)
+{
+    uvec3 signs = (c.words_2.yyy >> uvec3(0u, 2u, 4u)) & 3u;
+    vec3 share = weights * vec3(notEqual(signs, uvec3(0u)));
+    vec3 t = share.x * normal_of_word(c.words_0.x) + share.y * normal_of_word(c.words_0.y)
+           + share.z * normal_of_word(c.words_0.z);
+    return vec4(t, dot(share, 2.0 - vec3(signs)));
 }
 #endif
 

@@ -63,6 +63,7 @@ class Features:
     """
 
     shading_normals: bool = False
+    tangents: bool = False
     vertex_colors: bool = False
     alpha_cutout: bool = False
     instance_materials: bool = False
@@ -75,6 +76,7 @@ class Features:
         """Return the switches for a shader that outputs materials."""
         return {
             "HAS_SHADING_NORMALS": int(self.shading_normals),
+            "HAS_TANGENTS": int(self.tangents),
             "HAS_VERTEX_COLORS": int(self.vertex_colors),
             "HAS_ALPHA_CUTOUT": int(self.alpha_cutout),
             "HAS_INSTANCE_MATERIALS": int(self.instance_materials),
@@ -141,6 +143,7 @@ def features_of(mesh: Mesh, material: Material) -> Features:
     images -= frozenset() if material.is_glossy else GLOSS_IMAGES
     return Features(
         shading_normals=mesh.normals is not None,
+        tangents=mesh.has_tangents and "normal" in images,
         vertex_colors=mesh.colors is not None,
         alpha_cutout=material.has_holes,
         single_sided=material.single_sided,

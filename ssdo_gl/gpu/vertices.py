@@ -24,7 +24,7 @@ class VertexStreams:
         Half the size of the object-space bounds around `center`.
     buffers : dict of name to (buffer, components), float32
         ``a_position_os`` (relative to `center`) and ``a_normal_face_os`` always;
-        ``a_normal_os``, ``a_uv``, ``a_second_uv``, ``a_color`` if present.
+        ``a_normal_os``, ``a_tangent_os``, ``a_uv``, ``a_second_uv``, ``a_color`` if present.
     indices : moderngl.Buffer
         Three uint32 for each triangle.
     is_solid : bool
@@ -57,6 +57,8 @@ def vertex_streams(gl: moderngl.Context, mesh: Mesh) -> VertexStreams:
     }
     if mesh.normals is not None:
         streams["a_normal_os"] = mesh.normals[source]
+    if mesh.tangents is not None:
+        streams["a_tangent_os"] = mesh.tangents[source]
     if mesh.uvs is not None:
         streams["a_uv"] = mesh.uvs[source]
     if mesh.second_uvs is not None:

@@ -64,6 +64,7 @@ def ray_defines(context: PassContext, features: RayFeatures) -> dict[str, int]:
         "RAY_SECOND_UVS": int(features.second_uvs),
         "GLOSSY": int(features.glossy),
         "RAY_NORMAL_MAPS": int(features.normal_maps),
+        "RAY_TANGENTS": int(features.tangents),
     }
 
 
@@ -88,7 +89,7 @@ def ray_uniforms(context: PassContext) -> dict[str, object]:
         "u_ns_from_vs": view.view_from_world.T,
         "u_eye_ns": tuple((view.position_ws - triangles.centre) / triangles.half_diagonal),
         "u_ns_per_unit": 1.0 / triangles.half_diagonal,
-        "u_second_uvs_slot": bvh_of(context).primitive_triangles.size,
+        "u_second_slot": bvh_of(context).primitive_triangles.size,
         "u_bvh_root": bvh_of(context).records[0, :12].reshape(3, 4),
     }
     for name, uniform in TABLE_TEXELS.items():

@@ -157,8 +157,9 @@ def content_key(scene: Scene) -> bytes:
 
 def _arrays(mesh: Mesh) -> tuple[NDArray[Any] | None, ...]:
     return (
-        mesh.positions, mesh.triangles, mesh.normals, mesh.uvs, mesh.second_uvs, mesh.colors
-    )  # fmt: skip
+        *(mesh.positions, mesh.triangles, mesh.normals, mesh.uvs, mesh.second_uvs),
+        *(mesh.tangents, mesh.colors),
+    )
 
 
 def _pair_vertices(positions: NDArray[np.float32], pairs: Pairs) -> NDArray[np.float32]:

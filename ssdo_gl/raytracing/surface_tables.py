@@ -54,7 +54,8 @@ class RayFeatures:
         Whether there are images with texture coordinates of their own.
     glossy : bool
         Whether anything reflects more than diffuse light.
-    normal_maps : bool
+    normal_maps, tangents : bool
+        Whether there are normal maps, and among them some along tangents of the file.
     """
 
     smooth_normals: bool
@@ -65,11 +66,13 @@ class RayFeatures:
     second_uvs: bool = False
     glossy: bool = False
     normal_maps: bool = False
+    tangents: bool = False
 
     @classmethod
     def of(cls, scene: Scene) -> RayFeatures:
         """Return the features of the objects of `scene`."""
         pairs = [(scene.meshes[o.mesh], scene.materials[o.material]) for o in scene.objects]
+        bumped = [mesh for mesh, m in pairs if mesh.uvs is not None and m.normal_texture]
         return cls(
             smooth_normals=any(mesh.normals is not None for mesh, _ in pairs),
             vertex_colors=any(mesh.colors is not None for mesh, _ in pairs),
@@ -83,9 +86,8 @@ class RayFeatures:
                 for mesh, m in pairs
             ),
             glossy=any(m.is_glossy for _, m in pairs),
-            normal_maps=any(
-                mesh.uvs is not None and m.normal_texture is not None for mesh, m in pairs
-            ),
+            normal_maps=bool(bumped),
+            tangents=any(mesh.has_tangents for mesh in bumped),
         )
 
     @property
@@ -111,7 +113,9 @@ def surface_table(bvh: Bvh) -> NDArray[np.uint32]:
 
     Words 0-2: shading normals; 3-8: texture coordinates (float32 bits, u and v in turn);
     9-14: colours, 4 x 16 bits each. Corners in the order of the primitive's vertices.
-    Where images have second coordinates, 2 P rows with these follow.
+    Where there are tangents or second coordinates, 2 P rows with these follow, words 0-2:
+    directions of tangents; 3-8: coordinates; 9: handedness of the corners' tangents, 2 bits
+    each, 0: no tangent, 1: right-handed, 3: left-handed.
     """
     triangles = bvh.triangles
     chosen, corners = bvh.primitive_triangles.reshape(-1), bvh.primitive_corners.reshape(-1, 3)
@@ -124,10 +128,16 @@ def surface_table(bvh: Bvh) -> NDArray[np.uint32]:
     colors = np.rint(np.clip(triangles.colors[rows, corners], 0.0, 1.0) * 65535.0)
     packed = colors.astype(np.uint32).reshape(-1, 3, 2, 2)
     table[:, 9:15] = (packed[..., 0] | packed[..., 1] << 16).reshape(-1, 6)
-    if triangles.second_uvs is None:
+    if triangles.second_uvs is None and triangles.tangents is None:
         return table
     second = np.zeros_like(table)
-    second[:, 3:9] = _uv_words(triangles.second_uvs[rows, corners])
+    if triangles.second_uvs is not None:
+        second[:, 3:9] = _uv_words(triangles.second_uvs[rows, corners])
+    if triangles.tangents is not None:
+        tangents = triangles.tangents[rows, corners]
+        second[:, 0:3] = oct_words(tangents[..., :3])
+        signs = np.where(tangents[..., 3] == 0.0, 0, 2 - tangents[..., 3]).astype(np.uint32)
+        second[:, 9] = signs @ np.array([1, 4, 16], dtype=np.uint32)
     return np.concatenate([table, second])
 
 

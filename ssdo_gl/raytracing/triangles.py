@@ -41,6 +41,8 @@ class SceneTriangles:
         Length of the frame's unit, scene units, > 0.
     second_uvs : ndarray, shape (T, 3, 2), float64, or None
         Of the images of `Material.second_uvs`; None: all are `uvs`.
+    tangents : ndarray, shape (T, 3, 4), float64, or None
+        As `Mesh.tangents` in world space; 0 where the mesh has none.
     """
 
     positions: NDArray[np.float32]
@@ -55,6 +57,7 @@ class SceneTriangles:
     centre: FloatArray
     half_diagonal: float
     second_uvs: FloatArray | None = None
+    tangents: FloatArray | None = None
 
     @property
     def count(self) -> int:
@@ -72,15 +75,19 @@ def normalised_frame(scene: Scene) -> tuple[FloatArray, float]:
 def scene_triangles(scene: Scene) -> SceneTriangles:
     """Flatten all instances of `scene`; triangles without area in float32 are dropped."""
     centre, half_diagonal = normalised_frame(scene)
-    two_sets = any(mesh.second_uvs is not None for mesh in scene.meshes)
+    more = (
+        any(mesh.second_uvs is not None for mesh in scene.meshes),
+        any(mesh.has_tangents for mesh in scene.meshes),
+    )
     parts = [
-        _instances(scene, item, centre, half_diagonal, two_sets)
+        _instances(scene, item, centre, half_diagonal, more)
         for item in scene.objects
         if len(item.world_from_object)
     ]
-    positions, normals, uvs, colors, second, material, light, smooth, single_sided, solid = (
-        np.concatenate([part[i] for part in parts]) for i in range(10)
+    positions, normals, tangents, uvs, colors, second, *rest = (
+        np.concatenate([part[i] for part in parts]) for i in range(11)
     )
+    material, light, smooth, single_sided, solid = rest
     positions_ns = positions.astype(np.float32)
     keep = _have_area(positions_ns)
     return SceneTriangles(
@@ -95,7 +102,8 @@ def scene_triangles(scene: Scene) -> SceneTriangles:
         solid[keep],
         centre,
         half_diagonal,
-        second[keep] if two_sets else None,
+        second[keep] if more[0] else None,
+        tangents[keep] if more[1] else None,
     )
 
 
@@ -119,14 +127,19 @@ def _have_area(positions: NDArray[np.float32]) -> NDArray[np.bool_]:
 
 
 def _instances(
-    scene: Scene, item: SceneObject, centre: FloatArray, half_diagonal: float, two_sets: bool
+    scene: Scene,
+    item: SceneObject,
+    centre: FloatArray,
+    half_diagonal: float,
+    more: tuple[bool, bool],
 ) -> tuple[NDArray[Any], ...]:
-    """Return the ten per-triangle arrays of all instances of one object.
+    """Return the eleven per-triangle arrays of all instances of one object.
 
-    With `two_sets` the fifth holds second texture coordinates; else it has no columns.
+    `more` says whether the sixth holds second texture coordinates, and the third tangents:
+    else these have no columns.
     """
     mesh, matrices = scene.meshes[item.mesh], item.world_from_object
-    corners, *carried = _per_corner(mesh, two_sets)
+    corners, *carried = _per_corner(mesh, more)
     relative = matrices.copy()
     relative[:, :3, 3] -= centre
     moved = placed(corners, relative) / half_diagonal
@@ -138,21 +151,20 @@ def _instances(
     )
     mirrored = are_mirrored(matrices)
     cofactor[mirrored] *= -1.0
-    normals, *carried = (
+    normals, tangents, *carried = (
         np.broadcast_to(array, (len(matrices), *array.shape)).copy() for array in carried
     )
-    normals = (normals.reshape(len(matrices), -1, 3) @ cofactor.transpose(0, 2, 1)).reshape(
-        normals.shape
-    )
+    unit = _moved(normals, cofactor.transpose(0, 2, 1))
+    if more[1]:
+        tangents[..., :3] = _moved(tangents[..., :3], linear.transpose(0, 2, 1))
+        tangents[mirrored, ..., 3] *= -1.0
     # Mirroring turns the winding over; the front stays the side that the
     # counter-clockwise winding of the mesh faced.
-    for array in (moved, normals, *carried):
+    for array in (moved, unit, tangents, *carried):
         array[mirrored] = array[mirrored][:, :, ::-1]
-    length = np.linalg.norm(normals, axis=-1, keepdims=True)
-    unit = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0.0)
     total = len(matrices) * len(corners)
     return (
-        *(array.reshape(total, *array.shape[2:]) for array in (moved, unit, *carried)),
+        *(array.reshape(total, *array.shape[2:]) for array in (moved, unit, tangents, *carried)),
         np.full(total, item.material),
         np.full(total, -1 if item.light is None else item.light),
         np.full(total, mesh.normals is not None),
@@ -161,14 +173,24 @@ def _instances(
     )
 
 
-def _per_corner(mesh: Mesh, two_sets: bool) -> tuple[FloatArray, ...]:
-    """Return positions, normals, texture coordinates, colours, second coordinates, (T, 3, n)."""
+def _moved(vectors: FloatArray, matrices: FloatArray) -> FloatArray:
+    """Return directions (N, ..., 3) times matrices (N, 3, 3), of unit length or 0."""
+    moved = (vectors.reshape(len(matrices), -1, 3) @ matrices).reshape(vectors.shape)
+    length = np.linalg.norm(moved, axis=-1, keepdims=True)
+    return np.asarray(np.divide(moved, length, out=np.zeros_like(moved), where=length > 0.0))
+
+
+def _per_corner(mesh: Mesh, more: tuple[bool, bool]) -> tuple[FloatArray, ...]:
+    """Return all that corners have, (T, 3, n), in the order that `_instances` returns."""
     triangles = mesh.triangles
     count = len(triangles)
     # Flat ones get their face normals once all are in place.
     normals = np.zeros((count, 3, 3)) if mesh.normals is None else mesh.normals[triangles]
     uvs = np.zeros((count, 3, 2)) if mesh.uvs is None else mesh.uvs[triangles]
     second = uvs if mesh.second_uvs is None else mesh.second_uvs[triangles]
-    second = second if two_sets else second[..., :0]
+    second = second if more[0] else second[..., :0]
+    tangents = np.zeros((count, 3, 4 if more[1] else 0))
+    if more[1] and mesh.tangents is not None and mesh.normals is not None:
+        tangents = mesh.tangents[triangles]
     colors = np.ones((count, 3, 4)) if mesh.colors is None else mesh.colors[triangles]
-    return mesh.positions[triangles], normals, uvs, colors, second
+    return mesh.positions[triangles], normals, tangents, uvs, colors, second

@@ -14,6 +14,7 @@ import numpy as np
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject, placed
+from ssdo_gl.scene.topology import unit_tangents
 
 # Below it every object keeps its mesh, whose instances and bounds serve culling.
 MIN_OBJECTS = 500
@@ -76,8 +77,8 @@ def _key(mesh: Mesh, material: Material, item: SceneObject) -> tuple[object, ...
     ):
         return None
     common = _common(material, "")
-    has = (mesh.normals is not None, mesh.uvs is not None, mesh.second_uvs is not None)
-    return *has, mesh.closed, *_fields(common)
+    arrays = (mesh.normals, mesh.uvs, mesh.second_uvs, mesh.tangents)
+    return *(array is not None for array in arrays), mesh.closed, *_fields(common)
 
 
 def _common(material: Material, name: str) -> Material:
@@ -117,6 +118,7 @@ def _joined(
         normals=_normals(parts, members),
         uvs=_joined_uvs([part.uvs for part in parts]),
         second_uvs=_joined_uvs([part.second_uvs for part in parts]),
+        tangents=_tangents(parts, members),
         colors=np.concatenate(colors),
         closed=parts[0].closed,
         name="joined",
@@ -156,3 +158,13 @@ def _without_unused(
             for o in objects
         ],
     )
+
+
+def _tangents(parts: Sequence[Mesh], members: Sequence[SceneObject]) -> FloatArray | None:
+    turned = []
+    for part, item in zip(parts, members, strict=True):
+        if part.tangents is None:
+            return None
+        direction = part.tangents[:, :3] @ item.world_from_object[0, :3, :3].T
+        turned.append(unit_tangents(np.column_stack([direction, part.tangents[:, 3]])))
+    return np.concatenate(turned)

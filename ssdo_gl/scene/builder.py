@@ -342,5 +342,6 @@ def _mirrored(mesh: Mesh) -> Mesh:
         mesh,
         positions=mesh.positions * mirror,
         normals=None if mesh.normals is None else mesh.normals * mirror,
+        tangents=None if mesh.tangents is None else mesh.tangents * [-1.0, 1.0, 1.0, -1.0],
         triangles=mesh.triangles[:, ::-1],
     )

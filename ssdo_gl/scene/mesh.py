@@ -33,6 +33,11 @@ class Mesh:
         Texture coordinates, v = 0 at the top row of the image.
     second_uvs : ndarray, shape (V, 2), float64, or None
         Those of the images in `Material.second_uvs`; only beside `uvs`.
+    tangents : ndarray, shape (V, 4), float64, or None
+        Unit directions in which the first coordinate of the normal map grows, and the
+        handedness: 1 where the top of the image lies along cross(normal, tangent), -1
+        where it lies opposite, 0 where there is none. Only beside `normals`; where there is
+        none, coordinates and positions give it.
     colors : ndarray, shape (V, 4), float64, or None
         Scene-linear vertex colour and alpha, [0, 1].
     closed : bool
@@ -50,6 +55,7 @@ class Mesh:
     closed: bool = False
     name: str = ""
     second_uvs: FloatArray | None = None
+    tangents: FloatArray | None = None
     pose: Callable[[float], Mesh | None] | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
@@ -87,6 +93,11 @@ class Mesh:
         low, high = columns.min(axis=1), columns.max(axis=1)
         low.flags.writeable = high.flags.writeable = False
         return low, high
+
+    @property
+    def has_tangents(self) -> bool:
+        """Whether its tangents, and the normals that they need, are known."""
+        return self.normals is not None and self.tangents is not None
 
     @cached_property
     def is_solid(self) -> bool:

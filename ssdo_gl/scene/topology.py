@@ -52,6 +52,7 @@ def cleaned_mesh(
     name: str = "",
     second_uvs: FloatArray | None = None,
     closed: bool | None = None,
+    tangents: FloatArray | None = None,
 ) -> Cleaned:
     """Return a mesh without unusable triangles and unused vertices.
 
@@ -60,7 +61,8 @@ def cleaned_mesh(
     positions, normals : ndarray, shape (V, 3)
     triangles : ndarray, shape (T, 3)
     uvs, second_uvs : ndarray, shape (V, 2)
-    colors : ndarray, shape (V, 4)
+    colors, tangents : ndarray, shape (V, 4)
+        Tangents count beside normals only; those that are no direction become 0.
     closed : bool or None
         Whether they bound a solid; None: that is found out.
 
@@ -92,7 +94,20 @@ def cleaned_mesh(
     if normals is None:
         return Cleaned(mesh, not_finite, zero_area)
     unit, replaced = _unit_normals(normals[used], mesh)
-    return Cleaned(dataclasses.replace(mesh, normals=unit), not_finite, zero_area, replaced)
+    mesh = dataclasses.replace(
+        mesh, normals=unit, tangents=None if tangents is None else unit_tangents(tangents[used])
+    )
+    return Cleaned(mesh, not_finite, zero_area, replaced)
+
+
+def unit_tangents(tangents: FloatArray) -> FloatArray:
+    """Return tangents (V, 4) of unit length with a handedness of 1 or -1, or 0 throughout."""
+    largest = np.abs(tangents[:, :3]).max(axis=1, initial=0.0)
+    good = np.isfinite(tangents).all(axis=1) & (largest > 0.0)
+    scaled = np.where(good, tangents.T, 0.0)[:3] / np.where(good, largest, 1.0)
+    length = np.linalg.norm(scaled, axis=0)
+    sign = np.where(good, np.where(tangents[:, 3] < 0.0, -1.0, 1.0), 0.0)
+    return np.column_stack([(scaled / np.where(good, length, 1.0)).T, sign])
 
 
 def _usable_uvs(uvs: FloatArray | None, used: NDArray[np.int64]) -> FloatArray | None:

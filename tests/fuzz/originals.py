@@ -86,8 +86,8 @@ def gltf_document(buffer: bytes, uri: str | None) -> dict[str, Any]:
     }  # fmt: skip
     primitive = {
         "attributes": {"POSITION": 0, "NORMAL": 0, "TEXCOORD_0": 2, "TEXCOORD_1": 2, "COLOR_0": 0,
-                       "JOINTS_0": 5, "WEIGHTS_0": 6},
-        "indices": 1, "material": 0, "mode": 4, "targets": [{"POSITION": 3}],
+                       "JOINTS_0": 5, "WEIGHTS_0": 6, "TANGENT": 6},
+        "indices": 1, "material": 0, "mode": 4, "targets": [{"POSITION": 3, "TANGENT": 3}],
     }  # fmt: skip
     instancing = {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0}}}
     return {

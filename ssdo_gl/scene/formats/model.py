@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,14 @@ from ssdo_gl.scene.topology import cleaned_mesh
 
 # Of all meshes of a model file. What scans reach; in memory some 5 GiB.
 MAX_TRIANGLES = 1 << 25
-VerticesAt = Callable[[float], tuple[FloatArray, FloatArray | None]]
+
+
+class Vertices(NamedTuple):
+    """Positions (V, 3), normals (V, 3) and tangents (V, 4) of a mesh, as `Mesh` has them."""
+
+    positions: FloatArray
+    normals: FloatArray | None = None
+    tangents: FloatArray | None = None
 
 
 @dataclass
@@ -55,14 +63,15 @@ class Model:
         colors: FloatArray | None = None,
         name: str = "",
         second_uvs: FloatArray | None = None,
-        vertices_at: VerticesAt | None = None,
+        vertices_at: Callable[[float], Vertices] | None = None,
+        tangents: FloatArray | None = None,
     ) -> int | None:
         """Clean and add a mesh; return its index, or None if nothing was left.
 
         Parameters
         ----------
         vertices_at : callable or None
-            Of a mesh that changes its shape: its positions and normals at a time.
+            Of a mesh that changes its shape: what it is at a time.
 
         Raises
         ------
@@ -72,7 +81,9 @@ class Model:
         self.triangle_count += len(triangles)
         if self.triangle_count > MAX_TRIANGLES:
             raise ValueError(f"{self.triangle_count} triangles: at most {MAX_TRIANGLES} in a file")
-        cleaned = cleaned_mesh(positions, triangles, normals, uvs, colors, name, second_uvs)
+        cleaned = cleaned_mesh(
+            positions, triangles, normals, uvs, colors, name, second_uvs, tangents=tangents
+        )
         for what, count in (
             ("triangles with NaN or infinite corners dropped", cleaned.not_finite),
             ("triangles without area dropped", cleaned.zero_area),
@@ -85,10 +96,11 @@ class Model:
         if vertices_at is not None:
 
             def pose(seconds: float) -> Mesh | None:
-                positions, normals = vertices_at(seconds)
+                positions, normals, tangents = vertices_at(seconds)
                 return cleaned_mesh(
                     *(positions, triangles, normals, uvs, colors, name, second_uvs),
                     closed=mesh.closed,
+                    tangents=tangents,
                 ).mesh
 
             mesh = dataclasses.replace(mesh, pose=pose)
@@ -125,7 +137,7 @@ class Model:
         for index, mesh in enumerate(self.meshes):
             # Those that change their shape have new ones at any time, from their file.
             if normals == "flat" and mesh.pose is None:
-                self.meshes[index] = dataclasses.replace(mesh, normals=None)
+                self.meshes[index] = dataclasses.replace(mesh, normals=None, tangents=None)
             is_bare = mesh.normals is None and index not in self._bodies
             is_wanted = normals == "smooth" or (normals == "scan" and is_bare)
             if is_wanted and mesh.pose is None:
@@ -189,9 +201,9 @@ class Model:
         if material is None:
             builder.meshes += self.meshes
             builder.materials += self.materials
-        else:  # whose images all use the same coordinates
+        else:  # whose images all use the same coordinates, maybe not those of the tangents
             builder.meshes += [
-                mesh.changed(lambda m: dataclasses.replace(m, second_uvs=None))
+                mesh.changed(lambda m: dataclasses.replace(m, second_uvs=None, tangents=None))
                 for mesh in self.meshes
             ]
         for note in self.all_notes():

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json
+from ssdo_gl.scene.formats.model import Vertices
+from ssdo_gl.scene.mesh import are_mirrored
 
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 Offsets = NDArray[np.float32] | None
@@ -27,8 +29,9 @@ class Shape:
     colors : ndarray, shape (V, 4)
         Linear, as the format defines them.
     joints, weights : ndarray, shape (V, 4 k)
-    targets : tuple of (ndarray or None, ndarray or None)
-        What each morph target adds to positions and normals, float32.
+    targets : tuple of three (ndarray or None)
+        What each morph target adds to positions, normals and tangents, float32.
+    tangents : ndarray, shape (V, 4)
     """
 
     positions: FloatArray
@@ -38,37 +41,50 @@ class Shape:
     colors: FloatArray | None
     joints: NDArray[np.int64] | None
     weights: FloatArray | None
-    targets: tuple[tuple[Offsets, Offsets], ...] = ()
+    targets: tuple[tuple[Offsets, Offsets, Offsets], ...] = ()
     second_uvs: FloatArray | None = None
+    tangents: FloatArray | None = None
 
-    def morphed(self, weights: Sequence[float]) -> tuple[FloatArray, FloatArray | None]:
-        """Return positions and normals under weights of the targets; missing ones are 0."""
-        positions, normals = self.positions, self.normals
-        for (moved, turned), weight in zip(self.targets, weights, strict=False):
+    def morphed(self, weights: Sequence[float]) -> Vertices:
+        """Return the vertices under weights of the targets; missing ones are 0."""
+        positions, normals, tangents = self.positions, self.normals, self.tangents
+        for (moved, turned, along), weight in zip(self.targets, weights, strict=False):
             if weight != 0.0 and moved is not None:
                 positions = positions + float(weight) * moved
             if weight != 0.0 and normals is not None and turned is not None:
                 normals = normals + float(weight) * turned
-        return positions, normals
+            if weight != 0.0 and tangents is not None and along is not None:
+                tangents = tangents + float(weight) * np.pad(along, ((0, 0), (0, 1)))
+        return Vertices(positions, normals, tangents)
 
-    def skinned(
-        self, positions: FloatArray, normals: FloatArray | None, matrices: FloatArray
-    ) -> tuple[FloatArray, FloatArray | None]:
-        """Return positions and normals in the world, the joints at `matrices` (J, 4, 4)."""
+    def skinned(self, vertices: Vertices, matrices: FloatArray) -> Vertices:
+        """Return the vertices in the world, the joints at `matrices` (J, 4, 4)."""
         assert self.joints is not None and self.weights is not None
         rows = np.ascontiguousarray(matrices[:, :3])
+        positions, normals, tangents = vertices
         blended = np.zeros((len(positions), 3, 4))
         for joint, weight in zip(self.joints.T, self.weights.T, strict=True):
             if weight.any():
                 blended += weight[:, None, None] * rows[joint]
-        moved = np.einsum("vab,vb->va", blended[:, :, :3], positions) + blended[:, :, 3]
-        if normals is None:
-            return moved, None
-        return moved, np.einsum("vab,vb->va", blended[:, :, :3], normals)
+        linear = blended[:, :, :3]
+        moved = np.einsum("vab,vb->va", linear, positions) + blended[:, :, 3]
+        if normals is not None:
+            normals = np.einsum("vab,vb->va", linear, normals)
+        if tangents is not None:
+            along = np.einsum("vab,vb->va", linear, tangents[:, :3])
+            # A mirror turns the top of the image to the other side of the tangent.
+            sign = np.where(are_mirrored(blended), -tangents[:, 3], tangents[:, 3])
+            tangents = np.column_stack([along, sign])
+        return Vertices(moved, normals, tangents)
 
 
 def read_shape(
-    document: Document, primitive: Json, uv_sets: tuple[int, int | None], is_morphed: Sequence[bool]
+    document: Document,
+    primitive: Json,
+    uv_sets: tuple[int, int | None],
+    is_morphed: Sequence[bool],
+    *,
+    is_bumped: bool = False,
 ) -> Shape | None:
     """Return a primitive, or None if it is made of points or lines.
 
@@ -78,6 +94,8 @@ def read_shape(
         Which TEXCOORD_n the material's textures use; None where all use the first.
     is_morphed : sequence of bool
         Which morph targets matter; missing ones do not.
+    is_bumped : bool
+        Whether there is a normal map, for which tangents are needed.
     """
     mode = int(primitive.get("mode", _TRIANGLES))
     attributes = primitive["attributes"]
@@ -106,8 +124,9 @@ def read_shape(
         colors,
         joints,
         weights,
-        _targets(document, primitive, is_morphed, count),
+        _targets(document, primitive, is_morphed, count, is_bumped),
         None if uv_sets[1] is None else optional(f"TEXCOORD_{uv_sets[1]}", 2),
+        optional("TANGENT", 4) if is_bumped else None,
     )
 
 
@@ -138,9 +157,9 @@ def _triangles(document: Document, primitive: Json, mode: int, count: int) -> ND
 
 
 def _targets(
-    document: Document, primitive: Json, is_morphed: Sequence[bool], count: int
-) -> tuple[tuple[Offsets, Offsets], ...]:
-    """Return what the morph targets add to positions and normals."""
+    document: Document, primitive: Json, is_morphed: Sequence[bool], count: int, is_bumped: bool
+) -> tuple[tuple[Offsets, Offsets, Offsets], ...]:
+    """Return what the morph targets add to positions, normals and tangents."""
     known: dict[int, NDArray[np.float32]] = {}
 
     def offsets(target: Json, name: str) -> Offsets:
@@ -156,7 +175,13 @@ def _targets(
         return known[index]
 
     return tuple(
-        (offsets(target, "POSITION"), offsets(target, "NORMAL")) if matters else (None, None)
+        (
+            offsets(target, "POSITION"),
+            offsets(target, "NORMAL"),
+            offsets(target, "TANGENT") if is_bumped else None,
+        )
+        if matters
+        else (None, None, None)
         for target, matters in zip(primitive.get("targets", []), is_morphed, strict=False)
     )
 

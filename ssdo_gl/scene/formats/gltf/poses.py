@@ -10,6 +10,7 @@ from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.formats.gltf.document import GltfError
 from ssdo_gl.scene.formats.gltf.geometry import Shape
 from ssdo_gl.scene.formats.gltf.rig import Rig, Skin
+from ssdo_gl.scene.formats.model import Vertices
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,23 +49,23 @@ class Poses:
         is_skinned = self.skin is not None and shape.joints is not None and self.skin.moves
         return is_skinned or (self.weighing_node is not None and bool(shape.targets))
 
-    def of(self, shape: Shape, seconds: float) -> tuple[FloatArray, FloatArray | None]:
-        """Return positions and normals (V, 3), in the world if there is a skin."""
+    def of(self, shape: Shape, seconds: float) -> Vertices:
+        """Return the vertices, in the world if there is a skin."""
         weights = self.weights
         if self.weighing_node is not None:
             weights = self.rig.weights_at(self.weighing_node, seconds)
         # Numbers that overflow on the way are dropped where they end up.
         with np.errstate(all="ignore"):
-            positions, normals = shape.morphed(weights.tolist())
+            vertices = shape.morphed(weights.tolist())
             if self.skin is None or shape.joints is None:
-                return positions, normals
-            return shape.skinned(positions, normals, self.skin.matrices_at(seconds))
+                return vertices
+            return shape.skinned(vertices, self.skin.matrices_at(seconds))
 
-    def rest(self, shape: Shape) -> tuple[FloatArray, FloatArray | None]:
+    def rest(self, shape: Shape) -> Vertices:
         """Return `of` at time 0, or when the shape first has an area."""
         looks = self.rig.looks if self.moves(shape) else [0.0]
         for seconds in looks:
-            positions, normals = self.of(shape, seconds)
-            if np.count_nonzero(np.ptp(positions, axis=0)) > 1:
-                return positions, normals
+            vertices = self.of(shape, seconds)
+            if np.count_nonzero(np.ptp(vertices.positions, axis=0)) > 1:
+                return vertices
         return self.of(shape, 0.0)

@@ -218,13 +218,14 @@ class _Reader:
         second = material.second_uvs
         sets = material.uvs.uv_set, None if second is None else second.uv_set
         unpack(self.document, primitive)
-        shape = read_shape(self.document, primitive, sets, poses.is_morphed())
+        is_bumped = self.model.materials[material.index].normal_texture is not None
+        shape = read_shape(self.document, primitive, sets, poses.is_morphed(), is_bumped=is_bumped)
         if shape is None:
             mode = primitive.get("mode", 4)
             self.model.drop("primitives of " + _UNDRAWN.get(mode, "no vertices"))
             return None
         poses.check(shape)
-        positions, normals = poses.rest(shape)
+        positions, normals, tangents = poses.rest(shape)
         try:
             index = self.model.add_mesh(
                 positions,
@@ -238,6 +239,7 @@ class _Reader:
                 if second and shape.uvs is not None and shape.second_uvs is not None
                 else None,
                 functools.partial(poses.of, shape) if poses.moves(shape) else None,
+                tangents,
             )
         except ValueError as error:
             raise GltfError(f"mesh {name!r}: {error}") from None
