@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from ssdo_gl.bench.metrics import MissingLibraryError
 from ssdo_gl.bench.storage import BenchError
+from ssdo_gl.farm.scenes import codes_of_all
+from ssdo_gl.farm.scheduler import FarmError, check_scheduler
 from ssdo_gl.gpu.context import ContextError
 from ssdo_gl.images.files import STDOUT, OutputError, check_output, is_picture, picture_paths
 from ssdo_gl.printable import printable
@@ -43,7 +45,8 @@ __all__ = ["build_parser", "main", "run"]
 
 EXIT_OK, EXIT_USER, EXIT_NO_OPENGL, EXIT_MISSED = 0, 2, 3, 4
 # Of several scenes the worst counts; this is from good to bad.
-_SEVERITY = (EXIT_OK, EXIT_MISSED, EXIT_USER, EXIT_NO_OPENGL)
+_SEVERITY = (EXIT_OK, EXIT_MISSED, EXIT_USER, EXIT_NO_OPENGL, EXIT_INTERRUPTED)
+_USER_ERRORS = SceneError, SettingError, OutputError, FarmError, BenchError, MissingLibraryError
 # Windows are made by GLFW alone.
 _WINDOW_BACKENDS = ("auto", "window")
 # Rays per pixel of a reference that is only explained.
@@ -111,6 +114,10 @@ def _check_outputs(command: CommandLine, wanted: Sequence[str]) -> None:
     for flag in ("snapshot", "stats", "bench", "film"):
         if getattr(run, flag) == "":
             raise UsageError(f"--{flag} '': the name is empty")
+    if run.scheduler is not None:
+        check_scheduler(run.scheduler)
+        if STREAM in (command.scene, run.snapshot):
+            raise UsageError("--scheduler: workers have no standard input or output (-)")
     if run.stats is not None:
         check_output(Path(run.stats), (".json",))
     if run.snapshot is not None:
@@ -147,7 +154,7 @@ def _mode_defaults(run: RunOptions, settings: Settings, scene: Scene) -> Setting
         # No picture is kept: which passes run, and their times, take no converged reference.
         return dataclasses.replace(settings, spp=_EXPLAINED_SPP)
     if run.film is not None:
-        from ssdo_gl.headless.film import shows_pictures
+        from ssdo_gl.headless.film_frames import shows_pictures
 
         makes_picture = shows_pictures(Path(run.film))
     else:
@@ -188,16 +195,16 @@ def run(arguments: Sequence[str] | None = None) -> int:
     # Flags are checked before the scene is read, so that a typo costs no waiting.
     if "method" in given:
         settings_for({}, given)
-    if len(commands) == 1:
+    if len(commands) == 1 and (shots is not None or options.scheduler is None):
         return _carry_out(commands[0], given, wanted, command_text(arguments), shots)
-    codes = []
-    for item in commands:
-        if not item.run.quiet:
-            print(f"{printable(item.scene)}:", flush=True)
-        codes.append(_reported(partial(_carry_out, item, given, wanted)))
-        if codes[-1] == EXIT_INTERRUPTED:
-            return EXIT_INTERRUPTED
-    return max(codes, key=_SEVERITY.index)
+    work = partial(_reported_of_one, given=given, wanted=wanted)
+    return max(codes_of_all(commands, work), key=_SEVERITY.index)
+
+
+def _reported_of_one(
+    command: CommandLine, given: Mapping[str, Any], wanted: tuple[str, ...]
+) -> int:
+    return _reported(partial(_carry_out, command, given, wanted))
 
 
 def _read_scene(source: str, options: LoadOptions) -> Scene:
@@ -270,7 +277,8 @@ def _film(
     wanted: tuple[str, ...],
     shots: Shots,
 ) -> int:
-    from ssdo_gl.headless.film import FilmRequest, make_film
+    from ssdo_gl.headless.film import make_film
+    from ssdo_gl.headless.film_frames import FilmRequest
 
     options = command.run
     assert options.film is not None
@@ -284,6 +292,7 @@ def _film(
             camera=camera,
             backend=options.backend,
             resume=command.film.resume,
+            scheduler=options.scheduler,
             quiet=options.quiet,
         )
     )
@@ -359,7 +368,14 @@ def _reported(work: Callable[[], int]) -> int:
     try:
         with signals_as_exceptions():
             return work()
-    except (SceneError, SettingError, OutputError, BenchError, MissingLibraryError) as error:
+    except (
+        SceneError,
+        SettingError,
+        OutputError,
+        FarmError,
+        BenchError,
+        MissingLibraryError,
+    ) as error:
         message, code = str(error), EXIT_USER
     except ContextError as error:
         message, code = str(error), EXIT_NO_OPENGL

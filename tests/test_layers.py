@@ -44,7 +44,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("settings/several", "render_result", "headless/progress"),
     ("frame_loop",),
     ("renderer",),
-    ("film",),
+    ("film", "farm"),
     ("headless", "bench", "window"),
     ("serve",),
     ("cli",),

@@ -10,7 +10,8 @@ from typing import Any
 from ssdo_gl.film.bookmarks import load_path
 from ssdo_gl.film.camera_path import CameraPath
 from ssdo_gl.film.shots import Shots
-from ssdo_gl.headless.film import FilmRequest, make_film, rendered_frames, shows_pictures
+from ssdo_gl.headless.film import make_film
+from ssdo_gl.headless.film_frames import FilmRequest, rendered_frames, shows_pictures
 from ssdo_gl.images.surface_arrays import Image
 from ssdo_gl.renderer import Renderer, scene_and_settings
 from ssdo_gl.scene.camera import Camera
@@ -100,6 +101,7 @@ def render_film(
     camera: Camera | None = None,
     aov: str | Iterable[str] = "beauty",
     resume: bool = False,
+    scheduler: str | None = None,
     backend: str = "auto",
     **settings: Any,
 ) -> int:
@@ -112,12 +114,16 @@ def render_film(
         file names such as ``frame_%04d.exr``.
     resume : bool
         Render only the frames whose files do not exist.
+    scheduler : str, optional
+        Workers that render it: ``local``, ``local:N``, or the address of a Dask scheduler.
+        A script that asks for local ones guards its main part by
+        ``if __name__ == "__main__"``: they import it.
 
     The others are those of `film_frames`.
 
     Raises
     ------
-    SceneError, SettingError, OutputError, ContextError
+    SceneError, SettingError, OutputError, FarmError, ContextError
 
     Examples
     --------
@@ -139,6 +145,7 @@ def render_film(
             camera=camera,
             backend=backend,
             resume=resume,
+            scheduler=scheduler,
             quiet=True,
         )
     ).rendered_count

@@ -29,7 +29,24 @@ def write_images(
     meta: Mapping[str, Any],
     extents: Mapping[str, Extent],
 ) -> None:
-    """Write what was rendered to `out`; several pictures become ``stem-name.png``.
+    """Write what was rendered to `out`, as `image_files` has it.
+
+    Raises
+    ------
+    OutputError
+    """
+    for path, data in image_files(out, names, images, meta, extents).items():
+        write_atomically(path, data)
+
+
+def image_files(
+    out: Path,
+    names: Sequence[str],
+    images: Mapping[str, NDArray[np.float32]],
+    meta: Mapping[str, Any],
+    extents: Mapping[str, Extent],
+) -> dict[Path, bytes]:
+    """Return the files that hold what was rendered; several pictures are ``stem-name.png``.
 
     What is transparent is shown on white where the kind of file has no alpha.
 
@@ -50,14 +67,13 @@ def write_images(
     """
     suffix = out.suffix.lower()
     if suffix == ".npz":
-        write_atomically(out, npz_bytes(images, meta))
-        return
+        return {out: npz_bytes(images, meta)}
     if suffix == ".exr":
-        write_atomically(out, exr_bytes(images, meta))
-        return
-    for name, path in picture_paths(out, names).items():
-        pixels = picture(name, images, extents, alpha=has_alpha(out))
-        write_atomically(path, picture_bytes(pixels, suffix))
+        return {out: exr_bytes(images, meta)}
+    return {
+        path: picture_bytes(picture(name, images, extents, alpha=has_alpha(out)), suffix)
+        for name, path in picture_paths(out, names).items()
+    }
 
 
 def picture(

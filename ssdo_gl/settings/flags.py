@@ -155,6 +155,13 @@ class RunOptions:
     backend: str = setting(
         "auto", "where OpenGL comes from", choices=BACKENDS, group=RUNNING, modes=modes.ALL
     )
+    scheduler: str | None = setting(
+        None,
+        "workers that render, each a process of its own: N here, or those of a Dask scheduler",
+        metavar="local[:N]|tcp://HOST:PORT",
+        group=RUNNING,
+        modes=frozenset({modes.FILM, modes.SNAPSHOT}),
+    )
     quiet: bool = setting(False, "say nothing but faults", group=RUNNING, modes=modes.ALL)
 
     @property

@@ -128,13 +128,13 @@ def test_ctrl_c_leaves_whole_frames(
 def test_ctrl_c_while_a_frame_is_written_waits_for_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    write = film.write_images
+    write = film.write_atomically
 
     def late(*arguments: object) -> None:
         signal.raise_signal(signal.SIGINT)
         write(*arguments)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(film, "write_images", late)
+    monkeypatch.setattr(film, "write_atomically", late)
     assert main(["corner", "--film", str(tmp_path / "turn"), *TURN]) == 130
     assert sorted(contents(tmp_path / "turn")) == ["frame_0000.png"]
 

@@ -26,6 +26,7 @@ EXPECTED = {
     modes.HEADLESS: "frames stats snapshot explain",
     frozenset({modes.BENCH}): "bench quick",
     frozenset({modes.FILM}): "film path turntable frames_range fps resume",
+    frozenset({modes.FILM, modes.SNAPSHOT}): "scheduler",
 }
 
 

@@ -1,0 +1,1 @@
+"""Work for several processes or machines, handed out by Dask."""

@@ -1,0 +1,209 @@
+"""Work on workers: the bytes of a run without them, whatever happens to one of them."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from ssdo_gl.cli import main
+from ssdo_gl.farm import kept_maker, scheduler
+from ssdo_gl.farm.scheduler import FarmError, check_scheduler, mapped
+from ssdo_gl.scene.scene import SceneError
+
+dask = pytest.importorskip("dask")
+distributed = pytest.importorskip("distributed")
+cloudpickle = pytest.importorskip("cloudpickle")
+
+# Dask's own threads and sockets end when it likes, after a test.
+pytestmark = [
+    pytest.mark.filterwarnings("ignore::ResourceWarning"),
+    pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning"),
+]
+
+FILM = ["--turntable", "--frames-range", "0:5", "--size", "48x27", "--method", "direct", "--quiet"]
+
+
+@pytest.fixture(scope="module")
+def address() -> Iterator[str]:
+    """Two workers, as ``dask worker`` starts them."""
+    cloudpickle.register_pickle_by_value(sys.modules[__name__])
+    with (
+        dask.config.set({"distributed.scheduler.allowed-failures": 1}),
+        distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, dashboard_address=":0", memory_limit=None
+        ) as cluster,
+    ):
+        yield cluster.scheduler_address
+    cloudpickle.unregister_pickle_by_value(sys.modules[__name__])
+
+
+class Squares:
+    """Squares numbers; the first process that meets `deadly` dies of it."""
+
+    def __init__(self, task: tuple[Path, int | None]) -> None:
+        self.folder, self.deadly = task
+        (self.folder / f"opened-{os.getpid()}").touch()
+
+    def make(self, item: int) -> int:
+        if item == self.deadly:
+            try:
+                (self.folder / "died").touch(exist_ok=False)
+            except FileExistsError:
+                return item**2
+            os._exit(1)
+        return item**2
+
+    def close(self) -> None:
+        pass
+
+
+class Broken(Squares):
+    def make(self, item: int) -> int:
+        raise SceneError(f"item {item}: as it is")
+
+
+class Deadly(Squares):
+    def make(self, item: int) -> int:
+        os._exit(1)
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def test_results_come_in_order_from_makers_that_stay_open(address: str, tmp_path: Path) -> None:
+    made = list(mapped(address, Squares, (tmp_path, None), range(100)))
+    assert made == [n**2 for n in range(100)]
+    assert 1 <= len(contents(tmp_path)) <= 2
+
+
+def test_a_worker_that_dies_loses_nothing(address: str, tmp_path: Path) -> None:
+    made = list(mapped(address, Squares, (tmp_path, 41), range(100)))
+    assert made == [n**2 for n in range(100)]
+    assert "died" in contents(tmp_path)
+
+
+def test_faults_come_as_they_are(address: str, tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match="item 0: as it is"):
+        list(mapped(address, Broken, (tmp_path, None), range(9)))
+    with pytest.raises(FarmError, match="has ended several workers"):
+        list(mapped(address, Deadly, (tmp_path, None), range(2)))
+
+
+def test_workers_of_another_version_are_refused(
+    address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(scheduler, "__version__", "0.0.1")
+    with pytest.raises(FarmError, match=r"a worker has ssdo_gl .*, this command is 0\.0\.1"):
+        list(mapped(address, Squares, (tmp_path, None), range(2)))
+
+
+@pytest.mark.parametrize("out", ["turn", "turn%d.npz", "turn.gif"])
+def test_films_have_the_bytes_of_one_process(address: str, tmp_path: Path, out: str) -> None:
+    for folder in ("here", "there"):
+        (tmp_path / folder).mkdir()
+    assert main(["stairs", "--film", str(tmp_path / "here" / out), *FILM]) == 0
+    flags = [*FILM, "--scheduler", address]
+    assert main(["stairs", "--film", str(tmp_path / "there" / out), *flags]) == 0
+    here, there = (tmp_path / name for name in ("here", "there"))
+    if out == "turn":
+        here, there = here / out, there / out
+    assert contents(here) == contents(there)
+    assert len(contents(here)) == (1 if out == "turn.gif" else 5)
+
+
+def test_resume_renders_the_missing_frames(address: str, tmp_path: Path) -> None:
+    words = ["stairs", "--film", str(tmp_path / "turn"), *FILM]
+    assert main(words) == 0
+    whole = contents(tmp_path / "turn")
+    (tmp_path / "turn" / "frame_0002.png").unlink()
+    (tmp_path / "turn" / "frame_0003.png").write_bytes(b"kept")
+    assert main([*words, "--resume", "--scheduler", address]) == 0
+    assert contents(tmp_path / "turn") == whole | {"frame_0003.png": b"kept"}
+
+
+def test_several_scenes_are_as_without_workers(
+    address: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    flags = ["--size", "48x27", "--method", "direct"]
+    told = []
+    for folder, more in (("here", []), ("there", ["--scheduler", address])):
+        Path(folder).mkdir()
+        out = ["--snapshot", f"{folder}/{{name}}.png"]
+        assert main(["corner", "nosuch.glb", "stairs", *out, *flags, *more]) == 2
+        said = capsys.readouterr()
+        assert said.err == "ssdo-gl: nosuch.glb: no such file\n"
+        names = [line for line in said.out.splitlines() if line.endswith(":")]
+        told.append((names, said.out.count("passes: ")))
+    assert told[0] == told[1] == (["corner:", "nosuch.glb:", "stairs:"], 2)
+    assert contents(tmp_path / "here") == contents(tmp_path / "there")
+    assert len(contents(tmp_path / "here")) == 2
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--scheduler", "local:0"], "--scheduler 'local:0': expected local, local:N (workers) or"),
+        (["--scheduler", "host:8786"], "expected local, local:N (workers) or tcp://HOST:PORT"),
+        (["--scheduler", "tcp://127.0.0.1:9"], "tcp://127.0.0.1:9: no scheduler answers"),
+    ],
+)
+def test_schedulers_that_are_none_are_refused_in_one_line(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    words: list[str],
+    said: str,
+) -> None:
+    monkeypatch.setattr(scheduler, "CONNECT_S", 0.2)
+    assert main(["corner", "--film", str(tmp_path / "turn"), *FILM, *words]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 1 and said in lines[0]
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_scheduler_without_workers_is_said_to_have_none(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(scheduler, "WORKERS_S", 0.2)
+    with (
+        distributed.LocalCluster(n_workers=0, dashboard_address=":0") as cluster,
+        pytest.raises(FarmError, match=r"no worker within 0\.2 s; start some: dask worker"),
+    ):
+        list(mapped(cluster.scheduler_address, Squares, (tmp_path, None), [1]))
+
+
+def test_standard_input_and_output_stay_here(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["corner", "--snapshot", "-", "--scheduler", "local"]) == 2
+    assert "workers have no standard input or output" in capsys.readouterr().err
+
+
+def test_without_dask_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(FarmError, match=r"pip install 'ssdo_gl\[farm\]'"):
+        check_scheduler("local")
+
+
+def test_a_worker_keeps_the_maker_of_one_job(tmp_path: Path) -> None:
+    import pickle
+
+    closed = []
+
+    class Closing(Squares):
+        def close(self) -> None:
+            closed.append(self.folder)
+
+    version = kept_maker.__version__
+    for job in ("a", "a", "b"):
+        task = pickle.dumps((tmp_path / job, None))
+        (tmp_path / job).mkdir(exist_ok=True)
+        assert kept_maker.results(job, version, Closing, task, [3]) == [9]
+    assert closed == [tmp_path / "a"]
