@@ -1,29 +1,98 @@
 // What a glossy surface reflects of one light towards the camera.
 #include "lights/gloss_along.glsl"
-#include "lib/layer_reflectance.glsl"
 #include "lights/lights.glsl"
 
 #if GLOSSY
 #if LIGHT_FORM == FORM_AREA
-uniform sampler2D t_lobe_transforms;
+// Gauss's points and weights on [-1, 1].
+const int GAUSS_COUNT = 6;
+const float GAUSS_POINTS[GAUSS_COUNT] = float[](
+    -0.93246951420315, -0.66120938646626, -0.23861918608320,
+    0.23861918608320, 0.66120938646626, 0.93246951420315);
+const float GAUSS_WEIGHTS[GAUSS_COUNT] = float[](
+    0.17132449237917, 0.36076157304814, 0.46791393457269,
+    0.46791393457269, 0.36076157304814, 0.17132449237917);
 
-// Mean radiance over the surface's lobe of a light of radiance 1, unshadowed: the lobe as
-// a linearly transformed cosine (Heitz et al. 2016), a parallelogram stays one.
-float area_in_lobe(Light light, vec3 p_vs, vec3 n_vs, vec3 w_out, float cos_out, float roughness)
+// Where on a line through middle + s edge, seen from the origin, Gauss's points of equal
+// angles lie.
+struct Angles {
+    float foot;    // minus s of the point next to the origin
+    float width;   // distance of that point in edges
+    float middle;  // of the angles from that point
+    float half_range;
+};
+
+// `height` of the line's middle above the horizon, `rise` of its edge: s from -1 to 1, but
+// above the horizon only.
+Angles angles_on_line(vec3 middle, vec3 edge, float height, float rise)
 {
-    vec4 t = textureLod(t_lobe_transforms, node_of_table(cos_out, roughness), 0.0);
-    vec3 across = w_out - n_vs * dot(w_out, n_vs);
+    float edge_2 = max(dot(edge, edge), 1e-30);
+    float foot = dot(middle, edge) / edge_2;
+    float width = max(length(middle - foot * edge) * inversesqrt(edge_2), 1e-6 * (1.0 + abs(foot)));
+    float crossing = rise == 0.0 ? (height > 0.0 ? -1.0 : 1.0) : clamp(-height / rise, -1.0, 1.0);
+    vec2 ends = rise < 0.0 ? vec2(-1.0, crossing) : vec2(crossing, 1.0);
+    vec2 angles = atan((ends + foot) / width);
+    return Angles(foot, width, 0.5 * (angles.x + angles.y), 0.5 * (angles.y - angles.x));
+}
+
+// s of the point, and its weight in an integral over s.
+vec2 point_of_angles(Angles angles, int i)
+{
+    float tangent = tan(angles.middle + angles.half_range * GAUSS_POINTS[i]);
+    float weight = angles.half_range * GAUSS_WEIGHTS[i] * angles.width * (1.0 + tangent * tangent);
+    return vec2(angles.width * tangent - angles.foot, weight);
+}
+
+// To the space in which the lobe is about as wide as a clamped cosine, up to scale: a
+// linear map, as those of Heitz et al. 2016, by how facets mirror near the lobe's axis.
+// Parallelograms stay what they are.
+mat3 cosine_from_lobe(vec3 n_vs, vec3 w_out, float cos_out, float alpha)
+{
+    vec3 axis = normalize(2.0 * cos_out * n_vs - w_out);
+    vec3 across = cross(n_vs, axis);
     float size = length(across);
-    vec3 x = size > 1e-5 ? across / size : frame_from_z(n_vs)[0];
-    mat3 local = transpose(mat3(x, cross(n_vs, x), n_vs));
-    mat3 cosine_from_local = mat3(vec3(t.x, 0.0, t.z), vec3(0.0, 1.0, 0.0), vec3(t.y, 0.0, t.w));
-    mat3 m = cosine_from_local * local;
+    vec3 y = size > 1e-5 ? across / size : frame_from_z(axis)[1];
+    float width = 2.0 * alpha / (1.0 + 2.0 * alpha);
+    float narrowing = sqrt(cos_out * cos_out + 0.2 * alpha * alpha);
+    return transpose(mat3(cross(y, axis), y / narrowing, axis * width));
+}
+
+// Radiance that the glossy layer makes of a light of radiance 1, unshadowed. Points of
+// equal angles in the lobe's own space are dense where the lobe is high.
+vec3 gloss_of_area(Brdf brdf, Light light, vec3 p_vs, vec3 n_vs, vec3 w_out)
+{
     vec3 c = light.place_vs - p_vs;
-    vec3 normal = cross(light.axis_vs, light.second_axis_vs);
-    const vec3 UP = vec3(0.0, 0.0, 1.0);
-    float f = parallelogram_cosine_integral(
-        m * c, m * light.axis_vs, m * light.second_axis_vs, UP, UP);
-    return max(dot(c, normal) < 0.0 ? f : -f, 0.0) * INV_PI;
+    vec3 u = light.axis_vs;
+    vec3 v = light.second_axis_vs;
+    // Only directions count. Dividing by the largest length keeps squares in range.
+    float scale = max(largest_component(c), max(largest_component(u), largest_component(v)));
+    c /= scale;
+    u /= scale;
+    v /= scale;
+    vec3 uv = cross(u, v);
+    mat3 m = cosine_from_lobe(n_vs, w_out, cosine_out(n_vs, w_out), alpha_of(brdf.roughness));
+    vec3 c_cs = m * c;
+    vec3 u_cs = m * u;
+    vec3 v_cs = m * v;
+    vec3 along_u = u_cs * inversesqrt(max(dot(u_cs, u_cs), 1e-30));
+    float u_rise = dot(u, n_vs);
+    Angles lines = angles_on_line(c_cs - along_u * dot(c_cs, along_u),
+                                  v_cs - along_u * dot(v_cs, along_u),
+                                  dot(c, n_vs) + abs(u_rise), dot(v, n_vs));
+    vec3 sum = vec3(0.0);
+    for (int i = 0; i < GAUSS_COUNT; ++i) {
+        vec2 t = point_of_angles(lines, i);
+        vec3 q = c + t.x * v;
+        Angles points = angles_on_line(c_cs + t.x * v_cs, u_cs, dot(q, n_vs), u_rise);
+        for (int j = 0; j < GAUSS_COUNT; ++j) {
+            vec2 s = point_of_angles(points, j);
+            vec3 p = q + s.x * u;
+            float inverse = inversesqrt(max(dot(p, p), 1e-30));
+            float solid_angle = abs(dot(uv, p)) * inverse * inverse * inverse * s.y * t.y;
+            sum += gloss_times_cosine(brdf, n_vs, w_out, p * inverse) * solid_angle;
+        }
+    }
+    return sum;
 }
 #endif
 
@@ -44,9 +113,7 @@ LightGloss gloss_of_light(Brdf brdf, Light light, vec3 p_vs, vec3 n_vs, vec3 irr
 #elif LIGHT_FORM == FORM_POINT
     return gloss_along(brdf, n_vs, w_out, normalize(light.place_vs - p_vs), irradiance);
 #else
-    float cos_out = cosine_out(n_vs, w_out);
-    float share = area_in_lobe(light, p_vs, n_vs, w_out, cos_out, brdf.roughness);
-    vec3 radiance = light.power * layer_reflectance(brdf, cos_out) * (share * visibility);
+    vec3 radiance = light.power * visibility * gloss_of_area(brdf, light, p_vs, n_vs, w_out);
     return LightGloss(irradiance, radiance);
 #endif
 }

@@ -55,7 +55,7 @@ class DirectPass(RenderPass):
     """Writes `direct_irradiance`: rgb irradiance; background 0.
 
     Points, spots and directional lights are exact; rectangles by Lambert's polygon
-    formula. Linear in the light; exactly 0 where none arrives.
+    formula, in glossy layers by 36 points. Linear in the light; exactly 0 where none arrives.
 
     Parameters
     ----------
@@ -92,8 +92,7 @@ class DirectPass(RenderPass):
         more = *(("shadow_atlas",) if shadow_maps else ()), *(("lift_vs",) if lifts else ())
         self._wiring = {f"t_{name}": name for name in ("z_vs", "normals_vs", *more)}
         if glossy:
-            tables = {"t_reflectance": "reflectance", "t_lobe_transforms": "lobe_transforms"}
-            self._wiring |= {**brdf_wiring(glossy), **tables}
+            self._wiring |= brdf_wiring(glossy)
         self.reads = tuple(self._wiring.values())
         # The map of a directional light encloses the geometry; the seed turns the
         # pattern of soft shadows.

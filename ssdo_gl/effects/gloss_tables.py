@@ -9,11 +9,10 @@ from ssdo_gl.effects.effect import Effect, ReasonedPass
 from ssdo_gl.effects.request import Request
 from ssdo_gl.passes.environment_uniforms import environment_kind
 from ssdo_gl.passes.lobe_tables import EnvironmentLobesPass, ReflectanceTablePass
-from ssdo_gl.passes.lobe_transforms import LobeTransformsPass
 
 
 class GlossTables(Effect):
-    """Reflectance and shape of lobes, and the environment blurred by them."""
+    """Reflectance of lobes, and the environment blurred by them."""
 
     name = "gloss_tables"
 
@@ -23,12 +22,11 @@ class GlossTables(Effect):
 
     def need(self, request: Request) -> Decision:
         """Run wherever anything is glossy."""
-        passes = ("reflectance_table", "lobe_transforms", "environment_lobes")
+        passes = ("reflectance_table", "environment_lobes")
         return Decision("tables of gloss", True, "some surfaces are glossy", passes)
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
         """Yield the uploads; those that nothing reads are dropped."""
         yield ReflectanceTablePass(), "how much each roughness reflects"
-        yield LobeTransformsPass(), "the shape of each lobe"
         if environment_kind(request.environment) > 1:
             yield EnvironmentLobesPass(), "the environment as rough surfaces reflect it"

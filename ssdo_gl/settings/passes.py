@@ -33,7 +33,6 @@ _WITHOUT_SETTINGS = (
     "surfel_sky",
     "surfel_direct",
     "reflectance_table",
-    "lobe_transforms",
     "environment_lobes",
     "reflected_radiance",
     "composite",
