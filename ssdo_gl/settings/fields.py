@@ -7,8 +7,10 @@ documentation - asks the `SettingInfo` of its field and keeps no list of its own
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import numbers
 import re
+import textwrap
 import types
 import typing
 from collections.abc import Mapping
@@ -120,7 +122,7 @@ class SettingInfo:
             listed = ", ".join(value_text(choice) for choice in self.choices)
             return f"one of {listed}" + (", or #rrggbb" if self.is_color else "")
         if self.kind is Kind.SIZE:
-            return f"WIDTHxHEIGHT as a flag or [width, height] in a file, each {self.range_text}"
+            return f"WIDTHxHEIGHT as text or a pair (width, height), each {self.range_text}"
         is_number = self.kind in (Kind.INTEGER, Kind.NUMBER)
         return f"{self.kind.value} {self.range_text if is_number else ''}".rstrip()
 
@@ -246,6 +248,20 @@ def _kind_of(wanted: Any) -> tuple[Kind, bool]:
     if plain in (str, typing.Literal):
         return Kind.TEXT, parts[0] is not wanted
     return kinds.get(plain, Kind.MAPPING), parts[0] is not wanted
+
+
+def documented(settings_class: type[Any]) -> None:
+    """Add range, default and effect of each setting to what ``help()`` shows of the class."""
+    lines = [inspect.cleandoc(settings_class.__doc__ or "")]
+    if "\nAttributes\n" not in lines[0]:
+        lines.append("\nAttributes\n----------")
+    for name, info in describe(settings_class).items():
+        indent = " " * 4
+        lines.append(f"{name} : {info.expected}, default {info.default!r}")
+        lines.append(
+            textwrap.fill(f"{info.doc}.", 90, initial_indent=indent, subsequent_indent=indent)
+        )
+    settings_class.__doc__ = "\n".join(lines)
 
 
 def info_of(settings_class: type[Any], name: str, what: str = "setting") -> SettingInfo:

@@ -11,7 +11,15 @@ from typing import Any
 
 from ssdo_gl.settings import modes
 from ssdo_gl.settings.backgrounds import TRANSPARENT
-from ssdo_gl.settings.fields import SettingError, check, describe, info_of, setting, shown
+from ssdo_gl.settings.fields import (
+    SettingError,
+    check,
+    describe,
+    documented,
+    info_of,
+    setting,
+    shown,
+)
 from ssdo_gl.settings.settings import LOOK
 from ssdo_gl.suggestion import suggestion
 
@@ -121,6 +129,7 @@ class LoadOptions:
         return {name: value for name, value in values.items() if value != getattr(USUAL, name)}
 
 
+documented(LoadOptions)
 USUAL = LoadOptions()
 
 

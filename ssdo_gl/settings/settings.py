@@ -14,7 +14,15 @@ from ssdo_gl.effects.estimators import ESTIMATORS
 from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.settings import modes
 from ssdo_gl.settings.backgrounds import BACKGROUNDS
-from ssdo_gl.settings.fields import SettingError, SettingInfo, Unset, check, describe, setting
+from ssdo_gl.settings.fields import (
+    SettingError,
+    SettingInfo,
+    Unset,
+    check,
+    describe,
+    documented,
+    setting,
+)
 from ssdo_gl.short_repr import described
 
 Combine = Literal["ambient", "multiply", "report"]
@@ -38,7 +46,7 @@ _quality = partial(setting, yields=True, group=QUALITY, modes=modes.ONE)
 
 @dataclass(frozen=True)
 class Settings:
-    """Settings of a rendering; each field's line says unit, range and effect.
+    """Settings of a rendering; frozen, so that they can be compared and hashed.
 
     A field that was not given yields to what the scene asks for, else it holds its
     default; None, where it is one, stands for a default derived from scene and method.
@@ -176,6 +184,10 @@ class Settings:
     # Whether the scene's settings are in; its own None's then stay, whatever the scene says.
     is_resolved: bool = field(default=False, repr=False, compare=False)
 
+    def __hash__(self) -> int:
+        fields = [getattr(self, f.name) for f in dataclasses.fields(self) if f.compare]
+        return hash(tuple(frozenset(v.items()) if isinstance(v, Mapping) else v for v in fields))
+
     def __repr__(self) -> str:
         # What was given; the rest follows from the scene and the defaults.
         facts = [
@@ -233,3 +245,6 @@ def same_as(name: str, default: Any = None, doc: str = "") -> Any:
         default=default,
         metadata={"info": dataclasses.replace(info, default=default, doc=doc or info.doc)},
     )
+
+
+documented(Settings)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import pydoc
 
 import pytest
 
@@ -196,3 +197,17 @@ def test_names_agree_with_one_another():
     assert {name for method in METHODS.values() for name in method.estimators} == set(ESTIMATORS)
     assert len(set(image_names())) == len(image_names())
     assert not set(pass_settings()) & set(passes_without_settings())
+
+
+def test_help_says_range_default_and_effect_of_every_field():
+    text = pydoc.render_doc(Settings, renderer=pydoc.plaintext)
+    for name, info in describe(Settings).items():
+        assert f"{name} : {info.expected}, default {info.default!r}" in text
+        assert " ".join(info.doc.split()) in " ".join(text.replace("|", " ").split())
+
+
+def test_settings_are_hashed_as_they_are_compared():
+    first, second = (Settings(size=(8, 8), overrides={"bounce.strength": 2.0}) for _ in range(2))
+    assert len({first, second, Settings(samples=64), Settings()}) == 2
+    changed = dataclasses.replace(first, overrides={"bounce.strength": 3.0})
+    assert hash(changed) != hash(first) and {first: 1}[second] == 1
