@@ -12,8 +12,6 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from benchmarks.common import command
 from ssdo_gl.bench.analysis import percent
 from ssdo_gl.bench.bench_renderer import BenchRenderer
@@ -25,7 +23,6 @@ from ssdo_gl.bench.reference_cache import Goal, ReferenceCache, obtain
 from ssdo_gl.bench.tune import Choice, choose_for_budget, choose_for_error
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.renderer import Renderer
-from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
@@ -53,22 +50,6 @@ class Check:
     choice: Choice
     found: str
     kept: bool
-
-
-def turned(camera: Camera, degrees: float) -> Camera:
-    """Return `camera` turned about the vertical axis through its target."""
-    angle = np.radians(degrees)
-    offset = np.subtract(camera.position, camera.target)
-    up = np.asarray(camera.up, dtype=np.float64)
-    up /= np.linalg.norm(up)
-    # Rodrigues' rotation.
-    moved = (
-        offset * np.cos(angle)
-        + np.cross(up, offset) * np.sin(angle)
-        + up * np.dot(up, offset) * (1.0 - np.cos(angle))
-    )
-    x, y, z = (float(value) for value in np.add(camera.target, moved))
-    return dataclasses.replace(camera, position=(x, y, z))
 
 
 def between(low: float, high: float, part: float) -> float:
@@ -135,7 +116,7 @@ def check_errors(scene: Scene, device: Device) -> list[Check]:
         # From above the worst to what the best just reaches.
         bound = between(1.2 * worst, 1.02 * best, part)
         choice = choose_for_error(scene, settings, bound, device=device)
-        other = dataclasses.replace(scene, camera=turned(scene.camera, TURN_DEGREES))
+        other = dataclasses.replace(scene, camera=scene.camera.orbit(TURN_DEGREES))
         here = error_of(scene, choice.settings, device)[0]
         there = error_of(other, choice.settings, device)[0]
         found = f"{percent(here)} here, {percent(there)} from elsewhere"

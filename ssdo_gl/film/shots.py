@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import re
 from dataclasses import dataclass
 
-import numpy as np
-
-from ssdo_gl import math3d
 from ssdo_gl.film.camera_path import CameraPath
-from ssdo_gl.math3d import vector
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.settings.fields import SettingError, shown
 from ssdo_gl.settings.film_options import FRAMES_PER_SECOND
@@ -83,9 +78,7 @@ class Shots:
                     f"frames = {self.frames!r}: expected first < end <= length, from 0"
                 )
         elif self.path is None and self.turntable is None:
-            raise SettingError(
-                "a film needs its length: --path VIEWS.json, --turntable, or --frames-range A:B"
-            )
+            raise SettingError("a film needs its length: a path, a turntable, or a range of frames")
 
     @property
     def length(self) -> int:
@@ -107,24 +100,8 @@ class Shots:
         if self.path is not None:
             camera = self.path.camera(seconds, base)
         elif self.turntable is not None:
-            camera = turned(base, self.turntable * index / self.length)
+            camera = base.orbit(self.turntable * index / self.length)
         return Shot(index, self.start_s + seconds, camera)
-
-
-def turned(camera: Camera, degrees: float) -> Camera:
-    """Return the camera turned about its up through its target."""
-    if degrees == 0.0:
-        return camera
-    axis = math3d.normalized(camera.up)
-    arm = np.subtract(camera.position, camera.target)
-    angle = math.radians(degrees)
-    # Rodrigues' formula.
-    arm = (
-        arm * math.cos(angle)
-        + np.cross(axis, arm) * math.sin(angle)
-        + axis * (axis @ arm) * (1.0 - math.cos(angle))
-    )
-    return dataclasses.replace(camera, position=vector(np.add(camera.target, arm)))
 
 
 def frames_from_text(text: str) -> tuple[int, int, int]:

@@ -5,14 +5,24 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray
+from ssdo_gl.settings.fields import SettingError, shown
+
+if TYPE_CHECKING:
+    from ssdo_gl.scene.scene import Scene
 
 # The second and third are the same.
 PROJECTIONS = ("perspective", "orthographic", "ortho")
+# As high, or low, as turning goes: beyond, left and right would change places.
+MAX_ELEVATION_DEGREES = 89.0
+# From the axes of a camera in a convention to ours: x right, y up, z back.
+CONVENTIONS = {"opengl": (1.0, 1.0, 1.0), "opencv": (1.0, -1.0, -1.0)}
 
 
 @dataclass(frozen=True)
@@ -21,7 +31,7 @@ class Camera:
 
     Attributes
     ----------
-    position, target, up : tuple of 3 floats
+    position, target, up : tuple of 3 floats, or any three numbers
         World space. `target` is the point in the middle of the picture.
     fov_y : float
         Vertical field of view in degrees, (0, 180).
@@ -30,6 +40,18 @@ class Camera:
     height : float or None
         Of what the picture shows, scene units, if rays are parallel (an orthographic
         camera); nothing behind `position` is seen. None: a pinhole camera.
+
+    Raises
+    ------
+    SettingError
+        Naming the field that has no meaning.
+
+    Examples
+    --------
+    >>> from ssdo_gl import Camera
+    >>> camera = Camera.look_at((0, 0, 4), fov_y=30).orbit(90)
+    >>> [round(x, 9) for x in camera.position]
+    [4.0, 0.0, 0.0]
     """
 
     position: tuple[float, float, float]
@@ -38,6 +60,113 @@ class Camera:
     fov_y: float = 40.0
     exposure: float = 0.0
     height: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("position", "target", "up"):
+            object.__setattr__(self, name, _point(name, getattr(self, name)))
+        if self.position == self.target:
+            raise SettingError(f"target = {self.target}: expected another point than position")
+        if self.up == (0.0, 0.0, 0.0):
+            raise SettingError("up = (0, 0, 0): expected a direction")
+        if not 0.0 < self.fov_y < 180.0:
+            raise SettingError(f"fov_y = {shown(self.fov_y)}: expected degrees between 0 and 180")
+        if self.height is not None and not 0.0 < self.height < math.inf:
+            raise SettingError(f"height = {shown(self.height)}: expected scene units above 0")
+
+    @classmethod
+    def look_at(
+        cls, position: ArrayLike, target: ArrayLike = (0.0, 0.0, 0.0), **fields: Any
+    ) -> Self:
+        """Return the camera at `position` that has `target` in the middle of its picture.
+
+        Parameters
+        ----------
+        position, target : array_like, shape (3,)
+        **fields
+            ``up``, ``fov_y``, ``exposure``, ``height``.
+        """
+        return cls(_point("position", position), _point("target", target), **fields)
+
+    @classmethod
+    def fit(
+        cls,
+        scene: Scene,
+        *,
+        direction: ArrayLike | None = None,
+        fov_y: float = 40.0,
+        exposure: float | None = None,
+    ) -> Camera:
+        """Return the nearest camera that has all of a scene in its picture.
+
+        Parameters
+        ----------
+        direction : array_like, shape (3,), or None
+            In which it looks, world space; None: from a side that shows much.
+        fov_y : float
+            Degrees.
+        exposure : float or None
+            In EV; None: that of the scene's camera.
+        """
+        from ssdo_gl.scene import framing
+
+        level = scene.camera.exposure if exposure is None else exposure
+        if direction is None:
+            return framing.frame(scene.meshes, scene.objects, fov_y, level)
+        toward = -math3d.normalized(_point("direction", direction))
+        return framing.seen_from(scene.meshes, scene.objects, toward, fov_y, level)
+
+    @classmethod
+    def from_pose(
+        cls, world_from_camera: ArrayLike, convention: str = "opencv", **fields: Any
+    ) -> Self:
+        """Return the camera that stands as a matrix says.
+
+        Parameters
+        ----------
+        world_from_camera : array_like, shape (3, 4) or (4, 4)
+            Rotation and position; its inverse is the extrinsic matrix.
+        convention : str
+            Of the camera's axes: ``opencv`` (y down, looks along +z) or ``opengl`` (y up,
+            looks along -z).
+        **fields
+            ``fov_y``, ``exposure``, ``height``.
+        """
+        if convention not in CONVENTIONS:
+            raise SettingError(f"convention = {shown(convention)}: one of {', '.join(CONVENTIONS)}")
+        matrix = np.asarray(world_from_camera, dtype=np.float64)
+        rotation = matrix[:3, :3] if matrix.shape in ((3, 4), (4, 4)) else np.zeros((3, 3))
+        is_rigid = np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-5)
+        if not is_rigid or np.linalg.det(rotation) < 0.0:
+            raise SettingError("world_from_camera: expected a rotation and a position, (4, 4)")
+        axes = rotation * CONVENTIONS[convention]
+        position = math3d.vector(matrix[:3, 3])
+        target = math3d.vector(matrix[:3, 3] - axes[:, 2])
+        return cls(position, target, math3d.vector(axes[:, 1]), **fields)
+
+    def orbit(self, degrees: float, up_degrees: float = 0.0) -> Camera:
+        """Return the camera turned about its target, at the same distance.
+
+        Parameters
+        ----------
+        degrees : float
+            About `up`: to the right, as one turns about what one looks at.
+        up_degrees : float
+            Then higher above the target; not beyond 89 degrees above or below it.
+        """
+        if degrees == up_degrees == 0.0:
+            return self
+        axis = math3d.normalized(self.up)
+        arm = np.subtract(self.position, self.target)
+        if degrees != 0.0:
+            arm = _rotated(arm, axis, math.radians(degrees))
+        if up_degrees != 0.0:
+            side = self.view_from_world_rotation()[0]
+            side = _rotated(side, axis, math.radians(degrees))
+            before = math.degrees(math.asin(np.clip(axis @ arm / np.linalg.norm(arm), -1.0, 1.0)))
+            limit = max(MAX_ELEVATION_DEGREES, abs(before))
+            after = min(max(before + up_degrees, -limit), limit)
+            arm = _rotated(arm, side, math.radians(before - after))
+        return dataclasses.replace(self, position=math3d.vector(np.add(self.target, arm)))
 
     @property
     def distance(self) -> float:
@@ -94,3 +223,26 @@ class Camera:
         """Return half of the (width, height) that parallel rays show; 0 for a pinhole."""
         vertical = 0.5 * (self.height or 0.0)
         return vertical * aspect, vertical
+
+
+def _point(name: str, value: Any) -> math3d.Vector:
+    """Return three finite numbers as a tuple; raises SettingError."""
+    if type(value) is tuple and [type(number) for number in value] == [float] * 3:
+        point: math3d.Vector = value
+    else:
+        try:
+            point = math3d.vector(value)
+        except (TypeError, ValueError):
+            raise SettingError(f"{name} = {shown(value)}: expected three numbers") from None
+    if not all(map(math.isfinite, point)):
+        raise SettingError(f"{name} = {shown(value)}: expected finite numbers")
+    return point
+
+
+def _rotated(arm: FloatArray, axis: FloatArray, angle: float) -> FloatArray:
+    """Return a vector turned about a unit axis by radians: Rodrigues' formula."""
+    return np.asarray(
+        arm * math.cos(angle)
+        + np.cross(axis, arm) * math.sin(angle)
+        + axis * (axis @ arm) * (1.0 - math.cos(angle))
+    )

@@ -52,6 +52,17 @@ def frame(
         azimuth, elevation = _viewpoint(side_coverage(meshes, objects))
     a, e = np.radians([azimuth, elevation])
     toward = np.array([np.sin(a) * np.cos(e), np.sin(e), np.cos(a) * np.cos(e)])
+    return seen_from(meshes, objects, toward, fov_y, exposure)
+
+
+def seen_from(
+    meshes: Sequence[Mesh],
+    objects: Sequence[SceneObject],
+    toward: FloatArray,
+    fov_y: float,
+    exposure: float,
+) -> Camera:
+    """Return the nearest camera in the direction `toward` (3,) that sees every vertex."""
     return _around(_world_points(meshes, objects), toward, fov_y, exposure)
 
 

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from ssdo_gl.film.camera_path import CameraPath
-from ssdo_gl.film.shots import Shots, frames_from_text, turned
+from ssdo_gl.film.shots import Shots, frames_from_text
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.settings.fields import SettingError
 
@@ -16,18 +16,18 @@ BASE = Camera((3.0, 1.0, 1.0), (1.0, 1.0, 1.0))
 
 def test_a_turntable_goes_round_the_target_counter_clockwise() -> None:
     # Seen from above (+y), x turns towards -z.
-    assert turned(BASE, 90.0).position == pytest.approx((1.0, 1.0, -1.0))
-    assert turned(BASE, 360.0).position == pytest.approx(BASE.position)
-    assert turned(BASE, 90.0).target == BASE.target
+    assert BASE.orbit(90.0).position == pytest.approx((1.0, 1.0, -1.0))
+    assert BASE.orbit(360.0).position == pytest.approx(BASE.position)
+    assert BASE.orbit(90.0).target == BASE.target
     # About another up, y turns towards z.
     tilted = Camera((0.0, 2.0, 5.0), (0.0, 0.0, 0.0), up=(2.0, 0.0, 0.0))
-    assert turned(tilted, 90.0).position == pytest.approx((0.0, -5.0, 2.0))
+    assert tilted.orbit(90.0).position == pytest.approx((0.0, -5.0, 2.0))
 
 
 def test_the_turn_is_that_of_the_whole_film() -> None:
     part = Shots(turntable=360.0, frames=(2, 4, 8))
     assert list(part.indices) == [2, 3]
-    assert part.shot(2, BASE).camera == turned(BASE, 90.0)
+    assert part.shot(2, BASE).camera == BASE.orbit(90.0)
     assert list(Shots(turntable=90.0, fps=2.0).indices) == list(range(16))
 
 

@@ -14,7 +14,7 @@ from PIL import Image
 import ssdo_gl
 from ssdo_gl.cli import main
 from ssdo_gl.film.camera_path import CameraPath
-from ssdo_gl.film.shots import Shots, turned
+from ssdo_gl.film.shots import Shots
 from ssdo_gl.headless import film
 from ssdo_gl.headless.film import FilmRequest, make_film
 from ssdo_gl.headless.snapshot import SnapshotRequest, take_snapshot
@@ -48,7 +48,7 @@ def test_frames_are_those_of_snapshots(tmp_path: Path, scene_name: str, suffix: 
                 settings,
                 wanted,
                 stills / f"turn{index:02d}{suffix}",
-                turned(scene.camera, 30.0 * index),
+                scene.camera.orbit(30.0 * index),
                 seconds=0.25 + index / 2.0,
                 quiet=True,
             )
@@ -235,7 +235,7 @@ def test_frames_from_python() -> None:
     )
     assert [frame.index for frame in frames] == [1, 2]
     scene = load_scene("corner")
-    assert frames[1].camera == turned(scene.camera, 180.0)
+    assert frames[1].camera == scene.camera.orbit(180.0)
     with Renderer(scene, Settings(size=(32, 18))) as renderer:
         depth = renderer.render(["depth"], camera=frames[1].camera).images["depth"]
     assert np.array_equal(frames[1].images["depth"], depth)

@@ -1,0 +1,99 @@
+"""Cameras: what they refuse, and the ways to place them."""
+
+from __future__ import annotations
+
+import doctest
+import math
+
+import numpy as np
+import pytest
+
+import ssdo_gl
+import ssdo_gl.scene.camera
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.framing import MARGIN
+from ssdo_gl.scene.mesh import placed
+from ssdo_gl.settings.fields import SettingError
+
+# Angles and lengths in float64.
+EXACT = 1e-12
+
+
+def test_the_documented_example_runs():
+    results = doctest.testmod(ssdo_gl.scene.camera)
+    assert results.attempted >= 2 and results.failed == 0
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"target": (0, 0, 4)}, "target = .*: expected another point than position"),
+        ({"position": (0, math.nan, 4)}, "position = .*: expected finite numbers"),
+        ({"position": "here"}, "position = 'here': expected three numbers"),
+        ({"target": (1, 2)}, "target = .*: expected three numbers"),
+        ({"up": (0, 0, 0)}, "up = .*: expected a direction"),
+        ({"fov_y": 180.0}, "fov_y = 180.0: expected degrees between 0 and 180"),
+        ({"height": 0.0}, "height = 0.0: expected scene units above 0"),
+    ],
+)
+def test_a_camera_without_a_picture_is_refused(fields, message):
+    with pytest.raises(SettingError, match=message):
+        Camera(**{"position": (0, 0, 4), "target": (0, 0, 0), **fields})
+
+
+def test_points_may_be_arrays():
+    camera = Camera.look_at(np.array([0, 0, 4]), [0, 1, 0], fov_y=30.0)
+    assert camera == Camera((0.0, 0.0, 4.0), (0.0, 1.0, 0.0), fov_y=30.0)
+    assert hash(camera) == hash(Camera.look_at((0, 0, 4), (0, 1, 0), fov_y=30.0))
+
+
+def test_orbits_keep_distance_and_stop_before_the_pole():
+    camera = Camera.look_at((3.0, 1.0, 2.0), (1.0, 1.0, 1.0), up=(0.0, 2.0, 0.0))
+    turned = camera.orbit(50.0, 30.0)
+    offset = np.subtract(turned.position, turned.target)
+    assert turned.distance == pytest.approx(camera.distance, rel=EXACT)
+    assert math.degrees(math.asin(offset[1] / turned.distance)) == pytest.approx(30.0)
+    # From above, +z is at azimuth 0 and +x at 90 degrees.
+    azimuths = [math.degrees(math.atan2(*np.subtract(c.position, c.target)[[0, 2]]))
+                for c in (camera, turned)]  # fmt: skip
+    assert azimuths[1] - azimuths[0] == pytest.approx(50.0)
+    top = camera.orbit(0.0, 500.0)
+    offset = np.subtract(top.position, top.target)
+    assert math.degrees(math.asin(offset[1] / top.distance)) == pytest.approx(89.0)
+    assert camera.orbit(0.0) is camera
+
+
+def test_fit_holds_the_scene_along_any_direction():
+    scene = ssdo_gl.load_scene("stairs")
+    direction = np.array([-1.0, -2.0, 0.5])
+    camera = Camera.fit(scene, direction=direction, fov_y=30.0)
+    forward = np.subtract(camera.target, camera.position) / camera.distance
+    np.testing.assert_allclose(forward, direction / np.linalg.norm(direction), atol=EXACT)
+    assert camera.fov_y == 30.0 and camera.exposure == scene.camera.exposure
+    points = np.concatenate(
+        [
+            placed(scene.meshes[item.mesh].positions, item.world_from_object).reshape(-1, 3)
+            for item in scene.objects
+        ]
+    )
+    local = (points - camera.position) @ camera.view_from_world_rotation().T
+    slopes = np.abs(local[:, :2]).max(axis=1) / -local[:, 2]
+    # The nearest such camera: something reaches the margin.
+    assert slopes.max() * MARGIN == pytest.approx(math.tan(math.radians(15.0)))
+    assert Camera.fit(scene).fov_y == 40.0
+
+
+@pytest.mark.parametrize("convention", ["opencv", "opengl"])
+def test_a_pose_makes_the_camera_that_has_it(convention):
+    camera = Camera.look_at((3.0, 1.0, 2.0), (1.0, -1.0, 1.0), fov_y=35.0)
+    rows = camera.view_from_world_rotation()
+    flip = np.diag([1.0, -1.0, -1.0] if convention == "opencv" else [1.0, 1.0, 1.0])
+    pose = np.column_stack([rows.T @ flip, camera.position])
+    made = Camera.from_pose(pose, convention, fov_y=35.0)
+    np.testing.assert_allclose(made.view_from_world_rotation(), rows, atol=EXACT)
+    assert made.position == camera.position and made.fov_y == 35.0
+    for wrong in (np.eye(3), np.diag([1.0, 1.0, -1.0, 1.0]), 2.0 * np.eye(4)):
+        with pytest.raises(SettingError, match="world_from_camera: expected a rotation"):
+            Camera.from_pose(wrong, convention)
+    with pytest.raises(SettingError, match="convention = 'colmap': one of opengl, opencv"):
+        Camera.from_pose(pose, "colmap")
