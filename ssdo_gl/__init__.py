@@ -5,8 +5,8 @@ A picture is one call; a `Renderer` keeps what many have in common::
     import ssdo_gl
     image = ssdo_gl.render("model.glb", size=(1280, 720), method="bounce")
 
-A `Scene` is read by `load_scene`, or made of `Mesh`, `Material`, `SceneObject`, lights and a
-`Camera`. ``dir(ssdo_gl)`` lists all public names.
+A `Scene` is read by `load_scene`, or made by ``Scene.from_arrays``, ``Scene.from_trimesh`` and
+``add``. ``dir(ssdo_gl)`` lists all public names.
 """
 
 from __future__ import annotations
@@ -39,10 +39,12 @@ __all__ = [
     "load_scene",
     "render",
     "render_film",
+    "transform_matrix",
 ]
 
 if TYPE_CHECKING:
     from ssdo_gl.headless.film_interface import film_frames, render_film
+    from ssdo_gl.math3d import transform_matrix
     from ssdo_gl.render_result import RenderResult
     from ssdo_gl.renderer import Renderer, render
     from ssdo_gl.scene.camera import Camera
@@ -82,6 +84,7 @@ _HOMES = {
     "load_scene": "ssdo_gl.scene.load",
     "render": "ssdo_gl.renderer",
     "render_film": "ssdo_gl.headless.film_interface",
+    "transform_matrix": "ssdo_gl.math3d",
 }
 
 

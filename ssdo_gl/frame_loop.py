@@ -28,6 +28,7 @@ from ssdo_gl.planning.walk import Pipeline
 from ssdo_gl.render_result import FrameLog, Plane
 from ssdo_gl.scene.animate import scene_at
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.checks import check_scene
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, shown
@@ -74,6 +75,7 @@ class FrameLoop:
         device: Device | None = None,
         shaders: ShaderLibrary | None = None,
     ) -> None:
+        check_scene(scene)
         self.scene, self.settings = scene, settings or Settings()
         self._resolve(self.settings)
         self._owns_device = device is None
@@ -150,7 +152,13 @@ class FrameLoop:
 
         A scene that shares meshes, lights or environment with the one before keeps what
         was made from them. The settings stay as they are.
+
+        Raises
+        ------
+        SceneError
+            Naming a part that cannot be drawn.
         """
+        check_scene(scene)
         self.scene = scene
 
     def forget(self) -> None:

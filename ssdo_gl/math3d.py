@@ -86,6 +86,24 @@ def rotation_euler(degrees_xyz: ArrayLike) -> FloatArray:
     return matrix
 
 
+def transform_matrix(
+    translate: ArrayLike = (0.0, 0.0, 0.0),
+    rotate: ArrayLike = (0.0, 0.0, 0.0),
+    scale: ArrayLike = 1.0,
+) -> FloatArray:
+    """Return the (4, 4) matrix that scales, then rotates, then moves points.
+
+    Parameters
+    ----------
+    translate : array_like, shape (3,)
+        Scene units.
+    rotate : array_like, shape (3,)
+        Degrees about x, then y, then z, right-handed.
+    scale : float or array_like, shape (3,)
+    """
+    return np.asarray(translation(translate) @ rotation_euler(rotate) @ scaling(scale))
+
+
 def frame_from_z(direction: ArrayLike) -> FloatArray:
     """Return a (3, 3) rotation whose third column is `direction`.
 

@@ -49,6 +49,8 @@ class SceneBuilder:
         What is added to what the file holds.
     models : dict
         Objects of model files that were read before, so that none is read twice.
+    joins : bool
+        Whether objects that can be drawn as one become one.
     """
 
     source: str
@@ -59,6 +61,7 @@ class SceneBuilder:
     lights: list[Light] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     models: dict[Hashable, list[SceneObject]] = field(default_factory=dict)
+    joins: bool = True
     _mesh_of_key: dict[Hashable, int] = field(default_factory=dict)
     _emitter_shadow: dict[int, Shadow] = field(default_factory=dict)
 
@@ -98,6 +101,22 @@ class SceneBuilder:
                 matrices = matrices @ np.diag([-1.0, 1.0, 1.0, 1.0])
             self._emitter_shadow[len(self.objects)] = emitter_shadow
             self.objects.append(dataclasses.replace(item, mesh=mesh, world_from_object=matrices))
+
+    def add_light(self, light: Light) -> None:
+        """Add a light, and the body that shows it if it has one."""
+        self.lights.append(light)
+        body = light.body()
+        if body is not None:
+            self.add(
+                SceneObject(
+                    mesh=self.mesh(body.key, body.make),
+                    material=self.material(body.material),
+                    world_from_object=body.world_from_object[None],
+                    motion=light.motion,
+                    light=len(self.lights) - 1,
+                    name=body.material.name,
+                )
+            )
 
     def note(self, text: str) -> None:
         """Tell the user something, once."""
@@ -140,14 +159,16 @@ class SceneBuilder:
             self._drop_lamps()
         has_lamps = bool(self.lights)
         self._add_emitters()
-        self._merge()
-        self.meshes, self.materials, self.objects = batched(
-            self.meshes, self.materials, self.objects
-        )
+        if self.joins:
+            self._merge()
+            self.meshes, self.materials, self.objects = batched(
+                self.meshes, self.materials, self.objects
+            )
         is_framed = camera is None or self.options.frames_all
         if camera is None or self.options.frames_all:
             camera_motion = None
             camera = self._framed(camera, fov_y, height, exposure or 0.0)
+        light_count, given_environment = len(self.lights), environment
         camera, environment, slack = self._light(camera, environment, exposure, has_lamps)
         is_studio = isinstance(environment, MapEnvironment) and environment.name == defaults.STUDIO
         has_ground = is_framed and bool(slack) and self._lay_ground(camera, environment)
@@ -168,6 +189,8 @@ class SceneBuilder:
             backdrop=defaults.BACKDROP if is_studio or has_ground else None,
             metering_slack=slack,
             is_framed=is_framed,
+            added_light_count=len(self.lights) - light_count,
+            has_added_sky=environment is not given_environment,
         )
 
     def _light(

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.numbers import three_numbers
 from ssdo_gl.settings.fields import SettingError, shown
 
 if TYPE_CHECKING:
@@ -63,7 +64,7 @@ class Camera:
 
     def __post_init__(self) -> None:
         for name in ("position", "target", "up"):
-            object.__setattr__(self, name, _point(name, getattr(self, name)))
+            object.__setattr__(self, name, three_numbers(name, getattr(self, name)))
         if self.position == self.target:
             raise SettingError(f"target = {self.target}: expected another point than position")
         if self.up == (0.0, 0.0, 0.0):
@@ -85,7 +86,7 @@ class Camera:
         **fields
             ``up``, ``fov_y``, ``exposure``, ``height``.
         """
-        return cls(_point("position", position), _point("target", target), **fields)
+        return cls(three_numbers("position", position), three_numbers("target", target), **fields)
 
     @classmethod
     def fit(
@@ -112,7 +113,7 @@ class Camera:
         level = scene.camera.exposure if exposure is None else exposure
         if direction is None:
             return framing.frame(scene.meshes, scene.objects, fov_y, level)
-        toward = -math3d.normalized(_point("direction", direction))
+        toward = -math3d.normalized(three_numbers("direction", direction))
         return framing.seen_from(scene.meshes, scene.objects, toward, fov_y, level)
 
     @classmethod
@@ -223,20 +224,6 @@ class Camera:
         """Return half of the (width, height) that parallel rays show; 0 for a pinhole."""
         vertical = 0.5 * (self.height or 0.0)
         return vertical * aspect, vertical
-
-
-def _point(name: str, value: Any) -> math3d.Vector:
-    """Return three finite numbers as a tuple; raises SettingError."""
-    if type(value) is tuple and [type(number) for number in value] == [float] * 3:
-        point: math3d.Vector = value
-    else:
-        try:
-            point = math3d.vector(value)
-        except (TypeError, ValueError):
-            raise SettingError(f"{name} = {shown(value)}: expected three numbers") from None
-    if not all(map(math.isfinite, point)):
-        raise SettingError(f"{name} = {shown(value)}: expected finite numbers")
-    return point
 
 
 def _rotated(arm: FloatArray, axis: FloatArray, angle: float) -> FloatArray:

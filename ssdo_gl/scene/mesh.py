@@ -6,16 +6,27 @@ import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.motion import Trajectory
+from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.short_repr import counted, described
 
 # Of one object; their matrices alone fill 128 MiB.
 MAX_INSTANCES = 1 << 20
+# How many numbers a vertex has in each array of a mesh.
+VERTEX_WIDTHS = {
+    "positions": 3,
+    "normals": 3,
+    "uvs": 2,
+    "second_uvs": 2,
+    "tangents": 4,
+    "colors": 4,
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +69,49 @@ class Mesh:
     tangents: FloatArray | None = None
     pose: Callable[[float], Mesh | None] | None = field(default=None, repr=False)
 
+    def __post_init__(self) -> None:
+        for name in VERTEX_WIDTHS:
+            value = getattr(self, name)
+            if value is not None and not _is_float64(value):
+                object.__setattr__(self, name, _numbers(name, value, np.float64))
+        object.__setattr__(self, "triangles", _numbers("triangles", self.triangles, np.int64))
+
+    @classmethod
+    def from_arrays(
+        cls,
+        positions: ArrayLike,
+        triangles: ArrayLike,
+        *,
+        normals: ArrayLike | Literal["smooth"] | None = None,
+        uvs: ArrayLike | None = None,
+        colors: ArrayLike | None = None,
+        name: str = "",
+    ) -> Mesh:
+        """Return a mesh made of arrays, checked, without triangles that have no area.
+
+        Parameters
+        ----------
+        positions : array_like, shape (V, 3)
+            Object space, finite.
+        triangles : array_like, shape (T, 3)
+            Indices of vertices, counter-clockwise seen from the front.
+        normals : array_like, shape (V, 3), "smooth" or None
+            Shading normals of any length. "smooth": made, with edges where triangles lean by
+            more than 45 degrees. None: shaded flat.
+        uvs : array_like, shape (V, 2), or None
+            Texture coordinates, v = 0 at the top row of the image.
+        colors : array_like, shape (V, 3) or (V, 4), or None
+            Floats are scene-linear, [0, 1]; uint8 are sRGB-encoded, alpha linear.
+
+        Raises
+        ------
+        SceneError
+            Naming the argument, and what it should be.
+        """
+        from ssdo_gl.scene.composition import checked_mesh
+
+        return checked_mesh(positions, triangles, normals, uvs, colors, name)
+
     def __repr__(self) -> str:
         name = repr(self.name) if self.name else ""
         vertices = f"{len(self.positions)} vertices"
@@ -98,6 +152,29 @@ class Mesh:
     def has_tangents(self) -> bool:
         """Whether its tangents, and the normals that they need, are known."""
         return self.normals is not None and self.tangents is not None
+
+    @cached_property
+    def fault(self) -> str:
+        """What is wrong with the arrays, in one line; empty if nothing is."""
+        count = len(self.positions)
+        for name, width in VERTEX_WIDTHS.items():
+            array: NDArray[Any] | None = getattr(self, name)
+            if array is None:
+                continue
+            if array.ndim != 2 or array.shape[1] != width or len(array) != count:
+                rows = "V" if name == "positions" else count
+                return f"{name}: expected shape ({rows}, {width}), got {array.shape}"
+            if not np.isfinite(array).all():
+                row = int(np.argmin(np.isfinite(array).all(axis=1)))
+                return f"{name}[{row}] = {array[row].tolist()}: expected finite numbers"
+        triangles = self.triangles
+        if triangles.ndim != 2 or triangles.shape[1] != 3 or not len(triangles):
+            return f"triangles: expected shape (T, 3), T from 1 on, got {triangles.shape}"
+        wrong = (triangles < 0) | (triangles >= count)
+        if wrong.any():
+            row = int(np.argmax(wrong.any(axis=1)))
+            return f"triangles[{row}] = {triangles[row].tolist()}: there are {count} positions"
+        return ""
 
     @cached_property
     def is_solid(self) -> bool:
@@ -143,10 +220,45 @@ class SceneObject:
     name: str = ""
     is_ground: bool = False
 
+    def __post_init__(self) -> None:
+        matrices = self.world_from_object
+        if not _is_float64(matrices) or matrices.ndim != 3:
+            matrices = _numbers("world_from_object", matrices, np.float64)
+            matrices = matrices[None] if matrices.ndim == 2 else matrices
+            object.__setattr__(self, "world_from_object", matrices)
+
+    @cached_property
+    def fault(self) -> str:
+        """What is wrong with its matrices, in one line; empty if nothing is."""
+        shape = self.world_from_object.shape
+        if len(shape) != 3 or shape[1:] != (4, 4):
+            return f"world_from_object: expected shape (N, 4, 4), got {shape}"
+        if not np.isfinite(self.world_from_object).all():
+            return "world_from_object: expected finite numbers"
+        return ""
+
     def __repr__(self) -> str:
         name = repr(self.name) if self.name else ""
         count = counted(len(self.world_from_object), "instance")
         return described(self, name, f"mesh={self.mesh}", f"material={self.material}", count)
+
+
+def _is_float64(value: object) -> bool:
+    return isinstance(value, np.ndarray) and value.dtype == np.float64
+
+
+def _numbers(name: str, value: Any, wanted: type[np.number[Any]]) -> Any:
+    """Return an argument as an array of numbers; raises SettingError."""
+    try:
+        array = np.asarray(value)
+        got = f"of {array.dtype}"
+        is_usable = array.dtype.kind in ("iu" if wanted is np.int64 else "iuf")
+    except ValueError:
+        is_usable, got = False, "of rows that differ in length"
+    if not is_usable:
+        what = "whole numbers" if wanted is np.int64 else "numbers"
+        raise SettingError(f"{name}: expected an array of {what}, got one {got}")
+    return array.astype(wanted, copy=False)
 
 
 def instance_boxes(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> FloatArray:

@@ -1,6 +1,12 @@
-"""The gate that every number from a file passes."""
+"""The gate that every number from a file, or of an argument, passes."""
 
 from __future__ import annotations
+
+import math
+from typing import Any
+
+from ssdo_gl.math3d import Vector, vector
+from ssdo_gl.settings.fields import SettingError, shown
 
 # float32 holds 3.4e38, but sums and products of larger numbers than this leave it.
 LARGEST_NUMBER = 1e30
@@ -16,3 +22,18 @@ def finite(value: object, largest: float = LARGEST_NUMBER) -> float | None:
     if not abs(value) <= largest:  # also false for NaN
         return None
     return float(value)
+
+
+def three_numbers(name: str, value: Any) -> Vector:
+    """Return an argument as a tuple of three finite floats; raises SettingError."""
+    if type(value) is tuple and [type(number) for number in value] == [float] * 3:
+        point: Vector = value
+    else:
+        try:
+            point = vector(value)
+        except (TypeError, ValueError):
+            text = " ".join(shown(value).split())
+            raise SettingError(f"{name} = {text}: expected three numbers") from None
+    if not all(map(math.isfinite, point)):
+        raise SettingError(f"{name} = {point}: expected finite numbers")
+    return point

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.camera import Camera
@@ -49,6 +50,14 @@ class Scene:
         Whether the camera's exposure is that measurement.
     is_framed : bool
         Whether the file has no camera, so that `camera` was chosen to hold all of it.
+    added_light_count : int
+        How many of the last lights were added because those of the file would not do.
+    has_added_sky : bool
+        Whether the environment was.
+
+    Scenes do not change: `add` and all of ``with_...`` return another one, which shares with
+    this one what they have in common. A `Renderer` that goes on with it keeps what it made
+    of that.
     """
 
     meshes: tuple[Mesh, ...]
@@ -68,6 +77,151 @@ class Scene:
     metering_slack: float | None = None
     is_metered: bool = False
     is_framed: bool = False
+    added_light_count: int = 0
+    has_added_sky: bool = False
+
+    @classmethod
+    def from_arrays(
+        cls,
+        positions: ArrayLike,
+        triangles: ArrayLike,
+        *,
+        normals: ArrayLike | Literal["smooth"] | None = None,
+        uvs: ArrayLike | None = None,
+        colors: ArrayLike | None = None,
+        material: Material | None = None,
+        transform: ArrayLike | None = None,
+        name: str = "",
+        camera: Camera | None = None,
+        lights: Iterable[Light] = (),
+        environment: Environment | None = None,
+        render: Mapping[str, Any] | None = None,
+    ) -> Scene:
+        """Return a scene of one mesh.
+
+        Parameters
+        ----------
+        positions, triangles, normals, uvs, colors
+            Of `Mesh.from_arrays`.
+        material : Material or None
+            None: light grey; white under `colors`.
+        transform : array_like, shape (4, 4) or (N, 4, 4), or None
+            From object to world space; more than one make as many instances.
+        camera : Camera or None
+            None: all of the scene is in the picture, and exposure is measured.
+        lights, environment
+            None of either: a soft sky and a key light.
+        render : mapping or None
+            Fields of `Settings` that the scene asks for.
+
+        Raises
+        ------
+        SceneError, SettingError
+            Naming the argument, and what it should be.
+        """
+        from ssdo_gl.scene import composition
+
+        mesh = composition.checked_mesh(positions, triangles, normals, uvs, colors, name)
+        if material is None and colors is not None:
+            material = Material(albedo=(1.0, 1.0, 1.0))
+        parts = composition.parts_of(mesh, material, transform, name)
+        return composition.composed(parts, camera, lights, environment, render, name)
+
+    @classmethod
+    def from_trimesh(
+        cls,
+        source: Any,
+        *,
+        material: Material | None = None,
+        transform: ArrayLike | None = None,
+        name: str = "",
+        camera: Camera | None = None,
+        lights: Iterable[Light] = (),
+        environment: Environment | None = None,
+        render: Mapping[str, Any] | None = None,
+    ) -> Scene:
+        """Return a scene of a ``trimesh.Trimesh`` or of a ``trimesh.Scene``.
+
+        Parameters
+        ----------
+        material : Material or None
+            In place of its own: colours of vertices or faces, plain or metallic-roughness
+            materials with their textures.
+
+        The others are those of `from_arrays`.
+        """
+        from ssdo_gl.scene import composition
+
+        parts = composition.parts_of(source, material, transform, name)
+        return composition.composed(parts, camera, lights, environment, render, name)
+
+    def add(
+        self,
+        *items: Any,
+        material: Material | None = None,
+        transform: ArrayLike | None = None,
+        name: str = "",
+    ) -> Scene:
+        """Return the scene with more in it.
+
+        A camera that was chosen to frame the scene frames the new one. Light that was added
+        because there was none yields to lights that are added here.
+
+        Parameters
+        ----------
+        *items : Mesh, Light, Scene, or an object of trimesh
+            Of a scene, its surfaces.
+        material : Material or None
+            Of the surfaces; None: their own, of a mesh light grey.
+        transform : array_like, shape (4, 4) or (N, 4, 4), or None
+            From their space to the world; `ssdo_gl.transform_matrix` makes one.
+        name : str
+            By which ``with_...`` finds them.
+
+        Raises
+        ------
+        SceneError
+        """
+        from ssdo_gl.scene import composition
+
+        lights = [item for item in items if isinstance(item, Light)]
+        parts = [
+            part
+            for item in items
+            if not isinstance(item, Light)
+            for part in composition.parts_of(item, material, transform, name)
+        ]
+        return composition.extended(self, parts, lights)
+
+    def with_camera(self, camera: Camera) -> Scene:
+        """Return the scene seen from elsewhere."""
+        return replace(self, camera=camera, camera_motion=None, is_framed=False)
+
+    def with_transform(self, which: int | str, transform: ArrayLike) -> Scene:
+        """Return the scene with an object elsewhere.
+
+        Parameters
+        ----------
+        which : int or str
+            Index into `objects`, or the name of one.
+        transform : array_like, shape (4, 4) or (N, 4, 4)
+            World from object, of each instance.
+        """
+        from ssdo_gl.scene.composition import with_object
+
+        return with_object(self, which, transform, None)
+
+    def with_material(self, which: int | str, material: Material) -> Scene:
+        """Return the scene with an object, by index or name, of another material."""
+        from ssdo_gl.scene.composition import with_object
+
+        return with_object(self, which, None, material)
+
+    def with_light(self, which: int | str, light: Light) -> Scene:
+        """Return the scene with another light of the same kind for one, by index or name."""
+        from ssdo_gl.scene import composition
+
+        return composition.with_light(self, which, light)
 
     def __repr__(self) -> str:
         return described(

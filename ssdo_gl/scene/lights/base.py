@@ -17,6 +17,8 @@ from ssdo_gl.math3d import FloatArray, Vector, vector
 from ssdo_gl.scene.material import Color, Material
 from ssdo_gl.scene.mesh import Mesh
 from ssdo_gl.scene.motion import Trajectory
+from ssdo_gl.scene.numbers import three_numbers
+from ssdo_gl.settings.fields import SettingError, shown
 
 if TYPE_CHECKING:
     from ssdo_gl.scene.table import Table
@@ -28,6 +30,8 @@ Shadow = Literal["map", "ssdo", "none"]
 SHADOW_NUMBERS: Mapping[str, int] = {"none": 0, "map": 1, "ssdo": 2}
 
 BLACK: Color = (0.0, 0.0, 0.0)
+# Of the square of a length.
+UNIT_TOLERANCE = 1e-6
 # Corners (low, high) of the scene in the frame of a (3, 3) rotation.
 BoundsOf = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 # Half the extents (N,) of bodies along a unit vector.
@@ -130,6 +134,23 @@ class Light(ABC):
     shadow: Shadow = "map"
     name: str = ""
     motion: Trajectory | None = None
+
+    def __post_init__(self) -> None:
+        fields = (*self.point_fields, *self.edge_fields, *self.direction_fields, self.emitted_field)
+        for name in fields:
+            object.__setattr__(self, name, three_numbers(name, getattr(self, name)))
+        for name in self.direction_fields:
+            direction = getattr(self, name)
+            if direction == BLACK:
+                raise SettingError(f"{name} = {direction}: expected a direction")
+            # What is of unit length but for rounding stays as it is.
+            if not abs(math3d.dot(direction, direction) - 1.0) < UNIT_TOLERANCE:
+                object.__setattr__(self, name, vector(math3d.normalized(direction)))
+        if min(self.emitted) < 0.0:
+            raise SettingError(f"{self.emitted_field} = {self.emitted}: expected numbers from 0 on")
+        if self.shadow not in SHADOW_NUMBERS:
+            valid = ", ".join(SHADOW_NUMBERS)
+            raise SettingError(f"shadow = {shown(self.shadow)}: expected one of {valid}")
 
     # How bright.
 

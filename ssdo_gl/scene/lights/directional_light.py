@@ -12,6 +12,7 @@ from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray, Vector, vector
 from ssdo_gl.scene.lights.base import BoundsOf, Emitter, Form, Light, ShaderRow, ShadowView
 from ssdo_gl.scene.material import Color
+from ssdo_gl.settings.fields import SettingError
 
 if TYPE_CHECKING:
     from ssdo_gl.scene.table import Table
@@ -41,6 +42,13 @@ class DirectionalLight(Light):
     direction: Vector
     irradiance: Color
     angle: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not 0.0 <= self.angle < WIDEST:
+            raise SettingError(
+                f"angle = {self.angle!r}: expected degrees from 0 to below {WIDEST:g}"
+            )
 
     @classmethod
     def from_table(cls, table: Table, **common: Any) -> Self:

@@ -14,6 +14,7 @@ from ssdo_gl.math3d import FloatArray, Vector, vector
 from ssdo_gl.scene.lights.base import BoundsOf, ReachAlong, ShaderRow, ShadowView
 from ssdo_gl.scene.lights.point_light import PunctualLight
 from ssdo_gl.scene.material import Color
+from ssdo_gl.settings.fields import SettingError
 
 if TYPE_CHECKING:
     from ssdo_gl.scene.table import Table
@@ -45,6 +46,14 @@ class SpotLight(PunctualLight):
     intensity: Color
     inner_angle: float = 0.0
     outer_angle: float = 45.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not 0.0 <= self.inner_angle <= self.outer_angle < 90.0:
+            raise SettingError(
+                f"inner_angle = {self.inner_angle!r}, outer_angle = {self.outer_angle!r}: expected "
+                "0 <= inner <= outer < 90 degrees"
+            )
 
     @classmethod
     def from_table(cls, table: Table, **common: Any) -> Self:

@@ -8,7 +8,6 @@ from typing import cast, get_args
 from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.formats.toml.motions import MOTION_TABLE, read_motion
 from ssdo_gl.scene.lights import KINDS, Shadow
-from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.table import Table
 
 SHADOWS: tuple[str, ...] = get_args(Shadow)
@@ -16,22 +15,10 @@ _COMMON = ("kind", "name", "shadow", MOTION_TABLE)
 
 
 def read_light(table: Table, builder: SceneBuilder) -> None:
-    """Add the light, and the body that shows it if it has one."""
+    """Add the light of a table."""
     kind = KINDS[table.text("kind", choices=tuple(KINDS))]
     table.allow(*_COMMON, *kind.keys())
     shadow = cast(Shadow, table.text("shadow", "map", SHADOWS))
     light = kind.from_table(table, shadow=shadow, name=table.text("name", ""))
     light = dataclasses.replace(light, motion=read_motion(table, light.place or (0.0, 0.0, 0.0)))
-    builder.lights.append(light)
-    body = light.body()
-    if body is not None:
-        builder.add(
-            SceneObject(
-                mesh=builder.mesh(body.key, body.make),
-                material=builder.material(body.material),
-                world_from_object=body.world_from_object[None],
-                motion=light.motion,
-                light=len(builder.lights) - 1,
-                name=body.material.name,
-            )
-        )
+    builder.add_light(light)

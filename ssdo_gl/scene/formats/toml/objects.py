@@ -148,10 +148,10 @@ def _instances(table: Table) -> FloatArray:
     inside = table.table("transform")
     if inside is not None:
         inside.allow("translate", "rotate", "scale")
-        transform = (
-            math3d.translation(inside.vector("translate", (0.0, 0.0, 0.0)))
-            @ math3d.rotation_euler(inside.vector("rotate", (0.0, 0.0, 0.0)))
-            @ math3d.scaling(_scale(inside))
+        transform = math3d.transform_matrix(
+            inside.vector("translate", (0.0, 0.0, 0.0)),
+            inside.vector("rotate", (0.0, 0.0, 0.0)),
+            _scale(inside),
         )
     repeat = table.table("repeat")
     if repeat is None:

@@ -1,0 +1,263 @@
+"""Scenes made in Python: of arrays, by adding parts, by changing some of them. Pure."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ssdo_gl.images.color import linear_from_srgb
+from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.builder import SceneBuilder
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.environment_kinds import Environment
+from ssdo_gl.scene.light_edits import with_lights
+from ssdo_gl.scene.lights import Light
+from ssdo_gl.scene.material import Material
+from ssdo_gl.scene.mesh import Mesh, SceneObject, are_mirrored
+from ssdo_gl.scene.scene import Scene, SceneError
+from ssdo_gl.scene.smoothing import smoothed
+from ssdo_gl.scene.topology import cleaned_mesh
+from ssdo_gl.settings.fields import shown
+from ssdo_gl.settings.loading import LoadOptions
+from ssdo_gl.suggestion import suggestion
+
+# What messages call a scene that is in no file.
+SOURCE = "scene"
+# Where normals are to be made: triangles that lean by more show an edge.
+CREASE_DEGREES = LoadOptions.crease_angle
+
+
+@dataclass(frozen=True)
+class Part:
+    """A mesh with a material, and the (N, 4, 4) matrices that place it."""
+
+    mesh: Mesh
+    material: Material
+    world_from_object: FloatArray
+    name: str = ""
+
+
+def checked_mesh(
+    positions: ArrayLike,
+    triangles: ArrayLike,
+    normals: ArrayLike | str | None,
+    uvs: ArrayLike | None,
+    colors: ArrayLike | None,
+    name: str,
+) -> Mesh:
+    """Return what `Mesh.from_arrays` does."""
+    made = isinstance(normals, str)
+    if made and normals != "smooth":
+        raise SceneError(f"normals = {shown(normals)}: expected an array, 'smooth' or None")
+    raw = Mesh(
+        positions,  # type: ignore[arg-type]  # becomes an array
+        triangles,  # type: ignore[arg-type]
+        None if made else normals,  # type: ignore[arg-type]
+        uvs,  # type: ignore[arg-type]
+        None if colors is None else _linear_colors(colors),
+    )
+    if raw.fault:
+        raise SceneError(raw.fault)
+    mesh = cleaned_mesh(raw.positions, raw.triangles, raw.normals, raw.uvs, raw.colors, name).mesh
+    if mesh is None:
+        raise SceneError("triangles: none has an area")
+    return smoothed(mesh, CREASE_DEGREES) if made else mesh
+
+
+def _linear_colors(colors: ArrayLike) -> FloatArray:
+    """Return colours as scene-linear RGBA; those of uint8 are sRGB."""
+    array = np.asarray(colors)
+    if array.ndim != 2 or array.shape[1] not in (3, 4) or array.dtype.kind not in "uif":
+        raise SceneError(f"colors: expected numbers of shape (V, 3) or (V, 4), got {array.shape}")
+    values = array.astype(np.float64)
+    if array.dtype == np.uint8:
+        values /= 255.0
+        values[:, :3] = linear_from_srgb(values[:, :3])
+    return np.column_stack([values, np.ones(len(values))]) if array.shape[1] == 3 else values
+
+
+def matrices_of(transform: ArrayLike | None) -> FloatArray:
+    """Return one or more affine matrices as (N, 4, 4)."""
+    if transform is None:
+        return np.eye(4)[None]
+    matrices = np.asarray(transform, dtype=np.float64)
+    matrices = matrices[None] if matrices.ndim == 2 else matrices
+    is_affine = matrices.ndim == 3 and matrices.shape[1:] == (4, 4) and len(matrices) > 0
+    if not is_affine or not np.allclose(matrices[:, 3], (0.0, 0.0, 0.0, 1.0)):
+        raise SceneError(
+            "transform: expected affine matrices, (4, 4) or (N, 4, 4), got shape "
+            f"{np.shape(transform)}" + (" with another last row than 0 0 0 1" if is_affine else "")
+        )
+    if not np.isfinite(matrices).all() or not np.linalg.det(matrices[:, :3, :3]).all():
+        raise SceneError("transform: expected finite matrices that have an inverse")
+    return matrices
+
+
+def composed(
+    parts: Sequence[Part],
+    camera: Camera | None,
+    lights: Iterable[Light],
+    environment: Environment | None,
+    render: Mapping[str, Any] | None,
+    title: str,
+) -> Scene:
+    """Return a scene of parts; light and camera are added where there are none."""
+    lights = tuple(lights)
+    is_lit = bool(lights) or environment is not None
+    options = LoadOptions(light="file" if is_lit else "auto", is_bare=True)
+    builder = SceneBuilder(SOURCE, options, joins=False)
+    _add(builder, parts, lights)
+    exposure = None if camera is None else camera.exposure
+    return builder.build(camera, environment, exposure=exposure, render=render, title=title)
+
+
+def extended(scene: Scene, parts: Sequence[Part], lights: Sequence[Light]) -> Scene:
+    """Return `scene` with more in it.
+
+    A camera that was chosen to frame the scene frames what it is now, and light that was
+    added for want of any yields to `lights`.
+    """
+    # The light of a studio, or of a map, stays as it is.
+    is_chosen = scene.loading.replaces_light
+    drops = bool(lights) or not is_chosen
+    loading = scene.loading
+    if lights or is_chosen:
+        loading = dataclasses.replace(loading, light="file")
+    kept = scene.lights[: len(scene.lights) - scene.added_light_count] if drops else scene.lights
+    builder = SceneBuilder(
+        SOURCE,
+        dataclasses.replace(loading, is_bare=not scene.has_ground, frames_all=False),
+        meshes=list(scene.meshes),
+        materials=list(scene.materials),
+        objects=[item for item in scene.objects if not item.is_ground],
+        lights=list(kept),
+        joins=False,
+    )
+    _add(builder, parts, lights)
+    camera = scene.camera
+    built = builder.build(
+        None if scene.is_framed else camera,
+        None if drops and scene.has_added_sky else scene.environment,
+        exposure=camera.exposure if scene.metering_slack is None else None,
+        fov_y=camera.fov_y,
+        height=None if camera.height is None else 0.0,
+    )
+    return dataclasses.replace(
+        built,
+        camera_motion=scene.camera_motion,
+        render=scene.render,
+        title=scene.title,
+        purpose=scene.purpose,
+        loading=loading,
+        reach=scene.reach,
+    )
+
+
+def parts_of(
+    item: object, material: Material | None, transform: ArrayLike | None, name: str
+) -> list[Part]:
+    """Return the parts of a mesh, of a scene, or of an object of trimesh."""
+    matrices = matrices_of(transform)
+    if isinstance(item, Mesh):
+        if item.fault:
+            raise SceneError(item.fault)
+        return [Part(item, material or Material(), matrices, name or item.name)]
+    if isinstance(item, Scene):
+        parts = [_part_of_scene(item, part) for part in item.objects if not part.is_ground]
+    elif type(item).__module__.partition(".")[0] == "trimesh":
+        from ssdo_gl.scene.trimesh_parts import trimesh_parts
+
+        parts = trimesh_parts(item)
+    else:
+        raise SceneError(
+            f"add: expected a Mesh, a light, a Scene or an object of trimesh, "
+            f"got a {type(item).__name__}"
+        )
+    return [
+        Part(
+            part.mesh,
+            material or part.material,
+            (matrices[:, None] @ part.world_from_object[None]).reshape(-1, 4, 4),
+            name or part.name,
+        )
+        for part in parts
+    ]
+
+
+def _part_of_scene(scene: Scene, item: SceneObject) -> Part:
+    mesh = scene.meshes[item.mesh]
+    if item.motion is not None or mesh.pose is not None:
+        raise SceneError(f"add: {item.name or 'an object'} of the scene moves: it cannot be placed")
+    return Part(mesh, scene.materials[item.material], item.world_from_object, item.name)
+
+
+def _add(builder: SceneBuilder, parts: Sequence[Part], lights: Iterable[Light]) -> None:
+    for part in parts:
+        mesh = _index(builder.meshes, part.mesh)
+        material = _index(builder.materials, part.material)
+        builder.add(SceneObject(mesh, material, part.world_from_object, name=part.name))
+    for light in lights:
+        if not isinstance(light, Light):
+            raise SceneError(f"lights: expected lights, got a {type(light).__name__}")
+        builder.add_light(light)
+
+
+def _index(items: list[Any], item: Any) -> int:
+    """Return where the very same `item` is in a list; at its end if it was not there."""
+    for index, other in enumerate(items):
+        if other is item:
+            return index
+    items.append(item)
+    return len(items) - 1
+
+
+def index_of(items: Sequence[Any], which: int | str, what: str) -> int:
+    """Return the index of what is named, or numbered, `which`; raises SceneError."""
+    names = [item.name for item in items]
+    if isinstance(which, str):
+        found = [index for index, name in enumerate(names) if name == which]
+        if len(found) == 1:
+            return found[0]
+        known = suggestion(which, [name for name in names if name])
+        fault = f"{len(found)} are called so: give an index" if found else f"there is none{known}"
+        raise SceneError(f"{what} {shown(which)}: {fault}")
+    if not 0 <= which < len(items):
+        raise SceneError(f"{what} {which}: expected an index from 0 to {len(items) - 1}, or a name")
+    return which
+
+
+def with_object(
+    scene: Scene, which: int | str, transform: ArrayLike | None, material: Material | None
+) -> Scene:
+    """Return the scene with an object placed elsewhere, or of another material."""
+    index = index_of(scene.objects, which, "object")
+    item = scene.objects[index]
+    objects, materials = list(scene.objects), list(scene.materials)
+    if transform is not None:
+        matrices = matrices_of(transform)
+        if are_mirrored(matrices).any():
+            raise SceneError("transform: it mirrors; add the object mirrored, then move it")
+        item = dataclasses.replace(item, world_from_object=matrices)
+    if material is not None:
+        if item.light is not None or material.emits:
+            raise SceneError(
+                f"object {shown(which)}: what emits has lights: add it to a scene anew"
+            )
+        item = dataclasses.replace(item, material=_index(materials, material))
+    objects[index] = item
+    return dataclasses.replace(scene, objects=tuple(objects), materials=tuple(materials))
+
+
+def with_light(scene: Scene, which: int | str, light: Light) -> Scene:
+    """Return the scene with another light in the place of one of the same kind."""
+    index = index_of(scene.lights, which, "light")
+    if type(light) is not type(scene.lights[index]):
+        kind = type(scene.lights[index]).__name__
+        raise SceneError(f"light {shown(which)}: expected a {kind}, got a {type(light).__name__}")
+    lights = [light if number == index else old for number, old in enumerate(scene.lights)]
+    return with_lights(scene, lights, [True] * len(lights))

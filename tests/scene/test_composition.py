@@ -1,0 +1,288 @@
+"""Scenes made in Python: of arrays and trimesh objects, by adding and changing parts."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import ssdo_gl
+from ssdo_gl import ConstantEnvironment, Material, Mesh, PointLight, RectangleLight, Scene
+from ssdo_gl.scene import shapes
+from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.settings.fields import SettingError
+
+QUAD = [[-1.0, 0, -1], [-1, 0, 1], [1, 0, 1], [1, 0, -1]]
+HALVES = [[0, 1, 2], [0, 2, 3]]
+SMALL = ssdo_gl.Settings(size=(32, 18), samples=8)
+LAMP = PointLight((0, 2, 0), (5, 5, 5), name="lamp")
+PANEL = RectangleLight((-0.5, 2, -0.5), (1, 0, 0), (0, 0, 1), (9, 9, 9), name="panel")
+
+
+def picture(scene: Scene, aov: str = "beauty") -> np.ndarray:
+    with ssdo_gl.Renderer(scene, SMALL) as renderer:
+        return renderer.render([aov]).images[aov]
+
+
+def test_arrays_make_the_picture_of_their_file(tmp_path):
+    box = shapes.box()
+    rows = "".join(f"v {x} {y} {z}\n" for x, y, z in box.positions)
+    faces = "".join(f"f {a} {b} {c}\n" for a, b, c in box.triangles + 1)
+    (tmp_path / "box.obj").write_text(rows + faces)
+    made = Scene.from_arrays(box.positions, box.triangles)
+    np.testing.assert_array_equal(picture(made), picture(ssdo_gl.load_scene(tmp_path / "box.obj")))
+    assert made.is_framed and made.notes and made.environment is not None
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"positions": [[0, 0], [1, 1]]}, r"positions: expected shape \(V, 3\), got \(2, 2\)"),
+        ({"positions": [["a", 0, 0]]}, "positions: expected an array of numbers, got one of <U"),
+        ({"positions": [[0, 0, 0], [1]]}, "positions: .* of rows that differ in length"),
+        ({"positions": [[0, 0, np.nan], *QUAD[1:]]}, r"positions\[0\] = .*: expected finite"),
+        ({"triangles": [[0, 1, 4]]}, r"triangles\[0\] = \[0, 1, 4\]: there are 4 positions"),
+        ({"triangles": [[0.5, 1, 2]]}, "triangles: expected an array of whole numbers"),
+        ({"triangles": [[0, 1]]}, r"triangles: expected shape \(T, 3\)"),
+        ({"triangles": [[0, 0, 1]]}, "triangles: none has an area"),
+        ({"normals": [[0, 1, 0]]}, r"normals: expected shape \(4, 3\), got \(1, 3\)"),
+        ({"normals": "sharp"}, "normals = 'sharp': expected an array, 'smooth' or None"),
+        ({"uvs": QUAD}, r"uvs: expected shape \(4, 2\), got \(4, 3\)"),
+        ({"colors": [[1, 1]]}, r"colors: expected numbers of shape \(V, 3\) or \(V, 4\)"),
+        ({"transform": np.eye(3)}, r"transform: expected affine matrices, .* got shape \(3, 3\)"),
+        ({"transform": np.zeros((4, 4))}, "another last row than 0 0 0 1"),
+        ({"transform": np.diag([1, 1, 0, 1])}, "finite matrices that have an inverse"),
+        ({"lights": ["sun"]}, "lights: expected lights, got a str"),
+    ],
+)
+def test_a_wrong_argument_is_named(changes, message):
+    arguments = {"positions": QUAD, "triangles": HALVES, **changes}
+    with pytest.raises((SceneError, SettingError), match=message) as caught:
+        Scene.from_arrays(**arguments)
+    assert "\n" not in str(caught.value) and "--" not in str(caught.value)
+
+
+def test_bytes_are_srgb_and_floats_are_linear():
+    codes = np.array([[188, 0, 255]] * 4, np.uint8)
+    mesh = Mesh.from_arrays(QUAD, HALVES, colors=codes)
+    # 188 / 255 stands for half of the light.
+    np.testing.assert_allclose(mesh.colors[0], [0.5029, 0.0, 1.0, 1.0], atol=1e-4)
+    linear = Mesh.from_arrays(QUAD, HALVES, colors=[[0.5, 0.0, 1.0, 0.25]] * 4)
+    np.testing.assert_array_equal(linear.colors[0], [0.5, 0.0, 1.0, 0.25])
+    assert Scene.from_arrays(QUAD, HALVES, colors=codes).materials[0].albedo == (1.0, 1.0, 1.0)
+
+
+def test_smooth_normals_are_made():
+    ball = shapes.sphere()
+    mesh = Mesh.from_arrays(ball.positions, ball.triangles, normals="smooth")
+    unit = mesh.positions / np.linalg.norm(mesh.positions, axis=1, keepdims=True)
+    # Chords of a sphere lean from its normal by less than a segment.
+    assert np.einsum("ij,ij->i", unit, mesh.normals).min() > 0.99
+    assert Mesh.from_arrays(ball.positions, ball.triangles).normals is None
+
+
+def test_given_light_is_all_the_light():
+    lit = Scene.from_arrays(QUAD, HALVES, lights=[LAMP])
+    assert lit.lights == (LAMP,) and lit.environment is None
+    sky = Scene.from_arrays(QUAD, HALVES, environment=ConstantEnvironment((1, 1, 1)))
+    assert sky.lights == () and sky.environment == ConstantEnvironment((1, 1, 1))
+
+
+def test_what_is_added_is_framed_and_replaces_added_light():
+    start = Scene.from_arrays(QUAD, HALVES, name="floor")
+    assert start.added_light_count == 1 and start.has_added_sky
+    more = start.add(shapes.box(), name="box", transform=ssdo_gl.transform_matrix((5, 0, 0)))
+    assert [item.name for item in more.objects] == ["floor", "box"]
+    assert more.camera.distance > 1.5 * start.camera.distance
+    assert len(more.lights) == 1 and more.environment == start.environment
+    lit = more.add(LAMP, PANEL)
+    assert lit.lights == (LAMP, PANEL) and lit.environment is None
+    body = next(item for item in lit.objects if item.light is not None)
+    assert lit.lights[body.light] is PANEL and body.name == "panel"
+    later = lit.add(shapes.box(), material=lit.materials[0])
+    assert later.lights == lit.lights and len(later.materials) == len(lit.materials)
+    # A camera of one's own stays.
+    seen = start.with_camera(ssdo_gl.Camera.look_at((0, 1, 9)))
+    assert seen.add(shapes.box()).camera == seen.camera
+
+
+def test_a_part_has_the_same_bytes_however_it_came():
+    """A floor with a box on it: in one go, and one after the other."""
+    camera = ssdo_gl.Camera.look_at((2, 3, 6), fov_y=40.0)
+    lifted = ssdo_gl.transform_matrix((0, 1, 0), (0, 30, 0), 0.5)
+    red = Material("red", albedo=(0.7, 0.1, 0.1))
+    floor, box = Mesh.from_arrays(QUAD, HALVES), shapes.box()
+    by_hand = Scene(
+        meshes=(floor, box),
+        materials=(Material(), red),
+        objects=(ssdo_gl.SceneObject(0, 0), ssdo_gl.SceneObject(1, 1, lifted)),
+        camera=camera,
+        lights=(LAMP,),
+    )
+    added = Scene.from_arrays(QUAD, HALVES, lights=[LAMP], camera=camera)
+    added = added.add(box, material=red, transform=lifted)
+    np.testing.assert_array_equal(picture(added), picture(by_hand))
+
+
+def test_emissive_surfaces_become_lights_and_mirrored_ones_keep_their_front():
+    glow = Material("glow", albedo=(0, 0, 0), emission=(4, 4, 4))
+    scene = Scene.from_arrays(QUAD, HALVES).add(shapes.quad(), material=glow, name="lamp")
+    assert any(light.name == "lamp" and light.emitted == (4, 4, 4) for light in scene.lights)
+    places = np.stack([np.eye(4), np.diag([-1.0, 1, 1, 1])])
+    twice = Scene.from_arrays(QUAD, HALVES, transform=places)
+    assert [len(item.world_from_object) for item in twice.objects] == [1, 1]
+    for item in twice.objects:
+        assert np.linalg.det(item.world_from_object[0, :3, :3]) > 0.0
+
+
+def test_a_scene_is_placed_in_another():
+    corner = ssdo_gl.load_scene("corner")
+    moved = ssdo_gl.transform_matrix((10, 0, 0))
+    scene = Scene.from_arrays(QUAD, HALVES).add(corner, transform=moved, name="corner")
+    assert scene.triangle_count == 2 + corner.triangle_count
+    _, high = corner.bounds()
+    assert scene.bounds()[1][0] == pytest.approx(max(high[0] + 10.0, 1.0))
+    with pytest.raises(SceneError, match=r"add: .* moves: it cannot be placed"):
+        scene.add(ssdo_gl.load_scene("carousel"))
+    with pytest.raises(SceneError, match=r"add: expected a Mesh, .* got a str"):
+        scene.add("bunny.ply")
+
+
+def test_changes_share_all_else():
+    scene = Scene.from_arrays(QUAD, HALVES, name="floor", lights=[LAMP, PANEL])
+    up = scene.with_transform("floor", ssdo_gl.transform_matrix((0, 0.5, 0)))
+    assert up.meshes is scene.meshes and up.lights is scene.lights
+    assert up.objects[0].world_from_object[0, 1, 3] == 0.5
+    red = Material("red", albedo=(1, 0, 0))
+    painted = scene.with_material(0, red)
+    assert painted.materials[painted.objects[0].material] is red
+    dim = scene.with_light("lamp", dataclasses.replace(LAMP, intensity=(1, 1, 1)))
+    assert dim.lights[0].emitted == (1, 1, 1) and dim.objects[0] is scene.objects[0]
+    higher = scene.with_light(1, PANEL.moved_to((0, 3, 0)))
+    body = next(item for item in higher.objects if item.light == 1)
+    assert body.world_from_object[0, 1, 3] == 3.0
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda s: s.with_transform("flor", np.eye(4)), "object 'flor': there is none.*floor"),
+        (lambda s: s.with_transform(7, np.eye(4)), "object 7: expected an index from 0 to"),
+        (lambda s: s.with_transform(0, np.diag([-1, 1, 1, 1])), "transform: it mirrors"),
+        (lambda s: s.with_light("lamp", PANEL), "expected a PointLight, got a RectangleLight"),
+        (lambda s: s.with_material(0, Material(emission=(1, 0, 0))), "what emits has lights"),
+    ],
+)
+def test_a_change_that_cannot_be_is_refused(change, message):
+    with pytest.raises(SceneError, match=message):
+        change(Scene.from_arrays(QUAD, HALVES, name="floor", lights=[LAMP]))
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"objects": (ssdo_gl.SceneObject(0, 5),)}, r"objects\[0\].material = 5: the scene has 1"),
+        ({"objects": (ssdo_gl.SceneObject(0, 0, np.eye(3)),)}, r"expected shape \(N, 4, 4\)"),
+        ({"meshes": (Mesh(QUAD, [[0, 1, 9]]),)}, r"meshes\[0\].triangles\[0\] = \[0, 1, 9\]"),
+        ({"meshes": (QUAD,)}, r"meshes\[0\]: expected a Mesh, got a list"),
+        ({"camera": (0, 0, 4)}, "camera: expected a Camera, got a tuple"),
+        ({"environment": (1, 1, 1)}, "environment: expected a environment, got a tuple"),
+    ],
+)
+def test_a_renderer_refuses_a_scene_that_cannot_be_drawn(changes, message):
+    scene = Scene.from_arrays(QUAD, HALVES, lights=[LAMP])
+    with pytest.raises(SceneError, match=message):
+        ssdo_gl.Renderer(dataclasses.replace(scene, **changes), SMALL)
+    with pytest.raises(SceneError, match="scene: expected a Scene, got a str"):
+        ssdo_gl.Renderer("corner")
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: PointLight((0, 0), (1, 1, 1)), "position = .*: expected three numbers"),
+        (lambda: PointLight((0, 0, 0), (1, -1, 1)), "intensity = .*: expected numbers from 0 on"),
+        (lambda: ssdo_gl.DirectionalLight((0, 0, 0), (1, 1, 1)), "direction = .*: expected a dir"),
+        (lambda: ssdo_gl.DirectionalLight((0, 1, 0), (1, 1, 1), 95.0), "angle = 95.0: expected"),
+        (
+            lambda: ssdo_gl.SpotLight((0, 0, 0), (0, -1, 0), (1, 1, 1), 50.0, 40.0),
+            "0 <= inner <= outer < 90 degrees",
+        ),
+        (lambda: PointLight((0, 0, 0), (1, 1, 1), shadow="soft"), "shadow = 'soft': expected one"),
+    ],
+)
+def test_lights_without_meaning_are_refused(make, message):
+    with pytest.raises(SettingError, match=message):
+        make()
+
+
+def test_directions_become_unit_vectors():
+    assert ssdo_gl.DirectionalLight((0, -3, 4), (1, 1, 1)).direction == (0.0, -0.6, 0.8)
+
+
+def test_a_renderer_keeps_what_a_change_leaves_alone():
+    """Another light, place or camera: the picture of a new renderer, without its set-up."""
+    scene = Scene.from_arrays(QUAD, HALVES, name="floor", lights=[LAMP])
+    scene = scene.add(shapes.box(), name="box", transform=ssdo_gl.transform_matrix((0, 0.3, 0)))
+    moved = scene.with_transform("box", ssdo_gl.transform_matrix((0.4, 0.3, 0), scale=0.5))
+    dim = moved.with_light("lamp", dataclasses.replace(LAMP, intensity=(1, 2, 1)))
+    seen = dim.with_camera(dim.camera.orbit(20.0))
+    with ssdo_gl.Renderer(scene, SMALL) as renderer:
+        renderer.render()
+        compiled = renderer.shaders
+        for changed, kept in ((moved, set()), (dim, {"gbuffer"}), (seen, {"shadow_map"})):
+            renderer.use_scene(changed)
+            result = renderer.render()
+            np.testing.assert_array_equal(result.images["beauty"], picture(changed))
+            assert kept <= {row.name for row in result.passes if "kept" in row.reason}
+        assert renderer.shaders is compiled
+
+
+class TestTrimesh:
+    """Objects of trimesh, beside the files that trimesh writes of them."""
+
+    trimesh = pytest.importorskip("trimesh")
+
+    def test_a_textured_model_looks_like_its_file(self, tmp_path):
+        from trimesh.visual.material import PBRMaterial
+
+        rng = np.random.default_rng(3)
+        image = Image.fromarray(rng.integers(0, 255, (8, 8, 3), dtype=np.uint8))
+        box = self.trimesh.creation.box()
+        flat = self.trimesh.Trimesh(
+            box.vertices[box.faces].reshape(-1, 3), np.arange(36).reshape(-1, 3), process=False
+        )
+        flat.visual = self.trimesh.visual.TextureVisuals(
+            uv=rng.random((36, 2)).astype(np.float32),
+            material=PBRMaterial(
+                baseColorTexture=image, metallicFactor=0.25, roughnessFactor=0.5, doubleSided=True
+            ),
+        )
+        flat.export(tmp_path / "box.glb")
+        made, read = Scene.from_trimesh(flat), ssdo_gl.load_scene(tmp_path / "box.glb")
+        ours, theirs = made.materials[0], read.materials[0]
+        for field in ("albedo", "metallic", "roughness", "specular", "single_sided", "alpha"):
+            assert getattr(ours, field) == getattr(theirs, field), field
+        np.testing.assert_array_equal(ours.albedo_texture.pixels, theirs.albedo_texture.pixels)
+        shown = picture(made, "albedo")
+        # Coordinates of float32 are another texel's at edges of texels; half of 8 bits.
+        np.testing.assert_allclose(shown, picture(read, "albedo"), atol=2e-3)
+        assert np.unique(shown.reshape(-1, 3), axis=0).shape[0] > 20
+
+    def test_a_scene_keeps_places_and_colours(self):
+        box = self.trimesh.creation.box()
+        box.visual.face_colors = [255, 0, 0, 255]
+        scene = self.trimesh.Scene()
+        scene.add_geometry(box, geom_name="box")
+        place = self.trimesh.transformations.translation_matrix((3.0, 0, 0))
+        scene.graph.update(frame_to="second", matrix=place, geometry="box")
+        made = Scene.from_trimesh(scene)
+        assert made.triangle_count == 24 and len(made.meshes) == 1
+        np.testing.assert_array_equal(made.meshes[0].colors[0], [1.0, 0.0, 0.0, 1.0])
+        np.testing.assert_allclose(made.bounds()[1], [3.5, 0.5, 0.5])
+
+    def test_what_has_no_triangles_is_refused(self):
+        with pytest.raises(SceneError, match="the PointCloud of trimesh holds no triangles"):
+            Scene.from_trimesh(self.trimesh.PointCloud([[0, 0, 0]]))
