@@ -7,6 +7,7 @@ import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -136,10 +137,12 @@ def _check_outputs(command: CommandLine, wanted: Sequence[str]) -> None:
         from ssdo_gl.headless.film import check_film
 
         check_film(Path(run.film), tuple(wanted), resume=command.film.resume)
+    if run.serve and find_spec("aiohttp") is None:
+        raise UsageError("--serve needs aiohttp: pip install 'ssdo_gl[serve]'")
     if modes.WINDOW in run.active and run.backend not in _WINDOW_BACKENDS:
         raise UsageError(
             f"--backend {run.backend} makes no window: it belongs to --snapshot OUT, --explain, "
-            "--film OUT or --bench OUTDIR"
+            "--film OUT, --serve or --bench OUTDIR"
         )
 
 
@@ -261,8 +264,8 @@ def _carry_out(
         )
         return EXIT_OK
     settings = _tuned(options, scene, settings, camera)
-    if modes.WINDOW in options.active:
-        _open_window(command, scene, settings, camera, wanted[0])
+    if options.active & modes.LIVE:
+        _fly_through(command, scene, settings, camera, wanted[0])
         return EXIT_OK
     if shots is not None:
         return _film(command, scene, settings, camera, wanted, shots)
@@ -299,29 +302,34 @@ def _film(
     return EXIT_MISSED if outcome.missed_count else EXIT_OK
 
 
-def _open_window(
+def _fly_through(
     command: CommandLine, scene: Scene, settings: Settings, camera: Camera | None, aov: str
 ) -> None:
     from ssdo_gl.bench.presets import NAMES, load_preset, read_ladder
-    from ssdo_gl.window.window import open_window
 
-    # The window goes on measuring and gives way where a frame turns out dearer.
-    budget = {} if command.run.budget_ms is None else {"budget_ms": command.run.budget_ms}
-    open_window(
-        scene,
-        settings,
-        camera=camera,
-        source=command.scene,
-        aov=aov,
-        seconds=command.run.time,
+    options: dict[str, Any] = {
+        "camera": camera,
+        "source": command.scene,
+        "aov": aov,
+        "seconds": command.run.time,
         # As if no method had been chosen: one of the presets is a method.
-        presets={name: load_preset(name) for name in NAMES},
-        measured=[
+        "presets": {name: load_preset(name) for name in NAMES},
+        "measured": [
             {**dataclasses.asdict(rung), "label": rung.label} for rung in read_ladder().rungs
         ],
-        read_preset=load_preset,
-        **budget,
-    )
+        "read_preset": load_preset,
+    }
+    # A viewer goes on measuring and gives way where a frame turns out dearer.
+    if command.run.budget_ms is not None:
+        options["budget_ms"] = command.run.budget_ms
+    if command.run.serve:
+        from ssdo_gl.serve.serving import serve_scene
+
+        serve_scene(scene, settings, command.serving, backend=command.run.backend, **options)
+    else:
+        from ssdo_gl.window.window import open_window
+
+        open_window(scene, settings, **options)
 
 
 def _snapshot(

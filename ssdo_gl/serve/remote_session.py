@@ -170,6 +170,10 @@ class RemoteSession(ViewerLoop):
         is_due = not self._sent_is_lossless and not self.viewer.is_busy
         return count > 0 and (count != self._sent_count or is_due)
 
+    def perform(self) -> None:
+        """Do what events have asked for, so that `state` has it before the next picture."""
+        self._perform_pending(draws=True)
+
     def step(self) -> SentPicture | None:
         """Let time pass, draw what is due; return a picture if there is one to send."""
         now = self._clock()
@@ -178,7 +182,7 @@ class RemoteSession(ViewerLoop):
             since, now = self._stepped_at, max(now, self._stepped_at)
         else:
             since, now = now, now + (AHEAD_SECONDS if self._events.has_input else 0.0)
-        self._perform_pending(draws=True)
+        self.perform()
         controls = self._input.take(since, now, self.size[1])
         self._events.has_input = self._events.wants_release = False
         self._render(controls, now - since, self.pixels)

@@ -27,15 +27,30 @@ from ssdo_gl.settings.fields import (
     value_text,
 )
 from ssdo_gl.settings.film_options import FILM, FilmOptions
-from ssdo_gl.settings.help_page import SHELLS, USAGE, ListScenes, completion, scene_epilog
+from ssdo_gl.settings.help_page import (
+    SHELLS,
+    USAGE,
+    ListScenes,
+    argument_of,
+    completion,
+    scene_epilog,
+)
 from ssdo_gl.settings.loading import FIT, LoadOptions
 from ssdo_gl.settings.passes import overrides_from_text
+from ssdo_gl.settings.serve_options import BROWSER, ServeOptions
 from ssdo_gl.settings.settings import LOOK, QUALITY, Settings
 
 DEFAULT_SCENE = "cornell_meso"
 # As a scene: standard input; as an output: standard output.
 STREAM = "-"
 MODE, RUNNING = "what to do (none: fly-through window)", "running"
+
+# Modes that go with no other one.
+_ALONE = {
+    modes.BENCH: "--bench renders what it needs itself; leave out --snapshot, --explain and --film",
+    modes.FILM: "--film renders frames alone; leave out --snapshot and --explain",
+    modes.SERVE: "--serve shows a scene to browsers; leave out what else there is to do",
+}
 
 
 class UsageError(SettingError):
@@ -67,6 +82,12 @@ class RunOptions:
         group=MODE,
         modes=frozenset({modes.FILM}),
     )
+    serve: bool = setting(
+        False,
+        "fly through the scene in a browser, from a machine without a display",
+        group=MODE,
+        modes=frozenset({modes.SERVE}),
+    )
     bench: str | None = setting(
         None,
         "measure error against time, into OUTDIR",
@@ -95,7 +116,7 @@ class RunOptions:
     )
     aov: str | None = setting(
         None,
-        "images to make, or all; a window begins with the one named",
+        "images to make, or all; a window or a page begins with the one named",
         metavar="NAME,...",
         group=LOOK,
         modes=modes.ONE,
@@ -108,7 +129,7 @@ class RunOptions:
     )
     time: float = setting(
         0.0,
-        "time of an animated scene; a window begins there",
+        "time of an animated scene; a window or a page begins there",
         unit="s",
         low=-1e9,
         high=1e9,
@@ -172,6 +193,7 @@ class RunOptions:
             modes.EXPLAIN: self.explain,
             modes.BENCH: self.bench is not None,
             modes.FILM: self.film is not None,
+            modes.SERVE: self.serve,
         }
         return frozenset(name for name, is_on in asked.items() if is_on) or frozenset(
             {modes.WINDOW}
@@ -191,6 +213,7 @@ class CommandLine:
     loading : LoadOptions
     run : RunOptions
     film : FilmOptions
+    serving : ServeOptions
     """
 
     scenes: tuple[str, ...]
@@ -198,6 +221,7 @@ class CommandLine:
     loading: LoadOptions = field(default_factory=LoadOptions)
     run: RunOptions = field(default_factory=RunOptions)
     film: FilmOptions = field(default_factory=FilmOptions)
+    serving: ServeOptions = field(default_factory=ServeOptions)
 
     @property
     def scene(self) -> str:
@@ -216,7 +240,7 @@ def flag_infos() -> dict[str, tuple[type[Any], SettingInfo]]:
     """Return every flag's dataclass and declaration, by the field's name."""
     return {
         name: (owner, info)
-        for owner in (RunOptions, FilmOptions, LoadOptions, Settings)
+        for owner in (RunOptions, FilmOptions, ServeOptions, LoadOptions, Settings)
         for name, info in describe(owner).items()
     }
 
@@ -240,11 +264,11 @@ def build_parser() -> argparse.ArgumentParser:
         "--snapshot or --explain, several",
     )
     infos = [info for _, info in flag_infos().values()]
-    for title in dict.fromkeys((MODE, FILM, LOOK, QUALITY, RUNNING)):
+    for title in dict.fromkeys((MODE, FILM, BROWSER, LOOK, QUALITY, RUNNING)):
         group = parser.add_argument_group(title)
         for info in infos:
             if info.group == title:
-                group.add_argument(info.flag, dest=info.name, **_argument(info))
+                group.add_argument(info.flag, dest=info.name, **argument_of(info))
         if title == MODE:
             version = f"ssdo-gl {__version__}"
             group.add_argument("--version", action="version", version=version)
@@ -269,27 +293,6 @@ class _PrintCompletion(argparse.Action):
         parser.exit()
 
 
-def _argument(info: SettingInfo) -> dict[str, Any]:
-    described = help_text(info).replace("%", "%%")
-    if info.kind is Kind.BOOLEAN:
-        return {"action": "store_true", "default": None, "help": described}
-    if info.kind is Kind.MAPPING:
-        return {"action": "append", "metavar": info.metavar, "help": described}
-    metavar = info.metavar or "|".join(map(value_text, info.choices))
-    if info.bare:
-        return {"nargs": "?", "const": info.bare, "metavar": metavar, "help": described}
-    return {"metavar": metavar, "help": described}
-
-
-def help_text(info: SettingInfo) -> str:
-    """Return a flag's line of ``--help``: effect, range and default."""
-    notes = [] if info.choices else [info.range_text]
-    if info.default is not None and info.kind not in (Kind.BOOLEAN, Kind.MAPPING):
-        notes.append(f"default {value_text(info.default)}")
-    noted = "; ".join(note for note in notes if note)
-    return f"{info.doc} ({noted})" if noted else info.doc
-
-
 def read_command(arguments: Sequence[str] | None = None) -> CommandLine:
     """Return what a command line says.
 
@@ -311,7 +314,8 @@ def read_command(arguments: Sequence[str] | None = None) -> CommandLine:
     run = RunOptions(**given[RunOptions])
     loading = LoadOptions(**given[LoadOptions], frames_all=run.camera == FIT).checked()
     film = FilmOptions(**given[FilmOptions])
-    command = CommandLine(scenes, given[Settings], loading, run, film)
+    serving = ServeOptions(**given[ServeOptions])
+    command = CommandLine(scenes, given[Settings], loading, run, film, serving)
     _check_modes(command.run.active, (info for _, info in infos.values() if texts[info.name]))
     return command
 
@@ -347,12 +351,9 @@ def _value(owner: type[Any], info: SettingInfo, text: Any) -> Any:
 
 def _check_modes(active: frozenset[str], given: Iterable[SettingInfo]) -> None:
     """Refuse a flag that has no effect in what was asked for."""
-    if modes.BENCH in active and len(active) > 1:
-        raise UsageError(
-            "--bench renders what it needs itself; leave out --snapshot, --explain and --film"
-        )
-    if modes.FILM in active and len(active) > 1:
-        raise UsageError("--film renders frames alone; leave out --snapshot and --explain")
+    for mode, why in _ALONE.items():
+        if mode in active and len(active) > 1:
+            raise UsageError(why)
     for info in given:
         if not info.modes & active:
             where = " with ".join(modes.MODES[name] for name in modes.MODES if name in active)
@@ -370,12 +371,14 @@ def wanted_aovs(run: RunOptions) -> tuple[str, ...]:
     known = image_names()
     if run.aov is None:
         return ("beauty",)
-    if run.aov == "all" and modes.WINDOW not in run.active:
+    is_live = bool(run.active & modes.LIVE)
+    if run.aov == "all" and not is_live:
         return known
     wanted = tuple(dict.fromkeys(part.strip() for part in run.aov.split(",")))
     unknown = [name for name in wanted if name not in known]
-    if modes.WINDOW in run.active and (unknown or len(wanted) > 1):
-        raise UsageError(f"--aov {shown(run.aov)}: a window begins with one of {', '.join(known)}")
+    if is_live and (unknown or len(wanted) > 1):
+        where = "window" if modes.WINDOW in run.active else "page"
+        raise UsageError(f"--aov {shown(run.aov)}: a {where} begins with one of {', '.join(known)}")
     if unknown:
         raise UsageError(f"--aov {shown(unknown[0])}: choose all or of {', '.join(known)}")
     return wanted

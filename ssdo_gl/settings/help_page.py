@@ -10,9 +10,12 @@ from typing import Any
 
 from ssdo_gl import resources
 from ssdo_gl.scene.load import builtin_names
-from ssdo_gl.settings.fields import SettingError, SettingInfo, value_text
+from ssdo_gl.settings.fields import Kind, SettingError, SettingInfo, value_text
 
-USAGE = "ssdo-gl [SCENE ...] [--snapshot OUT] [--explain] [--film OUT] [--bench OUTDIR] [flags]"
+USAGE = (
+    "ssdo-gl [SCENE ...] [--snapshot OUT] [--explain] [--film OUT] [--serve] [--bench OUTDIR]"
+    " [flags]"
+)
 EXAMPLES = """
 examples:
   ssdo-gl                                       fly through the Cornell room
@@ -20,6 +23,7 @@ examples:
   ssdo-gl model.glb --snapshot a.png --method gi --size 1920x1080
   ssdo-gl stairs --snapshot all.exr --aov all   every image, linear
   ssdo-gl a.glb b.glb --snapshot "{name}.jpg"   several scenes
+  ssdo-gl model.glb --serve                     fly through it in a browser
   ssdo-gl corner --explain                      which passes run, and why
   ssdo-gl cornell_meso --bench report --quick   error against time
 """
@@ -29,6 +33,28 @@ _WIDTH = 96
 _FILES = ("snapshot", "stats", "preset", "light", "film", "path")
 _FOLDERS = ("bench",)
 _SCENE_FUNCTION = "_ssdo_gl_scene"
+
+
+def argument_of(info: SettingInfo) -> dict[str, Any]:
+    """Return what argparse is told of a flag."""
+    described = help_text(info).replace("%", "%%")
+    if info.kind is Kind.BOOLEAN:
+        return {"action": "store_true", "default": None, "help": described}
+    if info.kind is Kind.MAPPING:
+        return {"action": "append", "metavar": info.metavar, "help": described}
+    metavar = info.metavar or "|".join(map(value_text, info.choices))
+    if info.bare:
+        return {"nargs": "?", "const": info.bare, "metavar": metavar, "help": described}
+    return {"metavar": metavar, "help": described}
+
+
+def help_text(info: SettingInfo) -> str:
+    """Return a flag's line of ``--help``: effect, range and default."""
+    notes = [] if info.choices else [info.range_text]
+    if info.default is not None and info.kind not in (Kind.BOOLEAN, Kind.MAPPING):
+        notes.append(f"default {value_text(info.default)}")
+    noted = "; ".join(note for note in notes if note)
+    return f"{info.doc} ({noted})" if noted else info.doc
 
 
 def scene_epilog() -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 WINDOW, SNAPSHOT, EXPLAIN, BENCH = "window", "snapshot", "explain", "bench"
-FILM = "film"
+FILM, SERVE = "film", "serve"
 # How messages call each mode.
 MODES = {
     WINDOW: "the window",
@@ -11,10 +11,15 @@ MODES = {
     EXPLAIN: "--explain",
     BENCH: "--bench OUTDIR",
     FILM: "--film OUT",
+    SERVE: "--serve",
 }
 ALL = frozenset(MODES)
 # One way to render, as against the many of a bench.
-ONE = frozenset({WINDOW, SNAPSHOT, EXPLAIN, FILM})
+ONE = frozenset({WINDOW, SNAPSHOT, EXPLAIN, FILM, SERVE})
+# Somebody flies through the scene.
+LIVE = frozenset({WINDOW, SERVE})
+# Whatever makes pictures of a size of its own: a page says how large it is.
+SIZED = ALL - {SERVE}
 HEADLESS = frozenset({SNAPSHOT, EXPLAIN})
 # Whatever is drawn to its end before it is shown.
 FRAMES = HEADLESS | {FILM}

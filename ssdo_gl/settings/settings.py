@@ -66,7 +66,7 @@ class Settings:
         low=1,
         high=MAX_SIZE_PX,
         metavar="WxH",
-        modes=modes.ALL,
+        modes=modes.SIZED,
         is_quality=False,
     )
     samples: int = _quality(64, "depth reads per pixel", low=1, high=1024, metavar="N")

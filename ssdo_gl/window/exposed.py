@@ -19,7 +19,7 @@ def exposed(
 
     As it is, if its camera's exposure holds.
     """
-    if scene.metering_slack is None:
+    if scene.metering_slack is None or scene.is_metered:
         return scene
     settings = dataclasses.replace(settings, exposure=None, is_resolved=False)
     with Renderer(scene, settings, device=device, shaders=shaders) as renderer:

@@ -8,6 +8,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from ssdo_gl.gpu.context import Device
+from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
@@ -15,6 +17,25 @@ from ssdo_gl.window.canvas import DEFAULT_BUDGET_MS
 from ssdo_gl.window.glfw_window import GlfwWindow
 from ssdo_gl.window.session import Session
 from ssdo_gl.window.viewer import Viewer
+
+
+def make_viewer(
+    device: Device,
+    scene: Scene,
+    settings: Settings,
+    *,
+    aov: str = "beauty",
+    seconds: float = 0.0,
+    read_preset: Callable[[str], Mapping[str, Any]] | None = None,
+    shaders: ShaderLibrary | None = None,
+    **options: Any,
+) -> Viewer:
+    """Return a viewer of `scene`; parameters as of `open_window`, `options` of `Viewer`."""
+    viewer = Viewer(device, scene, settings, shaders=shaders, **options)
+    viewer.read_preset = read_preset
+    viewer.view = dataclasses.replace(viewer.view, aov=aov)
+    viewer.clock.seconds = seconds
+    return viewer
 
 
 def open_window(
@@ -63,19 +84,19 @@ def open_window(
     title = f"{Path(source).name or scene.title} - ssdo_gl"
     window = GlfwWindow(settings.size, title)
     try:
-        viewer = Viewer(
+        viewer = make_viewer(
             window.device,
             scene,
             settings,
+            aov=aov,
+            seconds=seconds,
+            read_preset=read_preset,
             source=source,
             camera=camera,
             budget_ms=budget_ms,
             presets=presets,
             measured=measured,
         )
-        viewer.read_preset = read_preset
-        viewer.view = dataclasses.replace(viewer.view, aov=aov)
-        viewer.clock.seconds = seconds
         session = Session(window, title, viewer)
         try:
             session.run()

@@ -15,10 +15,12 @@ MODE_FLAGS = {
     modes.EXPLAIN: ["--explain"],
     modes.BENCH: ["--bench", "out"],
     modes.FILM: ["--film", "out"],
+    modes.SERVE: ["--serve"],
 }
 # A flag's modes, by heart: who changes a declaration has to say so here, too.
 EXPECTED = {
-    modes.ALL: "size camera projection two_sided exposure combine bounces shadow_rays radius seed "
+    modes.SIZED: "size",
+    modes.ALL: "camera projection two_sided exposure combine bounces shadow_rays radius seed "
     "shadows effects overrides backend quiet light no_default_light normals crease_angle up ground",
     modes.ONE: "method estimator samples steps spp filter resolution_scale max_error aov time "
     "preset budget_ms recalibrate background",
@@ -27,6 +29,7 @@ EXPECTED = {
     frozenset({modes.BENCH}): "bench quick",
     frozenset({modes.FILM}): "film path turntable frames_range fps resume",
     frozenset({modes.FILM, modes.SNAPSHOT}): "scheduler",
+    frozenset({modes.SERVE}): "serve host port",
 }
 
 
@@ -68,7 +71,7 @@ def test_flag_is_taken_or_refused(mode, name):
         given = {**command.settings, **command.loading.given()}
         assert name in given or any(
             getattr(options, name, None) not in (None, False)
-            for options in (command.run, command.film)
+            for options in (command.run, command.film, command.serving)
         )
         return
     with pytest.raises(UsageError) as caught:
@@ -87,6 +90,18 @@ def test_a_picture_may_be_explained():
 def test_a_film_is_on_its_own(other):
     with pytest.raises(UsageError, match="--film renders frames alone"):
         read_command(["--film", "out", *other])
+
+
+@pytest.mark.parametrize("other", [["--snapshot", "a.png"], ["--explain"], ["--film", "out"]])
+def test_a_page_is_on_its_own(other):
+    with pytest.raises(UsageError, match=r"--serve shows|--film renders"):
+        read_command(["--serve", *other])
+
+
+def test_a_page_begins_with_one_image():
+    assert wanted_aovs(read_command(["--serve", "--aov", "depth"]).run) == ("depth",)
+    with pytest.raises(UsageError, match="a page begins with one of beauty"):
+        wanted_aovs(read_command(["--serve", "--aov", "all"]).run)
 
 
 def test_a_turntable_turns_once_round_or_as_far_as_is_said():

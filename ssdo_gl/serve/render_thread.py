@@ -1,0 +1,239 @@
+"""The thread that owns the OpenGL context and draws for all viewers, one after another."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future
+from functools import partial
+from typing import Any
+
+from ssdo_gl.gpu.context import Device, create_context
+from ssdo_gl.gpu.shader import ShaderLibrary
+from ssdo_gl.serve.delivery import SentPicture
+from ssdo_gl.serve.page_state import choices
+from ssdo_gl.serve.remote_session import RemoteSession
+from ssdo_gl.window.opened import fault_text
+from ssdo_gl.window.viewer import Viewer
+
+# How often lines that have been shown long enough are looked for.
+IDLE_SECONDS = 0.5
+# Between looks while somebody moves, but nothing is to be drawn yet.
+PAUSE_SECONDS = 0.004
+# What refines at rest waits no longer than this for those who move.
+PATIENCE_SECONDS = 2.0
+# Events of one viewer that were not looked at yet; a hand and a mouse send 1000 a second.
+MOST_EVENTS = 4096
+
+# A picture, a message for the page (with its ``type``), or None: nothing comes any more.
+Delivered = SentPicture | Mapping[str, Any] | None
+
+
+class Visitor:
+    """One who looks: their events on the way in, pictures and states on the way out.
+
+    Parameters
+    ----------
+    deliver : callable
+        Called in the thread that renders; returns at once.
+
+    Attributes
+    ----------
+    events : deque
+        Events as `page_events.checked_event` returns them; any thread may append.
+    session : RemoteSession or None
+        None until the thread has made one.
+    """
+
+    def __init__(self, deliver: Callable[[Delivered], None]) -> None:
+        self.deliver = deliver
+        self.events: deque[Mapping[str, Any]] = deque()
+        self.session: RemoteSession | None = None
+        self.drawn_at = 0.0
+        self._state: Mapping[str, Any] | None = None
+
+    @property
+    def is_moving(self) -> bool:
+        """Whether a picture in motion is due: not for one who has not taken the last ones."""
+        session = self.session
+        return session is not None and session.is_due and session.is_moving
+
+    def hear(self) -> None:
+        """Let the session take what has come."""
+        assert self.session is not None
+        while self.events:
+            self.session.handle(self.events.popleft())
+
+    def tell(self) -> None:
+        """Deliver the state if it is another one."""
+        assert self.session is not None
+        state = self.session.state
+        clipboard = self.session.take_clipboard()
+        if clipboard:
+            self.deliver({"type": "clipboard", "text": clipboard})
+        if state != self._state:
+            self._state = state
+            self.deliver({"type": "state", **state})
+
+
+class RenderThread:
+    """Makes the device, and draws for everybody who visits until it is stopped.
+
+    Parameters
+    ----------
+    make_viewer : callable
+        Returns a viewer that draws with a device and its shaders.
+    backend : str
+        auto, egl, osmesa or window.
+    """
+
+    def __init__(
+        self, make_viewer: Callable[[Device, ShaderLibrary], Viewer], backend: str = "auto"
+    ) -> None:
+        self._make_viewer = make_viewer
+        self._backend = backend
+        self._visitors: list[Visitor] = []
+        self._tasks: deque[Callable[[], None]] = deque()
+        self._wakes = threading.Event()
+        self._is_stopping = False
+        self._ready: Future[None] = Future()
+        self._thread = threading.Thread(target=self._run, name="rendering", daemon=True)
+
+    def start(self) -> None:
+        """Return when the device is there; raises ContextError if there is none."""
+        self._thread.start()
+        try:
+            self._ready.result()
+        except BaseException:
+            self._thread.join()
+            raise
+
+    def stop(self) -> None:
+        """Free everything and end the thread."""
+        self._is_stopping = True
+        self._wakes.set()
+        self._thread.join()
+
+    def enter(self, visitor: Visitor, size: tuple[int, int]) -> None:
+        """Begin to draw for `visitor`, in pictures of `size` pixels."""
+        self._post(partial(self._enter, visitor, size))
+
+    def leave(self, visitor: Visitor) -> None:
+        """Free what a visitor held; one who has left already may leave."""
+        self._post(partial(self._leave, visitor))
+
+    def wake(self) -> None:
+        """Look at events: some have come."""
+        self._wakes.set()
+
+    @property
+    def visitor_count(self) -> int:
+        """How many are drawn for."""
+        return len(self._visitors)
+
+    def _post(self, task: Callable[[], None]) -> None:
+        self._tasks.append(task)
+        self._wakes.set()
+
+    # --- in the thread -------------------------------------------------------------
+
+    def _run(self) -> None:
+        try:
+            self._device = create_context(self._backend)
+            self._shaders = ShaderLibrary(self._device.gl)
+        except BaseException as error:
+            self._ready.set_exception(error)
+            return
+        self._ready.set_result(None)
+        try:
+            while not self._is_stopping:
+                self._wakes.clear()
+                while self._tasks:
+                    self._tasks.popleft()()
+                if not self._round():
+                    is_moving = any(visitor.is_moving for visitor in self._visitors)
+                    self._wakes.wait(PAUSE_SECONDS if is_moving else IDLE_SECONDS)
+        finally:
+            for visitor in list(self._visitors):
+                self._leave(visitor)
+            self._device.release()
+
+    def _enter(self, visitor: Visitor, size: tuple[int, int]) -> None:
+        try:
+            viewer = self._make_viewer(self._device, self._shaders)
+        # One who cannot be drawn for must not take the others along.
+        except Exception as error:
+            self._lose(visitor, error)
+            return
+        visitor.session = RemoteSession(viewer, size)
+        visitor.session.between_slices = lambda: self._others_wait(visitor)
+        visitor.drawn_at = time.perf_counter()
+        self._visitors.append(visitor)
+        visitor.deliver({"type": "choices", **choices(viewer)})
+
+    def _leave(self, visitor: Visitor) -> None:
+        if visitor in self._visitors:
+            self._visitors.remove(visitor)
+        session, visitor.session = visitor.session, None
+        if session is not None:
+            self._device.activate()
+            session.release()
+            # Now, and not with the next picture, which may be long in coming.
+            self._device.activate()
+
+    def _lose(self, visitor: Visitor, error: Exception) -> None:
+        print(f"ssdo-gl: a viewer was lost: {fault_text(error)}", file=sys.stderr)
+        self._leave(visitor)
+        visitor.deliver(None)
+
+    def _round(self) -> bool:
+        """Draw what is due, motion before rest; return whether there was anything."""
+        now = time.perf_counter()
+        for visitor in list(self._visitors):
+            self._guarded(visitor, visitor.hear)
+        due = [v for v in self._visitors if v.session is not None and v.session.is_due]
+        moving = [v for v in due if v.is_moving]
+        resting = [v for v in due if v not in moving]
+        resting = [v for v in resting if not moving or now - v.drawn_at > PATIENCE_SECONDS]
+        drew = False
+        # Of those at rest only who has waited longest: somebody may begin to move meanwhile.
+        for visitor in [*moving, *sorted(resting, key=lambda v: v.drawn_at)[:1]]:
+            drew |= self._guarded(visitor, partial(self._step, visitor))
+        for visitor in list(self._visitors):
+            self._guarded(visitor, visitor.tell)
+        return drew
+
+    def _step(self, visitor: Visitor) -> bool:
+        assert visitor.session is not None
+        count = visitor.session.viewer.presenter.draw_count
+        visitor.session.perform()
+        visitor.tell()
+        picture = visitor.session.step()
+        is_new = visitor.session.viewer.presenter.draw_count != count
+        if is_new:
+            visitor.drawn_at = time.perf_counter()
+        if picture is not None:
+            visitor.tell()
+            visitor.deliver(picture)
+        return is_new or picture is not None
+
+    def _guarded(self, visitor: Visitor, act: Callable[[], bool | None]) -> bool:
+        try:
+            return bool(act())
+        except Exception as error:
+            # Between frames: this may be within one of somebody else.
+            self._post(partial(self._lose, visitor, error))
+            return False
+
+    def _others_wait(self, visitor: Visitor) -> bool:
+        """Hear of events within a long frame; return whether it is to be given up for others."""
+        for other in list(self._visitors):
+            self._guarded(other, other.hear)
+        if self._is_stopping:
+            return True
+        is_patient = time.perf_counter() - visitor.drawn_at < PATIENCE_SECONDS
+        others = [other for other in self._visitors if other is not visitor]
+        return is_patient and (bool(self._tasks) or any(other.is_moving for other in others))

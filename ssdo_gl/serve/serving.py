@@ -1,0 +1,86 @@
+"""Serves the fly-through of a scene until somebody ends it."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+from typing import Any
+
+from ssdo_gl.gpu.context import Device
+from ssdo_gl.gpu.shader import ShaderLibrary
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.serve.render_thread import RenderThread
+from ssdo_gl.serve.server import run_server
+from ssdo_gl.settings import Settings
+from ssdo_gl.settings.fields import SettingError
+from ssdo_gl.settings.serve_options import ServeOptions
+from ssdo_gl.window.exposed import exposed
+from ssdo_gl.window.viewer import Viewer
+from ssdo_gl.window.window import make_viewer
+
+
+class _Viewers:
+    """Makes viewers of one scene, which is exposed for the first of them."""
+
+    def __init__(
+        self, scene: Scene, settings: Settings, camera: Camera | None, options: dict[str, Any]
+    ) -> None:
+        self._scene = scene
+        self._settings, self._camera, self._options = settings, camera, options
+
+    def __call__(self, device: Device, shaders: ShaderLibrary) -> Viewer:
+        self._scene = exposed(self._scene, self._settings, self._camera, device, shaders)
+        return make_viewer(
+            device,
+            self._scene,
+            self._settings,
+            shaders=shaders,
+            camera=self._camera,
+            **self._options,
+        )
+
+
+def serve_scene(
+    scene: Scene,
+    settings: Settings,
+    where: ServeOptions,
+    *,
+    camera: Camera | None = None,
+    backend: str = "auto",
+    **options: Any,
+) -> None:
+    """Serve until Ctrl-C; the address is printed once somebody may come.
+
+    Parameters
+    ----------
+    where : ServeOptions
+    camera : Camera or None
+        Where every flight begins; None: the scene's.
+    options
+        As of `window.open_window`.
+
+    Raises
+    ------
+    ContextError
+        If there is no usable OpenGL.
+    SettingError
+        If host and port cannot be listened at.
+    """
+    renderer = RenderThread(_Viewers(scene, settings, camera, options), backend)
+    renderer.start()
+    try:
+        # Ctrl-C is how one ends it.
+        with contextlib.suppress(KeyboardInterrupt):
+            asyncio.run(run_server(renderer, where.host, where.port, _say))
+    except OSError as error:
+        reason = os.strerror(error.errno) if error.errno and error.errno > 0 else str(error)
+        host = where.host or "this machine"
+        raise SettingError(f"--port {where.port} of {host}: {reason}") from None
+    finally:
+        renderer.stop()
+
+
+def _say(address: str) -> None:
+    print(f"{address}\nopen it in a browser; Ctrl-C ends it", flush=True)
