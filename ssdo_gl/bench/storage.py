@@ -133,7 +133,12 @@ def replace_file(path: Path, data: bytes) -> None:
 
 def replace_json(path: Path, content: Any) -> None:
     """Replace `path` by `content` as indented JSON."""
-    replace_file(path, (json.dumps(content, indent=1, sort_keys=True) + "\n").encode())
+    replace_file(path, json_bytes(content))
+
+
+def json_bytes(content: Any) -> bytes:
+    """Return `content` as a file of indented JSON."""
+    return (json.dumps(content, indent=1, sort_keys=True) + "\n").encode()
 
 
 def append_line(path: Path, line: str) -> None:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import json
-
 import pytest
 from bench.fake_bench import bench, results
 
 from benchmarks import preset_ladder
 from ssdo_gl.bench.analysis import as_row
 from ssdo_gl.bench.presets import read_ladder
-from ssdo_gl.bench.report.outputs import bench_json, points_csv
+from ssdo_gl.bench.report.data_files import bench_json, points_csv
 
 
 def row(samples: int, ms: float, error: float, **changes: str) -> dict[str, str]:
@@ -88,7 +86,7 @@ def test_the_written_ladder_is_read_back():
 def test_benches_on_disk_give_a_ladder(tmp_path, capsys):
     found = bench(results=results(quick=False))
     (tmp_path / "points.csv").write_bytes(points_csv(found))
-    (tmp_path / "bench.json").write_text(json.dumps(bench_json(found)))
+    (tmp_path / "bench.json").write_bytes(bench_json(found))
     assert preset_ladder.main([str(tmp_path)]) == 0
     ladder = read_ladder(capsys.readouterr().out)
     assert ladder.source["benches"] == ["a <b>.toml 320x180"]
