@@ -104,12 +104,19 @@ class Bench:
 
     def command(self, point: Point) -> str:
         """Return the shell command that renders what was measured of a point, timed."""
-        line = command_line(
+        line = self._line(point.settings(self.base), point.wanted[0], "out.png")
+        return f"{line} --antialias 1 --frames {self.frames}"
+
+    def asking(self, flags: str) -> str:
+        """Return the command that renders the benched view with other settings' `flags`."""
+        return f"{self._line(self.base, 'beauty', 'out.png')} --antialias 1 {flags}"
+
+    def _line(self, settings: Settings, aov: str, out: str) -> str:
+        return command_line(
             self.scene,
-            point.settings(self.base),
+            settings,
             scene_settings=self.scene_settings,
             camera=self.camera,
-            aov=point.wanted[0],
-            out="out.npz",
+            aov=aov,
+            out=out,
         )
-        return f"{line} --antialias 1 --frames {self.frames}"

@@ -262,8 +262,3 @@ def _points_of(family: Mapping[str, Any], file: str) -> list[Point]:
 
 def _as_list(value: Any) -> list[Any]:
     return list(value) if isinstance(value, list) else [value]
-
-
-def families(points: Sequence[Point]) -> list[str]:
-    """Return the names of the families, in order of appearance."""
-    return list(dict.fromkeys(point.family for point in points))

@@ -6,6 +6,7 @@ import base64
 import dataclasses
 import json
 import re
+from html import escape
 from html.parser import HTMLParser
 
 import pytest
@@ -16,7 +17,7 @@ from ssdo_gl.bench.analysis import front_of
 from ssdo_gl.bench.bootstrap import Interval
 from ssdo_gl.bench.clock import CLOCK_NAMES
 from ssdo_gl.bench.errors import Scalars
-from ssdo_gl.bench.report import outputs, plots, terminal
+from ssdo_gl.bench.report import outputs, terminal
 from ssdo_gl.bench.report.page import report_html
 
 pytest.importorskip("matplotlib")
@@ -33,6 +34,7 @@ class Page(HTMLParser):
         self.open: list[str] = []
         self.tags: list[tuple[str, dict[str, str | None]]] = []
         self.text: dict[str, str] = {}
+        self.all_text: list[str] = []
         self.faults: list[str] = []
         self.feed(text)
         self.close()
@@ -48,6 +50,7 @@ class Page(HTMLParser):
             self.faults.append(f"</{tag}> closes nothing at {self.getpos()}")
 
     def handle_data(self, data: str) -> None:
+        self.all_text.append(data)
         if self.open:
             key = self.open[-1]
             self.text[key] = self.text.get(key, "") + data
@@ -58,13 +61,7 @@ class Page(HTMLParser):
 
 @pytest.fixture(scope="module")
 def page() -> Page:
-    """The page with its plots; every other test does without, for they take seconds."""
     return Page(report_html(bench()))
-
-
-@pytest.fixture
-def without_plots(monkeypatch):
-    monkeypatch.setattr(plots, "as_bytes", lambda figure, kind: b"<svg/>")
 
 
 def test_every_tag_is_closed(page):
@@ -98,20 +95,29 @@ def test_user_text_is_escaped(page):
     assert not any(tag in ("angle", "room", "device") for tag, _ in page.tags)
 
 
-@pytest.mark.usefixtures("without_plots")
 def test_the_data_of_the_script_can_be_read_and_cannot_end_it():
-    text = report_html(bench())
+    found = bench()
+    text = report_html(found)
     raw = text.partition('<script type="application/json" id="data">')[2].partition("</script>")[0]
     assert not set("<>&") & set(raw)
-    data = json.loads(raw)
+    near = next(p for p in json.loads(raw)["panels"] if p["name"] == "near")
+    keys = [found.results[int(c["card"].removeprefix("near-"))].point.key for c in near["likely"]]
+    assert keys == [r.point.key for r in front_of(found.results, "near")]
+    for candidate in (*near["likely"], *near["surely have"], *near["surely bear"]):
+        assert f'<template id="card-{candidate["card"]}">' in text
+
+
+def test_pictures_are_in_the_page_with_their_maps_and_a_scale():
     found = bench()
-    near = next(p for p in data["panels"] if p["title"].startswith("Picture against the near"))
-    assert {p["label"] for p in near["points"] if p["front"]} == {
-        r.point.label for r in front_of(found.results, "near")
-    }
-    assert data["pictures"][0]["name"] == "reference </script> & near"
-    png = base64.b64decode(data["pictures"][0]["png"].partition(",")[2])
-    assert png == found.pictures[0].png
+    text = report_html(found)
+    for i, picture in enumerate(found.pictures):
+        assert escape(picture.name) in text
+        for name, png in (("picture", picture.png), ("flip", picture.flip_png)):
+            tag = re.search(f'<img id="{name}-{i}" [^>]*base64,([^"]*)"', text)
+            assert (base64.b64decode(tag[1]) if tag else None) == png
+    # The colours of `pictures.flip_map_png`, from no difference to the largest.
+    assert "linear-gradient(to right, #000004" in text
+    assert "#fcfdbf)" in text
 
 
 def test_every_setting_has_a_row(page):
@@ -119,7 +125,6 @@ def test_every_setting_has_a_row(page):
     assert "bounce march 8x8 full edge" in page.text["td"]
 
 
-@pytest.mark.usefixtures("without_plots")
 def test_failed_pixels_are_shown(page):
     found = bench()
     verdict = found.results[0].verdicts["near"]
@@ -132,7 +137,6 @@ def test_failed_pixels_are_shown(page):
     assert 'class="failed"' not in report_html(found)
 
 
-@pytest.mark.usefixtures("without_plots")
 def test_an_unsure_reference_is_called_unsure():
     found = bench()
     poor = {
@@ -143,18 +147,16 @@ def test_an_unsure_reference_is_called_unsure():
     assert "less sure" not in report_html(found)
 
 
-@pytest.mark.usefixtures("without_plots")
 def test_one_clock_is_named_for_frames_and_passes():
     found = bench(clock="process")
-    text = CLOCK_NAMES["process"]
-    assert f"By the clock of the table ({text})" in report_html(found)
-    results = [found.recommendation.result]
-    for figure in (plots.split_figure(found, results), plots.scaling_figure(found)):
-        labels = [label for axes in figure.axes for label in (axes.get_xlabel(), axes.get_ylabel())]
-        assert any(text in label for label in labels)
+    page = Page(report_html(found))
+    clock = CLOCK_NAMES["process"]
+    assert f"By the clock of the table ({clock})" in page.text["figcaption"]
+    names = [f"frame time, ms ({clock})"] * len(found.references)
+    names += [f"ms ({clock})"] * len(found.series)
+    assert [t for t in page.all_text if clock in t and t.startswith(("frame", "ms"))] == names
 
 
-@pytest.mark.usefixtures("without_plots")
 def test_a_report_without_pictures_scaling_or_splits_is_still_a_report():
     text = report_html(bench(pictures=[], series=[], splits={}))
     assert Page(text).faults == []

@@ -1,0 +1,266 @@
+"""What a report says first: which setting to take, and what its error hides."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+from typing import Any, Literal
+
+from ssdo_gl.bench.analysis import Result, percent
+from ssdo_gl.bench.bench_data import Bench
+from ssdo_gl.bench.panels import ErrorPanel, error_panels
+from ssdo_gl.bench.presets import FIELDS, NAMES, PresetRung, read_ladder
+from ssdo_gl.bench.report.answers import (
+    PERCENTS,
+    RATES,
+    USUAL_MS,
+    USUAL_PERCENT,
+    Candidate,
+    candidates,
+    cheapest_within,
+    most_accurate_within,
+)
+from ssdo_gl.bench.report.cells import command_html, folded_command, number, table
+from ssdo_gl.bench.report.figures import error_text
+
+# Also what the page's script says.
+TEXTS = {
+    "have": "The most accurate within this time:",
+    "have none": "Nothing measured is this fast. The fastest:",
+    "bear": "The fastest within this error:",
+    "bear none": "Nothing measured is this accurate. The most accurate:",
+    "sure": "The whole 95 % interval is within the bound.",
+    "not sure": "Nothing measured is surely (95 %) within the bound.",
+    "other": "To be sure (95 %), take ",
+}
+# As the page's script calls them.
+_FRONTS: dict[str, Literal["", "have", "bear"]] = {
+    "likely": "", "surely have": "have", "surely bear": "bear",
+}  # fmt: skip
+
+
+def measured_panels(bench: Bench) -> list[ErrorPanel]:
+    """Return the panels that any setting was held to."""
+    return [p for p in error_panels() if any(p.name in r.verdicts for r in bench.results)]
+
+
+def part_errors(panel: ErrorPanel, result: Result) -> dict[str, float]:
+    """Return the error of each part that the scene has, worst first."""
+    parts = result.verdicts[panel.name].scalars.parts
+    return dict(sorted(((n, e) for n, e in parts.items() if e > 0.0), key=lambda item: -item[1]))
+
+
+def _summary(panel: ErrorPanel, result: Result) -> str:
+    error = error_text(panel, result.verdicts[panel.name].error.value)
+    return f"{result.point.label}: {number(result.timing.ms.value)} ms, error {error}"
+
+
+def card(bench: Bench, panel: ErrorPanel, result: Result) -> str:
+    """Return all that a reader needs of a setting to take it."""
+    verdict, ms = result.verdicts[panel.name], result.timing.ms
+    low, high = (error_text(panel, e) for e in (verdict.error.low, verdict.error.high))
+    parts = "".join(
+        f"<dt>{escape(name)} alone</dt><dd>{percent(error)}</dd>"
+        for name, error in part_errors(panel, result).items()
+    )
+    return (
+        f'<p class="setting">{escape(result.point.label)}</p><dl>'
+        f"<dt>error</dt><dd><b>{error_text(panel, verdict.error.value)}</b> "
+        f"<small>{low} to {high}</small></dd>"
+        f"<dt>time</dt><dd><b>{number(ms.value)} ms</b> "
+        f"<small>{number(ms.low)} to {number(ms.high)} ms</small></dd>"
+        f"<dt>nothing beats it</dt><dd>{verdict.confidence:.0%} sure</dd>{parts}</dl>"
+        f"{command_html(bench.command(result.point))}"
+    )
+
+
+def answer(bench: Bench, panel: ErrorPanel, asked: Literal["have", "bear"], bound: float) -> str:
+    """Return the answer to a time (``have``, ms) or an error (``bear``, a share).
+
+    The page's script says the same for what its reader types.
+    """
+    likely = candidates(bench.results, panel)
+    surely = candidates(bench.results, panel, asked)
+    if not likely:
+        return ""
+    find = most_accurate_within if asked == "have" else cheapest_within
+    found, sure = find(likely, bound), find(surely, bound)
+    shown = found or likely[0 if asked == "have" else -1]
+    text = TEXTS[asked if found else f"{asked} none"]
+    return (
+        f"<p>{text}</p>{card(bench, panel, shown.result)}"
+        + (_how_sure(bench, panel, found, sure) if found else "")
+    )  # fmt: skip
+
+
+def _how_sure(bench: Bench, panel: ErrorPanel, found: Candidate, sure: Candidate | None) -> str:
+    if sure is None or sure.result is found.result:
+        return f'<p class="note">{TEXTS["sure" if sure else "not sure"]}</p>'
+    return (
+        f"<details><summary>{TEXTS['other']}{escape(_summary(panel, sure.result))}</summary>"
+        f"{card(bench, panel, sure.result)}</details>"
+    )
+
+
+def answer_data(bench: Bench) -> dict[str, Any]:
+    """Return the fronts for the page's script, which looks answers up as `answers` does."""
+    place = {result.point.key: i for i, result in enumerate(bench.results)}
+    panels = [
+        {
+            "name": panel.name,
+            "unit": "of the reference's mean" if panel.relative else f"of 1 ({panel.aov})",
+        }
+        | {
+            which: [
+                {"ms": c.ms, "error": c.error, "card": f"{panel.name}-{place[c.result.point.key]}",
+                 "summary": _summary(panel, c.result)}
+                for c in candidates(bench.results, panel, sure_of)
+            ]
+            for which, sure_of in _FRONTS.items()
+        }
+        for panel in measured_panels(bench)
+    ]  # fmt: skip
+    return {"panels": panels, "texts": TEXTS}
+
+
+def answer_section(bench: Bench) -> str:
+    """Return the two questions with their usual answers, and cards for all others."""
+    panels = measured_panels(bench)
+    if not panels:
+        return '<p class="note">No error was measured in this run.</p>'
+    options = "".join(
+        f'<option value="{i}">{escape(panel.title)}</option>' for i, panel in enumerate(panels)
+    )
+    fields: dict[Literal["have", "bear"], tuple[str, float, str, float]] = {
+        "have": ("I have", USUAL_MS, "ms a frame", USUAL_MS),
+        "bear": ("I can bear", USUAL_PERCENT, "% error", USUAL_PERCENT / 100.0),
+    }
+    boxes = "".join(
+        f'<div class="answer"><label>{before} <input type="number" id="{name}" value="{value:g}" '
+        f'min="0" step="any" inputmode="decimal"> {after}</label>'
+        f'<div id="{name}-answer" aria-live="polite">{answer(bench, panels[0], name, bound)}</div>'
+        "</div>"
+        for name, (before, value, after, bound) in fields.items()
+    )
+    cards = {
+        f"{panel.name}-{bench.results.index(c.result)}": card(bench, panel, c.result)
+        for panel in panels
+        for sure_of in _FRONTS.values()
+        for c in candidates(bench.results, panel, sure_of)
+    }
+    templates = "".join(
+        f'<template id="card-{escape(name)}">{content}</template>'
+        for name, content in cards.items()
+    )
+    width, height = bench.base.size
+    return (
+        f'<p class="with-js"><label>Judged by <select id="judge">{options}</select></label> '
+        '<span class="note">errors are <span id="unit"></span></span></p>'
+        f'<div class="answers">{boxes}</div>{templates}'
+        f'<p class="note">For frames of {width}x{height} on this machine, one sample a pixel. '
+        "Another size, camera or machine: run the bench there.</p>"
+    )
+
+
+def usual_answers(bench: Bench) -> str:
+    """Return the answers to usual times and errors by the first panel, for paper."""
+    panel = measured_panels(bench)[0]
+    front = candidates(bench.results, panel)
+    asked = [
+        (f"{rate} frames a second: {1000 / rate:.3g} ms", most_accurate_within(front, 1000 / rate))
+        for rate in RATES
+    ]
+    asked += [(f"{p:g} % error", cheapest_within(front, p / 100.0)) for p in PERCENTS]
+    rows = []
+    for question, found in asked:
+        if found is None:
+            rows.append([question, "nothing measured", "", "", ""])
+            continue
+        result, verdict = found.result, found.result.verdicts[panel.name]
+        rows.append(
+            [
+                question,
+                escape(result.point.label),
+                number(found.ms),
+                error_text(panel, verdict.error.value),
+                folded_command(bench.command(result.point)),
+            ]
+        )
+    return table(("bound", "setting", "ms", "error", "command"), rows, "Answers to usual bounds")
+
+
+def presets_section(bench: Bench) -> str:
+    """Return what presets and budgets are, and what presets take here where it was measured."""
+    panel = measured_panels(bench)[0]
+    ladder = read_ladder()
+    rows = []
+    for name in NAMES:
+        command = folded_command(bench.asking(f"--preset {name}"))
+        if name not in ladder.presets:
+            rows.append([name, "rays until the standard error is 1 %", "", "1 %", "", "", command])
+            continue
+        rung = ladder.rungs[ladder.presets[name]]
+        result = _at_rung(bench.results, rung)
+        here = ["", ""]
+        if result is not None and panel.name in result.verdicts:
+            error = error_text(panel, result.verdicts[panel.name].error.value)
+            here = [number(result.timing.ms.value), error]
+        rows.append(
+            [name, rung.label, f"{rung.relative_time:.2f}", percent(rung.error), *here, command]
+        )
+    head = ("preset", "is", "time, relative", "error, usual", "ms here", "error here", "command")
+    return (
+        f"<p>A preset is a fixed setting off the front of {len(ladder.source['benches'])} other "
+        "benches; relative times are over those of the published method with 8 points. Empty: "
+        f"not among the settings of this run.</p>{table(head, rows, 'Presets')}"
+        "<p>A budget chooses for your scene and machine: <code>--budget-ms 30</code> times a few "
+        "settings and takes the most accurate that fits a frame; <code>--max-error 0.05</code> "
+        "measures errors against a short reference and takes the cheapest that stays below. "
+        "Both say in one line what they chose.</p>"
+        f"{command_html(bench.asking(f'--budget-ms {USUAL_MS:g}'))}"
+        f"{command_html(bench.asking(f'--max-error {USUAL_PERCENT / 100.0:g}'))}"
+    )
+
+
+def _at_rung(results: Sequence[Result], rung: PresetRung) -> Result | None:
+    def is_it(result: Result) -> bool:
+        point = result.point
+        return (
+            point.method == "bounce"
+            and point.radius_factor == 1.0
+            and not point.overrides
+            and all(getattr(point, name) == getattr(rung, name) for name in FIELDS)
+        )
+
+    return next(filter(is_it, results), None)
+
+
+def parts_section(bench: Bench) -> str:
+    """Return what the error of a whole picture hides: its parts' own, the worst as heading."""
+    result = bench.recommendation.result
+    if result is None:
+        return ""
+    sections = []
+    for panel in measured_panels(bench):
+        verdict = result.verdicts.get(panel.name)
+        errors = part_errors(panel, result) if verdict is not None else {}
+        if verdict is None or not errors:
+            continue
+        worst, error = next(iter(errors.items()))
+        reference = bench.references.get(panel.name)
+        floor = reference.floor_parts if reference is not None else {}
+        figures = "".join(
+            f'<li><b>{percent(value)}</b> {escape(name)}'
+            + (f" <small>{percent(floor[name])} with the march converged</small>"
+               if name in floor else "")
+            + "</li>"
+            for name, value in errors.items()
+        )  # fmt: skip
+        sections.append(
+            f"<h2>{escape(worst.capitalize())} alone is {percent(error)} wrong, the picture "
+            f"{percent(verdict.error.value)}</h2>"
+            f"<p>Each part of the light against the same part of the {escape(panel.method)}, "
+            f"relative to the part's own mean, with {escape(result.point.label)}. What is dim in "
+            f'the picture can be far off and hardly show.</p><ul class="figures">{figures}</ul>'
+        )
+    return "".join(sections)

@@ -1,0 +1,184 @@
+"""A time or an error is answered with the best that was measured, on the page as in Python."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import re
+import shutil
+import subprocess
+from html import unescape
+from importlib.resources import files
+
+import pytest
+from bench.fake_bench import bench
+
+from ssdo_gl.bench.analysis import recommend
+from ssdo_gl.bench.panels import error_panels, panel_named
+from ssdo_gl.bench.presets import NAMES
+from ssdo_gl.bench.report.advice import (
+    TEXTS,
+    answer,
+    answer_data,
+    answer_section,
+    parts_section,
+    presets_section,
+    usual_answers,
+)
+from ssdo_gl.bench.report.answers import candidates, cheapest_within, most_accurate_within
+
+BOUNDS_MS = (0.1, 5.0, 8.0, 12.0, 30.0, 1e6)
+SURE = {"likely": "", "surely have": "have", "surely bear": "bear"}
+BOUNDS = (1e-6, 0.03, 0.05, 0.08, 0.5, 10.0)
+
+
+@pytest.fixture(scope="module")
+def found():
+    return bench()
+
+
+@pytest.mark.parametrize("sure_of", ["", "have", "bear"])
+@pytest.mark.parametrize("panel", ["near", "gi", "visibility"])
+def test_nothing_measured_is_a_better_answer(found, panel, sure_of):
+    def ms(result):
+        return result.timing.ms.high if sure_of == "have" else result.timing.ms.value
+
+    def error(result):
+        interval = result.verdicts[panel].error
+        return interval.high if sure_of == "bear" else interval.value
+
+    judged = [r for r in found.results if panel in r.verdicts]
+    front = candidates(found.results, panel_named(panel), sure_of)
+    for bound in BOUNDS_MS:
+        fitting = [r for r in judged if ms(r) <= bound]
+        chosen = most_accurate_within(front, bound)
+        assert (chosen is None) == (not fitting)
+        if chosen is not None:
+            assert ms(chosen.result) <= bound
+            assert error(chosen.result) == min(map(error, fitting))
+    for bound in BOUNDS:
+        fitting = [r for r in judged if error(r) <= bound]
+        chosen = cheapest_within(front, bound)
+        assert (chosen is None) == (not fitting)
+        if chosen is not None:
+            assert error(chosen.result) <= bound
+            assert ms(chosen.result) == min(map(ms, fitting))
+
+
+def test_the_script_of_the_page_looks_up_the_same(found):
+    node = shutil.which("node")
+    if node is None:
+        pytest.skip("no JavaScript at hand")
+    panels = answer_data(found)["panels"]
+    lookup = files("ssdo_gl.bench.report").joinpath("lookup.js").read_text(encoding="utf-8")
+    program = f"""{lookup}
+    const out = [];
+    for (const panel of {json.dumps(panels)}) for (const name of {json.dumps(list(SURE))}) {{
+      for (const ms of {json.dumps(BOUNDS_MS)}) out.push(mostAccurateWithin(panel[name], ms));
+      for (const error of {json.dumps(BOUNDS)}) out.push(cheapestWithin(panel[name], error));
+    }}
+    console.log(JSON.stringify(out.map(c => c && c.card)));"""
+    done = subprocess.run([node, "-e", program], capture_output=True, text=True, check=True)
+    expected = []
+    for panel in panels:
+        for sure_of in SURE.values():
+            front = candidates(found.results, panel_named(panel["name"]), sure_of)
+            chosen = [most_accurate_within(front, ms) for ms in BOUNDS_MS]
+            chosen += [cheapest_within(front, error) for error in BOUNDS]
+            expected += [c and f"{panel['name']}-{found.results.index(c.result)}" for c in chosen]
+    assert json.loads(done.stdout) == expected
+    assert None in expected
+
+
+def test_an_answer_holds_setting_error_time_certainty_and_command(found):
+    panel = panel_named("near")
+    bound = 1.5 * candidates(found.results, panel)[-1].error
+    chosen = cheapest_within(candidates(found.results, panel), bound)
+    result, verdict = chosen.result, chosen.result.verdicts["near"]
+    text = unescape(re.sub("<[^>]*>", "", answer(found, panel, "bear", bound)))
+    assert text.startswith(TEXTS["bear"])
+    for part in (
+        result.point.label,
+        f"{100 * verdict.error.value:.3g} %",
+        f"{100 * verdict.error.low:.3g} % to {100 * verdict.error.high:.3g} %",
+        f"{result.timing.ms.value:.3g} ms",
+        f"{verdict.confidence:.0%} sure",
+        f"bounce alone{100 * verdict.scalars.parts['bounce']:.3g} %",
+        found.command(result.point),
+    ):
+        assert part in text
+    assert "--size 320x180" in text and "--antialias 1" in text and "'a <b>.toml'" in text
+
+
+def test_an_answer_that_is_not_sure_names_one_that_is(found):
+    panel = panel_named("near")
+    likely, surely = candidates(found.results, panel), candidates(found.results, panel, "have")
+    chosen = likely[len(likely) // 2]
+    text = answer(found, panel, "have", chosen.ms)
+    assert chosen.ms < chosen.result.timing.ms.high, "so it may be slower than asked for"
+    sure = most_accurate_within(surely, chosen.ms)
+    assert TEXTS["other"] + sure.result.point.label in text
+    assert TEXTS["sure"] in answer(found, panel, "have", 1e6)
+    assert TEXTS["not sure"] in answer(found, panel, "bear", likely[-1].error)
+
+
+def test_what_cannot_be_had_is_said_with_what_comes_nearest(found):
+    panel = panel_named("near")
+    front = candidates(found.results, panel)
+    fast, good = answer(found, panel, "have", 0.01), answer(found, panel, "bear", 1e-9)
+    assert TEXTS["have none"] in fast and f">{front[0].result.point.label}<" in fast
+    assert TEXTS["bear none"] in good and f">{front[-1].result.point.label}<" in good
+
+
+def test_every_panel_can_be_asked(found):
+    section = answer_section(found)
+    for panel in error_panels():
+        assert f">{panel.title}</option>" in section
+    assert section.count('<input type="number"') == 2
+    only = [
+        dataclasses.replace(r, verdicts={"gi": r.verdicts["gi"]})
+        for r in found.results
+        if "gi" in r.verdicts
+    ]
+    few = bench(results=only, recommendation=recommend(only, "gi"))
+    assert [p["name"] for p in answer_data(few)["panels"]] == ["gi"]
+    assert answer_section(few).count("<option") == 1
+
+
+def test_nothing_measured_is_no_fault():
+    assert "No error was measured" in answer_section(bench(results=[]))
+
+
+def test_usual_bounds_are_answered_without_a_script(found):
+    rows = usual_answers(found).split("<tr>")
+    front = candidates(found.results, panel_named("near"))
+    row = next(row for row in rows if "30 frames a second: 33.3 ms" in row)
+    assert most_accurate_within(front, 1000 / 30).result.point.label in row
+    assert "nothing measured" in next(row for row in rows if "3 % error" in row)
+
+
+def test_presets_and_budgets_are_explained_with_complete_commands(found):
+    section = presets_section(found)
+    codes = re.findall("<code>(.*?)</code>", section)
+    commands = [unescape(re.sub("<[^>]*>", "", code)) for code in codes]
+    for name in NAMES:
+        asked = [c for c in commands if c.endswith(f"--preset {name}")]
+        assert len(asked) == 1 and "--size 320x180" in asked[0] and "--antialias 1" in asked[0]
+    assert any(c.endswith("--budget-ms 30") and "--snapshot" in c for c in commands)
+    assert any(c.endswith("--max-error 0.05") and "--snapshot" in c for c in commands)
+    # The one preset that the quick grid holds.
+    here = next(r for r in found.results if r.point.key == "radiance-bounce-march-n32-m8-s1-edge")
+    row = next(row for row in section.split("<tr>") if row.startswith("<td>balanced<"))
+    assert f"<td>{here.timing.ms.value:.3g}</td>" in row
+
+
+def test_the_worst_part_is_a_heading(found):
+    verdict = found.recommendation.result.verdicts["near"]
+    share = f"{100 * verdict.scalars.parts['bounce']:.3g} %"
+    section = parts_section(found)
+    assert f"<h2>Bounce alone is {share} wrong" in section
+    assert section.index("</b> bounce") < section.index("</b> directional"), "worst first"
+    none = dataclasses.replace(verdict, scalars=dataclasses.replace(verdict.scalars, parts={}))
+    result = dataclasses.replace(found.recommendation.result, verdicts={"near": none})
+    kept = dataclasses.replace(found.recommendation, result=result)
+    assert parts_section(bench(recommendation=kept)) == ""
