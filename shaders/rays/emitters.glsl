@@ -68,9 +68,15 @@ vec4 emitter_texel(int entry, int texel)
     return textureLod(t_ray_emitters, place + vec2(float(texel) * u_emitters_texel.x, 0.0), 0.0);
 }
 
+// A texture has no more than some thousand rows: 256 groups stand in each.
+vec4 emitter_group_texel(int group, int texel)
+{
+    return texelFetch(t_ray_emitter_groups, ivec2(2 * (group & 255) + texel, group >> 8), 0);
+}
+
 EmitterGroup emitter_group(int group)
 {
-    vec4 head = texelFetch(t_ray_emitter_groups, ivec2(0, group), 0);
+    vec4 head = emitter_group_texel(group, 0);
     int code = int(head.z);
     return EmitterGroup(int(head.x), int(head.y), code & 3, code >= EMITTER_DIRECT, head.w);
 }
@@ -88,12 +94,12 @@ EmitterGroup draw_emitter_group(inout float u)
     int high = u_emitter_group_count - 1;
     while (low < high) {
         int middle = (low + high) >> 1;
-        bool is_left = u < texelFetch(t_ray_emitter_groups, ivec2(1, middle), 0).x;
+        bool is_left = u < emitter_group_texel(middle, 1).x;
         high = is_left ? middle : high;
         low = is_left ? low : middle + 1;
     }
     EmitterGroup group = emitter_group(low);
-    u = rest_of_choice(u, texelFetch(t_ray_emitter_groups, ivec2(1, low), 0).x, group.probability);
+    u = rest_of_choice(u, emitter_group_texel(low, 1).x, group.probability);
     return group;
 }
 

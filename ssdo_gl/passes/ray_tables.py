@@ -135,9 +135,16 @@ class EmitterTablesPass(RenderPass):
         entries = folded(tables.entries.reshape(-1, 16))
         return {
             "ray_emitters": TextureWithFacts(_table(gl, entries), tables),
-            "ray_emitter_groups": _table(gl, tables.groups),
+            "ray_emitter_groups": _table(gl, _in_rows(tables.groups)),
             "ray_map_cells": _table(gl, cells),
         }
+
+
+def _in_rows(groups: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return groups (G, 2, 4) as rows of 256 each."""
+    padded = np.zeros((-(-len(groups) // 256) * 256, *groups.shape[1:]), np.float32)
+    padded[: len(groups)] = groups
+    return padded.reshape(-1, 512, 4)
 
 
 def _table(gl: moderngl.Context, rows: NDArray[np.float32]) -> moderngl.Texture:
