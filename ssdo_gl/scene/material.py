@@ -23,7 +23,7 @@ class Texture:
     ----------
     pixels : ndarray, shape (height, width, 4), uint8 or float32
         Row 0 at the top. uint8 colour is sRGB-encoded, alpha linear; float32 is
-        scene-linear.
+        scene-linear. NaN and infinity become 0.
     name : str
     wrap : pair of "repeat" or "clamp"
         What lies beyond 0..1 along u and v. Mirrored images are stored with their mirror
@@ -39,6 +39,11 @@ class Texture:
     wrap: tuple[Wrap, Wrap] = ("repeat", "repeat")
     nearest: bool = False
     is_data: bool = False
+
+    def __post_init__(self) -> None:
+        if self.pixels.dtype != np.uint8 and not np.isfinite(self.pixels).all():
+            mended = np.where(np.isfinite(self.pixels), self.pixels, np.float32(0.0))
+            object.__setattr__(self, "pixels", mended)
 
     def __repr__(self) -> str:
         height, width = self.pixels.shape[:2]
