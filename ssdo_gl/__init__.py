@@ -39,11 +39,13 @@ __all__ = [
     "load_scene",
     "render",
     "render_film",
+    "render_views",
     "transform_matrix",
 ]
 
 if TYPE_CHECKING:
     from ssdo_gl.headless.film_interface import film_frames, render_film
+    from ssdo_gl.headless.many_views import render_views
     from ssdo_gl.math3d import transform_matrix
     from ssdo_gl.render_result import RenderResult
     from ssdo_gl.renderer import Renderer, render
@@ -84,6 +86,7 @@ _HOMES = {
     "load_scene": "ssdo_gl.scene.load",
     "render": "ssdo_gl.renderer",
     "render_film": "ssdo_gl.headless.film_interface",
+    "render_views": "ssdo_gl.headless.many_views",
     "transform_matrix": "ssdo_gl.math3d",
 }
 

@@ -40,6 +40,7 @@ class FrameJob:
     """A frame that was planned: which images, of which view, by which passes."""
 
     names: tuple[str, ...]
+    camera: Camera
     view: FrameView
     pipeline: Pipeline
     plan: Plan
@@ -172,10 +173,11 @@ class FrameLoop:
         if not math.isfinite(seconds):
             raise SettingError(f"seconds = {seconds!r}: expected a finite number")
         self._follow(self._scene_at(seconds))
-        view = self._view(camera or self._geometry_scene.camera)
+        camera = camera or self._geometry_scene.camera
+        view = self._view(camera)
         start = time.perf_counter()
         pipeline, plan = self._plan(names, view)
-        return FrameJob(names, view, pipeline, plan, (time.perf_counter() - start) * 1e3)
+        return FrameJob(names, camera, view, pipeline, plan, (time.perf_counter() - start) * 1e3)
 
     def _run(
         self,

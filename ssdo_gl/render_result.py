@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -26,6 +27,7 @@ from ssdo_gl.images.files import (
 from ssdo_gl.images.saving import Extent, write_images
 from ssdo_gl.images.surface_arrays import Image
 from ssdo_gl.planning.walk import Pipeline
+from ssdo_gl.scene.camera import CONVENTIONS, Camera
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import values
 from ssdo_gl.short_repr import described
@@ -119,6 +121,10 @@ class RenderResult:
         Row 0 at the top.
     view : FrameView
         Through the pixels' centres.
+    size : (int, int)
+        Width and height in pixels.
+    camera : Camera or None
+        Whose picture it is; it knows its intrinsic and extrinsic matrices.
     passes : tuple of PassReport
         Medians over the timed frames.
     frame_ms : tuple of float
@@ -146,6 +152,7 @@ class RenderResult:
     references: dict[str, Any] = field(default_factory=dict)
     partial: bool = False
     notes: tuple[str, ...] = ()
+    camera: Camera | None = None
 
     def __repr__(self) -> str:
         width, height = self.size
@@ -194,6 +201,7 @@ class RenderResult:
             "notes": list(self.notes),
             "references": self.references,
             "partial": self.partial,
+            "camera": camera_numbers(self.camera, self.size),
         }
         extents: dict[str, Extent] = {"depth": (self.view.near, self.view.far)}
         write_images(out, names, self.images, meta, extents)
@@ -211,6 +219,17 @@ class RenderResult:
         times = self.frame_ms
         values = {"median": statistics.median(times), "min": min(times), "max": max(times)}
         return {name: round(value, 3) for name, value in values.items()}
+
+
+def camera_numbers(camera: Camera | None, size: tuple[int, int]) -> dict[str, Any] | None:
+    """Return a camera as files hold it, with its matrices as lists of rows."""
+    if camera is None:
+        return None
+    return {
+        **dataclasses.asdict(camera),
+        "intrinsics": camera.intrinsics(size).tolist(),
+        **{f"extrinsics_{name}": camera.extrinsics(name).tolist() for name in CONVENTIONS},
+    }
 
 
 class FrameLog:

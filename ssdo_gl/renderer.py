@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import time
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
@@ -106,11 +107,9 @@ class Renderer(FrameLoop):
         notes = self.expose(camera, seconds) if "display" in names else ()
         averaged, partial = tuple(n for n in names if n not in GEOMETRY_AOVS), False
         count = self.settings.antialias if averaged else 1
-        centres: dict[str, Image] = {}
-        if count > 1:
-            # A mean of depths or normals is no depth and no normal of anything.
-            centres = self._at_centres(names, camera, seconds)
-            names = averaged
+        # A mean of depths or normals is no depth and no normal of anything.
+        centres = self._at_centres(names, camera, seconds) if count > 1 else {}
+        names = averaged if count > 1 else names
         job = self._prepare(names, camera, seconds)
         log, average = FrameLog(), ImageAverage()
         for index in range(count):
@@ -139,6 +138,7 @@ class Renderer(FrameLoop):
             references=job.references(),
             partial=partial,
             notes=notes,
+            camera=job.camera,
         )
 
     def expose(self, camera: Camera | None = None, seconds: float = 0.0) -> tuple[str, ...]:
@@ -280,6 +280,8 @@ class Renderer(FrameLoop):
     def _read(self, job: FrameJob, view: FrameView) -> dict[str, Image]:
         width, height = self.settings.size
         images: dict[str, Image] = {}
+        # Several images may lie in one texture.
+        read = functools.cache(read_texture)
         for name in job.names:
             plane = self._plane(job, name)
             if plane.texture is None:
@@ -287,7 +289,7 @@ class Renderer(FrameLoop):
                 images[name] = np.full(shape, plane.neutral, dtype=np.float32)
             else:
                 first = plane.first_channel
-                images[name] = read_texture(plane.texture)[:, :, first : first + plane.channels]
+                images[name] = read(plane.texture)[:, :, first : first + plane.channels]
             if name == "beauty":
                 images[name] = self._before_background(images[name])
             elif name == "position_ws":
@@ -295,7 +297,7 @@ class Renderer(FrameLoop):
             elif name == "depth":
                 images[name] = camera_depths(images[name], view)
             elif name == "normal_ws":
-                z_vs = read_texture(self._executor.texture("z_vs"))
+                z_vs = read(self._executor.texture("z_vs"))
                 images[name] = world_normals(images[name], z_vs, view)
         return images
 

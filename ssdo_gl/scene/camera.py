@@ -127,19 +127,16 @@ class Camera:
         world_from_camera : array_like, shape (3, 4) or (4, 4)
             Rotation and position; its inverse is the extrinsic matrix.
         convention : str
-            Of the camera's axes: ``opencv`` (y down, looks along +z) or ``opengl`` (y up,
-            looks along -z).
+            As of `pose`, whose result makes the same camera again.
         **fields
             ``fov_y``, ``exposure``, ``height``.
         """
-        if convention not in CONVENTIONS:
-            raise SettingError(f"convention = {shown(convention)}: one of {', '.join(CONVENTIONS)}")
         matrix = np.asarray(world_from_camera, dtype=np.float64)
         rotation = matrix[:3, :3] if matrix.shape in ((3, 4), (4, 4)) else np.zeros((3, 3))
         is_rigid = np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-5)
         if not is_rigid or np.linalg.det(rotation) < 0.0:
             raise SettingError("world_from_camera: expected a rotation and a position, (4, 4)")
-        axes = rotation * CONVENTIONS[convention]
+        axes = rotation * _axes_of(convention)
         position = math3d.vector(matrix[:3, 3])
         target = math3d.vector(matrix[:3, 3] - axes[:, 2])
         return cls(position, target, math3d.vector(axes[:, 1]), **fields)
@@ -207,6 +204,55 @@ class Camera:
         """Return the (3, 3) rotation from world to view space (looks along -z)."""
         return math3d.look_rotation(self.position, self.target, self.up)
 
+    def pose(self, convention: str = "opencv") -> FloatArray:
+        """Return the (4, 4) matrix from the camera's space to the world.
+
+        Parameters
+        ----------
+        convention : str
+            Of the camera's axes: ``opencv`` (y down, looks along +z) or ``opengl`` (y up,
+            looks along -z).
+        """
+        matrix = np.eye(4)
+        matrix[:3, :3] = self.view_from_world_rotation().T * _axes_of(convention)
+        matrix[:3, 3] = self.position
+        return matrix
+
+    def extrinsics(self, convention: str = "opencv") -> FloatArray:
+        """Return the (4, 4) matrix from the world to the camera's space; see `pose`."""
+        return np.asarray(np.linalg.inv(self.pose(convention)))
+
+    def intrinsics(self, size: tuple[int, int]) -> FloatArray:
+        """Return the (3, 3) matrix from OpenCV's camera space to pixels.
+
+        Pixel (column, row) has its centre at whole numbers, row 0 at the top: the third
+        column gains 0.5 where centres lie at halves (COLMAP, NeRF). A pinhole divides by
+        depth, u = (fx x + cx z) / z; parallel rays do not, u = fx x + cx.
+
+        Parameters
+        ----------
+        size : (int, int)
+            Width and height in pixels.
+        """
+        width, height = size
+        focal = height / (self.height or 2.0 * math.tan(math.radians(self.fov_y) / 2.0))
+        return np.array(
+            [[focal, 0.0, (width - 1) / 2.0], [0.0, focal, (height - 1) / 2.0], [0.0, 0.0, 1.0]]
+        )
+
+    def projection(self, size: tuple[int, int], near: float, far: float) -> FloatArray:
+        """Return OpenGL's (4, 4) matrix from its camera space to clip space.
+
+        Parameters
+        ----------
+        near, far : float
+            Depths along the view axis that become -1 and 1, scene units.
+        """
+        aspect = size[0] / size[1]
+        if self.height is not None:
+            return math3d.orthographic(self.half_frame(aspect), near, far)
+        return math3d.perspective(self.tan_half_fov(aspect), near, far)
+
     def tan_half_fov(self, aspect: float) -> tuple[float, float]:
         """Return tangents of half the (horizontal, vertical) field of view; 0 if parallel.
 
@@ -224,6 +270,13 @@ class Camera:
         """Return half of the (width, height) that parallel rays show; 0 for a pinhole."""
         vertical = 0.5 * (self.height or 0.0)
         return vertical * aspect, vertical
+
+
+def _axes_of(convention: str) -> tuple[float, float, float]:
+    if convention not in CONVENTIONS:
+        valid = ", ".join(CONVENTIONS)
+        raise SettingError(f"convention = {shown(convention)}: expected one of {valid}")
+    return CONVENTIONS[convention]
 
 
 def _rotated(arm: FloatArray, axis: FloatArray, angle: float) -> FloatArray:

@@ -89,11 +89,12 @@ def test_a_pose_makes_the_camera_that_has_it(convention):
     rows = camera.view_from_world_rotation()
     flip = np.diag([1.0, -1.0, -1.0] if convention == "opencv" else [1.0, 1.0, 1.0])
     pose = np.column_stack([rows.T @ flip, camera.position])
+    np.testing.assert_allclose(camera.pose(convention)[:3], pose, atol=EXACT)
     made = Camera.from_pose(pose, convention, fov_y=35.0)
     np.testing.assert_allclose(made.view_from_world_rotation(), rows, atol=EXACT)
     assert made.position == camera.position and made.fov_y == 35.0
     for wrong in (np.eye(3), np.diag([1.0, 1.0, -1.0, 1.0]), 2.0 * np.eye(4)):
         with pytest.raises(SettingError, match="world_from_camera: expected a rotation"):
             Camera.from_pose(wrong, convention)
-    with pytest.raises(SettingError, match="convention = 'colmap': one of opengl, opencv"):
+    with pytest.raises(SettingError, match="convention = 'colmap': expected one of opengl, opencv"):
         Camera.from_pose(pose, "colmap")
