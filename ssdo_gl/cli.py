@@ -32,6 +32,7 @@ from ssdo_gl.settings.flags import (
     RunOptions,
     UsageError,
     build_parser,
+    flag_infos,
     read_command,
     wanted_aovs,
 )
@@ -376,21 +377,21 @@ def _reported(work: Callable[[], int]) -> int:
     try:
         with signals_as_exceptions():
             return work()
-    except (
-        SceneError,
-        SettingError,
-        OutputError,
-        FarmError,
-        BenchError,
-        MissingLibraryError,
-    ) as error:
-        message, code = str(error), EXIT_USER
+    except _USER_ERRORS as error:
+        message, code = _of_flag(str(error)), EXIT_USER
     except ContextError as error:
         message, code = str(error), EXIT_NO_OPENGL
     except KeyboardInterrupt as error:
         message, code = str(error) or "interrupted; nothing was written", EXIT_INTERRUPTED
     print(f"ssdo-gl: {printable(' '.join(message.split()))}", file=sys.stderr)
     return code
+
+
+def _of_flag(message: str) -> str:
+    """Return a message about an argument as one about the flag that it came from."""
+    name, _, rest = message.partition(" ")
+    found = flag_infos().get(name) if rest.startswith(("= ", "belongs ")) else None
+    return message if found is None else f"{found[1].flag} {rest}"
 
 
 if __name__ == "__main__":

@@ -173,7 +173,7 @@ class Renderer(FrameLoop):
         if is_near and self.scene.environment is None and open_share > MOSTLY:
             notes.append(
                 f"{open_share:.0%} of the directions are open within R = {chosen.radius:.3g} and no"
-                " sky is there: light from beyond it is missing; --method gi has it"
+                " sky is there: light from beyond it is missing; method gi has it"
             )
         return tuple(notes)
 

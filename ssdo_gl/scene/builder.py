@@ -285,7 +285,7 @@ class SceneBuilder:
             environment, key = defaults.studio(camera)
             self.lights.append(key)
             return environment
-        image, note = read_radiance_map(Path(path), f"--light {path}", 1.0)
+        image, note = read_radiance_map(Path(path), f"light = {path}", 1.0)
         if note:
             self.note(note)
         return MapEnvironment(image, 0.0, Path(path).name)
@@ -293,7 +293,7 @@ class SceneBuilder:
     def _drop_lamps(self) -> None:
         """Leave out the lights of the file, and the bodies that show them."""
         if self.lights:
-            self.note(f"{len(self.lights)} lights of the file left out: --light takes their place")
+            self.note(f"{len(self.lights)} lights of the file left out: others take their place")
         self.lights.clear()
         kept = [index for index, item in enumerate(self.objects) if item.light is None]
         shadows = self._emitter_shadow

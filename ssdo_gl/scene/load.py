@@ -85,7 +85,7 @@ def _load_model(path: Path, source: str, options: LoadOptions) -> Scene:
     up = options.up or _guessed_up(path, model, builder)
     if up == "z":
         if model.camera or model.lights or any(item.motion for item in objects):
-            raise SettingError(f"--up z: {source} has a camera, lights or motion, which say +y")
+            raise SettingError(f"up = 'z': {source} has a camera, lights or motion, which say +y")
         objects = turned_up(objects)
     for item in objects:
         builder.add(item)
@@ -105,5 +105,5 @@ def _guessed_up(path: Path, model: Model, builder: SceneBuilder) -> str:
     if kind is None or kind.scan_up is None:
         return "y"
     up, why = guessed_up(model.meshes, kind.scan_up)
-    builder.note(f"up is +{up}, guessed ({why}): --up {'y' if up == 'z' else 'z'} turns it")
+    builder.note(f"up is +{up}, guessed ({why}): up = {'y' if up == 'z' else 'z'} turns it")
     return up

@@ -51,7 +51,7 @@ class LoadOptions:
         " studio or an .hdr or .exr map take the place of lamps and sky",
         metavar="file|auto|studio|PATH.hdr",
     )
-    no_default_light: bool = _look(False, "add no light: as --light file")
+    no_default_light: bool = _look(False, "add no light: as light file")
     normals: str | None = _model(
         None,
         "shading of models: smooth but for creases, flat, or as the file has them; by default"
@@ -111,7 +111,7 @@ class LoadOptions:
         if self.light not in LIGHTS and suffix not in MAP_SUFFIXES:
             hint = suggestion(self.light, LIGHTS, lists=False)
             raise SettingError(
-                f"--light {shown(self.light)}: expected {', '.join(LIGHTS)} or the path of a "
+                f"light = {shown(self.light)}: expected {', '.join(LIGHTS)} or the path of a "
                 f"{' or '.join(MAP_SUFFIXES)} map{hint}"
             )
         return self
@@ -121,7 +121,7 @@ class LoadOptions:
         for name in self.given():
             info = describe(LoadOptions)[name]
             if not info.in_scene:
-                raise SettingError(f"{info.flag} belongs to model files: {source} is a scene")
+                raise SettingError(f"{name} belongs to model files: {source} is a scene")
 
     def given(self) -> dict[str, Any]:
         """Return the choices that differ from the defaults, by name."""

@@ -38,7 +38,7 @@ def cone(tmp_path: Path) -> Path:
 
 def test_a_cone_on_the_plane_z_stands_upright(cone: Path) -> None:
     scene = load_scene(cone)
-    assert any("up is +z, guessed (its flat foot): --up y turns it" in n for n in scene.notes)
+    assert any("up is +z, guessed (its flat foot): up = y turns it" in n for n in scene.notes)
     for choice, axis in (({}, 1), ({"up": "z"}, 1), ({"up": "y"}, 2)):
         points = load_scene(cone, **choice)
         mesh, item = points.meshes[0], points.objects[0]
