@@ -41,12 +41,14 @@ __all__ = [
     "render_film",
     "render_views",
     "transform_matrix",
+    "view",
 ]
 
 if TYPE_CHECKING:
     from ssdo_gl.headless.film_interface import film_frames, render_film
     from ssdo_gl.headless.many_views import render_views
     from ssdo_gl.math3d import transform_matrix
+    from ssdo_gl.notebook import view
     from ssdo_gl.render_result import RenderResult
     from ssdo_gl.renderer import Renderer, render
     from ssdo_gl.scene.camera import Camera
@@ -88,6 +90,7 @@ _HOMES = {
     "render_film": "ssdo_gl.headless.film_interface",
     "render_views": "ssdo_gl.headless.many_views",
     "transform_matrix": "ssdo_gl.math3d",
+    "view": "ssdo_gl.notebook",
 }
 
 

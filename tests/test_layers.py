@@ -47,7 +47,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("film", "farm"),
     ("headless", "bench", "window"),
     ("serve",),
-    ("cli",),
+    ("cli", "notebook"),
     ("__init__", "__main__"),
 )
 LEVEL = {unit: level for level, units in enumerate(LAYERS) for unit in units}

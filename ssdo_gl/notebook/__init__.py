@@ -1,0 +1,64 @@
+"""What notebooks show: a scene to fly through, or a still picture of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from ssdo_gl.renderer import Renderer, scene_and_settings
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.settings.resolve import for_pictures
+
+
+def view(
+    source: str | Path | Scene,
+    *,
+    camera: Camera | None = None,
+    size: tuple[int, int] = (640, 360),
+    backend: str = "auto",
+    **settings: Any,
+) -> Any:
+    """Show a scene in a notebook, to be turned with the mouse.
+
+    Parameters
+    ----------
+    source : str, Path or Scene
+        A scene file, a model file, the name of a built-in scene, or a Scene.
+    camera : Camera or None
+        Where the flight begins; None: the scene's.
+    size : (int, int)
+        Width and height, CSS pixels; a narrower page makes it smaller.
+    **settings
+        Fields of `Settings` and `LoadOptions`, as for `ssdo_gl.render`.
+
+    Returns
+    -------
+    FlyWidget or RenderResult
+        A widget for Jupyter, VS Code and marimo, whose ``camera`` says where one has flown
+        to. Without the extra ``notebook``, or for readers that show no widgets, a still
+        picture.
+
+    Raises
+    ------
+    SceneError, SettingError, ContextError
+    """
+    scene, chosen = scene_and_settings(source, {**settings, "size": size})
+    with Renderer(scene, for_pictures(chosen, scene), backend=backend) as renderer:
+        still = renderer.render(["display"], camera=camera)
+    try:
+        from ssdo_gl.notebook.fly_widget import FlyWidget
+    except ImportError as error:
+        if error.name not in ("anywidget", "traitlets"):
+            raise
+        print("ssdo_gl.view: a still picture; pip install 'ssdo_gl[notebook]' to turn it")
+        return still
+    return FlyWidget(
+        scene,
+        chosen,
+        camera or scene.camera,
+        size,
+        still._repr_png_() or b"",
+        source=scene.title or "scene" if isinstance(source, Scene) else str(source),
+        backend=backend,
+    )
