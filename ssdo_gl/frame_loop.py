@@ -246,10 +246,17 @@ class FrameLoop:
         Another `nonce` makes anew what depends on the view. Live frames may leave work to
         those that follow.
         """
+        first_seed = self.settings.seed
+        seed, steady_view = first_seed + index, (view.key(), nonce, count, is_live)
         view = dataclasses.replace(view, jitter_px=jitter(index % count, count))
-        seed = self.settings.seed + index
-        versions = {**self._versions, "view": (view.key(), nonce), "seed": seed}
-        return Frame(view, self._lean, seed, versions, is_live)
+        versions = {
+            **self._versions,
+            "view": (view.key(), nonce),
+            "seed": seed,
+            "steady_view": steady_view,
+            "steady_seed": first_seed,
+        }
+        return Frame(view, self._lean, seed, versions, is_live, first_seed, count)
 
     def _plane(self, job: FrameJob, name: str) -> Plane:
         """Return where an image of the frame that was run last lies."""

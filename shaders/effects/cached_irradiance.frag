@@ -3,13 +3,14 @@
 // Defines as in rays/surface_data.glsl.
 #include "rays/surface_cache.glsl"
 
-layout(location = 0) out vec4 o_irradiance;
+layout(location = 0) out vec4 o_irradiance;  // a: depth
 
 void main()
 {
     ivec2 texel = ivec2(gl_FragCoord.xy);
     vec3 irradiance = vec3(0.0);
-    if (gbuffer_z_vs(texel) > 0.0) {
+    float z = gbuffer_z_vs(texel);
+    if (z > 0.0) {
         vec3 to_surface = u_ns_from_vs * (gbuffer_position_vs(texel) * u_ns_per_unit);
         float distance = length(to_surface);
         vec3 w = viewing_direction(to_surface, u_ns_from_vs * AHEAD_VS);
@@ -20,5 +21,5 @@ void main()
         if (hit.record >= 0)
             irradiance = cached_irradiance(hit, surface_at_hit(hit, start, w), w);
     }
-    o_irradiance = vec4(irradiance, 1.0);
+    o_irradiance = vec4(irradiance, z);
 }

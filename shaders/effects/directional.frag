@@ -91,19 +91,19 @@ void gather_slice(inout Gathered g, Receiver r, Tangent t, FarProbes probes, vec
 void gather(inout Gathered g, Tangent t, FarProbes probes, Direction d, Blocker b)
 {
     g.blocked += is_blocked(b) ? d.share : 0.0;
-    bool is_sky = !is_blocked(b);
+    float open = is_blocked(b) ? 0.0 : 1.0;
 #if HAS_FAR_FIELD
-    if (is_sky) {
+    if (open > 0.0) {
         vec4 far = far_radiance(probes, d.w_vs, d.jitter);
         g.far += d.share * far.rgb;
         g.far_blocked += d.share * far.a;
-        is_sky = far.a == 0.0;
+        open = 1.0 - far.a;
     }
 #endif
 #if SAMPLES_ENVIRONMENT
     vec3 sky = d.share * environment_radiance(direction_ws_of(d.w_vs));
     g.all += sky;
-    g.open += is_sky ? sky : vec3(0.0);
+    g.open += open * sky;
 #endif
 #if SSDO_AREA_COUNT > 0 && SUMS_OPEN_LIGHT
     // A light that stands nearer than what blocks the direction is seen all the same.

@@ -1,7 +1,7 @@
 #version 330 core
 // The far field at probes: what arrives along each direction from beyond R.
 //
-// Defines: PROBE_TILE, PROBE_SIDE (see lib/far_probes.glsl); NEAR_HITS: rays tell of surfaces
+// Defines: PROBE_SIDE (see lib/far_probes.glsl); NEAR_HITS: rays tell of surfaces
 // within R: 0 never, 1 where the depth buffer does not show them, 2 always; as in
 // rays/surface_data.glsl and lib/environment.glsl.
 #include "rays/surface_cache.glsl"
@@ -28,17 +28,24 @@ bool is_seen(vec3 p_ns, float slack_px)
 
 void main()
 {
-    ivec2 texel = ivec2(gl_FragCoord.xy);
-    ivec2 probe = texel / PROBE_SIDE;
-    vec4 point = texelFetch(t_far_probe_points, probe, 0);
+    ivec2 place_px = ivec2(gl_FragCoord.xy);
+    ivec2 probes = textureSize(t_far_probe_points, 0);
+    ivec2 quarter_size = probe_quarter_size(probes);
+    ivec2 quarter = place_px / quarter_size;
+    place_px -= quarter * quarter_size;
+    ivec2 probe = 2 * (place_px / PROBE_SIDE) + quarter;
+    ivec2 cell = place_px % PROBE_SIDE;
+    vec4 point = vec4(0.0);
+    if (all(lessThan(probe, probes)))
+        point = texelFetch(t_far_probe_points, probe, 0);
     vec3 radiance = vec3(0.0);
     float surface = 0.0;
     if (point.w > 0.0) {
         vec3 n_vs = texelFetch(t_far_probe_normals, probe, 0).xyz;
         vec3 n = u_ns_from_vs * n_vs;
-        uint seed = pixel_seed(texel);
+        uint seed = pixel_seed(probe * PROBE_SIDE + cell);
         vec2 u = random_2d(0u, seed, 0u, false);
-        vec2 place = (vec2(texel - probe * PROBE_SIDE) + u) / float(PROBE_SIDE);
+        vec2 place = (vec2(cell) + u) / float(PROBE_SIDE);
         vec3 w = u_ns_from_vs * (frame_from_z(n_vs) * probe_direction(place));
         vec3 to_point = u_ns_from_vs * (point.xyz * u_ns_per_unit);
         vec3 p = u_eye_ns + to_point;

@@ -12,7 +12,9 @@ struct FarProbes {
 };
 
 #if HAS_FAR_FIELD
-uniform sampler2D t_far_radiance;  // rgb; a: 1 where a surface sends it, 0 where the sky is
+// Sums over rays: rgb; a: how many of them have met a surface, not the sky.
+uniform sampler2D t_far_radiance;
+uniform vec4 u_inv_ray_counts;  // of each quarter; 0 where nothing is known yet
 
 // Never 0: where no probe lies on the receiver's surface, the likeliest is better than none.
 const float LEAST_WEIGHT = 1e-4;
@@ -26,7 +28,8 @@ float probe_weight(Receiver r, ivec2 probe, float inv_extent)
     float agree = max(dot(normal, r.normal_vs), 0.0);
     agree *= agree;
     agree *= agree;
-    return point.w * max(plane * plane * agree * agree, LEAST_WEIGHT);
+    bool is_known = u_inv_ray_counts[(probe.x & 1) + 2 * (probe.y & 1)] > 0.0;
+    return (is_known ? point.w : 0.0) * max(plane * plane * agree * agree, LEAST_WEIGHT);
 }
 
 FarProbes far_probes_at(Receiver r, ivec2 texel)
@@ -39,8 +42,9 @@ FarProbes far_probes_at(Receiver r, ivec2 texel)
     uint set = set_of_pixel(texel / u_receiver_stride);
     vec2 jitter = (vec2(set & 3u, set >> 2) - 1.5) * 0.25;
     vec2 place = (vec2(texel) + 0.5) / float(PROBE_TILE) - 0.5 + jitter;
-    vec2 low = floor(place);
-    vec2 f = place - low;
+    // Inside, so that of the four tiles each is in another quarter.
+    vec2 low = clamp(floor(place), vec2(0.0), vec2(max(tiles - 2, ivec2(0))));
+    vec2 f = clamp(place - low, 0.0, 1.0);
     vec4 bilinear = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
     float inv_extent = 2.0 / (float(PROBE_TILE) * pixel_height_at(r.z_vs));
     FarProbes probes = FarProbes(ivec2(low), tiles.y, vec4(0.0), vec4(0.0));
@@ -59,7 +63,8 @@ FarProbes far_probes_at(Receiver r, ivec2 texel)
     return probes;
 }
 
-// Radiance of surfaces along w_vs, a as above, by one of the probes, drawn by weight with u in [0, 1).
+// Radiance of surfaces along w_vs, a: the share of it that is no sky, by one of the probes,
+// drawn by weight with u in [0, 1).
 vec4 far_radiance(FarProbes probes, vec3 w_vs, float u)
 {
     float chosen = u * probes.second.w;
@@ -73,7 +78,8 @@ vec4 far_radiance(FarProbes probes, vec3 w_vs, float u)
     vec3 normal = texelFetch(t_far_probe_normals, probe, 0).xyz;
     vec2 place = probe_place(w_vs * frame_from_z(normal));
     ivec2 cell = ivec2(place * float(PROBE_SIDE));
-    return texelFetch(t_far_radiance, probe * PROBE_SIDE + cell, 0);
+    float scale = u_inv_ray_counts[(probe.x & 1) + 2 * (probe.y & 1)];
+    return scale * texelFetch(t_far_radiance, probe_texel(probe, ivec2(tiles.x, 2 * tiles.y)) + cell, 0);
 }
 #else
 FarProbes far_probes_at(Receiver r, ivec2 texel)

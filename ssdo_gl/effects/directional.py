@@ -26,6 +26,7 @@ from ssdo_gl.passes.far_probes import (
     FAR_RADIANCE,
     FarFieldSettings,
     probe_defines,
+    probe_uniforms,
 )
 from ssdo_gl.passes.light_rows import UNSHADOWED_ROWS, light_rows
 from ssdo_gl.passes.screen_space_settings import (
@@ -191,7 +192,10 @@ class DirectionalPass(RenderPass):
                 ESTIMATORS[self.settings.estimator].choices,
             ),
             context.target,
-            uniforms(self.settings, context.frame, self._has_back_layer),
+            {
+                **uniforms(self.settings, context.frame, self._has_back_layer),
+                **probe_uniforms(context),
+            },
             {f"t_{name}": context.inputs[name] for name in self.reads},
         )
 

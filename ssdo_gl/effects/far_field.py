@@ -12,10 +12,18 @@ from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ReasonedPass
 from ssdo_gl.effects.request import Request
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
+from ssdo_gl.gpu.shader import Program
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
-from ssdo_gl.graph.render_pass import PassContext, RenderPass
+from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.passes.far_probes import FAR_PROBES, FAR_RADIANCE, NEAR_HITS, FarFieldSettings
+from ssdo_gl.passes.far_probes import (
+    FAR_PROBES,
+    FAR_RADIANCE,
+    MOST_RAYS,
+    NEAR_HITS,
+    FarFieldSettings,
+    ProbeRays,
+)
 from ssdo_gl.passes.ray_uniforms import (
     radius_ns,
     ray_defines,
@@ -23,7 +31,7 @@ from ssdo_gl.passes.ray_uniforms import (
     ray_uniforms,
     stream_of,
 )
-from ssdo_gl.passes.surfel_textures import CACHE_TABLES
+from ssdo_gl.passes.surfel_textures import CACHE_TABLES, drawing_into, facts_of
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.lights import Form
 
@@ -40,10 +48,11 @@ class FarProbePointsPass(RenderPass):
     name = "far_probe_points"
     reads = ("z_vs", "normals_vs")
     writes: Mapping[str, TextureSpec] = {n: TextureSpec(4, "f4", own=True) for n in FAR_PROBES}
-    depends_on = ("view",)
 
-    def __init__(self, settings: FarFieldSettings) -> None:
+    def __init__(self, settings: FarFieldSettings, *, is_steady: bool) -> None:
         self.settings = settings
+        self.steady_reads = self.reads if is_steady else ()
+        self.depends_on = ("steady_view" if is_steady else "view", "geometry")
 
     def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
         """Choose a pixel of each tile, and a second one where it shows two surfaces."""
@@ -61,44 +70,79 @@ class FarProbePointsPass(RenderPass):
 
 
 class FarProbesPass(RenderPass):
-    """Writes `far_radiance`: what arrives from beyond R along each direction of each probe."""
+    """Writes `far_radiance`: what arrives from beyond R along each direction of each probe.
+
+    All frames of a steady view share it: as many rays for each direction as there are
+    frames, up to `MOST_RAYS`. In a live frame first a quarter of the probes has one, then
+    all; while light moves, one quarter after the other.
+    """
 
     name = "far_probes"
     writes: Mapping[str, TextureSpec] = {FAR_RADIANCE: TextureSpec(4, "f4", own=True)}
-    depends_on = ("view", "geometry", "seed")
+    is_gradual = True
 
-    def __init__(self, settings: FarFieldSettings, features: RayFeatures) -> None:
+    def __init__(
+        self, settings: FarFieldSettings, features: RayFeatures, *, is_steady: bool
+    ) -> None:
         self.settings = settings
         self.features = features
+        self.is_steady = is_steady
         self.reads = (
             *FAR_PROBES,
             "z_vs",
             *ray_reads(features, shades=True),
             *CACHE_TABLES,
         )
+        self.steady_reads = ("z_vs",) if is_steady else ()
+        domains = ("steady_view", "steady_seed") if is_steady else ("view", "seed")
+        self.depends_on = (*domains, "geometry")
 
     def settings_key(self) -> Hashable:
-        """Return the settings and the features."""
-        return self.settings, self.features
+        """Return the settings, the features, and whether frames share it."""
+        return self.settings, self.features, self.is_steady
 
-    def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
-        """Trace one ray for each direction of each probe."""
-        chosen = self.settings
-        columns, rows = tile_count(context.frame.view.size, chosen.tile)
-        size = columns * chosen.directions, rows * chosen.directions
-        made = make_texture(context.gl, size, 4, "f4")
+    def execute(self, context: PassContext) -> Produced:
+        """Trace one ray for each direction of the probes whose turn it is."""
+        frame, points = context.frame, context.inputs[FAR_PROBES[0]]
+        light = context.inputs["surface_cache"], frame.versions.get("geometry")
+        known = facts_of(context, FAR_RADIANCE, ProbeRays)
+        wanted = min(frame.count, MOST_RAYS) if self.is_steady else 1
+        source = points, self.settings_key(), frame.versions.get("steady_seed")
+        if known is not None and known.source == source:
+            texture, rays = context.last[FAR_RADIANCE].texture, known
+            rays = rays if rays.light == light else rays.of_light(light)
+        else:
+            columns, rows = (-(-n // 2) * 2 * self.settings.directions for n in points.size)
+            texture = make_texture(context.gl, (columns, rows), 4, "f4")
+            rays = ProbeRays(source, light)
+        program = self._program(context)
+        quarter_size = texture.width // 2, texture.height // 2
+        with drawing_into(context.gl, texture) as target:
+            for number, quarters in rays.turns(wanted, is_live=frame.is_live):
+                first = frame.first_seed if self.is_steady else frame.seed
+                program.set({"u_stream": stream_of(first + number, 0)})
+                for quarter in quarters:
+                    low = quarter % 2 * quarter_size[0], quarter // 2 * quarter_size[1]
+                    region = (*low, *quarter_size)
+                    draw_fullscreen(
+                        context.gl, program, target, {}, {}, region=region, adds=number > 0
+                    )
+                rays = rays.with_turn(quarters)
+        self.is_settled = min(rays.fresh) >= wanted
+        return {FAR_RADIANCE: TextureWithFacts(texture, rays)}
+
+    def _program(self, context: PassContext) -> Program:
         defines = {
             **ray_defines(context, self.features),
-            "PROBE_SIDE": chosen.directions,
-            "NEAR_HITS": NEAR_HITS.index(chosen.near_hits),
+            "PROBE_SIDE": self.settings.directions,
+            "NEAR_HITS": NEAR_HITS.index(self.settings.near_hits),
         }
-        uniforms = {
-            **ray_uniforms(context),
-            "u_radius_ns": radius_ns(chosen.radius, context),
-            "u_stream": stream_of(context.frame.seed, 0),
-        }
-        _draw(context, "effects/far_probes.frag", defines, uniforms, self.reads, [made])
-        return {FAR_RADIANCE: made}
+        program = context.shaders.fullscreen("effects/far_probes.frag", defines)
+        program.set(
+            {**ray_uniforms(context), "u_radius_ns": radius_ns(self.settings.radius, context)},
+            {f"t_{name}": context.inputs[name] for name in self.reads},
+        )
+        return program
 
 
 def _draw(
@@ -119,32 +163,48 @@ def _draw(
 
 
 class CachedIrradiancePass(RenderPass):
-    """Writes `cached_irradiance`: what surfaces in view receive, all light, for senders."""
+    """Writes `cached_irradiance`: what surfaces in view receive, all light."""
 
     name = "cached_irradiance"
-    writes: Mapping[str, TextureSpec] = {"cached_irradiance": TextureSpec(4, "f4")}
-    depends_on = ("view", "geometry")
+    writes: Mapping[str, TextureSpec] = {"cached_irradiance": TextureSpec(4, "f4", own=True)}
 
-    def __init__(self, features: RayFeatures) -> None:
+    def __init__(self, features: RayFeatures, *, is_steady: bool) -> None:
         self.features = features
         self.reads = ("z_vs", *ray_reads(features, shades=True), *CACHE_TABLES)
+        self.steady_reads = ("z_vs",) if is_steady else ()
+        self.depends_on = ("steady_view" if is_steady else "view", "geometry")
 
     def settings_key(self) -> Hashable:
-        """Return the features."""
-        return self.features
+        """Return the features, and whether frames share it."""
+        return self.features, self.steady_reads
 
-    def execute(self, context: PassContext) -> None:
+    def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
         """Look up every pixel's piece of surface."""
-        assert context.target is not None
-        draw_fullscreen(
-            context.gl,
-            context.shaders.fullscreen(
-                "effects/cached_irradiance.frag", ray_defines(context, self.features)
-            ),
-            context.target,
-            ray_uniforms(context),
-            {f"t_{name}": context.inputs[name] for name in self.reads},
-        )
+        made = make_texture(context.gl, context.frame.view.size, 4, "f4")
+        defines, uniforms = ray_defines(context, self.features), ray_uniforms(context)
+        _draw(context, "effects/cached_irradiance.frag", defines, uniforms, self.reads, [made])
+        return {self.name: made}
+
+
+class SenderIrradiancePass(RenderPass):
+    """Writes `sender_irradiance`: the same for the surfaces of this frame, for senders."""
+
+    name = "sender_irradiance"
+    reads = ("z_vs", "cached_irradiance")
+    writes: Mapping[str, TextureSpec] = {"sender_irradiance": TextureSpec(4, "f4", own=True)}
+    depends_on = ("view",)
+
+    def __init__(self, *, is_steady: bool) -> None:
+        self.settings = is_steady
+
+    def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
+        """Take what has been looked up nearest by; where there is one frame, that is all."""
+        if not self.settings or context.frame.count == 1:
+            return {self.name: context.inputs["cached_irradiance"]}
+        view = context.frame.view
+        made = make_texture(context.gl, view.size, 4, "f4")
+        _draw(context, "effects/sender_irradiance.frag", {}, view.uniforms(), self.reads, [made])
+        return {self.name: made}
 
 
 class FarField(Effect):
@@ -157,7 +217,7 @@ class FarField(Effect):
     settings: ClassVar[Mapping[str, type]] = {"far_field": FarFieldSettings}
     traces = True
     reads_surface_cache = True
-    sent_irradiance = "cached_irradiance"
+    sent_irradiance = "sender_irradiance"
 
     def is_asked(self, request: Request) -> bool:
         """Return whether open directions are asked for."""
@@ -176,7 +236,7 @@ class FarField(Effect):
                 (not is_lit, "there is no light at all"),
                 (self._is_alone(request), "what is in view is a box or a sheet that stands alone"),
             ],
-            ("far_probe_points", "far_probes", "cached_irradiance"),
+            ("far_probe_points", "far_probes", "cached_irradiance", "sender_irradiance"),
         )
 
     def _is_alone(self, request: Request) -> bool:
@@ -191,8 +251,13 @@ class FarField(Effect):
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
         """Yield where probes stand, and what they see."""
         settings = request.with_overrides(self.name, FarFieldSettings(radius=request.radius))
-        yield FarProbePointsPass(settings), "a probe for each tile of what is in view"
+        # What is translucent is another surface in each frame.
+        is_steady = not request.content.has_translucency
+        points = FarProbePointsPass(settings, is_steady=is_steady)
+        yield points, "a probe for each tile of what is in view"
         features = request.ray_features
-        item = FarProbesPass(settings, features)
+        item = FarProbesPass(settings, features, is_steady=is_steady)
         yield item, "what arrives from beyond R"
-        yield CachedIrradiancePass(features), "what senders within R receive, all bounces"
+        cached = CachedIrradiancePass(features, is_steady=is_steady)
+        yield cached, "what surfaces in view receive, all bounces"
+        yield SenderIrradiancePass(is_steady=is_steady), "what senders within R receive"

@@ -229,7 +229,7 @@ class Executor:
                 item.settings_key(),
                 tuple(item.writes.items()),
                 frame.view.size,
-                tuple((name, of_resource[name]) for name in item.reads),
+                tuple((n, of_resource[n]) for n in item.reads if n not in item.steady_reads),
                 tuple((domain, frame.versions.get(domain)) for domain in item.depends_on),
                 (frame.is_live, self._parts.get(item.name)) if item.is_gradual else None,
             )

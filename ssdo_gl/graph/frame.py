@@ -134,10 +134,13 @@ class Frame:
     versions : mapping
         For each domain a pass can name in ``depends_on`` (``view``, ``geometry``,
         ``lights``, ``environment``, ``seed``), a value that changes exactly when
-        that part of the input changes.
+        that part of the input changes. ``steady_view`` and ``steady_seed`` are the same for
+        all frames of one view that differ in their jitter alone.
     is_live : bool
         A frame of a window: passes that are gradual may do part of their work, starting
         from what they left last time. All other frames depend on nothing but their input.
+    first_seed, count : int
+        Seed of the first frame of this view, and of how many frames its picture is the mean.
     """
 
     view: FrameView
@@ -145,6 +148,8 @@ class Frame:
     seed: int = 0
     versions: Mapping[str, Hashable] = field(default_factory=dict)
     is_live: bool = False
+    first_seed: int = 0
+    count: int = 1
 
     @property
     def chance(self) -> float:

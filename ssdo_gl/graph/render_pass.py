@@ -85,6 +85,9 @@ class RenderPass(ABC):
     reads : tuple of str
         Resource names.
     writes : mapping of str to TextureSpec
+    steady_reads : tuple of str
+        Those whose change makes nothing stale: of all frames of a steady view the first
+        one's are read, and the domain ``steady_view`` stands for them.
     depends_on : tuple of str
         Domains of ``Frame.versions`` that change the result beyond ``reads``.
     needs_depth : bool
@@ -104,6 +107,7 @@ class RenderPass(ABC):
     name: str
     reads: tuple[str, ...] = ()
     writes: Mapping[str, TextureSpec]
+    steady_reads: tuple[str, ...] = ()
     depends_on: tuple[str, ...] = ()
     needs_depth: ClassVar[bool] = False
     overwrites: ClassVar[bool] = False

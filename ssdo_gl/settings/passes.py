@@ -28,6 +28,7 @@ _WITHOUT_SETTINGS = (
     "far_probe_points",
     "far_probes",
     "cached_irradiance",
+    "sender_irradiance",
     "surfels",
     "surfel_rays",
     "surfel_sky",

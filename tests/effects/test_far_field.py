@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from passes.pass_harness import box, make_scene, quad
 
+from ssdo_gl.gpu.readback import read_texture
+from ssdo_gl.render_result import Drawing, RenderResult
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment_kinds import ConstantEnvironment
+from ssdo_gl.scene.lights.point_light import PointLight
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.scene import Scene
@@ -75,3 +80,60 @@ def test_a_sheet_that_stands_alone_needs_no_rays() -> None:
     assert "far_probes" not in [item.name for item in result.passes if item.ran]
     full = picture(scene, effects="full")
     assert result.images["beauty"][..., :3] == pytest.approx(full, abs=1e-6)
+
+
+LAMP = PointLight((0.2, 0.8, 0.1), (3.0, 2.0, 1.0))
+ROOM = make_scene([box([-1, 0, -1], [1, 1, 1])], materials=[GREY], lights=[LAMP], camera=CAMERA)
+
+
+def gi_renderer(**fields: object) -> Renderer:
+    return Renderer(ROOM, Settings(method="gi", size=SIZE, radius=RADIUS, **fields))
+
+
+def ran(result: RenderResult | Drawing, name: str) -> bool:
+    return any(item.ran for item in result.passes if item.name == name)
+
+
+def live(renderer: Renderer, index: int, camera: Camera = CAMERA) -> Drawing:
+    return renderer.draw(("beauty",), camera=camera, index=index, count=16)
+
+
+def test_jittered_frames_of_a_view_share_its_rays() -> None:
+    with gi_renderer() as renderer:
+        assert ran(live(renderer, 0), "far_probes")
+        frames = [live(renderer, index) for index in range(1, 12)]
+    traced = [ran(frame, "far_probes") for frame in frames]
+    # The other quarters of the probes, and three further rays for each direction.
+    assert traced == 4 * [True] + 7 * [False]
+    assert [frame.is_settled for frame in frames] == 3 * [False] + 8 * [True]
+    assert not any(ran(frame, "cached_irradiance") for frame in frames)
+
+
+def test_a_picture_does_not_depend_on_the_frames_before_it() -> None:
+    away = dataclasses.replace(CAMERA, position=(0.3, 0.4, 0.9))
+    with gi_renderer(antialias=4) as renderer:
+        first = renderer.render(("beauty",)).images["beauty"]
+        renderer.render(("beauty",), camera=away)
+        again = renderer.render(("beauty",)).images["beauty"]
+    assert np.array_equal(first, again)
+
+
+def test_a_view_that_moved_begins_with_a_quarter_and_ends_with_all_rays() -> None:
+    def read(drawing: Drawing) -> np.ndarray:
+        texture = drawing.planes["beauty"].texture
+        assert texture is not None
+        return np.array(read_texture(texture))
+
+    away = dataclasses.replace(CAMERA, position=(0.3, 0.4, 0.9))
+
+    def draw_all(renderer: Renderer) -> list[np.ndarray]:
+        return [read(live(renderer, index)) for index in (0, 1, 2, 3, 4, 0)]
+
+    with gi_renderer(overrides={"far_field.tile": 2}) as renderer:
+        first = draw_all(renderer)
+        live(renderer, 0, away)
+        again = draw_all(renderer)
+    # A quarter of the probes tells as much light, with more noise.
+    assert first[0][..., :3].mean() == pytest.approx(first[-1][..., :3].mean(), rel=0.02)
+    assert not np.array_equal(first[0], first[-1])
+    assert np.array_equal(first, again)
