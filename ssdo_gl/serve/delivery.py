@@ -117,20 +117,34 @@ class Delivery:
         """Of the next picture in motion."""
         return QUALITIES[self._governor.level]
 
-    def pack(self, pixels: NDArray[np.uint8], *, is_lossless: bool) -> SentPicture:
-        """Return a picture to be sent now; it is in flight until it is acknowledged."""
-        data = png_bytes(pixels) if is_lossless else jpeg_bytes(pixels, self.quality)
+    def pack(
+        self, pixels: NDArray[np.uint8], *, is_lossless: bool, is_resting: bool = False
+    ) -> SentPicture:
+        """Return a picture to be sent now; it is in flight until it is acknowledged.
+
+        Parameters
+        ----------
+        is_resting : bool
+            It is looked at, and the next one may take its time: good whatever the way is.
+        """
+        if is_lossless:
+            data = png_bytes(pixels)
+        else:
+            data = jpeg_bytes(pixels, QUALITIES[0] if is_resting else self.quality)
         self._number += 1
-        self._sent.append((self._number, self._clock(), is_lossless))
+        self._sent.append((self._number, self._clock(), is_lossless or is_resting))
         return SentPicture(self._number, data, "image/png" if is_lossless else "image/jpeg")
 
     def acknowledge(self, number: int) -> None:
-        """Note that a picture, and all before it, was shown; unknown numbers are nothing."""
+        """Note that a picture, and all before it, was shown: at the present time of the clock.
+
+        Numbers of nothing that is under way are nothing.
+        """
         if all(number != sent for sent, _, _ in self._sent):
             return
         while self._sent and self._sent[0][0] <= number:
-            _, then, was_lossless = self._sent.popleft()
+            _, then, was_resting = self._sent.popleft()
             taken_s = self._clock() - then
             self._way_s = min(self._way_s, taken_s)
-            if not was_lossless:
+            if not was_resting:
                 self._governor.observe(1000.0 * (taken_s - self._way_s))

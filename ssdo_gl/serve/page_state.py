@@ -44,6 +44,11 @@ def shown_state(viewer: Viewer) -> dict[str, Any]:
     view, left, settings = viewer.view, viewer.left, viewer.settings
     exposure = viewer.scene.camera.exposure if settings.exposure is None else settings.exposure
     monitor = viewer.monitor
+    counts = [
+        (side.image.sample_count, side.image.samples_wanted)
+        for side in (left, viewer.right)
+        if side is not None
+    ]
     is_known = left is not None and left.image.drawing is not None
     return {
         "method": view.method,
@@ -56,8 +61,7 @@ def shown_state(viewer: Viewer) -> dict[str, Any]:
         "exposure": round(exposure, 3),
         "resting": viewer.is_resting and not viewer.is_busy,
         "frame_ms": round(viewer.frame_ms, 1) if is_known else None,
-        "samples": left.image.sample_count if left is not None else 0,
-        "samples_wanted": left.image.samples_wanted if left is not None else 0,
+        "samples": counts,
         "scale": left.level.frame_scale if left is not None and not viewer.is_resting else 1.0,
         "relative_error": monitor.error if view.is_error else None,
         "fault": None if monitor.alarm is None else str(monitor.alarm),

@@ -65,15 +65,17 @@ class RemoteSession(ViewerLoop):
         size: tuple[int, int],
         clock: Callable[[], float] = time.perf_counter,
     ) -> None:
-        super().__init__(viewer, clock)
+        super().__init__(viewer, self._event_clock)
         self.viewer = viewer
         self.size = self.pixels = size
         self.between_slices: Callable[[], bool] = lambda: False
         self._clock = clock
+        self._event_time: float | None = None
+        self._woken_at: float | None = None
         self._host = RemoteHost(self._cursor_uv)
         self._events = Events(self, viewer, self._input, self._host)
         self._host.defer = self._events.defer
-        self._delivery = Delivery(clock)
+        self._delivery = Delivery(self._event_clock)
         self._stepped_at: float | None = None
         self._sent_count = 0
         self._sent_is_lossless = False
@@ -81,8 +83,22 @@ class RemoteSession(ViewerLoop):
     # --- what comes ----------------------------------------------------------------
 
     def handle(self, event: Mapping[str, Any]) -> None:
-        """Take an event as `page_events.checked_event` returns it."""
-        getattr(self, f"_on_{event['type']}")(event)
+        """Take an event as `page_events.checked_event` returns it.
+
+        With ``at``, it came at that time of the clock: how far a key moves follows from when
+        it went down and up, not from how long a frame took meanwhile.
+        """
+        self._event_time = event.get("at")
+        had_input = self._events.has_input
+        try:
+            getattr(self, f"_on_{event['type']}")(event)
+            if self._events.has_input and not had_input:
+                self._woken_at = self._event_clock()
+        finally:
+            self._event_time = None
+
+    def _event_clock(self) -> float:
+        return self._clock() if self._event_time is None else self._event_time
 
     def _on_key(self, event: Mapping[str, Any]) -> None:
         key = KEYS.get(event["code"])
@@ -181,14 +197,16 @@ class RemoteSession(ViewerLoop):
             # Not before what was seen ahead.
             since, now = self._stepped_at, max(now, self._stepped_at)
         else:
-            since, now = now, now + (AHEAD_SECONDS if self._events.has_input else 0.0)
+            # What was slept through is no flight, but for what came since.
+            since = now if self._woken_at is None else min(now, self._woken_at)
+            now += AHEAD_SECONDS if self._events.has_input else 0.0
+        self._woken_at = None
         self.perform()
         controls = self._input.take(since, now, self.size[1])
         self._events.has_input = self._events.wants_release = False
         self._render(controls, now - since, self.pixels)
         if not (self._input.is_holding or self._input.is_dragging):
             self.viewer.note_edits()
-        # What is slept through is no flight.
         is_busy = self.viewer.is_busy or self._input.is_holding
         self._stepped_at = now if is_busy else None
         if not self._delivery.has_room or not self._is_unsent:
@@ -196,7 +214,9 @@ class RemoteSession(ViewerLoop):
         self._sent_count = self.viewer.presenter.draw_count
         self._sent_is_lossless = not self.viewer.is_busy
         pixels = self.viewer.presenter.pixels()
-        return self._delivery.pack(pixels, is_lossless=self._sent_is_lossless)
+        return self._delivery.pack(
+            pixels, is_lossless=self._sent_is_lossless, is_resting=self.viewer.is_resting
+        )
 
     def release(self) -> None:
         """Free everything on the device."""

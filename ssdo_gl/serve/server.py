@@ -7,6 +7,7 @@ import contextlib
 import json
 import secrets
 import struct
+import time
 from collections.abc import Awaitable, Callable, Mapping
 from importlib.resources import files
 from typing import Any
@@ -159,7 +160,7 @@ class Server:
                 if not has_entered:
                     self._enter(visitor, event)
                     has_entered = True
-                visitor.events.append(event)
+                visitor.events.append({**event, "at": time.perf_counter()})
             except PageEventError as error:
                 reason = str(error).encode()[:100]
                 await socket.close(code=WSCloseCode.POLICY_VIOLATION, message=reason)

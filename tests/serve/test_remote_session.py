@@ -158,7 +158,7 @@ def test_digits_methods_and_comparison_follow_keys_and_panel(session, clock):
     assert (state["aov"], state["method"], state["other_method"]) == ("beauty", "ssao", "direct")
     assert state["error"] and not state["split"] and state["exposure"] == 1.5
     assert state["relative_error"] > 0 and session.viewer.settings.samples == 4
-    assert state["resting"] and state["samples"] == state["samples_wanted"]
+    assert state["resting"] and state["samples"] == [(16, 16), (16, 16)]
 
 
 @pytest.mark.parametrize(
@@ -202,6 +202,24 @@ def test_slow_reader_gets_no_more_than_two_pictures_and_then_the_last_one(sessio
     assert last.is_lossless and last.number > sent[-1].number
 
 
+def test_key_moves_by_when_it_was_held_not_by_how_long_frames_take(session, clock):
+    rest(session, clock)
+    start = session.viewer.camera.position
+    ways = []
+    for frame_s in (0.02, 0.2):
+        clock.seconds += 1.0
+        for down, at in ((True, 0.0), (False, 0.15)):
+            event = {"type": "key", "code": "KeyW", "down": down, "repeat": False, "mods": 0}
+            session.handle({**checked_event(event), "at": clock.seconds + at})
+        while session.is_due:
+            clock.seconds += frame_s
+            answer(session, session.step())
+        ways.append(np.linalg.norm(np.subtract(session.viewer.camera.position, start)))
+        press(session, "Home")
+        rest(session, clock)
+    assert ways[0] == pytest.approx(ways[1], rel=0.05)
+
+
 def test_picture_has_the_size_of_the_page(session, clock):
     rest(session, clock)
     tell(session, "size", width=40, height=30, scale=2.0)
@@ -233,8 +251,11 @@ def test_delivery_that_lags_lowers_quality_and_one_that_does_not_raises_it(clock
             delivery.acknowledge(picture.number)
         return QUALITIES.index(delivery.quality)
 
-    # A long way alone lowers nothing.
+    # A long way alone lowers nothing, nor does what is looked at for long.
     assert deliver(0.3) <= 1
+    resting = delivery.pack(noise, is_lossless=False, is_resting=True)
+    clock.seconds += 5.0
+    delivery.acknowledge(resting.number)
     low = deliver(1.0)
     assert low > 1
     assert deliver(0.3) < low
