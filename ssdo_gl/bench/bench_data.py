@@ -48,6 +48,8 @@ class Picture:
         ``radiance`` or ``visibility``; only pictures of one group are compared.
     is_reference : bool
     caption : str
+    against : str
+        Name of the picture that its FLIP map is against.
     """
 
     name: str
@@ -56,6 +58,7 @@ class Picture:
     group: str
     is_reference: bool
     caption: str
+    against: str = ""
 
 
 @dataclass(frozen=True)

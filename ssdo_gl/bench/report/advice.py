@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from html import escape
 from typing import Any, Literal
 
-from ssdo_gl.bench.analysis import Result, percent
+from ssdo_gl.bench.analysis import Result, percent, recommend
 from ssdo_gl.bench.bench_data import Bench
 from ssdo_gl.bench.panels import ErrorPanel, error_panels
 from ssdo_gl.bench.presets import FIELDS, NAMES, PresetRung, read_ladder
@@ -21,7 +21,6 @@ from ssdo_gl.bench.report.answers import (
     most_accurate_within,
 )
 from ssdo_gl.bench.report.cells import command_html, folded_command, number, table
-from ssdo_gl.bench.report.figures import error_text
 
 # Also what the page's script says.
 TEXTS = {
@@ -51,21 +50,21 @@ def part_errors(panel: ErrorPanel, result: Result) -> dict[str, float]:
 
 
 def _summary(panel: ErrorPanel, result: Result) -> str:
-    error = error_text(panel, result.verdicts[panel.name].error.value)
+    error = percent(result.verdicts[panel.name].error.value)
     return f"{result.point.label}: {number(result.timing.ms.value)} ms, error {error}"
 
 
 def card(bench: Bench, panel: ErrorPanel, result: Result) -> str:
     """Return all that a reader needs of a setting to take it."""
     verdict, ms = result.verdicts[panel.name], result.timing.ms
-    low, high = (error_text(panel, e) for e in (verdict.error.low, verdict.error.high))
+    low, high = (percent(e) for e in (verdict.error.low, verdict.error.high))
     parts = "".join(
         f"<dt>{escape(name)} alone</dt><dd>{percent(error)}</dd>"
         for name, error in part_errors(panel, result).items()
     )
     return (
         f'<p class="setting">{escape(result.point.label)}</p><dl>'
-        f"<dt>error</dt><dd><b>{error_text(panel, verdict.error.value)}</b> "
+        f"<dt>error</dt><dd><b>{percent(verdict.error.value)}</b> "
         f"<small>{low} to {high}</small></dd>"
         f"<dt>time</dt><dd><b>{number(ms.value)} ms</b> "
         f"<small>{number(ms.low)} to {number(ms.high)} ms</small></dd>"
@@ -108,7 +107,7 @@ def answer_data(bench: Bench) -> dict[str, Any]:
     panels = [
         {
             "name": panel.name,
-            "unit": "of the reference's mean" if panel.relative else f"of 1 ({panel.aov})",
+            "unit": "of the reference's mean" if panel.relative else f"of full {panel.aov}",
         }
         | {
             which: [
@@ -162,6 +161,14 @@ def answer_section(bench: Bench) -> str:
     )
 
 
+def recommendations(bench: Bench) -> str:
+    """Return what to take for pictures if no bound is known, by each of their references."""
+    sentences = {p.title: recommend(bench.results, p.name).sentence
+                 for p in measured_panels(bench) if p.is_picture}  # fmt: skip
+    rows = "".join(f"<li>{escape(f'{k}: {v}.')}</li>" for k, v in sentences.items())
+    return f"<p><b>No number in mind?</b></p><ul>{rows}</ul>" if rows else ""
+
+
 def usual_answers(bench: Bench) -> str:
     """Return the answers to usual times and errors by the first panel, for paper."""
     panel = measured_panels(bench)[0]
@@ -182,7 +189,7 @@ def usual_answers(bench: Bench) -> str:
                 question,
                 escape(result.point.label),
                 number(found.ms),
-                error_text(panel, verdict.error.value),
+                percent(verdict.error.value),
                 folded_command(bench.command(result.point)),
             ]
         )
@@ -203,7 +210,7 @@ def presets_section(bench: Bench) -> str:
         result = _at_rung(bench.results, rung)
         here = ["", ""]
         if result is not None and panel.name in result.verdicts:
-            error = error_text(panel, result.verdicts[panel.name].error.value)
+            error = percent(result.verdicts[panel.name].error.value)
             here = [number(result.timing.ms.value), error]
         rows.append(
             [name, rung.label, f"{rung.relative_time:.2f}", percent(rung.error), *here, command]

@@ -36,7 +36,8 @@ def _figure(index: int, picture: Picture) -> str:
         flip = f'<img id="flip-{index}" alt="its FLIP map" src="{uri}">'
     reference = " data-reference" if picture.is_reference else ""
     return (
-        f'<figure data-group="{escape(picture.group)}"{reference}>'
+        f'<figure data-group="{escape(picture.group)}" '
+        f'data-against="{escape(picture.against)}"{reference}>'
         f'<img id="picture-{index}" alt="{escape(picture.name)}" '
         f'src="{data_uri(picture.png, "image/png")}">{flip}'
         f"<figcaption>{escape(picture.caption)}</figcaption></figure>"

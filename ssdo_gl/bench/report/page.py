@@ -20,6 +20,7 @@ from ssdo_gl.bench.report.advice import (
     measured_panels,
     parts_section,
     presets_section,
+    recommendations,
     usual_answers,
 )
 from ssdo_gl.bench.report.cells import table
@@ -60,7 +61,7 @@ def report_html(bench: Bench) -> str:
         style=_style(),
         notes="".join(f'<p class="note">{escape(note)}</p>' for note in bench.notes),
         answers=answer_section(bench),
-        recommendation=escape(bench.recommendation.sentence),
+        recommendations=recommendations(bench),
         answers_on_paper=_on_paper(bench),
         downloads=_downloads(bench),
         facts="".join(

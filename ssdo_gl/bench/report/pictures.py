@@ -50,6 +50,10 @@ def shown(panel: ErrorPanel, image: NDArray[np.float32], exposure_ev: float) -> 
     return metrics.srgb_of(shades, exposure_ev if panel.is_picture else 0.0)
 
 
+def _reference_name(panel: ErrorPanel) -> str:
+    return f"reference: {panel.method}"
+
+
 def chosen_results(results: Sequence[Result], recommendation: Recommendation) -> list[Result]:
     """Return the results worth looking at: recommended, front members, and what they beat."""
     chosen: dict[str, Result] = {}
@@ -119,7 +123,7 @@ def take_pictures(
         targets[panel.name] = panel, target
         pictures.append(
             Picture(
-                f"reference: {panel.method}",
+                _reference_name(panel),
                 png_of(target),
                 None,
                 panel.kind,
@@ -141,7 +145,8 @@ def take_pictures(
             f"{flip.mean:.3f} against {panel.method}"
         )
         pngs = png_of(picture), flip_map_png(flip.error)
-        pictures.append(Picture(result.point.label, *pngs, panel.kind, False, caption))
+        against = _reference_name(panel)
+        pictures.append(Picture(result.point.label, *pngs, panel.kind, False, caption, against))
         if report is not None:
             report("pictures", done, len(results))
     return pictures

@@ -106,16 +106,24 @@ function refresh() {
   byId("caption").textContent = figure(leftBox.value).querySelector("figcaption").textContent;
   place();
 }
+// A picture is first seen beside the reference that its FLIP map is against.
+function judgeLeft() {
+  const against = figure(leftBox.value).dataset.against;
+  const reference = [...rightBox.options].find(o => picture(o.value).alt === against);
+  if (reference && "reference" in figure(rightBox.value).dataset) rightBox.value = reference.value;
+  refresh();
+}
 function choose(label) {
   const option = leftBox && [...leftBox.options].find(o => picture(o.value).alt === label);
   if (!option) return;
-  leftBox.value = option.value; refresh();
+  leftBox.value = option.value; judgeLeft();
   byId("compare").scrollIntoView({behavior: "smooth", block: "center"});
   slider.focus({preventScroll: true});
 }
 if (leftBox) {
   byId("gallery").open = false;
-  for (const box of [leftBox, rightBox, flipBox]) box.addEventListener("change", refresh);
+  leftBox.addEventListener("change", judgeLeft);
+  for (const box of [rightBox, flipBox]) box.addEventListener("change", refresh);
   slider.addEventListener("input", place);
   const frame = byId("compare");
   frame.addEventListener("pointermove", event => {
@@ -124,7 +132,7 @@ if (leftBox) {
     slider.value = Math.round(1000 * Math.min(1, Math.max(0, (event.clientX - r.left) / r.width)));
     place();
   });
-  refresh();
+  judgeLeft();
 }
 
 const table = byId("points");

@@ -23,6 +23,7 @@ from ssdo_gl.bench.report.advice import (
     answer_section,
     parts_section,
     presets_section,
+    recommendations,
     usual_answers,
 )
 from ssdo_gl.bench.report.answers import candidates, cheapest_within, most_accurate_within
@@ -143,6 +144,14 @@ def test_every_panel_can_be_asked(found):
     few = bench(results=only, recommendation=recommend(only, "gi"))
     assert [p["name"] for p in answer_data(few)["panels"]] == ["gi"]
     assert answer_section(few).count("<option") == 1
+
+
+def test_who_has_no_number_is_told_by_each_reference_of_pictures(found):
+    text = unescape(recommendations(found))
+    for name in ("near", "gi"):
+        sentence = recommend(found.results, name).sentence
+        assert f"{panel_named(name).title}: {sentence}." in text
+    assert "isibility" not in text
 
 
 def test_nothing_measured_is_no_fault():

@@ -23,9 +23,15 @@ pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no browser at hand")
 
 @pytest.fixture(scope="module")
 def found():
-    """A bench whose first picture is of a front's first member."""
-    label = front_of(bench().results, "near")[0].point.label
-    kept = [dataclasses.replace(p, name=f"{label}{i or ''}") for i, p in enumerate(pictures())]
+    """A bench with pictures of two references, and of a member of either's front."""
+    both = [front_of(bench().results, name)[i].point.label for name, i in (("near", 0), ("gi", -1))]
+    one = pictures()[0]
+    kept = [
+        dataclasses.replace(one, name=name, is_reference=i < 2, against=against)
+        for i, (name, against) in enumerate(
+            [("near", ""), ("paths", ""), (both[0], "near"), (both[1], "paths")]
+        )
+    ]
     return bench(pictures=kept)
 
 
@@ -97,13 +103,14 @@ def test_files_can_be_downloaded(page, found):
     assert [row["key"] for row in rows] == [r.point.key for r in found.results]
 
 
-def test_a_mark_shows_its_picture_by_the_keyboard(page, found):
-    label = found.pictures[0].name
-    page.focus(f'.dot.front[data-label="{label}"] >> nth=0')
-    assert page.inner_text("#name-left") != label
-    assert label in page.inner_text("#tip")
-    page.keyboard.press("Enter")
-    assert page.inner_text("#name-left") == label
+def test_a_mark_shows_its_picture_beside_its_reference_by_the_keyboard(page, found):
+    for picture in reversed(found.pictures[2:]):
+        page.focus(f'.dot.front[data-label="{picture.name}"] >> nth=0')
+        assert page.inner_text("#name-left") != picture.name
+        assert picture.name in page.inner_text("#tip")
+        page.keyboard.press("Enter")
+        assert page.inner_text("#name-left") == picture.name
+        assert page.inner_text("#name-right") == picture.against
 
 
 def test_a_heading_sorts(page):
