@@ -35,6 +35,9 @@ PARTS = {
     "directional_filter": "filters",
     "bounce_filter": "filters",
     "edge_aware_filter": "filters",
+    "reflections": "gloss",
+    "reflections_filter": "gloss",
+    "reflected_radiance": "gloss",
 }
 TIMED_POINT = Point("radiance", "scaling", "bounce", "march", 64, 8, 1.0, "edge")
 WANTED = ("beauty",)
