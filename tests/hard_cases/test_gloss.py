@@ -218,22 +218,24 @@ def test_faulty_texels_stay_where_they_are(drawn, record, name):
     record(f"NaN in the {name} map", label(GLOSSY[-1]), sane(images), 0, "insane values")
 
 
-def check_many_lights(drawn, record, count, method):
+def check_many_lights(drawn, record, counts, method, mean, bound):
     few, many = (
-        drawn(many_lights(n), method, spp=4, size=(32, 24))["beauty"][..., :3] for n in (500, count)
+        drawn(many_lights(n), method, spp=16, size=(32, 24))["beauty"][..., :3] for n in counts
     )
     assert np.isfinite(many).all()
-    # Which lights are near a surface is a matter of chance, and paths draw few of them.
-    gap = abs(many.mean() / few.mean() - 1.0)
-    record(f"{count} lights in a mirror", label(method), gap, 0.25, "rel. mean")
+    gap = abs(float(mean(many) / mean(few)) - 1.0)
+    record(f"{counts[1]} lights in a mirror", label(method), gap, bound, "relative")
 
 
-@pytest.mark.parametrize("method", [GLOSSY[2], GLOSSY[-1]], ids=label)
-def test_more_lights_than_a_texture_has_rows_in_a_mirror(drawn, record, method):
-    check_many_lights(drawn, record, 20_000, method)
+def test_more_lights_than_a_texture_has_rows_in_a_mirror(drawn, record):
+    # The median: few paths meet a light from near by, and show it by chance. Over counts it
+    # has a standard deviation of 2 %.
+    check_many_lights(drawn, record, (500, 20_000), GLOSSY[-1], np.median, 0.06)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("method", [m for m in GLOSSY if m[0] != "reference-near"], ids=label)
 def test_a_hundred_thousand_lights_in_a_mirror(drawn, record, method):
-    check_many_lights(drawn, record, 100_000, method)
+    # Which of them stand near a surface, and are most of the mean, is a matter of chance.
+    mean = np.median if method[0] == "reference-gi" else np.mean
+    check_many_lights(drawn, record, (20_000, 100_000), method, mean, 0.06)
