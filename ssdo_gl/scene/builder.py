@@ -15,6 +15,7 @@ from ssdo_gl.scene import defaults, framing
 from ssdo_gl.scene import emissive_meshes as emitters
 from ssdo_gl.scene.batching import batched
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.daylight import Daylight, sky
 from ssdo_gl.scene.environment_kinds import Environment, MapEnvironment
 from ssdo_gl.scene.exposure import lighting_for, seen_metal
 from ssdo_gl.scene.framing import is_room
@@ -25,6 +26,7 @@ from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject, are_mirrored, instance_boxes
 from ssdo_gl.scene.motion import Trajectory
 from ssdo_gl.scene.scene import Scene, SceneError
+from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.settings.loading import USUAL, LoadOptions
 
 # Coordinates leave float64 for float32 relative to the camera; between these sizes
@@ -279,7 +281,15 @@ class SceneBuilder:
         return environment
 
     def _chosen_light(self, camera: Camera) -> Environment:
-        """Return the environment that was asked for; a studio has a key light besides."""
+        """Return the environment that was asked for; studio and sky have a light besides."""
+        if self.options.sky_hour is not None:
+            daylight = Daylight(self.options.sky_hour)
+            if not daylight.is_day:
+                raise SettingError(
+                    f"light = {self.options.light!r}: the sun is below the horizon then"
+                )
+            self.lights.append(daylight.sun())
+            return sky(daylight)
         path = self.options.map_path
         if path is None:
             environment, key = defaults.studio(camera)

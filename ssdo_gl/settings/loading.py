@@ -25,7 +25,10 @@ from ssdo_gl.suggestion import suggestion
 
 # The value of --camera that frames the whole scene.
 FIT = "fit"
-LIGHTS = ("auto", "file", "studio")
+SKY = "sky"
+LIGHTS = ("auto", "file", "studio", SKY)
+# Of --light sky: the afternoon, when shadows show what is round.
+SKY_HOUR = 15.0
 MAP_SUFFIXES = (".hdr", ".exr")
 _look = partial(setting, group=LOOK, modes=modes.ALL)
 # Of model files alone: scene files say it for each object.
@@ -48,8 +51,9 @@ class LoadOptions:
     light: str = _look(
         "auto",
         "auto adds what the picture needs to the light of the file; file adds nothing;"
-        " studio or an .hdr or .exr map take the place of lamps and sky",
-        metavar="file|auto|studio|PATH.hdr",
+        " studio, a clear day at an hour (15 if none is given), or an .hdr or .exr map take the"
+        " place of lamps and sky",
+        metavar="file|auto|studio|sky[:HOUR]|PATH.hdr",
     )
     no_default_light: bool = _look(False, "add no light: as light file")
     normals: str | None = _model(
@@ -83,7 +87,20 @@ class LoadOptions:
     @property
     def map_path(self) -> str | None:
         """The environment map that lights the scene, if one was chosen."""
-        return None if self.light in LIGHTS else self.light
+        chosen = self.light in LIGHTS or self.sky_hour is not None
+        return None if chosen else self.light
+
+    @property
+    def sky_hour(self) -> float | None:
+        """The solar time of the day that lights the scene, if one was chosen."""
+        name, _, hour = self.light.partition(":")
+        if name != SKY:
+            return None
+        try:
+            value = float(hour) if hour else SKY_HOUR
+        except ValueError:
+            return None
+        return value if 0.0 <= value <= 24.0 else None
 
     @property
     def lays_ground(self) -> bool:
@@ -108,10 +125,11 @@ class LoadOptions:
         """Return self after checking every field, or raise SettingError."""
         check(self)
         suffix = PurePath(self.light).suffix.lower()
-        if self.light not in LIGHTS and suffix not in MAP_SUFFIXES:
+        if self.map_path is not None and suffix not in MAP_SUFFIXES:
             hint = suggestion(self.light, LIGHTS, lists=False)
             raise SettingError(
-                f"light = {shown(self.light)}: expected {', '.join(LIGHTS)} or the path of a "
+                f"light = {shown(self.light)}: expected {', '.join(LIGHTS)}, sky:HOUR (0 to 24) or"
+                f" the path of a "
                 f"{' or '.join(MAP_SUFFIXES)} map{hint}"
             )
         return self

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -9,6 +10,7 @@ from typing import Any
 
 from ssdo_gl.images.files import OutputError, write_atomically
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.daylight import SkyEnvironment
 from ssdo_gl.scene.environment_kinds import (
     ConstantEnvironment,
     Environment,
@@ -96,6 +98,11 @@ def _camera_lines(camera: Camera) -> Iterator[str]:
 
 
 def _environment_lines(environment: Environment | None) -> Iterator[str]:
+    if isinstance(environment, SkyEnvironment):
+        yield 'kind = "sky"'
+        for name, value in dataclasses.asdict(environment.daylight).items():
+            yield f"{name} = {toml_value(float(value))}"
+        return
     if isinstance(environment, MapEnvironment):
         # The image is that of the base: only its turn can have been changed.
         yield f"rotation_y = {toml_value(float(environment.rotation_y))}"

@@ -6,6 +6,7 @@ import dataclasses
 
 from imgui_bundle import imgui
 
+from ssdo_gl.scene.daylight import Daylight, SkyEnvironment, sky, with_sun
 from ssdo_gl.scene.defaults import SKY
 from ssdo_gl.scene.environment_kinds import ConstantEnvironment, Environment, GradientEnvironment
 from ssdo_gl.scene.material import Color
@@ -89,6 +90,11 @@ def _environment(viewer: Viewer) -> None:
             horizon=_color("horizon", environment.horizon),
             ground=_color("ground", environment.ground),
         )
+    elif isinstance(environment, SkyEnvironment):
+        daylight = _time_of_day(environment.daylight)
+        if daylight != environment.daylight and daylight.is_day:
+            new = sky(daylight)
+            viewer.lights[:] = with_sun(tuple(viewer.lights), daylight)
     else:
         imgui.text_disabled(f"image {environment.name or 'map'}")
         turned, degrees = imgui.drag_float("turn (deg)", environment.rotation_y, 0.5)
@@ -103,6 +109,21 @@ def _environment(viewer: Viewer) -> None:
         if imgui.small_button("as loaded"):
             _replace_environment(viewer, viewer.loaded.environment)
     imgui.tree_pop()
+
+
+def _time_of_day(daylight: Daylight) -> Daylight:
+    """Edit the hour of a day and what it is like."""
+    for name, label, low, high, digits in (
+        ("hour", "hour (solar)", 0.0, 24.0, "%.2f"),
+        ("day", "day of the year", 1.0, 366.0, "%.0f"),
+        ("latitude", "latitude (deg)", -90.0, 90.0, "%.1f"),
+        ("turbidity", "turbidity", 2.0, 10.0, "%.1f"),
+        ("north", "north (deg)", -180.0, 180.0, "%.0f"),
+    ):
+        changed, value = imgui.slider_float(label, getattr(daylight, name), low, high, digits)
+        if changed:
+            daylight = dataclasses.replace(daylight, **{name: value})
+    return daylight
 
 
 def _replace_environment(viewer: Viewer, environment: Environment | None) -> None:

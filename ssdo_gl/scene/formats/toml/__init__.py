@@ -6,6 +6,7 @@ from pathlib import Path
 
 from ssdo_gl.scene import paths
 from ssdo_gl.scene.builder import SceneBuilder
+from ssdo_gl.scene.daylight import SkyEnvironment
 from ssdo_gl.scene.formats.toml import environments, lights, materials, objects, render_settings
 from ssdo_gl.scene.formats.toml.based import read_based_scene
 from ssdo_gl.scene.formats.toml.camera_table import read_camera, read_height
@@ -72,6 +73,8 @@ def read_description(
     top.allow(*TOP_KEYS)
     builder = SceneBuilder(source, options)
     environment = environments.read_environment(top.table("environment"), file, builder)
+    if isinstance(environment, SkyEnvironment):
+        builder.lights.append(environment.daylight.sun())
     render = render_settings.read_render_settings(top.table("render"))
     material_of_name = materials.read_materials(top.table("materials"), file, builder)
     for table in top.tables("light"):

@@ -10,6 +10,7 @@ from typing import Any
 
 from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.daylight import SkyEnvironment, with_sun
 from ssdo_gl.scene.environment_kinds import MapEnvironment
 from ssdo_gl.scene.formats.toml import environments, render_settings
 from ssdo_gl.scene.formats.toml.camera_table import read_camera, read_height
@@ -54,10 +55,15 @@ def read_based_scene(top: Table, file: Path | None, options: LoadOptions) -> Sce
         without = environment.text("kind") == "none"
         read = environments.read_environment
         changes["environment"] = None if without else read(environment, file, builder)
+        if isinstance(changes["environment"], SkyEnvironment):
+            lights = with_sun(base.lights, changes["environment"].daylight)
+            base = dataclasses.replace(base, lights=lights)
     elif environment is not None:
         environment.allow("rotation_y")
         rotation = environment.number("rotation_y")
-        if not isinstance(base.environment, MapEnvironment):
+        if not isinstance(base.environment, MapEnvironment) or isinstance(
+            base.environment, SkyEnvironment
+        ):
             environment.fail("rotation_y", "the base has no map to turn: expected a kind, too")
         changes["environment"] = dataclasses.replace(base.environment, rotation_y=rotation)
     table = top.table("camera")

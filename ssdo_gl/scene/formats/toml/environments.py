@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ssdo_gl.scene.builder import SceneBuilder
+from ssdo_gl.scene.daylight import Daylight, sky
 from ssdo_gl.scene.environment_kinds import (
     ConstantEnvironment,
     Environment,
@@ -19,6 +20,7 @@ _KEYS: dict[str, tuple[str, ...]] = {
     "constant": ("radiance",),
     "gradient": ("zenith", "horizon", "ground"),
     "map": ("path", "rotation_y", "scale"),
+    "sky": ("hour", "latitude", "day", "turbidity", "north"),
 }
 
 
@@ -36,6 +38,8 @@ def read_environment(
         return GradientEnvironment(
             table.color("zenith"), table.color("horizon"), table.color("ground")
         )
+    if kind == "sky":
+        return sky(_daylight(table))
     path = file_beside(table, "path", file)
     scale = table.number("scale", 1.0, low=0.0)
     image, note = read_radiance_map(path, table.where("path"), scale)
@@ -43,3 +47,17 @@ def read_environment(
         builder.note(note)
     rotation = table.number("rotation_y", 0.0)
     return MapEnvironment(image, rotation, path.name)
+
+
+def _daylight(table: Table) -> Daylight:
+    usual = Daylight()
+    daylight = Daylight(
+        hour=table.number("hour", usual.hour, low=0.0, high=24.0),
+        latitude=table.number("latitude", usual.latitude, low=-90.0, high=90.0),
+        day=table.number("day", usual.day, low=1.0, high=366.0),
+        turbidity=table.number("turbidity", usual.turbidity, low=2.0, high=10.0),
+        north=table.number("north", usual.north),
+    )
+    if not daylight.is_day:
+        table.fail("hour", "an hour (solar time) at which the sun is above the horizon")
+    return daylight
