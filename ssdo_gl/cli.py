@@ -70,33 +70,33 @@ def _with_preset(command: CommandLine) -> dict[str, Any]:
 def _tuned(run: RunOptions, scene: Scene, settings: Settings, camera: Camera | None) -> Settings:
     """Return `settings`, or what a budget or an error bound makes of them."""
     wants_error = settings.max_error is not None and not settings.is_reference
+    if run.error_reference is not None and not wants_error:
+        raise UsageError("--truth belongs to --max-error E of a method that is no reference")
     if run.budget_ms is None and not wants_error:
         if run.recalibrate:
             raise UsageError("--recalibrate belongs to --budget-ms T or --max-error E")
         return settings
     if run.budget_ms is not None and wants_error:
         raise UsageError("--budget-ms and --max-error: give one of them")
-    from ssdo_gl.bench.tune import choose_for_budget, choose_for_error
+    from ssdo_gl.bench.error_bound import choose_for_error
+    from ssdo_gl.bench.tune import choose_for_budget
 
+    shared: dict[str, Any] = {
+        "camera": camera,
+        "backend": run.backend,
+        "recalibrate": run.recalibrate,
+    }
     if run.budget_ms is not None:
-        choice = choose_for_budget(
-            scene,
-            settings,
-            run.budget_ms,
-            camera=camera,
-            backend=run.backend,
-            recalibrate=run.recalibrate,
-        )
+        choice = choose_for_budget(scene, settings, run.budget_ms, **shared)
     else:
         assert settings.max_error is not None
         choice = choose_for_error(
             scene,
             settings,
             settings.max_error,
-            camera=camera,
-            backend=run.backend,
+            against=run.error_reference,
             allow_rays=run.snapshot is not None,
-            recalibrate=run.recalibrate,
+            **shared,
         )
     if not choice.holds:
         print(f"ssdo-gl: {choice.sentence}", file=sys.stderr)

@@ -122,10 +122,7 @@ class RunOptions:
         modes=modes.ONE,
     )
     two_sided: bool = setting(
-        False,
-        "draw backs that a glTF file says to leave out",
-        group=LOOK,
-        modes=modes.ALL,
+        False, "draw backs that a glTF file says to leave out", group=LOOK, modes=modes.ALL
     )
     time: float = setting(
         0.0,
@@ -151,6 +148,14 @@ class RunOptions:
         low=1e-3,
         high=1e9,
         metavar="T",
+        group=QUALITY,
+        modes=modes.ONE,
+    )
+    error_reference: str | None = setting(
+        None,
+        "what --max-error is measured against: the near field, or all light; by default by method",
+        choices=("near", "gi"),
+        flag_name="truth",
         group=QUALITY,
         modes=modes.ONE,
     )
@@ -195,9 +200,8 @@ class RunOptions:
             modes.FILM: self.film is not None,
             modes.SERVE: self.serve,
         }
-        return frozenset(name for name, is_on in asked.items() if is_on) or frozenset(
-            {modes.WINDOW}
-        )
+        named = [name for name, is_on in asked.items() if is_on]
+        return frozenset(named or [modes.WINDOW])
 
 
 @dataclass(frozen=True)
@@ -371,12 +375,11 @@ def wanted_aovs(run: RunOptions) -> tuple[str, ...]:
     known = image_names()
     if run.aov is None:
         return ("beauty",)
-    is_live = bool(run.active & modes.LIVE)
-    if run.aov == "all" and not is_live:
+    if run.aov == "all" and not run.active & modes.LIVE:
         return known
     wanted = tuple(dict.fromkeys(part.strip() for part in run.aov.split(",")))
     unknown = [name for name in wanted if name not in known]
-    if is_live and (unknown or len(wanted) > 1):
+    if run.active & modes.LIVE and (unknown or len(wanted) > 1):
         where = "window" if modes.WINDOW in run.active else "page"
         raise UsageError(f"--aov {shown(run.aov)}: a {where} begins with one of {', '.join(known)}")
     if unknown:

@@ -196,3 +196,22 @@ def test_a_generous_error_gives_the_cheapest_setting(tmp_path, capsys):
     assert "--recalibrate measures again" in capsys.readouterr().out
     assert main([*arguments, "--max-error", "10", "--recalibrate"]) == 0
     assert "calibrated in" in capsys.readouterr().out
+
+
+def test_all_light_within_a_bound_takes_gi(tmp_path, capsys):
+    """Of corner `bounce` misses a quarter of the light."""
+    stats = tmp_path / "s.json"
+    out = tmp_path / "x.png"
+    arguments = ["corner", *SMALL, "--snapshot", str(out), "--stats", str(stats)]
+    assert main([*arguments, "--max-error", "0.12", "--truth", "gi"]) == 0
+    line = capsys.readouterr().out.splitlines()[0]
+    assert line.startswith("chose gi march") and "of the mean of all light" in line
+    assert settings_of(stats)["method"] == "gi"
+
+
+def test_a_reference_of_the_bound_needs_a_bound(capsys):
+    assert "--truth belongs" in refused(capsys, ["corner", "--truth", "gi", "--snapshot", "x.png"])
+    assert "use --truth gi" in refused(
+        capsys,
+        ["corner", "--method", "gi", "--truth", "near", "--max-error", "1", "--snapshot", "x.png"],
+    )

@@ -12,7 +12,6 @@ from bench.fake_renderer import FakeRenderer, triangle_scene
 from ssdo_gl.bench import calibration, tune
 from ssdo_gl.bench.calibration import Calibration
 from ssdo_gl.bench.presets import Ladder, PresetRung
-from ssdo_gl.bench.reference_cache import ReferenceCache
 from ssdo_gl.settings import Settings
 
 RUNGS = tuple(
@@ -160,53 +159,10 @@ def test_the_cheapest_is_the_cheapest_of_all_that_is_known(tmp_path):
     assert chosen.settings.samples == RUNGS[-1].samples
 
 
-def errors_of(renderer: FakeRenderer, tmp_path) -> dict[str, float]:
-    return tune.measured_errors(renderer, SETTINGS, RUNGS, ReferenceCache(tmp_path))
-
-
-def test_errors_are_upper_ends_of_what_is_measured(tmp_path):
-    found = errors_of(FakeRenderer(), tmp_path)
-    values = [found[rung.label] for rung in RUNGS]
-    # The fake error is a screen loss of 0.06 plus noise, on a mean of about 0.5.
-    assert values == sorted(values, reverse=True)
-    assert 0.06 / 0.5 <= values[-1] <= 0.06 / 0.5 * 1.15
-
-
-def test_the_cheapest_rung_within_the_error_is_chosen(tmp_path):
-    found = errors_of(FakeRenderer(), tmp_path)
-    allowed = 1.01 * found[RUNGS[3].label]
-    choice = tune.within_error(SETTINGS, allowed, RUNGS, found, "how", True)
-    assert choice.holds
-    assert choice.settings.samples == RUNGS[3].samples
-    assert choice.error <= allowed
-
-
-def test_where_no_screen_space_setting_suffices_rays_do(tmp_path):
-    found = {rung.label: 0.1 for rung in RUNGS}
-    traced = tune.within_error(SETTINGS, 0.01, RUNGS, found, "how", True)
-    assert traced.holds
-    assert traced.settings.method == "reference-near"
-    assert traced.settings.max_error == 0.01
-    refused = tune.within_error(SETTINGS, 0.01, RUNGS, found, "how", False)
-    assert not refused.holds
-    assert refused.settings.method == "bounce"
-    assert "no measured setting" in refused.sentence
-
-
-def test_the_calibration_frame_is_small_and_keeps_its_shape():
-    assert tune._smaller((1920, 1080)) == (320, 180)
-    assert tune._smaller((64, 36)) == (64, 36)
-    width, height = tune._smaller((1000, 5000))
-    assert height == pytest.approx(5 * width, abs=3)
-    assert width * height <= tune.CALIBRATION_PIXELS * 1.02
-
-
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
 def test_bad_requests_are_refused_before_a_device_is_opened(value):
     with pytest.raises(tune.CannotTuneError, match="--budget-ms"):
         tune.choose_for_budget(triangle_scene(), SETTINGS, value, backend="nonsense")
-    with pytest.raises(tune.CannotTuneError, match="--max-error"):
-        tune.choose_for_error(triangle_scene(), SETTINGS, value, backend="nonsense")
 
 
 def test_methods_that_the_ladder_does_not_concern_are_refused():

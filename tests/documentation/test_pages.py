@@ -14,9 +14,10 @@ MOST_README_LINES = 150
 LANGUAGES = {"sh", "text", "python", "toml", "glsl", "mermaid"}
 MACHINE_PATH = re.compile(r"(?<![\w.])/(home|root|tmp|work|usr|mnt)/")
 # Words that say less than the field's own: reference, neighbours, visibility, input, requested.
+# One of them is a flag.
 PRIVATE_WORDS = re.compile(
     r"nobody can tell|no numbers\b|content to be|\b(?<!line of )sight\b"
-    r"|\b(hands|company|desk|truths?|wish(es|ed|ing)?|pretend(s|ed|ing)?)\b",
+    r"|\b(hands|company|desk|(?<!--)(?<!flag.name=.)truths?|wish(es|ed|ing)?|pretend(s|ed|ing)?)\b",
     re.IGNORECASE,
 )
 
@@ -133,4 +134,5 @@ def test_the_helpers_find_what_they_look_for():
     assert table("| a | b |\n|---|--:|\n| `c\\|d` |  |\n\ntext | e |\n") == [["`c\\|d`", ""]]
     assert code_spans("`--a b\\|c`\n```text\n`no`\n```\n") == ["--a b|c"]
     assert MACHINE_PATH.search("see /home/me/file") and not MACHINE_PATH.search("docs/home/x")
+    assert PRIVATE_WORDS.search("the truth") and not PRIVATE_WORDS.search("`--truth gi`")
     assert PRIVATE_WORDS.search("out of sight") and not PRIVATE_WORDS.search("line of sight")
