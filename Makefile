@@ -10,6 +10,7 @@
 # make bench-estimators  error of visibility against time, every estimator
 # make bench-effects  what planning saves in each scene, against the full pipeline
 # make bench-fidelity  how far materials are from path tracing; MODELS="a.glb b.glb"
+# make bench-light  how far gi and bounce are from path tracing; SCENES="room-1 model.glb"
 # make bench-rays  rays per second of the reference tracers
 # make bench-input  milliseconds from a key or the mouse to its answer in the window
 # make bench-gpu  tests, pass times, rays and images on a GPU, into bench/gpu; eight minutes
@@ -37,7 +38,7 @@ READY := $(VENV)/.ssdo_gl-ready
 endif
 
 .DELETE_ON_ERROR:
-.PHONY: setup snapshot view test test-slow fuzz hard-cases pictures bench bench-passes bench-estimators bench-effects bench-fidelity bench-rays bench-input bench-promises bench-gpu lint clean
+.PHONY: setup snapshot view test test-slow fuzz hard-cases pictures bench bench-passes bench-estimators bench-effects bench-fidelity bench-light bench-rays bench-input bench-promises bench-gpu lint clean
 
 setup: $(READY)
 
@@ -81,6 +82,9 @@ bench-effects: $(READY)
 
 bench-fidelity: $(READY)
 	$(PY) -m benchmarks.render_fidelity $(MODELS)
+
+bench-light: $(READY)
+	$(PY) -m benchmarks.all_light $(SCENES)
 
 bench-rays: $(READY)
 	$(PY) -m benchmarks.ray_speed
