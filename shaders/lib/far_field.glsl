@@ -41,6 +41,9 @@ FarProbes far_probes_at(Receiver r, ivec2 texel)
     // attic with a window .0045, .0041, .0066.
     uint set = set_of_pixel(texel / u_receiver_stride);
     vec2 jitter = (vec2(set & 3u, set >> 2) - 1.5) * 0.25;
+    // Where a quarter of the probes is known they stand twice as far apart.
+    vec4 known = u_inv_ray_counts;
+    jitter *= min(min(known.x, known.y), min(known.z, known.w)) > 0.0 ? 1.0 : 2.0;
     vec2 place = (vec2(texel) + 0.5) / float(PROBE_TILE) - 0.5 + jitter;
     // Inside, so that of the four tiles each is in another quarter.
     vec2 low = clamp(floor(place), vec2(0.0), vec2(max(tiles - 2, ivec2(0))));
