@@ -33,6 +33,8 @@ _HEADERS = {
     "Referrer-Policy": "no-referrer",
     "X-Content-Type-Options": "nosniff",
 }
+# Who says nothing for so long takes the place of somebody who would look.
+FIRST_EVENT_SECONDS = 10.0
 _IS_LOSSLESS = 1
 _Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
@@ -152,7 +154,11 @@ class Server:
 
     async def _listen(self, socket: web.WebSocketResponse, visitor: Visitor) -> None:
         has_entered = False
+        silent = asyncio.get_running_loop().call_later(
+            FIRST_EVENT_SECONDS, lambda: asyncio.ensure_future(socket.close())
+        )
         async for message in socket:
+            silent.cancel()
             try:
                 if message.type is not WSMsgType.TEXT:
                     raise PageEventError("a message is text")

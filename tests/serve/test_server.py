@@ -187,6 +187,19 @@ def test_who_sends_garbage_is_sent_away_and_nobody_else(renderer, message, code)
     with_client(renderer, act)
 
 
+def test_who_says_nothing_takes_nobodys_place(renderer, monkeypatch):
+    monkeypatch.setattr(server_module, "FIRST_EVENT_SECONDS", 0.05)
+
+    async def act(client):
+        silent = await client.ws_connect("/socket")
+        assert (await silent.receive()).type is aiohttp.WSMsgType.CLOSE
+        good = await visit(client)
+        assert (await look(good)).lossless[-1]
+        await good.close()
+
+    with_client(renderer, act)
+
+
 def test_slow_reader_holds_two_pictures_and_nobody_up(renderer):
     async def act(client):
         slow = await visit(client)

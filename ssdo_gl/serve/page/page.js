@@ -38,6 +38,8 @@ async function show(buffer) {
   lossless = isLossless ? file : null;
   picture.dataset.lossless = isLossless;
   picture.dataset.frame = frame;
+  // Nobody sees it: nothing more has to be drawn for now.
+  while (document.hidden) await new Promise((seen) => addEventListener("visibilitychange", seen, { once: true, capture: true }));
   tell("ack", { frame });
 }
 
