@@ -38,7 +38,8 @@ void main()
                     arriving = light_is_blocked(surface, light.w, reach) ? vec3(0.0) : arriving;
 #if GLOSSY
                     LightGloss reflected = gloss_along(
-                        brdf, surface.normal, surface.w_out, light.w, arriving);
+                        brdf, surface.normal, surface.w_out, light.w, arriving,
+                        facets_between(brdf, surface.normal, surface.w_out, light.w));
                     arriving = reflected.irradiance;
                     gloss += reflected.radiance;
 #endif

@@ -159,12 +159,17 @@ vec3 half_vector(vec3 normal, vec3 w_out, vec3 w_in)
     return size > 1e-6 ? sum / size : normal;
 }
 
-// The glossy part alone, where w_in is above the horizon.
-vec3 gloss_per_cosine(Brdf brdf, vec3 normal, vec3 w_out, vec3 w_in)
+// The distribution of microfacets that mirror w_in to w_out.
+float facets_between(Brdf brdf, vec3 normal, vec3 w_out, vec3 w_in)
+{
+    return ggx_distribution(normal, half_vector(normal, w_out, w_in), alpha_of(brdf.roughness));
+}
+
+// The glossy part alone, where w_in is above the horizon; d is that distribution.
+vec3 gloss_per_cosine(Brdf brdf, vec3 normal, vec3 w_out, vec3 w_in, float d)
 {
     float alpha = alpha_of(brdf.roughness);
     vec3 h = half_vector(normal, w_out, w_in);
-    float d = ggx_distribution(normal, h, alpha);
     float v = smith_visibility(cosine_out(normal, w_out), dot(normal, w_in), alpha);
     return is_glossy(brdf) ? fresnel(brdf, dot(w_in, h)) * (d * v) : vec3(0.0);
 }
@@ -172,7 +177,8 @@ vec3 gloss_per_cosine(Brdf brdf, vec3 normal, vec3 w_out, vec3 w_in)
 vec3 gloss_times_cosine(Brdf brdf, vec3 normal, vec3 w_out, vec3 w_in)
 {
     float cos_in = dot(normal, w_in);
-    return cos_in > 0.0 ? gloss_per_cosine(brdf, normal, w_out, w_in) * cos_in : vec3(0.0);
+    float d = facets_between(brdf, normal, w_out, w_in);
+    return cos_in > 0.0 ? gloss_per_cosine(brdf, normal, w_out, w_in, d) * cos_in : vec3(0.0);
 }
 
 // A direction from the glossy part alone, whose weight is of that part, too.

@@ -1,5 +1,5 @@
 // What a glossy surface reflects of one light towards the camera.
-#include "lights/gloss_along.glsl"
+#include "lights/gloss_filter.glsl"
 #include "lights/lights.glsl"
 
 #if GLOSSY
@@ -111,9 +111,15 @@ LightGloss gloss_of_light(Brdf brdf, Light light, vec3 p_vs, vec3 n_vs, vec3 irr
     float spread = 0.5 * light.numbers.x;
     float alpha = alpha_of(brdf.roughness);
     brdf.roughness = sqrt(sqrt(alpha * alpha + spread * spread));
-    return gloss_along(brdf, n_vs, w_out, light.place_vs, irradiance);
-#elif LIGHT_FORM == FORM_POINT
-    return gloss_along(brdf, n_vs, w_out, normalize(light.place_vs - p_vs), irradiance);
+#endif
+#if LIGHT_FORM != FORM_AREA
+    vec3 w = toward_light(light, p_vs);
+#if FILTERS_GLOSS
+    float d = distribution_over_pixel(light, p_vs, n_vs, alpha_of(brdf.roughness));
+#else
+    float d = facets_between(brdf, n_vs, w_out, w);
+#endif
+    return gloss_along(brdf, n_vs, w_out, w, irradiance, d);
 #else
     vec3 radiance = light.power * visibility * gloss_of_area(brdf, light, p_vs, n_vs, w_out);
     return LightGloss(irradiance, radiance);

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ReasonedPass, Term
-from ssdo_gl.effects.methods import ALL
+from ssdo_gl.effects.methods import ALL, REFERENCES
 from ssdo_gl.effects.request import Request
 from ssdo_gl.effects.scene_lights import USELESS_LIGHTS, need_of_direct_light
 from ssdo_gl.effects.shadow_settings import ShadowMapSettings
@@ -27,7 +27,7 @@ from ssdo_gl.settings.fields import setting
 
 @dataclass(frozen=True)
 class DirectSettings:
-    """How soft shadows are sampled."""
+    """How soft shadows are sampled, and highlights of small lights filtered."""
 
     blocker_samples: int = setting(
         3,
@@ -37,6 +37,14 @@ class DirectSettings:
     )
     filter_samples: int = setting(
         8, "shadow-map reads per part of a light in its penumbra: smoother", low=1, high=256
+    )
+    gloss_footprint: float = setting(
+        0.7,
+        "how much of the way to its neighbours a pixel reaches, over which highlights of lights "
+        "without an area are averaged; 0: what is at its centre",
+        unit="px",
+        low=0.0,
+        high=1.0,
     )
 
 
@@ -111,6 +119,8 @@ class DirectPass(RenderPass):
         rows = light_rows(scene.lights, frames, context.frame.view)
         textures = {sampler: context.inputs[name] for sampler, name in self._wiring.items()}
         common = uniforms(self.settings, context.frame)
+        if self._filters_gloss:
+            common["u_gloss_footprint"] = self.settings.gloss_footprint
         if self.shadow_maps:
             columns = atlas_layout(scene.lights).columns
             common["u_shadow_tile_texels"] = context.inputs["shadow_atlas"].width // columns
@@ -131,6 +141,10 @@ class DirectPass(RenderPass):
                 adds=i != chosen[0],
             )
 
+    @property
+    def _filters_gloss(self) -> bool:
+        return self.glossy and self.settings.gloss_footprint > 0.0
+
     def _defines(self, light: Light, smooth: bool) -> dict[str, int]:
         has_map = self.shadow_maps and light.shadow == "map"
         return {
@@ -139,6 +153,7 @@ class DirectPass(RenderPass):
             "IS_SOFT": int(light.form is Form.AREA or light.spread > 0.0),
             "HAS_SHADOW_MAP": int(has_map),
             "GLOSSY": int(self.glossy),
+            "FILTERS_GLOSS": int(self._filters_gloss),
             "HAS_LIFT": int(has_map and self.lifts and smooth),
             "HAS_SHADING_NORMALS": int(smooth),
             "BLOCKER_COUNT": self.settings.blocker_samples,
@@ -170,6 +185,9 @@ class Direct(Effect):
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
         """Yield the one pass."""
         settings = request.with_overrides("direct", DirectSettings())
+        if request.settings.method in REFERENCES:
+            # Which look at the centres of pixels.
+            settings = replace(settings, gloss_footprint=0.0)
         maps = request.with_overrides("shadow_map", ShadowMapSettings())
         has_maps = request.runs("shadow_map")
         item = DirectPass(

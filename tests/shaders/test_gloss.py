@@ -15,7 +15,8 @@ COUNT = 4000
 TOLERANCE = 2e-5
 ALONG = """
 Brdf brdf = Brdf(albedo, f0, f90, roughness);
-LightGloss light = gloss_along(brdf, normal, w_out, w, vec3(max(dot(normal, w), 0.0)));
+float d = facets_between(brdf, normal, w_out, w);
+LightGloss light = gloss_along(brdf, normal, w_out, w, vec3(max(dot(normal, w), 0.0)), d);
 return light.radiance + diffuse_radiance_towards(brdf, normal, w_out, light.irradiance);"""
 
 
