@@ -12,6 +12,7 @@
 # make bench-fidelity  how far materials are from path tracing; MODELS="a.glb b.glb"
 # make bench-light  how far gi and bounce are from path tracing; SCENES="room-1 model.glb"
 # make bench-rays  rays per second of the reference tracers
+# make bench-motion  errors, flicker, lag and ghosts in motion; MOTION_FLAGS=--quick
 # make bench-input  milliseconds from a key or the mouse to its answer in the window
 # make bench-gpu  tests, pass times, rays and images on a GPU, into bench/gpu; eight minutes
 # make bench-promises  whether --budget-ms and --max-error keep what they promise
@@ -31,6 +32,7 @@ BENCH_FLAGS ?=
 FUZZ_SEED ?= 0
 FUZZ_COUNT ?= 1000
 GPU_FLAGS ?=
+MOTION_FLAGS ?=
 
 ifeq ($(origin PY), undefined)
 PY := $(VENV)/bin/python
@@ -38,7 +40,7 @@ READY := $(VENV)/.ssdo_gl-ready
 endif
 
 .DELETE_ON_ERROR:
-.PHONY: setup snapshot view test test-slow fuzz hard-cases pictures bench bench-passes bench-estimators bench-effects bench-fidelity bench-light bench-rays bench-input bench-promises bench-gpu lint clean
+.PHONY: setup snapshot view test test-slow fuzz hard-cases pictures bench bench-passes bench-estimators bench-effects bench-fidelity bench-light bench-rays bench-motion bench-input bench-promises bench-gpu lint clean
 
 setup: $(READY)
 
@@ -88,6 +90,9 @@ bench-light: $(READY)
 
 bench-rays: $(READY)
 	$(PY) -m benchmarks.ray_speed
+
+bench-motion: $(READY)
+	$(PY) -m benchmarks.motion $(MOTION_FLAGS)
 
 bench-input: $(READY)
 	$(PY) -m benchmarks.input_latency $(SCENE)

@@ -23,6 +23,7 @@ from ssdo_gl.graph.execute import Executor
 from ssdo_gl.graph.frame import Frame, FrameView
 from ssdo_gl.graph.graph import Plan
 from ssdo_gl.graph.render_pass import ProgressCallback
+from ssdo_gl.passes.temporal import TemporalPass
 from ssdo_gl.planning.planner import FramePlan, Planner
 from ssdo_gl.planning.walk import Pipeline
 from ssdo_gl.render_result import FrameLog, Plane
@@ -94,6 +95,8 @@ class FrameLoop:
         self._pose: tuple[Camera, CameraPose] | None = None
         self._moved: tuple[Scene, float, Scene] | None = None
         self._versions = {"geometry": 0, "lights": 0, "environment": 0}
+        self._drawn: tuple[object, ...] = ()
+        self._moves = 0
 
     @property
     def shaders(self) -> ShaderLibrary:
@@ -165,8 +168,16 @@ class FrameLoop:
     def forget(self) -> None:
         """Run every pass again in the next frame: its shader may have changed."""
         self._executor.forget()
+        self._drawn = ()
 
-    def _prepare(self, wanted: Iterable[str], camera: Camera | None, seconds: float) -> FrameJob:
+    def _prepare(
+        self,
+        wanted: Iterable[str],
+        camera: Camera | None,
+        seconds: float,
+        *,
+        is_live: bool = False,
+    ) -> FrameJob:
         """Bring scene and geometry to their state at `seconds`, and plan a frame of it."""
         self._activate()
         names = checked_images(wanted)
@@ -176,7 +187,7 @@ class FrameLoop:
         camera = camera or self._geometry_scene.camera
         view = self._view(camera)
         start = time.perf_counter()
-        pipeline, plan = self._plan(names, view)
+        pipeline, plan = self._plan(names, view, is_live)
         return FrameJob(names, camera, view, pipeline, plan, (time.perf_counter() - start) * 1e3)
 
     def _run(
@@ -211,10 +222,14 @@ class FrameLoop:
             self._geometry.update(scene)
             self._versions["geometry"] += 1
 
-    def _plan(self, names: tuple[str, ...], view: FrameView | None = None) -> tuple[Pipeline, Plan]:
+    def _plan(
+        self, names: tuple[str, ...], view: FrameView | None = None, is_live: bool = False
+    ) -> tuple[Pipeline, Plan]:
         """Return what a frame of the scene as it stands has to run."""
         moved = self._geometry_scene
-        self._planned = self._planner.plan(self.scene, moved, self.settings, names, view)
+        self._planned = self._planner.plan(
+            self.scene, moved, self.settings, names, view, is_live=is_live
+        )
         lean = self._planned.scene
         if lean is not self._lean:
             self._versions["lights"] += not _is_same(lean.lights, self._lean.lights)
@@ -246,17 +261,31 @@ class FrameLoop:
         Another `nonce` makes anew what depends on the view. Live frames may leave work to
         those that follow.
         """
-        first_seed = self.settings.seed
+        first_seed, moves = self.settings.seed, self._count_move(view) if is_live else 0
         seed, steady_view = first_seed + index, (view.key(), nonce, count, is_live)
         view = dataclasses.replace(view, jitter_px=jitter(index % count, count))
         versions = {
             **self._versions,
             "view": (view.key(), nonce),
-            "seed": seed,
+            "seed": (seed, moves),
             "steady_view": steady_view,
             "steady_seed": first_seed,
         }
-        return Frame(view, self._lean, seed, versions, is_live, first_seed, count)
+        return Frame(view, self._lean, seed, versions, is_live, first_seed, count, moves)
+
+    def _count_move(self, view: FrameView) -> int:
+        """Return the number of a frame that shows the scene of the one before, moved; else 0."""
+        assert self._planned is not None
+        passes = self._planned.graph.order
+        if not any(isinstance(item, TemporalPass) for item in passes):
+            return 0
+        light = self._versions["lights"], self._versions["environment"]
+        kept = light, view.size, view.tan_half_fov, view.half_frame
+        last, self._drawn = self._drawn, (kept, self._versions["geometry"], view.key())
+        if not last or last[0] != kept or last == self._drawn:
+            return 0
+        self._moves += 1
+        return self._moves
 
     def _plane(self, job: FrameJob, name: str) -> Plane:
         """Return where an image of the frame that was run last lies."""

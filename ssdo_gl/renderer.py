@@ -208,7 +208,7 @@ class Renderer(FrameLoop):
         is_live : bool
             As a window draws: light that lags behind may be made up for by later frames.
         """
-        job = self._prepare(wanted, camera, seconds)
+        job = self._prepare(wanted, camera, seconds, is_live=is_live)
         log = FrameLog()
         frame = self._frame(job.view, 0, 1, number, is_live=is_live)
         self._run(job.plan, frame, log, time_passes, None)
@@ -240,7 +240,7 @@ class Renderer(FrameLoop):
         progress : callable or None
             Called every few milliseconds; may draw other things, and raise to give the frame up.
         """
-        job = self._prepare((*wanted, "depth"), camera, seconds)
+        job = self._prepare((*wanted, "depth"), camera, seconds, is_live=True)
         frame = self._frame(job.view, index, count, is_live=True)
         log = FrameLog()
         pauses: list[float] = []

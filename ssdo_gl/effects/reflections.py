@@ -23,7 +23,11 @@ from ssdo_gl.passes.environment_uniforms import (
     environment_uniforms,
 )
 from ssdo_gl.passes.ray_uniforms import ray_defines, ray_reads, ray_uniforms
-from ssdo_gl.passes.screen_space_settings import ScreenSpaceSettings, estimator_uniforms
+from ssdo_gl.passes.screen_space_settings import (
+    ScreenSpaceSettings,
+    estimator_uniforms,
+    pattern_offset,
+)
 from ssdo_gl.passes.surfel_textures import CACHE_TABLES
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment_kinds import Environment
@@ -53,6 +57,8 @@ def uniforms(
     senders = {} if bound is None else {"u_sender_bound": bound, "u_hidden_senders": 0.25}
     return {
         **estimator_uniforms(march, frame, has_back_layer),
+        # What is not averaged over frames keeps its pattern while the camera moves.
+        "u_pattern_offset": pattern_offset(frame.seed),
         **environment_uniforms(frame),
         **senders,
         "u_max_roughness": settings.max_roughness,

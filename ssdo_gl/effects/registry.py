@@ -26,6 +26,7 @@ from ssdo_gl.effects.surface_cache import SurfaceCache
 from ssdo_gl.effects.traced_shadows import TracedShadows
 from ssdo_gl.passes.edge_aware_filter import FILTER, EdgeAwareFilterSettings
 from ssdo_gl.passes.gbuffer import GBUFFER_IMAGES
+from ssdo_gl.passes.temporal import TEMPORAL, TemporalSettings
 from ssdo_gl.passes.tone_map import ToneMapSettings
 
 # In the order in which they are decided: each may ask about those above it. It is also the
@@ -91,4 +92,5 @@ def image_names() -> tuple[str, ...]:
 def pass_settings() -> Mapping[str, type[Any]]:
     """Return the settings class of every pass that has one, by the pass' name."""
     own = {name: cls for effect in _EFFECTS for name, cls in effect.settings.items()}
-    return {**own, FILTER: EdgeAwareFilterSettings, "tone_map": ToneMapSettings}
+    shared = {FILTER: EdgeAwareFilterSettings, TEMPORAL: TemporalSettings}
+    return {**own, **shared, "tone_map": ToneMapSettings}

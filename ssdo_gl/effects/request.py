@@ -71,6 +71,8 @@ class Request:
         What is known of the view; without it, the view rules nothing out.
     pass_settings : mapping of str to type
         The settings classes of all passes, by pass name.
+    is_live : bool
+        Of the frames of a window, which may be averaged with those before them.
 
     Attributes
     ----------
@@ -91,6 +93,8 @@ class Request:
         wanted: Sequence[str],
         view: ViewFacts | None = None,
         pass_settings: Mapping[str, type[Any]] | None = None,
+        *,
+        is_live: bool = False,
     ) -> None:
         assert settings.radius is not None, "the renderer fills the radius in"
         self.scene = scene
@@ -102,6 +106,7 @@ class Request:
         # Rays leave the view: what it does not show may matter to them.
         self.view = None if self.is_full or settings.is_reference else view
         self.pass_settings = pass_settings or {}
+        self.is_live = is_live
         self.asked: frozenset[str] = frozenset()
         self.kept_refinements: int | None = None
         self.running: list[Effect] = []
@@ -206,6 +211,12 @@ class Request:
     def looks_around(self) -> bool:
         """Whether an effect runs that looks for blockers in the depth buffer."""
         return any(effect.looks_around for effect in self.running)
+
+    @property
+    def averages(self) -> bool:
+        """Whether images of a window are averaged over frames."""
+        is_wanted = self.settings.temporal == "on" and not self.settings.is_reference
+        return self.is_live and is_wanted and self.looks_around
 
     @property
     def anything_is_sent(self) -> bool:

@@ -90,7 +90,7 @@ class Executor:
     Attributes
     ----------
     is_settled : bool
-        Whether the last frame left no work to gradual passes.
+        Whether the last frame left no work to gradual passes, and stands for itself.
     before_pass : callable or None
         Called before each pass that runs; may raise to give the frame up, after which
         the caller must `forget`.
@@ -145,7 +145,9 @@ class Executor:
         textures: dict[str, moderngl.Texture] = {}
         facts: dict[str, object] = {}
         timings = []
-        self.is_settled = True
+        # What was averaged with other frames is not what this one is at rest.
+        self.is_settled = frame.moves == 0
+        is_complete = True
         shaders = self._shaders.choosing(frame.view.choices)
         for index, item in enumerate(plan.order):
             if item.name in stale:
@@ -164,6 +166,7 @@ class Executor:
                     progress=progress,
                     facts={name: facts[name] for name in item.reads if name in facts},
                     last=last,
+                    is_complete=is_complete,
                 )
                 timer = self.timer if time_passes else None
                 timings.append(self._execute(item, result, context, timer))
@@ -172,7 +175,7 @@ class Executor:
                     result.identity = identities[item.name]
                 if not item.is_settled:
                     self._parts[item.name] = self._parts.get(item.name, 0) + 1
-                    self.is_settled = False
+                    self.is_settled = is_complete = False
             else:
                 timings.append(PassTiming(item.name, False, None, 0.0))
             if item.name in self._results:

@@ -141,6 +141,10 @@ class Frame:
         from what they left last time. All other frames depend on nothing but their input.
     first_seed, count : int
         Seed of the first frame of this view, and of how many frames its picture is the mean.
+    moves : int
+        Of a live frame that may be averaged with those before it, its number among them:
+        camera or bodies have moved since the last one, lights have not. 0: it is to be as
+        a single frame is.
     """
 
     view: FrameView
@@ -150,6 +154,12 @@ class Frame:
     is_live: bool = False
     first_seed: int = 0
     count: int = 1
+    moves: int = 0
+
+    @property
+    def pattern(self) -> int:
+        """What chooses the sample points of that which is averaged over frames."""
+        return self.seed + (self.moves << 32)
 
     @property
     def chance(self) -> float:

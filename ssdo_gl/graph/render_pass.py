@@ -58,6 +58,8 @@ class PassContext:
         Of those ``inputs`` whose producer gave some.
     last : mapping of resource name to TextureWithFacts
         Of a gradual pass in a live frame, what it returned last time; facts may be None.
+    is_complete : bool
+        Whether no pass before it in this frame has left work to later frames.
     """
 
     gl: moderngl.Context
@@ -69,6 +71,7 @@ class PassContext:
     progress: ProgressCallback | None = None
     facts: Mapping[str, Any] = field(default_factory=dict)
     last: Mapping[str, TextureWithFacts] = field(default_factory=dict)
+    is_complete: bool = True
 
 
 class RenderPass(ABC):

@@ -134,7 +134,7 @@ def estimator_uniforms(
     return {
         **frame.view.uniforms(),
         "u_receiver_stride": settings.receiver_stride,
-        "u_pattern_offset": pattern_offset(frame.seed),
+        "u_pattern_offset": pattern_offset(frame.pattern),
         "u_near_vs": frame.view.near,
         "u_radius": settings.radius,
         "u_thickness": thickness,

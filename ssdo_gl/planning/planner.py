@@ -52,7 +52,7 @@ class Planner:
         self._content: tuple[Scene, SceneContent] | None = None
         self._bodies: tuple[tuple[object, ...], Bodies] | None = None
         self._neighbours: tuple[tuple[object, ...], Neighbours] | None = None
-        self._plans: dict[tuple[tuple[str, ...], Decided], tuple[Pipeline, Plan]] = {}
+        self._plans: dict[tuple[tuple[str, ...], Decided, bool], tuple[Pipeline, Plan]] = {}
         self._plans_for: tuple[object, ...] = ()
         self._mapped: tuple[tuple[object, ...], frozenset[int]] = ((), frozenset())
         self._lights: dict[tuple[int, bool, bool], tuple[Light, Light]] = {}
@@ -66,6 +66,8 @@ class Planner:
         settings: Settings,
         wanted: tuple[str, ...],
         view: FrameView | None = None,
+        *,
+        is_live: bool = False,
     ) -> FramePlan:
         """Return what a frame has to run.
 
@@ -81,9 +83,11 @@ class Planner:
             AOV names or ``display``.
         view : FrameView or None
             Without it, nothing is ruled out by what the camera sees.
+        is_live : bool
+            Of a window's frames, one after the other.
         """
         same = (scene, moved, settings)
-        view_key = (wanted, None if view is None else view.key())
+        view_key = (wanted, None if view is None else view.key(), is_live)
         last = self._last
         if last is not None and _identical(last[0], same) and last[1] == view_key:
             return last[2]
@@ -95,7 +99,7 @@ class Planner:
         facts = None
         if view is not None and settings.effects == "auto" and not settings.is_reference:
             facts = self._facts(moved, settings, view)
-        request = Request(scene, content, settings, wanted, facts)
+        request = Request(scene, content, settings, wanted, facts, is_live=is_live)
         decided = decide(request)
         pipeline, graph = self._passes(request, decided)
         planned = FramePlan(pipeline, graph, self._lean(moved, decided), decided)
@@ -176,7 +180,7 @@ class Planner:
         if not _identical(self._plans_for, made_for):
             self._plans.clear()
             self._plans_for = made_for
-        key = (request.wanted, decided)
+        key = (request.wanted, decided, request.is_live)
         if key not in self._plans:
             while len(self._plans) >= MOST_PLANS:
                 self._plans.pop(next(iter(self._plans)))

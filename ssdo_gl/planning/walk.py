@@ -13,10 +13,11 @@ from ssdo_gl.effects.request import Request, Shortcut
 from ssdo_gl.graph.graph import compile_graph
 from ssdo_gl.graph.render_pass import RenderPass
 from ssdo_gl.passes.composite import CompositePass, OcclusionMode
-from ssdo_gl.passes.edge_aware_filter import FILTER, joined_filters
+from ssdo_gl.passes.edge_aware_filter import FILTER, EdgeAwareFilterPass, joined_filters
 from ssdo_gl.passes.gbuffer import GBUFFER_IMAGES, GBufferPass
 from ssdo_gl.passes.radiance_aov import RadianceAovPass
 from ssdo_gl.passes.sender_radiance import SenderRadiancePass
+from ssdo_gl.passes.temporal import TEMPORAL, TemporalPass, TemporalSettings
 from ssdo_gl.passes.tone_map import ToneMapPass, ToneMapSettings
 from ssdo_gl.settings.backgrounds import ENVIRONMENT, color_code
 
@@ -72,7 +73,20 @@ def decide(request: Request) -> Decided:
         for shortcut in effect.shortcuts:
             request.takes(shortcut)
     request.takes(NO_SURFACE_IMAGES)
+    if request.looks_around and not request.settings.is_reference:
+        request.record(_averaging(request))
     return request.decided()
+
+
+def _averaging(request: Request) -> Decision:
+    """Return whether frames are averaged with those before them."""
+    if request.averages:
+        reason = "in a window, noise of what moves is averaged over frames"
+    elif request.is_live:
+        reason = "it is switched off"
+    else:
+        reason = "a single picture depends on no other; in a window, what moves is averaged"
+    return Decision("averaging over frames", request.averages, reason)
 
 
 def _asked(request: Request, effects: Iterable[Effect]) -> frozenset[str]:
@@ -97,12 +111,13 @@ def build(request: Request) -> Pipeline:
     """Return the passes of a request that was decided."""
     pipeline = _Builder(request).build()
     if request.is_full:
-        return pipeline
+        return _averaged(pipeline, request)
     full = dataclasses.replace(request.settings, effects="full")
     everything = Request(request.scene, request.content, full, request.wanted)
     decide(everything)
     skipped = _reasons_to_skip(pipeline, build(everything))
-    return _with_joined_filters(dataclasses.replace(pipeline, skipped=skipped))
+    pipeline = _with_joined_filters(dataclasses.replace(pipeline, skipped=skipped))
+    return _averaged(pipeline, request)
 
 
 def _reasons_to_skip(pipeline: Pipeline, full: Pipeline) -> dict[str, str]:
@@ -245,6 +260,40 @@ def _with_joined_filters(pipeline: Pipeline) -> Pipeline:
     passes = joined_filters(pipeline.passes, order)
     reasons = {**pipeline.reasons, FILTER: "removes the sampling noise along surfaces"}
     return dataclasses.replace(pipeline, passes=passes, reasons=reasons)
+
+
+# Diffuse light belongs to the place where it is seen. What gloss reflects moves over it.
+_AVERAGED = frozenset({"directional_irradiance", "bounce_irradiance", "visibility"})
+# Settings of passes whose images are not, or that a window changes while it moves.
+_NOT_AVERAGED = ("direct.", "shadow_map.", "tone_map.")
+
+
+def _averaged(pipeline: Pipeline, request: Request) -> Pipeline:
+    """Return `pipeline` with filtered images averaged over frames, where that is decided."""
+    if not request.averages:
+        return pipeline
+    settings = request.with_overrides(TEMPORAL, TemporalSettings())
+    chosen = request.settings
+    made_from = (
+        *(chosen.method, chosen.chosen_estimator, chosen.chosen_shadows, chosen.combine),
+        *(request.radius, chosen.filter),
+        tuple(item for item in chosen.overrides.items() if not item[0].startswith(_NOT_AVERAGED)),
+    )
+    passes: list[RenderPass] = []
+    reasons = dict(pipeline.reasons)
+    for item in pipeline.passes:
+        results = {s.result for s in item.signals} if isinstance(item, EdgeAwareFilterPass) else ()
+        if not results or not _AVERAGED.issuperset(results):
+            passes.append(item)
+            continue
+        assert isinstance(item, EdgeAwareFilterPass)
+        signals = [dataclasses.replace(s, result=f"{s.result}_now") for s in item.signals]
+        images = {f"{s.result}_now": s.result for s in item.signals}
+        name = f"{TEMPORAL}_{item.name.removesuffix('_filter')}"
+        passes.append(EdgeAwareFilterPass(item.name, item.settings, *signals))
+        passes.append(TemporalPass(name, settings, images, made_from))
+        reasons[name] = "averages what moves over frames"
+    return dataclasses.replace(pipeline, passes=tuple(passes), reasons=reasons)
 
 
 __all__ = ["Decided", "Decision", "Pipeline", "build", "decide"]

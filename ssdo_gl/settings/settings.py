@@ -124,6 +124,13 @@ class Settings:
         modes=modes.ALL,
     )
     filter: str = _quality("edge", "how noise is filtered", choices=("edge", "naive", "none"))
+    temporal: str = _quality(
+        "on",
+        "average frames while something moves, or not",
+        choices=("on", "off"),
+        modes=frozenset({modes.WINDOW, modes.SERVE}),
+        is_quality=False,
+    )
     effects: str = _quality(
         "auto", "skip what the scene lacks, or not", choices=("auto", "full"), modes=modes.ALL
     )

@@ -59,7 +59,7 @@ def test_every_quality_is_kept(tmp_path: Path) -> None:
     """A new setting comes into presets by itself: those of the window alone stay out."""
     kept = {name for name, info in describe(Settings).items() if info.is_quality}
     assert set(preset_fields(Settings())) == kept
-    assert set(describe(Settings)) - kept == {"size", "antialias", "background"}
+    assert set(describe(Settings)) - kept == {"size", "antialias", "background", "temporal"}
 
 
 def test_folder_that_cannot_be_written_to(tmp_path: Path) -> None:

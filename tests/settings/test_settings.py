@@ -13,7 +13,7 @@ from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.effects.registry import image_names, pass_settings
 from ssdo_gl.scene.formats.toml import read_description
 from ssdo_gl.scene.scene import SceneError
-from ssdo_gl.settings import Settings
+from ssdo_gl.settings import Settings, modes
 from ssdo_gl.settings.fields import (
     FLOAT32_MAX,
     Kind,
@@ -58,8 +58,9 @@ def in_scene(name, value):
 
 def by_flag(name, value):
     """Return what a flag makes of a value; SettingError where refused."""
-    command = ["--snapshot", "a.png", f"{FIELDS[name].flag}={value_text(value)}"]
-    return read_command(command).settings[name]
+    info = FIELDS[name]
+    mode = ["--snapshot", "a.png"] if modes.SNAPSHOT in info.modes else []
+    return read_command([*mode, f"{info.flag}={value_text(value)}"]).settings[name]
 
 
 def in_python(name, value):

@@ -119,7 +119,7 @@ def ignored_because(settings: Settings, name: str) -> str:
     """Return why a setting has no effect with the method in use; empty if it has."""
     method = settings.method
     traced = settings.is_reference or settings.chosen_shadows == "traced"
-    of_depth_buffer = ("samples", "steps", "filter", "resolution_scale", "estimator")
+    of_depth_buffer = ("samples", "steps", "filter", "resolution_scale", "estimator", "temporal")
     reasons = {
         "spp": "" if settings.is_reference else "only references trace paths",
         "max_error": "" if settings.is_reference else "only references know their error",

@@ -1,0 +1,136 @@
+#version 330 core
+// Averages images with what earlier frames saw of the same surfaces.
+//
+// Defines: IMAGE_COUNT 1 or 2; HAS_PAST 0: there is nothing before this frame.
+#include "lib/finite.glsl"
+#include "lib/gbuffer.glsl"
+
+uniform sampler2D t_value_0;
+#if IMAGE_COUNT > 1
+uniform sampler2D t_value_1;
+#endif
+#if HAS_PAST
+uniform sampler2D t_past_0;
+#if IMAGE_COUNT > 1
+uniform sampler2D t_past_1;
+#endif
+uniform sampler2D t_past_surfaces;
+uniform mat3 u_last_from_view;   // rotation of the eye, ...
+uniform vec3 u_last_offset_vs;   // ... and where it is now, in the view of the last frame
+uniform vec2 u_jitter_uv;        // this frame's jitter less that of the last one
+uniform float u_most_frames;     // averaged at most
+
+// A tap of the last frame shows the same surface up to this many footprints of a pixel off
+// its plane, and this distance of octahedral codes (2 across the square): 25 degrees.
+const float PLANE_TOLERANCE = 1.0;
+const float NORMAL_TOLERANCE = 0.43;
+#endif
+
+layout(location = 0) out vec4 o_value_0;
+#if IMAGE_COUNT > 1
+layout(location = 1) out vec4 o_value_1;
+layout(location = 2) out vec4 o_surface;  // z, frames averaged, code of the shading normal
+#else
+layout(location = 1) out vec4 o_surface;
+#endif
+
+struct Past {
+    vec4 values[IMAGE_COUNT];
+    float frames;
+    float weight;
+};
+
+#if HAS_PAST
+// A point and its surface as the last frame saw them; `rate` as in passes/edge_aware_filter.frag.
+struct Place {
+    ivec2 base;
+    vec3 rate;
+    float offset;
+    vec2 shading_code;
+};
+
+void add_tap(inout Past past, Place place, ivec2 step_px, float weight)
+{
+    ivec2 tap = place.base + step_px;
+    bool is_inside = all(greaterThanEqual(tap, ivec2(0)))
+                  && all(lessThan(tap, textureSize(t_past_surfaces, 0)));
+    vec4 surface = texelFetch(t_past_surfaces, is_inside ? tap : ivec2(0), 0);
+    float off_plane = plane_height(place.rate, vec2(step_px), surface.x) - place.offset;
+    // Compared as they are stored, which spares decoding them.
+    vec2 turn = surface.zw * (1.0 / OCT_HALF_RANGE) - 1.0 - place.shading_code;
+    bool is_same = is_inside && surface.x > 0.0 && abs(off_plane) < 1.0
+                && dot(turn, turn) < NORMAL_TOLERANCE * NORMAL_TOLERANCE;
+    if (!is_same || weight <= 0.0)
+        return;
+    past.values[0] += weight * texelFetch(t_past_0, tap, 0);
+#if IMAGE_COUNT > 1
+    past.values[1] += weight * texelFetch(t_past_1, tap, 0);
+#endif
+    past.frames += weight * surface.y;
+    past.weight += weight;
+}
+
+// What the last frame saw of the surface at `texel`, between the four texels around it.
+Past past_of(ivec2 texel, float z)
+{
+    Past past;
+    for (int i = 0; i < IMAGE_COUNT; ++i)
+        past.values[i] = vec4(0.0);
+    past.frames = past.weight = 0.0;
+    vec3 p = u_last_from_view * position_vs_at(uv_of_texel(texel), z) + u_last_offset_vs;
+    if (p.z >= 0.0)
+        return past;
+    vec2 texels = (uv_of_position_vs(p) + u_jitter_uv) * u_frame_size_px - 0.5;
+    // A view that has not moved meets its texels exactly.
+    vec2 nearest = floor(texels + 0.5);
+    texels = all(lessThan(abs(texels - nearest), vec2(1e-3))) ? nearest : texels;
+    Place place;
+    place.base = ivec2(floor(texels));
+    vec2 f = texels - vec2(place.base);
+    vec3 plane = u_last_from_view * gbuffer_geometric_normal_vs(texel);
+    place.rate = plane_rate(uv_of_texel(place.base) - u_jitter_uv, plane)
+               / (PLANE_TOLERANCE * pixel_height_at(max(z, -p.z)));
+    place.offset = plane_height(place.rate, f, -p.z);
+    place.shading_code = oct_project(u_last_from_view * gbuffer_shading_normal_vs(texel));
+    add_tap(past, place, ivec2(0, 0), (1.0 - f.x) * (1.0 - f.y));
+    add_tap(past, place, ivec2(1, 0), f.x * (1.0 - f.y));
+    add_tap(past, place, ivec2(0, 1), (1.0 - f.x) * f.y);
+    add_tap(past, place, ivec2(1, 1), f.x * f.y);
+    if (past.weight > 0.0) {
+        for (int i = 0; i < IMAGE_COUNT; ++i)
+            past.values[i] /= past.weight;
+        past.frames /= past.weight;
+    }
+    return past;
+}
+#endif
+
+void main()
+{
+    ivec2 texel = ivec2(gl_FragCoord.xy);
+    float z = gbuffer_z_vs(texel);
+    vec4 values[IMAGE_COUNT];
+    values[0] = texelFetch(t_value_0, texel, 0);
+#if IMAGE_COUNT > 1
+    values[1] = texelFetch(t_value_1, texel, 0);
+#endif
+    float frames = 1.0;
+#if HAS_PAST
+    if (z > 0.0) {
+        Past past = past_of(texel, z);
+        frames = min(past.frames, u_most_frames - 1.0) + 1.0;
+        for (int i = 0; i < IMAGE_COUNT; ++i) {
+            vec4 average = past.values[i] + (values[i] - past.values[i]) / frames;
+            // What is no number is left out of the average.
+            values[i] = is_finite(values[i]) ? average : past.values[i];
+        }
+    }
+#endif
+    for (int i = 0; i < IMAGE_COUNT; ++i)
+        values[i] = is_finite(values[i]) ? values[i] : vec4(0.0);
+    o_value_0 = values[0];
+#if IMAGE_COUNT > 1
+    o_value_1 = values[1];
+#endif
+    o_surface = vec4(z, frames, texelFetch(t_normals_vs, texel, 0).xy);
+}

@@ -1,0 +1,193 @@
+"""Averages filtered images over the frames of a window while view or bodies move."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+
+from ssdo_gl.gpu.fullscreen import draw_fullscreen
+from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.graph.frame import Frame, FrameView
+from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
+from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.settings.fields import setting
+
+TEMPORAL = "temporal"
+
+
+@dataclass(frozen=True)
+class TemporalSettings:
+    """Settings of what is averaged over frames."""
+
+    # Errors of the bounce over four motions fall up to here; 20 frames change less from one
+    # to the next by a twentieth, and lag behind by twice as much.
+    frames: int = setting(10, "frames averaged while the camera alone moves", low=1, high=64)
+    # The longest that is nowhere worse than single frames beside the bodies of carousel.
+    frames_of_moving_bodies: int = setting(
+        3, "frames averaged while bodies move, whose shadows lag behind", low=1, high=64
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Averages:
+    """What the frames until now have left.
+
+    Attributes
+    ----------
+    made_from : hashable
+        What an image must have been made from in order to be averaged with it.
+    view : FrameView
+        Of the last of them.
+    versions : mapping
+        Of bodies, lights and environment in the last of them.
+    target : Framebuffer
+        Over the averages, one for each image, and last the surfaces that they belong to:
+        z, frames averaged, and the shading normal.
+    spare : Framebuffer or None
+        The one before, to be drawn into next.
+    """
+
+    made_from: Hashable
+    view: FrameView
+    versions: Mapping[str, Hashable]
+    target: moderngl.Framebuffer
+    spare: moderngl.Framebuffer | None = None
+
+    @property
+    def textures(self) -> list[moderngl.Texture]:
+        """The averages, then the surfaces."""
+        found = self.target.color_attachments
+        assert isinstance(found, tuple)
+        return [item for item in found if isinstance(item, moderngl.Texture)]
+
+    def goes_on_with(self, frame: Frame) -> bool:
+        """Return whether nothing has changed since but where camera and bodies are."""
+        sizes = [(v.size, v.tan_half_fov, v.half_frame) for v in (self.view, frame.view)]
+        return sizes[0] == sizes[1] and not {"lights", "environment"} & self.changed_in(frame)
+
+    def changed_in(self, frame: Frame) -> set[str]:
+        """Return what has changed since, of bodies, lights and environment."""
+        return {name for name, version in self.versions.items() if version != versions(frame)[name]}
+
+
+def versions(frame: Frame) -> dict[str, Hashable]:
+    """Return the versions of bodies, lights and environment."""
+    return {name: frame.versions.get(name) for name in ("geometry", "lights", "environment")}
+
+
+def uniforms(frame: Frame, last: FrameView, most_frames: int) -> dict[str, object]:
+    """Return the uniforms of `passes/temporal.frag`: where `last` saw a point of `frame`."""
+    view = frame.view
+    turn = last.view_from_world @ view.view_from_world.T
+    jitter = np.subtract(view.jitter_ndc, last.jitter_ndc)
+    return {
+        **view.uniforms(),
+        "u_last_from_view": turn,
+        "u_last_offset_vs": last.point_vs(view.position_ws),
+        "u_jitter_uv": 0.5 * jitter,
+        "u_most_frames": float(most_frames),
+    }
+
+
+class TemporalPass(RenderPass):
+    """Averages images with what earlier frames of a window saw of the same surfaces.
+
+    A frame that stands still, or whose lights have changed, comes out as it is: light that
+    moved by a hundredth of a room lagged 1.6 frames behind in averages of three, and erred by
+    twice as much. Values that are not finite are left out.
+
+    Parameters
+    ----------
+    name : str
+    settings : TemporalSettings
+    images : mapping of str to str
+        From the image of one frame to the average, one or two of them.
+    made_from : hashable
+        Frames are averaged only where this is equal.
+    """
+
+    depends_on = ("view", "geometry", "lights", "environment", "seed")
+    is_gradual = True
+
+    def __init__(
+        self,
+        name: str,
+        settings: TemporalSettings,
+        images: Mapping[str, str],
+        made_from: Hashable = None,
+    ) -> None:
+        self.name = name
+        self.settings = settings
+        self.images = dict(images)
+        self.made_from = made_from
+        self.reads = (*images, "z_vs", "normals_vs")
+        self.writes = {result: TextureSpec(4, own=True) for result in images.values()}
+
+    def settings_key(self) -> Hashable:
+        """Return the settings, the images and what they are made from."""
+        return self.settings, tuple(self.images.items()), self.made_from
+
+    def execute(self, context: PassContext) -> Produced:
+        """Average, or hand the images on as they are."""
+        frame = context.frame
+        current = [context.inputs[name] for name in self.images]
+        known = self._known(context, current)
+        if frame.moves == 0:
+            return self._made(current, known)
+        most = 0
+        if known is not None and known.goes_on_with(frame):
+            is_still = context.is_complete and not known.changed_in(frame)
+            chosen = self.settings
+            most = chosen.frames if is_still else chosen.frames_of_moving_bodies
+        made = self._draw(context, current, known, most)
+        return self._made(made.textures[:-1], made)
+
+    def _known(self, context: PassContext, current: list[moderngl.Texture]) -> Averages | None:
+        """Return what earlier frames have left of such images."""
+        last = context.last.get(next(iter(self.writes)))
+        known = None if last is None else last.facts
+        if not isinstance(known, Averages) or known.made_from != self.made_from:
+            return None
+        have = [(item.size, item.components) for item in known.textures[:-1]]
+        return known if have == [(item.size, item.components) for item in current] else None
+
+    def _made(self, textures: list[moderngl.Texture], averages: Averages | None) -> Produced:
+        return {
+            name: TextureWithFacts(texture, averages)
+            for name, texture in zip(self.writes, textures, strict=True)
+        }
+
+    def _draw(
+        self,
+        context: PassContext,
+        current: list[moderngl.Texture],
+        known: Averages | None,
+        most_frames: int,
+    ) -> Averages:
+        """Return the averages with this frame."""
+        frame = context.frame
+        target = None if known is None else known.spare
+        if target is None:
+            shapes = [(item.size, item.components) for item in current]
+            shapes.append((frame.view.size, 4))
+            target = make_framebuffer(
+                context.gl, [make_texture(context.gl, *shape, "f4") for shape in shapes]
+            )
+        is_averaged = known is not None and most_frames > 0
+        textures = {f"t_value_{i}": item for i, item in enumerate(current)}
+        textures |= {f"t_{name}": context.inputs[name] for name in ("z_vs", "normals_vs")}
+        values = frame.view.uniforms()
+        if is_averaged:
+            assert known is not None
+            *past, surfaces = known.textures
+            textures |= {f"t_past_{i}": item for i, item in enumerate(past)}
+            textures["t_past_surfaces"] = surfaces
+            values = uniforms(frame, known.view, most_frames)
+        defines = {"IMAGE_COUNT": len(current), "HAS_PAST": int(is_averaged)}
+        program = context.shaders.fullscreen("passes/temporal.frag", defines)
+        draw_fullscreen(context.gl, program, target, values, textures)
+        spare = None if known is None else known.target
+        return Averages(self.made_from, frame.view, versions(frame), target, spare)

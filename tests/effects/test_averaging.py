@@ -1,0 +1,108 @@
+"""Frames of a window: what moves is averaged, what rests is as a snapshot is."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+
+import numpy as np
+import pytest
+
+from ssdo_gl.gpu.readback import read_texture
+from ssdo_gl.renderer import Renderer
+from ssdo_gl.scene.load import load_scene
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.settings import Settings
+
+SETTINGS = Settings(size=(96, 54), samples=16, steps=8)
+PIXELS_PER_FRAME = 0.125
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    return load_scene("courtyard")
+
+
+def camera_at(scene: Scene, pixels: float):
+    """Return the scene's camera, moved to its right by `pixels` at its target."""
+    camera = scene.camera
+    ahead = np.subtract(camera.target, camera.position)
+    right = np.cross(ahead, camera.up)
+    footprint = 2.0 * np.tan(np.radians(camera.fov_y) / 2.0) * np.linalg.norm(ahead) / 54.0
+    step = pixels * footprint * right / np.linalg.norm(right)
+    moved = (tuple(np.add(place, step)) for place in (camera.position, camera.target))
+    return dataclasses.replace(camera, **dict(zip(("position", "target"), moved, strict=True)))
+
+
+def drawn(renderer: Renderer, pixels: float = 0.0, name: str = "bounce"):
+    """Return an image of the next frame, and whether it stands for itself."""
+    drawing = renderer.draw([name], camera=camera_at(renderer.scene, pixels))
+    return read_texture(drawing.planes[name].texture)[..., :3], drawing.is_settled
+
+
+def mean_change(device, shaders, scene, **changes) -> float:
+    settings = dataclasses.replace(SETTINGS, **changes)
+    with Renderer(scene, settings, device=device, shaders=shaders) as renderer:
+        frames = [drawn(renderer, PIXELS_PER_FRAME * i)[0] for i in range(14)]
+    steps = [np.abs(b - a).mean() for a, b in itertools.pairwise(frames[6:])]
+    return float(np.mean(steps) / np.mean(frames))
+
+
+@pytest.mark.parametrize("changes", [{}, {"resolution_scale": 0.5}, {"effects": "full"}], ids=str)
+def test_a_slow_pan_changes_the_bounce_less(device, shaders, scene, changes) -> None:
+    """By less than two thirds: .51 were measured, .55 at half size."""
+    before = mean_change(device, shaders, scene, temporal="off", **changes)
+    assert mean_change(device, shaders, scene, **changes) < 0.67 * before
+
+
+def test_what_comes_to_rest_is_the_single_frame(device, shaders, scene) -> None:
+    with Renderer(scene, SETTINGS, device=device, shaders=shaders) as renderer:
+        expected = renderer.render(["bounce"], camera=camera_at(scene, 2.0)).images["bounce"]
+        assert drawn(renderer)[1]
+        for pixels in (1.0, 2.0):
+            moving, is_settled = drawn(renderer, pixels)
+            assert not is_settled
+        rest, is_settled = drawn(renderer, 2.0)
+    assert is_settled
+    assert not np.array_equal(moving, rest)
+    np.testing.assert_array_equal(rest, expected[..., :3])
+
+
+def test_a_single_picture_is_not_averaged(device, shaders, scene) -> None:
+    images = []
+    for temporal in ("on", "off"):
+        settings = dataclasses.replace(SETTINGS, temporal=temporal)
+        with Renderer(scene, settings, device=device, shaders=shaders) as renderer:
+            for pixels in (0.0, 1.0):
+                result = renderer.render(["bounce"], camera=camera_at(scene, pixels))
+            assert not any(row.name.startswith("temporal") for row in result.passes)
+            images.append(result.images["bounce"])
+    np.testing.assert_array_equal(*images)
+
+
+def test_a_light_that_goes_out_leaves_no_ghost(device, shaders) -> None:
+    room = load_scene("cornell_meso")
+    lights = tuple(light.with_emitted((0.0, 0.0, 0.0)) for light in room.lights)
+    with Renderer(room, SETTINGS, device=device, shaders=shaders) as renderer:
+        for number in range(4):
+            drawn(renderer, number)
+        renderer.use_scene(dataclasses.replace(room, lights=lights, environment=None))
+        dark, _ = drawn(renderer, 4.0, "beauty")
+    with Renderer(renderer.scene, SETTINGS, device=device, shaders=shaders) as renderer:
+        expected, _ = drawn(renderer, 4.0, "beauty")
+    np.testing.assert_array_equal(dark, expected)
+
+
+@pytest.mark.parametrize(
+    ("changes", "is_live", "runs"),
+    [({}, True, True), ({"temporal": "off"}, True, False), ({}, False, False)],
+)
+def test_the_decision_is_told(device, shaders, scene, changes, is_live, runs) -> None:
+    settings = dataclasses.replace(SETTINGS, **changes)
+    with Renderer(scene, settings, device=device, shaders=shaders) as renderer:
+        if is_live:
+            decisions = renderer.draw(["display"], camera=scene.camera).decisions
+        else:
+            decisions = renderer.render(["display"]).decisions
+    (row,) = (row for row in decisions if row.effect == "averaging over frames")
+    assert row.run == runs

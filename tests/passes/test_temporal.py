@@ -1,0 +1,179 @@
+"""Averages over frames: the mean of what was seen of a surface, and of nothing else."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from gpu.image_texture import texture_from_image
+from passes.estimator_cases import inputs_of, picture_frame, tilted_plane
+from passes.pass_harness import STORED_AS
+
+from ssdo_gl.gpu.device_geometry import Geometry
+from ssdo_gl.gpu.readback import read_texture
+from ssdo_gl.graph.render_pass import PassContext, TextureWithFacts
+from ssdo_gl.passes.temporal import TemporalPass, TemporalSettings
+
+SIZE = (24, 16)
+TAN_Y = 0.5
+Z = 3.0
+# The width of a pixel of the plane before the camera.
+PIXEL = 2.0 * Z * TAN_Y / SIZE[1]
+# Means of ten float32.
+ROUNDING = 1e-6
+# Columns and rows of the picture, from its middle, row 0 at the top.
+COLUMN, ROW = np.meshgrid(*(np.arange(n) - (n - 1) / 2.0 for n in SIZE))
+
+
+class Frames:
+    """Frames of a window that a pass sees, one after the other."""
+
+    def __init__(self, gl, shaders, *, moves=True, **settings):
+        self.gl, self.shaders = gl, shaders
+        self.item = TemporalPass("temporal", TemporalSettings(**settings), {"now": "average"}, 1)
+        self.last: dict[str, TextureWithFacts] = {}
+        self.count = 0
+        self.moves = moves
+
+    def show(self, image, *, x_px=0.0, z=Z, versions=None):
+        """Return the average, row 0 at the top; the camera has moved `x_px` to the right."""
+        self.count += 1
+        still = picture_frame(SIZE, TAN_Y)
+        view = dataclasses.replace(still.view, position_ws=np.array([x_px * PIXEL, 0.0, 0.0]))
+        frame = dataclasses.replace(
+            still,
+            view=view,
+            versions=versions or {},
+            is_live=True,
+            moves=self.count if self.moves else 0,
+        )
+        picture = tilted_plane(0.0, SIZE, view.tan_half_fov)
+        inputs = {**inputs_of(picture), "now": np.asarray(image, np.float64)}
+        inputs["z_vs"] = np.full_like(inputs["z_vs"], z)
+        textures = {
+            name: texture_from_image(self.gl, inputs[name], STORED_AS.get(name, "f4"))
+            for name in self.item.reads
+        }
+        geometry = Geometry(self.gl, frame.scene)
+        context = PassContext(
+            self.gl, self.shaders, geometry, frame, textures, None, last=self.last
+        )
+        self.last = dict(self.item.execute(context))
+        geometry.release()
+        return read_texture(self.last["average"].texture)
+
+
+@pytest.fixture
+def frames(gl, shaders):
+    return Frames(gl, shaders)
+
+
+def noise(seed):
+    return np.random.default_rng(seed).uniform(0.0, 4.0, (SIZE[1], SIZE[0], 4)).astype(np.float32)
+
+
+def linear(x_px):
+    """Return what is linear along a plane, seen by a camera that has moved."""
+    values = 10.0 + 0.25 * (COLUMN + x_px) + 0.5 * ROW
+    return np.repeat(values[..., None], 4, -1)
+
+
+def test_a_still_view_is_the_mean_of_its_frames(frames) -> None:
+    for count in range(1, 11):
+        found = frames.show(noise(count - 1))
+        expected = np.mean([noise(i).astype(np.float64) for i in range(count)], 0)
+        np.testing.assert_allclose(found, expected, atol=4.0 * ROUNDING)
+    later = frames.show(noise(10))
+    np.testing.assert_allclose(later, found + (noise(10) - found) / 10.0, atol=4.0 * ROUNDING)
+
+
+def test_a_frame_that_stands_for_itself_is_handed_on(gl, shaders) -> None:
+    frames = Frames(gl, shaders, moves=False)
+    for number in range(3):
+        np.testing.assert_array_equal(frames.show(noise(number)), noise(number))
+
+
+def test_what_stands_still_for_a_while_does_not_end_an_average(frames) -> None:
+    frames.show(noise(0))
+    mean = frames.show(noise(1))
+    frames.moves = False
+    np.testing.assert_array_equal(frames.show(noise(2)), noise(2))
+    frames.moves = True
+    found = frames.show(noise(3))
+    np.testing.assert_allclose(found, mean + (noise(3) - mean) / 3.0, atol=4.0 * ROUNDING)
+
+
+@pytest.mark.parametrize("step", [1.0, 0.375, -2.25])
+def test_a_pan_meets_the_same_places_again(frames, step) -> None:
+    """Between texels, what is linear comes out as it is."""
+    for number in range(3):
+        found = frames.show(linear(step * number), x_px=step * number)
+        # At the border one side of it is not known.
+        inside = (slice(None), slice(6, -6))
+        np.testing.assert_allclose(found[inside], linear(step * number)[inside], atol=1e-3)
+
+
+def test_what_comes_into_view_has_no_past(frames) -> None:
+    frames.show(noise(0))
+    found = frames.show(noise(1), x_px=8.0)
+    np.testing.assert_array_equal(found[:, -8:], noise(1)[:, -8:])
+    assert not np.array_equal(found[:, 4:-9], noise(1)[:, 4:-9])
+
+
+@pytest.mark.parametrize("z", [2.0, 4.0])
+def test_another_surface_is_not_averaged(frames, z) -> None:
+    frames.show(noise(0))
+    np.testing.assert_array_equal(frames.show(noise(1), z=z), noise(1))
+
+
+def test_background_is_left_alone(frames) -> None:
+    frames.show(noise(0), z=0.0)
+    np.testing.assert_array_equal(frames.show(noise(1), z=0.0), noise(1))
+
+
+@pytest.mark.parametrize("fault", [np.nan, np.inf, -np.inf])
+def test_a_fault_ends_with_its_frame(gl, shaders, fault) -> None:
+    sound, faulty = Frames(gl, shaders), Frames(gl, shaders)
+    for number in range(5):
+        image = noise(number)
+        expected = sound.show(image, x_px=0.3 * number)
+        if number == 1:
+            image[5, 7] = fault
+        found = faulty.show(image, x_px=0.3 * number)
+        assert np.all(np.isfinite(found))
+        if number < 2:
+            # No other texel takes notice.
+            touched = np.any(found != expected, axis=-1)
+            assert touched.sum() == (number == 1)
+        assert found.min() >= 0.0 and found.max() <= 4.0
+
+
+def test_a_fault_without_a_past_is_no_light(frames) -> None:
+    image = noise(0)
+    image[3, 3] = np.nan
+    found = frames.show(image)
+    np.testing.assert_array_equal(found[3, 3], 0.0)
+
+
+@pytest.mark.parametrize("domain", ["lights", "environment"])
+def test_light_that_changes_ends_the_past(frames, domain) -> None:
+    """At once: nothing of it is left."""
+    frames.show(noise(0))
+    frames.show(noise(1))
+    np.testing.assert_array_equal(frames.show(noise(2), versions={domain: 1}), noise(2))
+    found = frames.show(noise(3), versions={domain: 1})
+    np.testing.assert_allclose(found, (noise(2) + noise(3)) / 2.0, atol=ROUNDING)
+
+
+def test_bodies_that_move_shorten_the_past(frames) -> None:
+    for number in range(9):
+        mean = frames.show(noise(number))
+    found = frames.show(noise(9), versions={"geometry": 1})
+    np.testing.assert_allclose(found, mean + (noise(9) - mean) / 3.0, atol=4.0 * ROUNDING)
+
+
+def test_what_is_made_otherwise_is_not_averaged(frames) -> None:
+    frames.show(noise(0))
+    frames.item.made_from = 2
+    np.testing.assert_array_equal(frames.show(noise(1)), noise(1))
