@@ -27,7 +27,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.common import command
-from ssdo_gl.film.shots import turned
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.renderer import Renderer
@@ -112,7 +111,7 @@ CASES: Mapping[str, Case] = {
     "dolly": Case(
         "courtyard", lambda s, i, height: (s, shifted(s.camera, 0.0, 0.005 * i, height), 0.0)
     ),
-    "disocclusion": Case("courtyard", lambda s, i, _: (s, turned(s.camera, 0.5 * i), 0.0)),
+    "disocclusion": Case("courtyard", lambda s, i, _: (s, s.camera.orbit(0.5 * i), 0.0)),
     "moving lamp": Case("coloured_lights", with_moving_lamp, is_still=True),
     "carousel": Case("carousel", lambda s, i, _: (s, s.camera, i / 30.0), is_still=True),
     "carousel, lamps at rest": Case(

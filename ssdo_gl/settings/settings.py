@@ -128,7 +128,7 @@ class Settings:
         "on",
         "average frames while something moves, or not",
         choices=("on", "off"),
-        modes=frozenset({modes.WINDOW, modes.SERVE}),
+        modes=modes.LIVE,
         is_quality=False,
     )
     effects: str = _quality(

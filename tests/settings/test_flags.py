@@ -27,7 +27,7 @@ EXPECTED = {
     modes.FRAMES: "antialias",
     modes.HEADLESS: "frames stats snapshot explain",
     frozenset({modes.BENCH}): "bench quick",
-    frozenset({modes.WINDOW, modes.SERVE}): "temporal",
+    modes.LIVE: "temporal",
     frozenset({modes.FILM}): "film path turntable frames_range fps resume",
     frozenset({modes.FILM, modes.SNAPSHOT}): "scheduler",
     frozenset({modes.SERVE}): "serve host port",
