@@ -1,13 +1,13 @@
-"""What averaging over frames brings in motion: errors against each frame's own truth.
+"""What averaging over frames brings in motion: errors against each frame's own reference.
 
 ``make bench-motion`` runs ``python -m benchmarks.motion``. Each case is drawn as a window draws
 it, frame after frame, with and without averaging and with two numbers of samples, and each
-frame is compared with the near field by rays. What is printed, over the mean of the truth:
+frame is compared with the near field by rays. What is printed, over the mean of the reference:
 
 - *error*: RMSE;
 - *temporal error*: mean change of the error from frame to frame;
-- *change*: mean change of the image from frame to frame, and that of the truth;
-- *lag*: by how many frames the image follows the truth, by least squares over blocks of 8 x 8
+- *change*: mean change of the image from frame to frame, and that of the reference;
+- *lag*: by how many frames the image follows the reference, by least squares over blocks of 8 x 8
   pixels, while the camera stands still;
 - *ghost*: after a lamp went out, how much of its light is left, in the first frame and the eighth.
 
@@ -121,7 +121,7 @@ CASES: Mapping[str, Case] = {
 QUICK = Extent(("pan, 1/8 px",), (64, 48), 14, 32)
 
 
-def truth(device: Device, case: Case, extent: Extent) -> dict[str, Images]:
+def reference(device: Device, case: Case, extent: Extent) -> dict[str, Images]:
     """Return the near field by rays, frame after frame."""
     scene = load_scene(case.scene)
     settings = Settings(size=extent.size, method="reference-near", spp=extent.spp)
@@ -181,7 +181,7 @@ def lag(found: Images, true: Images) -> float:
 def rows_of(device: Device, name: str, extent: Extent) -> Iterator[str]:
     """Yield the rows of the table of one case."""
     case = CASES[name]
-    true, unit = truth(device, case, extent), 0.0
+    true, unit = reference(device, case, extent), 0.0
     for samples in SAMPLES:
         for temporal in ("off", "on"):
             found, seconds = live(device, case, extent, samples, temporal)
@@ -240,7 +240,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     extent = QUICK if options.quick else Extent(options.cases)
     device = create_context()
     print("| case | image | samples | averaged | time | error | temporal error", end=" ")
-    print("| change | of the truth | lag |")
+    print("| change | of the reference | lag |")
     print("|---|---|--:|---|--:|--:|--:|--:|--:|--:|")
     for name in extent.cases:
         for row in rows_of(device, name, extent):

@@ -129,7 +129,7 @@ def test_a_view_that_moved_begins_with_a_quarter_and_ends_with_all_rays() -> Non
     def draw_all(renderer: Renderer) -> list[np.ndarray]:
         return [read(live(renderer, index)) for index in (0, 1, 2, 3, 4, 0)]
 
-    with gi_renderer(overrides={"far_field.tile": 2}) as renderer:
+    with gi_renderer(temporal="off", overrides={"far_field.tile": 2}) as renderer:
         first = draw_all(renderer)
         live(renderer, 0, away)
         again = draw_all(renderer)
