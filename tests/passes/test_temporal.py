@@ -149,6 +149,13 @@ def test_a_fault_ends_with_its_frame(gl, shaders, fault) -> None:
         assert found.min() >= 0.0 and found.max() <= 4.0
 
 
+def test_a_fault_leaves_the_past_as_it_was(frames) -> None:
+    frames.show(noise(0))
+    image = noise(1)
+    image[5, 7] = np.nan
+    np.testing.assert_array_equal(frames.show(image)[5, 7], noise(0)[5, 7])
+
+
 def test_a_fault_without_a_past_is_no_light(frames) -> None:
     image = noise(0)
     image[3, 3] = np.nan
