@@ -79,6 +79,14 @@ class Visitor:
             self.deliver({"type": "state", **state})
 
 
+def _carried_out(task: Callable[[], None]) -> None:
+    """Do what one viewer needs; its fault must not end the thread, which all others need."""
+    try:
+        task()
+    except Exception as error:
+        print(f"ssdo-gl: of a viewer: {fault_text(error)}", file=sys.stderr)
+
+
 class RenderThread:
     """Makes the device, and draws for everybody who visits until it is stopped.
 
@@ -152,7 +160,7 @@ class RenderThread:
             while not self._is_stopping:
                 self._wakes.clear()
                 while self._tasks:
-                    self._tasks.popleft()()
+                    _carried_out(self._tasks.popleft())
                 if not self._round():
                     is_moving = any(visitor.is_moving for visitor in self._visitors)
                     self._wakes.wait(PAUSE_SECONDS if is_moving else IDLE_SECONDS)

@@ -232,6 +232,27 @@ def test_who_leaves_frees_what_they_held(renderer):
     with_client(renderer, act)
 
 
+def test_fault_while_one_is_freed_leaves_the_others_their_renderer(renderer, monkeypatch, capsys):
+    async def act(client):
+        bad = await visit(client)
+        await look(bad)
+        session = renderer._visitors[0].session
+        release = session.release
+
+        def fail() -> None:
+            release()
+            raise OSError("the driver is gone")
+
+        monkeypatch.setattr(session, "release", fail)
+        await bad.close()
+        good = await visit(client)
+        assert (await look(good)).lossless[-1]
+        await good.close()
+
+    with_client(renderer, act)
+    assert capsys.readouterr().err == "ssdo-gl: of a viewer: the driver is gone\n"
+
+
 def test_only_so_many_look_at_once(renderer, monkeypatch):
     monkeypatch.setattr(server_module, "MOST_VISITORS", 1)
 
