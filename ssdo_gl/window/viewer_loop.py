@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 
 from ssdo_gl.gpu.shader import ShaderError
@@ -19,7 +20,7 @@ from ssdo_gl.window.viewer import Viewer
 AHEAD_SECONDS = 1.0 / 60.0
 
 
-class ViewerLoop:
+class ViewerLoop(ABC):
     """A viewer and its events; somebody else says when to look and where pictures go.
 
     Parameters
@@ -71,10 +72,10 @@ class ViewerLoop:
             print(f"ssdo-gl: {text}", file=sys.stderr)
             return False
 
+    @abstractmethod
     def _between_slices(self, what: str, done: int, total: int) -> None:
         """Hear of events while a frame is in the making; raise `Interrupted` for a better one."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _show_broken(self, error: ShaderError) -> None:
         """Say why nothing can be drawn any more."""
-        raise NotImplementedError
