@@ -155,7 +155,7 @@ SPHERE = '[[object]]\nshape = "sphere"\nradius = 1\n'
             "[[light]]\nkind='point'\nposition=[0,0,0]\nintensity=[1,1,1]\nshadow='soft'\n",
             ["shadow = 'soft'", "expected one of map, ssdo, none"],
         ),
-        ("[environment]\nkind = 'sky'\n", ["kind = 'sky'", "constant, gradient, map"]),
+        ("[environment]\nkind = 'dome'\n", ["kind = 'dome'", "constant, gradient, map"]),
         ("[environment]\nkind = 'constant'\nradiance = [-1, 0, 0]\n", ["radiance", "at least 0"]),
         ("[environment]\nkind = 'map'\npath = 'a.hdr'\n", ["path = 'a.hdr'", "no folder"]),
         ("", ["nothing to draw"]),
