@@ -5,12 +5,13 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from ssdo_gl.gpu.texture_pool import TexturePool
 from ssdo_gl.gpu.timer import Timer
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.graph import Plan
+from ssdo_gl.graph.plan_steps import Format, PlanSteps, Step
 from ssdo_gl.graph.render_pass import (
     PassContext,
     ProgressCallback,
@@ -26,8 +27,7 @@ if TYPE_CHECKING:
     from ssdo_gl.gpu.shader import ShaderLibrary
 
 
-@dataclass(frozen=True)
-class PassTiming:
+class PassTiming(NamedTuple):
     """What one pass did in one frame.
 
     Attributes
@@ -49,11 +49,15 @@ class PassTiming:
 
 @dataclass
 class _Result:
-    """What a pass left behind, and what it was made from."""
+    """What a pass left behind, and what it was made from.
+
+    Textures that were lent on are missing among `borrowed`, which `formats` tells in full.
+    """
 
     identity: int
     textures: dict[str, moderngl.Texture]
     borrowed: dict[str, moderngl.Texture]
+    formats: dict[str, Format]
     facts: dict[str, object] = field(default_factory=dict)
 
     def returned(self) -> dict[str, TextureWithFacts]:
@@ -61,21 +65,11 @@ class _Result:
         own = (name for name in self.textures if name not in self.borrowed)
         return {n: TextureWithFacts(self.textures[n], self.facts.get(n)) for n in own}
 
-
-_Format = tuple[tuple[int, int], int, str]
-
-
-def _format(texture: moderngl.Texture) -> _Format:
-    return texture.size, texture.components, texture.dtype
-
-
-def _formats(item: RenderPass, frame_size: tuple[int, int]) -> dict[str, _Format]:
-    """Return what the textures that `item` borrows must be like."""
-    return {
-        name: (spec.size(frame_size), spec.components, spec.dtype)
-        for name, spec in item.writes.items()
-        if not spec.own
-    }
+    def has(self, formats: dict[str, Format]) -> bool:
+        """Return whether it holds textures of these formats, in their order."""
+        if len(self.borrowed) < len(self.formats):
+            return False
+        return self.formats is formats or [*self.formats.items()] == [*formats.items()]
 
 
 class Executor:
@@ -98,7 +92,7 @@ class Executor:
 
     # A moving camera makes new identities every frame; forgetting all of them once in
     # a while costs one full frame and keeps memory flat.
-    MAX_IDENTITIES = 4096
+    MAX_IDENTITIES = 16384
 
     def __init__(self, device: Device, shaders: ShaderLibrary) -> None:
         self._device = device
@@ -110,7 +104,8 @@ class Executor:
         # How often each gradual pass has run and left work to do.
         self._parts: dict[str, int] = {}
         self.is_settled = True
-        self._last_shape: Hashable = None
+        self._steps: PlanSteps | None = None
+        self._kinds: list[int] = []
         self.timer = Timer(device)
         self.before_pass: Callable[[], None] | None = None
 
@@ -138,10 +133,9 @@ class Executor:
         progress : ProgressCallback or None
             Handed to the passes.
         """
-        self._forget_other_plans(plan, frame.view.size)
-        identities = self._identify(plan, frame)
-        stale = self._stale(plan, identities)
-        last_readers = plan.last_readers()
+        steps = self._steps_of(plan, frame.view.size)
+        identities = self._identify(steps, frame)
+        stale = self._stale(steps, identities)
         textures: dict[str, moderngl.Texture] = {}
         facts: dict[str, object] = {}
         timings = []
@@ -149,11 +143,12 @@ class Executor:
         self.is_settled = frame.moves == 0
         is_complete = True
         shaders = self._shaders.choosing(frame.view.choices)
-        for index, item in enumerate(plan.order):
+        for step in steps.order:
+            item = step.item
             if item.name in stale:
                 if self.before_pass is not None:
                     self.before_pass()
-                result = self._prepare(item, frame.view.size)
+                result = self._prepare(step)
                 last = result.returned() if frame.is_live and item.is_gradual else {}
                 target = self._pool.target(list(result.borrowed.values()), depth=item.needs_depth)
                 context = PassContext(
@@ -182,7 +177,7 @@ class Executor:
                 textures.update(self._results[item.name].textures)
                 facts.update(self._results[item.name].facts)
             if item.name in stale:
-                self._lend_on(plan, index, last_readers)
+                self._lend_on(step)
         return timings
 
     def texture(self, resource: str) -> moderngl.Texture:
@@ -204,73 +199,80 @@ class Executor:
             self._discard(name)
         self._pool.trim()
 
-    def _forget_other_plans(self, plan: Plan, size: tuple[int, int]) -> None:
-        """Free what this plan has no use for, once when plan or size change."""
-        shape = (size, tuple((item.name, tuple(item.writes.items())) for item in plan.order))
-        if shape == self._last_shape:
-            return
-        self._last_shape = shape
-        fitting = {item.name: _formats(item, size) for item in plan.order}
+    def _steps_of(self, plan: Plan, size: tuple[int, int]) -> PlanSteps:
+        """Return the steps of a plan; free what it has no use for where it is another."""
+        steps = self._steps
+        if steps is not None and steps.plan is plan and steps.size == size:
+            return steps
+        before, self._steps = steps, (steps := PlanSteps(plan, size))
+        self._kinds = [self._number(step.kind) for step in steps.order]
+        if before is not None and before.shape == steps.shape:
+            return steps
+        fitting = {step.item.name: step.formats for step in steps.order}
         for name, result in list(self._results.items()):
             formats = fitting.get(name)
-            have = {n: _format(texture) for n, texture in result.borrowed.items()}
             # A transient texture that was lent on is missing; that is no misfit.
-            if formats is None or any(formats.get(n) != f for n, f in have.items()):
+            if formats is None or any(formats.get(n) != result.formats[n] for n in result.borrowed):
                 self._discard(name)
         self._pool.trim()
+        return steps
 
-    def _identify(self, plan: Plan, frame: Frame) -> dict[str, int]:
+    def _number(self, key: Hashable) -> int:
+        """Return a number that is equal exactly when the key is equal."""
+        known = self._identities.get(key)
+        if known is None:
+            known = self._identities[key] = self._next_identity
+            self._next_identity += 1
+        return known
+
+    def _identify(self, steps: PlanSteps, frame: Frame) -> dict[str, int]:
         """Return a number per pass, equal exactly when all it is made from is equal."""
         if len(self._identities) > self.MAX_IDENTITIES:
             self._identities.clear()
+        versions = {
+            domain: self._number((domain, frame.versions.get(domain))) for domain in steps.domains
+        }
         of_pass: dict[str, int] = {}
         of_resource: dict[str, int] = {}
-        for item in plan.order:
-            key: Hashable = (
-                item.name,
-                type(item),
-                item.settings_key(),
-                tuple(item.writes.items()),
-                frame.view.size,
-                tuple((n, of_resource[n]) for n in item.reads if n not in item.steady_reads),
-                tuple((domain, frame.versions.get(domain)) for domain in item.depends_on),
+        for kind, step in zip(self._kinds, steps.order, strict=True):
+            item = step.item
+            key = (
+                kind,
+                *[of_resource[name] for name in step.stale_by],
+                *[versions[domain] for domain in item.depends_on],
                 (frame.is_live, self._parts.get(item.name)) if item.is_gradual else None,
             )
-            if key not in self._identities:
-                self._identities[key] = self._next_identity
-                self._next_identity += 1
-            of_pass[item.name] = self._identities[key]
-            of_resource.update(dict.fromkeys(item.writes, of_pass[item.name]))
+            number = of_pass[item.name] = self._number(key)
+            for resource in item.writes:
+                of_resource[resource] = number
         return of_pass
 
-    def _stale(self, plan: Plan, identities: dict[str, int]) -> set[str]:
+    def _stale(self, steps: PlanSteps, identities: dict[str, int]) -> set[str]:
         """Return the passes that must run: walk back from the outputs to what still holds."""
-        writer = {resource: item for item in plan.order for resource in item.writes}
-        waiting = [writer[output] for output in plan.outputs]
+        writers = steps.writers
+        waiting = [writers[output] for output in steps.plan.outputs]
         stale: set[str] = set()
         while waiting:
             item = waiting.pop()
             if item.name in stale:
                 continue
             result = self._results.get(item.name)
-            kept = result is not None and all(name in result.textures for name in item.writes)
-            if result is None or not kept or result.identity != identities[item.name]:
+            is_made = result is not None and result.identity == identities[item.name]
+            if result is None or not is_made or not item.writes.keys() <= result.textures.keys():
                 stale.add(item.name)
-                waiting += [writer[resource] for resource in item.reads]
+                waiting += [writers[resource] for resource in item.reads]
         return stale
 
-    def _prepare(self, item: RenderPass, frame_size: tuple[int, int]) -> _Result:
-        """Return a result of `item` whose textures fit its declaration."""
-        wanted = _formats(item, frame_size)
-        result = self._results.get(item.name)
-        have = [] if result is None else [(n, _format(t)) for n, t in result.borrowed.items()]
-        # In order, which is that of the targets.
-        if result is not None and have == list(wanted.items()):
+    def _prepare(self, step: Step) -> _Result:
+        """Return a result of the pass whose textures fit its declaration."""
+        name = step.item.name
+        result = self._results.get(name)
+        if result is not None and result.has(step.formats):
             return result
-        self._discard(item.name)
-        borrowed = {name: self._pool.borrow(*format_) for name, format_ in wanted.items()}
-        result = _Result(-1, dict(borrowed), borrowed)
-        self._results[item.name] = result
+        self._discard(name)
+        borrowed = {n: self._pool.borrow(*format_) for n, format_ in step.formats.items()}
+        result = _Result(-1, dict(borrowed), borrowed, step.formats)
+        self._results[name] = result
         return result
 
     @staticmethod
@@ -301,14 +303,13 @@ class Executor:
             raise RuntimeError(f"pass {item.name!r} did not return {', '.join(missing)}")
         return PassTiming(item.name, True, gpu_ms, cpu_ms)
 
-    def _lend_on(self, plan: Plan, index: int, last_readers: dict[str, int]) -> None:
+    def _lend_on(self, step: Step) -> None:
         """Give back the textures whose last reader is the pass that has just run."""
-        for item in plan.order[:index]:
-            result = self._results[item.name]
-            for resource in item.writes:
-                if last_readers.get(resource) == index and resource in result.borrowed:
-                    self._pool.give_back(result.borrowed.pop(resource))
-                    del result.textures[resource]
+        for name, resource in step.lends:
+            result = self._results[name]
+            if resource in result.borrowed:
+                self._pool.give_back(result.borrowed.pop(resource))
+                del result.textures[resource]
 
     def _discard(self, name: str) -> None:
         result = self._results.pop(name, None)

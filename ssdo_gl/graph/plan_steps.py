@@ -1,0 +1,82 @@
+"""What of running a plan is the same in every frame, found out once."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass
+
+from ssdo_gl.graph.graph import Plan
+from ssdo_gl.graph.render_pass import RenderPass
+
+# Size, channels and dtype of a texture.
+Format = tuple[tuple[int, int], int, str]
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """One pass of a plan, for frames of one size.
+
+    Attributes
+    ----------
+    item : RenderPass
+    kind : hashable
+        Equal for passes that make the same of the same input.
+    stale_by : tuple of str
+        Those of its reads whose change makes its result stale.
+    formats : dict of resource to Format
+        Of the textures that it borrows.
+    lends : tuple of (pass name, resource)
+        Transient textures that nobody reads after it.
+    """
+
+    item: RenderPass
+    kind: Hashable
+    stale_by: tuple[str, ...]
+    formats: dict[str, Format]
+    lends: tuple[tuple[str, str], ...]
+
+
+class PlanSteps:
+    """The steps of a plan, for frames of one size.
+
+    It holds for as long as plan and size are the same: passes do not change.
+
+    Attributes
+    ----------
+    plan : Plan
+    size : (int, int)
+    order : tuple of Step
+    domains : tuple of str
+        Those that any pass depends on.
+    writers : dict of resource to RenderPass
+    shape : hashable
+        Equal where the same textures are needed.
+    """
+
+    def __init__(self, plan: Plan, size: tuple[int, int]) -> None:
+        self.plan = plan
+        self.size = size
+        self.writers = {resource: item for item in plan.order for resource in item.writes}
+        named = (domain for item in plan.order for domain in item.depends_on)
+        self.domains = tuple(dict.fromkeys(named))
+        lends: dict[int, list[tuple[str, str]]] = {}
+        for resource, last in plan.last_readers().items():
+            lends.setdefault(last, []).append((self.writers[resource].name, resource))
+        self.order = tuple(
+            _step(item, size, tuple(lends.get(number, ())))
+            for number, item in enumerate(plan.order)
+        )
+        self.shape = size, tuple((i.name, tuple(i.writes.items())) for i in plan.order)
+
+
+def _step(item: RenderPass, size: tuple[int, int], lends: tuple[tuple[str, str], ...]) -> Step:
+    stale_by = tuple(name for name in item.reads if name not in item.steady_reads)
+    formats: dict[str, Format] = {
+        name: (spec.size(size), spec.components, spec.dtype)
+        for name, spec in item.writes.items()
+        if not spec.own
+    }
+    writes = tuple(item.writes.items())
+    key = item.settings_key()
+    kind = item.name, type(item), key, writes, size, stale_by, item.depends_on
+    return Step(item, kind, stale_by, formats, lends)
