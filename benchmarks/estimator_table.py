@@ -1,337 +1,49 @@
-"""Error of visibility against time: every estimator, budget, split, filter and radius.
+"""Error of visibility against time, every estimator, averaged over five scenes.
 
-``make bench-estimators`` runs ``python -m benchmarks.estimator_table OUTDIR``, which writes into
-OUTDIR
-
-- ``estimators.csv``: every combination by scene and radius: error, noise, fault, bias, time;
-- ``estimators.md``: by radius and filter, each estimator's best split of each budget, averaged
-  over the scenes, with confidence; and which of them nothing beats;
-- ``estimators.png``: the same as charts.
-
-Time is that of all passes which visibility takes beyond the G-buffer, as a multiple of the
-normal's half-ball with 16 reads and the edge filter in the same round.
+``make bench-estimators`` runs ``python -m benchmarks.estimator_table OUTDIR``, which writes
+what ``ssdo-gl SCENE --bench OUTDIR --estimators`` writes of one scene.
 """
 
 from __future__ import annotations
 
-import csv
 import dataclasses
-import io
-import itertools
 import sys
-import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from benchmarks.common import command
-from ssdo_gl.bench.bench_renderer import BenchRenderer
-from ssdo_gl.bench.bootstrap import bias_replicas, draw, rmse_replicas, whole
-from ssdo_gl.bench.clock import CLOCK_NAMES, trusted_clock
-from ssdo_gl.bench.errors import Judged, judge, judged_pixels, render_seeds
-from ssdo_gl.bench.machine import describe_machine
-from ssdo_gl.bench.panels import panel_named
-from ssdo_gl.bench.pareto import front, membership
-from ssdo_gl.bench.points import Point
-from ssdo_gl.bench.reference_cache import Goal, ReferenceCache, obtain
-from ssdo_gl.bench.report import COLORS, MARKERS, as_bytes, drawn_in_style
-from ssdo_gl.bench.storage import replace_file
-from ssdo_gl.bench.sweep import order
-from ssdo_gl.effects.estimators import ESTIMATORS
+from ssdo_gl.bench import estimator_table
+from ssdo_gl.bench.estimator_table import TablePlan
 from ssdo_gl.gpu.context import Device, create_context
-from ssdo_gl.renderer import Renderer
+from ssdo_gl.headless.progress import stage_progress
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.settings import Settings
 from ssdo_gl.settings.resolve import settings_for
 
 SCENES = ("cornell_meso", "stairs", "courtyard", "colonnade", "carousel")
 SIZE = (192, 108)
-# Radii on the screen, pixels: the mean over what is in view.
-RADII_PX = (10.0, 40.0, 160.0)
-BUDGETS = (8, 16, 32, 64)
-STEPS = (2, 4, 8)
-FILTERS = ("none", "edge")
-UNIT = ("hemisphere", 16, "edge")
-SEEDS, ROUNDS, FRAMES, REPLICAS = 3, 2, 2, 500
-REFERENCE_SPP, REFERENCE_SECONDS, REFERENCE_ERROR = 128, 30.0, 0.004
 
 
 @dataclass(frozen=True)
-class Extent:
-    """How much is measured."""
+class Extent(TablePlan):
+    """Built-in scenes, their size, and how much is measured."""
 
     scenes: Sequence[str] = SCENES
-    radii_px: Sequence[float] = RADII_PX
-    budgets: Sequence[int] = BUDGETS
-    steps: Sequence[int] = STEPS
     size: tuple[int, int] = SIZE
-    seeds: int = SEEDS
-    rounds: int = ROUNDS
-    reference_seconds: float = REFERENCE_SECONDS
 
 
-QUICK = Extent(("cornell_meso",), (10.0, 40.0), (16,), (4,), (160, 90), 2, 2)
-
-
-@dataclass(frozen=True, eq=False)
-class Measured:
-    """One point in one view: errors, and milliseconds by round."""
-
-    judged: Judged
-    ms: NDArray[np.float64]
-
-
-Views = Mapping[tuple[str, float], Mapping[Point, Measured]]
-
-
-def points_of(extent: Extent) -> list[Point]:
-    """Return every combination that differs."""
-    found: dict[tuple[object, ...], Point] = {}
-    for estimator, samples, steps, smoothing in itertools.product(
-        ESTIMATORS.values(), extent.budgets, extent.steps, FILTERS
-    ):
-        key = (estimator.name, *estimator.shared_out(samples, steps), smoothing, samples)
-        point = Point("visibility", estimator.name, "ssao", estimator.name, samples, steps)
-        found.setdefault(key, dataclasses.replace(point, filter=smoothing))
-    return list(found.values())
-
-
-def mean_radius_px(renderer: BenchRenderer, base: Settings, mask: NDArray[np.bool_]) -> float:
-    """Return how many pixels a radius of 1 covers, averaged over what is in view."""
-    plain = dataclasses.replace(base, method="direct")
-    depth = renderer.images(plain, ("depth",))["depth"][:, :, 0][mask].astype(np.float64)
-    width, height = base.size
-    _, tangent = renderer.scene.camera.tan_half_fov(width / height)
-    return float(np.mean(height / (2.0 * tangent * depth)))
-
-
-def milliseconds(renderer: BenchRenderer, settings: Settings, clock: str) -> float:
-    """Return what visibility takes beyond the G-buffer."""
-    times = dict(renderer.split(settings, ("visibility",), FRAMES, clock))
-    return sum(ms for name, ms in times.items() if name != "gbuffer")
-
-
-def measure_view(
-    renderer: BenchRenderer, base: Settings, points: Sequence[Point], extent: Extent, clock: str
-) -> dict[Point, Measured]:
-    """Return errors and times of `points` in one view."""
-    mask = judged_pixels(renderer, base)
-    traced = dataclasses.replace(base, method="reference-ao", spp=REFERENCE_SPP)
-    goal = Goal("visibility", REFERENCE_ERROR, False, extent.reference_seconds)
-    with tempfile.TemporaryDirectory() as folder:
-        cache = ReferenceCache(Path(folder))
-        reference = obtain(renderer, traced, ("visibility",), goal, mask, cache)
-    panel = panel_named("visibility")
-    judged = {
-        point: judge(
-            panel,
-            render_seeds(renderer, point, base, extent.seeds, ("visibility",)),
-            reference,
-            mask,
-            0.0,
-        )
-        for point in points
-    }
-    times = np.zeros((len(points), extent.rounds))
-    for number in range(extent.rounds):
-        for index in order(number, len(points)):
-            settings = points[index].settings(base)
-            times[index, number] = milliseconds(renderer, settings, clock)
-    return {point: Measured(judged[point], times[index]) for index, point in enumerate(points)}
-
-
-def measure(extent: Extent, device: Device) -> tuple[Views, str]:
-    """Return every view's measurements, and by which clock."""
-    points, views, clock = points_of(extent), {}, ""
-    for name in extent.scenes:
-        scene = load_scene(name)
-        with Renderer(scene, settings_for(scene.render, {"size": extent.size}), device=device) as r:
-            clock = trusted_clock(describe_machine(device, r.timer_kind, ""))
-            renderer = BenchRenderer(r)
-            base = dataclasses.replace(r.settings, antialias=1, estimator=None, max_error=None)
-            unit_px = mean_radius_px(renderer, base, judged_pixels(renderer, base))
-            for radius_px in extent.radii_px:
-                print(f"{name}, R of {radius_px:g} px", file=sys.stderr, flush=True)
-                at = dataclasses.replace(base, radius=radius_px / unit_px)
-                views[name, radius_px] = measure_view(renderer, at, points, extent, clock)
-    return views, clock
-
-
-def unit_of(view: Mapping[Point, Measured]) -> NDArray[np.float64]:
-    """Return the milliseconds by round that times are multiples of."""
-    return next(m.ms for p, m in view.items() if (p.estimator, p.samples, p.filter) == UNIT)
-
-
-@dataclass(frozen=True, eq=False)
-class Averaged:
-    """One point at one radius, averaged over scenes."""
-
-    point: Point
-    error: float
-    error_replicas: NDArray[np.float64]
-    noise: float
-    fault: float
-    bias: float
-    bias_spread: float
-    time: float
-    time_replicas: NDArray[np.float64]
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """Within which the error lies with 95 % confidence."""
-        low, high = np.percentile(self.error_replicas, [2.5, 97.5])
-        return float(low), float(high)
-
-
-def averaged(point: Point, views: Sequence[Mapping[Point, Measured]]) -> Averaged:
-    """Average over scenes; each is drawn again by blocks and seeds, times by rounds."""
-    rng = np.random.default_rng(0)
-    errors, spread, times = [], [], []
-    for view in views:
-        blocks = view[point].judged.blocks
-        draws = draw(blocks.block_count, blocks.seed_count, REPLICAS, rng)
-        errors.append(rmse_replicas(blocks, draws, relative=False))
-        spread.append(bias_replicas(blocks, draws))
-        times.append(np.log(view[point].ms / unit_of(view)))
-    scalars = [view[point].judged.scalars for view in views]
-    all_blocks = [view[point].judged.blocks for view in views]
-    log_times = np.mean(times, axis=0)
-    rounds = rng.integers(0, len(log_times), (REPLICAS, len(log_times)))
-    return Averaged(
-        point,
-        float(np.mean([rmse_replicas(b, whole(b), relative=False)[0] for b in all_blocks])),
-        np.mean(errors, axis=0),
-        float(np.mean([s.noise for s in scalars])),
-        float(np.mean([s.systematic for s in scalars])),
-        float(np.mean([bias_replicas(b, whole(b))[0] for b in all_blocks])),
-        float(np.std(np.mean(spread, axis=0))),
-        float(np.exp(np.median(log_times))),
-        np.exp(np.median(log_times[rounds], axis=1)),
-    )
-
-
-def best_splits(rows: Sequence[Averaged]) -> list[Averaged]:
-    """Return the most accurate split of each estimator's budgets."""
-    groups: dict[tuple[str | None, int], Averaged] = {}
-    for row in rows:
-        key = row.point.estimator, row.point.samples
-        if key not in groups or row.error < groups[key].error:
-            groups[key] = row
-    return list(groups.values())
-
-
-def table(rows: Sequence[Averaged]) -> Iterator[str]:
-    """Yield a Markdown table, fastest first; what nothing beats is bold."""
-    rows = sorted(rows, key=lambda row: row.time)
-    on_front = set(front([r.time for r in rows], [r.error for r in rows]).tolist())
-    sure = membership(
-        np.stack([r.time_replicas for r in rows], 1), np.stack([r.error_replicas for r in rows], 1)
-    )
-    yield "| estimator | reads | split | time | error | 95 % | noise | fault | bias | front |"
-    yield "|---|---|---|---|---|---|---|---|---|---|"
-    for index, row in enumerate(rows):
-        name = f"`{row.point.estimator}`"
-        estimator = ESTIMATORS[str(row.point.estimator)]
-        split = estimator.count_label(row.point.samples, row.point.steps)
-        low, high = row.interval
-        error = f"**{row.error:.4f}**" if index in on_front else f"{row.error:.4f}"
-        yield (
-            f"| {name} | {row.point.samples} | {split} | {row.time:.2f} | {error} "
-            f"| {low:.3f} to {high:.3f} | {row.noise:.3f} | {row.fault:.3f} "
-            f"| {row.bias:+.3f} | {100.0 * sure[index]:.0f} % |"
-        )
-
-
-@dataclass(frozen=True)
-class Section:
-    """What is compared with each other: best splits at one radius, with one filter."""
-
-    title: str
-    rows: list[Averaged]
-
-
-def sections_of(views: Views, extent: Extent) -> Iterator[Section]:
-    """Yield the comparisons by radius and filter."""
-    for radius_px, smoothing in itertools.product(extent.radii_px, FILTERS):
-        members = [view for (_, radius), view in views.items() if radius == radius_px]
-        points = [point for point in members[0] if point.filter == smoothing]
-        title = "without filter" if smoothing == "none" else f"{smoothing} filter"
-        rows = best_splits([averaged(point, members) for point in points])
-        yield Section(f"R of {radius_px:g} pixels, {title}", rows)
-
-
-def chart(sections: Sequence[Section]) -> Any:
-    """Return error against time, a chart for each section."""
-    from matplotlib.figure import Figure
-
-    columns = len(FILTERS)
-    height = -(-len(sections) // columns)
-    figure = Figure(figsize=(5.5 * columns, 3.6 * height), layout="constrained")
-    for axes, section in zip(figure.subplots(height, columns).flat, sections, strict=True):
-        for number, name in enumerate(ESTIMATORS):
-            rows = [row for row in section.rows if row.point.estimator == name]
-            rows.sort(key=lambda row: row.point.samples)
-            style = {
-                "color": COLORS[number % len(COLORS)],
-                "marker": MARKERS[number % len(MARKERS)],
-            }
-            axes.plot([r.time for r in rows], [r.error for r in rows], label=name, **style)
-        axes.set(xscale="log", yscale="log", title=section.title)
-        axes.set(
-            xlabel="time, multiples of 16 points of the half-ball", ylabel="RMSE of visibility"
-        )
-    figure.legend(*axes.get_legend_handles_labels(), loc="outside right upper", fontsize=7)
-    return figure
-
-
-def csv_rows(views: Views) -> Iterator[dict[str, Any]]:
-    """Yield one row for each point of each view."""
-    for (scene, radius_px), view in views.items():
-        unit = float(np.median(unit_of(view)))
-        for point, found in view.items():
-            blocks, ms = found.judged.blocks, float(np.median(found.ms))
-            directions, steps = ESTIMATORS[str(point.estimator)].shared_out(
-                point.samples, point.steps
-            )
-            yield {
-                "scene": scene,
-                "radius_px": radius_px,
-                "estimator": point.estimator,
-                "samples": point.samples,
-                "directions": directions,
-                "steps": steps,
-                "filter": point.filter,
-                "ms": round(ms, 4),
-                "time": round(ms / unit, 4) if unit > 0.0 else "",
-                "error": round(float(rmse_replicas(blocks, whole(blocks), relative=False)[0]), 5),
-                "noise": round(found.judged.scalars.noise, 5),
-                "fault": round(found.judged.scalars.systematic, 5),
-                "bias": round(float(bias_replicas(blocks, whole(blocks))[0]), 5),
-            }
+QUICK = Extent(SCENES[:1], (160, 90), **dataclasses.asdict(estimator_table.QUICK))
 
 
 def write(outdir: Path, extent: Extent, device: Device) -> list[dict[str, Any]]:
-    """Measure, write the three files and return the rows of the first."""
-    outdir.mkdir(parents=True, exist_ok=True)
-    views, clock = measure(extent, device)
-    rows = list(csv_rows(views))
-    buffer = io.StringIO()
-    writer = csv.DictWriter(buffer, list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    replace_file(outdir / "estimators.csv", buffer.getvalue().encode())
-    width, height = extent.size
-    conditions = f"{device.renderer}; {width}x{height}; {', '.join(extent.scenes)}; "
-    conditions += f"{extent.seeds} seeds; {extent.rounds} rounds by {CLOCK_NAMES[clock]}"
-    sections = list(sections_of(views, extent))
-    lines = [line for s in sections for line in (f"### {s.title}", "", *table(s.rows), "")]
-    replace_file(outdir / "estimators.md", "\n".join([conditions, "", *lines]).encode())
-    replace_file(outdir / "estimators.png", as_bytes(drawn_in_style(chart, sections), "png"))
-    return rows
+    """Measure, write the files of the table and return the rows of its CSV."""
+    scenes = {name: load_scene(name) for name in extent.scenes}
+    subjects = {
+        name: (s, settings_for(s.render, {"size": extent.size})) for name, s in scenes.items()
+    }
+    with stage_progress(quiet=False) as progress:
+        return estimator_table.write(outdir, subjects, extent, device, progress)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -250,9 +250,11 @@ def _carry_out(
     settings = _mode_defaults(options, settings_for(scene.render, given), scene)
     camera = chosen_camera(scene, place, options.projection)
     if options.bench is not None:
+        from ssdo_gl.bench.estimator_table import run_estimators
         from ssdo_gl.bench.run import run_bench
 
-        run_bench(
+        measure: Callable[..., object] = run_estimators if options.estimators else run_bench
+        measure(
             command.scene,
             settings,
             Path(options.bench),

@@ -24,6 +24,7 @@ ROUNDS = "rounds.csv"
 # What a bench writes into its folder besides the marker.
 BENCH_FILES = (
     ERRORS, ROUNDS, "points.csv", "bench.json", "pareto.png", "pareto.svg", "report.html",
+    "estimators.csv", "estimators.md", "estimators.png",
 )  # fmt: skip
 
 

@@ -69,10 +69,7 @@ class RunOptions:
         modes=modes.HEADLESS,
     )
     explain: bool = setting(
-        False,
-        "say which passes run and why, which do not and why",
-        group=MODE,
-        modes=modes.HEADLESS,
+        False, "say which passes run, which do not, and why", group=MODE, modes=modes.HEADLESS
     )
     film: str | None = setting(
         None,
@@ -94,6 +91,9 @@ class RunOptions:
         metavar="OUTDIR",
         group=MODE,
         modes=frozenset({modes.BENCH}),
+    )
+    estimators: bool = setting(
+        False, "bench every estimator of visibility", group=MODE, modes=frozenset({modes.BENCH})
     )
     quick: bool = setting(
         False, "a bench of about two minutes", group=MODE, modes=frozenset({modes.BENCH})

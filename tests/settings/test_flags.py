@@ -26,7 +26,7 @@ EXPECTED = {
     "preset budget_ms error_reference recalibrate background",
     modes.FRAMES: "antialias",
     modes.HEADLESS: "frames stats snapshot explain",
-    frozenset({modes.BENCH}): "bench quick",
+    frozenset({modes.BENCH}): "bench estimators quick",
     modes.LIVE: "temporal",
     frozenset({modes.FILM}): "film path turntable frames_range fps resume",
     frozenset({modes.FILM, modes.SNAPSHOT}): "scheduler",

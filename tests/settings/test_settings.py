@@ -138,7 +138,8 @@ def test_help_and_docs_tell_of_every_setting(name):
     assert action.help.replace("%%", "%").startswith(info.doc)
     if info.default is not None and info.kind is not Kind.MAPPING:
         assert f"default {value_text(info.default)}" in action.help
-    row = next(r for r in settings_table().splitlines() if r.startswith(f"| `{info.flag}"))
+    starts = f"| `{info.flag} ", f"| `{info.flag}`"
+    row = next(r for r in settings_table().splitlines() if r.startswith(starts))
     assert info.doc in row
     assert all(f"`{value_text(choice)}`" in row for choice in info.choices)
 

@@ -8,15 +8,15 @@ import dataclasses
 import numpy as np
 import pytest
 
-from benchmarks import estimator_table
-from benchmarks.estimator_table import Averaged, Extent, best_splits, points_of, table
+from ssdo_gl.bench import estimator_table
+from ssdo_gl.bench.estimator_table import Averaged, TablePlan, best_splits, points_of, table
 from ssdo_gl.bench.points import Point
+from ssdo_gl.cli import main
 from ssdo_gl.effects.estimators import ESTIMATORS
-from ssdo_gl.gpu.context import create_context
 
 
 def test_every_estimator_is_measured_with_every_budget_once():
-    points = points_of(Extent(budgets=(4, 16), steps=(2, 8)))
+    points = points_of(TablePlan(budgets=(4, 16), steps=(2, 8)))
     assert len({point.key for point in points}) == len(points)
     for name in ESTIMATORS:
         budgets = {(p.samples, p.filter) for p in points if p.estimator == name}
@@ -45,14 +45,12 @@ def test_the_best_split_of_each_budget_is_kept_and_the_front_is_bold():
     assert ["**" in line for line in lines] == [True, True, False]
 
 
-def test_a_small_table_is_written(tmp_path, monkeypatch):
+def test_a_small_table_is_written(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(estimator_table, "REFERENCE_SPP", 4)
-    extent = dataclasses.replace(
-        estimator_table.QUICK, scenes=("corner",), size=(32, 18), reference_seconds=0.5
-    )
-    device = create_context()
-    estimator_table.write(tmp_path, extent, device)
-    device.release()
+    quick = dataclasses.replace(estimator_table.QUICK, reference_seconds=0.5)
+    monkeypatch.setattr(estimator_table, "QUICK", quick)
+    size = ["--size", "32x18", "--quick"]
+    assert main(["corner", "--bench", str(tmp_path), "--estimators", *size]) == 0
     with (tmp_path / "estimators.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert {r["estimator"] for r in rows} == set(ESTIMATORS)
@@ -64,4 +62,16 @@ def test_a_small_table_is_written(tmp_path, monkeypatch):
             assert parts == pytest.approx(float(r["error"]) ** 2, rel=1e-2, abs=1e-6)
     text = (tmp_path / "estimators.md").read_text()
     assert text.count("### R of") == 4
+    assert "32x18; corner; 2 seeds" in text
+    assert text in capsys.readouterr().out
     assert (tmp_path / "estimators.png").stat().st_size > 0
+
+
+@pytest.mark.parametrize(
+    "given, words",
+    [(["--camera", "0,0,9 0,0,99"], "sees no surface"), (["--radius", "0.1"], "--radius has no")],
+)
+def test_what_cannot_be_measured_is_refused(given, words, tmp_path, capsys):
+    rest = ["--quick", "--quiet", "--size", "32x18"]
+    assert main(["corner", "--bench", str(tmp_path), "--estimators", *given, *rest]) == 2
+    assert words in capsys.readouterr().err
