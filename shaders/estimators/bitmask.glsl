@@ -133,7 +133,8 @@ float estimator_visibility(Receiver r, ivec2 centre)
         uint hidden = estimator_hidden(s, t, view, sample_point(r, i).z, sent);
         blocked += sector_weight(s) * float(bit_count(hidden));
     }
-    return 1.0 - blocked * estimator_sector_share(r, view);
+    // Not below 0, by rounding, where all are blocked.
+    return max(1.0 - blocked * estimator_sector_share(r, view), 0.0);
 }
 
 #if GATHERS_SENDERS
