@@ -38,6 +38,8 @@ from ssdo_gl.bench.presets import load_preset
 from ssdo_gl.bench.report import COLORS, as_bytes, drawn_in_style
 from ssdo_gl.bench.storage import load_arrays, replace_file, replace_json, save_arrays
 from ssdo_gl.gpu.context import Device, create_context, describe
+from ssdo_gl.gpu.fullscreen import draw_fullscreen
+from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.gpu.timer import Timer
 from ssdo_gl.images.display import picture_of
@@ -53,20 +55,28 @@ from ssdo_gl.settings.resolve import settings_for
 SECONDS = 480.0
 SCENE = "cornell_meso"
 SIZES = ((640, 360), (1920, 1080), (3840, 2160))
-PRESETS = ("fast", "balanced", "fine")
+# (preset, method)
+CONFIGURATIONS = (("fast", "bounce"), ("balanced", "bounce"), ("balanced", "gi"), ("fine", "gi"))
 TESTS = ("tests/gpu", "tests/shaders", "tests/passes")
 TEST_SECONDS = 150.0
 FRAMES = 15
 # Bytes of a channel, by moderngl's name of its type.
 BYTES = {"f4": 4, "f2": 2, "nu1": 1, "nu2": 2, "u4": 4}
-# Copied back and forth to measure bandwidth: far larger than any cache.
-COPY_SIZE = (4096, 4096)
+# Texels of 16 bytes, copied to measure bandwidth: far more than any cache holds.
+COPY_SIDE = 4096
+COPY = """#version 330 core
+uniform sampler2D t_source;
+layout(location = 0) out vec4 o_copy;
+void main() { o_copy = texelFetch(t_source, ivec2(gl_FragCoord.xy), 0); }
+"""
+# Devices at rest slow their clocks down; frames of this long, seconds, bring them up.
+WARM_UP = 0.4
 # (method, rays or paths per pixel); rays per second count first rays only.
 REFERENCES = (("reference-ao", 64), ("reference-near", 16), ("reference-gi", 16))
 RAY_SCENES = ("cornell_meso", "stairs", "colonnade")
 RAY_SIZE = (640, 360)
 IMAGE_SCENES = ("corner", "cornell_meso", "courtyard", "stairs")
-IMAGE_METHODS = ("direct", "ssao", "ssdo", "bounce", "reference-near")
+IMAGE_METHODS = ("direct", "ssao", "ssdo", "bounce", "gi", "reference-near", "reference-gi")
 IMAGE_SIZE = (160, 90)
 # A difference within this part of the value is rounding; a pixel beyond `VISIBLE` of the
 # mean is seen.
@@ -168,22 +178,21 @@ def _child(
         return subprocess.CompletedProcess(words, 124, text, f"more than {limit:.0f} s")
 
 
-def copy_bandwidth(device: Device, size: tuple[int, int]) -> float:
-    """Return bytes per second, read and written, of a copy between two large textures."""
-    rng = np.random.default_rng(0)
+def copy_bandwidth(device: Device, side: int) -> float:
+    """Return bytes per second, read and written, of a copy of `side` x `side` texels."""
     # Noise: what a driver compresses would be copied faster than it can be read.
-    noise = rng.random((size[1], size[0], 4), dtype=np.float32)
-    textures = [make_texture(device.gl, size, 4, "f4", noise) for _ in range(2)]
-    source, target = (make_framebuffer(device.gl, [texture]) for texture in textures)
+    noise = np.random.default_rng(0).random((side, side, 4), dtype=np.float32)
+    source, target = (make_texture(device.gl, (side, side), 4, "f4", noise) for _ in range(2))
+    framebuffer = make_framebuffer(device.gl, [target])
+    program = ShaderLibrary(device.gl, computes=device.computes).fullscreen_source(COPY)
     timer, times = Timer(device), []
-    for _ in range(8):
+    # The first ones wake a device whose clock has slowed down.
+    for _ in range(40):
         with timer:
-            device.gl.copy_framebuffer(target, source)
+            draw_fullscreen(device.gl, program, framebuffer, {}, {"t_source": source})
         times.append(timer.elapsed_ms)
-    for buffer in (source, target):
-        buffer.release()
-    for texture in textures:
-        texture.release()
+    for item in (framebuffer, source, target):
+        item.release()
     return 2.0 * noise.nbytes / (min(times) * 1e-3)
 
 
@@ -209,17 +218,21 @@ def bytes_of_passes(renderer: Renderer) -> dict[str, int]:
 def time_passes(run: Run) -> object:
     """Time every pass of the presets at every size; writes passes.csv and passes.png."""
     device = create_context()
-    copy_size = (1024, 1024) if run.quick else COPY_SIZE
-    bandwidth = copy_bandwidth(device, copy_size)
+    bandwidth = copy_bandwidth(device, COPY_SIDE // 8 if run.quick else COPY_SIDE)
     scene, rows, skipped = load_scene(SCENE), [], []
-    for size in SIZES[:1] if run.quick else SIZES:
-        for preset in PRESETS:
-            if run.seconds_left < 120.0:
-                skipped.append(f"{preset} at {size[0]}x{size[1]}")
-                continue
-            fields = {**load_preset(preset), "method": "bounce", "size": size}
-            settings = settings_for(scene.render, fields)
-            rows += _pass_rows(run, device, scene, preset, settings, bandwidth)
+    ways = [device.computes, *([False] if device.computes else [])]
+    for computes in ways:
+        device.computes = computes
+        # Where compute shaders are faster, the other way is shown once, at full HD.
+        sizes = SIZES if computes == ways[0] else SIZES[1:2]
+        for size in SIZES[:1] if run.quick else sizes:
+            for preset, method in CONFIGURATIONS:
+                if run.seconds_left < 120.0:
+                    skipped.append(f"{preset} {method} at {size[0]}x{size[1]}")
+                    continue
+                fields = {**load_preset(preset), "method": method, "size": size}
+                settings = settings_for(scene.render, fields)
+                rows += _pass_rows(run, device, scene, preset, settings, bandwidth)
     device.release()
     _write_csv(run.outdir / "passes.csv", rows)
     replace_file(run.outdir / "passes.png", as_bytes(drawn_in_style(_draw_passes, rows), "png"))
@@ -231,11 +244,17 @@ def _pass_rows(
 ) -> list[dict[str, Any]]:
     frames = 2 if run.quick else FRAMES
     width, height = settings.size
-    head = {"preset": preset, "width": width, "height": height}
+    head = {"preset": preset, "method": settings.method, "width": width, "height": height}
+    head["shaders"] = "compute" if device.computes else "fragment"
     with Renderer(scene, settings, device=device) as renderer:
         timer = CLOCK_NAMES["gpu"] if renderer.timer_kind == "gl_query" else CLOCK_NAMES["wall"]
         floors = bytes_of_passes(renderer)
-        frame = renderer.render(("display",), frames=frames).frame_ms
+        renderer.render(("display",))  # compiles, and lets all light converge
+        begin, number = time.monotonic(), 0
+        while time.monotonic() - begin < (0.0 if run.quick else WARM_UP):
+            number += 1
+            renderer.time_frame(("display",), number=-number)
+        frame, drawn, rest = _frame_times(device, renderer, frames)
         times: dict[str, list[float]] = {}
         for number in range(frames):
             timed = renderer.time_frame(("display",), number=number + 1, time_passes=True)
@@ -252,14 +271,41 @@ def _pass_rows(
             | {"floor_ms": round(floor, 4), "megabytes": round(floors.get(name, 0) / 1e6, 2)}
             | {"over_floor": round(ms / floor, 1) if floor else "", "timer": timer}
         )
-    whole = {"pass": "frame", "ms": round(statistics.median(frame), 4), "timer": "until finish()"}
-    return [*rows, head | whole | {"low_ms": round(min(frame), 4)}]
+    kinds = {"frame": frame, "frame, drawn": drawn, "frame, view at rest": rest}
+    for kind, values in kinds.items():
+        clock = "until finish()" if kind == "frame" else timer
+        took = {"pass": kind, "ms": round(statistics.median(values), 4), "timer": clock}
+        rows.append(head | took | {"low_ms": round(min(values), 4)})
+    return rows
+
+
+def _frame_times(
+    device: Device, renderer: Renderer, frames: int
+) -> tuple[list[float], list[float], list[float]]:
+    """Return milliseconds of whole frames: until they are there, of the device, and at rest.
+
+    The last are those of a window whose camera does not move, by the device's clock.
+    """
+    whole, drawn, rest, timer = [], [], [], Timer(device)
+    for number in range(1, frames + 1):
+        whole.append(renderer.time_frame(("display",), number=number).frame_ms)
+    for number in range(1, frames + 1):
+        with timer:
+            renderer.time_frame(("display",), number=frames + number)
+        drawn.append(timer.elapsed_ms)
+    for index in range(frames + 1):
+        with timer:
+            renderer.draw(("display",), camera=renderer.scene.camera, index=index, count=frames + 1)
+        rest.append(timer.elapsed_ms)
+    return whole, drawn, rest[1:]
 
 
 def _draw_passes(rows: Sequence[Mapping[str, Any]]) -> Any:
     from matplotlib.figure import Figure
 
-    shown = [row for row in rows if row["preset"] == "balanced" and row["pass"] != "frame"]
+    shown = [row for row in rows if row["preset"] == "balanced" and row["method"] == "gi"]
+    shown = [row for row in shown if row["shaders"] == shown[0]["shaders"]]
+    shown = [row for row in shown if not row["pass"].startswith("frame")]
     sizes = list(dict.fromkeys((row["width"], row["height"]) for row in shown))
     figure = Figure(figsize=(5.0 * max(len(sizes), 1), 4.5), layout="constrained")
     charts = figure.subplots(1, max(len(sizes), 1), squeeze=False)[0]
@@ -273,7 +319,7 @@ def _draw_passes(rows: Sequence[Mapping[str, Any]]) -> Any:
         chart.invert_yaxis()
         chart.set_xscale("log")
         chart.set_xlabel("ms")
-        chart.set_title(f"balanced, {width}x{height}")
+        chart.set_title(f"balanced gi, {width}x{height}")
         chart.legend(fontsize=7)
     return figure
 
@@ -329,10 +375,12 @@ def render_images(run: Run) -> object:
             fields = {"method": method, "size": IMAGE_SIZE, "spp": 16}
             with Renderer(scene, settings_for(scene.render, fields), device=device) as renderer:
                 images[f"{name}.{method}"] = renderer.render(("beauty",)).images["beauty"]
+    rows = _ways_of_drawing(device, images) if device.computes else []
     renderer_name = device.renderer
     device.release()
     save_arrays(run.outdir / "images.npz", {"renderer": renderer_name}, images)
     result: dict[str, Any] = {"renderer": renderer_name, "images": sorted(images)}
+    result["fragment_shaders_to_compute_shaders"] = rows
     if run.compare is not None:
         stored = load_arrays(run.compare / "images.npz")
         if stored is None:
@@ -345,6 +393,20 @@ def render_images(run: Run) -> object:
             replace_file(run.outdir / "differences.png", png_bytes(np.vstack(pictures)))
         result |= {"against": stored[0]["renderer"], "differences": rows}
     return result
+
+
+def _ways_of_drawing(device: Device, images: Mapping[str, NDArray[Any]]) -> list[dict[str, Any]]:
+    """Return how images by fragment shaders differ from `images`, by compute shaders."""
+    rows = []
+    device.computes = False
+    for name in IMAGE_SCENES[:2]:
+        scene = load_scene(name)
+        for method in ("direct", "gi", "reference-near"):
+            fields = {"method": method, "size": IMAGE_SIZE, "spp": 16}
+            with Renderer(scene, settings_for(scene.render, fields), device=device) as renderer:
+                image = renderer.render(("beauty",)).images["beauty"]
+            rows.append(difference(f"{name}.{method}", image, images[f"{name}.{method}"]))
+    return rows
 
 
 def difference(name: str, image: NDArray[Any], other: NDArray[Any]) -> dict[str, Any]:

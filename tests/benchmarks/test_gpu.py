@@ -97,4 +97,4 @@ def test_a_command_that_takes_too_long_is_ended():
 
 
 def test_bandwidth_is_positive(device):
-    assert gpu.copy_bandwidth(device, (64, 64)) > 0.0
+    assert gpu.copy_bandwidth(device, 64) > 0.0
