@@ -84,7 +84,7 @@ class FrameLoop:
         self._is_released = False
         self.device = device or create_context(backend)
         self._activate()
-        self._shaders = shaders or ShaderLibrary(self.device.gl)
+        self._shaders = shaders or ShaderLibrary(self.device.gl, computes=self.device.computes)
         self._executor = Executor(self.device, self._shaders)
         self._slices = Slices(self.device.gl)
         self._geometry = Geometry(self.device.gl, scene)

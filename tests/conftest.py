@@ -46,7 +46,7 @@ def _device_is_current(request: pytest.FixtureRequest) -> None:
 @pytest.fixture(scope="session")
 def shaders(device: Device) -> ShaderLibrary:
     """The shipped shaders; programs stay compiled for the whole run."""
-    return ShaderLibrary(device.gl)
+    return ShaderLibrary(device.gl, computes=device.computes)
 
 
 @pytest.fixture

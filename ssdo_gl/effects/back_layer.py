@@ -63,6 +63,7 @@ class DepthLayersPass(RenderPass):
     name = "depth_layers"
     reads = ("z_vs", "z_back_vs")
     writes: Mapping[str, TextureSpec] = {"z_layers": TextureSpec(2)}
+    overwrites: ClassVar[bool] = True
 
     def execute(self, context: PassContext) -> None:
         """Draw one triangle over the target."""

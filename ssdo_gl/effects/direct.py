@@ -12,6 +12,7 @@ from ssdo_gl.effects.methods import ALL, REFERENCES
 from ssdo_gl.effects.request import Request
 from ssdo_gl.effects.scene_lights import USELESS_LIGHTS, need_of_direct_light
 from ssdo_gl.effects.shadow_settings import ShadowMapSettings
+from ssdo_gl.gpu.clear import clear
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
@@ -79,6 +80,7 @@ class DirectPass(RenderPass):
     """
 
     name = "direct"
+    overwrites: ClassVar[bool] = True
 
     def __init__(
         self,
@@ -128,6 +130,8 @@ class DirectPass(RenderPass):
         chosen = [
             i for i, light in enumerate(scene.lights) if light.shadow != "ssdo" and light.power > 0
         ]
+        if not chosen:
+            clear(context.gl, context.shaders, context.target)
         for i in chosen:
             light, light_row = scene.lights[i], rows[i]
             defines = self._defines(light, smooth)

@@ -12,6 +12,7 @@ import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from ctypes.util import find_library
+from functools import cached_property
 from types import ModuleType, TracebackType
 from typing import Any
 
@@ -24,10 +25,13 @@ from ssdo_gl.gpu.context_owner import (
     drop_context,
     note_process,
 )
+from ssdo_gl.gpu.fragment_speed import computes_faster
 
 BACKENDS = ("auto", "egl", "osmesa", "window")
 
 _REQUIRED_VERSION = 330
+# The first with compute shaders; a driver gives no newer one than it was asked for.
+_COMPUTE_VERSION = 450
 _ADVICE = (
     "on Debian or Ubuntu, apt-get install libegl1 libgl1 libgl1-mesa-dri (for egl) "
     "or libosmesa6 (for osmesa)"
@@ -80,6 +84,11 @@ class Device:
         # Python may drop a texture while another context is current, in which its name
         # belongs to something else; what is dropped waits for `activate`.
         gl.gc_mode = "context_gc"
+
+    @cached_property
+    def computes(self) -> bool:
+        """Whether full-screen shaders run faster as compute shaders; may be set."""
+        return not self.is_software and computes_faster(self.gl)
 
     def destroy_when_dropped(self) -> None:
         """Let the context go with the device, should nobody call `release`."""
@@ -182,6 +191,7 @@ def describe(device: Device) -> dict[str, object]:
         "vendor": device.vendor,
         "backend": device.backend,
         "software": device.is_software,
+        "full_screen": "compute shaders" if device.computes else "fragment shaders",
         "limits": {
             "texture_size": info["GL_MAX_TEXTURE_SIZE"],
             "texture_units": info["GL_MAX_TEXTURE_IMAGE_UNITS"],
@@ -196,8 +206,12 @@ def _create_egl() -> Device:
         # glcontext names the library that failed to load, but not which package has it.
         if find_library(library) is None:
             raise ContextError(f"lib{library} was not found")
-    settings: dict[str, Any] = {"backend": "egl"}
-    gl = moderngl.create_context(require=_REQUIRED_VERSION, standalone=True, **settings)
+    settings: dict[str, Any] = {"backend": "egl", "standalone": True}
+    try:
+        gl = moderngl.create_context(require=_COMPUTE_VERSION, **settings)
+    except Exception:
+        # An older driver; what else is wrong, this says again.
+        gl = moderngl.create_context(require=_REQUIRED_VERSION, **settings)
     return _checked(gl, "egl", None)
 
 

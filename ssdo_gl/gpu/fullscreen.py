@@ -1,8 +1,9 @@
-"""Runs a fragment shader once for every pixel of a framebuffer."""
+"""Runs a shader once for every pixel of a framebuffer."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import moderngl
 
@@ -20,7 +21,7 @@ def draw_fullscreen(
     region: Region | None = None,
     adds: bool = False,
 ) -> None:
-    """Draw one triangle over `target`: no depth test, no culling.
+    """Shade every pixel of `target`: one triangle, or groups of a compute shader.
 
     Parameters
     ----------
@@ -45,6 +46,11 @@ def draw_fullscreen(
     whole = (0, 0, target.width, target.height)
     program.set(uniforms)
     for band in bands(gl, program, region or whole):
+        if program.compute is not None:
+            program.set({}, textures)
+            program.check_complete()
+            program.compute.run(gl, _textures(target), band, adds=adds)
+            continue
         # All state, for each: between two bands other things may be drawn.
         gl.enable_only(moderngl.BLEND if adds else moderngl.NOTHING)
         gl.blend_func = moderngl.ONE, moderngl.ONE
@@ -56,3 +62,9 @@ def draw_fullscreen(
         program.empty_vertex_array().render(moderngl.TRIANGLES, vertices=3)
     target.scissor = whole
     gl.enable_only(moderngl.NOTHING)
+
+
+def _textures(target: moderngl.Framebuffer) -> Sequence[moderngl.Texture]:
+    # Any: the stubs leave open whether they are renderbuffers.
+    attachments: Any = target.color_attachments
+    return tuple(attachments)

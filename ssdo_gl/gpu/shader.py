@@ -7,11 +7,14 @@ import hashlib
 import struct
 from collections.abc import Mapping
 from importlib.resources.abc import Traversable
+from typing import Any
 
 import moderngl
 import numpy as np
 
 from ssdo_gl import resources
+from ssdo_gl.gpu.compute_program import ComputeProgram, can_compute, is_compute_name
+from ssdo_gl.gpu.compute_source import compute_source
 from ssdo_gl.gpu.held_signals import held_signals
 from ssdo_gl.gpu.light_kinds import LIGHT_KINDS_FILE, light_kinds_source
 from ssdo_gl.gpu.shader_source import (
@@ -28,9 +31,10 @@ __all__ = ["Program", "ShaderError", "ShaderLibrary"]
 
 _NO_DEFINES: Mapping[str, int] = {}
 _NO_CHOICES: Mapping[str, str] = {}
+FULLSCREEN = "passes/fullscreen.vert"
 USUAL_CHOICES: Mapping[str, str] = {"projection": "projections/perspective.glsl"}
-# Files of both stages, defines and choices, sorted.
-_Key = tuple[str, str, tuple[tuple[str, int], ...], tuple[tuple[str, str], ...]]
+# Files of both stages, defines and choices, sorted, and whether it may be a compute shader.
+_Key = tuple[str, str, tuple[tuple[str, int], ...], tuple[tuple[str, str], ...], bool]
 _NO_TEXTURES: Mapping[str, moderngl.Texture] = {}
 _FLOAT, _INT = struct.Struct("=f"), struct.Struct("=i")
 _FLOAT_MAX = float(np.finfo(np.float32).max)
@@ -46,19 +50,32 @@ class Program:
     gl : moderngl.Program
         Replaced by `ShaderLibrary.reload`; take it anew for every draw, and key what
         you cache about it (vertex arrays) by this object.
+    compute : ComputeProgram or None
+        What runs instead of a rasterized program, which `gl` then does not hold.
     digest : str
         Identifies the flattened sources.
     """
 
-    def __init__(self, gl: moderngl.Context, vertex: FlatSource, fragment: FlatSource) -> None:
+    def __init__(
+        self,
+        gl: moderngl.Context,
+        vertex: FlatSource,
+        fragment: FlatSource,
+        *,
+        may_compute: bool = False,
+    ) -> None:
         self._context = gl
+        self._may_compute = may_compute
         self._vertex_array: moderngl.VertexArray | None = None
         self._replace(vertex, fragment)
 
     def _replace(self, vertex: FlatSource, fragment: FlatSource) -> None:
         """Compile; on failure raise ShaderError and leave the program as it was."""
-        linked = _link(self._context, vertex, fragment)
-        self.gl = linked
+        compute = self._linked_compute(fragment) if self._may_compute else None
+        self.compute = None if compute is None else ComputeProgram(compute)
+        linked: Any = compute
+        if compute is None:
+            linked = self.gl = _link(self._context, vertex, fragment)
         self.digest = _digest(vertex, fragment)
         self.name = f"{vertex.name} + {fragment.name}"
         self._declared = {**vertex.uniforms(), **fragment.uniforms()}
@@ -67,7 +84,7 @@ class Program:
         self._byte_counts: dict[str, int] = {}
         for name in linked:
             member = linked[name]
-            if isinstance(member, moderngl.Uniform):
+            if isinstance(member, moderngl.Uniform) and not is_compute_name(name):
                 self._active[name] = member
                 # Asked once here: for every draw it would make the driver wait.
                 self._byte_counts[name] = len(member.read())
@@ -76,6 +93,8 @@ class Program:
         self._units = {name: unit for unit, name in enumerate(samplers)}
         for name, unit in self._units.items():
             linked[name] = unit
+        if self.compute is not None:
+            self.compute.first_unit = len(self._units)
         self._unset = {
             name
             for name in self._active
@@ -84,6 +103,16 @@ class Program:
         if self._vertex_array is not None:
             self._vertex_array.release()
         self._vertex_array = None
+
+    def _linked_compute(self, fragment: FlatSource) -> moderngl.ComputeShader | None:
+        source = compute_source(fragment)
+        if source is None or not can_compute(self._context, source):
+            return None
+        try:
+            return _link_compute(self._context, source)
+        except ShaderError:
+            # A rasterizer does the same; what is wrong with the shader it says as well.
+            return None
 
     def set(
         self,
@@ -184,6 +213,8 @@ class ShaderLibrary:
         Where the files lie; the shipped shaders if not given.
     choices : mapping of str to str
         The file behind each ``#include <name>`` that a program does not choose itself.
+    computes : bool
+        Run full-screen shaders as compute shaders, where they can: `Device.computes`.
     """
 
     def __init__(
@@ -191,8 +222,11 @@ class ShaderLibrary:
         gl: moderngl.Context,
         root: Traversable | None = None,
         choices: Mapping[str, str] = USUAL_CHOICES,
+        *,
+        computes: bool = False,
     ) -> None:
         self._gl = gl
+        self.computes = computes
         self._root = resources.folder("shaders") if root is None else root
         self._choices = choices
         self._by_name: dict[_Key, Program] = {}
@@ -218,16 +252,27 @@ class ShaderLibrary:
             If a file is missing, does not compile, never mentions a define, or reads
             a varying that the other does not write.
         """
+        return self._program(vertex, fragment, defines, choices, False)
+
+    def _program(
+        self,
+        vertex: str,
+        fragment: str,
+        defines: Mapping[str, int],
+        choices: Mapping[str, str],
+        may_compute: bool,
+    ) -> Program:
         chosen = {**self._choices, **choices}
         key = (
             vertex,
             fragment,
             tuple(sorted(defines.items())),
             tuple(sorted(chosen.items())),
+            may_compute,
         )
         if key not in self._by_name:
             stages = self._flatten(vertex, fragment, defines, chosen)
-            self._by_name[key] = Program(self._gl, *stages)
+            self._by_name[key] = Program(self._gl, *stages, may_compute=may_compute)
         return self._by_name[key]
 
     def fullscreen(
@@ -236,8 +281,8 @@ class ShaderLibrary:
         defines: Mapping[str, int] = _NO_DEFINES,
         choices: Mapping[str, str] = _NO_CHOICES,
     ) -> Program:
-        """Return the program of a fragment shader behind ``passes/fullscreen.vert``."""
-        return self.program("passes/fullscreen.vert", fragment, defines, choices)
+        """Return the program of a fragment shader for `draw_fullscreen`."""
+        return self._program(FULLSCREEN, fragment, defines, choices, self.computes)
 
     def fullscreen_source(
         self, text: str, defines: Mapping[str, int] = _NO_DEFINES, name: str = "<test>"
@@ -246,11 +291,12 @@ class ShaderLibrary:
         fragment = flatten(
             name, lambda n: text if n == name else self._read(n), defines, self._choices
         )
-        vertex = flatten("passes/fullscreen.vert", self._read, defines)
+        vertex = flatten(FULLSCREEN, self._read, defines)
         _check(vertex, fragment, defines)
         digest = _digest(vertex, fragment)
         if digest not in self._by_content:
-            self._by_content[digest] = Program(self._gl, vertex, fragment)
+            program = Program(self._gl, vertex, fragment, may_compute=self.computes)
+            self._by_content[digest] = program
         return self._by_content[digest]
 
     def choosing(self, choices: Mapping[str, str]) -> ShaderLibrary:
@@ -265,7 +311,7 @@ class ShaderLibrary:
         A program that no longer compiles keeps its last good version.
         """
         faults: list[ShaderError] = []
-        for (vertex, fragment, defines, choices), program in self._by_name.items():
+        for (vertex, fragment, defines, choices, _), program in self._by_name.items():
             try:
                 stages = self._flatten(vertex, fragment, dict(defines), dict(choices))
                 if _digest(*stages) != program.digest:
@@ -315,9 +361,23 @@ def _link(gl: moderngl.Context, vertex: FlatSource, fragment: FlatSource) -> mod
         with held_signals():
             return gl.program(vertex_shader=vertex.text, fragment_shader=fragment.text)
     except moderngl.Error as error:
-        log = str(error)
-    for stage, source in (("vertex_shader", vertex), ("fragment_shader", fragment)):
+        stages = {"vertex_shader": vertex, "fragment_shader": fragment}
+        raise _fault(str(error), stages) from None
+
+
+def _link_compute(gl: moderngl.Context, source: FlatSource) -> moderngl.ComputeShader:
+    try:
+        with held_signals():
+            return gl.compute_shader(source.text)
+    except moderngl.Error as error:
+        raise _fault(str(error), {"compute_shader": source}) from None
+
+
+def _fault(log: str, stages: Mapping[str, FlatSource]) -> ShaderError:
+    """Return what a driver said of these stages, in our files and lines."""
+    for stage, source in stages.items():
         head, found, body = log.partition(f"{stage}\n{'=' * len(stage)}\n")
         if found:
-            raise ShaderError(source.translate_log(body) or f"{source.name}: {head.strip()}")
-    raise ShaderError(f"{vertex.name} + {fragment.name}: " + " ".join(log.split()))
+            return ShaderError(source.translate_log(body) or f"{source.name}: {head.strip()}")
+    names = " + ".join(source.name for source in stages.values())
+    return ShaderError(f"{names}: " + " ".join(log.split()))

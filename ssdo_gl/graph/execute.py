@@ -7,6 +7,7 @@ from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
+from ssdo_gl.gpu.clear import clear
 from ssdo_gl.gpu.texture_pool import TexturePool
 from ssdo_gl.gpu.timer import Timer
 from ssdo_gl.graph.frame import Frame
@@ -282,7 +283,7 @@ class Executor:
         if context.target is not None:
             context.target.use()
             if not item.overwrites:
-                context.target.clear()
+                clear(context.gl, context.shaders, context.target)
         start = time.perf_counter()
         gpu_ms = None
         if timer is not None:

@@ -151,7 +151,7 @@ class RenderThread:
     def _run(self) -> None:
         try:
             self._device = create_context(self._backend)
-            self._shaders = ShaderLibrary(self._device.gl)
+            self._shaders = ShaderLibrary(self._device.gl, computes=self._device.computes)
         except BaseException as error:
             self._ready.set_exception(error)
             return

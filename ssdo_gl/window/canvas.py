@@ -58,7 +58,7 @@ class Canvas(SceneFlight, Chosen):
         SceneFlight.__init__(self, folder)
         Chosen.__init__(self, settings, presets)
         self.device = device
-        self.shaders = shaders or ShaderLibrary(device.gl)
+        self.shaders = shaders or ShaderLibrary(device.gl, computes=device.computes)
         self.presenter = Presenter(device, self.shaders)
         self.measured = measured
         self.budget_ms = budget_ms or DEFAULT_BUDGET_MS

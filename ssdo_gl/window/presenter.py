@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.gpu.context import Device
-from ssdo_gl.gpu.shader import Program, ShaderLibrary
+from ssdo_gl.gpu.shader import FULLSCREEN, Program, ShaderLibrary
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.images.display import ColorMapping
 from ssdo_gl.math3d import FloatArray
@@ -104,7 +104,7 @@ class Presenter:
     def copy_to(self, target: moderngl.Framebuffer, size: tuple[int, int]) -> None:
         """Copy the picture to `target` (the screen), whose size is `size` pixels."""
         assert self._texture is not None, "nothing was drawn yet"
-        program = self._shaders.fullscreen("passes/copy.frag")
+        program = self._shaders.program(FULLSCREEN, "passes/copy.frag")
         program.set({}, {"t_image": self._texture})
         self._fill(program, target, size, None)
 
@@ -147,7 +147,7 @@ class Presenter:
         assert self.picture is not None and image.drawing is not None
         view = image.drawing.view
         defines = {"KIND": int(kind), "TONE_CURVE": int(curve == "aces")}
-        program = self._shaders.fullscreen("window/present.frag", defines, view.choices)
+        program = self._shaders.program(FULLSCREEN, "window/present.frag", defines, view.choices)
         plane, texture = self._plane(image)
         program.set(
             {
@@ -168,7 +168,7 @@ class Presenter:
     def _draw_error(self, view: View, left: LiveImage, right: LiveImage, exposure: float) -> None:
         assert self.picture is not None
         defines = {"KIND": int(view.kind == ColorMapping.VISIBILITY)}
-        program = self._shaders.fullscreen("window/error_colors.frag", defines)
+        program = self._shaders.program(FULLSCREEN, "window/error_colors.frag", defines)
         plane, texture = self._plane(left)
         other_plane, other_texture = self._plane(right)
         program.set(

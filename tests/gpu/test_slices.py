@@ -7,6 +7,7 @@ import pytest
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.readback import read_texture
+from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.gpu.slices import FIRST_PIXELS, SLICE_MS, Slices
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.renderer import Renderer
@@ -54,8 +55,9 @@ def clobber(gl) -> None:
         make_texture(gl, (1, 1), 4, "f4").use(unit)
 
 
-def test_slices_shrink_until_they_fit(gl, shaders) -> None:
-    program = shaders.fullscreen_source(SLOW)
+def test_slices_shrink_until_they_fit(gl) -> None:
+    # By a rasterizer, whose scissor tells what was drawn.
+    program = ShaderLibrary(gl).fullscreen_source(SLOW)
     target = make_framebuffer(gl, [make_texture(gl, SIZE, 4, "f4")])
     slices = Slices(gl)
     heights = []

@@ -1,0 +1,31 @@
+"""Clears framebuffers: colour to zero, depth to the far end."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import moderngl
+
+from ssdo_gl.gpu.shader import ShaderLibrary
+
+
+def clear(gl: moderngl.Context, shaders: ShaderLibrary, target: moderngl.Framebuffer) -> None:
+    """Set every channel of `target` to 0 and its depth to 1, the fastest way of the device.
+
+    A rasterizer of few units also clears slowly: an NVIDIA H100 writes some 60 GB/s so, and
+    2400 from compute shaders.
+    """
+    program = shaders.fullscreen("passes/clear.frag") if shaders.computes else None
+    if program is None or program.compute is None:
+        target.clear()
+        return
+    textures: Any = target.color_attachments
+    for texture in textures:
+        program.compute.run(gl, [texture], (0, 0, *texture.size), adds=False)
+    if target.depth_attachment is not None:
+        # Any: the stubs know of one mask for each attachment only where there is one.
+        depth_only: Any = target
+        mask, hidden = depth_only.color_mask, (False, False, False, False)
+        depth_only.color_mask = hidden if len(textures) == 1 else (hidden,) * len(textures)
+        target.clear()
+        depth_only.color_mask = mask
