@@ -15,6 +15,7 @@
 # make bench-motion  errors, flicker, lag and ghosts in motion; MOTION_FLAGS=--quick
 # make bench-input  milliseconds from a key or the mouse to its answer in the window
 # make bench-gpu  tests, pass times, rays and images on a GPU, into bench/gpu; eight minutes
+# make bench-peers  VTK, three.js and ours in one room; PEER_FLAGS="--three DIR"
 # make bench-promises  whether --budget-ms and --max-error keep what they promise
 # make pictures  the still pictures of README and docs/
 # make lint      ruff, mypy and every shader
@@ -33,6 +34,7 @@ FUZZ_SEED ?= 0
 FUZZ_COUNT ?= 1000
 GPU_FLAGS ?=
 MOTION_FLAGS ?=
+PEER_FLAGS ?=
 
 ifeq ($(origin PY), undefined)
 PY := $(VENV)/bin/python
@@ -40,7 +42,7 @@ READY := $(VENV)/.ssdo_gl-ready
 endif
 
 .DELETE_ON_ERROR:
-.PHONY: setup snapshot view test test-slow fuzz hard-cases pictures bench bench-passes bench-estimators bench-effects bench-fidelity bench-light bench-rays bench-motion bench-input bench-promises bench-gpu lint clean
+.PHONY: setup snapshot view test test-slow fuzz hard-cases pictures bench bench-passes bench-estimators bench-effects bench-fidelity bench-light bench-rays bench-motion bench-input bench-peers bench-promises bench-gpu lint clean
 
 setup: $(READY)
 
@@ -99,6 +101,9 @@ bench-input: $(READY)
 
 bench-gpu: $(READY)
 	$(PY) -m benchmarks.gpu bench/gpu $(GPU_FLAGS)
+
+bench-peers: $(READY)
+	$(PY) -m benchmarks.peers bench/peers $(PEER_FLAGS)
 
 bench-promises: $(READY)
 	$(PY) -m benchmarks.promises
