@@ -26,7 +26,7 @@ uniform float u_sender_bound;
 #endif
 uniform float u_max_roughness;     // of surfaces that reflect what lies beyond R
 
-layout(location = 0) out vec4 o_reflections;  // mean radiance; alpha: z for the filter
+layout(location = 0) out vec4 o_reflections;  // mean radiance; alpha: z, 0 where nothing is glossy
 
 // Where a lobe is brightest: rough ones lean from the mirrored direction to the normal
 // (Lagarde and de Rousiers 2014, "Moving Frostbite to PBR", listing 22).
@@ -53,7 +53,7 @@ void main()
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     Receiver r = receiver_at(pixel, SAMPLE_COUNT);
     Brdf brdf = brdf_at(receiver_texel(pixel));
-    o_reflections = vec4(0.0, 0.0, 0.0, r.z_vs);
+    o_reflections = vec4(0.0);
     if (!(r.z_vs > 0.0) || !is_glossy(brdf)) {
         return;
     }
@@ -96,5 +96,5 @@ void main()
     // The exact light, as far as the sampled one arrives: without noise where all is open.
     vec3 arrived = lobe_radiance(axis, alpha) * (open / max(all, vec3(1e-30)));
     vec3 reflectance = max(layer_reflectance(brdf, cos_out), vec3(1e-4));
-    o_reflections.rgb = arrived + sent / (float(SAMPLE_COUNT) * reflectance);
+    o_reflections = vec4(arrived + sent / (float(SAMPLE_COUNT) * reflectance), r.z_vs);
 }

@@ -7,6 +7,7 @@
 // IS_VISIBILITY 1: one value in [0, 1], and 1 where nothing is, 0: rgb irradiance + a;
 // Z_SIGNALS: bit i says that the channel after the value of signal i is z, else it is
 // visibility; IS_FIRST: the values are an estimator's, and may be unsound;
+// IS_OF_GLOSS 1: the z of the values is 0 where a surface is not glossy;
 // TAP_RADIUS: taps on each side; USE_NORMALS.
 //
 // The estimators give neighbouring pixels different sample sets that repeat every 4 x 4
@@ -164,7 +165,11 @@ void main()
 #else
     ivec2 texel = pixel * u_stride;
 #endif
+#if IS_OF_GLOSS
+    float z = value_at(0, pixel).a;
+#else
     float z = gbuffer_z_vs(texel);
+#endif
     vec4 results[SIGNAL_COUNT];
     for (int i = 0; i < SIGNAL_COUNT; ++i)
         results[i] = neutral(i);

@@ -73,13 +73,14 @@ def filtered(
     *,
     is_visibility: bool = False,
     holds_z: bool = True,
+    is_of_gloss: bool = False,
 ) -> ReasonedPass:
     """Return the filter pass `name` from `source` to `result`; see `EdgeAwareFilterPass`."""
     common = EdgeAwareFilterSettings(filter=request.settings.filter)
     item = EdgeAwareFilterPass(
         name,
         request.with_overrides(name, request.with_overrides(FILTER, common)),
-        Signal(source, result, is_visibility, holds_z),
+        Signal(source, result, is_visibility, holds_z, is_of_gloss),
     )
     return item, "removes the sampling noise along surfaces"
 

@@ -66,9 +66,7 @@ def uniforms(
 
 
 class ReflectionsPass(RenderPass):
-    """Writes `reflections_raw`: rgb mean radiance of each surface's lobe, a = z.
-
-    Background is 0.
+    """Writes `reflections_raw`: rgb mean radiance of each glossy surface's lobe, a = z; else 0.
 
     Parameters
     ----------
@@ -221,7 +219,8 @@ class Reflections(Effect):
             rays=request.ray_features if request.runs("surface_cache") else None,
         )
         yield item, "what the lobes of glossy surfaces take in"
-        yield filtered(request, "reflections_filter", "reflections_raw", "reflections_filtered")
+        images = ("reflections_raw", "reflections_filtered")
+        yield filtered(request, "reflections_filter", *images, is_of_gloss=True)
         yield ReflectedRadiancePass(), "what glossy surfaces reflect"
 
     def sends(self, request: Request) -> bool:

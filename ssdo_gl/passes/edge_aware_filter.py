@@ -69,12 +69,16 @@ class Signal:
     holds_z : bool
         The source's last channel is the depth of its receiver, which saves a read. The
         last channel of a source of irradiance that does not hold it is visibility.
+    is_of_gloss : bool
+        The source holds 0 for the depth where a surface is not glossy: that counts for no
+        neighbour.
     """
 
     source: str
     result: str
     is_visibility: bool = False
     holds_z: bool = False
+    is_of_gloss: bool = False
 
 
 class EdgeAwareFilterPass(RenderPass):
@@ -110,6 +114,7 @@ class EdgeAwareFilterPass(RenderPass):
             "SIGNAL_COUNT": len(signals),
             "IS_VISIBILITY": int(any(signal.is_visibility for signal in signals)),
             "Z_SIGNALS": sum(signal.holds_z << i for i, signal in enumerate(signals)),
+            "IS_OF_GLOSS": int(signals[0].is_of_gloss),
         }
         self._scratch: list[tuple[list[moderngl.Texture], moderngl.Framebuffer]] = []
 
@@ -194,7 +199,9 @@ def joined_filters(
         before = frozenset().union(*(behind[name] for name in item.reads))
         is_filter = isinstance(item, EdgeAwareFilterPass)
         behind.update(dict.fromkeys(item.writes, before | {item.name} if is_filter else before))
-        if not isinstance(item, EdgeAwareFilterPass) or item.signals[0].is_visibility:
+        if not isinstance(item, EdgeAwareFilterPass):
+            continue
+        if item.signals[0].is_visibility or item.signals[0].is_of_gloss:
             continue
         key = item.settings, specs[item.signals[0].source].scale
         first = open_.pop(key, None)

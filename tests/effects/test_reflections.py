@@ -98,6 +98,20 @@ def test_planning_leaves_a_glossy_picture_as_it_is(method):
     np.testing.assert_allclose(planned, picture(scene, method=method, effects="full"), atol=1e-6)
 
 
+def test_matt_neighbours_do_not_darken_the_rim_of_what_is_glossy():
+    """A square of metal in a matt floor, under an even sky: it shows the same all over."""
+    keys = "albedo = [0.8, 0.8, 0.8]\nmetallic = 1\nroughness = 0.5"
+    square = FLOOR.replace("50", "1").replace("100", "2").replace("0,", "0.001,", 1)
+    tile = f"[materials.tile]\n{keys}\n" + square.replace('"floor"', '"tile"')
+    found = picture(
+        SKY + floor("albedo = [0.2, 0.2, 0.2]") + FLOOR + tile, method="ssdo", aov="specular"
+    )
+    lit = found[..., 1][found[..., 1] > 0.0]
+    assert len(lit) > 100
+    # 8 % along the rim, where the floor counts as black.
+    np.testing.assert_allclose(lit, np.median(lit), rtol=0.02)
+
+
 def passes_of(text: str, method: str) -> set[str]:
     scene = read_description(HEAD + text, "scene.toml")
     with ssdo_gl.Renderer(scene, Settings(size=SIZE, method=method)) as renderer:
