@@ -14,6 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Vector = tuple[float, float, float]
+# x, y, width and height in pixels, from the bottom left.
+Region = tuple[int, int, int, int]
 
 
 def vector(values: ArrayLike) -> Vector:

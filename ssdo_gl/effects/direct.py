@@ -17,7 +17,7 @@ from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.passes.brdf_wiring import brdf_wiring
+from ssdo_gl.passes.brdf_wiring import brdf_wiring, gloss_draws
 from ssdo_gl.passes.light_rows import light_rows
 from ssdo_gl.passes.screen_space_settings import pattern_offset
 from ssdo_gl.scene.lights import Form, Light, kind_number
@@ -101,9 +101,7 @@ class DirectPass(RenderPass):
             self.writes["direct_gloss"] = TextureSpec(4, "f4")
         more = *(("shadow_atlas",) if shadow_maps else ()), *(("lift_vs",) if lifts else ())
         self._wiring = {f"t_{name}": name for name in ("z_vs", "normals_vs", *more)}
-        if glossy:
-            self._wiring |= brdf_wiring(glossy)
-        self.reads = tuple(self._wiring.values())
+        self.reads = tuple((self._wiring | (brdf_wiring(glossy) if glossy else {})).values())
         # The map of a directional light encloses the geometry; the seed turns the
         # pattern of soft shadows.
         self.depends_on = ("view", "lights", *(("geometry", "seed") if shadow_maps else ()))
@@ -113,16 +111,13 @@ class DirectPass(RenderPass):
         return self.settings, self.shadow_maps, self.parts_per_side, self.lifts, self.glossy
 
     def execute(self, context: PassContext) -> None:
-        """Draw one full-screen triangle for each light, adding up."""
+        """Draw one triangle over the target for each light, adding up; then over what is glossy."""
         assert context.target is not None
         scene = context.frame.scene
         parts = self.parts_per_side
         frames = shadow_frames(scene.lights, context.geometry.bounds_along, parts)
         rows = light_rows(scene.lights, frames, context.frame.view)
-        textures = {sampler: context.inputs[name] for sampler, name in self._wiring.items()}
         common = uniforms(self.settings, context.frame)
-        if self._filters_gloss:
-            common["u_gloss_footprint"] = self.settings.gloss_footprint
         if self.shadow_maps:
             columns = atlas_layout(scene.lights).columns
             common["u_shadow_tile_texels"] = context.inputs["shadow_atlas"].width // columns
@@ -130,24 +125,28 @@ class DirectPass(RenderPass):
         chosen = [
             i for i, light in enumerate(scene.lights) if light.shadow != "ssdo" and light.power > 0
         ]
-        if not chosen:
+        draws = gloss_draws(context.frame, self.glossy)
+        if not chosen or len(draws) > 1:
             clear(context.gl, context.shaders, context.target)
-        for i in chosen:
-            light, light_row = scene.lights[i], rows[i]
-            defines = self._defines(light, smooth)
-            draw_fullscreen(
-                context.gl,
-                context.shaders.fullscreen("effects/direct.frag", defines),
-                context.target,
-                {**common, "u_light": light_row},
-                textures,
-                # The first overwrites, which is cheaper.
-                adds=i != chosen[0],
-            )
-
-    @property
-    def _filters_gloss(self) -> bool:
-        return self.glossy and self.settings.gloss_footprint > 0.0
+        for glossy, region in draws:
+            wiring = self._wiring | (brdf_wiring(True) if glossy else {})
+            textures = {sampler: context.inputs[name] for sampler, name in wiring.items()}
+            filters = glossy and self.settings.gloss_footprint > 0.0
+            footprint = {"u_gloss_footprint": self.settings.gloss_footprint} if filters else {}
+            for i in chosen:
+                defines = self._defines(scene.lights[i], smooth)
+                defines |= {"GLOSSY": glossy, "FILTERS_GLOSS": int(filters)}
+                draw_fullscreen(
+                    context.gl,
+                    context.shaders.fullscreen("effects/direct.frag", defines),
+                    context.target,
+                    {**common, **footprint, "u_light": rows[i]},
+                    textures,
+                    region=region,
+                    # The first overwrites, which is cheaper.
+                    adds=i != chosen[0],
+                    keeps_last=self.glossy and not glossy,
+                )
 
     def _defines(self, light: Light, smooth: bool) -> dict[str, int]:
         has_map = self.shadow_maps and light.shadow == "map"
@@ -156,8 +155,6 @@ class DirectPass(RenderPass):
             "LIGHT_FORM": light.form,
             "IS_SOFT": int(light.form is Form.AREA or light.spread > 0.0),
             "HAS_SHADOW_MAP": int(has_map),
-            "GLOSSY": int(self.glossy),
-            "FILTERS_GLOSS": int(self._filters_gloss),
             "HAS_LIFT": int(has_map and self.lifts and smooth),
             "HAS_SHADING_NORMALS": int(smooth),
             "BLOCKER_COUNT": self.settings.blocker_samples,

@@ -128,7 +128,7 @@ class ReflectionsPass(RenderPass):
         return self.settings, self._march, self._bound, self._rays, tuple(self._defines.items())
 
     def execute(self, context: PassContext) -> None:
-        """Draw one triangle over the target."""
+        """Draw one triangle over what is glossy."""
         assert context.target is not None
         defines, beyond = self._defines, "beyond_screens/unknown.glsl"
         values = uniforms(
@@ -149,6 +149,7 @@ class ReflectionsPass(RenderPass):
             context.target,
             values,
             {sampler: context.inputs[name] for sampler, name in self._wiring.items()},
+            region=context.frame.gloss_region,
         )
 
 
@@ -169,7 +170,7 @@ class ReflectedRadiancePass(RenderPass):
     depends_on = ("view",)
 
     def execute(self, context: PassContext) -> None:
-        """Draw one triangle over the target."""
+        """Draw one triangle over what is glossy."""
         assert context.target is not None
         draw_fullscreen(
             context.gl,
@@ -177,6 +178,7 @@ class ReflectedRadiancePass(RenderPass):
             context.target,
             context.frame.view.uniforms(),
             {sampler: context.inputs[name] for sampler, name in self.WIRING.items()},
+            region=context.frame.gloss_region,
         )
 
 

@@ -122,7 +122,7 @@ class Request:
     @property
     def is_glossy(self) -> bool:
         """Whether any surface in view may reflect more than diffuse light."""
-        in_view = self.view is None or self.view.shows_gloss
+        in_view = self.view is None or self.view.gloss_region is not None
         return self.is_full or (self.content.has_gloss and in_view)
 
     @cached_property

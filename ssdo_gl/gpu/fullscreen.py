@@ -8,7 +8,8 @@ from typing import Any
 import moderngl
 
 from ssdo_gl.gpu.shader import Program
-from ssdo_gl.gpu.slices import Region, bands
+from ssdo_gl.gpu.slices import bands
+from ssdo_gl.math3d import Region
 
 
 def draw_fullscreen(
@@ -20,6 +21,7 @@ def draw_fullscreen(
     *,
     region: Region | None = None,
     adds: bool = False,
+    keeps_last: bool = False,
 ) -> None:
     """Shade every pixel of `target`: one triangle, or groups of a compute shader.
 
@@ -36,6 +38,8 @@ def draw_fullscreen(
         Draw there only: x, y, width and height in pixels, from the bottom left.
     adds : bool
         Add to what is there, instead of replacing it.
+    keeps_last : bool
+        Leave the last attachment as it is: the shader does not write it.
 
     Raises
     ------
@@ -45,6 +49,10 @@ def draw_fullscreen(
     """
     whole = (0, 0, target.width, target.height)
     program.set(uniforms)
+    masks = target.color_mask
+    if keeps_last:
+        assert isinstance(masks[0], tuple)
+        target.color_mask = (*masks[:-1], (False,) * 4)
     for band in bands(gl, program, region or whole):
         if program.compute is not None:
             program.set({}, textures)
@@ -61,6 +69,7 @@ def draw_fullscreen(
         program.check_complete()
         program.empty_vertex_array().render(moderngl.TRIANGLES, vertices=3)
     target.scissor = whole
+    target.color_mask = masks
     gl.enable_only(moderngl.NOTHING)
 
 

@@ -14,6 +14,7 @@ from weakref import WeakKeyDictionary
 import moderngl
 
 from ssdo_gl.gpu.shader import Program
+from ssdo_gl.math3d import Region
 
 # With a picture in motion after it, input is still answered within two frames of 60 Hz.
 SLICE_MS = 8.0
@@ -21,9 +22,6 @@ SLICE_MS = 8.0
 FIRST_PIXELS = 16_384
 # A band has at most this many times the rows of the one before: cost differs across a picture.
 LARGEST_GROWTH = 2.0
-
-# x, y, width and height in pixels, from the bottom left.
-Region = tuple[int, int, int, int]
 
 
 class Slices:

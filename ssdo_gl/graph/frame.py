@@ -9,7 +9,7 @@ import numpy as np
 
 from ssdo_gl import math3d
 from ssdo_gl.graph.depth_range import depth_uniforms, far_plane, wide_depth_range
-from ssdo_gl.math3d import FloatArray
+from ssdo_gl.math3d import FloatArray, Region
 from ssdo_gl.scene.scene import Scene
 
 
@@ -145,6 +145,8 @@ class Frame:
         Of a live frame that may be averaged with those before it, its number among them:
         camera or bodies have moved since the last one, lights have not. 0: it is to be as
         a single frame is.
+    gloss_region : Region or None
+        Outside it no surface in view is glossy. None: nothing is known of that.
     """
 
     view: FrameView
@@ -155,6 +157,7 @@ class Frame:
     first_seed: int = 0
     count: int = 1
     moves: int = 0
+    gloss_region: Region | None = None
 
     @property
     def pattern(self) -> int:

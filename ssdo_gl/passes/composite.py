@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from typing import ClassVar, Literal
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.passes.brdf_wiring import brdf_wiring
+from ssdo_gl.passes.brdf_wiring import brdf_wiring, gloss_draws
 from ssdo_gl.passes.environment_uniforms import (
     MAP_IRRADIANCE,
     MAP_RADIANCE,
@@ -73,28 +73,39 @@ class CompositePass(RenderPass):
         self.defines = {
             "ENVIRONMENT_KIND": kind,
             "COMBINE": number,
-            "GLOSSY": int(glossy),
             **term_defines(irradiances, radiances),
         }
+        self._glossy = glossy
         wiring = {
             "t_z_vs": "z_vs",
-            "t_normals_vs": "normals_vs" if number in (1, 2) or glossy else None,
-            **brdf_wiring(glossy),
+            "t_normals_vs": "normals_vs" if number in (1, 2) else None,
+            **brdf_wiring(False),
             "t_visibility": visibility,
             "t_environment": MAP_RADIANCE if kind == 3 else None,
             "t_environment_irradiance": MAP_IRRADIANCE if kind == 3 and number in (1, 2) else None,
             **term_wiring(irradiances, radiances),
         }
         self._wiring = {sampler: name for sampler, name in wiring.items() if name is not None}
-        self.reads = tuple(dict.fromkeys(self._wiring.values()))
+        gloss = {**brdf_wiring(True), "t_normals_vs": "normals_vs"}
+        self._glossy_wiring = self._wiring | (gloss if glossy else {})
+        self.reads = tuple(dict.fromkeys(self._glossy_wiring.values()))
 
-    def settings_key(self) -> tuple[tuple[str, int], ...]:
+    def settings_key(self) -> Hashable:
         """Return the defines, which are all that distinguishes two of these."""
-        return tuple(sorted(self.defines.items()))
+        return self._glossy, tuple(sorted(self.defines.items()))
 
     def execute(self, context: PassContext) -> None:
-        """Draw one full-screen triangle."""
+        """Draw one triangle over the target, and one over what is glossy."""
         assert context.target is not None
-        program = context.shaders.fullscreen("passes/composite.frag", self.defines)
-        textures = {sampler: context.inputs[name] for sampler, name in self._wiring.items()}
-        draw_fullscreen(context.gl, program, context.target, uniforms(context.frame), textures)
+        for glossy, region in gloss_draws(context.frame, self._glossy):
+            wiring = self._glossy_wiring if glossy else self._wiring
+            draw_fullscreen(
+                context.gl,
+                context.shaders.fullscreen(
+                    "passes/composite.frag", {**self.defines, "GLOSSY": glossy}
+                ),
+                context.target,
+                uniforms(context.frame),
+                {sampler: context.inputs[name] for sampler, name in wiring.items()},
+                region=region,
+            )

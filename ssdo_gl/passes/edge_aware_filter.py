@@ -11,6 +11,7 @@ from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.math3d import Region
 from ssdo_gl.settings.fields import setting
 from ssdo_gl.settings.settings import same_as
 
@@ -71,7 +72,7 @@ class Signal:
         last channel of a source of irradiance that does not hold it is visibility.
     is_of_gloss : bool
         The source holds 0 for the depth where a surface is not glossy: that counts for no
-        neighbour.
+        neighbour. The result holds anything outside the frame's `gloss_region`.
     """
 
     source: str
@@ -156,8 +157,17 @@ class EdgeAwareFilterPass(RenderPass):
                     "t_z_vs": context.inputs["z_vs"],
                     "t_normals_vs": context.inputs["normals_vs"],
                 },
+                region=self._region(context.frame, 0 if is_last else self.settings.tap_radius),
             )
             values = results
+
+    def _region(self, frame: Frame, rows: int) -> Region | None:
+        """Return where to draw so that `rows` more to each side may be read afterwards."""
+        if frame.gloss_region is None or not self.signals[0].is_of_gloss:
+            return None
+        x, y, width, height = frame.gloss_region
+        first, end = max(y - rows, 0), min(y + height + rows, frame.view.size[1])
+        return x, first, width, end - first
 
     def _scratch_for(
         self, context: PassContext, values: list[moderngl.Texture], count: int

@@ -8,7 +8,7 @@ from typing import ClassVar
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.passes.brdf_wiring import brdf_wiring
+from ssdo_gl.passes.brdf_wiring import brdf_wiring, gloss_draws
 from ssdo_gl.passes.terms import term_defines, term_wiring
 
 
@@ -38,22 +38,27 @@ class SenderRadiancePass(RenderPass):
         glossy: bool = False,
     ) -> None:
         self.name = "sender_radiance"
-        self._wiring = {**brdf_wiring(glossy), **term_wiring(irradiances, radiances)}
-        self._defines = {**term_defines(irradiances, radiances), "GLOSSY": int(glossy)}
-        self.reads = tuple(self._wiring.values())
+        self._glossy = glossy
+        self._terms = term_wiring(irradiances, radiances)
+        self._defines = term_defines(irradiances, radiances)
+        self.reads = (*brdf_wiring(glossy).values(), *self._terms.values())
         self.writes = {"sender_radiance": TextureSpec(4)}
 
     def settings_key(self) -> Hashable:
         """Return the switches."""
-        return tuple(self._defines.items())
+        return self._glossy, tuple(self._defines.items())
 
     def execute(self, context: PassContext) -> None:
-        """Draw one triangle over the target."""
+        """Draw one triangle over the target, and one over what is glossy."""
         assert context.target is not None
-        draw_fullscreen(
-            context.gl,
-            context.shaders.fullscreen("passes/sender_radiance.frag", self._defines),
-            context.target,
-            {},
-            {sampler: context.inputs[name] for sampler, name in self._wiring.items()},
-        )
+        for glossy, region in gloss_draws(context.frame, self._glossy):
+            defines = {**self._defines, "GLOSSY": glossy}
+            wiring = {**brdf_wiring(bool(glossy)), **self._terms}
+            draw_fullscreen(
+                context.gl,
+                context.shaders.fullscreen("passes/sender_radiance.frag", defines),
+                context.target,
+                {},
+                {sampler: context.inputs[name] for sampler, name in wiring.items()},
+                region=region,
+            )

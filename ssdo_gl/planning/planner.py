@@ -12,6 +12,7 @@ from ssdo_gl.effects.request import Request, overridden
 from ssdo_gl.effects.shadow_settings import ShadowMapSettings, tile_size
 from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.graph.graph import Plan, compile_graph
+from ssdo_gl.math3d import Region
 from ssdo_gl.planning.bodies import Bodies, bodies_of
 from ssdo_gl.planning.content import SceneContent, analyse, simplest_environment
 from ssdo_gl.planning.shadows import COARSEST_MAP
@@ -36,12 +37,15 @@ class FramePlan:
     scene : Scene
         Without lights and shadows that cannot matter, and with the simplest environment
         that gives the same light. Indices of lights are those of the whole scene.
+    gloss_region : Region or None
+        As in `Frame`.
     """
 
     pipeline: Pipeline
     graph: Plan
     scene: Scene
     decided: Decided
+    gloss_region: Region | None
 
 
 class Planner:
@@ -102,7 +106,8 @@ class Planner:
         request = Request(scene, content, settings, wanted, facts, is_live=is_live)
         decided = decide(request)
         pipeline, graph = self._passes(request, decided)
-        planned = FramePlan(pipeline, graph, self._lean(moved, decided), decided)
+        region = None if facts is None else facts.gloss_region
+        planned = FramePlan(pipeline, graph, self._lean(moved, decided), decided, region)
         self._last = (same, view_key, planned)
         return planned
 

@@ -9,7 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
-from ssdo_gl.math3d import FloatArray, IntArray
+from ssdo_gl.math3d import FloatArray, IntArray, Region
 from ssdo_gl.planning.bodies import ANY, FLAT, ROUNDING, SOLID_BOX, Bodies, BoolArray
 from ssdo_gl.planning.shadows import (
     candidate_axes,
@@ -78,8 +78,9 @@ class ViewFacts:
         For each light, whether it can light anything in view.
     shadows : tuple of bool
         For each light, whether anything can keep its light from what is in view.
-    shows_gloss : bool
-        Whether any surface in view may reflect more than diffuse light.
+    gloss_region : (int, int, int, int) or None
+        Outside this part of the frame no surface reflects more than diffuse light: x, y,
+        width and height in pixels, from the bottom left. None: nor does any inside.
     """
 
     is_empty: bool
@@ -90,7 +91,7 @@ class ViewFacts:
     slant: float
     reaches: tuple[bool, ...]
     shadows: tuple[bool, ...]
-    shows_gloss: bool = True
+    gloss_region: Region | None
 
 
 def seen_bodies(bodies: Bodies, eye: Eye) -> IntArray:
@@ -145,8 +146,32 @@ def view_facts(bodies: Bodies, neighbours: Neighbours, eye: Eye) -> ViewFacts:
         slant=math.hypot(1.0, *eye.tan_half_fov),
         reaches=neighbours.reaches,
         shadows=neighbours.shadows,
-        shows_gloss=bool(np.any(bodies.is_glossy[seen])),
+        gloss_region=region_of(bodies, seen[bodies.is_glossy[seen]], eye),
     )
+
+
+def region_of(bodies: Bodies, chosen: IntArray, eye: Eye) -> Region | None:
+    """Return a part of the frame outside which none of the bodies `chosen` is seen.
+
+    None, if there is none of them.
+    """
+    if len(chosen) == 0:
+        return None
+    signs = np.where(np.indices((2, 2, 2)).reshape(3, 8).T, 1.0, -1.0)
+    corners = bodies.center[chosen, None] + signs @ bodies.half_edges[chosen]
+    x, y, back = np.moveaxis((corners - eye.position_ws) @ eye.view_from_world.T, -1, 0)
+    size = np.array(eye.size)
+    if eye.half_frame[1] <= 0.0 and np.any(back >= 0.0):
+        return 0, 0, *eye.size
+    halves = (half - tan * back for half, tan in zip(eye.half_frame, eye.tan_half_fov, strict=True))
+    across = [0.5 + 0.5 * a / half for a, half in zip((x, y), halves, strict=True)]
+    low, high = (
+        size * [limit(side) for side in across] + margin
+        for limit, margin in ((np.min, -FRAME_MARGIN_PX), (np.max, FRAME_MARGIN_PX))
+    )
+    first = np.clip(np.floor(low), 0, size).astype(int)
+    end = np.clip(np.ceil(high), first, size).astype(int)
+    return int(first[0]), int(first[1]), int(end[0] - first[0]), int(end[1] - first[1])
 
 
 def _in_frame(bodies: Bodies, eye: Eye) -> BoolArray:

@@ -48,6 +48,7 @@ CROWDED = ViewFacts(
     slant=1.2,
     reaches=(True, True),
     shadows=(True, True),
+    gloss_region=(0, 0, 64, 36),
 )
 RADIUS = 0.3
 SWITCHES = ("direct", "shadow_map", "directional", "bounce", "back_layer", "ssao", "reference_ao")

@@ -98,6 +98,17 @@ def test_planning_leaves_a_glossy_picture_as_it_is(method):
     np.testing.assert_allclose(planned, picture(scene, method=method, effects="full"), atol=1e-6)
 
 
+@pytest.mark.parametrize("method", ["bounce", "ssdo", "direct"])
+def test_gloss_is_worked_out_only_where_it_is_seen(method):
+    """As much of the frame as a ball takes, and the same picture as by all of it."""
+    body = "[materials.ball]\nalbedo = [1, 0.8, 0.4]\nmetallic = 1\nroughness = 0.3\n"
+    ball = '[[object]]\nshape = "sphere"\ncenter = [0.5, 0.2, 1]\nradius = 0.2\nmaterial = "ball"\n'
+    lamp = '[[light]]\nkind = "point"\nposition = [1, 2, 1]\nintensity = [3, 3, 3]\n'
+    scene = SKY + lamp + lamp + body + floor("albedo = [0.7, 0.5, 0.3]") + FLOOR + ball
+    planned = picture(scene, method=method)
+    np.testing.assert_array_equal(planned, picture(scene, method=method, effects="full"))
+
+
 def test_matt_neighbours_do_not_darken_the_rim_of_what_is_glossy():
     """A square of metal in a matt floor, under an even sky: it shows the same all over."""
     keys = "albedo = [0.8, 0.8, 0.8]\nmetallic = 1\nroughness = 0.5"

@@ -44,6 +44,22 @@ def test_state_of_an_earlier_draw_does_not_leak(gl, shaders):
     assert np.all(read_texture(texture) == 0.5)
 
 
+def test_the_last_attachment_can_be_left_as_it_is(gl, shaders):
+    program = shaders.fullscreen_source(
+        "#version 330 core\nlayout(location = 0) out vec4 o_color;\n"
+        "void main() { o_color = vec4(0.5); }\n"
+    )
+    textures = [make_texture(gl, (4, 4), 4, "f4") for _ in range(2)]
+    target = make_framebuffer(gl, textures)
+    target.clear(1.0, 2.0, 3.0, 4.0)
+    draw_fullscreen(gl, program, target, {}, {}, keeps_last=True)
+    assert np.all(read_texture(textures[0]) == 0.5)
+    assert np.all(read_texture(textures[1]) == [1.0, 2.0, 3.0, 4.0])
+    # The next one to draw there may change all again.
+    target.clear(5.0, 5.0, 5.0, 5.0)
+    assert np.all(read_texture(textures[1]) == 5.0)
+
+
 def test_a_uniform_that_was_never_set_is_refused(gl, shaders):
     program = shaders.fullscreen_source(
         "#version 330 core\nuniform float u_gain;\nuniform sampler2D t_image;\n"

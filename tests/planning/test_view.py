@@ -95,6 +95,34 @@ def test_a_sample_beside_the_frame_still_counts():
     assert list(seen_bodies(found, EYE)) == [0]
 
 
+@pytest.mark.parametrize(
+    "eye",
+    [EYE, dataclasses.replace(EYE, tan_half_fov=(0.0, 0.0), half_frame=(2.0, 1.0))],
+    ids=["perspective", "parallel"],
+)
+def test_the_region_of_bodies_holds_all_their_points_and_little_more(eye):
+    rng = np.random.default_rng(5)
+    wide = np.array(eye.tan_half_fov)
+    for _ in range(50):
+        turned = math3d.rotation_euler(rng.uniform(0.0, 360.0, 3))
+        found = bodies((BOX, at(*rng.uniform(-1.5, 1.5, 3)) @ turned))
+        x, y, width, height = view_module.region_of(found, every(found), eye)
+        points = BOX.positions @ found.world_from_object[0, :3, :3].T + found.center[0]
+        across = points[:, :2] / (np.array(eye.half_frame) + wide * (10.0 - points[:, 2:]))
+        px = np.clip((0.5 + 0.5 * across) * eye.size, 0, eye.size)
+        low, high = px.min(axis=0), px.max(axis=0)
+        assert np.all((x, y) <= low)
+        assert np.all((x + width, y + height) >= high)
+        assert np.all(np.array([x, y]) >= low - view_module.FRAME_MARGIN_PX - 1.0)
+        assert np.all(np.array([x + width, y + height]) <= high + view_module.FRAME_MARGIN_PX + 1.0)
+
+
+def test_the_region_of_what_reaches_behind_the_eye_is_the_frame():
+    found = bodies((BOX, at(0, 0, 0)), (BOX, at(0, 0, 10.3)))
+    assert view_module.region_of(found, every(found), EYE) == (0, 0, *EYE.size)
+    assert view_module.region_of(found, np.array([], int), EYE) is None
+
+
 def test_one_box_or_sheet_has_nothing_above_it_at_any_distance():
     for mesh in (BOX, QUAD):
         found = bodies((mesh, IDENTITY))
