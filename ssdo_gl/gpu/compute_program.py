@@ -20,12 +20,7 @@ from ssdo_gl.gpu.compute_source import (
 from ssdo_gl.gpu.shader_source import FlatSource
 
 _INT2, _INT4, _FLOAT2, _INT = (struct.Struct(f"={n}") for n in ("2i", "4i", "2f", "i"))
-_PREFIX, _TARGET = "compute_", "compute_target_"
-
-
-def is_compute_name(name: str) -> bool:
-    """Whether a uniform was added by `compute_source`."""
-    return name.startswith(_PREFIX)
+_TARGET = "compute_target_"
 
 
 def can_compute(gl: moderngl.Context, source: FlatSource) -> bool:

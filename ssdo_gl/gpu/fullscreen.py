@@ -61,7 +61,8 @@ def draw_fullscreen(
             continue
         # All state, for each: between two bands other things may be drawn.
         gl.enable_only(moderngl.BLEND if adds else moderngl.NOTHING)
-        gl.blend_func = moderngl.ONE, moderngl.ONE
+        if adds:
+            gl.blend_func = moderngl.ONE, moderngl.ONE
         target.viewport = whole
         target.scissor = band
         target.use()

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import copy
 import hashlib
-import struct
 from collections.abc import Mapping
 from importlib.resources.abc import Traversable
 from typing import Any
 
 import moderngl
-import numpy as np
 
 from ssdo_gl import resources
-from ssdo_gl.gpu.compute_program import ComputeProgram, can_compute, is_compute_name
+from ssdo_gl.gpu.compute_program import ComputeProgram, can_compute
 from ssdo_gl.gpu.compute_source import compute_source
 from ssdo_gl.gpu.held_signals import held_signals
 from ssdo_gl.gpu.light_kinds import LIGHT_KINDS_FILE, light_kinds_source
@@ -25,6 +23,7 @@ from ssdo_gl.gpu.shader_source import (
     check_varyings,
     flatten,
 )
+from ssdo_gl.gpu.uniform import UniformSlot
 from ssdo_gl.suggestion import suggestion
 
 __all__ = ["Program", "ShaderError", "ShaderLibrary"]
@@ -33,13 +32,9 @@ _NO_DEFINES: Mapping[str, int] = {}
 _NO_CHOICES: Mapping[str, str] = {}
 FULLSCREEN = "passes/fullscreen.vert"
 USUAL_CHOICES: Mapping[str, str] = {"projection": "projections/perspective.glsl"}
-# Files of both stages, defines and choices, sorted, and whether it may be a compute shader.
+# Files of both stages, defines and choices, and whether it may be a compute shader.
 _Key = tuple[str, str, tuple[tuple[str, int], ...], tuple[tuple[str, str], ...], bool]
 _NO_TEXTURES: Mapping[str, moderngl.Texture] = {}
-_FLOAT, _INT = struct.Struct("=f"), struct.Struct("=i")
-_FLOAT_MAX = float(np.finfo(np.float32).max)
-# Matrices are square: the number of rows by GLSL type.
-_MATRIX_ROWS = {"mat2": 2, "mat3": 3, "mat4": 4}
 
 
 class Program:
@@ -79,27 +74,27 @@ class Program:
         self.digest = _digest(vertex, fragment)
         self.name = f"{vertex.name} + {fragment.name}"
         self._declared = {**vertex.uniforms(), **fragment.uniforms()}
-        self._active: dict[str, moderngl.Uniform] = {}
-        self._written: dict[str, bytes] = {}
-        self._byte_counts: dict[str, int] = {}
+        # Attributes are members, too; built-in names, and those of compute shaders alone, are
+        # not declared.
+        self._members = frozenset(linked)
+        active, samplers = [], []
+        self._slots: dict[str, UniformSlot] = {}
         for name in linked:
-            member = linked[name]
-            if isinstance(member, moderngl.Uniform) and not is_compute_name(name):
-                self._active[name] = member
-                # Asked once here: for every draw it would make the driver wait.
-                self._byte_counts[name] = len(member.read())
-        samplers = [n for n in self._active if n in self._declared and self._declared[n].is_sampler]
+            member, declaration = linked[name], self._declared.get(name)
+            if declaration is None or not isinstance(member, moderngl.Uniform):
+                continue
+            active.append(name)
+            if declaration.is_sampler:
+                samplers.append(name)
+            else:
+                self._slots[name] = UniformSlot(self.name, name, declaration, member)
         # Fixed units, so that textures may be given in several calls.
         self._units = {name: unit for unit, name in enumerate(samplers)}
         for name, unit in self._units.items():
             linked[name] = unit
         if self.compute is not None:
             self.compute.first_unit = len(self._units)
-        self._unset = {
-            name
-            for name in self._active
-            if name in self._declared and not self._declared[name].has_initializer
-        }
+        self._unset = {name for name in active if not self._declared[name].has_initializer}
         if self._vertex_array is not None:
             self._vertex_array.release()
         self._vertex_array = None
@@ -133,23 +128,25 @@ class Program:
             If a name is not declared in the source, or a value does not fit its type.
             A declared uniform that the driver optimised away is skipped.
         """
+        slots, units = self._slots, self._units
         for name, value in uniforms.items():
-            declaration = self._declaration(name)
-            if declaration.is_sampler:
+            slot = slots.get(name)
+            if slot is not None:
+                slot.set(value)
+            elif self._declaration(name).is_sampler:
                 raise ShaderError(f"{self.name}: {name} is a sampler; give it among the textures")
-            if name in self._active:
-                # Most values are those of the frame before: the driver has them.
-                data = self._packed(name, declaration, value)
-                if self._written.get(name) != data:
-                    self._active[name].write(data)
-                    self._written[name] = data
-                self._unset.discard(name)
         for name, texture in textures.items():
-            if not self._declaration(name).is_sampler:
+            unit = units.get(name)
+            if unit is not None:
+                texture.use(unit)
+            elif not self._declaration(name).is_sampler:
                 raise ShaderError(f"{self.name}: {name} is not a sampler but takes a value")
-            if name in self._units:
-                texture.use(self._units[name])
-                self._unset.discard(name)
+        if self._unset:
+            self._unset.difference_update(uniforms, textures)
+
+    def takes(self, name: str) -> bool:
+        """Return whether the driver has an attribute or uniform of this name."""
+        return name in self._members
 
     def check_complete(self) -> None:
         """Raise ShaderError if a uniform or sampler in use was never given a value."""
@@ -167,40 +164,6 @@ class Program:
             hint = suggestion(name, self._declared, lists=False)
             raise ShaderError(f"{self.name}: no uniform is called {name}{hint}")
         return self._declared[name]
-
-    def _packed(self, name: str, declaration: UniformDeclaration, value: object) -> bytes:
-        """Return a value as the bytes that the driver takes."""
-        kind = declaration.type
-        # Without NumPy a number takes a tenth of the time, and a frame sets some ninety.
-        if isinstance(value, float) and kind == "float" and -_FLOAT_MAX <= value <= _FLOAT_MAX:
-            return _FLOAT.pack(value)
-        if type(value) is int and kind == "int" and -(1 << 31) <= value < 1 << 31:
-            return _INT.pack(value)
-        if kind.startswith(("u", "uvec")):
-            dtype: type[np.generic] = np.uint32
-        elif kind.startswith(("int", "ivec", "bool", "bvec")):
-            dtype = np.int32
-        else:
-            dtype = np.float32
-        array = np.asarray(value)
-        if dtype is not np.float32 and not (
-            np.issubdtype(array.dtype, np.integer) or array.dtype == np.bool_
-        ):
-            raise ShaderError(f"{self.name}: {kind} {name} takes whole numbers, not {value!r}")
-        if kind in _MATRIX_ROWS:
-            rows = _MATRIX_ROWS[kind]
-            if array.shape[-2:] != (rows, rows):
-                raise ShaderError(f"{self.name}: {kind} {name} got an array of {array.shape}")
-            # OpenGL stores matrices column by column.
-            array = np.swapaxes(array, -1, -2)
-        data = np.ascontiguousarray(array, dtype=dtype).tobytes()
-        wanted = self._byte_counts[name]
-        # A driver may cut unused elements off the end of an array, never off a vector.
-        if len(data) != wanted and not (declaration.is_array and len(data) > wanted):
-            raise ShaderError(
-                f"{self.name}: {kind} {name} takes {wanted // 4} numbers, not {array.size}"
-            )
-        return data[:wanted]
 
 
 class ShaderLibrary:
@@ -231,6 +194,9 @@ class ShaderLibrary:
         self._choices = choices
         self._by_name: dict[_Key, Program] = {}
         self._by_content: dict[str, Program] = {}
+        # What was asked for before, and with which other choices.
+        self._asked: dict[_Key, Program] = {}
+        self._choosing: dict[tuple[tuple[str, str], ...], ShaderLibrary] = {}
 
     def program(
         self,
@@ -262,6 +228,10 @@ class ShaderLibrary:
         choices: Mapping[str, str],
         may_compute: bool,
     ) -> Program:
+        # As it is asked for every frame, in the order in which it was written down.
+        asked = (vertex, fragment, tuple(defines.items()), tuple(choices.items()), may_compute)
+        if (known := self._asked.get(asked)) is not None:
+            return known
         chosen = {**self._choices, **choices}
         key = (
             vertex,
@@ -273,6 +243,7 @@ class ShaderLibrary:
         if key not in self._by_name:
             stages = self._flatten(vertex, fragment, defines, chosen)
             self._by_name[key] = Program(self._gl, *stages, may_compute=may_compute)
+        self._asked[asked] = self._by_name[key]
         return self._by_name[key]
 
     def fullscreen(
@@ -301,9 +272,12 @@ class ShaderLibrary:
 
     def choosing(self, choices: Mapping[str, str]) -> ShaderLibrary:
         """Return this library, programs shared, with other files behind its includes."""
-        other = copy.copy(self)
-        other._choices = {**self._choices, **choices}
-        return other
+        key = tuple(choices.items())
+        if key not in self._choosing:
+            other = self._choosing[key] = copy.copy(self)
+            other._choices = {**self._choices, **choices}
+            other._asked, other._choosing = {}, {}
+        return self._choosing[key]
 
     def reload(self) -> list[ShaderError]:
         """Compile again what changed on disk, and return what went wrong.

@@ -1,0 +1,110 @@
+"""One uniform of a program: packs values for the driver and sends those that are new."""
+
+from __future__ import annotations
+
+import struct
+
+import moderngl
+import numpy as np
+
+from ssdo_gl.gpu.shader_source import ShaderError, UniformDeclaration
+
+# Matrices are square: the number of rows by GLSL type.
+_MATRIX_ROWS = {"mat2": 2, "mat3": 3, "mat4": 4}
+# Letter of `struct` by the beginning of a GLSL type.
+_LETTERS = {"float": "f", "vec": "f", "int": "i", "ivec": "i", "uint": "I", "uvec": "I"}
+
+
+class UniformSlot:
+    """A uniform that the driver has, and the value that it holds.
+
+    Parameters
+    ----------
+    program_name : str
+        For messages.
+    name : str
+    declaration : UniformDeclaration
+    member : moderngl.Uniform
+    """
+
+    def __init__(
+        self,
+        program_name: str,
+        name: str,
+        declaration: UniformDeclaration,
+        member: moderngl.Uniform,
+    ) -> None:
+        self._label = f"{program_name}: {declaration.type} {name}"
+        self._type, self._is_array = declaration.type, declaration.is_array
+        self._member = member
+        # Asked once here: for every draw it would make the driver wait.
+        self._byte_count = len(member.read())
+        self._layout = None if self._is_array else _layout_of(self._type)
+        self._is_real = self._type.startswith(("float", "vec"))
+        self._data: bytes | None = None
+        self._constant: object = None
+
+    def set(self, value: object) -> None:
+        """Give the uniform a value; raise ShaderError if it does not fit the type."""
+        # Most values are those of the frame before: the driver has them. What cannot
+        # change, numbers and tuples of numbers, need not even be packed to know that.
+        if value is self._constant and value is not None:
+            return
+        data = self._constants(value)
+        self._constant = None if data is None else value
+        if data is None:
+            data = self._packed(value)
+        if data != self._data:
+            self._member.write(data)
+            self._data = data
+
+    def _constants(self, value: object) -> bytes | None:
+        """Return numbers that cannot change as bytes; None for all else.
+
+        Without NumPy that takes a tenth of the time, and a frame sets a hundred values.
+        """
+        layout = self._layout
+        if layout is None:
+            return None
+        numbers = value if type(value) is tuple else (value,)
+        for number in numbers:
+            if type(number) is not int and not (self._is_real and isinstance(number, float)):
+                return None
+        try:
+            return layout.pack(*numbers)
+        except (struct.error, OverflowError):
+            return None
+
+    def _packed(self, value: object) -> bytes:
+        """Return any value as the bytes that the driver takes."""
+        kind = self._type
+        if kind.startswith(("u", "uvec")):
+            dtype: type[np.generic] = np.uint32
+        elif kind.startswith(("int", "ivec", "bool", "bvec")):
+            dtype = np.int32
+        else:
+            dtype = np.float32
+        array = np.asarray(value)
+        if dtype is not np.float32 and not (
+            np.issubdtype(array.dtype, np.integer) or array.dtype == np.bool_
+        ):
+            raise ShaderError(f"{self._label} takes whole numbers, not {value!r}")
+        if kind in _MATRIX_ROWS:
+            rows = _MATRIX_ROWS[kind]
+            if array.shape[-2:] != (rows, rows):
+                raise ShaderError(f"{self._label} got an array of {array.shape}")
+            # OpenGL stores matrices column by column.
+            array = array.swapaxes(-1, -2)
+        data = array.astype(dtype).tobytes()
+        wanted = self._byte_count
+        # A driver may cut unused elements off the end of an array, never off a vector.
+        if len(data) != wanted and not (self._is_array and len(data) > wanted):
+            raise ShaderError(f"{self._label} takes {wanted // 4} numbers, not {array.size}")
+        return data[:wanted]
+
+
+def _layout_of(kind: str) -> struct.Struct | None:
+    """Return how `struct` packs a number or vector of a GLSL type; None for others."""
+    count = kind[-1] if "vec" in kind else "1"
+    letter = _LETTERS.get(kind.rstrip("234"))
+    return None if letter is None else struct.Struct(f"={count}{letter}")
