@@ -23,9 +23,8 @@ from ssdo_gl.gpu.draw_group import (
     Features,
     features_of,
     grouped,
-    material_uniforms,
 )
-from ssdo_gl.gpu.instances import CameraPose, Viewpoint, gather
+from ssdo_gl.gpu.instances import Batch, Boxes, CameraPose, Viewpoint, gather
 from ssdo_gl.gpu.material_textures import MaterialTextures
 from ssdo_gl.gpu.shader import Program
 from ssdo_gl.gpu.vertices import VertexStreams, vertex_streams
@@ -58,6 +57,7 @@ class Geometry:
         self._streams: dict[int, tuple[Mesh, VertexStreams]] = {}
         self._groups: list[DrawGroup] = []
         self._known: dict[Hashable, Any] = {}
+        self._last_boxes: tuple[Hashable, Boxes] | None = None
         self.update(scene)
 
     def update(self, scene: Scene) -> None:
@@ -72,7 +72,14 @@ class Geometry:
             self._streams.pop(key)[1].release()
         self._textures.keep(scene.materials)
         self._instances = gather(scene, members, [group.vertices.center for group in self._groups])
+        # Equal ones are the same object, so that draws need not compare them.
+        same: dict[Features, Features] = {}
+        self._batches = [
+            (batch, same.setdefault(features, features))
+            for batch, features in map(self._with_features, self._instances.batches)
+        ]
         self._known.clear()
+        self._last_boxes = None
 
     def release(self) -> None:
         """Free every device object."""
@@ -120,36 +127,37 @@ class Geometry:
         skip_light : int or None
             Leave out the visible body of this light (an index into Scene.lights).
         """
-        programs: dict[Features, Program] = {}
+        programs: dict[int, Program] = {}
         common = {**uniforms, "u_clip_from_view": clip_from_view}
-        is_reflection = bool(np.linalg.det(viewpoint.view_from_world) < 0.0)
-        visible = self._once(
-            (_key(viewpoint), clip_from_view.tobytes(), skip_light),
-            lambda: self._instances.visible(viewpoint, clip_from_view, skip_light),
+        eye = _key(viewpoint)
+        is_reflection, visible = self._once(
+            (eye, clip_from_view.tobytes(), skip_light),
+            lambda: (
+                bool(np.linalg.det(viewpoint.view_from_world) < 0.0),
+                self._instances.visible(self._boxes(viewpoint, eye), clip_from_view, skip_light),
+            ),
         )
-        for batch, (attributes, is_around) in zip(self._instances.batches, visible, strict=True):
+        for (batch, features), shown in zip(self._batches, visible, strict=True):
             group = self._groups[batch.group]
-            if len(attributes) == 0 or (solids_only and not group.is_solid):
+            if len(shown.attributes) == 0 or (solids_only and not group.is_solid):
                 continue
-            features = replace(group.features, instance_materials=batch.material is None)
-            if features not in programs:
-                programs[features] = program_of(features)
-                programs[features].set(common)
-            program = programs[features]
-            if batch.material is not None:
-                values = material_uniforms(batch.material)
-                program.set({name: value for name, value in values.items() if name in program.gl})
-            used = {name: tex for name, tex in group.textures.items() if name in program.gl}
-            program.set({}, used)
+            program = programs.get(id(features))
+            if program is None:
+                program = programs[id(features)] = program_of(features)
+                program.set(common)
+            program.set(
+                {n: value for n, value in (batch.material or {}).items() if program.takes(n)},
+                {n: texture for n, texture in group.textures.items() if program.takes(n)},
+            )
             program.check_complete()
             self._gl.front_face = "cw" if batch.is_mirrored != is_reflection else "ccw"
             if features.single_sided and not solids_only:
-                self._render(group, program, attributes, fronts_only=True)
+                self._render(group, program, shown.attributes, fronts_only=True)
             elif hide_backs and group.is_solid:
-                self._render(group, program, attributes[is_around])
-                self._render(group, program, attributes[~is_around], fronts_only=True)
+                self._render(group, program, shown.around)
+                self._render(group, program, shown.others, fronts_only=True)
             else:
-                self._render(group, program, attributes)
+                self._render(group, program, shown.attributes)
         self._gl.front_face = "ccw"
 
     def bounds_along(self, axes: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -181,9 +189,16 @@ class Geometry:
         any pair is right and (0.5, 1) is returned.
         """
         return self._once(
-            (_key(viewpoint), tan_half_fov, skip_light),
-            lambda: self._instances.near_far(viewpoint, tan_half_fov, skip_light),
+            (eye := _key(viewpoint), tan_half_fov, skip_light),
+            lambda: self._instances.near_far(self._boxes(viewpoint, eye), tan_half_fov, skip_light),
         )
+
+    def _boxes(self, viewpoint: Viewpoint, key: Hashable) -> Boxes:
+        """Return the boxes of the instances as one viewpoint sees them, the last one's kept."""
+        last = self._last_boxes
+        if last is None or last[0] != key:
+            last = self._last_boxes = key, self._instances.boxes(viewpoint)
+        return last[1]
 
     def _once(self, key: Hashable, look_up: Callable[[], Found]) -> Found:
         """Return what is known of the instances as they stand, looked up the first time."""
@@ -204,7 +219,8 @@ class Geometry:
         half_frame : (float, float)
             Half its width and height, scene units.
         """
-        return self._instances.depth_bounds(viewpoint, (0.0, 0.0), half_frame, None)
+        boxes = self._boxes(viewpoint, _key(viewpoint))
+        return self._instances.depth_bounds(boxes, (0.0, 0.0), half_frame, None)
 
     def _group(
         self, scene: Scene, members: Sequence[int], old: dict[object, DrawGroup]
@@ -231,6 +247,10 @@ class Geometry:
         buffer = self._gl.buffer(reserve=count * INSTANCE_FLOATS * 4, dynamic=True)
         return DrawGroup(key, mesh, streams, features, textures, buffer)
 
+    def _with_features(self, batch: Batch) -> tuple[Batch, Features]:
+        features = self._groups[batch.group].features
+        return batch, replace(features, instance_materials=batch.material is None)
+
     def _render(
         self,
         group: DrawGroup,
@@ -247,18 +267,20 @@ class Geometry:
             content: list[tuple[object, ...]] = [
                 (buffer, f"{count}f", name)
                 for name, (buffer, count) in group.vertices.buffers.items()
-                if name in program.gl
+                if program.takes(name)
             ]
-            used = [name for name, _ in INSTANCE_ATTRIBUTES if name in program.gl]
+            used = [name for name, _ in INSTANCE_ATTRIBUTES if program.takes(name)]
             layout = " ".join(
-                f"{n}f" if name in program.gl else f"{4 * n}x" for name, n in INSTANCE_ATTRIBUTES
+                f"{n}f" if program.takes(name) else f"{4 * n}x" for name, n in INSTANCE_ATTRIBUTES
             )
             content.append((group.instances, f"{layout}/i", *used))
             known = self._gl.vertex_array(program.gl, content, index_buffer=group.vertices.indices)
             group.vertex_arrays[program] = known
-        # Orphaned, so that writing need not wait for the draw call before.
-        group.instances.orphan()
-        group.instances.write(attributes)
+        if group.attributes is not attributes:
+            # Orphaned, so that writing need not wait for the draw call before.
+            group.instances.orphan()
+            group.instances.write(attributes)
+            group.attributes = attributes
         if fronts_only:
             self._gl.enable(moderngl.CULL_FACE)
             self._gl.cull_face = "back"

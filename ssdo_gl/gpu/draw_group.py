@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import moderngl
 import numpy as np
@@ -72,8 +73,9 @@ class Features:
     images: frozenset[str] = frozenset()
     second_uvs: frozenset[str] = frozenset()
 
-    def defines(self) -> dict[str, int]:
-        """Return the switches for a shader that outputs materials."""
+    @cached_property
+    def defines(self) -> Mapping[str, int]:
+        """The switches for a shader that outputs materials."""
         return {
             "HAS_SHADING_NORMALS": int(self.shading_normals),
             "HAS_TANGENTS": int(self.tangents),
@@ -101,7 +103,8 @@ class Features:
 class DrawGroup:
     """Device objects for instances that one draw call renders: same mesh, same textures.
 
-    `key` is equal for groups that can stand in for each other.
+    `key` is equal for groups that can stand in for each other. `attributes` is what
+    `instances` holds.
     """
 
     key: Hashable
@@ -111,6 +114,7 @@ class DrawGroup:
     textures: Mapping[str, moderngl.Texture]
     instances: moderngl.Buffer
     vertex_arrays: dict[Program, moderngl.VertexArray] = field(default_factory=dict)
+    attributes: NDArray[np.float32] | None = None
 
     @property
     def is_solid(self) -> bool:
@@ -153,14 +157,15 @@ def features_of(mesh: Mesh, material: Material) -> Features:
     )
 
 
-def material_uniforms(row: NDArray[np.float32]) -> dict[str, object]:
+def material_uniforms(row: NDArray[np.float32]) -> Mapping[str, object]:
     """Return the uniforms that stand for the attributes of a `material_row`."""
+    values = row.tolist()
     return {
-        "u_albedo": row[0:4],
-        "u_emission": row[4:8],
-        "u_emission_side_cutoff": row[8:10],
-        "u_gloss": row[10:14],
-        "u_dielectric": row[14:18],
+        "u_albedo": tuple(values[0:4]),
+        "u_emission": tuple(values[4:8]),
+        "u_emission_side_cutoff": tuple(values[8:10]),
+        "u_gloss": tuple(values[10:14]),
+        "u_dielectric": tuple(values[14:18]),
     }
 
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.gpu.draw_group import INSTANCE_FLOATS, material_row
+from ssdo_gl.gpu.draw_group import INSTANCE_FLOATS, material_row, material_uniforms
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.mesh import are_mirrored
 from ssdo_gl.scene.scene import Scene
@@ -48,13 +48,34 @@ class CameraPose:
 class Batch:
     """Consecutive instances of one draw group that are all mirrored, or none.
 
-    `material` is the row that all of them share, or None if they differ.
+    `material` are the uniforms of the row that all of them share, or None if they differ.
     """
 
     group: int
     is_mirrored: bool
     start: int
-    material: NDArray[np.float32] | None
+    material: Mapping[str, object] | None
+
+
+@dataclass(frozen=True, eq=False)
+class Visible:
+    """What shows of one batch.
+
+    Attributes
+    ----------
+    attributes : ndarray, shape (n, INSTANCE_FLOATS)
+    around, others : ndarray
+        Of them those whose box the eye is within, and so maybe inside it, and all others.
+        Parallel rays begin on the near plane: those that it cuts.
+    """
+
+    attributes: NDArray[np.float32]
+    around: NDArray[np.float32]
+    others: NDArray[np.float32]
+
+
+# What `Instances.boxes` returns.
+Boxes = tuple[FloatArray, FloatArray, FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +100,7 @@ class Instances:
     lights: NDArray[np.int64]
     batches: tuple[Batch, ...]
 
-    def boxes(self, viewpoint: Viewpoint) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def boxes(self, viewpoint: Viewpoint) -> Boxes:
         """Return (N, 3, 4) view_from_mesh, and centres and half sizes of the view-space boxes."""
         relative = self.world_from_mesh.copy()
         relative[:, :, 3] -= viewpoint.position_ws
@@ -88,20 +109,12 @@ class Instances:
         return view_from_mesh, view_from_mesh[:, :, 3], half
 
     def visible(
-        self, viewpoint: Viewpoint, clip_from_view: FloatArray, skip_light: int | None
-    ) -> list[tuple[NDArray[np.float32], NDArray[np.bool_]]]:
-        """Return what shows of each batch.
-
-        Returns
-        -------
-        list of (attributes, is_around)
-            Shapes (n, INSTANCE_FLOATS) and (n,): whether the eye is within the box of
-            the instance, and so maybe inside it. Parallel rays begin on the near plane:
-            whether that cuts the box.
-        """
+        self, boxes: Boxes, clip_from_view: FloatArray, skip_light: int | None
+    ) -> list[Visible]:
+        """Return what shows of each batch."""
         if len(self.lights) == 0:
             return []
-        view_from_mesh, center, half = self.boxes(viewpoint)
+        view_from_mesh, center, half = boxes
         planes = np.concatenate(
             [clip_from_view[3] + clip_from_view[:3], clip_from_view[3] - clip_from_view[:3]]
         )
@@ -109,13 +122,14 @@ class Instances:
         packed = np.empty((int(np.count_nonzero(seen)), INSTANCE_FLOATS), np.float32)
         packed[:, :12] = view_from_mesh[seen].reshape(-1, 12)
         packed[:, 12:] = self.materials[seen]
-        counts = np.add.reduceat(seen, [batch.start for batch in self.batches], dtype=np.int64)
-        ends = np.cumsum(counts)[:-1]
+        starts = [batch.start for batch in self.batches]
+        ends = np.cumsum(np.add.reduceat(seen, starts, dtype=np.int64)).tolist()
         if clip_from_view[3, 2] == 0.0:
             is_around = ~_inside(planes[2:3], center[seen], -half[seen])
         else:
             is_around = np.all(np.abs(center[seen]) <= half[seen] * (1.0 + CLIP_MARGIN), axis=1)
-        return list(zip(np.split(packed, ends), np.split(is_around, ends), strict=True))
+        begins = [0, *ends[:-1]]
+        return [_shared_out(packed[i:j], is_around[i:j]) for i, j in zip(begins, ends, strict=True)]
 
     def bounds_along(self, axes: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return corners (low, high) of all instances in a world frame with these axes."""
@@ -125,10 +139,10 @@ class Instances:
         return (center - half).min(axis=0), (center + half).max(axis=0)
 
     def near_far(
-        self, viewpoint: Viewpoint, tan_half_fov: tuple[float, float], skip_light: int | None
+        self, boxes: Boxes, tan_half_fov: tuple[float, float], skip_light: int | None
     ) -> tuple[float, float]:
         """Return clip distances that enclose all that shows; (0.5, 1) if nothing does."""
-        bounds = self.depth_bounds(viewpoint, tan_half_fov, (0.0, 0.0), skip_light)
+        bounds = self.depth_bounds(boxes, tan_half_fov, (0.0, 0.0), skip_light)
         if bounds is None:
             return 0.5, 1.0
         far = bounds[1] * (1.0 + CLIP_MARGIN)
@@ -136,7 +150,7 @@ class Instances:
 
     def depth_bounds(
         self,
-        viewpoint: Viewpoint,
+        boxes: Boxes,
         tan_half_fov: tuple[float, float],
         half_frame: tuple[float, float],
         skip_light: int | None,
@@ -150,7 +164,7 @@ class Instances:
         # A jittered frame sees up to a pixel more; a hundredth of the field of view
         # covers that for frames of 100 pixels and more, at no cost.
         sides[:, 2:] *= 1.01
-        _, center, half = self.boxes(viewpoint)
+        _, center, half = boxes
         farthest = half[:, 2] - center[:, 2]
         seen = _inside(sides, center, half) & (farthest > 0.0)
         seen &= self._shown(skip_light)
@@ -198,7 +212,7 @@ def gather(
     keys, starts = np.unique(2 * owner[order] + is_mirrored[order], return_index=True)
     rows = np.concatenate(materials)[order].astype(np.float32)
     batches = [
-        Batch(int(key) // 2, bool(key % 2), int(start), _common_row(rows[start:end]))
+        Batch(int(key) // 2, bool(key % 2), int(start), _common_material(rows[start:end]))
         for key, start, end in zip(keys, starts, [*starts[1:], len(rows)], strict=True)
     ]
     return Instances(
@@ -210,8 +224,17 @@ def gather(
     )
 
 
-def _common_row(rows: NDArray[np.float32]) -> NDArray[np.float32] | None:
-    return rows[0] if np.all(rows == rows[0]) else None
+def _shared_out(attributes: NDArray[np.float32], is_around: NDArray[np.bool_]) -> Visible:
+    count = np.count_nonzero(is_around)
+    if count == 0:
+        return Visible(attributes, attributes[:0], attributes)
+    if count == len(attributes):
+        return Visible(attributes, attributes, attributes[:0])
+    return Visible(attributes, attributes[is_around], attributes[~is_around])
+
+
+def _common_material(rows: NDArray[np.float32]) -> Mapping[str, object] | None:
+    return material_uniforms(rows[0]) if np.all(rows == rows[0]) else None
 
 
 def _inside(planes: FloatArray, center: FloatArray, half: FloatArray) -> NDArray[np.bool_]:

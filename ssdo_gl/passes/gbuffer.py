@@ -87,7 +87,7 @@ class GBufferPass(RenderPass):
         view = context.frame.view
 
         def program_of(features: Features) -> Program:
-            defines = {**features.defines(), **self._defines, **view.depth_defines()}
+            defines = {**features.defines, **self._defines, **view.depth_defines()}
             return context.shaders.program("passes/gbuffer.vert", "passes/gbuffer.frag", defines)
 
         context.gl.enable_only(moderngl.DEPTH_TEST)
