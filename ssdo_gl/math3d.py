@@ -18,6 +18,13 @@ Vector = tuple[float, float, float]
 Region = tuple[int, int, int, int]
 
 
+def read_only(array: FloatArray) -> FloatArray:
+    """Return a copy of `array`, row by row, that cannot be written to."""
+    copy = np.array(array, order="C")
+    copy.flags.writeable = False
+    return copy
+
+
 def vector(values: ArrayLike) -> Vector:
     """Return three numbers as a tuple of floats."""
     x, y, z = (float(value) for value in np.asarray(values, dtype=np.float64))

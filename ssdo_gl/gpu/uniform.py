@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -47,16 +48,17 @@ class UniformSlot:
     def set(self, value: object) -> None:
         """Give the uniform a value; raise ShaderError if it does not fit the type."""
         # Most values are those of the frame before: the driver has them. What cannot
-        # change, numbers and tuples of numbers, need not even be packed to know that.
+        # change, numbers, tuples of them and read-only arrays, need not even be packed.
         if value is self._constant and value is not None:
             return
         data = self._constants(value)
-        self._constant = None if data is None else value
+        is_constant = data is not None or (type(value) is np.ndarray and _cannot_change(value))
         if data is None:
             data = self._packed(value)
         if data != self._data:
             self._member.write(data)
             self._data = data
+        self._constant = value if is_constant else None
 
     def _constants(self, value: object) -> bytes | None:
         """Return numbers that cannot change as bytes; None for all else.
@@ -101,6 +103,11 @@ class UniformSlot:
         if len(data) != wanted and not (self._is_array and len(data) > wanted):
             raise ShaderError(f"{self._label} takes {wanted // 4} numbers, not {array.size}")
         return data[:wanted]
+
+
+def _cannot_change(array: np.ndarray[Any, Any]) -> bool:
+    """Return whether nobody can write to an array, which is no part of another one."""
+    return not array.flags.writeable and array.base is None
 
 
 def _layout_of(kind: str) -> struct.Struct | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -12,10 +13,17 @@ from ssdo_gl.graph.depth_range import depth_uniforms, far_plane, wide_depth_rang
 from ssdo_gl.math3d import FloatArray, Region
 from ssdo_gl.scene.scene import Scene
 
+_CHOICES: Mapping[bool, Mapping[str, str]] = {
+    is_orthographic: {"projection": f"projections/{name}.glsl"}
+    for is_orthographic, name in ((True, "orthographic"), (False, "perspective"))
+}
+
 
 @dataclass(frozen=True, eq=False)
 class FrameView:
     """The camera of one frame, float64, OpenGL view space (looks along -z).
+
+    Views do not change, nor do their arrays: what follows from them is worked out once.
 
     Attributes
     ----------
@@ -56,17 +64,16 @@ class FrameView:
     @property
     def choices(self) -> Mapping[str, str]:
         """The files behind includes of shaders that look through this view."""
-        name = "orthographic" if self.is_orthographic else "perspective"
-        return {"projection": f"projections/{name}.glsl"}
+        return _CHOICES[self.is_orthographic]
 
     @property
     def jitter_ndc(self) -> tuple[float, float]:
         """The jitter in normalised device coordinates (2 across the frame)."""
         return 2.0 * self.jitter_px[0] / self.size[0], 2.0 * self.jitter_px[1] / self.size[1]
 
-    @property
+    @cached_property
     def clip_from_view(self) -> FloatArray:
-        """The (4, 4) projection, jitter included."""
+        """The (4, 4) projection, jitter included; read-only."""
         # A ray through ndc + jitter must land on the pixel centre at ndc: jitter * w is
         # subtracted, where w is -z or 1.
         if self.is_orthographic:
@@ -75,10 +82,19 @@ class FrameView:
         else:
             matrix = math3d.perspective(self.tan_half_fov, self.near, far_plane(self.far))
             matrix[:2, 2] += self.jitter_ndc
-        return matrix
+        return math3d.read_only(matrix)
 
-    def uniforms(self) -> dict[str, object]:
+    @cached_property
+    def world_from_view(self) -> FloatArray:
+        """The (3, 3) rotation back to the world; read-only."""
+        return math3d.read_only(self.view_from_world.T)
+
+    def uniforms(self) -> Mapping[str, object]:
         """Return the uniforms that `shaders/lib/space.glsl` declares."""
+        return self._uniforms
+
+    @cached_property
+    def _uniforms(self) -> Mapping[str, object]:
         common = {
             "u_jitter_ndc": self.jitter_ndc,
             "u_frame_size_px": tuple(float(n) for n in self.size),
@@ -88,18 +104,28 @@ class FrameView:
             return {**common, "u_half_frame_vs": self.half_frame, "u_near_depth_vs": near_depth}
         return {**common, "u_tan_half_fov": self.tan_half_fov}
 
-    def depth_defines(self) -> dict[str, int]:
+    def depth_defines(self) -> Mapping[str, int]:
         """Return the defines of `shaders/lib/depth_test.glsl`."""
-        # The depth of parallel rays is linear, and as fine everywhere.
-        is_wide = not self.is_orthographic and wide_depth_range(self.near, self.far)
-        return {"WIDE_DEPTH_RANGE": int(is_wide)}
+        return self._depth[0]
 
-    def depth_uniforms(self) -> dict[str, object]:
+    def depth_uniforms(self) -> Mapping[str, object]:
         """Return the uniforms of `shaders/lib/depth_test.glsl`."""
-        return {} if self.is_orthographic else depth_uniforms(self.near, self.far)
+        return self._depth[1]
+
+    @cached_property
+    def _depth(self) -> tuple[Mapping[str, int], Mapping[str, object]]:
+        # The depth of parallel rays is linear, and as fine everywhere.
+        if self.is_orthographic:
+            return {"WIDE_DEPTH_RANGE": 0}, {}
+        is_wide = wide_depth_range(self.near, self.far)
+        return {"WIDE_DEPTH_RANGE": is_wide}, depth_uniforms(self.near, self.far)
 
     def key(self) -> Hashable:
         """Return a value that is equal exactly when the view is the same."""
+        return self._key
+
+    @cached_property
+    def _key(self) -> Hashable:
         return (
             self.size,
             self.position_ws.tobytes(),

@@ -24,7 +24,7 @@ def environment_kind(environment: Environment | None) -> int:
 def environment_uniforms(frame: Frame) -> dict[str, object]:
     """Return the uniforms that ``lib/environment.glsl`` declares."""
     environment = frame.scene.environment
-    values: dict[str, object] = {"u_world_from_view": frame.view.view_from_world.T}
+    values: dict[str, object] = {"u_world_from_view": frame.view.world_from_view}
     if isinstance(environment, ConstantEnvironment):
         values["u_environment_zenith"] = environment.radiance
     elif isinstance(environment, GradientEnvironment):

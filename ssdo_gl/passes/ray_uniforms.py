@@ -86,7 +86,7 @@ def ray_uniforms(context: PassContext) -> dict[str, object]:
     values: dict[str, object] = {
         **view.uniforms(),
         # From view space to the normalised frame.
-        "u_ns_from_vs": view.view_from_world.T,
+        "u_ns_from_vs": view.world_from_view,
         "u_eye_ns": tuple((view.position_ws - triangles.centre) / triangles.half_diagonal),
         "u_ns_per_unit": 1.0 / triangles.half_diagonal,
         "u_second_slot": bvh_of(context).primitive_triangles.size,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -151,6 +152,7 @@ def default_thickness(estimator: str, has_back_layer: bool) -> float:
     return chosen.thickness_beside_backs if has_back_layer else chosen.thickness
 
 
+@lru_cache(maxsize=64)
 def pattern_offset(seed: int) -> tuple[int, int, int]:
     """Return where the sample sequence starts, as fractions of 2^32, for a frame's seed."""
     x, y, z = np.random.SeedSequence(seed).generate_state(3, np.uint32)
