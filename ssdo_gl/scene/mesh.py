@@ -11,8 +11,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ssdo_gl.math3d import FloatArray
+from ssdo_gl.math3d import FloatArray, largest_of_rows, lengths_of_rows
 from ssdo_gl.scene.motion import Trajectory
+from ssdo_gl.scene.spans import spans
 from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.short_repr import counted, described
 
@@ -143,8 +144,8 @@ class Mesh:
         # moves asks all meshes.
         is_used = np.zeros(len(self.positions), dtype=bool)
         is_used[self.triangles] = True
-        columns = self.positions.T[:, is_used]
-        low, high = columns.min(axis=1), columns.max(axis=1)
+        points = self.positions if is_used.all() else self.positions[is_used]
+        low, high = points.min(axis=0), points.max(axis=0)
         low.flags.writeable = high.flags.writeable = False
         return low, high
 
@@ -181,17 +182,23 @@ class Mesh:
         """Whether the mesh is closed and its front faces look outwards."""
         if not self.closed:
             return False
-        a, b, c = (self.positions[self.triangles[:, i]] - self.positions[0] for i in range(3))
-        return float(np.einsum("ij,ij->", a, np.cross(b, c))) > 0.0
+        volume = 0.0
+        for span in spans(len(self.triangles)):
+            a, b, c = np.moveaxis(self.corners(span) - self.positions[0], 1, 0)
+            volume += float(np.einsum("ij,ij->", a, np.cross(b, c)))
+        return volume > 0.0
 
-    def face_normals(self) -> FloatArray:
-        """Return unit geometric normals, shape (T, 3), object space."""
-        a, b, c = (self.positions[self.triangles[:, i]] for i in range(3))
-        edge_1, edge_2 = b - a, c - a
-        # The longest edge as unit keeps tiny triangles from underflowing.
-        size = np.maximum(np.abs(edge_1).max(axis=1), np.abs(edge_2).max(axis=1))[:, None]
-        normal = np.cross(edge_1 / size, edge_2 / size)
-        return np.asarray(normal / np.linalg.norm(normal, axis=1, keepdims=True))
+    def corners(self, span: slice = slice(None)) -> FloatArray:
+        """Return the positions of the corners of triangles, shape (T, 3, 3)."""
+        return np.take(self.positions, self.triangles[span], axis=0)
+
+    def face_normals(self, span: slice = slice(None)) -> FloatArray:
+        """Return unit geometric normals of triangles, shape (T, 3), object space."""
+        triangles = self.triangles[span]
+        normals = np.empty((len(triangles), 3))
+        for part in spans(len(normals)):
+            normals[part] = _face_normals(np.take(self.positions, triangles[part], axis=0))
+        return normals
 
 
 @dataclass(frozen=True, eq=False)
@@ -243,6 +250,14 @@ class SceneObject:
         return described(self, name, f"mesh={self.mesh}", f"material={self.material}", count)
 
 
+def _face_normals(corners: FloatArray) -> FloatArray:
+    edge_1, edge_2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    # The longest edge as unit keeps tiny triangles from underflowing.
+    size = np.maximum(largest_of_rows(edge_1), largest_of_rows(edge_2))[:, None]
+    normal = np.cross(edge_1 / size, edge_2 / size)
+    return np.asarray(normal / lengths_of_rows(normal)[:, None])
+
+
 def _is_float64(value: object) -> bool:
     return isinstance(value, np.ndarray) and value.dtype == np.float64
 
@@ -281,8 +296,29 @@ def are_mirrored(matrices: FloatArray) -> NDArray[np.bool_]:
     return np.asarray(np.linalg.det(linear / np.where(size > 0.0, size, 1.0)) < 0.0)
 
 
+def corners_within(
+    points: FloatArray, triangles: NDArray[np.int64], is_chosen: NDArray[np.bool_]
+) -> FloatArray:
+    """Return the corners (K, 3, 3) of triangles of which all three are chosen.
+
+    Parameters
+    ----------
+    points, is_chosen : ndarray, shape (N, V, 3) and (N, V)
+        The vertices of copies of one mesh.
+    """
+    within = np.take(is_chosen, triangles[:, 0], axis=1)
+    for corner in (1, 2):
+        within &= np.take(is_chosen, triangles[:, corner], axis=1)
+    copy, triangle = np.nonzero(within)
+    return points[copy[:, None], triangles[triangle]]
+
+
 def placed(points: FloatArray, matrices: FloatArray) -> FloatArray:
     """Return `points` (..., 3) as each of the matrices (N, 4, 4) places them, (N, ..., 3)."""
     linear = np.ascontiguousarray(matrices[:, :3, :3].transpose(0, 2, 1))
-    moved = points.reshape(-1, 3) @ linear + matrices[:, None, :3, 3]
+    rows = points.reshape(-1, 3)
+    moved = np.empty((len(matrices), len(rows), 3))
+    for span in spans(len(rows)):
+        np.matmul(rows[span], linear, out=moved[:, span])
+        moved[:, span] += matrices[:, None, :3, 3]
     return moved.reshape(len(matrices), *points.shape)

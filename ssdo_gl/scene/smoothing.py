@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.math3d import FloatArray
+from ssdo_gl.math3d import FloatArray, largest_of_rows, lengths_of_rows
 from ssdo_gl.scene.mesh import Mesh
+from ssdo_gl.scene.spans import spans
 from ssdo_gl.scene.topology import joined_vertices
 
 # Where more triangles meet in one vertex, and not smoothly, they keep their own normals.
@@ -33,54 +35,107 @@ def smoothed(mesh: Mesh, crease_degrees: float) -> Mesh:
     """
     vertex = joined_vertices(mesh.positions)[mesh.triangles].reshape(-1)
     faces = mesh.face_normals()
-    weighted = _corner_angles(mesh)[:, :, None] * faces[:, None]
-    weighted = weighted.reshape(-1, 3)
-    of_corner = np.repeat(faces, 3, axis=0)
-    count = int(vertex.max()) + 1
-    total: FloatArray = np.stack(
-        [np.bincount(vertex, weighted[:, k], count) for k in range(3)], axis=1
-    ).astype(np.float64)
-    normals = _unit(total, np.zeros((1, 3)))[vertex]
-    # All triangles of a star within half the angle of its mean are within it of one another.
-    leans = np.einsum("ij,ij->i", of_corner, normals) < np.cos(np.radians(crease_degrees / 2.0))
-    creased = np.zeros(count, dtype=bool)
-    creased[vertex[leans]] = True
+    angles = _corner_angles(mesh)
+    normals = _star_normals(vertex, faces, angles)
+    creased = _creased_vertices(
+        vertex, faces, normals, float(np.cos(np.radians(crease_degrees / 2.0)))
+    )
     at_crease = np.flatnonzero(creased[vertex])
-    normals[at_crease] = _creased(
+    own = _creased(
         vertex[at_crease],
-        of_corner[at_crease],
-        weighted[at_crease],
+        at_crease,
+        faces,
+        angles.reshape(-1),
         float(np.cos(np.radians(crease_degrees))),
     )
-    if np.abs(normals - of_corner).max() < _SAME_NORMAL:
+    stands_out = np.abs(own - faces[at_crease // 3]).max(initial=0.0) >= _SAME_NORMAL
+    if not stands_out and not _is_smooth(vertex, faces, normals, creased):
         return dataclasses.replace(mesh, normals=None)
-    return _split(mesh, vertex, normals, at_crease)
+    del faces, angles
+    return _split(mesh, vertex, normals, at_crease, own)
+
+
+def _star_normals(vertex: NDArray[np.int64], faces: FloatArray, angles: FloatArray) -> FloatArray:
+    """Return the normal of each vertex (V, 3): the mean of all triangles that meet there."""
+    total = np.zeros((3, int(vertex.max()) + 1))
+    for span in spans(len(faces)):
+        weighted = (angles[span, :, None] * faces[span, None]).reshape(-1, 3)
+        for axis in range(3):
+            np.add.at(total[axis], vertex[3 * span.start : 3 * span.stop], weighted[:, axis])
+    return _unit(total.T, np.zeros((1, 3)))
+
+
+def _creased_vertices(
+    vertex: NDArray[np.int64], faces: FloatArray, normals: FloatArray, least_cosine: float
+) -> NDArray[np.bool_]:
+    """Return at which vertices (V,) a triangle leans from the mean of all.
+
+    All triangles of a star within half the angle of its mean are within it of one another.
+    """
+    creased = np.zeros(len(normals), dtype=bool)
+    for corners, of_corner, smooth in _by_corner(vertex, faces, normals):
+        creased[corners[np.einsum("ij,ij->i", of_corner, smooth) < least_cosine]] = True
+    return creased
+
+
+def _is_smooth(
+    vertex: NDArray[np.int64], faces: FloatArray, normals: FloatArray, creased: NDArray[np.bool_]
+) -> bool:
+    """Return whether a vertex without crease has a normal that is not its triangles' own."""
+    return any(
+        np.any((largest_of_rows(smooth - of_corner) >= _SAME_NORMAL) & ~creased[corners])
+        for corners, of_corner, smooth in _by_corner(vertex, faces, normals)
+    )
+
+
+def _by_corner(
+    vertex: NDArray[np.int64], faces: FloatArray, normals: FloatArray
+) -> Iterator[tuple[NDArray[np.int64], FloatArray, FloatArray]]:
+    """Yield the vertex of corners (N,), the normal of its triangle and its own, (N, 3) each."""
+    for span in spans(len(faces)):
+        corners = vertex[3 * span.start : 3 * span.stop]
+        yield corners, np.repeat(faces[span], 3, axis=0), np.take(normals, corners, axis=0)
 
 
 def _unit(vectors: FloatArray, otherwise: FloatArray) -> FloatArray:
-    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    length = lengths_of_rows(vectors)[:, None]
     return np.where(length > 1e-9, vectors / np.where(length > 1e-9, length, 1.0), otherwise)
 
 
 def _corner_angles(mesh: Mesh) -> FloatArray:
     """Return the angle of every corner, (T, 3), radians."""
-    corners = mesh.positions[mesh.triangles]
-    edges = np.roll(corners, -1, axis=1) - corners
-    # The longest edge as unit keeps tiny triangles from underflowing.
-    edges = edges / np.abs(edges).max(axis=(1, 2), keepdims=True)
-    edges = edges / np.maximum(np.linalg.norm(edges, axis=2, keepdims=True), 1e-300)
-    cosine = -np.einsum("tkc,tkc->tk", edges, np.roll(edges, 1, axis=1))
-    return np.asarray(np.arccos(np.clip(cosine, -1.0, 1.0)))
+    angles = np.empty((len(mesh.triangles), 3))
+    for span in spans(len(angles)):
+        corners = mesh.corners(span)
+        edges = np.roll(corners, -1, axis=1) - corners
+        # The longest edge as unit keeps tiny triangles from underflowing.
+        largest = largest_of_rows(edges.reshape(-1, 3)).reshape(-1, 3)
+        edges = edges / largest_of_rows(largest)[:, None, None]
+        edges = edges / np.maximum(lengths_of_rows(edges.reshape(-1, 3)), 1e-300).reshape(-1, 3, 1)
+        cosine = -np.einsum("tkc,tkc->tk", edges, np.roll(edges, 1, axis=1))
+        angles[span] = np.arccos(np.clip(cosine, -1.0, 1.0))
+    return angles
 
 
 def _creased(
-    vertex: NDArray[np.int64], faces: FloatArray, weighted: FloatArray, cosine: float
+    vertex: NDArray[np.int64],
+    corner: NDArray[np.int64],
+    faces: FloatArray,
+    angles: FloatArray,
+    cosine: float,
 ) -> FloatArray:
-    """Return the normals of corners (N,), each the mean of those that lean little from it."""
+    """Return the normals of corners (N,), each the mean of those that lean little from it.
+
+    Parameters
+    ----------
+    vertex, corner : ndarray, shape (N,)
+        Where each corner is, and its number: row of `angles`, triangle `corner` // 3.
+    """
     order = np.argsort(vertex, kind="stable")
+    face = corner // 3
     starts = np.flatnonzero(np.diff(vertex[order], prepend=-1))
     sizes = np.diff(np.append(starts, len(order)))
-    result = faces.copy()
+    result = faces[face]
     pairs = np.cumsum(np.where(sizes <= _MAX_STAR, sizes**2, 0))
     first = 0
     while first < len(starts):
@@ -88,27 +143,44 @@ def _creased(
         last = max(int(np.searchsorted(pairs, done + _PAIRS_AT_ONCE)), first + 1)
         chosen = np.arange(first, min(last, len(starts)))
         first = last
+        begin = starts[chosen[0]]
         chosen = chosen[sizes[chosen] <= _MAX_STAR]
         size = sizes[chosen]
         # Every corner of a star beside every other one.
         star = np.repeat(np.arange(len(chosen)), size**2)
         within = np.arange(len(star)) - np.repeat(np.cumsum(size**2) - size**2, size**2)
-        one = order[starts[chosen][star] + within // size[star]]
+        one = starts[chosen][star] + within // size[star]
         other = order[starts[chosen][star] + within % size[star]]
-        near = np.einsum("ij,ij->i", faces[one], faces[other]) >= cosine - 1e-9
+        leaning = np.take(faces, face[order[one]], axis=0)
+        of_other = np.take(faces, face[other], axis=0)
+        near = np.einsum("ij,ij->i", leaning, of_other) >= cosine - 1e-9
         one, other = one[near], other[near]
-        total = np.stack(
-            [np.bincount(one, weighted[other, k], len(vertex)) for k in range(3)], axis=1
-        )
-        done_corners = np.unique(one)
-        result[done_corners] = _unit(total[done_corners], faces[done_corners])
+        weighted = angles[corner[other], None] * of_other[near]
+        # Counted from the first corner of this part.
+        total = np.stack([np.bincount(one - begin, weighted[:, k]) for k in range(3)], axis=1)
+        done_corners = begin + np.flatnonzero(np.bincount(one - begin))
+        rows = order[done_corners]
+        result[rows] = _unit(total[done_corners - begin], faces[face[rows]])
     return result
 
 
 def _split(
-    mesh: Mesh, vertex: NDArray[np.int64], normals: FloatArray, at_crease: NDArray[np.int64]
+    mesh: Mesh,
+    vertex: NDArray[np.int64],
+    normals: FloatArray,
+    at_crease: NDArray[np.int64],
+    own: FloatArray,
 ) -> Mesh:
-    """Return the mesh with a vertex for each normal of a place; equal places are joined."""
+    """Return the mesh with a vertex for each normal of a place; equal places are joined.
+
+    Parameters
+    ----------
+    vertex : ndarray, shape (3 T,)
+    normals : ndarray, shape (V, 3)
+        Of each vertex that has no crease.
+    at_crease, own : ndarray, shape (N,) and (N, 3)
+        The corners that have one, and their normals.
+    """
     shared = {
         field.name: getattr(mesh, field.name)
         for field in dataclasses.fields(mesh)
@@ -116,21 +188,31 @@ def _split(
         and isinstance(getattr(mesh, field.name), np.ndarray)
     }
     place = mesh.triangles.reshape(-1) if shared else vertex
-    code = np.zeros((len(place), 3), dtype=np.int64)
-    code[at_crease] = np.round(normals[at_crease] / _SAME_NORMAL).astype(np.int64)
-    order = np.lexsort((*code.T, place))
-    rows = np.concatenate([place[:, None], code], axis=1)[order]
+    code = np.round(own / _SAME_NORMAL).astype(np.int64)
+    order = np.lexsort((*code.T, place[at_crease]))
+    rows = np.concatenate([place[at_crease][:, None], code], axis=1)[order]
     is_new = np.ones(len(rows), dtype=bool)
     is_new[1:] = np.any(rows[1:] != rows[:-1], axis=1)
-    number = np.empty(len(rows), dtype=np.int64)
-    number[order] = np.cumsum(is_new) - 1
-    first = order[is_new]
+    # One vertex for each place in use, and as many as it has normals at a crease.
+    counts = np.zeros(len(mesh.positions), dtype=np.int64)
+    counts[place] = 1
+    counts[place[at_crease]] = 0
+    np.add.at(counts, rows[is_new, 0], 1)
+    starts = np.cumsum(counts) - counts
+    number = starts[place]
+    rank = np.cumsum(is_new) - 1
+    before = np.cumsum(np.bincount(rows[is_new, 0], minlength=len(counts)))
+    number[at_crease[order]] += rank - (before - counts)[rows[:, 0]]
+    # Written backwards, so that the first corner of each vertex stays.
+    first = np.empty(int(counts.sum()), dtype=np.int64)
+    first[number[::-1]] = np.arange(len(number) - 1, -1, -1)
     kept = mesh.triangles.reshape(-1)[first]
-
+    of_first = normals[vertex[first]]
+    of_first[number[at_crease[order[is_new]]]] = own[order[is_new]]
     return dataclasses.replace(
         mesh,
         positions=mesh.positions[kept],
         triangles=number.reshape(-1, 3),
-        normals=normals[first],
+        normals=of_first,
         **{name: values[kept] for name, values in shared.items()},
     )

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.math3d import FloatArray
+from ssdo_gl.math3d import FloatArray, largest_of_rows, lengths_of_rows
 from ssdo_gl.scene.mesh import Mesh
 from ssdo_gl.scene.numbers import LARGEST_NUMBER
+from ssdo_gl.scene.spans import spans
 
 # Sine of a triangle's corner, at the scale of its longest edge, below which float64
 # cannot tell its plane any more.
@@ -72,23 +74,29 @@ def cleaned_mesh(
         If a triangle names a vertex that does not exist.
     """
     check_vertices(triangles, len(positions))
-    finite = np.all(np.isfinite(positions)[triangles], axis=(1, 2))
-    not_finite = int(len(triangles) - np.count_nonzero(finite))
-    triangles = triangles[finite]
+    finite = np.asarray(np.isfinite(positions).all(axis=1))
+    given = len(triangles)
+    if not finite.all():
+        triangles = triangles[finite[triangles].all(axis=1)]
+    not_finite = given - len(triangles)
     flat = _without_area(positions, triangles)
     zero_area = int(np.count_nonzero(flat))
-    triangles = triangles[~flat]
+    if zero_area:
+        triangles = triangles[~flat]
     if not len(triangles):
         return Cleaned(None, not_finite, zero_area)
-    used, renumbered = np.unique(triangles, return_inverse=True)
-    triangles = renumbered.reshape(-1, 3).astype(np.int64)
+    is_used = np.zeros(len(positions), dtype=bool)
+    is_used[triangles] = True
+    used = np.flatnonzero(is_used)
+    triangles = (np.cumsum(is_used) - 1)[triangles]
+    points = np.ascontiguousarray(positions[used], dtype=np.float64)
     mesh = Mesh(
-        positions=np.ascontiguousarray(positions[used], dtype=np.float64),
+        positions=points,
         triangles=triangles,
         uvs=_usable_uvs(uvs, used),
         second_uvs=_usable_uvs(second_uvs, used),
         colors=None if colors is None else np.clip(np.nan_to_num(colors[used]), 0.0, 1.0),
-        closed=is_closed(positions[used], triangles) if closed is None else closed,
+        closed=is_closed(points, triangles) if closed is None else closed,
         name=name,
     )
     if normals is None:
@@ -116,12 +124,15 @@ def _usable_uvs(uvs: FloatArray | None, used: NDArray[np.int64]) -> FloatArray |
 
 def _without_area(positions: FloatArray, triangles: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Return which triangles have no area at the scale of their own edges."""
-    a, b, c = (positions[triangles[:, i]] for i in range(3))
-    edge_1, edge_2 = b - a, c - a
-    size = np.maximum(np.abs(edge_1).max(axis=1), np.abs(edge_2).max(axis=1))
-    divisor = np.where(size > 0.0, size, 1.0)[:, None]
-    cross = np.cross(edge_1 / divisor, edge_2 / divisor)
-    return np.asarray(np.linalg.norm(cross, axis=1) <= FLAT_SINE)
+    flat = np.empty(len(triangles), dtype=bool)
+    for span in spans(len(triangles)):
+        a, b, c = np.moveaxis(np.take(positions, triangles[span], axis=0), 1, 0)
+        edge_1, edge_2 = b - a, c - a
+        size = np.maximum(largest_of_rows(edge_1), largest_of_rows(edge_2))
+        divisor = np.where(size > 0.0, size, 1.0)[:, None]
+        cross = np.cross(edge_1 / divisor, edge_2 / divisor)
+        flat[span] = lengths_of_rows(cross) <= FLAT_SINE
+    return flat
 
 
 def _unit_normals(normals: FloatArray, mesh: Mesh) -> tuple[FloatArray, int]:
@@ -153,20 +164,50 @@ def is_closed(positions: FloatArray, triangles: NDArray[np.int64]) -> bool:
     exactly two triangles that run through it in opposite directions.
     """
     corner = joined_vertices(positions)[triangles]
-    count = len(positions)
-    start = corner.reshape(-1)
-    end = np.roll(corner, -1, axis=1).reshape(-1)
-    forward = np.sort(start * count + end)
-    if np.any(forward[1:] == forward[:-1]) or np.any(start == end):
+    count = len(triangles)
+    forward, backward = np.empty((2, 3 * count), dtype=np.int64)
+    for edge in range(3):
+        start, end = corner[:, edge], corner[:, (edge + 1) % 3]
+        if np.any(start == end):
+            return False
+        rows = slice(edge * count, (edge + 1) * count)
+        np.add(start * len(positions), end, out=forward[rows])
+        np.add(end * len(positions), start, out=backward[rows])
+    forward.sort()
+    if np.any(forward[1:] == forward[:-1]):
         return False
-    return bool(np.array_equal(forward, np.sort(end * count + start)))
+    backward.sort()
+    return bool(np.array_equal(forward, backward))
 
 
-def joined_vertices(positions: FloatArray) -> NDArray[np.int64]:
-    """Return for each vertex the number of its distinct position, shape (V,)."""
-    order = np.lexsort(positions.T)
-    new = np.ones(len(positions), dtype=bool)
-    new[1:] = np.any(positions[order[1:]] != positions[order[:-1]], axis=1)
-    label = np.empty(len(positions), dtype=np.int64)
-    label[order] = np.cumsum(new) - 1
+def joined_vertices(positions: NDArray[np.floating[Any]]) -> NDArray[np.int64]:
+    """Return for each vertex the first one at its position, shape (V,)."""
+    key = _position_keys(positions)
+    order = np.argsort(key)
+    key = key[order]
+    is_same = key[1:] == key[:-1]
+    label = np.arange(len(positions))
+    if not is_same.any():
+        return label
+    near = np.flatnonzero(is_same)
+    if np.any(positions[order[near]] != positions[order[near + 1]]):
+        # Two positions have one key, which is a matter of 2^-64: compare them themselves.
+        order = np.lexsort(positions.T)
+        is_same = np.all(positions[order[1:]] == positions[order[:-1]], axis=1)
+    starts = np.flatnonzero(np.concatenate([[True], ~is_same]))
+    first = np.minimum.reduceat(order, starts)
+    label[order] = np.repeat(first, np.diff(np.append(starts, len(order))))
     return label
+
+
+def _position_keys(positions: NDArray[np.floating[Any]]) -> NDArray[np.uint64]:
+    """Return a number for each position (V, 3), equal ones alike, -0 as 0."""
+    kind = np.uint32 if positions.dtype == np.float32 else np.uint64
+    key = np.zeros(len(positions), dtype=np.uint64)
+    for axis in range(3):
+        key ^= (positions[:, axis] + positions.dtype.type(0.0)).view(kind)
+        # Odd constant of the golden ratio. Coordinates that were float32 end in zeros, and
+        # so do products: the shift brings their upper half down.
+        key *= np.uint64(0x9E3779B97F4A7C15)
+        key ^= key >> np.uint64(32)
+    return key

@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene import shapes
+from ssdo_gl.scene import mesh as mesh_module
+from ssdo_gl.scene import shapes, smoothing
 from ssdo_gl.scene.mesh import Mesh
 from ssdo_gl.scene.smoothing import smoothed
+from ssdo_gl.scene.spans import spans
 
 
 def soup(mesh: Mesh) -> Mesh:
@@ -96,3 +98,16 @@ def test_a_fan_of_thousands_is_read_in_time() -> None:
     mesh = smoothed(Mesh(positions, fan), 45.0)
     assert time.process_time() - start < 5.0
     np.testing.assert_array_equal(mesh.positions[mesh.triangles], positions[fan])
+
+
+@pytest.mark.parametrize("crease", [10.0, 180.0])
+def test_long_meshes_are_smoothed_as_short_ones(
+    crease: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mesh = soup(shapes.sphere(24, 0.0, 8.0))
+    whole = smoothed(mesh, crease)
+    for module in (smoothing, mesh_module):
+        monkeypatch.setattr(module, "spans", lambda count: spans(count, 7))
+    parts = smoothed(mesh, crease)
+    for name in ("positions", "triangles", "normals"):
+        np.testing.assert_array_equal(getattr(parts, name), getattr(whole, name))

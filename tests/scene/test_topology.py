@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ssdo_gl.scene import shapes
+from ssdo_gl.scene import shapes, topology
 from ssdo_gl.scene.topology import cleaned_mesh, is_closed, joined_vertices
 
 TRIANGLE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
@@ -119,3 +119,9 @@ def test_labels_agree_with_comparing_all_pairs(rows: list[tuple[int, int, int]])
     label = joined_vertices(positions)
     equal = (positions[:, None] == positions[None]).all(axis=2)
     assert np.array_equal(label[:, None] == label[None], equal)
+
+
+def test_positions_of_one_key_are_told_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(topology, "_position_keys", lambda p: np.zeros(len(p), dtype=np.uint64))
+    rows = [(0, 0, 0), (1, 0, 0), (0, 0, 0), (0, 1, 0), (1, 0, 0)]
+    assert joined_vertices(np.array(rows, dtype=np.float64)).tolist() == [0, 1, 0, 3, 1]
