@@ -9,13 +9,14 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.math3d import FloatArray
+from ssdo_gl.math3d import FloatArray, lengths_of_rows
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.emissive_meshes import emitted_radiance
 from ssdo_gl.scene.framing import is_room
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject, placed
+from ssdo_gl.scene.spans import spans
 
 # Radiance that a light grey surface gets from direct light alone at the brighter end
 # of the scene; indirect light adds about half as much again in a room.
@@ -111,8 +112,10 @@ def seen_metal(
     camera: Camera,
 ) -> bool:
     """Return whether enough of what the camera sees is of metal to show what it reflects."""
-    samples = _samples_in_view(meshes, objects, camera)
     metal = np.array([materials[item.material].mean_metallic for item in objects])
+    if not metal.any():
+        return False
+    samples = _samples_in_view(meshes, objects, camera)
     total = samples.weight.sum()
     return bool(total > 0.0 and metal[samples.owner] @ samples.weight >= _METAL_SHARE * total)
 
@@ -220,28 +223,42 @@ def exposure_for(
 
 
 def _surface_samples(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> _Samples:
-    parts, owners = [np.zeros((0, 3, 3))], [np.zeros(0, dtype=np.int64)]
-    inside = [np.zeros(0, dtype=np.int64)]
-    for index, item in enumerate(objects):
+    # Twice the areas of the triangles of all copies, object after object.
+    areas, copies = [np.zeros(0)], []
+    for item in objects:
         mesh = meshes[item.mesh]
         # Of very many copies a share says enough, and fits into memory.
         count = len(item.world_from_object) * len(mesh.triangles)
-        matrices = item.world_from_object[:: 1 + count // _MAX_TRIANGLES]
-        parts.append(placed(mesh.positions[mesh.triangles], matrices).reshape(-1, 3, 3))
-        owners.append(np.full(len(parts[-1]), index))
-        inside.append(np.tile(np.arange(len(mesh.triangles)), len(matrices)))
-    corners, owner, triangle = np.concatenate(parts), np.concatenate(owners), np.concatenate(inside)
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    doubled = np.linalg.norm(cross, axis=1)
-    cumulative = np.cumsum(doubled)
+        copies.append(item.world_from_object[:: 1 + count // _MAX_TRIANGLES])
+        doubled = np.empty((len(copies[-1]), len(mesh.triangles)))
+        for span in spans(len(mesh.triangles)):
+            corners = placed(mesh.corners(span), copies[-1]).reshape(-1, 3, 3)
+            doubled[:, span] = lengths_of_rows(_cross(corners)).reshape(len(doubled), -1)
+        areas.append(doubled.reshape(-1))
+    cumulative = np.cumsum(np.concatenate(areas))
     is_empty = not len(cumulative) or cumulative[-1] <= 0.0
     count = 0 if is_empty else _SAMPLES
     total = 0.0 if is_empty else cumulative[-1]
     chosen = np.searchsorted(cumulative, (np.arange(count) + 0.5) / _SAMPLES * total)
+    starts = np.cumsum([len(part) for part in areas])
+    owner = np.searchsorted(starts, chosen, side="right") - 1
+    triangle = np.zeros(count, dtype=np.int64)
+    corners = np.zeros((count, 3, 3))
+    for index in np.unique(owner):
+        mine, mesh = owner == index, meshes[objects[index].mesh]
+        copy, triangle[mine] = np.divmod(chosen[mine] - starts[index], len(mesh.triangles))
+        local = mesh.positions[mesh.triangles[triangle[mine]]]
+        matrices = copies[index][copy]
+        corners[mine] = local @ matrices[:, :3, :3].transpose(0, 2, 1) + matrices[:, None, :3, 3]
     # The golden ratio and its square spread the points over each triangle.
     a, b = (np.arange(count) * step % 1.0 for step in (0.618033988749895, 0.754877666246693))
     root = np.sqrt(a)
     weights = np.stack([1.0 - root, root * (1.0 - b), root * b], axis=1)
-    points = np.einsum("pk,pkc->pc", weights, corners[chosen])
-    normals = cross[chosen] / doubled[chosen, None]
-    return _Samples(points, normals, owner[chosen], triangle[chosen], weights, np.ones(count))
+    points = np.einsum("pk,pkc->pc", weights, corners)
+    cross = _cross(corners)
+    normals = cross / lengths_of_rows(cross)[:, None]
+    return _Samples(points, normals, owner, triangle, weights, np.ones(count))
+
+
+def _cross(corners: FloatArray) -> FloatArray:
+    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

@@ -6,11 +6,13 @@ import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ssdo_gl import math3d
-from ssdo_gl.math3d import FloatArray
+from ssdo_gl.math3d import FloatArray, lengths_of_rows
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.mesh import Mesh, SceneObject, instance_boxes, placed
+from ssdo_gl.scene.mesh import Mesh, SceneObject, corners_within, instance_boxes, placed
+from ssdo_gl.scene.spans import spans
 
 # Three-quarter view: turned to the right of the front (+z) and slightly above it.
 AZIMUTH_DEGREES, ELEVATION_DEGREES = 30.0, 20.0
@@ -104,16 +106,17 @@ def _front_of_sheet(
     squares = np.zeros((3, 3))
     for item in objects:
         mesh, linear = meshes[item.mesh], item.world_from_object[:, :3, :3]
-        corners = mesh.positions[mesh.triangles]
-        scale = float(np.abs(corners).max()) or 1.0
-        edges = (corners[:, 1:] - corners[:, :1]) / scale
-        for matrix in linear[:_MAX_SHEETS]:
-            u, v = np.moveaxis(edges @ matrix.T, 1, 0) * scale
-            cross = np.cross(u, v)
-            size = np.linalg.norm(cross, axis=1)
-            total += cross.sum(axis=0)
-            area += float(size.sum())
-            squares += cross.T @ (cross / np.where(size > 0.0, size, 1.0)[:, None])
+        scale = float(np.abs(mesh.bounds()).max()) or 1.0
+        for span in spans(len(mesh.triangles)):
+            corners = mesh.corners(span)
+            edges = (corners[:, 1:] - corners[:, :1]) / scale
+            for matrix in linear[:_MAX_SHEETS]:
+                u, v = np.moveaxis(edges @ matrix.T, 1, 0) * scale
+                cross = np.cross(u, v)
+                size = lengths_of_rows(cross)
+                total += cross.sum(axis=0)
+                area += float(size.sum())
+                squares += cross.T @ (cross / np.where(size > 0.0, size, 1.0)[:, None])
         if len(linear) > _MAX_SHEETS:
             return None
     if not np.isfinite(area) or area <= 0.0:
@@ -194,18 +197,23 @@ def side_coverage(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> Flo
         at_once = max(_TRIANGLES_AT_ONCE // len(mesh.triangles), 1)
         for start in range(0, len(matrices), at_once):
             points = placed(mesh.positions, matrices[start : start + at_once])
-            points = points[:, mesh.triangles].reshape(-1, 3, 3)
-            doubled = np.abs(np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]))
             for axis in range(3):
-                height = points[:, :, axis]
-                at_low = (height <= low[axis] + _WALL_DEPTH * extent[axis]).all(axis=1)
-                at_high = (height >= high[axis] - _WALL_DEPTH * extent[axis]).all(axis=1)
-                covered[2 * axis] += 0.5 * doubled[at_low, axis].sum()
-                covered[2 * axis + 1] += 0.5 * doubled[at_high, axis].sum()
+                height = points[..., axis]
+                at_low = height <= low[axis] + _WALL_DEPTH * extent[axis]
+                at_high = height >= high[axis] - _WALL_DEPTH * extent[axis]
+                covered[2 * axis] += _projected_area(points, mesh, at_low, axis)
+                covered[2 * axis + 1] += _projected_area(points, mesh, at_high, axis)
     side = np.array([extent[1] * extent[2], extent[0] * extent[2], extent[0] * extent[1]])
     # A flat scene has sides without area, which nothing can cover.
     share = covered / np.repeat(np.where(side > 0.0, side, np.inf), 2)
     return np.asarray(np.minimum(share, 1.0))
+
+
+def _projected_area(points: FloatArray, mesh: Mesh, is_near: NDArray[np.bool_], axis: int) -> float:
+    """Return the area, seen along an axis, of triangles whose vertices (N, V) are all near."""
+    corners = corners_within(points, mesh.triangles, is_near)
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return 0.5 * float(np.abs(cross[:, axis]).sum())
 
 
 def _world_points(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> FloatArray:

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from ssdo_gl import math3d
-from ssdo_gl.math3d import FloatArray
+from ssdo_gl.math3d import FloatArray, IntArray
 from ssdo_gl.scene.defaults import BACKDROP
 from ssdo_gl.scene.environment_kinds import Environment
 from ssdo_gl.scene.environment_light import irradiance
 from ssdo_gl.scene.lights import DirectionalLight
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import Mesh, SceneObject, placed
+from ssdo_gl.scene.mesh import Mesh, SceneObject, corners_within, placed
 
 _SEGMENTS = 96
 # Below the model, so that it does not fight with what lies at its bottom; of its size.
@@ -29,17 +29,23 @@ _MAX_ALBEDO = 0.8
 
 def has_floor(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> bool:
     """Return whether a scene brings something that the rest stands on."""
-    parts = []
+    parts: list[tuple[IntArray, FloatArray]] = []
+    lows, highs = [], []
     for item in objects:
         mesh, copies = meshes[item.mesh], item.world_from_object
-        chosen = copies[:: 1 + len(copies) // _MAX_COPIES]
-        parts.append(placed(mesh.positions[mesh.triangles], chosen).reshape(-1, 3, 3))
-    corners = np.concatenate(parts)
-    low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
-    at_bottom = (corners[:, :, 1] <= low[1] + _FLOOR_HEIGHT * (high[1] - low[1])).all(axis=1)
-    flat = corners[at_bottom]
-    cross_y = np.cross(flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0])[:, 1]
-    covered = 0.5 * float(np.maximum(cross_y, 0.0).sum())
+        is_used = np.zeros(len(mesh.positions), dtype=bool)
+        is_used[mesh.triangles] = True
+        points = placed(mesh.positions, copies[:: 1 + len(copies) // _MAX_COPIES])
+        parts.append((mesh.triangles, points))
+        lows.append(points[:, is_used].min(axis=(0, 1)))
+        highs.append(points[:, is_used].max(axis=(0, 1)))
+    low, high = np.min(lows, axis=0), np.max(highs, axis=0)
+    floor = low[1] + _FLOOR_HEIGHT * (high[1] - low[1])
+    covered = 0.0
+    for triangles, points in parts:
+        flat = corners_within(points, triangles, points[..., 1] <= floor)
+        cross_y = np.cross(flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0])[:, 1]
+        covered += 0.5 * float(np.maximum(cross_y, 0.0).sum())
     return covered >= _FLOOR_SHARE * float((high[0] - low[0]) * (high[2] - low[2]))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.mesh import Mesh, SceneObject
+from ssdo_gl.scene.mesh import Mesh, SceneObject, corners_within
 
 _AXES = {"y": 1, "z": 2}
 # What lies within this share of the height from the bottom, and faces down, is a foot.
@@ -27,8 +27,8 @@ def guessed_up(meshes: Sequence[Mesh], usual: str) -> tuple[str, str]:
     0 while the other's does not; of parts (`usual` z) the one that they are thin along;
     else `usual`, that of the format.
     """
-    points = np.concatenate([mesh.positions[mesh.triangles].reshape(-1, 3) for mesh in meshes])
-    low, high = points.min(axis=0), points.max(axis=0)
+    bounds = [mesh.bounds() for mesh in meshes]
+    low, high = np.min([low for low, _ in bounds], axis=0), np.max([h for _, h in bounds], axis=0)
     feet = {name: _foot(meshes, axis, low, high) for name, axis in _AXES.items()}
     for name, other in (("y", "z"), ("z", "y")):
         if feet[name] > feet[other] + _CLEARLY:
@@ -51,12 +51,12 @@ def _foot(meshes: Sequence[Mesh], axis: int, low: FloatArray, high: FloatArray) 
     extent = high - low
     area = 0.0
     for mesh in meshes:
-        corners = mesh.positions[mesh.triangles]
+        at_bottom = mesh.positions[:, axis] <= low[axis] + _FOOT_HEIGHT * extent[axis]
+        corners = corners_within(mesh.positions[None], mesh.triangles, at_bottom[None])
         cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         doubled = np.linalg.norm(cross, axis=1)
-        at_bottom = (corners[:, :, axis] <= low[axis] + _FOOT_HEIGHT * extent[axis]).all(axis=1)
         faces_down = -cross[:, axis] > _FACES_DOWN * doubled
-        area += 0.5 * float(doubled[at_bottom & faces_down].sum())
+        area += 0.5 * float(doubled[faces_down].sum())
     floor = float(np.prod(np.delete(extent, axis)))
     return area / floor if floor > 0.0 else 0.0
 
