@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.mesh import Mesh
+from ssdo_gl.scene.spans import spans
 
 
 @dataclass(eq=False)
@@ -49,27 +50,28 @@ def vertex_streams(gl: moderngl.Context, mesh: Mesh) -> VertexStreams:
     low, high = mesh.bounds()
     center = 0.5 * (low + high)
     source, triangles = with_own_last_vertices(mesh.triangles, len(mesh.positions))
-    face_normals = np.zeros((len(source), 3))
-    face_normals[triangles[:, 2]] = mesh.face_normals()
-    streams = {
-        "a_position_os": mesh.positions[source] - center,
-        "a_normal_face_os": face_normals,
+    indices = gl.buffer(triangles.astype(np.uint32))
+    face_normals = np.zeros((len(source), 3), dtype=np.float32)
+    for span in spans(len(triangles)):
+        face_normals[triangles[span, 2]] = mesh.face_normals(span)
+    del triangles
+    buffers = {"a_normal_face_os": (gl.buffer(face_normals), 3)}
+    del face_normals
+    carried = {
+        "a_position_os": mesh.positions,
+        "a_normal_os": mesh.normals,
+        "a_tangent_os": mesh.tangents,
+        "a_uv": mesh.uvs,
+        "a_second_uv": mesh.second_uvs,
+        "a_color": mesh.colors,
     }
-    if mesh.normals is not None:
-        streams["a_normal_os"] = mesh.normals[source]
-    if mesh.tangents is not None:
-        streams["a_tangent_os"] = mesh.tangents[source]
-    if mesh.uvs is not None:
-        streams["a_uv"] = mesh.uvs[source]
-    if mesh.second_uvs is not None:
-        streams["a_second_uv"] = mesh.second_uvs[source]
-    if mesh.colors is not None:
-        streams["a_color"] = mesh.colors[source]
-    buffers = {
-        name: (gl.buffer(values.astype(np.float32).tobytes()), values.shape[1])
-        for name, values in streams.items()
-    }
-    indices = gl.buffer(triangles.astype(np.uint32).tobytes())
+    for name, values in carried.items():
+        if values is not None:
+            origin = center if name == "a_position_os" else 0.0
+            stream = np.empty((len(source), values.shape[1]), dtype=np.float32)
+            for span in spans(len(source)):
+                stream[span] = np.take(values, source[span], axis=0) - origin
+            buffers[name] = gl.buffer(stream), values.shape[1]
     return VertexStreams(center, 0.5 * (high - low), buffers, indices, mesh.is_solid)
 
 
@@ -93,19 +95,22 @@ def with_own_last_vertices(
     triangles : ndarray, shape (T, 3)
         The same triangles, each turned (winding kept) and in part made of copies.
     """
-    last = np.full(len(triangles), -1)
-    is_free = np.ones(vertex_count, bool)
+    last = np.full(len(triangles), -1, dtype=np.int8)
+    owner = np.full(vertex_count, -1)
     for corner in range(3):
         waiting = np.flatnonzero(last < 0)
         wanted = triangles[waiting, corner]
-        available = is_free[wanted]
-        # Of all that want the same vertex, the first gets it.
-        vertices, first = np.unique(wanted[available], return_index=True)
-        last[waiting[available][first]] = corner
-        is_free[vertices] = False
+        is_free = owner[wanted] < 0
+        waiting, wanted = waiting[is_free], wanted[is_free]
+        # Written backwards: of all that want the same vertex, the first gets it.
+        owner[wanted[::-1]] = waiting[::-1]
+        last[waiting[owner[wanted] == waiting]] = corner
     left = np.flatnonzero(last < 0)
     last[left] = 2
-    turned = triangles[np.arange(len(triangles))[:, None], (last[:, None] + [1, 2, 3]) % 3]
+    turned = np.empty_like(triangles)
+    for corner in range(3):
+        rows = np.flatnonzero(last == corner)
+        turned[rows] = np.roll(triangles[rows], 2 - corner, axis=1)
     source = np.concatenate([np.arange(vertex_count), turned[left, 2]])
     turned[left, 2] = vertex_count + np.arange(len(left))
     return source, turned

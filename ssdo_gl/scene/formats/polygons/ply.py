@@ -161,7 +161,11 @@ def _read_element(
     if element.count * row_type.itemsize <= len(body) - at:
         rows = np.frombuffer(body, row_type, element.count, at)
         if all(np.all(rows[f"n{i}"] == n) for i, n in enumerate(first) if kinds[i][1]):
-            _collect(table, [(np.arange(len(rows)), rows)], np.tile(first, (len(rows), 1)))
+            _collect(
+                table,
+                [(np.arange(len(rows)), rows)],
+                np.broadcast_to(first, (len(rows), len(first))),
+            )
             return table, at + rows.nbytes
     starts = np.empty(element.count, dtype=np.int64)
     lengths = np.empty((element.count, len(kinds)), dtype=np.int64)
@@ -234,13 +238,15 @@ def _collect(
     for index, item in enumerate(table.element.properties):
         if item.name in table.columns:
             continue  # of two properties of one name the first counts
-        ends = np.cumsum(lengths[:, index])
-        column = np.empty(int(ends[-1]) if len(ends) else 0, dtype=groups[0][1][f"v{index}"].dtype)
-        for rows, contents in groups:
-            if len(rows):
-                values = contents[f"v{index}"].reshape(len(rows), -1)
-                begin = (ends - lengths[:, index])[rows]
-                column[begin[:, None] + np.arange(values.shape[1])] = values
+        column = groups[0][1][f"v{index}"].reshape(-1)
+        if len(groups) > 1:  # else it holds all rows in their order
+            ends = np.cumsum(lengths[:, index])
+            column = np.empty(int(ends[-1]), dtype=column.dtype)
+            for rows, contents in groups:
+                if len(rows):
+                    values = contents[f"v{index}"].reshape(len(rows), -1)
+                    begin = (ends - lengths[:, index])[rows]
+                    column[begin[:, None] + np.arange(values.shape[1])] = values
         # Text says the same as the binary file it stands for, rounded alike.
         kind = item.kind if item.kind.kind == "f" else column.dtype.newbyteorder("=")
         table.columns[item.name] = column.astype(kind)
