@@ -90,8 +90,11 @@ ESTIMATORS = estimator_table.Extent(
 class Run:
     """One run: what is asked for, what was found so far, and how much time is left."""
 
-    def __init__(self, outdir: Path, quick: bool, compare: Path | None) -> None:
+    def __init__(
+        self, outdir: Path, quick: bool, compare: Path | None, seconds: float = SECONDS
+    ) -> None:
         self.outdir = outdir
+        self.seconds = seconds
         self.quick = quick
         self.compare = compare
         self.found: dict[str, Any] = {}
@@ -100,7 +103,7 @@ class Run:
     @property
     def seconds_left(self) -> float:
         """Until the run must end."""
-        return SECONDS - (time.monotonic() - self._start)
+        return self.seconds - (time.monotonic() - self._start)
 
     def section(self, name: str, work: Callable[[Run], object]) -> None:
         """Do one section and write what it found, or why it failed."""
@@ -475,13 +478,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--only", metavar="NAME,...", help=f"of {', '.join(SECTIONS)}")
     parser.add_argument("--compare", type=Path, metavar="FOLDER", help="images of another run")
     parser.add_argument("--quick", action="store_true", help="about two minutes on llvmpipe")
+    parser.add_argument(
+        "--seconds", type=float, default=SECONDS, metavar="S", help=f"in all; {SECONDS:.0f}"
+    )
     options = parser.parse_args(argv)
     names = options.only.split(",") if options.only else list(SECTIONS)
     unknown = [name for name in names if name not in SECTIONS]
     if unknown:
         parser.error(f"--only {unknown[0]!r}: choose of {', '.join(SECTIONS)}")
     options.outdir.mkdir(parents=True, exist_ok=True)
-    run = Run(options.outdir, options.quick, options.compare)
+    run = Run(options.outdir, options.quick, options.compare, options.seconds)
     for name in names:
         run.section(name, SECTIONS[name])
     failed = [name for name, row in run.found.items() if _has_failed(row["result"])]

@@ -35,7 +35,9 @@ void main()
                 float largest = max(max(apart.x, apart.y), max(apart.z, apart.w));
                 // What was summed so far, in units of the new largest.
                 float scale = max(o_block.x, largest);
-                float old = scale > 0.0 ? o_block.x / scale : 0.0;
+                // Not by division where that is 1: a GPU's x / x may miss it by one rounding,
+                // the same one for every pixel.
+                float old = o_block.x < scale ? o_block.x / scale : 1.0;
                 vec4 ratio = scale > 0.0 ? apart / scale : vec4(0.0);
                 o_block.xy = vec2(scale, o_block.y * old * old + dot(ratio, ratio));
                 vec4 mean = 0.5 * a + 0.5 * b;

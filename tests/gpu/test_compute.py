@@ -86,7 +86,8 @@ def test_pixels_are_those_of_a_rasterizer(gl, computing, dtype, region):
 def test_results_add_up(gl, computing, dtype):
     _, found = drawn(gl, computing, SHADER, dtype, times=3, factor=0.5)
     _, wanted = drawn(gl, ShaderLibrary(gl), SHADER, dtype, times=3, factor=0.5)
-    np.testing.assert_array_equal(found[0], wanted[0])
+    # Sums are rounded to the format twice; how blending rounds halves is the device's affair.
+    np.testing.assert_allclose(found[0], wanted[0], rtol=0.0 if dtype == "f4" else 2.0**-9)
     assert found[0].max() > 1.0
 
 
