@@ -252,8 +252,8 @@ class Renderer(FrameLoop):
                 with self._slices.pausing(pause):
                     self._run(job.plan, frame, log, time_passes, progress)
         except BaseException:
-            # What was interrupted is neither what it was nor what it should become.
-            self.forget()
+            # What is averaged over frames begins anew.
+            self._drawn = ()
             raise
         finally:
             self._executor.before_pass = None

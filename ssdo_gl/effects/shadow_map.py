@@ -88,6 +88,9 @@ class ShadowMapPass(RenderPass):
 
     name = "shadow_map"
     writes: Mapping[str, TextureSpec] = {"shadow_atlas": TextureSpec(1, "f4", own=True)}
+    # A window draws with other maps in motion than at rest; to make them takes as long as all
+    # else of a small frame, and whoever presses a key waits for it.
+    keeps_two = True
 
     def __init__(
         self, settings: ShadowMapSettings | None = None, *, by_chance: bool = False

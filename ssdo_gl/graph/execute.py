@@ -87,8 +87,8 @@ class Executor:
     is_settled : bool
         Whether the last frame left no work to gradual passes, and stands for itself.
     before_pass : callable or None
-        Called before each pass that runs; may raise to give the frame up, after which
-        the caller must `forget`.
+        Called before each pass that runs. It may raise to give the frame up, and so may a
+        pass: what had been finished stands.
     """
 
     # A moving camera makes new identities every frame; forgetting all of them once in
@@ -100,6 +100,8 @@ class Executor:
         self._shaders = shaders
         self._pool = TexturePool(device.gl)
         self._results: dict[str, _Result] = {}
+        # What passes that keep two results made before the present ones.
+        self._spares: dict[str, _Result] = {}
         self._identities: dict[Hashable, int] = {}
         self._next_identity = 0
         # How often each gradual pass has run and left work to do.
@@ -136,6 +138,7 @@ class Executor:
         """
         steps = self._steps_of(plan, frame.view.size)
         identities = self._identify(steps, frame)
+        self._take_back(identities)
         stale = self._stale(steps, identities)
         textures: dict[str, moderngl.Texture] = {}
         facts: dict[str, object] = {}
@@ -164,6 +167,8 @@ class Executor:
                     last=last,
                     is_complete=is_complete,
                 )
+                # Given up in between, it would be neither what it was nor what it should become.
+                result.identity = -1
                 timer = self.timer if time_passes else None
                 timings.append(self._execute(item, result, context, timer))
                 # What was interrupted must not pass for the finished result.
@@ -191,6 +196,7 @@ class Executor:
     def forget(self, names: Iterable[str] | None = None) -> None:
         """Make the named passes (all if None) run again in the next frame."""
         for name in list(self._results) if names is None else names:
+            self._spares.pop(name, None)
             if name in self._results:
                 self._results[name].identity = -1
 
@@ -198,6 +204,7 @@ class Executor:
         """Free every texture and framebuffer."""
         for name in list(self._results):
             self._discard(name)
+        self._spares.clear()
         self._pool.trim()
 
     def _steps_of(self, plan: Plan, size: tuple[int, int]) -> PlanSteps:
@@ -215,6 +222,7 @@ class Executor:
             # A transient texture that was lent on is missing; that is no misfit.
             if formats is None or any(formats.get(n) != result.formats[n] for n in result.borrowed):
                 self._discard(name)
+        self._spares = {name: spare for name, spare in self._spares.items() if name in fitting}
         self._pool.trim()
         return steps
 
@@ -248,6 +256,15 @@ class Executor:
                 of_resource[resource] = number
         return of_pass
 
+    def _take_back(self, identities: dict[str, int]) -> None:
+        """Let results that were replaced stand again where they are what is wanted."""
+        for name in self._spares.keys() & identities.keys():
+            spare, result = self._spares[name], self._results.get(name)
+            if spare.identity == identities[name]:
+                self._results[name] = spare
+                if result is not None:
+                    self._spares[name] = result
+
     def _stale(self, steps: PlanSteps, identities: dict[str, int]) -> set[str]:
         """Return the passes that must run: walk back from the outputs to what still holds."""
         writers = steps.writers
@@ -268,7 +285,9 @@ class Executor:
         """Return a result of the pass whose textures fit its declaration."""
         name = step.item.name
         result = self._results.get(name)
-        if result is not None and result.has(step.formats):
+        if step.item.keeps_two and result is not None and result.identity >= 0:
+            self._spares[name] = self._results.pop(name)
+        elif result is not None and result.has(step.formats):
             return result
         self._discard(name)
         borrowed = {n: self._pool.borrow(*format_) for n, format_ in step.formats.items()}

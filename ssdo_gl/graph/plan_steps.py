@@ -78,5 +78,7 @@ def _step(item: RenderPass, size: tuple[int, int], lends: tuple[tuple[str, str],
     }
     writes = tuple(item.writes.items())
     key = item.settings_key()
-    kind = item.name, type(item), key, writes, size, stale_by, item.depends_on
+    # Tables and maps stay while a window changes the size of its picture.
+    size_of = size if formats else None
+    kind = item.name, type(item), key, writes, size_of, stale_by, item.depends_on
     return Step(item, kind, stale_by, formats, lends)

@@ -99,6 +99,9 @@ class RenderPass(ABC):
     overwrites : bool
         Whether it writes every pixel of its target, which is then not cleared before:
         that takes .94 to .98 of a frame's time in software.
+    keeps_two : bool
+        Whether the result before the present one is kept, because a window alternates
+        between two: only for passes whose textures are all their own.
     is_gradual : bool
         In live frames it does part of its work at a time.
     is_settled : bool
@@ -115,6 +118,7 @@ class RenderPass(ABC):
     depends_on: tuple[str, ...] = ()
     needs_depth: ClassVar[bool] = False
     overwrites: ClassVar[bool] = False
+    keeps_two: ClassVar[bool] = False
     is_gradual: ClassVar[bool] = False
     is_settled: bool = True
     statistics: Mapping[str, Any] = MappingProxyType({})

@@ -102,6 +102,32 @@ def test_another_size_makes_new_textures(world):
     assert executor.texture("a").size == (7, 5)
 
 
+def test_what_has_no_size_of_the_frame_outlives_another_size(world):
+    run, _ = world
+    passes = [Paint("table", own=True), Paint("a", reads=["table"])]
+    run(passes, ["a"], frame())
+    assert [row.ran for row in run(passes, ["a"], frame(size=(7, 5)))] == [False, True]
+
+
+class Kept(Paint):
+    """Keeps the result before the present one."""
+
+    keeps_two = True
+
+
+def test_a_pass_may_keep_the_result_before_the_present_one(world):
+    run, executor = world
+    item = Kept("map", own=True)
+    ran, values = [], []
+    for item.value in (1.0, 2.0, 1.0, 2.0, 3.0, 2.0, 1.0):
+        ran.append(run([item], ["map"], frame())[0].ran)
+        values.append(read_texture(executor.texture("map")).item())
+    assert values == [1.0, 2.0, 1.0, 2.0, 3.0, 2.0, 1.0]
+    assert ran == [True, True, False, False, True, False, True]
+    executor.forget()
+    assert run([item], ["map"], frame())[0].ran
+
+
 def test_passes_no_longer_wanted_are_freed(world):
     run, executor = world
     passes = [Paint("a"), Paint("b")]
@@ -159,6 +185,36 @@ def test_forget_makes_a_pass_run_again(world):
     executor.forget(["a"])
     run([item], ["a"], frame())
     assert item.runs == 2
+
+
+class Interrupting(Paint):
+    """Paints, then gives the frame up."""
+
+    gives_up = False
+
+    def execute(self, context):
+        made = super().execute(context)
+        if self.gives_up:
+            raise InterruptedError
+        return made
+
+
+def test_what_a_frame_finished_before_it_was_given_up_stands(world):
+    run, executor = world
+    first, second = Paint("a"), Interrupting("b", reads=["a"])
+    run([first, second], ["b"], frame())
+    first.value, second.value, second.gives_up = 2.0, 3.0, True
+    with pytest.raises(InterruptedError):
+        run([first, second], ["b"], frame())
+    second.value, second.gives_up = 1.0, False
+    assert [row.ran for row in run([first, second], ["b"], frame())] == [False, True]
+    second.value, second.gives_up = 3.0, True
+    with pytest.raises(InterruptedError):
+        run([first, second], ["b"], frame())
+    # What is wanted is as it was, and yet it was drawn over.
+    second.value, second.gives_up = 1.0, False
+    assert [row.ran for row in run([first, second], ["b"], frame())] == [False, True]
+    assert read_texture(executor.texture("b")).max() == 1.0
 
 
 def test_times_are_measured_on_request(world):
