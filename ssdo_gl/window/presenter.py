@@ -103,7 +103,13 @@ class Presenter:
 
     def copy_to(self, target: moderngl.Framebuffer, size: tuple[int, int]) -> None:
         """Copy the picture to `target` (the screen), whose size is `size` pixels."""
-        assert self._texture is not None, "nothing was drawn yet"
+        assert self.picture is not None and self._texture is not None, "nothing was drawn yet"
+        if self.picture.size == size:
+            # In software, a tenth of the time that a shader takes. It heeds the scissor, too.
+            target.use()
+            target.scissor = (0, 0, *size)
+            self._gl.copy_framebuffer(target, self.picture)
+            return
         program = self._shaders.program(FULLSCREEN, "passes/copy.frag")
         program.set({}, {"t_image": self._texture})
         self._fill(program, target, size, None)

@@ -24,6 +24,8 @@ GAMEPAD_SECONDS = 1.0 / 60.0
 # of the time: it has to be answered, and the frame to be finished.
 BEAT_SECONDS = 1.0 / 60.0
 BEAT_SHARE = 0.4
+# What is on the screen follows events at least so soon, whatever is given up meanwhile.
+LATEST_SECONDS = 0.2
 _HINT = "drag: orbit   wheel: closer   right drag: look   WASD: fly   F1: all keys   Tab: panel"
 
 
@@ -36,6 +38,7 @@ class Session(ViewerLoop):
         self._input.cursor_jumped(*window.cursor)
         self._shader_watch = ShaderWatch(self._viewer.shaders, shader_folder())
         self._film = FilmExport(self._viewer)
+        self._gave_up = False
         self._drawn_at = self._draw_seconds = 0.0
         self._host = WindowHost(window, viewer, self._input, self._film, title)
         self._host.reload = self._reload_shaders
@@ -103,6 +106,7 @@ class Session(ViewerLoop):
         """Let the time between two moments pass, and draw what is due."""
         sizes = self._window.sizes
         size = sizes[1]
+        self._gave_up = False
         self._perform_pending(draws=min(size) > 0 and not self._film.is_busy)
         if self._host.look_at_files():
             self._events.panel_frames = PANEL_FRAMES
@@ -122,7 +126,9 @@ class Session(ViewerLoop):
             drew = True
             # Text that has changed its length takes another frame to fit its window.
             self._events.panel_frames = max(self._events.panel_frames, 2)
-        if min(size) > 0 and (drew or self._events.panel_frames > 0):
+        # The picture for which one was given up comes first, and brings the panel along.
+        waits = self._gave_up and time.perf_counter() - self._drawn_at < LATEST_SECONDS
+        if min(size) > 0 and not waits and (drew or self._events.panel_frames > 0):
             self._draw(sizes)
 
     def _draw(self, sizes: tuple[tuple[int, int], tuple[int, int]]) -> None:
@@ -150,14 +156,15 @@ class Session(ViewerLoop):
     # --- while a frame is in the making --------------------------------------------
 
     def _between_slices(self, what: str, done: int, total: int) -> None:
-        """Hear of events, let the panel answer; give the frame up for a better one."""
+        """Hear of events, give the frame up for a better one; else let the panel answer."""
         glfw.poll_events()
         self._hide_cursor()
-        self._beat()
         is_outdated = self._viewer.is_outdated(is_edited=self._is_edited_now)
         wants_another = self._events.has_input or is_outdated
         if self._window.should_close or (self._viewer.can_be_given_up and wants_another):
+            self._gave_up = True
             raise Interrupted
+        self._beat()
 
     def _hide_cursor(self) -> None:
         """Hide and hold the cursor while it looks around, and let it go as soon as that ends."""
