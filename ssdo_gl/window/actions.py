@@ -59,7 +59,7 @@ class Host(Protocol):
         """Show or hide the list of keys."""
 
     def let_go(self) -> None:
-        """Hide the list of keys; give up a film."""
+        """Hide the list of keys and a light's handle; give up a film."""
 
     def toggle_film(self) -> None:
         """Begin to export the camera path, or give it up."""

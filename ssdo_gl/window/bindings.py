@@ -14,7 +14,7 @@ class Command(StrEnum):
     """What a key can ask for once; the value is what the help says of it."""
 
     CAPTURE = "look with the mouse, until Esc"
-    RELEASE = "let go of the mouse, close the help"
+    RELEASE = "let go of the mouse, close the help, hide handles"
     FOCUS = "turn to the point under the cursor and approach it"
     FIT = "fit the scene into the view"
     HOME = "back to where the scene begins"

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment_kinds import Environment
 from ssdo_gl.scene.lights import Light
+from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 
 MOST_STEPS = 200
@@ -25,7 +25,8 @@ class Edited:
     settings : Settings
     lights : tuple of Light
     lights_on : tuple of bool
-    environment : Environment or None
+    original : Scene
+        Which lights there are, before they were edited, and the environment.
     camera : Camera
         At rest.
     """
@@ -33,15 +34,15 @@ class Edited:
     settings: Settings
     lights: tuple[Light, ...]
     lights_on: tuple[bool, ...]
-    environment: Environment | None
+    original: Scene
     camera: Camera
 
     def difference(self, other: Edited) -> str:
         """Return what differs, in words; empty if nothing does."""
         lights = (self.lights, self.lights_on) != (other.lights, other.lights_on)
         parts = {
-            "lights": lights,
-            "environment": self.environment != other.environment,
+            "lights": lights or self.original.lights is not other.original.lights,
+            "environment": self.original.environment != other.original.environment,
             "settings": self.settings != other.settings,
             "camera": self.camera != other.camera,
         }

@@ -129,9 +129,10 @@ class WindowHost:
             self.overlay.shows_help = not self.overlay.shows_help
 
     def let_go(self) -> None:
-        """Hide the list of keys; give up a film."""
+        """Hide the list of keys and a light's handle; give up a film."""
         if self.overlay is not None:
             self.overlay.shows_help = False
+            self.overlay.light_handle.hide()
         self._film.give_up()
 
     def quit(self) -> None:

@@ -51,6 +51,7 @@ class Overlay(ImguiBackend):
     ----------
     shows_panel, shows_help : bool
     path_prompt : PathPrompt
+    light_handle : LightHandle
     """
 
     def __init__(
@@ -67,6 +68,7 @@ class Overlay(ImguiBackend):
         self._viewer = viewer
         self._host = host
         self._panel = Panel(viewer, host)
+        self.light_handle = self._panel.light_handle
         self.path_prompt = PathPrompt()
         self._top = 0.0
         self._text_factor = 1.0
@@ -75,7 +77,13 @@ class Overlay(ImguiBackend):
     @property
     def is_busy(self) -> bool:
         """Whether a widget is being dragged, so that frames must follow one another."""
-        return bool(imgui.is_any_item_active()) and not self.wants_keyboard
+        is_active = imgui.is_any_item_active() or self.light_handle.is_dragged
+        return bool(is_active) and not self.wants_keyboard
+
+    @property
+    def wants_mouse(self) -> bool:
+        """Whether the cursor is over a widget or a handle, or drags one."""
+        return super().wants_mouse or self.light_handle.is_hot
 
     def show_text_at(self, factor: float) -> None:
         """Show all text `factor` times as large as the display asks for."""
@@ -105,11 +113,13 @@ class Overlay(ImguiBackend):
             self._panel.note_frame(self._viewer.frame_ms)
         self._top = 0.0
         if self.shows_panel:
+            self.light_handle.draw(window_size, self._scale)
             draw_menu(self._viewer, self._host, self)
             self._top = imgui.get_frame_height()
             self._panel.draw(window_size, self._scale, self._top)
         else:
             self._viewer.times_passes = self._viewer.shows_histogram = False
+            self.light_handle.hide()
         self._messages(window_size)
         # What explains the picture stays clear of the panel.
         taken = panel_width(window_size, self._scale) if self.shows_panel else 0.0

@@ -78,6 +78,7 @@ def save_scene(viewer: Viewer) -> Path:
         viewer.loaded,
         camera=viewer.camera,
         lights=lights,
+        sources=viewer.light_sources,
         environment=viewer.original.environment,
         settings=settings_shown(viewer),
     )

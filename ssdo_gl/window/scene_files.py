@@ -18,7 +18,7 @@ from ssdo_gl.scene.environment_kinds import (
     MapEnvironment,
     kind_of,
 )
-from ssdo_gl.scene.lights import Light
+from ssdo_gl.scene.lights import KINDS, Light
 from ssdo_gl.scene.load import builtin_names
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.fields import describe
@@ -33,6 +33,7 @@ def scene_text(
     *,
     camera: Camera,
     lights: Sequence[Light],
+    sources: Sequence[int | None],
     environment: Environment | None,
     settings: Settings,
 ) -> str:
@@ -45,7 +46,9 @@ def scene_text(
     original : Scene
         As `base` is loaded.
     lights : sequence of Light
-        One for each of `original`; those that are off send nothing.
+        Those that are off send nothing.
+    sources : sequence of int or None
+        Which light of `original` each of them is; None: it was added.
     settings : Settings
         Settings of single passes have no place in a scene.
     """
@@ -54,12 +57,11 @@ def scene_text(
     if environment is not original.environment:
         lines += ["", "[environment]", *_environment_lines(environment)]
     lines += ["", "[render]", *_render_lines(settings, original.render)]
-    for number, (before, after) in enumerate(zip(original.lights, lights, strict=True), 1):
-        if after != before:
-            lines += ["", "[[edit]]", f"light = {number}"]
-            lines += [f"emitted = {_list(after.emitted)}"] * (after.emitted != before.emitted)
-            if after.place is not None and after.place != before.place:
-                lines.append(f"place = {_list(after.place)}")
+    by_source = dict(zip(sources, lights, strict=True))
+    for number, before in enumerate(original.lights):
+        lines += _edit_lines(number + 1, before, by_source.get(number))
+    for source, light in zip(sources, lights, strict=True):
+        lines += [] if source is not None else ["", "[[light]]", *_light_lines(light)]
     return "\n".join(lines) + "\n"
 
 
@@ -125,6 +127,29 @@ def render_table(settings: Settings, asked: Mapping[str, Any]) -> dict[str, Any]
         if info.in_scene and is_told:
             table[name] = value
     return table
+
+
+def _edit_lines(number: int, before: Light, after: Light | None) -> Iterator[str]:
+    """Tell how a light of the base has changed; None: it is gone."""
+    if after == before:
+        return
+    yield from ("", "[[edit]]", f"light = {number}")
+    if after is None:
+        yield "remove = true"
+        return
+    if after.emitted != before.emitted:
+        yield f"emitted = {_list(after.emitted)}"
+    turned = [n for n in after.turned_fields if getattr(after, n) != getattr(before, n)]
+    yield from (f"{name} = {_list(getattr(after, name))}" for name in turned)
+    if after.place is not None and (turned or after.place != before.place):
+        yield f"place = {_list(after.place)}"
+
+
+def _light_lines(light: Light) -> Iterator[str]:
+    yield f"kind = {json.dumps(next(n for n, kind in KINDS.items() if type(light) is kind))}"
+    for name in ("name", "shadow", *light.keys()):
+        value = getattr(light, name)
+        yield f"{name} = {_list(value) if isinstance(value, tuple) else toml_value(value)}"
 
 
 def _render_lines(settings: Settings, asked: Mapping[str, Any]) -> Iterator[str]:

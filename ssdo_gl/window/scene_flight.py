@@ -13,6 +13,7 @@ from ssdo_gl.math3d import FloatArray
 from ssdo_gl.planning.content import analyse
 from ssdo_gl.scene.animate import scene_at
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.light_edits import with_added_light, without_light
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.window.animation_clock import Clock
@@ -44,7 +45,8 @@ class SceneFlight:
     source : str
         The scene as it was named.
     loaded, original, scene : Scene
-        As it was loaded, with another environment, and with edited lights, too.
+        As it was loaded; with another environment, lights added or removed; and with
+        edited lights, too.
     lights, lights_on : lists
         As edited; one for each light of `original`.
     bounds : (ndarray, ndarray)
@@ -81,6 +83,23 @@ class SceneFlight:
             self.say(self.tour.fault, is_fault=True)
         for note in scene.notes:
             self.say(note)
+
+    @property
+    def light_sources(self) -> list[int | None]:
+        """For each light, which one of `loaded` it is; None: it was added."""
+        numbers = {id(light): number for number, light in enumerate(self.loaded.lights)}
+        return [numbers.get(id(light)) for light in self.original.lights]
+
+    def add_light(self, light: Light) -> None:
+        """Add a light to those that can be edited; `apply_lights` shows it."""
+        self.original = with_added_light(self.original, light)
+        self.lights.append(light)
+        self.lights_on.append(True)
+
+    def remove_light(self, index: int) -> None:
+        """Take a light away, with all that are one body with it."""
+        self.original, gone = without_light(self.original, index)
+        del self.lights[gone.start : gone.stop], self.lights_on[gone.start : gone.stop]
 
     def _state(self) -> dict[str, Any]:
         """Return what `_restore` takes."""

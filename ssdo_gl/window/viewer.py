@@ -134,6 +134,7 @@ class Viewer(Canvas):
         scene = with_lights(self.original, self.lights, self.lights_on)
         is_as_loaded = all(self.lights_on) and tuple(self.lights) == self.loaded.lights
         is_as_loaded &= self.original.environment is self.loaded.environment
+        is_as_loaded &= len(self.original.objects) == len(self.loaded.objects)
         self.edit(self.loaded if is_as_loaded else scene)
 
     def edit(self, scene: Scene) -> None:
@@ -147,8 +148,7 @@ class Viewer(Canvas):
     def edited(self) -> Edited:
         """All that can be edited, as it is now."""
         lights, on = tuple(self.lights), tuple(self.lights_on)
-        environment = self.original.environment
-        return Edited(self.settings, lights, on, environment, self.flight.camera())
+        return Edited(self.settings, lights, on, self.original, self.flight.camera())
 
     @property
     def is_edited(self) -> bool:
@@ -166,10 +166,8 @@ class Viewer(Canvas):
         self.settings = edited.settings
         self.view = dataclasses.replace(self.view, method=edited.settings.method)
         self.lights, self.lights_on = list(edited.lights), list(edited.lights_on)
-        if "environment" in what:
-            environment = edited.environment
-            self.original = dataclasses.replace(self.original, environment=environment)
         if "environment" in what or "lights" in what:
+            self.original = edited.original
             self.apply_lights()
         if "camera" in what:
             self.tour.stop()

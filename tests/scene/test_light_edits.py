@@ -3,12 +3,25 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
 
-from ssdo_gl.scene.light_edits import with_lights
+from ssdo_gl import math3d
+from ssdo_gl.scene import shapes
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.light_edits import (
+    moved_lights,
+    new_light,
+    with_added_light,
+    with_lights,
+    without_light,
+)
+from ssdo_gl.scene.lights import KINDS, Light, PointLight, RectangleLight
 from ssdo_gl.scene.load import load_scene
+from ssdo_gl.scene.material import Material
+from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.window.animation_clock import STEP_SECONDS, Clock
 
@@ -92,3 +105,67 @@ def test_clock_stops_steps_and_goes_on() -> None:
     assert clock.seconds == pytest.approx(1.0 + 2 * STEP_SECONDS)
     clock.step()
     assert not clock.is_running
+
+
+def quarter_turn(about: tuple[float, float, float]) -> np.ndarray:
+    """Return a turn by 90 degrees about the vertical through a point."""
+    turn = math3d.rotation_euler((0.0, 90.0, 0.0))
+    matrix = np.eye(4)
+    matrix[:3, :3] = turn[:3, :3]
+    return math3d.translation(about) @ matrix @ math3d.translation(np.negative(about))
+
+
+def test_body_of_a_light_turns_with_it(room: Scene) -> None:
+    item = bodies(room)[0]
+    index = room.objects[item].light
+    assert index is not None
+    light = room.lights[index]
+    assert isinstance(light, RectangleLight)
+    lights = moved_lights(room, room.lights, index, quarter_turn(light.place))
+    turned = with_lights(room, lights, [True] * len(lights))
+    corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    matrix = turned.objects[item].world_from_object[0]
+    after = lights[index]
+    assert isinstance(after, RectangleLight)
+    assert np.allclose(after.place, light.place)
+    expected = np.add(after.corner, [np.zeros(3), after.edge_u, after.edge_v])
+    assert np.allclose(math3d.transform_points(matrix, corners), expected)
+    assert not np.allclose(after.edge_u, light.edge_u)
+
+
+def test_lights_of_one_body_move_and_go_together() -> None:
+    glowing = Material(emission=(1.0, 1.0, 1.0))
+    box = SceneObject(0, 1, np.eye(4)[None], light=1)
+    parts = [RectangleLight((i, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 1)) for i in range(2)]
+    lamp = PointLight((0.0, 5.0, 0.0), (1.0, 1.0, 1.0))
+    scene = Scene(
+        (shapes.quad(),),
+        (Material(), glowing),
+        (SceneObject(0, 0, np.eye(4)[None]), box),
+        Camera((0, 0, 5), (0, 0, 0)),
+        (lamp, *parts, lamp),
+    )
+    moved = moved_lights(scene, scene.lights, 2, math3d.translation((0.0, 0.0, 3.0)))
+    assert [light.place for light in moved] == [(0, 5, 0), (0.5, 0.5, 3), (1.5, 0.5, 3), (0, 5, 0)]
+    left, gone = without_light(scene, 2)
+    assert gone == range(1, 3)
+    assert left.lights == (lamp, lamp)
+    assert left.objects == scene.objects[:1]
+    # A body whose light comes later keeps it.
+    earlier, _ = without_light(scene, 0)
+    assert [item.light for item in earlier.objects] == [None, 0]
+
+
+@pytest.mark.parametrize("kind", KINDS.values())
+def test_a_new_light_shines_where_the_camera_looks(room: Scene, kind: type[Light]) -> None:
+    camera = dataclasses.replace(room.camera, exposure=1.0)
+    light = new_light(kind, camera, 2.0)
+    ahead = math3d.normalized(np.subtract(camera.target, camera.position))
+    point = np.add(camera.position, 4.0 * ahead)
+    # As far away as the light is from the camera.
+    (irradiance,) = light.irradiance_at(point[None], -ahead[None])
+    assert irradiance == pytest.approx(math.pi / 2.0, rel=0.05)
+    lit = with_added_light(room, light)
+    assert lit.lights[-1] is light
+    has_body = kind is RectangleLight
+    assert [item.light for item in lit.objects[len(room.objects) :]] == [2] * has_body

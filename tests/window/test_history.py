@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 
+from ssdo_gl.scene.environment_kinds import ConstantEnvironment
+from ssdo_gl.scene.light_edits import without_light
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.window.history import ONE_WALK_SECONDS, Edited, History
 
 ROOM = load_scene("cornell_meso")
-START = Edited(Settings(), ROOM.lights, (True,) * len(ROOM.lights), ROOM.environment, ROOM.camera)
+START = Edited(Settings(), ROOM.lights, (True,) * len(ROOM.lights), ROOM, ROOM.camera)
 
 
 class Clock:
@@ -70,3 +72,7 @@ def test_differences_are_named() -> None:
     assert off.difference(START) == "lights"
     assert samples(8, at(1.0)).difference(START) == "settings, camera"
     assert START.difference(START) == ""
+    fewer, _ = without_light(ROOM, 0)
+    assert dataclasses.replace(START, original=fewer).difference(START) == "lights"
+    dark = dataclasses.replace(ROOM, environment=ConstantEnvironment((1.0, 1.0, 1.0)))
+    assert dataclasses.replace(START, original=dark).difference(START) == "environment"

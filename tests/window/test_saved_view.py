@@ -13,8 +13,11 @@ import pytest
 from PIL import Image
 from window.test_viewer import FRAME_S, ROUNDING, SETTINGS, SIZE, ask, said, settle
 
+from ssdo_gl import math3d
 from ssdo_gl.cli import main
 from ssdo_gl.scene.environment_kinds import GradientEnvironment
+from ssdo_gl.scene.light_edits import moved_lights, new_light
+from ssdo_gl.scene.lights import KINDS
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.window.bindings import Command
 from ssdo_gl.window.camera.controls import Controls
@@ -42,6 +45,13 @@ def edit(viewer: Viewer) -> None:
     light = viewer.lights[0]
     viewer.lights[0] = light.with_emitted((2.0, 1.0, 0.5))
     viewer.original = dataclasses.replace(viewer.original, environment=SKY)
+    # One turned, one copied and turned, one of each other kind added, and one taken away.
+    turn = math3d.rotation_euler((20.0, 30.0, 0.0))
+    viewer.lights[:] = moved_lights(viewer.original, viewer.lights, 0, turn)
+    viewer.add_light(viewer.lights[0].moved(math3d.rotation_euler((0.0, 0.0, 40.0))))
+    for kind in KINDS.values():
+        viewer.add_light(new_light(kind, viewer.camera, 0.4 * viewer.diagonal))
+    viewer.remove_light(len(viewer.loaded.lights) - 1)
     viewer.apply_lights()
     viewer.settings = dataclasses.replace(viewer.settings, exposure=0.5, samples=16)
     for _ in range(10):
@@ -94,6 +104,12 @@ def test_undo_redo_and_reset_bring_pictures_back(gl, viewer) -> None:
     viewer.apply_lights()
     pictures.append(shown())
     viewer.original = dataclasses.replace(viewer.original, environment=SKY)
+    viewer.apply_lights()
+    pictures.append(shown())
+    viewer.add_light(new_light(KINDS["point"], viewer.camera, 0.4 * viewer.diagonal))
+    viewer.apply_lights()
+    pictures.append(shown())
+    viewer.remove_light(0)
     viewer.apply_lights()
     pictures.append(shown())
     viewer.settings = dataclasses.replace(viewer.settings, exposure=2.0)

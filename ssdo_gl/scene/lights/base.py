@@ -176,6 +176,11 @@ class Light(ABC):
     # Where.
 
     @property
+    def turned_fields(self) -> tuple[str, ...]:
+        """The fields that say which way it faces; none if that is all the same."""
+        return (*self.direction_fields, *self.edge_fields)
+
+    @property
     def place(self) -> Vector | None:
         """Where the light is; None for a direction."""
         return getattr(self, self.point_fields[0]) if self.point_fields else None
@@ -183,6 +188,10 @@ class Light(ABC):
     def moved_to(self, place: Vector) -> Self:
         """Return the light at another place; one without a place stays as it is."""
         return self._replace(dict.fromkeys(self.point_fields, place))
+
+    def turned_to(self, axes: Mapping[str, Vector]) -> Self:
+        """Return the light with others of its `turned_fields`."""
+        return self._replace(axes)
 
     def at(self, seconds: float) -> Self:
         """Return the light `seconds` after rest."""
@@ -196,7 +205,7 @@ class Light(ABC):
         }
         turned = {
             name: vector(matrix[:3, :3] @ np.asarray(getattr(self, name)))
-            for name in (*self.direction_fields, *self.edge_fields)
+            for name in self.turned_fields
         }
         return self._replace({**points, **turned})
 

@@ -9,7 +9,10 @@ from imgui_bundle import imgui
 from ssdo_gl.scene.daylight import Daylight, SkyEnvironment, sky, with_sun
 from ssdo_gl.scene.defaults import SKY
 from ssdo_gl.scene.environment_kinds import ConstantEnvironment, Environment, GradientEnvironment
+from ssdo_gl.scene.light_edits import new_light
+from ssdo_gl.scene.lights import KINDS
 from ssdo_gl.scene.material import Color
+from ssdo_gl.window.panel.light_handle import LightHandle, can_turn
 from ssdo_gl.window.viewer import Viewer
 
 # A light is turned up or down within these factors of the value one sees.
@@ -18,11 +21,12 @@ _STRENGTH_SPEED = 0.01
 _MOVE_SPEED = 0.002
 
 
-def lights_section(viewer: Viewer) -> None:
+def lights_section(viewer: Viewer, handle: LightHandle) -> None:
     """Draw a row of widgets for each light, and for the environment."""
-    changed = False
-    for index, light in enumerate(viewer.lights):
+    changed = _add_light(viewer)
+    for index, light in enumerate(list(viewer.lights)):
         imgui.push_id(str(index))
+        has_other_lights = False
         was_on = viewer.lights_on[index]
         toggled, viewer.lights_on[index] = imgui.checkbox("##on", was_on)
         imgui.same_line()
@@ -30,8 +34,13 @@ def lights_section(viewer: Viewer) -> None:
         changed |= toggled
         if is_open:
             changed |= _light(viewer, index)
+            has_other_lights = _handle_row(viewer, index, handle)
             imgui.tree_pop()
         imgui.pop_id()
+        if has_other_lights:
+            changed = True
+            handle.hide()
+            break
     if changed:
         viewer.apply_lights()
     _environment(viewer)
@@ -61,13 +70,49 @@ def _light(viewer: Viewer, index: int) -> bool:
         if moved:
             light = light.moved_to((where[0], where[1], where[2]))
     imgui.text_disabled(f"shadow: {light.shadow}")
-    loaded = viewer.loaded.lights[index]
-    if light != loaded:
+    begun = viewer.original.lights[index]
+    if light != begun:
         imgui.same_line()
-        if imgui.small_button("as loaded"):
-            light, moved = loaded, True
+        if imgui.small_button("as loaded" if begun in viewer.loaded.lights else "as added"):
+            light, moved = begun, True
     viewer.lights[index] = light
     return bool(changed or changed_color or moved)
+
+
+def _handle_row(viewer: Viewer, index: int, handle: LightHandle) -> bool:
+    """Offer what can be done with a light as a whole; return whether there are others now."""
+    light = viewer.lights[index]
+    shown = handle.turns if handle.light == index else None
+    if light.place is not None:
+        if imgui.small_button("hide handle" if shown is False else "move"):
+            handle.toggle(index, turns=False)
+        imgui.set_item_tooltip("drag its arrows in the picture")
+        imgui.same_line()
+    if can_turn(light):
+        if imgui.small_button("hide handle" if shown is True else "turn"):
+            handle.toggle(index, turns=True)
+        imgui.set_item_tooltip("drag its rings in the picture")
+        imgui.same_line()
+    copies = imgui.small_button("duplicate")
+    imgui.same_line()
+    removes = imgui.small_button("delete")
+    if copies:
+        still = light.at(viewer.clock.seconds)
+        viewer.add_light(dataclasses.replace(still, motion=None))
+    elif removes:
+        viewer.remove_light(index)
+    return copies or removes
+
+
+def _add_light(viewer: Viewer) -> bool:
+    """Offer a light of each kind; return whether one was added."""
+    imgui.text_disabled("add")
+    for name, kind in KINDS.items():
+        imgui.same_line()
+        if imgui.small_button(f"{name}##add"):
+            viewer.add_light(new_light(kind, viewer.camera, 0.3 * viewer.diagonal))
+            return True
+    return False
 
 
 def _environment(viewer: Viewer) -> None:

@@ -27,6 +27,7 @@ from ssdo_gl.window.panel.control_rows import (
     value_of,
     with_value,
 )
+from ssdo_gl.window.panel.light_handle import LightHandle
 from ssdo_gl.window.panel.light_section import lights_section
 from ssdo_gl.window.panel.reports import Reports
 from ssdo_gl.window.panel.status import given_up, memory_mb
@@ -53,11 +54,16 @@ class Panel:
     ----------
     viewer : Viewer
     host : Host
+
+    Attributes
+    ----------
+    light_handle : LightHandle
     """
 
     def __init__(self, viewer: Viewer, host: Host) -> None:
         self._viewer = viewer
         self._host = host
+        self.light_handle = LightHandle(viewer)
         self._reports = Reports(viewer)
         self._pass_rows = pass_rows()
 
@@ -103,7 +109,7 @@ class Panel:
         if _header("Details"):
             self._passes()
         if _header("Lights"):
-            lights_section(self._viewer)
+            lights_section(self._viewer, self.light_handle)
         if _header("Time", is_open=True):
             self._time_section()
         self._viewer.times_passes = _header("Effects and passes")
@@ -168,7 +174,7 @@ class Panel:
                 imgui.same_line()
         if imgui.button("save"):
             self._ask(Command.SAVE_PRESET)
-        _hint("write these settings to a file; one that is dropped here is read   (Ctrl+S)")
+        _hint("write these settings to a file; one that is dropped here is read   (Ctrl+Shift+S)")
 
     def _passes(self) -> None:
         for name, rows in self._pass_rows.items():

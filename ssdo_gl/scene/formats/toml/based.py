@@ -14,14 +14,15 @@ from ssdo_gl.scene.daylight import SkyEnvironment, with_sun
 from ssdo_gl.scene.environment_kinds import MapEnvironment
 from ssdo_gl.scene.formats.toml import environments, render_settings
 from ssdo_gl.scene.formats.toml.camera_table import read_camera, read_height
-from ssdo_gl.scene.light_edits import with_lights
+from ssdo_gl.scene.formats.toml.lights import read_light
+from ssdo_gl.scene.light_edits import with_added_light, with_lights, without_light
 from ssdo_gl.scene.paths import contained_file
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.scene.table import Table
 from ssdo_gl.settings.loading import LoadOptions
 
-# What such a scene may hold; objects and materials are those of its base.
-BASED_KEYS = ("base", "title", "purpose", "camera", "environment", "render", "edit")
+# What such a scene may hold; lights are added, objects and materials are those of its base.
+BASED_KEYS = ("base", "title", "purpose", "camera", "environment", "render", "edit", "light")
 # A base may have a base; longer chains are a circle.
 MOST_BASES = 16
 _depth: ContextVar[int] = ContextVar("depth", default=0)
@@ -73,7 +74,7 @@ def read_based_scene(top: Table, file: Path | None, options: LoadOptions) -> Sce
         if "exposure" in table:
             changes["metering_slack"] = None
     changes["notes"] = (*base.notes, *builder.notes)
-    return dataclasses.replace(_with_edits(top, base), **changes)
+    return dataclasses.replace(_with_edits(top, base, builder), **changes)
 
 
 def _base(top: Table, file: Path | None, options: LoadOptions) -> Scene:
@@ -111,12 +112,18 @@ def _camera(table: Table, base: Scene) -> Camera:
     return camera if height is None else camera.orthographic(height)
 
 
-def _with_edits(top: Table, base: Scene) -> Scene:
-    lights = list(base.lights)
+def _with_edits(top: Table, base: Scene, builder: SceneBuilder) -> Scene:
+    lights, removed = list(base.lights), list[int]()
     for table in top.tables("edit"):
-        table.allow("light", "emitted", "place")
         index = table.integer("light", None, 1, len(lights)) - 1
         light = lights[index]
+        table.allow("light", "emitted", "place", "remove", *light.turned_fields)
+        if table.boolean("remove", False):
+            removed.append(index)
+        # A direction is of unit length, an edge as long as the light.
+        vectors = {n: table.direction(n) for n in light.direction_fields if n in table}
+        vectors |= {n: table.vector(n) for n in light.edge_fields if n in table}
+        light = light.turned_to(vectors)
         if "emitted" in table:
             light = light.with_emitted(table.color("emitted"))
         if "place" in table:
@@ -124,4 +131,15 @@ def _with_edits(top: Table, base: Scene) -> Scene:
                 table.fail("place", f"a {light.kind} light has none")
             light = light.moved_to(table.vector("place"))
         lights[index] = light
-    return with_lights(base, lights, [True] * len(lights))
+    scene = with_lights(base, lights, [True] * len(lights))
+    first = len(lights)
+    for index in sorted(removed, reverse=True):
+        # Those of one body go together.
+        if index < first:
+            scene, gone = without_light(scene, index)
+            first = gone.start
+    for table in top.tables("light"):
+        read_light(table, builder)
+    for light in builder.lights:
+        scene = with_added_light(scene, light)
+    return scene
