@@ -5,8 +5,9 @@ from __future__ import annotations
 import dataclasses
 import math
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
+from functools import lru_cache
 from types import TracebackType
 from typing import Any, Self
 
@@ -23,6 +24,7 @@ from ssdo_gl.graph.execute import Executor
 from ssdo_gl.graph.frame import Frame, FrameView
 from ssdo_gl.graph.graph import Plan
 from ssdo_gl.graph.render_pass import ProgressCallback
+from ssdo_gl.last_made import are_same
 from ssdo_gl.passes.temporal import TemporalPass
 from ssdo_gl.planning.planner import FramePlan, Planner
 from ssdo_gl.planning.walk import Pipeline
@@ -92,7 +94,9 @@ class FrameLoop:
         self._planner = Planner()
         self._planned: FramePlan | None = None
         self._lean = scene
+        self._checked: dict[tuple[str, ...], tuple[str, ...]] = {}
         self._pose: tuple[Camera, CameraPose] | None = None
+        self._looked: tuple[Hashable, FrameView] | None = None
         self._moved: tuple[Scene, float, Scene] | None = None
         self._versions = {"geometry": 0, "lights": 0, "environment": 0}
         self._drawn: tuple[object, ...] = ()
@@ -180,7 +184,7 @@ class FrameLoop:
     ) -> FrameJob:
         """Bring scene and geometry to their state at `seconds`, and plan a frame of it."""
         self._activate()
-        names = checked_images(wanted)
+        names = self._checked_images(wanted)
         if not math.isfinite(seconds):
             raise SettingError(f"seconds = {seconds!r}: expected a finite number")
         self._follow(self._scene_at(seconds))
@@ -208,6 +212,15 @@ class FrameLoop:
             (time.perf_counter() - start) * 1e3, (time.process_time() - process_start) * 1e3, rows
         )
 
+    def _checked_images(self, wanted: Iterable[str]) -> tuple[str, ...]:
+        """Return the images that are asked for, whose names were checked the first time."""
+        if isinstance(wanted, str):
+            return checked_images(wanted)
+        asked = tuple(wanted)
+        if asked not in self._checked:
+            self._checked[asked] = checked_images(asked)
+        return self._checked[asked]
+
     def _scene_at(self, seconds: float) -> Scene:
         """Return the scene at a time: the very same as last time while time stands still."""
         if self._moved is None or self._moved[:2] != (self.scene, seconds):
@@ -218,7 +231,7 @@ class FrameLoop:
         """Bring the device's geometry to the state of `scene`."""
         before, self._geometry_scene = self._geometry_scene, scene
         parts = ((s.objects, s.materials, s.meshes) for s in (before, scene))
-        if scene is not before and not all(map(_is_same, *parts)):
+        if scene is not before and not all(map(are_same, *parts)):
             self._geometry.update(scene)
             self._versions["geometry"] += 1
 
@@ -232,7 +245,7 @@ class FrameLoop:
         )
         lean = self._planned.scene
         if lean is not self._lean:
-            self._versions["lights"] += not _is_same(lean.lights, self._lean.lights)
+            self._versions["lights"] += not are_same(lean.lights, self._lean.lights)
             self._versions["environment"] += lean.environment != self._lean.environment
             self._lean = lean
         return self._planned.pipeline, self._planned.graph
@@ -240,6 +253,12 @@ class FrameLoop:
     def _view(self, camera: Camera) -> FrameView:
         """Return the view through the pixels' centres of the geometry as it stands."""
         size = self.settings.size
+        state = camera, size, self._versions["geometry"]
+        if self._looked is None or self._looked[0] != state:
+            self._looked = state, self._new_view(camera, size)
+        return self._looked[1]
+
+    def _new_view(self, camera: Camera, size: tuple[int, int]) -> FrameView:
         aspect = size[0] / size[1]
         if self._pose is None or self._pose[0] != camera:
             rotation = camera.view_from_world_rotation()
@@ -263,7 +282,8 @@ class FrameLoop:
         """
         first_seed, moves = self.settings.seed, self._count_move(view) if is_live else 0
         seed, steady_view = first_seed + index, (view.key(), nonce, count, is_live)
-        view = dataclasses.replace(view, jitter_px=jitter(index % count, count))
+        if count > 1:
+            view = dataclasses.replace(view, jitter_px=jitter(index % count, count))
         versions = {
             **self._versions,
             "view": (view.key(), nonce),
@@ -278,7 +298,7 @@ class FrameLoop:
         """Return the number of a frame that shows the scene of the one before, moved; else 0."""
         assert self._planned is not None
         passes = self._planned.graph.order
-        if not any(isinstance(item, TemporalPass) for item in passes):
+        if not any(type(item) is TemporalPass for item in passes):
             return 0
         light = self._versions["lights"], self._versions["environment"]
         kept = light, view.size, view.tan_half_fov, view.half_frame
@@ -340,11 +360,7 @@ def checked_images(wanted: Iterable[str], frames: int = 1) -> tuple[str, ...]:
     return names
 
 
-def _is_same(a: Sequence[object], b: Sequence[object]) -> bool:
-    """Return whether two sequences hold the very same objects."""
-    return len(a) == len(b) and all(x is y for x, y in zip(a, b, strict=True))
-
-
+@lru_cache(maxsize=1024)
 def jitter(index: int, count: int) -> tuple[float, float]:
     """Return the sub-pixel offset of frame `index` of `count`, in pixels.
 

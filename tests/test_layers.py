@@ -24,6 +24,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
         "printable",
         "suggestion",
         "short_repr",
+        "last_made",
         "images/color",
     ),
     ("settings/fields", "effects/estimators"),

@@ -241,8 +241,7 @@ class FarField(Effect):
 
     def _is_alone(self, request: Request) -> bool:
         """Return whether nothing in the scene stands above any visible tangent plane."""
-        view = request.view
-        if view is None or view.open_distance < math.inf:
+        if not request.view_says(lambda view: view.open_distance == math.inf):
             return False
         # Lamps stand before the sky, too.
         lamps = any(light.form is Form.AREA for light in request.scene.lights)

@@ -17,6 +17,7 @@ from ssdo_gl.passes.edge_aware_filter import (
     Signal,
 )
 from ssdo_gl.passes.screen_space_settings import ScreenSpaceSettings, default_thickness
+from ssdo_gl.planning.view import ViewFacts
 from ssdo_gl.settings.settings import Settings
 
 EstimatorSettings = TypeVar("EstimatorSettings", bound=ScreenSpaceSettings)
@@ -104,9 +105,13 @@ def _reason_to_be_open(request: Request) -> str | None:
     # Directions to ``ssdo`` lights are marched along, too. These have no rule for a radius
     # below a pixel.
     looks_at_lights = request.runs("directional") and request.has_light("ssdo")
-    if radius < view.nearest_pixel * PIXEL_MARGIN and not looks_at_lights:
+    if not looks_at_lights and request.view_says(
+        lambda view: radius < view.nearest_pixel * PIXEL_MARGIN
+    ):
         return "the radius is smaller than a pixel everywhere in view"
-    if view.open_distance == math.inf and all(e.has_radius for e in estimators):
+    if all(e.has_radius for e in estimators) and request.view_says(
+        lambda view: view.open_distance == math.inf
+    ):
         return "what is in view is a box or a sheet that stands alone"
     # What hides a point in space is told by depth alone for the other estimators, however
     # far in front of it that is.
@@ -128,8 +133,12 @@ def _far_apart(request: Request, radius: float, names: Iterable[str]) -> bool:
         return False
     given = [request.override(f"{name}.thickness", None) for name in names]
     thickness = max(LARGEST_DEFAULT_THICKNESS if t is None else float(t) for t in given)
-    reach = radius * (1.0 + (1.0 + thickness) * view.slant) + 2.0 * view.farthest_pixel
-    return view.open_distance > reach
+
+    def are_far(view: ViewFacts) -> bool:
+        reach = radius * (1.0 + (1.0 + thickness) * view.slant) + 2.0 * view.farthest_pixel
+        return view.open_distance > reach
+
+    return request.view_says(are_far)
 
 
 # Nothing within R blocks any direction of any visible point. A frame of a lone textured box

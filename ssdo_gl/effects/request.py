@@ -113,6 +113,8 @@ class Request:
         self._shortcuts: dict[str, bool] = {}
         self._rows: list[Decision] = []
         self._is_decided = False
+        # Questions about lengths in view, and their answers.
+        self.answers: list[tuple[Callable[[ViewFacts], bool], bool]] = []
 
     @property
     def shows_picture(self) -> bool:
@@ -135,6 +137,17 @@ class Request:
     def is_view_empty(self) -> bool:
         """Whether no surface is in view."""
         return self.view is not None and self.view.is_empty
+
+    def view_says(self, question: Callable[[ViewFacts], bool]) -> bool:
+        """Return what is known of lengths in view; False where nothing is.
+
+        It is noted: a view of the same kinds with the same answers is decided alike.
+        """
+        if self.view is None:
+            return False
+        answer = question(self.view)
+        self.answers.append((question, answer))
+        return answer
 
     @property
     def simplifies_environment(self) -> bool:

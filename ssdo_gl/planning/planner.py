@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from ssdo_gl.effects.decisions import Decided
@@ -12,6 +12,7 @@ from ssdo_gl.effects.request import Request, overridden
 from ssdo_gl.effects.shadow_settings import ShadowMapSettings, tile_size
 from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.graph.graph import Plan, compile_graph
+from ssdo_gl.last_made import LastMade, are_same
 from ssdo_gl.math3d import Region
 from ssdo_gl.planning.bodies import Bodies, bodies_of
 from ssdo_gl.planning.content import SceneContent, analyse, simplest_environment
@@ -48,13 +49,52 @@ class FramePlan:
     gloss_region: Region | None
 
 
+@dataclass(frozen=True, eq=False)
+class _Outcome:
+    """What was decided, and all that it follows from.
+
+    Attributes
+    ----------
+    made_from : tuple
+        Scene at rest and settings, the very objects.
+    asked : tuple
+        Images, and whether the frame is live.
+    facts : ViewFacts or None
+    answers
+        As in `Request`.
+    """
+
+    made_from: tuple[object, ...]
+    asked: tuple[object, ...]
+    facts: ViewFacts | None
+    answers: Sequence[tuple[Callable[[ViewFacts], bool], bool]]
+    decided: Decided
+    pipeline: Pipeline
+    graph: Plan
+
+    def holds(
+        self, made_from: tuple[object, ...], asked: tuple[object, ...], facts: ViewFacts | None
+    ) -> bool:
+        """Return whether deciding again would come out the same."""
+        if self.asked != asked or not are_same(self.made_from, made_from):
+            return False
+        if facts is None or self.facts is None:
+            return facts is self.facts
+        if facts.kinds != self.facts.kinds:
+            return False
+        return all(question(facts) == answer for question, answer in self.answers)
+
+
 class Planner:
     """Decides what a frame runs. Asked again about the same frame, it answers at once."""
 
     def __init__(self) -> None:
         self._last: tuple[tuple[object, ...], object, FramePlan] | None = None
-        self._content: tuple[Scene, SceneContent] | None = None
-        self._bodies: tuple[tuple[object, ...], Bodies] | None = None
+        self._outcome: _Outcome | None = None
+        self._leaned: LastMade[Scene] = LastMade()
+        self._shadowing: LastMade[tuple[bool, ...]] = LastMade()
+        self._content: LastMade[SceneContent] = LastMade()
+        self._bodies: LastMade[Bodies] = LastMade()
         self._neighbours: tuple[tuple[object, ...], Neighbours] | None = None
         self._plans: dict[tuple[tuple[str, ...], Decided, bool], tuple[Pipeline, Plan]] = {}
         self._plans_for: tuple[object, ...] = ()
@@ -93,7 +133,7 @@ class Planner:
         same = (scene, moved, settings)
         view_key = (wanted, None if view is None else view.key(), is_live)
         last = self._last
-        if last is not None and _identical(last[0], same) and last[1] == view_key:
+        if last is not None and are_same(last[0], same) and last[1] == view_key:
             return last[2]
         # Rays ask no light how it is shadowed.
         by_maps = not settings.is_reference and settings.chosen_shadows != "none"
@@ -103,19 +143,24 @@ class Planner:
         facts = None
         if view is not None and settings.effects == "auto" and not settings.is_reference:
             facts = self._facts(moved, settings, view)
-        request = Request(scene, content, settings, wanted, facts, is_live=is_live)
-        decided = decide(request)
-        pipeline, graph = self._passes(request, decided)
+        made_from, asked = (scene, settings), (wanted, is_live)
+        known = self._outcome
+        if known is None or not known.holds(made_from, asked, facts):
+            request = Request(scene, content, settings, wanted, facts, is_live=is_live)
+            decided = decide(request)
+            passes = self._passes(request, decided)
+            known = _Outcome(made_from, asked, facts, request.answers, decided, *passes)
+            self._outcome = known
         region = None if facts is None else facts.gloss_region
-        planned = FramePlan(pipeline, graph, self._lean(moved, decided), decided, region)
+        decided = known.decided
+        lean = self._leaned.get((moved, decided), lambda: self._lean(moved, decided))
+        planned = FramePlan(known.pipeline, known.graph, lean, decided, region)
         self._last = (same, view_key, planned)
         return planned
 
     def content(self, scene: Scene) -> SceneContent:
         """Return what `scene` contains, looked up once for each scene."""
-        if self._content is None or self._content[0] is not scene:
-            self._content = scene, analyse(scene)
-        return self._content[1]
+        return self._content.get((scene,), lambda: analyse(scene))
 
     def _shadowed(self, scene: Scene) -> Scene:
         """Return `scene` with shadow maps for lights that SSDO blocks within R alone."""
@@ -143,27 +188,35 @@ class Planner:
 
     def _facts(self, scene: Scene, settings: Settings, view: FrameView) -> ViewFacts:
         parts = (scene.objects, scene.meshes, scene.materials)
-        if self._bodies is None or not _identical(self._bodies[0], parts):
-            self._bodies = parts, bodies_of(scene)
-        bodies = self._bodies[1]
+        bodies = self._bodies.get(parts, lambda: bodies_of(scene))
         seen = seen_bodies(bodies, view)
         known = self._neighbours
         # A camera that moves mostly keeps the same bodies in view.
         same = (bodies, *scene.lights)
-        if known is None or not _identical(known[0], same) or list(known[1].seen) != list(seen):
+        if (
+            known is None
+            or not are_same(known[0], same)
+            or known[1].seen.tobytes() != seen.tobytes()
+        ):
             known = self._neighbours = same, neighbours_of(bodies, seen, scene.lights)
-        facts = view_facts(bodies, known[1], view)
-        return dataclasses.replace(facts, shadows=self._shadows(scene, settings, facts))
+        possible = known[1].shadows
+        shadows = self._shadowing.get(
+            (scene.objects, scene.lights, settings, possible),
+            lambda: self._shadows(scene, settings, possible),
+        )
+        return view_facts(bodies, known[1], view, shadows)
 
-    def _shadows(self, scene: Scene, settings: Settings, facts: ViewFacts) -> tuple[bool, ...]:
+    def _shadows(
+        self, scene: Scene, settings: Settings, possible: Sequence[bool]
+    ) -> tuple[bool, ...]:
         """Return for which lights a shadow must be looked for.
 
         A map that was needed once is kept for as long as lights and casters stand still:
         making the atlas anew costs more than an entry that is not looked at.
         """
         key = (scene.objects, scene.lights)
-        known = self._mapped[1] if _identical(self._mapped[0], key) else frozenset()
-        needed = frozenset(i for i, possible in enumerate(facts.shadows) if possible)
+        known = self._mapped[1] if are_same(self._mapped[0], key) else frozenset()
+        needed = frozenset(i for i, is_possible in enumerate(possible) if is_possible)
         self._mapped = key, known | needed
         chosen = self._mapped[1]
         maps = overridden(settings, "shadow_map", ShadowMapSettings())
@@ -182,7 +235,7 @@ class Planner:
 
     def _passes(self, request: Request, decided: Decided) -> tuple[Pipeline, Plan]:
         made_for = (request.scene, request.settings)
-        if not _identical(self._plans_for, made_for):
+        if not are_same(self._plans_for, made_for):
             self._plans.clear()
             self._plans_for = made_for
         key = (request.wanted, decided, request.is_live)
@@ -203,7 +256,7 @@ class Planner:
         environment: Environment | None = scene.environment
         if decided.simplifies_environment:
             environment = simplest_environment(environment)
-        if environment is scene.environment and _identical(lights, scene.lights):
+        if environment is scene.environment and are_same(lights, scene.lights):
             return scene
         return dataclasses.replace(scene, lights=tuple(lights), environment=environment)
 
@@ -223,7 +276,3 @@ class Planner:
 def _switched_off(light: Light, is_on: bool) -> Light:
     """Return `light` without its shadow and, if it is not on, without its power."""
     return light.without_shadow() if is_on else light.without_shadow().with_emitted(BLACK)
-
-
-def _identical(a: Sequence[object], b: Sequence[object]) -> bool:
-    return len(a) == len(b) and all(x is y for x, y in zip(a, b, strict=True))

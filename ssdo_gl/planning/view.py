@@ -61,6 +61,8 @@ class Eye(Protocol):
 class ViewFacts:
     """Facts about one view of a scene. Everything is conservative: in doubt, it matters.
 
+    Effects compare lengths by `Request.view_says` alone.
+
     Attributes
     ----------
     is_empty : bool
@@ -93,6 +95,17 @@ class ViewFacts:
     shadows: tuple[bool, ...]
     gloss_region: Region | None
 
+    @property
+    def kinds(self) -> tuple[object, ...]:
+        """All that is no length: it stays the same over many views."""
+        return (
+            self.is_empty,
+            self.only_solids,
+            self.reaches,
+            self.shadows,
+            self.gloss_region is None,
+        )
+
 
 def seen_bodies(bodies: Bodies, eye: Eye) -> IntArray:
     """Return the numbers of the bodies whose boxes reach into the frame."""
@@ -110,14 +123,18 @@ class Neighbours:
     gap : float
         No body that is not flat in one plane with another is nearer to it than this;
         inf for a single one, 0 where nothing can be said.
-    reaches, shadows
+    reaches, shadows, only_solids
         As in `ViewFacts`.
+    glossy : ndarray of int
+        Those of `seen` that may reflect more than diffuse light.
     """
 
     seen: IntArray
     gap: float
     reaches: tuple[bool, ...]
     shadows: tuple[bool, ...]
+    only_solids: bool
+    glossy: IntArray
 
 
 def neighbours_of(bodies: Bodies, seen: IntArray, lights: Sequence[Light]) -> Neighbours:
@@ -127,26 +144,34 @@ def neighbours_of(bodies: Bodies, seen: IntArray, lights: Sequence[Light]) -> Ne
         reached and light.shadow == "map" and shadow_is_possible(light, number, bodies, seen)
         for number, (light, reached) in enumerate(zip(lights, reaches, strict=True))
     )
-    return Neighbours(seen, smallest_gap(bodies, seen), reaches, shadows)
+    return Neighbours(
+        seen,
+        smallest_gap(bodies, seen),
+        reaches,
+        shadows,
+        only_solids=bool(np.all(bodies.form[seen] == SOLID_BOX)),
+        glossy=seen[bodies.is_glossy[seen]],
+    )
 
 
-def view_facts(bodies: Bodies, neighbours: Neighbours, eye: Eye) -> ViewFacts:
+def view_facts(
+    bodies: Bodies, neighbours: Neighbours, eye: Eye, shadows: tuple[bool, ...]
+) -> ViewFacts:
     """Return what can be said of the view from `eye` of the bodies that are `neighbours.seen`."""
     pixel_near, pixel_far = (
         2.0 * (eye.half_frame[1] + eye.tan_half_fov[1] * z) / eye.size[1]
         for z in (eye.near, eye.far)
     )
-    seen = neighbours.seen
     return ViewFacts(
-        is_empty=len(seen) == 0,
+        is_empty=len(neighbours.seen) == 0,
         open_distance=open_distance(bodies, neighbours, eye),
-        only_solids=bool(np.all(bodies.form[seen] == SOLID_BOX)),
+        only_solids=neighbours.only_solids,
         nearest_pixel=pixel_near,
         farthest_pixel=pixel_far,
         slant=math.hypot(1.0, *eye.tan_half_fov),
         reaches=neighbours.reaches,
-        shadows=neighbours.shadows,
-        gloss_region=region_of(bodies, seen[bodies.is_glossy[seen]], eye),
+        shadows=shadows,
+        gloss_region=region_of(bodies, neighbours.glossy, eye),
     )
 
 
@@ -175,10 +200,9 @@ def region_of(bodies: Bodies, chosen: IntArray, eye: Eye) -> Region | None:
 
 
 def _in_frame(bodies: Bodies, eye: Eye) -> BoolArray:
-    (x, y), (u, v) = (
-        np.array(half) * (1.0 + 2.0 * FRAME_MARGIN_PX / np.array(eye.size))
-        for half in (eye.tan_half_fov, eye.half_frame)
-    )
+    wider = [1.0 + 2.0 * FRAME_MARGIN_PX / n for n in eye.size]
+    x, y = (half * factor for half, factor in zip(eye.tan_half_fov, wider, strict=True))
+    u, v = (half * factor for half, factor in zip(eye.half_frame, wider, strict=True))
     # Inward normals of the frame's sides, and of the plane through the eye.
     sides = np.array([[1, 0, -x], [-1, 0, -x], [0, 1, -y], [0, -1, -y], [0, 0, -1]])
     planes = sides @ eye.view_from_world

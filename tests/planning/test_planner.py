@@ -6,11 +6,15 @@ import dataclasses
 
 import numpy as np
 import pytest
+from passes.pass_harness import box, make_scene
 
 from ssdo_gl.graph.frame import FrameView
+from ssdo_gl.planning import planner as planner_module
 from ssdo_gl.planning.planner import MOST_PLANS, Planner
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.lights import PointLight
 from ssdo_gl.scene.load import load_scene
+from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 
 SCENE = load_scene("cornell_meso")
@@ -18,13 +22,13 @@ SETTINGS = Settings(radius=0.3)
 WANTED = ("beauty",)
 
 
-def view_of(camera: Camera, size=(64, 36), far=20.0) -> FrameView:
+def view_of(camera: Camera, size=(64, 36), near=0.1, far=20.0) -> FrameView:
     return FrameView(
         size=size,
         position_ws=np.asarray(camera.position, dtype=np.float64),
         view_from_world=camera.view_from_world_rotation(),
         tan_half_fov=camera.tan_half_fov(size[0] / size[1]),
-        near=0.1,
+        near=near,
         far=far,
     )
 
@@ -101,3 +105,46 @@ def test_content_is_looked_up_once_for_each_scene(monkeypatch):
         camera = dataclasses.replace(SCENE.camera, fov_y=fov)
         planner.plan(SCENE, SCENE, SETTINGS, WANTED, view_of(camera))
     assert calls == [SCENE]
+
+
+def boxes_far_apart(gap: float) -> Scene:
+    """Two boxes on nothing, side by side, before a lamp."""
+    meshes = (box((-1.0 - gap, -1, -1), (-gap, 0, 0)), box((gap, -1, -1), (1.0 + gap, 0, 0)))
+    lamp = PointLight((0.0, 3.0, 4.0), (5.0, 5.0, 5.0))
+    camera = Camera((0.0, 0.5, 3.0), (0.0, -0.5, 0.0), fov_y=60.0)
+    return make_scene(meshes, lights=(lamp,), camera=camera)
+
+
+@pytest.mark.parametrize("method", ["bounce", "ssao", "gi"])
+@pytest.mark.parametrize("radius", [0.02, 0.3])
+def test_a_planner_that_remembers_decides_as_one_that_does_not(method, radius):
+    dice = np.random.default_rng(5)
+    settings, scene = Settings(radius=radius, method=method), boxes_far_apart(0.4)
+    planner, seen = Planner(), set()
+    for _ in range(40):
+        # From among the boxes to so far off that the radius is less than a pixel.
+        position = dice.normal(size=3) * 10.0 ** dice.uniform(-0.5, 1.7)
+        camera = dataclasses.replace(scene.camera, position=tuple(map(float, position)))
+        camera = camera if dice.random() < 0.8 else away(camera)
+        distance = float(np.linalg.norm(position))
+        view = view_of(camera, near=max(0.1, distance - 5.0), far=distance + 5.0)
+        found = planner.plan(scene, scene, settings, WANTED, view)
+        expected = Planner().plan(scene, scene, settings, WANTED, view)
+        assert found.decided == expected.decided
+        assert found.gloss_region == expected.gloss_region
+        assert found.scene.lights == expected.scene.lights
+        seen.add(found.decided)
+    assert len(seen) > 2, "the flight meets views that are decided in several ways"
+
+
+def test_a_flight_past_the_same_bodies_is_decided_once(monkeypatch):
+    asked = []
+    decide = planner_module.decide
+    monkeypatch.setattr(
+        planner_module, "decide", lambda request: asked.append(request) or decide(request)
+    )
+    planner = Planner()
+    for number in range(5):
+        camera = dataclasses.replace(SCENE.camera, fov_y=SCENE.camera.fov_y - 0.1 * number)
+        planner.plan(SCENE, SCENE, SETTINGS, WANTED, view_of(camera))
+    assert len(asked) == 1

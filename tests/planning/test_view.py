@@ -64,7 +64,8 @@ def open_distance(found, seen, eye_ws):
 
 
 def look(found, seen, lights, eye):
-    return view_facts(found, neighbours_of(found, seen, lights), eye)
+    neighbours = neighbours_of(found, seen, lights)
+    return view_facts(found, neighbours, eye, neighbours.shadows)
 
 
 def every(found):
