@@ -7,7 +7,7 @@ import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import moderngl
 
@@ -33,8 +33,7 @@ from ssdo_gl.settings.fields import values
 from ssdo_gl.short_repr import described
 
 
-@dataclass(frozen=True)
-class PassReport:
+class PassReport(NamedTuple):
     """What one pass did, for ``--explain`` and ``--stats``."""
 
     name: str
@@ -293,6 +292,9 @@ def _report(name: str, rows: Sequence[PassTiming], reason: str) -> PassReport:
     ran = [row for row in rows if row.ran]
     if not ran:
         return PassReport(name, False, f"unchanged, kept: {reason}")
+    if len(ran) == 1:
+        # Of every frame of a window.
+        return PassReport(name, True, reason, ran[0].gpu_ms, ran[0].cpu_ms)
     measured = [row.gpu_ms for row in ran if row.gpu_ms is not None]
     return PassReport(
         name,

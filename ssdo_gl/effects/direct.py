@@ -6,6 +6,7 @@ from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
+from ssdo_gl import math3d
 from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ReasonedPass, Term
 from ssdo_gl.effects.methods import ALL, REFERENCES
@@ -13,16 +14,19 @@ from ssdo_gl.effects.request import Request
 from ssdo_gl.effects.scene_lights import USELESS_LIGHTS, need_of_direct_light
 from ssdo_gl.effects.shadow_settings import ShadowMapSettings
 from ssdo_gl.gpu.clear import clear
+from ssdo_gl.gpu.device_geometry import Geometry
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.last_made import LastMade
+from ssdo_gl.math3d import FloatArray
 from ssdo_gl.passes.brdf_wiring import brdf_wiring, gloss_draws
 from ssdo_gl.passes.light_rows import light_rows
 from ssdo_gl.passes.screen_space_settings import pattern_offset
 from ssdo_gl.scene.lights import Form, Light, kind_number
 from ssdo_gl.scene.scene import Scene
-from ssdo_gl.scene.shadow_frames import atlas_layout, shadow_frames
+from ssdo_gl.scene.shadow_frames import ShadowFrame, atlas_layout, shadow_frames
 from ssdo_gl.settings.fields import setting
 
 
@@ -47,6 +51,10 @@ class DirectSettings:
         low=0.0,
         high=1.0,
     )
+
+
+# Shadow maps of all lights, columns of their atlas, and the switches of those that shine.
+_Places = tuple[list[ShadowFrame | None], int, dict[int, dict[str, int]]]
 
 
 def is_smooth(scene: Scene) -> bool:
@@ -96,6 +104,8 @@ class DirectPass(RenderPass):
         self.parts_per_side = parts_per_side
         self.lifts = lifts
         self.glossy = glossy
+        self._placed: LastMade[_Places] = LastMade()
+        self._rows: LastMade[list[FloatArray]] = LastMade()
         self.writes = {"direct_irradiance": TextureSpec(4, "f4")}
         if glossy:
             self.writes["direct_gloss"] = TextureSpec(4, "f4")
@@ -113,18 +123,18 @@ class DirectPass(RenderPass):
     def execute(self, context: PassContext) -> None:
         """Draw one triangle over the target for each light, adding up; then over what is glossy."""
         assert context.target is not None
-        scene = context.frame.scene
-        parts = self.parts_per_side
-        frames = shadow_frames(scene.lights, context.geometry.bounds_along, parts)
-        rows = light_rows(scene.lights, frames, context.frame.view)
+        scene, view = context.frame.scene, context.frame.view
+        frames, columns, chosen = self._placed.get(
+            (scene.lights, scene.materials, scene.meshes, context.geometry.instances),
+            lambda: self._places(scene, context.geometry),
+        )
+        rows = self._rows.get(
+            (frames, view.position_ws, view.view_from_world),
+            lambda: [math3d.read_only(row) for row in light_rows(scene.lights, frames, view)],
+        )
         common = uniforms(self.settings, context.frame)
         if self.shadow_maps:
-            columns = atlas_layout(scene.lights).columns
             common["u_shadow_tile_texels"] = context.inputs["shadow_atlas"].width // columns
-        smooth = is_smooth(scene)
-        chosen = [
-            i for i, light in enumerate(scene.lights) if light.shadow != "ssdo" and light.power > 0
-        ]
         draws = gloss_draws(context.frame, self.glossy)
         if not chosen or len(draws) > 1:
             clear(context.gl, context.shaders, context.target)
@@ -133,9 +143,9 @@ class DirectPass(RenderPass):
             textures = {sampler: context.inputs[name] for sampler, name in wiring.items()}
             filters = glossy and self.settings.gloss_footprint > 0.0
             footprint = {"u_gloss_footprint": self.settings.gloss_footprint} if filters else {}
-            for i in chosen:
-                defines = self._defines(scene.lights[i], smooth)
-                defines |= {"GLOSSY": glossy, "FILTERS_GLOSS": int(filters)}
+            gloss = {"GLOSSY": glossy, "FILTERS_GLOSS": int(filters)}
+            for i, switches in chosen.items():
+                defines = {**switches, **gloss}
                 draw_fullscreen(
                     context.gl,
                     context.shaders.fullscreen("effects/direct.frag", defines),
@@ -144,9 +154,21 @@ class DirectPass(RenderPass):
                     textures,
                     region=region,
                     # The first overwrites, which is cheaper.
-                    adds=i != chosen[0],
+                    adds=i != next(iter(chosen)),
                     keeps_last=self.glossy and not glossy,
                 )
+
+    def _places(self, scene: Scene, geometry: Geometry) -> _Places:
+        """Return what does not depend on the view."""
+        lights = scene.lights
+        frames = shadow_frames(lights, geometry.bounds_along, self.parts_per_side)
+        smooth = is_smooth(scene)
+        chosen = {
+            i: self._defines(light, smooth)
+            for i, light in enumerate(lights)
+            if light.shadow != "ssdo" and light.power > 0
+        }
+        return frames, atlas_layout(lights).columns, chosen
 
     def _defines(self, light: Light, smooth: bool) -> dict[str, int]:
         has_map = self.shadow_maps and light.shadow == "map"

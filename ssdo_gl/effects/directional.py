@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Iterator, Mapping
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from ssdo_gl import math3d
 from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ImageSource, ReasonedPass, Term
 from ssdo_gl.effects.estimators import ESTIMATORS
 from ssdo_gl.effects.near_field import OPEN_DIRECTIONS, estimator_of, estimator_settings, filtered
 from ssdo_gl.effects.request import Request, Shortcut
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
-from ssdo_gl.graph.frame import Frame
+from ssdo_gl.graph.frame import Frame, FrameView
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.last_made import LastMade
 from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterSettings
 from ssdo_gl.passes.environment_uniforms import (
     MAP_IRRADIANCE,
@@ -61,19 +63,18 @@ class DirectionalSettings(ScreenSpaceSettings):
     )
 
 
-def ssdo_lights(frame: Frame) -> list[Light]:
+def ssdo_lights(lights: Sequence[Light]) -> list[Light]:
     """Return the lights that arrive through SSDO, those with an area first."""
-    chosen = [light for light in frame.scene.lights if light.shadow == "ssdo"]
+    chosen = [light for light in lights if light.shadow == "ssdo"]
     return sorted(chosen, key=lambda light: light.form is not Form.AREA)
 
 
-def light_uniforms(frame: Frame) -> dict[str, Any]:
-    """Return the uniforms of `lights/ssdo_lights.glsl`: the lights in view space."""
-    lights = ssdo_lights(frame)
+def light_uniforms(lights: Sequence[Light], view: FrameView) -> dict[str, Any]:
+    """Return the uniforms of `lights/ssdo_lights.glsl`: `ssdo_lights` in view space."""
     if not lights:
         return {}
-    rows = light_rows(lights, [None] * len(lights), frame.view)
-    return {"u_ssdo_lights": rows[:, :UNSHADOWED_ROWS].reshape(-1, 4)}
+    rows = light_rows(lights, [None] * len(lights), view)
+    return {"u_ssdo_lights": math3d.read_only(rows[:, :UNSHADOWED_ROWS].reshape(-1, 4))}
 
 
 def uniforms(settings: DirectionalSettings, frame: Frame, has_back_layer: bool) -> dict[str, Any]:
@@ -81,7 +82,6 @@ def uniforms(settings: DirectionalSettings, frame: Frame, has_back_layer: bool) 
     return {
         **estimator_uniforms(settings, frame, has_back_layer),
         **environment_uniforms(frame),
-        **light_uniforms(frame),
     }
 
 
@@ -153,6 +153,8 @@ class DirectionalPass(RenderPass):
         if is_paper:
             control = "none"
         self._has_back_layer = has_back_layer
+        self._lights: LastMade[list[Light]] = LastMade()
+        self._light_values: LastMade[dict[str, Any]] = LastMade()
         self._defines = {
             **defines(
                 settings,
@@ -177,7 +179,11 @@ class DirectionalPass(RenderPass):
     def execute(self, context: PassContext) -> None:
         """Draw one triangle over the target."""
         assert context.target is not None
-        lights = ssdo_lights(context.frame)
+        frame, view = context.frame, context.frame.view
+        lights = self._lights.get((frame.scene.lights,), lambda: ssdo_lights(frame.scene.lights))
+        light_values = self._light_values.get(
+            (lights, view.position_ws, view.view_from_world), lambda: light_uniforms(lights, view)
+        )
         area_count = sum(light.form is Form.AREA for light in lights)
         all_defines = {
             **self._defines,
@@ -193,7 +199,8 @@ class DirectionalPass(RenderPass):
             ),
             context.target,
             {
-                **uniforms(self.settings, context.frame, self._has_back_layer),
+                **uniforms(self.settings, frame, self._has_back_layer),
+                **light_values,
                 **probe_uniforms(context),
             },
             {f"t_{name}": context.inputs[name] for name in self.reads},

@@ -24,10 +24,11 @@ from ssdo_gl.gpu.draw_group import (
     features_of,
     grouped,
 )
-from ssdo_gl.gpu.instances import Batch, Boxes, CameraPose, Viewpoint, gather
+from ssdo_gl.gpu.instances import Batch, Boxes, CameraPose, Instances, Viewpoint, gather
 from ssdo_gl.gpu.material_textures import MaterialTextures
 from ssdo_gl.gpu.shader import Program
 from ssdo_gl.gpu.vertices import VertexStreams, vertex_streams
+from ssdo_gl.last_made import LastMade
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh
@@ -57,7 +58,7 @@ class Geometry:
         self._streams: dict[int, tuple[Mesh, VertexStreams]] = {}
         self._groups: list[DrawGroup] = []
         self._known: dict[Hashable, Any] = {}
-        self._last_boxes: tuple[Hashable, Boxes] | None = None
+        self._last_boxes: LastMade[Boxes] = LastMade()
         self.update(scene)
 
     def update(self, scene: Scene) -> None:
@@ -79,7 +80,11 @@ class Geometry:
             for batch, features in map(self._with_features, self._instances.batches)
         ]
         self._known.clear()
-        self._last_boxes = None
+
+    @property
+    def instances(self) -> Instances:
+        """Where everything stands; another object after each `update`."""
+        return self._instances
 
     def release(self) -> None:
         """Free every device object."""
@@ -129,12 +134,11 @@ class Geometry:
         """
         programs: dict[int, Program] = {}
         common = {**uniforms, "u_clip_from_view": clip_from_view}
-        eye = _key(viewpoint)
         is_reflection, visible = self._once(
-            (eye, clip_from_view.tobytes(), skip_light),
+            (_key(viewpoint), clip_from_view.tobytes(), skip_light),
             lambda: (
                 bool(np.linalg.det(viewpoint.view_from_world) < 0.0),
-                self._instances.visible(self._boxes(viewpoint, eye), clip_from_view, skip_light),
+                self._instances.visible(self._boxes(viewpoint), clip_from_view, skip_light),
             ),
         )
         for (batch, features), shown in zip(self._batches, visible, strict=True):
@@ -189,16 +193,14 @@ class Geometry:
         any pair is right and (0.5, 1) is returned.
         """
         return self._once(
-            (eye := _key(viewpoint), tan_half_fov, skip_light),
-            lambda: self._instances.near_far(self._boxes(viewpoint, eye), tan_half_fov, skip_light),
+            (_key(viewpoint), tan_half_fov, skip_light),
+            lambda: self._instances.near_far(self._boxes(viewpoint), tan_half_fov, skip_light),
         )
 
-    def _boxes(self, viewpoint: Viewpoint, key: Hashable) -> Boxes:
+    def _boxes(self, viewpoint: Viewpoint) -> Boxes:
         """Return the boxes of the instances as one viewpoint sees them, the last one's kept."""
-        last = self._last_boxes
-        if last is None or last[0] != key:
-            last = self._last_boxes = key, self._instances.boxes(viewpoint)
-        return last[1]
+        made_from = self._instances, viewpoint.position_ws, viewpoint.view_from_world
+        return self._last_boxes.get(made_from, lambda: self._instances.boxes(viewpoint))
 
     def _once(self, key: Hashable, look_up: Callable[[], Found]) -> Found:
         """Return what is known of the instances as they stand, looked up the first time."""
@@ -219,7 +221,7 @@ class Geometry:
         half_frame : (float, float)
             Half its width and height, scene units.
         """
-        boxes = self._boxes(viewpoint, _key(viewpoint))
+        boxes = self._boxes(viewpoint)
         return self._instances.depth_bounds(boxes, (0.0, 0.0), half_frame, None)
 
     def _group(

@@ -49,8 +49,8 @@ def draw_fullscreen(
     """
     whole = (0, 0, target.width, target.height)
     program.set(uniforms)
-    masks = target.color_mask
-    if keeps_last:
+    masks = target.color_mask if keeps_last else None
+    if masks is not None:
         assert isinstance(masks[0], tuple)
         target.color_mask = (*masks[:-1], (False,) * 4)
     for band in bands(gl, program, region or whole):
@@ -63,15 +63,21 @@ def draw_fullscreen(
         gl.enable_only(moderngl.BLEND if adds else moderngl.NOTHING)
         if adds:
             gl.blend_func = moderngl.ONE, moderngl.ONE
-        target.viewport = whole
-        target.scissor = band
+        # What is asked costs a tenth of what is set.
+        if target.viewport != whole:
+            target.viewport = whole
+        if target.scissor != band:
+            target.scissor = band
         target.use()
         program.set({}, textures)
         program.check_complete()
         program.empty_vertex_array().render(moderngl.TRIANGLES, vertices=3)
-    target.scissor = whole
-    target.color_mask = masks
-    gl.enable_only(moderngl.NOTHING)
+    if region is not None or gl.extra is not None:
+        target.scissor = whole
+    if masks is not None:
+        target.color_mask = masks
+    if adds or program.compute is not None:
+        gl.enable_only(moderngl.NOTHING)
 
 
 def _textures(target: moderngl.Framebuffer) -> Sequence[moderngl.Texture]:

@@ -52,13 +52,15 @@ class PassTiming(NamedTuple):
 class _Result:
     """What a pass left behind, and what it was made from.
 
-    Textures that were lent on are missing among `borrowed`, which `formats` tells in full.
+    Textures that were lent on are missing among `borrowed`, which `formats` tells in full;
+    until then `target` draws into them.
     """
 
     identity: int
     textures: dict[str, moderngl.Texture]
     borrowed: dict[str, moderngl.Texture]
     formats: dict[str, Format]
+    target: moderngl.Framebuffer | None
     facts: dict[str, object] = field(default_factory=dict)
 
     def returned(self) -> dict[str, TextureWithFacts]:
@@ -154,14 +156,13 @@ class Executor:
                     self.before_pass()
                 result = self._prepare(step)
                 last = result.returned() if frame.is_live and item.is_gradual else {}
-                target = self._pool.target(list(result.borrowed.values()), depth=item.needs_depth)
                 context = PassContext(
                     gl=self._device.gl,
                     shaders=shaders,
                     geometry=geometry,
                     frame=frame,
                     inputs={name: textures[name] for name in item.reads},
-                    target=target,
+                    target=result.target,
                     progress=progress,
                     facts={name: facts[name] for name in item.reads if name in facts},
                     last=last,
@@ -291,7 +292,8 @@ class Executor:
             return result
         self._discard(name)
         borrowed = {n: self._pool.borrow(*format_) for n, format_ in step.formats.items()}
-        result = _Result(-1, dict(borrowed), borrowed, step.formats)
+        target = self._pool.target(list(borrowed.values()), depth=step.item.needs_depth)
+        result = _Result(-1, dict(borrowed), borrowed, step.formats, target)
         self._results[name] = result
         return result
 
