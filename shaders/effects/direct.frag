@@ -54,8 +54,9 @@ float fade_of_lift(Light light, vec3 p_vs, vec3 n_vs, float lift)
 #endif
 }
 
-float shadow_visibility(Light light, vec3 p_vs, vec3 m_vs, ivec2 pixel, bool is_surface,
-                        bool is_lifted)
+// Of the light's irradiance, and of what the glossy lobe sees of the light.
+vec2 shadow_visibility(Light light, vec3 p_vs, vec3 m_vs, vec3 n_vs, ivec2 pixel,
+                       bool is_surface, bool is_lifted)
 {
     ShadowMap map = shadow_map_from_rows(u_light);
     vec3 p_ls = map.light_from_view * (p_vs - map.origin_vs);
@@ -64,13 +65,23 @@ float shadow_visibility(Light light, vec3 p_vs, vec3 m_vs, ivec2 pixel, bool is_
 #if LIGHT_FORM == FORM_AREA
     vec2 half_u = (map.light_from_view * light.axis_vs).xy;
     vec2 half_v = (map.light_from_view * light.second_axis_vs).xy;
-    return area_shadow_visibility(map, p_ls, m_ls, rounding, half_u, half_v, pixel,
-                                       is_surface);
+    vec4 seen = vec4(0.0);
+    bool is_reflecting = false;
+#if GLOSSY
+    Brdf brdf = brdf_at(pixel);
+    is_reflecting = is_surface && is_glossy(brdf);
+    vec3 w_out = toward_camera(p_vs);
+    Lobe lobe = lobe_of(n_vs, w_out, cosine_out(n_vs, w_out), alpha_of(brdf.roughness));
+    seen = seen_by_lobe(lobe, map.light_from_view, p_ls, half_u, half_v);
+#endif
+    return area_shadow_visibility(map, p_ls, m_ls, rounding, half_u, half_v, pixel, is_surface,
+                                  is_reflecting, seen);
 #elif IS_SOFT
-    return disk_shadow_visibility(map, p_ls, m_ls, rounding, light.numbers.x, pixel, is_surface);
+    return vec2(
+        disk_shadow_visibility(map, p_ls, m_ls, rounding, light.numbers.x, pixel, is_surface));
 #else
     float far_texels = is_lifted ? FLOAT_MAX : SHADOW_FAR_TEXELS;
-    return point_shadow_visibility(map, p_ls, m_ls, rounding, far_texels);
+    return vec2(point_shadow_visibility(map, p_ls, m_ls, rounding, far_texels));
 #endif
 }
 
@@ -113,19 +124,19 @@ void main()
 #endif
 #endif
     vec3 irradiance = unshadowed_irradiance(light, p_vs, n_vs, horizon_vs);
-    float visibility = 1.0;
+    vec2 visibility = vec2(1.0);
 #if HAS_SHADOW_MAP
     // In a light's own plane, where it gives nothing, visibility has no meaning.
     visibility = shadow_visibility(
-        light, shadowed_vs, horizon_vs, texel, is_surface, is_lifted);
+        light, shadowed_vs, horizon_vs, n_vs, texel, is_surface, is_lifted);
 #if HAS_LIFT
     visibility *= is_lifted ? fade_of_lift(light, p_vs, n_vs, lift) : 1.0;
 #endif
-    irradiance = largest_component(irradiance) > 0.0 ? irradiance * visibility : vec3(0.0);
+    irradiance = largest_component(irradiance) > 0.0 ? irradiance * visibility.x : vec3(0.0);
 #endif
 #if GLOSSY
     LightGloss reflected = gloss_of_light(
-        brdf_at(texel), light, p_vs, n_vs, irradiance, visibility);
+        brdf_at(texel), light, p_vs, n_vs, irradiance, visibility.y);
     irradiance = reflected.irradiance;
     o_gloss = vec4(is_surface ? reflected.radiance : vec3(0.0), 0.0);
 #endif

@@ -13,6 +13,9 @@ const float GAUSS_WEIGHTS[GAUSS_COUNT] = float[](
     0.17132449237917, 0.36076157304814, 0.46791393457269,
     0.46791393457269, 0.36076157304814, 0.17132449237917);
 
+// Of half of a rectangle, that a lobe sees at least of it.
+const float LEAST_SEEN = 0.02;
+
 // Where on a line through middle + s edge, seen from the origin, Gauss's points of equal
 // angles lie.
 struct Angles {
@@ -43,10 +46,17 @@ vec2 point_of_angles(Angles angles, int i)
     return vec2(angles.width * tangent - angles.foot, weight);
 }
 
-// To the space in which the lobe is about as wide as a clamped cosine, up to scale: a
-// linear map, as those of Heitz et al. 2016, by how facets mirror near the lobe's axis.
-// Parallelograms stay what they are.
-mat3 cosine_from_lobe(vec3 n_vs, vec3 w_out, float cos_out, float alpha)
+// How facets mirror near the axis of a lobe: by the tangents `width` along x and
+// width * narrowing along y it is about half as high.
+struct Lobe {
+    vec3 x;
+    vec3 y;
+    vec3 axis;
+    float width;
+    float narrowing;
+};
+
+Lobe lobe_of(vec3 n_vs, vec3 w_out, float cos_out, float alpha)
 {
     vec3 axis = normalize(2.0 * cos_out * n_vs - w_out);
     vec3 across = cross(n_vs, axis);
@@ -54,7 +64,33 @@ mat3 cosine_from_lobe(vec3 n_vs, vec3 w_out, float cos_out, float alpha)
     vec3 y = size > 1e-5 ? across / size : frame_from_z(axis)[1];
     float width = 2.0 * alpha / (1.0 + 2.0 * alpha);
     float narrowing = sqrt(cos_out * cos_out + 0.2 * alpha * alpha);
-    return transpose(mat3(cross(y, axis), y / narrowing, axis * width));
+    return Lobe(cross(y, axis), y, axis, width, narrowing);
+}
+
+// To the space in which the lobe is about as wide as a clamped cosine, up to scale: a
+// linear map, as those of Heitz et al. 2016. Parallelograms stay what they are.
+mat3 cosine_from_lobe(Lobe lobe)
+{
+    return transpose(mat3(lobe.x, lobe.y / lobe.narrowing, lobe.axis * lobe.width));
+}
+
+// What a lobe sees most of, of a rectangle at the origin of light space: low and high corner,
+// from -1 to 1 along its edges. All of it, where it mirrors what lies before the light.
+vec4 seen_by_lobe(Lobe lobe, mat3 light_from_view, vec3 p_ls, vec2 half_u, vec2 half_v)
+{
+    vec3 w = light_from_view * lobe.axis;
+    bool is_met = -w.z * sign(p_ls.z) > 1e-4;
+    float reach = is_met ? -p_ls.z / w.z : 0.0;
+    vec3 x = light_from_view * lobe.x * (lobe.width * reach);
+    vec3 y = light_from_view * lobe.y * (lobe.width * lobe.narrowing * reach);
+    vec2 slope = is_met ? w.xy / w.z : vec2(0.0);
+    mat2 on_light = inverse(mat2(half_u, half_v));
+    vec2 middle = on_light * (p_ls.xy + reach * w.xy);
+    vec2 half_size = abs(on_light * (x.xy - slope * x.z)) + abs(on_light * (y.xy - slope * y.z));
+    half_size = max(half_size, vec2(LEAST_SEEN));
+    vec4 seen = vec4(min(middle - half_size, 1.0 - LEAST_SEEN),
+                     max(middle + half_size, LEAST_SEEN - 1.0));
+    return is_met ? clamp(seen, -1.0, 1.0) : vec4(-1.0, -1.0, 1.0, 1.0);
 }
 
 // Radiance that the glossy layer makes of a light of radiance 1, unshadowed. Points of
@@ -70,7 +106,7 @@ vec3 gloss_of_area(Brdf brdf, Light light, vec3 p_vs, vec3 n_vs, vec3 w_out)
     u /= scale;
     v /= scale;
     vec3 uv = cross(u, v);
-    mat3 m = cosine_from_lobe(n_vs, w_out, cosine_out(n_vs, w_out), alpha_of(brdf.roughness));
+    mat3 m = cosine_from_lobe(lobe_of(n_vs, w_out, cosine_out(n_vs, w_out), alpha_of(brdf.roughness)));
     vec3 c_cs = m * c;
     vec3 u_cs = m * u;
     vec3 v_cs = m * v;
@@ -98,7 +134,7 @@ vec3 gloss_of_area(Brdf brdf, Light light, vec3 p_vs, vec3 n_vs, vec3 w_out)
 }
 #endif
 
-// `irradiance`: what arrives, `visibility` of it past shadows.
+// `irradiance`: what arrives; `visibility` of what the lobe sees of a rectangle.
 LightGloss gloss_of_light(Brdf brdf, Light light, vec3 p_vs, vec3 n_vs, vec3 irradiance,
                           float visibility)
 {

@@ -9,6 +9,10 @@
 #include "lib/hash.glsl"
 #include "lights/lights.glsl"
 
+#ifndef GLOSSY
+#define GLOSSY 0
+#endif
+
 uniform sampler2D t_shadow_atlas;
 uniform float u_shadow_tile_texels;   // texels along one face
 uniform uvec3 u_pattern_offset;       // from the frame's seed
@@ -257,6 +261,50 @@ SoftShadow soft_shadow(ShadowMap map, int face, vec3 p_ls, vec3 m_ls, float roun
                       0.5 * texel * across);
 }
 
+// A lobe may see little of a part: more of the way there is searched, and what passes beside it
+// by this share of half of the part counts, because searched texels lie before or behind.
+const int LOBE_SEARCH_COUNT = 8;
+const float LEAST_SHAFT = 0.15;
+
+// What stands before the points from `low` to `high` of a part, seen from p: sum of the fractions
+// of the way at which it does, and how often it was met.
+vec2 blockers_of(SoftShadow shadow, Face face, vec3 p, vec2 low, vec2 high, vec3 start, int rounds)
+{
+    vec2 p_on_part = vec2(dot(p, shadow.dual_u), dot(p, shadow.dual_v));
+    vec2 middle = 0.5 * (low + high);
+    vec2 blockers = vec2(0.0);
+    for (int i = 0; i < rounds; ++i) {
+        vec3 r = fract(start + float(i) * KRONECKER_STEP);
+        vec2 y = low + r.xy * (high - low);
+        // Squared: what touches the receiver covers few texels, near its own.
+        float s = (r.z * 2.0 - 1.0) * (r.z * 2.0 - 1.0);
+        vec3 q = p + s * (y.x * shadow.half_u + y.y * shadow.half_v - p);
+        vec3 offset = face_point(face, floor(face_place(face, q))) - p;
+        // The line from the receiver through the stored point meets the light's plane.
+        float rise = -dot(offset, shadow.axis);
+        float reach = shadow.height / max(rise, 1e-6 * shadow.height);
+        vec2 hit = p_on_part + reach * vec2(dot(offset, shadow.dual_u), dot(offset, shadow.dual_v));
+        // The shaft to a small light fits in between the centres of texels: there any texel
+        // that it passes through is in its way. Close to the receiver its neighbours are.
+        bool is_clear = rise > SHADOW_CLEAR_SLACKS * shadow.slack;
+        vec2 narrowest = is_clear ? reach * q.z * shadow.texel : vec2(0.0);
+        vec2 shaft = max(max(0.5 * (high - low), LEAST_SHAFT), narrowest);
+        bool is_blocker = q.z > 0.0 && rise > 0.0 && all(lessThanEqual(abs(hit - middle), shaft))
+            && is_above_plane(offset, shadow.m, shadow.slack);
+        blockers += is_blocker ? vec2(rise / shadow.height, 1.0) : vec2(0.0);
+    }
+    return blockers;
+}
+
+// Whether something blocks the segment `to_light` from p at about the fraction s of it.
+bool is_blocked_at(SoftShadow shadow, Face face, vec3 p, vec3 to_light, float s)
+{
+    vec3 q = p + s * to_light;
+    vec3 offset = face_point(face, floor(face_place(face, q))) - p;
+    return q.z > 0.0 && dot(offset, shadow.axis) < 0.0
+        && is_above_plane(offset, shadow.m, shadow.slack);
+}
+
 // Soft shadow of one part of the light, whose centre is at `centre`, from its own map:
 // percentage-closer soft shadows (Fernando 2005) in which search and filter work on the
 // light's points themselves instead of on circles in the map. The segment from the
@@ -267,27 +315,8 @@ float part_visibility(SoftShadow shadow, Face face, vec3 centre, vec3 start, ive
                       bool is_surface)
 {
     vec3 p = shadow.p - centre;
-    vec2 p_on_part = vec2(dot(p, shadow.dual_u), dot(p, shadow.dual_v));
-    vec2 blockers = vec2(0.0);  // sum of their s, number
-    int blocker_rounds = is_surface ? BLOCKER_COUNT : 0;
-    for (int i = 0; i < blocker_rounds; ++i) {
-        vec3 r = fract(start + float(i) * KRONECKER_STEP) * 2.0 - 1.0;
-        // Squared: what touches the receiver covers few texels, near its own.
-        float s = r.z * r.z;
-        vec3 q = p + s * (r.x * shadow.half_u + r.y * shadow.half_v - p);
-        vec3 offset = face_point(face, floor(face_place(face, q))) - p;
-        // The line from the receiver through the stored point meets the light's plane.
-        float rise = -dot(offset, shadow.axis);
-        float reach = shadow.height / max(rise, 1e-6 * shadow.height);
-        vec2 hit = p_on_part + reach * vec2(dot(offset, shadow.dual_u), dot(offset, shadow.dual_v));
-        // The shaft to a small light fits in between the centres of texels: there any texel
-        // that it passes through is in its way. Close to the receiver its neighbours are.
-        bool is_clear = rise > SHADOW_CLEAR_SLACKS * shadow.slack;
-        vec2 shaft = max(vec2(1.0), is_clear ? reach * q.z * shadow.texel : vec2(0.0));
-        bool is_blocker = q.z > 0.0 && rise > 0.0 && all(lessThanEqual(abs(hit), shaft))
-            && is_above_plane(offset, shadow.m, shadow.slack);
-        blockers += is_blocker ? vec2(rise / shadow.height, 1.0) : vec2(0.0);
-    }
+    vec2 blockers = blockers_of(
+        shadow, face, p, vec2(-1.0), vec2(1.0), start, is_surface ? BLOCKER_COUNT : 0);
     // Four pixels search together: a third less error in penumbrae, for nothing.
     blockers = quad_sum(blockers, pixel);
 
@@ -298,20 +327,39 @@ float part_visibility(SoftShadow shadow, Face face, vec3 centre, vec3 start, ive
     for (int i = 0; i < filter_rounds; ++i) {
         vec3 r = fract(start + float(i) * KRONECKER_STEP) * 2.0 - 1.0;
         vec3 to_light = r.x * shadow.half_u + r.y * shadow.half_v - p;
-        vec3 q = p + s * to_light;
-        vec3 offset = face_point(face, floor(face_place(face, q))) - p;
-        bool is_blocker = q.z > 0.0 && dot(offset, shadow.axis) < 0.0
-            && is_above_plane(offset, shadow.m, shadow.slack);
         float weight = part_weight(to_light, shadow.m, shadow.height);
         total += weight;
-        open += is_blocker ? 0.0 : weight;
+        open += is_blocked_at(shadow, face, p, to_light, s) ? 0.0 : weight;
     }
     return total > 0.0 ? open / total : 1.0;
 }
 
-// Soft shadow of a rectangle: its parts, weighted by what each contributes.
-float area_shadow_visibility(ShadowMap map, vec3 p_ls, vec3 m_ls, float rounding,
-                             vec2 half_u, vec2 half_v, ivec2 pixel, bool is_surface)
+#if GLOSSY
+// The share of the points from `low` to `high`, which a lobe sees, that nothing blocks.
+float part_visibility_to_lobe(SoftShadow shadow, Face face, vec3 centre, vec3 start, ivec2 pixel,
+                              bool is_glossy, vec2 low, vec2 high)
+{
+    vec3 p = shadow.p - centre;
+    vec2 blockers =
+        blockers_of(shadow, face, p, low, high, start, is_glossy ? LOBE_SEARCH_COUNT : 0);
+    blockers = quad_sum(blockers, pixel);
+    int filter_rounds = is_glossy && blockers.y > 0.0 ? FILTER_COUNT : 0;
+    float s = blockers.x / max(blockers.y, 1.0);
+    float open = filter_rounds > 0 ? 0.0 : 1.0;
+    for (int i = 0; i < filter_rounds; ++i) {
+        vec2 y = low + fract(start + float(i) * KRONECKER_STEP).xy * (high - low);
+        vec3 to_light = y.x * shadow.half_u + y.y * shadow.half_v - p;
+        open += is_blocked_at(shadow, face, p, to_light, s) ? 0.0 : 1.0 / float(FILTER_COUNT);
+    }
+    return open;
+}
+#endif
+
+// Soft shadow of a rectangle: its parts, weighted by what each contributes. `seen_by_lobe`: low
+// and high corner of what a lobe sees of it, from -1 to 1 along its edges; y of the result.
+vec2 area_shadow_visibility(ShadowMap map, vec3 p_ls, vec3 m_ls, float rounding,
+                            vec2 half_u, vec2 half_v, ivec2 pixel, bool is_surface,
+                            bool is_glossy, vec4 seen_by_lobe)
 {
     float inverse = 1.0 / float(map.parts_per_side);
     int number = face_of(p_ls);
@@ -322,8 +370,8 @@ float area_shadow_visibility(ShadowMap map, vec3 p_ls, vec3 m_ls, float rounding
     // Each pixel of a block has its own stretch of the sequence, each part its own block.
     const int stretch = BLOCKER_COUNT > FILTER_COUNT ? BLOCKER_COUNT : FILTER_COUNT;
     vec3 start = kronecker_point(set_of_pixel(pixel) * uint(stretch), u_pattern_offset);
-    float open = 0.0;
-    float total = 0.0;
+    vec2 open = vec2(0.0);
+    vec2 total = vec2(0.0);
     for (int j = 0; j < map.parts_per_side; ++j) {
         for (int i = 0; i < map.parts_per_side; ++i) {
             vec2 part = vec2(float(i), float(j));
@@ -331,11 +379,18 @@ float area_shadow_visibility(ShadowMap map, vec3 p_ls, vec3 m_ls, float rounding
             vec3 centre = place.x * shadow.half_u + place.y * shadow.half_v;
             face.corner = first_corner + part * map.texels;
             float weight = part_weight(centre - shadow.p, shadow.m, shadow.height);
-            open += weight * part_visibility(shadow, face, centre, start, pixel, is_surface);
-            total += weight;
+            open.x += weight * part_visibility(shadow, face, centre, start, pixel, is_surface);
+            total.x += weight;
+#if GLOSSY
+            vec4 seen = clamp(seen_by_lobe * float(map.parts_per_side) - place.xyxy, -1.0, 1.0);
+            float area = (seen.z - seen.x) * (seen.w - seen.y);
+            open.y += area * part_visibility_to_lobe(
+                shadow, face, centre, start, pixel, is_glossy && area > 0.0, seen.xy, seen.zw);
+            total.y += area;
+#endif
             start = fract(start + float(BLOCK_SIZE * BLOCK_SIZE * stretch) * KRONECKER_STEP);
         }
     }
-    return total > 0.0 ? open / total : 1.0;
+    return mix(vec2(1.0), open / max(total, 1e-30), greaterThan(total, vec2(0.0)));
 }
 #endif

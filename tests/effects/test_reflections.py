@@ -123,6 +123,47 @@ def test_matt_neighbours_do_not_darken_the_rim_of_what_is_glossy():
     np.testing.assert_allclose(lit, np.median(lit), rtol=0.02)
 
 
+LAMP_BEHIND_A_POST = (
+    FLOOR
+    + """
+[[light]]
+kind = "area"
+corner = [-0.8, 0.6, -1.2]
+edge_u = [1.6, 0, 0]
+edge_v = [0, 1, 0]
+radiance = [1, 1, 1]
+visible = false
+[[object]]
+shape = "box"
+min = [-0.15, 0, -0.1]
+max = [0.15, 1.2, 0.1]
+"""
+)
+
+
+def shown_of_lamp(roughness, method, **settings):
+    metal = floor(f"albedo = [1, 1, 1]\nmetallic = 1\nroughness = {roughness}")
+    text = metal + LAMP_BEHIND_A_POST
+    # What a mirror shows of the lamp is 1; paths that find it by chance are brighter.
+    return np.minimum(picture(text, method=method, aov="specular", **settings)[..., 0], 1.0)
+
+
+def test_what_stands_before_a_lamp_cuts_its_reflection():
+    found, wanted = shown_of_lamp(0.4, "direct"), shown_of_lamp(0.4, "reference-near", spp=64)
+    lit = wanted > 0.02
+    # Shadowed as diffuse light is: 0.068.
+    assert np.sqrt(np.mean((found - wanted)[lit] ** 2)) < 0.05
+
+
+def test_a_mirror_shows_no_lamp_through_a_post():
+    found = shown_of_lamp(0.1, "direct")
+    rows = found[:, SIZE[0] // 2 - 8] > 0.9
+    middle = found[rows, SIZE[0] // 2 - 1 : SIZE[0] // 2 + 1]
+    assert rows.sum() >= 8
+    # Shadowed as diffuse light is: 0.8.
+    assert middle.mean() < 0.4
+
+
 def passes_of(text: str, method: str) -> set[str]:
     scene = read_description(HEAD + text, "scene.toml")
     with ssdo_gl.Renderer(scene, Settings(size=SIZE, method=method)) as renderer:
