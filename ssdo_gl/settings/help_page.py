@@ -9,8 +9,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ssdo_gl import resources
+from ssdo_gl.effects.registry import image_names
 from ssdo_gl.scene.load import builtin_names
 from ssdo_gl.settings.fields import Kind, SettingError, SettingInfo, value_text
+from ssdo_gl.settings.loading import LIGHTS
 
 USAGE = (
     "ssdo-gl [SCENE ...] [--snapshot OUT] [--explain] [--film OUT] [--serve] [--bench OUTDIR]"
@@ -30,9 +32,9 @@ examples:
 SHELLS = ("bash", "zsh")
 _WIDTH = 96
 # Flags whose value is the name of a file or a folder.
-_FILES = ("snapshot", "stats", "preset", "light", "film", "path")
+_FILES = ("snapshot", "stats", "film", "path")
 _FOLDERS = ("bench",)
-_SCENE_FUNCTION = "_ssdo_gl_scene"
+PRESETS = ("fast", "balanced", "fine", "reference")
 
 
 def argument_of(info: SettingInfo) -> dict[str, Any]:
@@ -113,18 +115,14 @@ def completion(
         import shtab
     except ImportError:
         raise SettingError("--completion needs shtab: pip install 'ssdo_gl[completion]'") from None
-    names = " ".join(builtin_names())
-    preamble = {
-        "bash": f'{_SCENE_FUNCTION}() {{ compgen -W "{names}" -- "$1"; compgen -f -- "$1"; }}',
-        "zsh": f"{_SCENE_FUNCTION}() {{ compadd -- {names}; _files }}",
-    }
+    # What has a name, or is a file that nobody has named.
+    named = {"scene": builtin_names(), "preset": PRESETS, "light": LIGHTS}
+    named["aov"] = ("all", *image_names())
     for action in parser._actions:
         info = infos.get(action.dest)
-        if action.dest == "scene":
-            action.complete = {  # type: ignore[attr-defined]
-                **dict.fromkeys(SHELLS, _SCENE_FUNCTION),
-                "preamble": preamble,
-            }
+        if action.dest in named:
+            has_files = action.dest != "aov"
+            action.complete = _named(action.dest, named[action.dest], has_files)  # type: ignore[attr-defined]
         elif action.dest in _FILES:
             action.complete = shtab.FILE  # type: ignore[attr-defined]
         elif action.dest in _FOLDERS:
@@ -134,3 +132,16 @@ def completion(
         elif info is not None and info.choices:
             action.choices = tuple(map(value_text, info.choices))
     return str(shtab.complete(parser, shell))
+
+
+def _named(flag: str, names: Sequence[str], has_files: bool) -> dict[str, Any]:
+    """Return what shtab takes for a value that is one of `names`, or a file."""
+    function, words = f"_ssdo_gl_{flag}", " ".join(names)
+    files = {"bash": ' compgen -f -- "$1";', "zsh": " _files;"} if has_files else {}
+    return {
+        **dict.fromkeys(SHELLS, function),
+        "preamble": {
+            "bash": f'{function}() {{ compgen -W "{words}" -- "$1";{files.get("bash", "")} }}',
+            "zsh": f"{function}() {{ compadd -- {words};{files.get('zsh', '')} }}",
+        },
+    }

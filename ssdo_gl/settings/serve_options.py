@@ -22,4 +22,6 @@ class ServeOptions:
         " default only programs of the same machine reach the page",
         metavar="ADDRESS",
     )
-    port: int = _serve(8765, "listen at this port; 0: any that is free", low=0, high=65535)
+    port: int = _serve(
+        8765, "listen at this port; 0: any that is free", low=0, high=65535, metavar="N"
+    )

@@ -9,10 +9,11 @@ import sys
 
 import pytest
 
+from ssdo_gl.bench.presets import NAMES
 from ssdo_gl.scene.load import builtin_names, load_scene
 from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.settings.flags import build_parser, flag_infos, read_command
-from ssdo_gl.settings.help_page import EXAMPLES
+from ssdo_gl.settings.help_page import EXAMPLES, PRESETS
 
 
 def printed(capsys, *arguments):
@@ -54,6 +55,10 @@ def test_scenes_are_listed_with_their_purpose(capsys):
         ("mod", "--snapshot", {"model.glb"}),
         ("mod", "--film", {"model.glb"}),
         ("mod", "--path", {"model.glb"}),
+        ("f", "--preset", {"fast", "fine"}),
+        ("mod", "--preset", {"model.glb"}),
+        ("s", "--light", {"studio", "sky"}),
+        ("b", "--aov", {"beauty", "bounce"}),
     ],
 )
 def test_bash_completes(capsys, tmp_path, word, before, expected):
@@ -71,6 +76,10 @@ _shtab_ssdo_gl; printf '%s\\n' "${{COMPREPLY[@]}}"
 """
     done = subprocess.run([bash, "-c", ask], cwd=tmp_path, capture_output=True, text=True)
     assert set(done.stdout.split()) == expected, done.stderr
+
+
+def test_presets_that_are_completed_exist():
+    assert PRESETS == NAMES
 
 
 def test_zsh_has_a_script_too(capsys):
