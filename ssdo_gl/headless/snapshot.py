@@ -243,8 +243,8 @@ def missed_bounds(result: RenderResult) -> list[str]:
     if bound is None or not result.settings.is_reference or result.partial:
         return []
     return [
-        f"{name}: relative standard error {error:.2%} of {resource} after "
-        f"{statistics['spp']} samples per pixel, --max-error asked for {bound:.2%}"
+        f"{name}: relative standard error {100.0 * error:.3g} % of {resource} after "
+        f"{statistics['spp']} samples per pixel, --max-error asked for {100.0 * bound:.3g} %"
         for name, statistics in result.references.items()
         for resource, error in statistics["relative_standard_error"].items()
         if error is not None and error > bound

@@ -45,7 +45,7 @@ def test_a_visit_with_files(server: XServer, tmp_path: Path) -> None:
         (tmp_path / "mine.toml").write_text(SCENE.format(0.0))
         as_before("the changed file is read again")
         (tmp_path / "mine.toml").write_text("base = 3")
-        app.settled("the fault is told", lambda screen: difference(start, screen) > SAME)
+        app.seen("the fault is told", lambda screen: difference(start, screen) > SAME)
         as_before("the message is gone, the last good scene stays")
 
         app.key("Left", "Left", "Left", "Left")

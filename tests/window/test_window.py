@@ -80,7 +80,7 @@ def test_a_visit(app: App, tmp_path: Path) -> None:
     bad = tmp_path / "bad.obj"
     bad.write_text("v nonsense")
     app.drop(bad)
-    app.settled("a message is shown", lambda screen: difference(start, screen) > SAME)
+    app.seen("a message is shown", lambda screen: difference(start, screen) > SAME)
     as_before("the message is gone, the scene the same")
 
     do = app.server.do

@@ -163,6 +163,16 @@ class App:
         time.sleep(seconds)
         self.server.do("keyup", name)
 
+    def seen(self, what: str, condition: Callable[[np.ndarray], bool]) -> None:
+        """Wait until `condition` holds for a moment: what goes by itself need not last longer.
+
+        Parameters
+        ----------
+        what, condition
+            Of `settled`.
+        """
+        wait_for(what, lambda: condition(self.server.screen()))
+
     def settled(
         self, what: str = "", condition: Callable[[np.ndarray], bool] = lambda screen: True
     ) -> np.ndarray:
