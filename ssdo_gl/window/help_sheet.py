@@ -11,6 +11,7 @@ _MARGIN = 10.0
 _GAP, _COLUMN_GAP = 0.8, 1.6
 # Smaller text cannot be read.
 _SMALLEST = 0.7
+_SCALES = (1.0, 0.85, _SMALLEST)
 _FLAGS = (
     imgui.WindowFlags_.no_decoration
     | imgui.WindowFlags_.always_auto_resize
@@ -27,12 +28,13 @@ def draw_help(window_size: tuple[int, int]) -> None:
     column = _column_width()
     fits = [
         (scale, count)
-        for scale in (1.0, 0.85, _SMALLEST)
+        for scale in _SCALES
         for count in (1, 2, 3, 4)
         if scale * count * column < width and _height(count) * scale + padding < height
     ]
-    most = max(1, int(width / (_SMALLEST * column)))
-    scale, count = fits[0] if fits else (_SMALLEST, most)
+    # What has to be scrolled anyway may as well be large.
+    wide = [scale for scale in _SCALES if scale * column < width] or [_SMALLEST]
+    scale, count = fits[0] if fits else (wide[0], max(1, int(width / (wide[0] * column))))
     centre = ImVec2(0.5 * window_size[0], 0.5 * window_size[1])
     imgui.set_next_window_pos(centre, imgui.Cond_.always, ImVec2(0.5, 0.5))
     imgui.set_next_window_size_constraints(ImVec2(0.0, 0.0), ImVec2(width, height))

@@ -22,7 +22,7 @@ from ssdo_gl.window.views import METHOD_LABELS
 # In a window narrower than this, the panel would cover half of the picture.
 NARROW = 720.0
 _MARGIN = 10.0
-_FAULT = imgui.ImVec4(1.0, 0.55, 0.45, 1.0)
+_FAULT, _FAULT_ON_LIGHT = imgui.ImVec4(1.0, 0.55, 0.45, 1.0), imgui.ImVec4(0.7, 0.1, 0.0, 1.0)
 _STILL = (
     imgui.WindowFlags_.no_decoration
     | imgui.WindowFlags_.always_auto_resize
@@ -70,7 +70,8 @@ class Overlay(ImguiBackend):
         self._panel = Panel(viewer, host)
         self.light_handle = self._panel.light_handle
         self.path_prompt = PathPrompt()
-        self._top = 0.0
+        # Where the texts at the top end, and those at the bottom begin.
+        self._top = self._bottom = 0.0
         self._text_factor = 1.0
         self._faults: tuple[str, ...] = ()
 
@@ -120,10 +121,11 @@ class Overlay(ImguiBackend):
         else:
             self._viewer.times_passes = self._viewer.shows_histogram = False
             self.light_handle.hide()
-        self._messages(window_size)
         # What explains the picture stays clear of the panel.
         taken = panel_width(window_size, self._scale) if self.shows_panel else 0.0
         free = window_size[0] - taken
+        self._bottom = window_size[1] - _MARGIN
+        self._messages(window_size, free)
         self._status(free)
         self._names_of_sides(window_size, free)
         if self._viewer.view.is_error:
@@ -157,26 +159,33 @@ class Overlay(ImguiBackend):
         if viewer.monitor.alarm is not None:
             x, y = viewer.monitor.alarm.pixel
             imgui.text_colored(
-                _FAULT, f"{viewer.monitor.alarm.count} pixels are not finite, from ({x}, {y}) on"
+                self._fault_color,
+                f"{viewer.monitor.alarm.count} pixels are not finite, from ({x}, {y}) on",
             )
+        self._top = imgui.get_window_pos().y + imgui.get_window_height()
         imgui.end()
 
-    def _messages(self, window_size: tuple[int, int]) -> None:
+    @property
+    def _fault_color(self) -> imgui.ImVec4:
+        return _FAULT_ON_LIGHT if self.is_light else _FAULT
+
+    def _messages(self, window_size: tuple[int, int], free: float) -> None:
         lines = [(line.text, line.is_fault) for line in self._viewer.messages.lines]
         lines += [(fault, True) for fault in self._faults]
         if not lines:
             return
         imgui.set_next_window_pos(
-            ImVec2(_MARGIN, window_size[1] - _MARGIN), imgui.Cond_.always, ImVec2(0.0, 1.0)
+            ImVec2(_MARGIN, self._bottom), imgui.Cond_.always, ImVec2(0.0, 1.0)
         )
         imgui.begin("messages", None, _SEE_THROUGH)
-        imgui.push_text_wrap_pos(0.6 * window_size[0])
+        imgui.push_text_wrap_pos(min(0.6 * window_size[0], free - 4.0 * _MARGIN))
         for text, is_fault in lines:
             if is_fault:
-                imgui.text_colored(_FAULT, text)
+                imgui.text_colored(self._fault_color, text)
             else:
                 imgui.text_unformatted(text)
         imgui.pop_text_wrap_pos()
+        self._bottom -= imgui.get_window_height()
         imgui.end()
 
     def _names_of_sides(self, window_size: tuple[int, int], free: float) -> None:
@@ -188,7 +197,7 @@ class Overlay(ImguiBackend):
         sides = (self._viewer.left, self._viewer.right)
         for name, shown, side, pivot in zip(names, sides, (-1.0, 1.0), (1.0, 0.0), strict=True):
             imgui.set_next_window_pos(
-                ImVec2(x + side * _MARGIN, window_size[1] - 6.0 * _MARGIN),
+                ImVec2(x + side * _MARGIN, self._bottom - _MARGIN),
                 imgui.Cond_.always,
                 ImVec2(pivot, 1.0),
             )
@@ -201,24 +210,31 @@ class Overlay(ImguiBackend):
     def _legend(self, free: float) -> None:
         view = self._viewer.view
         imgui.set_next_window_pos(
-            ImVec2(0.5 * free, self._top + 4.0 * _MARGIN), imgui.Cond_.always, ImVec2(0.5, 0.0)
+            ImVec2(0.5 * free, self._top + _MARGIN), imgui.Cond_.always, ImVec2(0.5, 0.0)
         )
         imgui.begin("legend", None, _SEE_THROUGH)
         other = METHOD_LABELS[view.other_method]
         unit = "" if view.kind is ColorMapping.VISIBILITY else " %"
         ends = view.error_range * (100.0 if unit else 1.0)
-        imgui.text(f"{METHOD_LABELS[view.method]} against {other}")
+        what = f"{METHOD_LABELS[view.method]} against {other}"
+        imgui.push_text_wrap_pos(free - 4.0 * _MARGIN)
+        imgui.text(what)
         monitor = self._viewer.monitor
         if monitor.error is not None:
-            imgui.same_line()
             so_far = "" if monitor.is_error_final else " so far"
             known = monitor.uncertainty
             noise = "" if known is None else f", {known:.1%} of that uncertain"
-            imgui.text(f"  rms error {monitor.error:.1%} of the mean{noise}{so_far}")
+            error = f"rms error {monitor.error:.1%} of the mean{noise}{so_far}"
+            if imgui.calc_text_size(f"{what}  {error}").x < free - 6.0 * _MARGIN:
+                imgui.same_line()
+            imgui.text(error)
+        imgui.pop_text_wrap_pos()
         imgui.text(f"-{ends:.3g}{unit}")
         imgui.same_line()
         corner = imgui.get_cursor_screen_pos()
-        width, height = 5.0 * self._scale, imgui.get_text_line_height()
+        ends_width = 2.0 * imgui.calc_text_size(f"-{ends:.3g}{unit}").x + 8.0 * _MARGIN
+        width = max(1.0, min(5.0 * self._scale, (free - ends_width) / _LEGEND_STEPS))
+        height = imgui.get_text_line_height()
         draw = imgui.get_window_draw_list()
         for step in range(_LEGEND_STEPS):
             r, g, b = error_color(2.0 * step / (_LEGEND_STEPS - 1) - 1.0)
@@ -255,7 +271,7 @@ class Overlay(ImguiBackend):
         for line in lines:
             imgui.text_unformatted(line)
         if not reading.is_finite:
-            imgui.text_colored(_FAULT, "not finite")
+            imgui.text_colored(self._fault_color, "not finite")
         imgui.end_tooltip()
 
 

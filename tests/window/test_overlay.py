@@ -197,7 +197,10 @@ def test_split_names_its_sides(gl, drawn: DrawnOverlay) -> None:
     assert np.count_nonzero(middle.min(axis=2) > 220) > 50
 
 
-def test_legend_and_names_stay_clear_of_the_panel(gl, drawn: DrawnOverlay) -> None:
+@pytest.mark.parametrize("scale", [1.0, 1.4])
+def test_texts_stay_clear_of_the_panel_and_each_other(gl, drawn: DrawnOverlay, scale) -> None:
+    drawn.overlay.rescale(scale)
+    drawn.viewer.say("a line of many words, " * 10)
     drawn.viewer.view = dataclasses.replace(
         drawn.viewer.view, is_error=True, divider=0.95, other_method="direct"
     )
@@ -206,7 +209,8 @@ def test_legend_and_names_stay_clear_of_the_panel(gl, drawn: DrawnOverlay) -> No
 
     def noted(name: str, *more: object) -> object:
         result = begin(name, *more)
-        places[name] = imgui_bundle.imgui.get_window_pos().x, imgui_bundle.imgui.get_window_width()
+        corner, size = imgui_bundle.imgui.get_window_pos(), imgui_bundle.imgui.get_window_size()
+        places[name] = corner.x, corner.y, corner.x + size.x, corner.y + size.y
         return result
 
     imgui_bundle.imgui.begin = noted
@@ -217,10 +221,13 @@ def test_legend_and_names_stay_clear_of_the_panel(gl, drawn: DrawnOverlay) -> No
     finally:
         imgui_bundle.imgui.begin = begin
     left = places["panel"][0]
-    assert left > 0.5 * SIZE[0]
-    for name in ("legend", "side -1.0"):
-        x, width = places[name]
-        assert x + width <= left, name
+    assert left > 0.4 * SIZE[0]
+    for name in ("legend", "side -1.0", "messages", "status"):
+        start, _, end, _ = places[name]
+        assert start >= 0.0, name
+        assert end <= left, name
+    assert places["legend"][1] >= places["status"][3]
+    assert places["side -1.0"][3] <= places["messages"][1]
 
 
 def test_sky_can_be_added_and_removed(gl, drawn: DrawnOverlay, all_open, monkeypatch) -> None:

@@ -242,8 +242,10 @@ class Panel:
         imgui.same_line()
         _, clock.loops = imgui.checkbox("loop", clock.loops)
         imgui.same_line()
-        imgui.set_next_item_width(imgui.get_content_region_avail().x * 0.4)
-        changed, length = imgui.drag_float("of", clock.length_s, 0.1, 0.1, 3600.0, "%.1f s")
+        imgui.text("of")
+        imgui.same_line()
+        imgui.set_next_item_width(imgui.get_content_region_avail().x * 0.6)
+        changed, length = imgui.drag_float("##length", clock.length_s, 0.1, 0.1, 3600.0, "%.1f s")
         if changed:
             clock.length_s = max(0.1, length)
         _hint("the length of the time line")
