@@ -1,5 +1,5 @@
 // The room in three.js: plain, and with its ambient occlusion and its global illumination.
-// Imported by the page that benchmarks/peer_three.py opens; `prepare` is called first.
+// Imported by benchmarks/peer_three.py in its page; `prepare` is called first.
 import * as THREE from 'three';
 import { EffectComposer } from 'three/addons/postprocessing/EffectComposer.js';
 import { RenderPass } from 'three/addons/postprocessing/RenderPass.js';

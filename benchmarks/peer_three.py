@@ -9,6 +9,7 @@ import math
 import os
 import shutil
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +23,8 @@ from benchmarks.peer_room import INTENSITY, LAMP, SKY, NoPeerError, Room, Times
 HOST = "http://peer.invalid"
 PAGE = """<!doctype html><script type="importmap">{"imports": {
 "three": "/three/build/three.module.js", "three/webgpu": "/three/build/three.webgpu.js",
-"three/tsl": "/three/build/three.tsl.js", "three/addons/": "/three/examples/jsm/"}}</script>
-<script type="module">import * as peer from "/peer.js"; window.peer = peer;</script>"""
+"three/tsl": "/three/build/three.tsl.js", "three/addons/": "/three/examples/jsm/"}}</script>"""
+PREPARE = "async room => { window.peer = await import('/peer.js'); return peer.prepare(room); }"
 # ANGLE over the system's EGL: Mesa or the driver, as for the others.
 FLAGS = ("--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist", "--no-sandbox")
 
@@ -73,13 +74,18 @@ class Three:
             playwright = importlib.import_module("playwright.sync_api")
         except ImportError as error:
             raise NoPeerError(f"{error}: pip install playwright") from None
-        self._driver = playwright.sync_playwright().start()
-        self._browser = self._driver.chromium.launch(executable_path=chromium, args=list(FLAGS))
-        self._page = self._browser.new_page()
-        self._page.route(f"{HOST}/**", lambda route: _answer(route, package))
-        self._page.goto(f"{HOST}/")
-        self._page.wait_for_function("window.peer !== undefined")
-        found = self._page.evaluate("room => peer.prepare(room)", self._description())
+        with ExitStack() as stack:
+            driver = stack.enter_context(playwright.sync_playwright())
+            try:
+                browser = driver.chromium.launch(executable_path=chromium, args=list(FLAGS))
+                stack.callback(browser.close)
+                self._page = browser.new_page()
+                self._page.route(f"{HOST}/**", lambda route: _answer(route, package))
+                self._page.goto(f"{HOST}/")
+                found = self._page.evaluate(PREPARE, self._description())
+            except playwright.Error as error:
+                raise NoPeerError(str(error).splitlines()[0]) from None
+            self._running = stack.pop_all()
         self.device: str = found["device"]
         faults = [found["fault"]] if found["fault"] else []
         self.notes: Sequence[str] = [f"three.js r{found['revision']}", *faults]
@@ -128,8 +134,7 @@ class Three:
 
     def close(self) -> None:
         """End the browser."""
-        self._browser.close()
-        self._driver.stop()
+        self._running.close()
 
 
 def _answer(route: Any, package: Path) -> None:

@@ -38,7 +38,7 @@ from ssdo_gl.bench.sweep import order
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.fields import parse
+from ssdo_gl.settings.fields import SettingError, parse
 from ssdo_gl.settings.resolve import settings_for
 
 SIZE, RADIUS = (640, 360), 0.3
@@ -234,11 +234,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = command("peers", __doc__)
     parser.add_argument("outdir", type=Path, metavar="OUTDIR")
     parser.add_argument("--three", type=Path, metavar="DIR", help="where three.js was installed")
-    parser.add_argument("--size", type=partial(parse, Settings, "size"), default=SIZE)
-    parser.add_argument("--radius", type=partial(parse, Settings, "radius"), default=RADIUS)
-    parser.add_argument("--rounds", type=int, default=ROUNDS)
+    parser.add_argument("--size", default=f"{SIZE[0]}x{SIZE[1]}", metavar="WxH")
+    parser.add_argument("--rounds", type=int, default=ROUNDS, choices=range(1, 100), metavar="N")
     options = parser.parse_args(argv)
-    room = make_room(options.size, options.radius)
+    try:
+        room = make_room(parse(Settings, "size", options.size), RADIUS)
+    except SettingError as error:
+        parser.error(f"--{error}")
     makers: dict[str, Callable[[Room], Peer]] = {
         "VTK": Vtk,
         "three.js": partial(Three, folder=options.three),

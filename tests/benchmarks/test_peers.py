@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import json
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -15,7 +16,8 @@ import pytest
 
 from benchmarks import peers
 from benchmarks.peer_room import NoPeerError, Times, make_room
-from benchmarks.peer_three import children_ms, package_folder
+from benchmarks.peer_three import Three, children_ms, package_folder
+from benchmarks.peer_vtk import Vtk
 from benchmarks.peers import Contestant, Traced, measure, race, rows_of, table
 
 SHAPE = (9, 16)
@@ -125,6 +127,29 @@ def test_a_folder_without_three_is_named(tmp_path):
     build.mkdir(parents=True)
     (build / "three.webgpu.js").touch()
     assert package_folder(tmp_path) == build.parent.resolve()
+
+
+@pytest.mark.skipif(shutil.which("chromium") is None, reason="chromium is not installed")
+def test_a_page_that_fails_is_a_peer_left_out(tmp_path):
+    pytest.importorskip("playwright")
+    (tmp_path / "build").mkdir()
+    (tmp_path / "build" / "three.webgpu.js").touch()
+    with pytest.raises(NoPeerError, match="Failed to fetch dynamically imported module"):
+        Three(make_room((32, 18), 0.3), tmp_path)
+
+
+def test_without_vtk_it_says_how_to_have_it(monkeypatch):
+    monkeypatch.setitem(sys.modules, "vtk", None)
+    with pytest.raises(NoPeerError, match="pip install --no-deps vtk"):
+        Vtk(make_room((32, 18), 0.3))
+
+
+@pytest.mark.parametrize("flags, words", [(["--size", "9"], "size"), (["--rounds", "0"], "rounds")])
+def test_what_cannot_be_measured_is_refused(flags, words, tmp_path, capsys):
+    with pytest.raises(SystemExit) as ended:
+        peers.main([str(tmp_path / "out"), *flags])
+    assert ended.value.code == 2
+    assert f"--{words}" in capsys.readouterr().err.splitlines()[-1]
 
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="there is no /proc")
