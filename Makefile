@@ -15,7 +15,7 @@
 # make bench-motion  errors, flicker, lag and ghosts in motion; MOTION_FLAGS=--quick
 # make bench-input  milliseconds from a key or the mouse to its answer in the window
 # make bench-gpu  tests, pass times, rays and images on a GPU, into bench/gpu; eight minutes
-# make bench-peers  VTK, three.js and ours in one room; PEER_FLAGS="--three DIR"
+# make bench-peers  VTK, three.js and ours in one room; THREE=DIR: of the npm package three
 # make bench-promises  whether --budget-ms and --max-error keep what they promise
 # make pictures  the still pictures of README and docs/
 # make lint      ruff, mypy and every shader
@@ -34,7 +34,7 @@ FUZZ_SEED ?= 0
 FUZZ_COUNT ?= 1000
 GPU_FLAGS ?=
 MOTION_FLAGS ?=
-PEER_FLAGS ?=
+THREE ?=
 
 ifeq ($(origin PY), undefined)
 PY := $(VENV)/bin/python
@@ -103,7 +103,7 @@ bench-gpu: $(READY)
 	$(PY) -m benchmarks.gpu bench/gpu $(GPU_FLAGS)
 
 bench-peers: $(READY)
-	$(PY) -m benchmarks.peers bench/peers $(PEER_FLAGS)
+	$(PY) -m benchmarks.peers bench/peers $(if $(THREE),--three $(THREE))
 
 bench-promises: $(READY)
 	$(PY) -m benchmarks.promises
