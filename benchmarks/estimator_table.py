@@ -1,4 +1,4 @@
-"""Error of visibility against time, every estimator, averaged over five scenes.
+"""Error against time of every estimator, averaged over five scenes.
 
 ``make bench-estimators`` runs ``python -m benchmarks.estimator_table OUTDIR``, which writes
 what ``ssdo-gl SCENE --bench OUTDIR --estimators`` writes of one scene.
@@ -15,7 +15,8 @@ from typing import Any
 
 from benchmarks.common import command
 from ssdo_gl.bench import estimator_table
-from ssdo_gl.bench.estimator_table import TablePlan
+from ssdo_gl.bench.estimator_views import QUICK as QUICK_PLAN
+from ssdo_gl.bench.estimator_views import TablePlan
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.headless.progress import stage_progress
 from ssdo_gl.scene.load import load_scene
@@ -33,7 +34,7 @@ class Extent(TablePlan):
     size: tuple[int, int] = SIZE
 
 
-QUICK = Extent(SCENES[:1], (160, 90), **dataclasses.asdict(estimator_table.QUICK))
+QUICK = Extent(SCENES[:1], (160, 90), **dataclasses.asdict(QUICK_PLAN))
 
 
 def write(outdir: Path, extent: Extent, device: Device) -> list[dict[str, Any]]:

@@ -1,14 +1,14 @@
-"""Error of visibility against time: every estimator, budget, split, filter and radius.
+"""Error against time of every estimator, budget, split, filter and radius.
 
 ``ssdo-gl SCENE --bench OUTDIR --estimators`` writes into OUTDIR
 
 - ``estimators.csv``: every combination by scene and radius: error, noise, fault, bias, time;
-- ``estimators.md``: by radius and filter, each estimator's best split of each budget, averaged
-  over the scenes, with confidence; and which of them nothing beats;
+- ``estimators.md``: by quantity, radius and filter, each estimator's best split of each budget,
+  averaged over the scenes, with confidence; and which of them nothing beats;
 - ``estimators.png``: the same as charts.
 
-Time is that of all passes which visibility takes beyond the G-buffer, as a multiple of the
-normal's half-ball with 16 reads and the edge filter in the same round.
+Time is that of all passes which the quantity takes beyond the G-buffer, as a multiple of its
+`Quantity.unit` in the same round; errors of light are relative to the mean of the reference.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ import csv
 import dataclasses
 import io
 import itertools
-import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,144 +25,33 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.bench.bench_renderer import BenchRenderer
 from ssdo_gl.bench.bootstrap import bias_replicas, draw, rmse_replicas, whole
-from ssdo_gl.bench.clock import CLOCK_NAMES, trusted_clock
-from ssdo_gl.bench.errors import Judged, judge, judged_pixels, render_seeds
-from ssdo_gl.bench.machine import describe_machine
-from ssdo_gl.bench.panels import panel_named
+from ssdo_gl.bench.clock import CLOCK_NAMES
+from ssdo_gl.bench.estimator_views import (
+    FILTERS,
+    QUANTITIES,
+    QUICK,
+    RADII_PX,
+    Measured,
+    Quantity,
+    Subjects,
+    TablePlan,
+    ViewTable,
+    measure,
+    unit_of,
+)
 from ssdo_gl.bench.pareto import front, membership
 from ssdo_gl.bench.points import Point
-from ssdo_gl.bench.reference_cache import Goal, ReferenceCache, obtain
 from ssdo_gl.bench.report import COLORS, MARKERS, as_bytes, check_libraries, drawn_in_style
 from ssdo_gl.bench.storage import BenchError, claim_folder, replace_file
-from ssdo_gl.bench.sweep import order
 from ssdo_gl.effects.estimators import ESTIMATORS
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.headless.progress import StageProgress, stage_progress
-from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 
-# Radii on the screen, pixels: the mean over what is in view.
-RADII_PX = (10.0, 40.0, 160.0)
-BUDGETS = (8, 16, 32, 64)
-STEPS = (2, 4, 8)
-FILTERS = ("none", "edge")
-UNIT = ("hemisphere", 16, "edge")
-SEEDS, ROUNDS, FRAMES, REPLICAS = 3, 2, 2, 500
-REFERENCE_SPP, REFERENCE_SECONDS, REFERENCE_ERROR = 128, 30.0, 0.004
-
-
-@dataclass(frozen=True, kw_only=True)
-class TablePlan:
-    """How much is measured."""
-
-    radii_px: Sequence[float] = RADII_PX
-    budgets: Sequence[int] = BUDGETS
-    steps: Sequence[int] = STEPS
-    seeds: int = SEEDS
-    rounds: int = ROUNDS
-    reference_seconds: float = REFERENCE_SECONDS
-
-
-QUICK = TablePlan(radii_px=(10.0, 40.0), budgets=(16,), steps=(4,), seeds=2, rounds=2)
-
-
-@dataclass(frozen=True, eq=False)
-class Measured:
-    """One point in one view: errors, and milliseconds by round."""
-
-    judged: Judged
-    ms: NDArray[np.float64]
-
-
-ViewTable = Mapping[tuple[str, float], Mapping[Point, Measured]]
-# What is measured, by name: scenes, and what holds for all their points.
-Subjects = Mapping[str, tuple[Scene, Settings]]
-
-
-def points_of(extent: TablePlan) -> list[Point]:
-    """Return every combination that differs."""
-    found: dict[tuple[object, ...], Point] = {}
-    for estimator, samples, steps, smoothing in itertools.product(
-        ESTIMATORS.values(), extent.budgets, extent.steps, FILTERS
-    ):
-        key = (estimator.name, *estimator.shared_out(samples, steps), smoothing, samples)
-        point = Point("visibility", estimator.name, "ssao", estimator.name, samples, steps)
-        found.setdefault(key, dataclasses.replace(point, filter=smoothing))
-    return list(found.values())
-
-
-def mean_radius_px(renderer: BenchRenderer, base: Settings, mask: NDArray[np.bool_]) -> float:
-    """Return how many pixels a radius of 1 covers, averaged over what is in view."""
-    plain = dataclasses.replace(base, method="direct")
-    depth = renderer.images(plain, ("depth",))["depth"][:, :, 0][mask].astype(np.float64)
-    width, height = base.size
-    _, tangent = renderer.scene.camera.tan_half_fov(width / height)
-    return float(np.mean(height / (2.0 * tangent * depth)))
-
-
-def milliseconds(renderer: BenchRenderer, settings: Settings, clock: str) -> float:
-    """Return what visibility takes beyond the G-buffer."""
-    times = dict(renderer.split(settings, ("visibility",), FRAMES, clock))
-    return sum(ms for name, ms in times.items() if name != "gbuffer")
-
-
-def measure_view(
-    renderer: BenchRenderer, base: Settings, points: Sequence[Point], extent: TablePlan, clock: str
-) -> dict[Point, Measured]:
-    """Return errors and times of `points` in one view."""
-    mask = judged_pixels(renderer, base)
-    traced = dataclasses.replace(base, method="reference-ao", spp=REFERENCE_SPP)
-    goal = Goal("visibility", REFERENCE_ERROR, False, extent.reference_seconds)
-    with tempfile.TemporaryDirectory() as folder:
-        cache = ReferenceCache(Path(folder))
-        reference = obtain(renderer, traced, ("visibility",), goal, mask, cache)
-    panel = panel_named("visibility")
-    judged = {
-        point: judge(
-            panel,
-            render_seeds(renderer, point, base, extent.seeds, ("visibility",)),
-            reference,
-            mask,
-            0.0,
-        )
-        for point in points
-    }
-    times = np.zeros((len(points), extent.rounds))
-    for number in range(extent.rounds):
-        for index in order(number, len(points)):
-            settings = points[index].settings(base)
-            times[index, number] = milliseconds(renderer, settings, clock)
-    return {point: Measured(judged[point], times[index]) for index, point in enumerate(points)}
-
-
-def measure(
-    subjects: Subjects, extent: TablePlan, device: Device, progress: StageProgress
-) -> tuple[ViewTable, str]:
-    """Return every view's measurements, and by which clock."""
-    points, views, clock = points_of(extent), {}, ""
-    for name, (scene, settings) in subjects.items():
-        with Renderer(scene, settings, device=device) as r:
-            clock = trusted_clock(describe_machine(device, r.timer_kind, ""))
-            renderer = BenchRenderer(r)
-            base = dataclasses.replace(r.settings, antialias=1, estimator=None, max_error=None)
-            mask = judged_pixels(renderer, base)
-            if not mask.any():
-                raise BenchError("the camera sees no surface: there is nothing to measure")
-            unit_px = mean_radius_px(renderer, base, mask)
-            for radius_px in extent.radii_px:
-                progress.say(f"{name}, R of {radius_px:g} px")
-                at = dataclasses.replace(base, radius=radius_px / unit_px)
-                views[name, radius_px] = measure_view(renderer, at, points, extent, clock)
-    return views, clock
-
-
-def unit_of(view: Mapping[Point, Measured]) -> NDArray[np.float64]:
-    """Return the milliseconds by round that times are multiples of."""
-    return next(m.ms for p, m in view.items() if (p.estimator, p.samples, p.filter) == UNIT)
+REPLICAS = 500
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,7 +75,9 @@ class Averaged:
         return float(low), float(high)
 
 
-def averaged(point: Point, views: Sequence[Mapping[Point, Measured]]) -> Averaged:
+def averaged(
+    point: Point, quantity: Quantity, views: Sequence[Mapping[Point, Measured]]
+) -> Averaged:
     """Average over scenes; each is drawn again by blocks and seeds, times by rounds."""
     rng = np.random.default_rng(0)
     errors, spread, times = [], [], []
@@ -196,7 +86,7 @@ def averaged(point: Point, views: Sequence[Mapping[Point, Measured]]) -> Average
         draws = draw(blocks.block_count, blocks.seed_count, REPLICAS, rng)
         errors.append(rmse_replicas(blocks, draws, relative=False))
         spread.append(bias_replicas(blocks, draws))
-        times.append(np.log(view[point].ms / unit_of(view)))
+        times.append(np.log(view[point].ms / unit_of(view, quantity)))
     scalars = [view[point].judged.scalars for view in views]
     all_blocks = [view[point].judged.blocks for view in views]
     log_times = np.mean(times, axis=0)
@@ -254,14 +144,21 @@ class Section:
     rows: list[Averaged]
 
 
-def sections_of(views: ViewTable, extent: TablePlan) -> Iterator[Section]:
-    """Yield the comparisons by radius and filter."""
-    for radius_px, smoothing in itertools.product(extent.radii_px, FILTERS):
-        members = [view for (_, radius), view in views.items() if radius == radius_px]
-        points = [point for point in members[0] if point.filter == smoothing]
-        title = "without filter" if smoothing == "none" else f"{smoothing} filter"
-        rows = best_splits([averaged(point, members) for point in points])
-        yield Section(f"R of {radius_px:g} pixels, {title}", rows)
+def _has(view: Mapping[Point, Measured], quantity: Quantity) -> bool:
+    return any(point.kind == quantity.aov for point in view)
+
+
+def sections_of(views: ViewTable, plan: TablePlan) -> Iterator[Section]:
+    """Yield the comparisons by quantity, radius and filter."""
+    for quantity, radius_px, smoothing in itertools.product(QUANTITIES, plan.radii_px, FILTERS):
+        at_radius = [view for (_, radius), view in views.items() if radius == radius_px]
+        members = [view for view in at_radius if _has(view, quantity)]
+        if members:
+            points = [p for p in members[0] if (p.kind, p.filter) == (quantity.aov, smoothing)]
+            title = "without filter" if smoothing == "none" else f"{smoothing} filter"
+            rows = best_splits([averaged(point, quantity, members) for point in points])
+            name = quantity.aov.capitalize()
+            yield Section(f"{name}, R of {radius_px:g} pixels, {title}", rows)
 
 
 def chart(sections: Sequence[Section]) -> Any:
@@ -281,9 +178,7 @@ def chart(sections: Sequence[Section]) -> Any:
             }
             axes.plot([r.time for r in rows], [r.error for r in rows], label=name, **style)
         axes.set(xscale="log", yscale="log", title=section.title)
-        axes.set(
-            xlabel="time, multiples of 16 points of the half-ball", ylabel="RMSE of visibility"
-        )
+        axes.set(xlabel="time, multiples of the unit", ylabel="RMSE")
     figure.legend(*axes.get_legend_handles_labels(), loc="outside right upper", fontsize=7)
     return figure
 
@@ -291,15 +186,16 @@ def chart(sections: Sequence[Section]) -> Any:
 def csv_rows(views: ViewTable) -> Iterator[dict[str, Any]]:
     """Yield one row for each point of each view."""
     for (scene, radius_px), view in views.items():
-        unit = float(np.median(unit_of(view)))
+        units = {q.aov: float(np.median(unit_of(view, q))) for q in QUANTITIES if _has(view, q)}
         for point, found in view.items():
-            blocks, ms = found.judged.blocks, float(np.median(found.ms))
+            blocks, ms, unit = found.judged.blocks, float(np.median(found.ms)), units[point.kind]
             directions, steps = ESTIMATORS[str(point.estimator)].shared_out(
                 point.samples, point.steps
             )
             yield {
                 "scene": scene,
                 "radius_px": radius_px,
+                "quantity": point.kind,
                 "estimator": point.estimator,
                 "samples": point.samples,
                 "directions": directions,
@@ -315,11 +211,11 @@ def csv_rows(views: ViewTable) -> Iterator[dict[str, Any]]:
 
 
 def write(
-    outdir: Path, subjects: Subjects, extent: TablePlan, device: Device, progress: StageProgress
+    outdir: Path, subjects: Subjects, plan: TablePlan, device: Device, progress: StageProgress
 ) -> list[dict[str, Any]]:
     """Measure, write the three files and return the rows of the first."""
     outdir.mkdir(parents=True, exist_ok=True)
-    views, clock = measure(subjects, extent, device, progress)
+    views, clock = measure(subjects, plan, device, progress)
     rows = list(csv_rows(views))
     buffer = io.StringIO()
     writer = csv.DictWriter(buffer, list(rows[0]), lineterminator="\n")
@@ -328,8 +224,8 @@ def write(
     replace_file(outdir / "estimators.csv", buffer.getvalue().encode())
     width, height = next(iter(subjects.values()))[1].size
     conditions = f"{device.renderer}; {width}x{height}; {', '.join(subjects)}; "
-    conditions += f"{extent.seeds} seeds; {extent.rounds} rounds by {CLOCK_NAMES[clock]}"
-    sections = list(sections_of(views, extent))
+    conditions += f"{plan.seeds} seeds; {plan.rounds} rounds by {CLOCK_NAMES[clock]}"
+    sections = list(sections_of(views, plan))
     lines = [line for s in sections for line in (f"### {s.title}", "", *table(s.rows), "")]
     replace_file(outdir / "estimators.md", "\n".join([conditions, "", *lines]).encode())
     replace_file(outdir / "estimators.png", as_bytes(drawn_in_style(chart, sections), "png"))
@@ -364,8 +260,8 @@ def run_estimators(
     device = create_context(backend)
     try:
         with stage_progress(quiet=quiet) as progress:
-            extent = QUICK if quick else TablePlan()
-            write(outdir, {scene_source: (scene, settings)}, extent, device, progress)
+            plan = QUICK if quick else TablePlan()
+            write(outdir, {scene_source: (scene, settings)}, plan, device, progress)
     finally:
         device.release()
     if not quiet:

@@ -93,7 +93,7 @@ class RunOptions:
         modes=frozenset({modes.BENCH}),
     )
     estimators: bool = setting(
-        False, "bench every estimator of visibility", group=MODE, modes=frozenset({modes.BENCH})
+        False, "bench every estimator instead", group=MODE, modes=frozenset({modes.BENCH})
     )
     quick: bool = setting(
         False, "a bench of about two minutes", group=MODE, modes=frozenset({modes.BENCH})

@@ -8,21 +8,26 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ssdo_gl.bench import estimator_table
-from ssdo_gl.bench.estimator_table import Averaged, TablePlan, best_splits, points_of, table
+from ssdo_gl.bench import estimator_table, estimator_views
+from ssdo_gl.bench.estimator_table import Averaged, best_splits, table
+from ssdo_gl.bench.estimator_views import QUANTITIES, TablePlan, points_of
 from ssdo_gl.bench.points import Point
+from ssdo_gl.bench.reference_cache import Reference
 from ssdo_gl.cli import main
-from ssdo_gl.effects.estimators import ESTIMATORS
+from ssdo_gl.effects.estimators import ESTIMATORS, LIGHT_ESTIMATORS
 
 
-def test_every_estimator_is_measured_with_every_budget_once():
-    points = points_of(TablePlan(budgets=(4, 16), steps=(2, 8)))
+@pytest.mark.parametrize("quantity", QUANTITIES, ids=lambda quantity: quantity.aov)
+def test_every_estimator_is_measured_with_every_budget_once(quantity):
+    points = points_of(TablePlan(budgets=(4, 16), steps=(2, 8)), quantity)
     assert len({point.key for point in points}) == len(points)
-    for name in ESTIMATORS:
+    members = list(ESTIMATORS) if quantity.aov == "visibility" else list(LIGHT_ESTIMATORS)
+    assert {p.estimator for p in points} == set(members)
+    for name in members:
         budgets = {(p.samples, p.filter) for p in points if p.estimator == name}
         assert budgets == {(n, f) for n in (4, 16) for f in ("none", "edge")}
     # Of a slice, 4 reads are 2 each way, however many steps are asked for.
-    assert len([p for p in points if p.estimator == "gtao" and p.samples == 4]) == 2
+    assert len([p for p in points if p.estimator == "bitmask" and p.samples == 4]) == 2
 
 
 def row(estimator: str, samples: int, steps: int, error: float, time: float) -> Averaged:
@@ -46,25 +51,44 @@ def test_the_best_split_of_each_budget_is_kept_and_the_front_is_bold():
 
 
 def test_a_small_table_is_written(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(estimator_table, "REFERENCE_SPP", 4)
-    quick = dataclasses.replace(estimator_table.QUICK, reference_seconds=0.5)
+    monkeypatch.setattr(estimator_views, "REFERENCE_SPP", 4)
+    quick = dataclasses.replace(estimator_table.QUICK, radii_px=(40.0,), reference_seconds=0.5)
     monkeypatch.setattr(estimator_table, "QUICK", quick)
     size = ["--size", "32x18", "--quick"]
     assert main(["corner", "--bench", str(tmp_path), "--estimators", *size]) == 0
     with (tmp_path / "estimators.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert {r["estimator"] for r in rows} == set(ESTIMATORS)
-    assert {r["radius_px"] for r in rows} == {"10.0", "40.0"}
+    assert {r["radius_px"] for r in rows} == {"40.0"}
     for r in rows:
         # A fault that the reference's own noise drowns is 0.
         parts = float(r["noise"]) ** 2 + float(r["fault"]) ** 2
         if float(r["fault"]) > 0.0:
             assert parts == pytest.approx(float(r["error"]) ** 2, rel=1e-2, abs=1e-6)
     text = (tmp_path / "estimators.md").read_text()
-    assert text.count("### R of") == 4
+    # The scene has no light that arrives through open directions.
+    assert [text.count(f"### {name}, R of") for name in ("Visibility", "Bounce")] == [2, 2]
+    assert text.count("### ") == 4
+    lights = [r for r in rows if r["quantity"] == "bounce"]
+    assert {r["estimator"] for r in lights} == set(LIGHT_ESTIMATORS)
     assert "32x18; corner; 2 seeds" in text
     assert text in capsys.readouterr().out
     assert (tmp_path / "estimators.png").stat().st_size > 0
+
+
+def test_light_is_a_multiple_of_the_mean_of_its_reference():
+    mask = np.array([[True, True, False]])
+    image = np.array([[[2.0] * 3, [6.0] * 3, [99.0] * 3]], np.float32)
+    reference = Reference({"bounce": image}, {"bounce": 16.0 * np.ones_like(image)}, 2, 8, 0.0)
+    quantity = next(q for q in QUANTITIES if q.aov == "bounce")
+    found = estimator_views._normalised(quantity, reference, mask)
+    assert found is not None
+    relative, level = found
+    assert level == 4.0
+    assert relative.images["bounce"][0, :2, 0].tolist() == [0.5, 1.5]
+    assert np.all(relative.variance["bounce"] == 1.0)
+    black = dataclasses.replace(reference, images={"bounce": 0.0 * image})
+    assert estimator_views._normalised(quantity, black, mask) is None
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,219 @@
+"""What every estimator finds and takes, in views of scenes: visibility and light."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ssdo_gl.bench.bench_renderer import BenchRenderer, Images
+from ssdo_gl.bench.clock import trusted_clock
+from ssdo_gl.bench.errors import Judged, color, judge, judged_pixels, render_seeds
+from ssdo_gl.bench.machine import describe_machine
+from ssdo_gl.bench.panels import ErrorPanel
+from ssdo_gl.bench.points import Point
+from ssdo_gl.bench.reference_cache import Goal, Reference, ReferenceCache, obtain
+from ssdo_gl.bench.storage import BenchError
+from ssdo_gl.bench.sweep import order
+from ssdo_gl.effects.estimators import ESTIMATORS
+from ssdo_gl.effects.methods import METHODS
+from ssdo_gl.gpu.context import Device
+from ssdo_gl.headless.progress import StageProgress
+from ssdo_gl.images.error import Mask, mean_level
+from ssdo_gl.renderer import Renderer
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.settings import Settings
+
+# Radii on the screen, pixels: the mean over what is in view.
+RADII_PX = (10.0, 40.0, 160.0)
+BUDGETS = (8, 16, 32, 64)
+STEPS = (2, 4, 8)
+FILTERS = ("none", "edge")
+SEEDS, ROUNDS, FRAMES = 3, 2, 2
+REFERENCE_SPP, REFERENCE_SECONDS = 128, 30.0
+# Standard errors: of visibility; of light, relative to its mean.
+REFERENCE_ERROR, RELATIVE_ERROR = 0.004, 0.01
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What estimators find: an image, by which method, held to which reference.
+
+    Attributes
+    ----------
+    unit : (estimator, reads, filter)
+        The setting that times are multiples of.
+    radii_px : tuple of float
+        Where it is measured.
+    """
+
+    aov: str
+    method: str
+    reference: str
+    unit: tuple[str, int, str]
+    radii_px: tuple[float, ...]
+
+    @property
+    def panel(self) -> ErrorPanel:
+        """How an image is held to the reference."""
+        return ErrorPanel(self.aov, self.reference, self.aov, self.aov, "")
+
+    def normalised(self, images: Images, level: float) -> dict[str, NDArray[np.float32]]:
+        """Return the image alone, as a multiple of `level`: light has no unit of its own."""
+        return {self.aov: color(images[self.aov]) / np.float32(level)}
+
+
+QUANTITIES = (
+    Quantity("visibility", "ssao", "reference-ao", ("hemisphere", 16, "edge"), RADII_PX),
+    Quantity("directional", "bounce", "reference-near", ("rgs09", 16, "edge"), (40.0,)),
+    Quantity("bounce", "bounce", "reference-near", ("rgs09", 16, "edge"), (40.0,)),
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TablePlan:
+    """How much is measured."""
+
+    radii_px: Sequence[float] = RADII_PX
+    budgets: Sequence[int] = BUDGETS
+    steps: Sequence[int] = STEPS
+    seeds: int = SEEDS
+    rounds: int = ROUNDS
+    reference_seconds: float = REFERENCE_SECONDS
+
+
+QUICK = TablePlan(
+    radii_px=(10.0, 40.0), budgets=(16,), steps=(4,), seeds=2, rounds=2, reference_seconds=10.0
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """One point in one view: errors, and milliseconds by round."""
+
+    judged: Judged
+    ms: NDArray[np.float64]
+
+
+ViewTable = Mapping[tuple[str, float], Mapping[Point, Measured]]
+# What is measured, by name: scenes, and what holds for all their points.
+Subjects = Mapping[str, tuple[Scene, Settings]]
+
+
+def points_of(plan: TablePlan, quantity: Quantity) -> list[Point]:
+    """Return every combination that differs."""
+    found: dict[tuple[object, ...], Point] = {}
+    for name, samples, steps, smoothing in itertools.product(
+        METHODS[quantity.method].estimators, plan.budgets, plan.steps, FILTERS
+    ):
+        key = (name, *ESTIMATORS[name].shared_out(samples, steps), smoothing, samples)
+        point = Point(quantity.aov, name, quantity.method, name, samples, steps)
+        found.setdefault(key, dataclasses.replace(point, filter=smoothing))
+    return list(found.values())
+
+
+def mean_radius_px(renderer: BenchRenderer, base: Settings, mask: NDArray[np.bool_]) -> float:
+    """Return how many pixels a radius of 1 covers, averaged over what is in view."""
+    plain = dataclasses.replace(base, method="direct")
+    depth = renderer.images(plain, ("depth",))["depth"][:, :, 0][mask].astype(np.float64)
+    width, height = base.size
+    _, tangent = renderer.scene.camera.tan_half_fov(width / height)
+    return float(np.mean(height / (2.0 * tangent * depth)))
+
+
+def milliseconds(renderer: BenchRenderer, point: Point, base: Settings, clock: str) -> float:
+    """Return what a point takes beyond the G-buffer."""
+    times = dict(renderer.split(point.settings(base), point.wanted, FRAMES, clock))
+    return sum(ms for name, ms in times.items() if name != "gbuffer")
+
+
+def _traced(
+    renderer: BenchRenderer, base: Settings, method: str, seconds: float, mask: Mask
+) -> Reference:
+    """Return the reference of every quantity that is held to `method`."""
+    aovs = [quantity.aov for quantity in QUANTITIES if quantity.reference == method]
+    traced = dataclasses.replace(base, method=method, spp=REFERENCE_SPP)
+    goal = Goal("visibility", REFERENCE_ERROR, False, seconds)
+    if "visibility" not in aovs:
+        goal = Goal(aovs[-1], RELATIVE_ERROR, True, seconds)
+    with tempfile.TemporaryDirectory() as folder:
+        return obtain(renderer, traced, aovs, goal, mask, ReferenceCache(Path(folder)))
+
+
+def _normalised(
+    quantity: Quantity, reference: Reference, mask: Mask
+) -> tuple[Reference, float] | None:
+    """Return a reference whose errors are relative, and by what; None where it is black."""
+    if quantity.aov == "visibility":
+        return reference, 1.0
+    level = mean_level(color(reference.images[quantity.aov]), mask)
+    if level == 0.0:
+        return None
+    images = quantity.normalised(reference.images, level)
+    variance = quantity.normalised(reference.variance, level**2)
+    return dataclasses.replace(reference, images=images, variance=variance), level
+
+
+def measure_view(
+    renderer: BenchRenderer, base: Settings, radius_px: float, plan: TablePlan, clock: str
+) -> dict[Point, Measured]:
+    """Return errors and times of all points in one view; `base` has its radius."""
+    mask, judged, references = judged_pixels(renderer, base), {}, {}
+    for quantity in QUANTITIES:
+        if radius_px not in quantity.radii_px:
+            continue
+        if quantity.reference not in references:
+            seconds = plan.reference_seconds
+            references[quantity.reference] = _traced(
+                renderer, base, quantity.reference, seconds, mask
+            )
+        found = _normalised(quantity, references[quantity.reference], mask)
+        if found is None:
+            continue
+        reference, level = found
+        for point in points_of(plan, quantity):
+            seeds = render_seeds(renderer, point, base, plan.seeds, (quantity.aov,))
+            images = [quantity.normalised(image, level) for image in seeds]
+            judged[point] = judge(quantity.panel, images, reference, mask, 0.0)
+    points = list(judged)
+    times = np.zeros((len(points), plan.rounds))
+    for number in range(plan.rounds):
+        for index in order(number, len(points)):
+            times[index, number] = milliseconds(renderer, points[index], base, clock)
+    return {point: Measured(judged[point], times[index]) for index, point in enumerate(points)}
+
+
+def measure(
+    subjects: Subjects, plan: TablePlan, device: Device, progress: StageProgress
+) -> tuple[ViewTable, str]:
+    """Return every view's measurements, and by which clock."""
+    views, clock = {}, ""
+    for name, (scene, settings) in subjects.items():
+        with Renderer(scene, settings, device=device) as r:
+            clock = trusted_clock(describe_machine(device, r.timer_kind, ""))
+            renderer = BenchRenderer(r)
+            base = dataclasses.replace(r.settings, antialias=1, estimator=None, max_error=None)
+            mask = judged_pixels(renderer, base)
+            if not mask.any():
+                raise BenchError("the camera sees no surface: there is nothing to measure")
+            unit_px = mean_radius_px(renderer, base, mask)
+            for radius_px in plan.radii_px:
+                progress.say(f"{name}, R of {radius_px:g} px")
+                at = dataclasses.replace(base, radius=radius_px / unit_px)
+                views[name, radius_px] = measure_view(renderer, at, radius_px, plan, clock)
+    return views, clock
+
+
+def unit_of(view: Mapping[Point, Measured], quantity: Quantity) -> NDArray[np.float64]:
+    """Return the milliseconds by round that times are multiples of."""
+    return next(
+        m.ms
+        for p, m in view.items()
+        if (p.kind, p.estimator, p.samples, p.filter) == (quantity.aov, *quantity.unit)
+    )
