@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import statistics
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -91,7 +92,9 @@ class Drawing:
     ----------
     planes : mapping of image name to Plane
     view : FrameView
-    passes : tuple of PassReport
+    report : callable
+        Returns what every pass did; a window asks for it where it is shown, and `passes`
+        is the answer.
     decisions : tuple of Decision
     frame_ms : float
         Until the device had finished, without what was done in between.
@@ -103,11 +106,16 @@ class Drawing:
 
     planes: Mapping[str, Plane]
     view: FrameView
-    passes: tuple[PassReport, ...]
+    report: Callable[[], tuple[PassReport, ...]]
     decisions: tuple[Decision, ...]
     frame_ms: float
     references: Mapping[str, Any] = field(default_factory=dict)
     is_settled: bool = True
+
+    @cached_property
+    def passes(self) -> tuple[PassReport, ...]:
+        """What every pass did."""
+        return self.report()
 
 
 @dataclass(frozen=True)

@@ -260,7 +260,7 @@ class Renderer(FrameLoop):
         return Drawing(
             {name: self._plane(job, name) for name in job.names},
             frame.view,
-            log.reports(job.pipeline, job.plan),
+            functools.partial(log.reports, job.pipeline, job.plan),
             job.pipeline.decided.rows,
             log.frame_ms[0] - 1e3 * sum(pauses),
             job.references(),

@@ -52,7 +52,7 @@ class Film:
         texture = self._textures[self._next % len(self._textures)]
         self._next += 1
         planes = dict.fromkeys(names, Plane(texture))
-        return Drawing(planes, None, (), (), 1e3, {})
+        return Drawing(planes, None, tuple, (), 1e3, {})
 
     def release(self):
         for texture in self._textures:
