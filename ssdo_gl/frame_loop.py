@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import time
 from collections.abc import Hashable, Iterable
@@ -283,7 +282,7 @@ class FrameLoop:
         first_seed, moves = self.settings.seed, self._count_move(view) if is_live else 0
         seed, steady_view = first_seed + index, (view.key(), nonce, count, is_live)
         if count > 1:
-            view = dataclasses.replace(view, jitter_px=jitter(index % count, count))
+            view = view.jittered(jitter(index % count, count))
         versions = {
             **self._versions,
             "view": (view.key(), nonce),

@@ -166,6 +166,12 @@ def _cross(a: Vector, b: Vector) -> Vector:
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
+def is_reflection(rotation: FloatArray) -> bool:
+    """Return whether the axes (3, 3) of a rotation are left-handed."""
+    x, y, z = (vector(tuple(row)) for row in rotation.tolist())
+    return dot(_cross(x, y), z) < 0.0
+
+
 def perspective(tan_half_fov: tuple[float, float], near: float, far: float) -> FloatArray:
     """Return the (4, 4) OpenGL projection clip_from_view (z in -w..w).
 
@@ -176,11 +182,15 @@ def perspective(tan_half_fov: tuple[float, float], near: float, far: float) -> F
     near, far : float
         Distances along the view axis, scene units, 0 < near < far.
     """
+    depth = far - near
     x, y = tan_half_fov[0] * near, tan_half_fov[1] * near
-    matrix: FloatArray = pyrr.matrix44.create_perspective_projection_from_bounds(
-        -x, x, -y, y, near, far, dtype=np.float64
-    ).T
-    return matrix
+    from_clip = [
+        [2.0 * near / (x + x), 0.0, 0.0, 0.0],
+        [0.0, 2.0 * near / (y + y), 0.0, 0.0],
+        [0.0, 0.0, -(far + near) / depth, -1.0],
+        [0.0, 0.0, -2.0 * far * near / depth, 0.0],
+    ]
+    return np.array(from_clip).T
 
 
 def orthographic(half_frame: tuple[float, float], near: float, far: float) -> FloatArray:

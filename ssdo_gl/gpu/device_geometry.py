@@ -16,6 +16,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from ssdo_gl import math3d
 from ssdo_gl.gpu.draw_group import (
     INSTANCE_ATTRIBUTES,
     INSTANCE_FLOATS,
@@ -137,7 +138,7 @@ class Geometry:
         is_reflection, visible = self._once(
             (_key(viewpoint), clip_from_view.tobytes(), skip_light),
             lambda: (
-                bool(np.linalg.det(viewpoint.view_from_world) < 0.0),
+                math3d.is_reflection(viewpoint.view_from_world),
                 self._instances.visible(self._boxes(viewpoint), clip_from_view, skip_light),
             ),
         )

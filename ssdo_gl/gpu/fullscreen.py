@@ -68,7 +68,8 @@ def draw_fullscreen(
             target.viewport = whole
         if target.scissor != band:
             target.scissor = band
-        target.use()
+        if gl.fbo is not target:
+            target.use()
         program.set({}, textures)
         program.check_complete()
         program.empty_vertex_array().render(moderngl.TRIANGLES, vertices=3)

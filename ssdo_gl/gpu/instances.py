@@ -118,7 +118,7 @@ class Instances:
         planes = np.concatenate(
             [clip_from_view[3] + clip_from_view[:3], clip_from_view[3] - clip_from_view[:3]]
         )
-        seen = _inside(planes, center, half) & self._shown(skip_light)
+        seen = self._shown(_inside(planes, center, half), skip_light)
         packed = np.empty((int(np.count_nonzero(seen)), INSTANCE_FLOATS), np.float32)
         packed[:, :12] = view_from_mesh[seen].reshape(-1, 12)
         packed[:, 12:] = self.materials[seen]
@@ -127,7 +127,8 @@ class Instances:
         if clip_from_view[3, 2] == 0.0:
             is_around = ~_inside(planes[2:3], center[seen], -half[seen])
         else:
-            is_around = np.all(np.abs(center[seen]) <= half[seen] * (1.0 + CLIP_MARGIN), axis=1)
+            within = np.abs(center[seen]) <= half[seen] * (1.0 + CLIP_MARGIN)
+            is_around = np.asarray(within.all(axis=1))
         begins = [0, *ends[:-1]]
         return [_shared_out(packed[i:j], is_around[i:j]) for i, j in zip(begins, ends, strict=True)]
 
@@ -166,15 +167,14 @@ class Instances:
         sides[:, 2:] *= 1.01
         _, center, half = boxes
         farthest = half[:, 2] - center[:, 2]
-        seen = _inside(sides, center, half) & (farthest > 0.0)
-        seen &= self._shown(skip_light)
-        if not np.any(seen):
+        seen = self._shown(_inside(sides, center, half) & (farthest > 0.0), skip_light)
+        if not seen.any():
             return None
         nearest = float((-center[seen, 2] - half[seen, 2]).min())
         return nearest, float(farthest[seen].max())
 
-    def _shown(self, skip_light: int | None) -> NDArray[np.bool_] | bool:
-        return True if skip_light is None else np.asarray(self.lights != skip_light)
+    def _shown(self, seen: NDArray[np.bool_], skip_light: int | None) -> NDArray[np.bool_]:
+        return seen if skip_light is None else seen & (self.lights != skip_light)
 
 
 def gather(
@@ -241,4 +241,4 @@ def _inside(planes: FloatArray, center: FloatArray, half: FloatArray) -> NDArray
     """Return which boxes reach the positive side of every plane (P, 4)."""
     distance = center @ planes[:, :3].T + planes[:, 3]
     reach = half @ np.abs(planes[:, :3]).T
-    return np.asarray(np.all(distance + reach >= 0.0, axis=1))
+    return np.asarray((distance + reach >= 0.0).all(axis=1))

@@ -132,7 +132,9 @@ class Program:
         for name, value in uniforms.items():
             slot = slots.get(name)
             if slot is not None:
-                slot.set(value)
+                # Most values are the very ones of the frame before: the driver has them.
+                if value is not slot.constant or value is None:
+                    slot.set(value)
             elif self._declaration(name).is_sampler:
                 raise ShaderError(f"{self.name}: {name} is a sampler; give it among the textures")
         for name, texture in textures.items():

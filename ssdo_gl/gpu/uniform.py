@@ -19,6 +19,12 @@ _LETTERS = {"float": "f", "vec": "f", "int": "i", "ivec": "i", "uint": "I", "uve
 class UniformSlot:
     """A uniform that the driver has, and the value that it holds.
 
+    Attributes
+    ----------
+    constant : object
+        The value, if it is a number, a tuple of numbers or a read-only array: what cannot
+        change need not be packed to know that it has not. Else None.
+
     Parameters
     ----------
     program_name : str
@@ -41,16 +47,13 @@ class UniformSlot:
         # Asked once here: for every draw it would make the driver wait.
         self._byte_count = len(member.read())
         self._layout = None if self._is_array else _layout_of(self._type)
-        self._is_real = self._type.startswith(("float", "vec"))
+        is_real = self._type.startswith(("float", "vec"))
+        self._kinds = frozenset((int, float, np.float64) if is_real else (int,))
         self._data: bytes | None = None
-        self._constant: object = None
+        self.constant: object = None
 
     def set(self, value: object) -> None:
         """Give the uniform a value; raise ShaderError if it does not fit the type."""
-        # Most values are those of the frame before: the driver has them. What cannot
-        # change, numbers, tuples of them and read-only arrays, need not even be packed.
-        if value is self._constant and value is not None:
-            return
         data = self._constants(value)
         is_constant = data is not None or (type(value) is np.ndarray and _cannot_change(value))
         if data is None:
@@ -58,7 +61,7 @@ class UniformSlot:
         if data != self._data:
             self._member.write(data)
             self._data = data
-        self._constant = value if is_constant else None
+        self.constant = value if is_constant else None
 
     def _constants(self, value: object) -> bytes | None:
         """Return numbers that cannot change as bytes; None for all else.
@@ -69,9 +72,8 @@ class UniformSlot:
         if layout is None:
             return None
         numbers = value if type(value) is tuple else (value,)
-        for number in numbers:
-            if type(number) is not int and not (self._is_real and isinstance(number, float)):
-                return None
+        if not self._kinds.issuperset(map(type, numbers)):
+            return None
         try:
             return layout.pack(*numbers)
         except (struct.error, OverflowError):

@@ -164,7 +164,7 @@ class Executor:
                     inputs={name: textures[name] for name in item.reads},
                     target=result.target,
                     progress=progress,
-                    facts={name: facts[name] for name in item.reads if name in facts},
+                    facts={n: facts[n] for n in item.reads if n in facts} if facts else {},
                     last=last,
                     is_complete=is_complete,
                 )
@@ -180,9 +180,10 @@ class Executor:
                     self.is_settled = is_complete = False
             else:
                 timings.append(PassTiming(item.name, False, None, 0.0))
-            if item.name in self._results:
-                textures.update(self._results[item.name].textures)
-                facts.update(self._results[item.name].facts)
+            if (made := self._results.get(item.name)) is not None:
+                textures.update(made.textures)
+                if made.facts:
+                    facts.update(made.facts)
             if item.name in stale:
                 self._lend_on(step)
         return timings
@@ -246,12 +247,8 @@ class Executor:
         of_resource: dict[str, int] = {}
         for kind, step in zip(self._kinds, steps.order, strict=True):
             item = step.item
-            key = (
-                kind,
-                *[of_resource[name] for name in step.stale_by],
-                *[versions[domain] for domain in item.depends_on],
-                (frame.is_live, self._parts.get(item.name)) if item.is_gradual else None,
-            )
+            part = (frame.is_live, self._parts.get(item.name)) if item.is_gradual else None
+            key = kind, step.inputs_of(of_resource), step.versions_of(versions), part
             number = of_pass[item.name] = self._number(key)
             for resource in item.writes:
                 of_resource[resource] = number
@@ -315,13 +312,13 @@ class Executor:
             own = item.execute(context)
         cpu_ms = (time.perf_counter() - start) * 1e3
         result.facts.clear()
-        for name, made in (own or {}).items():
+        for name, made in own.items() if own else ():
             if isinstance(made, TextureWithFacts):
                 result.textures[name], result.facts[name] = made
             else:
                 result.textures[name] = made
-        missing = [name for name in item.writes if name not in result.textures]
-        if missing:
+        if not item.writes.keys() <= result.textures.keys():
+            missing = [name for name in item.writes if name not in result.textures]
             raise RuntimeError(f"pass {item.name!r} did not return {', '.join(missing)}")
         return PassTiming(item.name, True, gpu_ms, cpu_ms)
 

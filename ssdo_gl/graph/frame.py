@@ -137,6 +137,20 @@ class FrameView:
             self.jitter_px,
         )
 
+    def jittered(self, jitter_px: tuple[float, float]) -> FrameView:
+        """Return the view with its samples shifted."""
+        return FrameView(
+            self.size,
+            self.position_ws,
+            self.view_from_world,
+            self.tan_half_fov,
+            self.near,
+            self.far,
+            jitter_px,
+            self.half_frame,
+            self.depth_offset,
+        )
+
     def point_vs(self, point_ws: FloatArray) -> FloatArray:
         """Return world-space points (..., 3) in view space."""
         return np.asarray((np.asarray(point_ws) - self.position_ws) @ self.view_from_world.T)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 
 from ssdo_gl.graph.graph import Plan
 from ssdo_gl.graph.render_pass import RenderPass
@@ -21,8 +22,10 @@ class Step:
     item : RenderPass
     kind : hashable
         Equal for passes that make the same of the same input.
-    stale_by : tuple of str
-        Those of its reads whose change makes its result stale.
+    inputs_of : callable
+        Picks those of its reads whose change makes its result stale out of a dict.
+    versions_of : callable
+        Picks the domains that it depends on out of a dict.
     formats : dict of resource to Format
         Of the textures that it borrows.
     lends : tuple of (pass name, resource)
@@ -31,7 +34,8 @@ class Step:
 
     item: RenderPass
     kind: Hashable
-    stale_by: tuple[str, ...]
+    inputs_of: Callable[[Mapping[str, int]], object]
+    versions_of: Callable[[Mapping[str, int]], object]
     formats: dict[str, Format]
     lends: tuple[tuple[str, str], ...]
 
@@ -81,4 +85,9 @@ def _step(item: RenderPass, size: tuple[int, int], lends: tuple[tuple[str, str],
     # Tables and maps stay while a window changes the size of its picture.
     size_of = size if formats else None
     kind = item.name, type(item), key, writes, size_of, stale_by, item.depends_on
-    return Step(item, kind, stale_by, formats, lends)
+    return Step(item, kind, _picking(stale_by), _picking(item.depends_on), formats, lends)
+
+
+def _picking(names: Sequence[str]) -> Callable[[Mapping[str, int]], object]:
+    """Return what picks the values of `names` out of a dict, always in the same way."""
+    return itemgetter(*names) if names else lambda values: None

@@ -41,7 +41,7 @@ class Averages:
         What an image must have been made from in order to be averaged with it.
     view : FrameView
         Of the last of them.
-    versions : mapping
+    versions : tuple of hashable
         Of bodies, lights and environment in the last of them.
     target : Framebuffer
         Over the averages, one for each image, and last the surfaces that they belong to:
@@ -52,7 +52,7 @@ class Averages:
 
     made_from: Hashable
     view: FrameView
-    versions: Mapping[str, Hashable]
+    versions: tuple[Hashable, ...]
     target: moderngl.Framebuffer
     spare: moderngl.Framebuffer | None = None
 
@@ -66,16 +66,17 @@ class Averages:
     def goes_on_with(self, frame: Frame) -> bool:
         """Return whether nothing has changed since but where camera and bodies are."""
         sizes = [(v.size, v.tan_half_fov, v.half_frame) for v in (self.view, frame.view)]
-        return sizes[0] == sizes[1] and not {"lights", "environment"} & self.changed_in(frame)
+        return sizes[0] == sizes[1] and self.versions[1:] == versions(frame)[1:]
 
-    def changed_in(self, frame: Frame) -> set[str]:
-        """Return what has changed since, of bodies, lights and environment."""
-        return {name for name, version in self.versions.items() if version != versions(frame)[name]}
+    def is_still_in(self, frame: Frame) -> bool:
+        """Return whether neither bodies nor lights nor environment have changed since."""
+        return self.versions == versions(frame)
 
 
-def versions(frame: Frame) -> dict[str, Hashable]:
+def versions(frame: Frame) -> tuple[Hashable, ...]:
     """Return the versions of bodies, lights and environment."""
-    return {name: frame.versions.get(name) for name in ("geometry", "lights", "environment")}
+    known = frame.versions
+    return known.get("geometry"), known.get("lights"), known.get("environment")
 
 
 def uniforms(frame: Frame, last: FrameView, most_frames: int) -> dict[str, object]:
@@ -139,7 +140,7 @@ class TemporalPass(RenderPass):
             return self._made(current, known)
         most = 0
         if known is not None and known.goes_on_with(frame):
-            is_still = context.is_complete and not known.changed_in(frame)
+            is_still = context.is_complete and known.is_still_in(frame)
             chosen = self.settings
             most = chosen.frames if is_still else chosen.frames_of_moving_bodies
         made = self._draw(context, current, known, most)

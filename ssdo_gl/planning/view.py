@@ -207,7 +207,7 @@ def _in_frame(bodies: Bodies, eye: Eye) -> BoolArray:
     sides = np.array([[1, 0, -x], [-1, 0, -x], [0, 1, -y], [0, -1, -y], [0, 0, -1]])
     planes = sides @ eye.view_from_world
     height = (bodies.center - eye.position_ws) @ planes.T + np.array([u, u, v, v, 0.0])
-    return np.asarray(np.all(height + bodies.reach_along(planes) >= 0.0, axis=1))
+    return np.asarray((height + bodies.reach_along(planes) >= 0.0).all(axis=1))
 
 
 def can_reach(light: Light, bodies: Bodies, seen: IntArray) -> bool:
