@@ -1,9 +1,10 @@
 """Other renderers on the same clock: VTK's SSAO, three.js' SSAO, GTAO and SSGI, and ours.
 
-``make bench-peers`` runs ``python -m benchmarks.peers OUTDIR``, which writes peers.csv and peers.md
-into OUTDIR. All draw the same room, from the same place, at the same size, with the same reach of
-occlusion; that the cameras agree is checked by depth before anything is timed. Times are medians
-of rounds in which everybody takes a turn; errors are RMSE of visibility against rays.
+``make bench-peers`` runs ``python -m benchmarks.peers OUTDIR``, which writes peers.csv, peers.md
+and everybody's visibility as a PNG into OUTDIR. All draw the same room, from the same place, at
+the same size, with the same reach of occlusion; that the cameras agree is checked by depth before
+anything is timed. Times are medians of rounds in which everybody takes a turn; errors are RMSE of
+visibility against rays.
 
 A peer that is not there is left out, and the table says why. VTK: pip install --no-deps vtk.
 three.js: npm install three, and --three DIR says where; playwright and chromium draw it.
@@ -14,6 +15,7 @@ from __future__ import annotations
 import csv
 import io
 import math
+import re
 import statistics
 import sys
 import time
@@ -36,6 +38,7 @@ from ssdo_gl.bench.presets import load_preset
 from ssdo_gl.bench.storage import replace_file
 from ssdo_gl.bench.sweep import order
 from ssdo_gl.gpu.context import Device, create_context
+from ssdo_gl.images.files import png_bytes
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, parse
@@ -202,8 +205,8 @@ def table(rows: Sequence[dict[str, Any]]) -> Iterator[str]:
 
 def measure(
     room: Room, makers: dict[str, Callable[[Room], Peer]], rounds: int
-) -> tuple[list[dict[str, Any]], list[str]]:
-    """Return a row for everybody, and lines that say on what, and who was left out."""
+) -> tuple[list[Contestant], Traced, list[str]]:
+    """Return everybody, rays, and lines that say who drew on what, and who was left out."""
     with ExitStack() as stack:
         peers, notes = {}, []
         for name, make in makers.items():
@@ -226,7 +229,7 @@ def measure(
             except NoPeerError as error:
                 notes.append(f"skipped {name}: {error}")
         race(contestants, rounds)
-        return rows_of(contestants, traced), notes
+        return contestants, traced, notes
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -245,13 +248,19 @@ def main(argv: Sequence[str] | None = None) -> int:
         "VTK": Vtk,
         "three.js": partial(Three, folder=options.three),
     }
-    rows, notes = measure(room, makers, options.rounds)
+    options.outdir.mkdir(parents=True, exist_ok=True)
+    contestants, traced, notes = measure(room, makers, options.rounds)
+    rows = rows_of(contestants, traced)
     buffer = io.StringIO()
     writer = csv.DictWriter(buffer, list(rows[0]), lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)
-    options.outdir.mkdir(parents=True, exist_ok=True)
     replace_file(options.outdir / "peers.csv", buffer.getvalue().encode())
+    seen = {c.name: c.visibility for c in contestants if c.visibility is not None}
+    for name, visibility in {"rays": traced.visibility, **seen}.items():
+        levels = np.round(255.0 * np.clip(visibility, 0.0, 1.0)).astype(np.uint8)
+        path = options.outdir / (re.sub(r"[^a-z0-9]+", "-", name.lower()) + ".png")
+        replace_file(path, png_bytes(levels[:, :, None]))
     width, height = room.size
     conditions = (
         f"{width}x{height}, R {room.radius:g}; medians of {options.rounds} rounds of {FRAMES} "

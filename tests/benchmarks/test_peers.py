@@ -86,7 +86,8 @@ def test_who_is_there_is_measured_and_who_is_not_is_named(monkeypatch):
         "absent": missing,
         "askew": lambda room: FakePeer(room, scale=1.1),
     }
-    rows, notes = measure(make_room((32, 18), 0.3), makers, 1)
+    contestants, rays, notes = measure(make_room((32, 18), 0.3), makers, 1)
+    rows = rows_of(contestants, rays)
     assert [row["renderer"] for row in rows] == [*ours, *VARIANTS]
     found = {row["renderer"]: row for row in rows}
     assert found["fake SSAO"]["process_ms"] == 4.0 and found["fake SSAO"]["error"] > 0.1
