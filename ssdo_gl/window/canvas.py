@@ -23,6 +23,8 @@ from ssdo_gl.window.views import View, image_of, kind_of_image, settings_of
 
 # A frame of a 30 Hz display.
 DEFAULT_BUDGET_MS = 33.0
+# What of a budget is left for drawing, at least, however long it takes to show a picture.
+LEAST_SHARE = 0.4
 
 
 class Canvas(SceneFlight, Chosen):
@@ -43,6 +45,8 @@ class Canvas(SceneFlight, Chosen):
         Alarms, and the error of the left side against the right one.
     frame_ms : float
         Of the last frame, both sides together.
+    showing_ms : float
+        What it takes to bring a picture and the panel onto the screen.
     """
 
     def __init__(
@@ -66,7 +70,7 @@ class Canvas(SceneFlight, Chosen):
         self.is_inspecting = False
         self.shows_histogram = False
         self.times_passes = False
-        self.frame_ms = 0.0
+        self.frame_ms = self.showing_ms = 0.0
         self.monitor = Monitor(device, self.shaders)
         self._kept = KeptPlanes(device)
         self._sides: list[Side] = []
@@ -140,7 +144,8 @@ class Canvas(SceneFlight, Chosen):
             )
             self._sides.append(side)
         for side in self._sides:
-            side.set_budget(self.budget_ms / wanted)
+            left_ms = max(self.budget_ms - self.showing_ms, LEAST_SHARE * self.budget_ms)
+            side.set_budget(left_ms / wanted)
             side.is_governed = self.is_governed
 
     def settings_of_side(self, index: int) -> Settings:

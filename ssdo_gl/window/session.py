@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import statistics
 import sys
 import time
+from collections import deque
 
 import glfw
 
@@ -24,6 +26,8 @@ GAMEPAD_SECONDS = 1.0 / 60.0
 # of the time: it has to be answered, and the frame to be finished.
 BEAT_SECONDS = 1.0 / 60.0
 BEAT_SHARE = 0.4
+# How many frames tell how long it takes to show one.
+SHOWN_FRAMES = 9
 # What is on the screen follows events at least so soon, whatever is given up meanwhile.
 LATEST_SECONDS = 0.2
 _HINT = "drag: orbit   wheel: closer   right drag: look   WASD: fly   F1: all keys   Tab: panel"
@@ -39,6 +43,7 @@ class Session(ViewerLoop):
         self._shader_watch = ShaderWatch(self._viewer.shaders, shader_folder())
         self._film = FilmExport(self._viewer)
         self._gave_up = False
+        self._showing_ms: deque[float] = deque(maxlen=SHOWN_FRAMES)
         self._drawn_at = self._draw_seconds = 0.0
         self._host = WindowHost(window, viewer, self._input, self._film, title)
         self._host.reload = self._reload_shaders
@@ -145,6 +150,10 @@ class Session(ViewerLoop):
             self._say_in_title()
         self._window.swap()
         self._draw_seconds = time.perf_counter() - now
+        if self._window.device.is_software:
+            # Elsewhere the time is that of a display that is waited for.
+            self._showing_ms.append(1e3 * self._draw_seconds)
+            self._viewer.showing_ms = statistics.median(self._showing_ms)
 
     def _say_in_title(self) -> None:
         """Without a panel the title is where there is room for a line."""

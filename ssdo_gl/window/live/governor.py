@@ -25,7 +25,7 @@ ROUGH_SHADOWS: Mapping[str, int] = {"shadow_map.parts_per_side": 1, "direct.filt
 # What that leaves of a frame, estimators at half resolution.
 ROUGH_SHADOWS_WORK = 0.75
 # Sizes of the picture relative to the window, once samples alone do not suffice.
-FRAME_SCALES = (0.85, 0.7, 0.6, 0.5, 0.42, 0.35, 0.3, 0.25)
+FRAME_SCALES = (0.85, 0.7, 0.6, 0.5, 0.42, 0.35, 0.3, 0.25, 0.2, 0.16)
 
 # A decision to go down needs this many frames over budget, so that one hiccup of the
 # system does not count; the median of three ignores one of them.
