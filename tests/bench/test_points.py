@@ -6,6 +6,7 @@ import pytest
 
 from ssdo_gl.bench.panels import error_panels
 from ssdo_gl.bench.points import GridError, Point, read_grid
+from ssdo_gl.bench.presets import FIELDS, read_ladder
 from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.settings import Settings
 
@@ -38,6 +39,14 @@ def test_the_shipped_grid_covers_every_estimator_and_the_axes():
     quick = [point for point in grid if point.quick]
     assert 10 <= len(quick) < len(grid)
     assert {point.kind for point in quick} == {panel.kind for panel in error_panels()}
+
+
+def test_the_quick_sweep_holds_the_presets():
+    ladder = read_ladder()
+    quick = [point for point in read_grid() if point.quick and point.method == "bounce"]
+    measured = [{name: getattr(point, name) for name in FIELDS} for point in quick]
+    for name, number in ladder.presets.items():
+        assert ladder.rungs[number].fields() in measured, name
 
 
 def test_a_family_is_the_product_of_its_lists(tmp_path):
