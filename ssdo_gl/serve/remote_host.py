@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ssdo_gl.window.bindings import Command
+from ssdo_gl.window.picture_job import PictureWish
 from ssdo_gl.window.recent import Recent
 
 if TYPE_CHECKING:
@@ -60,6 +61,9 @@ class RemoteHost:
     def open(self, path: str) -> None:
         """Do nothing: pages open no files of the machine."""
 
+    def save_picture(self, wish: PictureWish) -> None:
+        """Do nothing: a page saves what it shows."""
+
     def toggle_vsync(self) -> bool:
         """Return True: a browser always waits for the display."""
         return True
@@ -68,4 +72,4 @@ class RemoteHost:
         """Do nothing: `permits` has refused it."""
 
     toggle_fullscreen = toggle_panel = toggle_help = toggle_film = _not_here
-    ask_for_file = reload_shaders = quit = _not_here
+    ask_for_file = ask_for_picture = reload_shaders = quit = _not_here

@@ -22,6 +22,7 @@ from ssdo_gl.window.camera import (
 )
 from ssdo_gl.window.history import Edited
 from ssdo_gl.window.opened import reload_file
+from ssdo_gl.window.picture_job import PictureWish
 from ssdo_gl.window.recent import Recent
 from ssdo_gl.window.saved_view import picture_meta, save_scene, view_command
 from ssdo_gl.window.screenshot import free_stem, save_screenshot
@@ -69,6 +70,12 @@ class Host(Protocol):
 
     def ask_for_file(self) -> None:
         """Let the user choose a file, and open it."""
+
+    def ask_for_picture(self) -> None:
+        """Let the user say which picture is to be saved, and save it."""
+
+    def save_picture(self, wish: PictureWish) -> None:
+        """Save a picture that was asked for."""
 
     def reload_shaders(self) -> None:
         """Compile what has changed."""
@@ -324,6 +331,7 @@ _ACTIONS: dict[Command, Callable[[Viewer, Host, int], None]] = {
     Command.REDO: _redo,
     Command.RESET: _reset,
     Command.SCREENSHOT: _screenshot,
+    Command.SAVE_PICTURE: _host(lambda host: host.ask_for_picture()),
     Command.SAVE_PRESET: _save_preset,
     Command.COPY_COMMAND: _copy_command,
     Command.STORE: _store,

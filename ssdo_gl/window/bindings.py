@@ -33,6 +33,7 @@ class Command(StrEnum):
     RELOAD_SCENE = "read the scene file again"
     SAVE_SCENE = "save a scene file that renders this picture"
     SCREENSHOT = "picture and settings to files"
+    SAVE_PICTURE = "save a picture of any size and method"
     SAVE_PRESET = "settings to a file for --preset"
     COPY_COMMAND = "copy the command that renders this view"
     UNDO = "undo the last edit"
@@ -97,6 +98,7 @@ BINDINGS: tuple[Binding, ...] = (
     Binding("Ctrl+S", glfw.KEY_S, Command.SAVE_SCENE, glfw.MOD_CONTROL),
     Binding("Ctrl+Shift+S", glfw.KEY_S, Command.SAVE_PRESET, _CONTROL_SHIFT),
     Binding("F12", glfw.KEY_F12, Command.SCREENSHOT),
+    Binding("Shift+F12", glfw.KEY_F12, Command.SAVE_PICTURE, glfw.MOD_SHIFT),
     Binding("C", glfw.KEY_C, Command.COPY_COMMAND),
     Binding("Ctrl+C", glfw.KEY_C, Command.COPY_COMMAND, glfw.MOD_CONTROL),
     Binding("Ctrl+Z", glfw.KEY_Z, Command.UNDO, glfw.MOD_CONTROL),

@@ -15,6 +15,7 @@ from ssdo_gl.window.glfw_window import GlfwWindow
 from ssdo_gl.window.hot_reload import FileWatch
 from ssdo_gl.window.input_map import InputMap
 from ssdo_gl.window.opened import open_file, reload_file
+from ssdo_gl.window.picture_job import PictureJob, PictureWish
 from ssdo_gl.window.recent import Recent
 from ssdo_gl.window.viewer import Viewer
 
@@ -47,6 +48,7 @@ class WindowHost:
         self.overlay: Overlay | None = None
         self.recent = Recent()
         self._dialog = FileDialog()
+        self._picture = PictureJob(viewer)
         self._scene_watch = FileWatch()
         self.title = title
         self.reload: Callable[[], None] = lambda: None
@@ -81,11 +83,28 @@ class WindowHost:
         else:
             self.overlay.path_prompt.show()
 
+    def ask_for_picture(self) -> None:
+        """Let the user say which picture is to be saved."""
+        if self.overlay is None:
+            self._viewer.say(NO_PANEL)
+        else:
+            self.overlay.picture_prompt.wish = self._picture.usual_wish()
+
+    def save_picture(self, wish: PictureWish) -> None:
+        """Render a picture in another process."""
+        self.defer(partial(self._picture.start, wish))
+
+    def release(self) -> None:
+        """Give up what is in the making elsewhere."""
+        self._picture.give_up()
+
     def look_at_files(self) -> bool:
-        """Open what a dialog has answered; read the scene again if its file has changed.
+        """Open what a dialog has answered; read a scene again that has changed; tell of a picture.
 
         Returns whether there was any of it.
         """
+        if self._picture.poll():
+            return True
         path = self._dialog.answer()
         if path is not None:
             self._open(path)

@@ -15,6 +15,7 @@ from ssdo_gl.window.imgui_backend import ImguiBackend
 from ssdo_gl.window.live import inspect, shown_values
 from ssdo_gl.window.panel import Panel, draw_menu, panel_width, state_text
 from ssdo_gl.window.path_prompt import PathPrompt
+from ssdo_gl.window.picture_prompt import PicturePrompt
 from ssdo_gl.window.presenter import error_color
 from ssdo_gl.window.viewer import Viewer
 from ssdo_gl.window.views import METHOD_LABELS
@@ -51,6 +52,7 @@ class Overlay(ImguiBackend):
     ----------
     shows_panel, shows_help : bool
     path_prompt : PathPrompt
+    picture_prompt : PicturePrompt
     light_handle : LightHandle
     """
 
@@ -70,6 +72,7 @@ class Overlay(ImguiBackend):
         self._panel = Panel(viewer, host)
         self.light_handle = self._panel.light_handle
         self.path_prompt = PathPrompt()
+        self.picture_prompt = PicturePrompt()
         # Where the texts at the top end, and those at the bottom begin.
         self._top = self._bottom = 0.0
         self._text_factor = 1.0
@@ -135,6 +138,9 @@ class Overlay(ImguiBackend):
         path = self.path_prompt.draw(window_size)
         if path is not None:
             self._host.open(path)
+        wish = self.picture_prompt.draw(window_size)
+        if wish is not None:
+            self._host.save_picture(wish)
         if self.shows_help:
             draw_help(window_size)
         self.draw(target)

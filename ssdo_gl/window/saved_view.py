@@ -32,18 +32,27 @@ def settings_shown(viewer: Viewer) -> Settings:
     return settings
 
 
-def view_command(viewer: Viewer, scene: Path | None = None, out: str = "view.png") -> str:
+def view_command(
+    viewer: Viewer,
+    scene: Path | None = None,
+    out: str = "view.png",
+    settings: Settings | None = None,
+) -> str:
     """Return the command line that renders what the left side shows at rest.
 
     Parameters
     ----------
     scene : Path or None
         What `save_scene` wrote of a scene that was edited.
+    settings : Settings or None
+        Instead of those that are shown.
     """
-    settings, camera, asked = settings_shown(viewer), viewer.camera, viewer.loaded.render
+    settings = settings or settings_shown(viewer)
+    camera, asked = viewer.camera, viewer.loaded.render
     has_camera = scene is not None or camera is viewer.original.camera
     if scene is not None:
-        asked = {**asked, **render_table(settings, asked)}
+        # The file asks for what is shown.
+        asked = {**asked, **render_table(settings_shown(viewer), asked)}
     return command_line(
         viewer.source if scene is None else str(scene),
         settings,

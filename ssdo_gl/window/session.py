@@ -84,6 +84,7 @@ class Session(ViewerLoop):
     def release(self) -> None:
         """Free everything on the device."""
         self._film.give_up()
+        self._host.release()
         if self._host.overlay is not None:
             self._host.overlay.release()
         self._viewer.release()

@@ -18,7 +18,10 @@ from ssdo_gl.window.viewer import Viewer
 # Of a tooltip, in heights of text.
 _TOOLTIP_WIDTH = 28.0
 _TEXT_FACTORS = (0.8, 1.0, 1.25, 1.5, 2.0)
-_FILE = (Command.SAVE_SCENE, Command.SAVE_PRESET, Command.SCREENSHOT, Command.COPY_COMMAND)
+_FILE = (
+    *(Command.SAVE_SCENE, Command.SAVE_PRESET),
+    *(Command.SCREENSHOT, Command.SAVE_PICTURE, Command.COPY_COMMAND),
+)
 _VIEW = (Command.FIT, Command.HOME, Command.INSPECT, Command.SPLIT, Command.ERROR)
 _WINDOW = (Command.TOGGLE_PANEL, Command.FULLSCREEN, Command.TOGGLE_HELP)
 
