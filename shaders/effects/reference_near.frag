@@ -27,18 +27,19 @@ const uint DIMENSION_FIRST = 0u;
 const uint DIMENSION_SENDER_SKY = 1u;
 const uint DIMENSION_LIGHTS = 2u;  // two for each light and place
 
-// Irradiance of the lights marked ssdo at `surface`, one sample of each.
+// Irradiance of the lights marked ssdo at `surface`, one sample of each that is asked.
 vec3 ssdo_irradiance(RaySurface surface, uint index, uint seed)
 {
     vec3 irradiance = vec3(0.0);
-    for (int g = 0; g < u_emitter_group_count; ++g) {
-        EmitterGroup group = emitter_group(g);
+    for (int g = 0; g < asked_group_count(); ++g) {
+        uint dimension = DIMENSION_LIGHTS + 4u * uint(g);
+        vec2 choice = random_2d(index, seed, dimension + 1u, false);
+        float weight;
+        EmitterGroup group = asked_group(g, choice.x, weight);
         if (group.is_direct && group.shadow == EMITTER_SSDO) {
-            uint dimension = DIMENSION_LIGHTS + 4u * uint(g);
             vec2 u = random_2d(index, seed, dimension, false);
-            vec2 choice = random_2d(index, seed, dimension + 1u, false);
             LightSample light = sample_group(group, choice, u, surface.start);
-            vec3 arriving = unblocked_irradiance(surface, light);
+            vec3 arriving = weight * unblocked_irradiance(surface, light);
             float reach = needed_reach(group, light, arriving, u_radius_ns);
             irradiance += light_is_blocked(surface, light.w, reach) ? vec3(0.0) : arriving;
         }
@@ -46,17 +47,19 @@ vec3 ssdo_irradiance(RaySurface surface, uint index, uint seed)
     return irradiance;
 }
 
-// E_direct + E_directional at a sender: one ray to each light and one to the sky.
+// E_direct + E_directional at a sender: one ray to each light that is asked and one to the sky.
 vec3 sender_irradiance(RaySurface surface, uint index, uint seed)
 {
     vec3 irradiance = vec3(0.0);
     // The turn after the last light is the sky's: one loop, because every call of the
     // traversal is another copy of it in the program.
-    for (int g = 0; g <= u_emitter_group_count; ++g) {
-        bool is_sky = g == u_emitter_group_count;
-        EmitterGroup group = emitter_group(max(min(g, u_emitter_group_count - 1), 0));
+    for (int g = 0; g <= asked_group_count(); ++g) {
+        bool is_sky = g == asked_group_count();
         uint dimension = DIMENSION_LIGHTS + 4u * uint(g) + 2u;
         vec2 u = random_2d(index, seed, is_sky ? DIMENSION_SENDER_SKY : dimension, false);
+        vec2 choice = random_2d(index, seed, dimension + 1u, false);
+        float weight;
+        EmitterGroup group = asked_group(max(min(g, asked_group_count() - 1), 0), choice.x, weight);
         LightSample light = NO_LIGHT;
         vec3 arriving = vec3(0.0);
         float reach = -1.0;
@@ -65,9 +68,8 @@ vec3 sender_irradiance(RaySurface surface, uint index, uint seed)
             arriving = PI * environment_radiance(light.w);
             reach = is_dark(arriving) ? -1.0 : u_radius_ns;
         } else if (group.is_direct) {
-            vec2 choice = random_2d(index, seed, dimension + 1u, false);
             light = sample_group(group, choice, u, surface.start);
-            arriving = unblocked_irradiance(surface, light);
+            arriving = weight * unblocked_irradiance(surface, light);
             float longest = group.shadow == EMITTER_SSDO ? u_radius_ns : RAY_FAR;
             reach = needed_reach(group, light, arriving, longest);
         }

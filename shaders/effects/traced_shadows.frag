@@ -24,16 +24,17 @@ void main()
         Brdf brdf = brdf_at(pixel);
 #endif
         uint seed = pixel_seed(pixel);
-        for (int g = 0; g < u_emitter_group_count; ++g) {
-            EmitterGroup group = emitter_group(g);
-            if (group.is_direct && group.shadow != EMITTER_SSDO) {
-                uint own = seed + uint(g) * 0x9e3779b9u;
-                for (int i = 0; i < u_sample_count; ++i) {
-                    uint index = u_first_sample + uint(i);
+        for (int g = 0; g < asked_group_count(); ++g) {
+            uint own = seed + uint(g) * 0x9e3779b9u;
+            for (int i = 0; i < u_sample_count; ++i) {
+                uint index = u_first_sample + uint(i);
+                vec2 choice = random_2d(index, own, 1u, false);
+                float weight;
+                EmitterGroup group = asked_group(g, choice.x, weight);
+                if (group.is_direct && group.shadow != EMITTER_SSDO) {
                     vec2 u = random_2d(index, own, 0u, true);
-                    vec2 choice = random_2d(index, own, 1u, false);
                     LightSample light = sample_group(group, choice, u, surface.start);
-                    vec3 arriving = unblocked_irradiance(surface, light);
+                    vec3 arriving = weight * unblocked_irradiance(surface, light);
                     float reach = needed_reach(group, light, arriving, RAY_FAR);
                     arriving = light_is_blocked(surface, light.w, reach) ? vec3(0.0) : arriving;
 #if GLOSSY

@@ -103,6 +103,28 @@ EmitterGroup draw_emitter_group(inout float u)
     return group;
 }
 
+// Software rasterizers end the loops of a shader after 65535 turns in all, of which a ray takes
+// some 20 and up to 150: of more groups than MOST_ALL each sample asks MOST_ASKED by chance.
+const int MOST_ALL = 1536;
+const int MOST_ASKED = 256;
+
+int asked_group_count()
+{
+    return u_emitter_group_count > MOST_ALL ? MOST_ASKED : u_emitter_group_count;
+}
+
+// The group to ask in turn g, and what its light counts; u in [0, 1) is uniform again.
+EmitterGroup asked_group(int g, inout float u, out float weight)
+{
+    weight = 1.0;
+    if (u_emitter_group_count <= MOST_ALL) {
+        return emitter_group(g);
+    }
+    EmitterGroup group = draw_emitter_group(u);
+    weight = 1.0 / max(group.probability * float(MOST_ASKED), 1e-30);
+    return group;
+}
+
 int draw_emitter(EmitterGroup group, float u)
 {
     int low = 0;

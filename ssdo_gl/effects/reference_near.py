@@ -13,7 +13,7 @@ from ssdo_gl.effects.request import Request
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.accumulate import Schedule, SumOutput
-from ssdo_gl.passes.ray_pass import RayPass
+from ssdo_gl.passes.ray_pass import RayPass, asked_lights
 from ssdo_gl.passes.ray_uniforms import radius_ns
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment_kinds import Environment
@@ -67,9 +67,9 @@ class ReferenceNearPass(RayPass):
 
     def schedule(self, context: PassContext) -> Schedule:
         """Return the schedule of samples."""
-        # A ray, where it hits one to each light and one to the sky, and those of the
-        # lights that arrive through the receiver's own open directions.
-        rays_per_sample = 2 + 2 * len(context.frame.scene.lights)
+        # A ray, where it hits one to each light that is asked and one to the sky, and those of
+        # the lights that arrive through the receiver's own open directions.
+        rays_per_sample = 2 + 2 * asked_lights(len(context.frame.scene.lights))
         return Schedule(self.settings.spp, rays_per_sample, MOST_PER_DRAW, self.settings.max_error)
 
 

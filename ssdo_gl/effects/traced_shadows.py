@@ -14,7 +14,7 @@ from ssdo_gl.effects.scene_lights import need_of_direct_light
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.accumulate import Schedule, SumOutput
-from ssdo_gl.passes.ray_pass import RayPass
+from ssdo_gl.passes.ray_pass import RayPass, asked_lights
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.settings.settings import same_as
 
@@ -50,8 +50,8 @@ class TracedShadowsPass(RayPass):
         self.outputs = tuple(SumOutput(name, channels=3) for name in names)
 
     def schedule(self, context: PassContext) -> Schedule:
-        """Return the schedule of samples, each a ray to every light."""
-        rays_per_sample = max(1, len(context.frame.scene.lights))
+        """Return the schedule of samples, each a ray to every light that is asked."""
+        rays_per_sample = max(1, asked_lights(len(context.frame.scene.lights)))
         return Schedule(
             self.settings.shadow_rays, rays_per_sample, MOST_PER_DRAW, self.settings.max_error
         )

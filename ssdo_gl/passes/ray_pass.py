@@ -17,6 +17,14 @@ from ssdo_gl.passes.ray_uniforms import EMITTER_TABLES, ray_defines, ray_reads, 
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment_kinds import Environment
 
+# Of more lights than MOST_ALL each sample asks MOST_ASKED by chance: rays/emitters.glsl.
+MOST_ALL, MOST_ASKED = 1536, 256
+
+
+def asked_lights(count: int) -> int:
+    """Return to how many of `count` lights a sample sends a ray."""
+    return MOST_ASKED if count > MOST_ALL else count
+
 
 class RayPass(RenderPass):
     """Draws ``effects/<name>.frag`` until `schedule` is fulfilled, and writes the mean.

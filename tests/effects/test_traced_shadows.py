@@ -202,3 +202,20 @@ def test_hundreds_of_lights_all_arrive(device, shaders) -> None:
     distance = np.linalg.norm(gaps, axis=-1)
     exact = np.sum(0.1 * gaps[..., 1] / distance**3, axis=0)
     np.testing.assert_allclose(image, exact, rtol=2e-4)
+
+
+def test_of_ten_thousands_of_lights_some_are_asked_by_chance(device, shaders) -> None:
+    # In one loop the last third of them would go missing.
+    rng = np.random.default_rng(3)
+    places = rng.uniform([-3, 1.5, -3], [3, 2.5, 3], (20_000, 3))
+    power = rng.uniform(0.001, 0.02, 20_000)
+    lights = [PointLight(tuple(p), (i, i, i)) for p, i in zip(places, power, strict=True)]
+    scene = make_scene([FLOOR], lights=lights, camera=CAMERA)
+    with Tracer(device, shaders, scene, (8, 6)) as tracer:
+        runs = tracer.runs(direct(scene, 4), 4)["direct_irradiance"][..., 0]
+        at = tracer.positions_ws()
+    gaps = places[:, None, None] - at
+    exact = np.einsum("n,nij->ij", power, gaps[..., 1] / np.linalg.norm(gaps, axis=-1) ** 3)
+    # 4 times 4 samples of 256 lights, whose light differs by as much as itself: 1 in 64.
+    np.testing.assert_allclose(runs.mean(axis=0), exact, rtol=0.07)
+    assert runs.mean() == pytest.approx(exact.mean(), rel=0.01)
