@@ -13,6 +13,7 @@
 # make bench-light  how far gi and bounce are from path tracing; SCENES="room-1 model.glb"
 # make bench-rays  rays per second of the reference tracers
 # make bench-motion  errors, flicker, lag and ghosts in motion; MOTION_FLAGS=--quick
+# make bench-python  processor time that Python takes to issue a frame
 # make bench-input  milliseconds from a key or the mouse to its answer in the window
 # make bench-gpu  tests, pass times, rays and images on a GPU, into bench/gpu; eight minutes
 # make bench-peers  VTK, three.js and ours in one room; THREE=DIR: of the npm package three
@@ -42,7 +43,7 @@ READY := $(VENV)/.ssdo_gl-ready
 endif
 
 .DELETE_ON_ERROR:
-.PHONY: setup snapshot view test test-slow fuzz hard-cases pictures bench bench-passes bench-estimators bench-effects bench-fidelity bench-light bench-rays bench-motion bench-input bench-peers bench-promises bench-gpu lint clean
+.PHONY: setup snapshot view test test-slow fuzz hard-cases pictures bench bench-passes bench-estimators bench-effects bench-fidelity bench-light bench-rays bench-motion bench-python bench-input bench-peers bench-promises bench-gpu lint clean
 
 setup: $(READY)
 
@@ -95,6 +96,9 @@ bench-rays: $(READY)
 
 bench-motion: $(READY)
 	$(PY) -m benchmarks.motion $(MOTION_FLAGS)
+
+bench-python: $(READY)
+	$(PY) -m benchmarks.python_time $(SCENE)
 
 bench-input: $(READY)
 	$(PY) -m benchmarks.input_latency $(SCENE)

@@ -1,0 +1,36 @@
+"""A steady frame calls no more functions than it needs: what it costs on a GPU."""
+
+from __future__ import annotations
+
+import pytest
+
+from benchmarks import python_time
+from ssdo_gl.renderer import Renderer
+from ssdo_gl.scene.load import load_scene
+
+SCENE = load_scene("cornell_meso")
+SETTINGS = dict(python_time.rows(SCENE))
+# Functions that a frame calls, and methods of moderngl's objects: a tenth more than CPython
+# 3.11 with fragment shaders. Before they were looked for it was 2743 and 139, 4285 and 164.
+MOST = {"still": (1270, 88), "moving": (2000, 114)}
+
+
+@pytest.mark.parametrize("motion", MOST)
+def test_a_steady_frame_calls_few_functions(device, motion):
+    if device.computes:
+        pytest.skip("compute shaders bind images where fragment shaders have a target")
+    with Renderer(SCENE, SETTINGS["bounce, preset balanced"], device=device) as renderer:
+        cost = python_time.measure(renderer, motion, 1)
+    assert cost.calls <= MOST[motion][0]
+    assert cost.gl_calls <= MOST[motion][1]
+    assert cost.python_ms > 0.0 and cost.driver_ms > 0.0
+
+
+def test_every_row_is_measured_and_printed(monkeypatch, capsys):
+    monkeypatch.setattr(python_time, "WARM_UP", 2)
+    monkeypatch.setattr(python_time, "rows", lambda scene: [("direct", SETTINGS["direct"])])
+    assert python_time.main(["corner", "--frames", "1"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    found = [line.strip("| ").split(" | ")[:2] for line in lines[2:-2]]
+    assert found == [["direct", motion] for motion in python_time.MOTIONS]
+    assert lines[-1].startswith("corner, medians of 1 frames; ")
