@@ -3,11 +3,12 @@
 // for each light, adding up.
 //
 // LIGHT_KIND, LIGHT_FORM: as in lights/lights.glsl. HAS_SHADOW_MAP: look it up. IS_SOFT: its
-// shadows have penumbrae. BLOCKER_COUNT, FILTER_COUNT: see lights/shadow.glsl. HAS_SHADING_NORMALS: see lights/lights.glsl.
+// shadows have penumbrae. BLOCKER_COUNT, FILTER_COUNT: see lights/area_shadow.glsl.
+// HAS_SHADING_NORMALS: see lights/lights.glsl.
 // HAS_LIFT: smooth surfaces are shadowed from where they would be, not from their triangles.
 // GLOSSY: surfaces may be glossy, and what they reflect of the light goes to a target of its own.
 #include "lib/gbuffer.glsl"
-#include "lights/shadow.glsl"
+#include "lights/area_shadow.glsl"
 #include "lights/gloss.glsl"
 
 uniform vec4 u_light[LIGHT_ROWS];

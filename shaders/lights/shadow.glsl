@@ -4,14 +4,11 @@
 // point that it came from, at its texel's centre, and blocks only if that point lies
 // above the receiver's tangent plane: a plane never shadows itself, at any slope.
 //
-// BLOCKER_COUNT, FILTER_COUNT: samples of the shadow of one part of a rectangle; parallel
-// light with a spread takes several times as many, see below.
+// LIGHT_FORM: as in lights/lights.glsl. BLOCKER_COUNT, FILTER_COUNT: samples of the shadow of
+// one part of a rectangle; parallel light with a spread takes many times as many, see below.
+// Rectangles: lights/area_shadow.glsl.
 #include "lib/hash.glsl"
 #include "lights/lights.glsl"
-
-#ifndef GLOSSY
-#define GLOSSY 0
-#endif
 
 uniform sampler2D t_shadow_atlas;
 uniform float u_shadow_tile_texels;   // texels along one face
@@ -34,13 +31,14 @@ const float SHADOW_CLEAR_SLACKS = 8.0;
 // The sample sequence of lib/hash.glsl, stepped in floats: a third of the integers' cost.
 const vec3 KRONECKER_STEP = vec3(KRONECKER_ALPHA) / 4294967296.0;
 
+const bool IS_PARALLEL = LIGHT_FORM == FORM_PARALLEL;
+
 struct ShadowMap {
     vec2 tile;            // of the first face, in tiles
     float span;           // of a face, in tiles
     int parts_per_side;   // of a rectangle, which divide each tile into squares
     float texels;         // along one such square
     int face_count;
-    bool is_parallel;
     vec2 half_size;       // of a face, border included
     vec3 origin_vs;
     mat3 light_from_view;
@@ -52,7 +50,7 @@ ShadowMap shadow_map_from_rows(vec4 rows[LIGHT_ROWS])
     vec2 half_size = vec2(rows[3].w, rows[4].w)
                    * (texels / (texels - 2.0 * SHADOW_BORDER_TEXELS));
     return ShadowMap(vec2(rows[5].w, rows[6].w), rows[7].w, int(rows[0].z), texels, int(rows[8].w),
-                     light_form(int(rows[0].x)) == FORM_PARALLEL, half_size, rows[8].xyz,
+                     half_size, rows[8].xyz,
                      transpose(mat3(rows[5].xyz, rows[6].xyz, rows[7].xyz)));
 }
 
@@ -79,7 +77,6 @@ struct Face {
     float texels;           // along its sides
     vec2 texel_from_slope;  // place on the face = slope * this + half a face
     vec2 slope_from_texel;
-    bool is_parallel;
 };
 
 // The face of a map; of a rectangle, that of its first part, at the lower left of a tile.
@@ -87,13 +84,13 @@ Face face_at(ShadowMap map, int face)
 {
     vec2 scale = 0.5 * map.texels / map.half_size;
     vec2 corner = (map.tile + vec2(float(face) * map.span, 0.0)) * u_shadow_tile_texels;
-    return Face(corner, map.texels, scale, 1.0 / scale, map.is_parallel);
+    return Face(corner, map.texels, scale, 1.0 / scale);
 }
 
 // Place of a point (u, v, depth) on the face, in texels from its corner.
 vec2 face_place(Face face, vec3 w)
 {
-    vec2 slope = face.is_parallel ? w.xy : w.xy / w.z;
+    vec2 slope = IS_PARALLEL ? w.xy : w.xy / w.z;
     return slope * face.texel_from_slope + 0.5 * face.texels;
 }
 
@@ -103,14 +100,14 @@ vec3 face_point(Face face, vec2 t)
     vec2 inside = clamp(t, vec2(0.0), vec2(face.texels - 1.0));
     float depth = texelFetch(t_shadow_atlas, ivec2(face.corner + inside), 0).x;
     vec2 slope = (inside + 0.5 - 0.5 * face.texels) * face.slope_from_texel;
-    return vec3(face.is_parallel ? slope : slope * depth, depth);
+    return vec3(IS_PARALLEL ? slope : slope * depth, depth);
 }
 
 // Size of a texel at depth `depth`, scene units.
 float face_texel_size(Face face, float depth)
 {
     float size = max(face.slope_from_texel.x, face.slope_from_texel.y);
-    return face.is_parallel ? size : size * depth;
+    return IS_PARALLEL ? size : size * depth;
 }
 
 // Whether a point at `offset` from the receiver lies above its tangent plane.
@@ -163,16 +160,16 @@ float point_shadow_visibility(ShadowMap map, vec3 p_ls, vec3 m_ls, float roundin
 #ifdef BLOCKER_COUNT
 // Sum over the 2 x 2 pixels that are shaded together; without control flow around it.
 // Where derivatives are coarse it is only near the sum, hence at least the pixel's own.
-vec2 quad_sum(vec2 own, ivec2 pixel)
+vec4 quad_sum(vec4 own, ivec2 pixel)
 {
     vec2 toward = 1.0 - 2.0 * vec2(pixel & 1);
-    vec2 row = 2.0 * own + toward.x * dFdx(own);
+    vec4 row = 2.0 * own + toward.x * dFdx(own);
     return max(2.0 * row + toward.y * dFdy(row), own);
 }
 
 // One map has to do for the whole disk, so it is read as often as those of so many parts.
 // What hides less than a twentieth of the disk may still be missed by the search.
-const int DISK_SEARCH_PARTS = 16;
+const int DISK_SEARCH_PARTS = 48;
 const int DISK_FILTER_PARTS = 8;
 
 // Soft shadow of parallel light that strays by `spread`: search and filter as in
@@ -200,7 +197,7 @@ float disk_shadow_visibility(ShadowMap map, vec3 p, vec3 m, float rounding, floa
         blockers += is_blocker ? vec2(-offset.z, 1.0) : vec2(0.0);
     }
     // Four pixels search together, as for rectangles.
-    blockers = quad_sum(blockers, pixel);
+    blockers = quad_sum(vec4(blockers, 0.0, 0.0), pixel).xy;
 
     int filter_rounds = is_surface && blockers.y > 0.0 ? filter_count : 0;
     // No narrower than a texel, whose grid would show.
@@ -218,179 +215,5 @@ float disk_shadow_visibility(ShadowMap map, vec3 p, vec3 m, float rounding, floa
         open += is_blocker ? 0.0 : weight;
     }
     return total > 0.0 ? open / total : 1.0;
-}
-
-// What a part of a rectangle contributes to a receiver at the origin, up to a constant:
-// cos cos / distance^2. `height` is the receiver's over the light, as a unit.
-float part_weight(vec3 to_light, vec3 normal, float height)
-{
-    vec3 d = to_light / height;
-    return max(dot(normal, d), 0.0) / (dot(d, d) * dot(d, d));
-}
-
-// A rectangle light and a receiver, in the axes of the face that the receiver falls on;
-// the dark side of a two-sided light is a mirror image. Edges are those of one part.
-struct SoftShadow {
-    vec3 p;        // receiver, relative to the light's centre
-    vec3 m;        // its geometric normal
-    vec3 axis;     // from the light towards the receiver's side
-    vec3 half_u;
-    vec3 half_v;
-    vec3 dual_u;   // dot products with these are coordinates on the part, -1..1
-    vec3 dual_v;
-    float height;  // of the receiver over the light
-    float slack;   // height above its tangent plane from which something blocks
-    vec2 texel;    // half of a texel at depth 1, in coordinates on the part
-};
-
-SoftShadow soft_shadow(ShadowMap map, int face, vec3 p_ls, vec3 m_ls, float rounding,
-                       vec2 half_u, vec2 half_v)
-{
-    float side = p_ls.z < 0.0 ? -1.0 : 1.0;
-    vec2 dual = vec2(1.0) / (half_u.x * half_v.y - half_u.y * half_v.x);
-    vec3 p = face_from_light(face, p_ls);
-    float texel = 2.0 * max(map.half_size.x, map.half_size.y) / map.texels;
-    vec3 dual_u = face_from_light(face, vec3(vec2(half_v.y, -half_v.x) * dual, 0.0));
-    vec3 dual_v = face_from_light(face, vec3(vec2(-half_u.y, half_u.x) * dual, 0.0));
-    vec2 across = vec2(abs(dual_u.x) + abs(dual_u.y), abs(dual_v.x) + abs(dual_v.y));
-    return SoftShadow(p, face_from_light(face, m_ls),
-                      face_from_light(face, vec3(0.0, 0.0, side)),
-                      face_from_light(face, vec3(half_u, 0.0)),
-                      face_from_light(face, vec3(half_v, 0.0)), dual_u, dual_v,
-                      p_ls.z * side, rounding + SHADOW_TEXEL_SLACK * texel * p.z,
-                      0.5 * texel * across);
-}
-
-// A lobe may see little of a part: more of the way there is searched, and what passes beside it
-// by this share of half of the part counts, because searched texels lie before or behind.
-const int LOBE_SEARCH_COUNT = 8;
-const float LEAST_SHAFT = 0.15;
-
-// What stands before the points from `low` to `high` of a part, seen from p: sum of the fractions
-// of the way at which it does, and how often it was met.
-vec2 blockers_of(SoftShadow shadow, Face face, vec3 p, vec2 low, vec2 high, vec3 start, int rounds)
-{
-    vec2 p_on_part = vec2(dot(p, shadow.dual_u), dot(p, shadow.dual_v));
-    vec2 middle = 0.5 * (low + high);
-    vec2 blockers = vec2(0.0);
-    for (int i = 0; i < rounds; ++i) {
-        vec3 r = fract(start + float(i) * KRONECKER_STEP);
-        vec2 y = low + r.xy * (high - low);
-        // Squared: what touches the receiver covers few texels, near its own.
-        float s = (r.z * 2.0 - 1.0) * (r.z * 2.0 - 1.0);
-        vec3 q = p + s * (y.x * shadow.half_u + y.y * shadow.half_v - p);
-        vec3 offset = face_point(face, floor(face_place(face, q))) - p;
-        // The line from the receiver through the stored point meets the light's plane.
-        float rise = -dot(offset, shadow.axis);
-        float reach = shadow.height / max(rise, 1e-6 * shadow.height);
-        vec2 hit = p_on_part + reach * vec2(dot(offset, shadow.dual_u), dot(offset, shadow.dual_v));
-        // The shaft to a small light fits in between the centres of texels: there any texel
-        // that it passes through is in its way. Close to the receiver its neighbours are.
-        bool is_clear = rise > SHADOW_CLEAR_SLACKS * shadow.slack;
-        vec2 narrowest = is_clear ? reach * q.z * shadow.texel : vec2(0.0);
-        vec2 shaft = max(max(0.5 * (high - low), LEAST_SHAFT), narrowest);
-        bool is_blocker = q.z > 0.0 && rise > 0.0 && all(lessThanEqual(abs(hit - middle), shaft))
-            && is_above_plane(offset, shadow.m, shadow.slack);
-        blockers += is_blocker ? vec2(rise / shadow.height, 1.0) : vec2(0.0);
-    }
-    return blockers;
-}
-
-// Whether something blocks the segment `to_light` from p at about the fraction s of it.
-bool is_blocked_at(SoftShadow shadow, Face face, vec3 p, vec3 to_light, float s)
-{
-    vec3 q = p + s * to_light;
-    vec3 offset = face_point(face, floor(face_place(face, q))) - p;
-    return q.z > 0.0 && dot(offset, shadow.axis) < 0.0
-        && is_above_plane(offset, shadow.m, shadow.slack);
-}
-
-// Soft shadow of one part of the light, whose centre is at `centre`, from its own map:
-// percentage-closer soft shadows (Fernando 2005) in which search and filter work on the
-// light's points themselves instead of on circles in the map. The segment from the
-// receiver p to the light's point y passes p + s (y - p); seen from the part's centre its
-// texels hold what may block it. Loops of no rounds skip pixels without a surface:
-// branches would not, in software, nor may derivatives be inside.
-float part_visibility(SoftShadow shadow, Face face, vec3 centre, vec3 start, ivec2 pixel,
-                      bool is_surface)
-{
-    vec3 p = shadow.p - centre;
-    vec2 blockers = blockers_of(
-        shadow, face, p, vec2(-1.0), vec2(1.0), start, is_surface ? BLOCKER_COUNT : 0);
-    // Four pixels search together: a third less error in penumbrae, for nothing.
-    blockers = quad_sum(blockers, pixel);
-
-    int filter_rounds = is_surface && blockers.y > 0.0 ? FILTER_COUNT : 0;
-    float s = blockers.x / max(blockers.y, 1.0);
-    float open = 0.0;
-    float total = 0.0;
-    for (int i = 0; i < filter_rounds; ++i) {
-        vec3 r = fract(start + float(i) * KRONECKER_STEP) * 2.0 - 1.0;
-        vec3 to_light = r.x * shadow.half_u + r.y * shadow.half_v - p;
-        float weight = part_weight(to_light, shadow.m, shadow.height);
-        total += weight;
-        open += is_blocked_at(shadow, face, p, to_light, s) ? 0.0 : weight;
-    }
-    return total > 0.0 ? open / total : 1.0;
-}
-
-#if GLOSSY
-// The share of the points from `low` to `high`, which a lobe sees, that nothing blocks.
-float part_visibility_to_lobe(SoftShadow shadow, Face face, vec3 centre, vec3 start, ivec2 pixel,
-                              bool is_glossy, vec2 low, vec2 high)
-{
-    vec3 p = shadow.p - centre;
-    vec2 blockers =
-        blockers_of(shadow, face, p, low, high, start, is_glossy ? LOBE_SEARCH_COUNT : 0);
-    blockers = quad_sum(blockers, pixel);
-    int filter_rounds = is_glossy && blockers.y > 0.0 ? FILTER_COUNT : 0;
-    float s = blockers.x / max(blockers.y, 1.0);
-    float open = filter_rounds > 0 ? 0.0 : 1.0;
-    for (int i = 0; i < filter_rounds; ++i) {
-        vec2 y = low + fract(start + float(i) * KRONECKER_STEP).xy * (high - low);
-        vec3 to_light = y.x * shadow.half_u + y.y * shadow.half_v - p;
-        open += is_blocked_at(shadow, face, p, to_light, s) ? 0.0 : 1.0 / float(FILTER_COUNT);
-    }
-    return open;
-}
-#endif
-
-// Soft shadow of a rectangle: its parts, weighted by what each contributes. `seen_by_lobe`: low
-// and high corner of what a lobe sees of it, from -1 to 1 along its edges; y of the result.
-vec2 area_shadow_visibility(ShadowMap map, vec3 p_ls, vec3 m_ls, float rounding,
-                            vec2 half_u, vec2 half_v, ivec2 pixel, bool is_surface,
-                            bool is_glossy, vec4 seen_by_lobe)
-{
-    float inverse = 1.0 / float(map.parts_per_side);
-    int number = face_of(p_ls);
-    SoftShadow shadow =
-        soft_shadow(map, number, p_ls, m_ls, rounding, half_u * inverse, half_v * inverse);
-    Face face = face_at(map, number);
-    vec2 first_corner = face.corner;
-    // Each pixel of a block has its own stretch of the sequence, each part its own block.
-    const int stretch = BLOCKER_COUNT > FILTER_COUNT ? BLOCKER_COUNT : FILTER_COUNT;
-    vec3 start = kronecker_point(set_of_pixel(pixel) * uint(stretch), u_pattern_offset);
-    vec2 open = vec2(0.0);
-    vec2 total = vec2(0.0);
-    for (int j = 0; j < map.parts_per_side; ++j) {
-        for (int i = 0; i < map.parts_per_side; ++i) {
-            vec2 part = vec2(float(i), float(j));
-            vec2 place = part * 2.0 + 1.0 - float(map.parts_per_side);
-            vec3 centre = place.x * shadow.half_u + place.y * shadow.half_v;
-            face.corner = first_corner + part * map.texels;
-            float weight = part_weight(centre - shadow.p, shadow.m, shadow.height);
-            open.x += weight * part_visibility(shadow, face, centre, start, pixel, is_surface);
-            total.x += weight;
-#if GLOSSY
-            vec4 seen = clamp(seen_by_lobe * float(map.parts_per_side) - place.xyxy, -1.0, 1.0);
-            float area = (seen.z - seen.x) * (seen.w - seen.y);
-            open.y += area * part_visibility_to_lobe(
-                shadow, face, centre, start, pixel, is_glossy && area > 0.0, seen.xy, seen.zw);
-            total.y += area;
-#endif
-            start = fract(start + float(BLOCK_SIZE * BLOCK_SIZE * stretch) * KRONECKER_STEP);
-        }
-    }
-    return mix(vec2(1.0), open / max(total, 1e-30), greaterThan(total, vec2(0.0)));
 }
 #endif

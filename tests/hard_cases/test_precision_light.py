@@ -210,8 +210,7 @@ def test_codes_and_what_can_be_displayed(gl, shaders, record, codes, radiances):
 SHADOW = """
 uniform vec2 u_half_size;
 float shadow(vec3 p, vec3 m, float texels) {
-    ShadowMap map = ShadowMap(vec2(0.0), 1.0, 1, texels, 1, false, u_half_size, vec3(0.0),
-                              mat3(1.0));
+    ShadowMap map = ShadowMap(vec2(0.0), 1.0, 1, texels, 1, u_half_size, vec3(0.0), mat3(1.0));
     return point_shadow_visibility(map, p, m, 0.0, SHADOW_FAR_TEXELS);
 }
 """
@@ -265,7 +264,7 @@ def test_shadow_filter(gl, shaders, record, seed, half, share):
     found = evaluate(
         gl, shaders, ["lights/shadow.glsl"], "shadow(p, m, 64.0)", {"p": p, "m": m},
         functions=SHADOW, uniforms={"u_half_size": (half, half), "u_shadow_tile_texels": SIDE},
-        textures={"t_shadow_atlas": texture},
+        textures={"t_shadow_atlas": texture}, defines={"LIGHT_FORM": 0},
     )[:, 0]  # fmt: skip
     texture.release()
     wanted, sure, weight = shadow_twin(depth, half, p, m)
