@@ -5,7 +5,7 @@
 //
 // A step takes one record, node or primitive, and does the work of both kinds, because
 // pixels that run in lockstep wait for each other anyway and fetching is what costs. The
-// children of a node that wait share one word: record of the first child (22 bits),
+// children of a node that wait share one word: group of four records (22 bits),
 // number of inner children (3), and a list of child numbers, nearest lowest, 2 bits each,
 // under a leading 1 (7). Measured on llvmpipe, 300 000 and 2 500 triangles: 4 times
 // faster than one entry for each child on an indexed stack.
@@ -208,7 +208,7 @@ void bvh_go_on(BvhChildren children, inout BvhWalk walk)
 {
     bool descends = children.nearest != BVH_NO_CHILD;
     bool pushes = children.list > 1u;
-    uint pushed = children.first << 10 | children.inner_count << 7 | children.list;
+    uint pushed = children.first << 8 | children.inner_count << 7 | children.list;
 #if BVH_STACK_IN_REGISTERS
     for (int i = BVH_LEVELS - 1; i > 0; --i) {
         walk.waiting[i] = pushes ? walk.waiting[i - 1] : walk.waiting[i];
@@ -226,7 +226,7 @@ void bvh_go_on(BvhChildren children, inout BvhWalk walk)
     uint waiting = word & 3u;
     uint rest = (word & 127u) >> 2;
     bool pops = !descends && rest == 1u;
-    walk.record = int(descends ? children.first + near : (word >> 10) + waiting);
+    walk.record = int(descends ? children.first + near : ((word >> 10) << 2) + waiting);
     walk.is_leaf = descends ? near >= children.inner_count : waiting >= (word >> 7 & 7u);
     walk.goes_on = descends || word != 0u;
     word = descends ? word : word & ~127u | rest;

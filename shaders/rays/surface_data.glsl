@@ -24,8 +24,8 @@ uniform int u_second_slot;          // where the second coordinates and tangents
 #define NORMAL_IMAGE 10
 #endif
 
-// A row of a table holds 256 records of 4 texels.
-const int BVH_ROW_SHIFT = 8;
+// A row of a table holds 1024 records of 4 texels.
+const int BVH_ROW_SHIFT = 10;
 
 const uint SMOOTH_FLAG = 0x80000000u;
 const uint LIGHT_BODY_FLAG = 0x40000000u;       // its light is in the scene's lights

@@ -12,7 +12,7 @@ from ssdo_gl.gpu.material_textures import GL_SRGB8_ALPHA8
 from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.passes.ray_uniforms import bvh_of, folded
+from ssdo_gl.passes.ray_uniforms import bvh_of, record_texture
 from ssdo_gl.raytracing.emitter_tables import emitter_tables, map_cells, map_mean_radiance
 from ssdo_gl.raytracing.surface_tables import (
     IMAGE_TEXELS,
@@ -20,6 +20,7 @@ from ssdo_gl.raytracing.surface_tables import (
     RayFeatures,
     build_atlas,
     material_table,
+    surface_count,
     surface_table,
 )
 from ssdo_gl.scene.environment_kinds import MapEnvironment
@@ -48,13 +49,14 @@ class SurfaceTablesPass(RenderPass):
         """Return the tables as new textures."""
         gl, scene = context.gl, context.frame.scene
         features = RayFeatures.of(scene)
+        bvh = bvh_of(context)
         if features.needs_corners:
-            surfaces = folded(surface_table(bvh_of(context)))
+            count = surface_count(bvh)
+            surfaces = record_texture(gl, count, "u4", lambda span: surface_table(bvh, span))
         else:
-            surfaces = np.zeros((1, 1, 4), dtype=np.uint32)
-        size = surfaces.shape[1], surfaces.shape[0]
+            surfaces = make_texture(gl, (1, 1), 4, "u4", np.zeros((1, 1, 4)))
         return {
-            "ray_surfaces": make_texture(gl, size, 4, "u4", surfaces),
+            "ray_surfaces": surfaces,
             "ray_atlas": _atlas(gl, scene, is_data=False),
             "ray_data_atlas": _atlas(gl, scene, is_data=True),
         }
@@ -131,10 +133,10 @@ class EmitterTablesPass(RenderPass):
             cells = map_cells(image) if image[..., :3].any() else cells
             map_power = map_mean_radiance(image)
         tables = emitter_tables(bvh_of(context), scene, map_power)
-        # An entry takes two records: 128 entries to a row.
-        entries = folded(tables.entries.reshape(-1, 16))
+        entries = tables.entries.reshape(-1, 16)
+        texture = record_texture(gl, len(entries), "f4", lambda span: entries[span])
         return {
-            "ray_emitters": TextureWithFacts(_table(gl, entries), tables),
+            "ray_emitters": TextureWithFacts(texture, tables),
             "ray_emitter_groups": _table(gl, _in_rows(tables.groups)),
             "ray_map_cells": _table(gl, cells),
         }

@@ -3,22 +3,27 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
+import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.raytracing.bvh import Bvh
 from ssdo_gl.raytracing.emitter_tables import EmitterTables
 from ssdo_gl.raytracing.surface_tables import RayFeatures
+from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.spans import spans
 
 # Longer than any ray that starts within the scene's bounds: their diagonal is 2 in the
 # normalised frame (`RAY_FAR` of shaders/rays/ray.glsl).
 FAR_NS = 4.0
-# Records in a row of a table: 256 of four texels are the 1024 that OpenGL 3.3
-# guarantees. `shaders/rays/bvh.glsl` knows the number as BVH_ROW_SHIFT.
-RECORDS_PER_ROW = 256
+# Records of four texels in a row of a table: 16384 rows of 1024, what drivers take, hold
+# those of sixteen million triangles. `shaders/rays/surface_data.glsl`: BVH_ROW_SHIFT.
+RECORDS_PER_ROW = 1024
 # Tables that are looked up by texture coordinates, and the uniform with a texel's size.
 TABLE_TEXELS = {
     "bvh": "u_bvh_texel",
@@ -31,17 +36,40 @@ EMITTER_TABLES = ("ray_emitters", "ray_emitter_groups", "ray_map_cells")
 SOFTWARE_RENDERERS = ("llvmpipe", "softpipe", "swrast", "SwiftShader")
 
 
-def folded(records: NDArray[Any]) -> NDArray[Any]:
-    """Return records (R, 16) of four texels each as an image (rows, 1024, 4).
+def record_texture(
+    gl: moderngl.Context, count: int, dtype: str, part: Callable[[slice], NDArray[Any]]
+) -> moderngl.Texture:
+    """Return a texture of `count` records, 16 words in four texels each, 1024 to a row.
 
-    `shaders/rays/bvh.glsl` finds record i at texel (4 i mod 1024, i / 256). The number of
-    rows is a power of two, so that texel centres are exact in float32 coordinates.
+    `shaders/rays/surface_data.glsl` finds record i at texel (4 i mod 4096, i / 1024). The
+    number of rows is a power of two, so that texel centres are exact in float32 coordinates.
+
+    Parameters
+    ----------
+    part : callable
+        Returns the records (n, 16) of a slice of them: no copy of all is made.
+
+    Raises
+    ------
+    SceneError
+        If the device's textures hold fewer.
     """
-    rows = -(-len(records) // RECORDS_PER_ROW)
-    rows = 1 << (rows - 1).bit_length()
-    image = np.zeros((rows * RECORDS_PER_ROW, 16), dtype=records.dtype)
-    image[: len(records)] = records
-    return image.reshape(rows, RECORDS_PER_ROW * 4, 4)
+    rows = 1 << (max(-(-count // RECORDS_PER_ROW), 1) - 1).bit_length()
+    most = int(gl.info["GL_MAX_TEXTURE_SIZE"])
+    if rows > most:
+        raise SceneError(
+            f"{count} records for rays: textures of this device hold {most * RECORDS_PER_ROW}; "
+            "use a screen-space method or a simpler model"
+        )
+    texture = make_texture(gl, (4 * RECORDS_PER_ROW, rows), 4, dtype)
+    for span in spans(count, 64 * RECORDS_PER_ROW):
+        records = part(span)
+        filled = -(-len(records) // RECORDS_PER_ROW)
+        image = np.zeros((filled * RECORDS_PER_ROW, 16), dtype=records.dtype)
+        image[: len(records)] = records
+        place = (0, span.start // RECORDS_PER_ROW, 4 * RECORDS_PER_ROW, filled)
+        texture.write(image, viewport=place)
+    return texture
 
 
 def ray_reads(features: RayFeatures, *, shades: bool = False) -> tuple[str, ...]:

@@ -5,7 +5,7 @@ multiplications) and divergent stores, not arithmetic. So boxes are quantised to
 relative to their node, in the manner of Ylitie, Karras, Laine, "Efficient Incoherent
 Ray Traversal on GPUs Through Compressed Wide BVHs" (2017); nodes and primitives are
 records of one array, so that a step fetches once whatever it finds; and siblings lie
-side by side, so that one number names all four.
+side by side, from a multiple of four on, so that one short number names all of them.
 """
 
 from __future__ import annotations
@@ -25,11 +25,13 @@ from ssdo_gl.raytracing.triangles import SceneTriangles, scene_triangles
 from ssdo_gl.raytracing.widen import best_cuts, open_nodes
 from ssdo_gl.scene.mesh import Mesh
 from ssdo_gl.scene.scene import Scene, SceneError
+from ssdo_gl.scene.spans import spans
 
 WIDTH = 4
 RECORD_WORDS = 16
-# A waiting entry of the traversal is one 32-bit word, 22 bits of which name a record.
-MAX_RECORDS = 1 << 22
+# A waiting entry of the traversal is one 32-bit word, 22 bits of which name the group of
+# four records that siblings take, a sixth of them unused.
+MAX_RECORDS = WIDTH << 22
 # Boxes grow by this much, normalised frame (coordinates within [-1, 1]). The shader's
 # slab test rounds positions to a few 2^-24 = 6e-8; 1e-6 covers 16 such roundings, so a
 # ray never misses the box of a triangle that it hits.
@@ -53,10 +55,11 @@ class Bvh:
         3 = exponents of x, y, z (biased by 127, 8 bits each) and in the top byte the
         number of inner children (low 4 bits) and of all children; 4-9 = low x, y, z and
         high x, y, z of the four children, one byte each, in units of 2^exponent from
-        the origin; 10 = record of the first child, the others follow it, inner ones
-        first. Words of a primitive: 0-11 = vertices v0 to v3 (float32 bits, normalised
-        frame) of triangles (v0, v1, v2) and (v0, v2, v3), a single triangle repeats v2
-        as v3, which no ray hits; 12 = number of the primitive. Other words are 0.
+        the origin; 10 = record of the first child, a multiple of four; the others follow
+        it, inner ones first. Words of a primitive: 0-11 = vertices v0 to v3 (float32 bits,
+        normalised frame) of triangles (v0, v1, v2) and (v0, v2, v3), a single triangle
+        repeats v2 as v3, which no ray hits; 12 = number of the primitive. Other words are 0, and so
+        are records that no child takes.
     primitive_triangles : ndarray, shape (P, 2), int64
         Index into `triangles`, -1 where there is no second one.
     primitive_corners : ndarray, shape (P, 2, 3), int64
@@ -82,13 +85,13 @@ def build_bvh(scene: Scene) -> Bvh:
     Raises
     ------
     SceneError
-        If the scene has more than some six million triangles.
+        If the scene has more than some sixteen million triangles.
     """
     count = sum(
         len(scene.meshes[item.mesh].triangles) * len(item.world_from_object)
         for item in scene.objects
     )
-    if count > 2 * MAX_RECORDS:  # two triangles to a record at best
+    if count > MAX_RECORDS:  # each has a record in the table of surfaces
         raise _too_many(count)
     return build_from_triangles(scene_triangles(scene))
 
@@ -102,10 +105,9 @@ def build_from_triangles(triangles: SceneTriangles) -> Bvh:
         return Bvh(triangles, root, none, corners, np.zeros(1, dtype=np.int64), 1)
     pairs = pair_triangles(triangles.positions)
     vertices = _pair_vertices(triangles.positions, pairs)
-    corners = vertices.astype(np.float64)
-    tree = build_binary(corners.min(axis=1), corners.max(axis=1))
+    tree = build_binary(vertices.min(axis=1), vertices.max(axis=1))
     records, order, levels = _widen(tree, vertices)
-    if len(records) > MAX_RECORDS:
+    if max(len(records), 2 * len(order)) > MAX_RECORDS:
         raise _too_many(triangles.count)
     return Bvh(
         triangles,
@@ -119,7 +121,7 @@ def build_from_triangles(triangles: SceneTriangles) -> Bvh:
 
 def _too_many(count: int) -> SceneError:
     return SceneError(
-        f"{count} triangles: ray tracing takes up to some six million; "
+        f"{count} triangles: ray tracing takes up to some sixteen million; "
         "use a screen-space method or a simpler model"
     )
 
@@ -180,34 +182,49 @@ def _widen(
     """
     cuts = best_cuts(tree, WIDTH)
     primitives = np.ascontiguousarray(vertices).view(np.uint32).reshape(len(vertices), -1)
-    records = np.zeros((2 * len(vertices), RECORD_WORDS), dtype=np.uint32)
+    # The root, and four for each node, of which there are fewer than leaves: memory that
+    # is not written to is not taken.
+    records = np.zeros((WIDTH * (len(vertices) + 1), RECORD_WORDS), dtype=np.uint32)
     orders: list[IntArray] = []
     levels: list[IntArray] = []
     level, places = np.array([0]), np.array([0])
-    used, primitive_count = 1, 0
+    used, primitive_count = WIDTH, 0
     while len(level):
         levels.append(places)
-        children = open_nodes(tree, cuts, level)
-        is_child = children >= 0
-        is_inner = is_child & (tree.left[children] >= 0)
-        # Inner children first, then leaves, then empty slots.
-        kind = np.where(is_inner, 0, np.where(is_child, 1, 2))
-        children = np.take_along_axis(children, np.argsort(kind, axis=1, kind="stable"), axis=1)
-        inner, total = is_inner.sum(axis=1), is_child.sum(axis=1)
-        records[places, :11] = _pack(
-            tree, level, children, inner, total, used + np.cumsum(total) - total
-        )
-        flat = children[children >= 0]
-        flat_places = used + np.arange(len(flat))
-        is_leaf = tree.left[flat] < 0
-        leaves = tree.primitive[flat[is_leaf]]
-        records[flat_places[is_leaf], :12] = primitives[leaves]
-        records[flat_places[is_leaf], 12] = primitive_count + np.arange(len(leaves))
-        orders.append(leaves)
-        primitive_count += len(leaves)
-        used += len(flat)
-        level, places = flat[~is_leaf], flat_places[~is_leaf]
-    return records[:used].copy(), np.concatenate(orders), levels
+        inner_nodes, inner_places = [], []
+        for span in spans(len(level)):
+            children, inner, total = _children(tree, cuts, level[span])
+            firsts = used + WIDTH * np.arange(len(children))
+            records[places[span], :11] = _pack(tree, level[span], children, inner, total, firsts)
+            used += WIDTH * len(children)
+            is_child = children >= 0
+            flat = children[is_child]
+            flat_places = (firsts[:, None] + np.arange(WIDTH))[is_child]
+            is_leaf = tree.left[flat] < 0
+            leaves = tree.primitive[flat[is_leaf]]
+            records[flat_places[is_leaf], :12] = primitives[leaves]
+            records[flat_places[is_leaf], 12] = primitive_count + np.arange(len(leaves))
+            orders.append(leaves)
+            primitive_count += len(leaves)
+            inner_nodes.append(flat[~is_leaf])
+            inner_places.append(flat_places[~is_leaf])
+        level, places = np.concatenate(inner_nodes), np.concatenate(inner_places)
+    return records[:used], np.concatenate(orders), levels
+
+
+def _children(
+    tree: BinaryTree, cuts: NDArray[np.int8], nodes: IntArray
+) -> tuple[IntArray, IntArray, IntArray]:
+    """Return the children (K, 4) of wide nodes, and how many are inner ones, and all, (K,).
+
+    Inner children first, then leaves, then -1.
+    """
+    children = open_nodes(tree, cuts, nodes)
+    is_child = children >= 0
+    is_inner = is_child & (tree.left[children] >= 0)
+    kind = np.where(is_inner, 0, np.where(is_child, 1, 2))
+    children = np.take_along_axis(children, np.argsort(kind, axis=1, kind="stable"), axis=1)
+    return children, is_inner.sum(axis=1), is_child.sum(axis=1)
 
 
 def _pack(
@@ -219,14 +236,14 @@ def _pack(
     first_child: IntArray,
 ) -> NDArray[np.uint32]:
     """Return words 0 to 10 of a level's nodes, child boxes rounded outwards."""
-    low = tree.low[level] - 2.0 * BOX_MARGIN
-    origin = low.astype(np.float32)
-    extent = tree.high[level] + 2.0 * BOX_MARGIN - origin
+    low, high = (box.astype(np.float64) for box in (tree.low[level], tree.high[level]))
+    origin = (low - 2.0 * BOX_MARGIN).astype(np.float32)
+    extent = high + 2.0 * BOX_MARGIN - origin
     exponent = np.ceil(np.log2(extent / 255.0)).astype(np.int64)
     np.maximum(exponent, MIN_EXPONENT, out=exponent)
     step = np.exp2(exponent.astype(np.float64))[:, None]
-    relative_low = tree.low[children] - BOX_MARGIN - origin[:, None]
-    relative_high = tree.high[children] + BOX_MARGIN - origin[:, None]
+    relative_low = tree.low[children].astype(np.float64) - BOX_MARGIN - origin[:, None]
+    relative_high = tree.high[children].astype(np.float64) + BOX_MARGIN - origin[:, None]
     low_byte = np.clip(np.floor(relative_low / step), 0, 255).astype(np.uint32)
     high_byte = np.clip(np.ceil(relative_high / step), 0, 255).astype(np.uint32)
     shift = (8 * np.arange(WIDTH, dtype=np.uint32))[None, :, None]

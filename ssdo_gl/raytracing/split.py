@@ -29,7 +29,7 @@ class BinaryTree:
 
     Attributes
     ----------
-    low, high : ndarray, shape (N, 3), float64
+    low, high : ndarray, shape (N, 3), float32 or float64
     left : ndarray, shape (N,), int64
         First child; the second is ``left + 1``. -1 for a leaf.
     primitive : ndarray, shape (N,), int64
@@ -47,7 +47,8 @@ class BinaryTree:
 
 def half_area(low: FloatArray, high: FloatArray) -> FloatArray:
     """Return half the surface area of boxes (..., 3); 0 for empty (inverted) ones."""
-    x, y, z = np.moveaxis(np.maximum(high - low, 0.0), -1, 0)
+    extent = np.subtract(high, low, dtype=np.float64)
+    x, y, z = np.moveaxis(np.maximum(extent, 0.0), -1, 0)
     return np.asarray(x * y + y * z + z * x)
 
 
@@ -56,15 +57,15 @@ def build_binary(low: FloatArray, high: FloatArray) -> BinaryTree:
 
     Parameters
     ----------
-    low, high : ndarray, shape (P, 3), float64
+    low, high : ndarray, shape (P, 3), float32 or float64
         P >= 1.
     """
     count = len(low)
     node_count = 2 * count - 1
-    node_low, node_high = np.empty((node_count, 3)), np.empty((node_count, 3))
+    node_low, node_high = np.empty((2, node_count, 3), dtype=low.dtype)
     left = np.full(node_count, -1, dtype=np.int64)
     primitive = np.full(node_count, -1, dtype=np.int64)
-    centre = 0.5 * (low + high)
+    centre = 0.5 * np.add(low, high, dtype=np.float64)
 
     order = np.arange(count)
     starts, counts = np.array([0]), np.array([count])

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.images.color import linear_from_srgb
-from ssdo_gl.math3d import FloatArray
+from ssdo_gl.math3d import FloatArray, IntArray
 from ssdo_gl.raytracing.bvh import Bvh
 from ssdo_gl.scene.material import Texture
 from ssdo_gl.scene.scene import Scene
@@ -108,29 +108,51 @@ def oct_words(normals: FloatArray) -> NDArray[np.uint32]:
     return np.asarray(steps[0] | steps[1] << 16, dtype=np.uint32)
 
 
-def surface_table(bvh: Bvh) -> NDArray[np.uint32]:
+def surface_count(bvh: Bvh) -> int:
+    """Return the number of rows of `surface_table`."""
+    has_more = bvh.triangles.second_uvs is not None or bvh.triangles.tangents is not None
+    return bvh.primitive_triangles.size * (2 if has_more else 1)
+
+
+def surface_table(bvh: Bvh, span: slice = slice(None)) -> NDArray[np.uint32]:
     """Return corner attributes, (2 P, 16): row 2 p + s belongs to triangle s of primitive p.
 
     Words 0-2: shading normals; 3-8: texture coordinates (float32 bits, u and v in turn);
     9-14: colours, 4 x 16 bits each. Corners in the order of the primitive's vertices.
     Where there are tangents or second coordinates, 2 P rows with these follow, words 0-2:
     directions of tangents; 3-8: coordinates; 9: handedness of the corners' tangents, 2 bits
-    each, 0: no tangent, 1: right-handed, 3: left-handed.
+    each, 0: no tangent, 1: right-handed, 3: left-handed. With a `span`, these rows of it.
     """
+    count = bvh.primitive_triangles.size
+    first, last, _ = span.indices(surface_count(bvh))
+    parts = [_corner_rows(bvh, slice(first, min(last, count)))] if first < count else []
+    if last > count:
+        parts.append(_more_corner_rows(bvh, slice(max(first - count, 0), last - count)))
+    return np.concatenate(parts) if parts else np.zeros((0, SURFACE_WORDS), dtype=np.uint32)
+
+
+def _chosen_corners(bvh: Bvh, span: slice) -> tuple[IntArray, IntArray]:
+    """Return triangles (N, 1) and their corners (N, 3) in rows of the table."""
+    chosen = bvh.primitive_triangles.reshape(-1)[span]
+    return np.maximum(chosen, 0)[:, None], bvh.primitive_corners.reshape(-1, 3)[span]
+
+
+def _corner_rows(bvh: Bvh, span: slice) -> NDArray[np.uint32]:
     triangles = bvh.triangles
-    chosen, corners = bvh.primitive_triangles.reshape(-1), bvh.primitive_corners.reshape(-1, 3)
-    rows = np.maximum(chosen, 0)[:, None]
-    table = np.zeros((len(chosen), SURFACE_WORDS), dtype=np.uint32)
-    if triangles.count == 0:
-        return table
+    rows, corners = _chosen_corners(bvh, span)
+    table = np.zeros((len(rows), SURFACE_WORDS), dtype=np.uint32)
     table[:, 3:9] = _uv_words(triangles.uvs[rows, corners])
     table[:, 0:3] = oct_words(triangles.normals[rows, corners])
     colors = np.rint(np.clip(triangles.colors[rows, corners], 0.0, 1.0) * 65535.0)
     packed = colors.astype(np.uint32).reshape(-1, 3, 2, 2)
     table[:, 9:15] = (packed[..., 0] | packed[..., 1] << 16).reshape(-1, 6)
-    if triangles.second_uvs is None and triangles.tangents is None:
-        return table
-    second = np.zeros_like(table)
+    return table
+
+
+def _more_corner_rows(bvh: Bvh, span: slice) -> NDArray[np.uint32]:
+    triangles = bvh.triangles
+    rows, corners = _chosen_corners(bvh, span)
+    second = np.zeros((len(rows), SURFACE_WORDS), dtype=np.uint32)
     if triangles.second_uvs is not None:
         second[:, 3:9] = _uv_words(triangles.second_uvs[rows, corners])
     if triangles.tangents is not None:
@@ -138,7 +160,7 @@ def surface_table(bvh: Bvh) -> NDArray[np.uint32]:
         second[:, 0:3] = oct_words(tangents[..., :3])
         signs = np.where(tangents[..., 3] == 0.0, 0, 2 - tangents[..., 3]).astype(np.uint32)
         second[:, 9] = signs @ np.array([1, 4, 16], dtype=np.uint32)
-    return np.concatenate([table, second])
+    return second
 
 
 def _uv_words(uvs: FloatArray) -> NDArray[np.uint32]:

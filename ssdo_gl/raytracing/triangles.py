@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.math3d import FloatArray, IntArray
+from ssdo_gl.math3d import FloatArray, IntArray, lengths_of_rows
 from ssdo_gl.scene.mesh import Mesh, SceneObject, are_mirrored, placed
 from ssdo_gl.scene.scene import Scene
+from ssdo_gl.scene.spans import SPAN, spans
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +65,15 @@ class SceneTriangles:
         """Number of triangles."""
         return len(self.positions)
 
+    def first(self, count: int) -> SceneTriangles:
+        """Return the first `count` of the triangles."""
+        arrays = {
+            field.name: getattr(self, field.name)[:count]
+            for field in fields(self)
+            if field.name != "centre" and isinstance(getattr(self, field.name), np.ndarray)
+        }
+        return replace(self, **arrays)
+
 
 def normalised_frame(scene: Scene) -> tuple[FloatArray, float]:
     """Return centre (3,) and half-diagonal of the scene's bounds, world space, float64."""
@@ -75,43 +85,152 @@ def normalised_frame(scene: Scene) -> tuple[FloatArray, float]:
 def scene_triangles(scene: Scene) -> SceneTriangles:
     """Flatten all instances of `scene`; triangles without area in float32 are dropped."""
     centre, half_diagonal = normalised_frame(scene)
-    more = (
-        any(mesh.second_uvs is not None for mesh in scene.meshes),
-        any(mesh.has_tangents for mesh in scene.meshes),
-    )
-    parts = [
-        _instances(scene, item, centre, half_diagonal, more)
+    has = _Carried.of(scene)
+    total = sum(
+        len(scene.meshes[item.mesh].triangles) * len(item.world_from_object)
         for item in scene.objects
-        if len(item.world_from_object)
-    ]
-    positions, normals, tangents, uvs, colors, second, *rest = (
-        np.concatenate([part[i] for part in parts]) for i in range(11)
     )
-    material, light, smooth, single_sided, solid = rest
-    positions_ns = positions.astype(np.float32)
-    keep = _have_area(positions_ns)
-    return SceneTriangles(
-        positions_ns[keep],
-        np.where(smooth[keep, None, None], normals[keep], _face_normals(positions_ns[keep])),
-        uvs[keep],
-        colors[keep],
-        material[keep],
-        light[keep],
-        smooth[keep],
-        single_sided[keep],
-        solid[keep],
-        centre,
-        half_diagonal,
-        second[keep] if more[0] else None,
-        tangents[keep] if more[1] else None,
+    made = SceneTriangles(
+        positions=np.empty((total, 3, 3), dtype=np.float32),
+        normals=np.empty((total, 3, 3)),
+        uvs=_rows((total, 3, 2), 0.0, has.uvs),
+        colors=_rows((total, 3, 4), 1.0, has.colors),
+        material=np.empty(total, dtype=np.int64),
+        light=np.empty(total, dtype=np.int64),
+        smooth=np.empty(total, dtype=bool),
+        single_sided=np.empty(total, dtype=bool),
+        solid=np.empty(total, dtype=bool),
+        centre=centre,
+        half_diagonal=half_diagonal,
+        second_uvs=np.empty((total, 3, 2)) if has.second_uvs else None,
+        tangents=np.empty((total, 3, 4)) if has.tangents else None,
     )
+    count = 0
+    for item in scene.objects:
+        mesh = scene.meshes[item.mesh]
+        for matrices in _groups(item.world_from_object, len(mesh.triangles)):
+            for span in spans(len(mesh.triangles)):
+                count += _fill(made, count, scene, item, matrices, span, has)
+    return made if count == total else made.first(count)
+
+
+@dataclass(frozen=True)
+class _Carried:
+    """Which of the things that corners may have any mesh of a scene has."""
+
+    uvs: bool
+    colors: bool
+    second_uvs: bool
+    tangents: bool
+
+    @classmethod
+    def of(cls, scene: Scene) -> _Carried:
+        return cls(
+            uvs=any(mesh.uvs is not None for mesh in scene.meshes),
+            colors=any(mesh.colors is not None for mesh in scene.meshes),
+            second_uvs=any(mesh.second_uvs is not None for mesh in scene.meshes),
+            tangents=any(mesh.has_tangents for mesh in scene.meshes),
+        )
+
+
+def _rows(shape: tuple[int, ...], value: float, is_used: bool) -> FloatArray:
+    """Return an array to be filled, or, where all is one value, one that takes no memory."""
+    return np.empty(shape) if is_used else np.broadcast_to(value, shape)
+
+
+def _groups(matrices: FloatArray, triangle_count: int) -> Iterator[FloatArray]:
+    """Yield matrices (N, 4, 4) in order, so many that their triangles are a span."""
+    for group in spans(len(matrices), max(SPAN // triangle_count, 1)):
+        yield matrices[group]
+
+
+def _fill(
+    made: SceneTriangles,
+    start: int,
+    scene: Scene,
+    item: SceneObject,
+    matrices: FloatArray,
+    span: slice,
+    has: _Carried,
+) -> int:
+    """Write the triangles of a span of copies of an object from row `start` on; return how many."""
+    mesh = scene.meshes[item.mesh]
+    relative = matrices.copy()
+    relative[:, :3, 3] -= made.centre
+    mirrored = are_mirrored(matrices)
+    moved = placed(mesh.corners(span), relative) / made.half_diagonal
+    positions = _turned(moved, mirrored).astype(np.float32)
+    keep = _have_area(positions)
+    count = int(np.count_nonzero(keep))
+    rows = slice(start, start + count)
+    positions = positions[keep]
+    made.positions[rows] = positions
+    if mesh.normals is None:
+        made.normals[rows] = _face_normals(positions)
+    else:
+        # The cofactor matrix carries normals under any affine map, and unlike the
+        # inverse transpose exists for flat (singular) ones; its sign follows mirroring.
+        linear = matrices[:, :3, :3]
+        cofactor = np.stack(
+            [np.cross(linear[:, (i + 1) % 3], linear[:, (i + 2) % 3]) for i in range(3)], axis=1
+        )
+        cofactor[mirrored] *= -1.0
+        normals = _copies(mesh.normals, mesh, span, len(matrices))
+        unit = _moved(normals, cofactor.transpose(0, 2, 1))
+        made.normals[rows] = _turned(unit, mirrored)[keep]
+    for target, values, otherwise in (
+        (made.uvs if has.uvs else None, mesh.uvs, 0.0),
+        (made.colors if has.colors else None, mesh.colors, 1.0),
+        (made.second_uvs, mesh.uvs if mesh.second_uvs is None else mesh.second_uvs, 0.0),
+    ):
+        if target is not None and values is None:
+            target[rows] = otherwise
+        elif target is not None and values is not None:
+            target[rows] = _turned(_copies(values, mesh, span, len(matrices)), mirrored)[keep]
+    if made.tangents is not None:
+        made.tangents[rows] = _placed_tangents(mesh, matrices, span, mirrored)[keep]
+    made.material[rows] = item.material
+    made.light[rows] = -1 if item.light is None else item.light
+    made.smooth[rows] = mesh.normals is not None
+    made.single_sided[rows] = scene.materials[item.material].single_sided and not mesh.is_solid
+    made.solid[rows] = mesh.is_solid
+    return count
+
+
+def _copies(values: FloatArray, mesh: Mesh, span: slice, count: int) -> FloatArray:
+    """Return what the corners of triangles have, for each of `count` copies, (N, T, 3, n)."""
+    corners = np.take(values, mesh.triangles[span], axis=0)
+    return np.broadcast_to(corners, (count, *corners.shape))
+
+
+def _turned(corners: FloatArray, mirrored: NDArray[np.bool_]) -> FloatArray:
+    """Return corners of copies, (N, T, 3, n), as rows; those of mirrored ones in reverse.
+
+    Mirroring turns the winding over; the front stays the side that the counter-clockwise
+    winding of the mesh faced.
+    """
+    if mirrored.any():
+        corners = corners.copy()
+        corners[mirrored] = corners[mirrored][:, :, ::-1]
+    return corners.reshape(-1, *corners.shape[2:])
+
+
+def _placed_tangents(
+    mesh: Mesh, matrices: FloatArray, span: slice, mirrored: NDArray[np.bool_]
+) -> FloatArray:
+    if not mesh.has_tangents or mesh.tangents is None:
+        return np.zeros((len(matrices) * len(mesh.triangles[span]), 3, 4))
+    tangents = _copies(mesh.tangents, mesh, span, len(matrices)).copy()
+    tangents[..., :3] = _moved(tangents[..., :3], matrices[:, :3, :3].transpose(0, 2, 1))
+    tangents[mirrored, ..., 3] *= -1.0
+    return _turned(tangents, mirrored)
 
 
 def _face_normals(positions: NDArray[np.float32]) -> FloatArray:
     """Return unit normals (T, 1, 3) of triangles with area."""
     corners = positions.astype(np.float64)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return np.asarray(normal / np.linalg.norm(normal, axis=1, keepdims=True))[:, None]
+    return np.asarray(normal / lengths_of_rows(normal)[:, None])[:, None]
 
 
 def _have_area(positions: NDArray[np.float32]) -> NDArray[np.bool_]:
@@ -120,77 +239,14 @@ def _have_area(positions: NDArray[np.float32]) -> NDArray[np.bool_]:
     edge_1, edge_2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     # Products of float32 differences are exact in float64 to 1e-16, so a needle keeps
     # its area and only truly collinear corners give zero.
-    doubled = np.linalg.norm(np.cross(edge_1, edge_2), axis=1)
-    longest = np.maximum(np.linalg.norm(edge_1, axis=1), np.linalg.norm(edge_2, axis=1))
+    doubled = lengths_of_rows(np.cross(edge_1, edge_2))
+    longest = np.maximum(lengths_of_rows(edge_1), lengths_of_rows(edge_2))
     finite = np.isfinite(corners).all(axis=(1, 2))
     return np.asarray(finite & (doubled > np.finfo(np.float64).eps * longest**2))
-
-
-def _instances(
-    scene: Scene,
-    item: SceneObject,
-    centre: FloatArray,
-    half_diagonal: float,
-    more: tuple[bool, bool],
-) -> tuple[NDArray[Any], ...]:
-    """Return the eleven per-triangle arrays of all instances of one object.
-
-    `more` says whether the sixth holds second texture coordinates, and the third tangents:
-    else these have no columns.
-    """
-    mesh, matrices = scene.meshes[item.mesh], item.world_from_object
-    corners, *carried = _per_corner(mesh, more)
-    relative = matrices.copy()
-    relative[:, :3, 3] -= centre
-    moved = placed(corners, relative) / half_diagonal
-    # The cofactor matrix carries normals under any affine map, and unlike the
-    # inverse transpose exists for flat (singular) ones; its sign follows mirroring.
-    linear = matrices[:, :3, :3]
-    cofactor = np.stack(
-        [np.cross(linear[:, (i + 1) % 3], linear[:, (i + 2) % 3]) for i in range(3)], axis=1
-    )
-    mirrored = are_mirrored(matrices)
-    cofactor[mirrored] *= -1.0
-    normals, tangents, *carried = (
-        np.broadcast_to(array, (len(matrices), *array.shape)).copy() for array in carried
-    )
-    unit = _moved(normals, cofactor.transpose(0, 2, 1))
-    if more[1]:
-        tangents[..., :3] = _moved(tangents[..., :3], linear.transpose(0, 2, 1))
-        tangents[mirrored, ..., 3] *= -1.0
-    # Mirroring turns the winding over; the front stays the side that the
-    # counter-clockwise winding of the mesh faced.
-    for array in (moved, unit, tangents, *carried):
-        array[mirrored] = array[mirrored][:, :, ::-1]
-    total = len(matrices) * len(corners)
-    return (
-        *(array.reshape(total, *array.shape[2:]) for array in (moved, unit, tangents, *carried)),
-        np.full(total, item.material),
-        np.full(total, -1 if item.light is None else item.light),
-        np.full(total, mesh.normals is not None),
-        np.full(total, scene.materials[item.material].single_sided and not mesh.is_solid),
-        np.full(total, mesh.is_solid),
-    )
 
 
 def _moved(vectors: FloatArray, matrices: FloatArray) -> FloatArray:
     """Return directions (N, ..., 3) times matrices (N, 3, 3), of unit length or 0."""
     moved = (vectors.reshape(len(matrices), -1, 3) @ matrices).reshape(vectors.shape)
-    length = np.linalg.norm(moved, axis=-1, keepdims=True)
+    length = lengths_of_rows(moved.reshape(-1, 3)).reshape(*moved.shape[:-1], 1)
     return np.asarray(np.divide(moved, length, out=np.zeros_like(moved), where=length > 0.0))
-
-
-def _per_corner(mesh: Mesh, more: tuple[bool, bool]) -> tuple[FloatArray, ...]:
-    """Return all that corners have, (T, 3, n), in the order that `_instances` returns."""
-    triangles = mesh.triangles
-    count = len(triangles)
-    # Flat ones get their face normals once all are in place.
-    normals = np.zeros((count, 3, 3)) if mesh.normals is None else mesh.normals[triangles]
-    uvs = np.zeros((count, 3, 2)) if mesh.uvs is None else mesh.uvs[triangles]
-    second = uvs if mesh.second_uvs is None else mesh.second_uvs[triangles]
-    second = second if more[0] else second[..., :0]
-    tangents = np.zeros((count, 3, 4 if more[1] else 0))
-    if more[1] and mesh.tangents is not None and mesh.normals is not None:
-        tangents = mesh.tangents[triangles]
-    colors = np.ones((count, 3, 4)) if mesh.colors is None else mesh.colors[triangles]
-    return mesh.positions[triangles], normals, tangents, uvs, colors, second

@@ -146,7 +146,7 @@ def test_too_many_triangles_for_rays_are_refused_before_memory_is_taken() -> Non
     scene = dataclasses.replace(scene, objects=(item,))
     tracemalloc.start()
     try:
-        with pytest.raises(SceneError, match="ray tracing takes up to some six million"):
+        with pytest.raises(SceneError, match="ray tracing takes up to some sixteen million"):
             build_bvh(scene)
         _, peak = tracemalloc.get_traced_memory()
     finally:

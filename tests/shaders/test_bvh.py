@@ -16,7 +16,7 @@ from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
-from ssdo_gl.passes.ray_uniforms import folded
+from ssdo_gl.passes.ray_uniforms import record_texture
 from ssdo_gl.raytracing.bvh import Bvh, build_bvh
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.material import Material
@@ -42,8 +42,7 @@ def soup(count: int, seed: int) -> Mesh:
 
 def arguments(gl: moderngl.Context, bvh: Bvh, is_software: int = 1) -> dict[str, Any]:
     """Return defines, textures and uniforms of rays/bvh.glsl for `evaluate`."""
-    image = folded(bvh.records)
-    height, width = image.shape[:2]
+    table = record_texture(gl, len(bvh.records), "u4", lambda span: bvh.records[span])
     return {
         "defines": {
             "BVH_LEVELS": bvh.depth,
@@ -59,9 +58,9 @@ def arguments(gl: moderngl.Context, bvh: Bvh, is_software: int = 1) -> dict[str,
             "GLOSSY": 0,
             "RAY_SINGLE_SIDED": 0,
         },
-        "textures": {"t_bvh": make_texture(gl, (width, height), 4, "u4", image)},
+        "textures": {"t_bvh": table},
         "uniforms": {
-            "u_bvh_texel": (1.0 / width, 1.0 / height),
+            "u_bvh_texel": (1.0 / table.width, 1.0 / table.height),
             "u_bvh_root": bvh.records[0, :12].reshape(3, 4),
         },
     }
