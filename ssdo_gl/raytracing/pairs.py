@@ -8,12 +8,14 @@ scenes, is one primitive.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.math3d import IntArray
+from ssdo_gl.math3d import FloatArray, IntArray
 from ssdo_gl.raytracing.split import half_area
+from ssdo_gl.scene.spans import spans
 
 # Each round pairs the triangles that prefer each other; after four, fewer than one in
 # ten of a scanned mesh's triangles is left single.
@@ -41,17 +43,32 @@ class Pairs:
 
 def vertex_ids(positions: NDArray[np.float32]) -> IntArray:
     """Number equal positions (N, 3) alike. Different ones may never share a number."""
-    bits = np.ascontiguousarray(positions + np.float32(0.0)).view(np.uint32).astype(np.uint64)
     # Multiplicative hash; odd constants of high entropy (golden ratio, Murmur3, xxHash).
-    key = bits[:, 0] * np.uint64(0x9E3779B97F4A7C15)
-    key ^= bits[:, 1] * np.uint64(0xC2B2AE3D27D4EB4F)
-    key ^= bits[:, 2] * np.uint64(0x165667B19E3779F9)
+    factors = (0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9)
+    columns = [(positions[:, axis] + np.float32(0.0)).view(np.uint32) for axis in range(3)]
+    key = np.zeros(len(positions), dtype=np.uint64)
+    for bits, factor in zip(columns, factors, strict=True):
+        key ^= bits.astype(np.uint64) * np.uint64(factor)
     order = np.argsort(key)
-    arranged = bits[order]
-    changed = np.any(arranged[1:] != arranged[:-1], axis=1)
+    changed = np.zeros(len(positions), dtype=bool)
+    for bits in columns:
+        arranged = bits[order]
+        changed[1:] |= arranged[1:] != arranged[:-1]
     ids = np.empty(len(positions), dtype=np.int64)
-    ids[order] = np.concatenate([[0], np.cumsum(changed)])
+    ids[order] = np.cumsum(changed)
     return ids
+
+
+def stable_order(keys: NDArray[Any]) -> IntArray:
+    """Return what a stable argsort does, of fewer than 2^32 keys, in half its time."""
+    order = np.argsort(keys)
+    arranged = keys[order]
+    run = np.zeros(len(keys), dtype=np.uint64)
+    np.cumsum(arranged[1:] != arranged[:-1], out=run[1:])
+    # Equal keys by their place.
+    place = run << np.uint64(32) | order.astype(np.uint64)
+    place.sort()
+    return (place & np.uint64(0xFFFFFFFF)).astype(np.int64)
 
 
 def pair_triangles(positions: NDArray[np.float32]) -> Pairs:
@@ -62,15 +79,11 @@ def pair_triangles(positions: NDArray[np.float32]) -> Pairs:
     """
     count = len(positions)
     mine, other, mine_edge, other_edge = _shared_edges(positions)
-    boxes = positions.astype(np.float64)
-    low, high = boxes.min(axis=1), boxes.max(axis=1)
-    area = half_area(low, high)
-    joint = half_area(np.minimum(low[mine], low[other]), np.maximum(high[mine], high[other]))
-    ratio = joint / np.maximum(area[mine] + area[other], np.finfo(np.float64).tiny)
-    keep = ratio <= MAX_AREA_RATIO
-    order = np.argsort(ratio[keep], kind="stable")
+    ratio = _area_ratios(positions, mine, other)
+    keep = np.flatnonzero(ratio <= MAX_AREA_RATIO)
+    keep = keep[stable_order(ratio[keep])]
     mine, other, mine_edge, other_edge = (
-        array[keep][order] for array in (mine, other, mine_edge, other_edge)
+        array[keep] for array in (mine, other, mine_edge, other_edge)
     )
 
     single = np.ones(count, dtype=bool)
@@ -92,6 +105,18 @@ def pair_triangles(positions: NDArray[np.float32]) -> Pairs:
     return _assemble(mine[chosen], other[chosen], mine_edge[chosen], other_edge[chosen], single)
 
 
+def _area_ratios(positions: NDArray[np.float32], mine: IntArray, other: IntArray) -> FloatArray:
+    """Return the surface of the boxes of pairs over that of their triangles' boxes, (N,)."""
+    low, high = positions.min(axis=1), positions.max(axis=1)
+    area = half_area(low, high)
+    ratio = np.empty(len(mine))
+    for span in spans(len(mine)):
+        one, two = mine[span], other[span]
+        joint = half_area(np.minimum(low[one], low[two]), np.maximum(high[one], high[two]))
+        ratio[span] = joint / np.maximum(area[one] + area[two], np.finfo(np.float64).tiny)
+    return ratio
+
+
 def _smaller(a: IntArray, b: IntArray) -> IntArray:
     """Return the smaller of two ranks, where -1 means none."""
     return np.asarray(np.where(a < 0, b, np.where(b < 0, a, np.minimum(a, b))))
@@ -109,9 +134,11 @@ def _shared_edges(
     start, end = corner.reshape(-1), np.roll(corner, -1, axis=1).reshape(-1)
     size = np.int64(corner.max() + 1)
     key = np.minimum(start, end) * size + np.maximum(start, end)
-    order = np.argsort(key, kind="stable")
-    a, b = order[:-1], order[1:]
-    shared = (key[a] == key[b]) & (start[a] == end[b]) & (a // 3 != b // 3)
+    order = stable_order(key)
+    key = key[order]
+    near = np.flatnonzero(key[:-1] == key[1:])
+    a, b = order[near], order[near + 1]
+    shared = (start[a] == end[b]) & (a // 3 != b // 3)
     a, b = a[shared], b[shared]
     return a // 3, b // 3, a % 3, b % 3
 

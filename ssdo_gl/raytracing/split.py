@@ -8,14 +8,34 @@ SAH-based Bounding Volume Hierarchies" (2007).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray, IntArray
 
+BoxArray = NDArray[np.float32] | NDArray[np.float64]
+
 # 16 bins cost 1 % more rays' work than 64 and a quarter of the build time (Wald 2007).
 BIN_COUNT = 16
+# Of nodes with no more members the planes between these are looked at instead of all bins.
+MOST_FEW = 6
+# Of more boxes, those in one cell of a grid, some eight, are one until a node has no more
+# than MOST_CELLS of them. Rays then cross 0.0 to 1.1 % more surface of nodes (four scenes of
+# 9 000 to 300 000 pairs), 0.4 to 1.5 % with 16 cells.
+MOST_EXACT = 1 << 20
+CELL_MEMBERS, MOST_CELLS = 8, 64
+# Bits of a Morton code for each axis, and what spreads them.
+MORTON_BITS = 21
+MORTON_STEPS = 1 << MORTON_BITS
+MORTON_MASKS = (
+    (32, 0x1F00000000FFFF),
+    (16, 0x1F0000FF0000FF),
+    (8, 0x100F00F00F00F00F),
+    (4, 0x10C30C30C30C30C3),
+    (2, 0x1249249249249249),
+)
 # Nodes are binned in groups, so that the tables of one group stay within some 20 MB.
 GROUP_SIZE = 8192
 # Below this level the split is by count: however uneven the input, the depth, and with
@@ -38,22 +58,24 @@ class BinaryTree:
         Nodes level_starts[i] up to level_starts[i + 1] are i levels below the root.
     """
 
-    low: FloatArray
-    high: FloatArray
+    low: BoxArray
+    high: BoxArray
     left: IntArray
     primitive: IntArray
     level_starts: IntArray
 
 
-def half_area(low: FloatArray, high: FloatArray) -> FloatArray:
+def half_area(low: BoxArray, high: BoxArray) -> FloatArray:
     """Return half the surface area of boxes (..., 3); 0 for empty (inverted) ones."""
     extent = np.subtract(high, low, dtype=np.float64)
     x, y, z = np.moveaxis(np.maximum(extent, 0.0), -1, 0)
     return np.asarray(x * y + y * z + z * x)
 
 
-def build_binary(low: FloatArray, high: FloatArray) -> BinaryTree:
+def build_binary(low: BoxArray, high: BoxArray) -> BinaryTree:
     """Build the hierarchy over P boxes.
+
+    Of very many, those that lie together are one until few of them are left in a node.
 
     Parameters
     ----------
@@ -61,42 +83,128 @@ def build_binary(low: FloatArray, high: FloatArray) -> BinaryTree:
         P >= 1.
     """
     count = len(low)
-    node_count = 2 * count - 1
-    node_low, node_high = np.empty((2, node_count, 3), dtype=low.dtype)
-    left = np.full(node_count, -1, dtype=np.int64)
-    primitive = np.full(node_count, -1, dtype=np.int64)
-    centre = 0.5 * np.add(low, high, dtype=np.float64)
+    place = np.arange(count)
+    growing = _Growing(count, low.dtype)
+    nodes = np.zeros(1, dtype=np.int64), place, np.array([count])
+    if count > MOST_EXACT:
+        code = morton_codes(low, high)
+        place = np.argsort(code)
+        low, high = low[place], high[place]
+        starts = _cell_starts(code[place])
+        members = np.diff(np.append(starts, count))
+        cells = _Boxes(
+            np.minimum.reduceat(low, starts, axis=0),
+            np.maximum.reduceat(high, starts, axis=0),
+            members,
+        )
+        ids, order, counts = growing.grow(
+            np.zeros(1, dtype=np.int64),
+            np.arange(len(starts)),
+            np.array([len(starts)]),
+            cells,
+            MOST_CELLS,
+        )
+        nodes = ids, *_members_of_cells(order, counts, starts, members)
+    ids, order, _ = growing.grow(*nodes, _Boxes(low, high, None), 1)
+    growing.primitive[ids] = place[order]
+    return growing.tree()
 
-    order = np.arange(count)
-    starts, counts = np.array([0]), np.array([count])
-    level_starts: list[int] = []
-    first = 0
-    while True:
-        level_starts.append(first)
-        ids = np.arange(first, first + len(starts))
-        for axis in range(3):
-            node_low[ids, axis] = np.minimum.reduceat(low[order, axis], starts)
-            node_high[ids, axis] = np.maximum.reduceat(high[order, axis], starts)
-        alone = counts == 1
-        primitive[ids[alone]] = order[starts[alone]]
-        if alone.all():
-            starts_of_levels = np.array([*level_starts, node_count])
-            return BinaryTree(node_low, node_high, left, primitive, starts_of_levels)
-        inner = ids[~alone]
-        first += len(ids)
-        left[inner] = first + 2 * np.arange(len(inner))
-        order = order[np.repeat(~alone, counts)]
-        order, counts = _split_level(order, counts[~alone], centre, low, high, len(level_starts))
-        starts = np.cumsum(counts) - counts
+
+def morton_codes(low: BoxArray, high: BoxArray) -> NDArray[np.uint64]:
+    """Return numbers (P,) in the order of which boxes (P, 3) lie near one another."""
+    code = np.zeros(len(low), dtype=np.uint64)
+    for axis in range(3):
+        along = low[:, axis] + high[:, axis]
+        first, last = float(along.min()), float(along.max())
+        steps = MORTON_STEPS / max(last - first, float(np.finfo(np.float32).tiny))
+        bits = np.minimum((along - first) * steps, MORTON_STEPS - 1).astype(np.uint64)
+        # Two zeros between any two bits (Karras 2012).
+        for shift, mask in MORTON_MASKS:
+            bits = (bits | bits << np.uint64(shift)) & np.uint64(mask)
+        code |= bits << np.uint64(axis)
+    return code
+
+
+def _cell_starts(code: NDArray[np.uint64]) -> IntArray:
+    """Return where the cells of a grid begin in sorted codes, some `CELL_MEMBERS` in each."""
+    starts = np.zeros(1, dtype=np.int64)
+    for level in range(1, MORTON_BITS + 1):
+        cell = code >> np.uint64(3 * (MORTON_BITS - level))
+        finer = np.flatnonzero(np.concatenate([[True], cell[1:] != cell[:-1]]))
+        if len(finer) * CELL_MEMBERS > len(code):
+            break
+        starts = finer
+    return starts
+
+
+def _members_of_cells(
+    order: IntArray, counts: IntArray, starts: IntArray, weight: IntArray
+) -> tuple[IntArray, IntArray]:
+    """Return the members of nodes that consist of cells, node after node, and their numbers."""
+    lengths = weight[order]
+    offset = starts[order] - (np.cumsum(lengths) - lengths)
+    members = np.repeat(offset, lengths) + np.arange(int(lengths.sum()))
+    return members, np.add.reduceat(lengths, np.cumsum(counts) - counts)
+
+
+@dataclass(frozen=True, eq=False)
+class _Boxes:
+    """What nodes are made of: boxes (P, 3), and how many primitives each stands for, or 1."""
+
+    low: BoxArray
+    high: BoxArray
+    weight: IntArray | None
+
+
+class _Growing:
+    """A tree while it grows downwards, a level at a time."""
+
+    def __init__(self, count: int, kind: np.dtype[Any]) -> None:
+        self.low, self.high = np.empty((2, 2 * count - 1, 3), dtype=kind)
+        self.left = np.full(2 * count - 1, -1, dtype=np.int64)
+        self.primitive = np.full(2 * count - 1, -1, dtype=np.int64)
+        self._level_starts = [0]
+        self._used = 1
+
+    def tree(self) -> BinaryTree:
+        starts = np.array([*self._level_starts, self._used])
+        return BinaryTree(self.low, self.high, self.left, self.primitive, starts)
+
+    def grow(
+        self, ids: IntArray, order: IntArray, counts: IntArray, boxes: _Boxes, fewest: int
+    ) -> tuple[IntArray, IntArray, IntArray]:
+        """Split nodes until none has more than `fewest` boxes; return those left, as given.
+
+        Parameters
+        ----------
+        ids, counts : ndarray, shape (N,)
+            The nodes and how many boxes each holds.
+        order : ndarray, shape (sum of counts,)
+            Their boxes, node after node.
+        """
+        kept: list[tuple[IntArray, IntArray, IntArray]] = []
+        while True:
+            starts = np.cumsum(counts) - counts
+            for axis in range(3):
+                self.low[ids, axis] = np.minimum.reduceat(boxes.low[order, axis], starts)
+                self.high[ids, axis] = np.maximum.reduceat(boxes.high[order, axis], starts)
+            is_done = counts <= fewest
+            in_done = np.repeat(is_done, counts)
+            kept.append((ids[is_done], order[in_done], counts[is_done]))
+            if is_done.all():
+                found = (np.concatenate(arrays) for arrays in zip(*kept, strict=True))
+                return next(found), next(found), next(found)
+            inner = ids[~is_done]
+            self.left[inner] = self._used + 2 * np.arange(len(inner))
+            ids = np.arange(self._used, self._used + 2 * len(inner))
+            depth = len(self._level_starts)
+            order, counts = _split_level(order[~in_done], counts[~is_done], boxes, depth)
+            self._level_starts.append(self._used)
+            self._used += len(ids)
 
 
 def _split_level(
-    order: IntArray,
-    counts: IntArray,
-    centre: FloatArray,
-    low: FloatArray,
-    high: FloatArray,
-    depth: int,
+    order: IntArray, counts: IntArray, boxes: _Boxes, depth: int
 ) -> tuple[IntArray, IntArray]:
     """Split every node of a level in two; return the new order and child counts."""
     ends = np.cumsum(counts)
@@ -107,20 +215,24 @@ def _split_level(
         span = slice(ends[group] - counts[group], stop)
         members = order[span]
         if depth < MAX_SAH_DEPTH:
-            side = _choose_sides(chosen, centre[members], low[members], high[members])
+            weight = None if boxes.weight is None else boxes.weight[members]
+            side = _choose_sides(chosen, boxes.low[members], boxes.high[members], weight)
         else:
             side = np.zeros(len(members), dtype=bool)
         goes_right[span] = _halve_unsplit(side, chosen)
 
     starts = ends - counts
-    node = np.repeat(np.arange(len(counts)), counts)
-    right_before = np.cumsum(goes_right) - goes_right
-    right_before -= right_before[starts][node]
-    right_count = np.add.reduceat(goes_right.astype(np.int64), starts)
+    right_before = np.cumsum(goes_right)
+    right_before -= goes_right
+    of_node = right_before[starts]
+    right_count = np.append(of_node[1:], right_before[-1] + goes_right[-1]) - of_node
     left_count = counts - right_count
-    place = np.arange(len(order)) - starts[node]
-    target = starts[node] + np.where(
-        goes_right, left_count[node] + right_before, place - right_before
+    right_before -= np.repeat(of_node, counts)
+    # To the right: behind all that go left. To the left: as many places back as went right.
+    target = np.where(
+        goes_right,
+        np.repeat(starts + left_count, counts) + right_before,
+        np.arange(len(order)) - right_before,
     )
     result = np.empty_like(order)
     result[target] = order
@@ -138,38 +250,95 @@ def _halve_unsplit(side: NDArray[np.bool_], counts: IntArray) -> NDArray[np.bool
 
 
 def _choose_sides(
-    counts: IntArray, centre: FloatArray, low: FloatArray, high: FloatArray
+    counts: IntArray,
+    low: BoxArray,
+    high: BoxArray,
+    weight: IntArray | None,
 ) -> NDArray[np.bool_]:
     """Return, for the members of consecutive nodes, whether they go to the right child."""
     node_count = len(counts)
     starts = np.cumsum(counts) - counts
-    node = np.repeat(np.arange(node_count), counts)
     best_cost = np.full(node_count, np.inf)
-    side = np.zeros(len(node), dtype=bool)
+    side = np.zeros(len(low), dtype=bool)
+    # Nodes by the number of their members, where these are few and count alike.
+    most_few = MOST_FEW if weight is None else 0
+    few = [(np.flatnonzero(counts == count), count) for count in range(2, most_few + 1)]
+    members_of = [starts[chosen] + np.arange(count)[:, None] for chosen, count in few]
+    boxes_of = [(low[members], high[members]) for members in members_of]
+    many = np.flatnonzero(counts > most_few)
+    in_many = np.repeat(counts > most_few, counts)
+    many_low, many_high = low[in_many], high[in_many]
+    many_weight = None if weight is None else weight[in_many]
+    many_key = np.repeat(np.arange(len(many)) * BIN_COUNT, counts[many])
     for axis in range(3):
-        along = centre[:, axis]
+        along = 0.5 * np.add(low[:, axis], high[:, axis], dtype=np.float64)
         first = np.minimum.reduceat(along, starts)
         extent = np.maximum.reduceat(along, starts) - first
         # A zero extent puts all members into bin 0: infinite cost, so never chosen.
         per_unit = np.divide(BIN_COUNT, extent, out=np.zeros(node_count), where=extent > 0.0)
-        slot = ((along - first[node]) * per_unit[node]).astype(np.int64)
-        np.minimum(slot, BIN_COUNT - 1, out=slot)
-        cost, split = _best_plane(node * BIN_COUNT + slot, node_count, low, high)
+        along -= np.repeat(first, counts)
+        along *= np.repeat(per_unit, counts)
+        slot = np.minimum(along.astype(np.int64), BIN_COUNT - 1)
+        cost, split = np.empty(node_count), np.empty(node_count, dtype=np.int64)
+        for (chosen, _), members, boxes in zip(few, members_of, boxes_of, strict=True):
+            cost[chosen], split[chosen] = _best_plane_of_few(slot[members], *boxes)
+        if len(many):
+            cost[many], split[many] = _best_plane(
+                many_key + slot[in_many], len(many), many_low, many_high, many_weight
+            )
         better = cost < best_cost
         best_cost = np.where(better, cost, best_cost)
-        mine = better[node]
-        side[mine] = (slot > split[node])[mine]
+        mine = np.repeat(better, counts)
+        side[mine] = (slot > np.repeat(split, counts))[mine]
     return side
 
 
+def _best_plane_of_few(
+    slot: IntArray, low: BoxArray, high: BoxArray
+) -> tuple[FloatArray, IntArray]:
+    """Return what `_best_plane` does, of nodes with as many members each.
+
+    Only the plane behind a bin that holds a member can be the first of least cost, and
+    members are fewer than bins.
+
+    Parameters
+    ----------
+    slot : ndarray, shape (K, N)
+        Bins of the members.
+    low, high : ndarray, shape (K, N, 3)
+    """
+    count = len(slot)
+    rows = np.arange(slot.shape[1])
+    order = np.argsort(slot, axis=0, kind="stable")
+    slot, low, high = slot[order, rows], low[order, rows], high[order, rows]
+    right_low, right_high = low.copy(), high.copy()
+    for member in range(1, count):
+        np.minimum(low[member], low[member - 1], out=low[member])
+        np.maximum(high[member], high[member - 1], out=high[member])
+        back = count - 1 - member
+        np.minimum(right_low[back], right_low[back + 1], out=right_low[back])
+        np.maximum(right_high[back], right_high[back + 1], out=right_high[back])
+    before = np.arange(1, count)[:, None]
+    cost = half_area(low[:-1], high[:-1]) * before
+    cost += half_area(right_low[1:], right_high[1:]) * (count - before)
+    cost[slot[1:] == slot[:-1]] = np.inf
+    best = np.argmin(cost, axis=0)
+    return cost[best, rows], slot[best, rows]
+
+
 def _best_plane(
-    key: IntArray, node_count: int, low: FloatArray, high: FloatArray
+    key: IntArray,
+    node_count: int,
+    low: BoxArray,
+    high: BoxArray,
+    weight: IntArray | None,
 ) -> tuple[FloatArray, IntArray]:
     """Return each node's least cost along one axis and the last bin of its left side."""
     shape = (node_count, BIN_COUNT)
     size = node_count * BIN_COUNT
-    members = np.bincount(key, minlength=size).reshape(shape)
-    flat_low, flat_high = np.full((3, size), np.inf), np.full((3, size), -np.inf)
+    members = np.bincount(key, weight, minlength=size).reshape(shape)
+    flat_low = np.full((3, size), np.inf, dtype=low.dtype)
+    flat_high = np.full((3, size), -np.inf, dtype=low.dtype)
     for axis in range(3):
         np.minimum.at(flat_low[axis], key, low[:, axis])
         np.maximum.at(flat_high[axis], key, high[:, axis])

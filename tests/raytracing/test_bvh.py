@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from ssdo_gl.raytracing import split
 from ssdo_gl.raytracing.bvh import (
     BOX_MARGIN,
     MAX_RECORDS,
@@ -18,8 +19,8 @@ from ssdo_gl.raytracing.bvh import (
     build_from_triangles,
     cached_bvh,
 )
-from ssdo_gl.raytracing.pairs import pair_triangles, vertex_ids
-from ssdo_gl.raytracing.split import MAX_SAH_DEPTH, build_binary, half_area
+from ssdo_gl.raytracing.pairs import pair_triangles, stable_order, vertex_ids
+from ssdo_gl.raytracing.split import MAX_SAH_DEPTH, BinaryTree, build_binary, half_area
 from ssdo_gl.raytracing.triangles import SceneTriangles, scene_triangles
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.material import Material
@@ -288,3 +289,44 @@ def test_the_cache_knows_content_not_identity() -> None:
 
 def test_the_limit_on_records_is_what_a_waiting_word_can_name() -> None:
     assert MAX_RECORDS == 4 << (32 - 3 - 7)
+
+
+def surface_of(tree: BinaryTree) -> float:
+    """Return what a random ray opens: the surface of all nodes, relative to the root's."""
+    areas = half_area(tree.low, tree.high)
+    return float(areas[tree.left >= 0].sum() / areas[0])
+
+
+def test_boxes_of_many_are_split_as_well_as_of_few(monkeypatch: pytest.MonkeyPatch) -> None:
+    corners = soup(3000, size=0.02).positions.reshape(-1, 3, 3).astype(np.float32)
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    exact = build_binary(low, high)
+    monkeypatch.setattr(split, "MOST_EXACT", 0)
+    tree = build_binary(low, high)
+    assert sorted(tree.primitive[tree.left < 0]) == list(range(3000))
+    inner = np.flatnonzero(tree.left >= 0)
+    children = np.stack([tree.left[inner], tree.left[inner] + 1])
+    np.testing.assert_array_equal(tree.low[inner], tree.low[children].min(axis=0))
+    np.testing.assert_array_equal(tree.high[inner], tree.high[children].max(axis=0))
+    # Children come in later levels than their parents.
+    level = np.searchsorted(tree.level_starts, np.arange(len(tree.left)), side="right")
+    assert np.all(level[children] > level[inner])
+    assert surface_of(tree) < 1.02 * surface_of(exact)
+
+
+@pytest.mark.parametrize("most", [1, 16])
+def test_planes_between_few_members_are_those_of_the_bins(
+    most: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    corners = soup(500, size=0.1).positions.reshape(-1, 3, 3)
+    expected = build_binary(corners.min(axis=1), corners.max(axis=1))
+    monkeypatch.setattr(split, "MOST_FEW", most)
+    found = build_binary(corners.min(axis=1), corners.max(axis=1))
+    np.testing.assert_array_equal(found.primitive, expected.primitive)
+
+
+@given(st.lists(st.integers(0, 5), max_size=60))
+def test_equal_keys_keep_their_order(keys: list[int]) -> None:
+    array = np.array(keys, dtype=np.int64)
+    expected = np.argsort(array, kind="stable")
+    np.testing.assert_array_equal(stable_order(array), expected)
