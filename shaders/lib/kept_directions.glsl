@@ -5,9 +5,10 @@
 // TAKES_DIRECTIONS: 1 in the pass that reads them, 0 in the one that writes them.
 #if KEPT_TEXTURE_COUNT > 0
 
-// x + 4096 y: float32 holds it exactly for frames of up to 4096 pixels along each side,
-// and the factor is undone without rounding because it is a power of two.
-const float KEPT_ROW = 4096.0;
+// x and y, 14 bits each, as the bits of a float: from 2^-63 to 2^-31, so that no device
+// takes it for NaN or flushes it to zero.
+const uint KEPT_BASE = 0x20000000u;
+const int KEPT_ROW_SHIFT = 14;
 
 // Only ever indexed by constants, or compilers unroll the loop over directions around it;
 // Mesa's software rasterizer then follows every direction of the sky's pixels, too, where
@@ -54,11 +55,10 @@ Blocker kept_blocker(int i)
     float number = -1.0;
     for (int k = 0; k < 4 * KEPT_TEXTURE_COUNT; ++k)
         number = k == i ? kept_direction[k] : number;
-    float y = floor(number / KEPT_ROW);
-    ivec2 texel = ivec2(int(number - y * KEPT_ROW), int(y));
+    int bits = int(floatBitsToUint(number) - KEPT_BASE);
     if (number < 0.0)
         return NO_BLOCKER;
-    return Blocker(texel, 0.0);
+    return Blocker(ivec2(bits & ((1 << KEPT_ROW_SHIFT) - 1), bits >> KEPT_ROW_SHIFT), 0.0);
 }
 #else
 layout(location = 1) out vec4 o_kept_0;
@@ -80,7 +80,8 @@ void keep_nothing()
 
 void keep_direction(int i, Blocker b)
 {
-    float number = is_blocked(b) ? float(b.texel.x) + KEPT_ROW * float(b.texel.y) : -1.0;
+    uint bits = KEPT_BASE + uint(b.texel.x | b.texel.y << KEPT_ROW_SHIFT);
+    float number = is_blocked(b) ? uintBitsToFloat(bits) : -1.0;
     for (int k = 0; k < 4 * KEPT_TEXTURE_COUNT; ++k)
         kept_direction[k] = k == i ? number : kept_direction[k];
 }

@@ -26,9 +26,8 @@ EstimatorSettings = TypeVar("EstimatorSettings", bound=ScreenSpaceSettings)
 DIRECTION_FIELDS = tuple(field.name for field in dataclasses.fields(ScreenSpaceSettings))
 # A radius just under a pixel in float64 might reach one in the shader's float32.
 PIXEL_MARGIN = 1.0 - 1e-5
-# Blocked directions are kept as numbers of texels, x + 4096 y, exact in float32, ...
-LONGEST_NUMBERED_SIDE = 4096
-# ... four to a texture. More textures than four cost what a second march would.
+# Blocked directions are kept four to a texture. More than four textures cost what a second
+# march would.
 MOST_KEPT_DIRECTIONS = 16
 # Where a direction takes fewer depth reads, keeping what they found saves nothing.
 FEWEST_STEPS_WORTH_KEEPING = 4
@@ -170,5 +169,4 @@ def can_share_directions(request: Request, first: str, second: str) -> bool:
         and ESTIMATORS[march.estimator].names_blockers
         and march.step_count >= FEWEST_STEPS_WORTH_KEEPING
         and march.direction_count <= MOST_KEPT_DIRECTIONS
-        and max(request.settings.size) <= LONGEST_NUMBERED_SIDE
     )

@@ -17,6 +17,7 @@ from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment_kinds import ConstantEnvironment, GradientEnvironment, MapEnvironment
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
+from ssdo_gl.settings.settings import MAX_SIZE_PX
 
 LAMP, PANEL = LightContent("map"), LightContent("ssdo")
 OFF = LightContent("map", is_on=False)
@@ -262,6 +263,9 @@ def test_lights_alone_need_no_other_directions():
 
 def test_one_march_serves_two_passes():
     assert shares_directions(decided_of(RICH))
+    # Kept as 14 bits for each side of the picture.
+    assert MAX_SIZE_PX == 1 << 14
+    assert shares_directions(decided_of(RICH, size=(MAX_SIZE_PX, 16)))
     assert shares_directions(decided_of(SKY))
     assert not shares_directions(decided_of(RICH, method="ssdo"))
     lamp = content(environment="none", lights=(LAMP,))
@@ -278,8 +282,6 @@ def test_one_march_serves_two_passes():
         {"effects": "full"},
         {"samples": 256},
         {"steps": 2, "samples": 16},
-        {"size": (4097, 16)},
-        {"size": (16, 4097)},
         {"overrides": {"bounce.radius": 0.1}},
         {"overrides": {"directional.steps": 4}},
         {"overrides": {"bounce.estimator": "rgs09", "directional.estimator": "rgs09"}},
