@@ -43,6 +43,8 @@ WARM_UP = 40
 MOTIONS = ("still", "refined", "moving")
 # Sub-pixel offsets of a window, and the one that it flies with.
 OFFSETS, CENTRE = 16, 7
+# Cameras of a flight before it begins anew: more than any view is remembered for.
+FLIGHT = 500
 # Where the time is the driver's.
 DRAWS: tuple[tuple[type[Any], str], ...] = (
     (moderngl.VertexArray, "render"),
@@ -87,6 +89,8 @@ def drawing(renderer: Renderer, motion: str) -> Callable[[int], object]:
     """Return what draws frame number N of a motion."""
     camera = renderer.scene.camera
     x, y, z = camera.position
+    places = [(x + 1e-4 * number, y + 1e-4 * number, z) for number in range(FLIGHT)]
+    flight = [dataclasses.replace(camera, position=place) for place in places]
 
     def draw(number: int) -> object:
         if motion == "still":
@@ -94,8 +98,7 @@ def drawing(renderer: Renderer, motion: str) -> Callable[[int], object]:
         if motion == "refined":
             index = number % OFFSETS
             return renderer.draw(["display"], camera=camera, index=index, count=OFFSETS)
-        place = x + 1e-4 * number, y + 1e-4 * number, z
-        moved = dataclasses.replace(camera, position=place)
+        moved = flight[number % FLIGHT]
         return renderer.draw(["display"], camera=moved, index=CENTRE, count=OFFSETS)
 
     return draw

@@ -48,7 +48,7 @@ class ComputeProgram:
         self._uniforms = {
             name: members[name] for name in (ORIGIN, REGION, SIZE, ADDS) if name in list(members)
         }
-        self._written: dict[str, bytes] = {}
+        self._placed: tuple[object, ...] = ()
 
     def run(
         self,
@@ -65,10 +65,13 @@ class ComputeProgram:
         x, y, width, height = region
         # Quads begin at even pixels, as a rasterizer's do.
         left, bottom = x & ~1, y & ~1
-        self._set(ORIGIN, _INT2.pack(left, bottom))
-        self._set(REGION, _INT4.pack(x, y, x + width, y + height))
-        self._set(SIZE, _FLOAT2.pack(*outputs[0].size))
-        self._set(ADDS, _INT.pack(adds))
+        placed = region, outputs[0].size, adds
+        if placed != self._placed:
+            self._set(ORIGIN, _INT2.pack(left, bottom))
+            self._set(REGION, _INT4.pack(x, y, x + width, y + height))
+            self._set(SIZE, _FLOAT2.pack(*outputs[0].size))
+            self._set(ADDS, _INT.pack(adds))
+            self._placed = placed
         for n, texture in enumerate(outputs):
             texture.bind_to_image(n, read=False, write=True)
             if adds and n in self._targets:
@@ -81,6 +84,5 @@ class ComputeProgram:
         gl.memory_barrier()
 
     def _set(self, name: str, data: bytes) -> None:
-        if name in self._uniforms and self._written.get(name) != data:
+        if name in self._uniforms:
             self._uniforms[name].write(data)
-            self._written[name] = data

@@ -47,15 +47,15 @@ def draw_fullscreen(
         If a name is not declared in the shader, a value does not fit its type, or a
         uniform that the shader uses was never given a value.
     """
-    whole = (0, 0, target.width, target.height)
-    program.set(uniforms)
+    whole = (0, 0, *target.size)
     masks = target.color_mask if keeps_last else None
     if masks is not None:
         assert isinstance(masks[0], tuple)
         target.color_mask = (*masks[:-1], (False,) * 4)
-    for band in bands(gl, program, region or whole):
+    parts = (region or whole,) if gl.extra is None else bands(gl, program, region or whole)
+    for band in parts:
         if program.compute is not None:
-            program.set({}, textures)
+            program.set(uniforms, textures)
             program.check_complete()
             program.compute.run(gl, _textures(target), band, adds=adds)
             continue
@@ -70,7 +70,7 @@ def draw_fullscreen(
             target.scissor = band
         if gl.fbo is not target:
             target.use()
-        program.set({}, textures)
+        program.set(uniforms, textures)
         program.check_complete()
         program.empty_vertex_array().render(moderngl.TRIANGLES, vertices=3)
     if region is not None or gl.extra is not None:

@@ -120,8 +120,12 @@ class Instances:
         )
         seen = self._shown(_inside(planes, center, half), skip_light)
         packed = np.empty((int(np.count_nonzero(seen)), INSTANCE_FLOATS), np.float32)
-        packed[:, :12] = view_from_mesh[seen].reshape(-1, 12)
-        packed[:, 12:] = self.materials[seen]
+        if len(packed) == len(seen):
+            packed[:, :12] = view_from_mesh.reshape(-1, 12)
+            packed[:, 12:] = self.materials
+        else:
+            packed[:, :12] = view_from_mesh[seen].reshape(-1, 12)
+            packed[:, 12:] = self.materials[seen]
         starts = [batch.start for batch in self.batches]
         ends = np.cumsum(np.add.reduceat(seen, starts, dtype=np.int64)).tolist()
         if clip_from_view[3, 2] == 0.0:

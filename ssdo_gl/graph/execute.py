@@ -157,16 +157,16 @@ class Executor:
                 result = self._prepare(step)
                 last = result.returned() if frame.is_live and item.is_gradual else {}
                 context = PassContext(
-                    gl=self._device.gl,
-                    shaders=shaders,
-                    geometry=geometry,
-                    frame=frame,
-                    inputs={name: textures[name] for name in item.reads},
-                    target=result.target,
-                    progress=progress,
-                    facts={n: facts[n] for n in item.reads if n in facts} if facts else {},
-                    last=last,
-                    is_complete=is_complete,
+                    self._device.gl,
+                    shaders,
+                    geometry,
+                    frame,
+                    {name: textures[name] for name in item.reads},
+                    result.target,
+                    progress,
+                    {n: facts[n] for n in item.reads if n in facts} if facts else {},
+                    last,
+                    is_complete,
                 )
                 # Given up in between, it would be neither what it was nor what it should become.
                 result.identity = -1
@@ -265,18 +265,17 @@ class Executor:
 
     def _stale(self, steps: PlanSteps, identities: dict[str, int]) -> set[str]:
         """Return the passes that must run: walk back from the outputs to what still holds."""
-        writers = steps.writers
-        waiting = [writers[output] for output in steps.plan.outputs]
+        wanted = set(steps.plan.outputs)
         stale: set[str] = set()
-        while waiting:
-            item = waiting.pop()
-            if item.name in stale:
+        for step in reversed(steps.order):
+            item = step.item
+            if wanted.isdisjoint(item.writes):
                 continue
             result = self._results.get(item.name)
             is_made = result is not None and result.identity == identities[item.name]
             if result is None or not is_made or not item.writes.keys() <= result.textures.keys():
                 stale.add(item.name)
-                waiting += [writers[resource] for resource in item.reads]
+                wanted.update(item.reads)
         return stale
 
     def _prepare(self, step: Step) -> _Result:

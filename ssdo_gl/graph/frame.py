@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -17,6 +17,18 @@ _CHOICES: Mapping[bool, Mapping[str, str]] = {
     is_orthographic: {"projection": f"projections/{name}.glsl"}
     for is_orthographic, name in ((True, "orthographic"), (False, "perspective"))
 }
+
+
+@lru_cache(maxsize=256)
+def _perspective_uniforms(
+    size: tuple[int, int], jitter_ndc: tuple[float, float], tan_half_fov: tuple[float, float]
+) -> Mapping[str, object]:
+    """Return `FrameView.uniforms`; those of a flight are the very same for all of its views."""
+    return {
+        "u_jitter_ndc": jitter_ndc,
+        "u_frame_size_px": tuple(float(n) for n in size),
+        "u_tan_half_fov": tan_half_fov,
+    }
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,14 +107,14 @@ class FrameView:
 
     @cached_property
     def _uniforms(self) -> Mapping[str, object]:
-        common = {
+        if not self.is_orthographic:
+            return _perspective_uniforms(self.size, self.jitter_ndc, self.tan_half_fov)
+        return {
             "u_jitter_ndc": self.jitter_ndc,
             "u_frame_size_px": tuple(float(n) for n in self.size),
+            "u_half_frame_vs": self.half_frame,
+            "u_near_depth_vs": (self.near, self.far - self.near),
         }
-        if self.is_orthographic:
-            near_depth = (self.near, self.far - self.near)
-            return {**common, "u_half_frame_vs": self.half_frame, "u_near_depth_vs": near_depth}
-        return {**common, "u_tan_half_fov": self.tan_half_fov}
 
     def depth_defines(self) -> Mapping[str, int]:
         """Return the defines of `shaders/lib/depth_test.glsl`."""

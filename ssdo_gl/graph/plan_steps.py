@@ -52,7 +52,6 @@ class PlanSteps:
     order : tuple of Step
     domains : tuple of str
         Those that any pass depends on.
-    writers : dict of resource to RenderPass
     shape : hashable
         Equal where the same textures are needed.
     """
@@ -60,12 +59,12 @@ class PlanSteps:
     def __init__(self, plan: Plan, size: tuple[int, int]) -> None:
         self.plan = plan
         self.size = size
-        self.writers = {resource: item for item in plan.order for resource in item.writes}
+        writers = {resource: item for item in plan.order for resource in item.writes}
         named = (domain for item in plan.order for domain in item.depends_on)
         self.domains = tuple(dict.fromkeys(named))
         lends: dict[int, list[tuple[str, str]]] = {}
         for resource, last in plan.last_readers().items():
-            lends.setdefault(last, []).append((self.writers[resource].name, resource))
+            lends.setdefault(last, []).append((writers[resource].name, resource))
         self.order = tuple(
             _step(item, size, tuple(lends.get(number, ())))
             for number, item in enumerate(plan.order)

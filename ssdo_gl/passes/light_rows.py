@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.graph.frame import FrameView
+from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.lights import SHADOW_NUMBERS, Form, Light, kind_number
 from ssdo_gl.scene.shadow_frames import ShadowFrame
 
@@ -22,9 +23,10 @@ def light_rows(
 ) -> NDArray[np.float64]:
     """Return what shaders know of each light, shape (len(lights), ROWS_PER_LIGHT, 4)."""
     table = np.zeros((len(lights), ROWS_PER_LIGHT, 4))
+    rotation = view.view_from_world.T
     for row, light, frame in zip(table, lights, frames, strict=True):
-        _fill_light(row, light, view)
-        row[5:8, :3] = light.light_from_world @ view.view_from_world.T
+        _fill_light(row, light, view.position_ws, rotation)
+        row[5:8, :3] = light.light_from_world @ rotation
         if frame is not None:
             row[0, 2] = frame.parts_per_side
             row[3:5, 3] = frame.half_size
@@ -34,12 +36,14 @@ def light_rows(
     return table
 
 
-def _fill_light(row: NDArray[np.float64], light: Light, view: FrameView) -> None:
+def _fill_light(
+    row: NDArray[np.float64], light: Light, position_ws: FloatArray, rotation: FloatArray
+) -> None:
     own = light.own_row
     is_parallel = light.form is Form.PARALLEL
     row[0] = kind_number(light), SHADOW_NUMBERS[light.shadow], 0.0, own.two_sided
-    row[1, :3] = view.direction_vs(own.place) if is_parallel else view.point_vs(own.place)
+    row[1, :3] = (own.place if is_parallel else own.place - position_ws) @ rotation
     row[2, :3] = light.emitted
-    row[3, :3] = view.direction_vs(own.axis)
-    row[4, :3] = view.direction_vs(own.second_axis)
+    row[3, :3] = own.axis @ rotation
+    row[4, :3] = own.second_axis @ rotation
     row[1:3, 3] = own.numbers

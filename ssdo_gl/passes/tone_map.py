@@ -64,15 +64,16 @@ class ToneMapPass(RenderPass):
     def __init__(self, settings: ToneMapSettings | None = None, source: str = "beauty") -> None:
         self.settings = settings or ToneMapSettings()
         self.reads = (source,)
+        self._defines, self._uniforms = defines(self.settings), uniforms(self.settings)
 
     def execute(self, context: PassContext) -> None:
         """Draw one full-screen triangle."""
         assert context.target is not None
-        program = context.shaders.fullscreen("passes/tone_map.frag", defines(self.settings))
+        program = context.shaders.fullscreen("passes/tone_map.frag", self._defines)
         draw_fullscreen(
             context.gl,
             program,
             context.target,
-            uniforms(self.settings),
+            self._uniforms,
             {"t_beauty": context.inputs[self.reads[0]]},
         )
