@@ -192,7 +192,7 @@ def _screenshot(viewer: Viewer, host: Host, number: int) -> None:
     stem = Path(viewer.source).stem
     scene = save_scene(viewer) if viewer.is_edited else None
     meta = picture_meta(viewer, scene)
-    path = save_screenshot(viewer.folder, stem, viewer.presenter.pixels(), meta)
+    path = save_screenshot(viewer.folder, stem, viewer.pixels(), meta)
     also = f"; the edited scene is {scene.name}" if scene else ""
     viewer.say(f"wrote {path.name} and {path.with_suffix('.json').name}{also}")
 

@@ -7,6 +7,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.graph.render_pass import ProgressCallback
@@ -19,7 +22,7 @@ from ssdo_gl.window.live import INSPECTED, KeptPlanes, Monitor, surface_point
 from ssdo_gl.window.presenter import Presenter
 from ssdo_gl.window.scene_flight import SceneFlight
 from ssdo_gl.window.side import Side
-from ssdo_gl.window.views import View, image_of, kind_of_image, settings_of
+from ssdo_gl.window.views import View, image_of, is_averaged, kind_of_image, settings_of
 
 # A frame of a 30 Hz display.
 DEFAULT_BUDGET_MS = 33.0
@@ -45,6 +48,8 @@ class Canvas(SceneFlight, Chosen):
         Alarms, and the error of the left side against the right one.
     frame_ms : float
         Of the last frame, both sides together.
+    stretches : bool
+        Whether who shows the picture stretches it to the size of the window.
     showing_ms : float
         What it takes to bring a picture and the panel onto the screen.
     """
@@ -70,6 +75,7 @@ class Canvas(SceneFlight, Chosen):
         self.is_inspecting = False
         self.shows_histogram = False
         self.times_passes = False
+        self.stretches = False
         self.frame_ms = self.showing_ms = 0.0
         self.monitor = Monitor(device, self.shaders)
         self._kept = KeptPlanes(device)
@@ -89,8 +95,7 @@ class Canvas(SceneFlight, Chosen):
     @property
     def picture_size(self) -> tuple[int, int]:
         """Pixels of the picture that was drawn last."""
-        picture = self.presenter.picture
-        return self.settings.size if picture is None else picture.size
+        return self._shown[1] if self._shown else self.settings.size
 
     @property
     def has_drawing(self) -> bool:
@@ -116,7 +121,7 @@ class Canvas(SceneFlight, Chosen):
         shown = (self.view, *self._shown[1:])
         is_same = self._shown and without_line(self.view) == without_line(self._shown[0])
         if is_same and shown != self._shown and all(s.image.drawing for s in self._sides):
-            self._present(size)
+            self._present(self._fitting(size))
             self._shown = shown
 
     @property
@@ -183,6 +188,25 @@ class Canvas(SceneFlight, Chosen):
         if self.is_inspecting:
             return INSPECTED
         return ("beauty",) if self.shows_histogram else ()
+
+    def pixels(self) -> NDArray[np.uint8]:
+        """Return the picture as `Presenter.pixels` does, as large as it is shown."""
+        picture = self.presenter.picture
+        if picture is not None and picture.size != self.picture_size:
+            self._present(self.picture_size)
+        return self.presenter.pixels()
+
+    def _fitting(self, size: tuple[int, int]) -> tuple[int, int]:
+        """Return at which size to turn numbers into colours, of `size` or less.
+
+        A picture drawn for motion is stretched as colours, by a third of the work.
+        """
+        left = self._sides[0]
+        is_whole = self.view.compares or not self.stretches or not is_averaged(left.kind)
+        if is_whole or left.image.drawing is None:
+            return size
+        width, height = left.image.drawing.view.size
+        return min(width, size[0]), min(height, size[1])
 
     def _present(self, size: tuple[int, int]) -> None:
         left, right = self._sides[0], self.right

@@ -133,6 +133,7 @@ class Presenter:
             return
         self._free_picture()
         self._texture = make_texture(self._gl, size, 4, "nu1")
+        self._texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
         self.picture = make_framebuffer(self._gl, [self._texture])
 
     def _free_picture(self) -> None:

@@ -43,11 +43,13 @@ class Session(ViewerLoop):
         self._shader_watch = ShaderWatch(self._viewer.shaders, shader_folder())
         self._film = FilmExport(self._viewer)
         self._gave_up = False
+        self._waits_since = 0.0
         self._showing_ms: deque[float] = deque(maxlen=SHOWN_FRAMES)
         self._drawn_at = self._draw_seconds = 0.0
         self._host = WindowHost(window, viewer, self._input, self._film, title)
         self._host.reload = self._reload_shaders
         self._make_overlay()
+        viewer.stretches = True
         self._events = Events(window, viewer, self._input, self._host)
         self._host.defer = self._events.defer
         window.listen(self._events)
@@ -112,7 +114,7 @@ class Session(ViewerLoop):
         """Let the time between two moments pass, and draw what is due."""
         sizes = self._window.sizes
         size = sizes[1]
-        self._gave_up = False
+        gave_up_before, self._gave_up = self._gave_up, False
         self._perform_pending(draws=min(size) > 0 and not self._film.is_busy)
         if self._host.look_at_files():
             self._events.panel_frames = PANEL_FRAMES
@@ -133,7 +135,9 @@ class Session(ViewerLoop):
             # Text that has changed its length takes another frame to fit its window.
             self._events.panel_frames = max(self._events.panel_frames, 2)
         # The picture for which one was given up comes first, and brings the panel along.
-        waits = self._gave_up and time.perf_counter() - self._drawn_at < LATEST_SECONDS
+        if not (self._gave_up and gave_up_before):
+            self._waits_since = now
+        waits = self._gave_up and now - self._waits_since < LATEST_SECONDS
         if min(size) > 0 and not waits and (drew or self._events.panel_frames > 0):
             self._draw(sizes)
 

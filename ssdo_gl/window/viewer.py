@@ -240,7 +240,7 @@ class Viewer(Canvas):
             drew |= self._update(side, index, size, self.is_resting, progress)
         shown = (self.view, size, self.settings.exposure, len(self._sides))
         if drew or shown != self._shown:
-            self._present(size)
+            self._present(self._fitting(size))
             self._shown = shown
         is_finished = self.is_resting and all(side.is_done for side in self._sides)
         images = [side.image for side in self._sides]

@@ -709,3 +709,18 @@ def test_no_budget_means_full_quality_in_motion(gl, make_viewer) -> None:
     for _ in range(20):
         viewer.frame(FORWARD, FRAME_S, SIZE)
     assert viewer.left.image.drawing.view.size == SIZE
+
+
+def test_a_small_picture_is_stretched_by_who_shows_it(gl, viewer: Viewer) -> None:
+    viewer.stretches = True
+    # The first frame is of the cheapest level.
+    viewer.frame(Controls(turn_rate=(0.1, 0.0)), FRAME_S, SIZE)
+    assert viewer.left is not None
+    assert viewer.left.level.frame_scale < 1.0
+    assert viewer.presenter.picture is not None
+    small = viewer.presenter.picture.size
+    assert small[0] < 0.5 * SIZE[0]
+    assert viewer.picture_size == SIZE
+    assert viewer.pixels().shape == (SIZE[1], SIZE[0], 3)
+    settle(viewer)
+    assert viewer.presenter.picture.size == SIZE
