@@ -25,6 +25,11 @@ _SCALARS = {
 }  # fmt: skip
 
 
+def part_text(error: float) -> str:
+    """Return the error of a part; what the reference's own variance explains is not none."""
+    return percent(error) if error > 0.0 else "within noise"
+
+
 def front_table(bench: Bench, panel: ErrorPanel) -> str:
     """Return a panel's front, numbered as in its chart; empty if it has none."""
     front = front_of(bench.results, panel.name)
@@ -45,7 +50,7 @@ def front_table(bench: Bench, panel: ErrorPanel) -> str:
                 f"{place}. {escape(result.point.label)}",
                 interval_text(result.timing.ms),
                 f"{text(error.value)} [{text(error.low)}, {text(error.high)}]",
-                *(percent(scalars.parts[part]) for part in parts),
+                *(part_text(scalars.parts[part]) for part in parts),
                 *map(text, (scalars.noise, scalars.own_bias, scalars.systematic)),
                 f"{verdict.confidence:.0%}",
                 folded_command(bench.command(result.point)),

@@ -19,6 +19,7 @@ from ssdo_gl.bench.clock import CLOCK_NAMES
 from ssdo_gl.bench.errors import Scalars
 from ssdo_gl.bench.report import outputs, terminal
 from ssdo_gl.bench.report.page import report_html
+from ssdo_gl.bench.report.tables import part_text
 
 pytest.importorskip("matplotlib")
 
@@ -145,6 +146,11 @@ def test_an_unsure_reference_is_called_unsure():
     }
     assert "less sure" in report_html(bench(references=poor))
     assert "less sure" not in report_html(found)
+
+
+def test_a_part_whose_error_is_the_references_noise_is_not_called_exact():
+    assert part_text(0.0) == "within noise"
+    assert part_text(0.0123) == "1.23 %"
 
 
 def test_one_clock_is_named_for_frames_and_passes():
