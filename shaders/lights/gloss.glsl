@@ -4,14 +4,22 @@
 
 #if GLOSSY
 #if LIGHT_FORM == FORM_AREA
-// Gauss's points and weights on [-1, 1].
+// Gauss's points and weights on [-1, 1]: 6, and 12 for lines across a rectangle that the
+// horizon cuts, whose lengths have kinks.
 const int GAUSS_COUNT = 6;
-const float GAUSS_POINTS[GAUSS_COUNT] = float[](
-    -0.93246951420315, -0.66120938646626, -0.23861918608320,
-    0.23861918608320, 0.66120938646626, 0.93246951420315);
-const float GAUSS_WEIGHTS[GAUSS_COUNT] = float[](
-    0.17132449237917, 0.36076157304814, 0.46791393457269,
-    0.46791393457269, 0.36076157304814, 0.17132449237917);
+const int CUT_COUNT = 12;
+const float GAUSS_POINTS[GAUSS_COUNT + CUT_COUNT] = float[](
+    -0.93246951420315, -0.66120938646626, -0.23861918608320, 0.23861918608320,
+    0.66120938646626, 0.93246951420315,
+    -0.98156063424672, -0.90411725637047, -0.76990267419430, -0.58731795428662,
+    -0.36783149899818, -0.12523340851147, 0.12523340851147, 0.36783149899818,
+    0.58731795428662, 0.76990267419430, 0.90411725637047, 0.98156063424672);
+const float GAUSS_WEIGHTS[GAUSS_COUNT + CUT_COUNT] = float[](
+    0.17132449237917, 0.36076157304814, 0.46791393457269, 0.46791393457269,
+    0.36076157304814, 0.17132449237917,
+    0.04717533638651, 0.10693932599532, 0.16007832854335, 0.20316742672307,
+    0.23349253653835, 0.24914704581340, 0.24914704581340, 0.23349253653835,
+    0.20316742672307, 0.16007832854335, 0.10693932599532, 0.04717533638651);
 
 // Of half of a rectangle, that a lobe sees at least of it.
 const float LEAST_SEEN = 0.02;
@@ -38,7 +46,7 @@ Angles angles_on_line(vec3 middle, vec3 edge, float height, float rise)
     return Angles(foot, width, 0.5 * (angles.x + angles.y), 0.5 * (angles.y - angles.x));
 }
 
-// s of the point, and its weight in an integral over s.
+// s of the point of that number, and its weight in an integral over s.
 vec2 point_of_angles(Angles angles, int i)
 {
     float tangent = tan(angles.middle + angles.half_range * GAUSS_POINTS[i]);
@@ -117,8 +125,11 @@ vec3 gloss_of_area(Brdf brdf, Light light, vec3 p_vs, vec3 n_vs, vec3 w_out)
                                   dot(c, n_vs) + abs(u_rise), dot(v, n_vs));
     // Software rasterizers leave loops where they would go through a branch that is not taken.
     int count = is_glossy(brdf) ? GAUSS_COUNT : 0;
+    bool is_cut = dot(c, n_vs) < abs(u_rise) + abs(dot(v, n_vs));
+    int first = is_cut ? GAUSS_COUNT : 0;
+    int end = is_glossy(brdf) ? first + (is_cut ? CUT_COUNT : GAUSS_COUNT) : 0;
     vec3 sum = vec3(0.0);
-    for (int i = 0; i < count; ++i) {
+    for (int i = first; i < end; ++i) {
         vec2 t = point_of_angles(lines, i);
         vec3 q = c + t.x * v;
         Angles points = angles_on_line(c_cs + t.x * v_cs, u_cs, dot(q, n_vs), u_rise);
