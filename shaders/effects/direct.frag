@@ -7,6 +7,12 @@
 // HAS_SHADING_NORMALS: see lights/lights.glsl.
 // HAS_LIFT: smooth surfaces are shadowed from where they would be, not from their triangles.
 // GLOSSY: surfaces may be glossy, and what they reflect of the light goes to a target of its own.
+#if __VERSION__ >= 400
+#define HAS_GATHER 1
+#elif defined(GL_ARB_texture_gather)
+#extension GL_ARB_texture_gather : enable
+#define HAS_GATHER 1
+#endif
 #include "lib/gbuffer.glsl"
 #include "lights/area_shadow.glsl"
 #include "lights/gloss.glsl"

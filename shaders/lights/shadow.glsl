@@ -7,8 +7,13 @@
 // LIGHT_FORM: as in lights/lights.glsl. BLOCKER_COUNT, FILTER_COUNT: samples of the shadow of
 // one part of a rectangle; parallel light with a spread takes many times as many, see below.
 // Rectangles: lights/area_shadow.glsl.
+// HAS_GATHER (default 0): 1 where the extension GL_ARB_texture_gather is enabled.
 #include "lib/hash.glsl"
 #include "lights/lights.glsl"
+
+#ifndef HAS_GATHER
+#define HAS_GATHER 0
+#endif
 
 uniform sampler2D t_shadow_atlas;
 uniform float u_shadow_tile_texels;   // texels along one face
@@ -94,13 +99,42 @@ vec2 face_place(Face face, vec3 w)
     return slope * face.texel_from_slope + 0.5 * face.texels;
 }
 
-// The surface point (u, v, depth) that is stored in texel `t` of the face.
+// The surface point (u, v, depth) at the centre of texel `t` of the face.
+vec3 stored_point(Face face, vec2 t, float depth)
+{
+    vec2 slope = (t + 0.5 - 0.5 * face.texels) * face.slope_from_texel;
+    return vec3(IS_PARALLEL ? slope : slope * depth, depth);
+}
+
+// The one that is stored in texel `t`.
 vec3 face_point(Face face, vec2 t)
 {
     vec2 inside = clamp(t, vec2(0.0), vec2(face.texels - 1.0));
     float depth = texelFetch(t_shadow_atlas, ivec2(face.corner + inside), 0).x;
-    vec2 slope = (inside + 0.5 - 0.5 * face.texels) * face.slope_from_texel;
-    return vec3(IS_PARALLEL ? slope : slope * depth, depth);
+    return stored_point(face, inside, depth);
+}
+
+// What is stored in the 3 x 3 texels of the atlas from `corner` on, row by row.
+mat3 stored_around(vec2 corner)
+{
+#if HAS_GATHER
+    // Each call, at the corner between four texels, is given them anticlockwise from the upper
+    // left. In software it costs little more than one fetch.
+    vec2 unit = 1.0 / vec2(textureSize(t_shadow_atlas, 0));
+    vec4 a = textureGather(t_shadow_atlas, (corner + 1.0) * unit);
+    vec4 b = textureGather(t_shadow_atlas, (corner + vec2(2.0, 1.0)) * unit);
+    vec4 c = textureGather(t_shadow_atlas, (corner + vec2(1.0, 2.0)) * unit);
+    vec4 d = textureGather(t_shadow_atlas, (corner + 2.0) * unit);
+    return mat3(a.w, a.z, b.z, a.x, a.y, b.y, c.x, c.y, d.y);
+#else
+    mat3 stored;
+    for (int j = 0; j < 3; ++j) {
+        for (int i = 0; i < 3; ++i) {
+            stored[j][i] = texelFetch(t_shadow_atlas, ivec2(corner) + ivec2(i, j), 0).x;
+        }
+    }
+    return stored;
+#endif
 }
 
 // Size of a texel at depth `depth`, scene units.
@@ -110,12 +144,17 @@ float face_texel_size(Face face, float depth)
     return IS_PARALLEL ? size : size * depth;
 }
 
-// Whether a point at `offset` from the receiver lies above its tangent plane.
-bool is_above_plane(vec3 offset, vec3 normal, float slack)
+// How far above the receiver's tangent plane a point at `offset` from it blocks.
+float least_height(vec3 offset, float slack)
 {
     // The sum is at most 1.73 times the length, and cheaper.
     vec3 a = abs(offset);
-    return dot(offset, normal) > slack + SHADOW_NORMAL_SLACK * (a.x + a.y + a.z);
+    return slack + SHADOW_NORMAL_SLACK * (a.x + a.y + a.z);
+}
+
+bool is_above_plane(vec3 offset, vec3 normal, float slack)
+{
+    return dot(offset, normal) > least_height(offset, slack);
 }
 
 // A texel that a surface falls away from below the receiver's tangent plane says nothing
@@ -139,14 +178,18 @@ float point_shadow_visibility(ShadowMap map, vec3 p_ls, vec3 m_ls, float roundin
     vec2 middle = floor(place);
     vec2 t = place - middle;
     mat3x2 weights = mat3x2(0.5 * (1.0 - t) * (1.0 - t), 0.75 - (t - 0.5) * (t - 0.5), 0.5 * t * t);
+    vec2 first = clamp(middle - 1.0, vec2(0.0), vec2(face.texels - 3.0));
+    mat3 depths = stored_around(face.corner + first);
     float blocked = 0.0;
     float counted = 0.0;
     for (int j = 0; j < 3; ++j) {
         for (int i = 0; i < 3; ++i) {
-            vec3 o = face_point(face, middle + vec2(float(i), float(j)) - 1.0);
-            bool is_below = is_above_plane(p - o, m, slack);
-            bool is_far = p.z - o.z > far_texels * texel;
-            bool is_blocker = is_below ? is_far : o.z < p.z && is_above_plane(o - p, m, slack);
+            vec3 offset = stored_point(face, first + vec2(float(i), float(j)), depths[j][i]) - p;
+            float height = dot(offset, m);
+            float least = least_height(offset, slack);
+            bool is_below = -height > least;
+            bool is_far = -offset.z > far_texels * texel;
+            bool is_blocker = is_below ? is_far : offset.z < 0.0 && height > least;
             float weight = weights[i].x * weights[j].y;
             counted += is_below && !is_far ? 0.0 : weight;
             blocked += is_blocker ? weight : 0.0;

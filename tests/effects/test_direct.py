@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,10 +12,11 @@ from oracle import lambert_polygon, shadows
 from passes.pass_harness import box, make_frame, make_scene, quad, run_pass
 from passes.test_gbuffer import sphere
 
-from ssdo_gl import math3d
+from ssdo_gl import math3d, resources
 from ssdo_gl.effects.direct import DirectPass, DirectSettings
 from ssdo_gl.effects.shadow_map import ShadowMapPass, ShadowMapSettings
 from ssdo_gl.gpu.device_geometry import Geometry
+from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.images.surface_arrays import world_positions
 from ssdo_gl.passes.gbuffer import GBufferPass
 from ssdo_gl.scene.camera import Camera
@@ -184,6 +187,26 @@ def test_low_steps_throw_shadows(gl, shaders, kind):
 
 
 CARD = ((-0.5, 1.0, -0.5), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+
+
+@pytest.mark.parametrize("kind", ["point", "spot", "directional"])
+def test_texels_are_the_same_fetched_and_gathered(gl, shaders, tmp_path, kind):
+    """Drivers without gathers see the same picture, to the byte, also where shadows end."""
+    folder = shutil.copytree(Path(str(resources.folder("shaders"))), tmp_path / "shaders")
+    shader = folder / "effects" / "direct.frag"
+    text = shader.read_text()
+    assert text.count("#define HAS_GATHER 1") == 2
+    shader.write_text(text.replace("#define HAS_GATHER 1", "#define HAS_GATHER 0"))
+    scene = make_scene([FLOOR, quad(*CARD)], lights=[LIGHTS[kind]], camera=CAMERA)
+    coarse = ShadowMapSettings(16)
+    gathered, fetched = (
+        draw(gl, library, scene, map_settings=coarse)[2]
+        for library in (shaders, ShaderLibrary(gl, folder))
+    )
+    open_floor = draw(gl, shaders, scene, maps=False)[2]
+    partly = (gathered[..., 0] > 0.01) & (gathered[..., 0] < 0.9 * open_floor[..., 0])
+    assert partly.sum() > 20
+    np.testing.assert_array_equal(gathered, fetched)
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 1e4])

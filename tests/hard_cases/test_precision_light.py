@@ -232,7 +232,8 @@ def shadow_twin(depth, half, p, m):
     blocked, counted = np.zeros(len(p)), np.zeros(len(p))
     for j in range(3):
         for i in range(3):
-            at = np.clip(middle + (i - 1, j - 1), 0, SIDE - 1).astype(int)
+            # The block of nine stays on the face; what a map shows lies two texels within.
+            at = (np.clip(middle - 1, 0, SIDE - 3) + (i, j)).astype(int)
             z = depth[at[:, 1], at[:, 0]]
             slope = (at + 0.5 - 0.5 * SIDE) * (2.0 * half / SIDE)
             o = np.concatenate([slope * z[:, None], z[:, None]], 1)
