@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ssdo_gl import math3d
 from ssdo_gl.gpu.draw_group import INSTANCE_FLOATS, material_row, material_uniforms
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.mesh import are_mirrored
@@ -115,24 +117,23 @@ class Instances:
         if len(self.lights) == 0:
             return []
         view_from_mesh, center, half = boxes
-        planes = np.concatenate(
-            [clip_from_view[3] + clip_from_view[:3], clip_from_view[3] - clip_from_view[:3]]
-        )
+        rows = clip_from_view[:3]
+        planes = np.concatenate([rows, -rows]) + clip_from_view[3]
         seen = self._shown(_inside(planes, center, half), skip_light)
-        packed = np.empty((int(np.count_nonzero(seen)), INSTANCE_FLOATS), np.float32)
-        if len(packed) == len(seen):
-            packed[:, :12] = view_from_mesh.reshape(-1, 12)
-            packed[:, 12:] = self.materials
-        else:
-            packed[:, :12] = view_from_mesh[seen].reshape(-1, 12)
-            packed[:, 12:] = self.materials[seen]
+        count, materials = int(np.count_nonzero(seen)), self.materials
         starts = [batch.start for batch in self.batches]
-        ends = np.cumsum(np.add.reduceat(seen, starts, dtype=np.int64)).tolist()
+        ends = [*starts[1:], count]
+        if count < len(seen):
+            ends = np.cumsum(np.add.reduceat(seen, starts, dtype=np.int64)).tolist()
+            view_from_mesh, center, half = (part[seen] for part in boxes)
+            materials = materials[seen]
+        packed = np.empty((count, INSTANCE_FLOATS), np.float32)
+        packed[:, :12] = view_from_mesh.reshape(-1, 12)
+        packed[:, 12:] = materials
         if clip_from_view[3, 2] == 0.0:
-            is_around = ~_inside(planes[2:3], center[seen], -half[seen])
+            is_around = ~_inside(planes[2:3], center, -half)
         else:
-            within = np.abs(center[seen]) <= half[seen] * (1.0 + CLIP_MARGIN)
-            is_around = np.asarray(within.all(axis=1))
+            is_around = np.asarray((np.abs(center) <= half * (1.0 + CLIP_MARGIN)).all(axis=1))
         begins = [0, *ends[:-1]]
         return [_shared_out(packed[i:j], is_around[i:j]) for i, j in zip(begins, ends, strict=True)]
 
@@ -164,18 +165,16 @@ class Instances:
 
         What begins behind the viewpoint has a negative depth there.
         """
-        (x, y), (u, v) = tan_half_fov, half_frame
-        sides = np.array([[1, 0, -x, u], [-1, 0, -x, u], [0, 1, -y, v], [0, -1, -y, v]])
-        # A jittered frame sees up to a pixel more; a hundredth of the field of view
-        # covers that for frames of 100 pixels and more, at no cost.
-        sides[:, 2:] *= 1.01
         _, center, half = boxes
-        farthest = half[:, 2] - center[:, 2]
+        farthest, nearest = half[:, 2] - center[:, 2], -center[:, 2] - half[:, 2]
+        sides = _sides(*tan_half_fov, *half_frame)
         seen = self._shown(_inside(sides, center, half) & (farthest > 0.0), skip_light)
-        if not seen.any():
+        count = np.count_nonzero(seen)
+        if count == 0:
             return None
-        nearest = float((-center[seen, 2] - half[seen, 2]).min())
-        return nearest, float(farthest[seen].max())
+        if count < len(seen):
+            farthest, nearest = farthest[seen], nearest[seen]
+        return float(nearest.min()), float(farthest.max())
 
     def _shown(self, seen: NDArray[np.bool_], skip_light: int | None) -> NDArray[np.bool_]:
         return seen if skip_light is None else seen & (self.lights != skip_light)
@@ -239,6 +238,16 @@ def _shared_out(attributes: NDArray[np.float32], is_around: NDArray[np.bool_]) -
 
 def _common_material(rows: NDArray[np.float32]) -> Mapping[str, object] | None:
     return material_uniforms(rows[0]) if np.all(rows == rows[0]) else None
+
+
+@lru_cache(maxsize=16)
+def _sides(x: float, y: float, u: float, v: float) -> FloatArray:
+    """Return the planes of a frame's sides, by tangents and half sizes; read-only."""
+    sides = np.array([[1, 0, -x, u], [-1, 0, -x, u], [0, 1, -y, v], [0, -1, -y, v]])
+    # A jittered frame sees up to a pixel more; a hundredth of the field of view covers that
+    # for frames of 100 pixels and more, at no cost.
+    sides[:, 2:] *= 1.01
+    return math3d.read_only(sides)
 
 
 def _inside(planes: FloatArray, center: FloatArray, half: FloatArray) -> NDArray[np.bool_]:

@@ -49,6 +49,8 @@ class UniformSlot:
         self._layout = None if self._is_array else _layout_of(self._type)
         is_real = self._type.startswith(("float", "vec"))
         self._kinds = frozenset((int, float, np.float64) if is_real else (int,))
+        self._dtype = _dtype_of(self._type)
+        self._rows = _MATRIX_ROWS.get(self._type)
         self._data: bytes | None = None
         self.constant: object = None
 
@@ -81,25 +83,15 @@ class UniformSlot:
 
     def _packed(self, value: object) -> bytes:
         """Return any value as the bytes that the driver takes."""
-        kind = self._type
-        if kind.startswith(("u", "uvec")):
-            dtype: type[np.generic] = np.uint32
-        elif kind.startswith(("int", "ivec", "bool", "bvec")):
-            dtype = np.int32
-        else:
-            dtype = np.float32
-        array = np.asarray(value)
-        if dtype is not np.float32 and not (
-            np.issubdtype(array.dtype, np.integer) or array.dtype == np.bool_
-        ):
+        array, rows = np.asarray(value), self._rows
+        if self._dtype is not np.float32 and array.dtype.kind not in "iub":
             raise ShaderError(f"{self._label} takes whole numbers, not {value!r}")
-        if kind in _MATRIX_ROWS:
-            rows = _MATRIX_ROWS[kind]
+        if rows is not None:
             if array.shape[-2:] != (rows, rows):
                 raise ShaderError(f"{self._label} got an array of {array.shape}")
             # OpenGL stores matrices column by column.
             array = array.swapaxes(-1, -2)
-        data = array.astype(dtype).tobytes()
+        data = array.astype(self._dtype).tobytes()
         wanted = self._byte_count
         # A driver may cut unused elements off the end of an array, never off a vector.
         if len(data) != wanted and not (self._is_array and len(data) > wanted):
@@ -110,6 +102,13 @@ class UniformSlot:
 def _cannot_change(array: np.ndarray[Any, Any]) -> bool:
     """Return whether nobody can write to an array, which is no part of another one."""
     return not array.flags.writeable and array.base is None
+
+
+def _dtype_of(kind: str) -> type[np.generic]:
+    """Return what values of a GLSL type are packed as."""
+    if kind.startswith("u"):
+        return np.uint32
+    return np.int32 if kind.startswith(("int", "ivec", "bool", "bvec")) else np.float32
 
 
 def _layout_of(kind: str) -> struct.Struct | None:
