@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ssdo_gl.window.bindings import Command
-from ssdo_gl.window.picture_job import PictureWish
+from ssdo_gl.window.picture_job import PictureRequest
 from ssdo_gl.window.recent import Recent
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ class RemoteHost:
     def open(self, path: str) -> None:
         """Do nothing: pages open no files of the machine."""
 
-    def save_picture(self, wish: PictureWish) -> None:
+    def save_picture(self, request: PictureRequest) -> None:
         """Do nothing: a page saves what it shows."""
 
     def toggle_vsync(self) -> bool:

@@ -22,7 +22,7 @@ from ssdo_gl.window.camera import (
 )
 from ssdo_gl.window.history import Edited
 from ssdo_gl.window.opened import reload_file
-from ssdo_gl.window.picture_job import PictureWish
+from ssdo_gl.window.picture_job import PictureRequest
 from ssdo_gl.window.recent import Recent
 from ssdo_gl.window.saved_view import picture_meta, save_scene, view_command
 from ssdo_gl.window.screenshot import free_stem, save_screenshot
@@ -74,7 +74,7 @@ class Host(Protocol):
     def ask_for_picture(self) -> None:
         """Let the user say which picture is to be saved, and save it."""
 
-    def save_picture(self, wish: PictureWish) -> None:
+    def save_picture(self, request: PictureRequest) -> None:
         """Save a picture that was asked for."""
 
     def reload_shaders(self) -> None:

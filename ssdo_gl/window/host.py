@@ -15,7 +15,7 @@ from ssdo_gl.window.glfw_window import GlfwWindow
 from ssdo_gl.window.hot_reload import FileWatch
 from ssdo_gl.window.input_map import InputMap
 from ssdo_gl.window.opened import open_file, reload_file
-from ssdo_gl.window.picture_job import PictureJob, PictureWish
+from ssdo_gl.window.picture_job import PictureJob, PictureRequest
 from ssdo_gl.window.recent import Recent
 from ssdo_gl.window.viewer import Viewer
 
@@ -88,11 +88,11 @@ class WindowHost:
         if self.overlay is None:
             self._viewer.say(NO_PANEL)
         else:
-            self.overlay.picture_prompt.wish = self._picture.usual_wish()
+            self.overlay.picture_prompt.request = self._picture.usual_request()
 
-    def save_picture(self, wish: PictureWish) -> None:
+    def save_picture(self, request: PictureRequest) -> None:
         """Render a picture in another process."""
-        self.defer(partial(self._picture.start, wish))
+        self.defer(partial(self._picture.start, request))
 
     def release(self) -> None:
         """Give up what is in the making elsewhere."""

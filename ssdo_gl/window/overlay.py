@@ -138,9 +138,9 @@ class Overlay(ImguiBackend):
         path = self.path_prompt.draw(window_size)
         if path is not None:
             self._host.open(path)
-        wish = self.picture_prompt.draw(window_size)
-        if wish is not None:
-            self._host.save_picture(wish)
+        request = self.picture_prompt.draw(window_size)
+        if request is not None:
+            self._host.save_picture(request)
         if self.shows_help:
             draw_help(window_size)
         self.draw(target)

@@ -19,7 +19,7 @@ _KEY = "picture"
 
 
 @dataclass(frozen=True)
-class PictureWish:
+class PictureRequest:
     """What picture is to be saved.
 
     Attributes
@@ -52,23 +52,23 @@ class PictureJob:
         self._process: subprocess.Popen[str] | None = None
         self._name = ""
 
-    def usual_wish(self) -> PictureWish:
+    def usual_request(self) -> PictureRequest:
         """Return what the window shows, with a name that does not exist yet."""
         viewer = self._viewer
         name = free_stem(viewer.folder, "picture", ".png").name
-        return PictureWish(viewer.picture_size, viewer.view.method, False, name)
+        return PictureRequest(viewer.picture_size, viewer.view.method, False, name)
 
-    def start(self, wish: PictureWish) -> None:
+    def start(self, request: PictureRequest) -> None:
         """Begin; what goes wrong becomes a message."""
-        viewer, path = self._viewer, self._viewer.folder / wish.name
+        viewer, path = self._viewer, self._viewer.folder / request.name
         if self._process is not None or path.exists():
             busy = f"wait for {self._name}" if self._process is not None else f"{path} exists"
             viewer.say(busy, is_fault=True, key=_KEY)
             return
         settings = dataclasses.replace(
-            settings_of(settings_shown(viewer), wish.method),
-            size=wish.size,
-            background=TRANSPARENT if wish.is_transparent else viewer.settings.background,
+            settings_of(settings_shown(viewer), request.method),
+            size=request.size,
+            background=TRANSPARENT if request.is_transparent else viewer.settings.background,
         )
         try:
             scene = save_scene(viewer) if viewer.is_edited else None
@@ -77,11 +77,11 @@ class PictureJob:
             return
         command = view_command(viewer, scene, str(path.resolve()), settings)
         words = [sys.executable, "-m", "ssdo_gl", *shlex.split(command)[1:], "--quiet"]
-        self._name = wish.name
+        self._name = request.name
         # A line at most: nobody has to read it meanwhile.
         pipe = subprocess.PIPE
         self._process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=pipe, text=True)
-        viewer.say(f"{wish.name} is being rendered", key=_KEY)
+        viewer.say(f"{request.name} is being rendered", key=_KEY)
 
     def poll(self) -> bool:
         """Tell how it has ended; return whether it has."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from imgui_bundle import ImVec2, imgui
 
 from ssdo_gl.effects.methods import METHODS
-from ssdo_gl.window.picture_job import PictureWish
+from ssdo_gl.window.picture_job import PictureRequest
 from ssdo_gl.window.views import METHOD_LABELS
 
 _FLAGS = (
@@ -23,37 +23,39 @@ class PicturePrompt:
 
     Attributes
     ----------
-    wish : PictureWish or None
+    request : PictureRequest or None
         As far as it was entered; None: nothing is asked.
     """
 
     def __init__(self) -> None:
-        self.wish: PictureWish | None = None
+        self.request: PictureRequest | None = None
 
-    def draw(self, window_size: tuple[int, int]) -> PictureWish | None:
-        """Issue the widgets; return the wish once it is to be fulfilled."""
-        wish = self.wish
-        if wish is None:
+    def draw(self, window_size: tuple[int, int]) -> PictureRequest | None:
+        """Issue the widgets; return the request once it is to be fulfilled."""
+        request = self.request
+        if request is None:
             return None
         centre = ImVec2(0.5 * window_size[0], 0.5 * window_size[1])
         imgui.set_next_window_pos(centre, imgui.Cond_.always, ImVec2(0.5, 0.5))
         imgui.set_next_window_bg_alpha(1.0)
         imgui.begin("picture", None, _FLAGS)
         imgui.push_item_width(_WIDTH * imgui.get_font_size())
-        _, (width, height) = imgui.input_int2("size (pixels)", list(wish.size))
+        _, (width, height) = imgui.input_int2("size (pixels)", list(request.size))
         methods = list(METHODS)
         labels = [METHOD_LABELS[name] for name in methods]
-        _, index = imgui.combo("method", methods.index(wish.method), labels)
-        _, transparent = imgui.checkbox("nothing where no surface is (alpha)", wish.is_transparent)
-        _, name = imgui.input_text("file (.png .jpg .webp .exr .npz)", wish.name)
+        _, index = imgui.combo("method", methods.index(request.method), labels)
+        _, transparent = imgui.checkbox(
+            "nothing where no surface is (alpha)", request.is_transparent
+        )
+        _, name = imgui.input_text("file (.png .jpg .webp .exr .npz)", request.name)
         low, high = _SIDES
         size = (min(max(width, low), high), min(max(height, low), high))
-        self.wish = wish = PictureWish(size, methods[index], transparent, name.strip())
+        self.request = request = PictureRequest(size, methods[index], transparent, name.strip())
         saves = imgui.button("save")
         imgui.same_line()
         cancels = imgui.button("cancel") or imgui.is_key_pressed(imgui.Key.escape)
         imgui.pop_item_width()
         imgui.end()
         if saves or cancels:
-            self.wish = None
-        return wish if saves and wish.name else None
+            self.request = None
+        return request if saves and request.name else None

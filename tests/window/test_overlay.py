@@ -27,7 +27,7 @@ from ssdo_gl.window.overlay import Overlay  # noqa: E402
 from ssdo_gl.window.panel import control_rows  # noqa: E402
 from ssdo_gl.window.panel import panel as panel_module  # noqa: E402
 from ssdo_gl.window.panel.menu import builtin_scenes  # noqa: E402
-from ssdo_gl.window.picture_job import PictureWish  # noqa: E402
+from ssdo_gl.window.picture_job import PictureRequest  # noqa: E402
 
 SIZE = (900, 700)
 PICTURE = (36, 28)
@@ -51,8 +51,8 @@ class FakeHost:
 
     def ask_for_file(self) -> None: ...
     def ask_for_picture(self) -> None: ...
-    def save_picture(self, wish: PictureWish) -> None:
-        self.wished = wish
+    def save_picture(self, request: PictureRequest) -> None:
+        self.requested = request
 
     def cursor_uv(self) -> tuple[float, float]:
         return 0.3, 0.6
@@ -384,13 +384,13 @@ def test_settings_without_effect_say_why(
 
 def test_a_picture_is_asked_for(gl, drawn: DrawnOverlay, monkeypatch) -> None:
     prompt = drawn.overlay.picture_prompt
-    wish = PictureWish((640, 360), "gi", True, "mine.png")
-    for pressed, expected in (("cancel", None), ("save", wish)):
-        prompt.wish = wish
+    request = PictureRequest((640, 360), "gi", True, "mine.png")
+    for pressed, expected in (("cancel", None), ("save", request)):
+        prompt.request = request
         drawn.frames(2)
-        assert prompt.wish == wish
+        assert prompt.request == request
         with monkeypatch.context() as patch:
             patch.setattr(imgui_bundle.imgui, "button", lambda label, *_, p=pressed: label == p)
             drawn.frames(1)
-        assert prompt.wish is None
-        assert getattr(drawn.overlay._host, "wished", None) == expected
+        assert prompt.request is None
+        assert getattr(drawn.overlay._host, "requested", None) == expected

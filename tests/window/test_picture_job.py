@@ -39,20 +39,20 @@ def said(viewer: Viewer) -> str:
     return viewer.messages.lines[-1].text
 
 
-def test_a_picture_has_the_size_method_and_background_wished_for(gl, viewer, tmp_path) -> None:
+def test_a_picture_has_the_size_method_and_background_asked_for(gl, viewer, tmp_path) -> None:
     job = PictureJob(viewer)
-    wish = job.usual_wish()
-    assert wish.name == "picture-001.png"
-    assert wish.method == viewer.view.method
+    request = job.usual_request()
+    assert request.name == "picture-001.png"
+    assert request.method == viewer.view.method
     # Brighter than its file has it: the edited scene is rendered.
     viewer.lights[0] = viewer.lights[0].with_emitted((20.0, 0.0, 0.0))
     viewer.apply_lights()
-    job.start(dataclasses.replace(wish, size=SIZE, method="direct", is_transparent=True))
-    job.start(wish)
+    job.start(dataclasses.replace(request, size=SIZE, method="direct", is_transparent=True))
+    job.start(request)
     assert said(viewer) == "wait for picture-001.png"
     wait_for("the picture is written", job.poll)
     assert said(viewer) == "wrote picture-001.png"
-    with Image.open(tmp_path / wish.name) as image:
+    with Image.open(tmp_path / request.name) as image:
         pixels = np.asarray(image)
     assert pixels.shape == (SIZE[1], SIZE[0], 4)
     assert pixels[0, 0, 3] == 0
@@ -60,17 +60,17 @@ def test_a_picture_has_the_size_method_and_background_wished_for(gl, viewer, tmp
     assert alpha == 255
     assert red > 50
     assert green == 0
-    job.start(wish)
+    job.start(request)
     assert "exists" in said(viewer)
 
 
 def test_what_goes_wrong_with_a_picture_is_told(gl, viewer, tmp_path) -> None:
     job = PictureJob(viewer)
-    job.start(dataclasses.replace(job.usual_wish(), size=SIZE, name="picture.gif"))
+    job.start(dataclasses.replace(job.usual_request(), size=SIZE, name="picture.gif"))
     wait_for("the command ends", job.poll)
     assert "picture.gif" in said(viewer)
     assert ".png" in said(viewer)
     assert viewer.messages.lines[-1].is_fault
-    job.start(dataclasses.replace(job.usual_wish(), size=(4000, 4000), name="large.png"))
+    job.start(dataclasses.replace(job.usual_request(), size=(4000, 4000), name="large.png"))
     job.give_up()
     assert not (tmp_path / "large.png").exists()
