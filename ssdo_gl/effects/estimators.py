@@ -82,6 +82,8 @@ class Estimator:
         return {"estimator": f"estimators/{self.name}.glsl"}
 
 
+# The most accurate one for its time, behind a filter: docs/estimators.md.
+DEFAULT_ESTIMATOR = "march"
 ESTIMATORS: Mapping[str, Estimator] = {
     estimator.name: estimator
     for estimator in (

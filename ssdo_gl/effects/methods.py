@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from ssdo_gl.effects.estimators import ESTIMATORS
+from ssdo_gl.effects.estimators import DEFAULT_ESTIMATOR, ESTIMATORS
 
 
 @dataclass(frozen=True)
@@ -26,8 +26,6 @@ class Method:
     estimates : str
         What is estimated in screen space: visibility, light (which estimators of mere
         visibility cannot tell), or nothing.
-    estimator : str
-        The estimator where none is chosen.
     is_all_light : bool
         It is to show all light transport: a light is blocked by whatever stands before it,
         not only by what is within R.
@@ -38,7 +36,6 @@ class Method:
     doc: str
     is_reference: bool = False
     estimates: Literal["nothing", "visibility", "light"] = "nothing"
-    estimator: str = "march"
     is_all_light: bool = False
 
     @property
@@ -47,7 +44,7 @@ class Method:
         if self.estimates == "nothing":
             return ()
         able = [e.name for e in ESTIMATORS.values() if e.gives_light or self.estimates != "light"]
-        return (self.estimator, *(name for name in able if name != self.estimator))
+        return (DEFAULT_ESTIMATOR, *(name for name in able if name != DEFAULT_ESTIMATOR))
 
 
 METHODS: Mapping[str, Method] = {
@@ -59,7 +56,6 @@ METHODS: Mapping[str, Method] = {
             "SSAO",
             "direct light, and the environment's times screen-space ambient visibility",
             estimates="visibility",
-            estimator="hemisphere",
         ),
         Method(
             "ssdo", "SSDO", "direct light, and light through open directions", estimates="light"

@@ -6,7 +6,7 @@ from collections.abc import Hashable
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from ssdo_gl.effects.estimators import ESTIMATORS, described
+from ssdo_gl.effects.estimators import DEFAULT_ESTIMATOR, ESTIMATORS, described
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
@@ -25,7 +25,7 @@ class SsaoSettings(ScreenSpaceSettings):
     """Settings of ambient visibility."""
 
     estimator: str = setting(
-        "hemisphere",
+        DEFAULT_ESTIMATOR,
         described(ESTIMATORS),
         choices=tuple(ESTIMATORS),
     )

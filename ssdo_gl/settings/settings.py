@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, Literal
 
-from ssdo_gl.effects.estimators import ESTIMATORS
+from ssdo_gl.effects.estimators import DEFAULT_ESTIMATOR, ESTIMATORS
 from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.settings import modes
 from ssdo_gl.settings.backgrounds import BACKGROUNDS
@@ -56,7 +56,7 @@ class Settings:
     method: str = _look("bounce", "which quantities make up the image", choices=tuple(METHODS))
     estimator: str | None = _quality(
         None,
-        "how screen space is sampled; by default the method's first",
+        "how screen space is sampled; by default march",
         choices=tuple(ESTIMATORS),
     )
     size: tuple[int, int] = _look(
@@ -220,8 +220,8 @@ class Settings:
 
     @property
     def chosen_estimator(self) -> str:
-        """The estimator in force: the chosen one or the method's default."""
-        return self.estimator or METHODS[self.method].estimator
+        """The estimator in force: the chosen one or the default."""
+        return self.estimator or DEFAULT_ESTIMATOR
 
     @property
     def chosen_shadows(self) -> str:

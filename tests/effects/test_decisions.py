@@ -108,7 +108,7 @@ def test_a_rich_scene_runs_everything():
     ("method", "expected"),
     [
         ("direct", {"direct", "shadow_map"}),
-        ("ssao", {"direct", "shadow_map", "ssao"}),
+        ("ssao", {"direct", "shadow_map", "back_layer", "ssao"}),
         ("ssdo", {"direct", "shadow_map", "directional", "back_layer"}),
     ],
 )

@@ -30,7 +30,7 @@ def test_flags_win_over_the_scene_and_the_scene_over_defaults():
 def test_another_method_drops_the_scenes_estimator():
     scene_settings = {"method": "ssdo", "estimator": "rgs09"}
     assert settings_for(scene_settings, {}).chosen_estimator == "rgs09"
-    assert settings_for(scene_settings, {"method": "ssao"}).chosen_estimator == "hemisphere"
+    assert settings_for(scene_settings, {"method": "ssao"}).chosen_estimator == "march"
 
 
 @pytest.mark.parametrize(
