@@ -16,12 +16,11 @@ from ssdo_gl.bench.storage import BenchError
 from ssdo_gl.farm.scenes import codes_of_all
 from ssdo_gl.farm.scheduler import FarmError, check_scheduler
 from ssdo_gl.gpu.context import ContextError
+from ssdo_gl.headless.reading import read_scene
 from ssdo_gl.images.files import STDOUT, OutputError, check_output, is_picture, picture_paths
 from ssdo_gl.printable import printable
 from ssdo_gl.process import EXIT_INTERRUPTED, exit_code, signals_as_exceptions, steadfast_output
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.formats import read_description
-from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene, SceneError
 from ssdo_gl.settings import Settings, modes
 from ssdo_gl.settings.fields import SettingError
@@ -36,7 +35,7 @@ from ssdo_gl.settings.flags import (
     read_command,
     wanted_aovs,
 )
-from ssdo_gl.settings.loading import FIT, LoadOptions
+from ssdo_gl.settings.loading import FIT
 from ssdo_gl.settings.resolve import camera_from_text, chosen_camera, for_pictures, settings_for
 from ssdo_gl.settings.several import one_by_one
 
@@ -211,19 +210,6 @@ def _reported_of_one(
     return _reported(partial(_carry_out, command, given, wanted))
 
 
-def _read_scene(source: str, options: LoadOptions) -> Scene:
-    if source != STREAM:
-        return load_scene(source, options)
-    if sys.stdin is None or sys.stdin.isatty():
-        raise SceneError("-: standard input is a terminal: pipe a TOML scene into it")
-    options.check_scene(source)
-    try:
-        text = sys.stdin.buffer.read().decode()
-    except UnicodeDecodeError as error:
-        raise SceneError(f"standard input: byte {error.start} is not UTF-8") from None
-    return read_description(text, "standard input", Path.cwd() / "-", options)
-
-
 def _carry_out(
     command: CommandLine,
     given: Mapping[str, Any],
@@ -244,7 +230,8 @@ def _carry_out(
     """
     options = command.run
     place = None if options.camera == FIT else options.camera
-    scene = _read_scene(command.scene, command.loading.behind(given.get("background")))
+    loading = command.loading.behind(given.get("background"))
+    scene = read_scene(command.scene, loading, quiet=options.quiet)
     if options.two_sided:
         scene = scene.two_sided()
     settings = _mode_defaults(options, settings_for(scene.render, given), scene)

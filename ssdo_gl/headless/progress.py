@@ -82,3 +82,18 @@ def progress_on_terminal(*, quiet: bool) -> Iterator[ProgressCallback | None]:
         return
     with stage_progress(quiet=quiet) as progress:
         yield None if quiet else progress.steps
+
+
+@contextmanager
+def waiting(text: str) -> Iterator[None]:
+    """Show a bar without end and the time that passes, on standard error, a terminal."""
+    bars = Progress(
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        TimeElapsedColumn(),
+        console=Console(stderr=True, highlight=False, soft_wrap=True),
+        transient=True,
+    )
+    with bars:
+        bars.add_task(text, total=None)
+        yield

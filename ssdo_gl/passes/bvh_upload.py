@@ -13,6 +13,9 @@ from ssdo_gl.passes.ray_uniforms import record_texture
 from ssdo_gl.raytracing.bvh import cached_bvh
 from ssdo_gl.raytracing.surface_tables import material_words
 
+# Of fewer it takes no time that one would like to see pass.
+MANY_TRIANGLES = 200_000
+
 
 class BvhUploadPass(RenderPass):
     """Uploads `bvh`: the records of `raytracing.bvh.Bvh`, materials named.
@@ -28,11 +31,16 @@ class BvhUploadPass(RenderPass):
 
     def execute(self, context: PassContext) -> dict[str, TextureWithFacts]:
         """Build the hierarchy unless the scene's is known, and return it as a texture."""
-        bvh = cached_bvh(context.frame.scene)
+        scene, progress = context.frame.scene, context.progress
+        if progress is None or context.frame.is_live or scene.triangle_count < MANY_TRIANGLES:
+            bvh = cached_bvh(scene)
+        else:
+            bvh = cached_bvh(scene, lambda share: progress("hierarchy", int(100 * share), 100))
+            progress("hierarchy", 100, 100)
         # A node never has a primitive's number: its words from 11 on are zero.
         is_primitive = np.ones(len(bvh.records), dtype=bool)
         is_primitive[bvh.node_records] = False
-        words = material_words(bvh, context.frame.scene)
+        words = material_words(bvh, scene)
 
         def part(span: slice) -> NDArray[np.uint32]:
             records, chosen = bvh.records[span].copy(), is_primitive[span]

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from ssdo_gl.math3d import IntArray
 from ssdo_gl.raytracing.pairs import Pairs, pair_triangles
-from ssdo_gl.raytracing.split import BinaryTree, build_binary
+from ssdo_gl.raytracing.split import BinaryTree, Report, build_binary, ignored
 from ssdo_gl.raytracing.triangles import SceneTriangles, scene_triangles
 from ssdo_gl.raytracing.widen import best_cuts, open_nodes
 from ssdo_gl.scene.mesh import Mesh
@@ -79,8 +79,13 @@ class Bvh:
     depth: int
 
 
-def build_bvh(scene: Scene) -> Bvh:
+def build_bvh(scene: Scene, report: Report = ignored) -> Bvh:
     """Build the hierarchy of all triangles of `scene`.
+
+    Parameters
+    ----------
+    report : callable
+        Told which share of the work is done, [0, 1].
 
     Raises
     ------
@@ -93,19 +98,24 @@ def build_bvh(scene: Scene) -> Bvh:
     )
     if count > MAX_RECORDS:  # each has a record in the table of surfaces
         raise _too_many(count)
-    return build_from_triangles(scene_triangles(scene))
+    triangles = scene_triangles(scene)
+    report(0.1)
+    return build_from_triangles(triangles, report)
 
 
-def build_from_triangles(triangles: SceneTriangles) -> Bvh:
+def build_from_triangles(triangles: SceneTriangles, report: Report = ignored) -> Bvh:
     """Build the hierarchy over triangles that are already in the normalised frame."""
     if triangles.count == 0:
         # A root without children, which no ray leaves with a hit.
         root = np.zeros((1, RECORD_WORDS), dtype=np.uint32)
         none, corners = np.empty((0, 2), dtype=np.int64), np.empty((0, 2, 3), dtype=np.int64)
         return Bvh(triangles, root, none, corners, np.zeros(1, dtype=np.int64), 1)
-    pairs = pair_triangles(triangles.positions)
+    pairs = pair_triangles(triangles.positions, triangles.vertices)
     vertices = _pair_vertices(triangles.positions, pairs)
-    tree = build_binary(vertices.min(axis=1), vertices.max(axis=1))
+    report(0.4)
+    tree = build_binary(
+        vertices.min(axis=1), vertices.max(axis=1), lambda share: report(0.4 + 0.5 * share)
+    )
     records, order, levels = _widen(tree, vertices)
     if max(len(records), 2 * len(order)) > MAX_RECORDS:
         raise _too_many(triangles.count)
@@ -129,13 +139,13 @@ def _too_many(count: int) -> SceneError:
 _cache: OrderedDict[bytes, Bvh] = OrderedDict()
 
 
-def cached_bvh(scene: Scene) -> Bvh:
-    """Return the hierarchy of `scene`, built once for each content."""
+def cached_bvh(scene: Scene, report: Report = ignored) -> Bvh:
+    """Return the hierarchy of `scene`, built once for each content; see `build_bvh`."""
     key = content_key(scene)
     if key in _cache:
         _cache.move_to_end(key)
         return _cache[key]
-    bvh = build_bvh(scene)
+    bvh = build_bvh(scene, report)
     _cache[key] = bvh
     while len(_cache) > CACHE_SIZE:
         _cache.popitem(last=False)

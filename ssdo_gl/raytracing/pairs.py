@@ -71,14 +71,21 @@ def stable_order(keys: NDArray[Any]) -> IntArray:
     return (place & np.uint64(0xFFFFFFFF)).astype(np.int64)
 
 
-def pair_triangles(positions: NDArray[np.float32]) -> Pairs:
+def pair_triangles(positions: NDArray[np.float32], vertices: IntArray | None = None) -> Pairs:
     """Pair triangles (T, 3, 3) that share an edge with opposite direction.
 
     Opposite direction means the same orientation of both surfaces, which a pair must
     keep, because the winding says which side of a triangle is its front.
+
+    Parameters
+    ----------
+    vertices : ndarray, shape (T, 3), or None
+        `SceneTriangles.vertices`; None: found from the positions.
     """
     count = len(positions)
-    mine, other, mine_edge, other_edge = _shared_edges(positions)
+    if vertices is None:
+        vertices = vertex_ids(positions.reshape(-1, 3)).reshape(-1, 3)
+    mine, other, mine_edge, other_edge = _shared_edges(vertices)
     ratio = _area_ratios(positions, mine, other)
     keep = np.flatnonzero(ratio <= MAX_AREA_RATIO)
     keep = keep[stable_order(ratio[keep])]
@@ -122,15 +129,12 @@ def _smaller(a: IntArray, b: IntArray) -> IntArray:
     return np.asarray(np.where(a < 0, b, np.where(b < 0, a, np.minimum(a, b))))
 
 
-def _shared_edges(
-    positions: NDArray[np.float32],
-) -> tuple[IntArray, IntArray, IntArray, IntArray]:
-    """Return (triangle, other triangle, edge, other's edge), each shared edge once.
+def _shared_edges(corner: IntArray) -> tuple[IntArray, IntArray, IntArray, IntArray]:
+    """Return (triangle, other triangle, edge, other's edge), each edge of corners (T, 3) once.
 
     Edge i runs from corner i to corner i + 1. Where more than two triangles meet in an
     edge, consecutive ones in index order are offered.
     """
-    corner = vertex_ids(positions.reshape(-1, 3)).reshape(-1, 3)
     start, end = corner.reshape(-1), np.roll(corner, -1, axis=1).reshape(-1)
     size = np.int64(corner.max() + 1)
     key = np.minimum(start, end) * size + np.maximum(start, end)

@@ -7,6 +7,7 @@ SAH-based Bounding Volume Hierarchies" (2007).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -43,6 +44,13 @@ GROUP_SIZE = 8192
 MAX_SAH_DEPTH = 40
 
 
+Report = Callable[[float], None]
+
+
+def ignored(_share: float) -> None:
+    """Tell nobody how far a work is."""
+
+
 @dataclass(frozen=True, eq=False)
 class BinaryTree:
     """A binary hierarchy over boxes; node 0 is the root, a leaf holds one primitive.
@@ -72,7 +80,7 @@ def half_area(low: BoxArray, high: BoxArray) -> FloatArray:
     return np.asarray(x * y + y * z + z * x)
 
 
-def build_binary(low: BoxArray, high: BoxArray) -> BinaryTree:
+def build_binary(low: BoxArray, high: BoxArray, report: Report = ignored) -> BinaryTree:
     """Build the hierarchy over P boxes.
 
     Of very many, those that lie together are one until few of them are left in a node.
@@ -81,10 +89,12 @@ def build_binary(low: BoxArray, high: BoxArray) -> BinaryTree:
     ----------
     low, high : ndarray, shape (P, 3), float32 or float64
         P >= 1.
+    report : callable
+        Told which share of the work is done, [0, 1].
     """
     count = len(low)
     place = np.arange(count)
-    growing = _Growing(count, low.dtype)
+    growing = _Growing(count, low.dtype, report)
     nodes = np.zeros(1, dtype=np.int64), place, np.array([count])
     if count > MOST_EXACT:
         code = morton_codes(low, high)
@@ -159,7 +169,8 @@ class _Boxes:
 class _Growing:
     """A tree while it grows downwards, a level at a time."""
 
-    def __init__(self, count: int, kind: np.dtype[Any]) -> None:
+    def __init__(self, count: int, kind: np.dtype[Any], report: Report) -> None:
+        self._report = report
         self.low, self.high = np.empty((2, 2 * count - 1, 3), dtype=kind)
         self.left = np.full(2 * count - 1, -1, dtype=np.int64)
         self.primitive = np.full(2 * count - 1, -1, dtype=np.int64)
@@ -199,6 +210,8 @@ class _Growing:
             ids = np.arange(self._used, self._used + 2 * len(inner))
             depth = len(self._level_starts)
             order, counts = _split_level(order[~in_done], counts[~is_done], boxes, depth)
+            # Levels take the same time each, and double what there is.
+            self._report(float(np.log2(self._used) / np.log2(len(self.left))))
             self._level_starts.append(self._used)
             self._used += len(ids)
 

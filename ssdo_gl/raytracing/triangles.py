@@ -12,6 +12,10 @@ from ssdo_gl.math3d import FloatArray, IntArray, lengths_of_rows
 from ssdo_gl.scene.mesh import Mesh, SceneObject, are_mirrored, placed
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.scene.spans import SPAN, spans
+from ssdo_gl.scene.topology import joined_vertices
+
+# Of fewer it takes no time to find equal positions among all their corners.
+MANY_TRIANGLES = 1 << 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +48,9 @@ class SceneTriangles:
         Of the images of `Material.second_uvs`; None: all are `uvs`.
     tangents : ndarray, shape (T, 3, 4), float64, or None
         As `Mesh.tangents` in world space; 0 where the mesh has none.
+    vertices : ndarray, shape (T, 3), int64, or None
+        Corners with one number are at one position. Of many triangles only, where it is
+        costly to find out from the positions; corners of several objects then differ.
     """
 
     positions: NDArray[np.float32]
@@ -59,6 +66,7 @@ class SceneTriangles:
     half_diagonal: float
     second_uvs: FloatArray | None = None
     tangents: FloatArray | None = None
+    vertices: IntArray | None = None
 
     @property
     def count(self) -> int:
@@ -104,13 +112,21 @@ def scene_triangles(scene: Scene) -> SceneTriangles:
         half_diagonal=half_diagonal,
         second_uvs=np.empty((total, 3, 2)) if has.second_uvs else None,
         tangents=np.empty((total, 3, 4)) if has.tangents else None,
+        vertices=np.empty((total, 3), dtype=np.int64) if total > MANY_TRIANGLES else None,
     )
-    count = 0
+    count = vertex_count = 0
     for item in scene.objects:
         mesh = scene.meshes[item.mesh]
+        joined = None if made.vertices is None else joined_vertices(mesh.positions)
         for matrices in _groups(item.world_from_object, len(mesh.triangles)):
             for span in spans(len(mesh.triangles)):
-                count += _fill(made, count, scene, item, matrices, span, has)
+                filled, keep = _fill(made, count, scene, item, matrices, span, has)
+                if made.vertices is not None and joined is not None:
+                    first = vertex_count + len(joined) * np.arange(len(matrices))
+                    named = joined[mesh.triangles[span]] + first[:, None, None]
+                    made.vertices[count : count + filled] = named.reshape(-1, 3)[keep]
+                count += filled
+            vertex_count += len(mesh.positions) * len(matrices)
     return made if count == total else made.first(count)
 
 
@@ -152,8 +168,11 @@ def _fill(
     matrices: FloatArray,
     span: slice,
     has: _Carried,
-) -> int:
-    """Write the triangles of a span of copies of an object from row `start` on; return how many."""
+) -> tuple[int, NDArray[np.bool_]]:
+    """Write the triangles of a span of copies of an object from row `start` on.
+
+    Returns how many, and which of them have area.
+    """
     mesh = scene.meshes[item.mesh]
     relative = matrices.copy()
     relative[:, :3, 3] -= made.centre
@@ -194,7 +213,7 @@ def _fill(
     made.smooth[rows] = mesh.normals is not None
     made.single_sided[rows] = scene.materials[item.material].single_sided and not mesh.is_solid
     made.solid[rows] = mesh.is_solid
-    return count
+    return count, keep
 
 
 def _copies(values: FloatArray, mesh: Mesh, span: slice, count: int) -> FloatArray:

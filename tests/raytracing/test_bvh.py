@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from ssdo_gl.raytracing import split
+from ssdo_gl.raytracing import split, triangles
 from ssdo_gl.raytracing.bvh import (
     BOX_MARGIN,
     MAX_RECORDS,
@@ -330,3 +330,27 @@ def test_equal_keys_keep_their_order(keys: list[int]) -> None:
     array = np.array(keys, dtype=np.int64)
     expected = np.argsort(array, kind="stable")
     np.testing.assert_array_equal(stable_order(array), expected)
+
+
+def test_pairs_of_many_triangles_go_by_the_vertices_of_each_copy(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    mesh = grid(5)
+    unshared = Mesh(mesh.positions[mesh.triangles].reshape(-1, 3), np.arange(150).reshape(-1, 3))
+    copies = np.stack([np.eye(4), np.diag([-1.0, 1, 1, 1])])
+    scene = scene_of(unshared, transform=copies)
+    few = build_bvh(scene)
+    monkeypatch.setattr(triangles, "MANY_TRIANGLES", 0)
+    many = build_bvh(scene)
+    assert few.triangles.vertices is None
+    assert many.triangles.vertices is not None
+    assert len(many.primitive_triangles) == len(few.primitive_triangles) == 50
+    decode(many)
+
+
+def test_the_share_of_the_work_that_is_done_grows_to_one() -> None:
+    shares: list[float] = []
+    build_bvh(scene_of(soup(500)), shares.append)
+    assert shares == sorted(shares)
+    assert len(shares) > 8
+    assert 0.0 < shares[0] < shares[-1] <= 1.0

@@ -1,0 +1,55 @@
+"""The scene of a command: of a file, or from standard input."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from ssdo_gl.printable import printable
+from ssdo_gl.scene.formats import read_description
+from ssdo_gl.scene.load import load_scene
+from ssdo_gl.scene.scene import Scene, SceneError
+from ssdo_gl.settings.flags import STREAM
+from ssdo_gl.settings.loading import LoadOptions
+
+# Files from here on take seconds.
+LARGE_FILE = 20_000_000
+
+
+def read_scene(source: str, options: LoadOptions, *, quiet: bool) -> Scene:
+    """Read a scene; on a terminal a bar shows how long a large file takes.
+
+    Raises
+    ------
+    SceneError, SettingError
+        One line that says what is wrong.
+    """
+    if source != STREAM:
+        with _waiting(source, quiet=quiet):
+            return load_scene(source, options)
+    if sys.stdin is None or sys.stdin.isatty():
+        raise SceneError("-: standard input is a terminal: pipe a TOML scene into it")
+    options.check_scene(source)
+    try:
+        text = sys.stdin.buffer.read().decode()
+    except UnicodeDecodeError as error:
+        raise SceneError(f"standard input: byte {error.start} is not UTF-8") from None
+    return read_description(text, "standard input", Path.cwd() / "-", options)
+
+
+@contextmanager
+def _waiting(source: str, *, quiet: bool) -> Iterator[None]:
+    try:
+        size = os.path.getsize(source)
+    except (OSError, ValueError):  # what is wrong with it, reading says
+        size = 0
+    if quiet or size < LARGE_FILE or not sys.stderr.isatty():
+        yield
+        return
+    from ssdo_gl.headless.progress import waiting
+
+    with waiting(f"reading {printable(Path(source).name)}"):
+        yield
