@@ -12,6 +12,7 @@
 # make bench-fidelity  how far materials are from path tracing; MODELS="a.glb b.glb"
 # make bench-light  how far gi and bounce are from path tracing; SCENES="room-1 model.glb"
 # make bench-rays  rays per second of the reference tracers
+# make bench-large  models of up to ten million triangles: first picture, hierarchy, memory
 # make bench-motion  errors, flicker, lag and ghosts in motion; MOTION_FLAGS=--quick
 # make bench-python  processor time that Python takes to issue a frame
 # make bench-input  milliseconds from a key or the mouse to its answer in the window
@@ -93,6 +94,9 @@ bench-light: $(READY)
 
 bench-rays: $(READY)
 	$(PY) -m benchmarks.ray_speed
+
+bench-large: $(READY)
+	$(PY) -m benchmarks.large $(COUNTS)
 
 bench-motion: $(READY)
 	$(PY) -m benchmarks.motion $(MOTION_FLAGS)
