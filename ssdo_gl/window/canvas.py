@@ -196,6 +196,12 @@ class Canvas(SceneFlight, Chosen):
             self._present(self.picture_size)
         return self.presenter.pixels()
 
+    def show_picture(self, pixels: NDArray[np.uint8]) -> None:
+        """Show a picture made elsewhere, (height, width, 3), until another one is due."""
+        self.presenter.show(pixels)
+        # Of no side at all, so that the next frame of the viewer is shown again.
+        self._shown = (*self._shown[:3], 0)
+
     def _fitting(self, size: tuple[int, int]) -> tuple[int, int]:
         """Return at which size to turn numbers into colours, of `size` or less.
 

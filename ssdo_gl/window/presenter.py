@@ -114,10 +114,21 @@ class Presenter:
         program.set({}, {"t_image": self._texture})
         self._fill(program, target, size, None)
 
+    def show(self, pixels: NDArray[np.uint8]) -> None:
+        """Take a picture made elsewhere, in the form of `pixels`."""
+        height, width = pixels.shape[:2]
+        self._fit((width, height))
+        assert self._texture is not None
+        opaque = np.full((height, width, 4), 255, np.uint8)
+        opaque[:, :, :3] = pixels[::-1]
+        self._texture.write(opaque.tobytes())
+
     def pixels(self) -> NDArray[np.uint8]:
         """Return the picture, shape (height, width, 3), sRGB, row 0 at the top."""
         assert self.picture is not None, "nothing was drawn yet"
         width, height = self.picture.size
+        # What is bound may have been freed by now, and reading binds it again.
+        self.picture.use()
         data = np.frombuffer(self.picture.read(components=3, alignment=1), np.uint8)
         return np.ascontiguousarray(data.reshape(height, width, 3)[::-1])
 

@@ -378,9 +378,18 @@ def test_film_of_the_path_in_each_format(gl, viewer, tmp_path, suffix: str) -> N
     ask(viewer, Command.RECORD)
     viewer.film_suffix = suffix
     films.toggle()
+    size, seen = viewer.picture_size, []
     while films.step():
-        pass
+        seen.append(viewer.presenter.pixels())
+        assert "wrote" in said(viewer) or " left" in said(viewer)
     assert "wrote" in said(viewer)
+    assert viewer.picture_size == size == seen[0].shape[1::-1]
+    assert not np.array_equal(seen[0], seen[-1])
+    if suffix == ".png":
+        with Image.open(sorted((tmp_path / "cornell_meso-001").iterdir())[0]) as first:
+            assert np.array_equal(np.asarray(first)[:, :, :3], seen[0])
+    viewer.frame(Controls(), FRAME_S, SIZE)
+    assert not np.array_equal(viewer.presenter.pixels(), seen[-1])
     made = {path.name for path in tmp_path.iterdir() if "views" not in path.name}
     assert made == {"cornell_meso-001.webp" if suffix == ".webp" else "cornell_meso-001"}
     films.toggle()

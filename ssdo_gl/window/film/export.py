@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import datetime
+import time
 from pathlib import Path
 
 from ssdo_gl.graph.render_pass import ProgressCallback
@@ -25,6 +27,7 @@ class FilmExport:
     def __init__(self, viewer: Viewer) -> None:
         self._viewer = viewer
         self._job: FilmJob | None = None
+        self._began = 0.0
 
     @property
     def is_busy(self) -> bool:
@@ -57,6 +60,7 @@ class FilmExport:
             start_s=viewer.clock.seconds,
             device=viewer.device,
         )
+        self._began = time.monotonic()
 
     def step(self, progress: ProgressCallback | None = None) -> bool:
         """Render one frame; return whether there was one.
@@ -75,7 +79,11 @@ class FilmExport:
             self.give_up()
             self._viewer.say(str(error), is_fault=True)
             return True
-        text = f"film: {job.done_count} of {job.frame_count} frames   (Esc gives up)"
+        if job.frame is not None:
+            self._viewer.show_picture(job.frame)
+        seconds = (time.monotonic() - self._began) / max(1, job.done_count)
+        left = datetime.timedelta(seconds=round(seconds * (job.frame_count - job.done_count)))
+        text = f"film: {job.done_count} of {job.frame_count} frames, {left} left   (Esc gives up)"
         if job.is_done:
             self._job = None
             text = f"wrote {job.out.name}"

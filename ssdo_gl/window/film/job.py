@@ -5,6 +5,9 @@ from __future__ import annotations
 import dataclasses
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ssdo_gl.film.camera_path import CameraPath
 from ssdo_gl.film.shots import Shots
 from ssdo_gl.film.writers import FilmWriter, film_writer
@@ -36,6 +39,12 @@ class FilmJob:
     device : Device or None
         An existing device to draw with.
 
+    Attributes
+    ----------
+    frame_count, done_count : int
+    frame : ndarray, shape (height, width, 3), or None
+        The last one, sRGB.
+
     Raises
     ------
     OutputError
@@ -57,6 +66,7 @@ class FilmJob:
         self._shots = Shots(path, fps=frames_per_second, start_s=start_s)
         self.frame_count = self._shots.length
         self.done_count = 0
+        self.frame: NDArray[np.uint8] | None = None
         self._writer: FilmWriter = film_writer(out, frames_per_second)
         antialias = max(settings.antialias, ANTIALIAS)
         self._renderer = Renderer(
@@ -79,7 +89,8 @@ class FilmJob:
         result = self._renderer.render(
             ["display"], camera=shot.camera, seconds=shot.seconds, progress=progress
         )
-        self._writer.add(picture_of("display", result.images["display"])[:, :, :3])
+        self.frame = picture_of("display", result.images["display"])[:, :, :3]
+        self._writer.add(self.frame)
         self.done_count += 1
         if self.is_done:
             self._writer.finish()
