@@ -17,7 +17,7 @@ from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.passes.ray_uniforms import record_texture
-from ssdo_gl.raytracing.bvh import Bvh, build_bvh
+from ssdo_gl.raytracing.bvh import MAX_RECORDS, Bvh, build_bvh
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject
@@ -261,3 +261,30 @@ def test_the_leak_test_finds_a_hole(gl, shaders) -> None:
     holed = Mesh(mesh.positions, np.delete(mesh.triangles, 5000, axis=0))
     leaks, _ = count_leaks(gl, shaders, bvh_of(holed), 0.33, 1)
     assert leaks > 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("is_software", [0, 1])
+def test_records_are_found_at_the_end_of_the_largest_table(gl, shaders, is_software) -> None:
+    """A gibibyte of records, of which the first and the last ones are in use."""
+    bvh = bvh_of(soup(400, 4))
+    records, offset = bvh.records.copy(), MAX_RECORDS - len(bvh.records)
+    records[bvh.node_records, 10] += offset
+
+    def part(span: slice) -> NDArray[np.uint32]:
+        places = np.arange(span.start, span.stop)
+        rows = np.where(places == 0, 0, places - offset)
+        return np.where((rows >= 0)[:, None], records[np.maximum(rows, 0)], np.uint32(0))
+
+    near = arguments(gl, bvh, is_software)
+    table = record_texture(gl, MAX_RECORDS, "u4", part)
+    size = {"u_bvh_texel": (1.0 / table.width, 1.0 / table.height)}
+    root = {"u_bvh_root": records[0, :12].reshape(3, 4)}
+    far = {**near, "textures": {"t_bvh": table}, "uniforms": {**size, **root}}
+    origins, directions = random_rays(4000, 11)
+    rays = {"origin": origins, "direction": directions, "limit": np.full(4000, 4.0)}
+    expected = evaluate(gl, shaders, ["rays/bvh.glsl"], NEAREST, rays, 4, **near)
+    found = evaluate(gl, shaders, ["rays/bvh.glsl"], NEAREST, rays, 4, **far)
+    table.release()
+    np.testing.assert_array_equal(found, expected)
+    assert (found[:, 1] >= 0).any()
