@@ -303,7 +303,7 @@ MUTATIONS = {
         plane_shadows_itself,
     ),
     "shadow depth with a bias": Mutation(
-        {"lights/shadow.glsl": (("o.z < p.z && is_above", "o.z < 0.9 * p.z && is_above"),)},
+        {"lights/shadow.glsl": (("offset.z < 0.0 && height", "offset.z < -0.1 * p.z && height"),)},
         light_gets_under,
     ),
     "division by a distance that vanishes": Mutation(
