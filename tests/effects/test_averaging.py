@@ -14,7 +14,7 @@ from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 
-SETTINGS = Settings(size=(96, 54), samples=16, steps=8)
+SETTINGS = Settings("bounce", size=(96, 54), samples=16, steps=8)
 PIXELS_PER_FRAME = 0.125
 
 

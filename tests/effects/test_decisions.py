@@ -64,7 +64,7 @@ ENVIRONMENTS = {
 def request_of(content, wanted=("beauty",), facts=None, **settings):
     environment = ENVIRONMENTS[content.environment]
     scene = Scene((), (), (), Camera((0.0, 0.0, 1.0), (0.0, 0.0, 0.0)), (), environment)
-    chosen = Settings(**{"radius": RADIUS, **settings})
+    chosen = Settings(**{"method": "bounce", "radius": RADIUS, **settings})
     return Request(scene, content, chosen, wanted, facts)
 
 

@@ -63,7 +63,7 @@ def test_gloss_costs_by_what_is_seen_of_it(device, shaders):
         "all": scene_of(SMALL, METAL, "roughness = 0.3"),
         "without, behind": scene_of(BEHIND), "behind": scene_of(BEHIND, METAL),
     }  # fmt: skip
-    settings = Settings(size=(320, 180))
+    settings = Settings("bounce", size=(320, 180))
     drawn = {
         name: Renderer(scene, settings, device=device, shaders=shaders)
         for name, scene in scenes.items()

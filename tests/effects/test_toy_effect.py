@@ -88,7 +88,7 @@ def glow():
 
 def rendered(device, shaders, wanted, overrides=(), **flags):
     scene = load_scene("corner")
-    chosen = settings_for(scene.render, {"size": (48, 32), **flags}, overrides)
+    chosen = settings_for(scene.render, {"method": "bounce", "size": (48, 32), **flags}, overrides)
     with Renderer(scene, chosen, device=device, shaders=shaders) as renderer:
         return renderer.render(wanted)
 

@@ -74,7 +74,7 @@ def moved(scene: Scene, number: int) -> Camera:
 @pytest.mark.parametrize(
     "settings",
     [
-        Settings(size=SIZE, shadows="traced", shadow_rays=1),
+        Settings("bounce", size=SIZE, shadows="traced", shadow_rays=1),
         Settings(size=SIZE, method="reference-ao", spp=1),
         Settings(size=SIZE, method="reference-near", spp=1),
         Settings(size=SIZE, method="reference-gi", spp=1),
@@ -95,7 +95,7 @@ def test_a_second_frame_looks_nothing_up(device, calls, settings) -> None:
 
 def test_light_that_changes_does_not_touch_the_triangles(device, calls) -> None:
     scene = room()
-    settings = Settings(size=SIZE, shadows="traced", shadow_rays=1)
+    settings = Settings("bounce", size=SIZE, shadows="traced", shadow_rays=1)
     with Renderer(scene, settings, device=device) as renderer:
         renderer.time_frame(["beauty"])
         calls.clear()

@@ -18,7 +18,7 @@ from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 
 SCENE = load_scene("cornell_meso")
-SETTINGS = Settings(radius=0.3)
+SETTINGS = Settings("bounce", radius=0.3)
 WANTED = ("beauty",)
 
 

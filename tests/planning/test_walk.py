@@ -21,7 +21,7 @@ SCENE = load_scene("cornell_meso")
 
 
 def pipeline_of(wanted=("beauty",), scene=SCENE, **settings):
-    chosen = Settings(**{"radius": 0.3, **settings})
+    chosen = Settings(**{"method": "bounce", "radius": 0.3, **settings})
     request = Request(scene, analyse(scene), chosen, wanted)
     decide(request)
     return build(request)

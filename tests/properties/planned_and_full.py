@@ -79,7 +79,8 @@ def make_scene(*items, lights=(), environment=None, camera=FRONT, **more) -> Sce
 
 def compare(device, shaders, scene: Scene, wanted=AOVS, **settings) -> Compared:
     """Render `scene` both ways and assert that all images agree."""
-    chosen = Settings(**{"size": SIZE, "radius": 0.5, "samples": 32, "steps": 4, **settings})
+    usual = {"method": "bounce", "size": SIZE, "radius": 0.5, "samples": 32, "steps": 4}
+    chosen = Settings(**usual | settings)
     results = []
     with Renderer(scene, chosen, device=device, shaders=shaders) as renderer:
         for effects in ("auto", "full"):

@@ -36,7 +36,7 @@ LAMP = PointLight((1.5, 3.0, 2.5), (20.0, 20.0, 20.0))
 OFF = dataclasses.replace(LAMP, intensity=BLACK)
 DAWN = GradientEnvironment((0.5, 0.6, 0.7), (0.9, 0.5, 0.3), (0.2, 0.2, 0.2))
 SCENE = make_scene(*PILE, lights=[LAMP], environment=DAWN)
-SETTINGS = Settings(size=SIZE, radius=0.5, samples=32, steps=4)
+SETTINGS = Settings("bounce", size=SIZE, radius=0.5, samples=32, steps=4)
 
 
 def painted(scene, albedo):

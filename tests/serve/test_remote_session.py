@@ -45,7 +45,7 @@ def session(
     viewer = Viewer(
         device,
         load_scene("corner"),
-        Settings(samples=8, steps=4),
+        Settings("bounce", samples=8, steps=4),
         source="corner",
         folder=tmp_path,
         presets={"fast": {"samples": 4}},

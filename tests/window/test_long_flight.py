@@ -52,7 +52,7 @@ def test_ten_minutes_of_flight(
     viewer = Viewer(
         device,
         load_scene(scene),
-        Settings(samples=16, steps=8, resolution_scale=0.5),
+        Settings("bounce", samples=16, steps=8, resolution_scale=0.5),
         source=scene,
         folder=tmp_path,
         shaders=shaders,

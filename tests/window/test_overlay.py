@@ -81,7 +81,7 @@ class DrawnOverlay:
         self.viewer = Viewer(
             device,
             load_scene(scene),
-            Settings(samples=8, steps=4),
+            Settings("bounce", samples=8, steps=4),
             source=scene,
             folder=folder,
             shaders=shaders,

@@ -56,7 +56,7 @@ def viewer(device: Device, shaders: ShaderLibrary, tmp_path: Path) -> Viewer:
     return Viewer(
         device,
         load_scene("carousel"),
-        Settings(samples=8, steps=4),
+        Settings("bounce", samples=8, steps=4),
         source="carousel",
         folder=tmp_path,
         shaders=shaders,

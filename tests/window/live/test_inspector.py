@@ -24,7 +24,7 @@ from ssdo_gl.window.live.inspector import (
 )
 
 SIZE = (64, 36)
-SETTINGS = Settings(size=SIZE, samples=8, steps=4)
+SETTINGS = Settings("bounce", size=SIZE, samples=8, steps=4)
 # One float32 rounding of positions of size 1, through the unprojection.
 POSITION_TOLERANCE = 1e-6
 

@@ -22,7 +22,7 @@ from ssdo_gl.window.presenter import DIVIDER_PX, Presenter, error_color
 from ssdo_gl.window.views import View, image_of, is_averaged, kind_of_image
 
 SIZE = (64, 36)
-SETTINGS = Settings(size=SIZE, samples=8, steps=4)
+SETTINGS = Settings("bounce", size=SIZE, samples=8, steps=4)
 # Both round to 8 bits; the sum on the device is a float32, the snapshot's a float64.
 ROUNDING = 1
 
