@@ -36,8 +36,8 @@ ivec4 compute_value(int x) {{ return ivec4(x, 0, 0, 0); }}
 ivec4 compute_value(ivec2 x) {{ return ivec4(x, 0, 0); }}
 ivec4 compute_value(ivec3 x) {{ return ivec4(x, 0); }}
 ivec4 compute_value(ivec4 x) {{ return x; }}"""
-# An extension comes before all other code.
-_QUADS = (f"#extension {DERIVATIVES_EXTENSION} : require", "layout(derivative_group_quadsNV) in;")
+_EXTENSION = f"#extension {DERIVATIVES_EXTENSION} : require"
+_QUADS = "layout(derivative_group_quadsNV) in;"
 _OUTSIDE = f"any(lessThan(pixel, {REGION}.xy)) || any(greaterThanEqual(pixel, {REGION}.zw))"
 _MAIN = """void main()
 {{
@@ -84,8 +84,11 @@ def compute_source(fragment: FlatSource) -> FlatSource | None:
     if _RASTER_ONLY.search(fragment.code):
         return None
     uses_quads = needs_derivatives(fragment)
-    version, *rest = _HEAD.split("\n")
-    head = [version, *_QUADS, *rest] if uses_quads else [version, *rest]
+    head = _HEAD.split("\n")
+    if uses_quads:
+        # An extension comes before all other code, what it brings after the group's size.
+        version, size, *rest = head
+        head = [version, _EXTENSION, size, _QUADS, *rest]
     lines, positions = list(head), [("<compute>", 1)] * len(head)
     uv, kinds = "", dict[int, str]()
     codes = fragment.code.split("\n")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ssdo_gl import resources
 from ssdo_gl.gpu.clear import clear
 from ssdo_gl.gpu.compute_source import compute_source
 from ssdo_gl.gpu.fragment_speed import computes_faster
@@ -128,33 +127,6 @@ def test_a_target_is_cleared(gl, computing):
     assert target.color_mask == mask
     depth = np.frombuffer(target.read(components=1, attachment=-1, dtype="f4"), np.float32)
     np.testing.assert_array_equal(depth, 1.0)
-
-
-def test_shipped_shaders_of_full_screens_can_all_compute():
-    """But for those of the screen itself, which are asked for as rasterized."""
-    folder = resources.folder("shaders")
-    of_screens = {"window/present.frag", "window/error_colors.frag", "passes/copy.frag"}
-    rasterized = {"passes/gbuffer.frag", "effects/shadow_map.frag", "effects/back_faces.frag"}
-    found = set()
-    for group in ("effects", "passes", "window"):
-        for file in folder.joinpath(group).iterdir():
-            name = f"{group}/{file.name}"
-            if name.endswith(".frag") and name != "window/panel.frag":
-                text = file.read_text(encoding="utf-8")
-                plain = flatten(
-                    name, {name: without_includes(text)}.__getitem__, dict.fromkeys((), 1)
-                )
-                found |= {name} if compute_source(plain) is None else set()
-    assert found <= of_screens | rasterized
-
-
-def without_includes(text: str) -> str:
-    keep = [
-        line
-        for line in text.split("\n")
-        if not line.lstrip().startswith(("#if", "#el", "#end", "#include"))
-    ]
-    return "\n".join(keep)
 
 
 @pytest.mark.parametrize(

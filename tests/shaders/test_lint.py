@@ -6,6 +6,7 @@ accepts has a chance on hardware that nobody tested on.
 
 from __future__ import annotations
 
+import dataclasses
 import os
 import re
 import shutil
@@ -17,6 +18,7 @@ import pytest
 
 from ssdo_gl import resources
 from ssdo_gl.effects.estimators import ESTIMATORS
+from ssdo_gl.gpu.compute_source import compute_source
 from ssdo_gl.gpu.light_kinds import LIGHT_KINDS_FILE, light_kinds_source
 from ssdo_gl.gpu.shader_source import (
     FlatSource,
@@ -32,6 +34,12 @@ LIBRARIES = [name for name in FILES if name.endswith(".glsl")]
 STAGES = [name for name in FILES if name not in LIBRARIES]
 # Cut-outs remove the surface itself, so nothing may be written there.
 MAY_DISCARD = {"passes/gbuffer.frag", "effects/shadow_map.frag", "effects/back_faces.frag"}
+# What needs a rasterizer, or is drawn to the screen itself.
+RASTERIZED = {
+    *("passes/gbuffer.frag", "passes/copy.frag", "effects/shadow_map.frag"),
+    *("effects/back_faces.frag", "window/panel.frag", "window/present.frag"),
+    "window/error_colors.frag",
+}
 
 PROJECTIONS = [{"projection": f"projections/{name}.glsl"} for name in ("perspective", "orthographic")]
 
@@ -181,6 +189,18 @@ def test_shader_is_valid_glsl_in_every_variant(name, validator, tmp_path):
             if name.endswith(".frag"):
                 sources.insert(0, partner(name, sources[0], defines))
             assert validate(validator, tmp_path, *sources) == "", f"{name} with {defines}, {choices}"
+
+
+@pytest.mark.parametrize("name", [name for name in STAGES if name.endswith(".frag")])
+def test_what_can_compute_is_a_valid_compute_shader(name, validator, tmp_path):
+    """Derivatives, too, which no software driver compiles there."""
+    choices = choices_of(name)[0]
+    source = compute_source(flatten(name, read, variants(unchecked(name, choices))[0], choices))
+    if source is None:
+        assert name in RASTERIZED
+    else:
+        source = dataclasses.replace(source, name=name.replace(".frag", ".comp"))
+        assert validate(validator, tmp_path, source) == ""
 
 
 @pytest.mark.parametrize("name", [*STAGES, *LIBRARIES])
