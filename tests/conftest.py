@@ -24,6 +24,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         choices=("auto", "egl", "osmesa", "window"),
         help="which OpenGL backend the tests draw with",
     )
+    parser.addoption(
+        "--computes",
+        action="store_true",
+        help="run full-screen shaders as compute shaders, whichever way is faster",
+    )
     parser.addoption("--fuzz-seed", type=int, default=0, help="which files tests/fuzz damages how")
     parser.addoption("--fuzz-count", type=int, default=1000, help="how many files of each kind")
 
@@ -32,6 +37,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def device(request: pytest.FixtureRequest) -> Iterator[Device]:
     """The one OpenGL context of the test run."""
     device = create_context(request.config.getoption("--backend"))
+    if request.config.getoption("--computes"):
+        device.computes = True
     yield device
     device.release()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import moderngl
 import numpy as np
 import pytest
 
@@ -117,16 +118,23 @@ def test_a_faulty_shader_is_reported_as_ever(computing):
         computing.fullscreen_source(SHADER.replace("= u_factor", "= u_facto"))
 
 
-def test_a_target_is_cleared(gl, computing):
-    textures = [make_texture(gl, SIZE, n, "f4", np.full((*SIZE[::-1], n), 0.5)) for n in (4, 1)]
+@pytest.mark.parametrize("channels", [(4, 1), (1,)])
+def test_a_target_is_cleared_and_can_be_drawn_into(gl, computing, channels):
+    textures = [make_texture(gl, SIZE, n, "f4", np.full((*SIZE[::-1], n), 0.5)) for n in channels]
     target = make_framebuffer(gl, textures, depth=True)
-    target.color_mask = ((True,) * 4, (True, False, True, False))
     mask = target.color_mask
+    target.use()
     clear(gl, computing, target)
     assert all(not read_texture(texture).any() for texture in textures)
     assert target.color_mask == mask
     depth = np.frombuffer(target.read(components=1, attachment=-1, dtype="f4"), np.float32)
     np.testing.assert_array_equal(depth, 1.0)
+    # As a pass does, which finds its target bound.
+    program = ShaderLibrary(gl).fullscreen_source(SHADER)
+    program.set({"u_factor": (1.0,) * 4})
+    gl.enable_only(moderngl.NOTHING)
+    program.empty_vertex_array().render(moderngl.TRIANGLES, vertices=3)
+    assert read_texture(textures[0]).any()
 
 
 @pytest.mark.parametrize(
