@@ -177,7 +177,8 @@ def chart(sections: Sequence[Section]) -> Any:
                 "marker": MARKERS[number % len(MARKERS)],
             }
             axes.plot([r.time for r in rows], [r.error for r in rows], label=name, **style)
-        axes.set(xscale="log", yscale="log", title=section.title)
+        is_exact = not any(row.error > 0.0 for row in section.rows)
+        axes.set(xscale="log", yscale="linear" if is_exact else "log", title=section.title)
         axes.set(xlabel="time, multiples of the unit", ylabel="RMSE")
     figure.legend(*axes.get_legend_handles_labels(), loc="outside right upper", fontsize=7)
     return figure

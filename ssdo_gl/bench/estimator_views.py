@@ -186,7 +186,11 @@ def measure_view(
     for number in range(plan.rounds):
         for index in order(number, len(points)):
             times[index, number] = milliseconds(renderer, points[index], base, clock)
-    return {point: Measured(judged[point], times[index]) for index, point in enumerate(points)}
+    view = {point: Measured(judged[point], times[index]) for index, point in enumerate(points)}
+    # Where no pass runs, because nothing can block, there is nothing to compare.
+    kinds = {point.kind for point in points}
+    running = {q.aov for q in QUANTITIES if q.aov in kinds and unit_of(view, q).any()}
+    return {point: measured for point, measured in view.items() if point.kind in running}
 
 
 def measure(
@@ -207,6 +211,8 @@ def measure(
                 progress.say(f"{name}, R of {radius_px:g} px")
                 at = dataclasses.replace(base, radius=radius_px / unit_px)
                 views[name, radius_px] = measure_view(renderer, at, radius_px, plan, clock)
+    if not any(views.values()):
+        raise BenchError("nothing in view blocks anything: every estimator is exact, and none runs")
     return views, clock
 
 

@@ -99,3 +99,19 @@ def test_what_cannot_be_measured_is_refused(given, words, tmp_path, capsys):
     rest = ["--quick", "--quiet", "--size", "32x18"]
     assert main(["corner", "--bench", str(tmp_path), "--estimators", *given, *rest]) == 2
     assert words in capsys.readouterr().err
+
+
+PLANE = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nf 1 4 3 2\n"
+
+
+def test_what_blocks_nothing_has_no_table_of_visibility(tmp_path, capsys):
+    """No pass runs, so that there is no time; light through open directions is estimated."""
+    scene = tmp_path / "plane.obj"
+    scene.write_text(PLANE)
+    rest = ["--ground", "off", "--estimators", "--quick", "--quiet", "--size", "32x18"]
+    lit, unlit = tmp_path / "lit", tmp_path / "unlit"
+    assert main([str(scene), "--bench", str(lit), *rest]) == 0
+    table = (lit / "estimators.md").read_text()
+    assert "Visibility" not in table and "### Directional" in table
+    assert main([str(scene), "--bench", str(unlit), "--light", "file", *rest]) == 2
+    assert "nothing in view blocks anything" in capsys.readouterr().err
