@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from ssdo_gl.effects.estimators import ESTIMATORS
+from ssdo_gl.effects.estimators import DEFAULT_ESTIMATOR, ESTIMATORS
 from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.effects.registry import effects, image_names, pass_settings, term_names
 from ssdo_gl.passes.screen_space_settings import ScreenSpaceSettings
@@ -65,4 +65,4 @@ def test_methods_may_use_what_gives_what_they_estimate(method):
     chosen = [ESTIMATORS[name] for name in method.estimators]
     assert bool(chosen) == (method.estimates != "nothing")
     assert all(e.gives_light for e in chosen) or method.estimates == "visibility"
-    assert not chosen or chosen[0].name == method.estimator
+    assert not chosen or chosen[0].name == DEFAULT_ESTIMATOR
