@@ -80,6 +80,7 @@ class FarProbesPass(RenderPass):
     name = "far_probes"
     writes: Mapping[str, TextureSpec] = {FAR_RADIANCE: TextureSpec(4, "f4", own=True)}
     is_gradual = True
+    adds_up = True
 
     def __init__(
         self, settings: FarFieldSettings, features: RayFeatures, *, is_steady: bool

@@ -156,6 +156,10 @@ class Executor:
                     self.before_pass()
                 result = self._prepare(step)
                 last = result.returned() if frame.is_live and item.is_gradual else {}
+                if item.adds_up:
+                    # Given up half-way, its sums would hold a part twice.
+                    result.textures.clear()
+                    result.facts.clear()
                 context = PassContext(
                     self._device.gl,
                     shaders,

@@ -104,6 +104,8 @@ class RenderPass(ABC):
         between two: only for passes whose textures are all their own.
     is_gradual : bool
         In live frames it does part of its work at a time.
+    adds_up : bool
+        It adds to textures of its own: what was given up half-way begins anew.
     is_settled : bool
         False after a part of the work: the pass runs again in the next frame.
     statistics : mapping
@@ -120,6 +122,7 @@ class RenderPass(ABC):
     overwrites: ClassVar[bool] = False
     keeps_two: ClassVar[bool] = False
     is_gradual: ClassVar[bool] = False
+    adds_up: ClassVar[bool] = False
     is_settled: bool = True
     statistics: Mapping[str, Any] = MappingProxyType({})
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 import pytest
 from passes.pass_harness import box, make_scene, quad
 
+from ssdo_gl.effects import far_field
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.render_result import Drawing, RenderResult
 from ssdo_gl.renderer import Renderer
@@ -137,3 +139,31 @@ def test_a_view_that_moved_begins_with_a_quarter_and_ends_with_all_rays() -> Non
     assert first[0][..., :3].mean() == pytest.approx(first[-1][..., :3].mean(), rel=0.02)
     assert not np.array_equal(first[0], first[-1])
     assert np.array_equal(first, again)
+
+
+def test_a_frame_that_was_given_up_adds_no_ray_twice(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As in a window, where input comes while the probes' second rays are added."""
+
+    def at_rest(renderer: Renderer) -> np.ndarray:
+        while not (drawing := live(renderer, 0)).is_settled:
+            pass
+        texture = drawing.planes["beauty"].texture
+        assert texture is not None
+        return read_texture(texture)
+
+    with gi_renderer() as renderer:
+        expected = at_rest(renderer)
+    original, additions = far_field.draw_fullscreen, []
+
+    def give_up(*arguments: Any, **more: Any) -> None:
+        original(*arguments, **more)
+        if more.get("adds"):
+            additions.append(None)
+            if len(additions) == 6:
+                raise InterruptedError
+
+    monkeypatch.setattr(far_field, "draw_fullscreen", give_up)
+    with gi_renderer() as renderer:
+        with pytest.raises(InterruptedError):
+            at_rest(renderer)
+        np.testing.assert_array_equal(at_rest(renderer), expected)
