@@ -7,18 +7,19 @@ unique triangles is written to a temporary folder and drawn at 320x180, by `dire
 
 from __future__ import annotations
 
-import argparse
 import multiprocessing
 import resource
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from benchmarks.common import command
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
@@ -57,15 +58,16 @@ def measure(path: Path, method: str) -> tuple[float, float, float]:
     return time.process_time() - start, time.perf_counter() - wall, peak
 
 
-def main() -> None:
+def main(argv: Sequence[str] | None = None) -> int:
     """Print a row for each number of triangles and method."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser = command("large", __doc__)
     parser.add_argument("counts", nargs="*", type=int, default=COUNTS, metavar="COUNT")
+    options = parser.parse_args(argv)
     table = Table("triangles", "method", "processor s", "wall s", "peak GiB")
     # Forked processes would begin with the memory of this one.
     context = multiprocessing.get_context("spawn")
     with tempfile.TemporaryDirectory() as folder:
-        for count in parser.parse_args().counts:
+        for count in options.counts:
             path = Path(folder) / "grid.ply"
             write_grid(path, count)
             for method in ("direct", "reference-ao"):
@@ -73,7 +75,8 @@ def main() -> None:
                     numbers = pool.apply(measure, (path, method))
                 table.add_row(str(count), method, *(f"{number:.1f}" for number in numbers))
     Console().print(table)
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())
