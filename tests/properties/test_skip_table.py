@@ -184,7 +184,9 @@ def test_without_images_the_variant_without_fetches(device):
         found = rendered(device, fresh, {"items": items, "lights": [LAMP], "environment": SKY})
         images.append(found.images)
         variants = [
-            dict(defines) for _, name, defines, _ in fresh._by_name if name == "passes/gbuffer.frag"
+            dict(defines)
+            for _, name, defines, *_ in fresh._by_name
+            if name == "passes/gbuffer.frag"
         ]
         fetches.append({variant["HAS_ALBEDO_IMAGE"] for variant in variants})
     assert fetches == [{0}, {1}]

@@ -151,6 +151,7 @@ def test_a_day_that_was_edited_is_saved() -> None:
         scene,
         camera=scene.camera,
         lights=scene.lights,
+        sources=range(len(scene.lights)),
         environment=sky(day),
         settings=Settings(size=(64, 36)),
     )
