@@ -68,6 +68,11 @@ class _Result:
         own = (name for name in self.textures if name not in self.borrowed)
         return {n: TextureWithFacts(self.textures[n], self.facts.get(n)) for n in own}
 
+    def forget(self) -> None:
+        """Leave nothing to go on from: given up half-way, sums would hold a part twice."""
+        self.textures.clear()
+        self.facts.clear()
+
     def has(self, formats: dict[str, Format]) -> bool:
         """Return whether it holds textures of these formats, in their order."""
         if len(self.borrowed) < len(self.formats):
@@ -157,9 +162,7 @@ class Executor:
                 result = self._prepare(step)
                 last = result.returned() if frame.is_live and item.is_gradual else {}
                 if item.adds_up:
-                    # Given up half-way, its sums would hold a part twice.
-                    result.textures.clear()
-                    result.facts.clear()
+                    result.forget()
                 context = PassContext(
                     self._device.gl,
                     shaders,
