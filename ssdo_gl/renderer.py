@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.frame_loop import FrameJob, FrameLoop, checked_images
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.graph.frame import FrameView
@@ -144,8 +145,8 @@ class Renderer(FrameLoop):
     def expose(self, camera: Camera | None = None, seconds: float = 0.0) -> tuple[str, ...]:
         """Measure the exposure of what `camera` sees, if that is left to the picture, once.
 
-        From a small picture of the usual method, so that all methods, sizes and numbers of
-        samples are shown alike. Returns what there is to say about it.
+        From a small picture of `gi`, or for methods that show the near field alone of `bounce`,
+        so that sizes and numbers of samples are shown alike. Returns what there is to say about it.
         """
         slack = self.scene.metering_slack
         if slack is None or self.scene.is_metered or self._has_exposure:
@@ -153,7 +154,8 @@ class Renderer(FrameLoop):
         chosen, size = self.settings, self.settings.size
         longest = max(size)
         width, height = (max(1, n * METERED_PX // max(longest, METERED_PX)) for n in size)
-        self.use(Settings(size=(width, height), radius=chosen.radius, exposure=0.0))
+        method = "gi" if METHODS[chosen.method].is_all_light else "bounce"
+        self.use(Settings(method, size=(width, height), radius=chosen.radius, exposure=0.0))
         job = self._prepare(("beauty", "position_ws", "visibility"), camera, seconds)
         self._run(job.plan, self._frame(job.view, 0, 1), FrameLog(), False, None)
         images = self._read(job, job.view)

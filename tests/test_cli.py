@@ -70,7 +70,7 @@ def test_a_picture_is_written_and_described(tmp_path, capsys):
         assert image.size == (32, 18)
         assert np.asarray(image).std() > 1.0, "the picture is empty"
     said = capsys.readouterr().out
-    for expected in ("32x18", "bounce", "ms a frame", "passes: gbuffer", "OpenGL"):
+    for expected in ("32x18", "gi", "ms a frame", "passes: gbuffer", "OpenGL"):
         assert expected in said
 
 
@@ -180,7 +180,7 @@ def test_statistics_have_the_promised_form(tmp_path):
 
 
 def test_explain_needs_no_output(capsys):
-    assert main(["corner", "--explain", *SMALL]) == 0
+    assert main(["corner", "--method", "bounce", "--explain", *SMALL]) == 0
     said = capsys.readouterr().out
     assert "gbuffer" in said
     assert "neither an environment nor an ssdo light" in said
@@ -404,7 +404,8 @@ def test_ctrl_c_keeps_what_a_reference_has_reached(tmp_path, capsys, monkeypatch
 
 def test_explanations_say_what_was_saved(tmp_path, capsys):
     stats = tmp_path / "stats.json"
-    assert main(["corner", "--explain", "--stats", str(stats), *SMALL]) == 0
+    words = ["corner", "--method", "bounce", "--explain", "--stats", str(stats)]
+    assert main([*words, *SMALL]) == 0
     text = capsys.readouterr().out
     assert "passes ran;" in text and "saved" in text and "whole frame" in text
     decisions = {row["effect"]: row for row in json.loads(stats.read_text())["decisions"]}

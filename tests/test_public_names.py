@@ -45,7 +45,7 @@ def test_descriptions_are_one_short_line(result):
     assert f"{scene.triangle_count} triangles" in repr(scene)
     for item in (scene, *scene.meshes, *scene.objects, *scene.materials, result):
         assert len(repr(item)) < 200 and "\n" not in repr(item)
-    assert repr(result).startswith("RenderResult(beauty display depth, 16x9, bounce, ")
+    assert repr(result).startswith("RenderResult(beauty display depth, 16x9, gi, ")
 
 
 def test_settings_describe_what_was_given():

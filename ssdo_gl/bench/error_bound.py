@@ -73,7 +73,7 @@ def panel_for(settings: Settings, against: str | None) -> ErrorPanel:
     """
     is_all_light = METHODS[settings.method].is_all_light
     panel = panel_named(against or ("gi" if is_all_light else "near"))
-    if is_all_light and not panel.is_all_light:
+    if is_all_light and not panel.is_all_light and settings.gives("method"):
         raise CannotTuneError(
             f"--truth {against}: --method {settings.method} shows light that the near field lacks; "
             "use --truth gi"
@@ -82,9 +82,11 @@ def panel_for(settings: Settings, against: str | None) -> ErrorPanel:
 
 
 def methods_for(settings: Settings, panel: ErrorPanel) -> tuple[str, ...]:
-    """Return the methods to choose among: all that give light, unless one was asked for."""
-    if not panel.is_all_light or settings.gives("method"):
+    """Return the methods to choose among: the one asked for, else all that show it."""
+    if settings.gives("method"):
         return (settings.method,)
+    if not panel.is_all_light:
+        return ("bounce",)
     return tuple(name for name, method in METHODS.items() if method.estimates == "light")
 
 

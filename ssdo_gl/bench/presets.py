@@ -25,9 +25,9 @@ from ssdo_gl.suggestion import suggestion
 # What a rung decides; everything else is the user's.
 FIELDS = ("estimator", "samples", "steps", "resolution_scale", "filter")
 NAMES = ("fast", "balanced", "fine", "reference")
-# The ray-traced near field, until its standard error is one percent of the mean: about
+# All light by paths, until its standard error is one percent of the mean: about
 # where an error can no longer be seen beside the reference.
-REFERENCE = {"method": "reference-near", "max_error": 0.01}
+REFERENCE = {"method": "reference-gi", "max_error": 0.01}
 
 
 @dataclass(frozen=True)

@@ -174,6 +174,7 @@ class SceneBuilder:
         camera, environment, slack = self._light(camera, environment, exposure, has_lamps)
         is_studio = isinstance(environment, MapEnvironment) and environment.name == defaults.STUDIO
         has_ground = is_framed and bool(slack) and self._lay_ground(camera, environment)
+        asked = {} if self._is_traced() else {"method": defaults.RAYLESS_METHOD}
         return Scene(
             meshes=tuple(self.meshes),
             materials=tuple(self.materials),
@@ -182,7 +183,7 @@ class SceneBuilder:
             camera_motion=camera_motion,
             lights=tuple(self.lights),
             environment=environment,
-            render=dict(render or {}),
+            render={**asked, **(render or {})},
             title=title,
             purpose=purpose,
             notes=tuple(self.notes),
@@ -194,6 +195,19 @@ class SceneBuilder:
             added_light_count=len(self.lights) - light_count,
             has_added_sky=environment is not given_environment,
         )
+
+    def _is_traced(self) -> bool:
+        """Return whether a hierarchy for rays is soon made, in each frame if bodies move."""
+        shown = [(self.meshes[item.mesh], item) for item in self.objects]
+        count = sum(len(mesh.triangles) * len(item.world_from_object) for mesh, item in shown)
+        moves = any(mesh.pose or item.motion for mesh, item in shown)
+        most = defaults.MOST_TRACED_MOVING if moves else defaults.MOST_TRACED
+        if count > most:
+            self.note(
+                f"{count} triangles{' that move' if moves else ''}: the usual method is "
+                f"{defaults.RAYLESS_METHOD}, which needs no rays; gi takes longer to prepare"
+            )
+        return count <= most
 
     def _light(
         self,

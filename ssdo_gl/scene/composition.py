@@ -150,7 +150,7 @@ def extended(scene: Scene, parts: Sequence[Part], lights: Sequence[Light]) -> Sc
     return dataclasses.replace(
         built,
         camera_motion=scene.camera_motion,
-        render=scene.render,
+        render={**built.render, **scene.render},
         title=scene.title,
         purpose=scene.purpose,
         loading=loading,

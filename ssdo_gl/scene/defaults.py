@@ -31,6 +31,11 @@ MODEL_REACH, ROOM_REACH = 0.32, 0.64
 # EV by which pictures in such light may be darker or brighter than the usual, as things are.
 METERING_SLACK = 1.5
 
+# A hierarchy for rays takes some 10 us a triangle, of bodies that move for every frame. Scenes
+# of more triangles ask for a method that needs none: it would take more than 20 s, or 1 s.
+MOST_TRACED, MOST_TRACED_MOVING = 2_000_000, 100_000
+RAYLESS_METHOD = "bounce"
+
 # Of a file that has lamps and no sky: relative to the radiance of what the lamps light,
 # so that shadows are three stops below it. Skylight is about a fifth of sunlight.
 NEUTRAL_SKY = GradientEnvironment(zenith=(0.18,) * 3, horizon=(0.15,) * 3, ground=(0.08,) * 3)

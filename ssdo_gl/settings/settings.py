@@ -53,7 +53,7 @@ class Settings:
     `resolve.resolved` fills in both, and `Renderer` calls it.
     """
 
-    method: str = _look("bounce", "which quantities make up the image", choices=tuple(METHODS))
+    method: str = _look("gi", "which quantities make up the image", choices=tuple(METHODS))
     estimator: str | None = _quality(
         None,
         "how screen space is sampled; by default march",

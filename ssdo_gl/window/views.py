@@ -38,7 +38,7 @@ class View:
     """
 
     aov: str = "beauty"
-    method: str = "bounce"
+    method: str = "gi"
     other_method: str = "reference-gi"
     is_split: bool = False
     divider: float = 0.5

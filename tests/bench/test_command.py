@@ -191,7 +191,7 @@ def test_a_generous_error_gives_the_cheapest_setting(tmp_path, capsys):
     assert "calibrated in" in capsys.readouterr().out
     cheapest = presets.read_ladder().rungs[0]
     assert settings_of(stats)["samples"] == cheapest.samples
-    assert settings_of(stats)["method"] == "bounce"
+    assert settings_of(stats)["method"] == "ssdo"
     assert main([*arguments, "--max-error", "10"]) == 0
     assert "--recalibrate measures again" in capsys.readouterr().out
     assert main([*arguments, "--max-error", "10", "--recalibrate"]) == 0

@@ -94,7 +94,9 @@ def test_of_methods_that_do_the_one_that_takes_less_time_is_chosen():
 
 
 def test_what_is_compared_follows_from_method_and_reference():
-    assert error_bound.panel_for(Settings(), None).name == "near"
+    assert error_bound.panel_for(Settings(), None).name == "gi"
+    assert error_bound.panel_for(Settings(), "near").name == "near"
+    assert error_bound.panel_for(Settings(method="bounce"), None).name == "near"
     assert error_bound.panel_for(Settings(method="gi"), None).name == "gi"
     assert error_bound.panel_for(Settings(), "gi").name == "gi"
     with pytest.raises(CannotTuneError, match="--truth gi"):

@@ -43,7 +43,7 @@ def test_a_preset_leaves_out_an_estimator_that_the_method_lacks():
     assert load_preset("fast")["estimator"] == "march"
     assert "estimator" not in load_preset("fast", "direct")
     assert "method" not in load_preset("reference", "reference-gi")
-    assert load_preset("reference")["method"] == "reference-near"
+    assert load_preset("reference")["method"] == "reference-gi"
 
 
 def test_a_preset_file(tmp_path):

@@ -10,13 +10,16 @@ from PIL import Image
 
 import ssdo_gl
 from ssdo_gl import ConstantEnvironment, Material, Mesh, PointLight, RectangleLight, Scene
-from ssdo_gl.scene import shapes
+from ssdo_gl.scene import defaults, shapes
+from ssdo_gl.scene.builder import SceneBuilder
+from ssdo_gl.scene.mesh import SceneObject
+from ssdo_gl.scene.motion import Motion
 from ssdo_gl.scene.scene import SceneError
 from ssdo_gl.settings.fields import SettingError
 
 QUAD = [[-1.0, 0, -1], [-1, 0, 1], [1, 0, 1], [1, 0, -1]]
 HALVES = [[0, 1, 2], [0, 2, 3]]
-SMALL = ssdo_gl.Settings(size=(32, 18), samples=8)
+SMALL = ssdo_gl.Settings(size=(32, 18), samples=8, radius=1.0)
 LAMP = PointLight((0, 2, 0), (5, 5, 5), name="lamp")
 PANEL = RectangleLight((-0.5, 2, -0.5), (1, 0, 0), (0, 0, 1), (9, 9, 9), name="panel")
 
@@ -286,3 +289,18 @@ class TestTrimesh:
     def test_what_has_no_triangles_is_refused(self):
         with pytest.raises(SceneError, match="the PointCloud of trimesh holds no triangles"):
             Scene.from_trimesh(self.trimesh.PointCloud([[0, 0, 0]]))
+
+
+@pytest.mark.parametrize(("moves", "most", "method"), [
+    (False, 2, None), (False, 1, "bounce"), (True, 2, None), (True, 1, "bounce"),
+])  # fmt: skip
+def test_what_rays_take_long_for_asks_for_a_method_without(monkeypatch, moves, most, method):
+    monkeypatch.setattr(defaults, "MOST_TRACED_MOVING" if moves else "MOST_TRACED", most)
+    builder = SceneBuilder("quad")
+    motion = Motion(spin=(0.0, 45.0, 0.0)) if moves else None
+    mesh = builder.mesh("quad", lambda: Mesh.from_arrays(QUAD, HALVES))
+    builder.add(SceneObject(mesh, builder.material(Material("grey")), np.eye(4)[None], motion))
+    scene = builder.build(None, None)
+    said = any("the usual method is bounce" in note for note in scene.notes)
+    assert (scene.render.get("method"), said) == (method, method is not None)
+    assert builder.build(None, None, render={"method": "gi"}).render["method"] == "gi"

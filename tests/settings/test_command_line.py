@@ -52,7 +52,7 @@ def test_defaults_need_no_flags() -> None:
 
 def test_method_of_the_scene_is_overruled() -> None:
     command = command_line("room", Settings(), scene_settings={"method": "ssao"}, camera=None)
-    assert "--method bounce" in command
+    assert "--method gi" in command
 
 
 def test_view_is_named_exactly() -> None:

@@ -52,7 +52,7 @@ def test_saved_preset_gives_the_settings_back(
 def test_only_what_was_chosen_is_written() -> None:
     text = preset_text(Settings(samples=32, size=(10, 10), antialias=9), {})
     lines = [line for line in text.splitlines() if line and not line.startswith("#")]
-    assert lines == ["[settings]", 'method = "bounce"', "samples = 32"]
+    assert lines == ["[settings]", 'method = "gi"', "samples = 32"]
 
 
 def test_every_quality_is_kept(tmp_path: Path) -> None:

@@ -24,7 +24,7 @@ from ssdo_gl.settings.settings import MAX_SPP
 def test_flags_win_over_the_scene_and_the_scene_over_defaults():
     scene_settings = {"radius": 0.3, "samples": 16}
     settings = settings_for(scene_settings, {"samples": 32, "method": None})
-    assert (settings.radius, settings.samples, settings.method) == (0.3, 32, "bounce")
+    assert (settings.radius, settings.samples, settings.method) == (0.3, 32, "gi")
 
 
 def test_another_method_drops_the_scenes_estimator():
@@ -253,7 +253,7 @@ def test_a_bound_lifts_the_default_limit_of_rays_but_not_a_given_one():
 
 def test_marked_defaults_behave_as_plain_values():
     settings = Settings()
-    assert (settings.samples, settings.method, settings.size) == (64, "bounce", (1280, 720))
+    assert (settings.samples, settings.method, settings.size) == (64, "gi", (1280, 720))
     assert json.dumps(values(settings)) == json.dumps(values(pickle.loads(pickle.dumps(settings))))
     assert repr(settings.samples) == "64" and hash(settings.size) == hash((1280, 720))
     assert not any(settings.gives(name) for name in describe(Settings) if name != "overrides")

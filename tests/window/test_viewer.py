@@ -30,7 +30,7 @@ from ssdo_gl.window.viewer import Viewer
 from ssdo_gl.window.views import View, divider_hit
 
 SIZE = (48, 27)
-SETTINGS = Settings(samples=8, steps=4)
+SETTINGS = Settings("bounce", samples=8, steps=4)
 FORWARD = Controls(move=(0.0, 0.0, 1.0))
 FRAME_S = 1.0 / 30.0
 # Both are averages of the same 16 frames, one in float32 and one in float64.
@@ -201,7 +201,7 @@ def test_presets_set_quality_and_one_of_them_the_method(gl, viewer) -> None:
         viewer.choose_preset(name)
         viewer.settings.checked()
         viewer.settings_of_side(0).checked()
-    assert viewer.view.method == "reference-near"
+    assert viewer.view.method == "reference-gi"
     assert "--max-error" in view_command(viewer)
     viewer.choose_method("ssao")
     viewer.choose_preset("fast")
