@@ -141,7 +141,7 @@ def live(
 ) -> tuple[dict[str, Images], float]:
     """Return the frames of a window, row 0 at the top, and the seconds that one takes."""
     scene = load_scene(case.scene)
-    settings = Settings(size=extent.size, samples=samples, temporal=temporal)
+    settings = Settings(method="bounce", size=extent.size, samples=samples, temporal=temporal)
     frames: dict[str, list[Images]] = {name: [] for name in IMAGES}
     spent = []
     with Renderer(scene, settings, device=device) as renderer:

@@ -39,7 +39,7 @@ def columns(scene: Scene) -> Iterator[tuple[str, Settings]]:
     yield "direct", settings(method="direct")
     yield "ssao, 16 samples", settings(method="ssao", samples=16)
     for preset in ("fast", "balanced", "fine"):
-        yield f"preset {preset}", settings(**load_preset(preset, "bounce"))
+        yield f"preset {preset}", settings(method="bounce", **load_preset(preset, "bounce"))
     yield "default", settings()
 
 

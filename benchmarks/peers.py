@@ -60,9 +60,9 @@ OURS: dict[str, tuple[str, dict[str, Any]]] = {
     "ssao, gtao 16": ("occlusion", _ssao(estimator="gtao", samples=16, steps=4)),
     "ssao, bitmask 24": ("occlusion", _ssao(estimator="bitmask", samples=24, steps=6)),
     "direct": ("shadows", {"method": "direct"}),
-    "preset fast": ("shadows, SSDO, bounce", load_preset("fast")),
-    "preset balanced": ("shadows, SSDO, bounce", load_preset("balanced")),
-    "default": ("shadows, SSDO, bounce", {}),
+    "preset fast": ("shadows, SSDO, bounce", {**load_preset("fast"), "method": "bounce"}),
+    "preset balanced": ("shadows, SSDO, bounce", {**load_preset("balanced"), "method": "bounce"}),
+    "bounce": ("shadows, SSDO, bounce", {"method": "bounce"}),
     "gi": ("shadows, SSDO, all bounces", {"method": "gi"}),
     "published SSDO": (
         "shadows, SSDO, bounce",

@@ -80,7 +80,7 @@ def rows(scene: Scene) -> Iterator[tuple[str, Settings]]:
         return settings_for(scene.render, {"size": SIZE, **flags})
 
     yield "direct", settings(method="direct")
-    yield "bounce, preset balanced", settings(**load_preset("balanced", "bounce"))
+    yield "bounce, preset balanced", settings(method="bounce", **load_preset("balanced", "bounce"))
     yield "bounce", settings(method="bounce")
     yield "gi", settings(method="gi")
 
