@@ -378,7 +378,7 @@ def test_ctrl_c_leaves_no_file(tmp_path, capsys, monkeypatch):
 def test_ctrl_c_keeps_what_a_reference_has_reached(tmp_path, capsys, monkeypatch):
     """The second draw is interrupted; the first one's samples are in the file."""
     draws = []
-    from ssdo_gl.passes import accumulate
+    from ssdo_gl.passes.rays import accumulate
 
     draw = accumulate.draw_fullscreen
 

@@ -24,14 +24,14 @@ from ssdo_gl.passes.far_probes import (
     FarFieldSettings,
     ProbeRays,
 )
-from ssdo_gl.passes.ray_uniforms import (
+from ssdo_gl.passes.rays import (
     radius_ns,
     ray_defines,
     ray_reads,
     ray_uniforms,
     stream_of,
 )
-from ssdo_gl.passes.surfel_textures import CACHE_TABLES, drawing_into, facts_of
+from ssdo_gl.passes.surfels import CACHE_TABLES, drawing_into, facts_of
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.lights import Form
 

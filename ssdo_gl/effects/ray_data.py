@@ -7,8 +7,12 @@ from collections.abc import Iterator
 from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ReasonedPass
 from ssdo_gl.effects.request import Request
-from ssdo_gl.passes.bvh_upload import BvhUploadPass
-from ssdo_gl.passes.ray_tables import EmitterTablesPass, MaterialTablePass, SurfaceTablesPass
+from ssdo_gl.passes.rays import (
+    BvhUploadPass,
+    EmitterTablesPass,
+    MaterialTablePass,
+    SurfaceTablesPass,
+)
 
 
 class RayData(Effect):

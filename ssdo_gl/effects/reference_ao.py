@@ -13,10 +13,8 @@ from ssdo_gl.effects.methods import REFERENCES
 from ssdo_gl.effects.request import Request
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.passes.accumulate import Schedule, SumOutput
 from ssdo_gl.passes.composite import OcclusionMode
-from ssdo_gl.passes.ray_pass import RayPass
-from ssdo_gl.passes.ray_uniforms import radius_ns
+from ssdo_gl.passes.rays import RayPass, Schedule, SumOutput, radius_ns
 from ssdo_gl.settings.settings import same_as
 
 # Rays of one draw and pixel: enough to spread the cost of finding the surface again.

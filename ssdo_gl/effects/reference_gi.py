@@ -11,9 +11,7 @@ from ssdo_gl.effects.effect import Effect, ReasonedPass
 from ssdo_gl.effects.request import Request
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.passes.accumulate import Schedule, SumOutput
-from ssdo_gl.passes.ray_pass import RayPass
-from ssdo_gl.passes.ray_uniforms import emitters_of
+from ssdo_gl.passes.rays import RayPass, Schedule, SumOutput, emitters_of
 from ssdo_gl.settings.fields import setting
 from ssdo_gl.settings.settings import MAX_BOUNCES, same_as
 

@@ -12,9 +12,7 @@ from ssdo_gl.effects.methods import REFERENCES
 from ssdo_gl.effects.request import Request
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.passes.accumulate import Schedule, SumOutput
-from ssdo_gl.passes.ray_pass import RayPass, asked_lights
-from ssdo_gl.passes.ray_uniforms import radius_ns
+from ssdo_gl.passes.rays import RayPass, Schedule, SumOutput, asked_lights, radius_ns
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment_kinds import Environment
 from ssdo_gl.settings.settings import same_as

@@ -22,13 +22,13 @@ from ssdo_gl.passes.environment_uniforms import (
     environment_kind,
     environment_uniforms,
 )
-from ssdo_gl.passes.ray_uniforms import ray_defines, ray_reads, ray_uniforms
+from ssdo_gl.passes.rays import ray_defines, ray_reads, ray_uniforms
 from ssdo_gl.passes.screen_space_settings import (
     ScreenSpaceSettings,
     estimator_uniforms,
     pattern_offset,
 )
-from ssdo_gl.passes.surfel_textures import CACHE_TABLES
+from ssdo_gl.passes.surfels import CACHE_TABLES
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment_kinds import Environment
 from ssdo_gl.settings.fields import setting

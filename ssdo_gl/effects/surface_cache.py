@@ -8,9 +8,14 @@ from typing import ClassVar
 from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ReasonedPass
 from ssdo_gl.effects.request import Request
-from ssdo_gl.passes.surfel_light import SurfaceCachePass, SurfelDirectPass, SurfelSkyPass
-from ssdo_gl.passes.surfel_rays import SurfelRaysPass, SurfelsPass
-from ssdo_gl.passes.surfel_textures import SurfaceCacheSettings
+from ssdo_gl.passes.surfels import (
+    SurfaceCachePass,
+    SurfaceCacheSettings,
+    SurfelDirectPass,
+    SurfelRaysPass,
+    SurfelSkyPass,
+    SurfelsPass,
+)
 
 
 class SurfaceCache(Effect):

@@ -13,8 +13,7 @@ from ssdo_gl.effects.request import Request
 from ssdo_gl.effects.scene_lights import need_of_direct_light
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.passes.accumulate import Schedule, SumOutput
-from ssdo_gl.passes.ray_pass import RayPass, asked_lights
+from ssdo_gl.passes.rays import RayPass, Schedule, SumOutput, asked_lights
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.settings.settings import same_as
 

@@ -17,8 +17,8 @@ from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.passes.ray_uniforms import ray_defines, ray_reads, ray_uniforms
-from ssdo_gl.passes.surfel_textures import CACHE_TABLES
+from ssdo_gl.passes.rays.ray_libraries import ray_defines, ray_reads, ray_uniforms
+from ssdo_gl.passes.surfels.surfel_textures import CACHE_TABLES
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera

@@ -16,8 +16,8 @@ import ssdo_gl
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.passes.ray_pass import RayPass
-from ssdo_gl.passes.ray_uniforms import ray_defines, ray_uniforms
+from ssdo_gl.passes.rays.ray_libraries import ray_defines, ray_uniforms
+from ssdo_gl.passes.rays.ray_pass import RayPass
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.animate import scene_at
 from ssdo_gl.scene.batching import MIN_OBJECTS, batched

@@ -20,8 +20,8 @@ from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.images.average import ImageAverage
 from ssdo_gl.images.display import ColorMapping
-from ssdo_gl.passes.accumulate import MIN_SAMPLES_TO_STOP, Schedule, SumOutput, accumulate
-from ssdo_gl.passes.ray_uniforms import stream_of
+from ssdo_gl.passes.rays.accumulate import MIN_SAMPLES_TO_STOP, Schedule, SumOutput, accumulate
+from ssdo_gl.passes.rays.ray_libraries import stream_of
 from ssdo_gl.render_result import Drawing, Plane
 from ssdo_gl.settings import Settings
 from ssdo_gl.window.live.live_image import FrameRequest, LiveImage

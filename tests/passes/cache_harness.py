@@ -15,12 +15,12 @@ from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.graph.execute import Executor
 from ssdo_gl.graph.graph import compile_graph
 from ssdo_gl.graph.render_pass import RenderPass
-from ssdo_gl.passes.bvh_upload import BvhUploadPass
 from ssdo_gl.passes.environment_uniforms import environment_kind
-from ssdo_gl.passes.ray_tables import EmitterTablesPass, MaterialTablePass, SurfaceTablesPass
-from ssdo_gl.passes.surfel_light import SurfaceCachePass, SurfelDirectPass, SurfelSkyPass
-from ssdo_gl.passes.surfel_rays import SurfelRaysPass, SurfelsPass
-from ssdo_gl.passes.surfel_textures import SURFELS_PER_ROW, SurfaceCacheSettings
+from ssdo_gl.passes.rays.bvh_upload import BvhUploadPass
+from ssdo_gl.passes.rays.ray_tables import EmitterTablesPass, MaterialTablePass, SurfaceTablesPass
+from ssdo_gl.passes.surfels.surfel_light import SurfaceCachePass, SurfelDirectPass, SurfelSkyPass
+from ssdo_gl.passes.surfels.surfel_rays import SurfelRaysPass, SurfelsPass
+from ssdo_gl.passes.surfels.surfel_textures import SURFELS_PER_ROW, SurfaceCacheSettings
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.raytracing.triangles import normalised_frame
 from ssdo_gl.scene.scene import Scene

@@ -17,10 +17,10 @@ from ssdo_gl.graph.execute import Executor
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.graph import compile_graph
 from ssdo_gl.graph.render_pass import ProgressCallback, RenderPass
-from ssdo_gl.passes.bvh_upload import BvhUploadPass
 from ssdo_gl.passes.environment_uniforms import environment_kind
 from ssdo_gl.passes.gbuffer import GBufferPass
-from ssdo_gl.passes.ray_tables import EmitterTablesPass, MaterialTablePass, SurfaceTablesPass
+from ssdo_gl.passes.rays.bvh_upload import BvhUploadPass
+from ssdo_gl.passes.rays.ray_tables import EmitterTablesPass, MaterialTablePass, SurfaceTablesPass
 from ssdo_gl.scene.scene import Scene
 
 Images = dict[str, NDArray[np.float32]]

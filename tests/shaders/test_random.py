@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from shaders.harness import evaluate
 
-from ssdo_gl.passes.accumulate import shared_bits_mask
+from ssdo_gl.passes.rays.accumulate import shared_bits_mask
 
 
 def points(gl, shaders, call: str, index, seed, *, stream: int = 9, shared: int = 0) -> NDArray:

@@ -17,7 +17,7 @@ from ssdo_gl.gpu.shader import Program
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.passes.environment_uniforms import environment_uniforms
-from ssdo_gl.passes.ray_uniforms import ray_defines, ray_uniforms, stream_of
+from ssdo_gl.passes.rays import ray_defines, ray_uniforms, stream_of
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.settings.fields import setting
 

@@ -11,7 +11,7 @@ import numpy as np
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext
-from ssdo_gl.passes.surfel_textures import SURFELS_PER_ROW, drawn, surfel_rows
+from ssdo_gl.passes.surfels.surfel_textures import SURFELS_PER_ROW, drawn, surfel_rows
 
 # Bounces whose growth tells how much light stays in the scene.
 PROBED_BOUNCES = 4

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from passes.pass_harness import box, make_scene, quad
 
-from ssdo_gl.passes import bvh_upload, ray_tables
+from ssdo_gl.passes.rays import bvh_upload, ray_tables
 from ssdo_gl.raytracing import bvh as bvh_module
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
@@ -85,7 +85,7 @@ def test_a_second_frame_looks_nothing_up(device, calls, settings) -> None:
     scene = room()
     with Renderer(scene, settings, device=device) as renderer:
         renderer.time_frame(["beauty"])
-        assert calls["ssdo_gl.passes.bvh_upload.cached_bvh"] == 1
+        assert calls["ssdo_gl.passes.rays.bvh_upload.cached_bvh"] == 1
         calls.clear()
         for number in (1, 2):
             times = renderer.time_frame(["beauty"], camera=moved(scene, number), number=number)
@@ -102,8 +102,8 @@ def test_light_that_changes_does_not_touch_the_triangles(device, calls) -> None:
         brighter = dataclasses.replace(scene.lights[1], intensity=(20.0,) * 3)
         renderer.use_scene(dataclasses.replace(scene, lights=(scene.lights[0], brighter)))
         renderer.time_frame(["beauty"])
-        assert calls["ssdo_gl.passes.ray_tables.emitter_tables"] == 1
-        assert calls["ssdo_gl.passes.ray_tables.surface_table"] == 0
+        assert calls["ssdo_gl.passes.rays.ray_tables.emitter_tables"] == 1
+        assert calls["ssdo_gl.passes.rays.ray_tables.surface_table"] == 0
         assert calls["ssdo_gl.raytracing.bvh.build_bvh"] == 0
 
 
@@ -112,7 +112,7 @@ def test_a_second_renderer_of_the_same_content_does_not_build_again(device, call
     for _ in range(2):
         with Renderer(room(), settings, device=device) as renderer:
             renderer.time_frame(["beauty"])
-    assert calls["ssdo_gl.passes.bvh_upload.cached_bvh"] == 2
+    assert calls["ssdo_gl.passes.rays.bvh_upload.cached_bvh"] == 2
     assert calls["ssdo_gl.raytracing.bvh.build_bvh"] <= 1
 
 

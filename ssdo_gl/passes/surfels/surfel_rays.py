@@ -12,9 +12,9 @@ from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.math3d import FloatArray, IntArray
-from ssdo_gl.passes.bounces import Bounces
-from ssdo_gl.passes.ray_uniforms import bvh_of, ray_defines, ray_reads, ray_uniforms
-from ssdo_gl.passes.surfel_textures import (
+from ssdo_gl.passes.rays import bvh_of, ray_defines, ray_reads, ray_uniforms
+from ssdo_gl.passes.surfels.bounces import Bounces
+from ssdo_gl.passes.surfels.surfel_textures import (
     MOST_SURFELS,
     SLOTS_PER_ROW,
     SURFELS_PER_ROW,

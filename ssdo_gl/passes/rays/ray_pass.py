@@ -7,13 +7,13 @@ from collections.abc import Hashable, Mapping, Sequence
 from typing import Any, ClassVar
 
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
-from ssdo_gl.passes.accumulate import Schedule, SumOutput, accumulate
 from ssdo_gl.passes.environment_uniforms import (
     MAP_RADIANCE,
     environment_kind,
     environment_uniforms,
 )
-from ssdo_gl.passes.ray_uniforms import EMITTER_TABLES, ray_defines, ray_reads, ray_uniforms
+from ssdo_gl.passes.rays.accumulate import Schedule, SumOutput, accumulate
+from ssdo_gl.passes.rays.ray_libraries import EMITTER_TABLES, ray_defines, ray_reads, ray_uniforms
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment_kinds import Environment
 

@@ -10,8 +10,8 @@ from passes.pass_harness import make_frame, make_scene
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.graph.render_pass import PassContext
-from ssdo_gl.passes import accumulate as module
-from ssdo_gl.passes.accumulate import (
+from ssdo_gl.passes.rays import accumulate as module
+from ssdo_gl.passes.rays.accumulate import (
     USUAL_SAMPLES,
     Schedule,
     SumOutput,

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ssdo_gl.graph.render_pass import PassContext, RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.passes.ray_uniforms import record_texture
+from ssdo_gl.passes.rays.ray_libraries import record_texture
 from ssdo_gl.raytracing.bvh import cached_bvh
 from ssdo_gl.raytracing.surface_tables import material_words
 

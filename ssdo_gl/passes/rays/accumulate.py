@@ -20,7 +20,7 @@ from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.shader import Program
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.graph.render_pass import PassContext
-from ssdo_gl.passes.ray_uniforms import stream_of
+from ssdo_gl.passes.rays.ray_libraries import stream_of
 
 # Rays in one draw. 2^24 take up to two seconds on two cores of llvmpipe, which has no
 # watchdog, and a tenth of that on the slowest graphics processor: watchdogs fire after two

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from passes.cache_harness import fill
 
-from ssdo_gl.passes.bounces import relaxation
-from ssdo_gl.passes.surfel_textures import SurfaceCacheSettings
+from ssdo_gl.passes.surfels.bounces import relaxation
+from ssdo_gl.passes.surfels.surfel_textures import SurfaceCacheSettings
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment_kinds import ConstantEnvironment
 from ssdo_gl.scene.lights import PointLight

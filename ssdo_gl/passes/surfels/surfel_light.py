@@ -16,10 +16,10 @@ from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.passes.bounces import Bounces, relaxation
 from ssdo_gl.passes.environment_uniforms import MAP_RADIANCE, environment_kind
-from ssdo_gl.passes.ray_uniforms import EMITTER_TABLES, emitters_of, ray_reads
-from ssdo_gl.passes.surfel_textures import (
+from ssdo_gl.passes.rays import EMITTER_TABLES, emitters_of, ray_reads
+from ssdo_gl.passes.surfels.bounces import Bounces, relaxation
+from ssdo_gl.passes.surfels.surfel_textures import (
     PART_COUNT,
     SURFELS_PER_ROW,
     SurfaceCacheSettings,

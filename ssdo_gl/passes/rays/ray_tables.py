@@ -12,7 +12,7 @@ from ssdo_gl.gpu.material_textures import GL_SRGB8_ALPHA8
 from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.passes.ray_uniforms import bvh_of, record_texture
+from ssdo_gl.passes.rays.ray_libraries import bvh_of, record_texture
 from ssdo_gl.raytracing.emitter_tables import emitter_tables, map_cells, map_mean_radiance
 from ssdo_gl.raytracing.surface_tables import (
     IMAGE_TEXELS,

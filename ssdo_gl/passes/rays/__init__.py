@@ -1,0 +1,37 @@
+"""Rays from shaders: the tables and uniforms they need, and passes that add them up."""
+
+from __future__ import annotations
+
+from ssdo_gl.passes.rays.accumulate import Schedule, SumOutput
+from ssdo_gl.passes.rays.bvh_upload import BvhUploadPass
+from ssdo_gl.passes.rays.ray_libraries import (
+    EMITTER_TABLES,
+    bvh_of,
+    emitters_of,
+    radius_ns,
+    ray_defines,
+    ray_reads,
+    ray_uniforms,
+    stream_of,
+)
+from ssdo_gl.passes.rays.ray_pass import RayPass, asked_lights
+from ssdo_gl.passes.rays.ray_tables import EmitterTablesPass, MaterialTablePass, SurfaceTablesPass
+
+__all__ = [
+    "EMITTER_TABLES",
+    "BvhUploadPass",
+    "EmitterTablesPass",
+    "MaterialTablePass",
+    "RayPass",
+    "Schedule",
+    "SumOutput",
+    "SurfaceTablesPass",
+    "asked_lights",
+    "bvh_of",
+    "emitters_of",
+    "radius_ns",
+    "ray_defines",
+    "ray_reads",
+    "ray_uniforms",
+    "stream_of",
+]

@@ -1,0 +1,24 @@
+"""Light kept on pieces of the scene's surfaces."""
+
+from __future__ import annotations
+
+from ssdo_gl.passes.surfels.surfel_light import SurfaceCachePass, SurfelDirectPass, SurfelSkyPass
+from ssdo_gl.passes.surfels.surfel_rays import SurfelRaysPass, SurfelsPass
+from ssdo_gl.passes.surfels.surfel_textures import (
+    CACHE_TABLES,
+    SurfaceCacheSettings,
+    drawing_into,
+    facts_of,
+)
+
+__all__ = [
+    "CACHE_TABLES",
+    "SurfaceCachePass",
+    "SurfaceCacheSettings",
+    "SurfelDirectPass",
+    "SurfelRaysPass",
+    "SurfelSkyPass",
+    "SurfelsPass",
+    "drawing_into",
+    "facts_of",
+]
