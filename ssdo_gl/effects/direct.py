@@ -12,7 +12,7 @@ from ssdo_gl.effects.effect import Effect, ReasonedPass, Term
 from ssdo_gl.effects.methods import ALL, REFERENCES
 from ssdo_gl.effects.request import Request
 from ssdo_gl.effects.scene_lights import USELESS_LIGHTS, need_of_direct_light
-from ssdo_gl.effects.shadow_settings import ShadowMapSettings
+from ssdo_gl.effects.shadows import ShadowMapSettings
 from ssdo_gl.gpu.clear import clear
 from ssdo_gl.gpu.device_geometry import Geometry
 from ssdo_gl.gpu.fullscreen import draw_fullscreen

@@ -12,18 +12,12 @@ from ssdo_gl.effects.direct import Direct
 from ssdo_gl.effects.directional import Directional
 from ssdo_gl.effects.effect import Effect
 from ssdo_gl.effects.emission import Emission
-from ssdo_gl.effects.environment import EnvironmentImage
 from ssdo_gl.effects.far_field import FarField
-from ssdo_gl.effects.gloss_tables import GlossTables
-from ssdo_gl.effects.ray_data import RayData
-from ssdo_gl.effects.reference_ao import ReferenceAo
-from ssdo_gl.effects.reference_gi import ReferenceGi
-from ssdo_gl.effects.reference_near import ReferenceNear
+from ssdo_gl.effects.references import ReferenceAo, ReferenceGi, ReferenceNear
 from ssdo_gl.effects.reflections import Reflections
-from ssdo_gl.effects.shadow_map import ShadowMaps
+from ssdo_gl.effects.shadows import ShadowMaps, TracedShadows
 from ssdo_gl.effects.ssao import Ssao
-from ssdo_gl.effects.surface_cache import SurfaceCache
-from ssdo_gl.effects.traced_shadows import TracedShadows
+from ssdo_gl.effects.tables import EnvironmentImage, GlossTables, RayData, SurfaceCache
 from ssdo_gl.passes.edge_aware_filter import FILTER, EdgeAwareFilterSettings
 from ssdo_gl.passes.gbuffer import GBUFFER_IMAGES
 from ssdo_gl.passes.temporal import TEMPORAL, TemporalSettings

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from ssdo_gl.effects.decisions import Decided
 from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.effects.request import Request, overridden
-from ssdo_gl.effects.shadow_settings import ShadowMapSettings, tile_size
+from ssdo_gl.effects.shadows import ShadowMapSettings, tile_size
 from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.graph.graph import Plan, compile_graph
 from ssdo_gl.last_made import LastMade, are_same

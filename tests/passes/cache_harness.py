@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from passes.pass_harness import make_frame
 
-from ssdo_gl.effects.environment import EnvironmentPass
+from ssdo_gl.effects.tables.environment import EnvironmentPass
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.device_geometry import Geometry
 from ssdo_gl.gpu.shader import ShaderLibrary

@@ -12,7 +12,7 @@ from oracle.monte_carlo import two_sample_deviation
 from passes.ray_harness import Tracer
 
 from benchmarks.mitsuba_scene import compared_scene, load_mitsuba, mitsuba_scene, render
-from ssdo_gl.effects.reference_gi import ReferenceGiPass, ReferenceGiSettings
+from ssdo_gl.effects.references.reference_gi import ReferenceGiPass, ReferenceGiSettings
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.scene import Scene
 

@@ -9,7 +9,7 @@ import pytest
 from oracle.shadows import box_distance
 from passes.pass_harness import box, make_frame, make_scene, quad, run_pass
 
-from ssdo_gl.effects.shadow_map import (
+from ssdo_gl.effects.shadows.shadow_map import (
     BORDER_TEXELS,
     EMPTY_DEPTH,
     ShadowMapPass,

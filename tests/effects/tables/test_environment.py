@@ -8,7 +8,11 @@ from gpu.image_texture import texture_from_image
 from passes.pass_harness import make_frame, make_scene, run_pass
 from shaders.harness import evaluate
 
-from ssdo_gl.effects.environment import EnvironmentPass, EnvironmentSettings, octahedral_nodes
+from ssdo_gl.effects.tables.environment import (
+    EnvironmentPass,
+    EnvironmentSettings,
+    octahedral_nodes,
+)
 from ssdo_gl.scene.environment_kinds import MapEnvironment
 
 

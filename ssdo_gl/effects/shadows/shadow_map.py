@@ -14,7 +14,7 @@ from ssdo_gl import math3d
 from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ReasonedPass
 from ssdo_gl.effects.request import Request
-from ssdo_gl.effects.shadow_settings import ShadowMapSettings, tile_size
+from ssdo_gl.effects.shadows.shadow_settings import ShadowMapSettings, tile_size
 from ssdo_gl.gpu.draw_group import Features
 from ssdo_gl.gpu.instances import CameraPose
 from ssdo_gl.gpu.shader import Program

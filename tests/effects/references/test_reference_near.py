@@ -11,9 +11,9 @@ from oracle.monte_carlo import two_sample_deviation, worst_deviation
 from passes.pass_harness import box, make_scene, quad
 from passes.ray_harness import Tracer
 
-from ssdo_gl.effects.reference_ao import ReferenceAoPass, ReferenceAoSettings
-from ssdo_gl.effects.reference_near import ReferenceNearPass, ReferenceNearSettings
-from ssdo_gl.effects.traced_shadows import TracedShadowsPass, TracedShadowsSettings
+from ssdo_gl.effects.references.reference_ao import ReferenceAoPass, ReferenceAoSettings
+from ssdo_gl.effects.references.reference_near import ReferenceNearPass, ReferenceNearSettings
+from ssdo_gl.effects.shadows.traced_shadows import TracedShadowsPass, TracedShadowsSettings
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment_kinds import ConstantEnvironment, GradientEnvironment

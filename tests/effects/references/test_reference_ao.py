@@ -16,7 +16,7 @@ from oracle.monte_carlo import worst_deviation
 from passes.pass_harness import box, make_scene, quad
 from passes.ray_harness import Tracer
 
-from ssdo_gl.effects.reference_ao import ReferenceAoPass, ReferenceAoSettings
+from ssdo_gl.effects.references.reference_ao import ReferenceAoPass, ReferenceAoSettings
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.mesh import Mesh

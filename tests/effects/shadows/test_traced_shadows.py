@@ -11,7 +11,7 @@ from oracle.monte_carlo import worst_deviation
 from passes.pass_harness import box, make_scene, quad
 from passes.ray_harness import Tracer
 
-from ssdo_gl.effects.traced_shadows import TracedShadowsPass, TracedShadowsSettings
+from ssdo_gl.effects.shadows.traced_shadows import TracedShadowsPass, TracedShadowsSettings
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight

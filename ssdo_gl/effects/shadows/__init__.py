@@ -1,0 +1,9 @@
+"""Shadows of the scene's lights: maps, or rays."""
+
+from __future__ import annotations
+
+from ssdo_gl.effects.shadows.shadow_map import ShadowMaps
+from ssdo_gl.effects.shadows.shadow_settings import ShadowMapSettings, tile_size
+from ssdo_gl.effects.shadows.traced_shadows import TracedShadows
+
+__all__ = ["ShadowMapSettings", "ShadowMaps", "TracedShadows", "tile_size"]
