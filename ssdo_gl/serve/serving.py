@@ -68,7 +68,11 @@ def serve_scene(
     SettingError
         If host and port cannot be listened at.
     """
-    renderer = RenderThread(_Viewers(scene, settings, camera, options), backend)
+    renderer = RenderThread(
+        _Viewers(scene, settings, camera, options),
+        backend,
+        shares_camera=where.viewers == "shared",
+    )
     renderer.start()
     try:
         # Ctrl-C is how one ends it.

@@ -1,4 +1,4 @@
-"""What a command says of the fly-through in a browser: where it listens."""
+"""What a command says of the fly-through in a browser: where it listens, whose camera it is."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _serve = partial(setting, group=BROWSER, modes=frozenset({modes.SERVE}))
 
 @dataclass(frozen=True)
 class ServeOptions:
-    """Address of the page."""
+    """Address of the page, and whether those who look share a camera."""
 
     host: str | None = _serve(
         None,
@@ -24,4 +24,9 @@ class ServeOptions:
     )
     port: int = _serve(
         8765, "listen at this port; 0: any that is free", low=0, high=65535, metavar="N"
+    )
+    viewers: str = _serve(
+        "own",
+        "cameras with which pages begin: one for each, or one for all; the panel changes it",
+        choices=("own", "shared"),
     )

@@ -30,7 +30,7 @@ EXPECTED = {
     modes.LIVE: "temporal",
     frozenset({modes.FILM}): "film path turntable frames_range fps resume",
     frozenset({modes.FILM, modes.SNAPSHOT}): "scheduler",
-    frozenset({modes.SERVE}): "serve host port",
+    frozenset({modes.SERVE}): "serve host port viewers",
 }
 
 

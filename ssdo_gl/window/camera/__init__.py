@@ -12,6 +12,7 @@ from ssdo_gl.window.camera.destinations import (
     glide_to,
     go_home,
     jump_to,
+    stilled,
     switch_projection,
 )
 from ssdo_gl.window.camera.fly_camera import (
@@ -41,6 +42,7 @@ __all__ = [
     "set_pivot",
     "speed_of",
     "start_flight",
+    "stilled",
     "switch_projection",
     "views_file",
 ]
