@@ -18,10 +18,10 @@ from pathlib import Path
 
 from benchmarks.common import command
 from benchmarks.rooms import model_room, random_room
-from ssdo_gl.bench.bench_renderer import BenchRenderer
-from ssdo_gl.bench.errors import color, judged_pixels
-from ssdo_gl.bench.metrics import flip_ldr, srgb_of
-from ssdo_gl.bench.reference_cache import Goal, ReferenceCache, obtain
+from ssdo_gl.bench.measure.bench_renderer import BenchRenderer
+from ssdo_gl.bench.measure.errors import color, judged_pixels
+from ssdo_gl.bench.measure.reference_cache import Goal, ReferenceCache, obtain
+from ssdo_gl.bench.statistics.metrics import flip_ldr, srgb_of
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.images.error import mean_level, relative_mse
 from ssdo_gl.renderer import Renderer

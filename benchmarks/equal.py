@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.bench import pareto
+from ssdo_gl.bench.statistics import pareto
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ def curve_of(
     chosen = [row for row in rows if row["family"] in families and row[f"{panel}_error"]]
     times = [float(row["ms"]) for row in chosen]
     errors = [float(row[f"{panel}_error"]) for row in chosen]
-    members = pareto.front(times, errors)
+    members = pareto.pareto_front(times, errors)
     return Curve(
         name,
         tuple(times[i] for i in members),

@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.common import command
-from ssdo_gl.bench import estimator_table
-from ssdo_gl.bench.estimator_views import QUICK as QUICK_PLAN
-from ssdo_gl.bench.estimator_views import TablePlan
+from ssdo_gl.bench.estimators import estimator_table
+from ssdo_gl.bench.estimators.estimator_views import QUICK as QUICK_PLAN
+from ssdo_gl.bench.estimators.estimator_views import TablePlan
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.headless.progress import stage_progress
 from ssdo_gl.scene.load import load_scene

@@ -27,12 +27,12 @@ from benchmarks import report_table, world_scale
 from benchmarks.common import FinishedBench, command, read_bench
 from benchmarks.equal import Comparison, agreement, compare, curve_of
 from ssdo_gl.bench.analysis import percent
-from ssdo_gl.bench.bench_renderer import BenchRenderer, opener
-from ssdo_gl.bench.errors import judged_pixels
-from ssdo_gl.bench.fit import fit_power_law
-from ssdo_gl.bench.panels import panel_named
-from ssdo_gl.bench.reference_cache import Goal, ReferenceCache, obtain
+from ssdo_gl.bench.measure.bench_renderer import BenchRenderer, opener
+from ssdo_gl.bench.measure.errors import judged_pixels
+from ssdo_gl.bench.measure.panels import panel_named
+from ssdo_gl.bench.measure.reference_cache import Goal, ReferenceCache, obtain
 from ssdo_gl.bench.report import as_bytes, check_libraries
+from ssdo_gl.bench.statistics.fit import fit_power_law
 from ssdo_gl.bench.storage import replace_file
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.renderer import Renderer

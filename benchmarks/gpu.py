@@ -32,8 +32,8 @@ from numpy.typing import NDArray
 
 from benchmarks import estimator_table
 from benchmarks.common import command
-from ssdo_gl.bench.clock import CLOCK_NAMES
-from ssdo_gl.bench.machine import describe_machine
+from ssdo_gl.bench.measure.clock import CLOCK_NAMES
+from ssdo_gl.bench.measure.machine import describe_machine
 from ssdo_gl.bench.presets import load_preset
 from ssdo_gl.bench.report import COLORS, as_bytes, drawn_in_style
 from ssdo_gl.bench.storage import load_arrays, replace_file, replace_json, save_arrays

@@ -33,10 +33,10 @@ from benchmarks.common import command
 from benchmarks.peer_room import NoPeerError, Peer, Room, Times, make_room
 from benchmarks.peer_three import Three
 from benchmarks.peer_vtk import Vtk
-from ssdo_gl.bench.machine import core_count, cpu_name, load_average
+from ssdo_gl.bench.measure.machine import core_count, cpu_name, load_average
+from ssdo_gl.bench.measure.sweep import order
 from ssdo_gl.bench.presets import load_preset
 from ssdo_gl.bench.storage import replace_file
-from ssdo_gl.bench.sweep import order
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.images.files import png_bytes
 from ssdo_gl.renderer import Renderer

@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 
 from benchmarks.common import command, read_bench
-from ssdo_gl.bench import pareto
-from ssdo_gl.bench.clock import CLOCK_NAMES
+from ssdo_gl.bench.measure.clock import CLOCK_NAMES
 from ssdo_gl.bench.presets import PresetRung
+from ssdo_gl.bench.statistics import pareto
 
 # The setting whose time is the unit of the ladder: the paper's method as it was published.
 BASELINE = "radiance-bounce-rgs09-n8-m1-s1-naive"
@@ -60,7 +60,7 @@ def derive(
         If a bench lacks the baseline or nothing was measured by all of them.
     """
     merged = _merged(tables)
-    front = pareto.front([c.relative_time for c in merged], [c.error for c in merged])
+    front = pareto.pareto_front([c.relative_time for c in merged], [c.error for c in merged])
     kept: list[_Candidate] = []
     # Where the present group of rungs that the clock cannot tell apart begins.
     begins = 0.0

@@ -14,14 +14,14 @@ from dataclasses import dataclass
 
 from benchmarks.common import command
 from ssdo_gl.bench.analysis import percent
-from ssdo_gl.bench.bench_renderer import BenchRenderer
-from ssdo_gl.bench.bootstrap import draw, rmse_interval
-from ssdo_gl.bench.error_bound import choose_for_error
-from ssdo_gl.bench.errors import judge, judged_pixels
-from ssdo_gl.bench.panels import panel_named
+from ssdo_gl.bench.measure.bench_renderer import BenchRenderer
+from ssdo_gl.bench.measure.errors import judge, judged_pixels
+from ssdo_gl.bench.measure.panels import panel_named
+from ssdo_gl.bench.measure.reference_cache import Goal, ReferenceCache, obtain
 from ssdo_gl.bench.presets import read_ladder
-from ssdo_gl.bench.reference_cache import Goal, ReferenceCache, obtain
-from ssdo_gl.bench.tune import Choice, choose_for_budget
+from ssdo_gl.bench.statistics.bootstrap import draw, rmse_interval
+from ssdo_gl.bench.tuning.error_bound import choose_for_error
+from ssdo_gl.bench.tuning.tune import Choice, choose_for_budget
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene

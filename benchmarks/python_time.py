@@ -28,7 +28,7 @@ from unittest import mock
 import moderngl
 
 from benchmarks.common import command
-from ssdo_gl.bench.machine import cpu_name, load_average
+from ssdo_gl.bench.measure.machine import cpu_name, load_average
 from ssdo_gl.bench.presets import load_preset
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene

@@ -24,7 +24,7 @@ from PIL import Image
 from rich.console import Console
 from rich.table import Table
 
-from ssdo_gl.bench.metrics import flip_ldr, srgb_of
+from ssdo_gl.bench.statistics.metrics import flip_ldr, srgb_of
 from ssdo_gl.renderer import render
 from ssdo_gl.scene.formats.toml import read_description
 from ssdo_gl.scene.load import load_scene

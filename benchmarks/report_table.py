@@ -23,9 +23,9 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.common import command
-from ssdo_gl.bench.bench_renderer import BenchRenderer
-from ssdo_gl.bench.clock import CLOCK_NAMES, CLOCKS, trusted_clock
-from ssdo_gl.bench.machine import describe_machine
+from ssdo_gl.bench.measure.bench_renderer import BenchRenderer
+from ssdo_gl.bench.measure.clock import CLOCK_NAMES, CLOCKS, trusted_clock
+from ssdo_gl.bench.measure.machine import describe_machine
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings

@@ -13,10 +13,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ssdo_gl.bench.bench_renderer import OpenRenderer
-from ssdo_gl.bench.errors import color
-from ssdo_gl.bench.points import Point
-from ssdo_gl.bench.reference_cache import Reference
+from ssdo_gl.bench.measure.bench_renderer import OpenRenderer
+from ssdo_gl.bench.measure.errors import color
+from ssdo_gl.bench.measure.points import Point
+from ssdo_gl.bench.measure.reference_cache import Reference
 from ssdo_gl.bench.report import COLORS, MARKERS, drawn_in_style
 from ssdo_gl.images.error import Mask, bias, mean_level, relative_rmse
 from ssdo_gl.scene.camera import Camera

@@ -11,7 +11,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ssdo_gl.bench.metrics import MissingLibraryError
+from ssdo_gl.bench.statistics import MissingLibraryError
 from ssdo_gl.bench.storage import BenchError
 from ssdo_gl.farm.scenes import codes_of_all
 from ssdo_gl.farm.scheduler import FarmError, check_scheduler
@@ -77,8 +77,7 @@ def _tuned(run: RunOptions, scene: Scene, settings: Settings, camera: Camera | N
         return settings
     if run.budget_ms is not None and wants_error:
         raise UsageError("--budget-ms and --max-error: give one of them")
-    from ssdo_gl.bench.error_bound import choose_for_error
-    from ssdo_gl.bench.tune import choose_for_budget
+    from ssdo_gl.bench.tuning import choose_for_budget, choose_for_error
 
     shared: dict[str, Any] = {
         "camera": camera,
@@ -237,7 +236,7 @@ def _carry_out(
     settings = _mode_defaults(options, settings_for(scene.render, given), scene)
     camera = chosen_camera(scene, place, options.projection)
     if options.bench is not None:
-        from ssdo_gl.bench.estimator_table import run_estimators
+        from ssdo_gl.bench.estimators import run_estimators
         from ssdo_gl.bench.run import run_bench
 
         measure: Callable[..., object] = run_estimators if options.estimators else run_bench

@@ -10,12 +10,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.bench import bootstrap, pareto
-from ssdo_gl.bench.bootstrap import Interval
-from ssdo_gl.bench.errors import Judged, Scalars
-from ssdo_gl.bench.panels import ErrorPanel, error_panels
-from ssdo_gl.bench.points import Point
-from ssdo_gl.bench.sweep import TimeTable
+from ssdo_gl.bench.measure import ErrorPanel, Judged, Point, Scalars, TimeTable, error_panels
+from ssdo_gl.bench.statistics import (
+    REPLICA_COUNT,
+    Interval,
+    bias_interval,
+    draw,
+    median_replicas,
+    membership,
+    pareto_front,
+    percentile_interval,
+    rmse_of,
+    rmse_replicas,
+)
 
 
 @dataclass(frozen=True)
@@ -105,7 +112,7 @@ def analyse(
     table: TimeTable,
     judged: Mapping[str, Mapping[str, Judged]],
     *,
-    replicas: int = bootstrap.REPLICA_COUNT,
+    replicas: int = REPLICA_COUNT,
     seed: int = 0,
 ) -> list[Result]:
     """Return every point with intervals, fronts and confidences.
@@ -116,13 +123,13 @@ def analyse(
         Point key -> panel name -> measurement.
     """
     rng = np.random.default_rng(seed)
-    times = bootstrap.median_replicas(table.ms, replicas, rng)
+    times = median_replicas(table.ms, replicas, rng)
 
     def interval(row: NDArray[np.float64], drawn: NDArray[np.float64]) -> Interval:
-        return bootstrap.percentile_interval(float(np.median(row)), drawn)
+        return percentile_interval(float(np.median(row)), drawn)
 
-    frame = bootstrap.median_replicas(table.frame_ms, replicas, rng)
-    process = bootstrap.median_replicas(table.process_ms, replicas, rng)
+    frame = median_replicas(table.frame_ms, replicas, rng)
+    process = median_replicas(table.process_ms, replicas, rng)
     timings = [
         Timing(
             interval(table.ms[i], times[:, i]),
@@ -158,28 +165,23 @@ def _verdicts(
 ) -> list[Verdict]:
     """Return the verdicts of one panel's points, which share their bootstrap draws."""
     seeds = max(entry.blocks.seed_count for entry in entries)
-    draws = bootstrap.draw(entries[0].blocks.block_count, seeds, len(time_replicas), rng)
+    draws = draw(entries[0].blocks.block_count, seeds, len(time_replicas), rng)
     error_replicas = np.stack(
-        [
-            bootstrap.rmse_replicas(entry.blocks, draws, relative=panel.relative)
-            for entry in entries
-        ],
+        [rmse_replicas(entry.blocks, draws, relative=panel.relative) for entry in entries],
         axis=1,
     )
     errors = [
-        bootstrap.percentile_interval(
-            bootstrap.rmse_of(entry.blocks, relative=panel.relative), error_replicas[:, i]
-        )
+        percentile_interval(rmse_of(entry.blocks, relative=panel.relative), error_replicas[:, i])
         for i, entry in enumerate(entries)
     ]
-    front = set(pareto.front(typical_ms, [error.value for error in errors]).tolist())
-    shares = pareto.membership(time_replicas, error_replicas)
+    front = set(pareto_front(typical_ms, [error.value for error in errors]).tolist())
+    shares = membership(time_replicas, error_replicas)
     result = []
     for i, entry in enumerate(entries):
         blocks = entry.blocks
         level = float(blocks.reference.sum() / max(blocks.pixels.sum(), 1.0))
         unit = level if panel.relative and level > 0.0 else 1.0
-        bias = bootstrap.bias_interval(blocks, draws)
+        bias = bias_interval(blocks, draws)
         result.append(
             Verdict(
                 errors[i],

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ssdo_gl.bench.analysis import Recommendation, ReferenceSummary, Result
-from ssdo_gl.bench.points import Point
+from ssdo_gl.bench.measure import Point
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.command_line import command_line

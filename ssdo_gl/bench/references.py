@@ -10,18 +10,26 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from ssdo_gl.bench.analysis import ReferenceSummary, Result
-from ssdo_gl.bench.bench_renderer import BenchRenderer, Images
-from ssdo_gl.bench.bootstrap import rmse_of
-from ssdo_gl.bench.errors import Judged, Scalars, judge, render_seeds
-from ssdo_gl.bench.panels import ErrorPanel, all_aovs, error_panels, panel_named
-from ssdo_gl.bench.points import Point, screen_space_method
-from ssdo_gl.bench.reference_cache import (
+from ssdo_gl.bench.measure import (
     Accumulator,
+    BenchRenderer,
+    ErrorPanel,
     Goal,
+    Images,
+    Judged,
+    Point,
     Reference,
     ReferenceCache,
+    Scalars,
+    all_aovs,
+    error_panels,
+    judge,
     obtain,
+    panel_named,
+    render_seeds,
+    screen_space_method,
 )
+from ssdo_gl.bench.statistics import rmse_of
 from ssdo_gl.headless.progress import StageProgress
 from ssdo_gl.images.error import Mask
 from ssdo_gl.settings import Settings

@@ -12,23 +12,31 @@ import numpy as np
 from rich.console import Console
 
 from ssdo_gl import __version__
-from ssdo_gl.bench import analysis, report, scaling, sweep
+from ssdo_gl.bench import analysis, report, scaling
 from ssdo_gl.bench.analysis import Result
 from ssdo_gl.bench.bench_data import Bench
-from ssdo_gl.bench.bench_renderer import BenchRenderer, OpenRenderer, opener
-from ssdo_gl.bench.clock import trusted_clock
-from ssdo_gl.bench.errors import (
+from ssdo_gl.bench.measure import (
     ERROR_FORMAT,
+    BenchRenderer,
     ErrorStore,
     Judged,
+    OpenRenderer,
+    Point,
+    all_aovs,
+    describe_machine,
+    error_panels,
+    fingerprint,
     judge,
     judged_pixels,
+    opener,
+    read_grid,
     render_seeds,
+    scene_fingerprint,
+    shader_fingerprint,
+    tabulate,
+    time_points,
+    trusted_clock,
 )
-from ssdo_gl.bench.fingerprint import fingerprint, scene_fingerprint, shader_fingerprint
-from ssdo_gl.bench.machine import describe_machine
-from ssdo_gl.bench.panels import all_aovs, error_panels
-from ssdo_gl.bench.points import Point, read_grid
 from ssdo_gl.bench.references import (
     ReferenceRequest,
     ReferenceSet,
@@ -212,7 +220,7 @@ class BenchRun:
         mask = self._mask()
         references, judged = self._judged(state, mask)
         by_panel = references.by_panel
-        rows = sweep.time_points(
+        rows = time_points(
             self.renderer,
             self.points,
             self.base,
@@ -221,7 +229,7 @@ class BenchRun:
             self.outdir / ROUNDS,
             self.progress.steps,
         )
-        table = sweep.tabulate(rows, self.points, self.plan.rounds, clock)
+        table = tabulate(rows, self.points, self.plan.rounds, clock)
         results = analysis.analyse(self.points, table, judged)
         recommendation = analysis.recommend(results)
         chosen = report.chosen_results(results, recommendation)

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from ssdo_gl.bench.bench_data import Series
-from ssdo_gl.bench.bench_renderer import BenchRenderer, OpenRenderer
-from ssdo_gl.bench.points import Point
+from ssdo_gl.bench.measure import BenchRenderer, OpenRenderer, Point
 from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.scene import shapes
 from ssdo_gl.scene.camera import Camera

@@ -9,14 +9,15 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from ssdo_gl.bench import analysis, points
+from ssdo_gl.bench import analysis
 from ssdo_gl.bench.analysis import ReferenceSummary, Result
 from ssdo_gl.bench.bench_data import Bench, Picture, Series
-from ssdo_gl.bench.bootstrap import BlockErrors
-from ssdo_gl.bench.errors import Judged, Scalars
-from ssdo_gl.bench.panels import error_panels
-from ssdo_gl.bench.points import Point
-from ssdo_gl.bench.sweep import TimeTable
+from ssdo_gl.bench.measure import points
+from ssdo_gl.bench.measure.errors import Judged, Scalars
+from ssdo_gl.bench.measure.panels import error_panels
+from ssdo_gl.bench.measure.points import Point
+from ssdo_gl.bench.measure.sweep import TimeTable
+from ssdo_gl.bench.statistics.bootstrap import BlockErrors
 from ssdo_gl.settings import Settings
 
 MACHINE: dict[str, Any] = {

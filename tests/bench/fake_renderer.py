@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ssdo_gl.bench.bench_renderer import Images, MedianTimes
-from ssdo_gl.bench.fingerprint import fingerprint
+from ssdo_gl.bench.measure.bench_renderer import Images, MedianTimes
+from ssdo_gl.bench.measure.fingerprints import fingerprint
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.mesh import Mesh, SceneObject

@@ -10,11 +10,11 @@ import pytest
 from bench.fake_bench import cost_ms, results
 
 from ssdo_gl.bench import analysis
-from ssdo_gl.bench.bootstrap import BlockErrors
-from ssdo_gl.bench.errors import Judged, Scalars
-from ssdo_gl.bench.panels import error_panels
-from ssdo_gl.bench.points import Point
-from ssdo_gl.bench.sweep import TimeTable
+from ssdo_gl.bench.measure.errors import Judged, Scalars
+from ssdo_gl.bench.measure.panels import error_panels
+from ssdo_gl.bench.measure.points import Point
+from ssdo_gl.bench.measure.sweep import TimeTable
+from ssdo_gl.bench.statistics.bootstrap import BlockErrors
 
 
 def points(count: int) -> list[Point]:

@@ -7,10 +7,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ssdo_gl.bench.bench_renderer import BenchRenderer
-from ssdo_gl.bench.errors import judge, judged_pixels
-from ssdo_gl.bench.panels import panel_named
-from ssdo_gl.bench.reference_cache import Reference
+from ssdo_gl.bench.measure.bench_renderer import BenchRenderer
+from ssdo_gl.bench.measure.errors import judge, judged_pixels
+from ssdo_gl.bench.measure.panels import panel_named
+from ssdo_gl.bench.measure.reference_cache import Reference
 from ssdo_gl.bench.scaling import parts_of
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.formats.toml import read_description

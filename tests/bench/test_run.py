@@ -18,9 +18,9 @@ from bench.fake_renderer import (
     reference_image,
 )
 
-from ssdo_gl.bench import errors
 from ssdo_gl.bench.bench_data import Bench
-from ssdo_gl.bench.points import Point
+from ssdo_gl.bench.measure import errors
+from ssdo_gl.bench.measure.points import Point
 from ssdo_gl.bench.run import BenchPlan, BenchRun
 from ssdo_gl.headless.progress import StageProgress
 from ssdo_gl.settings import Settings

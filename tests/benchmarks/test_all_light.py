@@ -9,7 +9,7 @@ import ssdo_gl
 from benchmarks import all_light
 from benchmarks.all_light import Distance, Row
 from benchmarks.rooms import model_room, random_room
-from ssdo_gl.bench.reference_cache import ReferenceCache
+from ssdo_gl.bench.measure.reference_cache import ReferenceCache
 from ssdo_gl.gpu.context import create_context
 
 pytest.importorskip("flip_evaluator")

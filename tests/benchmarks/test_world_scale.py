@@ -11,7 +11,7 @@ from bench.fake_renderer import SCREEN_LOSS, FakeRenderer, reference_image, tria
 
 from benchmarks import report_table, world_scale
 from benchmarks.equal import Curve, agreement, compare, curve_of
-from ssdo_gl.bench.reference_cache import Reference
+from ssdo_gl.bench.measure.reference_cache import Reference
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
 

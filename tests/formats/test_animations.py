@@ -11,7 +11,7 @@ import pytest
 from glb_writer import GlbWriter
 
 from ssdo_gl import Renderer, Settings
-from ssdo_gl.bench.fingerprint import scene_fingerprint
+from ssdo_gl.bench.measure.fingerprints import scene_fingerprint
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.animate import scene_at
 from ssdo_gl.scene.load import load_scene

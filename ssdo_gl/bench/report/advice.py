@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from ssdo_gl.bench.analysis import Result, percent, recommend
 from ssdo_gl.bench.bench_data import Bench
-from ssdo_gl.bench.panels import ErrorPanel, error_panels
+from ssdo_gl.bench.measure import ErrorPanel, error_panels
 from ssdo_gl.bench.presets import FIELDS, NAMES, PresetRung, read_ladder
 from ssdo_gl.bench.report.answers import (
     PERCENTS,

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from ssdo_gl.bench import pareto
 from ssdo_gl.bench.analysis import Result
-from ssdo_gl.bench.panels import ErrorPanel
+from ssdo_gl.bench.measure import ErrorPanel
+from ssdo_gl.bench.statistics import pareto_front
 
 # What the page asks for before the reader has typed anything; percent.
 USUAL_MS, USUAL_PERCENT = 30.0, 5.0
@@ -53,7 +53,7 @@ def candidates(
                 error.high if sure_of == "bear" else error.value,
             )
             found.append(Candidate(result, *pair))
-    front = pareto.front([c.ms for c in found], [c.error for c in found])
+    front = pareto_front([c.ms for c in found], [c.error for c in found])
     return [found[i] for i in front]
 
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from ssdo_gl.bench.bootstrap import Interval
+from ssdo_gl.bench.statistics import Interval
 
 
 def number(value: float, digits: int = 3) -> str:

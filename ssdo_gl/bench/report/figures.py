@@ -8,9 +8,7 @@ from html import escape
 
 from ssdo_gl.bench.analysis import Result, front_of, percent
 from ssdo_gl.bench.bench_data import Bench, Series
-from ssdo_gl.bench.clock import CLOCK_NAMES
-from ssdo_gl.bench.fit import fit_power_law
-from ssdo_gl.bench.panels import ErrorPanel, error_panels
+from ssdo_gl.bench.measure import CLOCK_NAMES, ErrorPanel, error_panels
 from ssdo_gl.bench.report import key
 from ssdo_gl.bench.report.charts import (
     HEIGHT,
@@ -21,6 +19,7 @@ from ssdo_gl.bench.report.charts import (
     svg_element,
 )
 from ssdo_gl.bench.scaling import PARTS
+from ssdo_gl.bench.statistics import fit_power_law
 
 # Numbers beside dots that are closer than this would cover each other.
 _NUMBER_GAP = 11.0

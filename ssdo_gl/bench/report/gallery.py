@@ -6,7 +6,7 @@ import base64
 from html import escape
 
 from ssdo_gl.bench.bench_data import Bench, Picture
-from ssdo_gl.bench.metrics import missing
+from ssdo_gl.bench.statistics import missing
 
 # Where the scale of the FLIP maps is labelled.
 _SCALE = ("0: no visible difference", "0.25", "0.5", "0.75", "1: black beside white")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from html import escape
 
-from ssdo_gl.bench.points import Point
+from ssdo_gl.bench.measure import Point
 from ssdo_gl.bench.scaling import PARTS
 from ssdo_gl.effects.estimators import ESTIMATORS
 from ssdo_gl.effects.methods import METHODS

@@ -9,11 +9,11 @@ from rich.console import Console
 from rich.markup import escape
 
 from ssdo_gl.bench.bench_data import Bench
-from ssdo_gl.bench.metrics import missing
 from ssdo_gl.bench.report import plots
 from ssdo_gl.bench.report.data_files import bench_json, points_csv
 from ssdo_gl.bench.report.page import report_html
 from ssdo_gl.bench.report.terminal import print_summary
+from ssdo_gl.bench.statistics import missing
 from ssdo_gl.bench.storage import replace_file
 
 # Import name -> what pip calls it.

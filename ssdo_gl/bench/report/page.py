@@ -11,8 +11,7 @@ from typing import Any
 
 from ssdo_gl.bench.analysis import Result, front_of
 from ssdo_gl.bench.bench_data import Bench
-from ssdo_gl.bench.clock import CLOCK_NAMES
-from ssdo_gl.bench.panels import ErrorPanel, error_panels
+from ssdo_gl.bench.measure import CLOCK_NAMES, ErrorPanel, error_panels
 from ssdo_gl.bench.report import key
 from ssdo_gl.bench.report.advice import (
     answer_data,

@@ -10,14 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from ssdo_gl.bench import metrics
 from ssdo_gl.bench.analysis import Recommendation, Result, front_of
 from ssdo_gl.bench.bench_data import Picture
-from ssdo_gl.bench.bench_renderer import BenchRenderer
-from ssdo_gl.bench.errors import color
-from ssdo_gl.bench.panels import ErrorPanel, error_panels
-from ssdo_gl.bench.points import PICTURE
-from ssdo_gl.bench.reference_cache import Reference
+from ssdo_gl.bench.measure import PICTURE, BenchRenderer, ErrorPanel, Reference, color, error_panels
+from ssdo_gl.bench.statistics import flip_hdr, flip_ldr, missing, srgb_of
 from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.images.error import Mask
 from ssdo_gl.settings import Settings
@@ -40,14 +36,14 @@ def flip_map_png(error: NDArray[np.float32]) -> bytes:
     try:
         from matplotlib import colormaps
     except ImportError:
-        raise metrics.missing("matplotlib") from None
+        raise missing("matplotlib") from None
     return png_of(np.asarray(colormaps["magma"](error))[:, :, :3].astype(np.float32))
 
 
 def shown(panel: ErrorPanel, image: NDArray[np.float32], exposure_ev: float) -> NDArray[np.float32]:
     """Return an AOV as it is displayed: pictures exposed, other images as they are."""
     shades = np.repeat(image, 3, axis=2) if image.shape[2] == 1 else color(image)
-    return metrics.srgb_of(shades, exposure_ev if panel.is_picture else 0.0)
+    return srgb_of(shades, exposure_ev if panel.is_picture else 0.0)
 
 
 def _reference_name(panel: ErrorPanel) -> str:
@@ -95,7 +91,7 @@ def with_hdr_flip(
             image = color(renderer.images(point.settings(base), ("beauty",))["beauty"])
             for name, verdict in result.verdicts.items():
                 target = color(references[name].images["beauty"])
-                mean = metrics.flip_hdr(image, target, mask, exposure).mean
+                mean = flip_hdr(image, target, mask, exposure).mean
                 scalars = dataclasses.replace(verdict.scalars, flip_hdr=mean)
                 verdicts[name] = dataclasses.replace(verdict, scalars=scalars)
         filled.append(dataclasses.replace(result, verdicts=verdicts))
@@ -139,7 +135,7 @@ def take_pictures(
         panel, target = judging[0]
         image = renderer.images(result.point.settings(base), (panel.aov,))[panel.aov]
         picture = shown(panel, image, exposure)
-        flip = metrics.flip_ldr(picture, target, mask)
+        flip = flip_ldr(picture, target, mask)
         caption = (
             f"{result.point.label}: {result.timing.ms.value:.3g} ms, mean FLIP "
             f"{flip.mean:.3f} against {panel.method}"

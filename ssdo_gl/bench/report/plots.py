@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from ssdo_gl.bench.analysis import ReferenceSummary, Result, front_of
 from ssdo_gl.bench.bench_data import Bench
-from ssdo_gl.bench.clock import CLOCK_NAMES
-from ssdo_gl.bench.metrics import missing
-from ssdo_gl.bench.panels import ErrorPanel, error_panels
+from ssdo_gl.bench.measure import CLOCK_NAMES, ErrorPanel, error_panels
 from ssdo_gl.bench.report import key
 from ssdo_gl.bench.report.charts import short
+from ssdo_gl.bench.statistics import missing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

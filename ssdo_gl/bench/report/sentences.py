@@ -6,9 +6,8 @@ import math
 
 from ssdo_gl.bench.analysis import ReferenceSummary, percent
 from ssdo_gl.bench.bench_data import Bench
-from ssdo_gl.bench.clock import CLOCK_NAMES
-from ssdo_gl.bench.metrics import FLIP_EXPOSURES_EV, FLIP_PIXELS_PER_DEGREE
-from ssdo_gl.bench.panels import ErrorPanel
+from ssdo_gl.bench.measure import CLOCK_NAMES, ErrorPanel
+from ssdo_gl.bench.statistics import FLIP_EXPOSURES_EV, FLIP_PIXELS_PER_DEGREE
 from ssdo_gl.images.error import REL_MSE_EPSILON
 
 # A reference may be used without a word if its standard error is at most this part of the

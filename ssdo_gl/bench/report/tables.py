@@ -7,7 +7,7 @@ from html import escape
 
 from ssdo_gl.bench.analysis import Result, front_of, percent
 from ssdo_gl.bench.bench_data import Bench
-from ssdo_gl.bench.panels import ErrorPanel, error_panels
+from ssdo_gl.bench.measure import ErrorPanel, error_panels
 from ssdo_gl.bench.report.cells import (
     folded_command,
     interval_text,

@@ -10,7 +10,7 @@ from rich.table import Table
 
 from ssdo_gl.bench.analysis import Result, front_of, percent, recommend
 from ssdo_gl.bench.bench_data import Bench
-from ssdo_gl.bench.panels import ErrorPanel, error_panels
+from ssdo_gl.bench.measure import ErrorPanel, error_panels
 
 # With heading, reference and recommendation the whole says it in about ten lines.
 MAX_ROWS = 5

@@ -14,7 +14,7 @@ import pytest
 from bench.fake_bench import bench
 
 from ssdo_gl.bench.analysis import recommend
-from ssdo_gl.bench.panels import error_panels, panel_named
+from ssdo_gl.bench.measure.panels import error_panels, panel_named
 from ssdo_gl.bench.presets import NAMES
 from ssdo_gl.bench.report.advice import (
     TEXTS,

@@ -12,7 +12,7 @@ import pytest
 from bench.fake_bench import bench, pictures
 
 from ssdo_gl.bench.analysis import front_of
-from ssdo_gl.bench.panels import panel_named
+from ssdo_gl.bench.measure.panels import panel_named
 from ssdo_gl.bench.report.answers import candidates, cheapest_within, most_accurate_within
 from ssdo_gl.bench.report.page import report_html
 

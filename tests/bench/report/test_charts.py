@@ -8,7 +8,7 @@ import xml.etree.ElementTree as ET
 import pytest
 from bench.fake_bench import bench
 
-from ssdo_gl.bench.points import Point
+from ssdo_gl.bench.measure.points import Point
 from ssdo_gl.bench.report import key
 from ssdo_gl.bench.report.charts import LogChart, log_ticks, short
 from ssdo_gl.bench.report.figures import (

@@ -14,12 +14,12 @@ from bench.fake_bench import bench
 from rich.console import Console
 
 from ssdo_gl.bench.analysis import front_of
-from ssdo_gl.bench.bootstrap import Interval
-from ssdo_gl.bench.clock import CLOCK_NAMES
-from ssdo_gl.bench.errors import Scalars
+from ssdo_gl.bench.measure.clock import CLOCK_NAMES
+from ssdo_gl.bench.measure.errors import Scalars
 from ssdo_gl.bench.report import outputs, terminal
 from ssdo_gl.bench.report.page import report_html
 from ssdo_gl.bench.report.tables import part_text
+from ssdo_gl.bench.statistics.bootstrap import Interval
 
 pytest.importorskip("matplotlib")
 

@@ -13,16 +13,24 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from ssdo_gl.bench.analysis import percent
-from ssdo_gl.bench.bench_renderer import BenchRenderer
-from ssdo_gl.bench.bootstrap import draw, rmse_interval
-from ssdo_gl.bench.calibration import Calibrated, Calibration, opened
-from ssdo_gl.bench.errors import judge, judged_pixels
-from ssdo_gl.bench.fingerprint import fingerprint, scene_fingerprint, shader_fingerprint
-from ssdo_gl.bench.machine import machine_class
-from ssdo_gl.bench.panels import ErrorPanel, panel_named
+from ssdo_gl.bench.measure import (
+    BenchRenderer,
+    ErrorPanel,
+    Goal,
+    ReferenceCache,
+    fingerprint,
+    judge,
+    judged_pixels,
+    machine_class,
+    obtain,
+    panel_named,
+    scene_fingerprint,
+    shader_fingerprint,
+)
 from ssdo_gl.bench.presets import PresetRung, read_ladder
-from ssdo_gl.bench.reference_cache import Goal, ReferenceCache, obtain
-from ssdo_gl.bench.tune import CALIBRATION_FRAMES, CannotTuneError, Choice, check_usable
+from ssdo_gl.bench.statistics import draw, rmse_interval
+from ssdo_gl.bench.tuning.calibration import Calibrated, Calibration, opened
+from ssdo_gl.bench.tuning.tune import CALIBRATION_FRAMES, CannotTuneError, Choice, check_usable
 from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.scene.camera import Camera

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from ssdo_gl.bench.panels import error_panels
-from ssdo_gl.bench.points import GridError, Point, read_grid
+from ssdo_gl.bench.measure.panels import error_panels
+from ssdo_gl.bench.measure.points import GridError, Point, read_grid
 from ssdo_gl.bench.presets import FIELDS, read_ladder
 from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.settings import Settings

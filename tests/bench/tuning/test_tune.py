@@ -9,9 +9,9 @@ import math
 import pytest
 from bench.fake_renderer import FakeRenderer, triangle_scene
 
-from ssdo_gl.bench import calibration, tune
-from ssdo_gl.bench.calibration import Calibration
 from ssdo_gl.bench.presets import Ladder, PresetRung
+from ssdo_gl.bench.tuning import calibration, tune
+from ssdo_gl.bench.tuning.calibration import Calibration
 from ssdo_gl.settings import Settings
 
 RUNGS = tuple(

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 
-def front(times: ArrayLike, errors: ArrayLike) -> NDArray[np.int64]:
+def pareto_front(times: ArrayLike, errors: ArrayLike) -> NDArray[np.int64]:
     """Return the indices of the settings that no other one beats, fastest first.
 
     A setting is beaten if another is at least as fast and at least as accurate and
@@ -51,5 +51,5 @@ def membership(time_replicas: ArrayLike, error_replicas: ArrayLike) -> NDArray[n
         raise ValueError(f"replicas differ in shape: {time.shape} and {error.shape}")
     hits = np.zeros(time.shape[1])
     for times, errors in zip(time, error, strict=True):
-        hits[front(times, errors)] += 1.0
+        hits[pareto_front(times, errors)] += 1.0
     return np.asarray(hits / max(len(time), 1))

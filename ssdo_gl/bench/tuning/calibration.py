@@ -12,9 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ssdo_gl.bench.bench_renderer import BenchRenderer
-from ssdo_gl.bench.fingerprint import fingerprint
-from ssdo_gl.bench.machine import load_average
+from ssdo_gl.bench.measure import BenchRenderer, fingerprint, load_average
 from ssdo_gl.bench.storage import BenchError, cache_folder, read_json, replace_json
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.planning.content import analyse

@@ -8,11 +8,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ssdo_gl.bench import estimator_table, estimator_views
-from ssdo_gl.bench.estimator_table import Averaged, best_splits, table
-from ssdo_gl.bench.estimator_views import QUANTITIES, TablePlan, points_of
-from ssdo_gl.bench.points import Point
-from ssdo_gl.bench.reference_cache import Reference
+from ssdo_gl.bench.estimators import estimator_table, estimator_views
+from ssdo_gl.bench.estimators.estimator_table import Averaged, best_splits, table
+from ssdo_gl.bench.estimators.estimator_views import QUANTITIES, TablePlan, points_of
+from ssdo_gl.bench.measure.points import Point
+from ssdo_gl.bench.measure.reference_cache import Reference
 from ssdo_gl.cli import main
 from ssdo_gl.effects.estimators import ESTIMATORS, LIGHT_ESTIMATORS
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from ssdo_gl.bench.fit import fit_power_law
+from ssdo_gl.bench.statistics.fit import fit_power_law
 
 
 def test_an_exact_power_law_is_found():

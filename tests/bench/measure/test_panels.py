@@ -5,8 +5,8 @@ from __future__ import annotations
 from bench.fake_bench import bench
 
 from ssdo_gl.bench.analysis import as_row
-from ssdo_gl.bench.panels import all_aovs, error_panels
-from ssdo_gl.bench.points import Point, read_grid
+from ssdo_gl.bench.measure.panels import all_aovs, error_panels
+from ssdo_gl.bench.measure.points import Point, read_grid
 from ssdo_gl.bench.references import converged_march
 from ssdo_gl.bench.report.page import report_html
 from ssdo_gl.effects.effect import Effect, Term

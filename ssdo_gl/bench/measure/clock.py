@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ssdo_gl.bench.machine import core_count
+from ssdo_gl.bench.measure.machine import core_count
 
 # What a time may be measured by; the fields that hold it, of `MedianTimes` and `Visit`.
 CLOCKS = {"wall": "frame_ms", "process": "process_ms", "gpu": "gpu_ms"}

@@ -15,12 +15,15 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from ssdo_gl.bench.analysis import percent
-from ssdo_gl.bench.bench_renderer import BenchRenderer
-from ssdo_gl.bench.calibration import Calibrated, Calibration, opened, scene_class
-from ssdo_gl.bench.clock import is_busy
-from ssdo_gl.bench.fingerprint import fingerprint, shader_fingerprint
-from ssdo_gl.bench.machine import machine_class
+from ssdo_gl.bench.measure import (
+    BenchRenderer,
+    fingerprint,
+    is_busy,
+    machine_class,
+    shader_fingerprint,
+)
 from ssdo_gl.bench.presets import Ladder, PresetRung, read_ladder
+from ssdo_gl.bench.tuning.calibration import Calibrated, Calibration, opened, scene_class
 from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.scene.camera import Camera

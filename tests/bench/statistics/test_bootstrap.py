@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from ssdo_gl.bench import bootstrap
+from ssdo_gl.bench.statistics import bootstrap
 from ssdo_gl.images import error
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ssdo_gl.bench.calibration import Calibration
+from ssdo_gl.bench.tuning.calibration import Calibration
 
 
 def test_what_cannot_be_kept_is_said_once(tmp_path, monkeypatch, capsys):

@@ -12,15 +12,25 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.bench.bench_renderer import BenchRenderer, Images
-from ssdo_gl.bench.clock import trusted_clock
-from ssdo_gl.bench.errors import Judged, color, judge, judged_pixels, render_seeds
-from ssdo_gl.bench.machine import describe_machine
-from ssdo_gl.bench.panels import ErrorPanel
-from ssdo_gl.bench.points import Point
-from ssdo_gl.bench.reference_cache import Goal, Reference, ReferenceCache, obtain
+from ssdo_gl.bench.measure import (
+    BenchRenderer,
+    ErrorPanel,
+    Goal,
+    Images,
+    Judged,
+    Point,
+    Reference,
+    ReferenceCache,
+    color,
+    describe_machine,
+    judge,
+    judged_pixels,
+    obtain,
+    order,
+    render_seeds,
+    trusted_clock,
+)
 from ssdo_gl.bench.storage import BenchError
-from ssdo_gl.bench.sweep import order
 from ssdo_gl.effects.estimators import ESTIMATORS
 from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.gpu.context import Device

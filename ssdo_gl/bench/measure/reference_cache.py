@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.bench.bench_renderer import BenchRenderer
-from ssdo_gl.bench.fingerprint import fingerprint, scene_fingerprint, shader_fingerprint
+from ssdo_gl.bench.measure.bench_renderer import BenchRenderer
+from ssdo_gl.bench.measure.fingerprints import fingerprint, scene_fingerprint, shader_fingerprint
 from ssdo_gl.bench.storage import cache_folder, load_arrays, save_arrays
 from ssdo_gl.images.error import Mask, mean_level, relative, root
 from ssdo_gl.scene.scene import Scene

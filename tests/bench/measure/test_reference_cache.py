@@ -8,8 +8,8 @@ import math
 import numpy as np
 import pytest
 
-from ssdo_gl.bench import reference_cache
-from ssdo_gl.bench.reference_cache import (
+from ssdo_gl.bench.measure import reference_cache
+from ssdo_gl.bench.measure.reference_cache import (
     Accumulator,
     Goal,
     Reference,

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from ssdo_gl.bench import metrics
+from ssdo_gl.bench.statistics import metrics
 
 # FLIP works in float32 and its means agree to six digits between systems (its precision
 # note); differences of a few 1e-6 mean nothing.

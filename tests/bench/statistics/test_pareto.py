@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ssdo_gl.bench import pareto
+from ssdo_gl.bench.statistics import pareto
 
 # Few distinct values, so that ties are common.
 coordinate = st.integers(0, 6).map(float)
@@ -32,15 +32,15 @@ def brute_force(times: list[float], errors: list[float]) -> set[int]:
 @given(values)
 def test_the_front_is_what_no_other_point_beats(points):
     times, errors = (list(column) for column in zip(*points, strict=True))
-    found = pareto.front(times, errors)
+    found = pareto.pareto_front(times, errors)
     assert set(found.tolist()) == brute_force(times, errors)
     assert all(np.diff(np.asarray(times)[found]) > 0)
     assert all(np.diff(np.asarray(errors)[found]) < 0)
 
 
 def test_a_failed_setting_is_never_a_member():
-    assert pareto.front([1.0, 2.0, math.nan], [math.inf, 1.0, 0.1]).tolist() == [1]
-    assert pareto.front([1.0], [math.inf]).tolist() == []
+    assert pareto.pareto_front([1.0, 2.0, math.nan], [math.inf, 1.0, 0.1]).tolist() == [1]
+    assert pareto.pareto_front([1.0], [math.inf]).tolist() == []
 
 
 def test_membership_is_a_share_of_the_replicas():

@@ -17,9 +17,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.bench.bench_renderer import BenchRenderer
-from ssdo_gl.bench.clock import CLOCKS
-from ssdo_gl.bench.points import Point
+from ssdo_gl.bench.measure.bench_renderer import BenchRenderer
+from ssdo_gl.bench.measure.clock import CLOCKS
+from ssdo_gl.bench.measure.points import Point
 from ssdo_gl.bench.storage import append_line, whole_lines
 from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.settings import Settings

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from bench.fake_renderer import FakeRenderer, Interrupted
 
-from ssdo_gl.bench import sweep
-from ssdo_gl.bench.points import Point
+from ssdo_gl.bench.measure import sweep
+from ssdo_gl.bench.measure.points import Point
 from ssdo_gl.settings import Settings
 
 BASE = Settings(size=(100, 100), radius=0.3)

@@ -12,12 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.bench import metrics
-from ssdo_gl.bench.bench_renderer import BenchRenderer, Images
-from ssdo_gl.bench.bootstrap import BlockErrors
-from ssdo_gl.bench.panels import ErrorPanel
-from ssdo_gl.bench.points import Point
-from ssdo_gl.bench.reference_cache import Reference
+from ssdo_gl.bench.measure.bench_renderer import BenchRenderer, Images
+from ssdo_gl.bench.measure.panels import ErrorPanel
+from ssdo_gl.bench.measure.points import Point
+from ssdo_gl.bench.measure.reference_cache import Reference
+from ssdo_gl.bench.statistics import BlockErrors, decompose, flip_hdr, flip_ldr, srgb_of, ssim
 from ssdo_gl.bench.storage import load_arrays, save_arrays
 from ssdo_gl.images.error import Mask, mean_level, relative_mse, relative_rmse
 from ssdo_gl.settings import Settings
@@ -102,7 +101,7 @@ def judge(
     images = [color(rendering[name]) for rendering in renderings]
     target, variance = color(reference.images[name]), color(reference.variance[name])
     blocks = BlockErrors.of_images(list(images), target, mask, variance)
-    split = metrics.decompose(list(images), target, mask, variance)
+    split = decompose(list(images), target, mask, variance)
     level = mean_level(target, mask)
     unit = level if panel.relative and level > 0.0 else 1.0
     parts = {
@@ -119,7 +118,7 @@ def judge(
         extra = picture_metrics(images[0], target, variance, mask, exposure_ev, flips)
     own_bias = math.nan
     if limit is not None:
-        own_bias = metrics.decompose(
+        own_bias = decompose(
             list(images), color(limit.images[name]), mask, color(limit.variance[name])
         ).bias
     scalars = Scalars(
@@ -143,15 +142,15 @@ def picture_metrics(
 ) -> dict[str, float]:
     """Return relMSE, SSIM and the FLIP means that are wanted of a picture."""
     gain = np.float32(2.0**exposure_ev)
-    shown, wanted = metrics.srgb_of(image, exposure_ev), metrics.srgb_of(reference, exposure_ev)
+    shown, wanted = srgb_of(image, exposure_ev), srgb_of(reference, exposure_ev)
     result = {
         "rel_mse": relative_mse(image * gain, reference * gain, mask, variance * gain**2),
-        "ssim": metrics.ssim(shown, wanted, mask),
+        "ssim": ssim(shown, wanted, mask),
     }
     if "ldr" in flips:
-        result["flip_ldr"] = metrics.flip_ldr(shown, wanted, mask).mean
+        result["flip_ldr"] = flip_ldr(shown, wanted, mask).mean
     if "hdr" in flips:
-        result["flip_hdr"] = metrics.flip_hdr(image, reference, mask, exposure_ev).mean
+        result["flip_hdr"] = flip_hdr(image, reference, mask, exposure_ev).mean
     return result
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from ssdo_gl.bench.fingerprint import fingerprint, shader_fingerprint
+from ssdo_gl.bench.measure.fingerprints import fingerprint, shader_fingerprint
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,9 @@ def test_a_shader_file_counts_where_it_is_included(tmp_path, monkeypatch):
     (tmp_path / "lib" / "used.glsl").write_text('#include "lib/deep.glsl"\n')
     (tmp_path / "lib" / "deep.glsl").write_text("one\n")
     (tmp_path / "lib" / "other.glsl").write_text("one\n")
-    monkeypatch.setattr("ssdo_gl.bench.fingerprint.resources.folder", lambda name: tmp_path)
+    monkeypatch.setattr(
+        "ssdo_gl.bench.measure.fingerprints.resources.folder", lambda name: tmp_path
+    )
     before = shader_fingerprint(("a",))
     (tmp_path / "lib" / "other.glsl").write_text("two\n")
     assert shader_fingerprint(("a",)) == before

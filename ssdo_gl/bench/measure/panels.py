@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from ssdo_gl.bench.points import PICTURE, Point
+from ssdo_gl.bench.measure.points import PICTURE, Point
 from ssdo_gl.effects import registry
 from ssdo_gl.effects.effect import Effect
 from ssdo_gl.effects.methods import METHODS, REFERENCES, Method

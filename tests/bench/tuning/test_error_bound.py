@@ -7,12 +7,12 @@ import math
 import pytest
 from bench.fake_renderer import MODEL_LOSS, FakeRenderer, triangle_scene
 
-from ssdo_gl.bench import error_bound
-from ssdo_gl.bench.error_bound import MethodRung, candidates, measured_errors, within_error
-from ssdo_gl.bench.panels import panel_named
+from ssdo_gl.bench.measure.panels import panel_named
+from ssdo_gl.bench.measure.reference_cache import ReferenceCache
 from ssdo_gl.bench.presets import PresetRung
-from ssdo_gl.bench.reference_cache import ReferenceCache
-from ssdo_gl.bench.tune import CannotTuneError, Choice
+from ssdo_gl.bench.tuning import error_bound
+from ssdo_gl.bench.tuning.error_bound import MethodRung, candidates, measured_errors, within_error
+from ssdo_gl.bench.tuning.tune import CannotTuneError, Choice
 from ssdo_gl.settings import Settings
 
 RUNGS = tuple(

@@ -25,9 +25,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.bench.bootstrap import bias_replicas, draw, rmse_replicas, whole
-from ssdo_gl.bench.clock import CLOCK_NAMES
-from ssdo_gl.bench.estimator_views import (
+from ssdo_gl.bench.estimators.estimator_views import (
     FILTERS,
     QUANTITIES,
     QUICK,
@@ -40,9 +38,16 @@ from ssdo_gl.bench.estimator_views import (
     measure,
     unit_of,
 )
-from ssdo_gl.bench.pareto import front, membership
-from ssdo_gl.bench.points import Point
+from ssdo_gl.bench.measure import CLOCK_NAMES, Point
 from ssdo_gl.bench.report import COLORS, MARKERS, as_bytes, check_libraries, drawn_in_style
+from ssdo_gl.bench.statistics import (
+    bias_replicas,
+    draw,
+    membership,
+    pareto_front,
+    rmse_replicas,
+    whole,
+)
 from ssdo_gl.bench.storage import BenchError, claim_folder, replace_file
 from ssdo_gl.effects.estimators import ESTIMATORS
 from ssdo_gl.gpu.context import Device, create_context
@@ -117,7 +122,7 @@ def best_splits(rows: Sequence[Averaged]) -> list[Averaged]:
 def table(rows: Sequence[Averaged]) -> Iterator[str]:
     """Yield a Markdown table, fastest first; what nothing beats is bold."""
     rows = sorted(rows, key=lambda row: row.time)
-    on_front = set(front([r.time for r in rows], [r.error for r in rows]).tolist())
+    on_front = set(pareto_front([r.time for r in rows], [r.error for r in rows]).tolist())
     sure = membership(
         np.stack([r.time_replicas for r in rows], 1), np.stack([r.error_replicas for r in rows], 1)
     )

@@ -1,0 +1,7 @@
+"""Every estimator of the screen against time, and what each finds."""
+
+from __future__ import annotations
+
+from ssdo_gl.bench.estimators.estimator_table import run_estimators
+
+__all__ = ["run_estimators"]

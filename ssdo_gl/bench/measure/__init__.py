@@ -1,0 +1,69 @@
+"""What is measured, on what, and against what: points, times, errors."""
+
+from __future__ import annotations
+
+from ssdo_gl.bench.measure.bench_renderer import BenchRenderer, Images, OpenRenderer, opener
+from ssdo_gl.bench.measure.clock import CLOCK_NAMES, is_busy, trusted_clock
+from ssdo_gl.bench.measure.errors import (
+    ERROR_FORMAT,
+    ErrorStore,
+    Judged,
+    Scalars,
+    color,
+    judge,
+    judged_pixels,
+    render_seeds,
+)
+from ssdo_gl.bench.measure.fingerprints import fingerprint, scene_fingerprint, shader_fingerprint
+from ssdo_gl.bench.measure.machine import describe_machine, load_average, machine_class
+from ssdo_gl.bench.measure.panels import ErrorPanel, all_aovs, error_panels, panel_named
+from ssdo_gl.bench.measure.points import PICTURE, Point, read_grid, screen_space_method
+from ssdo_gl.bench.measure.reference_cache import (
+    Accumulator,
+    Goal,
+    Reference,
+    ReferenceCache,
+    obtain,
+)
+from ssdo_gl.bench.measure.sweep import TimeTable, order, tabulate, time_points
+
+__all__ = [
+    "CLOCK_NAMES",
+    "ERROR_FORMAT",
+    "PICTURE",
+    "Accumulator",
+    "BenchRenderer",
+    "ErrorPanel",
+    "ErrorStore",
+    "Goal",
+    "Images",
+    "Judged",
+    "OpenRenderer",
+    "Point",
+    "Reference",
+    "ReferenceCache",
+    "Scalars",
+    "TimeTable",
+    "all_aovs",
+    "color",
+    "describe_machine",
+    "error_panels",
+    "fingerprint",
+    "is_busy",
+    "judge",
+    "judged_pixels",
+    "load_average",
+    "machine_class",
+    "obtain",
+    "opener",
+    "order",
+    "panel_named",
+    "read_grid",
+    "render_seeds",
+    "scene_fingerprint",
+    "screen_space_method",
+    "shader_fingerprint",
+    "tabulate",
+    "time_points",
+    "trusted_clock",
+]

@@ -1,0 +1,8 @@
+"""Settings chosen for the user: by a budget of time, or by a bound on the error."""
+
+from __future__ import annotations
+
+from ssdo_gl.bench.tuning.error_bound import choose_for_error
+from ssdo_gl.bench.tuning.tune import choose_for_budget
+
+__all__ = ["choose_for_budget", "choose_for_error"]
