@@ -43,6 +43,13 @@ vec3 mapped_normal(vec3 texel, float scale)
     return dot(n, n) > 1e-4 ? n : vec3(0.0, 0.0, 1.0);
 }
 
+// Roughness of facets that lie about normals which spread over GGX of width `spread`.
+float widened_roughness(float roughness, float spread)
+{
+    float wide = sqrt(roughness * roughness * roughness * roughness + spread * spread);
+    return spread != 0.0 ? min(sqrt(wide), 1.0) : roughness;
+}
+
 // The unit normal that `mapped` stands for. It stays on the side of the triangle's own.
 vec3 bumped_normal(vec3 normal, vec3 geometric, TangentFrame frame, vec3 mapped)
 {

@@ -187,7 +187,8 @@ void main()
     shading_code = dot(normal, normal) > 0.0 ? oct_encode(normal) : face_code;
 #endif
 #if HAS_NORMAL_IMAGE
-    vec3 mapped = mapped_normal(texture(t_normal_image, NORMAL_UV).rgb, MATERIAL_GLOSS.z);
+    vec4 normal_texel = texture(t_normal_image, NORMAL_UV);
+    vec3 mapped = mapped_normal(normal_texel.rgb, MATERIAL_GLOSS.z);
     // The map shows the front; seen from behind, all of it is turned.
     shading_normal = normalize(shading_normal);
     TangentFrame tangents = frame_of_steps(shading_normal, dp_1, dp_2, duv_1, duv_2,
@@ -223,6 +224,9 @@ void main()
 #endif
     Brdf brdf = metallic_roughness_brdf(albedo.rgb, metallic, roughness,
                                         dielectric.rgb * dielectric.a, dielectric.a);
+#if HAS_NORMAL_IMAGE
+    brdf.roughness = widened_roughness(brdf.roughness, MATERIAL_GLOSS.z * normal_texel.a);
+#endif
 #else
     Brdf brdf = diffuse_brdf(albedo.rgb);
 #endif

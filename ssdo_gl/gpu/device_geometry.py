@@ -236,7 +236,9 @@ class Geometry:
         features = features_of(mesh, material)
         textures = {
             f"t_{name}_image": self._textures.get(
-                texture, _cutoff_of_image(material) if name == "albedo" else None
+                texture,
+                _cutoff_of_image(material) if name == "albedo" else None,
+                is_normals=name == "normal" and material.is_glossy,
             )
             for name, texture in material.textures.items()
             if name in features.images
