@@ -13,13 +13,22 @@ from typing import TYPE_CHECKING, Any
 
 from ssdo_gl.bench.statistics import MissingLibraryError
 from ssdo_gl.bench.storage import BenchError
-from ssdo_gl.farm.scenes import codes_of_all
+from ssdo_gl.farm.scenes import carry_out_all, render_batch
 from ssdo_gl.farm.scheduler import FarmError, check_scheduler
 from ssdo_gl.gpu.context import ContextError
 from ssdo_gl.headless.reading import read_scene
-from ssdo_gl.images.files import STDOUT, OutputError, check_output, is_picture, picture_paths
+from ssdo_gl.images.files import STDOUT, OutputError, check_output, image_paths, is_picture
 from ssdo_gl.printable import printable
-from ssdo_gl.process import EXIT_INTERRUPTED, exit_code, signals_as_exceptions, steadfast_output
+from ssdo_gl.process import (
+    EXIT_INTERRUPTED,
+    EXIT_MISSED,
+    EXIT_NO_OPENGL,
+    EXIT_OK,
+    EXIT_USER,
+    exit_code,
+    signals_as_exceptions,
+    steadfast_output,
+)
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene, SceneError
 from ssdo_gl.settings import Settings, modes
@@ -28,7 +37,6 @@ from ssdo_gl.settings.film_options import FilmOptions
 from ssdo_gl.settings.flags import (
     STREAM,
     CommandLine,
-    RunOptions,
     UsageError,
     build_parser,
     flag_infos,
@@ -37,16 +45,15 @@ from ssdo_gl.settings.flags import (
 )
 from ssdo_gl.settings.loading import FIT
 from ssdo_gl.settings.resolve import camera_from_text, chosen_camera, for_pictures, settings_for
+from ssdo_gl.settings.run_options import RunOptions
 from ssdo_gl.settings.several import one_by_one
 
 if TYPE_CHECKING:
     from ssdo_gl.film.shots import Shots
+    from ssdo_gl.gpu.warm_device import WarmDevice
 
 __all__ = ["build_parser", "main", "run"]
 
-EXIT_OK, EXIT_USER, EXIT_NO_OPENGL, EXIT_MISSED = 0, 2, 3, 4
-# Of several scenes the worst counts; this is from good to bad.
-_SEVERITY = (EXIT_OK, EXIT_MISSED, EXIT_USER, EXIT_NO_OPENGL, EXIT_INTERRUPTED)
 _USER_ERRORS = SceneError, SettingError, OutputError, FarmError, BenchError, MissingLibraryError
 # Windows are made by GLFW alone.
 _WINDOW_BACKENDS = ("auto", "window")
@@ -119,7 +126,7 @@ def _check_outputs(command: CommandLine, wanted: Sequence[str]) -> None:
         if STREAM in (command.scene, run.snapshot):
             raise UsageError("--scheduler: workers have no standard input or output (-)")
     if run.stats is not None:
-        check_output(Path(run.stats), (".json",))
+        check_output(Path(run.stats), (".json",), new_folder=run.batch)
     if run.snapshot is not None:
         out = Path(run.snapshot)
         if out == STDOUT:
@@ -128,14 +135,12 @@ def _check_outputs(command: CommandLine, wanted: Sequence[str]) -> None:
             if len(wanted) > 1:
                 raise UsageError("--snapshot -: standard output takes one image of --aov")
             return
-        check_output(out)
-        if is_picture(out):
-            for path in picture_paths(out, wanted).values():
-                check_output(path)
+        for path in (out, *image_paths(out, wanted)):
+            check_output(path, new_folder=run.batch)
     if run.film is not None:
         from ssdo_gl.headless.film import check_film
 
-        check_film(Path(run.film), tuple(wanted), resume=command.film.resume)
+        check_film(Path(run.film), tuple(wanted), resume=run.resume)
     if run.serve and find_spec("aiohttp") is None:
         raise UsageError("--serve needs aiohttp: pip install 'ssdo_gl[serve]'")
     if modes.WINDOW in run.active and run.backend not in _WINDOW_BACKENDS:
@@ -197,16 +202,16 @@ def run(arguments: Sequence[str] | None = None) -> int:
     # Flags are checked before the scene is read, so that a typo costs no waiting.
     if "method" in given:
         settings_for({}, given)
-    if len(commands) == 1 and (shots is not None or options.scheduler is None):
-        return _carry_out(commands[0], given, wanted, command_text(arguments), shots)
-    work = partial(_reported_of_one, given=given, wanted=wanted)
-    return max(codes_of_all(commands, work), key=_SEVERITY.index)
+    if options.batch or len(commands) > 1 or (options.snapshot and options.scheduler):
+        work = partial(_reported_of_one, given=given, wanted=wanted)
+        return (render_batch if options.batch else carry_out_all)(commands, work)
+    return _carry_out(commands[0], given, wanted, command_text(arguments), shots)
 
 
 def _reported_of_one(
-    command: CommandLine, given: Mapping[str, Any], wanted: tuple[str, ...]
+    command: CommandLine, warm: WarmDevice, given: Mapping[str, Any], wanted: tuple[str, ...]
 ) -> int:
-    return _reported(partial(_carry_out, command, given, wanted))
+    return _reported(partial(_carry_out, command, given, wanted, warm=warm))
 
 
 def _carry_out(
@@ -215,6 +220,7 @@ def _carry_out(
     wanted: tuple[str, ...],
     text: str = "",
     shots: Shots | None = None,
+    warm: WarmDevice | None = None,
 ) -> int:
     """Carry out a command with one scene.
 
@@ -226,6 +232,8 @@ def _carry_out(
         The command as one types it, for the report of a bench.
     shots : Shots or None
         The frames of a film.
+    warm : WarmDevice or None
+        Draws a snapshot.
     """
     options = command.run
     place = None if options.camera == FIT else options.camera
@@ -258,7 +266,7 @@ def _carry_out(
         return EXIT_OK
     if shots is not None:
         return _film(command, scene, settings, camera, wanted, shots)
-    return _snapshot(options, scene, settings, camera, wanted)
+    return _snapshot(options, scene, settings, camera, wanted, warm)
 
 
 def _film(
@@ -283,7 +291,7 @@ def _film(
             wanted=wanted,
             camera=camera,
             backend=options.backend,
-            resume=command.film.resume,
+            resume=options.resume,
             scheduler=options.scheduler,
             quiet=options.quiet,
         )
@@ -327,6 +335,7 @@ def _snapshot(
     settings: Settings,
     camera: Camera | None,
     wanted: tuple[str, ...],
+    warm: WarmDevice | None,
 ) -> int:
     from ssdo_gl.headless.snapshot import SnapshotRequest, missed_bounds, take_snapshot
 
@@ -342,6 +351,8 @@ def _snapshot(
             stats=None if options.stats is None else Path(options.stats),
             backend=options.backend,
             explain=options.explain,
+            keeps_partial=not options.batch,
+            warm=warm,
             quiet=options.quiet,
         )
     )

@@ -1,4 +1,4 @@
-"""What the operating system does to a command: signals, and streams that nobody takes."""
+"""What the operating system does to a command, signals and streams, and what it is told."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Any, TextIO, cast
 
+EXIT_OK, EXIT_USER, EXIT_NO_OPENGL, EXIT_MISSED = 0, 2, 3, 4
 EXIT_INTERRUPTED = 128 + signal.SIGINT
 EXIT_BROKEN_PIPE = 128 + 13  # SIGPIPE, which Windows does not name
 

@@ -40,7 +40,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("planning/walk",),
     ("planning/planner",),
     ("settings/passes", "images"),
-    ("settings/resolve", "settings/help_page"),
+    ("settings/resolve", "settings/help_page", "settings/run_options"),
     ("settings/command_line", "settings/preset_files", "settings/flags"),
     ("settings/several", "render_result", "headless/progress"),
     ("frame_loop",),

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from ssdo_gl.images.files import SUFFIXES, OutputError, check_output, is_picture, picture_paths
+from ssdo_gl.images.files import SUFFIXES, OutputError, check_output, image_paths
 
 IN_A_FOLDER = "frame_%04d.png"
 _NUMBER = re.compile(r"[^%]*%(0?\d)?d[^%]*")
@@ -35,8 +35,7 @@ def numbered_pattern(out: Path, film_suffixes: Sequence[str]) -> Path | None:
 
 def frame_paths(pattern: Path, index: int, names: Sequence[str]) -> list[Path]:
     """Return the files of frame `index` that hold the images `names`."""
-    out = frame_path(pattern, index)
-    return list(picture_paths(out, names).values()) if is_picture(out) else [out]
+    return image_paths(frame_path(pattern, index), names)
 
 
 def frame_path(pattern: Path, index: int) -> Path:
@@ -46,11 +45,5 @@ def frame_path(pattern: Path, index: int) -> Path:
 
 def check_pattern(pattern: Path, names: Sequence[str]) -> None:
     """Raise OutputError unless files of `pattern` can be made, in its folder or a new one."""
-    folder = pattern.parent
-    if folder.is_dir():
-        for path in frame_paths(pattern, 0, names):
-            check_output(path)
-    else:
-        check_output(folder, ())
-        if folder.exists():
-            raise OutputError(f"{pattern}: {folder} is a file, no folder")
+    for path in frame_paths(pattern, 0, names):
+        check_output(path, new_folder=True)

@@ -58,7 +58,8 @@ def stage_progress(*, quiet: bool) -> Iterator[StageProgress]:
     if quiet:
         yield StageProgress(None, None)
         return
-    console = Console(stderr=True, highlight=False, soft_wrap=True)
+    # This stream, whatever takes its place while bars are drawn.
+    console = Console(file=sys.stderr, highlight=False, soft_wrap=True)
     if not console.is_terminal:
         yield StageProgress(console, None)
         return

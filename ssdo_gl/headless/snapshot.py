@@ -16,6 +16,7 @@ from rich.markup import escape
 
 from ssdo_gl import __version__
 from ssdo_gl.effects.methods import METHODS
+from ssdo_gl.gpu.warm_device import WarmDevice
 from ssdo_gl.headless.explain import (
     Explanation,
     decisions_for_json,
@@ -51,6 +52,10 @@ class SnapshotRequest:
         Timed frames after one warm-up.
     seconds : float
         Time of an animated scene.
+    keeps_partial : bool
+        Write what a reference had reached when it was interrupted.
+    warm : WarmDevice or None
+        Draws and is kept; None: a device for this picture alone.
     """
 
     scene: Scene
@@ -63,6 +68,8 @@ class SnapshotRequest:
     stats: Path | None = None
     backend: str = "auto"
     explain: bool = False
+    keeps_partial: bool = True
+    warm: WarmDevice | None = None
     quiet: bool = False
 
 
@@ -78,8 +85,15 @@ def take_snapshot(request: SnapshotRequest) -> RenderResult:
         console = Console(highlight=False, soft_wrap=True, width=200, stderr=to_stderr)
     as_picture = request.out is not None and is_picture(request.out)
     wanted = resources_wanted(request.wanted, as_picture)
+    device, shaders = request.warm.made(request.backend) if request.warm else (None, None)
     with (
-        Renderer(request.scene, request.settings, backend=request.backend) as renderer,
+        Renderer(
+            request.scene,
+            request.settings,
+            backend=request.backend,
+            device=device,
+            shaders=shaders,
+        ) as renderer,
         progress_on_terminal(quiet=request.quiet) as progress,
     ):
         result = renderer.render(
@@ -94,6 +108,8 @@ def take_snapshot(request: SnapshotRequest) -> RenderResult:
         if request.explain:
             explanation = explain(renderer, result, request.camera, request.seconds)
         stats = stats_of(renderer, explanation)
+    if result.partial and not request.keeps_partial:
+        return result
     if request.out is not None:
         extents = extents_of(request.wanted, request.scene, result)
         meta = meta_without_times(stats)

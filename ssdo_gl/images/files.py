@@ -30,10 +30,13 @@ class OutputError(ValueError):
     """An output that cannot be written: one line naming the path and the reason."""
 
 
-def check_output(path: Path, suffixes: tuple[str, ...] = SUFFIXES) -> None:
+def check_output(
+    path: Path, suffixes: tuple[str, ...] = SUFFIXES, *, new_folder: bool = False
+) -> None:
     """Raise OutputError unless `path` can be created or replaced.
 
-    Called before rendering, so that nobody waits for an image that cannot be kept.
+    Called before rendering, so that nobody waits for an image that cannot be kept. With
+    `new_folder`, its folder may be one that is still to be made.
     """
     if suffixes and path.suffix.lower() not in suffixes:
         raise OutputError(f"{path}: the suffix must be one of {', '.join(suffixes)}")
@@ -41,6 +44,11 @@ def check_output(path: Path, suffixes: tuple[str, ...] = SUFFIXES) -> None:
     if os.path.isdir(path):
         raise OutputError(f"{path}: is a folder; name a file")
     folder = _behind_links(path).parent
+    if new_folder and not os.path.isdir(folder):
+        if os.path.exists(folder):
+            raise OutputError(f"{path}: {folder} is a file, no folder")
+        check_output(folder, ())
+        return
     if not os.path.isdir(folder):
         raise OutputError(f"{path}: the folder {folder} does not exist")
     try:
@@ -67,6 +75,11 @@ def picture_paths(out: Path, names: Sequence[str]) -> dict[str, Path]:
     if len(names) == 1:
         return {names[0]: out}
     return {n: out if n == "beauty" else out.with_stem(f"{out.stem}-{n}") for n in names}
+
+
+def image_paths(out: Path, names: Sequence[str]) -> list[Path]:
+    """Return the files that hold the images `names` where `out` is asked for."""
+    return list(picture_paths(out, names).values()) if is_picture(out) else [out]
 
 
 def write_atomically(path: Path, data: bytes) -> None:

@@ -44,4 +44,3 @@ class FilmOptions:
         high=1000.0,
         metavar="N",
     )
-    resume: bool = _film(False, "render only the frames whose files do not exist")

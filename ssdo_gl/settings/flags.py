@@ -12,8 +12,6 @@ from typing import Any, NoReturn
 
 from ssdo_gl import __version__
 from ssdo_gl.effects.registry import image_names
-from ssdo_gl.gpu.context import BACKENDS
-from ssdo_gl.scene.camera import PROJECTIONS
 from ssdo_gl.scene.formats import model_suffixes, scene_suffixes
 from ssdo_gl.settings import modes
 from ssdo_gl.settings.fields import (
@@ -22,7 +20,6 @@ from ssdo_gl.settings.fields import (
     SettingInfo,
     describe,
     parse,
-    setting,
     shown,
     value_text,
 )
@@ -37,17 +34,18 @@ from ssdo_gl.settings.help_page import (
 )
 from ssdo_gl.settings.loading import FIT, LoadOptions
 from ssdo_gl.settings.passes import overrides_from_text
+from ssdo_gl.settings.run_options import MODE, RUNNING, RunOptions
 from ssdo_gl.settings.serve_options import BROWSER, ServeOptions
 from ssdo_gl.settings.settings import LOOK, QUALITY, Settings
 
 DEFAULT_SCENE = "cornell_meso"
 # As a scene: standard input; as an output: standard output.
 STREAM = "-"
-MODE, RUNNING = "what to do (none: fly-through window)", "running"
 
 # Modes that go with no other one.
 _ALONE = {
     modes.BENCH: "--bench renders what it needs itself; leave out --snapshot, --explain and --film",
+    modes.BATCH: "--batch renders pictures into --out; leave out --snapshot and --explain",
     modes.FILM: "--film renders frames alone; leave out --snapshot and --explain",
     modes.SERVE: "--serve shows a scene to browsers; leave out what else there is to do",
 }
@@ -55,153 +53,6 @@ _ALONE = {
 
 class UsageError(SettingError):
     """Arguments that contradict each other or cannot be read."""
-
-
-@dataclass(frozen=True)
-class RunOptions:
-    """What a command says beyond `Settings`: what to do, with what, and where to."""
-
-    snapshot: str | None = setting(
-        None,
-        "render to OUT (.png, .jpg, .webp, .exr or .npz; - for a PNG on standard output), headless",
-        metavar="OUT",
-        group=MODE,
-        modes=modes.HEADLESS,
-    )
-    explain: bool = setting(
-        False, "say which passes run, which do not, and why", group=MODE, modes=modes.HEADLESS
-    )
-    film: str | None = setting(
-        None,
-        "render a film to OUT, headless: .mp4, .webm, .webp or .gif, a folder of pictures, or"
-        " numbered files such as frame_%04d.exr",
-        metavar="OUT",
-        group=MODE,
-        modes=frozenset({modes.FILM}),
-    )
-    serve: bool = setting(
-        False,
-        "fly through the scene in a browser, from a machine without a display",
-        group=MODE,
-        modes=frozenset({modes.SERVE}),
-    )
-    bench: str | None = setting(
-        None,
-        "measure error against time, into OUTDIR",
-        metavar="OUTDIR",
-        group=MODE,
-        modes=frozenset({modes.BENCH}),
-    )
-    estimators: bool = setting(
-        False, "bench every estimator instead", group=MODE, modes=frozenset({modes.BENCH})
-    )
-    quick: bool = setting(
-        False, "a bench of about two minutes", group=MODE, modes=frozenset({modes.BENCH})
-    )
-    camera: str | None = setting(
-        None,
-        "where to look from and at (scene units), and the vertical field of view (degrees) or,"
-        " of parallel rays, the height of what is seen (scene units); fit: frame the whole"
-        " scene, whatever camera the file has",
-        metavar='fit|"px,py,pz tx,ty,tz [fov]"',
-        group=LOOK,
-        modes=modes.ALL,
-    )
-    projection: str | None = setting(
-        None,
-        "rays through one point, or parallel ones (ortho is short); by default the scene's",
-        choices=PROJECTIONS,
-        group=LOOK,
-        modes=modes.ALL,
-    )
-    aov: str | None = setting(
-        None,
-        "images to make, or all; a window or a page begins with the one named",
-        metavar="NAME,...",
-        group=LOOK,
-        modes=modes.ONE,
-    )
-    two_sided: bool = setting(
-        False, "draw backs that a glTF file says to leave out", group=LOOK, modes=modes.ALL
-    )
-    time: float = setting(
-        0.0,
-        "time of an animated scene; a window or a page begins there",
-        unit="s",
-        low=-1e9,
-        high=1e9,
-        metavar="S",
-        group=LOOK,
-        modes=modes.ONE,
-    )
-    preset: str | None = setting(
-        None,
-        "fast, balanced, fine, reference, or a file of settings; flags win over it",
-        metavar="NAME|FILE",
-        group=QUALITY,
-        modes=modes.ONE,
-    )
-    budget_ms: float | None = setting(
-        None,
-        "the most accurate setting that fits a frame",
-        unit="ms",
-        low=1e-3,
-        high=1e9,
-        metavar="T",
-        group=QUALITY,
-        modes=modes.ONE,
-    )
-    error_reference: str | None = setting(
-        None,
-        "what --max-error is measured against: the near field, or all light; by default by method",
-        choices=("near", "gi"),
-        flag_name="truth",
-        group=QUALITY,
-        modes=modes.ONE,
-    )
-    recalibrate: bool = setting(
-        False, "measure anew for --budget-ms or --max-error", group=QUALITY, modes=modes.ONE
-    )
-    frames: int = setting(
-        1,
-        "frames to time after a warm-up",
-        low=1,
-        high=1_000_000,
-        metavar="K",
-        group=RUNNING,
-        modes=modes.HEADLESS,
-    )
-    stats: str | None = setting(
-        None,
-        "write times, passes and settings to a file",
-        metavar="FILE.json",
-        group=RUNNING,
-        modes=modes.HEADLESS,
-    )
-    backend: str = setting(
-        "auto", "where OpenGL comes from", choices=BACKENDS, group=RUNNING, modes=modes.ALL
-    )
-    scheduler: str | None = setting(
-        None,
-        "workers that render, each a process of its own: N here, or those of a Dask scheduler",
-        metavar="local[:N]|tcp://HOST:PORT",
-        group=RUNNING,
-        modes=frozenset({modes.FILM, modes.SNAPSHOT}),
-    )
-    quiet: bool = setting(False, "say nothing but faults", group=RUNNING, modes=modes.ALL)
-
-    @property
-    def active(self) -> frozenset[str]:
-        """The modes that were asked for."""
-        asked = {
-            modes.SNAPSHOT: self.snapshot is not None,
-            modes.EXPLAIN: self.explain,
-            modes.BENCH: self.bench is not None,
-            modes.FILM: self.film is not None,
-            modes.SERVE: self.serve,
-        }
-        named = [name for name, is_on in asked.items() if is_on]
-        return frozenset(named or [modes.WINDOW])
 
 
 @dataclass(frozen=True)
@@ -265,7 +116,7 @@ def build_parser() -> argparse.ArgumentParser:
         metavar="SCENE",
         help=f"a scene ({' '.join(scene_suffixes())}), a model ({' '.join(model_suffixes())}), "
         f"a built-in name (default: {DEFAULT_SCENE}), or - for a scene on standard input; with "
-        "--snapshot or --explain, several",
+        "--snapshot, --explain or --batch, several",
     )
     infos = [info for _, info in flag_infos().values()]
     for title in dict.fromkeys((MODE, FILM, BROWSER, LOOK, QUALITY, RUNNING)):
@@ -316,6 +167,8 @@ def read_command(arguments: Sequence[str] | None = None) -> CommandLine:
             owner, info = infos[name]
             given[owner][name] = _value(owner, info, text)
     run = RunOptions(**given[RunOptions])
+    if run.batch and not parsed["scene"]:
+        raise UsageError("--batch: name scenes, or a pattern such as 'models/*.glb'")
     loading = LoadOptions(**given[LoadOptions], frames_all=run.camera == FIT).checked()
     film = FilmOptions(**given[FilmOptions])
     serving = ServeOptions(**given[ServeOptions])

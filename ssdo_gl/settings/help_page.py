@@ -15,8 +15,8 @@ from ssdo_gl.settings.fields import Kind, SettingError, SettingInfo, value_text
 from ssdo_gl.settings.loading import LIGHTS
 
 USAGE = (
-    "ssdo-gl [SCENE ...] [--snapshot OUT] [--explain] [--film OUT] [--serve] [--bench OUTDIR]"
-    " [flags]"
+    "ssdo-gl [SCENE ...] [--snapshot OUT] [--explain] [--batch --out DIR] [--film OUT] [--serve]"
+    " [--bench OUTDIR] [flags]"
 )
 EXAMPLES = """
 examples:
@@ -25,6 +25,7 @@ examples:
   ssdo-gl model.glb --snapshot a.png --method gi --size 1920x1080
   ssdo-gl stairs --snapshot all.exr --aov all   every image, linear
   ssdo-gl a.glb b.glb --snapshot "{name}.jpg"   several scenes
+  ssdo-gl --batch 'models/*.glb' --out pictures   a picture of each
   ssdo-gl model.glb --serve                     fly through it in a browser
   ssdo-gl corner --explain                      which passes run, and why
   ssdo-gl cornell_meso --bench report --quick   error against time
@@ -33,7 +34,7 @@ SHELLS = ("bash", "zsh")
 _WIDTH = 96
 # Flags whose value is the name of a file or a folder.
 _FILES = ("snapshot", "stats", "film", "path")
-_FOLDERS = ("bench",)
+_FOLDERS = ("bench", "out")
 PRESETS = ("fast", "balanced", "fine", "reference")
 
 

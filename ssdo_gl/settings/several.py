@@ -1,13 +1,17 @@
-"""Several scenes in one command: what each of them is to be written to. Pure."""
+"""Several scenes in one command: which they are, and what each is to be written to."""
 
 from __future__ import annotations
 
+import glob
 import os
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path, PurePath
 
+from ssdo_gl.images.files import SUFFIXES, image_paths
+from ssdo_gl.scene.formats import model_suffixes, scene_suffixes
 from ssdo_gl.settings import modes
-from ssdo_gl.settings.flags import STREAM, CommandLine, UsageError
+from ssdo_gl.settings.flags import STREAM, CommandLine, UsageError, wanted_aovs
 
 # Stands for a scene's name in an output's.
 NAME = "{name}"
@@ -17,36 +21,71 @@ def one_by_one(command: CommandLine) -> list[CommandLine]:
     """Return a command for each scene, with outputs of its own.
 
     In an output's name ``{name}`` is the scene's, without folder and suffix; an output that
-    is a folder gets a file of that name.
+    is a folder gets a file of that name. Pictures of a batch are snapshots.
 
     Raises
     ------
     UsageError
-        If two scenes would be written to one file, or are not rendered but shown.
+        If two scenes would be written to one file, or are not rendered but shown; or if no
+        file matches a pattern of a batch.
     """
     scenes, run = command.scenes, command.run
-    if (len(scenes) > 1 or STREAM in scenes) and not run.active <= modes.HEADLESS:
+    if run.batch:
+        scenes = tuple(_matching(scenes))
+    elif (len(scenes) > 1 or STREAM in scenes) and not run.active <= modes.HEADLESS:
         shown = "- (standard input)" if len(scenes) == 1 else f"{len(scenes)} scenes"
-        raise UsageError(f"{shown}: belongs to --snapshot OUT or --explain")
+        raise UsageError(f"{shown}: belongs to --snapshot OUT, --explain or --batch")
+    out, flag = (_batch_out(run.out), "--out") if run.batch else (run.snapshot, "--snapshot")
     are_several = len(scenes) > 1
     commands = []
     for scene in scenes:
         own = replace(
             run,
-            snapshot=_own(run.snapshot, scene, "--snapshot", ".png", are_several),
+            snapshot=_own(out, scene, flag, ".png", are_several),
             stats=_own(run.stats, scene, "--stats", ".json", are_several),
         )
         commands.append(replace(command, scenes=(scene,), run=own))
-    for field in ("snapshot", "stats"):
-        first: dict[str | None, str] = {}
-        for item in commands:
-            out = getattr(item.run, field)
-            if out is not None and out in first:
-                raise UsageError(
-                    f"--{field}: {first[out]} and {item.scene} would both be written to {out}"
-                )
-            first[out] = item.scene
+    _check_apart(commands, flag)
     return commands
+
+
+def files_of(command: CommandLine) -> list[Path]:
+    """Return the files that a command with one scene writes."""
+    run = command.run
+    files = [] if run.snapshot is None else image_paths(Path(run.snapshot), wanted_aovs(run))
+    return files if run.stats is None else [*files, Path(run.stats)]
+
+
+def _matching(words: Iterable[str]) -> Iterator[str]:
+    """Yield each scene that is named, or whose file matches a pattern, once."""
+    suffixes = (*scene_suffixes(), *model_suffixes())
+    seen = set()
+    for word in words:
+        found = [word]
+        if glob.has_magic(word) and not os.path.exists(word):
+            # A folder of models holds their textures, too.
+            found = sorted(
+                path
+                for path in glob.iglob(word, recursive=True)
+                if path.lower().endswith(suffixes) and os.path.isfile(path)
+            )
+        if not found:
+            raise UsageError(f"--batch {word}: no file of that name is a scene or a model")
+        for scene in found:
+            if (place := os.path.normpath(scene)) not in seen:
+                seen.add(place)
+                yield scene
+
+
+def _batch_out(out: str | None) -> str:
+    """Return the name, with a place for the scene's, of a batch's pictures."""
+    if not out:
+        raise UsageError("--batch needs --out DIR")
+    if NAME in out:
+        return out
+    if out.lower().endswith(SUFFIXES):
+        raise UsageError(f"--out {out}: expected a folder, or names as DIR/{NAME}.png")
+    return str(Path(out) / f"{NAME}.png")
 
 
 def _own(out: str | None, scene: str, flag: str, suffix: str, are_several: bool) -> str | None:
@@ -64,3 +103,18 @@ def _own(out: str | None, scene: str, flag: str, suffix: str, are_several: bool)
             f"out_{NAME}{suffix}"
         )
     return out
+
+
+def _check_apart(commands: Iterable[CommandLine], flag: str) -> None:
+    """Refuse two scenes that would be written to one file."""
+    first: dict[Path, str] = {}
+    for item in commands:
+        for path in files_of(item):
+            if path in first:
+                is_stats = item.run.stats is not None and path == Path(item.run.stats)
+                cure = "; render them into two folders" if item.run.batch else ""
+                raise UsageError(
+                    f"{'--stats' if is_stats else flag}: {first[path]} and {item.scene} would both"
+                    f" be written to {path}{cure}"
+                )
+            first[path] = item.scene

@@ -63,7 +63,7 @@ def test_commands_run(command, tmp_path, monkeypatch):
         check_foreign(words)
         return
     arguments = words[1:]
-    modes = {"--snapshot", "--explain", "--film"} & set(arguments)
+    modes = {"--snapshot", "--explain", "--batch", "--film"} & set(arguments)
     assert modes, "a window or a bench is no quick test"
     monkeypatch.chdir(tmp_path)
     # As they stand, but small: a later flag wins over an earlier one.
@@ -72,6 +72,8 @@ def test_commands_run(command, tmp_path, monkeypatch):
     if "--film" in modes:
         out = arguments[arguments.index("--film") + 1]
         assert (tmp_path / (out % 1 if "%" in out else out)).exists()
+    if "--batch" in modes:
+        assert len(list((tmp_path / arguments[arguments.index("--out") + 1]).iterdir())) > 1
     if "--snapshot" in arguments:
         out = arguments[arguments.index("--snapshot") + 1].replace("{name}", arguments[0])
         assert (tmp_path / out).stat().st_size > 0

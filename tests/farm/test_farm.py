@@ -11,8 +11,11 @@ import pytest
 
 from ssdo_gl.cli import main
 from ssdo_gl.farm import kept_maker, scheduler
+from ssdo_gl.farm.scenes import CapturedWork
 from ssdo_gl.farm.scheduler import FarmError, check_scheduler, mapped
+from ssdo_gl.gpu.warm_device import WarmDevice
 from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.settings.flags import CommandLine
 
 dask = pytest.importorskip("dask")
 distributed = pytest.importorskip("distributed")
@@ -146,6 +149,42 @@ def test_several_scenes_are_as_without_workers(
     assert told[0] == told[1] == (["corner:", "nosuch.glb:", "stairs:"], 2)
     assert contents(tmp_path / "here") == contents(tmp_path / "there")
     assert len(contents(tmp_path / "here")) == 2
+
+
+def test_a_batch_has_the_bytes_of_one_process(
+    address: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "bad.glb").write_text("junk")
+    words = ["--batch", "corner", "*.glb", "stairs", "--size", "48x27", "--method", "direct"]
+    assert main([*words, "--out", "here"]) == 2
+    said = capsys.readouterr()
+    assert main([*words, "--out", "there", "--scheduler", address]) == 2
+    assert capsys.readouterr().err == said.err != ""
+    whole = contents(tmp_path / "here")
+    assert contents(tmp_path / "there") == whole and len(whole) == 2
+    (tmp_path / "there" / "stairs.png").unlink()
+    (tmp_path / "there" / "corner.png").write_bytes(b"kept")
+    assert main([*words, "--out", "there", "--scheduler", address, "--resume"]) == 2
+    assert contents(tmp_path / "there") == whole | {"corner.png": b"kept"}
+
+
+def test_a_worker_draws_a_batch_on_one_device(tmp_path: Path) -> None:
+    """Its shaders stay compiled, until a scene leaves it in an unknown state."""
+    codes = iter([0, 4, 2, 0])
+    seen = []
+
+    def work(command: CommandLine, warm: WarmDevice) -> int:
+        seen.append(warm.made("auto")[0])
+        return next(codes)
+
+    maker = CapturedWork((work, Path.cwd()))
+    assert [maker.make(CommandLine(("x",))).code for _ in range(4)] == [0, 4, 2, 0]
+    maker.close()
+    assert seen[0] is seen[1] is seen[2] is not seen[3]
 
 
 @pytest.mark.parametrize(

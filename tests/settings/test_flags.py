@@ -14,6 +14,7 @@ MODE_FLAGS = {
     modes.SNAPSHOT: ["--snapshot", "a.png"],
     modes.EXPLAIN: ["--explain"],
     modes.BENCH: ["--bench", "out"],
+    modes.BATCH: ["--batch", "a.glb"],
     modes.FILM: ["--film", "out"],
     modes.SERVE: ["--serve"],
 }
@@ -25,11 +26,14 @@ EXPECTED = {
     modes.ONE: "method estimator samples steps spp filter resolution_scale max_error aov time "
     "preset budget_ms error_reference recalibrate background",
     modes.FRAMES: "antialias",
-    modes.HEADLESS: "frames stats snapshot explain",
+    modes.HEADLESS: "snapshot explain",
+    modes.STILLS: "frames stats",
     frozenset({modes.BENCH}): "bench estimators quick",
     modes.LIVE: "temporal",
-    frozenset({modes.FILM}): "film path turntable frames_range fps resume",
-    frozenset({modes.FILM, modes.SNAPSHOT}): "scheduler",
+    frozenset({modes.FILM}): "film path turntable frames_range fps",
+    frozenset({modes.BATCH}): "batch out",
+    frozenset({modes.BATCH, modes.FILM}): "resume",
+    frozenset({modes.BATCH, modes.FILM, modes.SNAPSHOT}): "scheduler",
     frozenset({modes.SERVE}): "serve host port viewers",
 }
 
@@ -91,6 +95,19 @@ def test_a_picture_may_be_explained():
 def test_a_film_is_on_its_own(other):
     with pytest.raises(UsageError, match="--film renders frames alone"):
         read_command(["--film", "out", *other])
+
+
+@pytest.mark.parametrize("other", [["--snapshot", "a.png"], ["--explain"], ["--film", "out"]])
+def test_a_batch_is_on_its_own(other):
+    with pytest.raises(UsageError, match=r"--batch renders pictures|--film renders"):
+        read_command(["--batch", "a.glb", "--out", "o", *other])
+
+
+def test_a_batch_names_its_scenes():
+    command = read_command(["a.glb", "--batch", "m/*.glb", "--out", "o", "b.obj"])
+    assert command.scenes == ("a.glb", "m/*.glb", "b.obj")
+    with pytest.raises(UsageError, match="--batch: name scenes, or a pattern such as"):
+        read_command(["--batch", "--out", "o"])
 
 
 @pytest.mark.parametrize("other", [["--snapshot", "a.png"], ["--explain"], ["--film", "out"]])

@@ -22,9 +22,10 @@ from ssdo_gl.settings.fields import (
     from_file,
     value_text,
 )
-from ssdo_gl.settings.flags import RunOptions, build_parser, read_command, settings_table
+from ssdo_gl.settings.flags import build_parser, read_command, settings_table
 from ssdo_gl.settings.passes import passes_without_settings
 from ssdo_gl.settings.preset_files import preset_fields, preset_text
+from ssdo_gl.settings.run_options import RunOptions
 from ssdo_gl.settings.settings import same_as
 from ssdo_gl.window.panel.control_rows import default_of, main_rows
 

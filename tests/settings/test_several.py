@@ -31,6 +31,30 @@ def test_one_scene_keeps_the_name_that_was_given():
     assert outputs("--snapshot", "x.png") == [("cornell_meso", "x.png", None)]
 
 
+def test_a_batch_goes_into_its_folder():
+    expected = [("m/a.glb", "o/a.png", None), ("stairs", "o/stairs.png", None)]
+    assert outputs("--batch", "m/a.glb", "stairs", "--out", "o") == expected
+    assert outputs("m/a.glb", "--batch", "--out", "o/", "--stats", "s_{name}.json") == [
+        ("m/a.glb", "o/a.png", "s_a.json")
+    ]
+    assert outputs("m/a.glb", "--batch", "--out", "o/x_{name}.exr")[0][1] == "o/x_a.exr"
+
+
+def test_patterns_name_scenes_and_models_once(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "m" / "deep.glb").mkdir(parents=True)
+    for name in ("b.glb", "a.OBJ", "wood.png", "a.bin", "deep.glb/c.ply", "[x].glb"):
+        (tmp_path / "m" / name).touch()
+
+    def scenes(*words):
+        return [name for name, _, _ in outputs("--batch", *words, "--out", "o")]
+
+    assert scenes("m/*") == ["m/[x].glb", "m/a.OBJ", "m/b.glb"]
+    assert scenes("m/b.glb", "stairs", "m/*.glb") == ["m/b.glb", "stairs", "m/[x].glb"]
+    assert scenes("m/**/c.*") == ["m/deep.glb/c.ply"]
+    assert scenes("m/[x].glb") == ["m/[x].glb"]
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
@@ -38,7 +62,21 @@ def test_one_scene_keeps_the_name_that_was_given():
         (["a", "b", "--snapshot", "-"], "several scenes need a folder"),
         (["a", "b", "--explain", "--stats", "x.json"], "as out_{name}.json"),
         (["m/a.glb", "n/a.obj", "--snapshot", "{name}.png"], "would both be written to a.png"),
-        (["a", "b"], "2 scenes: belongs to --snapshot OUT or --explain"),
+        (
+            ["m/a.glb", "n/a.obj", "--batch", "--out", "o"],
+            "--out: m/a.glb and n/a.obj would both be written to o/a.png; render them into two",
+        ),
+        (
+            ["a.glb", "a-depth.glb", "--batch", "--out", "o", "--aov", "beauty,depth"],
+            "--out: a.glb and a-depth.glb would both be written to o/a-depth.png",
+        ),
+        (["m/a", "n/a", "--batch", "--out", "{name}-x.png"], "written to a-x.png"),
+        (["a", "b", "--batch", "--out", "o", "--stats", "x.json"], "as out_{name}.json"),
+        (["a", "--batch"], "--batch needs --out DIR"),
+        (["a", "--batch", "--out", ""], "--batch needs --out DIR"),
+        (["a", "--batch", "--out", "x.exr"], "--out x.exr: expected a folder, or names as DIR/"),
+        (["no/*.glb", "--batch", "--out", "o"], "--batch no/*.glb: no file of that name is a sc"),
+        (["a", "b"], "2 scenes: belongs to --snapshot OUT, --explain or --batch"),
         (["a", "b", "--bench", "out"], "2 scenes: belongs to"),
         (["-"], "- (standard input): belongs to"),
     ],
