@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from ssdo_gl.raytracing.triangles import SceneTriangles, scene_triangles
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment_kinds import ConstantEnvironment, GradientEnvironment
+from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment, GradientEnvironment
 from ssdo_gl.scene.lights import DirectionalLight, Light, RectangleLight
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.material import Material

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from benchmarks.mitsuba_scene import compared_scene
 from ssdo_gl.raytracing.triangles import scene_triangles
-from ssdo_gl.scene.environment_kinds import ConstantEnvironment
+from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment
 from ssdo_gl.scene.lights import PointLight
 from ssdo_gl.scene.scene import Scene
 

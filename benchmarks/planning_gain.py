@@ -27,10 +27,10 @@ from ssdo_gl.planning.content import analyse
 from ssdo_gl.render_result import FrameTimes
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.resources import folder
-from ssdo_gl.scene import shapes
+from ssdo_gl.scene.geometry import shapes
+from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import parse

@@ -52,34 +52,34 @@ if TYPE_CHECKING:
     from ssdo_gl.render_result import RenderResult
     from ssdo_gl.renderer import Renderer, render
     from ssdo_gl.scene.camera import Camera
-    from ssdo_gl.scene.environment_kinds import (
+    from ssdo_gl.scene.environment import (
         ConstantEnvironment,
         GradientEnvironment,
         MapEnvironment,
     )
+    from ssdo_gl.scene.geometry import Mesh, SceneObject
     from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
     from ssdo_gl.scene.load import load_scene
     from ssdo_gl.scene.material import Material, Texture
-    from ssdo_gl.scene.mesh import Mesh, SceneObject
     from ssdo_gl.scene.scene import Scene, SceneError
     from ssdo_gl.settings import Settings
     from ssdo_gl.settings.fields import SettingError
 
 _HOMES = {
     "Camera": "ssdo_gl.scene.camera",
-    "ConstantEnvironment": "ssdo_gl.scene.environment_kinds",
+    "ConstantEnvironment": "ssdo_gl.scene.environment",
     "DirectionalLight": "ssdo_gl.scene.lights",
-    "GradientEnvironment": "ssdo_gl.scene.environment_kinds",
-    "MapEnvironment": "ssdo_gl.scene.environment_kinds",
+    "GradientEnvironment": "ssdo_gl.scene.environment",
+    "MapEnvironment": "ssdo_gl.scene.environment",
     "Material": "ssdo_gl.scene.material",
-    "Mesh": "ssdo_gl.scene.mesh",
+    "Mesh": "ssdo_gl.scene.geometry",
     "PointLight": "ssdo_gl.scene.lights",
     "RectangleLight": "ssdo_gl.scene.lights",
     "RenderResult": "ssdo_gl.render_result",
     "Renderer": "ssdo_gl.renderer",
     "Scene": "ssdo_gl.scene.scene",
     "SceneError": "ssdo_gl.scene.scene",
-    "SceneObject": "ssdo_gl.scene.mesh",
+    "SceneObject": "ssdo_gl.scene.geometry",
     "SettingError": "ssdo_gl.settings.fields",
     "Settings": "ssdo_gl.settings",
     "SpotLight": "ssdo_gl.scene.lights",

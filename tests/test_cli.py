@@ -16,7 +16,7 @@ from ssdo_gl.cli import main
 from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.effects.registry import image_names, pass_settings
 from ssdo_gl.renderer import Renderer
-from ssdo_gl.scene.environment_kinds import MapEnvironment
+from ssdo_gl.scene.environment.environment_kinds import MapEnvironment
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.passes import passes_without_settings

@@ -12,12 +12,11 @@ import numpy as np
 from ssdo_gl.bench.bench_data import Series
 from ssdo_gl.bench.measure import BenchRenderer, OpenRenderer, Point
 from ssdo_gl.graph.render_pass import ProgressCallback
-from ssdo_gl.scene import shapes
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment_kinds import GradientEnvironment
+from ssdo_gl.scene.environment import GradientEnvironment
+from ssdo_gl.scene.geometry import Mesh, SceneObject, sphere
 from ssdo_gl.scene.lights import DirectionalLight
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 
@@ -180,4 +179,4 @@ def _sphere(triangle_count: int) -> Mesh:
     """Return a unit sphere with about `triangle_count` triangles, closed."""
     # 2 n segments and n rings, less the halves at the poles: 4 n (n - 1) triangles.
     rings = max(2, round(0.5 * (1.0 + math.sqrt(1.0 + triangle_count))))
-    return shapes.sphere(2 * rings)
+    return sphere(2 * rings)

@@ -37,7 +37,7 @@ from ssdo_gl.passes.screen_space_settings import (
     estimator_uniforms,
     kept_resources,
 )
-from ssdo_gl.scene.environment_kinds import (
+from ssdo_gl.scene.environment import (
     ENVIRONMENT_KINDS,
     EnvironmentKind,
     kind_of,

@@ -30,7 +30,7 @@ from ssdo_gl.passes.screen_space_settings import (
 )
 from ssdo_gl.passes.surfels import CACHE_TABLES
 from ssdo_gl.raytracing.surface_tables import RayFeatures
-from ssdo_gl.scene.environment_kinds import Environment
+from ssdo_gl.scene.environment import Environment
 from ssdo_gl.settings.fields import setting
 
 

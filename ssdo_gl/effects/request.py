@@ -12,7 +12,7 @@ from ssdo_gl.effects.decisions import Decided, Decision
 from ssdo_gl.planning.content import SceneContent, simplest_environment
 from ssdo_gl.planning.view import ViewFacts
 from ssdo_gl.raytracing.surface_tables import RayFeatures
-from ssdo_gl.scene.environment_kinds import Environment
+from ssdo_gl.scene.environment import Environment
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.settings import Settings
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
-from ssdo_gl.scene.environment_kinds import MapEnvironment
+from ssdo_gl.scene.environment import MapEnvironment
 from ssdo_gl.scene.lights import Form
 from ssdo_gl.scene.scene import Scene
 

@@ -31,8 +31,8 @@ from ssdo_gl.gpu.shader import Program
 from ssdo_gl.gpu.vertices import VertexStreams, vertex_streams
 from ssdo_gl.last_made import LastMade
 from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.geometry import Mesh
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import Mesh
 from ssdo_gl.scene.scene import Scene
 
 # Views of which what shows is remembered: two passes and the next frame ask for the same.

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from ssdo_gl.gpu.shader import Program
 from ssdo_gl.gpu.vertices import VertexStreams
 from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.geometry import Mesh
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import Mesh
 from ssdo_gl.scene.scene import Scene
 
 # Per-instance data: three rows of view_from_object; albedo (rgb, alpha factor);

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ssdo_gl import math3d
 from ssdo_gl.gpu.draw_group import INSTANCE_FLOATS, material_row, material_uniforms
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.mesh import are_mirrored
+from ssdo_gl.scene.geometry import are_mirrored
 from ssdo_gl.scene.scene import Scene
 
 # Geometry nearer than this fraction of the farthest visible bound is cut off: a

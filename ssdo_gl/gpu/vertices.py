@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.mesh import Mesh
-from ssdo_gl.scene.spans import spans
+from ssdo_gl.scene.geometry import Mesh, spans
 
 
 @dataclass(eq=False)

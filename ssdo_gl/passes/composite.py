@@ -17,7 +17,7 @@ from ssdo_gl.passes.environment_uniforms import (
     environment_uniforms,
 )
 from ssdo_gl.passes.terms import term_defines, term_wiring
-from ssdo_gl.scene.environment_kinds import Environment
+from ssdo_gl.scene.environment import Environment
 
 # The choices of the setting `combine`, and what the reference of "report" takes.
 OcclusionMode = Literal["ambient", "multiply", "report", "report_traced"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ssdo_gl.graph.frame import Frame
-from ssdo_gl.scene.environment_kinds import (
+from ssdo_gl.scene.environment import (
     ENVIRONMENT_KINDS,
     ConstantEnvironment,
     Environment,

@@ -12,7 +12,7 @@ from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.environment_lobes import lobe_levels
+from ssdo_gl.scene.environment import lobe_levels
 
 # Nodes along cosine and roughness, both from 0 to 1. The reflectance of roughness 0.1 to 1
 # is interpolated to 1e-3 at 5 degrees above the horizon.

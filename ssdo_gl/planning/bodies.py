@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray, IntArray
-from ssdo_gl.scene.mesh import Mesh
+from ssdo_gl.scene.geometry import Mesh
 from ssdo_gl.scene.scene import Scene
 
 BoolArray = NDArray[np.bool_]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ssdo_gl.scene.environment_kinds import (
+from ssdo_gl.scene.environment import (
     ConstantEnvironment,
     Environment,
     EnvironmentKind,

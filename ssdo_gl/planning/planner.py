@@ -19,7 +19,7 @@ from ssdo_gl.planning.content import SceneContent, analyse, simplest_environment
 from ssdo_gl.planning.shadows import COARSEST_MAP
 from ssdo_gl.planning.view import Neighbours, ViewFacts, neighbours_of, seen_bodies, view_facts
 from ssdo_gl.planning.walk import Pipeline, build, decide
-from ssdo_gl.scene.environment_kinds import Environment
+from ssdo_gl.scene.environment import Environment
 from ssdo_gl.scene.lights import BLACK, Light
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.scene.shadow_frames import atlas_layout

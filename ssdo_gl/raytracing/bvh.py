@@ -23,9 +23,8 @@ from ssdo_gl.raytracing.pairs import Pairs, pair_triangles
 from ssdo_gl.raytracing.split import BinaryTree, Report, build_binary, ignored
 from ssdo_gl.raytracing.triangles import SceneTriangles, scene_triangles
 from ssdo_gl.raytracing.widen import best_cuts, open_nodes
-from ssdo_gl.scene.mesh import Mesh
+from ssdo_gl.scene.geometry import Mesh, spans
 from ssdo_gl.scene.scene import Scene, SceneError
-from ssdo_gl.scene.spans import spans
 
 WIDTH = 4
 RECORD_WORDS = 16

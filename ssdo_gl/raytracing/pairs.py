@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray, IntArray
 from ssdo_gl.raytracing.split import half_area
-from ssdo_gl.scene.spans import spans
+from ssdo_gl.scene.geometry import spans
 
 # Each round pairs the triangles that prefer each other; after four, fewer than one in
 # ten of a scanned mesh's triangles is left single.

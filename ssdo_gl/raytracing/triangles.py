@@ -9,10 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray, IntArray, lengths_of_rows
-from ssdo_gl.scene.mesh import Mesh, SceneObject, are_mirrored, placed
+from ssdo_gl.scene.geometry import (
+    SPAN,
+    Mesh,
+    SceneObject,
+    are_mirrored,
+    joined_vertices,
+    placed,
+    spans,
+)
 from ssdo_gl.scene.scene import Scene
-from ssdo_gl.scene.spans import SPAN, spans
-from ssdo_gl.scene.topology import joined_vertices
 
 # Of fewer it takes no time to find equal positions among all their corners.
 MANY_TRIANGLES = 1 << 20

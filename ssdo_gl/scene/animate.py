@@ -8,8 +8,7 @@ import numpy as np
 
 from ssdo_gl import math3d
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.flattened import thickened, with_area
-from ssdo_gl.scene.mesh import Mesh, SceneObject
+from ssdo_gl.scene.geometry import Mesh, SceneObject, thickened, with_area
 from ssdo_gl.scene.scene import Scene
 
 # Size of what is too small to be seen, relative to what it was.

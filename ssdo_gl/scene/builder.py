@@ -11,19 +11,15 @@ from typing import Any
 import numpy as np
 
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene import defaults, framing
+from ssdo_gl.scene import defaults
 from ssdo_gl.scene import emissive_meshes as emitters
-from ssdo_gl.scene.batching import batched
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.daylight import Daylight, sky
-from ssdo_gl.scene.environment_kinds import Environment, MapEnvironment
-from ssdo_gl.scene.exposure import lighting_for, seen_metal
-from ssdo_gl.scene.framing import is_room
-from ssdo_gl.scene.ground import ground, has_floor
-from ssdo_gl.scene.images import read_radiance_map
+from ssdo_gl.scene.defaults import ground, has_floor, is_room, lighting_for, seen_metal
+from ssdo_gl.scene.environment import Daylight, Environment, MapEnvironment, sky
+from ssdo_gl.scene.files import read_radiance_map
+from ssdo_gl.scene.geometry import Mesh, SceneObject, are_mirrored, batched, instance_boxes
 from ssdo_gl.scene.lights import DirectionalLight, Light, Shadow
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import Mesh, SceneObject, are_mirrored, instance_boxes
 from ssdo_gl.scene.motion import Trajectory
 from ssdo_gl.scene.scene import Scene, SceneError
 from ssdo_gl.settings.fields import SettingError
@@ -257,9 +253,9 @@ class SceneBuilder:
         if given is not None:
             fov_y, exposure = given.fov_y, given.exposure
             height = None if given.height is None else 0.0
-        camera = framing.frame(self.meshes, self.objects, fov_y, exposure)
+        camera = defaults.frame(self.meshes, self.objects, fov_y, exposure)
         if height is not None:
-            camera = framing.parallel(self.meshes, self.objects, camera, height or None)
+            camera = defaults.parallel(self.meshes, self.objects, camera, height or None)
         return camera
 
     def _lit(self, camera: Camera, *, has_lamps: bool) -> tuple[Camera, Environment | None]:

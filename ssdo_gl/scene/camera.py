@@ -108,13 +108,13 @@ class Camera:
         exposure : float or None
             In EV; None: that of the scene's camera.
         """
-        from ssdo_gl.scene import framing
+        from ssdo_gl.scene.defaults import frame, seen_from
 
         level = scene.camera.exposure if exposure is None else exposure
         if direction is None:
-            return framing.frame(scene.meshes, scene.objects, fov_y, level)
+            return frame(scene.meshes, scene.objects, fov_y, level)
         toward = -math3d.normalized(three_numbers("direction", direction))
-        return framing.seen_from(scene.meshes, scene.objects, toward, fov_y, level)
+        return seen_from(scene.meshes, scene.objects, toward, fov_y, level)
 
     @classmethod
     def from_pose(

@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import NoReturn
 
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment_kinds import (
+from ssdo_gl.scene.environment import (
     ConstantEnvironment,
     GradientEnvironment,
     MapEnvironment,
 )
+from ssdo_gl.scene.geometry import Mesh, SceneObject
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene, SceneError
 
 _KINDS = {"meshes": Mesh, "materials": Material, "objects": SceneObject, "lights": Light}

@@ -14,14 +14,12 @@ from ssdo_gl.images.color import linear_from_srgb
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment_kinds import Environment
+from ssdo_gl.scene.environment import Environment
+from ssdo_gl.scene.geometry import Mesh, SceneObject, are_mirrored, cleaned_mesh, smoothed
 from ssdo_gl.scene.light_edits import with_lights
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import Mesh, SceneObject, are_mirrored
 from ssdo_gl.scene.scene import Scene, SceneError
-from ssdo_gl.scene.smoothing import smoothed
-from ssdo_gl.scene.topology import cleaned_mesh
 from ssdo_gl.settings.fields import shown
 from ssdo_gl.settings.loading import LoadOptions
 from ssdo_gl.suggestion import suggestion

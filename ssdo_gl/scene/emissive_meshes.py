@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from ssdo_gl.images.color import linear_from_srgb
 from ssdo_gl.math3d import FloatArray, frame_from_z
+from ssdo_gl.scene.geometry import Mesh, SceneObject
 from ssdo_gl.scene.lights import Light, RectangleLight, Shadow
 from ssdo_gl.scene.material import Color, Material
-from ssdo_gl.scene.mesh import Mesh, SceneObject
 
 # Sample rectangles for a shape that is not made of parallelograms. Eight see a
 # sphere from all sides; each one costs a shadow map.

@@ -12,9 +12,9 @@ import numpy as np
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.geometry import SceneObject
 from ssdo_gl.scene.light_bodies import body_lights
 from ssdo_gl.scene.lights import BLACK, Form, Light
-from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.scene import Scene
 
 # Edge of a new light with an area, as a part of how far it is from the eye.

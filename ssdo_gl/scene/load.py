@@ -10,6 +10,7 @@ from typing import Any
 from ssdo_gl import resources
 from ssdo_gl.scene import decoders
 from ssdo_gl.scene.builder import SceneBuilder
+from ssdo_gl.scene.defaults import guessed_up, turned_up
 from ssdo_gl.scene.formats import (
     Model,
     format_of,
@@ -19,7 +20,6 @@ from ssdo_gl.scene.formats import (
     scene_suffixes,
 )
 from ssdo_gl.scene.scene import Scene, SceneError
-from ssdo_gl.scene.upright import guessed_up, turned_up
 from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.settings.loading import LoadOptions, load_options
 from ssdo_gl.suggestion import suggestion

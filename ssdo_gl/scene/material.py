@@ -27,7 +27,7 @@ class Texture:
     name : str
     wrap : pair of "repeat" or "clamp"
         What lies beyond 0..1 along u and v. Mirrored images are stored with their mirror
-        image, as `ssdo_gl.scene.images.doubled` makes them.
+        image, as `ssdo_gl.scene.files.images.doubled` makes them.
     nearest : bool
         Whether magnified texels stay squares of one colour.
     is_data : bool

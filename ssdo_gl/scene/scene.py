@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike
 
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment_kinds import Environment
+from ssdo_gl.scene.environment import Environment
+from ssdo_gl.scene.geometry import Mesh, SceneObject, instance_boxes
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Color, Material
-from ssdo_gl.scene.mesh import Mesh, SceneObject, instance_boxes
 from ssdo_gl.scene.motion import Trajectory
 from ssdo_gl.settings.loading import USUAL, LoadOptions
 from ssdo_gl.short_repr import counted, described

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ssdo_gl.math3d import Vector, vector
-from ssdo_gl.scene import framing
 from ssdo_gl.scene.camera import PROJECTIONS, Camera
+from ssdo_gl.scene.defaults import parallel
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.fields import SettingError, info_of, shown
 from ssdo_gl.settings.passes import overrides_from_table, overrides_from_text
@@ -66,7 +66,7 @@ def chosen_camera(scene: Scene, text: str | None, projection: str | None) -> Cam
         if not is_parallel:
             return camera.perspective()
         if scene.is_framed and camera.height is None:
-            return framing.parallel(scene.meshes, scene.objects, camera, None)
+            return parallel(scene.meshes, scene.objects, camera, None)
         return camera.orthographic()
     position, target, third = camera_from_text(text)
     camera = dataclasses.replace(camera, position=position, target=target)

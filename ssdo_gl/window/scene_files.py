@@ -10,12 +10,12 @@ from typing import Any
 
 from ssdo_gl.images.files import OutputError, write_atomically
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.daylight import SkyEnvironment
-from ssdo_gl.scene.environment_kinds import (
+from ssdo_gl.scene.environment import (
     ConstantEnvironment,
     Environment,
     GradientEnvironment,
     MapEnvironment,
+    SkyEnvironment,
     kind_of,
 )
 from ssdo_gl.scene.lights import KINDS, Light

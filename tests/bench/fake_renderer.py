@@ -10,8 +10,8 @@ import numpy as np
 from ssdo_gl.bench.measure.bench_renderer import Images, MedianTimes
 from ssdo_gl.bench.measure.fingerprints import fingerprint
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 

@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 from documentation.pages import ROOT, TEXTS, code_spans, first_names, options, section, table
 
+from ssdo_gl.scene.files.table import Table
 from ssdo_gl.scene.formats.toml import read_description
 from ssdo_gl.scene.scene import SceneError
-from ssdo_gl.scene.table import Table
 
 FORMAT = "docs/scene-format.md"
 LIGHTS = first_names(section(FORMAT, "Lights"))

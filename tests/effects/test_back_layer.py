@@ -12,8 +12,8 @@ from passes.pass_harness import box, make_frame, make_scene, quad, run_pass
 
 from ssdo_gl.effects.back_layer import BackFacesPass, DepthLayersPass
 from ssdo_gl.gpu.device_geometry import Geometry
+from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import SceneObject
 
 # As for the G-buffer's depth.
 Z_TOLERANCE = 4e-6

@@ -20,7 +20,7 @@ from passes.estimator_cases import (
 
 from ssdo_gl.effects.bounce import BouncePass, BounceSettings
 from ssdo_gl.effects.directional import DirectionalPass, DirectionalSettings
-from ssdo_gl.scene.environment_kinds import ConstantEnvironment
+from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment
 
 SIZE = (48, 36)
 TAN_Y = 0.5

@@ -14,7 +14,11 @@ from ssdo_gl.planning.content import LightContent, SceneContent
 from ssdo_gl.planning.view import ViewFacts
 from ssdo_gl.planning.walk import decide
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment_kinds import ConstantEnvironment, GradientEnvironment, MapEnvironment
+from ssdo_gl.scene.environment.environment_kinds import (
+    ConstantEnvironment,
+    GradientEnvironment,
+    MapEnvironment,
+)
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.settings import MAX_SIZE_PX

@@ -19,7 +19,7 @@ from passes.estimator_cases import (
 )
 
 from ssdo_gl.effects.directional import DirectionalSettings
-from ssdo_gl.scene.environment_kinds import (
+from ssdo_gl.scene.environment.environment_kinds import (
     GradientEnvironment,
 )
 from ssdo_gl.scene.lights import DirectionalLight, Light, PointLight, RectangleLight, SpotLight

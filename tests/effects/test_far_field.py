@@ -14,10 +14,10 @@ from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.render_result import Drawing, RenderResult
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment_kinds import ConstantEnvironment
+from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment
+from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.lights.point_light import PointLight
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.settings import Settings
 

@@ -9,8 +9,8 @@ import pytest
 
 import ssdo_gl
 from ssdo_gl.scene.formats.toml import read_description
-from ssdo_gl.scene.mesh import Mesh
-from ssdo_gl.scene.shapes import sphere
+from ssdo_gl.scene.geometry.mesh import Mesh
+from ssdo_gl.scene.geometry.shapes import sphere
 
 SIZE = (96, 72)
 SCENE = """

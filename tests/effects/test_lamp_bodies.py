@@ -10,11 +10,11 @@ import pytest
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.renderer import Renderer
-from ssdo_gl.scene import shapes
 from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.geometry import shapes
+from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from ssdo_gl.renderer import Renderer
-from ssdo_gl.scene import shapes
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.geometry import shapes
+from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.lights import DirectionalLight
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 

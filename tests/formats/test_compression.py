@@ -16,8 +16,8 @@ from PIL import Image
 
 from ssdo_gl.scene import decoders
 from ssdo_gl.scene.decoders import client
+from ssdo_gl.scene.files.images import read_texture
 from ssdo_gl.scene.formats.gltf import document
-from ssdo_gl.scene.images import read_texture
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.material import Texture
 from ssdo_gl.scene.scene import Scene, SceneError

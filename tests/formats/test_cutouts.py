@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 import ssdo_gl
 from ssdo_gl import math3d
-from ssdo_gl.scene import shapes
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.geometry import shapes
+from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.material import Material, Texture
-from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.scene import Scene
 
 # Between two mip levels whose opaque texels differ, interpolation loses up to 0.09;

@@ -13,8 +13,8 @@ import OpenEXR
 import pytest
 from PIL import Image
 
-from ssdo_gl.scene.environment_kinds import MapEnvironment
-from ssdo_gl.scene.images import MAX_TEXELS, read_radiance_map, read_texture
+from ssdo_gl.scene.environment.environment_kinds import MapEnvironment
+from ssdo_gl.scene.files.images import MAX_TEXELS, read_radiance_map, read_texture
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import SceneError
 

@@ -13,9 +13,9 @@ from PIL import Image
 
 import ssdo_gl
 from ssdo_gl.raytracing.bvh import build_bvh
-from ssdo_gl.scene import batching
 from ssdo_gl.scene.formats import model
 from ssdo_gl.scene.formats.toml import read_description
+from ssdo_gl.scene.geometry import batching
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import SceneError
 

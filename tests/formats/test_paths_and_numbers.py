@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import ssdo_gl
+from ssdo_gl.scene.geometry.mesh import are_mirrored
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.scene.mesh import are_mirrored
 from ssdo_gl.scene.scene import SceneError
 
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"

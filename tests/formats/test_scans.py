@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from ssdo_gl.cli import main
-from ssdo_gl.scene import shapes
+from ssdo_gl.scene.geometry import shapes
+from ssdo_gl.scene.geometry.mesh import Mesh
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.scene.mesh import Mesh
 
 
 def stl(mesh: Mesh) -> bytes:

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 import ssdo_gl
 from ssdo_gl import math3d
-from ssdo_gl.scene import shapes
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment_kinds import ConstantEnvironment
+from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment
+from ssdo_gl.scene.geometry import shapes
+from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.lights import DirectionalLight
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.scene import Scene
 
 QUAD = shapes.quad()

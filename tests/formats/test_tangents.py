@@ -20,10 +20,10 @@ from ssdo_gl.passes.rays.ray_libraries import ray_defines, ray_uniforms
 from ssdo_gl.passes.rays.ray_pass import RayPass
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.animate import scene_at
-from ssdo_gl.scene.batching import MIN_OBJECTS, batched
+from ssdo_gl.scene.geometry.batching import MIN_OBJECTS, batched
+from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene
 
 SIZE = (32, 32)

@@ -14,10 +14,10 @@ from PIL import Image
 
 import ssdo_gl
 from ssdo_gl import math3d
-from ssdo_gl.scene import shapes
-from ssdo_gl.scene.framing import frame
+from ssdo_gl.scene.defaults.framing import frame
+from ssdo_gl.scene.geometry import shapes
+from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.scene import Scene
 
 QUAD, BOX = shapes.quad(), shapes.box()

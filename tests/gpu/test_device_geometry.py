@@ -13,8 +13,8 @@ from ssdo_gl.gpu.device_geometry import CameraPose, Geometry
 from ssdo_gl.gpu.draw_group import grouped
 from ssdo_gl.gpu.instances import NEAREST_CLIP_RATIO
 from ssdo_gl.passes.gbuffer import GBufferPass
+from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.material import Material, Texture
-from ssdo_gl.scene.mesh import SceneObject
 
 TAN = (0.8, 0.6)
 FORWARD = CameraPose(np.zeros(3), np.eye(3))

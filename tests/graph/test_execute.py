@@ -17,8 +17,8 @@ from ssdo_gl.graph.graph import compile_graph
 from ssdo_gl.graph.render_pass import RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene
 
 

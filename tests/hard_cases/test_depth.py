@@ -11,8 +11,8 @@ from hard_cases.invariants import sane
 from hard_cases.methods import METHODS, SCREEN_SPACE, label, render
 
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import SceneObject
 
 
 def with_meshes(*meshes, **changes):

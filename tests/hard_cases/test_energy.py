@@ -11,9 +11,9 @@ from hard_cases.methods import METHODS, label, render
 
 from ssdo_gl import math3d
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment_kinds import ConstantEnvironment
+from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment
+from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import SceneObject
 
 
 def white_sky(scene):

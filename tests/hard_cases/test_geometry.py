@@ -10,7 +10,7 @@ from hard_cases.methods import METHODS, label, render
 from hard_cases.test_depth import with_meshes
 
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.mesh import Mesh, SceneObject
+from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
 
 FLOOR = quad((-1, 0, 1), (2, 0, 0), (0, 0, -2))
 

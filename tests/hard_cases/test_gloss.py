@@ -14,9 +14,9 @@ from hard_cases.test_light import dimmed
 from hard_cases.test_scale_and_place import EXACT, FLIPPED_RMSE, MEAN_BOUND, turn
 
 from ssdo_gl import math3d
+from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.lights import PointLight
 from ssdo_gl.scene.material import Material, Texture
-from ssdo_gl.scene.mesh import SceneObject
 
 # Each method that draws gloss, with its first estimator: reflections march the same way
 # whatever tells visibility.

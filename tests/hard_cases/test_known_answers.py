@@ -14,7 +14,7 @@ from hard_cases.test_light import CASES as LIGHTS
 from hard_cases.test_light import only
 
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment_kinds import MapEnvironment
+from ssdo_gl.scene.environment.environment_kinds import MapEnvironment
 from ssdo_gl.scene.lights import PointLight
 
 RADIANCES = ("direct", "directional", "bounce")

@@ -10,7 +10,7 @@ from hard_cases.hard_scene import CAMERA, room
 from hard_cases.invariants import sane
 from hard_cases.methods import METHODS, SCREEN_SPACE, label, render
 
-from ssdo_gl.scene.environment_kinds import ConstantEnvironment, MapEnvironment
+from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment, MapEnvironment
 from ssdo_gl.scene.lights import PointLight, RectangleLight
 from ssdo_gl.scene.material import Material
 

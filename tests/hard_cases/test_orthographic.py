@@ -17,10 +17,10 @@ from oracle.closed_forms import corner_occlusion
 
 from ssdo_gl import math3d
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment_kinds import ConstantEnvironment
+from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment
+from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.lights import DirectionalLight, PointLight
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.scene import Scene
 
 PARALLEL = CAMERA.orthographic(2.2)

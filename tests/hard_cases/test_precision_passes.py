@@ -34,7 +34,7 @@ from ssdo_gl.passes.composite import CompositePass
 from ssdo_gl.passes.sender_radiance import SenderRadiancePass
 from ssdo_gl.passes.tone_map import ToneMapPass, ToneMapSettings
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.mesh import Mesh
+from ssdo_gl.scene.geometry.mesh import Mesh
 
 STAGE = "pass against float64"
 EPSILON = 2.0**-23

@@ -15,8 +15,8 @@ from hard_cases.methods import METHODS, SCREEN_SPACE, label
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.lights import DirectionalLight, PointLight
-from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError
 

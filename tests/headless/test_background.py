@@ -10,7 +10,7 @@ from PIL import Image
 
 import ssdo_gl
 from ssdo_gl.cli import main
-from ssdo_gl.scene.defaults import BACKDROP
+from ssdo_gl.scene.defaults.default_light import BACKDROP
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.settings.resolve import settings_for

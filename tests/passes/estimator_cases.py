@@ -21,7 +21,7 @@ from ssdo_gl.passes.screen_space_settings import (
     pattern_offset,
 )
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment_kinds import (
+from ssdo_gl.scene.environment.environment_kinds import (
     ConstantEnvironment,
     Environment,
     GradientEnvironment,

@@ -16,10 +16,10 @@ from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.graph.frame import Frame, FrameView
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment_kinds import Environment
+from ssdo_gl.scene.environment.environment_kinds import Environment
+from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene
 
 Array = NDArray[np.float32]

@@ -9,7 +9,7 @@ from passes.pass_harness import make_frame, make_scene, run_pass
 
 from ssdo_gl.passes.composite import CompositePass
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment_kinds import ConstantEnvironment, GradientEnvironment
+from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment, GradientEnvironment
 
 SIZE = (16, 12)
 # A few roundings of 6e-8.

@@ -13,8 +13,8 @@ from ssdo_gl import math3d
 from ssdo_gl.gpu.device_geometry import Geometry
 from ssdo_gl.passes.gbuffer import GBufferPass
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
 from ssdo_gl.scene.material import Material, Texture
-from ssdo_gl.scene.mesh import Mesh, SceneObject
 
 SIZE = (64, 48)
 # Float32 places a vertex to 6e-8 of its distance from the eye, and the interpolated

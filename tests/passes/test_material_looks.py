@@ -9,10 +9,10 @@ import pytest
 
 import ssdo_gl
 from ssdo_gl.gpu.material_textures import MaterialTextures
-from ssdo_gl.scene.environment_kinds import ConstantEnvironment
+from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment
 from ssdo_gl.scene.formats.toml import read_description
+from ssdo_gl.scene.geometry.mesh import Mesh
 from ssdo_gl.scene.material import Material, Texture
-from ssdo_gl.scene.mesh import Mesh
 
 SIZE = (48, 32)
 SCENE = """

@@ -10,10 +10,10 @@ import pytest
 from ssdo_gl import math3d
 from ssdo_gl.planning import bodies as content_bodies
 from ssdo_gl.planning.bodies import ANY, FLAT, SOLID_BOX, bodies_of, form_of
-from ssdo_gl.scene import shapes
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.geometry import shapes
+from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene
 
 # Boxes are made by a handful of float64 operations on numbers around 1.

@@ -8,12 +8,16 @@ import numpy as np
 import pytest
 
 from ssdo_gl.planning.content import LightContent, analyse, simplest_environment
-from ssdo_gl.scene import shapes
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment_kinds import ConstantEnvironment, GradientEnvironment, MapEnvironment
+from ssdo_gl.scene.environment.environment_kinds import (
+    ConstantEnvironment,
+    GradientEnvironment,
+    MapEnvironment,
+)
+from ssdo_gl.scene.geometry import shapes
+from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.material import Material, Texture
-from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.motion import Motion
 from ssdo_gl.scene.scene import Scene
 

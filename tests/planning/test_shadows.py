@@ -12,11 +12,11 @@ from ssdo_gl import math3d
 from ssdo_gl.planning import shadows as content_shadows
 from ssdo_gl.planning.bodies import bodies_of
 from ssdo_gl.planning.shadows import shadow_is_possible
-from ssdo_gl.scene import shapes
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.geometry import shapes
+from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.scene import Scene
 
 WHITE = (1.0, 1.0, 1.0)

@@ -15,11 +15,11 @@ from ssdo_gl import math3d
 from ssdo_gl.planning import view as view_module
 from ssdo_gl.planning.bodies import bodies_of
 from ssdo_gl.planning.view import can_reach, neighbours_of, seen_bodies, view_facts
-from ssdo_gl.scene import shapes
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.geometry import shapes
+from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.scene import Scene
 
 # Distances of a few units, computed in float64 along other ways than the code takes.

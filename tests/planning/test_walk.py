@@ -118,7 +118,7 @@ def test_a_shortcut_that_nobody_declared_is_refused_once_all_is_decided():
 @pytest.mark.parametrize("method", ["bounce", "ssao", "reference-near"])
 def test_a_sky_of_one_colour_is_one_decision_whatever_casts_shadows(method):
     """Tables of rays hold the sky as it is: what follows from its kind must ask the same."""
-    from ssdo_gl.scene.environment_kinds import GradientEnvironment
+    from ssdo_gl.scene.environment.environment_kinds import GradientEnvironment
 
     uniform = GradientEnvironment(*[(0.5, 0.5, 0.5)] * 3)
     scene = dataclasses.replace(SCENE, environment=uniform)

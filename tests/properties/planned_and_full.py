@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from ssdo_gl import math3d
 from ssdo_gl.effects.decisions import Decided
 from ssdo_gl.renderer import Renderer
-from ssdo_gl.scene import shapes
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.geometry import shapes
+from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import AOVS, Settings
 

@@ -25,7 +25,7 @@ from properties.planned_and_full import (
 
 from ssdo_gl.gpu.shader import Program, ShaderLibrary
 from ssdo_gl.renderer import Renderer
-from ssdo_gl.scene.environment_kinds import ConstantEnvironment, GradientEnvironment
+from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment, GradientEnvironment
 from ssdo_gl.scene.lights import PointLight
 from ssdo_gl.scene.motion import Motion
 from ssdo_gl.settings import AOVS, Settings

@@ -9,9 +9,13 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from properties.planned_and_full import BOX, QUAD, SPHERE, TORUS, at, compare, make_scene, turned
 
-from ssdo_gl.scene import shapes
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment_kinds import ConstantEnvironment, GradientEnvironment, MapEnvironment
+from ssdo_gl.scene.environment.environment_kinds import (
+    ConstantEnvironment,
+    GradientEnvironment,
+    MapEnvironment,
+)
+from ssdo_gl.scene.geometry import shapes
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.material import Material
 

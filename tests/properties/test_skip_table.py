@@ -28,7 +28,7 @@ from properties.planned_and_full import (
 )
 
 from ssdo_gl.gpu.shader import ShaderLibrary
-from ssdo_gl.scene.environment_kinds import ConstantEnvironment, GradientEnvironment
+from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment, GradientEnvironment
 from ssdo_gl.scene.lights import PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.material import Material, Texture
 

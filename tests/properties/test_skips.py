@@ -22,7 +22,11 @@ from properties.planned_and_full import (
 )
 
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment_kinds import ConstantEnvironment, GradientEnvironment, MapEnvironment
+from ssdo_gl.scene.environment.environment_kinds import (
+    ConstantEnvironment,
+    GradientEnvironment,
+    MapEnvironment,
+)
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.material import Material
 

@@ -23,8 +23,8 @@ from ssdo_gl.raytracing.pairs import pair_triangles, stable_order, vertex_ids
 from ssdo_gl.raytracing.split import MAX_SAH_DEPTH, BinaryTree, build_binary, half_area
 from ssdo_gl.raytracing.triangles import SceneTriangles, scene_triangles
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene
 
 CAMERA = Camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0))

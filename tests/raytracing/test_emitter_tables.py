@@ -21,13 +21,13 @@ from ssdo_gl.raytracing.emitter_tables import (
     map_mean_radiance,
 )
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment_kinds import MapEnvironment
+from ssdo_gl.scene.environment.environment_kinds import MapEnvironment
+from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
+from ssdo_gl.scene.geometry.shapes import quad, sphere
 from ssdo_gl.scene.light_bodies import body_lights
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene
-from ssdo_gl.scene.shapes import quad, sphere
 
 GLOW = Material(emission=(3.0, 2.0, 1.0))
 DULL = Material()

@@ -19,11 +19,11 @@ from ssdo_gl.raytracing.surface_tables import (
     surface_table,
 )
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
+from ssdo_gl.scene.geometry.shapes import box, sphere
 from ssdo_gl.scene.lights import RectangleLight
 from ssdo_gl.scene.material import Material, Texture
-from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene
-from ssdo_gl.scene.shapes import box, sphere
 
 CAMERA = Camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0))
 # 16 bits for a component: 1 / 32767 on the octahedron, some 4e-5 of a direction.

@@ -8,10 +8,10 @@ import pytest
 from ssdo_gl.raytracing.bvh import Bvh, build_bvh
 from ssdo_gl.raytracing.surfels import FIRST_FLAG, POINT_COUNT, SECOND_FLAG, Surfels, build_surfels
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
+from ssdo_gl.scene.geometry.shapes import box, cone, quad, sphere, torus
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene
-from ssdo_gl.scene.shapes import box, cone, quad, sphere, torus
 
 CAMERA = Camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0))
 

@@ -10,10 +10,10 @@ from ssdo_gl.raytracing.bvh import Bvh, build_bvh
 from ssdo_gl.raytracing.surfels import LIFT, POINT_COUNT, build_surfels
 from ssdo_gl.raytracing.torn_surfels import NOTHING_MET, TornSurfels, torn
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
+from ssdo_gl.scene.geometry.shapes import box, quad
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene
-from ssdo_gl.scene.shapes import box, quad
 
 CAMERA = Camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0))
 # Positions are float32 within [-1, 1], and so are the corners they are made from.

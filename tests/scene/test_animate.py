@@ -7,12 +7,12 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ssdo_gl.scene import shapes
 from ssdo_gl.scene.animate import scene_at
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.geometry import shapes
+from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.lights import DirectionalLight, Light, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.motion import Motion
 from ssdo_gl.scene.scene import Scene
 

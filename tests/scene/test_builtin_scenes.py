@@ -9,7 +9,7 @@ import pytest
 
 from ssdo_gl.planning.content import analyse
 from ssdo_gl.scene.animate import scene_at
-from ssdo_gl.scene.environment_kinds import ConstantEnvironment, GradientEnvironment
+from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment, GradientEnvironment
 from ssdo_gl.scene.lights import RectangleLight
 from ssdo_gl.scene.load import builtin_names, load_scene
 from ssdo_gl.scene.scene import Scene

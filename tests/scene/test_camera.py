@@ -11,8 +11,8 @@ import pytest
 import ssdo_gl
 import ssdo_gl.scene.camera
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.framing import MARGIN
-from ssdo_gl.scene.mesh import placed
+from ssdo_gl.scene.defaults.framing import MARGIN
+from ssdo_gl.scene.geometry.mesh import placed
 from ssdo_gl.settings.fields import SettingError
 
 # Angles and lengths in float64.

@@ -10,9 +10,10 @@ from PIL import Image
 
 import ssdo_gl
 from ssdo_gl import ConstantEnvironment, Material, Mesh, PointLight, RectangleLight, Scene
-from ssdo_gl.scene import defaults, shapes
+from ssdo_gl.scene import defaults
 from ssdo_gl.scene.builder import SceneBuilder
-from ssdo_gl.scene.mesh import SceneObject
+from ssdo_gl.scene.geometry import shapes
+from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.motion import Motion
 from ssdo_gl.scene.scene import SceneError
 from ssdo_gl.settings.fields import SettingError

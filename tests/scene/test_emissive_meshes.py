@@ -7,12 +7,12 @@ import pytest
 
 from ssdo_gl import math3d
 from ssdo_gl.scene import emissive_meshes as emitters
-from ssdo_gl.scene import shapes
 from ssdo_gl.scene.emissive_meshes import MAX_LIGHTS, SAMPLE_COUNT, emitter_lights
 from ssdo_gl.scene.formats.toml import read_description
+from ssdo_gl.scene.geometry import shapes
+from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
 from ssdo_gl.scene.lights import RectangleLight
 from ssdo_gl.scene.material import Material, Texture
-from ssdo_gl.scene.mesh import Mesh, SceneObject
 
 GLOW = Material(name="glow", emission=(3.0, 2.0, 1.0))
 

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from ssdo_gl import math3d
-from ssdo_gl.scene import shapes
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.geometry import shapes
+from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.light_edits import (
     moved_lights,
     new_light,
@@ -21,7 +22,6 @@ from ssdo_gl.scene.light_edits import (
 from ssdo_gl.scene.lights import KINDS, Light, PointLight, RectangleLight
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.window.animation_clock import STEP_SECONDS, Clock
 

@@ -20,9 +20,9 @@ from ssdo_gl.passes.rays.ray_libraries import record_texture
 from ssdo_gl.raytracing.bvh import MAX_RECORDS, Bvh, build_bvh
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import Mesh, SceneObject
+from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene
-from ssdo_gl.scene.shapes import box, sphere
+from ssdo_gl.scene.geometry.shapes import box, sphere
 
 # Positions in the frame are good to 6e-8 and t to a few of that over lengths up to 2, but
 # divided by the cosine to the triangle where the ray grazes it; 1e-3 cosine is left out.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
-from ssdo_gl.scene.environment_kinds import ConstantEnvironment
+from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment
 from ssdo_gl.scene.light_edits import without_light
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings

@@ -15,7 +15,7 @@ from window.test_viewer import FRAME_S, ROUNDING, SETTINGS, SIZE, ask, said, set
 
 from ssdo_gl import math3d
 from ssdo_gl.cli import main
-from ssdo_gl.scene.environment_kinds import GradientEnvironment
+from ssdo_gl.scene.environment.environment_kinds import GradientEnvironment
 from ssdo_gl.scene.light_edits import moved_lights, new_light
 from ssdo_gl.scene.lights import KINDS
 from ssdo_gl.scene.load import load_scene

@@ -14,7 +14,7 @@ from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.rays import RayPass, Schedule, SumOutput, asked_lights, radius_ns
 from ssdo_gl.raytracing.surface_tables import RayFeatures
-from ssdo_gl.scene.environment_kinds import Environment
+from ssdo_gl.scene.environment import Environment
 from ssdo_gl.settings.settings import same_as
 
 # Samples of one draw and pixel; each takes a ray, and from what it hits one to each light.

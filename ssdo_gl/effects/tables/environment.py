@@ -17,8 +17,7 @@ from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.environment_kinds import MapEnvironment
-from ssdo_gl.scene.environment_light import irradiance, radiance_image
+from ssdo_gl.scene.environment import MapEnvironment, irradiance, radiance_image
 from ssdo_gl.settings.fields import setting
 
 

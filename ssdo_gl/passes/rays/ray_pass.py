@@ -15,7 +15,7 @@ from ssdo_gl.passes.environment_uniforms import (
 from ssdo_gl.passes.rays.accumulate import Schedule, SumOutput, accumulate
 from ssdo_gl.passes.rays.ray_libraries import EMITTER_TABLES, ray_defines, ray_reads, ray_uniforms
 from ssdo_gl.raytracing.surface_tables import RayFeatures
-from ssdo_gl.scene.environment_kinds import Environment
+from ssdo_gl.scene.environment import Environment
 
 # Of more lights than MOST_ALL each sample asks MOST_ASKED by chance: rays/emitters.glsl.
 MOST_ALL, MOST_ASKED = 1536, 256

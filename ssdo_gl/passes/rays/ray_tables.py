@@ -23,8 +23,7 @@ from ssdo_gl.raytracing.surface_tables import (
     surface_count,
     surface_table,
 )
-from ssdo_gl.scene.environment_kinds import MapEnvironment
-from ssdo_gl.scene.environment_light import radiance_image
+from ssdo_gl.scene.environment import MapEnvironment, radiance_image
 from ssdo_gl.scene.scene import Scene
 
 

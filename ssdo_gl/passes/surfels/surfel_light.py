@@ -30,7 +30,7 @@ from ssdo_gl.passes.surfels.surfel_textures import (
     surfel_rows,
 )
 from ssdo_gl.raytracing.surface_tables import RayFeatures
-from ssdo_gl.scene.environment_kinds import Environment
+from ssdo_gl.scene.environment import Environment
 
 # More groups of lights than this are drawn from by chance instead of gone through.
 MOST_GROUPS = 16

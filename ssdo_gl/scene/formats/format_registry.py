@@ -8,8 +8,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from ssdo_gl.scene.files import check_file
 from ssdo_gl.scene.formats.model import Model
-from ssdo_gl.scene.paths import check_file
 from ssdo_gl.scene.scene import Scene, SceneError
 from ssdo_gl.settings.loading import USUAL, LoadOptions
 

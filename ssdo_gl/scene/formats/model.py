@@ -14,14 +14,12 @@ from numpy.typing import NDArray
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.files import MAX_MODEL_TEXELS, read_texture
 from ssdo_gl.scene.formats.point_bodies import point_bodies
-from ssdo_gl.scene.images import MAX_MODEL_TEXELS, read_texture
+from ssdo_gl.scene.geometry import Mesh, SceneObject, cleaned_mesh, smoothed
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Material, Texture, Wrap
-from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.motion import Trajectory
-from ssdo_gl.scene.smoothing import smoothed
-from ssdo_gl.scene.topology import cleaned_mesh
 
 # Of all meshes of a model file. What scans reach; in memory some 5 GiB.
 MAX_TRIANGLES = 1 << 25

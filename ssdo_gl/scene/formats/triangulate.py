@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.topology import check_vertices
+from ssdo_gl.scene.geometry import check_vertices
 
 # Corners squared, summed over the polygons whose ears are clipped: 1 s for a star that
 # crosses itself everywhere, .04 s for an outline that does not.

@@ -15,7 +15,7 @@ from ssdo_gl.scene.material import Color
 from ssdo_gl.settings.fields import SettingError
 
 if TYPE_CHECKING:
-    from ssdo_gl.scene.table import Table
+    from ssdo_gl.scene.files import Table
 
 # Of files, degrees: what subtends more is a sky, and no light from one direction.
 WIDEST = 90.0

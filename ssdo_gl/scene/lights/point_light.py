@@ -13,7 +13,7 @@ from ssdo_gl.scene.lights.base import BoundsOf, Emitter, Form, Light, ShaderRow,
 from ssdo_gl.scene.material import Color
 
 if TYPE_CHECKING:
-    from ssdo_gl.scene.table import Table
+    from ssdo_gl.scene.files import Table
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,7 +10,7 @@ import numpy as np
 
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray, Vector, vector
-from ssdo_gl.scene import shapes
+from ssdo_gl.scene.geometry import parallelogram_matrix, quad
 from ssdo_gl.scene.lights.base import (
     BLACK,
     Body,
@@ -25,7 +25,7 @@ from ssdo_gl.scene.lights.base import (
 from ssdo_gl.scene.material import Color, Material
 
 if TYPE_CHECKING:
-    from ssdo_gl.scene.table import Table
+    from ssdo_gl.scene.files import Table
 
 # Tangent of half a face's angle: the shadow of one receiver is looked up in one face, so
 # faces reach into their neighbours by the width of a penumbra.
@@ -82,8 +82,8 @@ class RectangleLight(Light):
             emission=self.radiance,
             two_sided_emission=self.two_sided,
         )
-        matrix = shapes.parallelogram_matrix(self.corner, self.edge_u, self.edge_v)
-        return Body("quad", shapes.quad, material, matrix)
+        matrix = parallelogram_matrix(self.corner, self.edge_u, self.edge_v)
+        return Body("quad", quad, material, matrix)
 
     @property
     def place(self) -> Vector:

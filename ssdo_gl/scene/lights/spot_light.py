@@ -17,7 +17,7 @@ from ssdo_gl.scene.material import Color
 from ssdo_gl.settings.fields import SettingError
 
 if TYPE_CHECKING:
-    from ssdo_gl.scene.table import Table
+    from ssdo_gl.scene.files import Table
 
 # A wider cone in one picture would waste most texels on its rim: at 60 degrees the rim
 # has 1/4 of the centre's density, and the five faces of a half cube do better beyond.

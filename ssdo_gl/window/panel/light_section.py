@@ -6,9 +6,16 @@ import dataclasses
 
 from imgui_bundle import imgui
 
-from ssdo_gl.scene.daylight import Daylight, SkyEnvironment, sky, with_sun
 from ssdo_gl.scene.defaults import SKY
-from ssdo_gl.scene.environment_kinds import ConstantEnvironment, Environment, GradientEnvironment
+from ssdo_gl.scene.environment import (
+    ConstantEnvironment,
+    Daylight,
+    Environment,
+    GradientEnvironment,
+    SkyEnvironment,
+    sky,
+    with_sun,
+)
 from ssdo_gl.scene.light_edits import new_light
 from ssdo_gl.scene.lights import KINDS
 from ssdo_gl.scene.material import Color

@@ -18,8 +18,8 @@ from ssdo_gl.bench.measure.reference_cache import (
     reference_key,
 )
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 

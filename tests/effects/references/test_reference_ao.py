@@ -19,9 +19,9 @@ from passes.ray_harness import Tracer
 from ssdo_gl.effects.references.reference_ao import ReferenceAoPass, ReferenceAoSettings
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.mesh import Mesh
+from ssdo_gl.scene.geometry.mesh import Mesh
+from ssdo_gl.scene.geometry.shapes import sphere
 from ssdo_gl.scene.scene import Scene
-from ssdo_gl.scene.shapes import sphere
 
 SIZE = (24, 16)
 RUNS = 32

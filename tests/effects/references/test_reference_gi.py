@@ -15,16 +15,16 @@ from ssdo_gl.effects.references.reference_near import ReferenceNearPass, Referen
 from ssdo_gl.effects.shadows.traced_shadows import TracedShadowsPass, TracedShadowsSettings
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment_kinds import (
+from ssdo_gl.scene.environment.environment_kinds import (
     ConstantEnvironment,
     GradientEnvironment,
     MapEnvironment,
 )
+from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
+from ssdo_gl.scene.geometry.shapes import sphere
 from ssdo_gl.scene.lights import PointLight, RectangleLight
 from ssdo_gl.scene.material import Material, Texture
-from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene
-from ssdo_gl.scene.shapes import sphere
 
 SIZE = (16, 12)
 RUNS = 24

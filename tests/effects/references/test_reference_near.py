@@ -16,10 +16,10 @@ from ssdo_gl.effects.references.reference_near import ReferenceNearPass, Referen
 from ssdo_gl.effects.shadows.traced_shadows import TracedShadowsPass, TracedShadowsSettings
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment_kinds import ConstantEnvironment, GradientEnvironment
+from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment, GradientEnvironment
+from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.scene import Scene
 
 SIZE = (24, 16)

@@ -16,9 +16,9 @@ from ssdo_gl.effects.shadows.shadow_map import (
     ShadowMapSettings,
     tile_size,
 )
+from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.shadow_frames import atlas_layout
 
 # Along the faces of a rectangle's map, of other maps, and of maps with one face.

@@ -11,8 +11,8 @@ from hard_cases.methods import render
 from hard_cases.test_depth import with_meshes
 
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.geometry.mesh import Mesh
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
-from ssdo_gl.scene.mesh import Mesh
 
 # At right angles to the view, so that half of what is in view is dark; no vertex faces it.
 TOWARD = np.array([0.8, 0.36, 0.48])

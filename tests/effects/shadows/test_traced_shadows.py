@@ -14,11 +14,11 @@ from passes.ray_harness import Tracer
 from ssdo_gl.effects.shadows.traced_shadows import TracedShadowsPass, TracedShadowsSettings
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
+from ssdo_gl.scene.geometry.shapes import sphere
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene
-from ssdo_gl.scene.shapes import sphere
 
 SIZE = (24, 16)
 RUNS = 24

@@ -13,7 +13,7 @@ from ssdo_gl.effects.tables.environment import (
     EnvironmentSettings,
     octahedral_nodes,
 )
-from ssdo_gl.scene.environment_kinds import MapEnvironment
+from ssdo_gl.scene.environment.environment_kinds import MapEnvironment
 
 
 def directions(count):

@@ -22,11 +22,11 @@ from ssdo_gl.passes.surfels.surfel_textures import CACHE_TABLES
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
+from ssdo_gl.scene.geometry.shapes import box
 from ssdo_gl.scene.lights import PointLight
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene
-from ssdo_gl.scene.shapes import box
 from ssdo_gl.settings import Settings
 
 CACHE = {"surfels", "surfel_rays", "surfel_sky", "surfel_direct", "surface_cache"}

@@ -13,9 +13,9 @@ from ssdo_gl.passes.rays import bvh_upload, ray_tables
 from ssdo_gl.raytracing import bvh as bvh_module
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
 from ssdo_gl.scene.lights import PointLight, RectangleLight
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 

@@ -11,12 +11,12 @@ from passes.cache_harness import fill
 from ssdo_gl.passes.surfels.bounces import relaxation
 from ssdo_gl.passes.surfels.surfel_textures import SurfaceCacheSettings
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment_kinds import ConstantEnvironment
+from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment
+from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
+from ssdo_gl.scene.geometry.shapes import box, quad, sphere
 from ssdo_gl.scene.lights import PointLight
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene
-from ssdo_gl.scene.shapes import box, quad, sphere
 
 CAMERA = Camera((0.1, 0.0, 0.2), (0.0, 0.0, 0.0))
 # Fewer surfels than usual: closed forms hold for any number of them.

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from ssdo_gl.scene.environment_kinds import ConstantEnvironment
+from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene, SceneError
 

@@ -10,9 +10,9 @@ import pytest
 
 from ssdo_gl.cli import build_parser
 from ssdo_gl.scene.formats import FORMATS, Model, SceneFormat
+from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import SceneObject
 
 Write = Callable[[dict[str, str | bytes]], Path]
 PAGE = Path(__file__).parents[3] / "docs" / "formats.md"

@@ -14,7 +14,7 @@ from PIL import Image
 
 from ssdo_gl.images.color import linear_from_srgb
 from ssdo_gl.scene.formats import read_model
-from ssdo_gl.scene.mesh import Mesh
+from ssdo_gl.scene.geometry.mesh import Mesh
 
 Write = Callable[[dict[str, str | bytes]], Path]
 Bytes = tuple[int, int, int]

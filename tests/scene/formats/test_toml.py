@@ -13,7 +13,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ssdo_gl.math3d import transform_points
-from ssdo_gl.scene.environment_kinds import ConstantEnvironment, GradientEnvironment, MapEnvironment
+from ssdo_gl.scene.environment.environment_kinds import (
+    ConstantEnvironment,
+    GradientEnvironment,
+    MapEnvironment,
+)
 from ssdo_gl.scene.formats.toml import read_description
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.load import load_scene

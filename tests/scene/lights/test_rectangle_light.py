@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ssdo_gl import math3d
-from ssdo_gl.scene import shapes
+from ssdo_gl.scene.geometry import shapes
 from ssdo_gl.scene.lights import PointLight, RectangleLight
 
 # Emits downwards.

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.scene.mesh import Mesh, SceneObject
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.window.camera.collisions import MOST_TRIANGLES, Obstacles
 

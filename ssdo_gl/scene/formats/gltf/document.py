@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.decoders import DecoderError, MissingDecoderError, decoded_meshopt
+from ssdo_gl.scene.files import contained_file, read_file
 from ssdo_gl.scene.numbers import LARGEST_NUMBER, finite
-from ssdo_gl.scene.paths import contained_file, read_file
 from ssdo_gl.scene.scene import SceneError
 
 Json = dict[str, Any]

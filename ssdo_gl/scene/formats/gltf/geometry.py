@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json
 from ssdo_gl.scene.formats.model import Vertices
-from ssdo_gl.scene.mesh import are_mirrored
+from ssdo_gl.scene.geometry import are_mirrored
 
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 Offsets = NDArray[np.float32] | None

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.files import MAX_RADIANCE
 from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json, number, numbers
 from ssdo_gl.scene.formats.gltf.gltf_textures import Coordinates, Placed, TextureReader
 from ssdo_gl.scene.formats.model import Model
-from ssdo_gl.scene.images import MAX_RADIANCE
 from ssdo_gl.scene.material import Color, Material, Texture
 
 # Extensions that are drawn as the material beneath them, in words.

@@ -9,9 +9,9 @@ from typing import Any, cast
 import numpy as np
 
 from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.files import check_size, doubled
 from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json, number, numbers
 from ssdo_gl.scene.formats.model import Model
-from ssdo_gl.scene.images import check_size, doubled
 from ssdo_gl.scene.material import Texture, Wrap
 from ssdo_gl.scene.scene import SceneError
 

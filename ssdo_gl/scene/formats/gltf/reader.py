@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.flattened import thickened, with_area
 from ssdo_gl.scene.formats.gltf.animation import read_channels
 from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json, numbers
 from ssdo_gl.scene.formats.gltf.draco import unpack
@@ -27,7 +26,7 @@ from ssdo_gl.scene.formats.gltf.poses import Poses
 from ssdo_gl.scene.formats.gltf.rig import FrameMotion, NodeMotion, Rig, Skin
 from ssdo_gl.scene.formats.gltf.viewpoints import read_camera, read_light
 from ssdo_gl.scene.formats.model import Model
-from ssdo_gl.scene.mesh import MAX_INSTANCES, SceneObject
+from ssdo_gl.scene.geometry import MAX_INSTANCES, SceneObject, thickened, with_area
 from ssdo_gl.scene.scene import SceneError
 
 _UNDRAWN = {

@@ -9,10 +9,10 @@ import numpy as np
 
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.flattened import with_area
 from ssdo_gl.scene.formats.gltf.animation import Channels
 from ssdo_gl.scene.formats.gltf.document import Document, GltfError
 from ssdo_gl.scene.formats.gltf.nodes import NodeTree, matrix_of, placement
+from ssdo_gl.scene.geometry import with_area
 from ssdo_gl.scene.numbers import LARGEST_COORDINATE
 
 # Times at which something that has no size at first is looked at, so that it can grow.

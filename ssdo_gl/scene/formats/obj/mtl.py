@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from ssdo_gl.scene.files import contained_file
 from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.formats.obj.gloss import gloss_fields, gloss_maps
 from ssdo_gl.scene.formats.obj.maps import Map, Placement, is_cut_out, masked, read_map
 from ssdo_gl.scene.formats.obj.obj_text import logical_lines, remainder, without_comment
 from ssdo_gl.scene.material import Color, Material
 from ssdo_gl.scene.numbers import LARGEST_NUMBER
-from ssdo_gl.scene.paths import contained_file
 from ssdo_gl.scene.scene import SceneError
 
 # Cut-out masks of .mtl files carry no threshold of their own.

@@ -20,8 +20,8 @@ from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.formats.obj.mtl import MtlMaterial, material_called, read_libraries
 from ssdo_gl.scene.formats.obj.obj_text import logical_lines, remainder
 from ssdo_gl.scene.formats.triangulate import triangulated
+from ssdo_gl.scene.geometry import SceneObject
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.scene import SceneError
 
 # Elements that are not drawn; two-cornered faces are lines.

@@ -17,8 +17,8 @@ from ssdo_gl.scene.formats.polygons.off import parse_off
 from ssdo_gl.scene.formats.polygons.ply import parse_ply
 from ssdo_gl.scene.formats.polygons.polygon_mesh import PolygonMesh
 from ssdo_gl.scene.formats.polygons.stl import parse_stl
+from ssdo_gl.scene.geometry import SceneObject
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import SceneObject
 from ssdo_gl.scene.scene import SceneError
 
 __all__ = ["read_off", "read_ply", "read_stl"]

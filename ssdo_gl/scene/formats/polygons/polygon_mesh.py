@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.files import contained_file
 from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.formats.triangulate import triangulated
+from ssdo_gl.scene.geometry import SceneObject
 from ssdo_gl.scene.material import Material, Texture
-from ssdo_gl.scene.mesh import SceneObject
-from ssdo_gl.scene.paths import contained_file
 from ssdo_gl.scene.scene import SceneError
 
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ssdo_gl.scene import paths
+from ssdo_gl.scene import files
 from ssdo_gl.scene.builder import SceneBuilder
-from ssdo_gl.scene.daylight import SkyEnvironment
+from ssdo_gl.scene.environment import SkyEnvironment
+from ssdo_gl.scene.files import Table
 from ssdo_gl.scene.formats.toml import environments, lights, materials, objects, render_settings
 from ssdo_gl.scene.formats.toml.based import read_based_scene
 from ssdo_gl.scene.formats.toml.camera_table import read_camera, read_height
 from ssdo_gl.scene.scene import Scene, SceneError
-from ssdo_gl.scene.table import Table
 from ssdo_gl.settings.loading import USUAL, LoadOptions
 from ssdo_gl.toml_text import read_toml
 
@@ -35,7 +35,7 @@ def read_file(path: Path, source: str, options: LoadOptions = USUAL) -> Scene:
         As `read_description`, or if the file cannot be read or is not UTF-8.
     """
     try:
-        text = paths.read_file(path, source).decode("utf-8-sig")
+        text = files.read_file(path, source).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise SceneError(f"{source}: byte {error.start} is not UTF-8 text") from None
     # TOML ends lines with LF or CRLF; a text with another mix fails in the parser.

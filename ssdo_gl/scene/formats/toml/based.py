@@ -10,15 +10,13 @@ from typing import Any
 
 from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.daylight import SkyEnvironment, with_sun
-from ssdo_gl.scene.environment_kinds import MapEnvironment
+from ssdo_gl.scene.environment import MapEnvironment, SkyEnvironment, with_sun
+from ssdo_gl.scene.files import Table, contained_file
 from ssdo_gl.scene.formats.toml import environments, render_settings
 from ssdo_gl.scene.formats.toml.camera_table import read_camera, read_height
 from ssdo_gl.scene.formats.toml.lights import read_light
 from ssdo_gl.scene.light_edits import with_added_light, with_lights, without_light
-from ssdo_gl.scene.paths import contained_file
 from ssdo_gl.scene.scene import Scene
-from ssdo_gl.scene.table import Table
 from ssdo_gl.settings.loading import LoadOptions
 
 # What such a scene may hold; lights are added, objects and materials are those of its base.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ssdo_gl.scene.builder import LARGEST_SCENE, SMALLEST_SCENE
 from ssdo_gl.scene.camera import PROJECTIONS, Camera
-from ssdo_gl.scene.table import Table
+from ssdo_gl.scene.files import Table
 from ssdo_gl.settings.settings import MAX_EXPOSURE_EV
 
 # What a camera has that was not placed by a file.

@@ -5,16 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 
 from ssdo_gl.scene.builder import SceneBuilder
-from ssdo_gl.scene.daylight import Daylight, sky
-from ssdo_gl.scene.environment_kinds import (
+from ssdo_gl.scene.environment import (
     ConstantEnvironment,
+    Daylight,
     Environment,
     GradientEnvironment,
     MapEnvironment,
+    sky,
 )
+from ssdo_gl.scene.files import Table, read_radiance_map
 from ssdo_gl.scene.formats.toml.materials import file_beside
-from ssdo_gl.scene.images import read_radiance_map
-from ssdo_gl.scene.table import Table
 
 _KEYS: dict[str, tuple[str, ...]] = {
     "constant": ("radiance",),

@@ -9,9 +9,18 @@ import numpy as np
 
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene import shapes
-from ssdo_gl.scene.mesh import Mesh
-from ssdo_gl.scene.table import Table
+from ssdo_gl.scene.files import Table
+from ssdo_gl.scene.geometry import (
+    SEGMENTS,
+    Mesh,
+    box,
+    cone,
+    cylinder,
+    parallelogram_matrix,
+    quad,
+    sphere,
+    torus,
+)
 
 # Keys that each shape takes besides those of every object.
 FORM_KEYS: dict[str, tuple[str, ...]] = {
@@ -38,11 +47,11 @@ def _box(table: Table) -> PlacedShape:
     if not np.all(high > low):
         table.fail("max", f"must exceed min = {low.tolist()} on every axis")
     matrix = math3d.translation(0.5 * (low + high)) @ math3d.scaling(high - low)
-    return "box", shapes.box, matrix
+    return "box", box, matrix
 
 
 def _quad(table: Table) -> PlacedShape:
-    return "quad", shapes.quad, shapes.parallelogram_matrix(*table.parallelogram())
+    return "quad", quad, parallelogram_matrix(*table.parallelogram())
 
 
 def _plane(table: Table) -> PlacedShape:
@@ -59,7 +68,7 @@ def _plane(table: Table) -> PlacedShape:
     matrix = np.eye(4)
     matrix[:3, 0], matrix[:3, 1], matrix[:3, 3] = edge_u, edge_v, corner
     matrix[:3, 2] = frame[:, 2] * np.sqrt(sides[0] * sides[1])
-    return "quad", shapes.quad, matrix
+    return "quad", quad, matrix
 
 
 def _sphere(table: Table) -> PlacedShape:
@@ -72,18 +81,18 @@ def _sphere(table: Table) -> PlacedShape:
         amplitude = bump.number("amplitude", 0.05, low=0.0, high=0.9)
         frequency = bump.number("frequency", 8.0, low=0.0, high=1000.0)
     matrix = math3d.translation(table.vector("center", (0.0, 0.0, 0.0))) @ math3d.scaling(radius)
-    make = partial(shapes.sphere, segments, amplitude, frequency)
+    make = partial(sphere, segments, amplitude, frequency)
     return ("sphere", segments, amplitude, frequency), make, matrix
 
 
 def _cylinder(table: Table) -> PlacedShape:
     segments = _segments(table)
-    return ("cylinder", segments), partial(shapes.cylinder, segments), _axial(table)
+    return ("cylinder", segments), partial(cylinder, segments), _axial(table)
 
 
 def _cone(table: Table) -> PlacedShape:
     segments = _segments(table)
-    return ("cone", segments), partial(shapes.cone, segments), _axial(table)
+    return ("cone", segments), partial(cone, segments), _axial(table)
 
 
 def _axial(table: Table) -> FloatArray:
@@ -122,7 +131,7 @@ def _torus(table: Table) -> PlacedShape:
     matrix[:3, :3] = frame * radius
     matrix[:3, 3] = table.vector("center", (0.0, 0.0, 0.0))
     tube = 0.5 * thickness / radius
-    make = partial(shapes.torus, tube, degrees, segments)
+    make = partial(torus, tube, degrees, segments)
     return ("torus", tube, degrees, segments), make, matrix
 
 
@@ -131,7 +140,7 @@ def _length(table: Table, key: str) -> float:
 
 
 def _segments(table: Table) -> int:
-    return table.integer("segments", shapes.SEGMENTS, 3, MAX_SEGMENTS)
+    return table.integer("segments", SEGMENTS, 3, MAX_SEGMENTS)
 
 
 _READERS: dict[str, Callable[[Table], PlacedShape]] = {

@@ -6,9 +6,9 @@ import dataclasses
 from typing import cast, get_args
 
 from ssdo_gl.scene.builder import SceneBuilder
+from ssdo_gl.scene.files import Table
 from ssdo_gl.scene.formats.toml.motions import MOTION_TABLE, read_motion
 from ssdo_gl.scene.lights import KINDS, Shadow
-from ssdo_gl.scene.table import Table
 
 SHADOWS: tuple[str, ...] = get_args(Shadow)
 _COMMON = ("kind", "name", "shadow", MOTION_TABLE)

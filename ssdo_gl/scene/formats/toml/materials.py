@@ -5,11 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from ssdo_gl.scene.builder import SceneBuilder
-from ssdo_gl.scene.images import read_texture
+from ssdo_gl.scene.files import Table, contained_file, read_texture
 from ssdo_gl.scene.material import Material, Texture
-from ssdo_gl.scene.paths import contained_file
 from ssdo_gl.scene.scene import SceneError
-from ssdo_gl.scene.table import Table
 
 # Where one of these stands, the surface is glossy unless `specular` says otherwise.
 GLOSS_KEYS = (

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from ssdo_gl.math3d import Vector
+from ssdo_gl.scene.files import Table
 from ssdo_gl.scene.motion import Motion
-from ssdo_gl.scene.table import Table
 
 MOTION_TABLE = "animate"
 KEYS = ("spin", "pivot", "orbit", "orbit_center", "sway", "period")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from ssdo_gl.scene.files import Table
 from ssdo_gl.scene.scene import SceneError
-from ssdo_gl.scene.table import Table
 from ssdo_gl.settings.fields import SettingError, describe, from_file
 from ssdo_gl.settings.settings import Settings
 

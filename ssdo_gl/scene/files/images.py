@@ -13,9 +13,9 @@ from PIL import Image, UnidentifiedImageError
 
 from ssdo_gl.foreign_output import foreign_output_held
 from ssdo_gl.scene.decoders import DecoderError, decoded_basis
+from ssdo_gl.scene.files.paths import read_file
+from ssdo_gl.scene.files.radiance_hdr import decode_hdr
 from ssdo_gl.scene.material import Texture, Wrap
-from ssdo_gl.scene.paths import read_file
-from ssdo_gl.scene.radiance_hdr import decode_hdr
 from ssdo_gl.scene.scene import SceneError
 
 # The smallest maximum texture size among current desktop OpenGL drivers.

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ssdo_gl.scene.environment_kinds import (
+from ssdo_gl.scene.environment.environment_kinds import (
     ConstantEnvironment,
     GradientEnvironment,
     MapEnvironment,
 )
-from ssdo_gl.scene.environment_lobes import LEVEL_COUNT, lobe_gains, lobe_levels
+from ssdo_gl.scene.environment.environment_lobes import LEVEL_COUNT, lobe_gains, lobe_levels
 
 # Texels of a map count as patches there and as points here; and the series is cut where the
 # lobe has lost all but e^-8.

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ssdo_gl.scene.environment_kinds import (
+from ssdo_gl.scene.environment.environment_kinds import (
     ConstantEnvironment,
     GradientEnvironment,
     MapEnvironment,
 )
-from ssdo_gl.scene.environment_light import (
+from ssdo_gl.scene.environment.environment_light import (
     clamped_cosine_overlap,
     irradiance,
     radiance_image,

@@ -12,9 +12,10 @@ from glb_writer import GlbWriter
 from PIL import Image
 
 import ssdo_gl
-from ssdo_gl.scene import defaults, shapes
+from ssdo_gl.scene import defaults
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment_kinds import GradientEnvironment, MapEnvironment
+from ssdo_gl.scene.environment.environment_kinds import GradientEnvironment, MapEnvironment
+from ssdo_gl.scene.geometry import shapes
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.fields import SettingError

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene import mesh as mesh_module
-from ssdo_gl.scene import shapes, smoothing
-from ssdo_gl.scene.mesh import Mesh
-from ssdo_gl.scene.smoothing import smoothed
-from ssdo_gl.scene.spans import spans
+from ssdo_gl.scene.geometry import mesh as mesh_module
+from ssdo_gl.scene.geometry import shapes, smoothing
+from ssdo_gl.scene.geometry.array_spans import spans
+from ssdo_gl.scene.geometry.mesh import Mesh
+from ssdo_gl.scene.geometry.smoothing import smoothed
 
 
 def soup(mesh: Mesh) -> Mesh:

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray, largest_of_rows, lengths_of_rows
-from ssdo_gl.scene.mesh import Mesh
+from ssdo_gl.scene.geometry.array_spans import spans
+from ssdo_gl.scene.geometry.mesh import Mesh
 from ssdo_gl.scene.numbers import LARGEST_NUMBER
-from ssdo_gl.scene.spans import spans
 
 # Sine of a triangle's corner, at the scale of its longest edge, below which float64
 # cannot tell its plane any more.

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ssdo_gl.scene import shapes, topology
-from ssdo_gl.scene.topology import cleaned_mesh, is_closed, joined_vertices
+from ssdo_gl.scene.geometry import shapes, topology
+from ssdo_gl.scene.geometry.topology import cleaned_mesh, is_closed, joined_vertices
 
 TRIANGLE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 FACE = np.array([[0, 1, 2]])

@@ -12,9 +12,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject, placed
+from ssdo_gl.scene.geometry.topology import unit_tangents
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import Mesh, SceneObject, placed
-from ssdo_gl.scene.topology import unit_tangents
 
 # Below it every object keeps its mesh, whose instances and bounds serve culling.
 MIN_OBJECTS = 500

@@ -12,8 +12,8 @@ import pytest
 from PIL import Image
 
 from ssdo_gl.images.color import linear_from_srgb
-from ssdo_gl.scene.images import read_radiance_map, read_texture
-from ssdo_gl.scene.radiance_hdr import decode_hdr
+from ssdo_gl.scene.files.images import read_radiance_map, read_texture
+from ssdo_gl.scene.files.radiance_hdr import decode_hdr
 
 
 def test_srgb_decoding_has_its_standard_values() -> None:

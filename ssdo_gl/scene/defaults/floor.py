@@ -8,12 +8,11 @@ import numpy as np
 
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray, IntArray
-from ssdo_gl.scene.defaults import BACKDROP
-from ssdo_gl.scene.environment_kinds import Environment
-from ssdo_gl.scene.environment_light import irradiance
+from ssdo_gl.scene.defaults.default_light import BACKDROP
+from ssdo_gl.scene.environment import Environment, irradiance
+from ssdo_gl.scene.geometry import Mesh, SceneObject, corners_within, placed
 from ssdo_gl.scene.lights import DirectionalLight
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import Mesh, SceneObject, corners_within, placed
 
 _SEGMENTS = 96
 # Below the model, so that it does not fight with what lies at its bottom; of its size.

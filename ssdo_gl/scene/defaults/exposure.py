@@ -11,12 +11,11 @@ from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray, lengths_of_rows
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.defaults.framing import is_room
 from ssdo_gl.scene.emissive_meshes import emitted_radiance
-from ssdo_gl.scene.framing import is_room
+from ssdo_gl.scene.geometry import Mesh, SceneObject, placed, spans
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.mesh import Mesh, SceneObject, placed
-from ssdo_gl.scene.spans import spans
 
 # Radiance that a light grey surface gets from direct light alone at the brighter end
 # of the scene; indirect light adds about half as much again in a room.

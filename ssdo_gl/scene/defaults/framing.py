@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray, lengths_of_rows
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.mesh import Mesh, SceneObject, corners_within, instance_boxes, placed
-from ssdo_gl.scene.spans import spans
+from ssdo_gl.scene.geometry import Mesh, SceneObject, corners_within, instance_boxes, placed, spans
 
 # Three-quarter view: turned to the right of the front (+z) and slightly above it.
 AZIMUTH_DEGREES, ELEVATION_DEGREES = 30.0, 20.0

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.environment_kinds import (
+from ssdo_gl.scene.environment.environment_kinds import (
     ConstantEnvironment,
     Environment,
     GradientEnvironment,

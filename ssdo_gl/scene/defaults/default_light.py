@@ -9,7 +9,7 @@ import numpy as np
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment_kinds import GradientEnvironment, MapEnvironment
+from ssdo_gl.scene.environment import GradientEnvironment, MapEnvironment
 from ssdo_gl.scene.lights import DirectionalLight
 from ssdo_gl.scene.material import Color
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from ssdo_gl.cli import main
-from ssdo_gl.scene.daylight import SUN, UNITS_PER_KLX, Daylight, SkyEnvironment, sky
-from ssdo_gl.scene.environment_light import irradiance
+from ssdo_gl.scene.environment.daylight import SUN, UNITS_PER_KLX, Daylight, SkyEnvironment, sky
+from ssdo_gl.scene.environment.environment_light import irradiance
 from ssdo_gl.scene.formats import read_description
 from ssdo_gl.scene.lights import DirectionalLight
 from ssdo_gl.scene.load import load_scene

@@ -11,13 +11,13 @@ from hypothesis import strategies as st
 
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene import shapes
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.defaults import soft_light
-from ssdo_gl.scene.exposure import exposure_for
-from ssdo_gl.scene.framing import frame, side_coverage
+from ssdo_gl.scene.defaults.default_light import soft_light
+from ssdo_gl.scene.defaults.exposure import exposure_for
+from ssdo_gl.scene.defaults.framing import frame, side_coverage
+from ssdo_gl.scene.geometry import shapes
+from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.lights import DirectionalLight, Light, PointLight, RectangleLight, SpotLight
-from ssdo_gl.scene.mesh import SceneObject
 
 BOX = shapes.box()
 QUAD = shapes.quad()

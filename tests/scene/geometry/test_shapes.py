@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ssdo_gl.scene import shapes
-from ssdo_gl.scene.mesh import Mesh
-from ssdo_gl.scene.topology import is_closed
+from ssdo_gl.scene.geometry import shapes
+from ssdo_gl.scene.geometry.mesh import Mesh
+from ssdo_gl.scene.geometry.topology import is_closed
 
 # Float64 sums over at most 16 thousand triangles.
 ROUNDING = 1e-12

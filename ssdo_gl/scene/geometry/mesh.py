@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ssdo_gl.math3d import FloatArray, largest_of_rows, lengths_of_rows
+from ssdo_gl.scene.geometry.array_spans import spans
 from ssdo_gl.scene.motion import Trajectory
-from ssdo_gl.scene.spans import spans
 from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.short_repr import counted, described
 

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ssdo_gl.scene.mesh import Mesh
+from ssdo_gl.scene.geometry.mesh import Mesh
 
 # The last vertex belongs to no triangle.
 POSITIONS = np.array([[1.0, -2, 3], [0, 5, 0], [-4, 1, 1], [99, 99, 99]])

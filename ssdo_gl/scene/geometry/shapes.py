@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.mesh import Mesh
+from ssdo_gl.scene.geometry.mesh import Mesh
 
 # A silhouette of 64 segments deviates from its circle by 1 - cos(pi / 64) = 0.12 %
 # of the radius: under a pixel for a sphere 1500 pixels wide.

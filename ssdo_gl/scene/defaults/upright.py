@@ -9,7 +9,7 @@ import numpy as np
 
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.mesh import Mesh, SceneObject, corners_within
+from ssdo_gl.scene.geometry import Mesh, SceneObject, corners_within
 
 _AXES = {"y": 1, "z": 2}
 # What lies within this share of the height from the bottom, and faces down, is a foot.

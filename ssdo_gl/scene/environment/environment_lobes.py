@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.environment_kinds import Environment
-from ssdo_gl.scene.environment_light import radiance_image
+from ssdo_gl.scene.environment.environment_kinds import Environment
+from ssdo_gl.scene.environment.environment_light import radiance_image
 
 # Level k is blurred by a lobe of width alpha = 2^(k - 6), and each level has half the texels
 # of the one before along each side: a texel is 0.8 of the lobe's half width in all of them.

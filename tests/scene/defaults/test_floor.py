@@ -9,7 +9,7 @@ import pytest
 
 import ssdo_gl
 from ssdo_gl.renderer import Renderer
-from ssdo_gl.scene.defaults import BACKDROP
+from ssdo_gl.scene.defaults.default_light import BACKDROP
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings

@@ -1,0 +1,47 @@
+"""What a scene gets that brings none of its own: light, camera, exposure, floor."""
+
+from __future__ import annotations
+
+from ssdo_gl.scene.defaults.default_light import (
+    BACKDROP,
+    METERING_SLACK,
+    MODEL_REACH,
+    MOST_TRACED,
+    MOST_TRACED_MOVING,
+    NEUTRAL_SKY,
+    RAYLESS_METHOD,
+    ROOM_REACH,
+    SKY,
+    STUDIO,
+    soft_light,
+    studio,
+)
+from ssdo_gl.scene.defaults.exposure import lighting_for, seen_metal
+from ssdo_gl.scene.defaults.floor import ground, has_floor
+from ssdo_gl.scene.defaults.framing import frame, is_room, parallel, seen_from
+from ssdo_gl.scene.defaults.upright import guessed_up, turned_up
+
+__all__ = [
+    "BACKDROP",
+    "METERING_SLACK",
+    "MODEL_REACH",
+    "MOST_TRACED",
+    "MOST_TRACED_MOVING",
+    "NEUTRAL_SKY",
+    "RAYLESS_METHOD",
+    "ROOM_REACH",
+    "SKY",
+    "STUDIO",
+    "frame",
+    "ground",
+    "guessed_up",
+    "has_floor",
+    "is_room",
+    "lighting_for",
+    "parallel",
+    "seen_from",
+    "seen_metal",
+    "soft_light",
+    "studio",
+    "turned_up",
+]

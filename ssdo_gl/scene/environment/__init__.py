@@ -1,0 +1,33 @@
+"""Distant light: its kinds, daylight, and its images as surfaces see it."""
+
+from __future__ import annotations
+
+from ssdo_gl.scene.environment.daylight import Daylight, SkyEnvironment, sky, with_sun
+from ssdo_gl.scene.environment.environment_kinds import (
+    ENVIRONMENT_KINDS,
+    ConstantEnvironment,
+    Environment,
+    EnvironmentKind,
+    GradientEnvironment,
+    MapEnvironment,
+    kind_of,
+)
+from ssdo_gl.scene.environment.environment_light import irradiance, radiance_image
+from ssdo_gl.scene.environment.environment_lobes import lobe_levels
+
+__all__ = [
+    "ENVIRONMENT_KINDS",
+    "ConstantEnvironment",
+    "Daylight",
+    "Environment",
+    "EnvironmentKind",
+    "GradientEnvironment",
+    "MapEnvironment",
+    "SkyEnvironment",
+    "irradiance",
+    "kind_of",
+    "lobe_levels",
+    "radiance_image",
+    "sky",
+    "with_sun",
+]

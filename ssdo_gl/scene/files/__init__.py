@@ -1,0 +1,27 @@
+"""What scene files and models are read with: files they name, tables, images."""
+
+from __future__ import annotations
+
+from ssdo_gl.scene.files.images import (
+    MAX_MODEL_TEXELS,
+    MAX_RADIANCE,
+    check_size,
+    doubled,
+    read_radiance_map,
+    read_texture,
+)
+from ssdo_gl.scene.files.paths import check_file, contained_file, read_file
+from ssdo_gl.scene.files.table import Table
+
+__all__ = [
+    "MAX_MODEL_TEXELS",
+    "MAX_RADIANCE",
+    "Table",
+    "check_file",
+    "check_size",
+    "contained_file",
+    "doubled",
+    "read_file",
+    "read_radiance_map",
+    "read_texture",
+]

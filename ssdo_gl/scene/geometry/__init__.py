@@ -1,0 +1,55 @@
+"""Triangle meshes: what they hold, shapes, and what makes meshes of files fit to draw."""
+
+from __future__ import annotations
+
+from ssdo_gl.scene.geometry.array_spans import SPAN, spans
+from ssdo_gl.scene.geometry.batching import batched
+from ssdo_gl.scene.geometry.flattened import thickened, with_area
+from ssdo_gl.scene.geometry.mesh import (
+    MAX_INSTANCES,
+    Mesh,
+    SceneObject,
+    are_mirrored,
+    corners_within,
+    instance_boxes,
+    placed,
+)
+from ssdo_gl.scene.geometry.shapes import (
+    SEGMENTS,
+    box,
+    cone,
+    cylinder,
+    parallelogram_matrix,
+    quad,
+    sphere,
+    torus,
+)
+from ssdo_gl.scene.geometry.smoothing import smoothed
+from ssdo_gl.scene.geometry.topology import check_vertices, cleaned_mesh, joined_vertices
+
+__all__ = [
+    "MAX_INSTANCES",
+    "SEGMENTS",
+    "SPAN",
+    "Mesh",
+    "SceneObject",
+    "are_mirrored",
+    "batched",
+    "box",
+    "check_vertices",
+    "cleaned_mesh",
+    "cone",
+    "corners_within",
+    "cylinder",
+    "instance_boxes",
+    "joined_vertices",
+    "parallelogram_matrix",
+    "placed",
+    "quad",
+    "smoothed",
+    "spans",
+    "sphere",
+    "thickened",
+    "torus",
+    "with_area",
+]
