@@ -242,7 +242,9 @@ void main()
         for (int i = 0; i < HEMISPHERE_COUNT; ++i)
             gather_slice(g, r, t, probes, view, i, share, is_open);
 #else
-        for (int i = 0; i < HEMISPHERE_COUNT; ++i) {
+        // Tested at its end: in software other loops cost two rounds more than they run.
+        int i = 0;
+        if (HEMISPHERE_COUNT > 0) do {
             Direction d = direction_of(r, i);
             Blocker b = NO_BLOCKER;
             if (!is_open)
@@ -251,7 +253,7 @@ void main()
 #if KEPT_TEXTURE_COUNT > 0
             keep_direction(i, b);
 #endif
-        }
+        } while (++i < HEMISPHERE_COUNT);
 #endif
         visibility = max(1.0 - g.blocked, 0.0);
         float sky_visibility = max(visibility - g.far_blocked, 0.0);

@@ -115,14 +115,12 @@ Blocker march(Tangent t, vec3 w, float reach, float jitter, int count, int refin
     float stride = 1.0 / float(max(count - 1, 1));
     float found = -1.0;
     ivec2 texel = ivec2(-1);
-    for (int i = 0; i < count; ++i) {
+    int i = 0;
+    do {
         float x = i < count - 1 ? (float(i) + jitter) * stride : 1.0;
         texel = texel_on(g, x);
-        if (blocks_at(t, g, texel, x, stride)) {
-            found = x;
-            break;
-        }
-    }
+        found = blocks_at(t, g, texel, x, stride) ? x : -1.0;
+    } while (++i < count && found < 0.0);
     if (found < 0.0)
         return NO_BLOCKER;
     for (int k = 0; k < refine_count; ++k) {
