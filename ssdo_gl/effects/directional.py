@@ -283,14 +283,13 @@ class Directional(Effect):
         )
 
     def sent_terms(self, request: Request) -> Iterable[Term]:
-        """Return the unfiltered image, if it has the frame's size.
+        """Return the unfiltered image.
 
         The bounce averages over its senders anyway. The blur of a filter that comes first
-        costs accuracy: relative RMSE of the picture +.2 to +.8 % over six scenes.
+        costs accuracy: relative RMSE of the picture +.2 to +.8 % over six scenes. At half the
+        size the mean of four pixels does, within -.2 to +1.7 % over five scenes.
         """
-        settings = estimator_settings(request, "directional", DirectionalSettings)
-        is_whole = settings.resolution_scale == 1.0
-        return (Term("directional", "directional_raw"),) if is_whole else self.terms
+        return (Term("directional", "directional_raw"),)
 
     def image(self, request: Request, name: str) -> ImageSource:
         """Return the visibility, which rides along in the alpha of the irradiance."""

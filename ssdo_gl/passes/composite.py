@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
+from functools import partial
 from typing import ClassVar, Literal
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
@@ -68,6 +69,15 @@ class CompositePass(RenderPass):
         combine: OcclusionMode = "ambient",
         glossy: bool = False,
     ) -> None:
+        self.irradiances = tuple(irradiances)
+        self._of_terms = partial(
+            CompositePass,
+            environment,
+            radiances=tuple(radiances),
+            visibility=visibility,
+            combine=combine,
+            glossy=glossy,
+        )
         kind = environment_kind(environment)
         number = 0 if visibility is None else COMBINE_NUMBERS[combine]
         self.defines = {
@@ -89,6 +99,10 @@ class CompositePass(RenderPass):
         gloss = {**brdf_wiring(True), "t_normals_vs": "normals_vs"}
         self._glossy_wiring = self._wiring | (gloss if glossy else {})
         self.reads = tuple(dict.fromkeys(self._glossy_wiring.values()))
+
+    def with_irradiances(self, irradiances: Sequence[str]) -> CompositePass:
+        """Return one that adds up other irradiances."""
+        return self._of_terms(irradiances)
 
     def settings_key(self) -> Hashable:
         """Return the defines, which are all that distinguishes two of these."""

@@ -21,7 +21,7 @@ class SenderRadiancePass(RenderPass):
     Parameters
     ----------
     irradiances : sequence of str
-        Resources of what arrives, full size, rgb.
+        Resources of what arrives, full size or half of it, rgb.
     radiances : sequence of str
         Resources of what is emitted; only where their alpha is 1.
     glossy : bool
@@ -39,6 +39,7 @@ class SenderRadiancePass(RenderPass):
     ) -> None:
         self.name = "sender_radiance"
         self._glossy = glossy
+        self._irradiances = tuple(irradiances)
         self._terms = term_wiring(irradiances, radiances)
         self._defines = term_defines(irradiances, radiances)
         self.reads = (*brdf_wiring(glossy).values(), *self._terms.values())
@@ -51,8 +52,10 @@ class SenderRadiancePass(RenderPass):
     def execute(self, context: PassContext) -> None:
         """Draw one triangle over the target, and one over what is glossy."""
         assert context.target is not None
+        sizes = [context.inputs[name].size for name in self._irradiances]
+        half = sum((size != context.target.size) << i for i, size in enumerate(sizes))
         for glossy, region in gloss_draws(context.frame, self._glossy):
-            defines = {**self._defines, "GLOSSY": glossy}
+            defines = {**self._defines, "HALF_IRRADIANCES": half, "GLOSSY": glossy}
             wiring = {**brdf_wiring(bool(glossy)), **self._terms}
             draw_fullscreen(
                 context.gl,

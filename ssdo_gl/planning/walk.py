@@ -259,11 +259,42 @@ def _with_joined_filters(pipeline: Pipeline) -> Pipeline:
     order = compile_graph(pipeline.passes, pipeline.resources).order
     passes = joined_filters(pipeline.passes, order)
     reasons = {**pipeline.reasons, FILTER: "removes the sampling noise along surfaces"}
-    return dataclasses.replace(pipeline, passes=passes, reasons=reasons)
+    return _with_summed_light(dataclasses.replace(pipeline, passes=passes, reasons=reasons))
+
+
+# What a filter of two images writes where nobody asks for one of them.
+_SUMMED_LIGHT = "filtered_irradiance"
+
+
+def _with_summed_light(pipeline: Pipeline) -> Pipeline:
+    """Return `pipeline` with two images added up as they are filtered, if only the picture reads.
+
+    The filter is linear and weighs both alike. It takes .84 of the time.
+    """
+    joined = next((item for item in pipeline.passes if item.name == FILTER), None)
+    if not isinstance(joined, EdgeAwareFilterPass):
+        return pipeline
+    order = compile_graph(pipeline.passes, pipeline.resources).order
+    parts = joined.writes.keys()
+    readers = [item for item in order if not parts.isdisjoint(item.reads)]
+    if not parts.isdisjoint(pipeline.resources) or [*map(type, readers)] != [CompositePass]:
+        return pipeline
+
+    def changed(item: RenderPass) -> RenderPass:
+        if item is joined:
+            return EdgeAwareFilterPass(
+                FILTER, joined.settings, *joined.signals, total=_SUMMED_LIGHT
+            )
+        if isinstance(item, CompositePass):
+            others = [name for name in item.irradiances if name not in parts]
+            return item.with_irradiances([*others, _SUMMED_LIGHT])
+        return item
+
+    return dataclasses.replace(pipeline, passes=tuple(map(changed, pipeline.passes)))
 
 
 # Diffuse light belongs to the place where it is seen. What gloss reflects moves over it.
-_AVERAGED = frozenset({"directional_irradiance", "bounce_irradiance", "visibility"})
+_AVERAGED = frozenset({"directional_irradiance", "bounce_irradiance", _SUMMED_LIGHT, "visibility"})
 # Settings of passes whose images are not, or that a window changes while it moves.
 _NOT_AVERAGED = ("direct.", "shadow_map.", "tone_map.")
 
@@ -282,15 +313,12 @@ def _averaged(pipeline: Pipeline, request: Request) -> Pipeline:
     passes: list[RenderPass] = []
     reasons = dict(pipeline.reasons)
     for item in pipeline.passes:
-        results = {s.result for s in item.signals} if isinstance(item, EdgeAwareFilterPass) else ()
-        if not results or not _AVERAGED.issuperset(results):
+        if not isinstance(item, EdgeAwareFilterPass) or not _AVERAGED.issuperset(item.writes):
             passes.append(item)
             continue
-        assert isinstance(item, EdgeAwareFilterPass)
-        signals = [dataclasses.replace(s, result=f"{s.result}_now") for s in item.signals]
-        images = {f"{s.result}_now": s.result for s in item.signals}
+        images = {f"{result}_now": result for result in item.writes}
         name = f"{TEMPORAL}_{item.name.removesuffix('_filter')}"
-        passes.append(EdgeAwareFilterPass(item.name, item.settings, *signals))
+        passes.append(item.renamed({result: now for now, result in images.items()}))
         passes.append(TemporalPass(name, settings, images, made_from))
         reasons[name] = "averages what moves over frames"
     return dataclasses.replace(pipeline, passes=tuple(passes), reasons=reasons)

@@ -105,8 +105,10 @@ def test_gloss_is_worked_out_only_where_it_is_seen(method):
     ball = '[[object]]\nshape = "sphere"\ncenter = [0.5, 0.2, 1]\nradius = 0.2\nmaterial = "ball"\n'
     lamp = '[[light]]\nkind = "point"\nposition = [1, 2, 1]\nintensity = [3, 3, 3]\n'
     scene = SKY + lamp + lamp + body + floor("albedo = [0.7, 0.5, 0.3]") + FLOOR + ball
-    planned = picture(scene, method=method)
-    np.testing.assert_array_equal(planned, picture(scene, method=method, effects="full"))
+    # Filters that differ are not joined: a sum of what they filter rounds in another order.
+    apart = {"overrides": {"bounce_filter.tap_radius": 4}} if method == "bounce" else {}
+    planned = picture(scene, method=method, **apart)
+    np.testing.assert_array_equal(planned, picture(scene, method=method, effects="full", **apart))
 
 
 def test_matt_neighbours_do_not_darken_the_rim_of_what_is_glossy():

@@ -44,3 +44,22 @@ def test_sender_radiance_adds_up(gl, shaders, direct, directional):
     assert np.all(found[1:, :, 3] == 1.0)
     # Background sends nothing.
     assert np.all(found[0] == 0.0)
+
+
+def test_an_irradiance_of_half_the_size_is_the_mean_of_the_four_pixels_around(gl, shaders):
+    """Those nearest to the texel; beyond the border the last ones count again."""
+    images = sender_images((6, 5))
+    small = np.random.default_rng(3).random((3, 3, 4))
+    images["directional_irradiance"] = small
+    render_pass = SenderRadiancePass(["direct_irradiance", "directional_irradiance"])
+    frame = picture_frame((5, 6), 0.5)
+    inputs = {name: images[name] for name in render_pass.reads}
+    found = run_pass(gl, shaders, render_pass, frame, inputs)["sender_radiance"]
+    mean = np.empty((6, 5, 3))
+    for y, x in np.ndindex(6, 5):
+        rows = [y // 2, np.clip(y // 2 + 2 * (y % 2) - 1, 0, 2)]
+        columns = [x // 2, np.clip(x // 2 + 2 * (x % 2) - 1, 0, 2)]
+        mean[y, x] = small[np.ix_(rows, columns)][..., :3].mean((0, 1))
+    albedo = np.rint(images["albedo"] * 65535.0) / 65535.0
+    expected = albedo[..., :3] / np.pi * (images["direct_irradiance"][..., :3] + mean)
+    np.testing.assert_allclose(found[1:, :, :3], expected[1:], rtol=SUM_TOLERANCE, atol=1e-7)

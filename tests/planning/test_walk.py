@@ -60,8 +60,7 @@ SEPARATE = ["directional_filter", "bounce_filter"]
         (("display",), {"method": "ssdo"}, ["directional_filter"]),
         (("display",), {"effects": "full"}, [*SEPARATE, "reflections_filter"]),
         (("display",), {"overrides": {"bounce_filter.tap_radius": 4}}, SEPARATE),
-        # Senders need the frame's size, which only the filter gives.
-        (("display",), {"resolution_scale": 0.5}, SEPARATE),
+        (("display",), {"resolution_scale": 0.5}, [FILTER]),
         (("display",), {"overrides": {"bounce.resolution_scale": 0.5}}, SEPARATE),
     ],
 )
@@ -73,6 +72,25 @@ def test_one_filter_serves_two_images_where_it_can(wanted, settings, filters):
     assert all(pipeline.reasons[name] for name in order)
     skipped = {"directional_filter", "bounce_filter"} & set(pipeline.skipped)
     assert not skipped & set(filters) and (filters != [FILTER] or not skipped)
+
+
+@pytest.mark.parametrize(
+    ("wanted", "is_summed"),
+    [
+        (("display",), True),
+        (("beauty", "depth"), True),
+        (("beauty", "visibility"), False),
+        (("display", "bounce"), False),
+    ],
+)
+def test_a_filter_adds_up_what_only_the_picture_reads(wanted, is_summed):
+    pipeline = pipeline_of(wanted)
+    (joined,) = (item for item in pipeline.passes if item.name == FILTER)
+    (composite,) = (item for item in pipeline.passes if item.name == "composite")
+    parts = {"directional_irradiance", "bounce_irradiance"}
+    assert set(joined.writes) == ({"filtered_irradiance"} if is_summed else parts)
+    assert set(joined.writes) < set(composite.reads)
+    assert len(set(composite.reads) & (parts | {"filtered_irradiance"})) == len(joined.writes)
 
 
 def test_the_g_buffer_writes_what_is_read():
