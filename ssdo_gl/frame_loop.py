@@ -31,6 +31,7 @@ from ssdo_gl.render_result import FrameLog, Plane
 from ssdo_gl.scene.animate import scene_at
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.checks import check_scene
+from ssdo_gl.scene.material import have_same_shape
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, shown
@@ -97,7 +98,7 @@ class FrameLoop:
         self._pose: tuple[Camera, CameraPose] | None = None
         self._looked: tuple[Hashable, FrameView] | None = None
         self._moved: tuple[Scene, float, Scene] | None = None
-        self._versions = {"geometry": 0, "lights": 0, "environment": 0}
+        self._versions = {"geometry": 0, "materials": 0, "lights": 0, "environment": 0}
         self._drawn: tuple[object, ...] = ()
         self._moves = 0
 
@@ -229,10 +230,15 @@ class FrameLoop:
     def _follow(self, scene: Scene) -> None:
         """Bring the device's geometry to the state of `scene`."""
         before, self._geometry_scene = self._geometry_scene, scene
-        parts = ((s.objects, s.materials, s.meshes) for s in (before, scene))
-        if scene is not before and not all(map(are_same, *parts)):
+        if scene is before:
+            return
+        are_moved = not all(map(are_same, *((s.objects, s.meshes) for s in (before, scene))))
+        are_other = not are_same(before.materials, scene.materials)
+        if are_moved or are_other:
             self._geometry.update(scene)
-            self._versions["geometry"] += 1
+            are_moved |= not have_same_shape(before.materials, scene.materials)
+            self._versions["geometry"] += are_moved
+            self._versions["materials"] += are_other
 
     def _plan(
         self, names: tuple[str, ...], view: FrameView | None = None, is_live: bool = False
@@ -299,7 +305,7 @@ class FrameLoop:
         passes = self._planned.graph.order
         if not any(type(item) is TemporalPass for item in passes):
             return 0
-        light = self._versions["lights"], self._versions["environment"]
+        light = tuple(self._versions[name] for name in ("materials", "lights", "environment"))
         kept = light, view.size, view.tan_half_fov, view.half_frame
         last, self._drawn = self._drawn, (kept, self._versions["geometry"], view.key())
         if not last or last[0] != kept or last == self._drawn:

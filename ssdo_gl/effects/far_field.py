@@ -105,7 +105,8 @@ class FarProbesPass(RenderPass):
     def execute(self, context: PassContext) -> Produced:
         """Trace one ray for each direction of the probes whose turn it is."""
         frame, points = context.frame, context.inputs[FAR_PROBES[0]]
-        light = context.inputs["surface_cache"], frame.versions.get("geometry")
+        changed = frame.versions.get("geometry"), frame.versions.get("materials")
+        light = context.inputs["surface_cache"], changed
         known = facts_of(context, FAR_RADIANCE, ProbeRays)
         wanted = min(frame.count, MOST_RAYS) if self.is_steady else 1
         source = points, self.settings_key(), frame.versions.get("steady_seed")

@@ -185,9 +185,10 @@ class Frame:
         Selects the sample pattern, >= 0.
     versions : mapping
         For each domain a pass can name in ``depends_on`` (``view``, ``geometry``,
-        ``lights``, ``environment``, ``seed``), a value that changes exactly when
-        that part of the input changes. ``steady_view`` and ``steady_seed`` are the same for
-        all frames of one view that differ in their jitter alone.
+        ``materials``: how they shade what they cover, ``lights``, ``environment``,
+        ``seed``), a value that changes exactly when that part of the input changes.
+        ``steady_view`` and ``steady_seed`` are the same for all frames of one view that
+        differ in their jitter alone.
     is_live : bool
         A frame of a window: passes that are gradual may do part of their work, starting
         from what they left last time. All other frames depend on nothing but their input.

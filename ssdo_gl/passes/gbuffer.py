@@ -65,7 +65,7 @@ class GBufferPass(RenderPass):
         self, wanted: Collection[str] = tuple(TARGETS), *, by_chance: bool = False
     ) -> None:
         self.by_chance = by_chance
-        self.depends_on = ("view", "geometry", *(("seed",) if by_chance else ()))
+        self.depends_on = ("view", "geometry", "materials", *(("seed",) if by_chance else ()))
         self.writes = {
             name: spec for name, spec in self.TARGETS.items() if name == "z_vs" or name in wanted
         }

@@ -74,9 +74,8 @@ class Averages:
 
 
 def versions(frame: Frame) -> tuple[Hashable, ...]:
-    """Return the versions of bodies, lights and environment."""
-    known = frame.versions
-    return known.get("geometry"), known.get("lights"), known.get("environment")
+    """Return the versions of bodies, materials, lights and environment."""
+    return tuple(frame.versions.get(name) for name in TemporalPass.depends_on[1:-1])
 
 
 def uniforms(frame: Frame, last: FrameView, most_frames: int) -> dict[str, object]:
@@ -110,7 +109,7 @@ class TemporalPass(RenderPass):
         Frames are averaged only where this is equal.
     """
 
-    depends_on = ("view", "geometry", "lights", "environment", "seed")
+    depends_on = ("view", "geometry", "materials", "lights", "environment", "seed")
     is_gradual = True
 
     def __init__(

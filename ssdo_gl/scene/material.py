@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Literal
@@ -187,3 +188,16 @@ class Material:
         fresnel = ((self.ior - 1.0) / (self.ior + 1.0)) ** 2
         r, g, b = (min(fresnel * c, 1.0) for c in self.specular_color)
         return r, g, b
+
+
+# What no shape, no shadow and no table of images depends on.
+_SHADING = ("albedo", "emission", "metallic", "roughness", "specular", "specular_color", "ior")
+
+
+def have_same_shape(a: Sequence[Material], b: Sequence[Material]) -> bool:
+    """Return whether two lists of materials differ in how they shade what they cover, at most."""
+    names = [field.name for field in fields(Material) if field.name not in _SHADING]
+    return len(a) == len(b) and all(
+        one is other or all(getattr(one, name) == getattr(other, name) for name in names)
+        for one, other in zip(a, b, strict=True)
+    )

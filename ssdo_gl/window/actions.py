@@ -226,6 +226,11 @@ def _reload_scene(viewer: Viewer, host: Host, number: int) -> None:
     reload_file(viewer)
 
 
+def _material(viewer: Viewer, host: Host, number: int) -> None:
+    name = viewer.choose_material(host.cursor_uv())
+    viewer.say(f"material: {name}" if name else "no surface there", key="material")
+
+
 def _undo(viewer: Viewer, host: Host, number: int) -> None:
     _go_to_step(viewer, viewer.history.undo(), "undone", "nothing to undo")
 
@@ -327,6 +332,7 @@ _ACTIONS: dict[Command, Callable[[Viewer, Host, int], None]] = {
     Command.OPEN: _host(lambda host: host.ask_for_file()),
     Command.RELOAD_SCENE: _reload_scene,
     Command.SAVE_SCENE: _save_scene,
+    Command.MATERIAL: _material,
     Command.UNDO: _undo,
     Command.REDO: _redo,
     Command.RESET: _reset,

@@ -36,9 +36,10 @@ class Command(StrEnum):
     SAVE_PICTURE = "save a picture of any size and method"
     SAVE_PRESET = "settings to a file for --preset"
     COPY_COMMAND = "copy the command that renders this view"
+    MATERIAL = "edit what the surface under the cursor is made of"
     UNDO = "undo the last edit"
     REDO = "redo what was undone"
-    RESET = "lights, environment, settings and camera as they were at the start"
+    RESET = "lights, materials, sky, settings and camera as they were at the start"
     STORE = "keep this view as bookmark 1 to 9"
     RECALL = "go to bookmark 1 to 9"
     RECORD = "record a camera path, or end it"
@@ -101,6 +102,7 @@ BINDINGS: tuple[Binding, ...] = (
     Binding("Shift+F12", glfw.KEY_F12, Command.SAVE_PICTURE, glfw.MOD_SHIFT),
     Binding("C", glfw.KEY_C, Command.COPY_COMMAND),
     Binding("Ctrl+C", glfw.KEY_C, Command.COPY_COMMAND, glfw.MOD_CONTROL),
+    Binding("K", glfw.KEY_K, Command.MATERIAL),
     Binding("Ctrl+Z", glfw.KEY_Z, Command.UNDO, glfw.MOD_CONTROL),
     Binding("Ctrl+Shift+Z", glfw.KEY_Z, Command.REDO, _CONTROL_SHIFT),
     Binding("Ctrl+Y", glfw.KEY_Y, Command.REDO, glfw.MOD_CONTROL),
@@ -159,7 +161,7 @@ _GROUPS = (
     ("Picture", Command.VIEW),
     ("Animation", Command.PAUSE),
     ("Files", Command.OPEN),
-    ("Edits", Command.UNDO),
+    ("Edits", Command.MATERIAL),
     ("Bookmarks and films", Command.STORE),
     ("Window", Command.TOGGLE_PANEL),
 )

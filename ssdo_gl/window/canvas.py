@@ -15,6 +15,8 @@ from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.math3d import Vector
 from ssdo_gl.render_result import Drawing
+from ssdo_gl.scene.animate import scene_at
+from ssdo_gl.scene.material_edits import material_at, material_name
 from ssdo_gl.settings import Settings
 from ssdo_gl.window.camera import direction_point
 from ssdo_gl.window.chosen import Chosen
@@ -115,6 +117,17 @@ class Canvas(SceneFlight, Chosen):
             return point
         width, height = self.picture_size
         return direction_point(self.camera, uv, width / height)
+
+    def choose_material(self, uv: tuple[float, float]) -> str | None:
+        """Edit what the surface under a place of the picture is made of; return its name."""
+        point = self.pick(uv)
+        if point is None:
+            return None
+        found = material_at(scene_at(self.original, self.clock.seconds), point)
+        if found is None or found >= len(self.loaded.materials):
+            return None
+        self.material = found
+        return material_name(self.loaded, found)
 
     def present_again(self, size: tuple[int, int]) -> None:
         """Follow the divider and the range of the difference while a frame is in the making."""

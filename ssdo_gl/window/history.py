@@ -26,7 +26,7 @@ class Edited:
     lights : tuple of Light
     lights_on : tuple of bool
     original : Scene
-        Which lights there are, before they were edited, and the environment.
+        Which lights there are, before they were edited, the materials and the environment.
     camera : Camera
         At rest.
     """
@@ -40,8 +40,11 @@ class Edited:
     def difference(self, other: Edited) -> str:
         """Return what differs, in words; empty if nothing does."""
         lights = (self.lights, self.lights_on) != (other.lights, other.lights_on)
+        # Those of lights that were added come last.
+        materials = zip(self.original.materials, other.original.materials, strict=False)
         parts = {
             "lights": lights or self.original.lights is not other.original.lights,
+            "materials": any(one is not another for one, another in materials),
             "environment": self.original.environment != other.original.environment,
             "settings": self.settings != other.settings,
             "camera": self.camera != other.camera,

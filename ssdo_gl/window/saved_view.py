@@ -88,6 +88,7 @@ def save_scene(viewer: Viewer) -> Path:
         camera=viewer.camera,
         lights=lights,
         sources=viewer.light_sources,
+        materials=viewer.original.materials,
         environment=viewer.original.environment,
         settings=settings_shown(viewer),
     )

@@ -20,6 +20,8 @@ from ssdo_gl.scene.environment import (
 )
 from ssdo_gl.scene.lights import KINDS, Light
 from ssdo_gl.scene.load import builtin_names
+from ssdo_gl.scene.material import Material
+from ssdo_gl.scene.material_edits import EDITED
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.fields import describe
 from ssdo_gl.settings.preset_files import toml_value
@@ -34,6 +36,7 @@ def scene_text(
     camera: Camera,
     lights: Sequence[Light],
     sources: Sequence[int | None],
+    materials: Sequence[Material],
     environment: Environment | None,
     settings: Settings,
 ) -> str:
@@ -49,6 +52,8 @@ def scene_text(
         Those that are off send nothing.
     sources : sequence of int or None
         Which light of `original` each of them is; None: it was added.
+    materials : sequence of Material
+        In place of those of `original`; more are of added lights.
     settings : Settings
         Settings of single passes have no place in a scene.
     """
@@ -57,6 +62,8 @@ def scene_text(
     if environment is not original.environment:
         lines += ["", "[environment]", *_environment_lines(environment)]
     lines += ["", "[render]", *_render_lines(settings, original.render)]
+    for number, pair in enumerate(zip(original.materials, materials, strict=False), 1):
+        lines += _material_lines(number, *pair)
     by_source = dict(zip(sources, lights, strict=True))
     for number, before in enumerate(original.lights):
         lines += _edit_lines(number + 1, before, by_source.get(number))
@@ -143,6 +150,15 @@ def _edit_lines(number: int, before: Light, after: Light | None) -> Iterator[str
     yield from (f"{name} = {_list(getattr(after, name))}" for name in turned)
     if after.place is not None and (turned or after.place != before.place):
         yield f"place = {_list(after.place)}"
+
+
+def _material_lines(number: int, before: Material, after: Material) -> Iterator[str]:
+    """Tell how a material of the base has changed."""
+    values = {n: getattr(after, n) for n in EDITED if getattr(after, n) != getattr(before, n)}
+    if values:
+        yield from ("", "[[edit]]", f"material = {number}")
+    for name, value in values.items():
+        yield f"{name} = {_list(value) if isinstance(value, tuple) else toml_value(float(value))}"
 
 
 def _light_lines(light: Light) -> Iterator[str]:

@@ -15,6 +15,8 @@ from ssdo_gl.scene.animate import scene_at
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.light_edits import with_added_light, without_light
 from ssdo_gl.scene.lights import Light
+from ssdo_gl.scene.material import Material
+from ssdo_gl.scene.material_edits import with_edited
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.window.animation_clock import Clock
 from ssdo_gl.window.camera import (
@@ -45,10 +47,12 @@ class SceneFlight:
     source : str
         The scene as it was named.
     loaded, original, scene : Scene
-        As it was loaded; with another environment, lights added or removed; and with
-        edited lights, too.
+        As it was loaded; with another environment and other materials, lights added or
+        removed; and with edited lights, too.
     lights, lights_on : lists
         As edited; one for each light of `original`.
+    material : int or None
+        Which one is edited, an index into those of `loaded`.
     bounds : (ndarray, ndarray)
         Corners of the scene, world space; `diagonal` is the distance between them.
     flight : Flight
@@ -60,7 +64,7 @@ class SceneFlight:
     # All that a file or a key may change, for a way back.
     _STATE: tuple[str, ...] = (
         *("source", "loaded", "original", "scene", "lights", "lights_on", "bounds", "diagonal"),
-        *("flight", "clock", "tour", "_obstacles"),
+        *("flight", "clock", "tour", "material", "_obstacles"),
     )
 
     def __init__(self, folder: Path) -> None:
@@ -73,6 +77,7 @@ class SceneFlight:
         self.loaded = self.original = self.scene = scene
         self.lights: list[Light] = list(scene.lights)
         self.lights_on = [True] * len(scene.lights)
+        self.material: int | None = None
         self.bounds: tuple[FloatArray, FloatArray] = scene.bounds()
         self.diagonal = float(np.linalg.norm(self.bounds[1] - self.bounds[0]))
         self.flight: Flight = start_flight(camera or scene.camera, self.diagonal)
@@ -100,6 +105,10 @@ class SceneFlight:
         """Take a light away, with all that are one body with it."""
         self.original, gone = without_light(self.original, index)
         del self.lights[gone.start : gone.stop], self.lights_on[gone.start : gone.stop]
+
+    def change_material(self, index: int, material: Material) -> None:
+        """Let surfaces be made of another material; `apply_lights` shows it."""
+        self.original = with_edited(self.original, index, material)
 
     def _state(self) -> dict[str, Any]:
         """Return what `_restore` takes."""

@@ -135,6 +135,8 @@ class Viewer(Canvas):
         is_as_loaded = all(self.lights_on) and tuple(self.lights) == self.loaded.lights
         is_as_loaded &= self.original.environment is self.loaded.environment
         is_as_loaded &= len(self.original.objects) == len(self.loaded.objects)
+        materials = zip(self.original.materials, self.loaded.materials, strict=False)
+        is_as_loaded &= all(now is before for now, before in materials)
         self.edit(self.loaded if is_as_loaded else scene)
 
     def edit(self, scene: Scene) -> None:
@@ -166,7 +168,7 @@ class Viewer(Canvas):
         self.settings = edited.settings
         self.view = dataclasses.replace(self.view, method=edited.settings.method)
         self.lights, self.lights_on = list(edited.lights), list(edited.lights_on)
-        if "environment" in what or "lights" in what:
+        if any(part in what for part in ("environment", "lights", "materials")):
             self.original = edited.original
             self.apply_lights()
         if "camera" in what:

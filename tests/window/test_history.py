@@ -7,6 +7,7 @@ import dataclasses
 from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment
 from ssdo_gl.scene.light_edits import without_light
 from ssdo_gl.scene.load import load_scene
+from ssdo_gl.scene.material_edits import edited_material, with_edited
 from ssdo_gl.settings import Settings
 from ssdo_gl.window.history import ONE_WALK_SECONDS, Edited, History
 
@@ -74,5 +75,7 @@ def test_differences_are_named() -> None:
     assert START.difference(START) == ""
     fewer, _ = without_light(ROOM, 0)
     assert dataclasses.replace(START, original=fewer).difference(START) == "lights"
+    painted = with_edited(ROOM, 0, edited_material(ROOM.materials[0], {"roughness": 0.5}))
+    assert dataclasses.replace(START, original=painted).difference(START) == "materials"
     dark = dataclasses.replace(ROOM, environment=ConstantEnvironment((1.0, 1.0, 1.0)))
     assert dataclasses.replace(START, original=dark).difference(START) == "environment"

@@ -19,6 +19,7 @@ from ssdo_gl.scene.environment.environment_kinds import GradientEnvironment
 from ssdo_gl.scene.light_edits import moved_lights, new_light
 from ssdo_gl.scene.lights import KINDS
 from ssdo_gl.scene.load import load_scene
+from ssdo_gl.scene.material_edits import edited_material
 from ssdo_gl.window.bindings import Command
 from ssdo_gl.window.camera.controls import Controls
 from ssdo_gl.window.viewer import Viewer
@@ -40,8 +41,16 @@ def viewer(request, device, shaders, tmp_path: Path) -> Iterator[Viewer]:
     viewer.release()
 
 
+def paint(viewer: Viewer) -> None:
+    """Let the first thing of the scene be of another colour, and glow."""
+    index = next(item.material for item in viewer.original.objects if item.light is None)
+    colors = {"albedo": (0.1, 0.7, 0.3), "emission": (0.0, 0.1, 0.4)}
+    viewer.change_material(index, edited_material(viewer.original.materials[index], colors))
+
+
 def edit(viewer: Viewer) -> None:
-    """Turn a light, bring a sky, go for a walk, change settings."""
+    """Turn a light, bring a sky, change what is seen, go for a walk, change settings."""
+    paint(viewer)
     light = viewer.lights[0]
     viewer.lights[0] = light.with_emitted((2.0, 1.0, 0.5))
     viewer.original = dataclasses.replace(viewer.original, environment=SKY)
@@ -93,6 +102,14 @@ def test_command_and_data_of_a_picture_keep_the_edits(gl, device, viewer, tmp_pa
         assert np.abs(again - picture).max() <= ROUNDING
 
 
+def test_a_key_chooses_the_material_under_the_cursor(gl, viewer) -> None:
+    settle(viewer)
+    ask(viewer, Command.MATERIAL)
+    assert viewer.material is not None
+    name = viewer.loaded.materials[viewer.material].name
+    assert f"material: {name}" in said(viewer)
+
+
 def test_undo_redo_and_reset_bring_pictures_back(gl, viewer) -> None:
     def shown() -> np.ndarray:
         settle(viewer)
@@ -104,6 +121,9 @@ def test_undo_redo_and_reset_bring_pictures_back(gl, viewer) -> None:
     viewer.apply_lights()
     pictures.append(shown())
     viewer.original = dataclasses.replace(viewer.original, environment=SKY)
+    viewer.apply_lights()
+    pictures.append(shown())
+    paint(viewer)
     viewer.apply_lights()
     pictures.append(shown())
     viewer.add_light(new_light(KINDS["point"], viewer.camera, 0.4 * viewer.diagonal))

@@ -98,7 +98,7 @@ class MaterialTablePass(RenderPass):
     name = "material_table"
     reads = ("ray_atlas", "ray_data_atlas")
     writes: Mapping[str, TextureSpec] = {"ray_materials": TextureSpec(4, "f4", own=True)}
-    depends_on = ("geometry", "lights")
+    depends_on = ("geometry", "materials", "lights")
 
     def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
         """Return the table as a new texture."""
@@ -120,7 +120,7 @@ class EmitterTablesPass(RenderPass):
         "ray_emitter_groups": TextureSpec(4, "f4", own=True),
         "ray_map_cells": TextureSpec(4, "f4", own=True),
     }
-    depends_on = ("geometry", "lights", "environment")
+    depends_on = ("geometry", "materials", "lights", "environment")
 
     def execute(self, context: PassContext) -> Produced:
         """Return the tables as new textures."""

@@ -120,7 +120,7 @@ class SurfelDirectPass(RenderPass):
 
     name = "surfel_direct"
     writes: Mapping[str, TextureSpec] = {"surfel_direct": TextureSpec(4, "f4", own=True)}
-    depends_on = ("geometry", "lights", "environment")
+    depends_on = ("geometry", "materials", "lights", "environment")
     is_gradual = True
 
     def __init__(

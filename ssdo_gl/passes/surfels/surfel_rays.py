@@ -158,7 +158,7 @@ class SurfelRaysPass(RenderPass):
 
     name = "surfel_rays"
     writes: Mapping[str, TextureSpec] = {"surfel_hits": TextureSpec(2, "u4", own=True)}
-    depends_on = ("geometry",)
+    depends_on = ("geometry", "materials")
     is_gradual = True
 
     def __init__(self, settings: SurfaceCacheSettings, features: RayFeatures) -> None:
@@ -178,7 +178,7 @@ class SurfelRaysPass(RenderPass):
         """Trace, one row of rays after the other."""
         side = self.shared.settings.rays_per_side
         surfels: SurfelSet = context.facts["surfel_points"]
-        geometry = context.frame.versions.get("geometry")
+        geometry = tuple(context.frame.versions.get(domain) for domain in self.depends_on)
         known = facts_of(context, "surfel_hits", Hits)
         if known is not None and known.surfels is surfels:
             texture = context.last["surfel_hits"].texture

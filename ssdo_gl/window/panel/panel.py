@@ -29,6 +29,7 @@ from ssdo_gl.window.panel.control_rows import (
 )
 from ssdo_gl.window.panel.light_handle import LightHandle
 from ssdo_gl.window.panel.light_section import lights_section
+from ssdo_gl.window.panel.material_section import MaterialSection
 from ssdo_gl.window.panel.reports import Reports
 from ssdo_gl.window.panel.status import given_up, memory_mb
 from ssdo_gl.window.viewer import Viewer
@@ -64,6 +65,7 @@ class Panel:
         self._viewer = viewer
         self._host = host
         self.light_handle = LightHandle(viewer)
+        self._materials = MaterialSection(viewer)
         self._reports = Reports(viewer)
         self._pass_rows = pass_rows()
 
@@ -110,6 +112,7 @@ class Panel:
             self._passes()
         if _header("Lights"):
             lights_section(self._viewer, self.light_handle)
+        self._materials.draw()
         if _header("Time", is_open=True):
             self._time_section()
         self._viewer.times_passes = _header("Effects and passes")

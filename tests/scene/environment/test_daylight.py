@@ -152,6 +152,7 @@ def test_a_day_that_was_edited_is_saved() -> None:
         camera=scene.camera,
         lights=scene.lights,
         sources=range(len(scene.lights)),
+        materials=scene.materials,
         environment=sky(day),
         settings=Settings(size=(64, 36)),
     )

@@ -83,6 +83,12 @@ def test_another_method_drops_the_estimator_of_the_base(tmp_path: Path) -> None:
         ('base = "missing.toml"', "no such file"),
         ('base = "corner"\n[[object]]\nshape = "box"', "object"),
         ('base = "corner"\n[[edit]]\nlight = 99', "light"),
+        ('base = "corner"\n[[edit]]\nmaterial = 99', "material"),
+        (
+            'base = "corner"\n[[edit]]\nmaterial = 1\nroughness = 2',
+            "roughness = 2: expected",
+        ),
+        ('base = "corner"\n[[edit]]\nmaterial = 1\nplace = [0, 0, 0]', "unknown key 'place'"),
         ('base = "corner"\n[environment]\nrotation_y = 10', "no map to turn"),
     ],
 )

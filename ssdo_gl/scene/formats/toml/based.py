@@ -16,6 +16,14 @@ from ssdo_gl.scene.formats.toml import environments, render_settings
 from ssdo_gl.scene.formats.toml.camera_table import read_camera, read_height
 from ssdo_gl.scene.formats.toml.lights import read_light
 from ssdo_gl.scene.light_edits import with_added_light, with_lights, without_light
+from ssdo_gl.scene.lights import BLACK
+from ssdo_gl.scene.material_edits import (
+    EDITED,
+    SHARES,
+    edited_material,
+    shows_light,
+    with_edited,
+)
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.loading import LoadOptions
 
@@ -113,6 +121,9 @@ def _camera(table: Table, base: Scene) -> Camera:
 def _with_edits(top: Table, base: Scene, builder: SceneBuilder) -> Scene:
     lights, removed = list(base.lights), list[int]()
     for table in top.tables("edit"):
+        if "material" in table:
+            base = _with_material(table, base)
+            continue
         index = table.integer("light", None, 1, len(lights)) - 1
         light = lights[index]
         table.allow("light", "emitted", "place", "remove", *light.turned_fields)
@@ -141,3 +152,17 @@ def _with_edits(top: Table, base: Scene, builder: SceneBuilder) -> Scene:
     for light in builder.lights:
         scene = with_added_light(scene, light)
     return scene
+
+
+def _with_material(table: Table, base: Scene) -> Scene:
+    """Return the base with one of its materials changed."""
+    index = table.integer("material", None, 1, len(base.materials)) - 1
+    table.allow("material", *EDITED)
+    values: dict[str, Any] = {name: table.number(name, 0.0, low=0.0, high=1.0) for name in SHARES}
+    values["albedo"] = table.color("albedo", BLACK, 1.0)
+    values["emission"] = table.color("emission", BLACK)
+    values["ior"] = table.number("ior", 1.0, low=1.0)
+    given = {name: value for name, value in values.items() if name in table}
+    if "emission" in given and shows_light(base, index):
+        table.fail("emission", "it is that of a light: expected an edit of the light")
+    return with_edited(base, index, edited_material(base.materials[index], given))
