@@ -123,6 +123,8 @@ def _check_outputs(command: CommandLine, wanted: Sequence[str]) -> None:
             raise UsageError(f"--{flag} '': the name is empty")
     if run.scheduler is not None:
         check_scheduler(run.scheduler)
+        if run.estimators:
+            raise UsageError("--estimators measures in one process: leave out --scheduler")
         if STREAM in (command.scene, run.snapshot):
             raise UsageError("--scheduler: workers have no standard input or output (-)")
     if run.stats is not None:
@@ -146,7 +148,7 @@ def _check_outputs(command: CommandLine, wanted: Sequence[str]) -> None:
     if modes.WINDOW in run.active and run.backend not in _WINDOW_BACKENDS:
         raise UsageError(
             f"--backend {run.backend} makes no window: it belongs to --snapshot OUT, --explain, "
-            "--film OUT, --serve or --bench OUTDIR"
+            "--batch, --film OUT, --serve or --bench OUTDIR"
         )
 
 
@@ -156,7 +158,7 @@ def _mode_defaults(run: RunOptions, settings: Settings, scene: Scene) -> Setting
         from ssdo_gl.bench.run import bench_size
 
         return dataclasses.replace(settings, size=bench_size(run.quick))
-    only_explains = run.explain and run.snapshot is None and settings.max_error is None
+    only_explains = run.explain and (run.snapshot, settings.max_error) == (None, None)
     if only_explains and not settings.gives("spp"):
         # No picture is kept: which passes run, and their times, take no converged reference.
         return dataclasses.replace(settings, spp=_EXPLAINED_SPP)
@@ -196,9 +198,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
     options = command.run
     shots = _film_shots(options, command.film)
     given = _with_preset(command)
-    place = None if options.camera == FIT else options.camera
-    if place is not None:
-        camera_from_text(place)
+    if options.camera is not None and options.camera != FIT:
+        camera_from_text(options.camera)
     # Flags are checked before the scene is read, so that a typo costs no waiting.
     if "method" in given:
         settings_for({}, given)
@@ -247,7 +248,9 @@ def _carry_out(
         from ssdo_gl.bench.estimators import run_estimators
         from ssdo_gl.bench.run import run_bench
 
-        measure: Callable[..., object] = run_estimators if options.estimators else run_bench
+        measure: Callable[..., object] = run_estimators
+        if not options.estimators:
+            measure = partial(run_bench, scheduler=options.scheduler)
         measure(
             command.scene,
             settings,

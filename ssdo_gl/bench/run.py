@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+import platform
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +17,8 @@ from ssdo_gl import __version__
 from ssdo_gl.bench import analysis, report, scaling
 from ssdo_gl.bench.analysis import Result
 from ssdo_gl.bench.bench_data import Bench
+from ssdo_gl.bench.bench_workers import spread
+from ssdo_gl.bench.judging import Judging
 from ssdo_gl.bench.measure import (
     ERROR_FORMAT,
     BenchRenderer,
@@ -22,15 +26,11 @@ from ssdo_gl.bench.measure import (
     Judged,
     OpenRenderer,
     Point,
-    all_aovs,
     describe_machine,
-    error_panels,
     fingerprint,
-    judge,
     judged_pixels,
     opener,
     read_grid,
-    render_seeds,
     scene_fingerprint,
     shader_fingerprint,
     tabulate,
@@ -104,6 +104,13 @@ def bench_size(quick: bool) -> tuple[int, int]:
     return QUICK_SIZE if quick else FULL_SIZE
 
 
+def _points(grid: Path | None, quick: bool) -> list[Point]:
+    points = [p for p in read_grid(grid) if p.quick or not quick]
+    if not points:
+        raise BenchError(f"{grid}: no family has a quick table, so --quick measures nothing")
+    return points
+
+
 def run_bench(
     scene_source: str,
     settings: Settings,
@@ -113,6 +120,7 @@ def run_bench(
     scene: Scene | None = None,
     camera: Camera | None = None,
     backend: str = "auto",
+    scheduler: str | None = None,
     grid: Path | None = None,
     command: str = "",
     quiet: bool = False,
@@ -128,14 +136,15 @@ def run_bench(
         Size, radius, shadows, exposure and seed hold; method, estimator and the other
         axes of the grid are what is varied.
     outdir : Path
-        Receives report.html, points.csv, pareto.png, pareto.svg, bench.json and the raw
-        measurements. An interrupted bench in it is resumed.
+        Receives report, tables, plots and raw measurements; an interrupted bench is resumed.
     quick : bool
         A smaller grid and shorter references, within about two minutes.
     scene : Scene or None
-        The scene that `scene_source` names, if it is loaded already.
+        What `scene_source` names, if it is loaded already.
     camera : Camera or None
         Replaces the scene's camera.
+    scheduler : str or None
+        Of workers that make images and errors; times are measured here. None: all is.
     grid : Path or None
         A grid file; None for the shipped one.
     command : str
@@ -146,20 +155,18 @@ def run_bench(
     BenchError, MissingLibraryError, GridError, SceneError, SettingError, ContextError
     """
     report.check_libraries()
-    points = [p for p in read_grid(grid) if p.quick or not quick]
-    if not points:
-        raise BenchError(f"{grid}: no family has a quick table, so --quick measures nothing")
     scene = scene or load_scene(scene_source)
     if camera is not None:
         scene = dataclasses.replace(scene, camera=camera)
-    plan = plan or (QUICK if quick else FULL)
+    plan, points = plan or (QUICK if quick else FULL), _points(grid, quick)
     claim_folder(outdir)
     device = create_context(backend)
     try:
         with stage_progress(quiet=quiet) as progress, Renderer(scene, settings, device=device) as r:
             base = dataclasses.replace(r.settings, antialias=1, estimator=None, max_error=None)
             machine = describe_machine(device, r.timer_kind, command)
-            run = BenchRun(BenchRenderer(r), base, points, plan, quick, outdir, progress, camera)
+            own = BenchRenderer(r)
+            run = BenchRun(own, base, points, plan, quick, outdir, progress, camera, scheduler)
             run.leave_out_needless()
             try:
                 bench = run.measure(scene_source, machine, opener(device))
@@ -176,29 +183,20 @@ def run_bench(
     return bench
 
 
+@dataclass
 class BenchRun:
     """One bench in progress: what its stages share."""
 
-    def __init__(
-        self,
-        renderer: BenchRenderer,
-        base: Settings,
-        points: Sequence[Point],
-        plan: BenchPlan,
-        quick: bool,
-        outdir: Path,
-        progress: StageProgress,
-        camera: Camera | None = None,
-    ) -> None:
-        self.renderer = renderer
-        self.base = base
-        self.points = list(points)
-        self.plan = plan
-        self.quick = quick
-        self.outdir = outdir
-        self.progress = progress
-        self.camera = camera
-        self.notes: list[str] = []
+    renderer: BenchRenderer
+    base: Settings
+    points: Sequence[Point]
+    plan: BenchPlan
+    quick: bool
+    outdir: Path
+    progress: StageProgress
+    camera: Camera | None = None
+    scheduler: str | None = None
+    notes: list[str] = field(default_factory=list)
 
     def leave_out_needless(self) -> None:
         """Leave out points of all light where none comes from beyond R, and note why."""
@@ -218,7 +216,8 @@ class BenchRun:
         state = self._state()
         self._start_over_unless_same(state)
         mask = self._mask()
-        references, judged = self._judged(state, mask)
+        with self._renderers() as renderer:
+            references, judged = self._judged(renderer, state, mask)
         by_panel = references.by_panel
         rows = time_points(
             self.renderer,
@@ -274,6 +273,20 @@ class BenchRun:
         )
         return dataclasses.replace(bench, splits=self._splits(report.split_results(bench), clock))
 
+    @contextmanager
+    def _renderers(self) -> Iterator[BenchRenderer]:
+        """Yield who makes images and errors: this process, or workers, which are then noted."""
+        if self.scheduler is None:
+            yield self.renderer
+            return
+        with spread(self.renderer, self.scheduler) as (renderer, machines):
+            self.notes.append(
+                f"Images and errors were made by workers ({machines}), with the numbers that one"
+                f" process gets; times were measured by one process on {platform.node()}, when"
+                " these had nothing more to do."
+            )
+            yield renderer
+
     def _clock(self, machine: Mapping[str, Any]) -> str:
         """Return what to time by, and note why if it is not the usual."""
         clock = trusted_clock(machine)
@@ -326,11 +339,11 @@ class BenchRun:
         return float(np.mean(radius * height / shown))
 
     def _judged(
-        self, state: Mapping[str, Any], mask: Mask
+        self, renderer: BenchRenderer, state: Mapping[str, Any], mask: Mask
     ) -> tuple[ReferenceSet, dict[str, dict[str, Judged]]]:
         """Return what points are held to, and every point's errors."""
         request = ReferenceRequest(
-            self.renderer,
+            renderer,
             self.base,
             mask,
             sorted({point.kind for point in self.points}),
@@ -339,47 +352,28 @@ class BenchRun:
             self.plan.reference_seconds,
         )
         references = make_references(request, self.progress)
-        judged = self._errors(state, references, mask)
+        judged = self._errors(renderer, state, references, mask)
         smallest = smallest_errors(judged)
         if not self.quick and not good_enough(references.by_panel, smallest, mask):
             # A setting came closer to a reference than the converged march did.
             request = dataclasses.replace(request, smallest=smallest)
             references = make_references(request, self.progress)
-            judged = self._errors(state, references, mask)
+            judged = self._errors(renderer, state, references, mask)
         return references, judged
 
     def _errors(
-        self, state: Mapping[str, Any], references: ReferenceSet, mask: Mask
+        self,
+        renderer: BenchRenderer,
+        state: Mapping[str, Any],
+        references: ReferenceSet,
+        mask: Mask,
     ) -> dict[str, dict[str, Judged]]:
         """Return the errors of every point against every reference it can be held to."""
         counts = {name: reference.spp for name, reference in references.by_panel.items()}
         store = ErrorStore(self.outdir / ERRORS, fingerprint(dict(state), counts))
-        judged: dict[str, dict[str, Judged]] = {}
-        for done, point in enumerate(self.points, 1):
-            kept = store.load(point)
-            if kept is None:
-                panels = [
-                    p for p in error_panels() if p.name in references.by_panel and p.judges(point)
-                ]
-                renderings = render_seeds(
-                    self.renderer, point, self.base, self.plan.seeds, all_aovs(panels)
-                )
-                kept = {
-                    panel.name: judge(
-                        panel,
-                        renderings,
-                        references.by_panel[panel.name],
-                        mask,
-                        self.base.exposure or 0.0,
-                        [flip for flip in self.plan.flips if flip == "ldr"],
-                        None if point.spp else references.limits[panel.name],
-                    )
-                    for panel in panels
-                }
-                store.save(point, kept)
-            judged[point.key] = kept
-            self.progress.steps("errors", done, len(self.points))
-        return judged
+        flips = tuple(flip for flip in self.plan.flips if flip == "ldr")
+        judging = Judging(self.base, references, mask, self.plan.seeds, flips)
+        return judging.of_all(renderer, self.points, store, self.progress.steps)
 
     def _splits(
         self, results: Sequence[Result], clock: str

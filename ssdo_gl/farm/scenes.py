@@ -149,11 +149,16 @@ def _captured(commands: Sequence[CommandLine], work: Work) -> Generator[Said, No
         return
     scheduler, task = commands[0].run.scheduler, (work, Path.cwd())
     if scheduler is not None:
-        yield from mapped(scheduler, CapturedWork, task, commands)
+        yield from mapped(scheduler, CapturedWork, task, commands, _lost)
         return
     with closing(CapturedWork(task)) as maker:
         for command in commands:
             yield maker.make(command)
+
+
+def _lost(command: CommandLine) -> Said:
+    reason = "it has ended several workers; is there memory enough for it?"
+    return Said(EXIT_USER, err=f"{_PREFIX}{printable(command.scene)}: {reason}\n")
 
 
 def _worst(codes: Sequence[int]) -> int:

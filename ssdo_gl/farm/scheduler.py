@@ -5,16 +5,17 @@ from __future__ import annotations
 import logging
 import os
 import pickle
+import platform
 import re
 import uuid
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
 from types import ModuleType
 from typing import Any
 
 from ssdo_gl import __version__
-from ssdo_gl.farm.kept_maker import Maker, results
+from ssdo_gl.farm.kept_maker import Maker, idle, results
 
 # How long a scheduler may take to answer, and its workers to come.
 CONNECT_S, WORKERS_S = 10, 60
@@ -40,63 +41,161 @@ def check_scheduler(address: str) -> None:
     _library()
 
 
+class FarmJob:
+    """Work for makers of one kind; workers keep theirs open as long as it lasts.
+
+    Parameters
+    ----------
+    open_maker : callable
+        A function of a module: makes on each worker, once, what makes the results.
+    task : object
+        What `open_maker` is called with; pickled.
+    """
+
+    def __init__(
+        self, client: Any, library: ModuleType, open_maker: Callable[[Any], Maker], task: object
+    ) -> None:
+        self._client = client
+        self._library = library
+        self._open_maker = open_maker
+        self._task = self._sent(task)
+        self._name = uuid.uuid4().hex
+
+    def results(
+        self,
+        items: Sequence[Any],
+        *,
+        shared: object = None,
+        chunk: int | None = None,
+        lost: Callable[[Any], Any] | None = None,
+    ) -> Generator[Any, None, None]:
+        """Yield the result of each item, in their order, as workers make them.
+
+        What a worker that is lost had at work is made by another one.
+
+        Parameters
+        ----------
+        items : sequence
+            Pickled, in chunks; read no further than workers can take.
+        shared : object
+            Sent to each worker once, and given to makers beside every item.
+        chunk : int or None
+            Items that a worker takes at a time; by default an eighth of its share.
+        lost : callable or None
+            Returns the result of an item that has ended several workers; None: that is an
+            error.
+
+        Raises
+        ------
+        FarmError
+            If a part of the work has taken several workers with it.
+        Exception
+            What a worker raises.
+        """
+        workers = max(len(self._client.nthreads()), 1)
+        size = chunk or min(max(len(items) // (8 * workers), 1), MAX_CHUNK)
+        data = None if shared is None else self._sent(shared)
+        running: deque[tuple[Sequence[Any], Any]] = deque()
+        try:
+            for start in range(0, len(items), size):
+                part = items[start : start + size]
+                running.append((part, self._submitted(part, data)))
+                if len(running) >= CHUNKS_AHEAD * workers:
+                    yield from self._made(*running.popleft(), data, lost)
+            while running:
+                yield from self._made(*running.popleft(), data, lost)
+        finally:
+            self._client.cancel([future for _, future in running])
+
+    def _sent(self, content: object) -> Any:
+        # As a result of its own: a worker that comes later gets it from another worker, and
+        # it is not lost with the worker that holds it.
+        return self._client.submit(bytes, pickle.dumps(content), pure=False)
+
+    def _submitted(self, part: Sequence[Any], data: Any) -> Any:
+        work = self._name, __version__, self._open_maker, self._task, part, data
+        return self._client.submit(results, *work, pure=False)
+
+    def _made(
+        self, part: Sequence[Any], future: Any, data: Any, lost: Callable[[Any], Any] | None
+    ) -> Iterator[Any]:
+        try:
+            made: list[Any] = future.result()
+        except self._library.KilledWorker as error:
+            if lost is None:
+                raise FarmError(f"a part of the work has ended several workers: {error}") from None
+            if len(part) == 1:
+                made = [lost(part[0])]
+            else:
+                # One of them did; each has its chance alone.
+                alone = [part[n : n + 1] for n in range(len(part))]
+                made = [
+                    result
+                    for one in alone
+                    for result in self._made(one, self._submitted(one, data), data, lost)
+                ]
+        except RuntimeError as error:
+            raise FarmError(str(error)) from None
+        yield from made
+
+
+class Farm:
+    """The workers of a scheduler."""
+
+    def __init__(self, client: Any, library: ModuleType) -> None:
+        self._client = client
+        self._library = library
+
+    def job(self, open_maker: Callable[[Any], Maker], task: object) -> FarmJob:
+        """Return a job for these workers."""
+        return FarmJob(self._client, self._library, open_maker, task)
+
+    def machines(self) -> Counter[str]:
+        """Return how many workers each machine has, by its name."""
+        return Counter(self._client.run(platform.node).values())
+
+    def settle(self) -> None:
+        """Wait until no worker is at work for this process."""
+        addresses = list(self._client.nthreads())
+        self._client.gather(
+            [self._client.submit(idle, workers=[a], pure=False) for a in addresses],
+            errors="skip",
+        )
+
+
 def mapped(
-    scheduler: str, open_maker: Callable[[Any], Maker], task: object, items: Sequence[Any]
+    scheduler: str,
+    open_maker: Callable[[Any], Maker],
+    task: object,
+    items: Sequence[Any],
+    lost: Callable[[Any], Any] | None = None,
 ) -> Generator[Any, None, None]:
-    """Yield the result of each item, in their order, as workers make them.
+    """Yield the results of a job of its own (`connected`, `FarmJob.results`)."""
+    with connected(scheduler) as farm:
+        yield from farm.job(open_maker, task).results(items, lost=lost)
+
+
+@contextmanager
+def connected(scheduler: str) -> Iterator[Farm]:
+    """Yield the workers of a scheduler, at least one; end those that were begun for it.
 
     Parameters
     ----------
     scheduler : str
         ``local``, ``local:N`` or the address of a Dask scheduler.
-    open_maker : callable
-        A function of a module: makes on each worker, once, what makes the results.
-    task : object
-        What `open_maker` is called with; pickled.
-    items : sequence
-        Pickled, in chunks.
-
-    A chunk whose worker is lost is made by another one.
 
     Raises
     ------
     FarmError
-        If there is no scheduler or no worker, or a chunk has taken several workers with it.
-    Exception
-        What a worker raises.
+        If there is no scheduler or no worker.
     """
-    distributed = _library()
-    with _connected(distributed, scheduler) as client:
-        workers = max(len(client.nthreads()), 1)
-        size = min(max(len(items) // (8 * workers), 1), MAX_CHUNK)
-        # As a result of its own: a worker that comes later gets it from another worker, and
-        # it is not lost with the worker that holds it.
-        data = client.submit(bytes, pickle.dumps(task), pure=False)
-        job = uuid.uuid4().hex
-        running: deque[Any] = deque()
-        for start in range(0, len(items), size):
-            chunk = items[start : start + size]
-            running.append(
-                client.submit(results, job, __version__, open_maker, data, chunk, pure=False)
-            )
-            if len(running) >= CHUNKS_AHEAD * workers:
-                yield from _result(distributed, running.popleft())
-        while running:
-            yield from _result(distributed, running.popleft())
-
-
-def _result(distributed: ModuleType, future: Any) -> list[Any]:
-    try:
-        made: list[Any] = future.result()
-    except distributed.KilledWorker as error:
-        raise FarmError(f"a part of the work has ended several workers: {error}") from None
-    except RuntimeError as error:
-        raise FarmError(str(error)) from None
-    return made
+    library = _library()
+    with _clients(library, scheduler) as client:
+        yield Farm(client, library)
 
 
 @contextmanager
-def _connected(distributed: ModuleType, scheduler: str) -> Iterator[Any]:
+def _clients(distributed: ModuleType, scheduler: str) -> Iterator[Any]:
     """Yield a client of the scheduler, with at least one worker; ends what it has begun."""
     local = _LOCAL.fullmatch(scheduler)
     if local is None:

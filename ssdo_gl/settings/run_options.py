@@ -153,10 +153,11 @@ class RunOptions:
     )
     scheduler: str | None = setting(
         None,
-        "workers that render, each a process of its own: N here, or those of a Dask scheduler",
+        "workers that render, each a process of its own: N here, or those of a Dask scheduler; of"
+        " a bench, all but times",
         metavar="local[:N]|tcp://HOST:PORT",
         group=RUNNING,
-        modes=frozenset({modes.BATCH, modes.FILM, modes.SNAPSHOT}),
+        modes=frozenset({modes.BATCH, modes.BENCH, modes.FILM, modes.SNAPSHOT}),
     )
     resume: bool = setting(
         False,

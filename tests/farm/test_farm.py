@@ -3,18 +3,30 @@
 from __future__ import annotations
 
 import os
+import platform
+import signal
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from ssdo_gl.bench import references
+from ssdo_gl.bench.bench_workers import Measurer
+from ssdo_gl.bench.measure import BenchRenderer, Point, Reference
+from ssdo_gl.bench.run import BenchPlan, BenchRun
 from ssdo_gl.cli import main
 from ssdo_gl.farm import kept_maker, scheduler
 from ssdo_gl.farm.scenes import CapturedWork
-from ssdo_gl.farm.scheduler import FarmError, check_scheduler, mapped
+from ssdo_gl.farm.scheduler import FarmError, check_scheduler, connected, mapped
 from ssdo_gl.gpu.warm_device import WarmDevice
+from ssdo_gl.headless.progress import StageProgress
+from ssdo_gl.renderer import Renderer
+from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.settings import Settings
 from ssdo_gl.settings.flags import CommandLine
 
 dask = pytest.importorskip("dask")
@@ -74,6 +86,19 @@ class Deadly(Squares):
         os._exit(1)
 
 
+class Fatal(Squares):
+    def make(self, item: int) -> int:
+        return os._exit(1) if item == self.deadly else item**2
+
+
+class Slow(Squares):
+    def make(self, item: int) -> int:
+        (self.folder / f"begun-{item}").touch()
+        time.sleep(0.3)
+        (self.folder / f"ended-{item}").touch()
+        return item
+
+
 def contents(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
@@ -95,6 +120,95 @@ def test_faults_come_as_they_are(address: str, tmp_path: Path) -> None:
         list(mapped(address, Broken, (tmp_path, None), range(9)))
     with pytest.raises(FarmError, match="has ended several workers"):
         list(mapped(address, Deadly, (tmp_path, None), range(2)))
+
+
+def test_an_item_that_ends_workers_costs_no_other(address: str, tmp_path: Path) -> None:
+    made = list(mapped(address, Fatal, (tmp_path, 5), range(48), lambda item: -item))
+    assert made == [-5 if n == 5 else n**2 for n in range(48)]
+
+
+def test_workers_are_at_rest_before_times_are_measured(address: str, tmp_path: Path) -> None:
+    with connected(address) as farm:
+        made = farm.job(Slow, (tmp_path, None)).results(range(1_000_000), chunk=1)
+        assert next(made) == 0
+        made.close()
+        farm.settle()
+        names = contents(tmp_path)
+    begun = {name[6:] for name in names if name.startswith("begun-")}
+    assert begun == {name[6:] for name in names if name.startswith("ended-")}
+    assert 1 <= len(begun) <= 5, "what was not begun is left"
+
+
+POINTS = [
+    Point("radiance", "march", "bounce", "march", 16, 8, 1.0, "none"),
+    Point("visibility", "march", "ssao", "march", 16, 8, 1.0, "none"),
+    Point("visibility", "rays", "reference-ao", spp=4),
+]
+PLAN = BenchPlan(1, 2, 2, 600.0, 16, flips=())
+
+
+def bench_errors(
+    folder: Path, scheduler: str | None, progress: StageProgress
+) -> tuple[dict[str, bytes], dict[str, Reference], list[str]]:
+    """Return files of errors, references and notes of a bench, which measures no times."""
+    outdir = folder / str(scheduler is None)
+    outdir.mkdir()
+    base = Settings(size=(40, 30), radius=0.3, exposure=0.0)
+    with Renderer(load_scene("corner"), base) as renderer:
+        run = BenchRun(
+            BenchRenderer(renderer),
+            base,
+            POINTS,
+            PLAN,
+            False,
+            outdir,
+            progress,
+            scheduler=scheduler,
+        )
+        mask = run._mask()
+        with run._renderers() as spread:
+            references, _ = run._judged(spread, {}, mask)
+    return contents(outdir / "errors"), references.by_panel, run.notes
+
+
+def test_errors_of_a_bench_are_those_of_one_process(
+    address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One of the workers is killed on the way."""
+    # So that references end by their goal, and not by the clock.
+    monkeypatch.setattr(references, "REFERENCE_RATIO", 1.0)
+    monkeypatch.setenv("SSDO_GL_CACHE", str(tmp_path / "here"))
+    here, known, notes = bench_errors(tmp_path, None, StageProgress(None, None))
+    assert notes == []
+    monkeypatch.setenv("SSDO_GL_CACHE", str(tmp_path / "there"))
+    with distributed.Client(address) as client:
+        pids = list(client.run(os.getpid).values())
+
+    class Killing(StageProgress):
+        def share(self, stage: str, text: str, share: float) -> None:
+            if pids and stage.startswith("reference"):
+                os.kill(pids.pop(), signal.SIGKILL)
+                pids.clear()
+
+    there, found, notes = bench_errors(tmp_path, address, Killing(None, None))
+    assert not pids
+    assert there == here and len(here) == len(POINTS)
+    for name, reference in known.items():
+        assert found[name].batches == reference.batches
+        for image, pixels in reference.images.items():
+            np.testing.assert_array_equal(found[name].images[image], pixels)
+    assert len(notes) == 1 and f"on {platform.node()}" in notes[0]
+
+
+def test_a_bench_takes_no_worker_with_another_opengl() -> None:
+    scene = load_scene("corner")
+    with pytest.raises(RuntimeError, match=r"a worker draws with .*, this machine with Other GPU"):
+        Measurer((scene, Settings(size=(16, 16)), "auto", "Other GPU"))
+
+
+def test_estimators_are_measured_in_one_process(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["corner", "--bench", "out", "--estimators", "--scheduler", "local"]) == 2
+    assert "--estimators measures in one process" in capsys.readouterr().err
 
 
 def test_workers_of_another_version_are_refused(
