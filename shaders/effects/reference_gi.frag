@@ -102,8 +102,7 @@ vec3 traced_radiance(RaySurface first, Brdf first_brdf, uint seed)
         }
         if (is_hit) {
             Surface met = surface_at_hit(hit, at.start, w);
-            float per_angle = hit.t * hit.t / max(met.area_cosine, 1e-20);
-            float drawn = u_emitter_density * met.mean_emission * per_angle;
+            float drawn = drawn_density(met, hit.t);
             bool counts = !is_unshadowed_body(met.flags);
             sum += counts ? onward * met.emission * balance(scattered.density, drawn) : vec3(0.0);
             at = met.at;

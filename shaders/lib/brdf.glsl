@@ -199,6 +199,13 @@ BrdfSample gloss_sample(Brdf brdf, vec3 normal, vec3 w_out, vec2 u)
     return BrdfSample(w_in, weight, visible_normal_density(normal, frame * h, local.z, alpha));
 }
 
+// Density over solid angle with which gloss_sample draws w_in, above the horizon.
+float gloss_density(Brdf brdf, vec3 normal, vec3 w_out, vec3 w_in)
+{
+    vec3 h = half_vector(normal, w_out, w_in);
+    return visible_normal_density(normal, h, cosine_out(normal, w_out), alpha_of(brdf.roughness));
+}
+
 // Chance of drawing from the glossy part: its share of the light that leaves, about.
 float gloss_chance(Brdf brdf, float cos_out)
 {
@@ -226,12 +233,8 @@ float brdf_density(Brdf brdf, vec3 normal, vec3 w_out, vec3 w_in)
 {
     float diffuse = max(dot(w_in, normal), 0.0) * INV_PI;
 #if GLOSSY
-    float cos_out = cosine_out(normal, w_out);
-    float chance = gloss_chance(brdf, cos_out);
-    float alpha = alpha_of(brdf.roughness);
-    vec3 h = half_vector(normal, w_out, w_in);
-    float glossy = diffuse > 0.0 ? visible_normal_density(normal, h, cos_out, alpha) : 0.0;
-    return mix(diffuse, glossy, chance);
+    float chance = gloss_chance(brdf, cosine_out(normal, w_out));
+    return mix(diffuse, diffuse > 0.0 ? gloss_density(brdf, normal, w_out, w_in) : 0.0, chance);
 #else
     return diffuse;
 #endif

@@ -300,6 +300,12 @@ LightSample sample_group(EmitterGroup group, vec2 choice, vec2 u, vec3 p)
     return light;
 }
 
+// Density over solid angle with which light is drawn where a ray of length t has met it.
+float drawn_density(Surface met, float t)
+{
+    return u_emitter_density * met.mean_emission * (t * t / max(met.area_cosine, 1e-20));
+}
+
 // How far a shadow ray towards the sample goes.
 float shadow_reach(LightSample light)
 {

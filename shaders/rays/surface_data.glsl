@@ -57,6 +57,12 @@ bool is_unshadowed_body(uint word)
     return material_texel(word, 4).y > 0.5;
 }
 
+// Whether it is the body of a light that is direct and casts shadows.
+bool is_direct_body(uint word)
+{
+    return material_texel(word, 4).z > 0.5;
+}
+
 // What the corners of a triangle carry, words as in the table.
 struct Corners {
     uvec4 words_0;

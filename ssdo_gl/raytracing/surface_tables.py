@@ -279,7 +279,7 @@ def material_table(
     height of albedo and emission texture in the atlas; width 0: none, negative sizes:
     clamped instead of repeated; x + 1/2: not interpolated. 4: alpha cutoff, -1 if nothing
     is cut out, `BY_CHANCE` where alpha is coverage; 1 for the body of a light without
-    shadows, which passes through everything.
+    shadows, which passes through everything; 1 for that of one which casts direct shadows.
     5: metallic, roughness, scale of normals, set of images with the second coordinates.
     6: reflectance of the dielectric at normal incidence, strength. 7 to 10: places of
     the images of `IMAGE_TEXELS`; y + 1/2: in the atlas of data.
@@ -311,5 +311,5 @@ def material_table(
         row[4, 0] = -1.0 if material.alpha_cutoff is None else material.alpha_cutoff
         row[4, 0] = BY_CHANCE if material.is_translucent else row[4, 0]
     for row, (light, _) in zip(table[len(scene.materials) :], lamps, strict=False):
-        row[4, 1] = float(scene.lights[light].shadow == "none")
+        row[4, 1:3] = [scene.lights[light].shadow == shadow for shadow in ("none", "map")]
     return table

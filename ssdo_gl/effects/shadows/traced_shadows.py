@@ -48,6 +48,11 @@ class TracedShadowsPass(RayPass):
         self.writes = {name: TextureSpec(4, "f4") for name in names}
         self.outputs = tuple(SumOutput(name, channels=3) for name in names)
 
+    def defines(self, context: PassContext) -> dict[str, int]:
+        """Add whether lobes can meet a light."""
+        bodies = any(item.light is not None for item in context.frame.scene.objects)
+        return {**super().defines(context), "LOBES_MEET_LIGHTS": int(bodies)}
+
     def schedule(self, context: PassContext) -> Schedule:
         """Return the schedule of samples, each a ray to every light that is asked."""
         rays_per_sample = max(1, asked_lights(len(context.frame.scene.lights)))
