@@ -14,7 +14,7 @@ import numpy as np
 
 from ssdo_gl.effects.registry import image_names
 from ssdo_gl.gpu.context import Device, create_context
-from ssdo_gl.gpu.device_geometry import CameraPose, Geometry
+from ssdo_gl.gpu.device_geometry import CameraPose
 from ssdo_gl.gpu.instances import CLIP_MARGIN
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.gpu.slices import Slices
@@ -23,19 +23,17 @@ from ssdo_gl.graph.execute import Executor
 from ssdo_gl.graph.frame import Frame, FrameView
 from ssdo_gl.graph.graph import Plan
 from ssdo_gl.graph.render_pass import ProgressCallback
-from ssdo_gl.last_made import are_same
 from ssdo_gl.passes.temporal import TemporalPass
 from ssdo_gl.planning.planner import FramePlan, Planner
 from ssdo_gl.planning.walk import Pipeline
 from ssdo_gl.render_result import FrameLog, Plane
-from ssdo_gl.scene.animate import scene_at
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.checks import check_scene
-from ssdo_gl.scene.material import have_same_shape
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, shown
 from ssdo_gl.settings.resolve import resolved, with_scene_settings
+from ssdo_gl.shared_scene import SharedScene
 
 
 @dataclass(frozen=True)
@@ -68,6 +66,9 @@ class FrameLoop:
         An existing device to draw with; it is not released at the end.
     shaders : ShaderLibrary or None
         Of that device, so that several renderers compile each program once.
+    shared : SharedScene or None
+        Of that device and scene, so that several renderers upload and make what no view is
+        part of once; it is not released at the end.
     """
 
     def __init__(
@@ -78,6 +79,7 @@ class FrameLoop:
         backend: str = "auto",
         device: Device | None = None,
         shaders: ShaderLibrary | None = None,
+        shared: SharedScene | None = None,
     ) -> None:
         check_scene(scene)
         self.scene, self.settings = scene, settings or Settings()
@@ -87,9 +89,11 @@ class FrameLoop:
         self.device = device or create_context(backend)
         self._activate()
         self._shaders = shaders or ShaderLibrary(self.device.gl, computes=self.device.computes)
-        self._executor = Executor(self.device, self._shaders)
+        self._owns_shared = shared is None
+        self._shared = shared or SharedScene(self.device.gl, scene)
+        self._executor = Executor(self.device, self._shaders, self._shared.results)
         self._slices = Slices(self.device.gl)
-        self._geometry = Geometry(self.device.gl, scene)
+        self._geometry = self._shared.geometry
         self._geometry_scene = scene
         self._planner = Planner()
         self._planned: FramePlan | None = None
@@ -98,7 +102,7 @@ class FrameLoop:
         self._pose: tuple[Camera, CameraPose] | None = None
         self._looked: tuple[Hashable, FrameView] | None = None
         self._moved: tuple[Scene, float, Scene] | None = None
-        self._versions = {"geometry": 0, "materials": 0, "lights": 0, "environment": 0}
+        self._versions = self._shared.follow(scene) | self._shared.light_versions(scene)
         self._drawn: tuple[object, ...] = ()
         self._moves = 0
 
@@ -135,7 +139,10 @@ class FrameLoop:
         self.device.activate()
         self._is_released = True
         self._executor.release()
-        self._geometry.release()
+        # Passes have textures, too, to work in.
+        self._planner, self._planned = Planner(), None
+        if self._owns_shared:
+            self._geometry.release()
         if self._owns_device:
             self.device.release()
 
@@ -224,21 +231,13 @@ class FrameLoop:
     def _scene_at(self, seconds: float) -> Scene:
         """Return the scene at a time: the very same as last time while time stands still."""
         if self._moved is None or self._moved[:2] != (self.scene, seconds):
-            self._moved = (self.scene, seconds, scene_at(self.scene, seconds))
+            self._moved = (self.scene, seconds, self._shared.at(self.scene, seconds))
         return self._moved[2]
 
     def _follow(self, scene: Scene) -> None:
         """Bring the device's geometry to the state of `scene`."""
-        before, self._geometry_scene = self._geometry_scene, scene
-        if scene is before:
-            return
-        are_moved = not all(map(are_same, *((s.objects, s.meshes) for s in (before, scene))))
-        are_other = not are_same(before.materials, scene.materials)
-        if are_moved or are_other:
-            self._geometry.update(scene)
-            are_moved |= not have_same_shape(before.materials, scene.materials)
-            self._versions["geometry"] += are_moved
-            self._versions["materials"] += are_other
+        self._geometry_scene = scene
+        self._versions |= self._shared.follow(scene)
 
     def _plan(
         self, names: tuple[str, ...], view: FrameView | None = None, is_live: bool = False
@@ -250,8 +249,7 @@ class FrameLoop:
         )
         lean = self._planned.scene
         if lean is not self._lean:
-            self._versions["lights"] += not are_same(lean.lights, self._lean.lights)
-            self._versions["environment"] += lean.environment != self._lean.environment
+            self._versions |= self._shared.light_versions(lean)
             self._lean = lean
         return self._planned.pipeline, self._planned.graph
 

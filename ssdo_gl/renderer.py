@@ -62,6 +62,9 @@ class Renderer(FrameLoop):
         An existing device to draw with; it is not released at the end.
     shaders : ShaderLibrary or None
         Of that device, so that several renderers compile each program once.
+    shared : SharedScene or None
+        Of that device and scene, so that several renderers upload and make what no view is
+        part of once; it is not released at the end.
 
     Examples
     --------

@@ -43,6 +43,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("settings/resolve", "settings/help_page", "settings/run_options"),
     ("settings/command_line", "settings/preset_files", "settings/flags"),
     ("settings/several", "render_result", "headless/progress"),
+    ("shared_scene",),
     ("frame_loop",),
     ("renderer",),
     ("film", "farm"),

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Hashable, Iterable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, NamedTuple
 
 from ssdo_gl.gpu.clear import clear
@@ -12,13 +11,14 @@ from ssdo_gl.gpu.texture_pool import TexturePool
 from ssdo_gl.gpu.timer import Timer
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.graph import Plan
-from ssdo_gl.graph.plan_steps import Format, PlanSteps, Step
+from ssdo_gl.graph.plan_steps import SCENE_DOMAINS, PlanSteps, Step
 from ssdo_gl.graph.render_pass import (
     PassContext,
     ProgressCallback,
     RenderPass,
     TextureWithFacts,
 )
+from ssdo_gl.graph.shared_results import Identities, KeptResult, SharedResults
 
 if TYPE_CHECKING:
     import moderngl
@@ -48,38 +48,6 @@ class PassTiming(NamedTuple):
     cpu_ms: float
 
 
-@dataclass
-class _Result:
-    """What a pass left behind, and what it was made from.
-
-    Textures that were lent on are missing among `borrowed`, which `formats` tells in full;
-    until then `target` draws into them.
-    """
-
-    identity: int
-    textures: dict[str, moderngl.Texture]
-    borrowed: dict[str, moderngl.Texture]
-    formats: dict[str, Format]
-    target: moderngl.Framebuffer | None
-    facts: dict[str, object] = field(default_factory=dict)
-
-    def returned(self) -> dict[str, TextureWithFacts]:
-        """Return the textures that the pass made itself, with their facts."""
-        own = (name for name in self.textures if name not in self.borrowed)
-        return {n: TextureWithFacts(self.textures[n], self.facts.get(n)) for n in own}
-
-    def forget(self) -> None:
-        """Leave nothing to go on from: given up half-way, sums would hold a part twice."""
-        self.textures.clear()
-        self.facts.clear()
-
-    def has(self, formats: dict[str, Format]) -> bool:
-        """Return whether it holds textures of these formats, in their order."""
-        if len(self.borrowed) < len(self.formats):
-            return False
-        return self.formats is formats or [*self.formats.items()] == [*formats.items()]
-
-
 class Executor:
     """Runs plans on one device and keeps the textures between frames.
 
@@ -98,21 +66,18 @@ class Executor:
         pass: what had been finished stands.
     """
 
-    # A moving camera makes new identities every frame; forgetting all of them once in
-    # a while costs one full frame and keeps memory flat.
-    MAX_IDENTITIES = 16384
-
-    def __init__(self, device: Device, shaders: ShaderLibrary) -> None:
+    def __init__(
+        self, device: Device, shaders: ShaderLibrary, shared: SharedResults | None = None
+    ) -> None:
         self._device = device
         self._shaders = shaders
         self._pool = TexturePool(device.gl)
-        self._results: dict[str, _Result] = {}
+        self._results: dict[str, KeptResult] = {}
         # What passes that keep two results made before the present ones.
-        self._spares: dict[str, _Result] = {}
-        self._identities: dict[Hashable, int] = {}
-        self._next_identity = 0
-        # How often each gradual pass has run and left work to do.
-        self._parts: dict[str, int] = {}
+        self._spares: dict[str, KeptResult] = {}
+        self._shared = shared or SharedResults()
+        self._shared.holders.add(self)
+        self._identities = Identities()
         self.is_settled = True
         self._steps: PlanSteps | None = None
         self._kinds: list[int] = []
@@ -144,8 +109,8 @@ class Executor:
             Handed to the passes.
         """
         steps = self._steps_of(plan, frame.view.size)
-        identities = self._identify(steps, frame)
-        self._take_back(identities)
+        sources, identities = self._identify(steps, frame)
+        self._find_again(steps, sources, identities)
         stale = self._stale(steps, identities)
         textures: dict[str, moderngl.Texture] = {}
         facts: dict[str, object] = {}
@@ -159,7 +124,7 @@ class Executor:
             if item.name in stale:
                 if self.before_pass is not None:
                     self.before_pass()
-                result = self._prepare(step)
+                result = self._prepare(step, sources[item.name])
                 last = result.returned() if frame.is_live and item.is_gradual else {}
                 if item.adds_up:
                     result.forget()
@@ -183,7 +148,7 @@ class Executor:
                 if not item.statistics.get("partial"):
                     result.identity = identities[item.name]
                 if not item.is_settled:
-                    self._parts[item.name] = self._parts.get(item.name, 0) + 1
+                    self._identities_of(step).add_part(sources[item.name])
                     self.is_settled = is_complete = False
             else:
                 timings.append(PassTiming(item.name, False, None, 0.0))
@@ -209,11 +174,17 @@ class Executor:
             if name in self._results:
                 self._results[name].identity = -1
 
+    def holds(self, result: KeptResult) -> bool:
+        """Return whether it reads, or may read again, from a result."""
+        held = (*self._results.values(), *self._spares.values())
+        return any(item is result for item in held)
+
     def release(self) -> None:
-        """Free every texture and framebuffer."""
+        """Free every texture and framebuffer; what is shared, with the last who holds it."""
         for name in list(self._results):
             self._discard(name)
         self._spares.clear()
+        self._steps = None
         self._pool.trim()
 
     def _steps_of(self, plan: Plan, size: tuple[int, int]) -> PlanSteps:
@@ -222,7 +193,7 @@ class Executor:
         if steps is not None and steps.plan is plan and steps.size == size:
             return steps
         before, self._steps = steps, (steps := PlanSteps(plan, size))
-        self._kinds = [self._number(step.kind) for step in steps.order]
+        self._kinds = [self._identities_of(step).of(step.kind) for step in steps.order]
         if before is not None and before.shape == steps.shape:
             return steps
         fitting = {step.item.name: step.formats for step in steps.order}
@@ -235,40 +206,67 @@ class Executor:
         self._pool.trim()
         return steps
 
-    def _number(self, key: Hashable) -> int:
-        """Return a number that is equal exactly when the key is equal."""
-        known = self._identities.get(key)
-        if known is None:
-            known = self._identities[key] = self._next_identity
-            self._next_identity += 1
-        return known
+    def _identities_of(self, step: Step) -> Identities:
+        return self._shared.identities if step.is_of_scene else self._identities
 
-    def _identify(self, steps: PlanSteps, frame: Frame) -> dict[str, int]:
-        """Return a number per pass, equal exactly when all it is made from is equal."""
-        if len(self._identities) > self.MAX_IDENTITIES:
-            self._identities.clear()
+    def _identify(self, steps: PlanSteps, frame: Frame) -> tuple[dict[str, int], dict[str, int]]:
+        """Return two numbers per pass, of what it is made from and of how it is at present.
+
+        Each is equal exactly when that is equal. Only the second counts the parts that are
+        there of what is made gradually.
+        """
+        for table in (self._identities, self._shared.identities):
+            table.tidy()
         versions = {
-            domain: self._number((domain, frame.versions.get(domain))) for domain in steps.domains
+            domain: self._shared.identities.of((domain, frame.versions.get(domain)))
+            if domain in SCENE_DOMAINS
+            else self._identities.of((domain, frame.versions.get(domain)))
+            for domain in steps.domains
         }
+        sources: dict[str, int] = {}
         of_pass: dict[str, int] = {}
         of_resource: dict[str, int] = {}
+        source_of: dict[str, int] = {}
         for kind, step in zip(self._kinds, steps.order, strict=True):
-            item = step.item
-            part = (frame.is_live, self._parts.get(item.name)) if item.is_gradual else None
-            key = kind, step.inputs_of(of_resource), step.versions_of(versions), part
-            number = of_pass[item.name] = self._number(key)
+            item, table = step.item, self._identities_of(step)
+            own = kind, step.versions_of(versions), frame.is_live if item.is_gradual else None
+            number = source = table.of((own, step.inputs_of(of_resource)))
+            if step.is_of_scene:
+                source = table.of((own, step.inputs_of(source_of), "source"))
+                source_of.update(dict.fromkeys(item.writes, source))
+            if item.is_gradual and (part := table.parts.get(source)):
+                number = table.of((number, part))
+            of_pass[item.name], sources[item.name] = number, source
             for resource in item.writes:
                 of_resource[resource] = number
-        return of_pass
+        return sources, of_pass
 
-    def _take_back(self, identities: dict[str, int]) -> None:
-        """Let results that were replaced stand again where they are what is wanted."""
+    def _find_again(
+        self, steps: PlanSteps, sources: dict[str, int], identities: dict[str, int]
+    ) -> None:
+        """Take what is wanted of results that were replaced, or that others have made."""
         for name in self._spares.keys() & identities.keys():
             spare, result = self._spares[name], self._results.get(name)
             if spare.identity == identities[name]:
                 self._results[name] = spare
                 if result is not None:
                     self._spares[name] = result
+        for step in steps.order:
+            name, source = step.item.name, sources[step.item.name]
+            result = self._results.get(name)
+            if not step.is_of_scene or (result is not None and result.source == source):
+                continue
+            made = self._shared.find(source)
+            if made is not None:
+                self._set_aside(step)
+                self._results[name] = made
+
+    def _set_aside(self, step: Step) -> None:
+        """Make room for another result of a pass."""
+        name, keeps_two = step.item.name, step.item.keeps_two
+        if keeps_two and name in self._results and self._results[name].identity >= 0:
+            self._spares[name] = self._results.pop(name)
+        self._discard(name)
 
     def _stale(self, steps: PlanSteps, identities: dict[str, int]) -> set[str]:
         """Return the passes that must run: walk back from the outputs to what still holds."""
@@ -285,24 +283,35 @@ class Executor:
                 wanted.update(item.reads)
         return stale
 
-    def _prepare(self, step: Step) -> _Result:
+    def _prepare(self, step: Step, source: int) -> KeptResult:
         """Return a result of the pass whose textures fit its declaration."""
         name = step.item.name
         result = self._results.get(name)
-        if step.item.keeps_two and result is not None and result.identity >= 0:
-            self._spares[name] = self._results.pop(name)
-        elif result is not None and result.has(step.formats):
-            return result
-        self._discard(name)
+        if result is None or not self._may_change(result, step, source):
+            self._set_aside(step)
+            result = self._results[name] = self._new_result(step)
+        if step.is_of_scene:
+            self._shared.add(result, source)
+        else:
+            result.source = -1
+        return result
+
+    def _may_change(self, result: KeptResult, step: Step, source: int) -> bool:
+        """Return whether a result fits, and nobody needs it as it is."""
+        if (step.item.keeps_two and result.identity >= 0) or not result.has(step.formats):
+            return False
+        # Others who hold what comes of the same source want it to go on.
+        is_own = result.source in (-1, source)
+        return is_own or not self._shared.is_held_by_others(result, self)
+
+    def _new_result(self, step: Step) -> KeptResult:
         borrowed = {n: self._pool.borrow(*format_) for n, format_ in step.formats.items()}
         target = self._pool.target(list(borrowed.values()), depth=step.item.needs_depth)
-        result = _Result(-1, dict(borrowed), borrowed, step.formats, target)
-        self._results[name] = result
-        return result
+        return KeptResult(-1, dict(borrowed), borrowed, step.formats, target)
 
     @staticmethod
     def _execute(
-        item: RenderPass, result: _Result, context: PassContext, timer: Timer | None
+        item: RenderPass, result: KeptResult, context: PassContext, timer: Timer | None
     ) -> PassTiming:
         if context.target is not None:
             context.target.use()

@@ -9,6 +9,8 @@ from operator import itemgetter
 from ssdo_gl.graph.graph import Plan
 from ssdo_gl.graph.render_pass import RenderPass
 
+# Domains that no view is part of.
+SCENE_DOMAINS = frozenset({"geometry", "materials", "lights", "environment"})
 # Size, channels and dtype of a texture.
 Format = tuple[tuple[int, int], int, str]
 
@@ -30,6 +32,8 @@ class Step:
         Of the textures that it borrows.
     lends : tuple of (pass name, resource)
         Transient textures that nobody reads after it.
+    is_of_scene : bool
+        Whether its result is the same for every view, in textures of its own.
     """
 
     item: RenderPass
@@ -38,6 +42,7 @@ class Step:
     versions_of: Callable[[Mapping[str, int]], object]
     formats: dict[str, Format]
     lends: tuple[tuple[str, str], ...]
+    is_of_scene: bool
 
 
 class PlanSteps:
@@ -65,14 +70,24 @@ class PlanSteps:
         lends: dict[int, list[tuple[str, str]]] = {}
         for resource, last in plan.last_readers().items():
             lends.setdefault(last, []).append((writers[resource].name, resource))
+        of_scene: set[str] = set()
+        for item in plan.order:
+            is_own = all(spec.own for spec in item.writes.values())
+            if is_own and SCENE_DOMAINS.issuperset(item.depends_on) and of_scene >= {*item.reads}:
+                of_scene.update(item.writes)
         self.order = tuple(
-            _step(item, size, tuple(lends.get(number, ())))
+            _step(item, size, tuple(lends.get(number, ())), of_scene >= item.writes.keys())
             for number, item in enumerate(plan.order)
         )
         self.shape = size, tuple((i.name, tuple(i.writes.items())) for i in plan.order)
 
 
-def _step(item: RenderPass, size: tuple[int, int], lends: tuple[tuple[str, str], ...]) -> Step:
+def _step(
+    item: RenderPass,
+    size: tuple[int, int],
+    lends: tuple[tuple[str, str], ...],
+    is_of_scene: bool,
+) -> Step:
     stale_by = tuple(name for name in item.reads if name not in item.steady_reads)
     formats: dict[str, Format] = {
         name: (spec.size(size), spec.components, spec.dtype)
@@ -84,7 +99,8 @@ def _step(item: RenderPass, size: tuple[int, int], lends: tuple[tuple[str, str],
     # Tables and maps stay while a window changes the size of its picture.
     size_of = size if formats else None
     kind = item.name, type(item), key, writes, size_of, stale_by, item.depends_on
-    return Step(item, kind, _picking(stale_by), _picking(item.depends_on), formats, lends)
+    picks = _picking(stale_by), _picking(item.depends_on)
+    return Step(item, kind, *picks, formats, lends, is_of_scene)
 
 
 def _picking(names: Sequence[str]) -> Callable[[Mapping[str, int]], object]:

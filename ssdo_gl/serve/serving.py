@@ -16,27 +16,31 @@ from ssdo_gl.serve.server import run_server
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.settings.serve_options import ServeOptions
+from ssdo_gl.shared_scene import SharedScene
 from ssdo_gl.window.exposed import exposed
 from ssdo_gl.window.viewer import Viewer
 from ssdo_gl.window.window import make_viewer
 
 
 class _Viewers:
-    """Makes viewers of one scene, which is exposed for the first of them."""
+    """Makes viewers of one scene, which is exposed and uploaded for the first of them."""
 
     def __init__(
         self, scene: Scene, settings: Settings, camera: Camera | None, options: dict[str, Any]
     ) -> None:
         self._scene = scene
         self._settings, self._camera, self._options = settings, camera, options
+        self._shared: SharedScene | None = None
 
     def __call__(self, device: Device, shaders: ShaderLibrary) -> Viewer:
         self._scene = exposed(self._scene, self._settings, self._camera, device, shaders)
+        self._shared = self._shared or SharedScene(device.gl, self._scene)
         return make_viewer(
             device,
             self._scene,
             self._settings,
             shaders=shaders,
+            shared=self._shared,
             camera=self._camera,
             **self._options,
         )

@@ -18,6 +18,7 @@ from ssdo_gl.render_result import Drawing
 from ssdo_gl.scene.animate import scene_at
 from ssdo_gl.scene.material_edits import material_at, material_name
 from ssdo_gl.settings import Settings
+from ssdo_gl.shared_scene import SharedScene
 from ssdo_gl.window.camera import direction_point
 from ssdo_gl.window.chosen import Chosen
 from ssdo_gl.window.live import INSPECTED, KeptPlanes, Monitor, surface_point
@@ -41,6 +42,8 @@ class Canvas(SceneFlight, Chosen):
         What a frame may take while something moves; None: whatever it needs.
     measured : sequence of mapping
         Settings that were found best for their time, from fast to accurate.
+    shared : SharedScene or None
+        As of `Renderer`; None: both sides share one of their own.
 
     Attributes
     ----------
@@ -65,6 +68,7 @@ class Canvas(SceneFlight, Chosen):
         presets: Mapping[str, Mapping[str, Any]],
         measured: Sequence[Mapping[str, Any]],
         shaders: ShaderLibrary | None,
+        shared: SharedScene | None,
     ) -> None:
         SceneFlight.__init__(self, folder)
         Chosen.__init__(self, settings, presets)
@@ -81,6 +85,8 @@ class Canvas(SceneFlight, Chosen):
         self.frame_ms = self.showing_ms = 0.0
         self.monitor = Monitor(device, self.shaders)
         self._kept = KeptPlanes(device)
+        self._owns_shared = shared is None
+        self._shared = shared
         self._sides: list[Side] = []
         self._shown: tuple[Any, ...] = ()
 
@@ -156,15 +162,23 @@ class Canvas(SceneFlight, Chosen):
         while len(self._sides) > wanted:
             self._sides.pop().image.release()
         while len(self._sides) < wanted:
-            settings = self.settings_of_side(len(self._sides))
-            side = Side(
-                self.device, self.shaders, self.scene, settings, self.budget_ms, self.measured
-            )
-            self._sides.append(side)
+            self._sides.append(self._new_side(self.settings_of_side(len(self._sides))))
         for side in self._sides:
             left_ms = max(self.budget_ms - self.showing_ms, LEAST_SHARE * self.budget_ms)
             side.set_budget(left_ms / wanted)
             side.is_governed = self.is_governed
+
+    def _new_side(self, settings: Settings) -> Side:
+        self._shared = self._shared or SharedScene(self.device.gl, self.scene)
+        return Side(
+            self.device,
+            self.shaders,
+            self.scene,
+            settings,
+            self.budget_ms,
+            self.measured,
+            self._shared,
+        )
 
     def settings_of_side(self, index: int) -> Settings:
         """Return the settings of the left (0) or right (1) method."""
@@ -246,6 +260,9 @@ class Canvas(SceneFlight, Chosen):
         for side in self._sides:
             side.image.release()
         self._sides.clear()
+        if self._owns_shared and self._shared is not None:
+            self._shared.geometry.release()
+            self._shared = None
         self.presenter.release()
         self.monitor.release()
         self._kept.release()

@@ -16,6 +16,7 @@ from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
+from ssdo_gl.shared_scene import SharedScene
 from ssdo_gl.window.live import FrameRequest, Governor, LiveImage, QualityLevel, quality_levels
 from ssdo_gl.window.views import is_averaged
 
@@ -35,6 +36,8 @@ class Side:
         What a frame may take while something moves.
     measured : sequence of mapping
         Settings that were found best for their time, for `governor.quality_levels`.
+    shared : SharedScene or None
+        As of `Renderer`.
 
     Attributes
     ----------
@@ -52,8 +55,9 @@ class Side:
         settings: Settings,
         budget_ms: float,
         measured: Sequence[Mapping[str, Any]] = (),
+        shared: SharedScene | None = None,
     ) -> None:
-        renderer = Renderer(scene, settings, device=device, shaders=shaders)
+        renderer = Renderer(scene, settings, device=device, shaders=shaders, shared=shared)
         self.image = LiveImage(renderer, device, shaders)
         self.is_governed = True
         self._kind = ColorMapping.DISPLAY

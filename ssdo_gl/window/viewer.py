@@ -18,6 +18,7 @@ from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import values
 from ssdo_gl.settings.resolve import settings_for
+from ssdo_gl.shared_scene import SharedScene
 from ssdo_gl.window.camera import Controls, jump_to
 from ssdo_gl.window.canvas import DEFAULT_BUDGET_MS, Canvas, without_line
 from ssdo_gl.window.exposed import exposed
@@ -50,6 +51,8 @@ class Viewer(Canvas):
     presets : mapping of name to fields of Settings
     measured : sequence of mapping
         Settings that were found best for their time, from fast to accurate.
+    shared : SharedScene or None
+        What other viewers of the scene on the same device share with this one.
 
     Attributes
     ----------
@@ -80,8 +83,9 @@ class Viewer(Canvas):
         presets: Mapping[str, Mapping[str, Any]] = MappingProxyType({}),
         measured: Sequence[Mapping[str, Any]] = (),
         shaders: ShaderLibrary | None = None,
+        shared: SharedScene | None = None,
     ) -> None:
-        super().__init__(device, settings, folder, budget_ms, presets, measured, shaders)
+        super().__init__(device, settings, folder, budget_ms, presets, measured, shaders, shared)
         self.film_suffix = ".mp4" if find_spec("imageio_ffmpeg") else ".webp"
         self._begun = self.settings, self.view
         self.can_be_given_up = False
