@@ -108,7 +108,7 @@ class Renderer(FrameLoop):
             Naming an image that does not exist, or a number out of range.
         """
         names = checked_images(wanted, frames)
-        notes = self.expose(camera, seconds) if "display" in names else ()
+        notes = self.expose(camera, seconds, progress) if "display" in names else ()
         averaged, partial = tuple(n for n in names if n not in GEOMETRY_AOVS), False
         count = self.settings.antialias if averaged else 1
         # A mean of depths or normals is no depth and no normal of anything.
@@ -145,7 +145,12 @@ class Renderer(FrameLoop):
             camera=job.camera,
         )
 
-    def expose(self, camera: Camera | None = None, seconds: float = 0.0) -> tuple[str, ...]:
+    def expose(
+        self,
+        camera: Camera | None = None,
+        seconds: float = 0.0,
+        progress: ProgressCallback | None = None,
+    ) -> tuple[str, ...]:
         """Measure the exposure of what `camera` sees, if that is left to the picture, once.
 
         From a small picture of `gi`, or for methods that show the near field alone of `bounce`,
@@ -160,7 +165,7 @@ class Renderer(FrameLoop):
         method = "gi" if METHODS[chosen.method].is_all_light else "bounce"
         self.use(Settings(method, size=(width, height), radius=chosen.radius, exposure=0.0))
         job = self._prepare(("beauty", "position_ws", "visibility"), camera, seconds)
-        self._run(job.plan, self._frame(job.view, 0, 1), FrameLog(), False, None)
+        self._run(job.plan, self._frame(job.view, 0, 1), FrameLog(), False, progress)
         images = self._read(job, job.view)
         # The ground under a model is no part of it.
         lowest = self.scene.bounds()[0][1] if self.scene.has_ground else -np.inf
