@@ -29,6 +29,7 @@ from ssdo_gl.scene.formats import model_suffixes
 from ssdo_gl.scene.load import builtin_names, load_scene
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
+from ssdo_gl.settings.resolve import resolved
 
 INTERIORS = Path(__file__).parent.parent / "tests" / "effects" / "interiors"
 # Never looked at while `gi` was tuned.
@@ -84,7 +85,8 @@ def measure(
     whole: bool = False,
 ) -> Row:
     """Draw a scene by every method and hold the pictures, or the whole of them, to paths."""
-    with Renderer(scene_named(name), Settings(size=size), device=device) as renderer:
+    scene = scene_named(name)
+    with Renderer(scene, Settings(size=size), device=device) as renderer:
         bench = BenchRenderer(renderer)
         base = renderer.settings
         exposure = base.exposure or 0.0
@@ -97,7 +99,7 @@ def measure(
         target, variance = color(reference.images["beauty"]), color(reference.variance["beauty"])
         found = {}
         for method in METHODS:
-            settings = dataclasses.replace(base, method=method, estimator=None)
+            settings = resolved(Settings(method, size=size, exposure=exposure), scene)
             image = color(bench.images(settings, ("beauty",))["beauty"])
             found[method] = Distance(
                 relative_mse(image, target, mask, variance),

@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.math3d import Vector, vector
 from ssdo_gl.scene.camera import PROJECTIONS, Camera
 from ssdo_gl.scene.defaults import parallel
@@ -141,7 +142,8 @@ def resolved(settings: Settings, scene: Scene) -> Settings:
     settings = with_scene_settings(settings, scene.render)
     filled: dict[str, Any] = {}
     if settings.radius is None:
-        filled["radius"] = scene.default_radius()
+        is_all_light = METHODS[settings.method].is_all_light
+        filled["radius"] = scene.default_radius(is_all_light=is_all_light)
     if settings.exposure is None:
         # Of a scene in odd units it may be beyond what an image can be exposed to.
         exposure = scene.camera.exposure

@@ -98,8 +98,8 @@ class Settings:
     )
     radius: float | None = _quality(
         None,
-        "reach R of the near field; by default the scene's, or 0.08 of its diagonal, of models"
-        " 0.32, of rooms 0.64",
+        "reach R of the near field; by default the scene's, or 0.08 of its diagonal; where no"
+        " rays go beyond it, of models 0.32, of rooms 0.64",
         unit="scene units",
         low=SHORTEST,
         high=LONGEST,

@@ -12,6 +12,7 @@ from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
+from ssdo_gl.settings.resolve import resolved
 
 SIZE = (48, 27)
 # A quad that glows by 1000 and nothing else: it would be white.
@@ -70,11 +71,22 @@ def test_the_radius_of_models_is_where_the_error_is_least(lamp: Path) -> None:
     room = lamp.with_name("room.obj")
     room.write_text(ROOM + WALLS)
     assert load_scene(room).default_radius() == pytest.approx(0.64 * 3**0.5)
+    for method, share in (("gi", 0.08), ("bounce", 0.64)):
+        radius = resolved(Settings(method), load_scene(room)).radius
+        assert radius == pytest.approx(share * 3**0.5)
     room.write_text(ROOM + "f 1 2 3\nf 2 7 5\n")
     low, high = load_scene(room).bounds()
     expected = 0.32 * float(np.linalg.norm(high - low))
     assert load_scene(room).default_radius() == pytest.approx(expected)
     assert load_scene("sphere_on_plane").reach == 0.08
+
+
+def test_what_metering_prepares_is_shown_as_progress(lamp: Path) -> None:
+    lamp.write_text(ROOM + WALLS)
+    stages: set[str] = set()
+    with Renderer(load_scene(lamp), Settings("gi", size=SIZE)) as renderer:
+        renderer.render(["display"], progress=lambda stage, *_: stages.add(stage))
+    assert "surface cache" in stages
 
 
 @pytest.mark.parametrize(("method", "is_said"), [("bounce", True), ("direct", False)])
