@@ -17,8 +17,8 @@ from ssdo_gl.scene.environment import lobe_levels
 # Nodes along cosine and roughness, both from 0 to 1. The reflectance of roughness 0.1 to 1
 # is interpolated to 1e-3 at 5 degrees above the horizon.
 TABLE_SIZE = 32
-# Of each of the two dimensions of microfacet normals; the table is good to 1e-4.
-_NODES = 64
+# Of heights and azimuths of microfacet normals: good to 1e-3 from roughness and cosine 0.1 on.
+_HEIGHTS, _AZIMUTHS = 96, 16
 
 
 def reflectance_table() -> NDArray[np.float32]:
@@ -30,9 +30,9 @@ def reflectance_table() -> NDArray[np.float32]:
     node = np.linspace(0.0, 1.0, TABLE_SIZE)
     # At the ends themselves there is 0 / 0.
     cosine, roughness = np.maximum(node, 1e-3), np.maximum(node, 0.03)
-    place, weight = np.polynomial.legendre.leggauss(_NODES)
+    place, weight = np.polynomial.legendre.leggauss(_HEIGHTS)
     u, u_weight = 0.5 * (place + 1.0), 0.5 * weight
-    phi = (np.arange(_NODES) + 0.5) * np.pi / _NODES
+    phi = (np.arange(_AZIMUTHS) + 0.5) * np.pi / _AZIMUTHS
     rows = [_reflectance(cosine, r**2, u, u_weight, phi) for r in roughness]
     return np.stack(rows).astype(np.float32)
 
