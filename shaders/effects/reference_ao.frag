@@ -19,11 +19,12 @@ void main()
         RaySurface surface = ray_surface_at(pixel);
         mat3 frame = frame_from_z(surface.normal);
         uint seed = pixel_seed(pixel);
-        for (int i = 0; i < u_sample_count; ++i) {
+        int i = 0;
+        do {
             vec2 u = random_2d(u_first_sample + uint(i), seed, 0u, true);
             vec3 w = ray_direction(surface, frame, u);
             open -= ray_is_blocked(surface, w, u_radius_ns) ? 1.0 : 0.0;
-        }
+        } while (++i < u_sample_count);
     }
     o_sum = vec4(open, 0.0, 0.0, 0.0);
 }

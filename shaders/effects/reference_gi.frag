@@ -75,7 +75,7 @@ vec3 traced_radiance(RaySurface first, Brdf first_brdf, uint seed)
     int path = 0;
     int bounce = 0;
     bool goes_on = u_sample_count > 0 && !is_dark(brdf_reflectance(first_brdf));
-    while (goes_on) {
+    if (goes_on) do {
         uint index = u_first_sample + uint(path);
         uint dimension = DIMENSIONS_PER_VERTEX * uint(bounce);
         DirectSample direct = DirectSample(LightRay(at.start, vec3(0.0, 0.0, 1.0), -1.0), vec3(0.0));
@@ -124,7 +124,7 @@ vec3 traced_radiance(RaySurface first, Brdf first_brdf, uint seed)
             ++path;
         }
         goes_on = path < u_sample_count;
-    }
+    } while (goes_on);
     return sum;
 }
 

@@ -53,7 +53,8 @@ vec3 sender_irradiance(RaySurface surface, uint index, uint seed)
     vec3 irradiance = vec3(0.0);
     // The turn after the last light is the sky's: one loop, because every call of the
     // traversal is another copy of it in the program.
-    for (int g = 0; g <= asked_group_count(); ++g) {
+    int g = 0;
+    do {
         bool is_sky = g == asked_group_count();
         uint dimension = DIMENSION_LIGHTS + 4u * uint(g) + 2u;
         vec2 u = random_2d(index, seed, is_sky ? DIMENSION_SENDER_SKY : dimension, false);
@@ -74,7 +75,7 @@ vec3 sender_irradiance(RaySurface surface, uint index, uint seed)
             reach = needed_reach(group, light, arriving, longest);
         }
         irradiance += light_is_blocked(surface, light.w, reach) ? vec3(0.0) : arriving;
-    }
+    } while (++g <= asked_group_count());
     return irradiance;
 }
 
@@ -98,7 +99,8 @@ void main()
         Brdf brdf = brdf_at(pixel);
 #endif
         // One loop, because every call of the traversal is another copy of it.
-        for (int i = 0; i < LOBE_COUNT * u_sample_count; ++i) {
+        int i = 0;
+        do {
             uint index = u_first_sample + uint(i / LOBE_COUNT);
             bool is_gloss = i % LOBE_COUNT == 1;
             vec3 w = ray_direction(receiver, frame, random_2d(index, seed, DIMENSION_FIRST, true));
@@ -130,7 +132,7 @@ void main()
                 directional.rgb += sky + ssdo_irradiance(receiver, index, seed);
                 directional.a -= hit.record >= 0 ? 1.0 : 0.0;
             }
-        }
+        } while (++i < LOBE_COUNT * u_sample_count);
     }
     o_directional = directional;
     o_bounce = vec4(bounce, 0.0);

@@ -19,14 +19,15 @@ float visibility_of(Receiver r, ivec2 centre)
     // directions whose shares add up to 1 only on average (rgs09).
     float blocked = 0.0;
     Tangent t = tangent_at(r.position_vs, r.geometric_vs);
-    for (int i = 0; i < DIRECTION_COUNT; ++i) {
+    int i = 0;
+    do {
         Direction d = direction_of(r, i);
         Blocker b = blocker_of(t, d);
         blocked += is_blocked(b) ? d.share : 0.0;
 #if KEPT_TEXTURE_COUNT > 0
         keep_direction(i, b);
 #endif
-    }
+    } while (++i < DIRECTION_COUNT);
     return max(1.0 - blocked, 0.0);
 #else
     return estimator_visibility(r, centre);

@@ -37,7 +37,8 @@ void main()
         uint seed = pixel_seed(pixel);
         for (int g = 0; g < asked_group_count(); ++g) {
             uint own = seed + uint(g) * 0x9e3779b9u;
-            for (int i = 0; i < u_sample_count; ++i) {
+            int i = 0;
+            do {
                 uint index = u_first_sample + uint(i);
                 vec2 choice = random_2d(index, own, 1u, false);
                 float weight;
@@ -79,7 +80,7 @@ void main()
                 gloss += reflected.radiance;
 #endif
                 irradiance += arriving;
-            }
+            } while (++i < u_sample_count);
         }
     }
     o_sum = vec4(irradiance, 0.0);

@@ -106,7 +106,8 @@ uint estimator_hidden(Sectors s, Tangent t, vec3 view, float jitter, inout vec3 
         Walk walk = walk_along(t.position_vs, side == 0 ? s.slice.along_vs : -s.slice.along_vs);
         Lines lines = lines_across(s.slice, t, view, walk);
         float moved = side == 0 ? jitter : fract(jitter + 0.5);
-        for (int i = 0; i < STEP_COUNT; ++i) {
+        int i = 0;
+        do {
             ivec2 texel;
             float x = (float(i) + moved) * stride;
             uint found = sectors_hidden_at(s, t, lines, walk, x, stride, texel);
@@ -116,7 +117,7 @@ uint estimator_hidden(Sectors s, Tangent t, vec3 view, float jitter, inout vec3 
                 sent += count * share_sent(t.position_vs, texel) * bounded_radiance(texel);
 #endif
             hidden |= found;
-        }
+        } while (++i < STEP_COUNT);
     }
 #endif
     return hidden;
@@ -128,11 +129,12 @@ float estimator_visibility(Receiver r, ivec2 centre)
     vec3 view = toward_camera(r.position_vs);
     float blocked = 0.0;
     vec3 sent = vec3(0.0);
-    for (int i = 0; i < DIRECTION_COUNT; ++i) {
+    int i = 0;
+    do {
         Sectors s = estimator_sectors(r, view, i);
         uint hidden = estimator_hidden(s, t, view, sample_point(r, i).z, sent);
         blocked += sector_weight(s) * float(bit_count(hidden));
-    }
+    } while (++i < DIRECTION_COUNT);
     // Not below 0, by rounding, where all are blocked.
     return max(1.0 - blocked * estimator_sector_share(r, view), 0.0);
 }
@@ -143,12 +145,13 @@ vec3 estimator_gathered(Receiver r, Tangent t)
 {
     vec3 view = toward_camera(r.position_vs);
     vec3 sum = vec3(0.0);
-    for (int i = 0; i < DIRECTION_COUNT; ++i) {
+    int i = 0;
+    do {
         Sectors s = estimator_sectors(r, view, i);
         vec3 sent = vec3(0.0);
         estimator_hidden(s, t, view, sample_point(r, i).z, sent);
         sum += sector_weight(s) * sent;
-    }
+    } while (++i < DIRECTION_COUNT);
     return PI * estimator_sector_share(r, view) * sum;
 }
 #endif

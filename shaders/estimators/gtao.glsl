@@ -19,11 +19,12 @@ float horizon_cosine(Tangent t, vec3 view, vec3 along, float jitter)
     Walk walk = walk_along(t.position_vs, along);
     float stride = 1.0 / float(STEP_COUNT);
     float highest = NO_ELEVATION;
-    for (int i = 0; i < STEP_COUNT; ++i) {
+    int i = 0;
+    do {
         float x = (float(i) + jitter) * stride;
         ivec2 texel = ivec2(walk_px(walk, walk_fraction(walk, x)));
         highest = max(highest, elevation_sine(t, view, texel));
-    }
+    } while (++i < STEP_COUNT);
     return highest;
 }
 
@@ -43,13 +44,14 @@ float estimator_visibility(Receiver r, ivec2 centre)
     Tangent t = tangent_at(r.position_vs, r.geometric_vs);
     vec3 view = toward_camera(r.position_vs);
     float blocked = 0.0;
-    for (int i = 0; i < DIRECTION_COUNT; ++i) {
+    int i = 0;
+    do {
         vec3 u = sample_point(r, i);
         vec3 along = slice_direction(view, PI * slice_turn(r, i));
         Slice slice = slice_along(along, view, r.normal_vs);
         blocked += slice.normal_length
             * (hidden_below_horizon(t, view, along, slice.normal_angle, u.y)
                + hidden_below_horizon(t, view, -along, -slice.normal_angle, u.z));
-    }
+    } while (++i < DIRECTION_COUNT);
     return max(1.0 - blocked / float(DIRECTION_COUNT), 0.0);
 }

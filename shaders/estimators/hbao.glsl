@@ -20,11 +20,12 @@ float blocked_along(Tangent t, vec3 view, vec3 along, float jitter)
     float stride = 1.0 / float(STEP_COUNT);
     float tangent = -sin(slice_along(along, view, t.normal_vs).normal_angle);
     float highest = tangent;
-    for (int i = 0; i < STEP_COUNT; ++i) {
+    int i = 0;
+    do {
         float x = (float(i) + jitter) * stride;
         ivec2 texel = ivec2(walk_px(walk, walk_fraction(walk, x)));
         highest = max(highest, elevation_sine(t, view, texel));
-    }
+    } while (++i < STEP_COUNT);
     return highest - tangent;
 }
 
@@ -33,9 +34,10 @@ float estimator_visibility(Receiver r, ivec2 centre)
     Tangent t = tangent_at(r.position_vs, r.geometric_vs);
     vec3 view = toward_camera(r.position_vs);
     float blocked = 0.0;
-    for (int i = 0; i < DIRECTION_COUNT; ++i) {
+    int i = 0;
+    do {
         vec3 along = slice_direction(view, 2.0 * PI * slice_turn(r, i));
         blocked += blocked_along(t, view, along, sample_point(r, i).y);
-    }
+    } while (++i < DIRECTION_COUNT);
     return max(1.0 - blocked / float(DIRECTION_COUNT), 0.0);
 }

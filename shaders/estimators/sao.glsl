@@ -25,7 +25,8 @@ float estimator_visibility(Receiver r, ivec2 centre)
     float peak = SAO_PEAK * radius;
     vec2 noise = sample_point(r, 0).xy;
     float obscured = 0.0;
-    for (int i = 0; i < DIRECTION_COUNT; ++i) {
+    int i = 0;
+    do {
         float turn = 2.0 * PI * fract(float(i) * GOLDEN_TURN + noise.x);
         float share = (float(i) + noise.y) / float(DIRECTION_COUNT);
         float away = max(share * share * radius_px, 1.0);
@@ -38,7 +39,7 @@ float estimator_visibility(Receiver r, ivec2 centre)
         bool counts = texel == inside && z > 0.0 && is_above(t, inside, z);
         float tap = window * window * dot(to_q, t.normal_vs) / (d2 + peak * peak);
         obscured += counts ? tap : 0.0;
-    }
+    } while (++i < DIRECTION_COUNT);
     float root = sqrt(2.0 * PI * peak * obscured / float(DIRECTION_COUNT));
     float left = max(1.0 - root, 0.0);
     return left * left;

@@ -12,13 +12,14 @@ const float ZBUFFER_BIAS = 0.01;
 float estimator_visibility(Receiver r, ivec2 centre)
 {
     int open_count = 0;
-    for (int i = 0; i < DIRECTION_COUNT; ++i) {
+    int i = 0;
+    do {
         vec2 offset = (sample_point(r, i).xy * 2.0 - 1.0) * u_box_px;
         ivec2 texel = centre + ivec2(floor(offset + 0.5));
         ivec2 inside = clamp(texel, ivec2(0), ivec2(u_frame_size_px) - 1);
         float z = gbuffer_z_vs(inside);
         bool blocked = texel == inside && z > 0.0 && z < r.z_vs * (1.0 - ZBUFFER_BIAS);
         open_count += blocked ? 0 : 1;
-    }
+    } while (++i < DIRECTION_COUNT);
     return float(open_count) / float(DIRECTION_COUNT);
 }

@@ -149,7 +149,7 @@ bool found(int result, vec4 values[SIGNAL_COUNT], out vec4 value)
 {
     value = values[result];
     bool sound = is_sound(result, value);
-#if SUMS
+#if SUMS && SIGNAL_COUNT > 1
     value.rgb += values[1].rgb;
     sound = sound && is_sound(1, values[1]);
 #endif

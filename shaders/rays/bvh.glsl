@@ -277,9 +277,9 @@ BvhHit bvh_nearest(vec3 origin, vec3 w, float t_max)
 {
     BvhRay ray = bvh_ray(origin, w);
     BvhWalk walk = bvh_begin(ray, t_max);
-    while (walk.goes_on) {
+    if (walk.goes_on) do {
         bvh_step(ray, walk);
-    }
+    } while (walk.goes_on);
     return walk.hit;
 }
 
@@ -287,10 +287,10 @@ BvhHit bvh_nearest(vec3 origin, vec3 w, float t_max)
 bool bvh_meets_any(BvhRay ray, float t_max)
 {
     BvhWalk walk = bvh_begin(ray, t_max);
-    while (walk.goes_on) {
+    if (walk.goes_on) do {
         bvh_step(ray, walk);
         walk.goes_on = walk.goes_on && walk.hit.record < 0;
-    }
+    } while (walk.goes_on);
     return walk.hit.record >= 0;
 }
 
@@ -321,7 +321,7 @@ BvhHit bvh_blocked_and_nearest(
         ray = ray_2;
         walk = walk_2;
     }
-    while (walk.goes_on) {
+    if (walk.goes_on) do {
         bvh_step(ray, walk);
         if (is_first && (!walk.goes_on || walk.hit.record >= 0)) {
             is_blocked = walk.hit.record >= 0;
@@ -329,7 +329,7 @@ BvhHit bvh_blocked_and_nearest(
             ray = ray_2;
             walk = walk_2;
         }
-    }
+    } while (walk.goes_on);
     return walk.hit;
 }
 
