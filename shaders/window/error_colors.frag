@@ -27,7 +27,7 @@ float luminance(vec3 c)
     return dot(c, vec3(0.2126, 0.7152, 0.0722));
 }
 
-// -1 .. 1 to sRGB, as `error_color` in ssdo_gl/window/presenter.py: from grey over blue or
+// -1 .. 1 to sRGB, as `error_color` in ssdo_gl/window/canvas/presenter.py: from grey over blue or
 // red to a pale tip, so that brightness alone tells the size.
 vec3 error_color(float t)
 {

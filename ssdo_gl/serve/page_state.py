@@ -10,7 +10,7 @@ from ssdo_gl.effects.registry import image_names
 from ssdo_gl.serve.page_events import PageEventError
 from ssdo_gl.serve.remote_host import PERMITTED
 from ssdo_gl.settings.settings import MAX_EXPOSURE_EV
-from ssdo_gl.window.bindings import BINDINGS, help_groups
+from ssdo_gl.window.input import BINDINGS, help_groups
 from ssdo_gl.window.viewer import Viewer
 from ssdo_gl.window.views import METHOD_LABELS
 

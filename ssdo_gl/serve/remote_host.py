@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from ssdo_gl.window.bindings import Command
-from ssdo_gl.window.picture_job import PictureRequest
-from ssdo_gl.window.recent import Recent
+from ssdo_gl.window.input import Command
+from ssdo_gl.window.opening import Recent
+from ssdo_gl.window.saving import PictureRequest
 
 if TYPE_CHECKING:
     from ssdo_gl.window.overlay import Overlay

@@ -18,7 +18,7 @@ from ssdo_gl.serve.delivery import SentPicture
 from ssdo_gl.serve.page_state import choices
 from ssdo_gl.serve.remote_session import RemoteSession
 from ssdo_gl.window.camera import Flight
-from ssdo_gl.window.opened import fault_text
+from ssdo_gl.window.opening import fault_text
 from ssdo_gl.window.viewer import Viewer
 
 # How often lines that have been shown long enough are looked for.

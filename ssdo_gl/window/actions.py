@@ -11,7 +11,6 @@ from typing import Protocol
 from ssdo_gl.images.files import OutputError
 from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.settings.preset_files import preset_fields, write_preset
-from ssdo_gl.window.bindings import Action, Command
 from ssdo_gl.window.camera import (
     fit,
     focus_on,
@@ -21,11 +20,16 @@ from ssdo_gl.window.camera import (
     switch_projection,
 )
 from ssdo_gl.window.history import Edited
-from ssdo_gl.window.opened import reload_file
-from ssdo_gl.window.picture_job import PictureRequest
-from ssdo_gl.window.recent import Recent
-from ssdo_gl.window.saved_view import picture_meta, save_scene, view_command
-from ssdo_gl.window.screenshot import free_stem, save_screenshot
+from ssdo_gl.window.input import Action, Command
+from ssdo_gl.window.opening import Recent, reload_file
+from ssdo_gl.window.saving import (
+    PictureRequest,
+    free_stem,
+    picture_meta,
+    save_scene,
+    save_screenshot,
+    view_command,
+)
 from ssdo_gl.window.viewer import Viewer
 from ssdo_gl.window.views import METHOD_LABELS
 

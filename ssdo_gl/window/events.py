@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Protocol
 import glfw
 
 from ssdo_gl.window.actions import Host, perform
-from ssdo_gl.window.bindings import Action, Command
 from ssdo_gl.window.divider import DividerGrip
-from ssdo_gl.window.input_map import InputMap
+from ssdo_gl.window.input import Action, Command, InputMap
 from ssdo_gl.window.viewer import Viewer
 
 if TYPE_CHECKING:

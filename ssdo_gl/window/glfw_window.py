@@ -8,7 +8,7 @@ import glfw
 
 from ssdo_gl.gpu.context import ContextError, Device, attach_to_window
 from ssdo_gl.window.camera import Controls
-from ssdo_gl.window.gamepad_map import gamepad_controls
+from ssdo_gl.window.input import gamepad_controls
 
 # Events of one size follow another by milliseconds; asking takes microseconds.
 _SIZE_TRIES = 8

@@ -8,15 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ssdo_gl.scene.load import builtin_names
-from ssdo_gl.window.bindings import Command
-from ssdo_gl.window.file_dialog import FileDialog
 from ssdo_gl.window.film import FilmExport
 from ssdo_gl.window.glfw_window import GlfwWindow
-from ssdo_gl.window.hot_reload import FileWatch
-from ssdo_gl.window.input_map import InputMap
-from ssdo_gl.window.opened import open_file, reload_file
-from ssdo_gl.window.picture_job import PictureJob, PictureRequest
-from ssdo_gl.window.recent import Recent
+from ssdo_gl.window.input import Command, InputMap
+from ssdo_gl.window.opening import FileDialog, FileWatch, Recent, open_file, reload_file
+from ssdo_gl.window.saving import PictureJob, PictureRequest
 from ssdo_gl.window.viewer import Viewer
 
 if TYPE_CHECKING:

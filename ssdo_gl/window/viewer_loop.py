@@ -11,8 +11,8 @@ from ssdo_gl.gpu.shader import ShaderError
 from ssdo_gl.window.camera import Controls
 from ssdo_gl.window.events import Events
 from ssdo_gl.window.film import Interrupted
-from ssdo_gl.window.input_map import InputMap
-from ssdo_gl.window.opened import fault_text
+from ssdo_gl.window.input import InputMap
+from ssdo_gl.window.opening import fault_text
 from ssdo_gl.window.viewer import Viewer
 
 # The first frame after sleep shows the camera this much later, when it will be seen.

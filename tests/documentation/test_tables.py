@@ -14,7 +14,7 @@ from ssdo_gl.effects.estimators import ESTIMATORS
 from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.settings import AOVS
 from ssdo_gl.settings.flags import settings_table
-from ssdo_gl.window.bindings import help_rows
+from ssdo_gl.window.input.bindings import help_rows
 
 
 def test_the_table_of_flags_is_that_of_the_program():

@@ -19,7 +19,7 @@ from ssdo_gl.scene.material_edits import (
 )
 from ssdo_gl.scene.scene import Scene, SceneError
 from ssdo_gl.settings import Settings
-from ssdo_gl.window.scene_files import scene_text
+from ssdo_gl.window.saving.scene_files import scene_text
 
 VALUES = {
     "albedo": (0.1, 0.7, 0.3),

@@ -19,13 +19,14 @@ from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import AOVS, Settings
-from ssdo_gl.window import opened, scene_flight
+from ssdo_gl.window import scene_flight
 from ssdo_gl.window.actions import perform
-from ssdo_gl.window.bindings import Action, Command
 from ssdo_gl.window.camera.controls import Controls
 from ssdo_gl.window.film.export import FilmExport
-from ssdo_gl.window.opened import open_file
-from ssdo_gl.window.saved_view import view_command
+from ssdo_gl.window.input.bindings import Action, Command
+from ssdo_gl.window.opening import opened
+from ssdo_gl.window.opening.opened import open_file
+from ssdo_gl.window.saving.saved_view import view_command
 from ssdo_gl.window.viewer import Viewer
 from ssdo_gl.window.views import View, divider_hit
 

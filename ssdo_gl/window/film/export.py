@@ -10,7 +10,7 @@ from pathlib import Path
 from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.images.files import OutputError
 from ssdo_gl.window.film.job import FilmJob
-from ssdo_gl.window.screenshot import free_stem
+from ssdo_gl.window.saving import free_stem
 from ssdo_gl.window.viewer import Viewer
 
 # All messages about films replace one another.

@@ -12,7 +12,7 @@ from ssdo_gl import resources
 from ssdo_gl.scene.load import builtin_names
 from ssdo_gl.toml_text import read_toml
 from ssdo_gl.window.actions import Host, perform
-from ssdo_gl.window.bindings import BINDINGS, Action, Command
+from ssdo_gl.window.input import BINDINGS, Action, Command
 from ssdo_gl.window.viewer import Viewer
 
 # Of a tooltip, in heights of text.

@@ -15,7 +15,7 @@ from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.settings.flags import flag_infos
 from ssdo_gl.window.actions import Host, perform
-from ssdo_gl.window.bindings import Action, Command
+from ssdo_gl.window.input import Action, Command
 from ssdo_gl.window.panel.control_rows import (
     ControlRow,
     Widget,

@@ -16,9 +16,9 @@ from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import AOVS, Settings
+from ssdo_gl.window.canvas.presenter import DIVIDER_PX, Presenter, error_color
 from ssdo_gl.window.live import live_image
 from ssdo_gl.window.live.live_image import FrameRequest, LiveImage
-from ssdo_gl.window.presenter import DIVIDER_PX, Presenter, error_color
 from ssdo_gl.window.views import View, image_of, is_averaged, kind_of_image
 
 SIZE = (64, 36)

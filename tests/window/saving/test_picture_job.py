@@ -13,7 +13,7 @@ from window.test_viewer import SETTINGS, settle
 from window.x_server import wait_for
 
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.window.picture_job import PictureJob
+from ssdo_gl.window.saving.picture_job import PictureJob
 from ssdo_gl.window.viewer import Viewer
 
 SIZE = (40, 24)

@@ -13,8 +13,8 @@ from ssdo_gl.settings import Settings
 from ssdo_gl.settings.command_line import command_line
 from ssdo_gl.settings.fields import values
 from ssdo_gl.window.live import REFINE_FRAMES
-from ssdo_gl.window.scene_files import base_name, render_table, scene_text, write_scene
-from ssdo_gl.window.screenshot import free_stem
+from ssdo_gl.window.saving.scene_files import base_name, render_table, scene_text, write_scene
+from ssdo_gl.window.saving.screenshot import free_stem
 from ssdo_gl.window.viewer import Viewer
 
 

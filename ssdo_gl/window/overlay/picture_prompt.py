@@ -5,7 +5,7 @@ from __future__ import annotations
 from imgui_bundle import ImVec2, imgui
 
 from ssdo_gl.effects.methods import METHODS
-from ssdo_gl.window.picture_job import PictureRequest
+from ssdo_gl.window.saving import PictureRequest
 from ssdo_gl.window.views import METHOD_LABELS
 
 _FLAGS = (

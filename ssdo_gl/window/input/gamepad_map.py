@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import glfw
 
 from ssdo_gl.window.camera import Controls
-from ssdo_gl.window.input_map import TURN_RATE
+from ssdo_gl.window.input.input_map import TURN_RATE
 
 # A stick at rest reports up to a tenth of its way; a trigger is quieter.
 STICK_DEAD_ZONE = 0.15

@@ -7,7 +7,8 @@ import math
 import glfw
 import pytest
 
-from ssdo_gl.window.bindings import (
+from ssdo_gl.window.camera.controls import Controls
+from ssdo_gl.window.input.bindings import (
     BINDINGS,
     HELD_MOVES,
     HELD_TURNS,
@@ -15,9 +16,8 @@ from ssdo_gl.window.bindings import (
     Command,
     help_rows,
 )
-from ssdo_gl.window.camera.controls import Controls
-from ssdo_gl.window.gamepad_map import gamepad_controls
-from ssdo_gl.window.input_map import (
+from ssdo_gl.window.input.gamepad_map import gamepad_controls
+from ssdo_gl.window.input.input_map import (
     DOUBLE_CLICK_SECONDS,
     DRAG_PX,
     ORBIT_RADIANS_PER_PX,

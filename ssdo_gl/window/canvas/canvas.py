@@ -20,11 +20,11 @@ from ssdo_gl.scene.material_edits import material_at, material_name
 from ssdo_gl.settings import Settings
 from ssdo_gl.shared_scene import SharedScene
 from ssdo_gl.window.camera import direction_point
-from ssdo_gl.window.chosen import Chosen
+from ssdo_gl.window.canvas.chosen import Chosen
+from ssdo_gl.window.canvas.presenter import Presenter
+from ssdo_gl.window.canvas.side import Side
 from ssdo_gl.window.live import INSPECTED, KeptPlanes, Monitor, surface_point
-from ssdo_gl.window.presenter import Presenter
 from ssdo_gl.window.scene_flight import SceneFlight
-from ssdo_gl.window.side import Side
 from ssdo_gl.window.views import View, image_of, is_averaged, kind_of_image, settings_of
 
 # A frame of a 30 Hz display.

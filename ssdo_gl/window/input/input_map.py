@@ -13,7 +13,8 @@ from dataclasses import dataclass
 
 import glfw
 
-from ssdo_gl.window.bindings import (
+from ssdo_gl.window.camera import Controls
+from ssdo_gl.window.input.bindings import (
     CHORD,
     FAST_KEYS,
     HELD_MOVES,
@@ -22,7 +23,6 @@ from ssdo_gl.window.bindings import (
     Command,
     binding_of,
 )
-from ssdo_gl.window.camera import Controls
 
 # 400 px of mouse turn the view by about 60 degrees: a flick of the wrist.
 RADIANS_PER_PX = 0.0025

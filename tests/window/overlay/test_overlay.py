@@ -18,16 +18,16 @@ from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.scene.load import builtin_names, load_scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.window.camera.controls import Controls
+from ssdo_gl.window.opening.recent import Recent
 from ssdo_gl.window.panel.histogram import BINS_PER_STOP, STOPS, radiance_histogram
-from ssdo_gl.window.recent import Recent
 from ssdo_gl.window.viewer import Viewer
 
 imgui_bundle = pytest.importorskip("imgui_bundle")
-from ssdo_gl.window.overlay import Overlay  # noqa: E402
+from ssdo_gl.window.overlay.overlay import Overlay  # noqa: E402
 from ssdo_gl.window.panel import control_rows  # noqa: E402
 from ssdo_gl.window.panel import panel as panel_module  # noqa: E402
 from ssdo_gl.window.panel.menu import builtin_scenes  # noqa: E402
-from ssdo_gl.window.picture_job import PictureRequest  # noqa: E402
+from ssdo_gl.window.saving.picture_job import PictureRequest  # noqa: E402
 
 SIZE = (900, 700)
 PICTURE = (36, 28)

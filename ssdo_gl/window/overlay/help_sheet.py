@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from imgui_bundle import ImVec2, imgui
 
-from ssdo_gl.window.bindings import help_groups
+from ssdo_gl.window.input import help_groups
 
 _MARGIN = 10.0
 # Between keys and meaning, and between columns, in heights of text.

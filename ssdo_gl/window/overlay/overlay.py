@@ -10,13 +10,13 @@ from imgui_bundle import ImVec2, imgui
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.images.display import ColorMapping
 from ssdo_gl.window.actions import Host
-from ssdo_gl.window.help_sheet import draw_help
-from ssdo_gl.window.imgui_backend import ImguiBackend
+from ssdo_gl.window.canvas import error_color
 from ssdo_gl.window.live import inspect, shown_values
+from ssdo_gl.window.overlay.help_sheet import draw_help
+from ssdo_gl.window.overlay.imgui_backend import ImguiBackend
+from ssdo_gl.window.overlay.path_prompt import PathPrompt
+from ssdo_gl.window.overlay.picture_prompt import PicturePrompt
 from ssdo_gl.window.panel import Panel, draw_menu, panel_width, state_text
-from ssdo_gl.window.path_prompt import PathPrompt
-from ssdo_gl.window.picture_prompt import PicturePrompt
-from ssdo_gl.window.presenter import error_color
 from ssdo_gl.window.viewer import Viewer
 from ssdo_gl.window.views import METHOD_LABELS
 

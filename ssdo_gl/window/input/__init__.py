@@ -1,0 +1,17 @@
+"""Keys, mouse and gamepad: which of them ask for what."""
+
+from __future__ import annotations
+
+from ssdo_gl.window.input.bindings import BINDINGS, Action, Command, help_groups
+from ssdo_gl.window.input.gamepad_map import gamepad_controls
+from ssdo_gl.window.input.input_map import InputMap, combined
+
+__all__ = [
+    "BINDINGS",
+    "Action",
+    "Command",
+    "InputMap",
+    "combined",
+    "gamepad_controls",
+    "help_groups",
+]
