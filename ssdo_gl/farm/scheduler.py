@@ -16,6 +16,8 @@ from typing import Any
 
 from ssdo_gl import __version__
 from ssdo_gl.farm.kept_maker import Maker, idle, results
+from ssdo_gl.gpu.context import DEVICE_INDEX
+from ssdo_gl.gpu.egl_devices import gpu_numbers
 
 # How long a scheduler may take to answer, and its workers to come.
 CONNECT_S, WORKERS_S = 10, 60
@@ -213,18 +215,28 @@ def _clients(distributed: ModuleType, scheduler: str) -> Iterator[Any]:
                 ) from None
             yield client
         return
-    count = int(local[1] or max((os.cpu_count() or 2) // 2, 1))
     with (
-        distributed.LocalCluster(
-            n_workers=count,
-            threads_per_worker=1,
-            dashboard_address=":0",
-            memory_limit=None,
-            silence_logs=logging.CRITICAL,
-        ) as cluster,
+        _local_cluster(distributed, int(local[1] or 0)) as cluster,
         distributed.Client(cluster) as client,
     ):
         yield client
+
+
+def _local_cluster(distributed: ModuleType, count: int) -> Any:
+    """Return a cluster of `count` processes, 0: one for each GPU or every two processors.
+
+    GPUs go round among them, unless one is chosen already.
+    """
+    gpus = [] if DEVICE_INDEX in os.environ else gpu_numbers()
+    count = count or len(gpus) or max((os.cpu_count() or 2) // 2, 1)
+    here = {"host": "127.0.0.1", "dashboard": False}
+    options = {**here, "nthreads": 1, "memory_limit": None, "silence_logs": logging.CRITICAL}
+    workers = {}
+    for number in range(count):
+        own = {DEVICE_INDEX: str(gpus[number % len(gpus)])} if gpus else {}
+        workers[number] = {"cls": distributed.Nanny, "options": {**options, "env": own}}
+    scheduler = {"cls": distributed.Scheduler, "options": {**here, "port": 0}}
+    return distributed.SpecCluster(workers, scheduler, silence_logs=logging.CRITICAL)
 
 
 def _library() -> ModuleType:

@@ -46,7 +46,7 @@ _EGL_CODES = {
     "0x3003": "EGL could not allocate the resources of a context",
     "0x3009": "the driver offers no OpenGL 3.3 core context",
 }
-_DEVICE_INDEX = "GLCONTEXT_DEVICE_INDEX"
+DEVICE_INDEX = "GLCONTEXT_DEVICE_INDEX"
 _CORE_PROFILE_BIT = 1  # GL_CONTEXT_CORE_PROFILE_BIT
 
 
@@ -161,7 +161,7 @@ def create_context(backend: str = "auto") -> Device:
         # report, and never a traceback.
         except Exception as error:
             answers.append(f"{name}: {_one_line(error)}")
-            if name == "egl" and _DEVICE_INDEX in os.environ:
+            if name == "egl" and DEVICE_INDEX in os.environ:
                 break  # Who asks for one GPU does not want the next best thing.
     raise ContextError(f"no usable OpenGL 3.3 core ({'; '.join(answers)}); {_ADVICE}")
 

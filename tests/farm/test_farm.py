@@ -122,6 +122,30 @@ def test_faults_come_as_they_are(address: str, tmp_path: Path) -> None:
         list(mapped(address, Deadly, (tmp_path, None), range(2)))
 
 
+class Chosen(Squares):
+    def make(self, item: int) -> int:
+        time.sleep(0.1)
+        return int(os.environ.get("GLCONTEXT_DEVICE_INDEX", "-1"))
+
+
+@pytest.mark.parametrize(
+    ("gpus", "chosen", "seen"), [([3, 5], None, {3, 5}), ([3, 5], "0", {0}), ([], None, {-1})]
+)
+def test_local_workers_share_out_the_gpus(
+    gpus: list[int],
+    chosen: str | None,
+    seen: set[int],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(scheduler, "gpu_numbers", lambda: gpus)
+    monkeypatch.delenv("GLCONTEXT_DEVICE_INDEX", raising=False)
+    if chosen:
+        monkeypatch.setenv("GLCONTEXT_DEVICE_INDEX", chosen)
+    name = "local" if len(seen) > 1 else "local:1"
+    assert set(mapped(name, Chosen, (tmp_path, None), range(20))) == seen
+
+
 def test_an_item_that_ends_workers_costs_no_other(address: str, tmp_path: Path) -> None:
     made = list(mapped(address, Fatal, (tmp_path, 5), range(48), lambda item: -item))
     assert made == [-5 if n == 5 else n**2 for n in range(48)]
