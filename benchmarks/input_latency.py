@@ -2,8 +2,11 @@
 
 Opens the real window on a virtual screen (Xvfb), presses keys and moves the mouse by
 xdotool, and looks at the screen's memory until the answer is there. Input comes at random
-moments of refinement, when a frame at full quality is in the making. ``make bench-input``
-prints median and worst of each kind, for a window of many samples.
+moments of refinement, when a frame at full quality is in the making, of `gi` and of a
+reference. ``make bench-input`` prints median and worst of each kind, for a window of many
+samples; then, of the same frames, what of them cannot be interrupted: milliseconds that the
+program computes, of all processors together, from one look for input to the next. Other
+work on the machine lengthens answers, but not these.
 """
 
 from __future__ import annotations
@@ -20,6 +23,11 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.common import command
+from ssdo_gl.gpu.context import create_context
+from ssdo_gl.scene.load import load_scene
+from ssdo_gl.settings import Settings
+from ssdo_gl.window.camera import Controls
+from ssdo_gl.window.viewer import Viewer
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from window.x_server import App, XServer  # type: ignore[import-not-found]
@@ -33,6 +41,12 @@ LOOK_S = 0.001
 # Shaders are compiled, levels of quality are tried.
 SETTLING_S = 15.0
 ROUNDS = 6
+METHODS = ("gi", "reference-gi")
+# Of a section of the panel that is open at first: from the right edge to where the slider of
+# the budget begins, and from the top to its middle.
+SLIDER = (303, 332)
+# Frames whose slices count, and those before them, in which shaders are compiled.
+WARM_FRAMES, SLICED_FRAMES = 4, 6
 
 
 class Screen:
@@ -83,14 +97,24 @@ def measure(screen: Screen, size: tuple[int, int]) -> dict[str, list[float]]:
     """Return the milliseconds of each kind of input."""
     width, height = size
     picture = (40, 60, width // 3, height - 120)
-    # The first headers of the panel, which light up under the cursor.
-    panel = (width - 340, 60, 320, 160)
-    middle = f"mousemove {width // 4} {height // 2}"
+    # The first headers of the panel, which light up under the cursor, and its slider.
+    headers = (width - 340, 60, 320, 160)
+    slider = (width - SLIDER[0], SLIDER[1] - 12, 120, 24)
     dice = random.Random(1)
-    results: dict[str, list[float]] = {"arrow key": [], "mouse drag": [], "panel": []}
+    results: dict[str, list[float]] = {"arrow key": [], "mouse drag": [], "panel": [], "slider": []}
+
+    def drag(start: tuple[int, int], way: int, part: tuple[int, int, int, int]) -> None:
+        """Press the button, wait for refinement to go on, and move."""
+        screen.send(f"mousemove {start[0]} {start[1]}", "mousedown 1")
+        time.sleep(0.3 + dice.random())
+        act = lambda: screen.send(f"mousemove {start[0] + way} {start[1]}")  # noqa: E731
+        results[name].append(answered_ms(screen, part, act, ANOTHER))
+        screen.send("mouseup 1")
+
     for number in range(ROUNDS):
+        sign = (-1) ** number
         for name in results:
-            screen.send(middle)
+            screen.send(f"mousemove {width // 4} {height // 2}")
             # Into the refinement: the picture is at rest for a while, and not finished.
             time.sleep(1.2 + dice.random())
             if name == "arrow key":
@@ -99,17 +123,38 @@ def measure(screen: Screen, size: tuple[int, int]) -> dict[str, list[float]]:
                 results[name].append(answered_ms(screen, picture, act, ANOTHER))
                 screen.send(f"keyup {key}")
             elif name == "mouse drag":
-                screen.send("mousedown 1")
-                time.sleep(0.3)
-                way = 40 * (-1) ** number
-                act = lambda way=way: screen.send(f"mousemove {width // 4 + way} {height // 2}")  # noqa: E731
-                results[name].append(answered_ms(screen, picture, act, ANOTHER))
-                screen.send("mouseup 1")
+                drag((width // 4, height // 2), 40 * sign, picture)
+            elif name == "slider":
+                drag((width - SLIDER[0] + 60, SLIDER[1]), 30 * sign, slider)
             else:
                 y = 125 + 26 * (number % 3)
                 act = lambda y=y: screen.send(f"mousemove {width - 180} {y}")  # noqa: E731
-                results[name].append(answered_ms(screen, panel, act, 0.2))
+                results[name].append(answered_ms(screen, headers, act, 0.2))
     return results
+
+
+def slices_ms(scene: str, settings: Settings) -> list[float]:
+    """Return what is computed between two looks for input while frames are refined."""
+    device = create_context("auto")
+    viewer = Viewer(device, load_scene(scene), settings, source=scene, budget_ms=None)
+    found: list[float] = []
+    since = time.process_time()
+
+    def look(*_: object) -> None:
+        nonlocal since
+        now = time.process_time()
+        found.append(1e3 * (now - since))
+        since = time.process_time()
+
+    for number in range(WARM_FRAMES + SLICED_FRAMES):
+        if number == WARM_FRAMES:
+            found.clear()
+        viewer.frame(Controls(), 1.0, settings.size, look)
+        device.gl.finish()
+        look()
+    viewer.release()
+    device.release()
+    return found
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -120,21 +165,29 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--samples", type=int, default=256, metavar="N")
     options = parser.parse_args(arguments)
     width, height = map(int, options.size.split("x"))
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        server = XServer(folder, (width, height))
-        words = [sys.executable, "-m", "ssdo_gl.cli", options.scene, "--size", options.size]
-        app = App(server, [*words, "--samples", str(options.samples)], folder)
-        screen = Screen(server)
-        try:
-            time.sleep(SETTLING_S)
-            for kind, times in measure(screen, (width, height)).items():
-                middle, worst = statistics.median(times), max(times)
-                print(f"{kind:12}  median {middle:6.1f} ms   worst {worst:6.1f} ms")
-        finally:
-            screen.close()
-            app.kill()
-            server.close()
+    for method in METHODS:
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            server = XServer(folder, (width, height))
+            words = [sys.executable, "-m", "ssdo_gl.cli", options.scene, "--size", options.size]
+            words += ["--samples", str(options.samples), "--method", method, "--spp", "4096"]
+            app = App(server, words, folder)
+            screen = Screen(server)
+            try:
+                time.sleep(SETTLING_S)
+                for kind, times in measure(screen, (width, height)).items():
+                    middle, worst = statistics.median(times), max(times)
+                    said = f"median {middle:6.1f} ms   worst {worst:6.1f} ms"
+                    print(f"{method:13} {kind:11} {said}", flush=True)
+            finally:
+                screen.close()
+                app.kill()
+                server.close()
+    for method in METHODS:
+        settings = Settings(method, size=(width, height), samples=options.samples, spp=4096)
+        median, most, worst = np.percentile(slices_ms(options.scene, settings), [50, 95, 100])
+        said = f"median {median:.1f}, 95 % below {most:.1f}, longest {worst:.1f} ms computed"
+        print(f"{method:13} slices      {said}")
 
 
 if __name__ == "__main__":

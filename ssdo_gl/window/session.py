@@ -74,7 +74,7 @@ class Session(ViewerLoop):
         while not self._window.should_close:
             if self._is_busy():
                 glfw.poll_events()
-                now = max(last, time.perf_counter())
+                now = max(last, time.perf_counter() + self._gave_up * AHEAD_SECONDS)
             else:
                 glfw.wait_events_timeout(GAMEPAD_SECONDS if has_gamepad() else IDLE_SECONDS)
                 # What was slept through was no flight.
@@ -135,9 +135,10 @@ class Session(ViewerLoop):
             # Text that has changed its length takes another frame to fit its window.
             self._events.panel_frames = max(self._events.panel_frames, 2)
         # The picture for which one was given up comes first, and brings the panel along.
-        if not (self._gave_up and gave_up_before):
-            self._waits_since = now
-        waits = self._gave_up and now - self._waits_since < LATEST_SECONDS
+        ended = time.perf_counter()
+        if not (self._gave_up and gave_up_before) or ended - now > LATEST_SECONDS:
+            self._waits_since = ended
+        waits = self._gave_up and ended - self._waits_since < LATEST_SECONDS
         if min(size) > 0 and not waits and (drew or self._events.panel_frames > 0):
             self._draw(sizes)
 

@@ -15,7 +15,8 @@ from ssdo_gl.window.input import InputMap
 from ssdo_gl.window.opening import fault_text
 from ssdo_gl.window.viewer import Viewer
 
-# The first frame after sleep shows the camera this much later, when it will be seen.
+# The first frame after sleep, and after one that was given up, shows the camera this much
+# later, when it will be seen.
 # Without it a key would be answered by a picture of where the camera was.
 AHEAD_SECONDS = 1.0 / 60.0
 

@@ -198,6 +198,10 @@ class LiveImage:
         self._frames += 1
         self.sample_count += samples
         self.last_samples = samples
+        if progress is not None:
+            # To turn the sum into colours takes as long again.
+            self._device.gl.finish()
+            progress("sum", 1, 1)
         return True
 
     def release(self) -> None:
