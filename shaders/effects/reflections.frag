@@ -20,6 +20,9 @@
 #include <beyond_screen>
 
 #if GATHERS_SENDERS
+// Depth, relative to itself, up to which what a texel shows is one surface.
+const float MET_DEPTH = 0.02;
+
 uniform sampler2D t_sender_radiance;
 uniform float u_hidden_senders;
 uniform float u_sender_bound;
@@ -45,6 +48,20 @@ vec3 sent_from(ivec2 texel, vec3 to_receiver)
     bool is_light = is_finite(radiance) && all(greaterThanEqual(radiance, vec3(0.0)));
     bool faces = dot(gbuffer_geometric_normal_vs(texel), to_receiver) > 0.0;
     return is_light ? radiance * factor * (faces ? 1.0 : u_hidden_senders) : vec3(0.0);
+}
+
+// Whether a ray meets the surface that the texel shows, and does not pass behind it: the
+// picture shows that surface where the ray crosses its plane, too.
+bool is_met(vec3 p_vs, vec3 w, ivec2 texel)
+{
+    vec3 m = gbuffer_geometric_normal_vs(texel);
+    float rate = dot(w, m);
+    float t = abs(rate) > 1e-6 ? dot(gbuffer_position_vs(texel) - p_vs, m) / rate : -1.0;
+    vec3 crossing = p_vs + t * w;
+    vec2 px = px_of_position_vs(crossing);
+    bool is_shown = t > 0.0 && all(greaterThanEqual(px, vec2(0.0))) && all(lessThan(px, u_frame_size_px));
+    float z = is_shown ? gbuffer_z_vs(ivec2(px)) : 0.0;
+    return abs(z + crossing.z) < MET_DEPTH * z;
 }
 #endif
 
@@ -78,18 +95,20 @@ void main()
         vec3 sky = weight * lobe_radiance(direction_ws_of(w), share_alpha);
         Blocker b = march(t, w, reach, u.z, STEP_COUNT, REFINE_COUNT);
         all += sky;
-        vec3 beyond = vec3(0.0);
-        bool is_far = !is_blocked(b) && is_smooth && weight != vec3(0.0)
-                   && meets_beyond_screen(r.position_vs, r.geometric_vs, w, beyond);
-        sent += weight * beyond;
-        if (!is_blocked(b) && !is_far) {
-            open += sky;
-        }
+        bool is_near = is_blocked(b);
 #if GATHERS_SENDERS
-        if (is_blocked(b) && weight != vec3(0.0)) {
-            sent += weight * sent_from(b.texel, r.position_vs - gbuffer_position_vs(b.texel));
+        if (is_near && weight != vec3(0.0)) {
+            vec3 found = sent_from(b.texel, r.position_vs - gbuffer_position_vs(b.texel));
+            sent += weight * found;
+            // Lamps send nothing, because lights deliver it: seen behind one, the ray goes on.
+            is_near = !is_smooth || found != vec3(0.0) || is_met(r.position_vs, w, b.texel);
         }
 #endif
+        vec3 beyond = vec3(0.0);
+        bool is_far = !is_near && is_smooth && weight != vec3(0.0)
+                   && meets_beyond_screen(r.position_vs, r.geometric_vs, w, beyond);
+        sent += weight * beyond;
+        open += is_near || is_far ? vec3(0.0) : sky;
     }
     vec3 mirrored = reflect(-w_out, r.normal_vs);
     vec3 axis = direction_ws_of(lobe_axis(r.normal_vs, mirrored, alpha));

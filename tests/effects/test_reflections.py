@@ -62,6 +62,26 @@ def test_metal_in_an_even_sky_shows_its_reflectance(roughness):
         np.testing.assert_allclose(found, np.broadcast_to([0.5, 1.0, 2.0], found.shape), rtol=5e-3)
 
 
+@pytest.mark.parametrize("method", ["bounce", "gi"])
+def test_a_mirror_shows_the_sky_behind_a_lamp(method):
+    """Rays that pass behind the lamp, as the picture shows it, do not meet it."""
+    lamp = """
+[[light]]
+kind = "area"
+corner = [-1, 0.3, -1]
+edge_u = [2, 0, 0]
+edge_v = [0, 0.5, 0]
+radiance = [9, 9, 9]
+"""
+    mirror = floor("albedo = [1, 1, 1]\nmetallic = 1\nroughness = 0")
+    found = picture(SKY + mirror + FLOOR + lamp, method=method)[SIZE[1] // 2 :, :, :3]
+    is_lamp = found[..., 0] > 8.0
+    assert is_lamp.mean() > 0.05
+    # At its edges the four directions of a pixel meet more or less of it than there is.
+    beside = np.any([np.roll(is_lamp, (i, j), (0, 1)) for i in (-1, 0, 1) for j in (-1, 0, 1)], 0)
+    assert np.all(found[~beside] > np.array([0.5, 1.0, 2.0]) * 0.98)
+
+
 @pytest.mark.parametrize("roughness", [0.0, 0.3, 0.7])
 def test_a_glowing_wall_is_seen_in_the_floor(roughness):
     scene = floor(f"albedo = [0.9, 0.8, 0.7]\nmetallic = 1\nroughness = {roughness}")
