@@ -4,6 +4,8 @@
 pixels that count (`docs/accuracy.md`). SCENE is a built-in scene, a scene file, a model, which
 is put into a room of boxes, or room-N, a closed room drawn at random by the seed N. The variance
 of the paths, known from independent batches, is subtracted from relMSE; FLIP sees their noise.
+The last column says how many times the error of `gi` (relMSE) paths have that are traced for as
+long as a warm frame of `gi` takes, by processor time; what it prepares once is not counted.
 The exit code is 1 if `gi` is worse than `bounce` in any.
 """
 
@@ -15,6 +17,8 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+
+import numpy as np
 
 from benchmarks.common import command
 from benchmarks.rooms import model_room, random_room
@@ -36,6 +40,10 @@ INTERIORS = Path(__file__).parent.parent / "tests" / "effects" / "interiors"
 SEEDS = range(1, 7)
 METHODS = ("bounce", "gi")
 BATCH_SPP = 64
+# Paths whose time is measured, enough to outweigh what a frame costs beside them; and how often
+# that is done in turn with frames of `gi`.
+TIMED_SPP = 8
+ROUNDS = 3
 
 
 @dataclass(frozen=True)
@@ -52,11 +60,30 @@ class Distance:
 
 @dataclass(frozen=True)
 class Row:
-    """One scene: its distances by method, and the standard error of the reference."""
+    """One scene: its distances by method, and what is known of the reference.
+
+    Attributes
+    ----------
+    name : str
+    by_method : dict of Distance
+    standard_error : float
+        Of the reference, relative to its mean.
+    paths : float
+        Paths for each pixel in the time of a warm frame of `gi`.
+    paths_rel_mse : float
+        relMSE of that many, from their variance: they have no bias.
+    """
 
     name: str
     by_method: dict[str, Distance]
     standard_error: float
+    paths: float
+    paths_rel_mse: float
+
+    @property
+    def equal_time(self) -> float:
+        """How many times the error of `gi` paths have in the same time."""
+        return self.paths_rel_mse / max(self.by_method["gi"].rel_mse, 1e-9)
 
     @property
     def is_worse(self) -> bool:
@@ -106,7 +133,31 @@ def measure(
                 mean_level(image, mask) / mean_level(target, mask) - 1.0,
                 flip_ldr(srgb_of(image, exposure), srgb_of(target, exposure), mask).mean,
             )
-    return Row(name, found, reference.relative_standard_error("beauty", mask))
+        paths = _paths_in_time(bench, base, traced)
+        noise = relative_mse(target + np.sqrt(variance), target, mask)
+    return Row(
+        name,
+        found,
+        reference.relative_standard_error("beauty", mask),
+        paths,
+        noise * reference.spp / paths,
+    )
+
+
+def _paths_in_time(bench: BenchRenderer, base: Settings, traced: Settings) -> float:
+    """Return how many paths for a pixel take the processor time of a warm frame of `gi`."""
+    rounds = [
+        [
+            bench.timed(settings, ("beauty",), 2).process_ms
+            for settings in (
+                dataclasses.replace(base, method="gi", estimator=None),
+                dataclasses.replace(traced, spp=TIMED_SPP),
+            )
+        ]
+        for _ in range(ROUNDS)
+    ]
+    frame, paths = np.median(rounds, axis=0)
+    return float(TIMED_SPP * frame / paths)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -125,8 +176,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         *(str(path) for path in sorted(INTERIORS.glob("*.toml")) if path.stem != "wall"),
         *(f"room-{seed}" for seed in SEEDS),
     ]
-    print("| scene | `bounce` | | FLIP | `gi` | | FLIP | noise of the paths |")
-    print("|---|--:|--:|--:|--:|--:|--:|--:|")
+    print(
+        "| scene | `bounce` | | FLIP | `gi` | | FLIP | noise of the paths |"
+        " paths in the time | their error / `gi`'s |"
+    )
+    print("|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|")
     cache, worse, size = ReferenceCache(), [], tuple(arguments.size)
     goal = arguments.error, arguments.seconds
     device = create_context("auto")
@@ -134,7 +188,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         for name in scenes:
             row = measure(name, size, device, *goal, cache, whole=arguments.whole)
             cells = " | ".join(str(row.by_method[method]) for method in METHODS)
-            print(f"| {Path(name).stem} | {cells} | {row.standard_error:.1%} |", flush=True)
+            print(f"| {Path(name).stem} | {cells} | {row.standard_error:.1%} |", end="")
+            print(f" {row.paths:.2g} | {row.equal_time:.3g} |", flush=True)
             worse += [name] if row.is_worse else []
     finally:
         device.release()
