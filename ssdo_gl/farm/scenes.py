@@ -110,7 +110,8 @@ def render_batch(commands: Sequence[CommandLine], work: Work) -> int:
     """
     run = commands[0].run
     start = time.perf_counter()
-    missing = [c for c in commands if not (run.resume and all(p.exists() for p in files_of(c)))]
+    missing = [command for command in commands if not (run.resume and _is_there(command))]
+    old = [_is_there(command) for command in missing]
     for folder in {path.parent for command in missing for path in files_of(command)}:
         folder.mkdir(exist_ok=True)
     silent = [replace(command, run=replace(command.run, quiet=True)) for command in missing]
@@ -129,8 +130,11 @@ def render_batch(commands: Sequence[CommandLine], work: Work) -> int:
                 if progress:
                     progress("pictures", len(codes), len(missing))
     except KeyboardInterrupt:
+        # Of workers, some that nothing has been heard of yet.
+        rest = zip(missing[len(codes) :], old[len(codes) :], strict=True)
+        made = _made(codes) + sum(_is_there(command) and not was for command, was in rest)
         raise KeyboardInterrupt(
-            f"interrupted; {run.out} has {_made(codes)} of the {len(missing)} pictures"
+            f"interrupted; {run.out} has {made} of the {len(missing)} pictures"
         ) from None
     if not run.quiet:
         kept, faulty = len(commands) - len(missing), len(missing) - _made(codes)
@@ -163,6 +167,10 @@ def _lost(command: CommandLine) -> Said:
 
 def _worst(codes: Sequence[int]) -> int:
     return max(codes, key=_SEVERITY.index, default=EXIT_OK)
+
+
+def _is_there(command: CommandLine) -> bool:
+    return all(path.exists() for path in files_of(command))
 
 
 def _made(codes: Sequence[int]) -> int:

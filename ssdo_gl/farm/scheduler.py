@@ -15,6 +15,7 @@ from types import ModuleType
 from typing import Any
 
 from ssdo_gl import __version__
+from ssdo_gl.farm import local_worker
 from ssdo_gl.farm.kept_maker import Maker, idle, results
 from ssdo_gl.gpu.context import DEVICE_INDEX
 from ssdo_gl.gpu.egl_devices import gpu_numbers
@@ -234,8 +235,12 @@ def _local_cluster(distributed: ModuleType, count: int) -> Any:
     workers = {}
     for number in range(count):
         own = {DEVICE_INDEX: str(gpus[number % len(gpus)])} if gpus else {}
-        workers[number] = {"cls": distributed.Nanny, "options": {**options, "env": own}}
-    scheduler = {"cls": distributed.Scheduler, "options": {**here, "port": 0}}
+        pinned = {**options, "env": own, "preload": [local_worker.__name__]}
+        workers[number] = {"cls": distributed.Nanny, "options": pinned}
+    scheduler = {
+        "cls": distributed.Scheduler,
+        "options": {**here, "port": 0, "dashboard_address": ":0"},
+    }
     return distributed.SpecCluster(workers, scheduler, silence_logs=logging.CRITICAL)
 
 

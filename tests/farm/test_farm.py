@@ -125,6 +125,7 @@ def test_faults_come_as_they_are(address: str, tmp_path: Path) -> None:
 class Chosen(Squares):
     def make(self, item: int) -> int:
         time.sleep(0.1)
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN, "Ctrl-C is the command's"
         return int(os.environ.get("GLCONTEXT_DEVICE_INDEX", "-1"))
 
 

@@ -5,14 +5,18 @@ from __future__ import annotations
 import io
 import signal
 import sys
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pytest
 
 from ssdo_gl.cli import main
+from ssdo_gl.farm import scenes
+from ssdo_gl.farm.scenes import Said
 from ssdo_gl.gpu import warm_device
 from ssdo_gl.headless import snapshot
 from ssdo_gl.renderer import Renderer
+from ssdo_gl.settings.flags import CommandLine
 
 FLAGS = ["--size", "48x27", "--method", "direct"]
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
@@ -124,6 +128,22 @@ def test_ctrl_c_leaves_whole_pictures(
     assert list(contents("out")) == ["big.png"]
     assert main([*words, "--method", method, "--resume"]) == 0
     assert sorted(contents("out")) == ["big.png", "corner.png", "small.png"]
+
+
+def test_ctrl_c_counts_pictures_that_workers_have_not_told_of(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def early(commands: Sequence[CommandLine], work: object) -> Iterator[Said]:
+        Path("out/small.png").touch()
+        yield Said(0)
+        raise KeyboardInterrupt
+
+    Path("out").mkdir()
+    Path("out/corner.png").touch()
+    monkeypatch.setattr(scenes, "_captured", early)
+    words = ["--batch", "m/big.obj", "m/small.obj", "corner", "stairs", "--out", "out"]
+    assert main(words) == 130
+    assert "interrupted; out has 2 of the 4 pictures" in capsys.readouterr().err
 
 
 def test_ctrl_c_while_a_picture_is_written_leaves_it_whole(
