@@ -202,6 +202,9 @@ class Overlay(ImguiBackend):
         names = (view.method, view.other_method)
         sides = (self._viewer.left, self._viewer.right)
         for name, shown, side, pivot in zip(names, sides, (-1.0, 1.0), (1.0, 0.0), strict=True):
+            if side > 0.0 and x + imgui.calc_text_size(METHOD_LABELS[name]).x + 3 * _MARGIN > free:
+                # The panel, which would be under it, says so, too.
+                continue
             imgui.set_next_window_pos(
                 ImVec2(x + side * _MARGIN, self._bottom - _MARGIN),
                 imgui.Cond_.always,

@@ -188,7 +188,7 @@ class Panel:
     def _rows(self, rows: list[ControlRow]) -> None:
         for row in rows:
             value = value_of(self._viewer.settings, row)
-            ignored = ignored_because(self._viewer.settings, row.key)
+            ignored = ignored_because(self._viewer.settings, row.key, self._viewer.view.aov)
             imgui.begin_disabled(bool(ignored))
             changed, new = _control(row, value, self._effective(row))
             imgui.end_disabled()

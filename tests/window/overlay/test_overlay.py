@@ -369,9 +369,11 @@ def test_text_grows_and_panels_turn_light(gl, drawn: DrawnOverlay) -> None:
     ("method", "ignored", "used"),
     [
         ("bounce", ("spp", "bounces", "shadow_rays", "combine"), ("samples", "radius", "filter")),
-        ("direct", ("samples", "radius"), ("exposure", "seed")),
+        ("direct", ("samples", "radius", "far_field.tile"), ("exposure", "seed", "direct.x")),
+        ("gi", ("spp", "ssao.x", "reference_gi.x"), ("far_field.x", "surface_cache.x", "bounce.x")),
+        ("bounce", ("surface_cache.x", "traced_shadows.x"), ("shadow_map.x", "tone_map.x")),
         ("reference-near", ("samples", "filter"), ("spp", "radius", "shadow_rays")),
-        ("reference-gi", ("radius", "steps"), ("bounces", "spp")),
+        ("reference-gi", ("radius", "steps", "temporal.x", "shadow_map.x"), ("bounces", "spp")),
     ],
 )
 def test_settings_without_effect_say_why(
@@ -379,6 +381,8 @@ def test_settings_without_effect_say_why(
 ) -> None:
     settings = Settings(method=method)
     assert all(control_rows.ignored_because(settings, name) for name in ignored)
+    # Another image may ask for what the picture does without.
+    assert not control_rows.ignored_because(settings, "ssao.x", image="visibility")
     assert not any(control_rows.ignored_because(settings, name) for name in used)
 
 
