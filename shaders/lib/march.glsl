@@ -115,12 +115,17 @@ Blocker march(Tangent t, vec3 w, float reach, float jitter, int count, int refin
     float stride = 1.0 / float(max(count - 1, 1));
     float found = -1.0;
     ivec2 texel = ivec2(-1);
+    // Left by `break`: found < 0 as a part of the condition at the end loses what has been found
+    // on Mesa's software rasterizer, from nine steps on.
     int i = 0;
     do {
         float x = i < count - 1 ? (float(i) + jitter) * stride : 1.0;
         texel = texel_on(g, x);
-        found = blocks_at(t, g, texel, x, stride) ? x : -1.0;
-    } while (++i < count && found < 0.0);
+        if (blocks_at(t, g, texel, x, stride)) {
+            found = x;
+            break;
+        }
+    } while (++i < count);
     if (found < 0.0)
         return NO_BLOCKER;
     for (int k = 0; k < refine_count; ++k) {
