@@ -35,9 +35,8 @@ class Decided:
     ----------
     running : frozenset of str
         Names of the effects that run.
-    lights, shadow_maps : tuple of bool, or None
-        For each light of the scene, whether it can matter, and whether it needs a shadow
-        map. None: as the scene says.
+    lights : tuple of bool, or None
+        For each light of the scene, whether it can matter. None: as the scene says.
     simplifies_environment : bool
         An environment that is black or of one colour is treated as such.
     rows : tuple of Decision
@@ -46,7 +45,6 @@ class Decided:
 
     running: frozenset[str]
     lights: tuple[bool, ...] | None
-    shadow_maps: tuple[bool, ...] | None
     simplifies_environment: bool
     rows: tuple[Decision, ...]
 

@@ -169,16 +169,6 @@ class Request:
         reaches = self.view.reaches if self.view is not None else (True,) * len(lights)
         return tuple(light.is_on and r for light, r in zip(lights, reaches, strict=True))
 
-    @cached_property
-    def shadow_maps(self) -> tuple[bool, ...]:
-        """For each light of the scene, whether it casts a shadow by a map that can be seen."""
-        lights = self.content.lights
-        possible = (True,) * len(lights) if self.view is None else self.view.shadows
-        return tuple(
-            light.shadow == "map" and chosen and (self.is_full or shadowed)
-            for light, chosen, shadowed in zip(lights, self.lights, possible, strict=True)
-        )
-
     def has_light(self, *shadows: str) -> bool:
         """Return whether any light that can matter has one of these kinds of shadow."""
         pairs = zip(self.content.lights, self.lights, strict=True)
@@ -269,9 +259,6 @@ class Request:
         return Decided(
             running=frozenset(effect.name for effect in self.running),
             lights=self.lights if spares_lights else None,
-            shadow_maps=(
-                self.shadow_maps if not self.is_full and self.runs("shadow_map") else None
-            ),
             simplifies_environment=self.simplifies_environment,
             rows=tuple(self._rows),
         )

@@ -8,21 +8,18 @@ from dataclasses import dataclass
 
 from ssdo_gl.effects.decisions import Decided
 from ssdo_gl.effects.methods import METHODS
-from ssdo_gl.effects.request import Request, overridden
-from ssdo_gl.effects.shadows import ShadowMapSettings, tile_size
+from ssdo_gl.effects.request import Request
 from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.graph.graph import Plan, compile_graph
 from ssdo_gl.last_made import LastMade, are_same
 from ssdo_gl.math3d import Region
 from ssdo_gl.planning.bodies import Bodies, bodies_of
 from ssdo_gl.planning.content import SceneContent, analyse, simplest_environment
-from ssdo_gl.planning.shadows import COARSEST_MAP
 from ssdo_gl.planning.view import Neighbours, ViewFacts, neighbours_of, seen_bodies, view_facts
 from ssdo_gl.planning.walk import Pipeline, build, decide
 from ssdo_gl.scene.environment import Environment
 from ssdo_gl.scene.lights import BLACK, Light
 from ssdo_gl.scene.scene import Scene
-from ssdo_gl.scene.shadow_frames import atlas_layout
 from ssdo_gl.settings import Settings
 
 # Plans kept for when a decision goes back and forth; each may hold textures of its own.
@@ -36,7 +33,7 @@ class FramePlan:
     Attributes
     ----------
     scene : Scene
-        Without lights and shadows that cannot matter, and with the simplest environment
+        Without lights that cannot matter, and with the simplest environment
         that gives the same light. Indices of lights are those of the whole scene.
     gloss_region : Region or None
         As in `Frame`.
@@ -92,14 +89,12 @@ class Planner:
         self._last: tuple[tuple[object, ...], object, FramePlan] | None = None
         self._outcome: _Outcome | None = None
         self._leaned: LastMade[Scene] = LastMade()
-        self._shadowing: LastMade[tuple[bool, ...]] = LastMade()
         self._content: LastMade[SceneContent] = LastMade()
         self._bodies: LastMade[Bodies] = LastMade()
         self._neighbours: tuple[tuple[object, ...], Neighbours] | None = None
         self._plans: dict[tuple[tuple[str, ...], Decided, bool], tuple[Pipeline, Plan]] = {}
         self._plans_for: tuple[object, ...] = ()
-        self._mapped: tuple[tuple[object, ...], frozenset[int]] = ((), frozenset())
-        self._lights: dict[tuple[int, bool, bool], tuple[Light, Light]] = {}
+        self._lights: dict[int, tuple[Light, Light]] = {}
         self._scenes: dict[int, tuple[Scene, Scene]] = {}
         self._with_maps: dict[int, tuple[Light, Light]] = {}
 
@@ -142,7 +137,7 @@ class Planner:
         content = self.content(scene)
         facts = None
         if view is not None and settings.effects == "auto" and not settings.is_reference:
-            facts = self._facts(moved, settings, view)
+            facts = self._facts(moved, view)
         made_from, asked = (scene, settings), (wanted, is_live)
         known = self._outcome
         if known is None or not known.holds(made_from, asked, facts):
@@ -186,7 +181,7 @@ class Planner:
             known = self._with_maps[id(light)] = light, mapped
         return known[1]
 
-    def _facts(self, scene: Scene, settings: Settings, view: FrameView) -> ViewFacts:
+    def _facts(self, scene: Scene, view: FrameView) -> ViewFacts:
         parts = (scene.objects, scene.meshes, scene.materials)
         bodies = self._bodies.get(parts, lambda: bodies_of(scene))
         seen = seen_bodies(bodies, view)
@@ -199,39 +194,7 @@ class Planner:
             or known[1].seen.tobytes() != seen.tobytes()
         ):
             known = self._neighbours = same, neighbours_of(bodies, seen, scene.lights)
-        possible = known[1].shadows
-        shadows = self._shadowing.get(
-            (scene.objects, scene.lights, settings, possible),
-            lambda: self._shadows(scene, settings, possible),
-        )
-        return view_facts(bodies, known[1], view, shadows)
-
-    def _shadows(
-        self, scene: Scene, settings: Settings, possible: Sequence[bool]
-    ) -> tuple[bool, ...]:
-        """Return for which lights a shadow must be looked for.
-
-        A map that was needed once is kept for as long as lights and casters stand still:
-        making the atlas anew costs more than an entry that is not looked at.
-        """
-        key = (scene.objects, scene.lights)
-        known = self._mapped[1] if are_same(self._mapped[0], key) else frozenset()
-        needed = frozenset(i for i, is_possible in enumerate(possible) if is_possible)
-        self._mapped = key, known | needed
-        chosen = self._mapped[1]
-        maps = overridden(settings, "shadow_map", ShadowMapSettings())
-        size = tile_size(maps, atlas_layout(scene.lights))
-        fewer = [
-            light if i in chosen else dataclasses.replace(light, shadow="none")
-            for i, light in enumerate(scene.lights)
-        ]
-        # With fewer maps in the atlas each may become finer, and another picture; not if
-        # none is left. And what passes closely is told apart by maps of some fineness only.
-        layout = atlas_layout(fewer)
-        is_same = not any(layout.tiles) or tile_size(maps, layout) == size
-        if not is_same or size // maps.parts_per_side < COARSEST_MAP:
-            return (True,) * len(scene.lights)
-        return tuple(i in chosen for i in range(len(scene.lights)))
+        return view_facts(bodies, known[1], view)
 
     def _passes(self, request: Request, decided: Decided) -> tuple[Pipeline, Plan]:
         made_for = (request.scene, request.settings)
@@ -250,9 +213,8 @@ class Planner:
         """Return `scene` as passes are to see it; the very same if nothing is spared."""
         lights: Sequence[Light] = scene.lights
         if decided.lights is not None:
-            maps = decided.shadow_maps or tuple(light.shadow == "map" for light in lights)
-            choices = zip(lights, decided.lights, maps, strict=True)
-            lights = [self._light(light, is_on, mapped) for light, is_on, mapped in choices]
+            choices = zip(lights, decided.lights, strict=True)
+            lights = [light if is_on else self._switched_off(light) for light, is_on in choices]
         environment: Environment | None = scene.environment
         if decided.simplifies_environment:
             environment = simplest_environment(environment)
@@ -260,19 +222,11 @@ class Planner:
             return scene
         return dataclasses.replace(scene, lights=tuple(lights), environment=environment)
 
-    def _light(self, light: Light, is_on: bool, mapped: bool) -> Light:
-        """Return a light without what cannot matter of it; the same one every time."""
-        if is_on and (mapped or light.shadow != "map"):
-            return light
-        key = (id(light), is_on, mapped)
-        known = self._lights.get(key)
+    def _switched_off(self, light: Light) -> Light:
+        """Return `light` without its shadow and power; the same one every time."""
+        known = self._lights.get(id(light))
         if known is None or known[0] is not light:
             if len(self._lights) > 4096:
                 self._lights.clear()
-            known = self._lights[key] = light, _switched_off(light, is_on)
+            known = self._lights[id(light)] = light, light.without_shadow().with_emitted(BLACK)
         return known[1]
-
-
-def _switched_off(light: Light, is_on: bool) -> Light:
-    """Return `light` without its shadow and, if it is not on, without its power."""
-    return light.without_shadow() if is_on else light.without_shadow().with_emitted(BLACK)

@@ -10,12 +10,7 @@ from typing import Protocol
 import numpy as np
 
 from ssdo_gl.math3d import FloatArray, IntArray, Region
-from ssdo_gl.planning.bodies import ANY, FLAT, ROUNDING, SOLID_BOX, Bodies, BoolArray
-from ssdo_gl.planning.shadows import (
-    candidate_axes,
-    reach_along_each,
-    shadow_is_possible,
-)
+from ssdo_gl.planning.bodies import ANY, FLAT, ROUNDING, SOLID_BOX, Bodies, BoolArray, unit
 from ssdo_gl.scene.lights import Light
 
 # Bodies outside the frame by less than this count as seen: jitter moves a sample by half
@@ -78,8 +73,6 @@ class ViewFacts:
         Distance from the eye over depth, in the corner of the frame, where it is largest.
     reaches : tuple of bool
         For each light, whether it can light anything in view.
-    shadows : tuple of bool
-        For each light, whether anything can keep its light from what is in view.
     gloss_region : (int, int, int, int) or None
         Outside this part of the frame no surface reflects more than diffuse light: x, y,
         width and height in pixels, from the bottom left. None: nor does any inside.
@@ -92,7 +85,6 @@ class ViewFacts:
     farthest_pixel: float
     slant: float
     reaches: tuple[bool, ...]
-    shadows: tuple[bool, ...]
     gloss_region: Region | None
 
     @property
@@ -102,7 +94,6 @@ class ViewFacts:
             self.is_empty,
             self.only_solids,
             self.reaches,
-            self.shadows,
             self.gloss_region is None,
         )
 
@@ -123,7 +114,7 @@ class Neighbours:
     gap : float
         No body that is not flat in one plane with another is nearer to it than this;
         inf for a single one, 0 where nothing can be said.
-    reaches, shadows, only_solids
+    reaches, only_solids
         As in `ViewFacts`.
     glossy : ndarray of int
         Those of `seen` that may reflect more than diffuse light.
@@ -132,31 +123,22 @@ class Neighbours:
     seen: IntArray
     gap: float
     reaches: tuple[bool, ...]
-    shadows: tuple[bool, ...]
     only_solids: bool
     glossy: IntArray
 
 
 def neighbours_of(bodies: Bodies, seen: IntArray, lights: Sequence[Light]) -> Neighbours:
     """Return what can be said of the bodies `seen` and of the lights."""
-    reaches = tuple(can_reach(light, bodies, seen) for light in lights)
-    shadows = tuple(
-        reached and light.shadow == "map" and shadow_is_possible(light, number, bodies, seen)
-        for number, (light, reached) in enumerate(zip(lights, reaches, strict=True))
-    )
     return Neighbours(
         seen,
         smallest_gap(bodies, seen),
-        reaches,
-        shadows,
+        reaches=tuple(can_reach(light, bodies, seen) for light in lights),
         only_solids=bool(np.all(bodies.form[seen] == SOLID_BOX)),
         glossy=seen[bodies.is_glossy[seen]],
     )
 
 
-def view_facts(
-    bodies: Bodies, neighbours: Neighbours, eye: Eye, shadows: tuple[bool, ...]
-) -> ViewFacts:
+def view_facts(bodies: Bodies, neighbours: Neighbours, eye: Eye) -> ViewFacts:
     """Return what can be said of the view from `eye` of the bodies that are `neighbours.seen`."""
     pixel_near, pixel_far = (
         2.0 * (eye.half_frame[1] + eye.tan_half_fov[1] * z) / eye.size[1]
@@ -170,7 +152,6 @@ def view_facts(
         farthest_pixel=pixel_far,
         slant=math.hypot(1.0, *eye.tan_half_fov),
         reaches=neighbours.reaches,
-        shadows=shadows,
         gloss_region=region_of(bodies, neighbours.glossy, eye),
     )
 
@@ -265,6 +246,22 @@ def box_gaps(bodies: Bodies, i: IntArray, j: IntArray) -> FloatArray:
     for side in (i, j):
         apart -= reach_along_each(bodies, side, axes)
     return np.asarray(apart.max(axis=1))
+
+
+def candidate_axes(bodies: Bodies, i: IntArray, j: IntArray, more: FloatArray) -> FloatArray:
+    """Return unit axes (P, K, 3) along which the boxes i and j may be apart.
+
+    Those of the world and of both boxes, and the vectors `more` (P, M, 3).
+    """
+    world = np.broadcast_to(np.eye(3), (len(i), 3, 3))
+    return np.concatenate([world, bodies.face_axes[i], bodies.face_axes[j], unit(more)], axis=1)
+
+
+def reach_along_each(bodies: Bodies, chosen: IntArray, axes: FloatArray) -> FloatArray:
+    """Return half the extents (P, K) of boxes (P,) along axes of their own (P, K, 3)."""
+    return np.asarray(
+        np.abs(np.einsum("pec,pkc->pek", bodies.half_edges[chosen], axes)).sum(axis=1)
+    )
 
 
 def _coplanar(bodies: Bodies, i: int, j: int) -> bool:

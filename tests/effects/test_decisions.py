@@ -52,7 +52,6 @@ CROWDED = ViewFacts(
     farthest_pixel=1e-3,
     slant=1.2,
     reaches=(True, True),
-    shadows=(True, True),
     gloss_region=(0, 0, 64, 36),
 )
 RADIUS = 0.3
@@ -160,7 +159,7 @@ def test_full_takes_no_notice_of_content_and_view():
     bare = dataclasses.replace(NO_LIGHT, has_albedo=False, has_emission=False)
     full = decided_of(bare, facts=nothing, effects="full")
     assert running(bare, facts=nothing, effects="full") == EVERYTHING
-    assert full.lights is None and full.shadow_maps is None and full.runs("emission")
+    assert full.lights is None and full.runs("emission")
     assert not full.spares("hemisphere")
     assert not (is_open(full) or shares_directions(full))
     assert not full.simplifies_environment
@@ -173,30 +172,17 @@ def test_no_shadows_means_no_shadow_map():
 
 
 def test_lights_that_reach_nothing_are_left_out():
-    dark = decided_of(RICH, facts=facts(reaches=(False, True), shadows=(False, True)))
+    dark = decided_of(RICH, facts=facts(reaches=(False, True)))
     assert dark.lights == (False, True)
     assert not dark.runs("direct") and not dark.runs("shadow_map") and dark.runs("directional")
     assert reasons(dark, "direct light") == ["no light can reach anything in view"]
-    neither = decided_of(
-        content(environment="none"), facts=facts(reaches=(False, False), shadows=(False, False))
-    )
+    neither = decided_of(content(environment="none"), facts=facts(reaches=(False, False)))
     assert not (neither.runs("direct") or neither.runs("directional") or neither.runs("bounce"))
     assert reasons(neither, "bounce") == ["nothing that can be seen is lit"]
 
 
-def test_a_light_that_nothing_shadows_needs_no_map():
-    two = content(lights=(LAMP, LAMP))
-    one = decided_of(two, facts=facts(shadows=(True, False)))
-    assert (
-        one.runs("shadow_map") and one.shadow_maps == (True, False) and one.lights == (True, True)
-    )
-    free = decided_of(two, facts=facts(shadows=(False, False)))
-    assert free.runs("direct") and not free.runs("shadow_map")
-    assert reasons(free, "shadow maps") == ["nothing can stand between a light and what is in view"]
-
-
 def test_an_empty_view_needs_nothing():
-    empty = facts(is_empty=True, reaches=(False, False), shadows=(False, False))
+    empty = facts(is_empty=True, reaches=(False, False))
     assert running(RICH, facts=empty) == set()
     assert is_open(decided_of(RICH, ("visibility",), empty))
 
@@ -314,7 +300,7 @@ def test_emission_is_read_only_where_something_emits():
 
 
 def test_references_take_no_notice_of_the_view():
-    empty = facts(is_empty=True, reaches=(False, False), shadows=(False, False))
+    empty = facts(is_empty=True, reaches=(False, False))
     effects = decided_of(RICH, facts=empty, method="reference-near")
     assert effects.runs("traced_shadows") and effects.runs("reference_near")
     assert effects.lights is None and not effects.simplifies_environment
@@ -355,7 +341,7 @@ def test_every_decision_has_a_reason_and_no_effect_is_decided_twice():
 
 def facts_for(view, scene):
     count = len(scene.lights)
-    return dataclasses.replace(view, reaches=view.reaches[:count], shadows=view.shadows[:count])
+    return dataclasses.replace(view, reaches=view.reaches[:count])
 
 
 @pytest.mark.parametrize(

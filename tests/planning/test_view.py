@@ -65,7 +65,7 @@ def open_distance(found, seen, eye_ws):
 
 def look(found, seen, lights, eye):
     neighbours = neighbours_of(found, seen, lights)
-    return view_facts(found, neighbours, eye, neighbours.shadows)
+    return view_facts(found, neighbours, eye)
 
 
 def every(found):
@@ -258,25 +258,12 @@ def test_view_facts_are_put_together():
     facts = look(found, seen, lights, EYE)
     assert facts.open_distance == math.inf and not facts.is_empty
     assert facts.reaches == (True, False)
-    assert facts.shadows == (False, False)
     # Half the frame's height of 16 pixels is .5 at distance 1.
     assert facts.nearest_pixel == pytest.approx(0.1 * 0.5 / 16.0)
     assert facts.farthest_pixel == pytest.approx(100.0 * 0.5 / 16.0)
     assert facts.slant == pytest.approx(1.5)
     nothing = look(found, np.empty(0, dtype=np.int64), lights, EYE)
     assert nothing.is_empty and nothing.reaches == (False, False)
-
-
-def test_light_that_reaches_nothing_needs_no_map():
-    found = bodies((BOX, IDENTITY), (BOX, at(0, 2, 0)))
-    lights = (POINT, spot(5.0, position=(9.0, 5.0, 0.0)))
-    assert look(found, every(found), lights, EYE).shadows == (True, False)
-
-
-def test_light_that_casts_no_shadow_needs_no_map():
-    found = bodies((BOX, IDENTITY), (BOX, at(0, 2, 0)))
-    lights = tuple(dataclasses.replace(POINT, shadow=shadow) for shadow in ("map", "ssdo", "none"))
-    assert look(found, every(found), lights, EYE).shadows == (True, False, False)
 
 
 def test_a_sheet_in_view_is_no_solid():

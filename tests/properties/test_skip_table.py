@@ -45,8 +45,6 @@ FAINT_SKY = ConstantEnvironment((0.0, 0.0, 1e-3))
 FLOOR = (QUAD, at(-2.5, -1.0, 2.5) @ turned(-90.0, 0.0, 0.0) @ np.diag([5.0, 5.0, 1.0, 1.0]))
 PILE = (FLOOR, (BOX, at(-0.6, -0.5, 0.0)), (TORUS, at(0.8, -0.7, 0.2)))
 WALL = (QUAD, at(-2.5, -1.0, -1.0) @ np.diag([5.0, 5.0, 1.0, 1.0]))
-ROOF = (QUAD, at(-4.0, 2.0, 4.0) @ turned(-90.0, 0.0, 0.0) @ np.diag([8.0, 8.0, 1.0, 1.0]))
-BELOW = dataclasses.replace(FRONT, position=(0.0, 0.5, 6.0), target=(0.0, -0.5, 0.0))
 LARGE = {"size": (160, 96), "samples": 64, "steps": 8, "wanted": ("beauty", "bounce", "direct")}
 
 
@@ -114,12 +112,6 @@ SKIPS = [
         {"lights": [AWAY]},
         {"lights": [ASIDE]},
         lambda c: not c.runs("direct", "shadow_map") and "direct" in c.ran_in_full,
-    ),
-    Skip(
-        "a light that nothing can shadow: no map",
-        {"items": [FLOOR], "lights": [LAMP], "camera": BELOW},
-        {"items": [FLOOR, ROOF], "lights": [LAMP], "camera": BELOW},
-        lambda c: c.runs("direct") and not c.runs("shadow_map") and "shadow_map" in c.ran_in_full,
     ),
     Skip(
         "images of the G-buffer alone: one pass",

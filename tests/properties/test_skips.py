@@ -191,28 +191,6 @@ def test_without_light_that_reaches_anything_nothing_is_lit(both):
     assert np.all(dark.images["beauty"][..., :3] == 0.0)
 
 
-ROOF = (QUAD, at(-4.0, 2.0, 4.0) @ turned(-90.0, 0.0, 0.0) @ np.diag([8.0, 8.0, 1.0, 1.0]))
-
-
-@pytest.mark.parametrize("light", [SUN, POINT, PANEL, SPOT])
-def test_without_anything_to_cast_a_shadow_there_is_no_map(both, light):
-    alone = both(FLOOR, lights=[light])
-    assert alone.runs("direct") and not alone.runs("shadow_map")
-    assert "shadow_map" in alone.ran_in_full and np.any(alone.images["direct"] > 0.0)
-    # The roof is out of view, but not out of the light's way.
-    below = dataclasses.replace(FRONT, position=(0.0, 0.5, 6.0), target=(0.0, -0.5, 0.0))
-    shaded = both(FLOOR, ROOF, lights=[light], camera=below)
-    assert shaded.runs("shadow_map") and shaded.images["direct"].min() == 0.0
-
-
-def test_only_the_lights_whose_shadows_can_be_seen_get_maps(both):
-    between = PointLight((0.0, 0.0, 0.0), (9.0, 9.0, 9.0))
-    above = PointLight((0.0, 4.0, 0.0), (9.0, 9.0, 9.0))
-    below = dataclasses.replace(FRONT, position=(0.0, 0.5, 6.0), target=(0.0, -0.5, 0.0))
-    found = both(FLOOR, ROOF, lights=[between, above], camera=below)
-    assert found.decided.shadow_maps == (False, True)
-
-
 def test_a_view_of_nothing_needs_nothing(both):
     away = Camera((0.0, 0.0, 6.0), (0.0, 0.0, 12.0))
     empty = both(*PILE, lights=[POINT], environment=DAWN, camera=away)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ssdo_gl.effects.shadows.shadow_map import ShadowMaps
-from ssdo_gl.effects.shadows.shadow_settings import ShadowMapSettings, tile_size
+from ssdo_gl.effects.shadows.shadow_settings import ShadowMapSettings
 from ssdo_gl.effects.shadows.traced_shadows import TracedShadows
 
-__all__ = ["ShadowMapSettings", "ShadowMaps", "TracedShadows", "tile_size"]
+__all__ = ["ShadowMapSettings", "ShadowMaps", "TracedShadows"]

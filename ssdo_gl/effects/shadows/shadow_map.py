@@ -191,20 +191,16 @@ class ShadowMaps(Effect):
         return request.runs("direct") and request.settings.chosen_shadows == "map"
 
     def need(self, request: Request) -> Decision:
-        """Run where anything can stand between a light and what is in view."""
-        maps = request.shadow_maps
-        marked = sum(light.shadow == "map" for light in request.content.lights)
-        some = f"{sum(maps)} of {marked} lights cast a shadow that can be seen"
-        none_marked = not request.has_light("map"), "no light that matters is marked shadow = map"
-        nothing_between = not any(maps), "nothing can stand between a light and what is in view"
+        """Run where a light that matters casts its shadow by a map."""
+        has_maps = request.has_light("map")
         decision = request.decision(
             "shadow maps",
-            "lights cast shadows" if sum(maps) == marked else some,
-            [none_marked, nothing_between],
+            "lights cast shadows",
+            [(not has_maps, "no light that matters is marked shadow = map")],
             ("shadow_map",),
         )
         # There is no map to be made even where nothing is skipped.
-        return decision if any(maps) else dataclasses.replace(decision, run=False)
+        return decision if has_maps else dataclasses.replace(decision, run=False)
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
         """Yield the one pass."""
