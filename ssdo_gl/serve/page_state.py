@@ -40,20 +40,24 @@ def choices(viewer: Viewer) -> dict[str, Any]:
 
 
 def shown_state(viewer: Viewer) -> dict[str, Any]:
-    """Return what is shown at present, for the panel and the lines over the picture."""
+    """Return what is shown at present, for the panel and the lines over the picture.
+
+    In the plain types of JSON: what writes them for marimo takes no others, not even those
+    that say of themselves that nobody has chosen them.
+    """
     view, left, settings = viewer.view, viewer.left, viewer.settings
     exposure = viewer.scene.camera.exposure if settings.exposure is None else settings.exposure
     monitor = viewer.monitor
     counts = [
-        (side.image.sample_count, side.image.samples_wanted)
+        (side.image.sample_count, int(side.image.samples_wanted))
         for side in (left, viewer.right)
         if side is not None
     ]
     is_known = left is not None and left.image.drawing is not None
     return {
-        "method": view.method,
-        "other_method": view.other_method,
-        "aov": view.aov,
+        "method": str(view.method),
+        "other_method": str(view.other_method),
+        "aov": str(view.aov),
         "split": view.is_split,
         "error": view.is_error,
         "divider": view.divider,

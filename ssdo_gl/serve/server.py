@@ -19,7 +19,7 @@ from ssdo_gl.serve.delivery import SentPicture
 from ssdo_gl.serve.page_events import PageEventError, pixels_of, read_event
 from ssdo_gl.serve.render_thread import MOST_EVENTS, Delivered, RenderThread, Visitor
 
-MOST_VISITORS = 16
+MOST_VISITORS = 32
 # The longest event is one of a key, of about 100 bytes.
 MAX_MESSAGE_BYTES = 1024
 # A viewer whose line is dead is noticed, and freed, after one and a half of these.

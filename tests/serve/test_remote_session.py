@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import io
 import shlex
 from collections.abc import Iterator
@@ -100,6 +101,24 @@ def test_motion_is_lossy_and_rest_is_what_a_snapshot_gives(session, clock, tmp_p
     session.viewer.device.activate()
     wanted = np.asarray(PillowImage.open(out).convert("RGB")).astype(int)
     assert np.abs(pixels(pictures[-1]) - wanted).max() <= 1
+
+
+def leaves(item: Any) -> Iterator[Any]:
+    if isinstance(item, (dict, list, tuple)):
+        for part in item.values() if isinstance(item, dict) else item:
+            yield from leaves(part)
+    else:
+        yield item
+
+
+def test_state_is_of_plain_types(session, clock):
+    # A method, and rays of a reference, that nobody has chosen.
+    method = type(Settings().method)("reference-ao")
+    session.viewer.settings = Settings()
+    session.viewer.view = dataclasses.replace(session.viewer.view, method=method)
+    session.step()
+    kinds = {type(leaf) for leaf in leaves(session.state)}
+    assert kinds <= {str, int, float, bool, type(None)}
 
 
 def test_keys_mouse_and_wheel_do_what_they_do_in_the_window(session, clock):
