@@ -16,7 +16,7 @@ from ssdo_gl.gpu.held_signals import held_signals
 from ssdo_gl.headless.explain import Explanation
 from ssdo_gl.headless.snapshot import (
     extents_of,
-    meta_without_times,
+    file_meta,
     missed_bounds,
     resources_wanted,
     stats_of,
@@ -127,7 +127,7 @@ class FrameMaker:
                 frame_path(self._pattern, index),
                 request.wanted,
                 result.images,
-                meta_without_times(stats_of(renderer, Explanation(result))),
+                file_meta(stats_of(renderer, Explanation(result)), result),
                 extents,
             )
             return dataclasses.replace(frame, files=files)

@@ -28,7 +28,7 @@ from ssdo_gl.headless.progress import progress_on_terminal
 from ssdo_gl.images.files import STDOUT, is_picture, write_atomically
 from ssdo_gl.images.saving import write_images
 from ssdo_gl.printable import printable
-from ssdo_gl.render_result import RenderResult
+from ssdo_gl.render_result import RenderResult, camera_numbers
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
@@ -112,7 +112,7 @@ def take_snapshot(request: SnapshotRequest) -> RenderResult:
         return result
     if request.out is not None:
         extents = extents_of(request.wanted, request.scene, result)
-        meta = meta_without_times(stats)
+        meta = file_meta(stats, result)
         write_images(request.out, request.wanted, result.images, meta, extents)
     if request.stats is not None:
         write_atomically(request.stats, (json.dumps(stats, indent=2) + "\n").encode())
@@ -149,8 +149,8 @@ def extent_of(name: str, scene: Scene, result: RenderResult) -> tuple[ArrayLike,
     return (result.view.near, result.view.far) if name == "depth" else None
 
 
-def meta_without_times(stats: dict[str, Any]) -> dict[str, Any]:
-    """Return the part of `stats` that is the same in every run, so that files are too."""
+def file_meta(stats: dict[str, Any], result: RenderResult) -> dict[str, Any]:
+    """Return the part of `stats` that is the same in every run, so that files are; the camera."""
     kept = (
         "renderer",
         "gl_version",
@@ -161,7 +161,11 @@ def meta_without_times(stats: dict[str, Any]) -> dict[str, Any]:
         "references",
         "partial",
     )
-    return {"ssdo_gl": __version__, **{key: stats[key] for key in kept if key in stats}}
+    return {
+        "ssdo_gl": __version__,
+        **{key: stats[key] for key in kept if key in stats},
+        "camera": camera_numbers(result.camera, result.size),
+    }
 
 
 def stats_of(renderer: Renderer, explanation: Explanation) -> dict[str, Any]:

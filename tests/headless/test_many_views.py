@@ -10,6 +10,7 @@ import pytest
 
 import ssdo_gl
 import ssdo_gl.headless.many_views
+from ssdo_gl import cli
 from ssdo_gl.effects.registry import image_names
 from ssdo_gl.scene.scene import SceneError
 from ssdo_gl.settings.fields import SettingError
@@ -101,6 +102,27 @@ def test_all_images_and_files_have_the_matrices(tmp_path):
     np.testing.assert_array_equal(camera["intrinsics"], CAMERAS[0].intrinsics((8, 6)))
     np.testing.assert_array_equal(camera["extrinsics_opengl"], CAMERAS[0].extrinsics("opengl"))
     assert camera["position"] == [2.0, 1.5, 3.0] and camera["fov_y"] == 50.0
+
+
+@pytest.mark.parametrize(
+    ("flags", "name"),
+    [
+        (["--snapshot", "view.npz"], "view.npz"),
+        (
+            ["--film", "view_%02d.npz", "--frames-range", "0:1/4", "--turntable", "90"],
+            "view_00.npz",
+        ),
+    ],
+)
+def test_files_of_the_command_have_them_too(tmp_path, monkeypatch, flags, name):
+    monkeypatch.chdir(tmp_path)
+    small = ["--size", "8x6", "--method", "direct", "--aov", "depth", "--quiet"]
+    assert cli.main(["corner", *flags, *small, "--camera", "2,1.5,3 0,0,0 50"]) == 0
+    with np.load(name) as file:
+        camera = json.loads(str(file["meta"]))["camera"]
+    np.testing.assert_allclose(camera["intrinsics"], CAMERAS[0].intrinsics((8, 6)))
+    wanted = ssdo_gl.Camera.look_at((2, 1.5, 3), fov_y=50).extrinsics("opencv")
+    np.testing.assert_allclose(camera["extrinsics_opencv"], wanted, atol=1e-12)
 
 
 @pytest.mark.parametrize(
