@@ -29,6 +29,7 @@ from ssdo_gl.renderer import render
 from ssdo_gl.scene.formats.toml import read_description
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
+from ssdo_gl.settings import Settings
 
 SIZE = (192, 144)
 LARGEST_DIFFERENCE = 35215.0
@@ -94,7 +95,6 @@ corner = [-1, 2.6, 0]
 edge_u = [2, 0, 0]
 edge_v = [0, 0, 1.2]
 radiance = [5, 4.5, 4]
-visible = false
 """,
     "sky and points": """
 [environment]
@@ -178,7 +178,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     )
     parser.add_argument("files", nargs="*", type=Path)
     parser.add_argument("--spp", type=int, default=256, help="paths per pixel of the reference")
-    parser.add_argument("--method", default="bounce")
+    parser.add_argument("--method", default=Settings().method)
     parser.add_argument("--pictures", type=Path, default=None)
     arguments = parser.parse_args(argv)
     scenes = (
