@@ -40,14 +40,15 @@ ivec2 second_pixel(ivec2 tile, ivec2 first)
 {
     vec3 p = gbuffer_position_vs(first);
     vec3 n = gbuffer_geometric_normal_vs(first);
-    float extent = float(PROBE_TILE) * pixel_height_at(-p.z);
+    // A quarter of the tile: steps and grooves of two pixels count, too.
+    float high = 0.25 * float(PROBE_TILE) * pixel_height_at(-p.z);
     ivec2 size = ivec2(u_frame_size_px);
     ivec2 found = ivec2(-1);
     float largest = 1.0;
     for (int i = 0; i < PROBE_TILE * PROBE_TILE; ++i) {
         ivec2 pixel = pixel_of(tile, i);
         if (all(lessThan(pixel, size)) && gbuffer_z_vs(pixel) > 0.0) {
-            float height = abs(dot(gbuffer_position_vs(pixel) - p, n)) / extent;
+            float height = abs(dot(gbuffer_position_vs(pixel) - p, n)) / high;
             float turn = (1.0 - dot(gbuffer_geometric_normal_vs(pixel), n)) / (1.0 - SAME_NORMAL);
             float other = max(height, turn);
             if (other > largest) {

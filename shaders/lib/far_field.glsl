@@ -49,7 +49,7 @@ FarProbes far_probes_at(Receiver r, ivec2 texel)
     vec2 low = clamp(floor(place), vec2(0.0), vec2(max(tiles - 2, ivec2(0))));
     vec2 f = clamp(place - low, 0.0, 1.0);
     vec4 bilinear = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
-    float inv_extent = 2.0 / (float(PROBE_TILE) * pixel_height_at(r.z_vs));
+    float inv_extent = 4.0 / (float(PROBE_TILE) * pixel_height_at(r.z_vs));
     FarProbes probes = FarProbes(ivec2(low), tiles.y, vec4(0.0), vec4(0.0));
     float sum = 0.0;
     for (int i = 0; i < 4; ++i) {
