@@ -19,10 +19,10 @@ from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.passes.rays.ray_libraries import record_texture
 from ssdo_gl.raytracing.bvh import MAX_RECORDS, Bvh, build_bvh
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
-from ssdo_gl.scene.scene import Scene
 from ssdo_gl.scene.geometry.shapes import box, sphere
+from ssdo_gl.scene.material import Material
+from ssdo_gl.scene.scene import Scene
 
 # Positions in the frame are good to 6e-8 and t to a few of that over lengths up to 2, but
 # divided by the cosine to the triangle where the ray grazes it; 1e-3 cosine is left out.
@@ -288,3 +288,40 @@ def test_records_are_found_at_the_end_of_the_largest_table(gl, shaders, is_softw
     table.release()
     np.testing.assert_array_equal(found, expected)
     assert (found[:, 1] >= 0).any()
+
+
+def test_lines_of_surfels_meet_what_a_ray_from_either_end_meets(gl, shaders) -> None:
+    lines, count = 8, 100
+    bvh = bvh_of(soup(40, 5))
+    rng = np.random.default_rng(6)
+    ends = rng.uniform(-1.0, 1.0, (2 * lines, count, 3)).astype(np.float32)
+    ends[1, :9] = ends[0, :9]  # of no length: they meet nothing
+    given = arguments(gl, bvh)
+    program = shaders.fullscreen("passes/surfel_lines.frag", given["defines"])
+    texels = np.concatenate([ends, np.zeros((*ends.shape[:2], 1), np.float32)], axis=-1)
+    textures = {
+        **given["textures"],
+        "t_surfel_ends": make_texture(gl, (count, 2 * lines), 4, "f4", texels),
+    }
+    met = make_texture(gl, (count, 2 * lines), 2, "u4")
+    uniforms = {**given["uniforms"], "u_surfel_rows": 1}
+    draw_fullscreen(gl, program, make_framebuffer(gl, [met]), uniforms, textures)
+    words = np.frombuffer(met.read(), np.uint32).reshape(2 * lines, count, 2)
+
+    positions = bvh.triangles.positions.astype(np.float64)
+    places = ends.astype(np.float64).reshape(lines, 2, count, 3)
+    for number in range(2 * lines):
+        line, is_back = number % lines, number // lines
+        start, end = places[line, is_back], places[line, 1 - is_back]
+        reach = np.linalg.norm(end - start, axis=1)
+        way = (end - start) / np.maximum(reach, 1e-30)[:, None]
+        t, which = intersect_all(start, way, positions)
+        which = np.where(t < reach, which, -1)
+        slot, length = words[number, :, 0], words[number, :, 1].view(np.float32)
+        is_met = slot != 0xFFFFFFFF
+        found = np.full(count, -1)
+        found[is_met] = bvh.primitive_triangles.reshape(-1)[slot[is_met]]
+        same = found == which
+        assert same.mean() > 0.98
+        np.testing.assert_allclose(length[same & is_met], t[same & is_met], atol=T_TOLERANCE)
+        assert number % lines or not is_met[:9].any()

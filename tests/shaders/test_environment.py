@@ -8,7 +8,11 @@ from shaders.harness import evaluate
 
 from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.passes.environment_uniforms import environment_kind
-from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment, GradientEnvironment, MapEnvironment
+from ssdo_gl.scene.environment.environment_kinds import (
+    ConstantEnvironment,
+    GradientEnvironment,
+    MapEnvironment,
+)
 
 INCLUDES = ["lib/environment.glsl"]
 GRADIENT = GradientEnvironment((0.3, 0.6, 2.0), (1.0, 0.9, 0.8), (0.2, 0.1, 0.05))
