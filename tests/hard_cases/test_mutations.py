@@ -263,8 +263,7 @@ MUTATIONS = {
         {"passes/edge_aware_filter.frag": (
             ("bool is_sound(int signal, vec4 value)\n{",
              "bool is_sound(int signal, vec4 value)\n{\nreturn true;"),
-            ("+= use ? values[i] * weight",
-             "+= use ? min(values[i], vec4(u_value_bound)) * weight"),
+            ("+= use ? value * weight", "+= use ? min(value, vec4(u_value_bound)) * weight"),
         )},
         poison.filter_takes_poison,
     ),
