@@ -30,7 +30,7 @@ PYTHON ?= python3
 VENV ?= .venv
 EXTRAS ?= all
 SCENE ?= cornell_meso
-BENCH_SCENES ?= cornell_meso courtyard stairs
+BENCH_SCENES ?= cornell_meso courtyard stairs benchmarks/metals.toml
 BENCH_FLAGS ?=
 FUZZ_SEED ?= 0
 FUZZ_COUNT ?= 1000
@@ -73,9 +73,9 @@ hard-cases: $(READY)
 
 bench: $(READY)
 	for scene in $(BENCH_SCENES); do \
-		$(PY) -m ssdo_gl.cli $$scene --bench bench/$$scene $(BENCH_FLAGS) || exit 1; \
+		$(PY) -m ssdo_gl.cli $$scene --bench bench/$$(basename $$scene .toml) $(BENCH_FLAGS) || exit 1; \
 	done
-	$(PY) -m benchmarks.experiments bench/experiments $(addprefix bench/,$(BENCH_SCENES))
+	$(PY) -m benchmarks.experiments bench/experiments $(addprefix bench/,$(basename $(notdir $(BENCH_SCENES))))
 
 bench-passes: $(READY)
 	$(PY) -m benchmarks.pass_times $(SCENE)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from bench.fake_bench import bench, results
 
@@ -9,6 +11,9 @@ from benchmarks import preset_ladder
 from ssdo_gl.bench.analysis import as_row
 from ssdo_gl.bench.presets import read_ladder
 from ssdo_gl.bench.report.data_files import bench_json, points_csv
+from ssdo_gl.scene.load import load_scene
+
+ROOT = Path(__file__).parents[2]
 
 
 def row(samples: int, ms: float, error: float, **changes: str) -> dict[str, str]:
@@ -93,3 +98,11 @@ def test_benches_on_disk_give_a_ladder(tmp_path, capsys):
     assert ladder.rungs[0].relative_time < ladder.rungs[-1].relative_time
     with pytest.raises(SystemExit, match="holds no finished bench"):
         preset_ladder.main([str(tmp_path / "none")])
+
+
+def test_one_of_the_benched_scenes_is_glossy():
+    lines = (ROOT / "Makefile").read_text(encoding="utf-8").splitlines()
+    (names,) = [line.split("?=")[1].split() for line in lines if line.startswith("BENCH_SCENES")]
+    (metals,) = [name for name in names if name.endswith(".toml")]
+    scene = load_scene(str(ROOT / metals))
+    assert all(material.is_glossy for material in scene.materials if not material.emits)
