@@ -19,10 +19,10 @@ from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.far_probes import (
     FAR_PROBES,
     FAR_RADIANCE,
-    MOST_RAYS,
     NEAR_HITS,
     FarFieldSettings,
     ProbeRays,
+    rays_wanted,
 )
 from ssdo_gl.passes.rays import (
     radius_ns,
@@ -72,9 +72,9 @@ class FarProbePointsPass(RenderPass):
 class FarProbesPass(RenderPass):
     """Writes `far_radiance`: what arrives from beyond R along each direction of each probe.
 
-    All frames of a steady view share it: as many rays for each direction as there are
-    frames, up to `MOST_RAYS`. In a live frame first a quarter of the probes has one, then
-    all; while light moves, one quarter after the other.
+    All frames of a steady view share it, with `rays_wanted` for each direction. In a live
+    frame first a quarter of the probes has one, then all; while light moves, one quarter
+    after the other.
     """
 
     name = "far_probes"
@@ -108,7 +108,7 @@ class FarProbesPass(RenderPass):
         changed = frame.versions.get("geometry"), frame.versions.get("materials")
         light = context.inputs["surface_cache"], changed
         known = facts_of(context, FAR_RADIANCE, ProbeRays)
-        wanted = min(frame.count, MOST_RAYS) if self.is_steady else 1
+        wanted = rays_wanted(frame.count, is_live=frame.is_live) if self.is_steady else 1
         source = points, self.settings_key(), frame.versions.get("steady_seed")
         if known is not None and known.source == source:
             texture, rays = context.last[FAR_RADIANCE].texture, known

@@ -167,3 +167,21 @@ def test_a_frame_that_was_given_up_adds_no_ray_twice(monkeypatch: pytest.MonkeyP
         with pytest.raises(InterruptedError):
             at_rest(renderer)
         np.testing.assert_array_equal(at_rest(renderer), expected)
+
+
+@pytest.mark.parametrize(("frames", "rays"), [(1, 1), (2, 4), (5, 16)])
+def test_the_frames_of_a_picture_share_more_rays_than_there_are_frames(
+    monkeypatch: pytest.MonkeyPatch, frames: int, rays: int
+) -> None:
+    original, traced = far_field.draw_fullscreen, []
+
+    def count(*arguments: Any, **more: Any) -> None:
+        original(*arguments, **more)
+        if "adds" in more:
+            traced.append(more["adds"])
+
+    monkeypatch.setattr(far_field, "draw_fullscreen", count)
+    with gi_renderer(antialias=frames) as renderer:
+        renderer.render(("beauty",))
+    # Quarters of the probes, the first of whose rays replaces what was there.
+    assert traced == 4 * [False] + 4 * (rays - 1) * [True]
