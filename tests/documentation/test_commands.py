@@ -19,7 +19,11 @@ from ssdo_gl.settings.resolve import overrides_from_text
 MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 # Flags of other programs that the pages name.
-FOREIGN_FLAGS = {"pytest": {"--backend", "--computes"}, "dask": {"--nthreads"}}
+FOREIGN_FLAGS = {
+    "pytest": {"--backend", "--computes"},
+    "dask": {"--nthreads"},
+    "f3d": {"--output", "--camera-azimuth-angle"},
+}
 
 
 class Command(NamedTuple):
