@@ -1,13 +1,14 @@
 """Draws the still pictures of README and docs/ anew: ``make pictures``.
 
 Each tile is what one ``ssdo-gl --snapshot`` command draws; here they are only put side by
-side and labelled.
+side and labelled. ``make_pictures.py bench/cornell_meso`` takes over the plot of a bench.
 """
 
 from __future__ import annotations
 
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 from PIL import Image, ImageDraw, ImageFont
@@ -19,6 +20,7 @@ TILE = 240
 LABEL_HEIGHT = 18
 # JPEG loses the noise of few paths below this quality, which is what one is to see.
 QUALITY = 88
+FRONT_WIDTH = 1400
 
 VIEWS = {
     "the room": "0,0,3.6 0,0,0 32",
@@ -40,6 +42,7 @@ STRIP = {
     "SSAO": ["--method", "ssao"],
     "SSDO": ["--method", "ssdo"],
     "SSDO and bounce": ["--method", "bounce"],
+    "SSDO, all light": ["--method", "gi"],
     "path traced": ["--method", "reference-gi", "--spp", "256"],
 }
 
@@ -93,8 +96,20 @@ def draw_lead(folder: Path) -> None:
         image.convert("RGB").save(FOLDER / "cornell_meso.jpg", quality=QUALITY)
 
 
-def main() -> int:
-    """Draw all of them."""
+def draw_front(bench: Path) -> None:
+    """Draw error against time as ``ssdo-gl cornell_meso --bench`` has plotted it in a folder."""
+    with Image.open(bench / "pareto.png") as image:
+        height = round(image.height * FRONT_WIDTH / image.width)
+        front = image.convert("RGB").resize((FRONT_WIDTH, height), Image.Resampling.LANCZOS)
+        front.save(FOLDER / "pareto.webp", quality=QUALITY)
+
+
+def main(benches: Sequence[str]) -> int:
+    """Draw all of them; with the folder of a bench, its plot alone."""
+    for bench in benches:
+        draw_front(Path(bench))
+    if benches:
+        return 0
     with tempfile.TemporaryDirectory() as name:
         draw_lead(Path(name))
         draw_strip(Path(name))
@@ -103,4 +118,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(sys.argv[1:]))
