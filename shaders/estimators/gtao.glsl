@@ -13,25 +13,11 @@
 
 #define FINDS_BLOCKERS 0
 
-// Cosine of the angle between view vector and horizon on one side, if there is any.
-float horizon_cosine(Tangent t, vec3 view, vec3 along, float jitter)
-{
-    Walk walk = walk_along(t.position_vs, along);
-    float stride = 1.0 / float(STEP_COUNT);
-    float highest = NO_ELEVATION;
-    int i = 0;
-    do {
-        float x = (float(i) + jitter) * stride;
-        ivec2 texel = ivec2(walk_px(walk, walk_fraction(walk, x)));
-        highest = max(highest, elevation_sine(t, view, texel));
-    } while (++i < STEP_COUNT);
-    return highest;
-}
-
 // What one side hides of a slice; `gamma` counts towards this side.
 float hidden_below_horizon(Tangent t, vec3 view, vec3 along, float gamma, float jitter)
 {
-    float cosine = horizon_cosine(t, view, along, jitter);
+    // Of the angle between view vector and horizon.
+    float cosine = highest_elevation(t, view, along, jitter, NO_ELEVATION);
     if (cosine == NO_ELEVATION)
         return 0.0;
     float end = clamp(gamma + 0.5 * PI, 0.0, PI);

@@ -16,17 +16,8 @@
 // Blocked share of the half-plane above one direction of the picture.
 float blocked_along(Tangent t, vec3 view, vec3 along, float jitter)
 {
-    Walk walk = walk_along(t.position_vs, along);
-    float stride = 1.0 / float(STEP_COUNT);
     float tangent = -sin(slice_along(along, view, t.normal_vs).normal_angle);
-    float highest = tangent;
-    int i = 0;
-    do {
-        float x = (float(i) + jitter) * stride;
-        ivec2 texel = ivec2(walk_px(walk, walk_fraction(walk, x)));
-        highest = max(highest, elevation_sine(t, view, texel));
-    } while (++i < STEP_COUNT);
-    return highest - tangent;
+    return highest_elevation(t, view, along, jitter, tangent) - tangent;
 }
 
 float estimator_visibility(Receiver r, ivec2 centre)

@@ -88,3 +88,18 @@ float elevation_sine(Tangent t, vec3 view, ivec2 texel)
     bool blocks = z > 0.0 && distance <= u_radius && is_above(t, texel, z);
     return blocks ? dot(to_q, view) / distance : NO_ELEVATION;
 }
+
+// The largest `elevation_sine` that STEP_COUNT steps find on one side of a slice, at least `lowest`.
+float highest_elevation(Tangent t, vec3 view, vec3 along, float jitter, float lowest)
+{
+    Walk walk = walk_along(t.position_vs, along);
+    float stride = 1.0 / float(STEP_COUNT);
+    float highest = lowest;
+    int i = 0;
+    do {
+        float x = (float(i) + jitter) * stride;
+        ivec2 texel = ivec2(walk_px(walk, walk_fraction(walk, x)));
+        highest = max(highest, elevation_sine(t, view, texel));
+    } while (++i < STEP_COUNT);
+    return highest;
+}
