@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Generic, TypeVar
 
+Given = TypeVar("Given")
 Made = TypeVar("Made")
 
 
@@ -34,3 +35,24 @@ class LastMade(Generic[Made]):
                 return last[1]
         last = self._last = made_from, make()
         return last[1]
+
+
+class MadeOfEach(Generic[Given, Made]):
+    """What `make` makes of objects that do not change: the same one every time.
+
+    At most `most` of them and the objects they are made of are kept.
+    """
+
+    def __init__(self, make: Callable[[Given], Made], most: int) -> None:
+        self._make = make
+        self._most = most
+        self._made: dict[int, tuple[Given, Made]] = {}
+
+    def of(self, given: Given) -> Made:
+        """Return what is made of `given`."""
+        known = self._made.get(id(given))
+        if known is None:
+            if len(self._made) >= self._most:
+                self._made.clear()
+            known = self._made[id(given)] = given, self._make(given)
+        return known[1]

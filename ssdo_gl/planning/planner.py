@@ -11,7 +11,7 @@ from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.effects.request import Request
 from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.graph.graph import Plan, compile_graph
-from ssdo_gl.last_made import LastMade, are_same
+from ssdo_gl.last_made import LastMade, MadeOfEach, are_same
 from ssdo_gl.math3d import Region
 from ssdo_gl.planning.bodies import Bodies, bodies_of
 from ssdo_gl.planning.content import SceneContent, analyse, simplest_environment
@@ -24,6 +24,8 @@ from ssdo_gl.settings import Settings
 
 # Plans kept for when a decision goes back and forth; each may hold textures of its own.
 MOST_PLANS = 8
+# Lights whose stand-ins are kept: more than a scene that can be drawn at once has.
+MOST_LIGHTS = 4096
 
 
 @dataclass(frozen=True)
@@ -94,9 +96,9 @@ class Planner:
         self._neighbours: tuple[tuple[object, ...], Neighbours] | None = None
         self._plans: dict[tuple[tuple[str, ...], Decided, bool], tuple[Pipeline, Plan]] = {}
         self._plans_for: tuple[object, ...] = ()
-        self._lights: dict[int, tuple[Light, Light]] = {}
-        self._scenes: dict[int, tuple[Scene, Scene]] = {}
-        self._with_maps: dict[int, tuple[Light, Light]] = {}
+        self._unlit = MadeOfEach(_unlit, MOST_LIGHTS)
+        self._mapped = MadeOfEach(_mapped, MOST_LIGHTS)
+        self._shadowed = MadeOfEach(self._with_maps, MOST_PLANS)
 
     def plan(
         self,
@@ -133,7 +135,7 @@ class Planner:
         # Rays ask no light how it is shadowed.
         by_maps = not settings.is_reference and settings.chosen_shadows != "none"
         if METHODS[settings.method].is_all_light and by_maps:
-            scene, moved = self._shadowed(scene), self._shadowed(moved)
+            scene, moved = self._shadowed.of(scene), self._shadowed.of(moved)
         content = self.content(scene)
         facts = None
         if view is not None and settings.effects == "auto" and not settings.is_reference:
@@ -157,29 +159,12 @@ class Planner:
         """Return what `scene` contains, looked up once for each scene."""
         return self._content.get((scene,), lambda: analyse(scene))
 
-    def _shadowed(self, scene: Scene) -> Scene:
+    def _with_maps(self, scene: Scene) -> Scene:
         """Return `scene` with shadow maps for lights that SSDO blocks within R alone."""
         if all(light.shadow != "ssdo" for light in scene.lights):
             return scene
-        known = self._scenes.get(id(scene))
-        if known is None or known[0] is not scene:
-            if len(self._scenes) > MOST_PLANS:
-                self._scenes.clear()
-            lights = tuple(self._with_map(light) for light in scene.lights)
-            known = self._scenes[id(scene)] = scene, dataclasses.replace(scene, lights=lights)
-        return known[1]
-
-    def _with_map(self, light: Light) -> Light:
-        """Return a light that casts its shadow by a map; the same one every time."""
-        if light.shadow != "ssdo":
-            return light
-        known = self._with_maps.get(id(light))
-        if known is None or known[0] is not light:
-            if len(self._with_maps) > 4096:
-                self._with_maps.clear()
-            mapped = dataclasses.replace(light, shadow="map")
-            known = self._with_maps[id(light)] = light, mapped
-        return known[1]
+        lights = tuple(self._mapped.of(light) for light in scene.lights)
+        return dataclasses.replace(scene, lights=lights)
 
     def _facts(self, scene: Scene, view: FrameView) -> ViewFacts:
         parts = (scene.objects, scene.meshes, scene.materials)
@@ -214,7 +199,7 @@ class Planner:
         lights: Sequence[Light] = scene.lights
         if decided.lights is not None:
             choices = zip(lights, decided.lights, strict=True)
-            lights = [light if is_on else self._switched_off(light) for light, is_on in choices]
+            lights = [light if is_on else self._unlit.of(light) for light, is_on in choices]
         environment: Environment | None = scene.environment
         if decided.simplifies_environment:
             environment = simplest_environment(environment)
@@ -222,11 +207,10 @@ class Planner:
             return scene
         return dataclasses.replace(scene, lights=tuple(lights), environment=environment)
 
-    def _switched_off(self, light: Light) -> Light:
-        """Return `light` without its shadow and power; the same one every time."""
-        known = self._lights.get(id(light))
-        if known is None or known[0] is not light:
-            if len(self._lights) > 4096:
-                self._lights.clear()
-            known = self._lights[id(light)] = light, light.without_shadow().with_emitted(BLACK)
-        return known[1]
+
+def _unlit(light: Light) -> Light:
+    return light.without_shadow().with_emitted(BLACK)
+
+
+def _mapped(light: Light) -> Light:
+    return dataclasses.replace(light, shadow="map") if light.shadow == "ssdo" else light
