@@ -21,7 +21,6 @@ from ssdo_gl.settings.fields import (
     describe,
     parse,
     shown,
-    value_text,
 )
 from ssdo_gl.settings.film_options import FILM, FilmOptions
 from ssdo_gl.settings.help_page import (
@@ -238,16 +237,3 @@ def wanted_aovs(run: RunOptions) -> tuple[str, ...]:
     if unknown:
         raise UsageError(f"--aov {shown(unknown[0])}: choose all or of {', '.join(known)}")
     return wanted
-
-
-def settings_table() -> str:
-    """Return every flag with its values, effect and modes as a Markdown table."""
-    lines = ["| flag | values | default | effect | used by |", "|---|---|---|---|---|"]
-    for _, info in flag_infos().values():
-        values = ", ".join(f"`{value_text(c)}`" for c in info.choices) or info.range_text
-        is_plain = info.default is None or info.kind in (Kind.BOOLEAN, Kind.MAPPING)
-        default = "" if is_plain else f"`{value_text(info.default)}`"
-        flag = f"{info.flag} {info.metavar}".rstrip().replace("|", "\\|")
-        used = "all" if info.modes == modes.ALL else ", ".join(sorted(info.modes))
-        lines.append(f"| `{flag}` | {values} | {default} | {info.doc} | {used} |")
-    return "\n".join(lines) + "\n"

@@ -8,6 +8,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ssdo_gl.cli import build_parser
+from ssdo_gl.settings import modes
+from ssdo_gl.settings.fields import Kind, value_text
+from ssdo_gl.settings.flags import flag_infos
 
 ROOT = Path(__file__).parents[2]
 PAGES = (ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md")))
@@ -74,3 +77,16 @@ def first_names(text: str) -> list[str]:
 
 def options() -> set[str]:
     return {o for action in build_parser()._actions for o in action.option_strings}
+
+
+def settings_table() -> str:
+    """Return every flag with its values, effect and modes as a Markdown table."""
+    lines = ["| flag | values | default | effect | used by |", "|---|---|---|---|---|"]
+    for _, info in flag_infos().values():
+        values = ", ".join(f"`{value_text(c)}`" for c in info.choices) or info.range_text
+        is_plain = info.default is None or info.kind in (Kind.BOOLEAN, Kind.MAPPING)
+        default = "" if is_plain else f"`{value_text(info.default)}`"
+        flag = f"{info.flag} {info.metavar}".rstrip().replace("|", "\\|")
+        used = "all" if info.modes == modes.ALL else ", ".join(sorted(info.modes))
+        lines.append(f"| `{flag}` | {values} | {default} | {info.doc} | {used} |")
+    return "\n".join(lines) + "\n"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
-from documentation.pages import code_spans, first_names, section, table
+from documentation.pages import code_spans, first_names, section, settings_table, table
 
 import ssdo_gl
 from ssdo_gl import cli, process
@@ -13,8 +13,7 @@ from ssdo_gl.effects import registry
 from ssdo_gl.effects.estimators import ESTIMATORS
 from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.settings import AOVS
-from ssdo_gl.settings.flags import settings_table
-from ssdo_gl.window.input.bindings import help_rows
+from ssdo_gl.window.input.bindings import help_groups
 
 
 def test_the_table_of_flags_is_that_of_the_program():
@@ -92,7 +91,9 @@ def key_labels(cell: str) -> list[str]:
 
 
 def test_the_tables_of_keys_are_those_of_the_window():
-    bound = {label for cell, _ in help_rows() for label in key_labels(cell)}
+    bound = {
+        label for rows in help_groups().values() for cell, _ in rows for label in key_labels(cell)
+    }
     listed = [k for row in table(section("docs/window.md", "Keys")) for k in key_labels(row[0])]
     assert len(set(listed)) == len(listed)
     assert set(listed) == bound

@@ -7,6 +7,7 @@ import math
 import pydoc
 
 import pytest
+from documentation.pages import settings_table
 
 from ssdo_gl.effects.estimators import ESTIMATORS
 from ssdo_gl.effects.methods import METHODS
@@ -22,7 +23,7 @@ from ssdo_gl.settings.fields import (
     from_file,
     value_text,
 )
-from ssdo_gl.settings.flags import build_parser, read_command, settings_table
+from ssdo_gl.settings.flags import build_parser, read_command
 from ssdo_gl.settings.passes import passes_without_settings
 from ssdo_gl.settings.preset_files import preset_fields, preset_text
 from ssdo_gl.settings.run_options import RunOptions

@@ -69,7 +69,6 @@ class Averaged:
     noise: float
     fault: float
     bias: float
-    bias_spread: float
     time: float
     time_replicas: NDArray[np.float64]
 
@@ -85,12 +84,11 @@ def averaged(
 ) -> Averaged:
     """Average over scenes; each is drawn again by blocks and seeds, times by rounds."""
     rng = np.random.default_rng(0)
-    errors, spread, times = [], [], []
+    errors, times = [], []
     for view in views:
         blocks = view[point].judged.blocks
         draws = draw(blocks.block_count, blocks.seed_count, REPLICAS, rng)
         errors.append(rmse_replicas(blocks, draws, relative=False))
-        spread.append(bias_replicas(blocks, draws))
         times.append(np.log(view[point].ms / unit_of(view, quantity)))
     scalars = [view[point].judged.scalars for view in views]
     all_blocks = [view[point].judged.blocks for view in views]
@@ -103,7 +101,6 @@ def averaged(
         float(np.mean([s.noise for s in scalars])),
         float(np.mean([s.systematic for s in scalars])),
         float(np.mean([bias_replicas(b, whole(b))[0] for b in all_blocks])),
-        float(np.std(np.mean(spread, axis=0))),
         float(np.exp(np.median(log_times))),
         np.exp(np.median(log_times[rounds], axis=1)),
     )

@@ -29,19 +29,9 @@ def fit_power_law(x: Sequence[float], y: Sequence[float]) -> PowerLaw | None:
 
     Points that are not positive and finite have no logarithm and are left out.
     """
-    pairs = [
-        (math.log(a), math.log(b))
-        for a, b in zip(x, y, strict=True)
-        if a > 0.0 and b > 0.0 and math.isfinite(a) and math.isfinite(b)
-    ]
-    if len(pairs) < MIN_POINTS:
+    points = np.array([x, y], dtype=np.float64)
+    u, v = np.log(points[:, np.all((points > 0.0) & np.isfinite(points), axis=0)])
+    if len(u) < MIN_POINTS or np.ptp(u) == 0.0:
         return None
-    u, v = np.array(pairs).T
-    spread = float(((u - u.mean()) ** 2).sum())
-    if spread == 0.0:
-        return None
-    slope = float(((u - u.mean()) * (v - v.mean())).sum() / spread)
-    intercept = float(v.mean() - slope * u.mean())
-    residual = float(((v - intercept - slope * u) ** 2).sum())
-    error = math.sqrt(residual / (len(pairs) - 2) / spread)
-    return PowerLaw(math.exp(intercept), slope, error)
+    (slope, intercept), covariance = np.polyfit(u, v, 1, cov=True)
+    return PowerLaw(math.exp(intercept), float(slope), math.sqrt(covariance[0, 0]))

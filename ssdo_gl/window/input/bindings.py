@@ -193,8 +193,3 @@ def help_groups() -> dict[str, HelpRows]:
         text = ", ".join(names) if len(names) <= 2 else f"{names[0]} to {names[-1]}"
         groups.setdefault(title, []).append((text, command.value))
     return groups
-
-
-def help_rows() -> HelpRows:
-    """Return all rows of all groups."""
-    return [row for rows in help_groups().values() for row in rows]

@@ -33,7 +33,7 @@ def test_every_estimator_is_measured_with_every_budget_once(quantity):
 def row(estimator: str, samples: int, steps: int, error: float, time: float) -> Averaged:
     point = Point("visibility", estimator, "ssao", estimator, samples, steps)
     flat = np.full(8, 1.0)
-    return Averaged(point, error, error * flat, 0.1, 0.2, 0.0, 0.0, time, time * flat)
+    return Averaged(point, error, error * flat, 0.1, 0.2, 0.0, time, time * flat)
 
 
 def test_the_best_split_of_each_budget_is_kept_and_the_front_is_bold():

@@ -14,7 +14,7 @@ from ssdo_gl.window.input.bindings import (
     HELD_TURNS,
     Action,
     Command,
-    help_rows,
+    help_groups,
 )
 from ssdo_gl.window.input.gamepad_map import gamepad_controls
 from ssdo_gl.window.input.input_map import (
@@ -283,6 +283,6 @@ def test_no_key_is_bound_twice_and_the_help_names_every_command() -> None:
     keys = [(item.key, item.mods) for item in BINDINGS]
     assert len(set(keys)) == len(keys)
     assert not {key for key, mods in keys if mods == 0} & {*HELD_MOVES, *HELD_TURNS}
-    shown = {meaning for _, meaning in help_rows()}
+    shown = {meaning for rows in help_groups().values() for _, meaning in rows}
     for command in Command:
         assert command in (Command.PIVOT, Command.ZOOM) or command.value in shown
