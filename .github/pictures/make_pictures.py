@@ -20,7 +20,7 @@ TILE = 240
 LABEL_HEIGHT = 18
 # JPEG loses the noise of few paths below this quality, which is what one is to see.
 QUALITY = 88
-FRONT_WIDTH = 1400
+FRONT_WIDTH = 2000
 
 VIEWS = {
     "the room": "0,0,3.6 0,0,0 32",
