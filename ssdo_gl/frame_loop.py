@@ -363,6 +363,15 @@ def checked_images(wanted: Iterable[str], frames: int = 1) -> tuple[str, ...]:
     return names
 
 
+def middle_index(count: int) -> int:
+    """Return with which of `count` sub-pixel offsets to begin: one near the pixel's centre.
+
+    Pictures and windows alike: where light is kept for all frames of a view, it is kept for
+    what the first one shows.
+    """
+    return (count - 1) // 2
+
+
 @lru_cache(maxsize=1024)
 def jitter(index: int, count: int) -> tuple[float, float]:
     """Return the sub-pixel offset of frame `index` of `count`, in pixels.

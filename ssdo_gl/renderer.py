@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ssdo_gl.effects.methods import METHODS
-from ssdo_gl.frame_loop import FrameJob, FrameLoop, checked_images
+from ssdo_gl.frame_loop import FrameJob, FrameLoop, checked_images, middle_index
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.graph.render_pass import ProgressCallback
@@ -117,7 +117,7 @@ class Renderer(FrameLoop):
         job = self._prepare(names, camera, seconds)
         log, average = FrameLog(), ImageAverage()
         for index in range(count):
-            frame = self._frame(job.view, index, count)
+            frame = self._frame(job.view, (middle_index(count) + index) % count, count)
             self._run(job.plan, frame, log, time_passes, progress)
             average.add(self._read(job, frame.view))
             if partial := any(item.statistics.get("partial") for item in job.plan.order):

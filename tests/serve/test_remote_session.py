@@ -88,7 +88,9 @@ def pixels(picture: SentPicture) -> np.ndarray:
     return np.asarray(PillowImage.open(io.BytesIO(picture.data)).convert("RGB")).astype(int)
 
 
-def test_motion_is_lossy_and_rest_is_what_a_snapshot_gives(session, clock, tmp_path):
+@pytest.mark.parametrize("method", ["bounce", "gi"])
+def test_motion_is_lossy_and_rest_is_what_a_snapshot_gives(session, clock, tmp_path, method):
+    tell(session, "choose", what="method", value=method)
     pictures = rest(session, clock)
     assert [item.is_lossless for item in pictures] == [False] * (len(pictures) - 1) + [True]
     press(session, "KeyC")

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import moderngl
 
+from ssdo_gl.frame_loop import middle_index
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.shader import ShaderLibrary
@@ -24,7 +25,7 @@ from ssdo_gl.window.views import is_averaged
 REFINE_FRAMES = 16
 # In which order: the one nearest to the pixel's centre first, because that is what is
 # seen while moving, then in steps that spread over the pixel early.
-_ORDER = tuple((7 + 7 * k) % REFINE_FRAMES for k in range(REFINE_FRAMES))
+_ORDER = tuple((middle_index(REFINE_FRAMES) + 7 * k) % REFINE_FRAMES for k in range(REFINE_FRAMES))
 # A reference in the background may keep input waiting this long.
 CHUNK_MS = 60.0
 # A reference takes at most so many samples per frame.
