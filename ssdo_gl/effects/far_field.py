@@ -108,7 +108,7 @@ class FarProbesPass(RenderPass):
         changed = frame.versions.get("geometry"), frame.versions.get("materials")
         light = context.inputs["surface_cache"], changed
         known = facts_of(context, FAR_RADIANCE, ProbeRays)
-        wanted = rays_wanted(frame.count, is_live=frame.is_live) if self.is_steady else 1
+        wanted = rays_wanted(frame.count) if self.is_steady else 1
         source = points, self.settings_key(), frame.versions.get("steady_seed")
         if known is not None and known.source == source:
             texture, rays = context.last[FAR_RADIANCE].texture, known

@@ -13,9 +13,9 @@ from ssdo_gl.settings.settings import same_as
 # Where probes stand, and which way they look.
 FAR_PROBES = ("far_probe_points", "far_probe_normals")
 FAR_RADIANCE = "far_radiance"
-# Rays for each direction of a probe, at most: frames of a view share them, in a window and in
-# a picture. A quarter of the probes is one in each 2 x 2 of them.
-MOST_RAYS, MOST_RAYS_OF_PICTURE = 4, 16
+# Rays for each direction of a probe, at most: frames of a view share them. A quarter of the
+# probes is one in each 2 x 2 of them.
+MOST_RAYS = 16
 ALL_QUARTERS = (0, 1, 2, 3)
 NOTHING = (0, 0, 0, 0)
 # The choices of `near_hits`; the shader knows them by number.
@@ -51,12 +51,10 @@ def probe_defines(settings: FarFieldSettings | None) -> dict[str, int]:
     }
 
 
-def rays_wanted(frame_count: int, *, is_live: bool) -> int:
+def rays_wanted(frame_count: int) -> int:
     """Return how many rays each direction has in a view of `frame_count` frames."""
-    if is_live:
-        return min(frame_count, MOST_RAYS)
     # A single frame is the quickest picture there is; one of four may take its time.
-    return int(min(frame_count**2, MOST_RAYS_OF_PICTURE))
+    return int(min(frame_count**2, MOST_RAYS))
 
 
 @dataclass(frozen=True, eq=False)

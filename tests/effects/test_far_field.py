@@ -104,10 +104,11 @@ def test_jittered_frames_of_a_view_share_its_rays() -> None:
     with gi_renderer() as renderer:
         assert ran(live(renderer, 0), "far_probes")
         frames = [live(renderer, index) for index in range(1, 12)]
+        frames += [live(renderer, index) for index in range(12)]
     traced = [ran(frame, "far_probes") for frame in frames]
-    # The other quarters of the probes, and three further rays for each direction.
-    assert traced == 4 * [True] + 7 * [False]
-    assert [frame.is_settled for frame in frames] == 3 * [False] + 8 * [True]
+    # The other quarters of the probes, and fifteen further rays for each direction.
+    assert traced == 16 * [True] + 7 * [False]
+    assert [frame.is_settled for frame in frames] == 15 * [False] + 8 * [True]
     assert not any(ran(frame, "cached_irradiance") for frame in frames)
 
 
