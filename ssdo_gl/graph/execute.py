@@ -347,6 +347,12 @@ class Executor:
 
     def _discard(self, name: str) -> None:
         result = self._results.pop(name, None)
-        if result is not None:
-            for texture in result.borrowed.values():
-                self._pool.give_back(texture)
+        if result is None:
+            return
+        for texture in result.borrowed.values():
+            self._pool.give_back(texture)
+        # A pass that has handed one of them on as its own has lost it, too.
+        for other in (*self._results.values(), *self._spares.values()):
+            if any(other.has_taken(texture) for texture in result.borrowed.values()):
+                other.identity = -1
+                other.forget()

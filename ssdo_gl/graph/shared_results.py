@@ -75,6 +75,10 @@ class KeptResult:
         own = (name for name in self.textures if name not in self.borrowed)
         return {n: TextureWithFacts(self.textures[n], self.facts.get(n)) for n in own}
 
+    def has_taken(self, texture: moderngl.Texture) -> bool:
+        """Return whether a texture, which another pass has made, is among its own."""
+        return any(own is texture for own in self.textures.values())
+
     def forget(self) -> None:
         """Leave nothing to go on from: given up half-way, sums would hold a part twice."""
         self.textures.clear()

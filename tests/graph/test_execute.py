@@ -217,6 +217,28 @@ def test_what_a_frame_finished_before_it_was_given_up_stands(world):
     assert read_texture(executor.texture("b")).max() == 1.0
 
 
+class HandsOn(Paint):
+    """Returns what it reads as it is."""
+
+    def execute(self, context):
+        self.runs += 1
+        return {self.name: context.inputs[self.reads[0]]}
+
+
+def test_what_was_handed_on_goes_with_who_made_it(world):
+    """A frame of another size, given up in between, has freed it."""
+    run, executor = world
+    stopping = Interrupting("stop", reads=["a"])
+    passes = [Paint("a"), stopping, HandsOn("b", reads=["a", "stop"], own=True)]
+    run(passes, ["b"], frame())
+    stopping.gives_up = True
+    with pytest.raises(InterruptedError):
+        run(passes, ["b"], frame(size=(7, 5)))
+    stopping.gives_up = False
+    run(passes, ["b"], frame())
+    assert read_texture(executor.texture("b")).shape[:2] == (3, 4)
+
+
 def test_times_are_measured_on_request(world):
     run, _ = world
     assert run([Paint("a")], ["a"], frame())[0].gpu_ms is None
