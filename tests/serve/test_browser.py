@@ -252,3 +252,34 @@ def test_what_the_page_says_is_what_the_program_has(page):
     page.keyboard.press("KeyV")
     page.wait_for_selector("#split[aria-pressed=true]")
     assert json.loads(page.evaluate("JSON.stringify(state.messages)"))[-1]["text"]
+
+
+def turn(page: Any) -> None:
+    page.evaluate("document.getElementById('picture').dataset.lossless = false")
+    page.keyboard.down("ArrowLeft")
+    page.wait_for_timeout(300)
+    page.keyboard.up("ArrowLeft")
+    page.wait_for_timeout(300)
+    rest(page)
+
+
+def test_two_pages_have_cameras_of_their_own_until_they_share_one(page, served, tmp_path):
+    other = page.context.browser.new_page(viewport={"width": 320, "height": 180})
+    other.set_default_timeout(120_000)
+    other.goto(served.address)
+    rest(other)
+    page.set_viewport_size({"width": 320, "height": 180})
+    turn(page)
+    assert np.abs(canvas(page) - canvas(other)).max() > 20
+    for number, either in enumerate((page, other)):
+        assert is_a_snapshot(either, tmp_path / f"{number}.png")
+        either.check("#shared_camera")
+        either.wait_for_timeout(1000)
+    rest(other)
+    assert np.abs(canvas(page) - canvas(other)).max() <= ROUNDING
+    turn(other)
+    page.wait_for_timeout(500)
+    rest(page)
+    assert np.abs(canvas(page) - canvas(other)).max() <= ROUNDING
+    assert is_a_snapshot(page, tmp_path / "shared.png")
+    other.close()
