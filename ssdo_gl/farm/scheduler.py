@@ -7,6 +7,7 @@ import os
 import pickle
 import platform
 import re
+import time
 import uuid
 from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterator, Sequence
@@ -22,6 +23,8 @@ from ssdo_gl.gpu.egl_devices import gpu_numbers
 
 # How long a scheduler may take to answer, and its workers to come.
 CONNECT_S, WORKERS_S = 10, 60
+# Between two looks whether workers are at rest.
+SETTLE_SECONDS = 0.05
 # Chunks for each worker: those that are at work and as many that wait, so that nobody idles
 # while results travel. What has come early is held in memory until its turn.
 CHUNKS_AHEAD = 3
@@ -159,11 +162,13 @@ class Farm:
 
     def settle(self) -> None:
         """Wait until no worker is at work for this process."""
-        addresses = list(self._client.nthreads())
-        self._client.gather(
-            [self._client.submit(idle, workers=[a], pure=False) for a in addresses],
-            errors="skip",
-        )
+        # What was cancelled may still run, and the scheduler does not say so. A worker that is
+        # lost meanwhile never answers.
+        submit = self._client.submit
+        waiting = {a: submit(idle, workers=[a], pure=False) for a in self._client.nthreads()}
+        while any(a in self._client.nthreads() and not f.done() for a, f in waiting.items()):
+            time.sleep(SETTLE_SECONDS)
+        self._client.cancel(list(waiting.values()))
 
 
 def mapped(

@@ -63,10 +63,14 @@ def test_of_a_drawn_room_gi_knows_the_light(tmp_path):
 
 def test_a_scene_in_which_gi_is_worse_is_named(monkeypatch, capsys):
     distances = {"gi": Distance(0.2, 0.1, 0.1), "bounce": Distance(0.1, 0.1, 0.1)}
-    monkeypatch.setattr(all_light, "measure", lambda name, *_, **__: Row(name, distances, 0.01))
+    rest = 0.01, 2.0, 0.3
+    monkeypatch.setattr(all_light, "measure", lambda name, *_, **__: Row(name, distances, *rest))
     assert all_light.main(["corner", "x/door.toml"]) == 1
     lines = capsys.readouterr().out.splitlines()
-    assert lines[2] == "| corner | 0.1000 | +10.0% | 0.100 | 0.2000 | +10.0% | 0.100 | 1.0% |"
+    assert (
+        lines[2]
+        == "| corner | 0.1000 | +10.0% | 0.100 | 0.2000 | +10.0% | 0.100 | 1.0% | 2 | 1.5 |"
+    )
     assert lines[-1] == "gi is worse than bounce in: corner, x/door.toml"
     distances["gi"] = distances["bounce"]
     assert all_light.main(["corner"]) == 0

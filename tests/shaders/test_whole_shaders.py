@@ -43,7 +43,7 @@ def view(size):
     return FrameView(size, np.zeros(3), np.eye(3), TAN, 0.1, 100.0)
 
 
-def test_texels_that_are_no_numbers_are_counted_by_block(gl, shaders):
+def test_texels_that_are_not_finite_are_counted_by_block(gl, shaders):
     image = np.random.default_rng(1).normal(size=(7, 10, 4)).astype(np.float32) * 1e30
     image[0, 0, 0] = np.nan
     image[1, 2, 3] = np.inf
