@@ -94,7 +94,7 @@ class Fatal(Squares):
 class Slow(Squares):
     def make(self, item: int) -> int:
         (self.folder / f"begun-{item}").touch()
-        time.sleep(0.3)
+        time.sleep(1.0)
         (self.folder / f"ended-{item}").touch()
         return item
 
