@@ -31,7 +31,7 @@ from ssdo_gl.passes.rays import (
     ray_uniforms,
     stream_of,
 )
-from ssdo_gl.passes.surfels import CACHE_TABLES, drawing_into, facts_of
+from ssdo_gl.passes.surfels import CACHE_TABLES, drawing_into, facts_of, textures_of
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.lights import Form
 
@@ -118,6 +118,7 @@ class FarProbesPass(RenderPass):
             texture = make_texture(context.gl, (columns, rows), 4, "f4")
             rays = ProbeRays(source, light)
         program = self._program(context)
+        textures = textures_of(context, self.reads)
         quarter_size = texture.width // 2, texture.height // 2
         with drawing_into(context.gl, texture) as target:
             for number, quarters in rays.turns(wanted, is_live=frame.is_live):
@@ -127,7 +128,7 @@ class FarProbesPass(RenderPass):
                     low = quarter % 2 * quarter_size[0], quarter // 2 * quarter_size[1]
                     region = (*low, *quarter_size)
                     draw_fullscreen(
-                        context.gl, program, target, {}, {}, region=region, adds=number > 0
+                        context.gl, program, target, {}, textures, region=region, adds=number > 0
                     )
                 rays = rays.with_turn(quarters)
         self.is_settled = min(rays.fresh) >= wanted
@@ -141,8 +142,7 @@ class FarProbesPass(RenderPass):
         }
         program = context.shaders.fullscreen("effects/far_probes.frag", defines)
         program.set(
-            {**ray_uniforms(context), "u_radius_ns": radius_ns(self.settings.radius, context)},
-            {f"t_{name}": context.inputs[name] for name in self.reads},
+            {**ray_uniforms(context), "u_radius_ns": radius_ns(self.settings.radius, context)}
         )
         return program
 

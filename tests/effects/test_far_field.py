@@ -11,6 +11,7 @@ from passes.pass_harness import box, make_scene, quad
 
 from ssdo_gl.effects import far_field
 from ssdo_gl.gpu.readback import read_texture
+from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.render_result import Drawing, RenderResult
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
@@ -96,8 +97,8 @@ def ran(result: RenderResult | Drawing, name: str) -> bool:
     return any(item.ran for item in result.passes if item.name == name)
 
 
-def live(renderer: Renderer, index: int, camera: Camera = CAMERA) -> Drawing:
-    return renderer.draw(("beauty",), camera=camera, index=index, count=16)
+def live(renderer: Renderer, index: int, camera: Camera = CAMERA, **more: Any) -> Drawing:
+    return renderer.draw(("beauty",), camera=camera, index=index, count=16, **more)
 
 
 def test_jittered_frames_of_a_view_share_its_rays() -> None:
@@ -142,16 +143,30 @@ def test_a_view_that_moved_begins_with_a_quarter_and_ends_with_all_rays() -> Non
     assert np.array_equal(first, again)
 
 
+def at_rest(renderer: Renderer, progress: ProgressCallback | None = None) -> np.ndarray:
+    while not (drawing := live(renderer, 0, progress=progress)).is_settled:
+        pass
+    texture = drawing.planes["beauty"].texture
+    assert texture is not None
+    return read_texture(texture)
+
+
+def test_what_is_bound_between_two_draws_changes_nothing() -> None:
+    """As by a window, which shows its panel over a frame in the making."""
+    with gi_renderer() as renderer:
+        expected = at_rest(renderer)
+    with gi_renderer() as renderer:
+        other = renderer.device.gl.texture((1, 1), 4, b"\x80" * 16, dtype="f4")
+
+        def show(*_: object) -> None:
+            for unit in range(32):
+                other.use(unit)
+
+        np.testing.assert_array_equal(at_rest(renderer, show), expected)
+
+
 def test_a_frame_that_was_given_up_adds_no_ray_twice(monkeypatch: pytest.MonkeyPatch) -> None:
     """As in a window, where input comes while the probes' second rays are added."""
-
-    def at_rest(renderer: Renderer) -> np.ndarray:
-        while not (drawing := live(renderer, 0)).is_settled:
-            pass
-        texture = drawing.planes["beauty"].texture
-        assert texture is not None
-        return read_texture(texture)
-
     with gi_renderer() as renderer:
         expected = at_rest(renderer)
     original, additions = far_field.draw_fullscreen, []

@@ -9,6 +9,7 @@ from ssdo_gl.passes.surfels.surfel_textures import (
     SurfaceCacheSettings,
     drawing_into,
     facts_of,
+    textures_of,
 )
 
 __all__ = [
@@ -21,4 +22,5 @@ __all__ = [
     "SurfelsPass",
     "drawing_into",
     "facts_of",
+    "textures_of",
 ]

@@ -41,7 +41,8 @@ class Bounces:
         self.program = context.shaders.fullscreen(
             "passes/surface_cache.frag", {"SURFEL_RAYS_PER_SIDE": rays_per_side}
         )
-        self.program.set({"u_surfel_rows": self.rows}, {"t_surfel_hits": hits})
+        self.program.set({"u_surfel_rows": self.rows})
+        self.hits = {"t_surfel_hits": hits}
 
     def texture(self, value: float) -> moderngl.Texture:
         """Return a texture with a number for each surfel."""
@@ -69,6 +70,7 @@ class Bounces:
     ) -> moderngl.Texture:
         """Return one more bounce than `last`, by a factor beyond it, as a new texture."""
         inputs = {"t_surfel_direct": direct, "t_last": last, "t_last_but_one": last_but_one}
+        inputs |= self.hits
         return drawn(self.gl, self.rows, self.program, {"u_over": over}, inputs)
 
 

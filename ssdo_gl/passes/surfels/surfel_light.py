@@ -28,6 +28,7 @@ from ssdo_gl.passes.surfels.surfel_textures import (
     drawn,
     facts_of,
     surfel_rows,
+    textures_of,
 )
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment import Environment
@@ -82,11 +83,12 @@ class SurfelSkyPass(RenderPass):
             turn = hits.traced if made.number > known.number else ()
         else:
             texture = make_texture(context.gl, (SURFELS_PER_ROW, side * rows), 4, "f4")
-        program = self.shared.ready(context, self.name, self.reads, "SURFEL_RAYS_PER_SIDE")
+        program = self.shared.ready(context, self.name, "SURFEL_RAYS_PER_SIDE")
+        textures = textures_of(context, self.reads)
         with drawing_into(context.gl, texture) as target:
             for row in turn:
                 region = (0, row * rows, SURFELS_PER_ROW, rows)
-                draw_fullscreen(context.gl, program, target, {}, {}, region=region)
+                draw_fullscreen(context.gl, program, target, {}, textures, region=region)
         return {"surfel_sky": TextureWithFacts(texture, made)}
 
 
@@ -158,9 +160,11 @@ class SurfelDirectPass(RenderPass):
             made = DirectParts(surfels, light, make_texture(context.gl, size, 4, "f4"))
             tile = (0, 0, *size)
         self.is_settled = made.missing == 0
-        program = self.shared.ready(context, self.name, self.rays, "PART_COUNT")
+        program = self.shared.ready(context, self.name, "PART_COUNT")
+        textures = textures_of(context, self.rays)
         with drawing_into(context.gl, made.parts) as target:
-            draw_fullscreen(context.gl, program, target, self._samples(context), {}, region=tile)
+            samples = self._samples(context)
+            draw_fullscreen(context.gl, program, target, samples, textures, region=tile)
         defines = {
             "PART_COUNT": PART_COUNT,
             "SURFEL_RAYS_PER_SIDE": self.shared.settings.rays_per_side,

@@ -23,6 +23,7 @@ from ssdo_gl.passes.surfels.surfel_textures import (
     drawing_into,
     facts_of,
     surfel_rows,
+    textures_of,
     upload,
 )
 from ssdo_gl.raytracing.surface_tables import RayFeatures
@@ -196,11 +197,12 @@ class SurfelRaysPass(RenderPass):
             made = Hits(surfels, geometry, 0.0, tuple(range(side)))
         self.is_settled = made.missing == 0
         rows = texture.height // side
-        program = self.shared.ready(context, self.name, self.reads, "SURFEL_RAYS_PER_SIDE")
+        program = self.shared.ready(context, self.name, "SURFEL_RAYS_PER_SIDE")
+        textures = textures_of(context, self.reads)
         with drawing_into(context.gl, texture) as target:
             for row in made.traced:
                 region = (0, row * rows, texture.width, rows)
-                draw_fullscreen(context.gl, program, target, {}, {}, region=region)
+                draw_fullscreen(context.gl, program, target, {}, textures, region=region)
                 if context.progress is not None:
                     context.gl.finish()
                     context.progress("surface cache", row + 1, side)

@@ -87,6 +87,14 @@ def drawing_into(gl: moderngl.Context, texture: moderngl.Texture) -> Iterator[An
         target.release()
 
 
+def textures_of(context: PassContext, reads: Iterable[str]) -> dict[str, moderngl.Texture]:
+    """Return the textures of ``t_<name>``, to be bound with every draw.
+
+    Between two draws, or two slices of one, a window may show its panel, which binds others.
+    """
+    return {f"t_{name}": context.inputs[name] for name in reads}
+
+
 def facts_of(context: PassContext, name: str, kind: type[Facts]) -> Facts | None:
     """Return the facts of what a live pass made last time of `name`; None: nothing it knows."""
     facts = context.last[name].facts if name in context.last else None
@@ -109,10 +117,8 @@ class SurfelProgram:
     features: RayFeatures
     environment_kind: int = 0
 
-    def ready(
-        self, context: PassContext, name: str, reads: Iterable[str], *further: str
-    ) -> Program:
-        """Return the program ``passes/<name>.frag``, with what all share set.
+    def ready(self, context: PassContext, name: str, *further: str) -> Program:
+        """Return the program ``passes/<name>.frag``, with the uniforms that all share set.
 
         `further` names the defines of its own.
         """
@@ -129,7 +135,6 @@ class SurfelProgram:
                 "u_surfel_rows": surfel_rows(context.facts["surfel_points"].count),
                 "u_stream": stream_of(0, 0),
                 "u_shared_bits": (1 << int(math.log2(side))) - 1,
-            },
-            {f"t_{resource}": context.inputs[resource] for resource in reads},
+            }
         )
         return program
