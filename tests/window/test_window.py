@@ -101,15 +101,17 @@ def test_a_visit(app: App, tmp_path: Path) -> None:
 
     # SSDO with bounce on the left, and with one press direct light on the right.
     app.key("v", "y")
-    do("mousemove", str(WIDTH // 2), "100", "mousedown", "1")
-    do("mousemove", str(WIDTH // 4), "100", "mouseup", "1")
 
-    def has_divider(screen: np.ndarray) -> bool:
+    def has_divider(screen: np.ndarray, column: int) -> bool:
         row = picture(screen)[HEIGHT // 2]
-        near = np.abs(row[WIDTH // 4 - 3 : WIDTH // 4 + 3] - DIVIDER_COLOR).max(axis=1)
+        near = np.abs(row[column - 3 : column + 3] - DIVIDER_COLOR).max(axis=1)
         return bool(near.min() < 12)
 
-    app.settled("the divider is dragged along", has_divider)
+    # What is to be dragged must be there, as it is for who drags it.
+    app.settled("two are compared", lambda screen: has_divider(screen, WIDTH // 2))
+    do("mousemove", str(WIDTH // 2), "100", "mousedown", "1")
+    do("mousemove", str(WIDTH // 4), "100", "mouseup", "1")
+    app.settled("the divider is dragged along", lambda screen: has_divider(screen, WIDTH // 4))
     app.key("v")
 
     do("windowsize", app.window, "240", "160")
