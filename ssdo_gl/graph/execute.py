@@ -351,8 +351,10 @@ class Executor:
             return
         for texture in result.borrowed.values():
             self._pool.give_back(texture)
-        # A pass that has handed one of them on as its own has lost it, too.
+        if not result.borrowed:
+            return
+        # A pass that has handed one of them on as its own, and has none of the pool, lost it.
         for other in (*self._results.values(), *self._spares.values()):
-            if any(other.has_taken(texture) for texture in result.borrowed.values()):
+            if not other.formats and other.has_taken(result.borrowed):
                 other.identity = -1
                 other.forget()

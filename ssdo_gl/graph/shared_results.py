@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Hashable
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol
 from weakref import WeakSet, WeakValueDictionary
@@ -75,9 +75,9 @@ class KeptResult:
         own = (name for name in self.textures if name not in self.borrowed)
         return {n: TextureWithFacts(self.textures[n], self.facts.get(n)) for n in own}
 
-    def has_taken(self, texture: moderngl.Texture) -> bool:
-        """Return whether a texture, which another pass has made, is among its own."""
-        return any(own is texture for own in self.textures.values())
+    def has_taken(self, others: Mapping[str, moderngl.Texture]) -> bool:
+        """Return whether a texture that another pass has made is among its own."""
+        return not {*self.textures.values()}.isdisjoint(others.values())
 
     def forget(self) -> None:
         """Leave nothing to go on from: given up half-way, sums would hold a part twice."""
