@@ -44,8 +44,8 @@ def draw_fullscreen(
     Raises
     ------
     ShaderError
-        If a name is not declared in the shader, a value does not fit its type, or a
-        uniform that the shader uses was never given a value.
+        If a name is not declared in the shader, a value does not fit its type, a uniform
+        that the shader uses was never given a value, or a sampler is not given one now.
     """
     whole = (0, 0, *target.size)
     masks = target.color_mask if keeps_last else None
@@ -56,7 +56,7 @@ def draw_fullscreen(
     for band in parts:
         if program.compute is not None:
             program.set(uniforms, textures)
-            program.check_complete()
+            program.check_complete(textures)
             program.compute.run(gl, _textures(target), band, adds=adds)
             continue
         # All state, for each: between two bands other things may be drawn.
@@ -71,7 +71,7 @@ def draw_fullscreen(
         if gl.fbo is not target:
             target.use()
         program.set(uniforms, textures)
-        program.check_complete()
+        program.check_complete(textures)
         program.empty_vertex_array().render(moderngl.TRIANGLES, vertices=3)
     if region is not None or gl.extra is not None:
         target.scissor = whole

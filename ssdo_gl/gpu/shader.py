@@ -88,8 +88,10 @@ class Program:
                 samplers.append(name)
             else:
                 self._slots[name] = UniformSlot(self.name, name, declaration, member)
-        # Fixed units, so that textures may be given in several calls.
+        # Fixed units: to change one texture leaves the others where they are.
         self._units = {name: unit for unit, name in enumerate(samplers)}
+        self._samplers = frozenset(samplers)
+        self.samplers = frozenset(samplers)
         for name, unit in self._units.items():
             linked[name] = unit
         if self.compute is not None:
@@ -150,10 +152,17 @@ class Program:
         """Return whether the driver has an attribute or uniform of this name."""
         return name in self._members
 
-    def check_complete(self) -> None:
-        """Raise ShaderError if a uniform or sampler in use was never given a value."""
+    def check_complete(self, textures: Mapping[str, moderngl.Texture] | None = None) -> None:
+        """Raise ShaderError if a uniform or sampler in use was never given a value.
+
+        With `textures`, what was bound before does not count: between two draws, or two
+        bands of one, a window may show its panel, which binds others.
+        """
         if self._unset:
             raise ShaderError(f"{self.name}: never set: {', '.join(sorted(self._unset))}")
+        if textures is not None and not self._samplers <= textures.keys():
+            missing = ", ".join(sorted(self._samplers - textures.keys()))
+            raise ShaderError(f"{self.name}: not given with this draw: {missing}")
 
     def empty_vertex_array(self) -> moderngl.VertexArray:
         """Return a vertex array without attributes, for shaders that use gl_VertexID."""

@@ -223,7 +223,8 @@ def test_samplers_and_values_are_not_interchangeable(gl, shaders):
         program.set({}, {"u_x": make_texture(gl, (1, 1), 1, "f4")})
 
 
-def test_textures_given_in_several_calls_keep_their_units(gl, shaders):
+def test_a_draw_is_given_all_of_its_textures(gl, shaders):
+    """What an earlier call has bound may be something else by now."""
     program = shaders.fullscreen_source(
         HEAD + "uniform sampler2D t_a;\nuniform sampler2D t_b;\nvoid main() {\n"
         "  o_color.xy = vec2(texelFetch(t_a, ivec2(0), 0).r, texelFetch(t_b, ivec2(0), 0).r);\n"
@@ -231,8 +232,9 @@ def test_textures_given_in_several_calls_keep_their_units(gl, shaders):
     )
     a, b, c = (texture_from_image(gl, np.full((1, 1), x)) for x in (1.0, 2.0, 3.0))
     assert list(draw(gl, program, {}, {"t_b": b, "t_a": a})) == [1, 2, 0, 0]
-    program.set({}, {"t_a": a})
-    assert list(draw(gl, program, {}, {"t_b": c})) == [1, 3, 0, 0]
+    with pytest.raises(ShaderError, match=r"not given with this draw: t_a$"):
+        draw(gl, program, {}, {"t_b": c})
+    assert list(draw(gl, program, {}, {"t_b": c, "t_a": a})) == [1, 3, 0, 0]
 
 
 def test_initialised_uniform_need_not_be_set(gl, shaders):
