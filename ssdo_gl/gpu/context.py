@@ -18,6 +18,7 @@ from typing import Any
 
 import moderngl
 
+from ssdo_gl.gpu.compute import computes_faster
 from ssdo_gl.gpu.context_owner import (
     ContextOwner,
     destroy_context,
@@ -25,7 +26,6 @@ from ssdo_gl.gpu.context_owner import (
     drop_context,
     note_process,
 )
-from ssdo_gl.gpu.fragment_speed import computes_faster
 
 BACKENDS = ("auto", "egl", "osmesa", "window")
 

@@ -11,8 +11,7 @@ from typing import Any
 import moderngl
 
 from ssdo_gl import resources
-from ssdo_gl.gpu.compute_program import ComputeProgram, can_compute
-from ssdo_gl.gpu.compute_source import compute_source
+from ssdo_gl.gpu.compute import ComputeProgram, can_compute, compute_source
 from ssdo_gl.gpu.held_signals import held_signals
 from ssdo_gl.gpu.light_kinds import LIGHT_KINDS_FILE, light_kinds_source
 from ssdo_gl.gpu.shader_source import (

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from ssdo_gl.gpu.clear import clear
-from ssdo_gl.gpu.compute_source import compute_source
-from ssdo_gl.gpu.fragment_speed import computes_faster
+from ssdo_gl.gpu.compute import compute_source, computes_faster
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.shader import FULLSCREEN, ShaderError, ShaderLibrary

@@ -8,7 +8,7 @@ from typing import Any
 
 import moderngl
 
-from ssdo_gl.gpu.compute_source import (
+from ssdo_gl.gpu.compute.translation import (
     ADDS,
     DERIVATIVES_EXTENSION,
     GROUP_SIZE,

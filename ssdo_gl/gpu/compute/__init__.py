@@ -1,0 +1,9 @@
+"""Full-screen shaders as compute shaders, where a device runs those faster."""
+
+from __future__ import annotations
+
+from ssdo_gl.gpu.compute.compute_program import ComputeProgram, can_compute
+from ssdo_gl.gpu.compute.fragment_speed import computes_faster
+from ssdo_gl.gpu.compute.translation import compute_source
+
+__all__ = ["ComputeProgram", "can_compute", "compute_source", "computes_faster"]
