@@ -184,6 +184,13 @@ def test_a_light_that_reaches_nothing_in_view_is_left_out(both, useless, useful,
     assert almost.runs("directional") == (shadow == "ssdo")
 
 
+def test_a_light_that_is_left_out_makes_no_map_of_another_finer(both):
+    # With the six faces of the one that is off, tiles are halved to fit into the atlas.
+    off = dataclasses.replace(POINT, intensity=BLACK)
+    skipped = both(*PILE, lights=[off, SUN], overrides={"shadow_map.max_atlas": 1024})
+    assert skipped.decided.lights == (False, True)
+
+
 def test_without_light_that_reaches_anything_nothing_is_lit(both):
     away = dataclasses.replace(SPOT, position=(9.0, 0.0, 0.0))
     dark = both(*PILE, lights=[away])
