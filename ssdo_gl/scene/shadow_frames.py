@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -86,23 +87,46 @@ class AtlasLayout:
     rows: int
     tiles: tuple[tuple[int, int] | None, ...]
 
+    @property
+    def side(self) -> int:
+        """Return the longer side."""
+        return max(self.columns, self.rows)
+
 
 def atlas_layout(lights: Sequence[Light]) -> AtlasLayout:
     """Return a layout about as wide as high that keeps each light's faces in one row."""
-    sizes = [(light.face_count * light.tile_span, light.tile_span) for light in lights]
+    return _layout(tuple((one.face_count * one.tile_span, one.tile_span) for one in lights))
+
+
+# For views at rest and in motion, of a planned frame and a full one.
+@functools.lru_cache(maxsize=4)
+def _layout(sizes: tuple[tuple[int, int], ...]) -> AtlasLayout:
     area = sum(width * height for width, height in sizes)
-    columns = max([math.isqrt(max(area, 1) - 1) + 1, *(width for width, _ in sizes)])
+    narrowest = max([math.isqrt(max(area, 1) - 1) + 1, *(width for width, _ in sizes)])
+    # In one order and one width alone, the others of a light that is left out needed a larger
+    # atlas at times, and were drawn coarser.
+    given = range(len(sizes))
+    best = _placed(sizes, given, narrowest)
+    for order in (given, sorted(given, key=lambda i: (-sizes[i][1], -sizes[i][0]))):
+        columns = narrowest
+        while columns < best.side:
+            best = min(best, _placed(sizes, order, columns), key=lambda layout: layout.side)
+            columns += 1
+    return best
+
+
+def _placed(sizes: Sequence[tuple[int, int]], order: Sequence[int], columns: int) -> AtlasLayout:
+    """Place rectangles (width, height), one after another, as low as each can lie."""
     tops = [0] * columns  # rows in use in each column
-    tiles: list[tuple[int, int] | None] = []
-    for width, height in sizes:
-        if width == 0:
-            tiles.append(None)
-            continue
-        # The lowest place; the leftmost of several.
-        places = [(max(tops[i : i + width]), i) for i in range(columns - width + 1)]
-        row, column = min(places)
-        tops[column : column + width] = [row + height] * width
-        tiles.append((column, row))
+    tiles: list[tuple[int, int] | None] = [None] * len(sizes)
+    for index in order:
+        width, height = sizes[index]
+        if width > 0:
+            # The lowest place; the leftmost of several.
+            places = [(max(tops[i : i + width]), i) for i in range(columns - width + 1)]
+            row, column = min(places)
+            tops[column : column + width] = [row + height] * width
+            tiles[index] = (column, row)
     return AtlasLayout(columns, max(1, *tops), tuple(tiles))
 
 

@@ -60,6 +60,14 @@ def test_tiles_never_overlap_and_fill_the_atlas_well(count):
     assert layout.columns * layout.rows <= 2 * len(taken) + 4 * layout.columns
 
 
+def test_fewer_lights_need_no_larger_atlas():
+    rng = np.random.default_rng(0)
+    for _ in range(300):
+        lights = rng.choice(np.array(EVERYTHING, object), rng.integers(2, 13))
+        fewer = lights[rng.random(len(lights)) < 0.6]
+        assert atlas_layout(fewer).side <= atlas_layout(lights).side
+
+
 def test_sharp_shadows_have_larger_faces():
     assert [light.tile_span for light in (POINT, SPOT, WIDE_SPOT, SUN, PANEL)] == [2, 4, 2, 4, 1]
 

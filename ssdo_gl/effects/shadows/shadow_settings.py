@@ -39,6 +39,6 @@ class ShadowMapSettings:
 def tile_size(settings: ShadowMapSettings, layout: AtlasLayout) -> int:
     """Return texels along one face."""
     size = settings.resolution
-    while size * max(layout.columns, layout.rows) > settings.max_atlas and size > 16:
+    while size * layout.side > settings.max_atlas and size > 16:
         size //= 2
     return size

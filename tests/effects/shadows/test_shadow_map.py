@@ -173,6 +173,6 @@ def test_many_lights_share_the_largest_atlas():
     layout = atlas_layout(lights)
     settings = ShadowMapSettings(resolution=1024, max_atlas=4096)
     size = tile_size(settings, layout)
-    assert size * max(layout.columns, layout.rows) <= 4096
-    assert 2 * size * max(layout.columns, layout.rows) > 4096
+    assert size * layout.side <= 4096
+    assert 2 * size * layout.side > 4096
     assert tile_size(settings, atlas_layout([])) == 1024
