@@ -191,6 +191,13 @@ def test_a_light_that_is_left_out_makes_no_map_of_another_finer(both):
     assert skipped.decided.lights == (False, True)
 
 
+def test_a_light_that_is_left_out_moves_no_samples_of_another(both):
+    lamp = dataclasses.replace(POINT, shadow="ssdo")
+    off = dataclasses.replace(lamp, intensity=BLACK)
+    skipped = both(*PILE, lights=[off, lamp], steps=2)
+    assert skipped.decided.lights == (False, True)
+
+
 def test_without_light_that_reaches_anything_nothing_is_lit(both):
     away = dataclasses.replace(SPOT, position=(9.0, 0.0, 0.0))
     dark = both(*PILE, lights=[away])
