@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from properties.planned_and_full import BOX, QUAD, SPHERE, TORUS, at, compare, make_scene, turned
@@ -18,6 +19,9 @@ from ssdo_gl.scene.environment.environment_kinds import (
 from ssdo_gl.scene.geometry import shapes
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.material import Material
+
+# Of a scene that is large in print, whose print matters to nobody while it agrees.
+pytestmark = pytest.mark.filterwarnings("ignore:Generating overly large repr")
 
 # The same in every run. A search among fresh ones (derandomize=False) found no
 # disagreement in 2000; each takes about half a second.
