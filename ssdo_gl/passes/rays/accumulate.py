@@ -129,24 +129,27 @@ def shared_bits_mask(samples_per_half: int) -> int:
     return (1 << (max(samples_per_half, 1).bit_length() - 1) // 2) - 1
 
 
-class _Sums:
-    """The accumulating textures of both halves, how much each tile holds, and its error."""
+class Sums:
+    """The accumulating textures of both halves, how much each tile holds, and its error.
+
+    Kept from frame to frame: to make and free them takes a tenth of what Python needs for
+    a frame of traced shadows.
+    """
 
     def __init__(self, gl: moderngl.Context, size: tuple[int, int], count: int) -> None:
+        self.size = size
         self.textures = [[make_texture(gl, size, 4, "f4") for _ in range(count)] for _ in range(2)]
         self.targets = [make_framebuffer(gl, textures) for textures in self.textures]
         self.done: list[dict[Tile, int]] = [{}, {}]
-        for target in self.targets:
-            target.clear()
         blocks = -(-size[0] // ERROR_BLOCK_PX), -(-size[1] // ERROR_BLOCK_PX)
         self.blocks = make_texture(gl, blocks, 4, "f4")
         self.block_target = make_framebuffer(gl, [self.blocks])
 
-    def release(self) -> None:
-        for target in (*self.targets, self.block_target):
-            target.release()
-        for texture in (self.blocks, *self.textures[0], *self.textures[1]):
-            texture.release()
+    def clear(self) -> None:
+        """Begin anew."""
+        self.done = [{}, {}]
+        for target in self.targets:
+            target.clear()
 
 
 def accumulate(
@@ -154,11 +157,12 @@ def accumulate(
     program: Program,
     uniforms: Mapping[str, object],
     textures: Mapping[str, moderngl.Texture],
+    sums: Sums,
     outputs: Sequence[SumOutput],
     schedule: Schedule,
     label: str,
 ) -> dict[str, Any]:
-    """Add up samples and write their mean into ``context.target``.
+    """Add up samples in `sums` and write their mean into ``context.target``.
 
     `program` adds to ``layout(location = i) out vec4``, one for each of `outputs`, also
     for pixels that show no surface, and includes ``lib/random.glsl``. An interrupt
@@ -175,20 +179,16 @@ def accumulate(
         ``stopped_by`` ("spp", "max_error" or "interrupt").
     """
     assert context.target is not None
-    sums = _Sums(context.gl, context.target.size, len(outputs))
-    try:
-        program.set(uniforms)
-        stopped_by = _draw_all(context, program, textures, sums, outputs, schedule, label)
-        _resolve(context, sums, outputs)
-        counts = [dict(done) for done in sums.done]
-        tiles = schedule.tiles(context.target.size)
-        least = min(sum(half.get(tile, 0) for half in counts) for tile in tiles)
-        errors = {
-            output.resource: _standard_error(context, sums, i, output.channels)
-            for i, output in enumerate(outputs)
-        }
-    finally:
-        sums.release()
+    sums.clear()
+    program.set(uniforms)
+    stopped_by = _draw_all(context, program, textures, sums, outputs, schedule, label)
+    _resolve(context, sums, outputs)
+    tiles = schedule.tiles(sums.size)
+    least = min(sum(half.get(tile, 0) for half in sums.done) for tile in tiles)
+    errors = {
+        output.resource: _standard_error(context, sums, i, output.channels)
+        for i, output in enumerate(outputs)
+    }
     return {
         "spp": least,
         "standard_error": {name: pair and pair[0] for name, pair in errors.items()},
@@ -202,15 +202,13 @@ def _draw_all(
     context: PassContext,
     program: Program,
     textures: Mapping[str, moderngl.Texture],
-    sums: _Sums,
+    sums: Sums,
     outputs: Sequence[SumOutput],
     schedule: Schedule,
     label: str,
 ) -> str:
     """Run the rounds; return why they ended."""
-    assert context.target is not None
-    gl, size = context.gl, context.target.size
-    tiles = schedule.tiles(size)
+    gl, tiles = context.gl, schedule.tiles(sums.size)
     most = total = schedule.round_count * len(tiles)
     step = 0
     try:
@@ -247,7 +245,7 @@ def _is_power_of_two(number: int) -> bool:
     return number > 0 and number & (number - 1) == 0
 
 
-def _resolve(context: PassContext, sums: _Sums, outputs: Sequence[SumOutput]) -> None:
+def _resolve(context: PassContext, sums: Sums, outputs: Sequence[SumOutput]) -> None:
     """Write the mean of each tile into the pass' target."""
     assert context.target is not None
     program = context.shaders.fullscreen(
@@ -265,13 +263,16 @@ def _resolve(context: PassContext, sums: _Sums, outputs: Sequence[SumOutput]) ->
 
 
 def _standard_error(
-    context: PassContext, sums: _Sums, index: int, channels: int
+    context: PassContext, sums: Sums, index: int, channels: int
 ) -> tuple[float, float] | None:
     """Return the standard error of the mean, absolute and relative, or None if unknown.
 
     Over all pixels that show a surface. One without a number would leave the whole image
     without an error, and a limit on it without effect: it does not count.
     """
+    known = sums.done[0].keys() & sums.done[1].keys()
+    if not known:
+        return None
     program = context.shaders.fullscreen(
         "passes/accumulate_error.frag",
         {"BLOCK_SIZE": ERROR_BLOCK_PX, "CHANNEL_COUNT": channels},
@@ -282,7 +283,7 @@ def _standard_error(
         "t_z_vs": context.inputs["z_vs"],
     }
     sums.block_target.clear()
-    for tile in sums.done[0].keys() & sums.done[1].keys():
+    for tile in known:
         counts = [half[tile] for half in sums.done]
         x, y, width, height = (-(-n // ERROR_BLOCK_PX) for n in tile)
         uniforms = {"u_inverse_counts": [1.0 / count for count in counts]}
@@ -298,6 +299,6 @@ def _standard_error(
     return error, error / abs(mean) if mean else 0.0
 
 
-def _largest_error(context: PassContext, sums: _Sums, outputs: Sequence[SumOutput]) -> float:
+def _largest_error(context: PassContext, sums: Sums, outputs: Sequence[SumOutput]) -> float:
     pairs = [_standard_error(context, sums, i, o.channels) for i, o in enumerate(outputs)]
     return max((pair[1] for pair in pairs if pair is not None), default=0.0)

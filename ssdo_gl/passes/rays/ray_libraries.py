@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any
 
 import moderngl
@@ -137,6 +138,7 @@ def radius_ns(radius: float, context: PassContext) -> float:
     return min(radius / unit, FAR_NS) if math.isfinite(radius) else FAR_NS
 
 
+@lru_cache(maxsize=256)
 def stream_of(seed: int, half: int) -> int:
     """Return the scrambling of one half of the samples, 32 bits."""
     return int(np.random.SeedSequence([seed, half]).generate_state(1, np.uint32)[0])

@@ -12,7 +12,7 @@ from ssdo_gl.passes.environment_uniforms import (
     environment_kind,
     environment_uniforms,
 )
-from ssdo_gl.passes.rays.accumulate import Schedule, SumOutput, accumulate
+from ssdo_gl.passes.rays.accumulate import Schedule, SumOutput, Sums, accumulate
 from ssdo_gl.passes.rays.ray_libraries import EMITTER_TABLES, ray_defines, ray_reads, ray_uniforms
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment import Environment
@@ -73,6 +73,7 @@ class RayPass(RenderPass):
             *((MAP_RADIANCE,) if self.environment_kind == 3 else ()),
         )
         self.statistics: Mapping[str, Any] = {}
+        self._sums: Sums | None = None
 
     def settings_key(self) -> Hashable:
         """Return the settings, the features and the kind of sky."""
@@ -94,11 +95,16 @@ class RayPass(RenderPass):
 
     def execute(self, context: PassContext) -> None:
         """Trace all rays, draw after draw."""
+        assert context.target is not None
+        size = context.target.size
+        if self._sums is None or self._sums.size != size:
+            self._sums = Sums(context.gl, size, len(self.outputs))
         self.statistics = accumulate(
             context,
             context.shaders.fullscreen(f"effects/{self.name}.frag", self.defines(context)),
             self.uniforms(context),
             {f"t_{name}": context.inputs[name] for name in self.reads},
+            self._sums,
             self.outputs,
             self.schedule(context),
             self.label,
