@@ -69,9 +69,7 @@ def test_values_and_densities_against_float64(gl, shaders, albedo, normals, w_ou
     brdf = Brdf.diffuse(given["albedo"])
     wanted = brdf.times_cosine(given["normal"], given["w_out"], w_in)
     assert np.mean(wanted > 0.0) > 0.2
-    np.testing.assert_allclose(
-        shader(gl, shaders, TIMES_COSINE, inputs, 3), wanted, atol=TOLERANCE
-    )
+    np.testing.assert_allclose(shader(gl, shaders, TIMES_COSINE, inputs, 3), wanted, atol=TOLERANCE)
     np.testing.assert_allclose(
         shader(gl, shaders, DENSITY, inputs, 1),
         brdf.density(given["normal"], given["w_out"], w_in),

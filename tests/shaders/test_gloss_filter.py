@@ -93,7 +93,9 @@ def test_ggx_of_a_slope_is_that_of_its_squared_width_and_sums_to_one(gl, shaders
     points = np.stack([x * np.cos(y), x * np.sin(y)], -1).reshape(-1, 2) @ root[0].T
     density = np.repeat(np.pi * (1.0 + radius**2) ** 2, 64) * abs(np.linalg.det(root[0]))
     own = np.tile(np.asarray((root @ root.transpose(0, 2, 1))[0])[[0, 0, 1], [0, 1, 1]], (4096, 1))
-    values = evaluate(gl, chosen, includes, "ggx_of_slope(s, a)", {"s": points, "a": own}, **arguments)
+    values = evaluate(
+        gl, chosen, includes, "ggx_of_slope(s, a)", {"s": points, "a": own}, **arguments
+    )
     assert np.mean(values[:, 0] * density) == pytest.approx(np.pi, rel=1e-3)
 
 

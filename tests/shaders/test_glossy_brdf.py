@@ -27,8 +27,12 @@ def surfaces(draw):
     def array(count):
         rng = np.random.default_rng(seed)
         metal = rng.random(count) < 0.5
-        roughness = np.where(rng.random(count) < 0.2, rng.choice([0.0, 1.0], count), rng.random(count))
-        base = np.where(rng.random((count, 1)) < 0.2, rng.choice([0.0, 1.0], (count, 1)), rng.random((count, 3)))
+        roughness = np.where(
+            rng.random(count) < 0.2, rng.choice([0.0, 1.0], count), rng.random(count)
+        )
+        base = np.where(
+            rng.random((count, 1)) < 0.2, rng.choice([0.0, 1.0], (count, 1)), rng.random((count, 3))
+        )
         f0 = np.where(metal[:, None], base, 0.04)
         return {
             "albedo": float32(np.where(metal[:, None], 0.0, base)),

@@ -247,8 +247,9 @@ def test_narrow_spots_light_their_disk(gl, shaders, inner, outer):
     angle = np.radians(outer) * np.linspace(0.0, 1.2, 200)
     p = np.stack([np.sin(angle), 0.0 * angle, -np.cos(angle)], 1)
     cone = np.tile(light.shader_row().numbers, (len(p), 1))
-    body = """unshadowed_irradiance(make(LIGHT_SPOT, vec3(0.0), vec3(0.0, 0.0, -1.0), vec3(0.0), cone),
-                                    p, vec3(0.0, 0.0, 1.0), vec3(0.0, 0.0, 1.0))"""
+    body = """unshadowed_irradiance(
+        make(LIGHT_SPOT, vec3(0.0), vec3(0.0, 0.0, -1.0), vec3(0.0), cone),
+        p, vec3(0.0, 0.0, 1.0), vec3(0.0, 0.0, 1.0))"""
     found = evaluate(gl, shaders, INCLUDES, body, {"p": p, "cone": cone}, 3, functions=LIGHT)
     # Half the sum times half the difference: float64 cancels, too.
     i, o = np.radians(inner), np.radians(outer)

@@ -41,7 +41,9 @@ RASTERIZED = {
     "window/error_colors.frag",
 }
 
-PROJECTIONS = [{"projection": f"projections/{name}.glsl"} for name in ("perspective", "orthographic")]
+PROJECTIONS = [
+    {"projection": f"projections/{name}.glsl"} for name in ("perspective", "orthographic")
+]
 
 _MACRO = re.compile(r"^\s*#\s*define\s+(\w+)(?:\s+(-?\d+)\s*$)?", re.MULTILINE)
 _CONDITION = re.compile(r"^\s*#\s*(?:el)?if\s+(.*)$", re.MULTILINE)
@@ -65,7 +67,9 @@ def choices_of(name: str) -> list[dict[str, str]]:
     estimators = [dict(estimator.choices) for estimator in able] if takes_one else [{}]
     beyond: list[dict[str, str]] = [{}]
     if "#include <beyond_screen>" in read(name):
-        beyond = [{"beyond_screen": f"beyond_screens/{name}.glsl"} for name in ("unknown", "traced")]
+        beyond = [
+            {"beyond_screen": f"beyond_screens/{name}.glsl"} for name in ("unknown", "traced")
+        ]
     return [e | p | b for p in PROJECTIONS for e in estimators for b in beyond]
 
 
@@ -188,7 +192,9 @@ def test_shader_is_valid_glsl_in_every_variant(name, validator, tmp_path):
             sources = [flatten(name, read, defines, choices)]
             if name.endswith(".frag"):
                 sources.insert(0, partner(name, sources[0], defines))
-            assert validate(validator, tmp_path, *sources) == "", f"{name} with {defines}, {choices}"
+            assert validate(validator, tmp_path, *sources) == "", (
+                f"{name} with {defines}, {choices}"
+            )
 
 
 @pytest.mark.parametrize("name", [name for name in STAGES if name.endswith(".frag")])

@@ -97,7 +97,8 @@ def test_heights_and_viewing_directions(gl, shaders, is_parallel):
     frame = view(is_parallel=is_parallel)
     rng = np.random.default_rng(4)
     p = rng.uniform((-1, -1, -9), (1, 1, -1), (500, 3))
-    body = "vec4(viewing_direction(p, vec3(0.0, 0.0, -1.0)), pixel_height_at(-p.z) * u_frame_size_px.y)"
+    direction = "viewing_direction(p, vec3(0.0, 0.0, -1.0))"
+    body = f"vec4({direction}, pixel_height_at(-p.z) * u_frame_size_px.y)"
     found = evaluate_in(frame, gl, shaders, INCLUDES, body, {"p": p}, 4)
     unit = np.array([0.0, 0, -1]) if is_parallel else p / np.linalg.norm(p, axis=1)[:, None]
     np.testing.assert_allclose(found[:, :3], np.broadcast_to(unit, p.shape), atol=TOLERANCE)
