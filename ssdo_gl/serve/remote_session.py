@@ -114,11 +114,9 @@ class RemoteSession(ViewerLoop):
         self._events.on_key(key, action, event["mods"])
 
     def _on_button(self, event: Mapping[str, Any]) -> None:
-        if event["down"]:
-            # A finger comes from nowhere.
-            self._input.cursor_jumped(event["x"], event["y"])
+        place = (event["x"], event["y"]) if event["down"] else None
         action = glfw.PRESS if event["down"] else glfw.RELEASE
-        self._events.on_button(BUTTONS[event["button"]], action)
+        self._events.on_button(BUTTONS[event["button"]], action, place)
 
     def _on_cursor(self, event: Mapping[str, Any]) -> None:
         self._events.on_cursor(event["x"], event["y"])

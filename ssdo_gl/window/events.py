@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
-from typing import TYPE_CHECKING, Protocol
+from functools import partial, update_wrapper
+from typing import TYPE_CHECKING, Concatenate, ParamSpec, Protocol
 
 import glfw
 
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from ssdo_gl.window.overlay import Overlay
 
 PANEL_FRAMES = 3  # after an event: hover and layout take two to settle
+_Event = ParamSpec("_Event")
 
 
 class EventSource(Protocol):
@@ -37,11 +38,28 @@ class EventHost(Host, Protocol):
     overlay: Overlay | None
 
 
+def _in_order(
+    handle: Callable[Concatenate[Events, _Event], None],
+) -> Callable[Concatenate[Events, _Event], None]:
+    """Handle an event at once, but after what waits: it may be about what that leads to."""
+
+    def take(self: Events, /, *event: _Event.args, **more: _Event.kwargs) -> None:
+        if not self.pending:
+            handle(self, *event, **more)
+            return
+        replay = partial(handle, self, *event, **more)
+        self.pending.append(partial(self._input.as_of, self._input.now, replay))
+
+    update_wrapper(take, handle)
+    return take
+
+
 class Events:
     """What has happened to a window since it was looked at last.
 
     Commands are kept, to be performed between two frames and in the order of their
     events, never from within an event: events also come while a frame is in the making.
+    Those that follow a command are kept behind it.
 
     Attributes
     ----------
@@ -61,12 +79,45 @@ class Events:
         self.pending: list[Callable[[], object]] = []
         self.has_input = self.wants_release = False
         self.panel_frames = PANEL_FRAMES
+        self._unsettled_frames = 0
         self._window = window
         self._viewer = viewer
         self._input = input_map
         self._host = host
         self._divider = DividerGrip(viewer)
 
+    @property
+    def is_ready(self) -> bool:
+        """Whether something waits that may be done between two frames."""
+        return bool(self.pending) and not self._unsettled_frames
+
+    def perform(self, *, waits: bool) -> None:
+        """Do what was asked for.
+
+        With `waits`, what follows a change of the panel is left until that was drawn.
+        """
+        queue, self.pending = self.pending, []
+        try:
+            while queue and not (waits and self._unsettled_frames):
+                before = self._panel_shape
+                queue.pop(0)()
+                # What a kept event asks for comes before the events after it.
+                queue[:0], self.pending = self.pending, []
+                if self._panel_shape != before:
+                    self.panel_frames = self._unsettled_frames = PANEL_FRAMES
+        finally:
+            self.pending = queue + self.pending
+
+    def panel_drawn(self) -> None:
+        """Note that the panel was drawn as it is."""
+        self.panel_frames = max(0, self.panel_frames - 1)
+        self._unsettled_frames = max(0, self._unsettled_frames - 1)
+
+    @property
+    def _panel_shape(self) -> object:
+        return None if self._host.overlay is None else self._host.overlay.shape
+
+    @_in_order
     def on_key(self, key: int, action: int, mods: int) -> None:
         """Hand a key to a text field, or to the input map."""
         self.panel_frames = PANEL_FRAMES
@@ -78,14 +129,21 @@ class Events:
         self._perform_later(self._input.key(key, action, mods))
         self.has_input |= self._input.is_holding
 
+    @_in_order
     def on_character(self, code: int) -> None:
         """Hand a character to a text field."""
         if self._host.overlay is not None:
             self._host.overlay.character(code)
 
-    def on_button(self, button: int, action: int) -> None:
-        """Hand a mouse button to a widget, the divider, or the input map."""
+    @_in_order
+    def on_button(self, button: int, action: int, place: tuple[float, float] | None = None) -> None:
+        """Hand a mouse button to a widget, the divider, or the input map.
+
+        With a `place` the cursor is there, wherever it was: a finger comes from nowhere.
+        """
         self.panel_frames = PANEL_FRAMES
+        if place is not None:
+            self._input.cursor_jumped(*place)
         overlay = self._host.overlay
         if overlay is not None:
             overlay.button(button, action)
@@ -97,6 +155,7 @@ class Events:
         if not self._divider.is_held:
             self._perform_later(self._input.button(button, action))
 
+    @_in_order
     def on_cursor(self, x: float, y: float) -> None:
         """Hand the cursor to widgets, the divider and the input map."""
         self.panel_frames = PANEL_FRAMES
@@ -109,6 +168,7 @@ class Events:
                 self._host.overlay.cursor(x, y)
         self._divider.drag(x, self._window.size[0])
 
+    @_in_order
     def on_scroll(self, x: float, y: float) -> None:
         """Hand the wheel to the panel, or to the input map."""
         self.panel_frames = PANEL_FRAMES
@@ -120,6 +180,7 @@ class Events:
         self.has_input = True
         self._perform_later(self._input.scroll(y))
 
+    @_in_order
     def on_focus(self, has_focus: bool) -> None:
         """Let go of everything when the keyboard goes to another window."""
         self.panel_frames = PANEL_FRAMES
@@ -129,6 +190,7 @@ class Events:
         if self._host.overlay is not None:
             self._host.overlay.focus(has_focus)
 
+    @_in_order
     def on_drop(self, paths: list[str]) -> None:
         """Open the first of the dropped files."""
         self.panel_frames = PANEL_FRAMES

@@ -146,7 +146,7 @@ class Session(ViewerLoop):
         """Show the picture, and the panel over it, in a window as `GlfwWindow.sizes` has it."""
         now = time.perf_counter()
         seconds, self._drawn_at = now - self._drawn_at, now
-        self._events.panel_frames = max(0, self._events.panel_frames - 1)
+        self._events.panel_drawn()
         screen = self._window.device.gl.screen
         if self._viewer.presenter.picture is not None:
             self._viewer.presenter.copy_to(screen, sizes[1])
@@ -175,7 +175,7 @@ class Session(ViewerLoop):
         glfw.poll_events()
         self._hide_cursor()
         is_outdated = self._viewer.is_outdated(is_edited=self._is_edited_now)
-        wants_another = self._events.has_input or is_outdated
+        wants_another = self._events.has_input or self._events.is_ready or is_outdated
         if self._window.should_close or (self._viewer.can_be_given_up and wants_another):
             self._gave_up = True
             raise Interrupted

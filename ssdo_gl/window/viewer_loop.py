@@ -47,9 +47,7 @@ class ViewerLoop(ABC):
         if draws and not self._is_broken and not self._viewer.has_drawing:
             self._viewer.touch()
             return
-        pending, self._events.pending = self._events.pending, []
-        for act in pending:
-            act()
+        self._events.perform(waits=draws)
 
     def _render(self, controls: Controls, seconds: float, size: tuple[int, int]) -> bool:
         """Let the viewer draw; return whether there is another picture."""

@@ -258,6 +258,54 @@ def test_the_divider_follows_while_a_frame_is_in_the_making(
     assert not np.array_equal(viewer.presenter.pixels(), before)
 
 
+def test_a_button_is_about_what_the_key_before_it_has_brought(
+    session: Session, viewer: Viewer
+) -> None:
+    events, middle = session._events, SIZE[0] / 2
+    rest(session, viewer)
+    pivot = viewer.flight.pivot
+    events.on_cursor(middle, 16.0)
+    press(session, glfw.KEY_V)
+    events.on_button(glfw.MOUSE_BUTTON_LEFT, glfw.PRESS)
+    events.on_cursor(SIZE[0] / 4, 16.0)
+    events.on_button(glfw.MOUSE_BUTTON_LEFT, glfw.RELEASE)
+    events.on_cursor(middle, 16.0)
+    pass_time(session)
+    assert viewer.view.divider == pytest.approx(0.25), "the divider is where it was let go"
+    assert viewer.flight.pivot == pivot, "the camera heard of the button, too"
+
+
+def test_what_is_typed_after_a_question_is_its_answer(
+    session: Session, viewer: Viewer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.undo()
+    monkeypatch.setattr(session_module, "gamepad", Controls)
+    overlay, events = session._host.overlay, session._events
+    size = 640, 400  # room for the question
+    target = viewer.device.gl.simple_framebuffer(size, 4)
+
+    def draw(_: object) -> None:
+        events.panel_drawn()
+        overlay.compose(target, size, size, FRAME_S)
+
+    monkeypatch.setattr(session, "_draw", draw)
+    monkeypatch.setattr(session_module.glfw, "poll_events", lambda: None)
+    monkeypatch.setattr(session._host, "ask_for_file", overlay.path_prompt.show)
+    rest(session, viewer)
+    start, method = viewer.flight.position, viewer.view.method
+    events.on_key(glfw.KEY_O, glfw.PRESS, glfw.MOD_CONTROL)
+    for key, character in ((glfw.KEY_W, "w"), (glfw.KEY_T, "t")):
+        events.on_key(key, glfw.PRESS, 0)
+        events.on_character(ord(character))
+        events.on_key(key, glfw.RELEASE, 0)
+    for _ in range(12):
+        pass_time(session)
+    assert not events.pending
+    assert overlay.path_prompt._text == "wt"
+    assert (viewer.flight.position, viewer.view.method) == (start, method)
+    target.release()
+
+
 def test_the_cursor_is_let_go_while_a_frame_is_in_the_making(
     session: Session, in_the_making: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -88,11 +88,25 @@ class InputMap:
         self._pressed_px = (0.0, 0.0)
         self._clicked_at = -math.inf
         self._is_drag = False
+        self._came_at: float | None = None
         self._forget_mouse()
 
     def _forget_mouse(self) -> None:
         self._looked, self._orbited, self._slid = ([0.0, 0.0] for _ in range(3))
         self._notches = self._speed_notches = 0.0
+
+    @property
+    def now(self) -> float:
+        """When the event in hand is: of one that had to wait, when it came."""
+        return self._clock() if self._came_at is None else self._came_at
+
+    def as_of(self, when: float, handle: Callable[[], None]) -> None:
+        """Handle an event that came at another time, by the clock of events."""
+        self._came_at = when
+        try:
+            handle()
+        finally:
+            self._came_at = None
 
     @property
     def is_looking(self) -> bool:
@@ -107,7 +121,7 @@ class InputMap:
     @property
     def is_holding(self) -> bool:
         """Whether a key is held that moves or turns the camera."""
-        now = self._clock()
+        now = self.now
         return any(
             hold.end > now
             for key, hold in self._keys.items()
@@ -119,10 +133,10 @@ class InputMap:
         if action == glfw.RELEASE:
             if key in self._keys:
                 hold = self._keys[key]
-                hold.end = max(self._clock(), hold.start + TAP_SECONDS)
+                hold.end = max(self.now, hold.start + TAP_SECONDS)
             return None
         if action == glfw.PRESS and not mods & CHORD:
-            self._keys[key] = _Hold(self._clock())
+            self._keys[key] = _Hold(self.now)
         binding = binding_of(key, mods)
         # Holding a key repeats steps, never toggles.
         if binding is None or (action == glfw.REPEAT and binding.command != Command.STEP):
@@ -139,7 +153,7 @@ class InputMap:
             self._buttons.discard(button)
             return None
         self._buttons.add(button)
-        now, before = self._clock(), self._clicked_at
+        now, before = self.now, self._clicked_at
         near = math.dist(self._pressed_px, self.cursor_px) < DRAG_PX
         self._pressed_px, self._is_drag = self.cursor_px, False
         if self.is_looking or button not in (glfw.MOUSE_BUTTON_LEFT, glfw.MOUSE_BUTTON_MIDDLE):

@@ -102,6 +102,8 @@ class ImguiBackend:
         self._vertices = self._gl.buffer(reserve=1, dynamic=True)
         self._indices = self._gl.buffer(reserve=1, dynamic=True)
         self._next_texture = 1
+        # Where the cursor has gone since the widgets were issued.
+        self._moved_to: imgui.ImVec2 | None = None
 
     def rescale(self, scale: float) -> None:
         """Follow the window to a display of another density."""
@@ -125,6 +127,8 @@ class ImguiBackend:
     @property
     def wants_mouse(self) -> bool:
         """Whether the cursor is over a widget, or drags one."""
+        if self._moved_to is not None and not imgui.is_any_mouse_down():
+            imgui.internal.update_hovered_window_and_capture_flags(self._moved_to)
         return bool(imgui.get_io().want_capture_mouse)
 
     def key(self, key: int, action: int, mods: int) -> None:
@@ -141,12 +145,16 @@ class ImguiBackend:
 
     def cursor(self, x: float, y: float) -> None:
         """Take the cursor's position, window coordinates."""
-        imgui.get_io().add_mouse_pos_event(x, y)
+        self._move_cursor(x, y)
 
     def cursor_left(self) -> None:
         """Note that there is no cursor: outside the window, or captured by the camera."""
         nowhere = -float(np.finfo(np.float32).max)
-        imgui.get_io().add_mouse_pos_event(nowhere, nowhere)
+        self._move_cursor(nowhere, nowhere)
+
+    def _move_cursor(self, x: float, y: float) -> None:
+        self._moved_to = imgui.ImVec2(x, y)
+        imgui.get_io().add_mouse_pos_event(x, y)
 
     def button(self, button: int, action: int) -> None:
         """Take a mouse button event."""
@@ -174,6 +182,7 @@ class ImguiBackend:
         # ImGui refuses a step of no time.
         io.delta_time = max(seconds, 1e-4)
         imgui.new_frame()
+        self._moved_to = None
 
     def draw(self, target: moderngl.Framebuffer) -> None:
         """End the frame and draw it over `target`."""

@@ -89,6 +89,12 @@ class Overlay(ImguiBackend):
         """Whether the cursor is over a widget or a handle, or drags one."""
         return super().wants_mouse or self.light_handle.is_hot
 
+    @property
+    def shape(self) -> object:
+        """Which of its parts are shown: another one takes frames to be there for events."""
+        asks = self.path_prompt.is_shown, self.picture_prompt.request is not None
+        return self.shows_panel, self.shows_help, *asks
+
     def show_text_at(self, factor: float) -> None:
         """Show all text `factor` times as large as the display asks for."""
         self._text_factor, before = factor, self._text_factor

@@ -286,3 +286,11 @@ def test_no_key_is_bound_twice_and_the_help_names_every_command() -> None:
     shown = {meaning for rows in help_groups().values() for _, meaning in rows}
     for command in Command:
         assert command in (Command.PIVOT, Command.ZOOM) or command.value in shown
+
+
+def test_an_event_that_had_to_wait_counts_from_when_it_came() -> None:
+    hand = Hand()
+    came, hand.now = hand.now, hand.now + 0.5
+    hand.map.as_of(came, lambda: hand.map.key(glfw.KEY_W, glfw.PRESS) and None)
+    hand.map.as_of(came + 0.2, lambda: hand.map.key(glfw.KEY_W, glfw.RELEASE) and None)
+    assert hand.map.take(came, hand.now).move[2] == pytest.approx(0.2 / 0.5)

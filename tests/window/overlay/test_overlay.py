@@ -157,6 +157,13 @@ def test_panel_is_drawn_over_the_picture(gl, drawn: DrawnOverlay) -> None:
     assert covered[60:, : SIZE[0] // 2].mean() < 0.01
 
 
+def test_whose_the_mouse_is_follows_the_cursor_not_the_last_frame(gl, drawn: DrawnOverlay) -> None:
+    drawn.frames(4)
+    for x, is_panels in ((SIZE[0] - 100.0, True), (100.0, False), (SIZE[0] - 100.0, True)):
+        drawn.overlay.cursor(x, 200.0)
+        assert drawn.overlay.wants_mouse == is_panels
+
+
 def test_help_covers_the_middle(gl, drawn: DrawnOverlay) -> None:
     before = drawn.settled()
     drawn.overlay.shows_help = True
