@@ -4,22 +4,22 @@
 
 #if GLOSSY
 #if LIGHT_FORM == FORM_AREA
-// Gauss's points and weights on [-1, 1]: 6, and 12 for lines across a rectangle that the
-// horizon cuts, whose lengths have kinks.
+// Gauss's points and weights on [-1, 1]: 6, and 14 for lines across a rectangle that reaches to
+// the horizon or nearly so, where lobes end.
 const int GAUSS_COUNT = 6;
-const int CUT_COUNT = 12;
-const float GAUSS_POINTS[GAUSS_COUNT + CUT_COUNT] = float[](
-    -0.93246951420315, -0.66120938646626, -0.23861918608320, 0.23861918608320,
-    0.66120938646626, 0.93246951420315,
-    -0.98156063424672, -0.90411725637047, -0.76990267419430, -0.58731795428662,
-    -0.36783149899818, -0.12523340851147, 0.12523340851147, 0.36783149899818,
-    0.58731795428662, 0.76990267419430, 0.90411725637047, 0.98156063424672);
-const float GAUSS_WEIGHTS[GAUSS_COUNT + CUT_COUNT] = float[](
-    0.17132449237917, 0.36076157304814, 0.46791393457269, 0.46791393457269,
-    0.36076157304814, 0.17132449237917,
-    0.04717533638651, 0.10693932599532, 0.16007832854335, 0.20316742672307,
-    0.23349253653835, 0.24914704581340, 0.24914704581340, 0.23349253653835,
-    0.20316742672307, 0.16007832854335, 0.10693932599532, 0.04717533638651);
+const int LOW_COUNT = 14;
+const float GAUSS_POINTS[GAUSS_COUNT + LOW_COUNT] = float[](
+    -0.93246951420315, -0.66120938646626, -0.23861918608320, 0.23861918608320, 0.66120938646626,
+    0.93246951420315,
+    -0.98628380869681, -0.92843488366357, -0.82720131506977, -0.68729290481169, -0.51524863635815,
+    -0.31911236892789, -0.10805494870734, 0.10805494870734, 0.31911236892789, 0.51524863635815,
+    0.68729290481169, 0.82720131506977, 0.92843488366357, 0.98628380869681);
+const float GAUSS_WEIGHTS[GAUSS_COUNT + LOW_COUNT] = float[](
+    0.17132449237917, 0.36076157304814, 0.46791393457269, 0.46791393457269, 0.36076157304814,
+    0.17132449237917,
+    0.03511946033175, 0.08015808715976, 0.12151857068790, 0.15720316715819, 0.18553839747794,
+    0.20519846372130, 0.21526385346316, 0.21526385346316, 0.20519846372130, 0.18553839747794,
+    0.15720316715819, 0.12151857068790, 0.08015808715976, 0.03511946033175);
 
 // Of half of a rectangle, that a lobe sees at least of it.
 const float LEAST_SEEN = 0.02;
@@ -70,8 +70,8 @@ Lobe lobe_of(vec3 n_vs, vec3 w_out, float cos_out, float alpha)
     vec3 across = cross(n_vs, axis);
     float size = length(across);
     vec3 y = size > 1e-5 ? across / size : frame_from_z(axis)[1];
-    float width = 2.0 * alpha / (1.0 + 2.0 * alpha);
-    float narrowing = sqrt(cos_out * cos_out + 0.2 * alpha * alpha);
+    float width = 1.75 * alpha / (1.0 + 1.75 * alpha);
+    float narrowing = sqrt(cos_out * cos_out + 0.8 * alpha * alpha);
     return Lobe(cross(y, axis), y, axis, width, narrowing);
 }
 
@@ -114,20 +114,29 @@ vec3 gloss_of_area(Brdf brdf, Light light, vec3 p_vs, vec3 n_vs, vec3 w_out)
     u /= scale;
     v /= scale;
     vec3 uv = cross(u, v);
+    // Of a low rectangle, lines that run up from the horizon.
+    float height = dot(c, n_vs);
+    float u_rise = dot(u, n_vs);
+    float v_rise = dot(v, n_vs);
+    bool is_low = height < 2.0 * (abs(u_rise) + abs(v_rise));
+    if (is_low && abs(u_rise) < abs(v_rise)) {
+        vec3 other = u;
+        u = v;
+        v = other;
+        u_rise = dot(u, n_vs);
+        v_rise = dot(v, n_vs);
+    }
     mat3 m = cosine_from_lobe(lobe_of(n_vs, w_out, cosine_out(n_vs, w_out), alpha_of(brdf.roughness)));
     vec3 c_cs = m * c;
     vec3 u_cs = m * u;
     vec3 v_cs = m * v;
     vec3 along_u = u_cs * inversesqrt(max(dot(u_cs, u_cs), 1e-30));
-    float u_rise = dot(u, n_vs);
     Angles lines = angles_on_line(c_cs - along_u * dot(c_cs, along_u),
-                                  v_cs - along_u * dot(v_cs, along_u),
-                                  dot(c, n_vs) + abs(u_rise), dot(v, n_vs));
+                                  v_cs - along_u * dot(v_cs, along_u), height + abs(u_rise), v_rise);
     // Software rasterizers leave loops where they would go through a branch that is not taken.
     int count = is_glossy(brdf) ? GAUSS_COUNT : 0;
-    bool is_cut = dot(c, n_vs) < abs(u_rise) + abs(dot(v, n_vs));
-    int first = is_cut ? GAUSS_COUNT : 0;
-    int end = is_glossy(brdf) ? first + (is_cut ? CUT_COUNT : GAUSS_COUNT) : 0;
+    int first = is_low ? GAUSS_COUNT : 0;
+    int end = is_glossy(brdf) ? first + (is_low ? LOW_COUNT : GAUSS_COUNT) : 0;
     vec3 sum = vec3(0.0);
     for (int i = first; i < end; ++i) {
         vec2 t = point_of_angles(lines, i);

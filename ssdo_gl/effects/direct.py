@@ -72,7 +72,7 @@ class DirectPass(RenderPass):
     """Writes `direct_irradiance`: rgb irradiance; background 0.
 
     Points, spots and directional lights are exact; rectangles by Lambert's polygon
-    formula, in glossy layers by 36 points or 72. Linear in the light; exactly 0 where none arrives.
+    formula, in glossy layers by 36 points or 84. Linear in the light; exactly 0 where none arrives.
 
     Parameters
     ----------
