@@ -57,7 +57,6 @@ class FrameLoop:
 
     Parameters
     ----------
-    scene : Scene
     settings : Settings or None
         None: as the scene asks for.
     backend : str

@@ -56,7 +56,6 @@ class FrameTimes:
         Processor time of all threads.
     planning_ms : float
         Before that: deciding what runs.
-    passes : tuple of PassReport
     """
 
     frame_ms: float
@@ -73,7 +72,6 @@ class Plane:
     ----------
     texture : moderngl.Texture or None
         The renderer's; it holds until the next frame is drawn.
-    first_channel, channels : int
     neutral : float
         What every channel is if there is no texture.
     """
@@ -91,11 +89,9 @@ class Drawing:
     Attributes
     ----------
     planes : mapping of image name to Plane
-    view : FrameView
     report : callable
         Returns what every pass did; a window asks for it where it is shown, and `passes`
         is the answer.
-    decisions : tuple of Decision
     frame_ms : float
         Until the device had finished, without what was done in between.
     references : mapping

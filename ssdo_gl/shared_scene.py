@@ -40,11 +40,6 @@ class SharedScene:
     Whoever draws from one place, at one time or with one method needs the same vertices,
     hierarchy, shadow maps and surface cache as others do, who draw with the same device.
 
-    Parameters
-    ----------
-    gl : moderngl.Context
-    scene : Scene
-
     Attributes
     ----------
     geometry : Geometry

@@ -49,7 +49,6 @@ class Verdict:
         In the panel's unit.
     bias : Interval
         Mean signed error; in the panel's unit.
-    scalars : Scalars
     on_front : bool
         Whether nothing measured is faster and more accurate.
     confidence : float

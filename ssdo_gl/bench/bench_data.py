@@ -21,8 +21,6 @@ class Series:
     ----------
     name : str
         ``samples``, ``pixels``, ``radius`` or ``triangles``.
-    x_label : str
-    x : tuple of float
     curves : dict of str to tuple of float
         Milliseconds by what is timed; NaN where it did not run.
     """
@@ -41,13 +39,10 @@ class Picture:
     ----------
     name : str
         What the reader chooses it by.
-    png : bytes
     flip_png : bytes or None
         Its FLIP map against the reference of its group.
     group : str
         ``radiance`` or ``visibility``; only pictures of one group are compared.
-    is_reference : bool
-    caption : str
     against : str
         Name of the picture that its FLIP map is against.
     """

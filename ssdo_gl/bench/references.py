@@ -80,7 +80,6 @@ class ReferenceSet:
 
     Attributes
     ----------
-    by_panel : dict of str to Reference
     floors : dict of str to Scalars
         What the converged march loses to each reference.
     limits : dict of str to Reference

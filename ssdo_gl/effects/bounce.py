@@ -81,7 +81,6 @@ class BouncePass(RenderPass):
 
     Parameters
     ----------
-    settings : BounceSettings
     sender_bound : float
         Radiance above which a sender is scaled down (largest component), so that one
         bright texel that few directions meet cannot make a firefly. Derive it from the

@@ -11,9 +11,6 @@ class Decision:
 
     Attributes
     ----------
-    effect : str
-    run : bool
-    reason : str
     passes : tuple of str
         The passes of the full pipeline that it decides about.
     instead : tuple of str

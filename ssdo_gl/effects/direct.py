@@ -76,7 +76,6 @@ class DirectPass(RenderPass):
 
     Parameters
     ----------
-    settings : DirectSettings
     shadow_maps : bool
         Read `shadow_atlas` for lights whose shadow is "map"; else they cast none.
     parts_per_side : int

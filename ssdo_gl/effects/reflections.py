@@ -70,10 +70,8 @@ class ReflectionsPass(RenderPass):
 
     Parameters
     ----------
-    settings : ReflectionsSettings
     march : ScreenSpaceSettings
         How blockers are told from the depth buffer.
-    environment : Environment or None
     bound : float or None
         As `sender_bound` of `BouncePass`; None: what blocks a direction is black.
     has_back_layer : bool

@@ -62,7 +62,6 @@ class Request:
     ----------
     scene : Scene
         At rest.
-    content : SceneContent
     settings : Settings
         With its radius filled in. ``effects="full"`` takes no notice of content and view.
     wanted : sequence of str

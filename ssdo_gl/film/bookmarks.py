@@ -25,7 +25,6 @@ class Views:
     Attributes
     ----------
     cameras : dict of number 1 to 9 to Camera
-    path : CameraPath
     """
 
     cameras: dict[int, Camera] = field(default_factory=dict)

@@ -59,7 +59,6 @@ class Device:
 
     Attributes
     ----------
-    gl : moderngl.Context
     backend : str
         ``egl``, ``osmesa`` or ``window``.
     renderer, version, vendor : str

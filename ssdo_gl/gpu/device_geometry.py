@@ -44,13 +44,7 @@ __all__ = ["CameraPose", "Geometry", "Viewpoint"]
 
 
 class Geometry:
-    """Vertex buffers of a scene and the draw calls over them.
-
-    Parameters
-    ----------
-    gl : moderngl.Context
-    scene : Scene
-    """
+    """Vertex buffers of a scene and the draw calls over them."""
 
     def __init__(self, gl: moderngl.Context, scene: Scene) -> None:
         self._gl = gl

@@ -27,7 +27,6 @@ def draw_fullscreen(
 
     Parameters
     ----------
-    gl : moderngl.Context
     program : Program
         From `ShaderLibrary.fullscreen`.
     target : moderngl.Framebuffer

@@ -93,7 +93,6 @@ class Instances:
     materials : ndarray, shape (N, INSTANCE_FLOATS - 12), float32
     lights : ndarray, shape (N,)
         The light whose visible body it is, or -1.
-    batches : tuple of Batch
     """
 
     world_from_mesh: FloatArray

@@ -181,7 +181,6 @@ class ShaderLibrary:
 
     Parameters
     ----------
-    gl : moderngl.Context
     root : Traversable, optional
         Where the files lie; the shipped shaders if not given.
     choices : mapping of str to str

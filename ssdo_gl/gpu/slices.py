@@ -25,12 +25,7 @@ LARGEST_GROWTH = 2.0
 
 
 class Slices:
-    """How long programs take per pixel, as far as it was seen.
-
-    Parameters
-    ----------
-    gl : moderngl.Context
-    """
+    """How long programs take per pixel, as far as it was seen."""
 
     def __init__(self, gl: moderngl.Context) -> None:
         self._gl = gl

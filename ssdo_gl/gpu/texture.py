@@ -31,7 +31,6 @@ def make_texture(
 
     Parameters
     ----------
-    gl : moderngl.Context
     size : (int, int)
         Width and height, texels.
     components : int

@@ -29,9 +29,6 @@ class UniformSlot:
     ----------
     program_name : str
         For messages.
-    name : str
-    declaration : UniformDeclaration
-    member : moderngl.Uniform
     """
 
     def __init__(

@@ -33,7 +33,6 @@ class PassTiming(NamedTuple):
 
     Attributes
     ----------
-    name : str
     ran : bool
         False if its result of an earlier frame still held.
     gpu_ms : float or None

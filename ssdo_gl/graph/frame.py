@@ -178,7 +178,6 @@ class Frame:
 
     Attributes
     ----------
-    view : FrameView
     scene : Scene
         As it stands at this frame's time.
     seed : int

@@ -22,7 +22,6 @@ class Plan:
         Passes to run, each after the producers of what it reads.
     culled : tuple of RenderPass
         Passes that no wanted output needs, in the order they were added.
-    outputs : tuple of str
     """
 
     order: tuple[RenderPass, ...]

@@ -21,7 +21,6 @@ class Step:
 
     Attributes
     ----------
-    item : RenderPass
     kind : hashable
         Equal for passes that make the same of the same input.
     inputs_of : callable
@@ -52,8 +51,6 @@ class PlanSteps:
 
     Attributes
     ----------
-    plan : Plan
-    size : (int, int)
     order : tuple of Step
     domains : tuple of str
         Those that any pass depends on.

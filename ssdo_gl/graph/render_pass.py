@@ -43,11 +43,8 @@ class PassContext:
 
     Attributes
     ----------
-    gl : moderngl.Context
-    shaders : ShaderLibrary
     geometry : Geometry
         The scene's triangles on the device.
-    frame : Frame
     inputs : mapping of resource name to moderngl.Texture
         Exactly the resources that the pass declared in ``reads``.
     target : moderngl.Framebuffer or None
@@ -88,7 +85,6 @@ class RenderPass(ABC):
         Unique in a graph; the stem of its file and shader unless it runs twice.
     reads : tuple of str
         Resource names.
-    writes : mapping of str to TextureSpec
     steady_reads : tuple of str
         Those whose change makes nothing stale: of all frames of a steady view the first
         one's are read, and the domain ``steady_view`` stands for them.

@@ -18,7 +18,6 @@ class TextureSpec:
     ----------
     components : int
         Channels, 1 to 4.
-    dtype : Dtype
     scale : float
         Size relative to the frame, rounded up; 1 or 0.5.
     own : bool

@@ -38,7 +38,6 @@ class FilmRequest:
     out : Path
         ``.mp4``, ``.webm``, ``.webp``, ``.gif``; a folder; or a pattern of file names
         such as ``frame_%04d.exr``.
-    shots : Shots
     wanted : tuple of str
         AOV names; one alone for a film in one file.
     camera : Camera or None
@@ -92,7 +91,6 @@ class FrameMaker:
 
     Parameters
     ----------
-    request : FilmRequest
     pattern : Path or None
         Of the files of numbered frames; None: a film in one file.
     """

@@ -26,7 +26,6 @@ class FilmFrame:
 
     Attributes
     ----------
-    index : int
     seconds : float
         Time of an animated scene.
     camera : Camera or None

@@ -31,7 +31,6 @@ def render_views(
     ----------
     source : str, Path or Scene
         A scene file, a model file, the name of a built-in scene, or a Scene.
-    cameras : iterable of Camera
     aov : str or iterable of str
         Images to make (`ssdo_gl.settings.AOVS`, or ``display``), or ``all``.
     seconds : float

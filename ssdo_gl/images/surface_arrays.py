@@ -17,7 +17,6 @@ def world_positions(z_vs: Image, view: FrameView) -> Image:
     ----------
     z_vs : ndarray, shape (height, width, 1)
         Distance along the view axis, scene units, row 0 at the top; 0 = background.
-    view : FrameView
 
     Notes
     -----
@@ -51,7 +50,6 @@ def world_normals(normals_vs: Image, z_vs: Image, view: FrameView) -> Image:
     normals_vs : ndarray, shape (height, width, 4)
         Octahedral shading normal in the first two channels, [0, 1].
     z_vs : ndarray, shape (height, width, 1)
-    view : FrameView
     """
     # 0 is step 32767 of 65535, see shaders/lib/octahedral.glsl.
     encoded = normals_vs[:, :, :2].astype(np.float64) * (65535.0 / 32767.0) - 1.0

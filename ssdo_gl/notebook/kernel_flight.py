@@ -25,8 +25,6 @@ class KernelFlight:
 
     Parameters
     ----------
-    scene : Scene
-    settings : Settings
     camera : Camera
         Where it begins.
     size : (int, int)

@@ -47,7 +47,6 @@ class SsaoPass(RenderPass):
 
     Parameters
     ----------
-    settings : SsaoSettings
     has_back_layer : bool
         Read ``z_layers`` to know where solids end.
     keeps : int or None

@@ -94,7 +94,6 @@ class EdgeAwareFilterPass(RenderPass):
     ----------
     name : str
         Of the pass.
-    settings : EdgeAwareFilterSettings
     *signals : Signal
         One, or two of irradiance and of the same size: two take .64 of the time of two
         passes, because what weighs a neighbour is looked up once.
@@ -218,7 +217,6 @@ def joined_filters(
 
     Parameters
     ----------
-    passes : sequence of RenderPass
     order : sequence of RenderPass
         Those of them that will run, each behind what it reads.
     """

@@ -101,8 +101,6 @@ class TemporalPass(RenderPass):
 
     Parameters
     ----------
-    name : str
-    settings : TemporalSettings
     images : mapping of str to str
         From the image of one frame to the average, one or two of them.
     made_from : hashable

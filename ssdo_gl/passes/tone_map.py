@@ -51,7 +51,6 @@ class ToneMapPass(RenderPass):
 
     Parameters
     ----------
-    settings : ToneMapSettings or None
     source : str
         Resource that holds the picture.
     """

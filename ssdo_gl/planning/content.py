@@ -44,7 +44,6 @@ class SceneContent:
 
     Attributes
     ----------
-    lights : tuple of LightContent
     environment : str
         none, constant, gradient or map: the simplest that gives the same light, so a
         black map counts as none and one of a single colour as constant.
@@ -62,10 +61,8 @@ class SceneContent:
         Any surface lets some of what lies behind show through.
     has_baked_occlusion : bool
         Any surface has an image of how much of the environment it sees.
-    has_textures : bool
     has_closed_meshes : bool
         Any mesh bounds a solid, so that its back faces tell how thick it is.
-    has_motion : bool
     triangle_count : int
         Instances included.
     """

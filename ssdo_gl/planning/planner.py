@@ -58,7 +58,6 @@ class _Outcome:
         Scene at rest and settings, the very objects.
     asked : tuple
         Images, and whether the frame is live.
-    facts : ViewFacts or None
     answers
         As in `Request`.
     """

@@ -28,9 +28,7 @@ class Pipeline:
 
     Attributes
     ----------
-    passes : tuple of RenderPass
     outputs : dict of image name to ImageSource
-    decided : Decided
     reasons : dict of pass name to why it runs
     skipped : dict of pass name to why it is not needed
     """

@@ -48,7 +48,6 @@ class Bvh:
 
     Attributes
     ----------
-    triangles : SceneTriangles
     records : ndarray, shape (R, 16), uint32
         Record 0 is the root. Words of a node: 0-2 = origin x, y, z (float32 bits);
         3 = exponents of x, y, z (biased by 127, 8 bits each) and in the top byte the

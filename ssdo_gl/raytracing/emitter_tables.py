@@ -51,7 +51,6 @@ class EmitterTables:
         Texels: 0 = first entry, number of entries, shadow mode + 4 if the group's light
         counts as direct light, probability; 1 = cumulative probability including this
         group, 0, 0, 0.
-    group_count : int
     density : float
         Probability per area (normalised units) and mean emission with which a point of
         an emissive triangle is drawn.

@@ -46,7 +46,6 @@ class RayFeatures:
 
     Attributes
     ----------
-    smooth_normals, vertex_colors, textures, cutouts : bool
     single_sided : bool
         Whether there are surfaces that only their front shows of, other than solids,
         whose backs nothing outside of them meets.
@@ -286,7 +285,6 @@ def material_table(
 
     Parameters
     ----------
-    scene : Scene
     places : mapping
         `Atlas.places` of the atlases with the textures; textures that are not in it are
         left out.

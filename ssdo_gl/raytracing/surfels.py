@@ -91,7 +91,6 @@ class Surfels:
         A unit normal of the surfel, on its side.
     sources : ndarray, shape (S, 16), int64
         The triangle that each point lies on.
-    places : Places
     size : float
         Side of a texel, about, normalised frame.
     """
@@ -161,7 +160,6 @@ def build_surfels(bvh: Bvh, most: int, smallest: float) -> Surfels:
 
     Parameters
     ----------
-    bvh : Bvh
     most : int
         Texels grow until there are no more, both sides counted.
     smallest : float

@@ -32,7 +32,6 @@ class TornSurfels:
     ----------
     positions, normals, sources : ndarray
         As in `Surfels`; second parts come after all first ones.
-    places : Places
     triangles : SceneTriangles
         As they were when the surfels were made.
     planes : ndarray, shape (S, 4), float32
@@ -99,8 +98,6 @@ def torn(
 
     Parameters
     ----------
-    surfels : Surfels
-    bvh : Bvh
     met : ndarray, shape (S, 16)
         What each line of `Surfels.lines` meets: 2 p + s for triangle s of primitive p, or
         `NOTHING_MET`; first eight lines forwards, then backwards.

@@ -33,7 +33,6 @@ def with_lights(original: Scene, lights: Sequence[Light], on: Sequence[bool]) ->
         As it was loaded.
     lights : sequence of Light
         One for each light of `original`, of the same kind.
-    on : sequence of bool
     """
     shining = tuple(
         light if is_on else light.with_emitted(BLACK)

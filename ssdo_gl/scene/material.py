@@ -25,7 +25,6 @@ class Texture:
     pixels : ndarray, shape (height, width, 4), uint8 or float32
         Row 0 at the top. uint8 colour is sRGB-encoded, alpha linear; float32 is
         scene-linear. NaN and infinity become 0.
-    name : str
     wrap : pair of "repeat" or "clamp"
         What lies beyond 0..1 along u and v. Mirrored images are stored with their mirror
         image, as `ssdo_gl.scene.files.images.doubled` makes them.
@@ -90,7 +89,6 @@ class Material:
         coordinates where it has any.
     emission : Color
         Radiance, W sr^-1 m^-2, >= 0; multiplies the emission texture.
-    albedo_texture, emission_texture : Texture or None
     alpha_cutoff : float or None
         Fragments whose alpha is below it are cut out; None keeps all of them.
     alpha : float

@@ -63,7 +63,6 @@ class Carried:
 
     Attributes
     ----------
-    own : Trajectory
     place : ndarray, shape (4, 4)
         What places the object, with its motion, in the world; has an inverse.
     outer : Trajectory or None

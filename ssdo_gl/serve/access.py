@@ -58,7 +58,6 @@ class Access:
             rebinding) names itself here.
         origin : str or None
             The header, which browsers send with every websocket: where its page is from.
-        path : str
         """
         if not self._is_ours(host_of(host)):
             return "this server is not at that address"

@@ -57,7 +57,6 @@ class SentPicture:
     ----------
     number : int
         What `acknowledge` takes.
-    data : bytes
     mime : str
         ``image/jpeg``, or ``image/png`` where it is lossless.
     """

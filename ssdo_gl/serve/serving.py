@@ -59,7 +59,6 @@ def serve_scene(
 
     Parameters
     ----------
-    where : ServeOptions
     camera : Camera or None
         Where every flight begins; None: the scene's.
     options

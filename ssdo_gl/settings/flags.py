@@ -64,10 +64,6 @@ class CommandLine:
         At least one.
     settings : mapping
         Fields of Settings that were given, by name; ``overrides`` among them.
-    loading : LoadOptions
-    run : RunOptions
-    film : FilmOptions
-    serving : ServeOptions
     """
 
     scenes: tuple[str, ...]

@@ -87,7 +87,6 @@ def preset_text(settings: Settings, scene_settings: Mapping[str, Any]) -> str:
 
     Parameters
     ----------
-    settings : Settings
     scene_settings : mapping
         ``Scene.render``.
     """

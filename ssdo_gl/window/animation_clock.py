@@ -16,10 +16,8 @@ class Clock:
 
     Attributes
     ----------
-    seconds : float
     is_running : bool
         Only where something moves at all, so that a still scene can come to rest.
-    has_motion : bool
     length_s : float
         How far the time line goes, > 0.
     loops : bool

@@ -7,12 +7,7 @@ from ssdo_gl.window.views import divider_hit
 
 
 class DividerGrip:
-    """Drags the divider of a viewer along with the cursor, once it was grabbed.
-
-    Parameters
-    ----------
-    viewer : Viewer
-    """
+    """Drags the divider of a viewer along with the cursor, once it was grabbed."""
 
     def __init__(self, viewer: Viewer) -> None:
         self._viewer = viewer

@@ -50,7 +50,6 @@ class GlfwWindow:
     ----------
     size : (int, int)
         Window coordinates.
-    title : str
 
     Raises
     ------

@@ -22,9 +22,6 @@ class Edited:
 
     Attributes
     ----------
-    settings : Settings
-    lights : tuple of Light
-    lights_on : tuple of bool
     original : Scene
         Which lights there are, before they were edited, the materials and the environment.
     camera : Camera
@@ -57,7 +54,6 @@ class History:
 
     Parameters
     ----------
-    start : Edited
     clock : callable
         Returns seconds that only ever grow.
     """

@@ -18,7 +18,6 @@ class Message:
 
     Attributes
     ----------
-    text : str
     is_fault : bool
         Whether something went wrong.
     key : str

@@ -39,7 +39,6 @@ class Viewer(Canvas):
     ----------
     device : Device
         Its context is current.
-    scene : Scene
     settings : Settings
         As the command line gave them; the size is the window's business.
     source : str

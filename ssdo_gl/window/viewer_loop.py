@@ -26,7 +26,6 @@ class ViewerLoop(ABC):
 
     Parameters
     ----------
-    viewer : Viewer
     clock : callable
         Returns seconds: when an event is.
     """

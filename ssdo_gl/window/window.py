@@ -55,7 +55,6 @@ def open_window(
 
     Parameters
     ----------
-    scene : Scene
     settings : Settings
         ``size`` is that of the window, in its own coordinates.
     camera : Camera or None

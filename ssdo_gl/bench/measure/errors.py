@@ -169,7 +169,6 @@ class ErrorStore:
 
     Parameters
     ----------
-    folder : Path
     key : str
         Identifies scene, settings and references; files of another key do not count.
     """

@@ -20,7 +20,6 @@ class ErrorPanel:
 
     Attributes
     ----------
-    name : str
     method : str
         The reference.
     aov : str

@@ -55,7 +55,6 @@ class LogChart:
 
     Parameters
     ----------
-    title, x_label, y_label : str
     xs, ys : sequence of float
         What has to be inside; values without a logarithm do not count.
     percent : bool

@@ -70,7 +70,6 @@ class Calibrated:
     ----------
     values : dict of str to float
         Milliseconds or errors by a rung's label; positive.
-    date : str
     load : float or None
         How many processes wanted a core; None where the system does not say.
     """

@@ -50,7 +50,6 @@ class Choice:
 
     Attributes
     ----------
-    settings : Settings
     sentence : str
         The reason in one line.
     holds : bool

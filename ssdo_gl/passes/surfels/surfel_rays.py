@@ -37,7 +37,6 @@ class SurfelSet:
 
     Attributes
     ----------
-    surfels : TornSurfels
     topology : tuple
         Settings, meshes, sides of materials, and mesh, material and number of instances of each
         object: while these are the same, triangles keep their numbers, and surfels theirs.
@@ -129,7 +128,6 @@ class Hits:
 
     Attributes
     ----------
-    surfels : SurfelSet
     geometry : hashable
         Equal for the same state of the geometry.
     kept : float

@@ -107,8 +107,6 @@ class SurfelProgram:
 
     Attributes
     ----------
-    settings : SurfaceCacheSettings
-    features : RayFeatures
     environment_kind : int
         As `environment_kind`.
     """

@@ -58,7 +58,6 @@ class _SoftBox:
         Where its middle stands: to the left of the camera's side of the model, and up.
     half_size : (float, float)
         Tangents of half its width and height.
-    radiance : float
     """
 
     left_degrees: float

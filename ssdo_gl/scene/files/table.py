@@ -30,7 +30,6 @@ class Table:
         The file, as the user named it.
     place : str
         The table inside the file, for example ``[[light]] 2``; empty at the top.
-    data : mapping
     """
 
     def __init__(self, source: str, place: str, data: Mapping[str, Any]) -> None:

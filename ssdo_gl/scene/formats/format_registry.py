@@ -89,7 +89,6 @@ def read_model(
 
     Parameters
     ----------
-    path : Path
     where : str
         What to call the file in errors.
     normals : "smooth", "flat", "file" or None

@@ -211,7 +211,6 @@ class SceneObject:
         Indices into Scene.meshes and Scene.materials.
     world_from_object : ndarray, shape (N, 4, 4), float64
         One affine matrix for each instance, at rest (time 0).
-    motion : Trajectory or None
     light : int or None
         Index into Scene.lights if this object is the visible body of a light:
         its emission is delivered by that light and must not be counted again.

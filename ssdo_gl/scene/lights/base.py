@@ -68,7 +68,6 @@ class ShaderRow:
         Vectors of the kind's own choice.
     numbers : (float, float)
         Of the kind's own choice.
-    two_sided : bool
     """
 
     place: FloatArray

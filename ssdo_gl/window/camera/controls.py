@@ -28,7 +28,6 @@ class Controls:
         Notches towards the pivot since the last step.
     speed : float
         Notches of more speed since the last step.
-    fast : bool
     """
 
     move: Vector = (0.0, 0.0, 0.0)

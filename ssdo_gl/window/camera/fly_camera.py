@@ -60,7 +60,6 @@ class Flight:
 
     Attributes
     ----------
-    position, velocity : Vector
     yaw, pitch : float
         Where the camera looks now.
     yaw_goal, pitch_goal : float
@@ -144,7 +143,6 @@ def start_flight(home: Camera, diagonal: float) -> Flight:
 
     Parameters
     ----------
-    home : Camera
     diagonal : float
         Of the scene's bounds, scene units, > 0; sets the speed.
     """
@@ -172,7 +170,6 @@ def advance(
 
     Parameters
     ----------
-    flight : Flight
     controls : Controls
         Held directions and rates last for the whole step; amounts since the last step
         are taken in at its beginning.

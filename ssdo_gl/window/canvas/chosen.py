@@ -16,7 +16,6 @@ class Chosen:
 
     Parameters
     ----------
-    settings : Settings
     presets : mapping of name to fields of Settings
 
     Attributes

@@ -37,11 +37,6 @@ def error_color(t: float) -> tuple[float, float, float]:
 class Presenter:
     """Draws one or two images, or their difference, into a picture of the window's size.
 
-    Parameters
-    ----------
-    device : Device
-    shaders : ShaderLibrary
-
     Attributes
     ----------
     picture : moderngl.Framebuffer or None

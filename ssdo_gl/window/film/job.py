@@ -28,10 +28,8 @@ class FilmJob:
 
     Parameters
     ----------
-    scene : Scene
     settings : Settings
         With the size of the film.
-    path : CameraPath
     out : Path
         ``.mp4``, ``.webp``, ``.gif``, or ``.png`` for a folder of pictures.
     start_s : float

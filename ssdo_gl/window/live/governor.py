@@ -101,7 +101,6 @@ def quality_levels(
 
     Parameters
     ----------
-    settings : Settings
     measured : sequence of mapping
         ``samples``, ``steps`` and ``resolution_scale`` of settings that were found best
         for their time, from fast to accurate; those under `settings` become levels.

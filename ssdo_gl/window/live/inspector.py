@@ -145,13 +145,7 @@ def inspect(gl: moderngl.Context, drawing: Drawing, uv: tuple[float, float]) -> 
 
 
 class NonFiniteWatch:
-    """Counts the pixels of an image that hold a NaN or an infinity.
-
-    Parameters
-    ----------
-    device : Device
-    shaders : ShaderLibrary
-    """
+    """Counts the pixels of an image that hold a NaN or an infinity."""
 
     def __init__(self, device: Device, shaders: ShaderLibrary) -> None:
         self._gl = device.gl

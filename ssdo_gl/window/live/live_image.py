@@ -42,8 +42,6 @@ class FrameRequest:
     ----------
     image : str
         AOV name or ``display``.
-    kind : ColorMapping
-    camera : Camera
     settings : Settings
         With the size in pixels; ``spp`` of a reference is when it counts as refined.
     seconds : float

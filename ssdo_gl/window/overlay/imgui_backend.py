@@ -67,8 +67,6 @@ class ImguiBackend:
 
     Parameters
     ----------
-    device : Device
-    shaders : ShaderLibrary
     scale : float
         Of text and widgets, for displays of high density.
 

@@ -40,9 +40,6 @@ class Overlay(ImguiBackend):
 
     Parameters
     ----------
-    device : Device
-    viewer : Viewer
-    host : Host
     scale : float
         Of text and widgets.
     width : float

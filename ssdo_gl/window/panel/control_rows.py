@@ -54,11 +54,8 @@ class ControlRow:
     ----------
     key : str
         Field of Settings, or ``pass.field``.
-    label : str
-    widget : Widget
     low, high : float
         Ends of the slider.
-    is_log : bool
     choices : tuple
         Of a choice.
     is_optional : bool

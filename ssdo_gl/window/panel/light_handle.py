@@ -27,10 +27,6 @@ def can_turn(light: Light) -> bool:
 class LightHandle:
     """What is dragged to move or turn one light of a viewer.
 
-    Parameters
-    ----------
-    viewer : Viewer
-
     Attributes
     ----------
     light : int or None

@@ -16,12 +16,7 @@ _NEEDS_GLOSS = "neither metallic nor specular"
 
 
 class MaterialSection:
-    """Sliders and colours of one material of a viewer.
-
-    Parameters
-    ----------
-    viewer : Viewer
-    """
+    """Sliders and colours of one material of a viewer."""
 
     def __init__(self, viewer: Viewer) -> None:
         self._viewer = viewer

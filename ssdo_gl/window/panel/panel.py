@@ -51,11 +51,6 @@ def panel_width(window_size: tuple[int, int], scale: float) -> float:
 class Panel:
     """Draws the panel's widgets and carries out what they ask for.
 
-    Parameters
-    ----------
-    viewer : Viewer
-    host : Host
-
     Attributes
     ----------
     light_handle : LightHandle

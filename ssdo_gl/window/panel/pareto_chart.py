@@ -21,7 +21,6 @@ class ChartPoint:
 
     Attributes
     ----------
-    label : str
     frame_ms : float
         What it should take here.
     error : float

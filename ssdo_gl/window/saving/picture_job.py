@@ -26,7 +26,6 @@ class PictureRequest:
     ----------
     size : (int, int)
         Pixels.
-    method : str
     is_transparent : bool
         Whether there is nothing (alpha) where no surface is.
     name : str
@@ -40,12 +39,7 @@ class PictureRequest:
 
 
 class PictureJob:
-    """At most one picture in the making, of the left side of `viewer`.
-
-    Parameters
-    ----------
-    viewer : Viewer
-    """
+    """At most one picture in the making, of the left side of `viewer`."""
 
     def __init__(self, viewer: Viewer) -> None:
         self._viewer = viewer

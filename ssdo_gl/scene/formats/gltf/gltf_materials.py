@@ -40,7 +40,6 @@ class UsedMaterial:
     ----------
     index : int
         Into Model.materials.
-    uvs : Coordinates
     second_uvs : Coordinates or None
         Of the images of `Material.second_uvs`, if any.
     """

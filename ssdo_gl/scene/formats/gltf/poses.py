@@ -23,7 +23,6 @@ class Poses:
         Of its morph targets, where they are not animated.
     weighing_node : int or None
         The node whose animation gives the weights.
-    skin : Skin or None
     """
 
     rig: Rig

@@ -42,7 +42,6 @@ def gloss_fields(
     ----------
     numbers : mapping
         Of ``ns``, ``pr``, ``pm`` and ``illum``, those that the material has.
-    albedo : Color
     specular : Color or None
         ``Ks``.
     maps : mapping

@@ -36,8 +36,6 @@ class MtlMaterial:
 
     Attributes
     ----------
-    material : Material
-    placement : Placement
     second_placement : Placement or None
         Of the images of `Material.second_uvs`, if any.
     """

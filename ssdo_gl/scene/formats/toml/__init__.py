@@ -25,7 +25,6 @@ def read_file(path: Path, source: str, options: LoadOptions = USUAL) -> Scene:
 
     Parameters
     ----------
-    path : Path
     source : str
         What errors call the file.
 
@@ -49,13 +48,11 @@ def read_description(
 
     Parameters
     ----------
-    text : str
     source : str
         What errors call the text, usually the file as the user named it.
     file : Path or None
         The file it comes from; meshes and images are looked up in its folder.
         None: the text may not name files.
-    options : LoadOptions
 
     Raises
     ------
