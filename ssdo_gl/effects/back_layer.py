@@ -66,7 +66,6 @@ class DepthLayersPass(RenderPass):
     overwrites: ClassVar[bool] = True
 
     def execute(self, context: PassContext) -> None:
-        """Draw one triangle over the target."""
         assert context.target is not None
         draw_fullscreen(
             context.gl,
@@ -105,6 +104,5 @@ class BackLayer(Effect):
         )
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
-        """Yield both passes."""
         yield BackFacesPass(), "the thickness of closed bodies"
         yield DepthLayersPass(), "fronts and backs in one texture, one fetch for both"

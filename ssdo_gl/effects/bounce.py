@@ -117,11 +117,9 @@ class BouncePass(RenderPass):
         )
 
     def settings_key(self) -> Hashable:
-        """Return the settings, the bound and switches."""
         return self.settings, self.sender_bound, tuple(self._defines.items())
 
     def execute(self, context: PassContext) -> None:
-        """Draw one triangle over the target."""
         assert context.target is not None
         draw_fullscreen(
             context.gl,
@@ -187,7 +185,6 @@ class Bounce(Effect):
         request.record(Decision("second march", False, reason, ("bounce",)))
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
-        """Yield estimator and filter."""
         item = BouncePass(
             estimator_settings(request, self.name, BounceSettings),
             sender_bound=sender_bound(request.scene, request.radius),

@@ -116,7 +116,6 @@ class DirectPass(RenderPass):
         self.depends_on = ("view", "lights", *(("geometry", "seed") if shadow_maps else ()))
 
     def settings_key(self) -> Hashable:
-        """Return the settings and how there are shadow maps."""
         return self.settings, self.shadow_maps, self.parts_per_side, self.lifts, self.glossy
 
     def execute(self, context: PassContext) -> None:
@@ -205,7 +204,6 @@ class Direct(Effect):
         return need_of_direct_light(request)
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
-        """Yield the one pass."""
         settings = request.with_overrides("direct", DirectSettings())
         if request.settings.method in REFERENCES:
             # Which look at the centres of pixels.

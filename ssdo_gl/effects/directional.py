@@ -173,11 +173,9 @@ class DirectionalPass(RenderPass):
         }
 
     def settings_key(self) -> Hashable:
-        """Return the settings and switches."""
         return self.settings, self.reads, tuple(self._defines.items())
 
     def execute(self, context: PassContext) -> None:
-        """Draw one triangle over the target."""
         assert context.target is not None
         frame, view = context.frame, context.frame.view
         lights = self._lights.get((frame.scene.lights,), lambda: ssdo_lights(frame.scene.lights))
@@ -257,7 +255,6 @@ class Directional(Effect):
         )
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
-        """Yield estimator and filter."""
         settings = estimator_settings(request, "directional", DirectionalSettings)
         is_open = request.takes(OPEN_DIRECTIONS)
         far_field = None

@@ -99,7 +99,6 @@ class FarProbesPass(RenderPass):
         self.depends_on = (*domains, "geometry")
 
     def settings_key(self) -> Hashable:
-        """Return the settings, the features, and whether frames share it."""
         return self.settings, self.features, self.is_steady
 
     def execute(self, context: PassContext) -> Produced:
@@ -177,7 +176,6 @@ class CachedIrradiancePass(RenderPass):
         self.depends_on = ("steady_view" if is_steady else "view", "geometry")
 
     def settings_key(self) -> Hashable:
-        """Return the features, and whether frames share it."""
         return self.features, self.steady_reads
 
     def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:

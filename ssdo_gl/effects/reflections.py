@@ -122,7 +122,6 @@ class ReflectionsPass(RenderPass):
         }
 
     def settings_key(self) -> Hashable:
-        """Return the settings and switches."""
         return self.settings, self._march, self._bound, self._rays, tuple(self._defines.items())
 
     def execute(self, context: PassContext) -> None:

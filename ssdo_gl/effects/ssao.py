@@ -53,7 +53,6 @@ class Ssao(Effect):
         yield filtered(request, "ssao_filter", "visibility_raw", "visibility", is_visibility=True)
 
     def image(self, request: Request, name: str) -> ImageSource:
-        """Return the visibility."""
         return ImageSource("visibility", 1)
 
     def occlusion(self, request: Request) -> tuple[str, OcclusionMode]:

@@ -81,11 +81,9 @@ class SsaoPass(RenderPass):
         )
 
     def settings_key(self) -> Hashable:
-        """Return the settings and switches."""
         return self.settings, tuple(self._defines.items())
 
     def execute(self, context: PassContext) -> None:
-        """Draw one triangle over the target."""
         assert context.target is not None
         draw_fullscreen(
             context.gl,

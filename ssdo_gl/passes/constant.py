@@ -25,11 +25,9 @@ class ConstantPass(RenderPass):
         self.writes = {resource: TextureSpec(len(value))}
 
     def settings_key(self) -> Hashable:
-        """Return the value."""
         return self.value
 
     def execute(self, context: PassContext) -> None:
-        """Clear the target."""
         assert context.target is not None
         red, green, blue, alpha = (*self.value, 0.0, 0.0, 0.0)[:4]
         context.target.clear(red, green, blue, alpha)

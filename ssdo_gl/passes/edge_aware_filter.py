@@ -137,7 +137,6 @@ class EdgeAwareFilterPass(RenderPass):
         return EdgeAwareFilterPass(self.name, self.settings, *signals, total=total)
 
     def settings_key(self) -> Hashable:
-        """Return the settings and what is filtered."""
         return self.settings, self.signals, self.total
 
     def execute(self, context: PassContext) -> None:

@@ -79,11 +79,9 @@ class GBufferPass(RenderPass):
         }
 
     def settings_key(self) -> Hashable:
-        """Return which targets are written, and whether the seed counts."""
         return tuple(self.writes), self.by_chance
 
     def execute(self, context: PassContext) -> None:
-        """Draw every visible object."""
         view = context.frame.view
 
         def program_of(features: Features) -> Program:

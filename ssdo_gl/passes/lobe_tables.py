@@ -75,7 +75,6 @@ class ReflectanceTablePass(RenderPass):
     depends_on = ()
 
     def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
-        """Return the table as a new texture."""
         size = (TABLE_SIZE, TABLE_SIZE)
         texture = make_texture(context.gl, size, 2, "f4", reflectance_table())
         texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
@@ -93,7 +92,6 @@ class EnvironmentLobesPass(RenderPass):
     depends_on = ("environment",)
 
     def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
-        """Return the images as a new texture."""
         environment = context.frame.scene.environment
         assert environment is not None
         levels = lobe_levels(environment)

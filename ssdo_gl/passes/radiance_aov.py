@@ -45,11 +45,9 @@ class RadianceAovPass(RenderPass):
         self._defines = {**term_defines(irradiances, radiances), "GLOSSY": int(glossy)}
 
     def settings_key(self) -> Hashable:
-        """Return the switches."""
         return tuple(self._defines.items())
 
     def execute(self, context: PassContext) -> None:
-        """Draw one full-screen triangle."""
         assert context.target is not None
         program = context.shaders.fullscreen("passes/radiance_aov.frag", self._defines)
         uniforms = context.frame.view.uniforms() if self._glossy else {}

@@ -46,7 +46,6 @@ class SenderRadiancePass(RenderPass):
         self.writes = {"sender_radiance": TextureSpec(4)}
 
     def settings_key(self) -> Hashable:
-        """Return the switches."""
         return self._glossy, tuple(self._defines.items())
 
     def execute(self, context: PassContext) -> None:

@@ -125,7 +125,6 @@ class TemporalPass(RenderPass):
         self.writes = {result: TextureSpec(4, own=True) for result in images.values()}
 
     def settings_key(self) -> Hashable:
-        """Return the settings, the images and what they are made from."""
         return self.settings, tuple(self.images.items()), self.made_from
 
     def execute(self, context: PassContext) -> Produced:

@@ -66,7 +66,6 @@ class ToneMapPass(RenderPass):
         self._defines, self._uniforms = defines(self.settings), uniforms(self.settings)
 
     def execute(self, context: PassContext) -> None:
-        """Draw one full-screen triangle."""
         assert context.target is not None
         program = context.shaders.fullscreen("passes/tone_map.frag", self._defines)
         draw_fullscreen(

@@ -116,35 +116,29 @@ class WindowHost:
         return (0.5, 0.5) if self._input.is_looking else (x / max(1, width), y / max(1, height))
 
     def set_clipboard(self, text: str) -> None:
-        """Put `text` where other programs paste from."""
         self._window.set_clipboard(text)
 
     def toggle_vsync(self) -> bool:
-        """Wait for the display or no longer; return whether it now waits."""
         self._waits = not self._waits
         self._window.set_vsync(self._waits)
         return self._waits
 
     def toggle_fullscreen(self) -> None:
-        """Fill the screen, or go back to a window."""
         self._window.toggle_fullscreen()
 
     def toggle_panel(self) -> None:
-        """Show or hide the panel."""
         if self.overlay is None:
             self._viewer.say(NO_PANEL)
         else:
             self.overlay.shows_panel = not self.overlay.shows_panel
 
     def toggle_help(self) -> None:
-        """Show or hide the list of keys."""
         if self.overlay is None:
             self._viewer.say(NO_PANEL)
         else:
             self.overlay.shows_help = not self.overlay.shows_help
 
     def let_go(self) -> None:
-        """Hide the list of keys and a light's handle; give up a film."""
         if self.overlay is not None:
             self.overlay.shows_help = False
             self.overlay.light_handle.hide()
@@ -155,7 +149,6 @@ class WindowHost:
         self._window.ask_to_close()
 
     def toggle_film(self) -> None:
-        """Begin to export the camera path, or give it up."""
         self._film.toggle()
 
     def reload_shaders(self) -> None:

@@ -44,14 +44,12 @@ class ReferenceAoPass(RayPass):
     gathers_light = False
 
     def uniforms(self, context: PassContext) -> dict[str, object]:
-        """Add the radius."""
         return {
             **super().uniforms(context),
             "u_radius_ns": radius_ns(self.settings.radius, context),
         }
 
     def schedule(self, context: PassContext) -> Schedule:
-        """Return the schedule of rays."""
         return Schedule(self.settings.spp, 1, MOST_PER_DRAW, self.settings.max_error)
 
 
@@ -70,14 +68,12 @@ class ReferenceAo(Effect):
         return need_of_visibility(request, multiplies_direct=False)
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
-        """Yield the one pass."""
         chosen = request.settings
         base = ReferenceAoSettings(request.radius, chosen.spp, chosen.max_error)
         settings = request.with_overrides(self.name, base)
         yield ReferenceAoPass(settings, request.ray_features), "how open each point is"
 
     def image(self, request: Request, name: str) -> ImageSource:
-        """Return the visibility."""
         return ImageSource("visibility", 1)
 
     def occlusion(self, request: Request) -> tuple[str, OcclusionMode]:

@@ -71,7 +71,6 @@ class ReferenceGiPass(RayPass):
         return {**super().uniforms(context), **uniforms(self.settings)}
 
     def schedule(self, context: PassContext) -> Schedule:
-        """Return the schedule of paths."""
         bounces = self.settings.bounces
         rays_per_path = RAYS_PER_PATH if bounces is None else 2 * (bounces + 1)
         return Schedule(self.settings.spp, rays_per_path, MOST_PER_DRAW, self.settings.max_error)
@@ -92,7 +91,6 @@ class ReferenceGi(Effect):
         return Decision("path tracing", True, reason, ("reference_gi",))
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
-        """Yield the one pass."""
         chosen = request.settings
         base = ReferenceGiSettings(chosen.spp, chosen.bounces, max_error=chosen.max_error)
         settings = request.with_overrides(self.name, base)

@@ -57,14 +57,12 @@ class ReferenceNearPass(RayPass):
         self.outputs = tuple(SumOutput(name, 3) for name in names)
 
     def uniforms(self, context: PassContext) -> dict[str, object]:
-        """Add the radius."""
         return {
             **super().uniforms(context),
             "u_radius_ns": radius_ns(self.settings.radius, context),
         }
 
     def schedule(self, context: PassContext) -> Schedule:
-        """Return the schedule of samples."""
         # A ray, where it hits one to each light that is asked and one to the sky, and those of
         # the lights that arrive through the receiver's own open directions.
         rays_per_sample = 2 + 2 * asked_lights(len(context.frame.scene.lights))
@@ -104,7 +102,6 @@ class ReferenceNear(Effect):
         )
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
-        """Yield the one pass."""
         chosen = request.settings
         base = ReferenceNearSettings(request.radius, chosen.spp, chosen.max_error)
         settings = request.with_overrides(self.name, base)

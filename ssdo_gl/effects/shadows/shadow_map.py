@@ -99,7 +99,6 @@ class ShadowMapPass(RenderPass):
         self.depends_on = ("geometry", "lights", *(("seed",) if by_chance else ()))
 
     def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
-        """Return the atlas as a new texture."""
         lights = context.frame.scene.lights
         parts_per_side = self.settings.parts_per_side
         layout = atlas_layout(lights)
@@ -203,7 +202,6 @@ class ShadowMaps(Effect):
         return decision if has_maps else dataclasses.replace(decision, run=False)
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
-        """Yield the one pass."""
         settings = request.with_overrides("shadow_map", ShadowMapSettings())
         # What is spared a map leaves the others theirs: a light out of reach of this view
         # would make them finer, and coarser in the next one.

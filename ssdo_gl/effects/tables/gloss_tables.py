@@ -17,11 +17,9 @@ class GlossTables(Effect):
     name = "gloss_tables"
 
     def is_asked(self, request: Request) -> bool:
-        """Return whether anything is glossy."""
         return request.is_glossy
 
     def need(self, request: Request) -> Decision:
-        """Run wherever anything is glossy."""
         passes = ("reflectance_table", "environment_lobes")
         return Decision("tables of gloss", True, "some surfaces are glossy", passes)
 

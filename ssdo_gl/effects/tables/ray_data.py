@@ -21,11 +21,9 @@ class RayData(Effect):
     name = "ray_data"
 
     def is_asked(self, request: Request) -> bool:
-        """Return whether rays are traced."""
         return request.traces
 
     def need(self, request: Request) -> Decision:
-        """Run whenever rays are traced."""
         passes = ("bvh_upload", "surface_tables", "material_table", "emitter_tables")
         return Decision("ray data", True, "rays are traced", passes)
 

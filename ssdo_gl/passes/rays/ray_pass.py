@@ -76,7 +76,6 @@ class RayPass(RenderPass):
         self._sums: Sums | None = None
 
     def settings_key(self) -> Hashable:
-        """Return the settings, the features and the kind of sky."""
         return self.settings, self.features, self.environment_kind
 
     @abstractmethod
@@ -94,7 +93,6 @@ class RayPass(RenderPass):
         return {**ray_uniforms(context), **sky}
 
     def execute(self, context: PassContext) -> None:
-        """Trace all rays, draw after draw."""
         assert context.target is not None
         size = context.target.size
         if self._sums is None or self._sums.size != size:

@@ -45,7 +45,6 @@ class SurfaceTablesPass(RenderPass):
     depends_on = ("geometry",)
 
     def execute(self, context: PassContext) -> Produced:
-        """Return the tables as new textures."""
         gl, scene = context.gl, context.frame.scene
         features = RayFeatures.of(scene)
         bvh = bvh_of(context)
@@ -101,7 +100,6 @@ class MaterialTablePass(RenderPass):
     depends_on = ("geometry", "materials", "lights")
 
     def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
-        """Return the table as a new texture."""
         places = {**context.facts["ray_atlas"], **context.facts["ray_data_atlas"]}
         rows = material_table(context.frame.scene, places)
         return {"ray_materials": _table(context.gl, rows)}
@@ -123,7 +121,6 @@ class EmitterTablesPass(RenderPass):
     depends_on = ("geometry", "materials", "lights", "environment")
 
     def execute(self, context: PassContext) -> Produced:
-        """Return the tables as new textures."""
         gl, scene = context.gl, context.frame.scene
         map_power = 0.0
         cells = np.ones((1, 1, 4), dtype=np.float32)

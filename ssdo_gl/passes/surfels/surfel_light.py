@@ -67,7 +67,6 @@ class SurfelSkyPass(RenderPass):
         self.shared = SurfelProgram(settings, features, 0 if kind == 3 else kind)
 
     def settings_key(self) -> Hashable:
-        """Return what its program is made from."""
         return self.shared
 
     def execute(self, context: PassContext) -> Produced:
@@ -141,7 +140,6 @@ class SurfelDirectPass(RenderPass):
         self.reads = (*self.rays, "surfel_sky")
 
     def settings_key(self) -> Hashable:
-        """Return what its program is made from."""
         return self.shared
 
     def execute(self, context: PassContext) -> Produced:

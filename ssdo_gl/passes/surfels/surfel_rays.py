@@ -73,7 +73,6 @@ class SurfelsPass(RenderPass):
         self.reads = ray_reads(features)
 
     def settings_key(self) -> Hashable:
-        """Return the settings and the features."""
         return self.settings, self.features
 
     def execute(self, context: PassContext) -> Produced:
@@ -170,7 +169,6 @@ class SurfelRaysPass(RenderPass):
         )
 
     def settings_key(self) -> Hashable:
-        """Return what its program is made from."""
         return self.shared
 
     def execute(self, context: PassContext) -> Produced:

@@ -52,7 +52,6 @@ class DirectionalLight(Light):
 
     @classmethod
     def from_table(cls, table: Table, **common: Any) -> Self:
-        """Return the light of a [[light]] table."""
         direction = vector(math3d.normalized(table.direction("direction")))
         angle = table.number("angle", 0.0, low=0.0, high=WIDEST)
         if angle == WIDEST:
@@ -63,7 +62,6 @@ class DirectionalLight(Light):
     def from_gltf(
         cls, light: Any, place: Vector, direction: Vector, color: Color, name: str
     ) -> Self:
-        """Return the light of a glTF file."""
         return cls(direction, color, name=name)
 
     @property

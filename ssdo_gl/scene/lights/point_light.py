@@ -31,11 +31,9 @@ class PunctualLight(Light):
         return np.asarray(self.place, np.float64)
 
     def axes(self) -> FloatArray:
-        """Return the axes of the world: all are alike."""
         return np.eye(3)
 
     def shader_row(self) -> ShaderRow:
-        """Return the position."""
         return ShaderRow(self.source)
 
     def emitter(self, centre: FloatArray, unit: float) -> Emitter:
@@ -65,7 +63,6 @@ class PunctualLight(Light):
         return ShadowView(self.source)
 
     def outline(self) -> FloatArray:
-        """Return the position."""
         return self.source[None]
 
     def sender_radiance(self, nearest: float) -> float:
@@ -97,12 +94,10 @@ class PointLight(PunctualLight):
 
     @classmethod
     def from_table(cls, table: Table, **common: Any) -> Self:
-        """Return the light of a [[light]] table."""
         return cls(table.vector("position"), table.color("intensity"), **common)
 
     @classmethod
     def from_gltf(
         cls, light: Any, place: Vector, direction: Vector, color: Color, name: str
     ) -> Self:
-        """Return the light of a glTF file."""
         return cls(place, color, name=name)

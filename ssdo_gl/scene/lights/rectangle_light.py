@@ -66,7 +66,6 @@ class RectangleLight(Light):
 
     @classmethod
     def from_table(cls, table: Table, **common: Any) -> Self:
-        """Return the light of a [[light]] table."""
         corner, edge_u, edge_v = table.parallelogram()
         radiance = table.color("radiance")
         visible, two_sided = table.boolean("visible", True), table.boolean("two_sided", False)
@@ -87,11 +86,9 @@ class RectangleLight(Light):
 
     @property
     def place(self) -> Vector:
-        """The centre."""
         return vector(0.5 * np.add(self.edge_u, self.edge_v) + np.asarray(self.corner))
 
     def moved_to(self, place: Vector) -> Self:
-        """Return the light with its centre at `place`."""
         return self._replace(
             {"corner": vector(np.add(self.corner, np.subtract(place, self.place)))}
         )
@@ -105,7 +102,6 @@ class RectangleLight(Light):
         return np.stack([x, np.cross(z, x), z])
 
     def shader_row(self) -> ShaderRow:
-        """Return the centre and half the edges."""
         half_u, half_v = 0.5 * np.asarray(self.edge_u), 0.5 * np.asarray(self.edge_v)
         centre = np.asarray(self.corner) + half_u + half_v
         return ShaderRow(centre, half_u, half_v, two_sided=self.two_sided)
@@ -132,7 +128,6 @@ class RectangleLight(Light):
         return ShadowView(origin, (OVERLAP, OVERLAP), parts=parts)
 
     def outline(self) -> FloatArray:
-        """Return the corners."""
         corner, u, v = (np.asarray(a, float) for a in (self.corner, self.edge_u, self.edge_v))
         return np.array([corner, corner + u, corner + u + v, corner + v])
 

@@ -57,7 +57,6 @@ class SpotLight(PunctualLight):
 
     @classmethod
     def from_table(cls, table: Table, **common: Any) -> Self:
-        """Return the light of a [[light]] table."""
         position, intensity = table.vector("position"), table.color("intensity")
         outer = table.number("outer_angle", 45.0, low=0.0, high=90.0, open_ends=True)
         inner = table.number("inner_angle", 0.0, low=0.0, high=90.0)
@@ -72,7 +71,6 @@ class SpotLight(PunctualLight):
     def from_gltf(
         cls, light: Mapping[str, Any], place: Vector, direction: Vector, color: Color, name: str
     ) -> Self:
-        """Return the light of a glTF file."""
         spot = light.get("spot", {})
         outer = float(np.degrees(spot.get("outerConeAngle", np.pi / 4.0)))
         inner = float(np.degrees(spot.get("innerConeAngle", 0.0)))

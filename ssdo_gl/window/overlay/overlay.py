@@ -98,7 +98,6 @@ class Overlay(ImguiBackend):
         self.rescale(self._scale / before)
 
     def rescale(self, scale: float) -> None:
-        """Follow the window to a display of another density."""
         super().rescale(scale * self._text_factor)
 
     def show_faults(self, faults: tuple[str, ...]) -> None:
