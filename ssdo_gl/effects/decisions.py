@@ -34,15 +34,12 @@ class Decided:
         Names of the effects that run.
     lights : tuple of bool, or None
         For each light of the scene, whether it can matter. None: as the scene says.
-    simplifies_environment : bool
-        An environment that is black or of one colour is treated as such.
     rows : tuple of Decision
         In the order in which they were taken.
     """
 
     running: frozenset[str]
     lights: tuple[bool, ...] | None
-    simplifies_environment: bool
     rows: tuple[Decision, ...]
 
     def runs(self, *names: str) -> bool:

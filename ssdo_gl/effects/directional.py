@@ -262,7 +262,7 @@ class Directional(Effect):
             far_field = request.with_overrides("far_field", FarFieldSettings())
         item = DirectionalPass(
             settings,
-            environment=kind_of(request.environment),
+            environment=kind_of(request.scene.environment),
             far_field=far_field,
             has_back_layer=request.runs("back_layer"),
             needs_visibility=not request.takes(LIGHTS_ONLY),

@@ -212,7 +212,7 @@ class Reflections(Effect):
         item = ReflectionsPass(
             settings,
             ScreenSpaceSettings(radius=request.radius),
-            request.environment,
+            request.scene.environment,
             bound=sender_bound(request.scene, request.radius) if is_bounce else None,
             has_back_layer=request.runs("back_layer"),
             rays=request.ray_features if request.runs("surface_cache") else None,

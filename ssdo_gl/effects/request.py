@@ -9,10 +9,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from ssdo_gl.effects.decisions import Decided, Decision
-from ssdo_gl.planning.content import SceneContent, simplest_environment
+from ssdo_gl.planning.content import SceneContent
 from ssdo_gl.planning.view import ViewFacts
 from ssdo_gl.raytracing.surface_tables import RayFeatures
-from ssdo_gl.scene.environment import Environment
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.settings import Settings
 
@@ -148,17 +147,6 @@ class Request:
         self.answers.append((question, answer))
         return answer
 
-    @property
-    def simplifies_environment(self) -> bool:
-        """Whether the simplest environment of the same light stands in; not before rays."""
-        return not (self.is_full or self.traces)
-
-    @property
-    def environment(self) -> Environment | None:
-        """The environment that passes are to see."""
-        environment = self.scene.environment
-        return simplest_environment(environment) if self.simplifies_environment else environment
-
     @cached_property
     def lights(self) -> tuple[bool, ...]:
         """For each light of the scene, whether it can matter."""
@@ -258,6 +246,5 @@ class Request:
         return Decided(
             running=frozenset(effect.name for effect in self.running),
             lights=self.lights if spares_lights else None,
-            simplifies_environment=self.simplifies_environment,
             rows=tuple(self._rows),
         )

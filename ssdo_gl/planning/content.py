@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import weakref
 from dataclasses import dataclass
-
-import numpy as np
 
 from ssdo_gl.scene.environment import (
     ConstantEnvironment,
     Environment,
     EnvironmentKind,
     GradientEnvironment,
-    MapEnvironment,
     kind_of,
 )
 from ssdo_gl.scene.lights import Shadow
@@ -45,10 +41,7 @@ class SceneContent:
     Attributes
     ----------
     environment : str
-        none, constant, gradient or map: the simplest that gives the same light, so a
-        black map counts as none and one of a single colour as constant.
-    environment_is_simplified : bool
-        The scene's own is of another kind than that.
+        none, which black is, too, constant, gradient or map.
     has_albedo : bool
         Any surface reflects light.
     has_emission : bool
@@ -63,23 +56,17 @@ class SceneContent:
         Any surface has an image of how much of the environment it sees.
     has_closed_meshes : bool
         Any mesh bounds a solid, so that its back faces tell how thick it is.
-    triangle_count : int
-        Instances included.
     """
 
     lights: tuple[LightContent, ...]
     environment: EnvironmentKind
-    environment_is_simplified: bool
     has_albedo: bool
     has_emission: bool
     has_unlit_emission: bool
     has_gloss: bool
     has_translucency: bool
     has_baked_occlusion: bool
-    has_textures: bool
     has_closed_meshes: bool
-    has_motion: bool
-    triangle_count: int
 
     @property
     def has_lights(self) -> bool:
@@ -103,52 +90,25 @@ def analyse(scene: Scene) -> SceneContent:
     meshes = [scene.meshes[i] for i in {item.mesh for item in scene.objects}]
     unlit = [scene.materials[o.material] for o in scene.objects if o.light is None]
     emits_unlit = [material for material in unlit if material.emits or material.is_unlit]
-    kind = kind_of(simplest_environment(scene.environment))
     return SceneContent(
         lights=tuple(LightContent(light.shadow, is_on=light.power > 0.0) for light in scene.lights),
-        environment=kind,
-        environment_is_simplified=kind != kind_of(scene.environment),
+        environment=_kind_of(scene.environment),
         has_albedo=any(max(material.albedo) > 0.0 for material in used),
         has_emission=any(material.emits or material.is_unlit for material in used),
         has_unlit_emission=bool(emits_unlit),
         has_gloss=any(material.is_glossy for material in used),
         has_translucency=any(material.is_translucent for material in used),
         has_baked_occlusion=any(m.occlusion_texture is not None for m in used),
-        has_textures=any(material.textures for material in used),
         has_closed_meshes=any(mesh.closed for mesh in meshes),
-        has_motion=scene.moves,
-        triangle_count=scene.triangle_count,
     )
 
 
-def simplest_environment(environment: Environment | None) -> Environment | None:
-    """Return the cheapest environment that gives exactly the same light from everywhere."""
-    if isinstance(environment, MapEnvironment):
-        if environment not in _simplest_of_maps:
-            _simplest_of_maps[environment] = _simplest_of_map(environment)
-        found = _simplest_of_maps[environment]
-        return environment if found is None else simplest_environment(found)
-    if isinstance(environment, GradientEnvironment):
-        colors = {environment.zenith, environment.horizon, environment.ground}
-        if len(colors) > 1:
-            return environment
-        environment = ConstantEnvironment(environment.zenith)
-    if environment is not None and max(environment.radiance) <= 0.0:
-        return None
-    return environment
-
-
-# A map is looked through once. The value must not hold the key, or neither would ever go,
-# so None stands for the map itself.
-_simplest_of_maps: weakref.WeakKeyDictionary[MapEnvironment, ConstantEnvironment | None] = (
-    weakref.WeakKeyDictionary()
-)
-
-
-def _simplest_of_map(environment: MapEnvironment) -> ConstantEnvironment | None:
-    image = environment.image
-    # The first row decides for nearly every map, so that few are read to their end.
-    if image.size and (np.any(image[0] != image[0, 0]) or np.any(image != image[0, 0])):
-        return None
-    r, g, b = (float(value) for value in image[0, 0]) if image.size else (0.0, 0.0, 0.0)
-    return ConstantEnvironment((r, g, b))
+def _kind_of(environment: Environment | None) -> EnvironmentKind:
+    """Return what an environment is called; none where it is given by black alone."""
+    if isinstance(environment, ConstantEnvironment):
+        colors = [environment.radiance]
+    elif isinstance(environment, GradientEnvironment):
+        colors = [environment.zenith, environment.horizon, environment.ground]
+    else:
+        return kind_of(environment)
+    return kind_of(environment) if max(map(max, colors)) > 0.0 else "none"

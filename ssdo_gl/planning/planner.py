@@ -14,10 +14,9 @@ from ssdo_gl.graph.graph import Plan, compile_graph
 from ssdo_gl.last_made import LastMade, MadeOfEach, are_same
 from ssdo_gl.math3d import Region
 from ssdo_gl.planning.bodies import Bodies, bodies_of
-from ssdo_gl.planning.content import SceneContent, analyse, simplest_environment
+from ssdo_gl.planning.content import SceneContent, analyse
 from ssdo_gl.planning.view import Neighbours, ViewFacts, neighbours_of, seen_bodies, view_facts
 from ssdo_gl.planning.walk import Pipeline, build, decide
-from ssdo_gl.scene.environment import Environment
 from ssdo_gl.scene.lights import BLACK, Light
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
@@ -35,8 +34,7 @@ class FramePlan:
     Attributes
     ----------
     scene : Scene
-        Without lights that cannot matter, and with the simplest environment
-        that gives the same light. Indices of lights are those of the whole scene.
+        Without lights that cannot matter. Indices of lights are those of the whole scene.
     gloss_region : Region or None
         As in `Frame`.
     """
@@ -199,12 +197,11 @@ class Planner:
         if decided.lights is not None:
             choices = zip(lights, decided.lights, strict=True)
             lights = [light if is_on else self._unlit.of(light) for light, is_on in choices]
-        environment: Environment | None = scene.environment
-        if decided.simplifies_environment:
-            environment = simplest_environment(environment)
-        if environment is scene.environment and are_same(lights, scene.lights):
-            return scene
-        return dataclasses.replace(scene, lights=tuple(lights), environment=environment)
+        return (
+            scene
+            if are_same(lights, scene.lights)
+            else dataclasses.replace(scene, lights=tuple(lights))
+        )
 
 
 def _unlit(light: Light) -> Light:

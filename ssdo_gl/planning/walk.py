@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from ssdo_gl.effects import registry
 from ssdo_gl.effects.decisions import Decided, Decision
 from ssdo_gl.effects.effect import Effect, ImageSource, ReasonedPass, Term
-from ssdo_gl.effects.request import Request, Shortcut
+from ssdo_gl.effects.request import Request
 from ssdo_gl.graph.graph import compile_graph
 from ssdo_gl.graph.render_pass import RenderPass
 from ssdo_gl.passes.composite import CompositePass, OcclusionMode
@@ -46,16 +46,6 @@ class Pipeline:
         return tuple(dict.fromkeys(name for name in named if name is not None))
 
 
-def _reason_without_images(request: Request) -> str | None:
-    if not request.shows_picture or request.content.has_textures:
-        return None
-    return "no material has an image, so none is fetched"
-
-
-# The variants of the G-buffer's shader take care of it.
-NO_SURFACE_IMAGES = Shortcut("surface images", _reason_without_images, ())
-
-
 def decide(request: Request) -> Decided:
     """Ask every effect whether it is needed, those that others rest on first."""
     effects = registry.effects()
@@ -70,7 +60,6 @@ def decide(request: Request) -> Decided:
     for effect in request.running:
         for shortcut in effect.shortcuts:
             request.takes(shortcut)
-    request.takes(NO_SURFACE_IMAGES)
     if request.looks_around and not request.settings.is_reference:
         request.record(_averaging(request))
     return request.decided()
@@ -191,7 +180,7 @@ class _Builder:
         occlusions = (effect.occlusion(request) for effect in shown)
         visibility, combine = next((found for found in occlusions if found), NO_OCCLUSION)
         composite = CompositePass(
-            request.environment,
+            request.scene.environment,
             *_by_kind(term for effect in shown for term in effect.terms_of(request)),
             visibility=visibility,
             combine=combine,

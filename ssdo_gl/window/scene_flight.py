@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.planning.content import analyse
 from ssdo_gl.scene.animate import scene_at
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.light_edits import with_added_light, without_light
@@ -81,7 +80,7 @@ class SceneFlight:
         self.bounds: tuple[FloatArray, FloatArray] = scene.bounds()
         self.diagonal = float(np.linalg.norm(self.bounds[1] - self.bounds[0]))
         self.flight: Flight = start_flight(camera or scene.camera, self.diagonal)
-        self.clock = Clock.of(analyse(scene).has_motion)
+        self.clock = Clock.of(scene.moves)
         self._obstacles: Obstacles | None = None
         self.tour = Tour(views_file(source, self.folder), scene.camera)
         if self.tour.fault:

@@ -28,17 +28,13 @@ OFF = LightContent("map", is_on=False)
 RICH = SceneContent(
     lights=(LAMP, PANEL),
     environment="gradient",
-    environment_is_simplified=False,
     has_albedo=True,
     has_emission=True,
     has_unlit_emission=False,
     has_gloss=False,
     has_translucency=False,
     has_baked_occlusion=False,
-    has_textures=False,
     has_closed_meshes=True,
-    has_motion=False,
-    triangle_count=12,
 )
 NO_LIGHT = dataclasses.replace(
     RICH, lights=(OFF, dataclasses.replace(PANEL, is_on=False)), environment="none"
@@ -162,7 +158,6 @@ def test_full_takes_no_notice_of_content_and_view():
     assert full.lights is None and full.runs("emission")
     assert not full.spares("hemisphere")
     assert not (is_open(full) or shares_directions(full))
-    assert not full.simplifies_environment
 
 
 def test_no_shadows_means_no_shadow_map():
@@ -303,7 +298,7 @@ def test_references_take_no_notice_of_the_view():
     empty = facts(is_empty=True, reaches=(False, False))
     effects = decided_of(RICH, facts=empty, method="reference-near")
     assert effects.runs("traced_shadows") and effects.runs("reference_near")
-    assert effects.lights is None and not effects.simplifies_environment
+    assert effects.lights is None
     assert not shares_directions(effects)
 
 

@@ -25,7 +25,6 @@ from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment.environment_kinds import (
     ConstantEnvironment,
     GradientEnvironment,
-    MapEnvironment,
 )
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.material import Material
@@ -59,18 +58,6 @@ def both(device, shaders):
 def test_a_constant_sky_under_every_filter(both, estimator, settings):
     found = both(*PILE, environment=SKY, estimator=estimator, **settings)
     assert found.images["visibility"].min() < 0.9
-
-
-def test_a_sky_that_only_looks_complicated_is_simplified(both):
-    for environment in (
-        GradientEnvironment(GREY, GREY, GREY),
-        MapEnvironment(np.full((8, 16, 3), 0.5, np.float32)),
-    ):
-        assert "environment" not in both(*PILE, environment=environment).ran
-    image = np.full((8, 16, 3), 0.5, np.float32)
-    image[3, 5] = 0.6
-    almost = both(*PILE, environment=MapEnvironment(image))
-    assert "environment" in almost.ran
 
 
 def test_without_sky_and_window_there_is_no_directional_light(both):

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ssdo_gl.planning.content import analyse
 from ssdo_gl.scene.animate import scene_at
 from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment, GradientEnvironment
 from ssdo_gl.scene.lights import RectangleLight
@@ -110,7 +109,7 @@ def test_the_carousel_moves_and_others_do_not() -> None:
     for name in builtin_names():
         scene = load_scene(name)
         assert (scene_at(scene, 1.0) is not scene) == (name == "carousel")
-        assert analyse(scene).has_motion == (name == "carousel")
+        assert scene.moves == (name == "carousel")
 
 
 def test_the_coloured_lights_are_red_and_green_and_shadowed_by_ssdo() -> None:

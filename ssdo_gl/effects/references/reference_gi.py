@@ -95,5 +95,5 @@ class ReferenceGi(Effect):
         base = ReferenceGiSettings(chosen.spp, chosen.bounces, max_error=chosen.max_error)
         settings = request.with_overrides(self.name, base)
         features = request.ray_features
-        item = ReferenceGiPass(settings, features, request.environment)
+        item = ReferenceGiPass(settings, features, request.scene.environment)
         yield item, "all light transport, by paths"

@@ -106,5 +106,5 @@ class ReferenceNear(Effect):
         base = ReferenceNearSettings(request.radius, chosen.spp, chosen.max_error)
         settings = request.with_overrides(self.name, base)
         features = request.ray_features
-        item = ReferenceNearPass(settings, features, request.environment)
+        item = ReferenceNearPass(settings, features, request.scene.environment)
         yield item, "the near field, by rays"

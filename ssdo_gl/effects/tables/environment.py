@@ -12,7 +12,7 @@ import numpy as np
 from ssdo_gl import math3d
 from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ReasonedPass
-from ssdo_gl.effects.request import Request, Shortcut
+from ssdo_gl.effects.request import Request
 from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
@@ -95,20 +95,10 @@ def _upload(gl: moderngl.Context, rgb: FloatArray) -> moderngl.Texture:
     return make_texture(gl, (width, height), 4, "f4", rgba)
 
 
-def _reason_without_image(request: Request) -> str | None:
-    if not request.content.environment_is_simplified:
-        return None
-    return "it is black or of one colour everywhere, which needs no lookup"
-
-
-SIMPLE_SKY = Shortcut("environment image", _reason_without_image, ("environment",))
-
-
 class EnvironmentImage(Effect):
     """The image of the environment, for whoever looks it up."""
 
     name = "environment"
-    shortcuts = (SIMPLE_SKY,)
     settings: ClassVar[Mapping[str, type]] = {"environment": EnvironmentSettings}
 
     def is_asked(self, request: Request) -> bool:
@@ -117,7 +107,7 @@ class EnvironmentImage(Effect):
 
     def need(self, request: Request) -> Decision:
         """Run where it is an image that is not the same everywhere."""
-        is_map = isinstance(request.environment, MapEnvironment)
+        is_map = isinstance(request.scene.environment, MapEnvironment)
         reason = "the sky is an image" if is_map else "the sky is given by few colours"
         return Decision("sky", is_map, reason, ("environment",))
 

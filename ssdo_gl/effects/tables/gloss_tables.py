@@ -26,5 +26,5 @@ class GlossTables(Effect):
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
         """Yield the uploads; those that nothing reads are dropped."""
         yield ReflectanceTablePass(), "how much each roughness reflects"
-        if environment_kind(request.environment) > 1:
+        if environment_kind(request.scene.environment) > 1:
             yield EnvironmentLobesPass(), "the environment as rough surfaces reflect it"

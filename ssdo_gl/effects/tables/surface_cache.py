@@ -37,7 +37,7 @@ class SurfaceCache(Effect):
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
         """Yield what is done once for the geometry, once for the lights, and the bounces."""
         settings = request.with_overrides(self.name, SurfaceCacheSettings())
-        features, sky = request.ray_features, request.environment
+        features, sky = request.ray_features, request.scene.environment
         yield SurfelsPass(settings, features), "pieces of surface that keep light"
         yield SurfelRaysPass(settings, features), "what each piece sees of the others"
         yield SurfelSkyPass(settings, features, sky), "the sky that each piece sees"
