@@ -123,8 +123,6 @@ def _check_outputs(command: CommandLine, wanted: Sequence[str]) -> None:
             raise UsageError(f"--{flag} '': the name is empty")
     if run.scheduler is not None:
         check_scheduler(run.scheduler)
-        if run.estimators:
-            raise UsageError("--estimators measures in one process: leave out --scheduler")
         if STREAM in (command.scene, run.snapshot):
             raise UsageError("--scheduler: workers have no standard input or output (-)")
     if run.stats is not None:
@@ -248,9 +246,7 @@ def _carry_out(
         from ssdo_gl.bench.estimators import run_estimators
         from ssdo_gl.bench.run import run_bench
 
-        measure: Callable[..., object] = run_estimators
-        if not options.estimators:
-            measure = partial(run_bench, scheduler=options.scheduler)
+        measure: Callable[..., object] = run_estimators if options.estimators else run_bench
         measure(
             command.scene,
             settings,
@@ -259,6 +255,7 @@ def _carry_out(
             scene=scene,
             camera=camera,
             backend=options.backend,
+            scheduler=options.scheduler,
             command=text,
             quiet=options.quiet,
         )

@@ -5,6 +5,7 @@ Times are never theirs: a time is measured by the process that was called, when 
 
 from __future__ import annotations
 
+import platform
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -69,18 +70,27 @@ class SpreadRenderer(BenchRenderer):
 
 
 @contextmanager
-def spread(renderer: BenchRenderer, scheduler: str) -> Iterator[tuple[SpreadRenderer, str]]:
-    """Yield a renderer that has the workers of `scheduler`, and who they are, in words.
+def spread(renderer: BenchRenderer, scheduler: str | None) -> Iterator[tuple[BenchRenderer, str]]:
+    """Yield a renderer that has the workers of `scheduler`, and a sentence that says so.
 
-    At the end none of them is at work for it any more.
+    At the end none of them is at work for it any more. Without a scheduler it is `renderer`
+    itself, and the sentence is empty.
 
     Raises
     ------
     FarmError
     """
+    if scheduler is None:
+        yield renderer, ""
+        return
     inner = renderer.renderer
     task = inner.scene, inner.settings, renderer.device.backend, renderer.device_name
     with connected(scheduler) as farm:
         machines = ", ".join(f"{count} on {name}" for name, count in farm.machines().items())
-        yield SpreadRenderer(inner, farm.job(Measurer, task)), machines
+        sentence = (
+            f"Images and errors were made by workers ({machines}), with the numbers that one"
+            f" process gets; times were measured by one process on {platform.node()}, when"
+            " these had nothing more to do."
+        )
+        yield SpreadRenderer(inner, farm.job(Measurer, task)), sentence
         farm.settle()

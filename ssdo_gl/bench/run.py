@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import platform
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -276,15 +275,8 @@ class BenchRun:
     @contextmanager
     def _renderers(self) -> Iterator[BenchRenderer]:
         """Yield who makes images and errors: this process, or workers, which are then noted."""
-        if self.scheduler is None:
-            yield self.renderer
-            return
-        with spread(self.renderer, self.scheduler) as (renderer, machines):
-            self.notes.append(
-                f"Images and errors were made by workers ({machines}), with the numbers that one"
-                f" process gets; times were measured by one process on {platform.node()}, when"
-                " these had nothing more to do."
-            )
+        with spread(self.renderer, self.scheduler) as (renderer, sentence):
+            self.notes += [sentence] if sentence else []
             yield renderer
 
     def _clock(self, machine: Mapping[str, Any]) -> str:

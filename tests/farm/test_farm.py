@@ -14,7 +14,15 @@ import numpy as np
 import pytest
 
 from ssdo_gl.bench import references
-from ssdo_gl.bench.bench_workers import Measurer
+from ssdo_gl.bench.bench_workers import Measurer, spread
+from ssdo_gl.bench.estimators import estimator_views
+from ssdo_gl.bench.estimators.estimator_views import (
+    QUANTITIES,
+    RADII_PX,
+    TablePlan,
+    errors_in,
+    points_of,
+)
 from ssdo_gl.bench.measure import BenchRenderer, Point, Reference
 from ssdo_gl.bench.run import BenchPlan, BenchRun
 from ssdo_gl.cli import main
@@ -254,9 +262,24 @@ def test_a_bench_takes_no_worker_with_another_opengl() -> None:
         Measurer((scene, Settings(size=(16, 16)), "auto", "Other GPU"))
 
 
-def test_estimators_are_measured_in_one_process(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["corner", "--bench", "out", "--estimators", "--scheduler", "local"]) == 2
-    assert "--estimators measures in one process" in capsys.readouterr().err
+def test_errors_of_estimators_are_those_of_one_process(
+    address: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(estimator_views, "REFERENCE_SPP", 1)
+    monkeypatch.setattr(estimator_views, "REFERENCE_ERROR", 1.0)
+    plan = TablePlan(budgets=(8,), steps=(2,), seeds=2)
+    some = points_of(plan, QUANTITIES[0])[:3]
+    monkeypatch.setattr(estimator_views, "points_of", lambda *_: some)
+    base = Settings(size=(24, 18), radius=0.3)
+    found, said = [], []
+    with Renderer(load_scene("corner"), base) as renderer:
+        for name in (None, address):
+            with spread(BenchRenderer(renderer), name) as (maker, sentence):
+                said.append(sentence)
+                found.append(errors_in(maker, base, RADII_PX[0], plan))
+    here, there = ([(p, vars(j.blocks), vars(j.scalars)) for p, j in e.items()] for e in found)
+    np.testing.assert_equal(there, here)
+    assert len(here) == 3 and said[0] == "" and "made by workers (2 on" in said[1]
 
 
 def test_workers_of_another_version_are_refused(

@@ -38,7 +38,7 @@ from ssdo_gl.bench.estimators.estimator_views import (
     measure,
     unit_of,
 )
-from ssdo_gl.bench.measure import CLOCK_NAMES, Point
+from ssdo_gl.bench.measure import Point
 from ssdo_gl.bench.report import COLORS, MARKERS, as_bytes, check_libraries, drawn_in_style
 from ssdo_gl.bench.statistics import (
     bias_replicas,
@@ -214,11 +214,16 @@ def csv_rows(views: ViewTable) -> Iterator[dict[str, Any]]:
 
 
 def write(
-    outdir: Path, subjects: Subjects, plan: TablePlan, device: Device, progress: StageProgress
+    outdir: Path,
+    subjects: Subjects,
+    plan: TablePlan,
+    device: Device,
+    progress: StageProgress,
+    scheduler: str | None = None,
 ) -> list[dict[str, Any]]:
     """Measure, write the three files and return the rows of the first."""
     outdir.mkdir(parents=True, exist_ok=True)
-    views, clock = measure(subjects, plan, device, progress)
+    views, how = measure(subjects, plan, device, progress, scheduler)
     rows = list(csv_rows(views))
     buffer = io.StringIO()
     writer = csv.DictWriter(buffer, list(rows[0]), lineterminator="\n")
@@ -227,7 +232,7 @@ def write(
     replace_file(outdir / "estimators.csv", buffer.getvalue().encode())
     width, height = next(iter(subjects.values()))[1].size
     conditions = f"{device.renderer}; {width}x{height}; {', '.join(subjects)}; "
-    conditions += f"{plan.seeds} seeds; {plan.rounds} rounds by {CLOCK_NAMES[clock]}"
+    conditions += "; ".join([f"{plan.seeds} seeds", *how])
     sections = list(sections_of(views, plan))
     lines = [line for s in sections for line in (f"### {s.title}", "", *table(s.rows), "")]
     replace_file(outdir / "estimators.md", "\n".join([conditions, "", *lines]).encode())
@@ -244,6 +249,7 @@ def run_estimators(
     scene: Scene,
     camera: Camera | None,
     backend: str,
+    scheduler: str | None,
     command: str,
     quiet: bool,
 ) -> None:
@@ -251,7 +257,7 @@ def run_estimators(
 
     Raises
     ------
-    BenchError, MissingLibraryError, ContextError
+    BenchError, FarmError, MissingLibraryError, ContextError
     """
     if settings.radius not in (None, scene.render.get("radius")):
         pixels = ", ".join(f"{radius:g}" for radius in RADII_PX)
@@ -264,7 +270,7 @@ def run_estimators(
     try:
         with stage_progress(quiet=quiet) as progress:
             plan = QUICK if quick else TablePlan()
-            write(outdir, {scene_source: (scene, settings)}, plan, device, progress)
+            write(outdir, {scene_source: (scene, settings)}, plan, device, progress, scheduler)
     finally:
         device.release()
     if not quiet:

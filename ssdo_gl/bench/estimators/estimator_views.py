@@ -12,7 +12,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ssdo_gl.bench.bench_workers import spread
 from ssdo_gl.bench.measure import (
+    CLOCK_NAMES,
     BenchRenderer,
     ErrorPanel,
     Goal,
@@ -170,11 +172,30 @@ def _normalised(
     return dataclasses.replace(reference, images=images, variance=variance), level
 
 
-def measure_view(
-    renderer: BenchRenderer, base: Settings, radius_px: float, plan: TablePlan, clock: str
-) -> dict[Point, Measured]:
-    """Return errors and times of all points in one view; `base` has its radius."""
-    mask, judged, references = judged_pixels(renderer, base), {}, {}
+@dataclass(frozen=True, eq=False)
+class _Judging:
+    """Measures the errors of a point; plain data, which workers get."""
+
+    base: Settings
+    quantity: Quantity
+    reference: Reference
+    level: float
+    mask: Mask
+    seeds: int
+
+    def __call__(self, renderer: BenchRenderer, point: Point) -> Judged:
+        aov = self.quantity.aov
+        seeds = render_seeds(renderer, point, self.base, self.seeds, (aov,))
+        images = [self.quantity.normalised(image, self.level) for image in seeds]
+        return judge(self.quantity.panel, images, self.reference, self.mask, 0.0)
+
+
+def errors_in(
+    renderer: BenchRenderer, base: Settings, radius_px: float, plan: TablePlan
+) -> dict[Point, Judged]:
+    """Return errors of all points in one view; `base` has its radius."""
+    mask, references = judged_pixels(renderer, base), {}
+    judged: dict[Point, Judged] = {}
     for quantity in QUANTITIES:
         if radius_px not in quantity.radii_px:
             continue
@@ -187,10 +208,20 @@ def measure_view(
         if found is None:
             continue
         reference, level = found
-        for point in points_of(plan, quantity):
-            seeds = render_seeds(renderer, point, base, plan.seeds, (quantity.aov,))
-            images = [quantity.normalised(image, level) for image in seeds]
-            judged[point] = judge(quantity.panel, images, reference, mask, 0.0)
+        judging = _Judging(base, quantity, reference, level, mask, plan.seeds)
+        points = points_of(plan, quantity)
+        judged.update(zip(points, renderer.each(judging, points), strict=True))
+    return judged
+
+
+def with_times(
+    renderer: BenchRenderer,
+    judged: Mapping[Point, Judged],
+    base: Settings,
+    plan: TablePlan,
+    clock: str,
+) -> dict[Point, Measured]:
+    """Return errors and times of all points in one view that take time."""
     points = list(judged)
     times = np.zeros((len(points), plan.rounds))
     for number in range(plan.rounds):
@@ -204,10 +235,18 @@ def measure_view(
 
 
 def measure(
-    subjects: Subjects, plan: TablePlan, device: Device, progress: StageProgress
-) -> tuple[ViewTable, str]:
-    """Return every view's measurements, and by which clock."""
-    views, clock = {}, ""
+    subjects: Subjects,
+    plan: TablePlan,
+    device: Device,
+    progress: StageProgress,
+    scheduler: str | None = None,
+) -> tuple[ViewTable, list[str]]:
+    """Return every view's measurements, and how they were made, in words.
+
+    Workers of `scheduler`, if any, make errors; times are measured here, after them.
+    """
+    views: dict[tuple[str, float], Mapping[Point, Measured]] = {}
+    how: list[str] = []
     for name, (scene, settings) in subjects.items():
         with Renderer(scene, settings, device=device) as r:
             clock = trusted_clock(describe_machine(device, r.timer_kind, ""))
@@ -217,13 +256,19 @@ def measure(
             if not mask.any():
                 raise BenchError("the camera sees no surface: there is nothing to measure")
             unit_px = mean_radius_px(renderer, base, mask)
-            for radius_px in plan.radii_px:
-                progress.say(f"{name}, R of {radius_px:g} px")
-                at = dataclasses.replace(base, radius=radius_px / unit_px)
-                views[name, radius_px] = measure_view(renderer, at, radius_px, plan, clock)
+            bases = {px: dataclasses.replace(base, radius=px / unit_px) for px in plan.radii_px}
+            judged = {}
+            with spread(renderer, scheduler) as (maker, sentence):
+                for radius_px, at in bases.items():
+                    progress.say(f"{name}, R of {radius_px:g} px")
+                    judged[radius_px] = errors_in(maker, at, radius_px, plan)
+            for radius_px, at in bases.items():
+                progress.say(f"{name}, R of {radius_px:g} px, times")
+                views[name, radius_px] = with_times(renderer, judged[radius_px], at, plan, clock)
+            how = [f"{plan.rounds} rounds by {CLOCK_NAMES[clock]}", *filter(None, [sentence])]
     if not any(views.values()):
         raise BenchError("nothing in view blocks anything: every estimator is exact, and none runs")
-    return views, clock
+    return views, how
 
 
 def unit_of(view: Mapping[Point, Measured], quantity: Quantity) -> NDArray[np.float64]:
