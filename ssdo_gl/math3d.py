@@ -18,6 +18,9 @@ IntArray = NDArray[np.int64]
 Vector = tuple[float, float, float]
 # x, y, width and height in pixels, from the bottom left.
 Region = tuple[int, int, int, int]
+# Sine of the angle between two edges below which their float64 cross product is rounding
+# noise rather than an area.
+FLAT_SINE = 1e-12
 
 
 def read_only(array: FloatArray) -> FloatArray:

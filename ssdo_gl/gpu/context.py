@@ -50,6 +50,11 @@ DEVICE_INDEX = "GLCONTEXT_DEVICE_INDEX"
 _CORE_PROFILE_BIT = 1  # GL_CONTEXT_CORE_PROFILE_BIT
 
 
+def draws_on_cpu(gl: moderngl.Context) -> bool:
+    """Return whether the driver of a context draws on the CPU."""
+    return any(name in gl.info["GL_RENDERER"].lower() for name in _SOFTWARE_NAMES)
+
+
 class ContextError(RuntimeError):
     """No usable OpenGL: one line that says what was tried and which package helps."""
 
@@ -75,7 +80,7 @@ class Device:
         self.renderer = str(gl.info["GL_RENDERER"])
         self.version = str(gl.info["GL_VERSION"])
         self.vendor = str(gl.info["GL_VENDOR"])
-        self.is_software = any(name in self.renderer.lower() for name in _SOFTWARE_NAMES)
+        self.is_software = draws_on_cpu(gl)
         self._close = close
         self._is_released = False
         self._owner = ContextOwner()

@@ -1,4 +1,4 @@
-"""The sRGB transfer function (IEC 61966-2-1), both ways, in NumPy."""
+"""Luminance, and the sRGB transfer function (IEC 61966-2-1) both ways, in NumPy."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+# Of scene-linear Rec.709.
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 _Floats = NDArray[np.floating[Any]]
 
 

@@ -6,16 +6,14 @@ import math
 
 import numpy as np
 
+from ssdo_gl.images.color import LUMINANCE
 from ssdo_gl.images.error import FloatImage
+from ssdo_gl.settings.settings import MAX_EXPOSURE_EV
 
-# Of Rec.709, scene-linear.
-_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 # The brighter surfaces of a picture come to lie here; a light grey wall would.
 _TARGET, _PERCENTILE = 0.35, 75.0
 # No more than a twentieth of a picture is whiter than white.
 _BRIGHTEST, _BRIGHT_PERCENTILE = 1.1, 95.0
-# Beyond, the exposed image would leave the range of float32.
-_MAX_EV = 60.0
 
 
 def measured_exposure(beauty: FloatImage, slack: float = 0.0) -> float:
@@ -34,7 +32,7 @@ def measured_exposure(beauty: FloatImage, slack: float = 0.0) -> float:
     float
         0 if nothing that is covered shines.
     """
-    light = beauty[..., :3][beauty[..., 3] > 0.0].astype(np.float64) @ _LUMINANCE
+    light = beauty[..., :3][beauty[..., 3] > 0.0].astype(np.float64) @ LUMINANCE
     light = light[np.isfinite(light)]
     if not len(light) or light.max() <= 0.0:
         return 0.0
@@ -43,4 +41,4 @@ def measured_exposure(beauty: FloatImage, slack: float = 0.0) -> float:
     highest = math.log2(_BRIGHTEST / (bright if bright > 0.0 else light.max()))
     wanted = math.log2(_TARGET / level) if level > 0.0 else highest
     chosen = min(wanted - min(max(wanted, -slack), slack), highest)
-    return round(min(max(chosen, -_MAX_EV), _MAX_EV), 1) + 0.0
+    return round(min(max(chosen, -MAX_EXPOSURE_EV), MAX_EXPOSURE_EV), 1) + 0.0

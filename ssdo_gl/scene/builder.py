@@ -24,10 +24,7 @@ from ssdo_gl.scene.motion import Trajectory
 from ssdo_gl.scene.scene import Scene, SceneError
 from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.settings.loading import USUAL, LoadOptions
-
-# Coordinates leave float64 for float32 relative to the camera; between these sizes
-# neither they nor their squares overflow or vanish there.
-SMALLEST_SCENE, LARGEST_SCENE = 1e-15, 1e15
+from ssdo_gl.settings.settings import LONGEST, SHORTEST
 
 # Each light is drawn into a shadow map of its own: some milliseconds a light.
 MAX_LIGHTS = 1024
@@ -326,10 +323,10 @@ class SceneBuilder:
         )
         low, high = scene.bounds()
         extent, reach = float((high - low).max()), float(np.abs([low, high]).max())
-        if not (np.isfinite(reach) and reach <= LARGEST_SCENE and extent >= SMALLEST_SCENE):
+        if not (np.isfinite(reach) and reach <= LONGEST and extent >= SHORTEST):
             raise SceneError(
                 f"{self.source}: the scene measures {extent:g} and reaches to {reach:g} scene "
-                f"units: expected a size from {SMALLEST_SCENE:g} to {LARGEST_SCENE:g}"
+                f"units: expected a size from {SHORTEST:g} to {LONGEST:g}"
             )
 
     def _check_counts(self) -> None:

@@ -10,9 +10,6 @@ from ssdo_gl.settings.fields import SettingError, shown
 
 # float32 holds 3.4e38, but sums and products of larger numbers than this leave it.
 LARGEST_NUMBER = 1e30
-# Coordinates leave float64 for float32 relative to the camera; up to here neither they
-# nor their squares overflow there.
-LARGEST_COORDINATE = 1e15
 
 
 def finite(value: object, largest: float = LARGEST_NUMBER) -> float | None:

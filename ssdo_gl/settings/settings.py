@@ -30,7 +30,8 @@ COMBINES: tuple[str, ...] = typing.get_args(Combine)
 # 16384 is the smallest maximum texture size of desktop OpenGL drivers in use, and
 # of llvmpipe; larger frames would need tiling.
 MAX_SIZE_PX = 16384
-# Squares of lengths within these ends are normal numbers of float32; scenes end there, too.
+# Lengths, coordinates and sizes of scenes leave float64 for float32 relative to the camera;
+# within these ends neither they nor their squares overflow or vanish there.
 SHORTEST, LONGEST = 1e-15, 1e15
 # Beyond 2^60 the exposed image would leave the range of float32.
 MAX_EXPOSURE_EV = 60.0

@@ -11,6 +11,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from ssdo_gl.gpu.context import draws_on_cpu
 from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.raytracing.bvh import Bvh
@@ -33,8 +34,6 @@ TABLE_TEXELS = {
 }
 SHADING_TABLES = ("ray_surfaces", "ray_materials", "ray_atlas", "ray_data_atlas")
 EMITTER_TABLES = ("ray_emitters", "ray_emitter_groups", "ray_map_cells")
-# Names under which llvmpipe and other software rasterizers report themselves.
-SOFTWARE_RENDERERS = ("llvmpipe", "softpipe", "swrast", "SwiftShader")
 
 
 def record_texture(
@@ -80,7 +79,7 @@ def ray_reads(features: RayFeatures, *, shades: bool = False) -> tuple[str, ...]
 
 def ray_defines(context: PassContext, features: RayFeatures) -> dict[str, int]:
     """Return the defines of ``rays/bvh.glsl`` and what it includes."""
-    is_software = any(name in context.gl.info["GL_RENDERER"] for name in SOFTWARE_RENDERERS)
+    is_software = draws_on_cpu(context.gl)
     return {
         "BVH_LEVELS": bvh_of(context).depth,
         "BVH_STACK_IN_REGISTERS": int(is_software),

@@ -16,6 +16,7 @@ from ssdo_gl.scene.emissive_meshes import emitted_radiance
 from ssdo_gl.scene.geometry import Mesh, SceneObject, placed, spans
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Material
+from ssdo_gl.settings.settings import MAX_EXPOSURE_EV
 
 # Radiance that a light grey surface gets from direct light alone at the brighter end
 # of the scene; indirect light adds about half as much again in a room.
@@ -198,8 +199,7 @@ def _percentile(values: FloatArray, weight: FloatArray, percent: float) -> float
 
 
 def _rounded(exposure: float) -> float:
-    # Beyond 2^60 the exposed image would leave the range of float32.
-    return float(np.round(np.clip(exposure, -60.0, 60.0), 1))
+    return float(np.round(np.clip(exposure, -MAX_EXPOSURE_EV, MAX_EXPOSURE_EV), 1))
 
 
 def exposure_for(

@@ -9,16 +9,13 @@ from typing import Any, NoReturn
 import numpy as np
 
 from ssdo_gl import math3d
-from ssdo_gl.math3d import FloatArray, Vector
+from ssdo_gl.math3d import FLAT_SINE, FloatArray, Vector
 from ssdo_gl.scene.material import Color
-from ssdo_gl.scene.numbers import LARGEST_COORDINATE, finite
+from ssdo_gl.scene.numbers import finite
 from ssdo_gl.scene.scene import SceneError
 from ssdo_gl.settings.fields import shown
+from ssdo_gl.settings.settings import LONGEST
 from ssdo_gl.suggestion import suggestion
-
-# The sine of the angle between two edges below which the float64 cross product is
-# rounding noise rather than an area.
-FLAT_SINE = 1e-12
 
 
 class Table:
@@ -69,7 +66,7 @@ class Table:
         if key not in self.data and default is not None:
             return default
         expected = "expected a number" + _range_text(low, high, open_ends)
-        value = finite(self.data.get(key), LARGEST_COORDINATE)
+        value = finite(self.data.get(key), LONGEST)
         if value is None:
             self.fail(key, expected)
         inside = low < value < high if open_ends else low <= value <= high
@@ -109,11 +106,11 @@ class Table:
         """Return `count` finite numbers, shape (count,), float64."""
         value = self.data.get(key)
         if isinstance(value, list) and len(value) == count:
-            numbers = [finite(item, LARGEST_COORDINATE) for item in value]
+            numbers = [finite(item, LONGEST) for item in value]
             usable = [number for number in numbers if number is not None]
             if len(usable) == count:
                 return np.array(usable)
-        self.fail(key, f"expected {count} finite numbers up to {LARGEST_COORDINATE:g}, [x, y, z]")
+        self.fail(key, f"expected {count} finite numbers up to {LONGEST:g}, [x, y, z]")
 
     def vector(self, key: str, default: Vector | None = None) -> Vector:
         """Return three finite numbers."""
@@ -146,7 +143,7 @@ class Table:
         expected = "expected three numbers [r, g, b]" + _range_text(0.0, high, False)
         if not isinstance(value, list) or len(value) != 3:
             self.fail(key, expected)
-        parts = [finite(item, LARGEST_COORDINATE) for item in value]
+        parts = [finite(item, LONGEST) for item in value]
         good = [part for part in parts if part is not None and 0.0 <= part <= high]
         if len(good) != 3:
             self.fail(key, expected)
@@ -181,6 +178,6 @@ def _range_text(low: float, high: float, open_ends: bool) -> str:
     if low > -math.inf:
         ends.append(f"{more} {low:g}")
     if high == math.inf:
-        less, high = "at most", LARGEST_COORDINATE
+        less, high = "at most", LONGEST
     ends.append(f"{less} {high:g}")
     return " " + " and ".join(ends)

@@ -9,14 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.math3d import FloatArray, largest_of_rows, lengths_of_rows
+from ssdo_gl.math3d import FLAT_SINE, FloatArray, largest_of_rows, lengths_of_rows
 from ssdo_gl.scene.geometry.array_spans import spans
 from ssdo_gl.scene.geometry.mesh import Mesh
 from ssdo_gl.scene.numbers import LARGEST_NUMBER
-
-# Sine of a triangle's corner, at the scale of its longest edge, below which float64
-# cannot tell its plane any more.
-FLAT_SINE = 1e-12
 
 
 @dataclass(frozen=True)

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ssdo_gl.images.color import LUMINANCE
+
 # Stops relative to radiance 1, white at exposure 0: from what no display tells from
 # black to a bright lamp.
 STOPS = (-10.0, 6.0)
 BINS_PER_STOP = 4
-_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
 def radiance_histogram(beauty: NDArray[np.float32]) -> NDArray[np.float64]:
@@ -27,7 +28,7 @@ def radiance_histogram(beauty: NDArray[np.float32]) -> NDArray[np.float64]:
         not finite nowhere. Zeros if nothing is covered.
     """
     count = int((STOPS[1] - STOPS[0]) * BINS_PER_STOP)
-    luminance = beauty[beauty[:, :, 3] > 0.0][:, :3].astype(np.float64) @ _LUMINANCE
+    luminance = beauty[beauty[:, :, 3] > 0.0][:, :3].astype(np.float64) @ LUMINANCE
     luminance = luminance[np.isfinite(luminance)]
     if luminance.size == 0:
         return np.zeros(count)

@@ -6,7 +6,7 @@ import numpy as np
 
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json, numbers
-from ssdo_gl.scene.numbers import LARGEST_COORDINATE
+from ssdo_gl.settings.settings import LONGEST
 
 _REST = {
     "translation": (0.0, 0.0, 0.0),
@@ -42,8 +42,8 @@ class NodeTree:
                 raise GltfError(f"node {index} has two parents")
             local = local_matrix(node, f"node {index}")
             world = local if parent is None else self.world[parent] @ local
-            if not np.all(np.abs(world) <= LARGEST_COORDINATE):
-                raise GltfError(f"node {index} lies or reaches beyond {LARGEST_COORDINATE:g}")
+            if not np.all(np.abs(world) <= LONGEST):
+                raise GltfError(f"node {index} lies or reaches beyond {LONGEST:g}")
             self.parents[index], self.local[index], self.world[index] = parent, local, world
             visibility = node.get("extensions", {}).get("KHR_node_visibility", {})
             shown = shown and visibility.get("visible", True) is not False

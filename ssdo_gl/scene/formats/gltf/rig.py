@@ -13,7 +13,7 @@ from ssdo_gl.scene.formats.gltf.animation import Channels
 from ssdo_gl.scene.formats.gltf.document import Document, GltfError
 from ssdo_gl.scene.formats.gltf.nodes import NodeTree, matrix_of, placement
 from ssdo_gl.scene.geometry import with_area
-from ssdo_gl.scene.numbers import LARGEST_COORDINATE
+from ssdo_gl.settings.settings import LONGEST
 
 # Times at which something that has no size at first is looked at, so that it can grow.
 _LOOKS = 16
@@ -70,7 +70,7 @@ class Rig:
                     local = matrix_of(place)
                 if parent is not None:
                     local = worlds.get(parent, self._tree.world[parent]) @ local
-                usable = np.all(np.abs(local) <= LARGEST_COORDINATE)
+                usable = np.all(np.abs(local) <= LONGEST)
                 worlds[node] = local if usable else np.diag([0.0, 0.0, 0.0, 1.0])
         return worlds
 

@@ -6,12 +6,12 @@ import numpy as np
 
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.builder import LARGEST_SCENE, SMALLEST_SCENE
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json, number, numbers, shown
 from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.lights import Light, kind_of_gltf
 from ssdo_gl.scene.numbers import LARGEST_NUMBER
+from ssdo_gl.settings.settings import LONGEST, SHORTEST
 
 
 def read_light(document: Document, index: int, world: FloatArray, model: Model) -> Light | None:
@@ -52,10 +52,8 @@ def read_camera(camera: Json, world: FloatArray, model: Model) -> Camera:
         half = number(camera["orthographic"], "ymag", np.nan, "camera")
         # Negative ones are out of use; they mean the same.
         height = 2.0 * abs(half)
-        if not SMALLEST_SCENE <= height <= LARGEST_SCENE:
-            raise GltfError(
-                f"camera: ymag = {half:g}: expected {SMALLEST_SCENE:g} to {LARGEST_SCENE:g}"
-            )
+        if not SHORTEST <= height <= LONGEST:
+            raise GltfError(f"camera: ymag = {half:g}: expected {SHORTEST:g} to {LONGEST:g}")
     else:
         fov_y = float(np.degrees(number(camera["perspective"], "yfov", np.nan, "camera")))
         if not 0.0 < fov_y < 180.0:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from ssdo_gl.scene.builder import LARGEST_SCENE, SMALLEST_SCENE
 from ssdo_gl.scene.camera import PROJECTIONS, Camera
 from ssdo_gl.scene.files import Table
-from ssdo_gl.settings.settings import MAX_EXPOSURE_EV
+from ssdo_gl.settings.settings import LONGEST, MAX_EXPOSURE_EV, SHORTEST
 
 # What a camera has that was not placed by a file.
 USUAL_FOV_Y = 40.0
@@ -44,4 +43,4 @@ def read_height(table: Table) -> float | None:
         return 0.0 if is_parallel else None
     if not is_parallel:
         table.fail("height", 'it belongs to projection = "orthographic"')
-    return table.number("height", low=SMALLEST_SCENE, high=LARGEST_SCENE)
+    return table.number("height", low=SHORTEST, high=LONGEST)
