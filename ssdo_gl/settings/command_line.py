@@ -10,7 +10,7 @@ from ssdo_gl.scene.camera import PROJECTIONS, Camera
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import describe, number_text, value_text
 from ssdo_gl.settings.loading import FIT, USUAL, LoadOptions
-from ssdo_gl.settings.resolve import settings_for
+from ssdo_gl.settings.resolve import settings_for, told
 
 
 def command_line(
@@ -65,16 +65,10 @@ def loading_flags(loading: LoadOptions) -> list[str]:
 
 def settings_flags(settings: Settings, scene_settings: Mapping[str, Any]) -> list[str]:
     """Return the flags that make `settings` from what a scene asks for."""
-    words = []
-    # Without the method among the flags, the scene's estimator would hold as well.
-    given = {"method": settings.method}
-    usual = settings_for(scene_settings, given)
-    if settings.method != settings_for(scene_settings, {}).method:
-        words += ["--method", settings.method]
-    for name, info in describe(Settings).items():
-        value = getattr(settings, name)
-        if name not in ("method", "overrides") and value not in (None, getattr(usual, name)):
-            words += [info.flag, value_text(value)]
+    words, infos = [], describe(Settings)
+    for name, value in told(settings, scene_settings).items():
+        if name != "method" or value != settings_for(scene_settings, {}).method:
+            words += [infos[name].flag, value_text(value)]
     for key, value in sorted(settings.overrides.items()):
         words += ["--set", f"{key}={value_text(value)}"]
     return words

@@ -17,7 +17,7 @@ from ssdo_gl.settings.fields import (
     shown,
 )
 from ssdo_gl.settings.passes import overrides_from_table
-from ssdo_gl.settings.resolve import settings_for
+from ssdo_gl.settings.resolve import told
 from ssdo_gl.settings.settings import Settings
 from ssdo_gl.toml_text import read_toml
 
@@ -90,12 +90,10 @@ def preset_text(settings: Settings, scene_settings: Mapping[str, Any]) -> str:
     scene_settings : mapping
         ``Scene.render``.
     """
-    usual = settings_for(scene_settings, {"method": settings.method})
+    infos = describe(Settings)
     lines = ["# Read by: ssdo-gl SCENE --preset THIS_FILE", "", "[settings]"]
-    for name, info in describe(Settings).items():
-        value = getattr(settings, name)
-        is_told = name == "method" or value not in (None, getattr(usual, name))
-        if is_told and info.is_quality and name != "overrides":
+    for name, value in told(settings, scene_settings).items():
+        if infos[name].is_quality:
             lines.append(f"{name} = {toml_value(value)}")
     if settings.overrides:
         lines += ["", "[settings.overrides]"]

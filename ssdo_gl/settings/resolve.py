@@ -11,7 +11,7 @@ from ssdo_gl.math3d import Vector, vector
 from ssdo_gl.scene.camera import PROJECTIONS, Camera
 from ssdo_gl.scene.defaults import parallel
 from ssdo_gl.scene.scene import Scene
-from ssdo_gl.settings.fields import SettingError, info_of, shown
+from ssdo_gl.settings.fields import SettingError, describe, info_of, shown
 from ssdo_gl.settings.passes import overrides_from_table, overrides_from_text
 from ssdo_gl.settings.settings import MAX_EXPOSURE_EV, MAX_SPP, SHORTEST, Settings
 
@@ -125,6 +125,18 @@ def with_scene_settings(settings: Settings, scene_settings: Mapping[str, Any]) -
         added.pop("estimator", None)
     overrides_from_table(settings.overrides)
     return dataclasses.replace(settings, **added, is_resolved=True).checked()
+
+
+def told(settings: Settings, scene_settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the method, and what else makes `settings` of a scene's; overrides aside."""
+    # Without the method among them, the scene's estimator would hold as well.
+    usual = settings_for(scene_settings, {"method": settings.method})
+    fields = {name: getattr(settings, name) for name in describe(Settings) if name != "overrides"}
+    return {
+        name: value
+        for name, value in fields.items()
+        if name == "method" or value not in (None, getattr(usual, name))
+    }
 
 
 def resolved(settings: Settings, scene: Scene) -> Settings:

@@ -11,9 +11,7 @@ from typing import Any
 from ssdo_gl.images.files import OutputError, write_atomically
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import (
-    ConstantEnvironment,
     Environment,
-    GradientEnvironment,
     MapEnvironment,
     SkyEnvironment,
     kind_of,
@@ -25,7 +23,7 @@ from ssdo_gl.scene.material_edits import EDITED
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.fields import describe
 from ssdo_gl.settings.preset_files import toml_value
-from ssdo_gl.settings.resolve import settings_for
+from ssdo_gl.settings.resolve import told
 from ssdo_gl.settings.settings import Settings
 
 
@@ -98,42 +96,31 @@ def write_scene(path: Path, text: str) -> None:
 
 def _camera_lines(camera: Camera) -> Iterator[str]:
     for name in ("position", "target", "up"):
-        yield f"{name} = {_list(getattr(camera, name))}"
+        yield f"{name} = {_numbers(getattr(camera, name))}"
     if camera.height is not None:
         yield 'projection = "orthographic"'
-        yield f"height = {toml_value(float(camera.height))}"
+        yield f"height = {_numbers(camera.height)}"
     for name in ("fov_y", "exposure"):
-        yield f"{name} = {toml_value(float(getattr(camera, name)))}"
+        yield f"{name} = {_numbers(getattr(camera, name))}"
 
 
 def _environment_lines(environment: Environment | None) -> Iterator[str]:
     if isinstance(environment, SkyEnvironment):
         yield 'kind = "sky"'
-        for name, value in dataclasses.asdict(environment.daylight).items():
-            yield f"{name} = {toml_value(float(value))}"
-        return
-    if isinstance(environment, MapEnvironment):
+        fields = dataclasses.asdict(environment.daylight)
+    elif isinstance(environment, MapEnvironment):
         # The image is that of the base: only its turn can have been changed.
-        yield f"rotation_y = {toml_value(float(environment.rotation_y))}"
-        return
-    yield f"kind = {json.dumps(kind_of(environment))}"
-    if isinstance(environment, ConstantEnvironment):
-        yield f"radiance = {_list(environment.radiance)}"
-    elif isinstance(environment, GradientEnvironment):
-        for name in ("zenith", "horizon", "ground"):
-            yield f"{name} = {_list(getattr(environment, name))}"
+        fields = {"rotation_y": environment.rotation_y}
+    else:
+        yield f"kind = {json.dumps(kind_of(environment))}"
+        fields = {} if environment is None else dataclasses.asdict(environment)
+    yield from (f"{name} = {_numbers(value)}" for name, value in fields.items())
 
 
 def render_table(settings: Settings, asked: Mapping[str, Any]) -> dict[str, Any]:
     """Return the [render] table that makes `settings` of what a base asks for."""
-    usual = settings_for(asked, {"method": settings.method})
-    table = {}
-    for name, info in describe(Settings).items():
-        value = getattr(settings, name)
-        is_told = name == "method" or value not in (None, getattr(usual, name))
-        if info.in_scene and is_told:
-            table[name] = value
-    return table
+    infos = describe(Settings)
+    return {n: value for n, value in told(settings, asked).items() if infos[n].in_scene}
 
 
 def _edit_lines(number: int, before: Light, after: Light | None) -> Iterator[str]:
@@ -145,11 +132,11 @@ def _edit_lines(number: int, before: Light, after: Light | None) -> Iterator[str
         yield "remove = true"
         return
     if after.emitted != before.emitted:
-        yield f"emitted = {_list(after.emitted)}"
+        yield f"emitted = {_numbers(after.emitted)}"
     turned = [n for n in after.turned_fields if getattr(after, n) != getattr(before, n)]
-    yield from (f"{name} = {_list(getattr(after, name))}" for name in turned)
+    yield from (f"{name} = {_numbers(getattr(after, name))}" for name in turned)
     if after.place is not None and (turned or after.place != before.place):
-        yield f"place = {_list(after.place)}"
+        yield f"place = {_numbers(after.place)}"
 
 
 def _material_lines(number: int, before: Material, after: Material) -> Iterator[str]:
@@ -157,15 +144,14 @@ def _material_lines(number: int, before: Material, after: Material) -> Iterator[
     values = {n: getattr(after, n) for n in EDITED if getattr(after, n) != getattr(before, n)}
     if values:
         yield from ("", "[[edit]]", f"material = {number}")
-    for name, value in values.items():
-        yield f"{name} = {_list(value) if isinstance(value, tuple) else toml_value(float(value))}"
+    yield from (f"{name} = {_numbers(value)}" for name, value in values.items())
 
 
 def _light_lines(light: Light) -> Iterator[str]:
     yield f"kind = {json.dumps(next(n for n, kind in KINDS.items() if type(light) is kind))}"
     for name in ("name", "shadow", *light.keys()):
         value = getattr(light, name)
-        yield f"{name} = {_list(value) if isinstance(value, tuple) else toml_value(value)}"
+        yield f"{name} = {_numbers(value) if isinstance(value, tuple) else toml_value(value)}"
 
 
 def _render_lines(settings: Settings, asked: Mapping[str, Any]) -> Iterator[str]:
@@ -173,5 +159,8 @@ def _render_lines(settings: Settings, asked: Mapping[str, Any]) -> Iterator[str]
         yield f"{name} = {toml_value(list(value) if isinstance(value, tuple) else value)}"
 
 
-def _list(values: Sequence[float]) -> str:
-    return "[" + ", ".join(toml_value(float(value)) for value in values) + "]"
+def _numbers(value: float | Sequence[float]) -> str:
+    """Return one number, or several, as floats of TOML."""
+    if isinstance(value, (int, float)):
+        return toml_value(float(value))
+    return "[" + ", ".join(toml_value(float(number)) for number in value) + "]"
