@@ -11,9 +11,8 @@ from ssdo_gl.effects.effect import Effect, ImageSource, ReasonedPass
 from ssdo_gl.effects.methods import ALL, REFERENCES
 from ssdo_gl.effects.near_field import OPEN_DIRECTIONS, estimator_settings, filtered
 from ssdo_gl.effects.request import Request
-from ssdo_gl.passes.ambient_visibility import SsaoPass, SsaoSettings
+from ssdo_gl.passes.ambient_visibility import ConstantVisibilityPass, SsaoPass, SsaoSettings
 from ssdo_gl.passes.composite import OcclusionMode
-from ssdo_gl.passes.constant import ConstantPass
 from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterSettings
 
 
@@ -42,7 +41,7 @@ class Ssao(Effect):
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
         """Yield estimator and filter, or a constant where nothing can be blocked."""
         if request.takes(OPEN_DIRECTIONS):
-            yield ConstantPass("visibility", (1.0,)), "every visible point is open"
+            yield ConstantVisibilityPass(), "every visible point is open"
             return
         item = SsaoPass(
             estimator_settings(request, "ssao", SsaoSettings),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -94,3 +94,14 @@ class SsaoPass(RenderPass):
             uniforms(self.settings, context.frame, self._has_back_layer),
             {f"t_{name}": context.inputs[name] for name in self.reads},
         )
+
+
+class ConstantVisibilityPass(RenderPass):
+    """Writes `visibility`: 1, without looking at anything; it runs once."""
+
+    name = "constant_visibility"
+    writes: Mapping[str, TextureSpec] = {"visibility": TextureSpec(1)}
+
+    def execute(self, context: PassContext) -> None:
+        assert context.target is not None
+        context.target.clear(1.0)

@@ -30,6 +30,8 @@ class SenderRadiancePass(RenderPass):
 
     overwrites: ClassVar[bool] = True
 
+    name = "sender_radiance"
+
     def __init__(
         self,
         irradiances: Sequence[str] = (),
@@ -37,7 +39,6 @@ class SenderRadiancePass(RenderPass):
         *,
         glossy: bool = False,
     ) -> None:
-        self.name = "sender_radiance"
         self._glossy = glossy
         self._irradiances = tuple(irradiances)
         self._terms = term_wiring(irradiances, radiances)

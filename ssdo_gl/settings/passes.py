@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ssdo_gl.effects import registry
+from ssdo_gl.graph.render_pass import RenderPass
+from ssdo_gl.planning import walk  # noqa: F401 - defines the passes that no effect has
 from ssdo_gl.settings.fields import (
     SettingError,
     SettingInfo,
@@ -16,34 +18,14 @@ from ssdo_gl.settings.fields import (
 )
 from ssdo_gl.suggestion import suggestion
 
-_WITHOUT_SETTINGS = (
-    "gbuffer",
-    "back_faces",
-    "depth_layers",
-    "sender_radiance",
-    "bvh_upload",
-    "surface_tables",
-    "material_table",
-    "emitter_tables",
-    "far_probe_points",
-    "far_probes",
-    "cached_irradiance",
-    "sender_irradiance",
-    "surfels",
-    "surfel_rays",
-    "surfel_sky",
-    "surfel_direct",
-    "reflectance_table",
-    "environment_lobes",
-    "reflected_radiance",
-    "composite",
-    "constant_visibility",
-)
 
-
-def passes_without_settings() -> Sequence[str]:
+def passes_without_settings() -> frozenset[str]:
     """Return the names of the other passes that ``--explain`` may show."""
-    return *_WITHOUT_SETTINGS, *(f"{name}_radiance" for name in registry.image_names())
+    found, images = [RenderPass], (f"{name}_radiance" for name in registry.image_names())
+    for kind in found:
+        found += kind.__subclasses__()
+    named = (kind.name for kind in found if "name" in vars(kind))
+    return frozenset((*named, *images)) - registry.pass_settings().keys()
 
 
 def override_info(key: str) -> SettingInfo:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from passes.pass_harness import make_frame, make_scene, quad, run_pass
 
+from ssdo_gl.passes.ambient_visibility import ConstantVisibilityPass
 from ssdo_gl.passes.composite import CompositePass
-from ssdo_gl.passes.constant import ConstantPass
 from ssdo_gl.passes.gbuffer import GBufferPass
 from ssdo_gl.passes.sender_radiance import SenderRadiancePass
 
@@ -32,17 +32,11 @@ def noise(seed, channels, high=1.0):
     return np.random.default_rng(seed).uniform(0.0, high, (HEIGHT, WIDTH, channels))
 
 
-def test_a_constant_fills_every_channel(gl, shaders, frame):
-    one = run_pass(gl, shaders, ConstantPass("visibility", (1.0,)), frame)["visibility"]
+def test_constant_visibility_is_open_and_depends_on_nothing(gl, shaders, frame):
+    item = ConstantVisibilityPass()
+    one = run_pass(gl, shaders, item, frame)["visibility"]
     assert one.shape == (HEIGHT, WIDTH, 1) and np.all(one == 1.0)
-    four = run_pass(gl, shaders, ConstantPass("x", (0.5, 2.0, 0.0, 1.0)), frame)["x"]
-    assert np.all(four == [0.5, 2.0, 0.0, 1.0])
-
-
-def test_a_constant_depends_on_nothing():
-    item = ConstantPass("x", (0.5,))
     assert item.reads == () and item.depends_on == ()
-    assert item.settings_key() != ConstantPass("x", (0.6,)).settings_key()
 
 
 def test_without_emission_nothing_is_added(gl, shaders, frame, base):
