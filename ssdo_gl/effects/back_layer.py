@@ -104,5 +104,6 @@ class BackLayer(Effect):
         )
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
+        """Yield both passes."""
         yield BackFacesPass(), "the thickness of closed bodies"
         yield DepthLayersPass(), "fronts and backs in one texture, one fetch for both"

@@ -185,6 +185,7 @@ class Bounce(Effect):
         request.record(Decision("second march", False, reason, ("bounce",)))
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
+        """Yield estimator and filter."""
         item = BouncePass(
             estimator_settings(request, self.name, BounceSettings),
             sender_bound=sender_bound(request.scene, request.radius),

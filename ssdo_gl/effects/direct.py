@@ -204,6 +204,7 @@ class Direct(Effect):
         return need_of_direct_light(request)
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
+        """Yield the one pass."""
         settings = request.with_overrides("direct", DirectSettings())
         if request.settings.method in REFERENCES:
             # Which look at the centres of pixels.

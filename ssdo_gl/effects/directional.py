@@ -255,6 +255,7 @@ class Directional(Effect):
         )
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
+        """Yield estimator and filter."""
         settings = estimator_settings(request, "directional", DirectionalSettings)
         is_open = request.takes(OPEN_DIRECTIONS)
         far_field = None

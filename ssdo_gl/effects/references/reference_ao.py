@@ -68,6 +68,7 @@ class ReferenceAo(Effect):
         return need_of_visibility(request, multiplies_direct=False)
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
+        """Yield the one pass."""
         chosen = request.settings
         base = ReferenceAoSettings(request.radius, chosen.spp, chosen.max_error)
         settings = request.with_overrides(self.name, base)

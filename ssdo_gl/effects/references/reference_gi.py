@@ -91,6 +91,7 @@ class ReferenceGi(Effect):
         return Decision("path tracing", True, reason, ("reference_gi",))
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
+        """Yield the one pass."""
         chosen = request.settings
         base = ReferenceGiSettings(chosen.spp, chosen.bounces, max_error=chosen.max_error)
         settings = request.with_overrides(self.name, base)

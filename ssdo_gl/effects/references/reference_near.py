@@ -102,6 +102,7 @@ class ReferenceNear(Effect):
         )
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
+        """Yield the one pass."""
         chosen = request.settings
         base = ReferenceNearSettings(request.radius, chosen.spp, chosen.max_error)
         settings = request.with_overrides(self.name, base)

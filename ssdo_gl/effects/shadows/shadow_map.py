@@ -202,6 +202,7 @@ class ShadowMaps(Effect):
         return decision if has_maps else dataclasses.replace(decision, run=False)
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
+        """Yield the one pass."""
         settings = request.with_overrides("shadow_map", ShadowMapSettings())
         # What is spared a map leaves the others theirs: a light out of reach of this view
         # would make them finer, and coarser in the next one.

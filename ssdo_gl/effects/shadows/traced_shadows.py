@@ -83,6 +83,7 @@ class TracedShadows(Effect):
         return need_of_direct_light(request)
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
+        """Yield the one pass."""
         chosen = request.settings
         base = TracedShadowsSettings(chosen.shadow_rays, chosen.max_error)
         settings = request.with_overrides(self.name, base)

@@ -112,5 +112,6 @@ class EnvironmentImage(Effect):
         return Decision("sky", is_map, reason, ("environment",))
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
+        """Yield the one pass."""
         settings = request.with_overrides("environment", EnvironmentSettings())
         yield EnvironmentPass(settings), "the image of the environment, and its irradiance"

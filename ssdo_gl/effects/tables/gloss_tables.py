@@ -20,6 +20,7 @@ class GlossTables(Effect):
         return request.is_glossy
 
     def need(self, request: Request) -> Decision:
+        """Run wherever anything is glossy."""
         passes = ("reflectance_table", "environment_lobes")
         return Decision("tables of gloss", True, "some surfaces are glossy", passes)
 

@@ -24,6 +24,7 @@ class RayData(Effect):
         return request.traces
 
     def need(self, request: Request) -> Decision:
+        """Run whenever rays are traced."""
         passes = ("bvh_upload", "surface_tables", "material_table", "emitter_tables")
         return Decision("ray data", True, "rays are traced", passes)
 
