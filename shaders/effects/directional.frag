@@ -253,7 +253,7 @@ void main()
                 b = blocker_of(t, d);
             gather(g, t, probes, d, b);
 #if KEPT_TEXTURE_COUNT > 0
-            keep_direction(i, b);
+            keep_direction(b);
 #endif
         } while (++i < HEMISPHERE_COUNT);
 #endif

@@ -46,7 +46,7 @@ vec3 sent_from(ivec2 texel, vec3 to_receiver)
     float largest = max(radiance.r, max(radiance.g, radiance.b));
     float factor = largest > u_sender_bound ? u_sender_bound / largest : 1.0;
     bool is_light = is_finite(radiance) && all(greaterThanEqual(radiance, vec3(0.0)));
-    bool faces = dot(gbuffer_geometric_normal_vs(texel), to_receiver) > 0.0;
+    bool faces = gbuffer_faces(texel, to_receiver);
     return is_light ? radiance * factor * (faces ? 1.0 : u_hidden_senders) : vec3(0.0);
 }
 

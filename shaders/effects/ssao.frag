@@ -25,7 +25,7 @@ float visibility_of(Receiver r, ivec2 centre)
         Blocker b = blocker_of(t, d);
         blocked += is_blocked(b) ? d.share : 0.0;
 #if KEPT_TEXTURE_COUNT > 0
-        keep_direction(i, b);
+        keep_direction(b);
 #endif
     } while (++i < DIRECTION_COUNT);
     return max(1.0 - blocked, 0.0);

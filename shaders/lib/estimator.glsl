@@ -39,8 +39,7 @@ float share_sent(vec3 position_vs, ivec2 texel)
     // What is seen of a surface is its front. If that turns away from the receiver, the
     // ray met a side of the solid that the camera does not see. All that is known of what
     // this side sends is that the other side of the same thing is near.
-    bool faces = dot(gbuffer_geometric_normal_vs(texel), to_receiver) > 0.0;
-    return faces ? 1.0 : u_hidden_senders;
+    return gbuffer_faces(texel, to_receiver) ? 1.0 : u_hidden_senders;
 }
 #endif
 

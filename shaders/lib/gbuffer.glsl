@@ -34,3 +34,9 @@ vec3 gbuffer_geometric_normal_vs(ivec2 texel)
 {
     return oct_decode(texelFetch(t_normals_vs, texel, 0).zw);
 }
+
+// Whether the camera sees the same side of the triangle as one sees from along `w`.
+bool gbuffer_faces(ivec2 texel, vec3 w)
+{
+    return dot(oct_unfold(oct_place(texelFetch(t_normals_vs, texel, 0).zw)), w) > 0.0;
+}

@@ -79,22 +79,24 @@ ivec2 texel_on(Segment g, float x)
     return ivec2(g.start_px + march_fraction(x) * g.across_px);
 }
 
-// The smallest and largest nearness from x - slack to x + slack: one of the ends each.
-vec2 nearness_around(Segment g, float x, float slack)
-{
-    float a = g.nearness_0 + march_fraction(max(x - slack, 0.0)) * g.nearness_across;
-    float b = g.nearness_0 + march_fraction(min(x + slack, 1.0)) * g.nearness_across;
-    return vec2(min(a, b), max(a, b));
-}
-
-// Does the surface at `texel` block the ray around x?
-bool blocks_at(Tangent t, Segment g, ivec2 texel, float x, float stride)
+// Does the surface at `texel` block the ray around x? `slack`: to where in front of x, and
+// behind it, the ray counts; see slack_of.
+bool blocks_at(Tangent t, Segment g, ivec2 texel, float x, vec2 slack)
 {
     vec2 solid = solid_at(texel);
-    float farthest = nearness_around(g, x, u_front_slack * stride).x;
-    float nearest = nearness_around(g, x, u_back_slack * stride).y;
+    // Nearness goes one way along the ray, so that its bounds are at the ends.
+    vec2 end = clamp(x + slack, 0.0, 1.0);
+    float farthest = g.nearness_0 + march_fraction(end.x) * g.nearness_across;
+    float nearest = g.nearness_0 + march_fraction(end.y) * g.nearness_across;
     return solid.x > 0.0 && is_nearer(solid.x, farthest) && is_above(t, texel, solid.x)
         && is_farther(solid_end(t, solid), nearest);
+}
+
+// From x towards what is farthest from the camera, and towards what is nearest.
+vec2 slack_of(Segment g, float stride)
+{
+    vec2 slack = vec2(u_front_slack, -u_back_slack) * stride;
+    return g.nearness_across < 0.0 ? slack : -slack;
 }
 
 // The first surface that blocks the ray from the receiver along the unit vector w within
@@ -113,6 +115,7 @@ Blocker march(Tangent t, vec3 w, float reach, float jitter, int count, int refin
 #endif
     Segment g = segment_of(t.position_vs, w, reach);
     float stride = 1.0 / float(max(count - 1, 1));
+    vec2 slack = slack_of(g, stride);
     float found = -1.0;
     ivec2 texel = ivec2(-1);
     // Left by `break`: found < 0 as a part of the condition at the end loses what has been found
@@ -121,7 +124,7 @@ Blocker march(Tangent t, vec3 w, float reach, float jitter, int count, int refin
     do {
         float x = i < count - 1 ? (float(i) + jitter) * stride : 1.0;
         texel = texel_on(g, x);
-        if (blocks_at(t, g, texel, x, stride)) {
+        if (blocks_at(t, g, texel, x, slack)) {
             found = x;
             break;
         }
@@ -130,9 +133,10 @@ Blocker march(Tangent t, vec3 w, float reach, float jitter, int count, int refin
         return NO_BLOCKER;
     for (int k = 0; k < refine_count; ++k) {
         stride *= 0.5;
+        slack *= 0.5;
         float x = max(found - stride, 0.0);
         ivec2 nearer = texel_on(g, x);
-        if (blocks_at(t, g, nearer, x, stride)) {
+        if (blocks_at(t, g, nearer, x, slack)) {
             found = x;
             texel = nearer;
         }

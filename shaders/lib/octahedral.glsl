@@ -15,14 +15,20 @@ vec2 oct_project(vec3 n)
     return n.z < 0.0 ? (1.0 - abs(p.yx)) * sign_not_zero(p) : p;
 }
 
-// The square [-1, 1]^2 -> unit vector.
-vec3 oct_unproject(vec2 p)
+// The square [-1, 1]^2 -> a vector on the octahedron, which is as long as it happens to be.
+vec3 oct_unfold(vec2 p)
 {
     vec3 n = vec3(p, 1.0 - abs(p.x) - abs(p.y));
     // Below the fold z is negative; t undoes the fold and is 0 above it.
     float t = max(-n.z, 0.0);
     n.xy -= t * sign_not_zero(n.xy);
-    return normalize(n);
+    return n;
+}
+
+// The same as a unit vector.
+vec3 oct_unproject(vec2 p)
+{
+    return normalize(oct_unfold(p));
 }
 
 // For storage in 16-bit unorm channels. 0 must be one of the 65536 steps, or no
@@ -34,7 +40,12 @@ vec2 oct_encode(vec3 n)
     return (oct_project(n) + 1.0) * OCT_HALF_RANGE;
 }
 
+vec2 oct_place(vec2 e)
+{
+    return e * (1.0 / OCT_HALF_RANGE) - 1.0;
+}
+
 vec3 oct_decode(vec2 e)
 {
-    return oct_unproject(e * (1.0 / OCT_HALF_RANGE) - 1.0);
+    return oct_unproject(oct_place(e));
 }
