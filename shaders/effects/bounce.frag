@@ -4,7 +4,7 @@
 // with the same directions that effects/directional.frag uses, so that V and 1 - V share out
 // the hemisphere and a white furnace comes out exact.
 //
-// Defines: DIRECTION_COUNT, STEP_COUNT, HAS_BACK_LAYER;
+// Defines: DIRECTION_COUNT, STEP_COUNT, HAS_BACK_LAYER; ADDS 1: to another irradiance;
 // KEPT_TEXTURE_COUNT (see lib/kept_directions.glsl): another pass has marched already.
 #define GATHERS_SENDERS 1
 uniform float u_hidden_senders;  // march: share of the radiance sent from a hidden side
@@ -16,6 +16,9 @@ uniform float u_distance_clamp;  // rgs09, relative to R
 #include "lib/kept_directions.glsl"
 
 uniform sampler2D t_sender_radiance;
+#if ADDS
+uniform sampler2D t_added;
+#endif
 uniform float u_strength;
 uniform float u_sender_bound;    // W sr^-1 m^-2, may be infinite
 
@@ -61,5 +64,9 @@ void main()
         } while (++i < DIRECTION_COUNT);
 #endif
     }
-    o_bounce = vec4(irradiance * u_strength, r.z_vs);
+    irradiance *= u_strength;
+#if ADDS
+    irradiance += texelFetch(t_added, pixel, 0).rgb;
+#endif
+    o_bounce = vec4(irradiance, r.z_vs);
 }

@@ -6,7 +6,7 @@
 // size, filtered side by side: what weighs a tap is looked up once;
 // IS_VISIBILITY 1: one value in [0, 1], and 1 where nothing is, 0: rgb irradiance + a;
 // Z_SIGNALS: bit i says that the channel after the value of signal i is z, else it is
-// visibility; SUMS: both signals are added up, and only their sum goes on, z behind it;
+// visibility;
 // IS_FIRST: the values are an estimator's, and may be unsound;
 // IS_OF_GLOSS 1: the z of the values is 0 where a surface is not glossy;
 // TAP_RADIUS: taps on each side; USE_NORMALS.
@@ -23,14 +23,6 @@
 #define STAGE_BOX 2
 #define STAGE_COPY 3
 
-#if SUMS
-#define RESULT_COUNT 1
-#define Z_RESULTS 1
-#else
-#define RESULT_COUNT SIGNAL_COUNT
-#define Z_RESULTS Z_SIGNALS
-#endif
-
 uniform sampler2D t_value_0;
 #if SIGNAL_COUNT > 1
 uniform sampler2D t_value_1;
@@ -41,7 +33,7 @@ uniform float u_depth_tolerance;  // distance from the plane at which a tap coun
 uniform float u_value_bound;   // larger values are faults, not light
 
 layout(location = 0) out vec4 o_value_0;
-#if RESULT_COUNT > 1
+#if SIGNAL_COUNT > 1
 layout(location = 1) out vec4 o_value_1;
 #endif
 
@@ -56,7 +48,7 @@ vec4 neutral(int result)
 #if IS_VISIBILITY
     return vec4(1.0, 0.0, 0.0, 0.0);
 #else
-    return vec4(0.0, 0.0, 0.0, (Z_RESULTS >> result & 1) == 1 ? 0.0 : 1.0);
+    return vec4(0.0, 0.0, 0.0, holds_z(result) ? 0.0 : 1.0);
 #endif
 }
 
@@ -144,24 +136,12 @@ float z_of(ivec2 texel, vec4 values[SIGNAL_COUNT])
 #endif
 }
 
-// A value of the result at a pixel; not sound if any that it is made of is not.
-bool found(int result, vec4 values[SIGNAL_COUNT], out vec4 value)
-{
-    value = values[result];
-    bool sound = is_sound(result, value);
-#if SUMS && SIGNAL_COUNT > 1
-    value.rgb += values[1].rgb;
-    sound = sound && is_sound(1, values[1]);
-#endif
-    return sound;
-}
-
 struct Sum {
     vec4 value;
     float weight;
 };
 
-void add_tap(inout Sum sums[RESULT_COUNT], Centre c, ivec2 pixel, ivec2 size, float weight)
+void add_tap(inout Sum sums[SIGNAL_COUNT], Centre c, ivec2 pixel, ivec2 size, float weight)
 {
     ivec2 inside = clamp(pixel, ivec2(0), size - 1);
     ivec2 texel = inside * u_stride;
@@ -169,10 +149,9 @@ void add_tap(inout Sum sums[RESULT_COUNT], Centre c, ivec2 pixel, ivec2 size, fl
     for (int i = 0; i < SIGNAL_COUNT; ++i)
         values[i] = value_at(i, inside);
     weight *= same_surface(c, texel, z_of(texel, values));
-    for (int i = 0; i < RESULT_COUNT; ++i) {
-        vec4 value;
-        bool use = found(i, values, value) && inside == pixel && weight > 0.0;
-        sums[i].value += use ? value * weight : vec4(0.0);
+    for (int i = 0; i < SIGNAL_COUNT; ++i) {
+        bool use = is_sound(i, values[i]) && inside == pixel && weight > 0.0;
+        sums[i].value += use ? values[i] * weight : vec4(0.0);
         sums[i].weight += use ? weight : 0.0;
     }
 }
@@ -192,22 +171,20 @@ void main()
 #else
     float z = gbuffer_z_vs(texel);
 #endif
-    vec4 results[RESULT_COUNT];
-    for (int i = 0; i < RESULT_COUNT; ++i)
+    vec4 results[SIGNAL_COUNT];
+    for (int i = 0; i < SIGNAL_COUNT; ++i)
         results[i] = neutral(i);
     if (z > 0.0) {
 #if STAGE == STAGE_COPY
         vec4 values[SIGNAL_COUNT];
         for (int i = 0; i < SIGNAL_COUNT; ++i)
             values[i] = value_at(i, pixel / u_stride);
-        for (int i = 0; i < RESULT_COUNT; ++i) {
-            vec4 value;
-            results[i] = found(i, values, value) ? value : neutral(i);
-        }
+        for (int i = 0; i < SIGNAL_COUNT; ++i)
+            results[i] = is_sound(i, values[i]) ? values[i] : neutral(i);
 #else
         Centre c = centre_at(texel, z);
-        Sum sums[RESULT_COUNT];
-        for (int i = 0; i < RESULT_COUNT; ++i)
+        Sum sums[SIGNAL_COUNT];
+        for (int i = 0; i < SIGNAL_COUNT; ++i)
             sums[i] = Sum(vec4(0.0), 0.0);
 #if STAGE == STAGE_SEPARABLE
         // Tested at its end: in software other loops cost two rounds more than they run.
@@ -239,22 +216,22 @@ void main()
         for (int i = 0; is_lost && i < 16; ++i)
             add_tap(sums, c, base + ivec2(i & 3, i >> 2) - 1, size, 1.0);
 #endif
-        for (int i = 0; i < RESULT_COUNT; ++i)
+        for (int i = 0; i < SIGNAL_COUNT; ++i)
             results[i] = sums[i].weight > 0.0 ? sums[i].value / sums[i].weight : neutral(i);
 #endif
     }
 #if STAGE == STAGE_SEPARABLE || STAGE == STAGE_BOX
     // The next stage reads z beside the value again.
-    for (int i = 0; i < RESULT_COUNT; ++i) {
+    for (int i = 0; i < SIGNAL_COUNT; ++i) {
 #if IS_VISIBILITY
         results[i].y = z;
 #else
-        results[i].a = (Z_RESULTS >> i & 1) == 1 ? z : results[i].a;
+        results[i].a = holds_z(i) ? z : results[i].a;
 #endif
     }
 #endif
     o_value_0 = results[0];
-#if RESULT_COUNT > 1
+#if SIGNAL_COUNT > 1
     o_value_1 = results[1];
 #endif
 }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar
 
 from ssdo_gl.effects.decisions import Decision
@@ -90,6 +91,8 @@ class BouncePass(RenderPass):
     takes_directions : bool
         Read what blocks each direction from ``kept_0``, ``kept_1``, ..., which an earlier
         pass wrote with the same directions, instead of looking for it again.
+    adds : str or None
+        Resource of the same size whose irradiance is added up with the bounce.
     """
 
     overwrites: ClassVar[bool] = True
@@ -101,19 +104,35 @@ class BouncePass(RenderPass):
         sender_bound: float = math.inf,
         has_back_layer: bool = False,
         takes_directions: bool = False,
+        adds: str | None = None,
     ) -> None:
         self.name = "bounce"
         self.settings = settings
         self.sender_bound = sender_bound
         back = ("z_layers",) if has_back_layer and not takes_directions else ()
         kept = kept_names(settings) if takes_directions else ()
-        self.reads = ("z_vs", "normals_vs", "sender_radiance", *back, *kept)
+        self._wiring = {
+            f"t_{name}": name for name in ("z_vs", "normals_vs", "sender_radiance", *back, *kept)
+        }
+        if adds is not None:
+            self._wiring["t_added"] = adds
+        self.reads = tuple(self._wiring.values())
         spec = TextureSpec(4, scale=settings.resolution_scale, transient=True)
         self.writes = {"bounce_raw": spec}
         self.depends_on = ("view", "seed")
         self._has_back_layer = has_back_layer
-        self._defines = defines(
-            settings, bool(back), settings.refine_steps, keeps_directions=takes_directions
+        self._defines = {
+            **defines(
+                settings, bool(back), settings.refine_steps, keeps_directions=takes_directions
+            ),
+            "ADDS": int(adds is not None),
+        }
+        self.adding = partial(
+            BouncePass,
+            settings,
+            sender_bound=sender_bound,
+            has_back_layer=has_back_layer,
+            takes_directions=takes_directions,
         )
 
     def settings_key(self) -> Hashable:
@@ -130,7 +149,7 @@ class BouncePass(RenderPass):
             ),
             context.target,
             uniforms(self.settings, context.frame, self._has_back_layer, self.sender_bound),
-            {f"t_{name}": context.inputs[name] for name in self.reads},
+            {sampler: context.inputs[name] for sampler, name in self._wiring.items()},
         )
 
 

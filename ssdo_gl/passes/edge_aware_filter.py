@@ -97,8 +97,6 @@ class EdgeAwareFilterPass(RenderPass):
     *signals : Signal
         One, or two of irradiance and of the same size: two take .64 of the time of two
         passes, because what weighs a neighbour is looked up once.
-    total : str or None
-        Write the sum of both signals to this resource, and neither of them.
     """
 
     overwrites: ClassVar[bool] = True
@@ -108,36 +106,30 @@ class EdgeAwareFilterPass(RenderPass):
         name: str,
         settings: EdgeAwareFilterSettings,
         *signals: Signal,
-        total: str | None = None,
     ) -> None:
         self.name = name
         self.settings = settings
         self.signals = signals
-        self.total = total
         self.reads = (*(signal.source for signal in signals), "z_vs", "normals_vs")
         self.writes = {
             signal.result: TextureSpec(1 if signal.is_visibility else 4) for signal in signals
         }
-        if total is not None:
-            self.writes = {total: TextureSpec(4)}
         self.depends_on = ("view",)
         self._switches = {
             "SIGNAL_COUNT": len(signals),
             "IS_VISIBILITY": int(any(signal.is_visibility for signal in signals)),
             "Z_SIGNALS": sum(signal.holds_z << i for i, signal in enumerate(signals)),
             "IS_OF_GLOSS": int(signals[0].is_of_gloss),
-            "SUMS": int(total is not None),
         }
         self._scratch: list[tuple[list[moderngl.Texture], moderngl.Framebuffer]] = []
 
     def renamed(self, names: Mapping[str, str]) -> EdgeAwareFilterPass:
         """Return one that writes the same to resources of other names."""
         signals = [replace(s, result=names.get(s.result, s.result)) for s in self.signals]
-        total = None if self.total is None else names[self.total]
-        return EdgeAwareFilterPass(self.name, self.settings, *signals, total=total)
+        return EdgeAwareFilterPass(self.name, self.settings, *signals)
 
     def settings_key(self) -> Hashable:
-        return self.settings, self.signals, self.total
+        return self.settings, self.signals
 
     def execute(self, context: PassContext) -> None:
         """Run the filter's stages, the last of them into the target."""
@@ -152,13 +144,12 @@ class EdgeAwareFilterPass(RenderPass):
             stages = [(_BOX, (0, 0))] if naive else [(_SEPARABLE, (1, 0)), (_SEPARABLE, (0, 1))]
             if stride > 1:
                 stages.append((_UPSAMPLE, (0, 0)))
-        scratch = self._scratch_for(context, values[: len(self.writes)], len(stages) - 1)
-        switches = dict(self._switches)
+        scratch = self._scratch_for(context, values, len(stages) - 1)
         for number, (stage, axis) in enumerate(stages):
             is_last = number == len(scratch)
             results, framebuffer = ([], target) if is_last else scratch[number]
             defines: Mapping[str, int] = {
-                **switches,
+                **self._switches,
                 "STAGE": stage,
                 "IS_FIRST": int(number == 0),
                 "TAP_RADIUS": self.settings.tap_radius,
@@ -177,9 +168,6 @@ class EdgeAwareFilterPass(RenderPass):
                 region=self._region(context.frame, 0 if is_last else self.settings.tap_radius),
             )
             values = results
-            if self.total is not None:
-                # What the first stage has added up, z behind it.
-                switches |= {"SIGNAL_COUNT": 1, "Z_SIGNALS": 1, "SUMS": 0}
 
     def _region(self, frame: Frame, rows: int) -> Region | None:
         """Return where to draw so that `rows` more to each side may be read afterwards."""

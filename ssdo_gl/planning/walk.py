@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from ssdo_gl.effects import registry
+from ssdo_gl.effects.bounce import BouncePass
 from ssdo_gl.effects.decisions import Decided, Decision
 from ssdo_gl.effects.effect import Effect, ImageSource, ReasonedPass, Term
 from ssdo_gl.effects.request import Request
@@ -249,14 +250,14 @@ def _with_joined_filters(pipeline: Pipeline) -> Pipeline:
     return _with_summed_light(dataclasses.replace(pipeline, passes=passes, reasons=reasons))
 
 
-# What a filter of two images writes where nobody asks for one of them.
+# What the filter writes where nobody asks for one of two images.
 _SUMMED_LIGHT = "filtered_irradiance"
 
 
 def _with_summed_light(pipeline: Pipeline) -> Pipeline:
-    """Return `pipeline` with two images added up as they are filtered, if only the picture reads.
+    """Return `pipeline` with two images added up before the filter, if only the picture reads.
 
-    The filter is linear and weighs both alike. It takes .84 of the time.
+    The filter is linear and weighs both alike.
     """
     joined = next((item for item in pipeline.passes if item.name == FILTER), None)
     if not isinstance(joined, EdgeAwareFilterPass):
@@ -266,12 +267,16 @@ def _with_summed_light(pipeline: Pipeline) -> Pipeline:
     readers = [item for item in order if not parts.isdisjoint(item.reads)]
     if not parts.isdisjoint(pipeline.resources) or [*map(type, readers)] != [CompositePass]:
         return pipeline
+    bounce = next(item for item in order if isinstance(item, BouncePass))
+    (added,) = (s.source for s in joined.signals if s.source not in bounce.writes)
+    (signal,) = (s for s in joined.signals if s.source in bounce.writes)
 
     def changed(item: RenderPass) -> RenderPass:
+        if item is bounce:
+            return bounce.adding(adds=added)
         if item is joined:
-            return EdgeAwareFilterPass(
-                FILTER, joined.settings, *joined.signals, total=_SUMMED_LIGHT
-            )
+            light = dataclasses.replace(signal, result=_SUMMED_LIGHT)
+            return EdgeAwareFilterPass(FILTER, joined.settings, light)
         if isinstance(item, CompositePass):
             others = [name for name in item.irradiances if name not in parts]
             return item.with_irradiances([*others, _SUMMED_LIGHT])

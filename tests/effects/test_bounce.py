@@ -357,3 +357,16 @@ def test_depth_of_the_receiver_rides_along(gl, shaders):
     settings = BounceSettings(radius=0.8, resolution_scale=0.5)
     image = run(gl, shaders, picture, settings, colors(picture))
     np.testing.assert_array_equal(image[..., 3], picture.z[::2, ::2].astype(np.float32))
+
+
+def test_adds_to_another_irradiance(gl, shaders):
+    picture, settings = noise(), BounceSettings(radius=0.8, samples=24, steps=4, strength=0.5)
+    size = picture.z.shape[1], picture.z.shape[0]
+    frame = picture_frame(size, picture.tan_half_fov[1], near=picture.near)
+    other = np.concatenate([colors(picture), np.full((*picture.z.shape, 1), np.nan)], -1)
+    sent = np.concatenate([colors(picture, 5), np.ones((*picture.z.shape, 1))], -1)
+    images = {"sender_radiance": sent, "other": other}
+    alone = run_on(gl, shaders, BouncePass(settings), frame, picture, images)
+    both = run_on(gl, shaders, BouncePass(settings, adds="other"), frame, picture, images)
+    np.testing.assert_array_equal(both[..., 3], alone[..., 3])
+    np.testing.assert_allclose(both[..., :3], alone[..., :3] + other[..., :3], rtol=SUM_TOLERANCE)

@@ -399,38 +399,3 @@ def test_two_images_in_one_pass_are_as_in_two(gl, shaders, name, scale, holding)
         np.testing.assert_allclose(
             joint[signal.result][..., :channels], expected[..., :channels], atol=MEAN_TOLERANCE
         )
-
-
-@pytest.mark.parametrize("name", FILTERS)
-@pytest.mark.parametrize("scale", [1, 2])
-@pytest.mark.parametrize("holding", [(False, False), (False, True), (True, True)])
-def test_a_total_is_the_sum_of_two_images(gl, shaders, name, scale, holding):
-    """What is no number in one of them is left out of both."""
-    picture = dataclasses.replace(plane(60.0), z=plane(60.0).z.copy())
-    picture.z[:10, 20:] *= 2.0
-    picture.z[20:30, :9] = 0.0
-    shape = (SIZE[1] // scale, SIZE[0] // scale)
-    raws = [np.random.default_rng(seed).uniform(0.0, 1.0, (*shape, 4)) for seed in (1, 2)]
-    for raw, holds_z in zip(raws, holding, strict=True):
-        if holds_z:
-            raw[..., 3] = picture.z[::scale, ::scale][::-1]
-    images = inputs_of(picture)
-    common = {n: images[n] for n in ("z_vs", "normals_vs")}
-    settings, frame = EdgeAwareFilterSettings(filter=name), picture_frame(SIZE, TAN_Y)
-    signals = [Signal(n, f"{n}{n}", holds_z=h) for n, h in zip("ab", holding, strict=True)]
-
-    def filtered(both, faults):
-        inputs = {"a": raws[0].copy(), "b": raws[1].copy()}
-        for image in faults:
-            inputs[image][5, 6, 1] = np.nan
-        return run_pass(gl, shaders, both, frame, inputs | common)
-
-    summed = EdgeAwareFilterPass("filter", settings, *signals, total="sum")
-    both = EdgeAwareFilterPass("filter", settings, *signals)
-    assert [*summed.writes] == ["sum"] and summed.settings_key() != both.settings_key()
-    for fault, expected in (("", ""), ("a", "ab"), ("b", "ab")):
-        parts = filtered(both, expected)
-        found = filtered(summed, fault)["sum"][..., :3]
-        np.testing.assert_allclose(
-            found, (parts["aa"] + parts["bb"])[..., :3], atol=2.0 * MEAN_TOLERANCE
-        )

@@ -83,13 +83,16 @@ def test_one_filter_serves_two_images_where_it_can(wanted, settings, filters):
         (("display", "bounce"), False),
     ],
 )
-def test_a_filter_adds_up_what_only_the_picture_reads(wanted, is_summed):
+def test_the_bounce_adds_up_what_only_the_picture_reads(wanted, is_summed):
     pipeline = pipeline_of(wanted)
     (joined,) = (item for item in pipeline.passes if item.name == FILTER)
     (composite,) = (item for item in pipeline.passes if item.name == "composite")
     parts = {"directional_irradiance", "bounce_irradiance"}
     assert set(joined.writes) == ({"filtered_irradiance"} if is_summed else parts)
     assert set(joined.writes) < set(composite.reads)
+    (bounce,) = (item for item in pipeline.passes if item.name == "bounce")
+    assert ("directional_raw" in bounce.reads) == is_summed
+    assert ("directional_raw" in joined.reads) == (not is_summed)
     assert len(set(composite.reads) & (parts | {"filtered_irradiance"})) == len(joined.writes)
 
 
