@@ -42,10 +42,12 @@ def test_a_term_of_a_picture_is_made_by_one_effect_or_by_either_of_two(method):
 def test_images_begin_with_the_picture_and_its_terms():
     names = image_names()
     assert names[: 1 + len(term_names())] == ("beauty", *term_names())
-    assert names == (
+    # Files have these by name, keys of the window by place; others may come between them.
+    promised = (
         "beauty", "emission", "direct", "specular", "directional", "bounce", "visibility",
         "albedo", "normal_ws", "position_ws", "depth",
     )  # fmt: skip
+    assert tuple(name for name in names if name in promised) == promised
 
 
 @pytest.mark.parametrize("name", pass_settings())
