@@ -56,12 +56,19 @@ class FrameTimes:
         Processor time of all threads.
     planning_ms : float
         Before that: deciding what runs.
+    report : callable
+        Returns what every pass did; `passes` is the answer.
     """
 
     frame_ms: float
     process_ms: float
     planning_ms: float
-    passes: tuple[PassReport, ...]
+    report: Callable[[], tuple[PassReport, ...]]
+
+    @cached_property
+    def passes(self) -> tuple[PassReport, ...]:
+        """What every pass did."""
+        return self.report()
 
 
 @dataclass(frozen=True)

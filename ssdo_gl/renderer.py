@@ -222,8 +222,8 @@ class Renderer(FrameLoop):
         log = FrameLog()
         frame = self._frame(job.view, 0, 1, number, is_live=is_live)
         self._run(job.plan, frame, log, time_passes, None)
-        reports = log.reports(job.pipeline, job.plan)
-        return FrameTimes(log.frame_ms[0], log.process_ms[0], job.planning_ms, reports)
+        report = functools.partial(log.reports, job.pipeline, job.plan)
+        return FrameTimes(log.frame_ms[0], log.process_ms[0], job.planning_ms, report)
 
     def draw(
         self,

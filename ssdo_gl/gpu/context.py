@@ -12,7 +12,7 @@ import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from ctypes.util import find_library
-from functools import cached_property
+from functools import cache, cached_property
 from types import ModuleType, TracebackType
 from typing import Any
 
@@ -52,7 +52,12 @@ _CORE_PROFILE_BIT = 1  # GL_CONTEXT_CORE_PROFILE_BIT
 
 def draws_on_cpu(gl: moderngl.Context) -> bool:
     """Return whether the driver of a context draws on the CPU."""
-    return any(name in gl.info["GL_RENDERER"].lower() for name in _SOFTWARE_NAMES)
+    return _is_software(gl.info["GL_RENDERER"])
+
+
+@cache
+def _is_software(renderer: str) -> bool:
+    return any(name in renderer.lower() for name in _SOFTWARE_NAMES)
 
 
 class ContextError(RuntimeError):

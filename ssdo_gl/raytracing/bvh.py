@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from dataclasses import dataclass
+from functools import cached_property
 from hashlib import blake2b
 from typing import Any
 
@@ -75,6 +76,13 @@ class Bvh:
     primitive_corners: IntArray
     node_records: IntArray
     depth: int
+
+    @cached_property
+    def root(self) -> NDArray[np.uint32]:
+        """The first three texels of the root, (3, 4), read-only."""
+        root = self.records[0, :12].reshape(3, 4).copy()
+        root.flags.writeable = False
+        return root
 
 
 def build_bvh(scene: Scene, report: Report = ignored) -> Bvh:

@@ -12,7 +12,7 @@ SCENE = load_scene("cornell_meso")
 SETTINGS = dict(python_time.rows(SCENE))
 # Functions that a frame calls, and methods of moderngl's objects: a tenth more than CPython
 # 3.11 with fragment shaders. Before they were looked for it was 2743 and 139, 4285 and 164.
-MOST = {"still": (1180, 80), "moving": (1770, 107)}
+MOST = {"still": (1160, 80), "moving": (1770, 107)}
 
 
 @pytest.mark.parametrize("motion", MOST)

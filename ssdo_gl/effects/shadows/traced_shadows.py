@@ -13,6 +13,7 @@ from ssdo_gl.effects.request import Request
 from ssdo_gl.effects.scene_lights import need_of_direct_light
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.last_made import LastMade
 from ssdo_gl.passes.rays import RayPass, Schedule, SumOutput, asked_lights
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.settings.settings import same_as
@@ -47,10 +48,12 @@ class TracedShadowsPass(RayPass):
         names = ("direct_irradiance", *(("direct_gloss",) if features.glossy else ()))
         self.writes = {name: TextureSpec(4, "f4") for name in names}
         self.outputs = tuple(SumOutput(name, channels=3) for name in names)
+        self._bodies: LastMade[bool] = LastMade()
 
     def defines(self, context: PassContext) -> dict[str, int]:
         """Add whether lobes can meet a light."""
-        bodies = any(item.light is not None for item in context.frame.scene.objects)
+        objects = context.frame.scene.objects
+        bodies = self._bodies.get((objects,), lambda: any(o.light is not None for o in objects))
         return {**super().defines(context), "LOBES_MEET_LIGHTS": int(bodies)}
 
     def schedule(self, context: PassContext) -> Schedule:

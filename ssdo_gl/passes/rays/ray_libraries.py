@@ -110,15 +110,18 @@ def emitters_of(context: PassContext) -> EmitterTables:
 
 def ray_uniforms(context: PassContext) -> dict[str, object]:
     """Return the uniforms of ``rays/ray.glsl``, and of ``rays/emitters.glsl`` where it is read."""
-    triangles, view = bvh_of(context).triangles, context.frame.view
+    bvh, view = bvh_of(context), context.frame.view
+    triangles = bvh.triangles
     values: dict[str, object] = {
         **view.uniforms(),
         # From view space to the normalised frame.
         "u_ns_from_vs": view.world_from_view,
-        "u_eye_ns": tuple((view.position_ws - triangles.centre) / triangles.half_diagonal),
+        "u_eye_ns": tuple(
+            ((view.position_ws - triangles.centre) / triangles.half_diagonal).tolist()
+        ),
         "u_ns_per_unit": 1.0 / triangles.half_diagonal,
-        "u_second_slot": bvh_of(context).primitive_triangles.size,
-        "u_bvh_root": bvh_of(context).records[0, :12].reshape(3, 4),
+        "u_second_slot": bvh.primitive_triangles.size,
+        "u_bvh_root": bvh.root,
     }
     for name, uniform in TABLE_TEXELS.items():
         if name in context.inputs:
