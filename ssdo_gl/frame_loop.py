@@ -7,7 +7,6 @@ import time
 from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
 from functools import lru_cache
-from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
@@ -55,19 +54,7 @@ class FrameJob:
 class FrameLoop:
     """A scene, the device it is drawn with, and everything that is kept between frames.
 
-    Parameters
-    ----------
-    settings : Settings or None
-        None: as the scene asks for.
-    backend : str
-        auto, egl, osmesa or window.
-    device : Device or None
-        An existing device to draw with; it is not released at the end.
-    shaders : ShaderLibrary or None
-        Of that device, so that several renderers compile each program once.
-    shared : SharedScene or None
-        Of that device and scene, so that several renderers upload and make what no view is
-        part of once; it is not released at the end.
+    Parameters are those of `Renderer`.
     """
 
     def __init__(
@@ -123,12 +110,7 @@ class FrameLoop:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *fault: object) -> None:
         self.release()
 
     def release(self) -> None:

@@ -53,9 +53,9 @@ class Renderer(FrameLoop):
     Parameters
     ----------
     scene : Scene
-    settings : Settings
+    settings : Settings or None
         Fields that were not given yield to the scene's own (``Scene.render``), as flags of
-        the command line do.
+        the command line do. None: as the scene asks for.
     backend : str
         auto, egl, osmesa or window.
     device : Device or None

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from ctypes.util import find_library
 from functools import cache, cached_property
-from types import ModuleType, TracebackType
+from types import ModuleType
 from typing import Any
 
 import moderngl
@@ -352,12 +352,7 @@ class _GlfwLoader:
         """Make the window's context current."""
         self._glfw.make_context_current(self._window)
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *fault: object) -> None:
         """Do nothing."""
 
 

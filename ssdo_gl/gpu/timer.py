@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from types import TracebackType
 from typing import Any, Literal, Self
 
 from ssdo_gl.gpu.context import Device
@@ -56,16 +55,11 @@ class Timer:
             self._start = self.clock()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *fault: object) -> None:
         self._is_running = False
         self._has_run = True
         if self._query is not None:
-            self._query.__exit__(kind, error, traceback)
+            self._query.__exit__(*fault)
         else:
             self._gl.finish()
             self._elapsed_ms = (self.clock() - self._start) * 1e3

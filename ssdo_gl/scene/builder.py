@@ -102,16 +102,8 @@ class SceneBuilder:
         self.lights.append(light)
         body = light.body()
         if body is not None:
-            self.add(
-                SceneObject(
-                    mesh=self.mesh(body.key, body.make),
-                    material=self.material(body.material),
-                    world_from_object=body.world_from_object[None],
-                    motion=light.motion,
-                    light=len(self.lights) - 1,
-                    name=body.material.name,
-                )
-            )
+            mesh, material = self.mesh(body.key, body.make), self.material(body.material)
+            self.add(body.placed(light, len(self.lights) - 1, mesh, material))
 
     def note(self, text: str) -> None:
         """Tell the user something, once."""

@@ -87,18 +87,10 @@ def moved_lights(
 
 def with_added_light(scene: Scene, light: Light) -> Scene:
     """Return the scene with one more light, the last one, and the body that shows it."""
-    number = len(scene.lights)
     meshes, materials, objects = scene.meshes, scene.materials, scene.objects
     body = light.body()
     if body is not None:
-        item = SceneObject(
-            mesh=len(meshes),
-            material=len(materials),
-            world_from_object=body.world_from_object[None],
-            motion=light.motion,
-            light=number,
-            name=body.material.name,
-        )
+        item = body.placed(light, len(scene.lights), len(meshes), len(materials))
         meshes, materials = (*meshes, body.make()), (*materials, body.material)
         objects = (*objects, item)
     return dataclasses.replace(

@@ -132,10 +132,6 @@ def _project(viewer: Viewer, host: Host, number: int) -> None:
     viewer.say("pinhole camera" if viewer.flight.height is None else "parallel rays")
 
 
-def _collide(viewer: Viewer, host: Host, number: int) -> None:
-    viewer.toggle_collisions()
-
-
 def _show_image(viewer: Viewer, host: Host, number: int) -> None:
     viewer.view = viewer.view.with_number(number)
     viewer.say(viewer.view.aov)
@@ -186,10 +182,6 @@ def _pause(viewer: Viewer, host: Host, number: int) -> None:
         viewer.say(f"stopped at {seconds}; . goes one step on", key="pause")
 
 
-def _step(viewer: Viewer, host: Host, number: int) -> None:
-    viewer.clock.step()
-
-
 def _screenshot(viewer: Viewer, host: Host, number: int) -> None:
     if viewer.presenter.picture is None:
         return
@@ -224,10 +216,6 @@ def _save_scene(viewer: Viewer, host: Host, number: int) -> None:
     viewer.say(f"wrote {path}")
     if viewer.settings.overrides:
         viewer.say("settings of single passes are not in it: C copies them as --set")
-
-
-def _reload_scene(viewer: Viewer, host: Host, number: int) -> None:
-    reload_file(viewer)
 
 
 def _material(viewer: Viewer, host: Host, number: int) -> None:
@@ -309,6 +297,13 @@ def _host(call: Callable[[Host], object]) -> Callable[[Viewer, Host, int], None]
     return ask
 
 
+def _viewer(call: Callable[[Viewer], object]) -> Callable[[Viewer, Host, int], None]:
+    def change(viewer: Viewer, host: Host, number: int) -> None:
+        call(viewer)
+
+    return change
+
+
 def _nothing(viewer: Viewer, host: Host, number: int) -> None:
     """The input map itself has taken note of it."""
 
@@ -322,7 +317,7 @@ _ACTIONS: dict[Command, Callable[[Viewer, Host, int], None]] = {
     Command.FIT: _fit,
     Command.HOME: _home,
     Command.PROJECT: _project,
-    Command.COLLIDE: _collide,
+    Command.COLLIDE: _viewer(lambda viewer: viewer.toggle_collisions()),
     Command.VIEW: _show_image,
     Command.NEXT_METHOD: _method(1),
     Command.PREVIOUS_METHOD: _method(-1),
@@ -331,10 +326,10 @@ _ACTIONS: dict[Command, Callable[[Viewer, Host, int], None]] = {
     Command.ERROR: _error,
     Command.INSPECT: _inspect,
     Command.PAUSE: _pause,
-    Command.STEP: _step,
+    Command.STEP: _viewer(lambda viewer: viewer.clock.step()),
     Command.RELOAD: _host(lambda host: host.reload_shaders()),
     Command.OPEN: _host(lambda host: host.ask_for_file()),
-    Command.RELOAD_SCENE: _reload_scene,
+    Command.RELOAD_SCENE: _viewer(reload_file),
     Command.SAVE_SCENE: _save_scene,
     Command.MATERIAL: _material,
     Command.UNDO: _undo,

@@ -48,8 +48,8 @@ class Viewer(Canvas):
     folder : Path
         Where bookmarks, pictures and films go.
     presets : mapping of name to fields of Settings
-    measured : sequence of mapping
-        Settings that were found best for their time, from fast to accurate.
+    budget_ms, measured
+        Of `Canvas`.
     shared : SharedScene or None
         What other viewers of the scene on the same device share with this one.
 
@@ -57,12 +57,6 @@ class Viewer(Canvas):
     ----------
     film_suffix : str
         Which kind of film is exported, one of `film_files.FILM_SUFFIXES`.
-    is_inspecting, shows_histogram, times_passes : bool
-        What besides the picture has to be made for somebody who looks at it.
-    monitor : Monitor
-        Alarms, and the error of the left side against the right one.
-    frame_ms : float
-        Of the last frame, both sides together.
     can_be_given_up : bool
         Whether the frame in the making is one at rest.
     """

@@ -14,7 +14,7 @@ import numpy as np
 
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray, Vector, vector
-from ssdo_gl.scene.geometry import Mesh
+from ssdo_gl.scene.geometry import Mesh, SceneObject
 from ssdo_gl.scene.material import Color, Material
 from ssdo_gl.scene.motion import Trajectory
 from ssdo_gl.scene.numbers import three_numbers
@@ -102,6 +102,13 @@ class Body:
     make: Callable[[], Mesh]
     material: Material
     world_from_object: FloatArray
+
+    def placed(self, light: Light, number: int, mesh: int, material: int) -> SceneObject:
+        """Return the object that shows light `number` of a scene."""
+        places = self.world_from_object[None]
+        return SceneObject(
+            mesh, material, places, light.motion, light=number, name=self.material.name
+        )
 
 
 @dataclass(frozen=True, kw_only=True)

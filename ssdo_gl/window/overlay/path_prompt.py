@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from imgui_bundle import ImVec2, imgui
+from imgui_bundle import imgui
 
-_FLAGS = (
-    imgui.WindowFlags_.no_decoration
-    | imgui.WindowFlags_.always_auto_resize
-    | imgui.WindowFlags_.no_move
-)
+from ssdo_gl.window.overlay.prompt import begin_prompt, is_cancelled
+
 # Of the line, in heights of text.
 _WIDTH = 26.0
 
@@ -34,10 +31,7 @@ class PathPrompt:
         """Issue the widgets; return the path once it was entered."""
         if not self.is_shown:
             return None
-        centre = ImVec2(0.5 * window_size[0], 0.3 * window_size[1])
-        imgui.set_next_window_pos(centre, imgui.Cond_.always, ImVec2(0.5, 0.5))
-        imgui.set_next_window_bg_alpha(1.0)
-        imgui.begin("open", None, _FLAGS)
+        begin_prompt("open", window_size, 0.3)
         imgui.text("open a model, scene or preset; or drop it on the window")
         if self._takes_focus:
             imgui.set_keyboard_focus_here()
@@ -48,7 +42,7 @@ class PathPrompt:
         imgui.same_line()
         entered |= imgui.button("open")
         imgui.same_line()
-        self.is_shown = not (imgui.button("cancel") or imgui.is_key_pressed(imgui.Key.escape))
+        self.is_shown = not is_cancelled()
         imgui.end()
         if not entered:
             return None

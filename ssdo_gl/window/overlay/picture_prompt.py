@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from imgui_bundle import ImVec2, imgui
+from imgui_bundle import imgui
 
 from ssdo_gl.effects.methods import METHODS
+from ssdo_gl.window.overlay.prompt import begin_prompt, is_cancelled
 from ssdo_gl.window.saving import PictureRequest
 from ssdo_gl.window.views import METHOD_LABELS
 
-_FLAGS = (
-    imgui.WindowFlags_.no_decoration
-    | imgui.WindowFlags_.always_auto_resize
-    | imgui.WindowFlags_.no_move
-)
 # Of the controls, in heights of text.
 _WIDTH = 18.0
 _SIDES = (1, 16384)
@@ -35,10 +31,7 @@ class PicturePrompt:
         request = self.request
         if request is None:
             return None
-        centre = ImVec2(0.5 * window_size[0], 0.5 * window_size[1])
-        imgui.set_next_window_pos(centre, imgui.Cond_.always, ImVec2(0.5, 0.5))
-        imgui.set_next_window_bg_alpha(1.0)
-        imgui.begin("picture", None, _FLAGS)
+        begin_prompt("picture", window_size, 0.5)
         imgui.push_item_width(_WIDTH * imgui.get_font_size())
         _, (width, height) = imgui.input_int2("size (pixels)", list(request.size))
         methods = list(METHODS)
@@ -53,7 +46,7 @@ class PicturePrompt:
         self.request = request = PictureRequest(size, methods[index], transparent, name.strip())
         saves = imgui.button("save")
         imgui.same_line()
-        cancels = imgui.button("cancel") or imgui.is_key_pressed(imgui.Key.escape)
+        cancels = is_cancelled()
         imgui.pop_item_width()
         imgui.end()
         if saves or cancels:
