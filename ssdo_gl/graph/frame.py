@@ -167,10 +167,6 @@ class FrameView:
         """Return world-space points (..., 3) in view space."""
         return np.asarray((np.asarray(point_ws) - self.position_ws) @ self.view_from_world.T)
 
-    def direction_vs(self, direction_ws: FloatArray) -> FloatArray:
-        """Return world-space directions (..., 3) in view space."""
-        return np.asarray(np.asarray(direction_ws) @ self.view_from_world.T)
-
 
 @dataclass(frozen=True, eq=False)
 class Frame:
