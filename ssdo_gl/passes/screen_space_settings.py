@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ssdo_gl.effects.estimators import ESTIMATORS, LIGHT_ESTIMATORS, described
+from ssdo_gl.effects.estimators import DEFAULT_ESTIMATOR, ESTIMATORS, LIGHT_ESTIMATORS, described
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.settings.fields import SettingError, setting
@@ -21,7 +21,7 @@ class ScreenSpaceSettings:
     """Settings that ssao, directional and bounce share."""
 
     estimator: str = setting(
-        "march",
+        DEFAULT_ESTIMATOR,
         described(LIGHT_ESTIMATORS),
         choices=LIGHT_ESTIMATORS,
     )

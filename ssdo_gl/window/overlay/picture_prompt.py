@@ -5,13 +5,13 @@ from __future__ import annotations
 from imgui_bundle import imgui
 
 from ssdo_gl.effects.methods import METHODS
+from ssdo_gl.settings.settings import MAX_SIZE_PX
 from ssdo_gl.window.overlay.prompt import begin_prompt, is_cancelled
 from ssdo_gl.window.saving import PictureRequest
 from ssdo_gl.window.views import METHOD_LABELS
 
 # Of the controls, in heights of text.
 _WIDTH = 18.0
-_SIDES = (1, 16384)
 
 
 class PicturePrompt:
@@ -41,8 +41,7 @@ class PicturePrompt:
             "nothing where no surface is (alpha)", request.is_transparent
         )
         _, name = imgui.input_text("file (.png .jpg .webp .exr .npz)", request.name)
-        low, high = _SIDES
-        size = (min(max(width, low), high), min(max(height, low), high))
+        size = (min(max(width, 1), MAX_SIZE_PX), min(max(height, 1), MAX_SIZE_PX))
         self.request = request = PictureRequest(size, methods[index], transparent, name.strip())
         saves = imgui.button("save")
         imgui.same_line()
