@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from ssdo_gl.film.bookmarks import views_file
-from ssdo_gl.film.camera_path import CameraPath
 from ssdo_gl.window.camera.collisions import KEEP_AWAY, Obstacles
 from ssdo_gl.window.camera.controls import Controls
 from ssdo_gl.window.camera.destinations import (
@@ -27,7 +26,6 @@ from ssdo_gl.window.camera.tour import Tour
 
 __all__ = [
     "KEEP_AWAY",
-    "CameraPath",
     "Controls",
     "Flight",
     "Obstacles",
