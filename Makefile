@@ -59,8 +59,10 @@ snapshot: $(READY)
 view: $(READY)
 	$(PY) -m ssdo_gl.cli $(SCENE)
 
+# A process of tests keeps one core busy. Shares change hands late: the tests of a file have
+# fixtures in common.
 test: $(READY)
-	$(PY) -m pytest -q
+	$(PY) -m pytest -q -n auto --maxprocesses 4 --dist worksteal
 
 test-slow: $(READY)
 	$(PY) -m pytest -q -m slow

@@ -11,6 +11,8 @@ import pytest
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.gpu.shader import ShaderLibrary
 
+pytest_plugins = ["hard_cases.table"]
+
 # A deadline would be a timing assertion, on machines that others use as well. The same
 # examples every time: a failure can be repeated, and a success means the same tomorrow.
 hypothesis.settings.register_profile("repeatable", deadline=None, derandomize=True)
