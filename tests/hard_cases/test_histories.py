@@ -20,7 +20,13 @@ from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.images.average import ImageAverage
 from ssdo_gl.images.display import ColorMapping
-from ssdo_gl.passes.rays.accumulate import MIN_SAMPLES_TO_STOP, Schedule, SumOutput, accumulate
+from ssdo_gl.passes.rays.accumulate import (
+    MIN_SAMPLES_TO_STOP,
+    Schedule,
+    SumOutput,
+    Sums,
+    accumulate,
+)
 from ssdo_gl.passes.rays.ray_libraries import stream_of
 from ssdo_gl.render_result import Drawing, Plane
 from ssdo_gl.settings import Settings
@@ -156,6 +162,7 @@ def run_sums(device, shaders, value, schedule, fault=None, spread=1.0):
         program,
         {"u_noise": spread, "u_faulty_stream": stream_of(frame.seed, 0)},
         {"t_value": textures["value"], "t_fault": textures["fault"]},
+        Sums(gl, size, 1),
         [SumOutput("mean", 4)],
         schedule,
         "sums",

@@ -263,7 +263,7 @@ MUTATIONS = {
         {"passes/edge_aware_filter.frag": (
             ("bool is_sound(int signal, vec4 value)\n{",
              "bool is_sound(int signal, vec4 value)\n{\nreturn true;"),
-            ("+= use ? value * weight", "+= use ? min(value, vec4(u_value_bound)) * weight"),
+            ("+= use ? values[i]", "+= use ? min(values[i], vec4(u_value_bound))"),
         )},
         poison.filter_takes_poison,
     ),
@@ -276,7 +276,7 @@ MUTATIONS = {
         poison.filter_mixes_depths,
     ),
     "sender cosine of the wrong sign, march": Mutation(
-        {"lib/estimator.glsl": (("to_receiver) > 0.0", "to_receiver) < 0.0"),)},
+        {"lib/estimator.glsl": (("faces(texel, to_receiver)", "faces(texel, -to_receiver)"),)},
         senders_face_wrongly_march,
     ),
     "sender cosine of the wrong sign, rgs09": Mutation(

@@ -112,12 +112,13 @@ def scene_class(scene: Scene, settings: Settings) -> str:
     two. The first frame of a chosen setting is checked anyway.
     """
     content = dataclasses.asdict(analyse(scene))
-    triangles = content.pop("triangle_count")
     low, high = scene.bounds()
     extent = float(((high - low) ** 2).sum()) ** 0.5
     radius = settings.radius or scene.default_radius()
     relative = radius / extent if extent > 0.0 and math.isfinite(radius) else 0.0
-    octaves = [round(math.log2(v)) if v > 0.0 else -99 for v in (float(triangles), relative)]
+    octaves = [
+        round(math.log2(v)) if v > 0.0 else -99 for v in (float(scene.triangle_count), relative)
+    ]
     names = ("method", "size", "shadows", "combine", "effects", "overrides", "shadow_rays")
     relevant = {name: getattr(settings, name) for name in names}
     return fingerprint(content, octaves, len(scene.lights), relevant)
