@@ -697,6 +697,20 @@ def test_budget_lowers_what_moves_and_rest_restores_it(gl, make_viewer) -> None:
     assert np.array_equal(viewer.presenter.pixels(), still)
 
 
+def test_the_first_frame_of_a_motion_is_the_quickest(gl, make_viewer) -> None:
+    viewer = make_viewer()
+    viewer.budget_ms = 1e-3
+    settle(viewer)
+    viewer.left.governor.observe = lambda frame_ms: pytest.fail("is no measure of the others")
+    sizes = []
+    for _ in range(2):
+        viewer.frame(FORWARD, FRAME_S, SIZE)
+        sizes.append(viewer.left.image.drawing.view.size)
+        viewer.left.governor.observe = lambda frame_ms: 0
+    pixels = [width * height for width, height in sizes]
+    assert pixels[0] <= 0.6 * pixels[1]
+
+
 def test_governor_that_cannot_decide_does_not_keep_the_picture_coarse(gl, make_viewer) -> None:
     """Times that are over the budget on the whole and under it of late, for ever."""
     viewer = make_viewer()
