@@ -40,8 +40,6 @@ def given_up(level: QualityLevel, settings: Settings, budget_ms: float) -> str:
         lost.append(f"samples {settings.samples} to {level.samples}")
     if level.resolution_scale != settings.resolution_scale:
         lost.append(f"estimators at {level.resolution_scale:.0%}")
-    if level.has_rough_shadows:
-        lost.append("rough shadows")
     if level.frame_scale != 1.0:
         lost.append(f"picture at {level.frame_scale:.0%}")
     if not lost:

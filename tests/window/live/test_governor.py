@@ -220,21 +220,6 @@ def test_without_measurements_samples_are_halved_first() -> None:
     )
 
 
-def test_shadows_become_rough_before_the_picture_becomes_coarse() -> None:
-    levels = quality_levels(Settings(samples=64, steps=8))
-    rough = [level.has_rough_shadows for level in levels]
-    first = rough.index(True)
-    assert all(rough[first:])
-    assert [level.frame_scale for level in levels[: first + 1]] == [1.0] * (first + 1)
-    given = Settings(overrides={"direct.filter_samples": 2, "bounce.strength": 0.5})
-    overrides = levels[first].applied(given).overrides
-    # Never more than was asked for.
-    assert overrides["direct.filter_samples"] == 2
-    assert overrides["shadow_map.parts_per_side"] == 1
-    assert overrides["bounce.strength"] == 0.5
-    assert levels[0].applied(given).overrides == given.overrides
-
-
 def test_a_level_changes_nothing_but_quality() -> None:
     settings = Settings(method="ssdo", radius=0.4, filter="none", samples=64, steps=8)
     cheap = QualityLevel(4, 4, 0.5).applied(settings)
