@@ -100,8 +100,9 @@ class ImguiBackend:
         self._vertices = self._gl.buffer(reserve=1, dynamic=True)
         self._indices = self._gl.buffer(reserve=1, dynamic=True)
         self._next_texture = 1
-        # Where the cursor has gone since the widgets were issued.
+        # Where the cursor has gone since the widgets were issued, and which buttons are down.
         self._moved_to: imgui.ImVec2 | None = None
+        self._held: set[int] = set()
 
     def rescale(self, scale: float) -> None:
         """Follow the window to a display of another density."""
@@ -125,8 +126,10 @@ class ImguiBackend:
     @property
     def wants_mouse(self) -> bool:
         """Whether the cursor is over a widget, or drags one."""
-        if self._moved_to is not None and not imgui.is_any_mouse_down():
+        context = imgui.get_current_context()
+        if self._moved_to is not None and not self._held:
             imgui.internal.update_hovered_window_and_capture_flags(self._moved_to)
+            return context.hovered_window is not None or context.open_popup_stack.size() > 0
         return bool(imgui.get_io().want_capture_mouse)
 
     def key(self, key: int, action: int, mods: int) -> None:
@@ -157,6 +160,7 @@ class ImguiBackend:
     def button(self, button: int, action: int) -> None:
         """Take a mouse button event."""
         if 0 <= button < imgui.MouseButton_.count:
+            (self._held.add if action == glfw.PRESS else self._held.discard)(button)
             imgui.get_io().add_mouse_button_event(button, action == glfw.PRESS)
 
     def scroll(self, x: float, y: float) -> None:
