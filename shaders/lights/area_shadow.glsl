@@ -243,7 +243,7 @@ vec2 area_shadow_visibility(ShadowMap map, vec3 p_ls, vec3 m_ls, float rounding,
     SoftShadow shadow =
         soft_shadow(map, number, p_ls, m_ls, rounding, half_u * inverse, half_v * inverse);
     Face face = face_at(map, number);
-    vec3 start = kronecker_point(set_of_pixel(pixel) * uint(STRETCH), u_pattern_offset);
+    vec3 start = first_random(pixel, STRETCH);
     vec2 visibility = vec2(diffuse_visibility(map, shadow, face, start, pixel, is_surface), 1.0);
 #if GLOSSY
     visibility.y = lobe_visibility(map, shadow, face, start, pixel, is_glossy, seen_by_lobe);

@@ -18,6 +18,16 @@
 uniform sampler2D t_shadow_atlas;
 uniform float u_shadow_tile_texels;   // texels along one face
 uniform uvec3 u_pattern_offset;       // from the frame's seed
+// From the frame's number: with each, a pixel takes the set of another pixel of its block.
+// After four, all quarters of a block have looked alike; else they would stand out as a grid.
+uniform int u_pattern_turn;
+
+// Where a pixel's points begin, of which each takes `stretch`.
+vec3 first_random(ivec2 pixel, int stretch)
+{
+    uint set = set_of_pixel(pixel) ^ uint(u_pattern_turn);
+    return kronecker_point(set * uint(stretch), u_pattern_offset);
+}
 
 const float SHADOW_BORDER_TEXELS = 2.0;  // BORDER_TEXELS of passes/shadow_map.py
 
@@ -227,7 +237,7 @@ float disk_shadow_visibility(ShadowMap map, vec3 p, vec3 m, float rounding, floa
     const int search_count = DISK_SEARCH_PARTS * BLOCKER_COUNT;
     const int filter_count = DISK_FILTER_PARTS * FILTER_COUNT;
     const int stretch = search_count > filter_count ? search_count : filter_count;
-    vec3 start = kronecker_point(set_of_pixel(pixel) * uint(stretch), u_pattern_offset);
+    vec3 start = first_random(pixel, stretch);
     vec2 blockers = vec2(0.0);  // sum of their heights over the receiver, number
     int search_rounds = is_surface ? search_count : 0;
     for (int i = 0; i < search_rounds; ++i) {

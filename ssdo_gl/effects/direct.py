@@ -63,9 +63,19 @@ def is_smooth(scene: Scene) -> bool:
     return has_maps or any(mesh.normals is not None for mesh in scene.meshes)
 
 
+# Pixels of a block, each of which has a set of points of its own, and frames in which its
+# quarters exchange them: they share the points that are set off by a seed.
+BLOCK_SETS, TURNS = 16, 4
+
+
 def uniforms(settings: DirectSettings, frame: Frame) -> dict[str, object]:
     """Return the uniforms of ``effects/direct.frag`` that all lights share."""
-    return {**frame.view.uniforms(), "u_pattern_offset": pattern_offset(frame.seed)}
+    number = frame.seed - frame.first_seed
+    return {
+        **frame.view.uniforms(),
+        "u_pattern_offset": pattern_offset(frame.first_seed + number // TURNS),
+        "u_pattern_turn": number % BLOCK_SETS,
+    }
 
 
 class DirectPass(RenderPass):

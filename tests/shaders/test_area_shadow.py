@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 from shaders.harness import evaluate
 
+from ssdo_gl.effects.direct import TURNS, DirectSettings, uniforms
+from ssdo_gl.graph.frame import Frame, FrameView
 from ssdo_gl.scene.lights import Form
+from ssdo_gl.scene.load import load_scene
 
 INCLUDES = ["lights/area_shadow.glsl"]
 COUNTS = {"BLOCKER_COUNT": 3, "FILTER_COUNT": 4}
@@ -66,3 +69,24 @@ def test_a_part_weighs_what_its_light_brings(gl, shaders):
                      {"to_light": to_light, "normal": normal, "height": height},
                      defines=DEFINES)  # fmt: skip
     np.testing.assert_allclose(found[:, 0], expected, rtol=2e-5, atol=1e-6)
+
+
+def test_after_four_frames_the_quarters_of_a_block_have_seen_the_same(gl, shaders):
+    """Else penumbrae, too few samples for a pixel, show a grid that frames do not average."""
+    y, x = np.divmod(np.arange(16), 4)
+    pixels = np.stack([x, y], axis=1)
+    view = FrameView((4, 4), np.zeros(3), np.eye(3), (1.0, 1.0), 0.1, 10.0)
+    turned = []
+    for number in range(TURNS):
+        values = uniforms(DirectSettings(), Frame(view, load_scene("corner"), number))
+        sent = {name: values[name] for name in ("u_pattern_offset", "u_pattern_turn")}
+        begin = "first_random(pixel, STRETCH)"
+        points = evaluate(
+            gl, shaders, INCLUDES, begin, {"pixel": pixels}, 3, defines=DEFINES, uniforms=sent
+        )
+        turned.append(points.reshape(2, 2, 2, 2, 3))
+    # Of each quarter: all points of its pixels in all frames.
+    quarters = np.stack(turned).transpose(1, 3, 0, 2, 4, 5).reshape(4, 4 * TURNS, 3)
+    first = sorted(map(tuple, quarters[0]))
+    assert len(set(first)) == 4 * TURNS
+    assert all(sorted(map(tuple, quarter)) == first for quarter in quarters[1:])
