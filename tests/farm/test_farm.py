@@ -272,6 +272,8 @@ def test_errors_of_estimators_are_those_of_one_process(
     monkeypatch.setattr(estimator_views, "points_of", lambda *_: some)
     base = Settings(size=(24, 18), radius=0.3)
     found, said = [], []
+    with distributed.Client(address) as client:
+        client.wait_for_workers(2)  # one that died in a test before may still be starting
     with Renderer(load_scene("corner"), base) as renderer:
         for name in (None, address):
             with spread(BenchRenderer(renderer), name) as (maker, sentence):
