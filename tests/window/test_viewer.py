@@ -726,6 +726,19 @@ def test_governor_that_cannot_decide_does_not_keep_the_picture_coarse(gl, make_v
     assert viewer.left.is_done
 
 
+def test_what_depth_costs_says_nothing_of_the_picture(gl, make_viewer) -> None:
+    """It would come back at a level that has yet to be compiled."""
+    viewer = make_viewer()
+    levels = []
+    for aov, level in (("beauty", 3), ("depth", 0), ("normal_ws", None), ("beauty", None)):
+        viewer.view = dataclasses.replace(viewer.view, aov=aov)
+        viewer.frame(FORWARD, FRAME_S, SIZE)
+        levels.append(viewer.left.governor.level)
+        if level is not None:
+            viewer.left.governor.level = level
+    assert levels[1:] == [3, 3, 3]
+
+
 def test_no_budget_means_full_quality_in_motion(gl, make_viewer) -> None:
     viewer = make_viewer()
     viewer.is_governed = False

@@ -72,6 +72,9 @@ class Side:
         self._calibration_left = CALIBRATION_FRAMES
         self.governor = Governor(budget_ms, [level.work for level in self._levels])
         self.governor.climb()
+        self._governed = ""
+        # Of images that are not shown now: their governors, and what they may yet try at rest.
+        self._others: dict[str, tuple[Governor, int]] = {}
 
     @property
     def level(self) -> QualityLevel:
@@ -137,6 +140,7 @@ class Side:
             Nothing has moved for a moment: draw at full quality and refine.
         """
         self._fit_levels(settings)
+        self._govern(image)
         self._kind = kind
         calibrates = self._calibrates(settings)
         self._calibration_left -= int(calibrates and is_resting)
@@ -194,6 +198,27 @@ class Side:
             if not is_same:
                 self.governor.climb()
 
+    def _govern(self, image: str) -> None:
+        """Go on with what is known of the times of `image`.
+
+        Those of depth say nothing of beauty, which would come back at a level that was never
+        compiled: seconds, in the middle of a motion. An image that is new begins with the
+        coarsest level that another one has needed.
+        """
+        if image == self._governed:
+            return
+        present = self.governor, self._calibration_left
+        if self._governed:
+            self._others[self._governed] = present
+            new = Governor(self.governor.budget_ms, [level.work for level in self._levels])
+            new.level = max(governor.level for governor, _ in self._others.values())
+            present = new, 0
+        budget_ms = self.governor.budget_ms
+        self.governor, self._calibration_left = self._others.pop(image, present)
+        self.set_budget(budget_ms)
+        self._governed = image
+
     def _restart_governor(self) -> None:
+        self._others.clear()
         self.governor = Governor(self.governor.budget_ms, [level.work for level in self._levels])
         self._calibration_left = CALIBRATION_FRAMES
