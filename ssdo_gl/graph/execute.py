@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Hashable, Iterable
 from typing import TYPE_CHECKING, NamedTuple
 
 from ssdo_gl.gpu.clear import clear
@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from ssdo_gl.gpu.context import Device
     from ssdo_gl.gpu.device_geometry import Geometry
     from ssdo_gl.gpu.shader import ShaderLibrary
+
+
+_SCENE = tuple(sorted(SCENE_DOMAINS))
 
 
 class PassTiming(NamedTuple):
@@ -80,6 +83,7 @@ class Executor:
         self.is_settled = True
         self._steps: PlanSteps | None = None
         self._kinds: list[int] = []
+        self._scene: list[Hashable] = []
         self.timer = Timer(device)
         self.before_pass: Callable[[], None] | None = None
 
@@ -107,7 +111,7 @@ class Executor:
         progress : ProgressCallback or None
             Handed to the passes.
         """
-        steps = self._steps_of(plan, frame.view.size)
+        steps = self._steps_of(plan, frame)
         sources, identities = self._identify(steps, frame)
         self._find_again(steps, sources, identities)
         stale = self._stale(steps, identities)
@@ -161,8 +165,9 @@ class Executor:
 
     def texture(self, resource: str) -> moderngl.Texture:
         """Return the texture that the last run left in `resource`, an output of its plan."""
-        for result in self._results.values():
-            if resource in result.textures:
+        for step in self._steps.order if self._steps is not None else ():
+            result = self._results.get(step.item.name)
+            if result is not None and resource in result.textures:
                 return result.textures[resource]
         raise KeyError(resource)
 
@@ -186,20 +191,31 @@ class Executor:
         self._steps = None
         self._pool.trim()
 
-    def _steps_of(self, plan: Plan, size: tuple[int, int]) -> PlanSteps:
-        """Return the steps of a plan; free what it has no use for where it is another."""
-        steps = self._steps
-        if steps is not None and steps.plan is plan and steps.size == size:
+    def _steps_of(self, plan: Plan, frame: Frame) -> PlanSteps:
+        """Return the steps of a plan; free what it has no use for where it is another.
+
+        Of frames in a window, what no view is part of stays for as long as the scene: who
+        looks at depth or at a method without rays soon wants the light again, without the
+        second that its rays take.
+        """
+        steps, size, scene = self._steps, frame.view.size, [frame.versions.get(d) for d in _SCENE]
+        is_same_scene, self._scene = scene == self._scene, scene
+        if steps is None or steps.plan is not plan or steps.size != size:
+            before, self._steps = steps, (steps := PlanSteps(plan, size))
+            self._kinds = [self._identities_of(step).of(step.kind) for step in steps.order]
+            if is_same_scene and before is not None and before.shape == steps.shape:
+                return steps
+        elif is_same_scene:
             return steps
-        before, self._steps = steps, (steps := PlanSteps(plan, size))
-        self._kinds = [self._identities_of(step).of(step.kind) for step in steps.order]
-        if before is not None and before.shape == steps.shape:
-            return steps
+        keeps = frame.is_live and is_same_scene
         fitting = {step.item.name: step.formats for step in steps.order}
         for name, result in list(self._results.items()):
             formats = fitting.get(name)
+            if formats is None:
+                if not (keeps and result.source >= 0):
+                    self._discard(name)
             # A transient texture that was lent on is missing; that is no misfit.
-            if formats is None or any(formats.get(n) != result.formats[n] for n in result.borrowed):
+            elif any(formats.get(n) != result.formats[n] for n in result.borrowed):
                 self._discard(name)
         self._spares = {name: spare for name, spare in self._spares.items() if name in fitting}
         self._pool.trim()
