@@ -65,6 +65,10 @@ vec4 value_at(int signal, ivec2 pixel)
 // common. cos^8 of the decoded angle gives the same errors to 1 %.
 const float NORMAL_REACH = 0.8;
 
+// Of the four pixels around a texel, which each weigh a quarter or more on one surface:
+// those that weigh less together show another one.
+const float LEAST_WEIGHT = 0.02;
+
 // A plane through the centre pixel's surface point, and what weights are relative to.
 struct Centre {
     ivec2 texel;
@@ -210,9 +214,9 @@ void main()
         add_tap(sums, c, base + ivec2(1, 0), size, far.x * near.y);
         add_tap(sums, c, base + ivec2(0, 1), size, near.x * far.y);
         add_tap(sums, c, base + ivec2(1, 1), size, far.x * far.y);
-        // A thing so thin that all four lie on background: whatever is known of the
-        // surroundings is better than nothing.
-        bool is_lost = sums[0].weight == 0.0;
+        // A thing so thin that none of the four lies on it: what is known of it farther
+        // away, or else of the surroundings, is better than nothing.
+        bool is_lost = sums[0].weight < LEAST_WEIGHT;
         for (int i = 0; is_lost && i < 16; ++i)
             add_tap(sums, c, base + ivec2(i & 3, i >> 2) - 1, size, 1.0);
 #endif
