@@ -56,6 +56,8 @@ def address() -> Iterator[str]:
     cloudpickle.register_pickle_by_value(sys.modules[__name__])
     with (
         dask.config.set({"distributed.scheduler.allowed-failures": 1}),
+        # After 15 s a cluster ends what restarts a worker; under load that takes longer.
+        dask.config.set({"distributed.deploy.lost-worker-timeout": "1 day"}),
         distributed.LocalCluster(
             n_workers=2, threads_per_worker=1, dashboard_address=":0", memory_limit=None
         ) as cluster,
