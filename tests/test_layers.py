@@ -25,6 +25,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
         "suggestion",
         "short_repr",
         "last_made",
+        "package_members",
         "images/color",
     ),
     ("settings/fields", "effects/estimators"),

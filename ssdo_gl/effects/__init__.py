@@ -1,1 +1,1 @@
-"""One module for each effect: its settings, need, passes and terms; `registry` lists them."""
+"""One module for each effect: its settings, need, passes and terms; `registry` finds them."""

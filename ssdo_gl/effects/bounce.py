@@ -157,6 +157,7 @@ class Bounce(Effect):
     """One bounce of light from the surfaces that block a receiver's directions."""
 
     name = "bounce"
+    after = ("ssao",)
     methods = frozenset({"bounce", "gi"})
     terms = (Term("bounce", "bounce_irradiance"),)
     shortcuts = (OPEN_DIRECTIONS,)

@@ -196,6 +196,7 @@ class Direct(Effect):
     """Light of the scene's lights, shadowed by maps or not at all."""
 
     name = "direct"
+    after = ("emission",)
     methods = ALL - {"reference-gi"}
     shown_by = ALL
     terms = (

@@ -227,6 +227,7 @@ class Directional(Effect):
     """Light of the environment and of ``ssdo`` lights through open directions."""
 
     name = "directional"
+    after = ("far_field",)
     methods = frozenset({"ssdo", "bounce", "gi"})
     terms = (Term("directional", "directional_irradiance"),)
     images = ("visibility",)

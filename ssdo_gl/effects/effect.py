@@ -51,12 +51,15 @@ class ImageSource:
 
 
 class Effect(ABC):
-    """One effect: a class, a shader, a test and a row of the registry.
+    """One effect: a class, a shader and a test.
 
     Attributes
     ----------
     name : str
         Unique; how other effects ask whether it runs.
+    after : tuple of str
+        Effects that are decided before it, because it asks about them, and whose terms come
+        before its own in sums. What serves others (no `methods`) comes after all that do not.
     methods : frozenset of str
         The methods whose picture it is part of.
     shown_by : frozenset of str
@@ -84,6 +87,7 @@ class Effect(ABC):
     """
 
     name: ClassVar[str]
+    after: ClassVar[tuple[str, ...]] = ()
     methods: ClassVar[frozenset[str]] = frozenset()
     shown_by: ClassVar[frozenset[str]] = frozenset()
     terms: ClassVar[tuple[Term, ...]] = ()

@@ -211,6 +211,7 @@ class FarField(Effect):
     """What arrives from beyond R, and with it all of the light."""
 
     name = "far_field"
+    after = ("traced_shadows",)
     # As decisions call it.
     title = "far field"
     methods = frozenset({"gi"})

@@ -183,6 +183,7 @@ class Reflections(Effect):
     """What glossy surfaces reflect of the environment and of each other."""
 
     name = "reflections"
+    after = ("bounce",)
     methods = frozenset({"ssdo", "bounce", "gi"})
     terms = (Term("specular", "reflections", "radiance", glossy=True),)
     settings: ClassVar[Mapping[str, type]] = {

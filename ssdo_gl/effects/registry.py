@@ -1,51 +1,38 @@
-"""All effects, one row each; what others list of them is derived here."""
+"""All effects, found in their folder; what others list of them is derived here."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from graphlib import TopologicalSorter
 from typing import Any
 
-from ssdo_gl.effects.back_layer import BackLayer
-from ssdo_gl.effects.bounce import Bounce
-from ssdo_gl.effects.direct import Direct
-from ssdo_gl.effects.directional import Directional
 from ssdo_gl.effects.effect import Effect
-from ssdo_gl.effects.emission import Emission
-from ssdo_gl.effects.far_field import FarField
-from ssdo_gl.effects.references import ReferenceAo, ReferenceGi, ReferenceNear
-from ssdo_gl.effects.reflections import Reflections
-from ssdo_gl.effects.shadows import ShadowMaps, TracedShadows
-from ssdo_gl.effects.ssao import Ssao
-from ssdo_gl.effects.tables import EnvironmentImage, GlossTables, RayData, SurfaceCache
+from ssdo_gl.package_members import classes_in
 from ssdo_gl.passes.edge_aware_filter import FILTER, EdgeAwareFilterSettings
 from ssdo_gl.passes.gbuffer import GBUFFER_IMAGES
 from ssdo_gl.passes.temporal import TEMPORAL, TemporalSettings
 from ssdo_gl.passes.tone_map import ToneMapSettings
 
-# In the order in which they are decided: each may ask about those above it. It is also the
-# order of the terms in sums, and of the images.
-_EFFECTS: list[Effect] = [
-    Emission(),
-    Direct(),
-    ShadowMaps(),
-    TracedShadows(),
-    # Before all that ask for the environment as rays need it.
-    FarField(),
-    EnvironmentImage(),
-    Directional(),
-    Ssao(),
-    ReferenceAo(),
-    ReferenceNear(),
-    Bounce(),
-    Reflections(),
-    ReferenceGi(),
-    # What several of those above may need comes last.
-    BackLayer(),
-    SurfaceCache(),
-    RayData(),
-    GlossTables(),
-]
+
+def in_order(found: Iterable[Effect]) -> list[Effect]:
+    """Return effects in the order in which they are decided, of terms in sums, and of images.
+
+    Each comes after those that it names, and what is part of no picture, but serves others,
+    after all that are.
+    """
+    by_name = {effect.name: effect for effect in found}
+    order = TopologicalSorter({name: effect.after for name, effect in by_name.items()})
+    sorted_effects = (by_name[name] for name in order.static_order())
+    return sorted(sorted_effects, key=lambda effect: not effect.methods)
+
+
+def found_effects() -> list[Effect]:
+    """Return one of each class of effects that the modules of `ssdo_gl.effects` define."""
+    return in_order(cls() for cls in classes_in("ssdo_gl.effects") if issubclass(cls, Effect))
+
+
+_EFFECTS = found_effects()
 
 
 def effects() -> tuple[Effect, ...]:
@@ -55,21 +42,21 @@ def effects() -> tuple[Effect, ...]:
 
 @contextmanager
 def registered(effect: Effect) -> Iterator[None]:
-    """Let `effect` be one of all for a while: after those it may rest on.
+    """Let `effect` be one of all for a while.
 
     Raises
     ------
     ValueError
         If there is an effect of that name.
     """
-    names = [known.name for known in _EFFECTS]
-    if effect.name in names:
+    before = effects()
+    if effect.name in (known.name for known in before):
         raise ValueError(f"there is an effect called {effect.name!r}")
-    _EFFECTS.insert(names.index(BackLayer.name), effect)
+    _EFFECTS[:] = in_order((*before, effect))
     try:
         yield
     finally:
-        _EFFECTS.remove(effect)
+        _EFFECTS[:] = before
 
 
 def term_names() -> tuple[str, ...]:

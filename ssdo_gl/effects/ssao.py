@@ -20,6 +20,7 @@ class Ssao(Effect):
     """Ambient visibility: multiplies light in the method ssao, and is an image in all others."""
 
     name = "ssao"
+    after = ("directional",)
     methods = frozenset({"ssao"})
     shown_by = ALL - REFERENCES
     images = ("visibility",)

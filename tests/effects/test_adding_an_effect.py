@@ -6,13 +6,13 @@ import re
 import shutil
 import sys
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
 
+import ssdo_gl.effects
 from ssdo_gl import resources
-from ssdo_gl.effects.registry import image_names, registered
+from ssdo_gl.effects import registry
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
@@ -38,19 +38,21 @@ def shaders(device, tmp_path):
 
 
 @pytest.fixture
-def headlight(monkeypatch):
-    module = ModuleType("headlight")
-    monkeypatch.setitem(sys.modules, "headlight", module)
-    code = compile(block("python"), "docs/adding-an-effect.md", "exec", dont_inherit=True)
-    exec(code, module.__dict__)
-    with registered(module.Headlight()):
-        yield
+def headlight(monkeypatch, tmp_path):
+    """The module of the page in the folder of effects, which is all that makes it one."""
+    folder = tmp_path / "effects"
+    folder.mkdir()
+    (folder / "headlight.py").write_text(block("python"), encoding="utf-8")
+    monkeypatch.setattr(ssdo_gl.effects, "__path__", [*ssdo_gl.effects.__path__, str(folder)])
+    monkeypatch.setattr(registry, "_EFFECTS", registry.found_effects())
+    yield
+    del sys.modules["ssdo_gl.effects.headlight"], ssdo_gl.effects.headlight
 
 
 def test_the_example_lights_what_faces_the_camera(headlight, device, shaders):
     scene = load_scene("corner")
     wanted = ["beauty", "headlight", "albedo", "normal_ws", "position_ws", "depth"]
-    assert set(wanted) <= set(image_names())
+    assert set(wanted) <= set(registry.image_names())
     flags = {"size": (48, 32), "method": "direct"}
     pictures = []
     for strength in (0.0, STRENGTH):

@@ -57,6 +57,7 @@ class ReferenceAo(Effect):
     """Ambient visibility by rays."""
 
     name = "reference_ao"
+    after = ("reflections",)
     methods = frozenset({"reference-ao"})
     shown_by = REFERENCES
     images = ("visibility",)

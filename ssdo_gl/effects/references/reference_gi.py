@@ -80,6 +80,7 @@ class ReferenceGi(Effect):
     """All light transport, path traced: it is the whole picture."""
 
     name = "reference_gi"
+    after = ("reflections",)
     methods = frozenset({"reference-gi"})
     settings: ClassVar[Mapping[str, type]] = {"reference_gi": ReferenceGiSettings}
     picture = "gi_radiance"

@@ -73,6 +73,7 @@ class ReferenceNear(Effect):
     """Directional light and one bounce by rays."""
 
     name = "reference_near"
+    after = ("reflections",)
     methods = frozenset({"reference-near"})
     shown_by = REFERENCES
     terms = (

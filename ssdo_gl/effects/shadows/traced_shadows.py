@@ -68,6 +68,7 @@ class TracedShadows(Effect):
     """Light of the scene's lights, shadowed by rays."""
 
     name = "traced_shadows"
+    after = ("direct",)
     methods = ALL - {"reference-gi"}
     shown_by = ALL
     terms = (

@@ -19,6 +19,7 @@ class RayData(Effect):
     """The tables that every pass reads that traces rays."""
 
     name = "ray_data"
+    after = ("surface_cache",)
 
     def is_asked(self, request: Request) -> bool:
         return request.traces

@@ -1,15 +1,15 @@
-"""File formats: a folder each, and one row in the registry that finds them by suffix."""
+"""File formats: a module or folder each, found by suffix."""
 
 from ssdo_gl.scene.formats.format_registry import (
     FORMATS,
-    SceneFormat,
     format_of,
     model_suffixes,
-    read_description,
     read_model,
     scene_suffixes,
 )
 from ssdo_gl.scene.formats.model import Model
+from ssdo_gl.scene.formats.scene_format import SceneFormat
+from ssdo_gl.scene.formats.toml import read_description
 
 __all__ = [
     "FORMATS",

@@ -1,69 +1,25 @@
-"""Which file formats there are: one row each, found by suffix."""
+"""Which file formats there are: those that modules and folders beside this one define."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
-from typing import Any
 
+from ssdo_gl.package_members import modules_in
 from ssdo_gl.scene.files import check_file
 from ssdo_gl.scene.formats.model import Model
-from ssdo_gl.scene.scene import Scene, SceneError
-from ssdo_gl.settings.loading import USUAL, LoadOptions
-
-ModelReader = Callable[[Path, str], Model]
-SceneReader = Callable[[Path, str, LoadOptions], Scene]
+from ssdo_gl.scene.formats.scene_format import SceneFormat
+from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.settings.loading import USUAL
 
 
-@dataclass(frozen=True)
-class SceneFormat:
-    """A kind of file that shows something.
-
-    Attributes
-    ----------
-    title : str
-        What errors and texts call it.
-    suffixes : tuple of str
-        With the dot, in lower case.
-    read_model, read_scene : callable or None
-        Exactly one of them. Given the path and what errors call the file, it returns
-        its contents, which scenes may place; or, if the format describes whole scenes,
-        that scene, completed by the options. It raises SceneError for what cannot be read.
-    scan_up : "y", "z" or None
-        Of formats of scans, smooth unless files have normals: the axis that usually points
-        up. None: the format says +y.
-    """
-
-    title: str
-    suffixes: tuple[str, ...]
-    read_model: ModelReader | None = None
-    read_scene: SceneReader | None = None
-    scan_up: str | None = None
+def found_formats() -> list[SceneFormat]:
+    """Return what modules and folders of `ssdo_gl.scene.formats` define as a `SceneFormat`."""
+    modules = modules_in("ssdo_gl.scene.formats")
+    values = (value for module in modules for value in vars(module).values())
+    return [value for value in values if isinstance(value, SceneFormat)]
 
 
-def _lazily(folder: str, function: str) -> Callable[..., Any]:
-    """Return a reader of this package; its parsers are imported when it is first called."""
-
-    def read(*arguments: Any, **named: Any) -> Any:
-        module = import_module(f"ssdo_gl.scene.formats.{folder}")
-        return getattr(module, function)(*arguments, **named)
-
-    return read
-
-
-FORMATS: list[SceneFormat] = [
-    SceneFormat("TOML scene", (".toml",), read_scene=_lazily("toml", "read_file")),
-    SceneFormat("glTF 2.0", (".glb", ".gltf"), _lazily("gltf", "read_gltf")),
-    SceneFormat("Wavefront OBJ", (".obj",), _lazily("obj", "read_obj")),
-    SceneFormat("PLY", (".ply",), _lazily("polygons", "read_ply"), scan_up="y"),
-    SceneFormat("STL", (".stl",), _lazily("polygons", "read_stl"), scan_up="z"),
-    SceneFormat("OFF", (".off",), _lazily("polygons", "read_off"), scan_up="y"),
-]
-
-# What the built-in scenes are written in, from text that need not be in a file.
-read_description: Callable[..., Scene] = _lazily("toml", "read_description")
+FORMATS = found_formats()
 
 
 def format_of(path: Path) -> SceneFormat | None:

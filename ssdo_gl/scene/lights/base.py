@@ -119,6 +119,8 @@ class Light(ABC):
     ----------------
     kind : str
         Its name in shaders and window; ``shaders/lights/<kind>.glsl`` holds its functions.
+    kind_in_files : str or None
+        Its name in scene files, if that is another.
     form : Form
     emitted_field, emitted_unit : str
         The field that says how bright it is, and its unit.
@@ -129,6 +131,7 @@ class Light(ABC):
     """
 
     kind: ClassVar[str]
+    kind_in_files: ClassVar[str | None] = None
     form: ClassVar[Form]
     emitted_field: ClassVar[str]
     emitted_unit: ClassVar[str]

@@ -51,6 +51,7 @@ class RectangleLight(Light):
     """
 
     kind = "rectangle"
+    kind_in_files = "area"
     form = Form.AREA
     emitted_field = "radiance"
     emitted_unit = "W/sr/m²"

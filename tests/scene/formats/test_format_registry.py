@@ -1,25 +1,32 @@
-"""The registry of formats: one row makes a format known everywhere."""
+"""The registry of formats: one module makes a format known everywhere."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from ssdo_gl.cli import build_parser
-from ssdo_gl.scene.formats import FORMATS, Model, SceneFormat
-from ssdo_gl.scene.geometry.mesh import SceneObject
+from ssdo_gl.scene import formats
+from ssdo_gl.scene.formats import FORMATS, format_registry
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.scene.material import Material
 
 Write = Callable[[dict[str, str | bytes]], Path]
 PAGE = Path(__file__).parents[3] / "docs" / "formats.md"
 
 
+# Reads one triangle: nine numbers.
+TOY = """
+from pathlib import Path
+import numpy as np
+from ssdo_gl.scene.formats.model import Model
+from ssdo_gl.scene.formats.scene_format import SceneFormat
+from ssdo_gl.scene.geometry import SceneObject
+from ssdo_gl.scene.material import Material
+
 def read_corners(path: Path, where: str) -> Model:
-    """Return one triangle: nine numbers."""
     positions = np.array(path.read_text().split(), dtype=np.float64).reshape(3, 3)
     model = Model(materials=[Material(name="toy")])
     mesh = model.add_mesh(positions, np.array([[0, 1, 2]]))
@@ -27,15 +34,24 @@ def read_corners(path: Path, where: str) -> Model:
         model.objects.append(SceneObject(mesh, 0))
     return model
 
+TOY = SceneFormat("toy", (".toy",), read_corners)
+"""
+
 
 @pytest.fixture
-def toy(monkeypatch: pytest.MonkeyPatch) -> None:
-    row = SceneFormat("toy", (".toy",), read_corners)
-    monkeypatch.setattr("ssdo_gl.scene.formats.format_registry.FORMATS", [*FORMATS, row])
+def toy(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[None]:
+    """A module in the folder of formats, which is all that makes it one."""
+    folder = tmp_path / "formats"
+    folder.mkdir()
+    (folder / "toy.py").write_text(TOY, encoding="utf-8")
+    monkeypatch.setattr(formats, "__path__", [*formats.__path__, str(folder)])
+    monkeypatch.setattr(format_registry, "FORMATS", format_registry.found_formats())
+    yield
+    del sys.modules["ssdo_gl.scene.formats.toy"]
 
 
 @pytest.mark.usefixtures("toy")
-def test_a_row_is_all_that_a_format_needs(write: Write, error_of: Callable[..., str]) -> None:
+def test_a_module_is_all_that_a_format_needs(write: Write, error_of: Callable[..., str]) -> None:
     files = {
         "a.TOY": "0 0 0 1 0 0 0 1 0",
         "flat.toy": "0 0 0 1 0 0 2 0 0",
@@ -63,5 +79,5 @@ def test_the_documentation_names_every_format() -> None:
     assert [title for title in named if title not in text] == []
 
 
-def test_every_row_reads_models_or_scenes() -> None:
+def test_every_format_reads_models_or_scenes() -> None:
     assert all((kind.read_model is None) != (kind.read_scene is None) for kind in FORMATS)

@@ -1,8 +1,9 @@
-"""A kind of light that only this file knows: one class, one shader, one row."""
+"""A kind of light that only this file knows: one class and one shader, each in its folder."""
 
 from __future__ import annotations
 
 import shutil
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from ssdo_gl import resources
 from ssdo_gl.gpu.light_kinds import light_kinds_source
 from ssdo_gl.math3d import Vector, vector
 from ssdo_gl.renderer import Renderer
+from ssdo_gl.scene import lights
 from ssdo_gl.scene.lights import KINDS, PointLight, PunctualLight, kind_number
 from ssdo_gl.scene.lights.base import ShaderRow
 from ssdo_gl.scene.load import load_scene
@@ -72,13 +74,20 @@ shadow = "SHADOW"
 
 @pytest.fixture
 def lobe(monkeypatch, tmp_path):
-    """Register the kind, its shader beside the shipped ones."""
+    """Put a module among those of lights, and its shader beside the shipped ones."""
     folder = tmp_path / "shaders"
     shutil.copytree(str(resources.folder("shaders")), folder)
     (folder / "lights" / "lobe.glsl").write_text(LOBE_GLSL, encoding="utf-8")
     shipped = resources.folder
     monkeypatch.setattr(resources, "folder", lambda k: folder if k == "shaders" else shipped(k))
-    monkeypatch.setitem(KINDS, "lobe", LobeLight)
+    (tmp_path / "lobe_light.py").write_text(
+        f"import sys\nLobeLight = sys.modules[{__name__!r}].LobeLight\n", encoding="utf-8"
+    )
+    monkeypatch.setattr(lights, "__path__", [*lights.__path__, str(tmp_path)])
+    found = lights.found_kinds()
+    del sys.modules["ssdo_gl.scene.lights.lobe_light"], lights.lobe_light
+    assert [kind for kind in found if kind not in KINDS] == ["lobe"]
+    monkeypatch.setitem(KINDS, "lobe", found["lobe"])
 
 
 @pytest.mark.parametrize("shadow", ["map", "none", "ssdo"])
@@ -125,6 +134,6 @@ def test_an_unlisted_kind_is_refused_not_drawn_as_a_point() -> None:
 
 
 def test_kinds_keep_their_numbers_in_shaders() -> None:
-    assert kind_number(PointLight((0, 0, 0), (1, 1, 1))) == 0
+    assert kind_number(PointLight((0, 0, 0), (1, 1, 1))) == [*KINDS].index("point")
     for number, kind in enumerate(KINDS.values()):
         assert f"#define LIGHT_{kind.kind.upper()} {number}\n" in light_kinds_source()

@@ -1,5 +1,5 @@
 """glTF 2.0: .gltf and .glb files."""
 
-from ssdo_gl.scene.formats.gltf.reader import read_gltf
+from ssdo_gl.scene.formats.scene_format import SceneFormat, lazily
 
-__all__ = ["read_gltf"]
+GLTF = SceneFormat("glTF 2.0", (".glb", ".gltf"), lazily(f"{__name__}.reader", "read_gltf"))

@@ -1,5 +1,5 @@
 """Wavefront .obj files and their .mtl material libraries."""
 
-from ssdo_gl.scene.formats.obj.wavefront import read_obj
+from ssdo_gl.scene.formats.scene_format import SceneFormat, lazily
 
-__all__ = ["read_obj"]
+OBJ = SceneFormat("Wavefront OBJ", (".obj",), lazily(f"{__name__}.wavefront", "read_obj"))

@@ -1,0 +1,65 @@
+"""From the file to the model, whichever of the formats it has."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from ssdo_gl.scene.formats.model import Model
+from ssdo_gl.scene.formats.polygons.off import parse_off
+from ssdo_gl.scene.formats.polygons.ply import parse_ply
+from ssdo_gl.scene.formats.polygons.polygon_mesh import PolygonMesh
+from ssdo_gl.scene.formats.polygons.stl import parse_stl
+from ssdo_gl.scene.geometry import SceneObject
+from ssdo_gl.scene.material import Material
+from ssdo_gl.scene.scene import SceneError
+
+
+def read_ply(path: Path, where: str) -> Model:
+    """Return the mesh of a .ply file; errors are SceneError."""
+    return _read(path, where, "PLY", parse_ply)
+
+
+def read_stl(path: Path, where: str) -> Model:
+    """Return the mesh of a .stl file, or its solids; errors are SceneError."""
+    return _read(path, where, "STL", parse_stl)
+
+
+def read_off(path: Path, where: str) -> Model:
+    """Return the mesh of a .off file; errors are SceneError."""
+    return _read(path, where, "OFF", parse_off)
+
+
+def _read(path: Path, where: str, title: str, parse: Callable[[bytes], list[PolygonMesh]]) -> Model:
+    model = Model()
+    points: list[PolygonMesh] = []
+    try:
+        # What is not finite is dropped and told later; NumPy need not warn as well.
+        with np.errstate(invalid="ignore", over="ignore"):
+            for mesh in parse(path.read_bytes()):
+                mesh.add_to(model, path, where)
+                model.notes += mesh.notes
+                if not len(mesh.counts):
+                    points.append(mesh)
+            if not model.meshes:
+                for mesh in points:
+                    _add_points(mesh, model)
+    except OSError as error:
+        raise SceneError(f"{where}: cannot be read: {error.strerror}") from None
+    except MemoryError:
+        raise SceneError(f"{where}: larger than the memory there is") from None
+    except ValueError as error:
+        if isinstance(error, SceneError):
+            raise
+        raise SceneError(f"{where}: not a readable {title} file: {error}") from None
+    return model
+
+
+def _add_points(mesh: PolygonMesh, model: Model) -> None:
+    index = model.add_points(mesh.positions, mesh.colors, mesh.name)
+    if index is not None:
+        grey = 0.8 if mesh.colors is None else 1.0
+        model.materials.append(Material(albedo=(grey, grey, grey)))
+        model.objects.append(SceneObject(index, len(model.materials) - 1, name=mesh.name))
