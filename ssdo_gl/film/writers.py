@@ -6,9 +6,12 @@ Whole or not at all: nothing lies under the final name before the last frame is 
 from __future__ import annotations
 
 import io
+import os
 import shutil
+import subprocess
 import tempfile
-from collections.abc import Generator, Mapping
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -21,15 +24,11 @@ from ssdo_gl.images.files import OutputError, check_output, png_bytes, write_ato
 # A film in one file, and numbered pictures.
 ONE_FILE = (".mp4", ".webm", ".webp", ".gif")
 FILM_SUFFIXES = (*ONE_FILE, ".png")
-# What browsers play. Of imageio-ffmpeg's scale of 1 to 10 for H.264, at 8 the noise of an
-# estimator survives; VP9 has a scale of its own, from 63 down to 0.
-VIDEO_OPTIONS: Mapping[str, Mapping[str, Any]] = {
-    ".mp4": {"codec": "libx264", "quality": 8},
-    ".webm": {
-        "codec": "libvpx-vp9",
-        "quality": None,
-        "output_params": ["-crf", "20", "-b:v", "0"],
-    },
+# What browsers play. Of H.264's scale from 51 down to 0, at 10 the noise of an estimator
+# survives; VP9 has one of its own, from 63.
+VIDEO_OPTIONS: Mapping[str, Sequence[str]] = {
+    ".mp4": ("-c:v", "libx264", "-crf", "10"),
+    ".webm": ("-c:v", "libvpx-vp9", "-crf", "20", "-b:v", "0"),
 }
 # A walk through the built-in room: at 92 the mean error is 1 step of 255, for 9 kB a
 # frame of 480x270. Every frame is a key frame: what is only patched keeps blocks of
@@ -79,38 +78,70 @@ class _VideoWriter:
                 f"{path}: {path.suffix} needs imageio-ffmpeg: pip install 'ssdo_gl[film]', "
                 "or choose .webp, .gif or .png"
             ) from None
-        self._ffmpeg: Any = imageio_ffmpeg
+        try:
+            self._program: str = imageio_ffmpeg.get_ffmpeg_exe()
+        except RuntimeError:
+            raise OutputError(f"{path}: {path.suffix} needs ffmpeg on this machine") from None
         self._path = path
-        self._rate = frames_per_second
-        self._folder = Path(tempfile.mkdtemp(prefix=".film-", dir=path.parent))
+        self._rate = Fraction(frames_per_second).limit_denominator()
+        # A link stays, and what it points to is replaced.
+        self._target = Path(os.path.realpath(path))
+        self._folder = Path(tempfile.mkdtemp(prefix=".film-", dir=self._target.parent))
         self._file = self._folder / f"film{path.suffix.lower()}"
-        self._stream: Generator[None, NDArray[np.uint8], None] | None = None
+        self._encoder: subprocess.Popen[bytes] | None = None
 
     def add(self, pixels: NDArray[np.uint8]) -> None:
         # The format halves the resolution of colour: both sides must be even.
         height, width = (side - side % 2 for side in pixels.shape[:2])
         if min(height, width) < 2:
             raise OutputError(f"{self._path}: a film needs at least 2x2 pixels")
-        if self._stream is None:
-            self._stream = self._ffmpeg.write_frames(
-                str(self._file),
-                (width, height),
-                fps=self._rate,
-                **VIDEO_OPTIONS[self._path.suffix.lower()],
-                macro_block_size=2,
+        if self._encoder is None:
+            self._encoder = self._started(width, height)
+        assert self._encoder.stdin is not None
+        try:
+            self._encoder.stdin.write(np.ascontiguousarray(pixels[:height, :width]).data)
+        except OSError:
+            self._end(self._encoder)
+            raise OutputError(f"{self._path}: ffmpeg ended before the film") from None
+
+    def _started(self, width: int, height: int) -> subprocess.Popen[bytes]:
+        frames = f"-f rawvideo -pix_fmt rgb24 -s {width}x{height} -r {self._rate} -i -".split()
+        coding = (*VIDEO_OPTIONS[self._path.suffix.lower()], "-pix_fmt", "yuv420p")
+        try:
+            return subprocess.Popen(
+                [self._program, "-xerror", "-v", "error", *frames, *coding, str(self._file)],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.PIPE,
+                start_new_session=True,  # Ctrl-C is for this process
             )
-            self._stream.send(None)  # type: ignore[arg-type]
-        self._stream.send(np.ascontiguousarray(pixels[:height, :width]))
+        except OSError as error:
+            raise OutputError(f"{self._path}: {self._program}: {error.strerror}") from None
+
+    def _end(self, encoder: subprocess.Popen[bytes]) -> None:
+        """Let the encoder write what it still holds; raise OutputError unless all is there."""
+        _, said = encoder.communicate()
+        if encoder.returncode:
+            lines = said.decode(errors="replace").splitlines() or [f"exit {encoder.returncode}"]
+            # Without the name of its part that says so.
+            reason = lines[0].rpartition("] ")[2]
+            raise OutputError(f"{self._path}: cannot be encoded: {reason}")
 
     def finish(self) -> None:
-        if self._stream is not None:
-            self._stream.close()
-            self._file.replace(self._path)
-        self.discard()
+        try:
+            if self._encoder is not None:
+                self._end(self._encoder)
+                self._file.replace(self._target)
+        except OSError as error:
+            raise OutputError(f"{self._path}: cannot be written: {error.strerror}") from None
+        finally:
+            self.discard()
 
     def discard(self) -> None:
-        if self._stream is not None:
-            self._stream.close()
+        if self._encoder is not None:
+            self._encoder.kill()
+            self._encoder.communicate()
+            self._encoder = None
         shutil.rmtree(self._folder, ignore_errors=True)
 
 

@@ -91,8 +91,10 @@ class FilmJob:
         self._writer.add(self.frame)
         self.done_count += 1
         if self.is_done:
-            self._writer.finish()
-            self._renderer.release()
+            try:
+                self._writer.finish()
+            finally:
+                self._renderer.release()
 
     def cancel(self) -> None:
         """Leave no trace of an unfinished film."""

@@ -64,6 +64,38 @@ def test_without_imageio_ffmpeg_the_message_names_it_and_what_goes_without(
     assert not list(tmp_path.iterdir())
 
 
+FULL = "echo '[out#0/mp4 @ 0x5] No room' >&2; exit 228"
+ENCODERS = {
+    "a part of it": (f"head -c 5000 >/dev/null; {FULL}", "No room"),
+    "all of it": (f"cat >/dev/null; {FULL}", "No room"),
+    "nothing": ("exit 0", "ffmpeg ended before the film"),
+    "more than fits": ("trap '' XFSZ; ulimit -f 1; exec {ffmpeg} \"$@\"", "File too large"),
+}
+
+
+@pytest.mark.parametrize("takes", ENCODERS)
+def test_what_is_not_encoded_whole_is_no_film(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, takes: str
+) -> None:
+    ffmpeg = pytest.importorskip("imageio_ffmpeg").get_ffmpeg_exe()
+    script, said = ENCODERS[takes]
+    program = tmp_path / "encoder"
+    program.write_text(f"#!/bin/sh\n{script.format(ffmpeg=ffmpeg)}\n")
+    program.chmod(0o755)
+    monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", str(program))
+    out = tmp_path / "walk.mp4"
+    out.write_bytes(b"an older film")
+    writer = film_writer(out, RATE)
+    noise = np.random.default_rng(0)
+    with pytest.raises(OutputError, match=rf"walk\.mp4: .*{said}"):
+        for _ in range(32):  # more than a pipe holds
+            writer.add(noise.integers(0, 255, (36, 64, 3), np.uint8))
+        writer.finish()
+    writer.discard()
+    assert out.read_bytes() == b"an older film"
+    assert {path.name for path in tmp_path.iterdir()} == {"encoder", "walk.mp4"}
+
+
 # imageio-ffmpeg leaves the pipes to its process to the garbage collector.
 @pytest.mark.filterwarnings("ignore::ResourceWarning")
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
