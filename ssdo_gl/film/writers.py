@@ -13,7 +13,7 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,22 @@ VIDEO_OPTIONS: Mapping[str, Sequence[str]] = {
 # frame of 480x270. Every frame is a key frame: what is only patched keeps blocks of
 # frames before, twice the error for the same size.
 WEBP_OPTIONS = {"quality": 92, "method": 6, "kmin": 0, "kmax": 1}
+
+
+class _Limits(NamedTuple):
+    """Of an animated picture: what it counts time in, and how many of that a frame may last."""
+
+    unit_ms: int
+    shortest: int
+    longest: int
+    side_px: int
+
+
+# Browsers show a frame of 10 ms or less for 100.
+_LIMITS = {
+    ".gif": _Limits(10, 2, 65535, 65535),
+    ".webp": _Limits(1, 11, 2**24 - 1, 16383),
+}
 
 
 class FilmWriter(Protocol):
@@ -148,10 +164,22 @@ class _VideoWriter:
 class _AnimationWriter:
     def __init__(self, path: Path, frames_per_second: float) -> None:
         self._path = path
-        self._frame_ms = round(1000.0 / frames_per_second)
+        self._suffix = path.suffix.lower()
+        limits = _LIMITS[self._suffix]
+        self._duration = 1000.0 / frames_per_second / limits.unit_ms
+        if not limits.shortest <= self._duration <= limits.longest:
+            most = 1000.0 / (limits.shortest * limits.unit_ms)
+            least = 1000.0 / (limits.longest * limits.unit_ms)
+            raise OutputError(
+                f"{path}: {self._suffix} shows {least:.2g} to {most:.3g} frames per second, not"
+                f" {frames_per_second:g} (--fps)"
+            )
         self._frames: list[Image.Image] = []
 
     def add(self, pixels: NDArray[np.uint8]) -> None:
+        most = _LIMITS[self._suffix].side_px
+        if max(pixels.shape) > most:
+            raise OutputError(f"{self._path}: {self._suffix} has at most {most}x{most} pixels")
         self._frames.append(Image.fromarray(pixels))
 
     def finish(self) -> None:
@@ -160,9 +188,12 @@ class _AnimationWriter:
         buffer = io.BytesIO()
         first, *rest = self._frames
         options: dict[str, Any] = {"save_all": True, "append_images": rest, "loop": 0}
-        if self._path.suffix.lower() == ".webp":
+        if self._suffix == ".webp":
             options |= WEBP_OPTIONS
-        first.save(buffer, format=self._path.suffix[1:].upper(), duration=self._frame_ms, **options)
+        # Each frame ends at the unit that is nearest: the film is as long as it is to be.
+        ends = [round(self._duration * n) for n in range(len(self._frames) + 1)]
+        options["duration"] = [int(n) * _LIMITS[self._suffix].unit_ms for n in np.diff(ends)]
+        first.save(buffer, format=self._suffix[1:].upper(), **options)
         write_atomically(self._path, buffer.getvalue())
 
     def discard(self) -> None:

@@ -64,6 +64,40 @@ def test_without_imageio_ffmpeg_the_message_names_it_and_what_goes_without(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize(("suffix", "unit_ms", "rate"), [(".gif", 10, 30.0), (".webp", 1, 60.0)])
+def test_an_animation_lasts_as_long_as_its_frames(
+    tmp_path: Path, suffix: str, unit_ms: int, rate: float
+) -> None:
+    """Though its clock has no unit for a thirtieth of a second."""
+    out = tmp_path / f"walk{suffix}"
+    writer = film_writer(out, rate)
+    for frame in frames(10):
+        writer.add(frame)
+    writer.finish()
+    ends = [0]
+    with Image.open(out) as image:
+        for i in range(10):
+            image.seek(i)
+            image.load()
+            ends.append(ends[-1] + image.info["duration"])
+    assert np.abs(np.array(ends) - np.arange(11) * 1000.0 / rate).max() <= unit_ms / 2
+
+
+@pytest.mark.parametrize(
+    ("name", "rate", "said"),
+    [
+        ("a.gif", 60.0, r"\.gif shows 0\.0015 to 50 frames per second, not 60 \(--fps\)"),
+        ("a.gif", 0.001, r"\.gif shows 0\.0015 to 50 frames"),
+        ("a.webp", 120.0, r"\.webp shows 6e-05 to 90\.9 frames"),
+    ],
+)
+def test_rates_that_no_browser_plays_are_refused(
+    tmp_path: Path, name: str, rate: float, said: str
+) -> None:
+    with pytest.raises(OutputError, match=said):
+        film_writer(tmp_path / name, rate)
+
+
 FULL = "echo '[out#0/mp4 @ 0x5] No room' >&2; exit 228"
 ENCODERS = {
     "a part of it": (f"head -c 5000 >/dev/null; {FULL}", "No room"),
