@@ -11,6 +11,7 @@ import time
 import uuid
 from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from types import ModuleType
 from typing import Any
@@ -23,13 +24,17 @@ from ssdo_gl.gpu.egl_devices import gpu_numbers
 
 # How long a scheduler may take to answer, and its workers to come.
 CONNECT_S, WORKERS_S = 10, 60
-# Between two looks whether workers are at rest.
+# Between two looks whether workers are at rest, and whether there are any.
 SETTLE_SECONDS = 0.05
+LOOK_S = 1.0
+# How long all may be gone: under load one that was killed takes half a minute to come back.
+ABSENT_S = 120
 # Chunks for each worker: those that are at work and as many that wait, so that nobody idles
 # while results travel. What has come early is held in memory until its turn.
 CHUNKS_AHEAD = 3
 # A chunk costs some milliseconds to hand out; a lost one is made anew whole.
 MAX_CHUNK = 16
+_GONE = "the scheduler answers no more"
 _LOCAL = re.compile(r"local(?::([1-9]\d{0,2}))?")
 _REMOTE = re.compile(r"(tcp|tls|ws|wss|ucx)://\S+:\d+")
 
@@ -94,11 +99,12 @@ class FarmJob:
         Raises
         ------
         FarmError
-            If a part of the work has taken several workers with it.
+            If a part of the work has taken several workers with it, none has been there for
+            two minutes, or the scheduler is gone.
         Exception
             What a worker raises.
         """
-        workers = max(len(self._client.nthreads()), 1)
+        workers = max(self._worker_count(), 1)
         size = chunk or min(max(len(items) // (8 * workers), 1), MAX_CHUNK)
         data = None if shared is None else self._sent(shared)
         running: deque[tuple[Sequence[Any], Any]] = deque()
@@ -126,7 +132,7 @@ class FarmJob:
         self, part: Sequence[Any], future: Any, data: Any, lost: Callable[[Any], Any] | None
     ) -> Iterator[Any]:
         try:
-            made: list[Any] = future.result()
+            made: list[Any] = self._awaited(future)
         except self._library.KilledWorker as error:
             if lost is None:
                 raise FarmError(f"a part of the work has ended several workers: {error}") from None
@@ -143,6 +149,30 @@ class FarmJob:
         except RuntimeError as error:
             raise FarmError(str(error)) from None
         yield from made
+
+    def _awaited(self, future: Any) -> Any:
+        """Return what workers make of a chunk; raise FarmError if none is there any more."""
+        seen = time.monotonic()
+        try:
+            while not future.done():
+                try:
+                    self._library.wait([future], timeout=LOOK_S)
+                except TimeoutError:
+                    if self._worker_count():
+                        seen = time.monotonic()
+                    elif time.monotonic() - seen > ABSENT_S:
+                        raise FarmError(f"no worker is left, for {ABSENT_S} s now") from None
+            if future.status != "cancelled":
+                return future.result()
+        except CancelledError:
+            pass
+        raise FarmError(_GONE)
+
+    def _worker_count(self) -> int:
+        try:
+            return len(self._client.nthreads())
+        except OSError:
+            raise FarmError(_GONE) from None
 
 
 class Farm:
@@ -198,7 +228,11 @@ def connected(scheduler: str) -> Iterator[Farm]:
         If there is no scheduler or no worker.
     """
     library = _library()
-    with _clients(library, scheduler) as client:
+    # What goes wrong is said in one line.
+    with (
+        library.utils.silence_logging_cmgr(logging.CRITICAL),
+        _clients(library, scheduler) as client,
+    ):
         yield Farm(client, library)
 
 
@@ -221,7 +255,11 @@ def _clients(distributed: ModuleType, scheduler: str) -> Iterator[Any]:
                 ) from None
             yield client
         return
+    import dask
+
     with (
+        # After 15 s a cluster ends what restarts a worker; under load that takes longer.
+        dask.config.set({"distributed.deploy.lost-worker-timeout": "1 day"}),
         _local_cluster(distributed, int(local[1] or 0)) as cluster,
         distributed.Client(cluster) as client,
     ):

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from ssdo_gl.farm.scheduler import mapped
+from ssdo_gl.farm.scheduler import FarmError, mapped
 from ssdo_gl.film.numbered import check_pattern, frame_paths, numbered_pattern
 from ssdo_gl.film.writers import ONE_FILE, film_writer
 from ssdo_gl.gpu.held_signals import held_signals
@@ -52,7 +52,9 @@ def make_film(request: FilmRequest) -> FilmOutcome:
     ------
     KeyboardInterrupt
         Saying what is there: the frames until then, in a film that plays or as whole files.
-    OutputError, FarmError
+    FarmError
+        Saying so, too.
+    OutputError
     """
     check_film(request.out, request.wanted, resume=request.resume)
     pattern = numbered_pattern(request.out, ONE_FILE)
@@ -76,15 +78,15 @@ def make_film(request: FilmRequest) -> FilmOutcome:
                 missed += _say_missed(frame)
                 if progress:
                     progress("frames", done, len(indices))
-    except (KeyboardInterrupt, SystemExit) as error:
+    except (KeyboardInterrupt, SystemExit, FarmError) as error:
         with held_signals():
             store.finish()
+        there = f"{request.out} has {done} of the {len(indices)} frames"
+        there = there if done else "nothing was written"
         if isinstance(error, KeyboardInterrupt):
-            raise KeyboardInterrupt(
-                f"interrupted; {request.out} has {done} of the {len(indices)} frames"
-                if done
-                else "interrupted; nothing was written"
-            ) from None
+            raise KeyboardInterrupt(f"interrupted; {there}") from None
+        if isinstance(error, FarmError):
+            raise FarmError(f"{error}; {there}") from None
         raise
     except BaseException:
         store.discard()

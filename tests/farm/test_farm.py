@@ -153,14 +153,13 @@ def test_faults_come_as_they_are(address: str, tmp_path: Path) -> None:
 class Chosen(Squares):
     def make(self, item: int) -> int:
         time.sleep(0.1)
+        super().make(item)
         assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN, "Ctrl-C is the command's"
         return int(os.environ.get("GLCONTEXT_DEVICE_INDEX", "-1"))
 
 
-@pytest.mark.parametrize(
-    ("gpus", "chosen", "seen"), [([3, 5], None, {3, 5}), ([3, 5], "0", {0}), ([], None, {-1})]
-)
-def test_local_workers_share_out_the_gpus(
+@pytest.mark.parametrize(("gpus", "chosen", "seen"), [([3, 5], None, {3, 5}), ([3, 5], "0", {0})])
+def test_local_workers_share_out_the_gpus_and_come_back(
     gpus: list[int],
     chosen: str | None,
     seen: set[int],
@@ -172,7 +171,10 @@ def test_local_workers_share_out_the_gpus(
     if chosen:
         monkeypatch.setenv("GLCONTEXT_DEVICE_INDEX", chosen)
     name = "local" if len(seen) > 1 else "local:1"
-    assert set(mapped(name, Chosen, (tmp_path, None), range(20))) == seen
+    deadly = 7 if chosen else None
+    # A worker takes longer to start than that.
+    with dask.config.set({"distributed.deploy.lost-worker-timeout": "0.1s"}):
+        assert set(mapped(name, Chosen, (tmp_path, deadly), range(20))) == seen
 
 
 def test_an_item_that_ends_workers_costs_no_other(address: str, tmp_path: Path) -> None:
@@ -407,6 +409,29 @@ def test_a_scheduler_without_workers_is_said_to_have_none(
         pytest.raises(FarmError, match=r"no worker within 0\.2 s; start some: dask worker"),
     ):
         list(mapped(cluster.scheduler_address, Squares, (tmp_path, None), [1]))
+
+
+def test_workers_that_do_not_come_back_are_waited_for_no_longer_than_said(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(scheduler, "LOOK_S", 0.05)
+    monkeypatch.setattr(scheduler, "ABSENT_S", 0.3)
+    with distributed.LocalCluster(n_workers=1, processes=False, dashboard_address=":0") as cluster:
+        made = mapped(cluster.scheduler_address, Held, (tmp_path, None), range(9))
+        assert [next(made) for _ in range(Held.FREE)] == list(range(Held.FREE))
+        cluster.scale(0)
+        (tmp_path / "go").touch()
+        with pytest.raises(FarmError, match=r"^no worker is left, for 0\.3 s now$"):
+            list(made)
+
+
+def test_a_scheduler_that_is_gone_is_said_to_be(tmp_path: Path) -> None:
+    with distributed.LocalCluster(n_workers=1, processes=False, dashboard_address=":0") as cluster:
+        made = mapped(cluster.scheduler_address, Held, (tmp_path, None), range(9))
+        assert [next(made) for _ in range(Held.FREE)] == list(range(Held.FREE))
+        (tmp_path / "go").touch()
+    with pytest.raises(FarmError, match=r"^the scheduler answers no more$"):
+        list(made)
 
 
 def test_standard_input_and_output_stay_here(capsys: pytest.CaptureFixture[str]) -> None:

@@ -5,7 +5,10 @@ from __future__ import annotations
 import dataclasses
 import json
 import signal
+from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,10 +16,12 @@ from PIL import Image
 
 import ssdo_gl
 from ssdo_gl.cli import main
+from ssdo_gl.farm.scheduler import FarmError
 from ssdo_gl.film.camera_path import CameraPath
 from ssdo_gl.film.shots import Shots
 from ssdo_gl.headless import film
 from ssdo_gl.headless.film import FilmRequest, make_film
+from ssdo_gl.headless.film_frames import EncodedFrame
 from ssdo_gl.headless.snapshot import SnapshotRequest, take_snapshot
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
@@ -164,6 +169,30 @@ def test_ctrl_c_leaves_a_film_that_plays(
         with Image.open(out) as image:
             assert (image.size, image.n_frames) == (SIZE, 3)  # type: ignore[attr-defined]
     assert list(tmp_path.iterdir()) == [out]
+
+
+@pytest.mark.parametrize("out", ["turn", "turn.gif"])
+def test_workers_that_are_lost_leave_the_frames_they_have_made(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], out: str
+) -> None:
+    def two(_: str, open_maker: Any, task: Any, indices: range) -> Iterator[EncodedFrame]:
+        with closing(open_maker(task)) as maker:
+            yield from (maker.make(index) for index in indices[:2])
+        raise FarmError("no worker is left")
+
+    words = ["corner", "--film", str(tmp_path / out), *TURN]
+    with monkeypatch.context() as patch:
+        patch.setattr(film, "mapped", two)
+        assert main([*words, "--scheduler", "local:1"]) == 2
+    said = f"ssdo-gl: no worker is left; {tmp_path / out} has 2 of the 4 frames\n"
+    assert capsys.readouterr().err == said
+    if out == "turn.gif":
+        with Image.open(tmp_path / out) as image:
+            assert image.n_frames == 2  # type: ignore[attr-defined]
+        return
+    assert sorted(contents(tmp_path / out)) == ["frame_0000.png", "frame_0001.png"]
+    assert main([*words, "--resume"]) == 0
+    assert len(contents(tmp_path / out)) == 4
 
 
 @pytest.mark.parametrize("out", ["turn", "turn.gif"])
