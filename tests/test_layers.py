@@ -228,13 +228,14 @@ def module_names(sources: dict[str, str]) -> dict[str, list[str]]:
 
 
 def class_names(sources: dict[str, str]) -> dict[str, list[str]]:
-    """Return which modules define each public class or type alias (``CamelCase = ...``)."""
+    """Return which modules define each class or type alias (``CamelCase = ...``)."""
     found: dict[str, list[str]] = {}
     for module, source in sources.items():
         for node in ast.parse(source).body:
             name = node.name if isinstance(node, ast.ClassDef) else ""
             if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
                 name = node.targets[0].id
+            name = name.lstrip("_")
             is_camel = name[:1].isupper() and "_" not in name
             if is_camel and (len(name) == 1 or not name.isupper()):
                 found.setdefault(name, []).append(module)
@@ -242,7 +243,7 @@ def class_names(sources: dict[str, str]) -> dict[str, list[str]]:
 
 
 def name_faults(sources: dict[str, str]) -> list[str]:
-    """Return one line for each name that two modules, or two public classes, share."""
+    """Return one line for each name that two modules, or two classes, share."""
     return [
         f"{name} is in {' and '.join(places)}"
         for table in (module_names(sources), class_names(sources))
@@ -331,7 +332,7 @@ def test_oracles_are_independent_of_the_package():
         (inside_faults, {"window/a": "from ssdo_gl.window.live.b import c", "window/live/b": ""}),
         (inside_faults, {"window/a": "from ssdo_gl.window.live import b", "window/live/b": ""}),
         (name_faults, {"gpu/a": "", "scene/a": ""}),
-        (name_faults, {"gpu/a": "class Twin: ...", "scene/b": "Twin = int"}),
+        (name_faults, {"gpu/a": "class _Twin: ...", "scene/b": "Twin = int"}),
         (size_faults, {"a": "\n" * (MAX_FILE_LINES + 1)}),
         (size_faults, {"a": "def f():\n" + "    x = 1\n" * MAX_FUNCTION_LINES}),
     ],
@@ -363,7 +364,7 @@ def test_each_rule_finds_its_fault(check, sources):
                          "window/live/__init__": "", "window/live/c": ""}),
         (inside_faults, {"window/live/a": "from ssdo_gl.window.live.b import c",
                          "window/live/b": ""}),
-        (name_faults, {"gpu/a": "class One: ...\nTWO = 1", "scene/b": "TWO = 1\nclass _One: ..."}),
+        (name_faults, {"gpu/a": "class One: ...\nTWO = 1", "scene/b": "TWO = 1\nclass Other: ..."}),
         (name_faults, {"gpu/__init__": "", "scene/__init__": ""}),
         (size_faults, {"a": "\n" * MAX_FILE_LINES}),
     ],

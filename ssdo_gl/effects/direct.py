@@ -54,7 +54,7 @@ class DirectSettings:
 
 
 # Shadow maps of all lights, columns of their atlas, and the switches of those that shine.
-_Places = tuple[list[ShadowFrame | None], int, dict[int, dict[str, int]]]
+_ShadowPlaces = tuple[list[ShadowFrame | None], int, dict[int, dict[str, int]]]
 
 
 def is_smooth(scene: Scene) -> bool:
@@ -113,7 +113,7 @@ class DirectPass(RenderPass):
         self.parts_per_side = parts_per_side
         self.lifts = lifts
         self.glossy = glossy
-        self._placed: LastMade[_Places] = LastMade()
+        self._placed: LastMade[_ShadowPlaces] = LastMade()
         self._rows: LastMade[list[FloatArray]] = LastMade()
         self.writes = {"direct_irradiance": TextureSpec(4, "f4")}
         if glossy:
@@ -166,7 +166,7 @@ class DirectPass(RenderPass):
                     keeps_last=self.glossy and not glossy,
                 )
 
-    def _places(self, scene: Scene, geometry: Geometry) -> _Places:
+    def _places(self, scene: Scene, geometry: Geometry) -> _ShadowPlaces:
         """Return what does not depend on the view."""
         lights = scene.lights
         frames = shadow_frames(lights, geometry.bounds_along, self.parts_per_side)

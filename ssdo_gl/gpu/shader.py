@@ -32,7 +32,7 @@ _NO_CHOICES: Mapping[str, str] = {}
 FULLSCREEN = "passes/fullscreen.vert"
 USUAL_CHOICES: Mapping[str, str] = {"projection": "projections/perspective.glsl"}
 # Files of both stages, defines and choices, and whether it may be a compute shader.
-_Key = tuple[str, str, tuple[tuple[str, int], ...], tuple[tuple[str, str], ...], bool]
+_ProgramKey = tuple[str, str, tuple[tuple[str, int], ...], tuple[tuple[str, str], ...], bool]
 _NO_TEXTURES: Mapping[str, moderngl.Texture] = {}
 
 
@@ -201,10 +201,10 @@ class ShaderLibrary:
         self.computes = computes
         self._root = resources.folder("shaders") if root is None else root
         self._choices = choices
-        self._by_name: dict[_Key, Program] = {}
+        self._by_name: dict[_ProgramKey, Program] = {}
         self._by_content: dict[str, Program] = {}
         # What was asked for before, and with which other choices.
-        self._asked: dict[_Key, Program] = {}
+        self._asked: dict[_ProgramKey, Program] = {}
         self._choosing: dict[tuple[tuple[str, str], ...], ShaderLibrary] = {}
 
     def program(

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 
 from ssdo_gl.suggestion import suggestion
 
-Reader = Callable[[str], str]
+ReadText = Callable[[str], str]
 
 _VERSION_LINE = "#version 330 core"
 _COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
@@ -114,7 +114,7 @@ _NO_CHOICES: Mapping[str, str] = {}
 
 def flatten(
     name: str,
-    read: Reader,
+    read: ReadText,
     defines: Mapping[str, int] | None = None,
     choices: Mapping[str, str] = _NO_CHOICES,
 ) -> FlatSource:
@@ -203,7 +203,7 @@ def _define_line(name: str, value: int) -> str:
 class _Flattener:
     """Appends files to `lines`, each once."""
 
-    read: Reader
+    read: ReadText
     choices: Mapping[str, str]
     lines: list[str]
     positions: list[tuple[str, int]]

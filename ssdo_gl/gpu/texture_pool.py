@@ -8,7 +8,8 @@ import moderngl
 
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 
-_Format = tuple[tuple[int, int], int, str]
+# Size, channels and dtype of a texture.
+Format = tuple[tuple[int, int], int, str]
 
 
 class TexturePool:
@@ -20,7 +21,7 @@ class TexturePool:
 
     def __init__(self, gl: moderngl.Context) -> None:
         self._gl = gl
-        self._free: dict[_Format, list[moderngl.Texture]] = {}
+        self._free: dict[Format, list[moderngl.Texture]] = {}
         self._all: dict[int, moderngl.Texture] = {}
         self._targets: dict[tuple[tuple[int, ...], bool], moderngl.Framebuffer] = {}
 

@@ -6,13 +6,12 @@ from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from operator import itemgetter
 
+from ssdo_gl.gpu.texture_pool import Format
 from ssdo_gl.graph.graph import Plan
 from ssdo_gl.graph.render_pass import RenderPass
 
 # Domains that no view is part of.
 SCENE_DOMAINS = frozenset({"geometry", "materials", "lights", "environment"})
-# Size, channels and dtype of a texture.
-Format = tuple[tuple[int, int], int, str]
 
 
 @dataclass(frozen=True, eq=False)

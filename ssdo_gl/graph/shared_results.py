@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol
 from weakref import WeakSet, WeakValueDictionary
 
-from ssdo_gl.graph.plan_steps import Format
+from ssdo_gl.gpu.texture_pool import Format
 from ssdo_gl.graph.render_pass import TextureWithFacts
 
 if TYPE_CHECKING:

@@ -63,7 +63,7 @@ class EmitterTables:
 
 
 @dataclass(frozen=True)
-class _Group:
+class _EmitterGroup:
     rows: NDArray[np.float64]
     weights: FloatArray  # of the entries
     power: float
@@ -90,12 +90,12 @@ def emitter_tables(bvh: Bvh, scene: Scene, map_power: float = 0.0) -> EmitterTab
         row = np.zeros((1, ENTRY_TEXELS, 4))
         row[0, 0, 3] = KIND_MAP
         # The power that enters the unit sphere, which encloses the scene.
-        groups.append(_Group(row, np.ones(1), 4.0 * math.pi**2 * map_power, 1, False))
+        groups.append(_EmitterGroup(row, np.ones(1), 4.0 * math.pi**2 * map_power, 1, False))
     groups = [group for group in groups if group.power > 0.0]
     return _assemble(groups)
 
 
-def _assemble(groups: Sequence[_Group]) -> EmitterTables:
+def _assemble(groups: Sequence[_EmitterGroup]) -> EmitterTables:
     total = sum(group.power for group in groups)
     entries = np.zeros((max(sum(len(g.rows) for g in groups), 1), ENTRY_TEXELS, 4))
     heads = np.zeros((max(len(groups), 1), GROUP_TEXELS, 4))
@@ -119,14 +119,14 @@ def _assemble(groups: Sequence[_Group]) -> EmitterTables:
     )
 
 
-def _bodies(bvh: Bvh, scene: Scene) -> tuple[list[_Group], set[int]]:
+def _bodies(bvh: Bvh, scene: Scene) -> tuple[list[_EmitterGroup], set[int]]:
     """Return a group for each glowing body, and the lights that they replace."""
     triangles = bvh.triangles
     emits = np.array([material.emits for material in scene.materials] or [False])
     if triangles.count == 0 or not emits[triangles.material].any():
         return [], set()
     rows, weights, owner = _emissive_rows(bvh, scene, emits)
-    groups: list[_Group] = []
+    groups: list[_EmitterGroup] = []
     covered: set[int] = set()
     runs = body_lights(scene)
     for light in np.unique(owner):
@@ -136,7 +136,7 @@ def _bodies(bvh: Bvh, scene: Scene) -> tuple[list[_Group], set[int]]:
             shadow, is_direct = SHADOW_NUMBERS[scene.lights[light].shadow], True
             covered.update(runs[int(light)])
         power = math.pi * float(weights[mine].sum())
-        groups.append(_Group(rows[mine], weights[mine], power, shadow, is_direct))
+        groups.append(_EmitterGroup(rows[mine], weights[mine], power, shadow, is_direct))
     return groups, covered
 
 
@@ -212,7 +212,7 @@ def _is_parallelogram(corners: FloatArray) -> NDArray[np.bool_]:
     return np.asarray(gap <= PARALLELOGRAM_TOLERANCE * np.maximum(extent, 1.0))
 
 
-def _light_group(light: Light, centre: FloatArray, unit: float) -> _Group:
+def _light_group(light: Light, centre: FloatArray, unit: float) -> _EmitterGroup:
     """Return the group of one light without a body, lengths in units of `unit`."""
     own = light.emitter(centre, unit)
     row = np.zeros((1, ENTRY_TEXELS, 4))
@@ -223,7 +223,7 @@ def _light_group(light: Light, centre: FloatArray, unit: float) -> _Group:
     row[0, 2] = *own.second_axis, own.number
     row[0, 3, :3] = own.emitted
     row[0, 5, 2] = -1.0
-    return _Group(row, np.ones(1), own.power, SHADOW_NUMBERS[light.shadow], True)
+    return _EmitterGroup(row, np.ones(1), own.power, SHADOW_NUMBERS[light.shadow], True)
 
 
 def map_mean_radiance(image: NDArray[np.float32]) -> float:

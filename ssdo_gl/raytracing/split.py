@@ -102,7 +102,7 @@ def build_binary(low: BoxArray, high: BoxArray, report: Report = ignored) -> Bin
         low, high = low[place], high[place]
         starts = _cell_starts(code[place])
         members = np.diff(np.append(starts, count))
-        cells = _Boxes(
+        cells = _Parts(
             np.minimum.reduceat(low, starts, axis=0),
             np.maximum.reduceat(high, starts, axis=0),
             members,
@@ -115,7 +115,7 @@ def build_binary(low: BoxArray, high: BoxArray, report: Report = ignored) -> Bin
             MOST_CELLS,
         )
         nodes = ids, *_members_of_cells(order, counts, starts, members)
-    ids, order, _ = growing.grow(*nodes, _Boxes(low, high, None), 1)
+    ids, order, _ = growing.grow(*nodes, _Parts(low, high, None), 1)
     growing.primitive[ids] = place[order]
     return growing.tree()
 
@@ -158,7 +158,7 @@ def _members_of_cells(
 
 
 @dataclass(frozen=True, eq=False)
-class _Boxes:
+class _Parts:
     """What nodes are made of: boxes (P, 3), and how many primitives each stands for, or 1."""
 
     low: BoxArray
@@ -182,7 +182,7 @@ class _Growing:
         return BinaryTree(self.low, self.high, self.left, self.primitive, starts)
 
     def grow(
-        self, ids: IntArray, order: IntArray, counts: IntArray, boxes: _Boxes, fewest: int
+        self, ids: IntArray, order: IntArray, counts: IntArray, boxes: _Parts, fewest: int
     ) -> tuple[IntArray, IntArray, IntArray]:
         """Split nodes until none has more than `fewest` boxes; return those left, as given.
 
@@ -217,7 +217,7 @@ class _Growing:
 
 
 def _split_level(
-    order: IntArray, counts: IntArray, boxes: _Boxes, depth: int
+    order: IntArray, counts: IntArray, boxes: _Parts, depth: int
 ) -> tuple[IntArray, IntArray]:
     """Split every node of a level in two; return the new order and child counts."""
     ends = np.cumsum(counts)

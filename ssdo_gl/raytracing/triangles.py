@@ -99,7 +99,7 @@ def normalised_frame(scene: Scene) -> tuple[FloatArray, float]:
 def scene_triangles(scene: Scene) -> SceneTriangles:
     """Flatten all instances of `scene`; triangles without area in float32 are dropped."""
     centre, half_diagonal = normalised_frame(scene)
-    has = _Carried.of(scene)
+    has = _Attributes.of(scene)
     total = sum(
         len(scene.meshes[item.mesh].triangles) * len(item.world_from_object)
         for item in scene.objects
@@ -137,7 +137,7 @@ def scene_triangles(scene: Scene) -> SceneTriangles:
 
 
 @dataclass(frozen=True)
-class _Carried:
+class _Attributes:
     """Which of the things that corners may have any mesh of a scene has."""
 
     uvs: bool
@@ -146,7 +146,7 @@ class _Carried:
     tangents: bool
 
     @classmethod
-    def of(cls, scene: Scene) -> _Carried:
+    def of(cls, scene: Scene) -> _Attributes:
         return cls(
             uvs=any(mesh.uvs is not None for mesh in scene.meshes),
             colors=any(mesh.colors is not None for mesh in scene.meshes),
@@ -173,7 +173,7 @@ def _fill(
     item: SceneObject,
     matrices: FloatArray,
     span: slice,
-    has: _Carried,
+    has: _Attributes,
 ) -> tuple[int, NDArray[np.bool_]]:
     """Write the triangles of a span of copies of an object from row `start` on.
 

@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.images.color import linear_from_srgb
-from ssdo_gl.math3d import FloatArray, frame_from_z
+from ssdo_gl.math3d import FloatArray, frame_from_z, vector
 from ssdo_gl.scene.geometry import Mesh, SceneObject
 from ssdo_gl.scene.lights import Light, RectangleLight, Shadow
-from ssdo_gl.scene.material import Color, Material
+from ssdo_gl.scene.material import Material
 
 # Sample rectangles for a shape that is not made of parallelograms. Eight see a
 # sphere from all sides; each one costs a shadow map.
@@ -256,9 +256,7 @@ def _panels(surface: _Surface) -> list[RectangleLight] | None:
         corner, edge_u, edge_v = shape
         pair = [first, second]
         mean = np.average(surface.radiance[pair], axis=0, weights=surface.area[pair])
-        lights.append(
-            RectangleLight(_triple(corner), _triple(edge_u), _triple(edge_v), _triple(mean))
-        )
+        lights.append(RectangleLight(vector(corner), vector(edge_u), vector(edge_v), vector(mean)))
     return lights
 
 
@@ -305,7 +303,7 @@ def _samples(surface: _Surface, count: int) -> list[RectangleLight]:
         edge_u, edge_v = frame[:, 0] * np.sqrt(size), frame[:, 1] * np.sqrt(size)
         corner = middle[nearest] - 0.5 * (edge_u + edge_v)
         lights.append(
-            RectangleLight(_triple(corner), _triple(edge_u), _triple(edge_v), _triple(total / size))
+            RectangleLight(vector(corner), vector(edge_u), vector(edge_v), vector(total / size))
         )
     return lights
 
@@ -346,8 +344,3 @@ def _clusters(surface: _Surface, middle: FloatArray, count: int) -> NDArray[np.i
             if weight.sum() > 0.0:
                 centers[cluster] = np.average(feature, axis=0, weights=weight)
     return label
-
-
-def _triple(array: FloatArray) -> Color:
-    x, y, z = (float(value) for value in array)
-    return x, y, z

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ssdo_gl.math3d import FloatArray
+from ssdo_gl.math3d import FloatArray, vector
 from ssdo_gl.scene.composition import Part, checked_mesh
-from ssdo_gl.scene.material import Color, Material, Texture
+from ssdo_gl.scene.material import Material, Texture
 from ssdo_gl.scene.scene import SceneError
 
 # Colours of vertices, and textures, multiply the material's own.
@@ -83,7 +83,7 @@ def _material(given: Any) -> Material:
     if not hasattr(given, "baseColorFactor"):
         image = getattr(given, "image", None)
         diffuse = np.asarray(given.diffuse, dtype=np.float64) / 255.0
-        return Material(name, _color(diffuse), albedo_texture=_texture(image, False))
+        return Material(name, vector(diffuse[:3]), albedo_texture=_texture(image, False))
     base = _factor(given.baseColorFactor, 4, 1.0)
     textures: dict[str, Any] = {
         ours: _texture(getattr(given, theirs), theirs not in _COLORS)
@@ -91,9 +91,9 @@ def _material(given: Any) -> Material:
     }
     return Material(
         name,
-        albedo=_color(base),
+        albedo=vector(base[:3]),
         alpha=float(base[3]),
-        emission=_color(_factor(given.emissiveFactor, 3, 0.0)),
+        emission=vector(_factor(given.emissiveFactor, 3, 0.0)),
         metallic=_number(given.metallicFactor, 1.0),
         roughness=_number(given.roughnessFactor, 1.0),
         specular=1.0,
@@ -112,11 +112,6 @@ def _factor(value: Any, count: int, usual: float) -> FloatArray:
     array = np.asarray(value)
     factors = array.astype(np.float64) / (255.0 if array.dtype.kind in "iu" else 1.0)
     return np.append(factors, np.ones(count))[:count]
-
-
-def _color(values: FloatArray) -> Color:
-    r, g, b = (float(value) for value in values[:3])
-    return r, g, b
 
 
 def _number(value: Any, usual: float) -> float:

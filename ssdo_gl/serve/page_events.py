@@ -37,7 +37,7 @@ class _Number:
 
 
 @dataclass(frozen=True)
-class _Kind:
+class _OneOf:
     types: tuple[type, ...]
 
     def check(self, value: object) -> bool:
@@ -45,11 +45,11 @@ class _Kind:
         return isinstance(value, self.types) and is_short
 
 
-_TEXT, _FLAG = _Kind((str,)), _Kind((bool,))
+_TEXT, _FLAG = _OneOf((str,)), _OneOf((bool,))
 _PLACE = _Number(-_FAR_PX, _FAR_PX)
 _SIDE = _Number(1, MAX_SIDE_PX)
 # Every event with its fields; none may be missing, no other may be there.
-EVENTS: Mapping[str, Mapping[str, _Number | _Kind]] = {
+EVENTS: Mapping[str, Mapping[str, _Number | _OneOf]] = {
     "key": {"code": _TEXT, "down": _FLAG, "repeat": _FLAG, "mods": _Number(0, 15, whole=True)},
     "button": {"button": _Number(0, 2, whole=True), "down": _FLAG, "x": _PLACE, "y": _PLACE},
     "cursor": {"x": _PLACE, "y": _PLACE},
@@ -57,7 +57,7 @@ EVENTS: Mapping[str, Mapping[str, _Number | _Kind]] = {
     "focus": {"has": _FLAG},
     "size": {"width": _SIDE, "height": _SIDE, "scale": _Number(0.1, 8.0)},
     "ack": {"frame": _Number(0, 2**31, whole=True)},
-    "choose": {"what": _TEXT, "value": _Kind((str, bool, int, float))},
+    "choose": {"what": _TEXT, "value": _OneOf((str, bool, int, float))},
 }
 
 

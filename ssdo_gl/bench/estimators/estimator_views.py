@@ -173,7 +173,7 @@ def _normalised(
 
 
 @dataclass(frozen=True, eq=False)
-class _Judging:
+class _PointErrors:
     """Measures the errors of a point; plain data, which workers get."""
 
     base: Settings
@@ -208,7 +208,7 @@ def errors_in(
         if found is None:
             continue
         reference, level = found
-        judging = _Judging(base, quantity, reference, level, mask, plan.seeds)
+        judging = _PointErrors(base, quantity, reference, level, mask, plan.seeds)
         points = points_of(plan, quantity)
         judged.update(zip(points, renderer.each(judging, points), strict=True))
     return judged

@@ -48,7 +48,7 @@ def basis(data: bytes) -> list[NDArray[Any]]:
     return [np.asarray(opengl_basisu.open(data).transcode("rgba8").data)]
 
 
-KINDS: dict[str, Callable[..., list[NDArray[Any]]]] = {
+DECODERS: dict[str, Callable[..., list[NDArray[Any]]]] = {
     "draco": draco,
     "meshopt": meshopt,
     "basis": basis,
@@ -73,7 +73,7 @@ def _serve(requests: BinaryIO, answers: BinaryIO) -> None:
         arrays: list[NDArray[Any]] = []
         head: dict[str, Any] = {}
         try:
-            found = KINDS[request["kind"]](data, *request["arguments"])
+            found = DECODERS[request["kind"]](data, *request["arguments"])
             arrays = [np.ascontiguousarray(array) for array in found]
             head["arrays"] = [(array.dtype.str, array.shape) for array in arrays]
         except MemoryError:

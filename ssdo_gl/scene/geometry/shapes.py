@@ -184,7 +184,7 @@ def torus(
     return _joined(parts, "torus")
 
 
-_Part = tuple[FloatArray, NDArray[np.int64], FloatArray, FloatArray]
+_Patch = tuple[FloatArray, NDArray[np.int64], FloatArray, FloatArray]
 
 
 def _closed_circle(angle: ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -229,21 +229,21 @@ def _fan(count: int) -> NDArray[np.int64]:
     return np.stack([np.zeros_like(later), later, later + 1], axis=1)
 
 
-def _cap(circle: FloatArray, z: float) -> _Part:
+def _cap(circle: FloatArray, z: float) -> _Patch:
     """Return a disk at height z that faces up at z = 1 and down at z = 0."""
     rim = circle if z > 0.0 else circle[::-1]
     normal = np.array([0.0, 0.0, 1.0 if z > 0.0 else -1.0])
     return _at_height(rim, z), _fan(len(rim)), np.tile(normal, (len(rim), 1)), rim * 0.5 + 0.5
 
 
-def _end_cap(rim: FloatArray, normal: FloatArray) -> _Part:
+def _end_cap(rim: FloatArray, normal: FloatArray) -> _Patch:
     count = len(rim)
     angle = np.arange(count) * (2.0 * np.pi / count)
     uvs = np.stack([np.cos(angle), np.sin(angle)], axis=1) * 0.5 + 0.5
     return rim, _fan(count), np.tile(normal, (count, 1)), uvs
 
 
-def _joined(parts: list[_Part], name: str) -> Mesh:
+def _joined(parts: list[_Patch], name: str) -> Mesh:
     offsets = np.cumsum([0] + [len(part[0]) for part in parts[:-1]])
     return Mesh(
         positions=np.concatenate([part[0] for part in parts]),

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ssdo_gl.math3d import FloatArray
+from ssdo_gl.math3d import vector
 from ssdo_gl.scene.files import MAX_RADIANCE
 from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json, number, numbers
 from ssdo_gl.scene.formats.gltf.gltf_textures import Coordinates, Placed, TextureReader
@@ -129,7 +129,7 @@ def _metallic_roughness(
             "metallic": _share(base, "metallicFactor", 1.0, where),
             "roughness": _share(base, "roughnessFactor", 1.0, where),
             "specular": _share(specular, "specularFactor", 1.0, where),
-            "specular_color": _triple(color),
+            "specular_color": vector(color),
             "ior": _index_of_refraction(extensions, where),
         }
     return fields, {
@@ -150,7 +150,7 @@ def _specular_glossiness(base: Json, where: str) -> tuple[dict[str, Any], dict[s
     fields = _base_color(base, "diffuseFactor", where) | {
         "roughness": 1.0 - _share(base, "glossinessFactor", 1.0, where),
         "specular": 1.0,
-        "specular_color": _triple(np.clip(color, 0.0, 1.0)),
+        "specular_color": vector(np.clip(color, 0.0, 1.0)),
         "ior": 0.0,
     }
     images = base.get("diffuseTexture"), base.get("specularGlossinessTexture")
@@ -176,7 +176,7 @@ def _base_color(base: Json, key: str, where: str) -> dict[str, Any]:
     factor = numbers(base, key, (1.0, 1.0, 1.0, 1.0), where)
     if not np.all((factor >= 0.0) & (factor <= 1.0)):
         raise GltfError(f"{where}: {key} must be four numbers from 0 to 1")
-    return {"albedo": _triple(factor[:3]), "alpha": float(factor[3])}
+    return {"albedo": vector(factor[:3]), "alpha": float(factor[3])}
 
 
 def _index_of_refraction(extensions: Json, where: str) -> float:
@@ -195,14 +195,9 @@ def _emission(entry: Json, extensions: Json, where: str) -> Color:
             f"{where}: emissiveFactor times emissiveStrength must be three numbers "
             f"from 0 to {MAX_RADIANCE:g}"
         )
-    return _triple(factor)
+    return vector(factor)
 
 
 def _share(data: Json, key: str, default: float, where: str) -> float:
     """Return a number, taken as 0 or 1 where it lies beyond."""
     return float(np.clip(number(data, key, default, where), 0.0, 1.0))
-
-
-def _triple(array: FloatArray) -> Color:
-    r, g, b = (float(value) for value in array)
-    return r, g, b

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ssdo_gl import math3d
-from ssdo_gl.math3d import FloatArray
+from ssdo_gl.math3d import FloatArray, vector
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json, number, numbers, shown
 from ssdo_gl.scene.formats.model import Model
@@ -40,7 +40,7 @@ def read_light(document: Document, index: int, world: FloatArray, model: Model) 
         return None
     forward = -math3d.normalized(backward) if backward.any() else np.array([0.0, 0.0, -1.0])
     try:
-        return kind.from_gltf(light, _triple(world[:3, 3]), _triple(forward), _triple(color), name)
+        return kind.from_gltf(light, vector(world[:3, 3]), vector(forward), vector(color), name)
     except ValueError as error:
         raise GltfError(f"light {index}: {error}") from None
 
@@ -61,7 +61,7 @@ def read_camera(camera: Json, world: FloatArray, model: Model) -> Camera:
     position, forward = world[:3, 3], _axis(-world[:3, 2])
     target = position + forward * _distance_ahead(model, position, forward)
     up = _axis(world[:3, 1])
-    return Camera(_triple(position), _triple(target), _triple(up), fov_y, height=height)
+    return Camera(vector(position), vector(target), vector(up), fov_y, height=height)
 
 
 def _distance_ahead(model: Model, position: FloatArray, forward: FloatArray) -> float:
@@ -86,8 +86,3 @@ def _axis(direction: FloatArray) -> FloatArray:
 
 def _listed(values: FloatArray) -> str:
     return "[" + ", ".join(f"{value:g}" for value in values) + "]"
-
-
-def _triple(array: FloatArray) -> tuple[float, float, float]:
-    x, y, z = (float(value) for value in array)
-    return x, y, z

@@ -29,7 +29,7 @@ _NOT_DRAWN = {"l": "lines", "curv": "curves", "surf": "surfaces"}
 
 
 @dataclass
-class _Group:
+class _MaterialFaces:
     """Faces of one material.
 
     `corner_of_text` numbers the distinct corners, of which `corners` lists those of all
@@ -48,7 +48,7 @@ class _Contents:
     positions: list[list[str]] = field(default_factory=list)
     uvs: list[list[str]] = field(default_factory=list)
     normals: list[list[str]] = field(default_factory=list)
-    groups: dict[str, _Group] = field(default_factory=dict)
+    groups: dict[str, _MaterialFaces] = field(default_factory=dict)
     libraries: list[str] = field(default_factory=list)
     points: list[str] = field(default_factory=list)
     not_drawn: dict[str, int] = field(default_factory=dict)
@@ -66,7 +66,7 @@ def read_obj(path: Path, where: str) -> Model:
     contents = _parse(path, where)
     model = Model()
     known = read_libraries(path, contents.libraries, model, where)
-    vertices = _Vertices(
+    vertices = _VertexRows(
         _numbers(contents.positions, 3, "v", where),
         _numbers(contents.uvs, 2, "vt", where),
         _numbers(contents.normals, 3, "vn", where),
@@ -98,7 +98,7 @@ def read_obj(path: Path, where: str) -> Model:
     return model
 
 
-def _add_points(model: Model, contents: _Contents, vertices: _Vertices, where: str) -> None:
+def _add_points(model: Model, contents: _Contents, vertices: _VertexRows, where: str) -> None:
     """Add the points of ``p`` elements, or all vertices where there is nothing else."""
     is_bare = not (contents.groups or contents.points or contents.not_drawn)
     rows = np.arange(len(vertices.positions) if is_bare else 0)
@@ -118,7 +118,7 @@ def _add_points(model: Model, contents: _Contents, vertices: _Vertices, where: s
 
 
 @dataclass(frozen=True)
-class _Vertices:
+class _VertexRows:
     """What faces refer to; `colored` says which vertices the file gives a colour."""
 
     positions: FloatArray
@@ -131,8 +131,8 @@ class _Vertices:
 def _add_mesh(
     model: Model,
     name: str,
-    group: _Group,
-    vertices: _Vertices,
+    group: _MaterialFaces,
+    vertices: _VertexRows,
     entry: MtlMaterial | None,
     where: str,
 ) -> int | None:
@@ -163,7 +163,7 @@ def _downward(uvs: FloatArray) -> FloatArray:
 
 def _parse(path: Path, where: str) -> _Contents:
     contents = _Contents()
-    group: _Group | None = None
+    group: _MaterialFaces | None = None
     material = ""
     rows = {"v": contents.positions, "vt": contents.uvs, "vn": contents.normals}
     for number, line in logical_lines(path, where):
@@ -178,12 +178,12 @@ def _parse(path: Path, where: str) -> _Contents:
                 contents.not_drawn["lines"] = contents.not_drawn.get("lines", 0) + 1
                 continue
             if group is None:
-                group = contents.groups.setdefault(material, _Group())
+                group = contents.groups.setdefault(material, _MaterialFaces())
             _add_face(group, words[1:], contents, f"{where}: line {number}")
         elif key == "usemtl":
             # A name may hold "#", as those of 3ds Max do.
             material = remainder(line)
-            group = contents.groups.setdefault(material, _Group())
+            group = contents.groups.setdefault(material, _MaterialFaces())
         elif key == "mtllib":
             contents.libraries.append(remainder(line))
         elif key == "p":
@@ -198,7 +198,7 @@ def _parse(path: Path, where: str) -> _Contents:
     return contents
 
 
-def _add_face(group: _Group, words: list[str], contents: _Contents, where: str) -> None:
+def _add_face(group: _MaterialFaces, words: list[str], contents: _Contents, where: str) -> None:
     index = group.corner_of_text
     words = [_absolute(word, contents, where) if "-" in word else word for word in words]
     group.corners += [index.setdefault(word, len(index)) for word in words]
@@ -220,7 +220,7 @@ def _absolute(word: str, contents: _Contents, where: str) -> str:
 
 
 def _corners(
-    group: _Group, counts: tuple[int, int, int], model: Model, where: str
+    group: _MaterialFaces, counts: tuple[int, int, int], model: Model, where: str
 ) -> NDArray[np.int64]:
     """Return (C, 3) zero-based indices of position, uv and normal; -1 where absent."""
     result = np.full((len(group.corner_of_text), 3), -1, dtype=np.int64)
@@ -244,7 +244,7 @@ def _corners(
 
 
 def _with_normals(
-    corners: NDArray[np.int64], triangles: NDArray[np.int64], vertices: _Vertices
+    corners: NDArray[np.int64], triangles: NDArray[np.int64], vertices: _VertexRows
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], FloatArray | None]:
     """Return corners, triangles and corner normals; triangles that lack some are flat."""
     index = corners[:, 2]

@@ -46,7 +46,7 @@ class _Element:
 
 
 @dataclass
-class _Table:
+class _Rows:
     """The rows of an element: numbers by property, and for lists lengths and values."""
 
     element: _Element
@@ -83,7 +83,7 @@ def parse_ply(data: bytes) -> list[PolygonMesh]:
         # Text becomes doubles, so that one reader serves both.
         body = numbers(body).tobytes()
     order: Literal["<", ">"] = ">" if form == "binary_big_endian" else "<"
-    tables: dict[str, _Table] = {}
+    tables: dict[str, _Rows] = {}
     at = 0
     for element in elements:
         table, at = _read_element(element, body, at, None if form == "ascii" else order)
@@ -134,7 +134,7 @@ def _property(words: list[str], line: str) -> _Property:
 
 def _read_element(
     element: _Element, body: bytes, at: int, order: Literal["<", ">"] | None
-) -> tuple[_Table, int]:
+) -> tuple[_Rows, int]:
     """Return the rows of one element that begins at a byte, and where the next begins.
 
     Parameters
@@ -151,7 +151,7 @@ def _read_element(
     least = sum((kind if count is None else count).itemsize for kind, count in kinds)
     if element.count * least > len(body) - at:
         raise ValueError(f"it ends before its {element.count} rows of {element.name!r} do")
-    table = _Table(element)
+    table = _Rows(element)
     if not element.count or not least:
         lengths = np.zeros((0, len(kinds)), dtype=np.int64)
         _collect(table, [(np.arange(0), np.zeros(0, _row_type(kinds, [0] * len(kinds))))], lengths)
@@ -230,7 +230,7 @@ def _gathered(
 
 
 def _collect(
-    table: _Table,
+    table: _Rows,
     groups: list[tuple[NDArray[np.int64], NDArray[Any]]],
     lengths: NDArray[np.int64],
 ) -> None:
@@ -254,7 +254,7 @@ def _collect(
             table.lengths[item.name] = lengths[:, index]
 
 
-def _mesh(tables: dict[str, _Table], comments: list[str]) -> PolygonMesh:
+def _mesh(tables: dict[str, _Rows], comments: list[str]) -> PolygonMesh:
     vertices = tables.get("vertex")
     positions = None if vertices is None else vertices.numbers("x", "y", "z")
     if vertices is None or positions is None:
@@ -288,7 +288,7 @@ def _mesh(tables: dict[str, _Table], comments: list[str]) -> PolygonMesh:
     return mesh
 
 
-def _face_colors(faces: _Table, materials: _Table | None) -> FloatArray | None:
+def _face_colors(faces: _Rows, materials: _Rows | None) -> FloatArray | None:
     """Return the colour of each face, or that of its material, shape (F, 4), or None."""
     colors = faces.colors()
     number = faces.numbers("material_index")
@@ -298,7 +298,7 @@ def _face_colors(faces: _Table, materials: _Table | None) -> FloatArray | None:
     return palette[np.clip(_indices(number[:, 0]), 0, len(palette) - 1)]
 
 
-def _index_list(table: _Table | None) -> str:
+def _index_list(table: _Rows | None) -> str:
     """Return the name of the list that holds vertex numbers, or an empty string."""
     lists = list(table.lengths) if table is not None else []
     named = [n for n in lists if n in ("vertex_indices", "vertex_index")]
@@ -313,7 +313,7 @@ def _indices(values: NDArray[Any]) -> NDArray[np.int64]:
     return np.where(usable, values, -2.0).astype(np.int64)
 
 
-def _corner_uvs(faces: _Table, counts: NDArray[np.int64]) -> FloatArray | None:
+def _corner_uvs(faces: _Rows, counts: NDArray[np.int64]) -> FloatArray | None:
     """Return texture coordinates of each corner, zero for faces without them."""
     name = next((n for n in faces.lengths if n in ("texcoord", "texcoords")), "")
     if not name:
