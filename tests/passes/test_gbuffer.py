@@ -32,8 +32,8 @@ EDGE_CLEARANCE = 1e-3
 SNAP_PX = 2.0**-8
 
 
-def snapped(device, depth_of, rays):
-    """Return how much the snapping of vertices may change `depth_of` rays through pixels."""
+def snapped(device, value_of, rays):
+    """Return how much the snapping of vertices may change `value_of` rays through pixels."""
     if device.is_software:
         return 0.0
     step = (
@@ -42,7 +42,7 @@ def snapped(device, depth_of, rays):
         * np.array([rays[0, 1, 0] - rays[0, 0, 0], rays[1, 0, 1] - rays[0, 0, 1], 0.0])
     )
     shifts = [step * [i, j, 0.0] for i in (-1.0, 1.0) for j in (-1.0, 1.0)]
-    return np.max([np.abs(depth_of(rays + shift) - depth_of(rays)) for shift in shifts], axis=0)
+    return np.max([np.abs(value_of(rays + shift) - value_of(rays)) for shift in shifts], axis=0)
 
 
 def draw(gl, shaders, scene, size=SIZE, **more):
@@ -159,12 +159,26 @@ def test_mesh_against_rays(gl, device, shaders, scale, offset):
     shading, geometric = (image.reshape(-1, 3) for image in normals(images))
     face = mesh.face_normals()[index] @ view_from_world.T
     np.testing.assert_allclose(geometric[both], face[both], atol=NORMAL_TOLERANCE)
-    smooth = np.einsum("nk,nki->ni", weights, mesh.normals[mesh.triangles[index]])[both]
-    smooth = smooth / np.linalg.norm(smooth, axis=1, keepdims=True) @ view_from_world.T
-    np.testing.assert_allclose(shading[both], smooth, atol=NORMAL_TOLERANCE)
+
+    def smooth_normal_of(grid):
+        points = grid.reshape(-1, 3) * depth_of(grid)[:, None]
+        parts = barycentric(points, *np.moveaxis(triangles[index], 1, 0))
+        normal = np.einsum("nk,nki->ni", parts, mesh.normals[mesh.triangles[index]])
+        return normal / np.linalg.norm(normal, axis=1, keepdims=True) @ view_from_world.T
+
+    slack = np.broadcast_to(snapped(device, smooth_normal_of, rays_of(frame)), shading.shape)
+    gap = np.abs(shading - smooth_normal_of(rays)) - slack
+    assert np.max(gap[both]) < NORMAL_TOLERANCE
     # The facing rule of both normals.
     assert np.all((geometric * rays).sum(1)[both] < 0.0)
     assert np.all((geometric * shading).sum(1)[both] > 0.0)
+
+
+def barycentric(p, a, b, c):
+    """Return the weights of corners a, b and c in points p of their planes."""
+    n = np.cross(b - a, c - a)
+    parts = np.cross(c - b, p - b), np.cross(a - c, p - c), np.cross(b - a, p - a)
+    return np.stack([np.sum(part * n, -1) / np.sum(n * n, -1) for part in parts], -1)
 
 
 def nearest(rays, triangles):
@@ -177,14 +191,7 @@ def nearest(rays, triangles):
         with np.errstate(divide="ignore"):
             t = (a @ n) / (rays @ n)
         p = rays * t[:, None]
-        w = np.stack(
-            [
-                np.cross(c - b, p - b) @ n,
-                np.cross(a - c, p - c) @ n,
-                np.cross(b - a, p - a) @ n,
-            ],
-            -1,
-        ) / (n @ n)
+        w = barycentric(p, a, b, c)
         hit = (w.min(-1) >= 0.0) & (t > 0.0) & (t < distance)
         distance[hit], index[hit], weights[hit] = t[hit], i, w[hit]
     return distance, index, weights
