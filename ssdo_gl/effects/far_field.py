@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterator, Mapping
+from collections.abc import Hashable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import moderngl
@@ -12,17 +13,18 @@ from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ReasonedPass
 from ssdo_gl.effects.request import Request
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
-from ssdo_gl.gpu.shader import Program
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.math3d import Region
 from ssdo_gl.passes.far_probes import (
     FAR_PROBES,
     FAR_RADIANCE,
     NEAR_HITS,
     FarFieldSettings,
     ProbeRays,
-    rays_wanted,
+    refining_parts,
+    refining_uniforms,
 )
 from ssdo_gl.passes.rays import (
     radius_ns,
@@ -72,9 +74,10 @@ class FarProbePointsPass(RenderPass):
 class FarProbesPass(RenderPass):
     """Writes `far_radiance`: what arrives from beyond R along each direction of each probe.
 
-    All frames of a steady view share it, with `rays_wanted` for each direction. In a live
-    frame first a quarter of the probes has one, then all; while light moves, one quarter
-    after the other.
+    All frames of a steady view share it: one ray for each direction, then further ones where
+    these differ from their neighbours. In a live frame first a quarter of the probes has its
+    rays, then all, then part by part their further ones; while light moves, one quarter after
+    the other.
     """
 
     name = "far_probes"
@@ -93,6 +96,7 @@ class FarProbesPass(RenderPass):
             "z_vs",
             *ray_reads(features, shades=True),
             *CACHE_TABLES,
+            *(("cached_irradiance",) if is_steady else ()),
         )
         self.steady_reads = ("z_vs",) if is_steady else ()
         domains = ("steady_view", "steady_seed") if is_steady else ("view", "seed")
@@ -102,12 +106,11 @@ class FarProbesPass(RenderPass):
         return self.settings, self.features, self.is_steady
 
     def execute(self, context: PassContext) -> Produced:
-        """Trace one ray for each direction of the probes whose turn it is."""
+        """Trace one ray for each direction of the probes whose turn it is, or further ones."""
         frame, points = context.frame, context.inputs[FAR_PROBES[0]]
         changed = frame.versions.get("geometry"), frame.versions.get("materials")
         light = context.inputs["surface_cache"], changed
         known = facts_of(context, FAR_RADIANCE, ProbeRays)
-        wanted = rays_wanted(frame.count) if self.is_steady else 1
         source = points, self.settings_key(), frame.versions.get("steady_seed")
         if known is not None and known.source == source:
             texture, rays = context.last[FAR_RADIANCE].texture, known
@@ -116,34 +119,60 @@ class FarProbesPass(RenderPass):
             columns, rows = (-(-n // 2) * 2 * self.settings.directions for n in points.size)
             texture = make_texture(context.gl, (columns, rows), 4, "f4")
             rays = ProbeRays(source, light)
-        program = self._program(context)
-        textures = textures_of(context, self.reads)
-        quarter_size = texture.width // 2, texture.height // 2
-        with drawing_into(context.gl, texture) as target:
-            for number, quarters in rays.turns(wanted, is_live=frame.is_live):
-                first = frame.first_seed if self.is_steady else frame.seed
-                program.set({"u_stream": stream_of(first + number, 0)})
-                for quarter in quarters:
-                    low = quarter % 2 * quarter_size[0], quarter // 2 * quarter_size[1]
-                    region = (*low, *quarter_size)
-                    draw_fullscreen(
-                        context.gl, program, target, {}, textures, region=region, adds=number > 0
-                    )
-                rays = rays.with_turn(quarters)
-        self.is_settled = min(rays.fresh) >= wanted
+        quarters = rays.turn(is_live=frame.is_live)
+        if quarters:
+            width, height = texture.width // 2, texture.height // 2
+            regions = [(q % 2 * width, q // 2 * height, width, height) for q in quarters]
+            self._trace(context, texture, regions)
+            rays = rays.with_turn(quarters)
+        parts = refining_parts(frame.count) if self.is_steady else 0
+        if all(rays.fresh) and rays.parts < parts and not (frame.is_live and quarters):
+            texture, rays = self._refine(context, texture, rays, parts)
+        self.is_settled = all(rays.fresh) and rays.parts == parts
         return {FAR_RADIANCE: TextureWithFacts(texture, rays)}
 
-    def _program(self, context: PassContext) -> Program:
+    def _refine(
+        self, context: PassContext, first: moderngl.Texture, rays: ProbeRays, parts: int
+    ) -> tuple[moderngl.Texture, ProbeRays]:
+        """Trace further rays for a part of the probes, or all; return what there is now."""
+        finer = rays.finer or make_texture(context.gl, first.size, 4, "f4")
+        done = rays.parts + 1 if context.frame.is_live else parts
+        low, high = (first.height * n // parts for n in (rays.parts, done))
+        self._trace(context, finer, [(0, low, first.width, high - low)], first)
+        if done == parts:
+            return finer, replace(rays, finer=None, parts=done)
+        return first, replace(rays, finer=finer, parts=done)
+
+    def _trace(
+        self,
+        context: PassContext,
+        texture: moderngl.Texture,
+        regions: Sequence[Region],
+        first: moderngl.Texture | None = None,
+    ) -> None:
+        """Draw regions of `texture`: one ray for each direction, or what follows the `first`."""
+        frame = context.frame
         defines = {
             **ray_defines(context, self.features),
             "PROBE_SIDE": self.settings.directions,
             "NEAR_HITS": NEAR_HITS.index(self.settings.near_hits),
+            "REFINES": int(first is not None),
         }
         program = context.shaders.fullscreen("effects/far_probes.frag", defines)
-        program.set(
-            {**ray_uniforms(context), "u_radius_ns": radius_ns(self.settings.radius, context)}
-        )
-        return program
+        seed = frame.first_seed if self.is_steady else frame.seed
+        uniforms = {
+            **ray_uniforms(context),
+            "u_radius_ns": radius_ns(self.settings.radius, context),
+            "u_stream": stream_of(seed, 0),
+        }
+        textures = textures_of(context, self.reads)
+        if first is not None:
+            uniforms |= refining_uniforms(frame)
+            textures["t_far_first"] = first
+        program.set(uniforms)
+        with drawing_into(context.gl, texture) as target:
+            for region in regions:
+                draw_fullscreen(context.gl, program, target, {}, textures, region=region)
 
 
 def _draw(

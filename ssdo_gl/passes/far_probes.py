@@ -2,22 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator
+import math
+from collections.abc import Hashable
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import Any
 
+import moderngl
+import numpy as np
+
+from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext
+from ssdo_gl.scene.environment import Environment, MapEnvironment
 from ssdo_gl.settings.fields import setting
 from ssdo_gl.settings.settings import same_as
 
 # Where probes stand, and which way they look.
 FAR_PROBES = ("far_probe_points", "far_probe_normals")
 FAR_RADIANCE = "far_radiance"
-# Rays for each direction of a probe, at most: frames of a view share them. A quarter of the
-# probes is one in each 2 x 2 of them.
-MOST_RAYS = 16
+# A quarter of the probes is one in each 2 x 2 of them.
+# Eight directions, which tell how bright the sky is.
+SKY_DIRECTIONS = np.array(list(product((-1.0, 1.0), repeat=3))) / math.sqrt(3.0)
 ALL_QUARTERS = (0, 1, 2, 3)
-NOTHING = (0, 0, 0, 0)
+NOTHING = (False,) * 4
+# Rays for a direction, at most, and how many one has for each unit of the deviation of what
+# arrives along it, relative to all that arrives: so many for each frame of a view.
+MOST_RAYS = 16
+RAYS_PER_DEVIATION = 4.0
 # The choices of `near_hits`; the shader knows them by number.
 NEAR_HITS = ("none", "hidden", "all")
 
@@ -51,9 +62,8 @@ def probe_defines(settings: FarFieldSettings | None) -> dict[str, int]:
     }
 
 
-def rays_wanted(frame_count: int) -> int:
-    """Return how many rays each direction has in a view of `frame_count` frames."""
-    # A single frame is the quickest picture there is; one of four may take its time.
+def refining_parts(frame_count: int) -> int:
+    """Return in how many live frames a view of `frame_count` gets its further rays."""
     return int(min(frame_count**2, MOST_RAYS))
 
 
@@ -67,42 +77,60 @@ class ProbeRays:
         Equal for the same probes and settings.
     light : hashable
         Equal for the same geometry and light.
-    counts : tuple of int
-        Of each quarter, how many rays were added up for each direction.
-    fresh : tuple of int
-        How many of them are of that light.
+    known : tuple of bool
+        Of each quarter, whether there is a ray for each direction.
+    fresh : tuple of bool
+        Whether it is of that light.
     following : int
         The quarter whose turn is next where light changes.
+    finer : moderngl.Texture or None
+        What is to replace it, with further rays, in the making.
+    parts : int
+        How many parts of that are made.
     """
 
     source: Hashable
     light: Hashable
-    counts: tuple[int, ...] = NOTHING
-    fresh: tuple[int, ...] = NOTHING
+    known: tuple[bool, ...] = NOTHING
+    fresh: tuple[bool, ...] = NOTHING
     following: int = 0
+    finer: moderngl.Texture | None = None
+    parts: int = 0
 
     def of_light(self, light: Hashable) -> ProbeRays:
         """Return the same of another light, of which nothing is known yet."""
-        return replace(self, light=light, fresh=NOTHING)
+        return replace(self, light=light, fresh=NOTHING, finer=None, parts=0)
 
-    def turns(self, wanted: int, *, is_live: bool) -> Iterator[tuple[int, tuple[int, ...]]]:
-        """Yield number and quarters of the rays to be traced now; number 0 replaces others."""
-        stale = tuple(q for q, fresh in enumerate(self.fresh) if fresh == 0)
-        if not is_live:
-            yield from ((number, ALL_QUARTERS) for number in range(wanted))
-        elif stale == ALL_QUARTERS:
-            yield 0, (self.following,)
-        elif stale:
-            yield 0, stale
-        elif self.fresh[0] < wanted:
-            yield self.fresh[0], ALL_QUARTERS
+    def turn(self, *, is_live: bool) -> tuple[int, ...]:
+        """Return the quarters whose rays are to be traced now."""
+        stale = tuple(q for q, fresh in enumerate(self.fresh) if not fresh)
+        return (self.following,) if is_live and stale == ALL_QUARTERS else stale
 
     def with_turn(self, quarters: tuple[int, ...]) -> ProbeRays:
         """Return what there is after one more ray for `quarters`."""
-        fresh = tuple(n + (q in quarters) for q, n in enumerate(self.fresh))
-        counts = tuple(new or old for new, old in zip(fresh, self.counts, strict=True))
+        fresh = tuple(is_fresh or q in quarters for q, is_fresh in enumerate(self.fresh))
+        known = tuple(new or old for new, old in zip(fresh, self.known, strict=True))
         following = (quarters[-1] + 1) % len(ALL_QUARTERS)
-        return replace(self, counts=counts, fresh=fresh, following=following)
+        return replace(self, known=known, fresh=fresh, following=following)
+
+
+def _mean_radiance(environment: Environment | None) -> float:
+    """Return about how bright the sky is."""
+    if environment is None:
+        return 0.0
+    if isinstance(environment, MapEnvironment):
+        rows, columns = (-(-n // 32) for n in environment.image.shape[:2])
+        return float(environment.image[::rows, ::columns].mean())
+    return float(environment.sample(SKY_DIRECTIONS).mean())
+
+
+def refining_uniforms(frame: Frame) -> dict[str, Any]:
+    """Return the uniforms of ``effects/far_probes.frag`` for further rays."""
+    return {
+        "u_most_rays": MOST_RAYS,
+        "u_rays_per_deviation": RAYS_PER_DEVIATION * frame.count,
+        "u_sky": _mean_radiance(frame.scene.environment),
+    }
 
 
 def probe_uniforms(context: PassContext) -> dict[str, Any]:
@@ -110,4 +138,4 @@ def probe_uniforms(context: PassContext) -> dict[str, Any]:
     rays = context.facts.get(FAR_RADIANCE)
     if rays is None:
         return {}
-    return {"u_inv_ray_counts": tuple(1.0 / n if n else 0.0 for n in rays.counts)}
+    return {"u_inv_ray_counts": tuple(map(float, rays.known))}
