@@ -198,26 +198,29 @@ class Executor:
         looks at depth or at a method without rays soon wants the light again, without the
         second that its rays take.
         """
-        steps, size, scene = self._steps, frame.view.size, [frame.versions.get(d) for d in _SCENE]
+        before, size = self._steps, frame.view.size
+        scene = [frame.versions.get(domain) for domain in _SCENE]
         is_same_scene, self._scene = scene == self._scene, scene
+        steps = before
         if steps is None or steps.plan is not plan or steps.size != size:
-            before, self._steps = steps, (steps := PlanSteps(plan, size))
+            steps = self._steps = PlanSteps(plan, size)
             self._kinds = [self._identities_of(step).of(step.kind) for step in steps.order]
-            if is_same_scene and before is not None and before.shape == steps.shape:
-                return steps
-        elif is_same_scene:
+        is_same_shape = before is not None and before.shape == steps.shape
+        # What moves has another scene in every frame.
+        if is_same_shape and (is_same_scene or self._results.keys() <= steps.formats.keys()):
             return steps
         keeps = frame.is_live and is_same_scene
-        fitting = {step.item.name: step.formats for step in steps.order}
         for name, result in list(self._results.items()):
-            formats = fitting.get(name)
+            formats = steps.formats.get(name)
             if formats is None:
                 if not (keeps and result.source >= 0):
                     self._discard(name)
             # A transient texture that was lent on is missing; that is no misfit.
             elif any(formats.get(n) != result.formats[n] for n in result.borrowed):
                 self._discard(name)
-        self._spares = {name: spare for name, spare in self._spares.items() if name in fitting}
+        self._spares = {
+            name: spare for name, spare in self._spares.items() if name in steps.formats
+        }
         self._pool.trim()
         return steps
 

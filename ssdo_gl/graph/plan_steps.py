@@ -51,6 +51,8 @@ class PlanSteps:
     Attributes
     ----------
     order : tuple of Step
+    formats : dict of pass name to dict of resource to Format
+        `Step.formats`.
     domains : tuple of str
         Those that any pass depends on.
     shape : hashable
@@ -75,6 +77,7 @@ class PlanSteps:
             _step(item, size, tuple(lends.get(number, ())), of_scene >= item.writes.keys())
             for number, item in enumerate(plan.order)
         )
+        self.formats = {step.item.name: step.formats for step in self.order}
         self.shape = size, tuple((i.name, tuple(i.writes.items())) for i in plan.order)
 
 

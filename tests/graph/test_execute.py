@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+import weakref
 from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
 import pytest
 
+from ssdo_gl.gpu import texture_pool
 from ssdo_gl.gpu.device_geometry import Geometry
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.graph.execute import Executor
@@ -335,6 +337,39 @@ class Climb(RenderPass):
 
 def live(**versions):
     return dataclasses.replace(frame(**versions), is_live=True)
+
+
+def lit():
+    """An image that reads a table, which no view is part of."""
+    return [Paint("table", own=True, depends_on=["lights"]), Paint("a", reads=["table"])]
+
+
+@pytest.mark.parametrize("made", [live, frame])
+def test_a_window_keeps_what_no_view_is_part_of_while_it_shows_other_images(world, made):
+    run, executor = world
+    passes = lit()
+    run(passes, ["a"], made(lights=1))
+    kept = weakref.ref(executor.texture("table"))
+    run([Paint("b")], ["b"], made(lights=1))
+    with pytest.raises(KeyError):
+        executor.texture("table")
+    assert (kept() is not None) == (made is live)
+    assert [row.ran for row in run(passes, ["a"], made(lights=1))] == [made is frame, True]
+    run([Paint("b")], ["b"], made(lights=1))
+    run([Paint("b")], ["b"], made(lights=2))
+    assert kept() is None, "kept of a scene that is gone"
+
+
+def test_a_moving_scene_makes_no_new_textures(world, monkeypatch):
+    run, _ = world
+    passes = chain()
+    passes[0].depends_on = ("geometry",)
+    run(passes, ["smooth_2"], live(geometry=0))
+    made = []
+    monkeypatch.setattr(texture_pool, "make_texture", lambda *_: made.append(1))
+    for number in range(1, 4):
+        run(passes, ["smooth_2"], live(geometry=number))
+    assert made == []
 
 
 def test_a_gradual_pass_runs_in_live_frames_until_it_is_settled(world):
