@@ -46,6 +46,8 @@ def load_views(path: Path, base: Camera) -> Views:
     """
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
+        if not isinstance(data, dict):
+            raise ValueError("expected bookmarks and a path")
         cameras = {
             int(number): camera_from_data(item, base)
             for number, item in data.get("bookmarks", {}).items()

@@ -193,7 +193,10 @@ class _AnimationWriter:
         # Each frame ends at the unit that is nearest: the film is as long as it is to be.
         ends = [round(self._duration * n) for n in range(len(self._frames) + 1)]
         options["duration"] = [int(n) * _LIMITS[self._suffix].unit_ms for n in np.diff(ends)]
-        first.save(buffer, format=self._suffix[1:].upper(), **options)
+        try:
+            first.save(buffer, format=self._suffix[1:].upper(), **options)
+        except (OSError, ValueError, OverflowError) as error:
+            raise OutputError(f"{self._path}: cannot be encoded: {error}") from None
         write_atomically(self._path, buffer.getvalue())
 
     def discard(self) -> None:

@@ -98,6 +98,16 @@ def test_rates_that_no_browser_plays_are_refused(
         film_writer(tmp_path / name, rate)
 
 
+def test_an_animation_of_frames_that_last_too_long_together_is_refused(tmp_path: Path) -> None:
+    """Those that are equal become one."""
+    writer = film_writer(tmp_path / "walk.gif", 0.002)
+    for _ in range(2):
+        writer.add(frames(1)[0])
+    with pytest.raises(OutputError, match=r"walk\.gif: cannot be encoded"):
+        writer.finish()
+    assert list(tmp_path.iterdir()) == []
+
+
 FULL = "echo '[out#0/mp4 @ 0x5] No room' >&2; exit 228"
 ENCODERS = {
     "a part of it": (f"head -c 5000 >/dev/null; {FULL}", "No room"),
