@@ -43,10 +43,10 @@ STREAM = "-"
 
 # Modes that go with no other one.
 _ALONE = {
-    modes.BENCH: "--bench renders what it needs itself; leave out --snapshot, --explain and --film",
-    modes.BATCH: "--batch renders pictures into --out; leave out --snapshot and --explain",
-    modes.FILM: "--film renders frames alone; leave out --snapshot and --explain",
-    modes.SERVE: "--serve shows a scene to browsers; leave out what else there is to do",
+    modes.BENCH: "--bench renders what it needs itself",
+    modes.BATCH: "--batch renders pictures into --out",
+    modes.FILM: "--film renders frames alone",
+    modes.SERVE: "--serve shows a scene to browsers",
 }
 
 
@@ -205,7 +205,10 @@ def _check_modes(active: frozenset[str], given: Iterable[SettingInfo]) -> None:
     """Refuse a flag that has no effect in what was asked for."""
     for mode, why in _ALONE.items():
         if mode in active and len(active) > 1:
-            raise UsageError(why)
+            others = " and ".join(
+                text for name, text in modes.MODES.items() if name in active - {mode}
+            )
+            raise UsageError(f"{why}; leave out {others}")
     for info in given:
         if not info.modes & active:
             where = " with ".join(modes.MODES[name] for name in modes.MODES if name in active)

@@ -91,9 +91,9 @@ def test_a_picture_may_be_explained():
     assert read_command(["--snapshot", "a.png", "--explain", "--frames", "3"]).run.frames == 3
 
 
-@pytest.mark.parametrize("other", [["--explain"], ["--snapshot", "a.png"]])
+@pytest.mark.parametrize("other", [["--explain"], ["--snapshot", "a.png"], ["--serve"]])
 def test_a_film_is_on_its_own(other):
-    with pytest.raises(UsageError, match="--film renders frames alone"):
+    with pytest.raises(UsageError, match=f"--film renders frames alone; leave out {other[0]}"):
         read_command(["--film", "out", *other])
 
 
