@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from ssdo_gl.bench.statistics import MissingLibraryError
 from ssdo_gl.bench.storage import BenchError
 from ssdo_gl.farm.scenes import carry_out_all, render_batch
-from ssdo_gl.farm.scheduler import FarmError, check_scheduler
+from ssdo_gl.farm.scheduler import FarmError, check_scheduler, silence_library
 from ssdo_gl.gpu.context import ContextError
 from ssdo_gl.headless.reading import read_scene
 from ssdo_gl.images.files import STDOUT, OutputError, check_output, image_paths, is_picture
@@ -123,6 +123,7 @@ def _check_outputs(command: CommandLine, wanted: Sequence[str]) -> None:
             raise UsageError(f"--{flag} '': the name is empty")
     if run.scheduler is not None:
         check_scheduler(run.scheduler)
+        silence_library()
         if STREAM in (command.scene, run.snapshot):
             raise UsageError("--scheduler: workers have no standard input or output (-)")
     if run.stats is not None:

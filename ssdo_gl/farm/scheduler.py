@@ -36,7 +36,7 @@ CHUNKS_AHEAD = 3
 MAX_CHUNK = 16
 _GONE = "the scheduler answers no more"
 _LOCAL = re.compile(r"local(?::([1-9]\d{0,2}))?")
-_REMOTE = re.compile(r"(tcp|tls|ws|wss|ucx)://\S+:\d+")
+_REMOTE = re.compile(r"(tcp|tls|wss?)://\S+:\d+")
 
 
 class FarmError(ValueError):
@@ -50,6 +50,12 @@ def check_scheduler(address: str) -> None:
             f"--scheduler {address!r}: expected local, local:N (workers) or tcp://HOST:PORT"
         )
     _library()
+
+
+def silence_library() -> None:
+    """Let Dask log nothing: what goes wrong is said in one line, by who asked for it."""
+    for name in ("distributed", "distributed.client"):
+        logging.getLogger(name).setLevel(logging.CRITICAL)
 
 
 class FarmJob:
@@ -228,11 +234,7 @@ def connected(scheduler: str) -> Iterator[Farm]:
         If there is no scheduler or no worker.
     """
     library = _library()
-    # What goes wrong is said in one line.
-    with (
-        library.utils.silence_logging_cmgr(logging.CRITICAL),
-        _clients(library, scheduler) as client,
-    ):
+    with _clients(library, scheduler) as client:
         yield Farm(client, library)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import platform
 import signal
@@ -383,6 +384,7 @@ def test_a_worker_draws_a_batch_on_one_device(tmp_path: Path) -> None:
     [
         (["--scheduler", "local:0"], "--scheduler 'local:0': expected local, local:N (workers) or"),
         (["--scheduler", "host:8786"], "expected local, local:N (workers) or tcp://HOST:PORT"),
+        (["--scheduler", "ucx://127.0.0.1:9"], "expected local, local:N (workers) or tcp://HOST"),
         (["--scheduler", "tcp://127.0.0.1:9"], "tcp://127.0.0.1:9: no scheduler answers"),
     ],
 )
@@ -394,7 +396,10 @@ def test_schedulers_that_are_none_are_refused_in_one_line(
     said: str,
 ) -> None:
     monkeypatch.setattr(scheduler, "CONNECT_S", 0.2)
+    log = logging.getLogger("distributed")
+    monkeypatch.setattr(log, "level", logging.INFO)
     assert main(["corner", "--film", str(tmp_path / "turn"), *FILM, *words]) == 2
+    assert "answers" not in said or log.level == logging.CRITICAL, "Dask would say it, too"
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 1 and said in lines[0]
     assert list(tmp_path.iterdir()) == []
