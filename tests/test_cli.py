@@ -412,7 +412,7 @@ def test_explanations_say_what_was_saved(tmp_path, capsys):
     skipped = decisions["directional occlusion"]
     # Other programs may take a round; what most rounds found stands in the range.
     assert not skipped["run"] and skipped["saved_ms_range"][1] > 0.0
-    assert skipped["reason"] == "there is neither an environment nor an ssdo light in reach"
+    assert skipped["reason"] == "there is neither an environment nor an ssdo light that is on"
 
 
 # --- references: what they reached, and whether that is enough -----------------------

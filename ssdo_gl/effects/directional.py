@@ -250,7 +250,7 @@ class Directional(Effect):
             "light comes from the environment or from lights marked shadow = ssdo",
             [
                 (request.is_view_empty, "no surface is in view"),
-                (not arrives, "there is neither an environment nor an ssdo light in reach"),
+                (not arrives, "there is neither an environment nor an ssdo light that is on"),
             ],
             ("directional", "directional_filter", "directional_radiance"),
         )

@@ -38,8 +38,6 @@ class Estimator:
         Uses the back-face layer.
     has_radius : bool
         Looks no farther than R, so that a view can be proven open.
-    stays_in_reach : bool
-        What hides a point is near it, not anywhere in front of it.
     thickness, thickness_beside_backs : float
         Of solids whose back is unknown, relative to R, without a back-face layer and
         beside one.
@@ -56,7 +54,6 @@ class Estimator:
     names_blockers: bool = False
     reads_backs: bool = False
     has_radius: bool = True
-    stays_in_reach: bool = False
     thickness: float = _THICKNESS_ALONE
     thickness_beside_backs: float = _THICKNESS_BESIDE_BACKS
     sums_open_light: bool = False
@@ -94,7 +91,6 @@ ESTIMATORS: Mapping[str, Estimator] = {
             takes_steps=True,
             names_blockers=True,
             reads_backs=True,
-            stays_in_reach=True,
         ),
         Estimator(
             "rgs09",
@@ -107,7 +103,6 @@ ESTIMATORS: Mapping[str, Estimator] = {
             "hemisphere",
             "points of the normal's half-ball",
             names_blockers=True,
-            stays_in_reach=True,
             thickness=_THICKNESS_OF_POINTS,
             thickness_beside_backs=_THICKNESS_OF_POINTS,
         ),
@@ -119,29 +114,22 @@ ESTIMATORS: Mapping[str, Estimator] = {
             takes_steps=True,
             sides=2,
             reads_backs=True,
-            stays_in_reach=True,
         ),
         Estimator(
             "gtao",
             "the highest thing on either side of slices",
             takes_steps=True,
             sides=2,
-            stays_in_reach=True,
         ),
         Estimator(
             "hbao",
             "the highest thing in directions of the picture",
             takes_steps=True,
-            stays_in_reach=True,
         ),
-        Estimator("sao", "heights of points on a spiral", stays_in_reach=True),
+        Estimator("sao", "heights of points on a spiral"),
     )
 }
 LIGHT_ESTIMATORS = tuple(e.name for e in ESTIMATORS.values() if e.gives_light)
-# What an open thickness may stand for, at most.
-LARGEST_DEFAULT_THICKNESS = max(
-    max(e.thickness, e.thickness_beside_backs) for e in ESTIMATORS.values()
-)
 
 
 def described(names: Iterable[str]) -> str:

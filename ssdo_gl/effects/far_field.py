@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, ClassVar
@@ -264,14 +263,17 @@ class FarField(Effect):
                 (request.is_view_empty, "no surface is in view"),
                 (not content.has_albedo, "every surface is black, nothing is sent on"),
                 (not is_lit, "there is no light at all"),
-                (self._is_alone(request), "what is in view is a box or a sheet that stands alone"),
+                (self._is_alone(request), "what is in view is a box that stands alone"),
             ],
             ("far_probe_points", "far_probes", "cached_irradiance", "sender_irradiance"),
         )
 
     def _is_alone(self, request: Request) -> bool:
-        """Return whether nothing in the scene stands above any visible tangent plane."""
-        if not request.view_says(lambda view: view.open_distance == math.inf):
+        """Return whether nothing in the scene stands above any visible tangent plane.
+
+        A frame of a lone textured box (a model made by others) takes .43 of the time.
+        """
+        if request.view is None or not request.view.is_alone:
             return False
         # Lamps stand before the sky, too.
         lamps = any(light.form is Form.AREA for light in request.scene.lights)

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-import math
-from collections.abc import Iterable
 from typing import TypeVar
 
 from ssdo_gl.effects.effect import ReasonedPass
-from ssdo_gl.effects.estimators import ESTIMATORS, LARGEST_DEFAULT_THICKNESS
+from ssdo_gl.effects.estimators import ESTIMATORS
 from ssdo_gl.effects.request import Request, Shortcut
 from ssdo_gl.passes.edge_aware_filter import (
     FILTER,
@@ -17,15 +15,12 @@ from ssdo_gl.passes.edge_aware_filter import (
     Signal,
 )
 from ssdo_gl.passes.screen_space_settings import ScreenSpaceSettings, default_thickness
-from ssdo_gl.planning.view import ViewFacts
 from ssdo_gl.settings.settings import Settings
 
 EstimatorSettings = TypeVar("EstimatorSettings", bound=ScreenSpaceSettings)
 
 # Fields that make two estimators follow the same directions to the same ends.
 DIRECTION_FIELDS = tuple(field.name for field in dataclasses.fields(ScreenSpaceSettings))
-# A radius just under a pixel in float64 might reach one in the shader's float32.
-PIXEL_MARGIN = 1.0 - 1e-5
 # Blocked directions are kept four to a texture. More than four textures cost what a second
 # march would.
 MOST_KEPT_DIRECTIONS = 16
@@ -85,12 +80,6 @@ def filtered(
     return item, "removes the sampling noise along surfaces"
 
 
-def _estimator_passes(request: Request) -> list[str]:
-    return [
-        name for name, cls in request.pass_settings.items() if issubclass(cls, ScreenSpaceSettings)
-    ]
-
-
 def _reason_to_be_open(request: Request) -> str | None:
     """Return why nothing within R can block any visible point, or None if something may."""
     view = request.view
@@ -98,46 +87,10 @@ def _reason_to_be_open(request: Request) -> str | None:
         return None
     if view.is_empty:
         return "no surface is in view"
-    names = _estimator_passes(request)
-    radius = max(request.override(f"{name}.radius", request.radius) for name in names)
-    estimators = [ESTIMATORS[estimator_of(request, name)] for name in names]
-    # Directions to ``ssdo`` lights are marched along, too. These have no rule for a radius
-    # below a pixel.
-    looks_at_lights = request.runs("directional") and request.has_light("ssdo")
-    if not looks_at_lights and request.view_says(
-        lambda view: radius < view.nearest_pixel * PIXEL_MARGIN
-    ):
-        return "the radius is smaller than a pixel everywhere in view"
-    if all(e.has_radius for e in estimators) and request.view_says(
-        lambda view: view.open_distance == math.inf
-    ):
-        return "what is in view is a box or a sheet that stands alone"
-    # What hides a point in space is told by depth alone for the other estimators, however
-    # far in front of it that is.
-    if all(e.stays_in_reach for e in estimators) and _far_apart(request, radius, names):
-        return "boxes and sheets in view are farther apart than rays of this radius reach"
+    names = (n for n, cls in request.pass_settings.items() if issubclass(cls, ScreenSpaceSettings))
+    if view.is_alone and all(ESTIMATORS[estimator_of(request, n)].has_radius for n in names):
+        return "what is in view is a box that stands alone"
     return None
-
-
-def _far_apart(request: Request, radius: float, names: Iterable[str]) -> bool:
-    """Return whether all bodies are out of reach of each other's rays.
-
-    A ray ends at R. The surface that its texel shows may be nearer to the camera, or
-    farther, by the stretch that a step stands for, at most R, and by the assumed thickness.
-    """
-    view = request.view
-    assert view is not None
-    if request.content.has_closed_meshes and not view.only_solids:
-        # The back-face layer may take a sheet and a solid behind it for one.
-        return False
-    given = [request.override(f"{name}.thickness", None) for name in names]
-    thickness = max(LARGEST_DEFAULT_THICKNESS if t is None else float(t) for t in given)
-
-    def are_far(view: ViewFacts) -> bool:
-        reach = radius * (1.0 + (1.0 + thickness) * view.slant) + 2.0 * view.farthest_pixel
-        return view.open_distance > reach
-
-    return request.view_says(are_far)
 
 
 # Nothing within R blocks any direction of any visible point. A frame of a lone textured box

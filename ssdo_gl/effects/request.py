@@ -111,8 +111,6 @@ class Request:
         self._shortcuts: dict[str, bool] = {}
         self._rows: list[Decision] = []
         self._is_decided = False
-        # Questions about lengths in view, and their answers.
-        self.answers: list[tuple[Callable[[ViewFacts], bool], bool]] = []
 
     @property
     def shows_picture(self) -> bool:
@@ -136,25 +134,10 @@ class Request:
         """Whether no surface is in view."""
         return self.view is not None and self.view.is_empty
 
-    def view_says(self, question: Callable[[ViewFacts], bool]) -> bool:
-        """Return what is known of lengths in view; False where nothing is.
-
-        It is noted: a view of the same kinds with the same answers is decided alike.
-        """
-        if self.view is None:
-            return False
-        answer = question(self.view)
-        self.answers.append((question, answer))
-        return answer
-
     @cached_property
     def lights(self) -> tuple[bool, ...]:
         """For each light of the scene, whether it can matter."""
-        lights = self.content.lights
-        if self.is_full:
-            return (True,) * len(lights)
-        reaches = self.view.reaches if self.view is not None else (True,) * len(lights)
-        return tuple(light.is_on and r for light, r in zip(lights, reaches, strict=True))
+        return tuple(self.is_full or light.is_on for light in self.content.lights)
 
     def has_light(self, *shadows: str) -> bool:
         """Return whether any light that can matter has one of these kinds of shadow."""

@@ -13,7 +13,7 @@ def _reason_to_drop_lights(request: Request) -> str | None:
     several = (
         f"{useless} of {len(request.lights)} lights are" if len(request.lights) > 1 else "it is"
     )
-    return f"{several} off, or can light nothing in view"
+    return f"{several} off"
 
 
 USELESS_LIGHTS = Shortcut("useless lights", _reason_to_drop_lights, ("direct",))
@@ -29,7 +29,6 @@ def need_of_direct_light(request: Request) -> Decision:
             (request.is_view_empty, "no surface is in view"),
             (not content.has_lights, "the scene has no light that is on"),
             (not content.has_direct_lights, "all light comes through open directions"),
-            (not request.has_light("map", "none"), "no light can reach anything in view"),
         ],
         ("direct", "direct_radiance", "traced_shadows"),
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ssdo_gl.effects.decisions import Decided
@@ -15,7 +15,7 @@ from ssdo_gl.last_made import LastMade, MadeOfEach, are_same
 from ssdo_gl.math3d import Region
 from ssdo_gl.planning.bodies import Bodies, bodies_of
 from ssdo_gl.planning.content import SceneContent, analyse
-from ssdo_gl.planning.view import Neighbours, ViewFacts, neighbours_of, seen_bodies, view_facts
+from ssdo_gl.planning.view import ViewFacts, view_facts
 from ssdo_gl.planning.walk import Pipeline, build, decide
 from ssdo_gl.scene.lights import BLACK, Light
 from ssdo_gl.scene.scene import Scene
@@ -56,14 +56,11 @@ class _Outcome:
         Scene at rest and settings, the very objects.
     asked : tuple
         Images, and whether the frame is live.
-    answers
-        As in `Request`.
     """
 
     made_from: tuple[object, ...]
     asked: tuple[object, ...]
     facts: ViewFacts | None
-    answers: Sequence[tuple[Callable[[ViewFacts], bool], bool]]
     decided: Decided
     pipeline: Pipeline
     graph: Plan
@@ -76,9 +73,7 @@ class _Outcome:
             return False
         if facts is None or self.facts is None:
             return facts is self.facts
-        if facts.kinds != self.facts.kinds:
-            return False
-        return all(question(facts) == answer for question, answer in self.answers)
+        return facts.kinds == self.facts.kinds
 
 
 class Planner:
@@ -90,7 +85,6 @@ class Planner:
         self._leaned: LastMade[Scene] = LastMade()
         self._content: LastMade[SceneContent] = LastMade()
         self._bodies: LastMade[Bodies] = LastMade()
-        self._neighbours: tuple[tuple[object, ...], Neighbours] | None = None
         self._plans: dict[tuple[tuple[str, ...], Decided, bool], tuple[Pipeline, Plan]] = {}
         self._plans_for: tuple[object, ...] = ()
         self._unlit = MadeOfEach(_unlit, MOST_LIGHTS)
@@ -143,7 +137,7 @@ class Planner:
             request = Request(scene, content, settings, wanted, facts, is_live=is_live)
             decided = decide(request)
             passes = self._passes(request, decided)
-            known = _Outcome(made_from, asked, facts, request.answers, decided, *passes)
+            known = _Outcome(made_from, asked, facts, decided, *passes)
             self._outcome = known
         region = None if facts is None else facts.gloss_region
         decided = known.decided
@@ -165,18 +159,7 @@ class Planner:
 
     def _facts(self, scene: Scene, view: FrameView) -> ViewFacts:
         parts = (scene.objects, scene.meshes, scene.materials)
-        bodies = self._bodies.get(parts, lambda: bodies_of(scene))
-        seen = seen_bodies(bodies, view)
-        known = self._neighbours
-        # A camera that moves mostly keeps the same bodies in view.
-        same = (bodies, *scene.lights)
-        if (
-            known is None
-            or not are_same(known[0], same)
-            or known[1].seen.tobytes() != seen.tobytes()
-        ):
-            known = self._neighbours = same, neighbours_of(bodies, seen, scene.lights)
-        return view_facts(bodies, known[1], view)
+        return view_facts(self._bodies.get(parts, lambda: bodies_of(scene)), view)
 
     def _passes(self, request: Request, decided: Decided) -> tuple[Pipeline, Plan]:
         made_for = (request.scene, request.settings)

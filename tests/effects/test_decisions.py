@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 
 import numpy as np
 import pytest
@@ -40,16 +39,7 @@ NO_LIGHT = dataclasses.replace(
     RICH, lights=(OFF, dataclasses.replace(PANEL, is_on=False)), environment="none"
 )
 # A view that rules nothing out.
-CROWDED = ViewFacts(
-    is_empty=False,
-    open_distance=0.0,
-    only_solids=False,
-    nearest_pixel=1e-4,
-    farthest_pixel=1e-3,
-    slant=1.2,
-    reaches=(True, True),
-    gloss_region=(0, 0, 64, 36),
-)
+CROWDED = ViewFacts(is_empty=False, is_alone=False, gloss_region=(0, 0, 64, 36))
 RADIUS = 0.3
 SWITCHES = ("direct", "shadow_map", "directional", "bounce", "back_layer", "ssao", "reference_ao")
 ENVIRONMENTS = {
@@ -151,7 +141,7 @@ def test_an_unlit_scene_runs_nothing():
 
 
 def test_full_takes_no_notice_of_content_and_view():
-    nothing = facts(is_empty=True, open_distance=math.inf, reaches=(False, False))
+    nothing = facts(is_empty=True)
     bare = dataclasses.replace(NO_LIGHT, has_albedo=False, has_emission=False)
     full = decided_of(bare, facts=nothing, effects="full")
     assert running(bare, facts=nothing, effects="full") == EVERYTHING
@@ -166,73 +156,41 @@ def test_no_shadows_means_no_shadow_map():
     assert traced.runs("traced_shadows") and not traced.runs("shadow_map")
 
 
-def test_lights_that_reach_nothing_are_left_out():
-    dark = decided_of(RICH, facts=facts(reaches=(False, True)))
+def test_lights_that_are_off_are_left_out():
+    dark = decided_of(content(lights=(OFF, PANEL)))
     assert dark.lights == (False, True)
     assert not dark.runs("direct") and not dark.runs("shadow_map") and dark.runs("directional")
-    assert reasons(dark, "direct light") == ["no light can reach anything in view"]
-    neither = decided_of(content(environment="none"), facts=facts(reaches=(False, False)))
-    assert not (neither.runs("direct") or neither.runs("directional") or neither.runs("bounce"))
-    assert reasons(neither, "bounce") == ["nothing that can be seen is lit"]
+    assert reasons(dark, "direct light") == ["all light comes through open directions"]
+    assert reasons(decided_of(NO_LIGHT), "bounce") == ["nothing that can be seen is lit"]
 
 
 def test_an_empty_view_needs_nothing():
-    empty = facts(is_empty=True, reaches=(False, False))
+    empty = facts(is_empty=True)
     assert running(RICH, facts=empty) == set()
     assert is_open(decided_of(RICH, ("visibility",), empty))
 
 
-ALONE, APART = facts(open_distance=math.inf), facts(open_distance=2.0, only_solids=True)
+ALONE = facts(is_alone=True)
 
 
-@pytest.mark.parametrize("view", [ALONE, APART, facts(nearest_pixel=0.31)])
-def test_where_nothing_is_near_there_is_no_bounce_and_no_march(view):
+def test_where_nothing_is_near_there_is_no_bounce_and_no_march():
     sky = content(lights=(LAMP, LAMP))
-    effects = decided_of(sky, facts=view)
+    effects = decided_of(sky, facts=ALONE)
     assert is_open(effects) and effects.runs("directional")
     assert not effects.runs("bounce") and not effects.runs("back_layer")
     assert len(reasons(effects, "blocked directions")) == 1
-
-
-@pytest.mark.parametrize(
-    ("view", "changes"),
-    [
-        # Rays of .3 end up to .3 (1 + 3 * 1.2) = 1.38 away, and two pixels more.
-        (facts(open_distance=1.381, only_solids=True), {}),
-        (facts(open_distance=2.0, only_solids=False), {}),
-        (APART, {"estimator": "rgs09"}),
-        (APART, {"radius": 0.5}),
-        (APART, {"radius": math.inf}),
-        (APART, {"overrides": {"directional.thickness": 9.0}}),
-        (APART, {"overrides": {"bounce.radius": 0.5}}),
-        (facts(nearest_pixel=0.2999), {}),
-        (facts(nearest_pixel=0.31), {"overrides": {"bounce.radius": 0.4}}),
-    ],
-)
-def test_where_something_is_almost_out_of_reach_everything_runs(view, changes):
-    effects = decided_of(content(lights=(LAMP, LAMP)), facts=view, **changes)
-    assert not is_open(effects) and effects.runs("bounce")
-
-
-def test_without_solids_sheets_may_be_far_apart():
-    sheets = content(has_closed_meshes=False)
-    assert is_open(decided_of(sheets, facts=facts(open_distance=2.0)))
+    crowded = decided_of(sky, facts=CROWDED)
+    assert not is_open(crowded) and crowded.runs("bounce")
 
 
 def test_the_estimator_without_a_radius_is_never_open():
-    view = facts(open_distance=math.inf)
+    view = ALONE
     assert not decided_of(RICH, ("visibility",), view, method="ssao", estimator="zbuffer").spares(
         "blocked directions"
     )
     assert decided_of(RICH, ("visibility",), view, method="ssao", estimator="rgs09").spares(
         "blocked directions"
     )
-
-
-def test_marches_to_lights_know_no_smallest_radius():
-    assert not is_open(decided_of(RICH, facts=facts(nearest_pixel=0.31)))
-    far_light = facts(nearest_pixel=0.31, reaches=(True, False))
-    assert is_open(decided_of(RICH, facts=far_light))
 
 
 SKY = content(environment="constant", lights=(LAMP,))
@@ -295,7 +253,7 @@ def test_emission_is_read_only_where_something_emits():
 
 
 def test_references_take_no_notice_of_the_view():
-    empty = facts(is_empty=True, reaches=(False, False))
+    empty = facts(is_empty=True)
     effects = decided_of(RICH, facts=empty, method="reference-near")
     assert effects.runs("traced_shadows") and effects.runs("reference_near")
     assert effects.lights is None
@@ -327,16 +285,10 @@ def test_every_decision_has_a_reason_and_no_effect_is_decided_twice():
     views = (None, CROWDED, ALONE, facts(is_empty=True))
     for scene in (RICH, NO_LIGHT, SKY):
         for view in views:
-            small = None if view is None else facts_for(view, scene)
-            rows = decided_of(scene, facts=small).rows
+            rows = decided_of(scene, facts=view).rows
             assert all(row.reason and row.effect for row in rows)
             names = [row.effect for row in rows]
             assert len(names) == len(set(names))
-
-
-def facts_for(view, scene):
-    count = len(scene.lights)
-    return dataclasses.replace(view, reaches=view.reaches[:count])
 
 
 @pytest.mark.parametrize(

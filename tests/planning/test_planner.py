@@ -107,23 +107,22 @@ def test_content_is_looked_up_once_for_each_scene(monkeypatch):
     assert calls == [SCENE]
 
 
-def boxes_far_apart(gap: float) -> Scene:
+def two_boxes() -> Scene:
     """Two boxes on nothing, side by side, before a lamp."""
-    meshes = (box((-1.0 - gap, -1, -1), (-gap, 0, 0)), box((gap, -1, -1), (1.0 + gap, 0, 0)))
+    meshes = (box((-2.0, -1, -1), (-1.0, 0, 0)), box((1.0, -1, -1), (2.0, 0, 0)))
     lamp = PointLight((0.0, 3.0, 4.0), (5.0, 5.0, 5.0))
     camera = Camera((0.0, 0.5, 3.0), (0.0, -0.5, 0.0), fov_y=60.0)
     return make_scene(meshes, lights=(lamp,), camera=camera)
 
 
 @pytest.mark.parametrize("method", ["bounce", "ssao", "gi"])
-@pytest.mark.parametrize("radius", [0.02, 0.3])
-def test_a_planner_that_remembers_decides_as_one_that_does_not(method, radius):
+def test_a_planner_that_remembers_decides_as_one_that_does_not(method):
     dice = np.random.default_rng(5)
-    settings, scene = Settings(radius=radius, method=method), boxes_far_apart(0.4)
+    settings, scene = Settings(radius=0.3, method=method), two_boxes()
     planner, seen = Planner(), set()
     for _ in range(40):
-        # From among the boxes to so far off that the radius is less than a pixel.
-        position = dice.normal(size=3) * 10.0 ** dice.uniform(-0.5, 1.7)
+        # From inside of a box to far off.
+        position = dice.normal(size=3) * 10.0 ** dice.uniform(-0.5, 1.0)
         camera = dataclasses.replace(scene.camera, position=tuple(map(float, position)))
         camera = camera if dice.random() < 0.8 else away(camera)
         distance = float(np.linalg.norm(position))

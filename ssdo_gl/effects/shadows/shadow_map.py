@@ -204,8 +204,7 @@ class ShadowMaps(Effect):
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
         """Yield the one pass."""
         settings = request.with_overrides("shadow_map", ShadowMapSettings())
-        # What is spared a map leaves the others theirs: a light out of reach of this view
-        # would make them finer, and coarser in the next one.
+        # A light that is switched off leaves the others their maps, no finer and no coarser.
         size = tile_size(settings, atlas_layout(request.scene.lights))
         settings = dataclasses.replace(settings, resolution=size)
         yield (

@@ -35,7 +35,6 @@ UNIT_TOLERANCE = 1e-6
 # Corners (low, high) of the scene in the frame of a (3, 3) rotation.
 BoundsOf = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 # Half the extents (N,) of bodies along a unit vector.
-ReachAlong = Callable[[FloatArray], FloatArray]
 
 
 class Form(IntEnum):
@@ -330,17 +329,6 @@ class Light(ABC):
     @abstractmethod
     def outline(self) -> FloatArray | None:
         """Return points (N, 3) whose convex hull all its light comes from; None if parallel."""
-
-    def can_reach(self, center: FloatArray, radius: FloatArray, reach_along: ReachAlong) -> bool:
-        """Return whether it can light any of N bodies, shadows aside; True if in doubt.
-
-        Parameters
-        ----------
-        center : ndarray, shape (N, 3)
-        radius : ndarray, shape (N,)
-        reach_along : callable
-        """
-        return True
 
     @abstractmethod
     def sender_radiance(self, nearest: float) -> float:

@@ -18,7 +18,6 @@ from ssdo_gl.scene.lights.base import (
     Emitter,
     Form,
     Light,
-    ReachAlong,
     ShaderRow,
     ShadowView,
 )
@@ -131,15 +130,6 @@ class RectangleLight(Light):
     def outline(self) -> FloatArray:
         corner, u, v = (np.asarray(a, float) for a in (self.corner, self.edge_u, self.edge_v))
         return np.array([corner, corner + u, corner + u + v, corner + v])
-
-    def can_reach(self, center: FloatArray, radius: FloatArray, reach_along: ReachAlong) -> bool:
-        """Return whether anything is on a side that emits."""
-        normal = np.cross(self.edge_u, self.edge_v)
-        if self.two_sided or not np.any(normal):
-            return bool(np.any(normal))
-        axis = math3d.normalized(normal)
-        height = (center - np.asarray(self.corner)) @ axis
-        return bool(np.any(height + reach_along(axis) > 0.0))
 
     def sender_radiance(self, nearest: float) -> float:
         """Return its radiance: that lights a surface with at most pi times as much."""

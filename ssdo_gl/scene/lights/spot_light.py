@@ -11,7 +11,7 @@ import numpy as np
 
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray, Vector, vector
-from ssdo_gl.scene.lights.base import BoundsOf, ReachAlong, ShaderRow, ShadowView
+from ssdo_gl.scene.lights.base import BoundsOf, ShaderRow, ShadowView
 from ssdo_gl.scene.lights.point_light import PunctualLight
 from ssdo_gl.scene.material import Color
 from ssdo_gl.settings.fields import SettingError
@@ -110,18 +110,6 @@ class SpotLight(PunctualLight):
         """Return the cone, or right angles around the position."""
         tangent = math.tan(math.radians(self.outer_angle)) if self.map_faces == 1 else 1.0
         return ShadowView(self.source, (tangent, tangent))
-
-    def can_reach(self, center: FloatArray, radius: FloatArray, reach_along: ReachAlong) -> bool:
-        """Return whether the cone meets any of the spheres."""
-        offset = center - self.source
-        distance = np.linalg.norm(offset, axis=1)
-        inside = distance <= radius
-        away = np.where(inside, 1.0, distance)
-        axis = math3d.normalized(self.direction)
-        angle = np.arccos(np.clip(offset @ axis / away, -1.0, 1.0))
-        widest = math.radians(self.outer_angle) + np.arcsin(np.clip(radius / away, 0.0, 1.0))
-        # A millionth of a radian for the rounding of arccos near its ends.
-        return bool(np.any(inside | (angle <= widest + 1e-6)))
 
     def is_lit(self, direction: FloatArray) -> FloatArray:
         """Return 1 within the outer angle."""

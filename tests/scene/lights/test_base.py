@@ -101,12 +101,3 @@ def test_without_its_shadow_it_needs_no_map(light: Light) -> None:
     bare = light.without_shadow()
     assert (bare.shadow, bare.face_count) == ("none", 0)
     assert dataclasses.replace(bare, shadow="map") == light
-
-
-@each_kind
-def test_it_reaches_what_it_lights(light: Light) -> None:
-    """Bodies of no size, one by one; the other way round it may be in doubt."""
-    lit = light.irradiance_at(POINTS, NORMALS) > 0.0
-    for point, is_lit in zip(POINTS, lit, strict=True):
-        reaches = light.can_reach(point[None], np.zeros(1), lambda axis: np.zeros(1))
-        assert reaches or not is_lit
