@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
+import logging
 import secrets
 import struct
 import time
@@ -13,6 +14,7 @@ from importlib.resources import files
 from typing import Any
 
 from aiohttp import WSCloseCode, WSMsgType, web
+from aiohttp.http_exceptions import HttpProcessingError
 
 from ssdo_gl.serve.access import Access
 from ssdo_gl.serve.delivery import SentPicture
@@ -36,6 +38,9 @@ _HEADERS = {
 # Who says nothing for so long takes the place of somebody who would look.
 FIRST_EVENT_SECONDS = 10.0
 _IS_LOSSLESS = 1
+# Faults of this program are logged; a request that is no HTTP is one of somebody else.
+_LOG = logging.getLogger(__name__)
+_LOG.addFilter(lambda r: not (r.exc_info and isinstance(r.exc_info[1], HttpProcessingError)))
 _Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
 
@@ -215,7 +220,7 @@ async def run_server(
     """
     listens_at = host or "127.0.0.1"
     server = Server(renderer, listens_at, has_token=host is not None)
-    runner = web.AppRunner(server.app, access_log=None, shutdown_timeout=2.0)
+    runner = web.AppRunner(server.app, access_log=None, logger=_LOG, shutdown_timeout=2.0)
     await runner.setup()
     try:
         await web.TCPSite(runner, listens_at, port).start()

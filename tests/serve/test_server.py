@@ -410,14 +410,21 @@ def test_port_in_use_is_one_line(capsys):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are others there")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_signal_ends_it_cleanly(number):
+def test_signal_ends_it_cleanly_after_what_is_no_http(number):
     command = [sys.executable, "-m", "ssdo_gl", "corner", "--serve", "--port", "0"]
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parent.parent.parent)}
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
     ) as process:
         assert process.stdout is not None
-        assert process.stdout.readline().startswith("http://127.0.0.1:")
+        address = process.stdout.readline()
+        assert address.startswith("http://127.0.0.1:")
+        for request in (b"\x00\xff\r\n\r\n", b"GET / HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n"):
+            with sockets.create_connection(
+                ("127.0.0.1", int(address.split(":")[2][:-2]))
+            ) as socket:
+                socket.sendall(request)
+                assert b" 400 " in socket.recv(400)
         process.send_signal(number)
         _, err = process.communicate(timeout=PATIENCE_S)
     assert err == ""
