@@ -320,6 +320,23 @@ def test_ledge_thinner_than_a_receiver_takes_what_is_near(gl, shaders):
     np.testing.assert_allclose(found, 0.5, rtol=MEAN_TOLERANCE)
 
 
+@pytest.mark.parametrize("visibility", [False, True])
+def test_what_four_receivers_do_not_show_is_looked_for_farther(gl, shaders, visibility):
+    """A wall seen through a slit as wide as a texel, between receivers that lie on bars.
+
+    Of the wall behind, a receiver lies on the next column but one, to its right.
+    """
+    x = np.arange(48)
+    bars = (x > 16) & (x < 26) & (x != 23)
+    picture = dataclasses.replace(plane(), z=np.where(bars, 2.0, 5.0)[None].repeat(36, 0))
+    raw = np.where(bars[::2], 0.0, 1.0)[None, :, None].repeat(18, 0)
+    raw = raw if visibility else raw.repeat(4, 2)
+    image = run(gl, shaders, picture, raw, visibility=visibility, holds_z=visibility, scale=2)
+    assert np.abs(image[:, 23, : raw.shape[2]] - 1.0)[..., :3].max() < 1e-3
+    # The bars, of which receivers lie beside every texel, take nothing from it.
+    assert image[:, bars, 0].max() < 1e-3
+
+
 def test_thin_thing_before_the_sky_finds_its_light_near_by(gl, shaders):
     """No receiver on its own column: the one at its foot, two receivers away, serves."""
     z = np.where((np.arange(48) == 23) & (np.arange(36)[:, None] < 30), 3.0, 0.0)
