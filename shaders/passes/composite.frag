@@ -8,25 +8,25 @@
 //   2 multiply: that and the direct light
 //   3 report: (visibility + 0.4) x direct, the INF584 report's empirical mix for SSAO
 //   4 report, ray-traced: direct + visibility / 2 (a grey, whatever the albedo)
-// GLOSSY: see lib/brdf.glsl.
+// GLOSSY: see lib/brdf.glsl;
+// IS_SHOWN 1: written as a display shows it; then see lib/displayed.glsl.
 #include "lib/gbuffer.glsl"
 #include "lib/reflected.glsl"
 #include "lib/environment.glsl"
 #include "lib/terms.glsl"
+#include "lib/displayed.glsl"
 
 #if COMBINE > 0
 uniform sampler2D t_visibility;
 #endif
 
-layout(location = 0) out vec4 o_beauty;
+layout(location = 0) out vec4 o_picture;
 
-void main()
+vec4 beauty_at(ivec2 texel)
 {
-    ivec2 texel = ivec2(gl_FragCoord.xy);
     if (gbuffer_z_vs(texel) <= 0.0) {
         vec3 ray_ws = direction_ws_of(normalize(view_ray_at(uv_of_texel(texel))));
-        o_beauty = vec4(environment_radiance(ray_ws), 0.0);
-        return;
+        return vec4(environment_radiance(ray_ws), 0.0);
     }
 
     vec3 irradiance = summed_irradiance(texel);
@@ -46,5 +46,13 @@ void main()
 #elif COMBINE == 4
     radiance += 0.5 * visibility;
 #endif
-    o_beauty = vec4(radiance + reflected_towards_camera(texel, irradiance), 1.0);
+    return vec4(radiance + reflected_towards_camera(texel, irradiance), 1.0);
+}
+
+void main()
+{
+    o_picture = beauty_at(ivec2(gl_FragCoord.xy));
+#if IS_SHOWN
+    o_picture = displayed(o_picture);
+#endif
 }

@@ -1,31 +1,12 @@
 #version 330 core
-// Scene-linear radiance to sRGB. TONE_CURVE: 0 clips at 1, 1 is filmic. BACKGROUND, what is
-// shown where no surface is: 0 the environment, 1 a colour, 2 nothing.
-#include "lib/color.glsl"
+// Scene-linear radiance to sRGB. Defines: see lib/displayed.glsl.
+#include "lib/displayed.glsl"
 
 uniform sampler2D t_beauty;
-uniform float u_exposure_scale;  // 2^EV
-#if BACKGROUND > 0
-uniform vec3 u_background;  // scene-linear, as shown
-#endif
 
 layout(location = 0) out vec4 o_display;
 
 void main()
 {
-    vec4 beauty = texelFetch(t_beauty, ivec2(gl_FragCoord.xy), 0);
-    vec3 exposed = displayable(beauty.rgb * u_exposure_scale);
-#if TONE_CURVE == 1
-    vec3 shown = tone_curve_aces(exposed);
-#else
-    vec3 shown = min(exposed, vec3(1.0));
-#endif
-    float alpha = 1.0;
-#if BACKGROUND > 0
-    if (!(beauty.a > 0.0)) {
-        shown = u_background;
-        alpha = BACKGROUND == 2 ? 0.0 : 1.0;
-    }
-#endif
-    o_display = vec4(srgb_encode(shown), alpha);
+    o_display = displayed(texelFetch(t_beauty, ivec2(gl_FragCoord.xy), 0));
 }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
 from functools import partial
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, NamedTuple
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.frame import Frame
@@ -30,6 +30,17 @@ COMBINE_NUMBERS: Mapping[OcclusionMode, int] = {
 }
 
 
+class Display(NamedTuple):
+    """What a display shows of the picture: resource, defines and uniforms of its shader."""
+
+    writes: Mapping[str, TextureSpec]
+    defines: Mapping[str, int]
+    uniforms: Mapping[str, object]
+
+
+_AS_IT_IS = Display({"beauty": TextureSpec(4, "f4")}, {"TONE_CURVE": 0, "BACKGROUND": 0}, {})
+
+
 def uniforms(frame: Frame) -> dict[str, object]:
     """Return the uniforms of ``passes/composite.frag``."""
     return {**frame.view.uniforms(), **environment_uniforms(frame)}
@@ -51,10 +62,11 @@ class CompositePass(RenderPass):
         ambient occlusion. Without effect if `visibility` is None.
     glossy : bool
         Surfaces may be glossy.
+    display : Display or None
+        Write what it shows instead of `beauty`.
     """
 
     name = "composite"
-    writes: Mapping[str, TextureSpec] = {"beauty": TextureSpec(4, "f4")}
     depends_on = ("view", "environment")
 
     overwrites: ClassVar[bool] = True
@@ -68,21 +80,27 @@ class CompositePass(RenderPass):
         visibility: str | None = None,
         combine: OcclusionMode = "ambient",
         glossy: bool = False,
+        display: Display | None = None,
     ) -> None:
         self.irradiances = tuple(irradiances)
-        self._of_terms = partial(
+        self.changed = partial(
             CompositePass,
             environment,
+            irradiances=self.irradiances,
             radiances=tuple(radiances),
             visibility=visibility,
             combine=combine,
             glossy=glossy,
+            display=display,
         )
+        self.writes, shown, self._display_uniforms = display or _AS_IT_IS
         kind = environment_kind(environment)
         number = 0 if visibility is None else COMBINE_NUMBERS[combine]
         self.defines = {
             "ENVIRONMENT_KIND": kind,
             "COMBINE": number,
+            "IS_SHOWN": int(display is not None),
+            **shown,
             **term_defines(irradiances, radiances),
         }
         self._glossy = glossy
@@ -100,13 +118,10 @@ class CompositePass(RenderPass):
         self._glossy_wiring = self._wiring | (gloss if glossy else {})
         self.reads = tuple(dict.fromkeys(self._glossy_wiring.values()))
 
-    def with_irradiances(self, irradiances: Sequence[str]) -> CompositePass:
-        """Return one that adds up other irradiances."""
-        return self._of_terms(irradiances)
-
     def settings_key(self) -> Hashable:
-        """Return the defines, which are all that distinguishes two of these."""
-        return self._glossy, tuple(sorted(self.defines.items()))
+        """Return all that distinguishes two of these."""
+        shown = tuple(self._display_uniforms.items())
+        return self._glossy, tuple(sorted(self.defines.items())), shown
 
     def execute(self, context: PassContext) -> None:
         """Draw one triangle over the target, and one over what is glossy."""
@@ -119,7 +134,7 @@ class CompositePass(RenderPass):
                     "passes/composite.frag", {**self.defines, "GLOSSY": glossy}
                 ),
                 context.target,
-                uniforms(context.frame),
+                {**uniforms(context.frame), **self._display_uniforms},
                 {sampler: context.inputs[name] for sampler, name in wiring.items()},
                 region=region,
             )

@@ -63,15 +63,15 @@ class ToneMapPass(RenderPass):
     def __init__(self, settings: ToneMapSettings | None = None, source: str = "beauty") -> None:
         self.settings = settings or ToneMapSettings()
         self.reads = (source,)
-        self._defines, self._uniforms = defines(self.settings), uniforms(self.settings)
+        self.defines, self.uniforms = defines(self.settings), uniforms(self.settings)
 
     def execute(self, context: PassContext) -> None:
         assert context.target is not None
-        program = context.shaders.fullscreen("passes/tone_map.frag", self._defines)
+        program = context.shaders.fullscreen("passes/tone_map.frag", self.defines)
         draw_fullscreen(
             context.gl,
             program,
             context.target,
-            self._uniforms,
+            self.uniforms,
             {"t_beauty": context.inputs[self.reads[0]]},
         )

@@ -7,7 +7,8 @@ import pytest
 from oracle import analytic_pictures
 from passes.pass_harness import make_frame, make_scene, run_pass
 
-from ssdo_gl.passes.composite import CompositePass
+from ssdo_gl.passes.composite import CompositePass, Display
+from ssdo_gl.passes.tone_map import CURVES, ToneMapPass, ToneMapSettings
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment, GradientEnvironment
 
@@ -16,6 +17,8 @@ SIZE = (16, 12)
 TOLERANCE = 1e-6
 # Half a step of the albedo's 16 bits (8e-6) times irradiances of up to 9 over pi.
 ALBEDO_ROUNDING = 2.5e-5
+# One of the 65536 levels of a display's channel: the sum may round otherwise in one shader.
+DISPLAY_STEP = 1.6e-5
 GRADIENT = GradientEnvironment((0.3, 0.6, 2.0), (1.0, 0.9, 0.8), (0.2, 0.1, 0.05))
 CAMERA = Camera((1.0, 2.0, 3.0), (0.0, 1.5, 0.0), fov_y=50.0)
 
@@ -152,10 +155,30 @@ def test_unlit_is_exactly_black(gl, shaders):
     assert np.all(beauty[..., :3] == 0.0)
 
 
+@pytest.mark.parametrize("background", ["environment", "transparent", "#204060"])
+@pytest.mark.parametrize("curve", CURVES)
+def test_what_a_display_shows_is_what_the_tone_mapper_makes(gl, shaders, background, curve):
+    images, _ = terms()
+    wiring = {"irradiances": ["direct_irradiance"], "radiances": ["emission"]}
+    frame, beauty = compose(gl, shaders, images, GRADIENT, **wiring)
+    tone = ToneMapPass(ToneMapSettings(exposure=0.5, background=background, curve=curve))
+    wanted = run_pass(gl, shaders, tone, frame, {"beauty": beauty})["display"]
+    display = Display(tone.writes, tone.defines, tone.uniforms)
+    both = CompositePass(GRADIENT, **wiring, display=display)
+    found = run_pass(gl, shaders, both, frame, {name: images[name] for name in both.reads})
+    np.testing.assert_allclose(found["display"], wanted, atol=DISPLAY_STEP)
+    assert np.ptp(wanted[..., :3]) > 0.5
+
+
 def test_only_what_is_needed_is_read():
     assert CompositePass(None, ["e"], ["l"]).reads == ("z_vs", "albedo", "e", "l")
     assert "normals_vs" not in CompositePass(None, visibility="v", combine="report").reads
     assert CompositePass(None).settings_key() != CompositePass(GRADIENT).settings_key()
+    shown = (
+        CompositePass(None, display=Display(tone.writes, tone.defines, tone.uniforms))
+        for tone in (ToneMapPass(ToneMapSettings(exposure=ev)) for ev in (0.0, 1.0))
+    )
+    assert len({item.settings_key() for item in shown}) == 2
 
 
 def test_more_terms_than_the_shader_has_slots_for_are_refused():

@@ -43,7 +43,7 @@ def test_every_method_is_wired_soundly(scene, effects, method):
 
 
 def test_passes_follow_what_they_read():
-    order = order_of(pipeline_of(("display",)))
+    order = order_of(pipeline_of(("display", "beauty")))
     assert order.index("direct") < order.index("sender_radiance") < order.index("bounce")
     assert order.index(FILTER) < order.index("composite") < order.index("tone_map")
 
@@ -94,6 +94,25 @@ def test_the_bounce_adds_up_what_only_the_picture_reads(wanted, is_summed):
     assert ("directional_raw" in bounce.reads) == is_summed
     assert ("directional_raw" in joined.reads) == (not is_summed)
     assert len(set(composite.reads) & (parts | {"filtered_irradiance"})) == len(joined.writes)
+
+
+@pytest.mark.parametrize(
+    ("wanted", "settings", "is_shown"),
+    [
+        (("display",), {}, True),
+        (("display", "depth"), {"method": "ssao"}, True),
+        (("display", "beauty"), {}, False),
+        (("display",), {"effects": "full"}, False),
+        (("display",), {"method": "reference-gi"}, False),
+    ],
+)
+def test_terms_add_up_to_what_a_display_shows_where_only_that_is_read(wanted, settings, is_shown):
+    pipeline = pipeline_of(wanted, **settings)
+    order = order_of(pipeline)
+    assert ("tone_map" in order) == (not is_shown)
+    assert ("tone_map" in pipeline.skipped) == is_shown
+    (composite,) = (item for item in pipeline.passes if item.name == "composite")
+    assert set(composite.writes) == {"display" if is_shown else "beauty"}
 
 
 def test_the_g_buffer_writes_what_is_read():
