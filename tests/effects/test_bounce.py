@@ -208,6 +208,14 @@ def test_rgs09_has_its_own_expectation_in_the_corner(gl, shaders):
     )
 
 
+def test_a_sender_is_known_to_a_sixteenth_of_the_radius_whatever_the_steps():
+    def found(steps, **more):
+        return BounceSettings(samples=64, steps=steps, **more).refinements
+
+    assert [found(steps) for steps in (2, 4, 7, 8, 15, 16, 64)] == [2, 2, 2, 1, 1, 0, 0]
+    assert found(64, refine_steps=3) == 3 and found(4, refine_steps=0) == 0
+
+
 # --- energy ---------------------------------------------------------------------------
 
 

@@ -53,9 +53,9 @@ def test_bounce_from_kept_directions(world, samples, has_back):
     alone = world(BouncePass(settings, has_back_layer=has_back))["bounce_raw"]
     assert np.count_nonzero(alone[..., :3]) > 30
     keepers = (
-        SsaoPass(SsaoSettings(**alike), has_back_layer=has_back, keeps=settings.refine_steps),
+        SsaoPass(SsaoSettings(**alike), has_back_layer=has_back, keeps=settings.refinements),
         DirectionalPass(
-            DirectionalSettings(**alike), has_back_layer=has_back, keeps=settings.refine_steps
+            DirectionalSettings(**alike), has_back_layer=has_back, keeps=settings.refinements
         ),
     )
     for keeper in keepers:
