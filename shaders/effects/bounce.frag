@@ -5,17 +5,21 @@
 // the hemisphere and a white furnace comes out exact.
 //
 // Defines: DIRECTION_COUNT, STEP_COUNT, HAS_BACK_LAYER; ADDS 1: to another irradiance;
-// KEPT_TEXTURE_COUNT (see lib/kept_directions.glsl): another pass has marched already.
+// KEPT_TEXTURE_COUNT (see lib/kept_directions.glsl): another pass has marched already;
+// SUMS_SENDERS 1: terms are added up at each sender (see lib/senders.glsl), not looked up.
 #define GATHERS_SENDERS 1
 uniform float u_hidden_senders;  // march: share of the radiance sent from a hidden side
 uniform float u_distance_clamp;  // rgs09, relative to R
 
 #include "lib/estimator.glsl"
 #include "lib/finite.glsl"
+#include "lib/senders.glsl"
 #define TAKES_DIRECTIONS 1
 #include "lib/kept_directions.glsl"
 
+#if !SUMS_SENDERS
 uniform sampler2D t_sender_radiance;
+#endif
 #if ADDS
 uniform sampler2D t_added;
 #endif
@@ -28,7 +32,11 @@ layout(location = 0) out vec4 o_bounce;  // irradiance, then z for the filter
 // by the largest component keeps the hue; what is no number, or negative, is no light.
 vec3 bounded_radiance(ivec2 texel)
 {
+#if SUMS_SENDERS
+    vec3 radiance = summed_sender(texel);
+#else
     vec3 radiance = texelFetch(t_sender_radiance, texel, 0).rgb;
+#endif
     float largest = max(radiance.r, max(radiance.g, radiance.b));
     float factor = largest > u_sender_bound ? u_sender_bound / largest : 1.0;
     bool is_light = is_finite(radiance) && all(greaterThanEqual(radiance, vec3(0.0)));

@@ -30,6 +30,7 @@ from ssdo_gl.passes.screen_space_settings import (
     estimator_uniforms,
     kept_names,
 )
+from ssdo_gl.passes.terms import SenderTerms
 from ssdo_gl.settings.fields import setting
 
 
@@ -104,6 +105,8 @@ class BouncePass(RenderPass):
         pass wrote with the same directions, instead of looking for it again.
     adds : str or None
         Resource of the same size whose irradiance is added up with the bounce.
+    terms : SenderTerms or None
+        Diffuse terms to add up at each sender, instead of reading ``sender_radiance``.
     """
 
     overwrites: ClassVar[bool] = True
@@ -116,15 +119,17 @@ class BouncePass(RenderPass):
         has_back_layer: bool = False,
         takes_directions: bool = False,
         adds: str | None = None,
+        terms: SenderTerms | None = None,
     ) -> None:
         self.name = "bounce"
         self.settings = settings
         self.sender_bound = sender_bound
         back = ("z_layers",) if has_back_layer and not takes_directions else ()
         kept = kept_names(settings) if takes_directions else ()
-        self._wiring = {
-            f"t_{name}": name for name in ("z_vs", "normals_vs", "sender_radiance", *back, *kept)
-        }
+        self._wiring = {f"t_{name}": name for name in ("z_vs", "normals_vs", *back, *kept)}
+        sent = {"t_sender_radiance": "sender_radiance"}
+        self._wiring |= sent if terms is None else terms.wiring(glossy=False)
+        self._terms = terms
         if adds is not None:
             self._wiring["t_added"] = adds
         self.reads = tuple(self._wiring.values())
@@ -137,17 +142,27 @@ class BouncePass(RenderPass):
                 settings, bool(back), settings.refinements, keeps_directions=takes_directions
             ),
             "ADDS": int(adds is not None),
+            "SUMS_SENDERS": int(terms is not None),
+            "GLOSSY": 0,
         }
-        self.adding = partial(
+        self.changed = partial(
             BouncePass,
             settings,
             sender_bound=sender_bound,
             has_back_layer=has_back_layer,
             takes_directions=takes_directions,
+            adds=adds,
+            terms=terms,
         )
 
+    @property
+    def looks_up_much(self) -> bool:
+        """Whether senders are looked up more often, in the frame, than there are pixels."""
+        directions = self.settings.direction_count * self.settings.resolution_scale**2
+        return directions > 1.0 or not ESTIMATORS[self.settings.estimator].names_blockers
+
     def settings_key(self) -> Hashable:
-        return self.settings, self.sender_bound, tuple(self._defines.items())
+        return self.settings, self.sender_bound, tuple(self._defines.items()), self._terms
 
     def execute(self, context: PassContext) -> None:
         assert context.target is not None
@@ -155,7 +170,7 @@ class BouncePass(RenderPass):
             context.gl,
             context.shaders.fullscreen(
                 "effects/bounce.frag",
-                self._defines,
+                {**self._defines, **(self._terms or SenderTerms()).defines(context.inputs)},
                 ESTIMATORS[self.settings.estimator].choices,
             ),
             context.target,

@@ -19,6 +19,7 @@ from ssdo_gl.passes.gbuffer import GBUFFER_IMAGES, GBufferPass
 from ssdo_gl.passes.radiance_aov import RadianceAovPass
 from ssdo_gl.passes.sender_radiance import SenderRadiancePass
 from ssdo_gl.passes.temporal import TEMPORAL, TemporalPass, TemporalSettings
+from ssdo_gl.passes.terms import SenderTerms
 from ssdo_gl.passes.tone_map import ToneMapPass, ToneMapSettings
 from ssdo_gl.settings.backgrounds import ENVIRONMENT, color_code
 
@@ -105,7 +106,7 @@ def build(request: Request) -> Pipeline:
     decide(everything)
     skipped = _reasons_to_skip(pipeline, build(everything))
     pipeline = _with_joined_filters(dataclasses.replace(pipeline, skipped=skipped))
-    return _averaged(_with_shown_sum(pipeline), request)
+    return _averaged(_with_summed_senders(_with_shown_sum(pipeline)), request)
 
 
 def _reasons_to_skip(pipeline: Pipeline, full: Pipeline) -> dict[str, str]:
@@ -164,7 +165,8 @@ class _Builder:
         everything = (effect.sent_irradiance for effect in self.request.running)
         if found := next((name for name in everything if name is not None), None):
             irradiances = [found]
-        item = SenderRadiancePass(irradiances, radiances, glossy=self.request.is_glossy)
+        sent_terms = SenderTerms(tuple(irradiances), tuple(radiances))
+        item = SenderRadiancePass(sent_terms, glossy=self.request.is_glossy)
         return item, "what each surface sends on"
 
     def _backdrop(self) -> str:
@@ -273,7 +275,7 @@ def _with_summed_light(pipeline: Pipeline) -> Pipeline:
 
     def changed(item: RenderPass) -> RenderPass:
         if item is bounce:
-            return bounce.adding(adds=added)
+            return bounce.changed(adds=added)
         if item is joined:
             light = dataclasses.replace(signal, result=_SUMMED_LIGHT)
             return EdgeAwareFilterPass(FILTER, joined.settings, light)
@@ -304,6 +306,30 @@ def _with_shown_sum(pipeline: Pipeline) -> Pipeline:
     reason = "the sum of the terms is written as a display shows it"
     return dataclasses.replace(
         pipeline, passes=passes, skipped={**pipeline.skipped, tone.name: reason}
+    )
+
+
+def _with_summed_senders(pipeline: Pipeline) -> Pipeline:
+    """Return `pipeline` with the bounce adding up what senders send, where it asks few of them.
+
+    A frame of `fast` takes .96 of the time.
+    """
+    order = compile_graph(pipeline.passes, pipeline.resources).order
+    senders = next((item for item in order if isinstance(item, SenderRadiancePass)), None)
+    readers = [item for item in order if "sender_radiance" in item.reads]
+    if senders is None or senders.glossy or len(readers) > 1:
+        return pipeline
+    (bounce,) = readers
+    if not isinstance(bounce, BouncePass) or bounce.looks_up_much:
+        return pipeline
+    passes = tuple(
+        bounce.changed(terms=senders.terms) if item is bounce else item
+        for item in pipeline.passes
+        if item is not senders
+    )
+    reason = "the bounce asks few surfaces, and adds up itself what they send"
+    return dataclasses.replace(
+        pipeline, passes=passes, skipped={**pipeline.skipped, senders.name: reason}
     )
 
 

@@ -11,15 +11,19 @@ from oracle import closed_forms, screen_space, slices
 from passes.estimator_cases import (
     corner,
     covered_texels,
+    inputs_of,
     picture_frame,
     positions,
     random_picture,
     run_on,
     twin_of,
 )
+from passes.pass_harness import run_pass
 
 from ssdo_gl.effects.bounce import BouncePass, BounceSettings
 from ssdo_gl.effects.directional import DirectionalPass, DirectionalSettings
+from ssdo_gl.passes.sender_radiance import SenderRadiancePass
+from ssdo_gl.passes.terms import SenderTerms
 from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment
 
 SIZE = (48, 36)
@@ -206,6 +210,32 @@ def test_rgs09_has_its_own_expectation_in_the_corner(gl, shaders):
     np.testing.assert_allclose(
         of_blocks(found[:, 0]), of_blocks(expected), atol=CORNER_TOLERANCE, rtol=0.03
     )
+
+
+@pytest.mark.parametrize("is_half", [False, True])
+def test_senders_added_up_where_they_are_asked_are_those_of_the_image(gl, shaders, is_half):
+    picture = noise()
+    rng = np.random.default_rng(2)
+    step = 2 if is_half else 1
+    images = {
+        "albedo": rng.random((*picture.z.shape, 4)),
+        "emission": rng.random((*picture.z.shape, 4)),
+        "direct_irradiance": rng.random((*picture.z.shape, 4)),
+        "directional_raw": rng.random((*picture.z[::step, ::step].shape, 4)),
+    }
+    terms = SenderTerms(("direct_irradiance", "directional_raw"), ("emission",))
+    frame = picture_frame(SIZE, TAN_Y)
+    settings = BounceSettings(samples=16, steps=4, radius=0.8)
+    senders = run_pass(gl, shaders, SenderRadiancePass(terms), frame, images)
+    items = BouncePass(settings), BouncePass(settings, terms=terms)
+    assert "sender_radiance" not in items[1].reads
+    inputs = {**inputs_of(picture), **images, **senders}
+    looked_up, added_up = (
+        run_pass(gl, shaders, item, frame, {name: inputs[name] for name in item.reads})
+        for item in items
+    )
+    np.testing.assert_array_equal(added_up["bounce_raw"], looked_up["bounce_raw"])
+    assert looked_up["bounce_raw"][..., :3].max() > 0.1
 
 
 def test_a_sender_is_known_to_a_sixteenth_of_the_radius_whatever_the_steps():

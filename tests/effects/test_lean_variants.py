@@ -10,6 +10,7 @@ from ssdo_gl.passes.ambient_visibility import ConstantVisibilityPass
 from ssdo_gl.passes.composite import CompositePass
 from ssdo_gl.passes.gbuffer import GBufferPass
 from ssdo_gl.passes.sender_radiance import SenderRadiancePass
+from ssdo_gl.passes.terms import SenderTerms
 
 SIZE = (24, 18)
 WIDTH, HEIGHT = SIZE
@@ -56,7 +57,8 @@ def test_senders_without_emission_of_their_own(gl, shaders, frame, base):
     lamps[..., 3] = 0.0  # delivered by lights
     inputs = {**base, "emission": lamps, "direct_irradiance": noise(3, 4)}
     whole, lean = (
-        SenderRadiancePass(["direct_irradiance"], emitted) for emitted in (["emission"], [])
+        SenderRadiancePass(SenderTerms(("direct_irradiance",), emitted))
+        for emitted in (("emission",), ())
     )
     assert "emission" not in lean.reads and whole.settings_key() != lean.settings_key()
     sent = [

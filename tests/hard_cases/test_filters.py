@@ -15,6 +15,7 @@ from passes.pass_harness import run_pass
 from ssdo_gl.passes.composite import CompositePass
 from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterPass, EdgeAwareFilterSettings, Signal
 from ssdo_gl.passes.sender_radiance import SenderRadiancePass
+from ssdo_gl.passes.terms import SenderTerms
 from ssdo_gl.passes.tone_map import CURVES, ToneMapPass, ToneMapSettings
 
 KINDS = ("edge", "naive", "none")
@@ -184,7 +185,7 @@ def test_texel_by_texel_passes_keep_faults_where_they_are(gl, shaders, record, p
     images |= {term: noise(4, seed=i) for i, term in enumerate((*TERMS, "albedo"))}
     frame = picture_frame(SIZE, 0.4)
     passes = {
-        "sender_radiance": SenderRadiancePass(TERMS[1:], TERMS[:1]),
+        "sender_radiance": SenderRadiancePass(SenderTerms(TERMS[1:], TERMS[:1])),
         "beauty": CompositePass(None, TERMS[1:], TERMS[:1]),
     }
     faulty = {key: image.copy() for key, image in images.items()}

@@ -32,6 +32,7 @@ from ssdo_gl.effects.bounce import BounceSettings
 from ssdo_gl.passes.ambient_visibility import SsaoSettings
 from ssdo_gl.passes.composite import CompositePass
 from ssdo_gl.passes.sender_radiance import SenderRadiancePass
+from ssdo_gl.passes.terms import SenderTerms
 from ssdo_gl.passes.tone_map import ToneMapPass, ToneMapSettings
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.geometry.mesh import Mesh
@@ -162,7 +163,7 @@ def test_terms_are_added_up(gl, shaders, record, seed, light):
     emission, direct, directional, bounce = (images[term][..., :3] for term in TERMS)
     passes = (
         (
-            SenderRadiancePass(TERMS[1:3], TERMS[:1]),
+            SenderRadiancePass(SenderTerms(TERMS[1:3], TERMS[:1])),
             emission + albedo[..., :3] / np.pi * (direct + directional),
         ),
         (

@@ -8,6 +8,7 @@ from passes.estimator_cases import picture_frame
 from passes.pass_harness import run_pass
 
 from ssdo_gl.passes.sender_radiance import SenderRadiancePass
+from ssdo_gl.passes.terms import SenderTerms
 
 # A product and two sums of float32.
 SUM_TOLERANCE = 1e-6
@@ -29,7 +30,9 @@ def sender_images(shape=(4, 5)):
 def test_sender_radiance_adds_up(gl, shaders, direct, directional):
     images = sender_images()
     chosen = {"direct_irradiance": direct, "directional_irradiance": directional}
-    render_pass = SenderRadiancePass([n for n, is_in in chosen.items() if is_in], ["emission"])
+    render_pass = SenderRadiancePass(
+        SenderTerms(tuple(n for n, is_in in chosen.items() if is_in), ("emission",))
+    )
     frame = picture_frame((5, 4), 0.5)
     found = run_pass(
         gl, shaders, render_pass, frame, {name: images[name] for name in render_pass.reads}
@@ -51,7 +54,7 @@ def test_an_irradiance_of_half_the_size_is_the_mean_of_the_four_pixels_around(gl
     images = sender_images((6, 5))
     small = np.random.default_rng(3).random((3, 3, 4))
     images["directional_irradiance"] = small
-    render_pass = SenderRadiancePass(["direct_irradiance", "directional_irradiance"])
+    render_pass = SenderRadiancePass(SenderTerms(("direct_irradiance", "directional_irradiance")))
     frame = picture_frame((5, 6), 0.5)
     inputs = {name: images[name] for name in render_pass.reads}
     found = run_pass(gl, shaders, render_pass, frame, inputs)["sender_radiance"]

@@ -115,6 +115,29 @@ def test_terms_add_up_to_what_a_display_shows_where_only_that_is_read(wanted, se
     assert set(composite.writes) == {"display" if is_shown else "beauty"}
 
 
+FEW = {"samples": 16, "steps": 4, "resolution_scale": 0.5}
+
+
+@pytest.mark.parametrize(
+    ("scene", "settings", "is_summed"),
+    [
+        ("cornell_meso", FEW, True),
+        ("cornell_meso", {**FEW, "method": "gi"}, True),
+        ("cornell_meso", {**FEW, "samples": 20}, False),
+        ("cornell_meso", {**FEW, "resolution_scale": 1.0}, False),
+        ("cornell_meso", {**FEW, "estimator": "bitmask"}, False),
+        ("cornell_meso", {**FEW, "effects": "full"}, False),
+        ("benchmarks/metals.toml", FEW, False),
+    ],
+)
+def test_the_bounce_adds_up_what_few_senders_send(scene, settings, is_summed):
+    pipeline = pipeline_of(("display",), load_scene(scene), **settings)
+    assert ("sender_radiance" in order_of(pipeline)) == (not is_summed)
+    assert ("sender_radiance" in pipeline.skipped) == is_summed
+    (bounce,) = (item for item in pipeline.passes if item.name == "bounce")
+    assert ("albedo" in bounce.reads) == is_summed
+
+
 def test_the_g_buffer_writes_what_is_read():
     (depth_only,) = (p for p in pipeline_of(("depth",)).passes if p.name == "gbuffer")
     assert set(depth_only.writes) == {"z_vs"}
