@@ -11,8 +11,8 @@ from ssdo_gl.scene.scene import SceneError
 
 def check_file(path: Path, where: str) -> None:
     """Raise SceneError unless `path` is a plain file: a pipe or device might never end."""
-    # Most often the place is the file itself, and need not be named again.
-    is_place = where == str(path)
+    # Most often the place names the file itself, which need not be named again.
+    is_place = where.endswith(str(path))
     shown = "it" if is_place else _shown(str(path))
     named = "" if is_place else f": {shown}"
     try:

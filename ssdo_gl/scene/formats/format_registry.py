@@ -65,6 +65,7 @@ def read_model(
     if not model.objects:
         found = "; ".join(model.all_notes())
         more = f" ({found})" if found else ""
-        raise SceneError(f"{where}: {path.name!r} holds no triangle with an area{more}")
+        named = "" if where.endswith(path.name) else f"{path.name!r} "
+        raise SceneError(f"{where}: {named}holds no triangle with an area{more}")
     model.shade(normals or ("scan" if kind.scan_up else "file"), crease_angle)
     return model

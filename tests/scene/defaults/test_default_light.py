@@ -133,6 +133,8 @@ def test_other_light_is_refused_in_one_line(light: str, glb: GlbWriter, tmp_path
     with pytest.raises(ValueError, match=r"^light = ") as caught:
         load_scene(saved(glb, tmp_path), light=light)
     assert "\n" not in str(caught.value)
+    # Said once, whether quoted or not.
+    assert not light or str(caught.value).count(light) == 1
 
 
 def test_an_unknown_option_names_the_nearest() -> None:
