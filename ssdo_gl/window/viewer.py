@@ -227,8 +227,10 @@ class Viewer(Canvas):
         self._pass_time(controls, seconds)
         if min(size) < 1:
             return False
-        self._notice_changes(seconds, size)
+        sets_out = self._notice_changes(seconds, size)
         self.can_be_given_up = self.is_resting
+        if sets_out and self._follow(size):
+            return True
         progress = progress if self.is_resting or self.frame_ms > SLOW_MS else None
         self._fit_sides()
         drew = False
@@ -270,10 +272,14 @@ class Viewer(Canvas):
             near = clearance(self.device.gl, self.left.image.drawing)
         self.fly(controls, seconds, near)
 
-    def _notice_changes(self, seconds: float, size: tuple[int, int]) -> None:
+    def _notice_changes(self, seconds: float, size: tuple[int, int]) -> bool:
+        """Note how long nothing has moved; return whether the camera alone begins to."""
         # Settings are looked at as they will be: at full size, once somebody has let go.
         state = (self.view.method, self.view.aov, size, self.clock.seconds)
         camera = self.camera
-        moved = camera != self._last_camera or self.clock.is_running or state != self._last_state
+        turns, changed = camera != self._last_camera, state != self._last_state
+        moved = turns or self.clock.is_running or changed
+        sets_out = self.can_be_given_up and turns and not (self.clock.is_running or changed)
         self._still_s = 0.0 if moved else self._still_s + seconds
         self._last_camera, self._last_state = camera, state
+        return sets_out

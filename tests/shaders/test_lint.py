@@ -38,7 +38,7 @@ MAY_DISCARD = {"passes/gbuffer.frag", "effects/shadow_map.frag", "effects/back_f
 RASTERIZED = {
     *("passes/gbuffer.frag", "passes/copy.frag", "effects/shadow_map.frag"),
     *("effects/back_faces.frag", "window/panel.frag", "window/present.frag"),
-    "window/error_colors.frag",
+    *("window/error_colors.frag", "window/follow.frag"),
 }
 
 PROJECTIONS = [

@@ -21,7 +21,7 @@ from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import AOVS, Settings
 from ssdo_gl.window import scene_flight
 from ssdo_gl.window.actions import perform
-from ssdo_gl.window.camera.controls import Controls
+from ssdo_gl.window.camera import Controls, jump_to
 from ssdo_gl.window.film.export import FilmExport
 from ssdo_gl.window.input.bindings import Action, Command
 from ssdo_gl.window.opening import opened
@@ -88,11 +88,11 @@ def viewer(make_viewer) -> Viewer:
     return make_viewer()
 
 
-def settle(viewer: Viewer, limit: int = 300) -> int:
+def settle(viewer: Viewer, limit: int = 300, size: tuple[int, int] = SIZE) -> int:
     """Let frames pass until nothing is left to do; return how many it took."""
     for count in range(limit):
         # The first frame notices what has changed, as the one after an event does.
-        viewer.frame(Controls(), FRAME_S, SIZE)
+        viewer.frame(Controls(), FRAME_S, size)
         if not viewer.is_busy:
             return count
     raise AssertionError("the picture does not come to rest")
@@ -697,18 +697,43 @@ def test_budget_lowers_what_moves_and_rest_restores_it(gl, make_viewer) -> None:
     assert np.array_equal(viewer.presenter.pixels(), still)
 
 
-def test_the_first_frame_of_a_motion_is_the_quickest(gl, make_viewer) -> None:
+def test_a_motion_begins_with_the_last_picture_as_the_camera_sees_it_now(gl, make_viewer) -> None:
+    settings = dataclasses.replace(SETTINGS, method="direct")
+    viewer = make_viewer(settings=settings)
+    viewer.budget_ms, viewer.stretches = 1e-3, True
+    size = 2 * SIZE[0], 2 * SIZE[1]
+    settle(viewer, size=size)
+    before, drawing = viewer.presenter.pixels(), viewer.left.image.drawing
+    # Along a circle: near things pass before far ones.
+    viewer.frame(Controls(orbit=(0.15, 0.05)), FRAME_S, size)
+    assert viewer.left.image.drawing is drawing
+    followed = viewer.presenter.pixels()
+    seen = make_viewer(settings=settings)
+    seen.flight = jump_to(seen.flight, viewer.camera)
+    settle(seen, size=size)
+
+    def error(pixels: np.ndarray) -> float:
+        truth = seen.presenter.pixels().reshape(SIZE[1], 2, SIZE[0], 2, 3).mean(axis=(1, 3))
+        return float(np.abs(pixels.astype(float) - truth).mean())
+
+    assert followed.shape == (SIZE[1], SIZE[0], 3)
+    least = error(before[::2, ::2])
+    assert least > 5.0
+    assert error(followed) < 0.4 * least
+    viewer.frame(Controls(), FRAME_S, size)
+    assert viewer.left.image.drawing is not drawing
+
+
+def test_what_is_no_one_picture_with_an_eye_is_drawn_at_once(gl, make_viewer) -> None:
     viewer = make_viewer()
-    viewer.budget_ms = 1e-3
-    settle(viewer)
-    viewer.left.governor.observe = lambda frame_ms: pytest.fail("is no measure of the others")
-    sizes = []
-    for _ in range(2):
-        viewer.frame(FORWARD, FRAME_S, SIZE)
-        sizes.append(viewer.left.image.drawing.view.size)
-        viewer.left.governor.observe = lambda frame_ms: 0
-    pixels = [width * height for width, height in sizes]
-    assert pixels[0] <= 0.6 * pixels[1]
+    viewer.budget_ms, viewer.stretches = 1e-3, True
+    for command in (Command.PROJECT, Command.SPLIT):
+        ask(viewer, command)
+        settle(viewer)
+        drawing = viewer.left.image.drawing
+        viewer.frame(Controls(turn=(0.3, 0.1)), FRAME_S, SIZE)
+        assert viewer.left.image.drawing is not drawing
+        ask(viewer, command)
 
 
 def test_governor_that_cannot_decide_does_not_keep_the_picture_coarse(gl, make_viewer) -> None:

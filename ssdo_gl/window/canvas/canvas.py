@@ -29,6 +29,8 @@ from ssdo_gl.window.views import View, image_of, is_averaged, kind_of_image, set
 
 # A frame of a 30 Hz display.
 DEFAULT_BUDGET_MS = 33.0
+# Of the last picture as a camera that begins to move sees it, relative to the window.
+FOLLOW_SCALE = 0.5
 # What of a budget is left for drawing, at least, however long it takes to show a picture.
 LEAST_SHARE = 0.4
 
@@ -241,6 +243,17 @@ class Canvas(SceneFlight, Chosen):
         width, height = left.image.drawing.view.size
         return min(width, size[0]), min(height, size[1])
 
+    def _follow(self, size: tuple[int, int]) -> bool:
+        """Answer a camera that begins to move by the last picture, where frames take longer.
+
+        Whoever looks around waits for the first picture, and sees it for one frame.
+        """
+        left = self.left
+        if left is None or not left.is_governed or left.level.frame_scale == 1.0:
+            return False
+        width, height = (max(1, round(FOLLOW_SCALE * n)) for n in size)
+        return self.presenter.follow(self.camera, (width, height))
+
     def _present(self, size: tuple[int, int]) -> None:
         left, right = self._sides[0], self.right
         exposure = self.settings.exposure
@@ -254,6 +267,8 @@ class Canvas(SceneFlight, Chosen):
             exposure=self.scene.camera.exposure if exposure is None else exposure,
             curve=str(self.settings.overrides.get("tone_map.curve", "plain")),
         )
+        is_one = self.stretches and right is None
+        self.presenter.remember(left.image.drawing if is_one else None, self.camera)
 
     def release(self) -> None:
         """Free everything on the device."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +13,9 @@ from ssdo_gl.gpu.shader import FULLSCREEN, Program, ShaderLibrary
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.images.display import ColorMapping
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.render_result import Plane
-from ssdo_gl.window.live import LiveImage
+from ssdo_gl.render_result import Drawing, Plane
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.window.live import KeptPlanes, LiveImage
 from ssdo_gl.window.views import View
 
 # Width of the divider's line, pixels of the framebuffer.
@@ -52,6 +55,8 @@ class Presenter:
         self._gl = device.gl
         self._shaders = shaders
         self._constants: dict[float, moderngl.Texture] = {}
+        self._seen = KeptPlanes(device)
+        self._ready_for: object = None
 
     def draw(
         self,
@@ -109,6 +114,57 @@ class Presenter:
         program.set({}, {"t_image": self._texture})
         self._fill(program, target, size, None)
 
+    def remember(self, drawing: Drawing | None, camera: Camera) -> None:
+        """Keep the depth of what the picture shows to `camera`, for `follow`; None: nothing."""
+        if drawing is None or drawing.view.is_orthographic:
+            self._seen.release()
+            return
+        planes = {"depth": drawing.planes["depth"]}
+        self._seen.keep(dataclasses.replace(drawing, planes=planes))
+        assert self.picture is not None
+        sizes = self.picture.size, drawing.view.size
+        if sizes != self._ready_for:
+            # Its first pixel takes a driver a tenth of a second, which nobody waits for now.
+            self._ready_for = sizes
+            for item in self._followed(camera, (1, 1)):
+                item.release()
+
+    def follow(self, camera: Camera, size: tuple[int, int]) -> bool:
+        """Make the picture, once, one that `camera` might see; return whether that is possible.
+
+        It is some milliseconds' work. What comes into view is made of what is beside it.
+        """
+        if self._seen.drawing is None or camera.height is not None:
+            return False
+        picture, texture = self._followed(camera, size)
+        self._free_picture()
+        self._texture, self.picture = texture, picture
+        self.draw_count += 1
+        self._seen.release()
+        return True
+
+    def _followed(
+        self, camera: Camera, size: tuple[int, int]
+    ) -> tuple[moderngl.Framebuffer, moderngl.Texture]:
+        assert self._seen.drawing is not None and self._texture is not None
+        view = self._seen.drawing.view
+        texture = self._made(size)
+        picture = make_framebuffer(self._gl, [texture])
+        program = self._shaders.program(FULLSCREEN, "window/follow.frag", {}, view.choices)
+        program.set(
+            {
+                **view.uniforms(),
+                # The picture is of all places in a pixel.
+                "u_jitter_ndc": (0.0, 0.0),
+                "u_seen_from_now": view.view_from_world @ camera.view_from_world_rotation().T,
+                "u_camera_seen_vs": view.view_from_world @ (camera.position - view.position_ws),
+                "u_tan_half_fov_now": camera.tan_half_fov(size[0] / size[1]),
+            },
+            {"t_picture": self._texture, "t_z_vs": self._z_vs(self._seen.drawing)},
+        )
+        self._fill(program, picture, size, None)
+        return picture, texture
+
     def show(self, pixels: NDArray[np.uint8]) -> None:
         """Take a picture made elsewhere, in the form of `pixels`."""
         height, width = pixels.shape[:2]
@@ -130,6 +186,7 @@ class Presenter:
     def release(self) -> None:
         """Free every device object."""
         self._free_picture()
+        self._seen.release()
         for texture in self._constants.values():
             texture.release()
         self._constants.clear()
@@ -138,9 +195,13 @@ class Presenter:
         if self.picture is not None and self.picture.size == size:
             return
         self._free_picture()
-        self._texture = make_texture(self._gl, size, 4, "nu1")
-        self._texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        self._texture = self._made(size)
         self.picture = make_framebuffer(self._gl, [self._texture])
+
+    def _made(self, size: tuple[int, int]) -> moderngl.Texture:
+        texture = make_texture(self._gl, size, 4, "nu1")
+        texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        return texture
 
     def _free_picture(self) -> None:
         for item in (self.picture, self._texture):
@@ -174,7 +235,7 @@ class Presenter:
                 "u_scene_high_rel_ws": bounds[1] - view.position_ws,
                 "u_near_far": (view.near, view.far),
             },
-            {"t_image": texture, "t_z_vs": self._z_vs(image)},
+            {"t_image": texture, "t_z_vs": self._z_vs(image.drawing)},
         )
         self._fill(program, self.picture, self.picture.size, region)
 
@@ -193,7 +254,7 @@ class Presenter:
                 "u_exposure_scale": 2.0**exposure,
                 "u_range": view.error_range,
             },
-            {"t_image": texture, "t_other": other_texture, "t_z_vs": self._z_vs(left)},
+            {"t_image": texture, "t_other": other_texture, "t_z_vs": self._z_vs(left.drawing)},
         )
         self._fill(program, self.picture, self.picture.size, None)
 
@@ -208,9 +269,9 @@ class Presenter:
         return plane, self._constants[value]
 
     @staticmethod
-    def _z_vs(image: LiveImage) -> moderngl.Texture:
-        assert image.drawing is not None
-        texture = image.drawing.planes["depth"].texture
+    def _z_vs(drawing: Drawing | None) -> moderngl.Texture:
+        assert drawing is not None
+        texture = drawing.planes["depth"].texture
         assert texture is not None, "the G-buffer always has depth"
         return texture
 

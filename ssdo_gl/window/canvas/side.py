@@ -25,9 +25,6 @@ from ssdo_gl.window.views import is_averaged
 CALIBRATION_FRAMES = 24
 # Frames at full quality whose median tells what one takes.
 FULL_FRAMES = 9
-# The first frame of a motion, where frames are smaller than the window: half the pixels of
-# those that follow. One waits for it, and looks at it for one frame.
-FIRST_SCALE = 0.7
 
 
 class Side:
@@ -64,7 +61,7 @@ class Side:
         self.image = LiveImage(renderer, device, shaders)
         self.is_governed = True
         self._kind = ColorMapping.DISPLAY
-        self._is_full = self._was_resting = False
+        self._is_full = False
         self._full_times: deque[float] = deque(maxlen=FULL_FRAMES)
         self._measured = measured
         self._last_settings = settings
@@ -147,12 +144,10 @@ class Side:
         full = not self.is_governed or (is_resting and not calibrates)
         self._is_full = full
         level = self._levels[0 if full else self.governor.level]
-        begins = self._was_resting and not is_resting and level.frame_scale < 1.0
-        scale = level.frame_scale * (FIRST_SCALE if begins else 1.0)
+        scale = level.frame_scale
         pixels = max(1, round(size[0] * scale)), max(1, round(size[1] * scale))
         quality = dataclasses.replace(level.applied(settings), size=pixels)
         request = FrameRequest(image, kind, camera, quality, seconds, extra)
-        self._was_resting = is_resting
         drew = self.image.update(request, time_passes=time_passes, progress=progress)
         if calibrates and is_resting and not drew:
             # All frames that this level is good for were not enough to be sure of it.
@@ -161,7 +156,6 @@ class Side:
             self._full_times.append(self.image.drawing.frame_ms)
         # At rest the times are those of level 0, and of more samples than in motion.
         tells = (not full or self.governor.level == 0) and self.image.last_samples == 1
-        tells &= not begins
         if drew and self.is_governed and tells:
             assert self.image.drawing is not None
             self.governor.observe(self.image.drawing.frame_ms)
