@@ -19,7 +19,7 @@ class Emission(Effect):
     terms = (Term("emission", "emission", "radiance"),)
 
     def need(self, request: Request) -> Decision:
-        """Run where any surface emits."""
+        """Run where any surface emits. Without, a frame of `corner` takes .94 of the time."""
         return request.decision(
             "emission",
             "surfaces emit",
