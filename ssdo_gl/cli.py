@@ -365,11 +365,7 @@ def _snapshot(
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return its exit code (0, 2, 3, 4, or 130 after Ctrl-C)."""
     with steadfast_output() as out:
-        return exit_code(_main(arguments), out)
-
-
-def _main(arguments: Sequence[str] | None) -> int:
-    return _reported(partial(run, arguments))
+        return exit_code(_reported(partial(run, arguments)), out)
 
 
 def _reported(work: Callable[[], int]) -> int:

@@ -205,16 +205,11 @@ class DirectionalPass(RenderPass):
         )
 
 
-def _corrects_exact_light(request: Request) -> bool:
-    return not ESTIMATORS[estimator_of(request, "directional")].sums_open_light
-
-
 def _reason_for_lights_only(request: Request) -> str | None:
     """Return why no other directions than those to lights are looked in, or None."""
     looks = request.content.environment != "none" or request.runs("far_field")
-    if looks or "visibility" in request.wanted:
-        return None
-    if not _corrects_exact_light(request):
+    sums_open_light = ESTIMATORS[estimator_of(request, "directional")].sums_open_light
+    if looks or sums_open_light or "visibility" in request.wanted:
         return None
     return "light comes from lights only, so no other direction is looked in"
 

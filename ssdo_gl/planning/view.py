@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from ssdo_gl.math3d import FloatArray, IntArray, Region
-from ssdo_gl.planning.bodies import Bodies, BoolArray
+from ssdo_gl.planning.bodies import Bodies
 
 # Bodies outside the frame by less than this count as seen: jitter moves a sample by half
 # a pixel, and rounding by far less.
@@ -86,7 +86,14 @@ def view_facts(bodies: Bodies, eye: Eye) -> ViewFacts:
 
 def seen_bodies(bodies: Bodies, eye: Eye) -> IntArray:
     """Return the numbers of the bodies whose boxes reach into the frame."""
-    return np.flatnonzero(_in_frame(bodies, eye))
+    wider = [1.0 + 2.0 * FRAME_MARGIN_PX / n for n in eye.size]
+    x, y = (half * factor for half, factor in zip(eye.tan_half_fov, wider, strict=True))
+    u, v = (half * factor for half, factor in zip(eye.half_frame, wider, strict=True))
+    # Inward normals of the frame's sides, and of the plane through the eye.
+    sides = np.array([[1, 0, -x], [-1, 0, -x], [0, 1, -y], [0, -1, -y], [0, 0, -1]])
+    planes = sides @ eye.view_from_world
+    height = (bodies.center - eye.position_ws) @ planes.T + np.array([u, u, v, v, 0.0])
+    return np.flatnonzero((height + bodies.reach_along(planes) >= 0.0).all(axis=1))
 
 
 def _is_box_from_outside(bodies: Bodies, body: int, eye: Eye) -> bool:
@@ -122,14 +129,3 @@ def region_of(bodies: Bodies, chosen: IntArray, eye: Eye) -> Region | None:
     first = np.clip(np.floor(low), 0, size).astype(int)
     end = np.clip(np.ceil(high), first, size).astype(int)
     return int(first[0]), int(first[1]), int(end[0] - first[0]), int(end[1] - first[1])
-
-
-def _in_frame(bodies: Bodies, eye: Eye) -> BoolArray:
-    wider = [1.0 + 2.0 * FRAME_MARGIN_PX / n for n in eye.size]
-    x, y = (half * factor for half, factor in zip(eye.tan_half_fov, wider, strict=True))
-    u, v = (half * factor for half, factor in zip(eye.half_frame, wider, strict=True))
-    # Inward normals of the frame's sides, and of the plane through the eye.
-    sides = np.array([[1, 0, -x], [-1, 0, -x], [0, 1, -y], [0, -1, -y], [0, 0, -1]])
-    planes = sides @ eye.view_from_world
-    height = (bodies.center - eye.position_ws) @ planes.T + np.array([u, u, v, v, 0.0])
-    return np.asarray((height + bodies.reach_along(planes) >= 0.0).all(axis=1))

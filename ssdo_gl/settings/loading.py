@@ -124,6 +124,10 @@ class LoadOptions:
     def checked(self) -> LoadOptions:
         """Return self after checking every field, or raise SettingError."""
         check(self)
+        if self.no_default_light and self.replaces_light:
+            raise SettingError(
+                f"no_default_light belongs to light auto: {shown(self.light)} replaces all light"
+            )
         suffix = PurePath(self.light).suffix.lower()
         if self.map_path is not None and suffix not in MAP_SUFFIXES:
             hint = suggestion(self.light, LIGHTS, lists=False)

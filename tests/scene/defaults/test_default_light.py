@@ -76,6 +76,8 @@ def test_a_sun_keeps_its_place_and_gets_a_dim_grey_sky(glb: GlbWriter, tmp_path:
     assert 0.01 < sky.zenith[0] < 0.2
     for choice in ({"no_default_light": True}, {"light": "file"}):
         assert load_scene(path, **choice).environment is None
+    with pytest.raises(SettingError, match="no_default_light belongs to light auto: 'studio'"):
+        load_scene(path, no_default_light=True, light="studio")
 
 
 @pytest.mark.parametrize("strength", [1e-6, 1e6])
