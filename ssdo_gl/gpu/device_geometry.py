@@ -25,7 +25,7 @@ from ssdo_gl.gpu.draw_group import (
     features_of,
     grouped,
 )
-from ssdo_gl.gpu.instances import Batch, Boxes, CameraPose, Instances, Viewpoint, gather
+from ssdo_gl.gpu.instances import Batch, Boxes, CameraPose, Instances, Viewpoint, Visible, gather
 from ssdo_gl.gpu.material_textures import MaterialTextures
 from ssdo_gl.gpu.shader import Program
 from ssdo_gl.gpu.vertices import VertexStreams, vertex_streams
@@ -100,6 +100,7 @@ class Geometry:
         *,
         solids_only: bool = False,
         hide_backs: bool = False,
+        emitting: bool | None = None,
         skip_light: int | None = None,
     ) -> None:
         """Draw what lies inside the clip volume into the bound framebuffer.
@@ -124,21 +125,19 @@ class Geometry:
         hide_backs : bool
             Leave out back faces of solids that the eye is outside of: their fronts hide
             them. Face culling must not be in use otherwise.
+        emitting : bool or None
+            Draw only what emits, or only what does not.
         skip_light : int or None
             Leave out the visible body of this light (an index into Scene.lights).
         """
         programs: dict[int, Program] = {}
         common = {**uniforms, "u_clip_from_view": clip_from_view}
-        is_reflection, visible = self._once(
-            (_key(viewpoint), clip_from_view.tobytes(), skip_light),
-            lambda: (
-                math3d.is_reflection(viewpoint.view_from_world),
-                self._instances.visible(self._boxes(viewpoint), clip_from_view, skip_light),
-            ),
-        )
+        is_reflection, visible = self._visible(viewpoint, clip_from_view, skip_light)
         for (batch, features), shown in zip(self._batches, visible, strict=True):
             group = self._groups[batch.group]
             if len(shown.attributes) == 0 or (solids_only and not group.is_solid):
+                continue
+            if emitting not in (None, features.emits):
                 continue
             program = programs.get(id(features))
             if program is None:
@@ -158,6 +157,18 @@ class Geometry:
             else:
                 self._render(group, program, shown.attributes)
         self._gl.front_face = "ccw"
+
+    def _visible(
+        self, viewpoint: Viewpoint, clip_from_view: FloatArray, skip_light: int | None
+    ) -> tuple[bool, list[Visible]]:
+        """Return whether the view is a mirror image, and what shows of each batch."""
+        return self._once(
+            (_key(viewpoint), clip_from_view.tobytes(), skip_light),
+            lambda: (
+                math3d.is_reflection(viewpoint.view_from_world),
+                self._instances.visible(self._boxes(viewpoint), clip_from_view, skip_light),
+            ),
+        )
 
     def bounds_along(self, axes: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return corners (low, high) of all instances in a rotated world frame.
@@ -248,7 +259,9 @@ class Geometry:
 
     def _with_features(self, batch: Batch) -> tuple[Batch, Features]:
         features = self._groups[batch.group].features
-        return batch, replace(features, instance_materials=batch.material is None)
+        return batch, replace(
+            features, instance_materials=batch.material is None, emits=batch.emits
+        )
 
     def _render(
         self,

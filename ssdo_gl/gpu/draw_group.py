@@ -58,6 +58,9 @@ class Features:
 
     Attributes
     ----------
+    emits : bool
+        Whether any of them shows something where no light falls; known of batches, not of
+        groups.
     images, second_uvs : frozenset of str
         Of `IMAGE_NAMES`: those that there are, and those of them that take the mesh's
         second texture coordinates.
@@ -70,6 +73,7 @@ class Features:
     instance_materials: bool = False
     single_sided: bool = False
     glossy: bool = False
+    emits: bool = False
     images: frozenset[str] = frozenset()
     second_uvs: frozenset[str] = frozenset()
 
@@ -167,6 +171,12 @@ def material_uniforms(row: NDArray[np.float32]) -> Mapping[str, object]:
         "u_gloss": tuple(values[10:14]),
         "u_dielectric": tuple(values[14:18]),
     }
+
+
+def emitting(rows: NDArray[np.float32]) -> bool:
+    """Return whether a `material_row` of these shows anything where no light falls."""
+    # The second: what is unlit, whose colour passes/gbuffer.frag puts out as emission.
+    return bool(np.any(rows[:, 4:7] > 0.0) or np.any(rows[:, 8] > 1.5))
 
 
 def material_row(material: Material, counts_as_sender: bool) -> FloatArray:

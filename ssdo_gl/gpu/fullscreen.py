@@ -7,6 +7,7 @@ from typing import Any
 
 import moderngl
 
+from ssdo_gl.gpu.color_mask import last_kept
 from ssdo_gl.gpu.shader import Program
 from ssdo_gl.gpu.slices import bands
 from ssdo_gl.math3d import Region
@@ -47,10 +48,10 @@ def draw_fullscreen(
         that the shader uses was never given a value, or a sampler is not given one now.
     """
     whole = (0, 0, *target.size)
-    masks = target.color_mask if keeps_last else None
-    if masks is not None:
-        assert isinstance(masks[0], tuple)
-        target.color_mask = (*masks[:-1], (False,) * 4)
+    if keeps_last:
+        with last_kept(target):
+            draw_fullscreen(gl, program, target, uniforms, textures, region=region, adds=adds)
+        return
     parts = (region or whole,) if gl.extra is None else bands(gl, program, region or whole)
     for band in parts:
         if program.compute is not None:
@@ -74,8 +75,6 @@ def draw_fullscreen(
         program.empty_vertex_array().render(moderngl.TRIANGLES, vertices=3)
     if region is not None or gl.extra is not None:
         target.scissor = whole
-    if masks is not None:
-        target.color_mask = masks
     if adds or program.compute is not None:
         gl.enable_only(moderngl.NOTHING)
 

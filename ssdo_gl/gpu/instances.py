@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl import math3d
-from ssdo_gl.gpu.draw_group import INSTANCE_FLOATS, material_row, material_uniforms
+from ssdo_gl.gpu.draw_group import INSTANCE_FLOATS, emitting, material_row, material_uniforms
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.geometry import are_mirrored
 from ssdo_gl.scene.scene import Scene
@@ -50,13 +50,15 @@ class CameraPose:
 class Batch:
     """Consecutive instances of one draw group that are all mirrored, or none.
 
-    `material` are the uniforms of the row that all of them share, or None if they differ.
+    `material` are the uniforms of the row that all of them share, or None if they differ;
+    `emits` is whether any of them does.
     """
 
     group: int
     is_mirrored: bool
     start: int
     material: Mapping[str, object] | None
+    emits: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,8 +216,8 @@ def gather(
     keys, starts = np.unique(2 * owner[order] + is_mirrored[order], return_index=True)
     rows = np.concatenate(materials)[order].astype(np.float32)
     batches = [
-        Batch(int(key) // 2, bool(key % 2), int(start), _common_material(rows[start:end]))
-        for key, start, end in zip(keys, starts, [*starts[1:], len(rows)], strict=True)
+        Batch(int(key) // 2, bool(key % 2), int(start), _common_material(own), emitting(own))
+        for key, start, own in zip(keys, starts, np.split(rows, starts[1:]), strict=True)
     ]
     return Instances(
         place[order],

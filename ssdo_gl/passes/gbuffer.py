@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import moderngl
 
+from ssdo_gl.gpu.color_mask import last_kept
 from ssdo_gl.gpu.draw_group import Features
 from ssdo_gl.gpu.shader import Program
 from ssdo_gl.graph.frame import Frame
@@ -54,10 +55,11 @@ class GBufferPass(RenderPass):
         "z_vs": TextureSpec(1, "f4"),
         "normals_vs": TextureSpec(4, "nu2"),
         "albedo": TextureSpec(4, "nu2"),
-        "emission": TextureSpec(4, "f4"),
         "lift_vs": TextureSpec(1, "f4"),
         "gloss": TextureSpec(4, "nu2"),
         "finish": TextureSpec(2, "nu2"),
+        # The last, so that draws can leave it out.
+        "emission": TextureSpec(4, "f4"),
     }
     needs_depth: ClassVar[bool] = True
 
@@ -86,9 +88,25 @@ class GBufferPass(RenderPass):
 
         def program_of(features: Features) -> Program:
             defines = {**features.defines, **self._defines, **view.depth_defines()}
+            if not features.emits:
+                defines["EMISSION_LOCATION"] = 0
             return context.shaders.program("passes/gbuffer.vert", "passes/gbuffer.frag", defines)
 
+        def draw(emitting: bool | None = None) -> None:
+            context.geometry.draw(
+                view,
+                view.clip_from_view,
+                program_of,
+                uniforms(context.frame),
+                hide_backs=True,
+                emitting=emitting,
+            )
+
         context.gl.enable_only(moderngl.DEPTH_TEST)
-        context.geometry.draw(
-            view, view.clip_from_view, program_of, uniforms(context.frame), hide_backs=True
-        )
+        if "emission" not in self.writes:
+            draw()
+            return
+        # What emits comes last: the others leave the widest target as it was cleared.
+        with last_kept(context.gl.fbo):
+            draw(emitting=False)
+        draw(emitting=True)

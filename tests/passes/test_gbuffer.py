@@ -197,6 +197,34 @@ def nearest(rays, triangles):
     return distance, index, weights
 
 
+def test_what_hides_a_lamp_hides_its_emission(gl, shaders):
+    """Emission is written by lamps alone, whichever of a lamp and a card is nearer."""
+    card = quad((-0.5, -0.5, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    materials = Material(), Material(emission=(4.0, 5.0, 6.0)), Material(is_unlit=True)
+    colour = materials[2].albedo
+    # Horizontal place, material, depth and what is put out there.
+    cards = [
+        (-2.0, 0, 4.0, (0, 0, 0)),
+        (-2.0, 1, 5.0, (4, 5, 6)),
+        (0.0, 1, 6.0, (4, 5, 6)),
+        (0.6, 0, 7.0, (0, 0, 0)),
+        (1.4, 2, 3.0, colour),
+        (1.6, 0, 4.5, (0, 0, 0)),
+    ]
+    objects = [
+        SceneObject(0, material, math3d.translation([x, 0.0, -z])[None])
+        for x, material, z, _ in cards
+    ]
+    _, images = draw(gl, shaders, make_scene([card], materials=materials, objects=objects))
+    z = images["z_vs"][..., 0]
+    for *_, depth, emission in cards:
+        shown = np.abs(z - depth) < 1e-5
+        assert np.count_nonzero(shown) > 3
+        found = images["emission"][shown][:, :3]
+        np.testing.assert_allclose(found - np.array(emission), 0.0, atol=1e-7)
+    assert not np.any(images["emission"][z == 0.0])
+
+
 def test_instances_share_a_mesh_but_not_place_and_material(gl, shaders):
     card = quad((-0.5, -0.5, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     left, right = math3d.translation([-1.0, 0.0, -4.0]), math3d.translation([1.0, 0.0, -3.0])
