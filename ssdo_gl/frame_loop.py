@@ -173,6 +173,7 @@ class FrameLoop:
         """Bring scene and geometry to their state at `seconds`, and plan a frame of it."""
         self._activate()
         names = self._checked_images(wanted)
+        check_camera(camera)
         if not math.isfinite(seconds):
             raise SettingError(f"seconds = {seconds!r}: expected a finite number")
         self._follow(self._scene_at(seconds))
@@ -342,6 +343,20 @@ def checked_images(wanted: Iterable[str], frames: int = 1) -> tuple[str, ...]:
         if name not in known:
             raise SettingError(f"image {shown(name)}: choose of {', '.join(known)}")
     return names
+
+
+def images_of(aov: str | Iterable[str]) -> tuple[str, ...]:
+    """Return the images that a caller names: one, several or ``all``; raises SettingError."""
+    names = image_names() if aov == "all" else (aov,) if isinstance(aov, str) else tuple(aov)
+    if not names:
+        raise SettingError("aov: name at least one image")
+    return checked_images(names)
+
+
+def check_camera(camera: Camera | None, name: str = "camera") -> None:
+    """Raise SettingError unless `camera` is one; None stands for the scene's."""
+    if not isinstance(camera, Camera | None):
+        raise SettingError(f"{name}: expected a Camera, got {shown(camera)}")
 
 
 def middle_index(count: int) -> int:

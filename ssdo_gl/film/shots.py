@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from numbers import Integral, Real
 
 from ssdo_gl.film.camera_path import CameraPath
 from ssdo_gl.scene.camera import Camera
@@ -67,12 +68,18 @@ class Shots:
     frames: tuple[int, int, int] | None = None
 
     def __post_init__(self) -> None:
-        if not 0.0 < self.fps < math.inf:
+        numbers = {"fps": self.fps, "turntable": self.turntable or 0.0, "time": self.start_s}
+        for name, number in numbers.items():
+            if not isinstance(number, Real) or not math.isfinite(number):
+                raise SettingError(f"{name} = {shown(number)}: expected a finite number")
+        if self.fps <= 0.0:
             raise SettingError(f"fps = {self.fps!r}: expected a number above 0")
         if self.path is not None and self.turntable is not None:
             raise SettingError("path and turntable: give one of them")
         if self.frames is not None:
             first, end, length = self.frames
+            if not all(isinstance(number, Integral) for number in self.frames):
+                raise SettingError(f"frames = {shown(self.frames)}: expected whole numbers")
             if not 0 <= first < end <= length <= MAX_FRAMES:
                 raise SettingError(
                     f"frames = {self.frames!r}: expected first < end <= length, from 0"

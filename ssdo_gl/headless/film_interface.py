@@ -7,15 +7,18 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from ssdo_gl.farm.scheduler import check_scheduler
 from ssdo_gl.film.bookmarks import load_path
 from ssdo_gl.film.camera_path import CameraPath
 from ssdo_gl.film.shots import Shots
+from ssdo_gl.frame_loop import check_camera, images_of
 from ssdo_gl.headless.film import make_film
 from ssdo_gl.headless.film_frames import FilmRequest, rendered_frames, shows_pictures
 from ssdo_gl.images.surface_arrays import Image
 from ssdo_gl.renderer import Renderer, scene_and_settings
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
+from ssdo_gl.settings.fields import SettingError, shown
 from ssdo_gl.settings.film_options import FRAMES_PER_SECOND
 from ssdo_gl.settings.resolve import for_pictures
 
@@ -72,7 +75,7 @@ def film_frames(
     camera : Camera, optional
         Replaces the scene's camera.
     aov : str or iterable of str
-        Images to make (`ssdo_gl.settings.AOVS`, or ``display``).
+        Images to make (`ssdo_gl.settings.AOVS`, or ``display``), or ``all``.
     **settings
         Fields of `Settings` and `LoadOptions`, as for `ssdo_gl.render`.
 
@@ -81,8 +84,9 @@ def film_frames(
     SceneError, SettingError, ContextError
     """
     shots = _shots(path, turntable, fps, frames, time)
+    check_camera(camera)
+    names = images_of(aov)
     scene, chosen = scene_and_settings(source, settings)
-    names = (aov,) if isinstance(aov, str) else tuple(aov)
     with Renderer(scene, chosen, backend=backend) as renderer:
         for shot, result in rendered_frames(renderer, shots, names, camera):
             yield FilmFrame(shot.index, shot.seconds, shot.camera, result.images)
@@ -132,6 +136,10 @@ def render_film(
     2
     """
     shots = _shots(path, turntable, fps, frames, time)
+    check_camera(camera)
+    names = images_of(aov)
+    if scheduler is not None:
+        check_scheduler(scheduler)
     out = Path(out)
     scene, chosen = scene_and_settings(source, settings)
     return make_film(
@@ -140,7 +148,7 @@ def render_film(
             settings=for_pictures(chosen, scene) if shows_pictures(out) else chosen,
             out=out,
             shots=shots,
-            wanted=(aov,) if isinstance(aov, str) else tuple(aov),
+            wanted=names,
             camera=camera,
             backend=backend,
             resume=resume,
@@ -159,5 +167,9 @@ def _shots(
 ) -> Shots:
     if path is not None and not isinstance(path, CameraPath):
         path = load_path(Path(path))
-    whole = None if frames is None else (frames[0], frames[1], frames[-1])
-    return Shots(path, turntable, fps, time, whole)
+    if frames is None:
+        return Shots(path, turntable, fps, time)
+    # A range has numbers of its own at these places.
+    if not isinstance(frames, tuple | list) or not 2 <= len(frames) <= 3:
+        raise SettingError(f"frames = {shown(frames)}: expected (first, end) or a LENGTH besides")
+    return Shots(path, turntable, fps, time, (frames[0], frames[1], frames[-1]))

@@ -6,8 +6,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from ssdo_gl.effects.registry import image_names
-from ssdo_gl.frame_loop import checked_images
+from ssdo_gl.frame_loop import check_camera, images_of
 from ssdo_gl.render_result import RenderResult
 from ssdo_gl.renderer import Renderer, scene_and_settings
 from ssdo_gl.scene.camera import Camera
@@ -61,12 +60,10 @@ def render_views(
     """
     cameras = tuple(cameras)
     for index, camera in enumerate(cameras):
-        if not isinstance(camera, Camera):
-            raise SettingError(
-                f"cameras[{index}]: expected a Camera, got a {type(camera).__name__}"
-            )
-    names = image_names() if aov == "all" else (aov,) if isinstance(aov, str) else tuple(aov)
-    checked_images(names)
+        if camera is None:
+            raise SettingError(f"cameras[{index}]: expected a Camera, got None")
+        check_camera(camera, f"cameras[{index}]")
+    names = images_of(aov)
     scene, chosen = scene_and_settings(source, settings)
     return _views(scene, chosen, cameras, names, seconds, backend)
 

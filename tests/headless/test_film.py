@@ -273,3 +273,22 @@ def test_frames_from_python() -> None:
     with Renderer(scene, Settings(size=(32, 18))) as renderer:
         depth = renderer.render(["depth"], camera=frames[1].camera).images["depth"]
     assert np.array_equal(frames[1].images["depth"], depth)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"frames": range(2)}, r"frames = range\(0, 2\): expected \(first, end\)"),
+        ({"frames": (1,)}, r"frames = \(1,\): expected"),
+        ({"camera": 5}, "camera: expected a Camera, got 5"),
+        ({"aov": []}, "aov: name at least one image"),
+        ({"aov": "nothing"}, "image 'nothing': choose of"),
+        ({"scheduler": "box"}, "'box': expected local"),
+    ],
+)
+def test_what_makes_no_film_is_refused_in_python(
+    tmp_path: Path, given: dict[str, Any], said: str
+) -> None:
+    with pytest.raises(ValueError, match=said):
+        ssdo_gl.render_film("corner", tmp_path / "film", **{"frames": (0, 2), **given})
+    assert list(tmp_path.iterdir()) == []
