@@ -8,7 +8,13 @@ import pytest
 from ssdo_gl import math3d
 from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.passes.light_rows import light_rows
-from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
+from ssdo_gl.scene.lights import (
+    DirectionalLight,
+    PointLight,
+    RectangleLight,
+    SpotLight,
+    kind_number,
+)
 from ssdo_gl.scene.shadow_frames import shadow_frames
 
 OFFSET = np.array([1e6, -2e6, 3e6])
@@ -34,7 +40,8 @@ def rows(view):
 
 def test_kinds_shadows_and_powers(rows):
     assert rows.shape == (4, 9, 4)
-    np.testing.assert_array_equal(rows[:, 0, 0], [0, 1, 2, 3])
+    np.testing.assert_array_equal(rows[:, 0, 0], [kind_number(light) for light in LIGHTS])
+    assert len(set(rows[:, 0, 0])) == len(LIGHTS)
     np.testing.assert_array_equal(rows[:, 0, 1], [1, 0, 2, 1])
     np.testing.assert_array_equal(rows[:, 0, 3], [0, 0, 0, 1])
     np.testing.assert_array_equal(rows[:, 2, :3], np.tile([4, 5, 6], (4, 1)))
