@@ -73,7 +73,7 @@ void gather_slice(inout Gathered g, Receiver r, Tangent t, FarProbes probes, vec
         angle += (jitter - 1.0) * width;
         vec3 w_vs = sin(angle) * s.slice.along_vs + cos(angle) * view;
 #if HAS_FAR_FIELD
-        vec4 far = far_radiance(probes, w_vs, jitter);
+        vec4 far = far_radiance(probes, w_vs, k);
         g.far += part * open * far.rgb;
         g.far_blocked += part * open * far.a;
         open *= 1.0 - far.a;
@@ -87,14 +87,14 @@ void gather_slice(inout Gathered g, Receiver r, Tangent t, FarProbes probes, vec
 #endif
 }
 #else
-// Adds what arrives along direction `d`.
-void gather(inout Gathered g, Tangent t, FarProbes probes, Direction d, Blocker b)
+// Adds what arrives along direction `d`, number `i`.
+void gather(inout Gathered g, Tangent t, FarProbes probes, int i, Direction d, Blocker b)
 {
     g.blocked += is_blocked(b) ? d.share : 0.0;
     float open = is_blocked(b) ? 0.0 : 1.0;
 #if HAS_FAR_FIELD
     if (open > 0.0) {
-        vec4 far = far_radiance(probes, d.w_vs, d.jitter);
+        vec4 far = far_radiance(probes, d.w_vs, i);
         g.far += d.share * far.rgb;
         g.far_blocked += d.share * far.a;
         open = 1.0 - far.a;
@@ -251,7 +251,7 @@ void main()
             Blocker b = NO_BLOCKER;
             if (!is_open)
                 b = blocker_of(t, d);
-            gather(g, t, probes, d, b);
+            gather(g, t, probes, i, d, b);
 #if KEPT_TEXTURE_COUNT > 0
             keep_direction(b);
 #endif

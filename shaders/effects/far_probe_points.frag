@@ -4,9 +4,10 @@
 //
 // Defines: PROBE_TILE.
 #include "lib/gbuffer.glsl"
+#include "lib/far_probes.glsl"
 
-layout(location = 0) out vec4 o_point;
-layout(location = 1) out vec4 o_normal;
+layout(location = 0) out vec4 o_first;
+layout(location = 1) out vec4 o_second;
 
 // Normals whose cosine is less than this are those of different surfaces.
 const float SAME_NORMAL = 0.9;
@@ -60,17 +61,19 @@ ivec2 second_pixel(ivec2 tile, ivec2 first)
     return found;
 }
 
+vec4 probe_at(ivec2 pixel)
+{
+    ivec2 read = max(pixel, ivec2(0));
+    vec4 probe = vec4(gbuffer_position_vs(read), probe_code(gbuffer_shading_normal_vs(read)));
+    return pixel.x >= 0 ? probe : vec4(0.0);
+}
+
 void main()
 {
     ivec2 tile = ivec2(gl_FragCoord.xy);
-    int tile_rows = (int(u_frame_size_px.y) + PROBE_TILE - 1) / PROBE_TILE;
-    bool is_second = tile.y >= tile_rows;
-    tile.y -= is_second ? tile_rows : 0;
-    ivec2 pixel = first_pixel(tile);
-    if (is_second && pixel.x >= 0)
-        pixel = second_pixel(tile, pixel);
-    bool is_there = pixel.x >= 0;
-    ivec2 read = max(pixel, ivec2(0));
-    o_point = is_there ? vec4(gbuffer_position_vs(read), 1.0) : vec4(0.0);
-    o_normal = is_there ? vec4(gbuffer_shading_normal_vs(read), 0.0) : vec4(0.0);
+    ivec2 first = first_pixel(tile);
+    ivec2 second = first.x >= 0 ? second_pixel(tile, first) : first;
+    o_first = probe_at(first);
+    o_first.w *= second.x >= 0 ? -1.0 : 1.0;
+    o_second = probe_at(second);
 }

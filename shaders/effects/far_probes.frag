@@ -53,6 +53,13 @@ vec4 traced(vec3 start, vec3 w)
     return vec4(cached_reflection(hit, met, w) + (is_lamp ? vec3(0.0) : met.emission), 1.0);
 }
 
+// Position and code of the first or second probe of a tile.
+vec4 probe_at(ivec2 tile, bool is_second)
+{
+    return is_second ? texelFetch(t_far_second_probes, tile, 0)
+                     : texelFetch(t_far_first_probes, tile, 0);
+}
+
 #if REFINES
 // Normals whose cosine is less than this have other directions in the same cell.
 const float SAME_DIRECTIONS = 0.9;
@@ -60,25 +67,25 @@ const float SAME_DIRECTIONS = 0.9;
 // How many rays a direction is worth: in proportion to the deviation of its neighbours, four
 // directions about and the same one of eight probes about, over the light that arrives. Not of
 // its own ray: to trace on where that has met light, and not where it has missed it, darkens.
-int rays_worth(ivec2 probe, ivec2 cell, ivec2 probes, vec3 p_vs, vec3 n_vs)
+int rays_worth(ivec2 tile, bool is_second, ivec2 cell, ivec2 tiles, vec3 p_vs, vec3 n_vs)
 {
-    // Second probes lie above the first, and are compared with each other.
-    ivec2 layer = ivec2(0, probe.y < probes.y / 2 ? 0 : probes.y / 2);
-    ivec2 layer_size = ivec2(probes.x, probes.y / 2);
+    // Second probes are compared with each other.
+    ivec2 layer = ivec2(0, is_second ? second_probe_rows(tiles) : 0);
     vec3 sums = vec3(0.0);
     for (int i = 0; i < 12; ++i) {
         bool turns = i >= 8;
         int place = i < 4 ? i : i + 1;
-        ivec2 other = probe - layer + ivec2(place % 3, place / 3) - 1;
+        ivec2 other = tile + ivec2(place % 3, place / 3) - 1;
         other = turns ? cell + (1 - 2 * (i & 1)) * (i < 10 ? ivec2(1, 0) : ivec2(0, 1)) : other;
-        ivec2 size = turns ? ivec2(PROBE_SIDE) : layer_size;
+        ivec2 size = turns ? ivec2(PROBE_SIDE) : tiles;
         bool counts = all(greaterThanEqual(other, ivec2(0))) && all(lessThan(other, size));
         if (counts && !turns) {
-            other += layer;
-            counts = dot(texelFetch(t_far_probe_normals, other, 0).xyz, n_vs) > SAME_DIRECTIONS;
+            float code = probe_at(other, is_second).w;
+            counts = code != 0.0 && dot(oct_unproject(probe_square(code)), n_vs) > SAME_DIRECTIONS;
         }
         if (counts) {
-            ivec2 texel = turns ? probe_texel(probe, probes) + other : probe_texel(other, probes) + cell;
+            ivec2 texel = turns ? probe_texel(tile + layer, tiles) + other
+                                : probe_texel(other + layer, tiles) + cell;
             vec4 far = texelFetch(t_far_first, texel, 0);
             float x = dot(far.rgb, vec3(1.0 / 3.0)) + (1.0 - far.a) * u_sky;
             sums += vec3(1.0, x, x * x);
@@ -96,22 +103,24 @@ int rays_worth(ivec2 probe, ivec2 cell, ivec2 probes, vec3 p_vs, vec3 n_vs)
 void main()
 {
     ivec2 place_px = ivec2(gl_FragCoord.xy);
-    ivec2 probes = textureSize(t_far_probe_points, 0);
-    ivec2 quarter_size = probe_quarter_size(probes);
+    ivec2 tiles = textureSize(t_far_first_probes, 0);
+    ivec2 quarter_size = probe_quarter_size(tiles);
     ivec2 quarter = place_px / quarter_size;
     place_px -= quarter * quarter_size;
     ivec2 probe = 2 * (place_px / PROBE_SIDE) + quarter;
     ivec2 cell = place_px % PROBE_SIDE;
+    bool is_second = probe.y >= second_probe_rows(tiles);
+    ivec2 tile = probe - ivec2(0, is_second ? second_probe_rows(tiles) : 0);
     vec4 point = vec4(0.0);
-    if (all(lessThan(probe, probes)))
-        point = texelFetch(t_far_probe_points, probe, 0);
+    if (all(lessThan(tile, tiles)))
+        point = probe_at(tile, is_second);
     vec4 sum = vec4(0.0);
     int count = 1;
-    if (point.w > 0.0) {
-        vec3 n_vs = texelFetch(t_far_probe_normals, probe, 0).xyz;
+    if (point.w != 0.0) {
+        vec3 n_vs = oct_unproject(probe_square(point.w));
 #if REFINES
         sum = texelFetch(t_far_first, ivec2(gl_FragCoord.xy), 0);
-        count = rays_worth(probe, cell, probes, point.xyz, n_vs);
+        count = rays_worth(tile, is_second, cell, tiles, point.xyz, n_vs);
 #endif
         vec3 n = u_ns_from_vs * n_vs;
         mat3 frame = frame_from_z(n_vs);

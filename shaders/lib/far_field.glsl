@@ -3,12 +3,20 @@
 // HAS_FAR_FIELD: 0 leaves it out; PROBE_TILE, PROBE_SIDE: see lib/far_probes.glsl.
 #include "lib/far_probes.glsl"
 
-// The probes that may speak for a receiver: of four tiles the first ones, then the second.
+// A probe that speaks for a receiver: where its radiance begins, what to multiply it with,
+// and its frame.
+struct FarProbe {
+    ivec2 texel;
+    float scale;
+    mat3 frame;
+};
+
+// Each for every fourth direction.
 struct FarProbes {
-    ivec2 tile;        // lower left of the four
-    int tile_rows;     // second probes lie so many rows higher
-    vec4 first;        // weights, added up
-    vec4 second;
+    FarProbe a;
+    FarProbe b;
+    FarProbe c;
+    FarProbe d;
 };
 
 #if HAS_FAR_FIELD
@@ -19,74 +27,107 @@ uniform vec4 u_inv_ray_counts;  // of each quarter; 0 where nothing is known yet
 // Never 0: where no probe lies on the receiver's surface, the likeliest is better than none.
 const float LEAST_WEIGHT = 1e-4;
 
-float probe_weight(Receiver r, ivec2 probe, float inv_extent)
+// Four of the probes looked at so far, drawn by weight.
+struct Drawn {
+    vec4 columns;
+    vec4 rows;
+    vec4 codes;
+    float sum;     // of weights
+    vec4 u;        // in [0, 1), for those to come
+};
+
+void consider(inout Drawn drawn, Receiver r, vec4 point, ivec2 probe, float share, float inv_extent)
 {
-    vec4 point = texelFetch(t_far_probe_points, probe, 0);
-    vec3 normal = texelFetch(t_far_probe_normals, probe, 0).xyz;
     float height = dot(point.xyz - r.position_vs, r.geometric_vs) * inv_extent;
     float plane = 1.0 / (1.0 + height * height);
-    float agree = max(dot(normal, r.normal_vs), 0.0);
+    vec3 normal = oct_unfold(probe_square(point.w));
+    float facing = max(dot(normal, r.normal_vs), 0.0);
+    float agree = facing * facing / dot(normal, normal);
     agree *= agree;
-    agree *= agree;
-    bool is_known = u_inv_ray_counts[(probe.x & 1) + 2 * (probe.y & 1)] > 0.0;
-    return (is_known ? point.w : 0.0) * max(plane * plane * agree * agree, LEAST_WEIGHT);
+    float weight = share * max(plane * plane * agree * agree, LEAST_WEIGHT);
+    weight = point.w != 0.0 ? weight : 0.0;
+    drawn.sum += weight;
+    float part = weight > 0.0 ? weight / drawn.sum : 0.0;
+    bvec4 is_taken = lessThan(drawn.u, vec4(part));
+    drawn.u = mix((drawn.u - part) / (1.0 - part), drawn.u / part, is_taken);
+    drawn.columns = mix(drawn.columns, vec4(probe.x), is_taken);
+    drawn.rows = mix(drawn.rows, vec4(probe.y), is_taken);
+    drawn.codes = mix(drawn.codes, vec4(point.w), is_taken);
 }
 
+FarProbe far_probe(Drawn drawn, int i, ivec2 tiles)
+{
+    ivec2 probe = ivec2(drawn.columns[i], drawn.rows[i]);
+    return FarProbe(probe_texel(probe, tiles), u_inv_ray_counts[(probe.x & 1) + 2 * (probe.y & 1)],
+                    frame_from_z(oct_unproject(probe_square(drawn.codes[i]))));
+}
+
+// Four of the probes of the four tiles around the receiver.
 FarProbes far_probes_at(Receiver r, ivec2 texel)
 {
     ivec2 frame = ivec2(u_frame_size_px);
     ivec2 tiles = (frame + PROBE_TILE - 1) / PROBE_TILE;
+    // Where one quarter of the probes is known alone they stand twice as far apart.
+    vec4 known = u_inv_ray_counts;
+    bool are_all = min(min(known.x, known.y), min(known.z, known.w)) > 0.0;
+    int apart = are_all ? 1 : 2;
+    ivec2 start = ivec2(known.y + known.w > 0.0, known.z + known.w > 0.0);
+    start = are_all ? ivec2(0) : min(start, tiles - 1);
+    ivec2 last = (tiles - 1 - start) / apart;
     // The pixels of a block look up to a tile apart: more probes, whose noise the filter
     // averages. relMSE of a cellar under a grating .0203, .0164, .0170 for 0, 1, 2 tiles, of an
     // attic with a window .0045, .0041, .0066.
     uint set = set_of_pixel(texel / u_receiver_stride);
     vec2 jitter = (vec2(set & 3u, set >> 2) - 1.5) * 0.25;
-    // Where a quarter of the probes is known they stand twice as far apart.
-    vec4 known = u_inv_ray_counts;
-    jitter *= min(min(known.x, known.y), min(known.z, known.w)) > 0.0 ? 1.0 : 2.0;
-    vec2 place = (vec2(texel) + 0.5) / float(PROBE_TILE) - 0.5 + jitter;
-    // Inside, so that of the four tiles each is in another quarter.
-    vec2 low = clamp(floor(place), vec2(0.0), vec2(max(tiles - 2, ivec2(0))));
-    vec2 f = clamp(place - low, 0.0, 1.0);
-    vec4 bilinear = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
+    vec2 place = (vec2(texel) + 0.5) / float(PROBE_TILE) - 0.5 - vec2(start);
+    place = place / float(apart) + jitter;
+    ivec2 low = ivec2(clamp(floor(place), vec2(0.0), vec2(max(last - 1, ivec2(0)))));
+    vec2 f = clamp(place - vec2(low), 0.0, 1.0);
     float inv_extent = 4.0 / (float(PROBE_TILE) * pixel_height_at(r.z_vs));
-    FarProbes probes = FarProbes(ivec2(low), tiles.y, vec4(0.0), vec4(0.0));
-    float sum = 0.0;
-    for (int i = 0; i < 4; ++i) {
-        ivec2 tile = clamp(probes.tile + ivec2(i & 1, i >> 1), ivec2(0), tiles - 1);
-        sum += (bilinear[i] + 1e-3) * probe_weight(r, tile, inv_extent);
-        probes.first[i] = sum;
-    }
-    for (int i = 0; i < 4; ++i) {
-        ivec2 tile = clamp(probes.tile + ivec2(i & 1, i >> 1), ivec2(0), tiles - 1);
-        tile.y += tiles.y;
-        sum += (bilinear[i] + 1e-3) * probe_weight(r, tile, inv_extent);
-        probes.second[i] = sum;
-    }
-    return probes;
+    int second_rows = second_probe_rows(tiles);
+    float u = sample_point(r, 0).z;
+    Drawn drawn = Drawn(vec4(low.x), vec4(low.y), vec4(probe_code(vec3(0.0, 0.0, 1.0))), 0.0,
+                        fract(u + vec4(0.0, 0.618034, 0.236068, 0.854102)));
+    // Loops that are tested at their end: in software those alone skip what is left.
+    bool has_second = false;
+    int i = 0;
+    do {
+        ivec2 corner = ivec2(i & 1, i >> 1);
+        vec2 near = mix(1.0 - f, f, vec2(corner));
+        ivec2 tile = start + apart * min(low + corner, last);
+        vec4 point = texelFetch(t_far_first_probes, tile, 0);
+        has_second = has_second || point.w < 0.0;
+        consider(drawn, r, point, tile, near.x * near.y + 1e-3, inv_extent);
+    } while (++i < 4);
+    do {
+        ivec2 corner = ivec2(i & 1, i >> 1 & 1);
+        vec2 near = mix(1.0 - f, f, vec2(corner));
+        ivec2 tile = start + apart * min(low + corner, last);
+        vec4 point = texelFetch(t_far_second_probes, tile, 0);
+        tile.y += second_rows;
+        consider(drawn, r, point, tile, near.x * near.y + 1e-3, inv_extent);
+    } while (++i < (has_second ? 8 : 4));
+    return FarProbes(far_probe(drawn, 0, tiles), far_probe(drawn, 1, tiles),
+                     far_probe(drawn, 2, tiles), far_probe(drawn, 3, tiles));
 }
 
-// Radiance of surfaces along w_vs, a: the share of it that is no sky, by one of the probes,
-// drawn by weight with u in [0, 1).
-vec4 far_radiance(FarProbes probes, vec3 w_vs, float u)
+// Radiance of surfaces along w_vs, the direction number i, a: the share of it that is no sky.
+vec4 far_radiance(FarProbes probes, vec3 w_vs, int i)
 {
-    float chosen = u * probes.second.w;
-    bool is_second = chosen >= probes.first.w;
-    vec4 sums = is_second ? probes.second : probes.first;
-    bvec3 past = greaterThanEqual(vec3(chosen), sums.xyz);
-    int corner = int(past.x) + int(past.y) + int(past.z);
-    ivec2 tiles = (ivec2(u_frame_size_px) + PROBE_TILE - 1) / PROBE_TILE;
-    ivec2 probe = clamp(probes.tile + ivec2(corner & 1, corner >> 1), ivec2(0), tiles - 1);
-    probe.y += is_second ? tiles.y : 0;
-    vec3 normal = texelFetch(t_far_probe_normals, probe, 0).xyz;
-    vec2 place = probe_place(w_vs * frame_from_z(normal));
-    ivec2 cell = ivec2(place * float(PROBE_SIDE));
-    float scale = u_inv_ray_counts[(probe.x & 1) + 2 * (probe.y & 1)];
-    return scale * texelFetch(t_far_radiance, probe_texel(probe, ivec2(tiles.x, 2 * tiles.y)) + cell, 0);
+    FarProbe probe = probes.a;
+    if ((i & 3) == 1)
+        probe = probes.b;
+    if ((i & 3) == 2)
+        probe = probes.c;
+    if ((i & 3) == 3)
+        probe = probes.d;
+    ivec2 cell = ivec2(probe_place(w_vs * probe.frame) * float(PROBE_SIDE));
+    return probe.scale * texelFetch(t_far_radiance, probe.texel + cell, 0);
 }
 #else
 FarProbes far_probes_at(Receiver r, ivec2 texel)
 {
-    return FarProbes(texel, 0, vec4(0.0), vec4(0.0));
+    FarProbe probe = FarProbe(texel, 0.0, mat3(0.0));
+    return FarProbes(probe, probe, probe, probe);
 }
 #endif

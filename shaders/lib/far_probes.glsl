@@ -1,26 +1,54 @@
 // Probes of the far field: where they stand, and which texel holds which direction.
 //
 // A tile of PROBE_TILE x PROBE_TILE pixels has up to two probes, each at a surface point that
-// the tile shows. Their images have one texel for each probe: all first probes, above them
-// all second ones. Of every 2 x 2 of these texels each is in another quarter. Radiance has a
-// tile for each quarter, and in it PROBE_SIDE x PROBE_SIDE texels for each probe: the square, mapped
-// onto the disk so that areas keep (Shirley, Chiu 1997), lifted to the hemisphere about the
-// probe's normal: all texels stand for the same share of a cosine-weighted hemisphere.
+// the tile shows. First and second ones have an image each, a texel for each tile. In what
+// follows second ones lie above the first, an even number of rows higher. Of every 2 x 2 each is
+// in another quarter.
+// Radiance has a tile for each quarter, and in it PROBE_SIDE x PROBE_SIDE texels for each probe:
+// the square, mapped onto the disk so that areas keep (Shirley, Chiu 1997), lifted to the
+// hemisphere about the probe's normal: all texels stand for the same share of a
+// cosine-weighted hemisphere.
+#include "lib/octahedral.glsl"
 #include "lib/sampling.glsl"
 
-uniform sampler2D t_far_probe_points;   // xyz: position in view space, w: 1 if there is one
-uniform sampler2D t_far_probe_normals;  // xyz: shading normal in view space
+// xyz: position in view space, w: code of the shading normal there. 0: there is no probe;
+// negative: the tile has a second one.
+uniform sampler2D t_far_first_probes;
+uniform sampler2D t_far_second_probes;
+
+// Two numbers of 14 bits in what is a normal float, which is kept bit by bit.
+const uint PROBE_CODE_BASE = 0x20000000u;
+const float PROBE_CODE_HALF_RANGE = 8191.0;
+
+float probe_code(vec3 normal)
+{
+    uvec2 steps = uvec2((oct_project(normal) + 1.0) * PROBE_CODE_HALF_RANGE + 0.5);
+    return uintBitsToFloat(PROBE_CODE_BASE + (steps.x | steps.y << 14));
+}
+
+// The square of lib/octahedral.glsl.
+vec2 probe_square(float code)
+{
+    uint bits = floatBitsToUint(abs(code)) - PROBE_CODE_BASE;
+    return vec2(ivec2(bits & 16383u, bits >> 14)) * (1.0 / PROBE_CODE_HALF_RANGE) - 1.0;
+}
+
+// By how many rows second probes lie higher.
+int second_probe_rows(ivec2 tiles)
+{
+    return (tiles.y + 1) / 2 * 2;
+}
 
 // Size in texels of a quarter of the image of radiance.
-ivec2 probe_quarter_size(ivec2 probes)
+ivec2 probe_quarter_size(ivec2 tiles)
 {
-    return (probes + 1) / 2 * PROBE_SIDE;
+    return ivec2((tiles.x + 1) / 2, second_probe_rows(tiles)) * PROBE_SIDE;
 }
 
 // The first texel of a probe in the image of radiance.
-ivec2 probe_texel(ivec2 probe, ivec2 probes)
+ivec2 probe_texel(ivec2 probe, ivec2 tiles)
 {
-    return (probe & 1) * probe_quarter_size(probes) + (probe >> 1) * PROBE_SIDE;
+    return (probe & 1) * probe_quarter_size(tiles) + (probe >> 1) * PROBE_SIDE;
 }
 
 const float QUARTER_PI = 0.25 * PI;

@@ -38,13 +38,13 @@ from ssdo_gl.scene.lights import Form
 
 
 def tile_count(frame_size: tuple[int, int], tile: int) -> tuple[int, int]:
-    """Return columns and rows of probe images: first probes, and above them second ones."""
+    """Return columns and rows of tiles."""
     columns, rows = (-(-n // tile) for n in frame_size)
-    return columns, 2 * rows
+    return columns, rows
 
 
 class FarProbePointsPass(RenderPass):
-    """Writes where the probes stand: `far_probe_points` and `far_probe_normals`."""
+    """Writes where the probes stand: `far_first_probes` and `far_second_probes`."""
 
     name = "far_probe_points"
     reads = ("z_vs", "normals_vs")
@@ -62,7 +62,7 @@ class FarProbePointsPass(RenderPass):
         _draw(
             context,
             "effects/far_probe_points.frag",
-            {"PROBE_TILE": self.settings.tile},
+            {"PROBE_TILE": self.settings.tile, "PROBE_SIDE": self.settings.directions},
             context.frame.view.uniforms(),
             self.reads,
             list(made.values()),
@@ -116,7 +116,7 @@ class FarProbesPass(RenderPass):
             rays = rays if rays.light == light else rays.of_light(light)
         else:
             columns, rows = (-(-n // 2) * 2 * self.settings.directions for n in points.size)
-            texture = make_texture(context.gl, (columns, rows), 4, "f4")
+            texture = make_texture(context.gl, (columns, 2 * rows), 4, "f4")
             rays = ProbeRays(source, light)
         quarters = rays.turn(is_live=frame.is_live)
         if quarters:

@@ -17,8 +17,8 @@ from ssdo_gl.scene.environment import Environment, MapEnvironment
 from ssdo_gl.settings.fields import setting
 from ssdo_gl.settings.settings import same_as
 
-# Where probes stand, and which way they look.
-FAR_PROBES = ("far_probe_points", "far_probe_normals")
+# Where probes stand and which way they look, those of each tile and those of some.
+FAR_PROBES = ("far_first_probes", "far_second_probes")
 FAR_RADIANCE = "far_radiance"
 # A quarter of the probes is one in each 2 x 2 of them.
 # Eight directions, which tell how bright the sky is.

@@ -148,31 +148,35 @@ def test_probes_stand_in_the_middle_of_a_tile_and_on_what_it_tells_least_of(gl, 
     code = oct_encode(normals) / 65535.0
     gl_view = view((width, height))
     program = shaders.choosing(gl_view.choices).fullscreen(
-        "effects/far_probe_points.frag", {"PROBE_TILE": tile}
+        "effects/far_probe_points.frag", {"PROBE_TILE": tile, "PROBE_SIDE": 8}
     )
     inputs = {"z_vs": z, "normals_vs": np.concatenate([code, code], axis=-1)}
     used = {n: v for n, v in gl_view.uniforms().items() if program.takes(n)}
-    points, facing = drawn(gl, program, (3, 4), inputs, used, outputs=2)
+    first, second = drawn(gl, program, (3, 2), inputs, used, outputs=2)
 
-    def stands_at(row, column, pixel):
+    def stands_at(probe, pixel):
         if pixel is None:
-            np.testing.assert_array_equal(points[row, column], np.zeros(4))
+            np.testing.assert_array_equal(probe, np.zeros(4))
             return
         x, y = pixel
         ndc = 2.0 * np.array([(x + 0.5) / width, (y + 0.5) / height]) - 1.0
-        place = [*(ndc * TAN * z[y, x]), -z[y, x], 1.0]
-        np.testing.assert_allclose(points[row, column], place, rtol=1e-6, atol=1e-6)
-        np.testing.assert_allclose(facing[row, column, :3], normals[y, x], atol=1e-4)
+        np.testing.assert_allclose(probe[:2], ndc * TAN * z[y, x], rtol=1e-6, atol=1e-6)
+        np.testing.assert_allclose(probe[2], -z[y, x], rtol=1e-6)
+        bits = np.abs(probe[3:]).astype(np.float32).view(np.uint32)[0] - 0x20000000
+        code = np.array([bits & 16383, bits >> 14]) / 8191.0 - 1.0
+        np.testing.assert_allclose(code, oct_encode(normals[y, x]) / 32767.0 - 1.0, atol=1e-4)
 
-    stands_at(0, 0, (1, 0))  # the first of those nearest to the middle that show a surface
-    stands_at(0, 1, (5, 1))
-    stands_at(0, 2, (9, 1))  # of two columns, the one nearer to the middle
-    stands_at(1, 0, (1, 5))
-    stands_at(1, 2, None)
-    stands_at(2, 0, None)  # all of the tile lies in the plane of its first pixel
-    stands_at(2, 1, (5, 0))
-    stands_at(3, 0, (0, 4))
-    stands_at(3, 2, None)
+    stands_at(first[0, 0], (1, 0))  # the first of those nearest to the middle that show a surface
+    stands_at(first[0, 1], (5, 1))
+    stands_at(first[0, 2], (9, 1))  # of two columns, the one nearer to the middle
+    stands_at(first[1, 0], (1, 5))
+    stands_at(first[1, 2], None)
+    stands_at(second[0, 0], None)  # all of the tile lies in the plane of its first pixel
+    stands_at(second[0, 1], (5, 0))
+    stands_at(second[1, 0], (0, 4))
+    stands_at(second[1, 2], None)
+    # A tile that has a second one says so.
+    assert (first[..., 3] < 0.0).tolist() == (second[..., 3] > 0.0).tolist()
 
 
 def test_the_logarithmic_depth_goes_from_near_to_far(gl, shaders):
