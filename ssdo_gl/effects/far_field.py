@@ -195,6 +195,7 @@ class CachedIrradiancePass(RenderPass):
     """Writes `cached_irradiance`: what surfaces in view receive, all light."""
 
     name = "cached_irradiance"
+    is_gradual = True
     writes: Mapping[str, TextureSpec] = {"cached_irradiance": TextureSpec(4, "f4", own=True)}
 
     def __init__(self, features: RayFeatures, *, is_steady: bool) -> None:
@@ -207,31 +208,13 @@ class CachedIrradiancePass(RenderPass):
         return self.features, self.steady_reads
 
     def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
-        """Look up every pixel's piece of surface."""
-        made = make_texture(context.gl, context.frame.view.size, 4, "f4")
+        """Look up every pixel's piece of surface, or one of four pixels while the view moves."""
+        stride = 2 if context.frame.moves else 1
+        made = make_texture(context.gl, tile_count(context.frame.view.size, stride), 4, "f4")
         defines, uniforms = ray_defines(context, self.features), ray_uniforms(context)
+        defines = {**defines, "CACHED_STRIDE": stride}
         _draw(context, "effects/cached_irradiance.frag", defines, uniforms, self.reads, [made])
-        return {self.name: made}
-
-
-class SenderIrradiancePass(RenderPass):
-    """Writes `sender_irradiance`: the same for the surfaces of this frame, for senders."""
-
-    name = "sender_irradiance"
-    reads = ("z_vs", "cached_irradiance")
-    writes: Mapping[str, TextureSpec] = {"sender_irradiance": TextureSpec(4, "f4", own=True)}
-    depends_on = ("view",)
-
-    def __init__(self, *, is_steady: bool) -> None:
-        self.settings = is_steady
-
-    def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
-        """Take what has been looked up nearest by; where there is one frame, that is all."""
-        if not self.settings or context.frame.count == 1:
-            return {self.name: context.inputs["cached_irradiance"]}
-        view = context.frame.view
-        made = make_texture(context.gl, view.size, 4, "f4")
-        _draw(context, "effects/sender_irradiance.frag", {}, view.uniforms(), self.reads, [made])
+        self.is_settled = stride == 1
         return {self.name: made}
 
 
@@ -246,7 +229,7 @@ class FarField(Effect):
     settings: ClassVar[Mapping[str, type]] = {"far_field": FarFieldSettings}
     traces = True
     reads_surface_cache = True
-    sent_irradiance = "sender_irradiance"
+    sent_irradiance = "cached_irradiance"
 
     def is_asked(self, request: Request) -> bool:
         """Return whether open directions are asked for."""
@@ -265,7 +248,7 @@ class FarField(Effect):
                 (not is_lit, "there is no light at all"),
                 (self._is_alone(request), "what is in view is a box that stands alone"),
             ],
-            ("far_probe_points", "far_probes", "cached_irradiance", "sender_irradiance"),
+            ("far_probe_points", "far_probes", "cached_irradiance"),
         )
 
     def _is_alone(self, request: Request) -> bool:
@@ -290,5 +273,4 @@ class FarField(Effect):
         item = FarProbesPass(settings, features, is_steady=is_steady)
         yield item, "what arrives from beyond R"
         cached = CachedIrradiancePass(features, is_steady=is_steady)
-        yield cached, "what surfaces in view receive, all bounces"
-        yield SenderIrradiancePass(is_steady=is_steady), "what senders within R receive"
+        yield cached, "what senders within R receive, all bounces"

@@ -116,27 +116,6 @@ def test_light_of_surfels_is_the_sum_of_its_tiles(gl, shaders):
     assert np.all(found[..., 3] == 1.0)
 
 
-def test_a_surface_takes_the_light_of_the_texel_of_its_depth(gl, shaders):
-    """Of the texel itself and the four beside it, the one whose depth is nearest."""
-    rng = np.random.default_rng(5)
-    height, width = 6, 9
-    z = rng.integers(1, 40, (height, width)) / 8.0
-    z[2, 3] = z[0, 0] = 0.0
-    cached = rng.uniform(size=(height, width, 4))
-    cached[..., 3] = rng.permutation(height * width).reshape(height, width) / 10.0
-    gl_view = view((width, height))
-    program = shaders.choosing(gl_view.choices).fullscreen("effects/sender_irradiance.frag", {})
-    inputs = {"z_vs": z, "cached_irradiance": cached}
-    used = {n: v for n, v in gl_view.uniforms().items() if program.takes(n)}
-    found = drawn(gl, program, (width, height), inputs, used)
-    cached = cached.astype(np.float32)
-    for y, x in np.ndindex(height, width):
-        near = [(y, x), (y, x + 1), (y, x - 1), (y + 1, x), (y - 1, x)]
-        texels = [cached[np.clip(j, 0, height - 1), np.clip(i, 0, width - 1)] for j, i in near]
-        best = min(texels, key=lambda texel: abs(texel[3] - z[y, x]))
-        np.testing.assert_array_equal(found[y, x], best if z[y, x] > 0.0 else np.zeros(4))
-
-
 def test_probes_stand_in_the_middle_of_a_tile_and_on_what_it_tells_least_of(gl, shaders):
     tile, (width, height) = 4, (10, 6)
     z = np.full((height, width), 2.0)
