@@ -274,7 +274,7 @@ class FrameLoop:
             "view": (view.key(), nonce),
             "seed": (seed, moves),
             "steady_view": steady_view,
-            "steady_seed": first_seed,
+            "steady_seed": (first_seed, moves),
         }
         region = None if self._planned is None else self._planned.gloss_region
         return Frame(view, self._lean, seed, versions, is_live, first_seed, count, moves, region)

@@ -17,6 +17,7 @@ from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, Texture
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.math3d import Region
 from ssdo_gl.passes.far_probes import (
+    ALL_QUARTERS,
     FAR_PROBES,
     FAR_RADIANCE,
     NEAR_HITS,
@@ -74,15 +75,16 @@ class FarProbesPass(RenderPass):
     """Writes `far_radiance`: what arrives from beyond R along each direction of each probe.
 
     All frames of a steady view share it: one ray for each direction, then further ones where
-    these differ from their neighbours. In a live frame first a quarter of the probes has its
-    rays, then all, then part by part their further ones; while light moves, one quarter after
-    the other.
+    these differ from their neighbours. In a live frame that has moved a quarter of the probes
+    has its rays; at rest all have, then part by part their further ones. While light moves, one
+    quarter after the other is traced.
     """
 
     name = "far_probes"
     writes: Mapping[str, TextureSpec] = {FAR_RADIANCE: TextureSpec(4, "f4", own=True)}
     is_gradual = True
     adds_up = True
+    lags = False
 
     def __init__(
         self, settings: FarFieldSettings, features: RayFeatures, *, is_steady: bool
@@ -106,18 +108,8 @@ class FarProbesPass(RenderPass):
 
     def execute(self, context: PassContext) -> Produced:
         """Trace one ray for each direction of the probes whose turn it is, or further ones."""
-        frame, points = context.frame, context.inputs[FAR_PROBES[0]]
-        changed = frame.versions.get("geometry"), frame.versions.get("materials")
-        light = context.inputs["surface_cache"], changed
-        known = facts_of(context, FAR_RADIANCE, ProbeRays)
-        source = points, self.settings_key(), frame.versions.get("steady_seed")
-        if known is not None and known.source == source:
-            texture, rays = context.last[FAR_RADIANCE].texture, known
-            rays = rays if rays.light == light else rays.of_light(light)
-        else:
-            columns, rows = (-(-n // 2) * 2 * self.settings.directions for n in points.size)
-            texture = make_texture(context.gl, (columns, 2 * rows), 4, "f4")
-            rays = ProbeRays(source, light)
+        frame = context.frame
+        texture, rays = self._begun(context)
         quarters = rays.turn(is_live=frame.is_live)
         if quarters:
             width, height = texture.width // 2, texture.height // 2
@@ -129,6 +121,24 @@ class FarProbesPass(RenderPass):
             texture, rays = self._refine(context, texture, rays, parts)
         self.is_settled = all(rays.fresh) and rays.parts == parts
         return {FAR_RADIANCE: TextureWithFacts(texture, rays)}
+
+    def _begun(self, context: PassContext) -> tuple[moderngl.Texture, ProbeRays]:
+        """Return what earlier frames have left of these probes, or what begins anew."""
+        frame, points = context.frame, context.inputs[FAR_PROBES[0]]
+        changed = frame.versions.get("geometry"), frame.versions.get("materials")
+        light = context.inputs["surface_cache"], changed
+        source = (points, self.settings_key()), frame.versions.get("steady_seed")
+        known = facts_of(context, FAR_RADIANCE, ProbeRays)
+        if known is not None and known.source == source:
+            same = known if known.light == light else known.of_light(light)
+            return context.last[FAR_RADIANCE].texture, same
+        columns, rows = (-(-n // 2) * 2 * self.settings.directions for n in points.size)
+        # A view that comes to rest begins anew, at once; while it moves, each frame has
+        # another quarter and other directions, as those that are averaged should.
+        is_at_rest = known is not None and known.source[0] == source[0]
+        turn = ALL_QUARTERS if is_at_rest else (frame.moves % len(ALL_QUARTERS),)
+        texture = make_texture(context.gl, (columns, 2 * rows), 4, "f4")
+        return texture, ProbeRays(source, light, turn)
 
     def _refine(
         self, context: PassContext, first: moderngl.Texture, rays: ProbeRays, parts: int
@@ -162,7 +172,7 @@ class FarProbesPass(RenderPass):
         uniforms = {
             **ray_uniforms(context),
             "u_radius_ns": radius_ns(self.settings.radius, context),
-            "u_stream": stream_of(seed, 0),
+            "u_stream": stream_of(seed + (frame.moves << 32), 0),
         }
         textures = textures_of(context, self.reads)
         if first is not None:
@@ -196,6 +206,7 @@ class CachedIrradiancePass(RenderPass):
 
     name = "cached_irradiance"
     is_gradual = True
+    lags = False
     writes: Mapping[str, TextureSpec] = {"cached_irradiance": TextureSpec(4, "f4", own=True)}
 
     def __init__(self, features: RayFeatures, *, is_steady: bool) -> None:

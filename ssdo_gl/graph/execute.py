@@ -152,7 +152,7 @@ class Executor:
                     result.identity = identities[item.name]
                 if not item.is_settled:
                     self._identities_of(step).add_part(sources[item.name])
-                    self.is_settled = is_complete = False
+                    self.is_settled, is_complete = False, is_complete and not item.lags
             else:
                 timings.append(PassTiming(item.name, False, None, 0.0))
             if (made := self._results.get(item.name)) is not None:

@@ -57,7 +57,7 @@ class PassContext:
     last : mapping of resource name to TextureWithFacts
         Of a gradual pass in a live frame, what it returned last time; facts may be None.
     is_complete : bool
-        Whether no pass before it in this frame has left work to later frames.
+        Whether no pass before it in this frame has left to later frames what is missing now.
     """
 
     gl: moderngl.Context
@@ -102,6 +102,8 @@ class RenderPass(ABC):
         In live frames it does part of its work at a time.
     adds_up : bool
         It adds to textures of its own: what was given up half-way begins anew.
+    lags : bool
+        What it leaves to later frames is missing until then, not only noisier.
     is_settled : bool
         False after a part of the work: the pass runs again in the next frame.
     statistics : mapping
@@ -119,6 +121,7 @@ class RenderPass(ABC):
     keeps_two: ClassVar[bool] = False
     is_gradual: ClassVar[bool] = False
     adds_up: ClassVar[bool] = False
+    lags: ClassVar[bool] = True
     is_settled: bool = True
     statistics: Mapping[str, Any] = MappingProxyType({})
 

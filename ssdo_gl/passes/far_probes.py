@@ -73,27 +73,27 @@ class ProbeRays:
 
     Attributes
     ----------
-    source : hashable
-        Equal for the same probes and settings.
+    source : (hashable, hashable)
+        Equal for the same probes and settings, and for the same seed.
     light : hashable
         Equal for the same geometry and light.
     known : tuple of bool
         Of each quarter, whether there is a ray for each direction.
     fresh : tuple of bool
         Whether it is of that light.
-    following : int
-        The quarter whose turn is next where light changes.
+    following : tuple of int
+        The quarters whose turn is next where none is of that light.
     finer : moderngl.Texture or None
         What is to replace it, with further rays, in the making.
     parts : int
         How many parts of that are made.
     """
 
-    source: Hashable
+    source: tuple[Hashable, Hashable]
     light: Hashable
+    following: tuple[int, ...]
     known: tuple[bool, ...] = NOTHING
     fresh: tuple[bool, ...] = NOTHING
-    following: int = 0
     finer: moderngl.Texture | None = None
     parts: int = 0
 
@@ -104,13 +104,13 @@ class ProbeRays:
     def turn(self, *, is_live: bool) -> tuple[int, ...]:
         """Return the quarters whose rays are to be traced now."""
         stale = tuple(q for q, fresh in enumerate(self.fresh) if not fresh)
-        return (self.following,) if is_live and stale == ALL_QUARTERS else stale
+        return self.following if is_live and stale == ALL_QUARTERS else stale
 
     def with_turn(self, quarters: tuple[int, ...]) -> ProbeRays:
         """Return what there is after one more ray for `quarters`."""
         fresh = tuple(is_fresh or q in quarters for q, is_fresh in enumerate(self.fresh))
         known = tuple(new or old for new, old in zip(fresh, self.known, strict=True))
-        following = (quarters[-1] + 1) % len(ALL_QUARTERS)
+        following = ((quarters[-1] + 1) % len(ALL_QUARTERS),)
         return replace(self, known=known, fresh=fresh, following=following)
 
 

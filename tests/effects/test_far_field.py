@@ -13,6 +13,7 @@ from ssdo_gl.effects import far_field
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.passes import far_probes
+from ssdo_gl.passes.temporal import TemporalPass, TemporalSettings
 from ssdo_gl.render_result import Drawing, RenderResult
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
@@ -142,6 +143,24 @@ def test_a_view_that_moved_begins_with_a_quarter_and_ends_with_all_rays() -> Non
     assert first[0][..., :3].mean() == pytest.approx(first[-1][..., :3].mean(), rel=0.02)
     assert not np.array_equal(first[0], first[-1])
     assert np.array_equal(first, again)
+
+
+def test_frames_are_averaged_although_probes_are_left_to_those_that_follow(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    original, averaged = TemporalPass._draw, []
+
+    def record(item: TemporalPass, context: Any, current: Any, known: Any, most: int) -> Any:
+        averaged.append(most)
+        return original(item, context, current, known, most)
+
+    monkeypatch.setattr(TemporalPass, "_draw", record)
+    with gi_renderer() as renderer:
+        at_rest(renderer)
+        for step in range(1, 4):
+            moved = dataclasses.replace(CAMERA, position=(0.3 + 0.01 * step, 0.4, 0.9))
+            assert not live(renderer, 0, moved).is_settled
+    assert averaged == [0, *2 * [TemporalSettings().frames]]
 
 
 def at_rest(renderer: Renderer, progress: ProgressCallback | None = None) -> np.ndarray:
