@@ -19,7 +19,7 @@
 # make bench-gpu  tests, pass times, rays and images on a GPU, into bench/gpu; eight minutes
 # make bench-peers  VTK, three.js and ours in one room; THREE=DIR: of the npm package three
 # make bench-promises  whether --budget-ms and --max-error keep what they promise
-# make pictures  the still pictures of README and docs/
+# make pictures  the pictures of README and docs/
 # make lint      ruff, mypy and every shader
 # make clean     remove what can be made again, .venv excepted
 #

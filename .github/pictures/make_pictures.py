@@ -1,4 +1,4 @@
-"""Draws the still pictures of README and docs/ anew: ``make pictures``.
+"""Draws the pictures of README and docs/ anew: ``make pictures``.
 
 Each tile is what one ``ssdo-gl --snapshot`` command draws; here they are only put side by
 side and labelled. ``make_pictures.py bench/cornell_meso`` takes over the plot of a bench.
@@ -6,6 +6,7 @@ side and labelled. ``make_pictures.py bench/cornell_meso`` takes over the plot o
 
 from __future__ import annotations
 
+import math
 import sys
 import tempfile
 from collections.abc import Sequence
@@ -14,6 +15,9 @@ from pathlib import Path
 from PIL import Image, ImageDraw, ImageFont
 
 from ssdo_gl import cli
+from ssdo_gl.film.bookmarks import Views, save_views
+from ssdo_gl.film.camera_path import CameraPath, key_of
+from ssdo_gl.scene.camera import Camera
 
 FOLDER = Path(__file__).parent
 TILE = 240
@@ -21,6 +25,7 @@ LABEL_HEIGHT = 18
 # JPEG loses the noise of few paths below this quality, which is what one is to see.
 QUALITY = 88
 FRONT_WIDTH = 2000
+WALK_FRAMES, WALK_FPS = 60, 15
 
 VIEWS = {
     "the room": "0,0,3.6 0,0,0 32",
@@ -96,6 +101,24 @@ def draw_lead(folder: Path) -> None:
         image.convert("RGB").save(FOLDER / "cornell_meso.jpg", quality=QUALITY)
 
 
+def draw_walk(folder: Path) -> None:
+    """Draw a film of a walk that ends where it begins."""
+    keys = []
+    for number in range(WALK_FRAMES):
+        angle = 2.0 * math.pi * number / WALK_FRAMES
+        x, y = math.cos(angle), math.sin(angle)
+        place, target = (0.3 * x, 0.2 - 0.15 * y, 1.2 - 0.2 * y), (-0.1 - 0.3 * x, -0.3, -0.4)
+        camera = Camera(place, target, fov_y=60.0)
+        keys.append(key_of(number / WALK_FPS, camera))
+    path = folder / "walk.views.json"
+    save_views(path, Views(path=CameraPath(tuple(keys))))
+    film = ["--film", str(FOLDER / "walk.webp"), "--path", str(path), "--fps", str(WALK_FPS)]
+    frames = ["--frames-range", f"0:{WALK_FRAMES}", "--size", "480x270", "--quiet"]
+    code = cli.main(["cornell_meso", *film, *frames])
+    if code:
+        raise SystemExit(code)
+
+
 def draw_front(bench: Path) -> None:
     """Draw error against time as ``ssdo-gl cornell_meso --bench`` has plotted it in a folder."""
     with Image.open(bench / "pareto.png") as image:
@@ -114,6 +137,7 @@ def main(benches: Sequence[str]) -> int:
         draw_lead(Path(name))
         draw_strip(Path(name))
         draw_paths(Path(name))
+        draw_walk(Path(name))
     return 0
 
 
