@@ -23,6 +23,9 @@ from ssdo_gl.window.views import METHOD_LABELS
 # In a window narrower than this, the panel would cover half of the picture.
 NARROW = 720.0
 _MARGIN = 10.0
+# Beside a panel that leaves less than this, in heights of text, no line can be read: what is said
+# is then shown before it.
+_LEAST_LINE = 8.0
 _FAULT, _FAULT_ON_LIGHT = imgui.ImVec4(1.0, 0.55, 0.45, 1.0), imgui.ImVec4(0.7, 0.1, 0.0, 1.0)
 _STILL = (
     imgui.WindowFlags_.no_decoration
@@ -130,11 +133,13 @@ class Overlay(ImguiBackend):
         taken = panel_width(window_size, self._scale) if self.shows_panel else 0.0
         free = window_size[0] - taken
         self._bottom = window_size[1] - _MARGIN
-        self._messages(window_size, free)
-        self._status(free)
-        self._names_of_sides(window_size, free)
-        if self._viewer.view.is_error:
-            self._legend(free)
+        has_room = free > _LEAST_LINE * imgui.get_font_size()
+        self._messages(window_size, free, has_room=has_room)
+        if has_room:
+            self._status(free)
+            self._names_of_sides(window_size, free)
+            if self._viewer.view.is_error:
+                self._legend(free)
         if self._viewer.is_inspecting:
             self._values()
         path = self.path_prompt.draw(window_size)
@@ -177,7 +182,7 @@ class Overlay(ImguiBackend):
     def _fault_color(self) -> imgui.ImVec4:
         return _FAULT_ON_LIGHT if self.is_light else _FAULT
 
-    def _messages(self, window_size: tuple[int, int], free: float) -> None:
+    def _messages(self, window_size: tuple[int, int], free: float, *, has_room: bool) -> None:
         lines = [(line.text, line.is_fault) for line in self._viewer.messages.lines]
         lines += [(fault, True) for fault in self._faults]
         if not lines:
@@ -185,8 +190,14 @@ class Overlay(ImguiBackend):
         imgui.set_next_window_pos(
             ImVec2(_MARGIN, self._bottom), imgui.Cond_.always, ImVec2(0.0, 1.0)
         )
+        if not has_room:
+            imgui.set_next_window_bg_alpha(1.0)
         imgui.begin("messages", None, _SEE_THROUGH)
-        imgui.push_text_wrap_pos(min(0.6 * window_size[0], free - 4.0 * _MARGIN))
+        wrap = min(0.6 * window_size[0], free - 4.0 * _MARGIN)
+        if not has_room:
+            imgui.internal.bring_window_to_display_front(imgui.internal.get_current_window())
+            wrap = window_size[0] - 4.0 * _MARGIN
+        imgui.push_text_wrap_pos(wrap)
         for text, is_fault in lines:
             if is_fault:
                 imgui.text_colored(self._fault_color, text)

@@ -241,6 +241,17 @@ def test_texts_stay_clear_of_the_panel_and_each_other(gl, drawn: DrawnOverlay, s
     assert places["side -1.0"][3] <= places["messages"][1]
 
 
+def test_what_is_said_is_read_where_the_panel_leaves_no_room(gl, drawn: DrawnOverlay) -> None:
+    drawn.overlay.rescale(2.5)
+    drawn.viewer.messages.lines.clear()
+    drawn.viewer.say("bad.ply: not a readable PLY file", is_fault=True)
+    drawn.click(SIZE[0] / 2, SIZE[1] - 20.0)
+    screen = drawn.frames(4)
+    rows, columns = np.nonzero((screen == (255, 140, 115)).all(axis=2))
+    assert np.ptp(columns) > 0.4 * SIZE[0]
+    assert np.ptp(rows) < 100
+
+
 def test_sky_can_be_added_and_removed(gl, drawn: DrawnOverlay, all_open, monkeypatch) -> None:
     pressed = ["add a sky"]
     monkeypatch.setattr(
