@@ -13,6 +13,7 @@ from typing import Any
 
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.gpu.shader import ShaderLibrary
+from ssdo_gl.process import give_back_memory
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.serve.delivery import SentPicture
 from ssdo_gl.serve.page_state import choices
@@ -212,6 +213,8 @@ class RenderThread:
             session.release()
             # Now, and not with the next picture, which may be long in coming.
             self._device.activate()
+            if not self._visitors:
+                give_back_memory()
 
     def _lose(self, visitor: Visitor, error: Exception) -> None:
         print(f"ssdo-gl: a viewer was lost: {fault_text(error)}", file=sys.stderr)

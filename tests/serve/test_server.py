@@ -25,6 +25,7 @@ from PIL import Image as PillowImage
 from ssdo_gl import cli
 from ssdo_gl.gpu.context import ContextError
 from ssdo_gl.scene.load import load_scene
+from ssdo_gl.serve import render_thread
 from ssdo_gl.serve.delivery import MOST_IN_FLIGHT
 from ssdo_gl.serve.render_thread import RenderThread
 from ssdo_gl.settings import Settings
@@ -271,7 +272,10 @@ def test_slow_reader_holds_two_pictures_and_nobody_up(renderer):
     with_client(renderer, act)
 
 
-def test_who_leaves_frees_what_they_held(renderer):
+def test_who_leaves_frees_what_they_held(renderer, monkeypatch):
+    given_back = []
+    monkeypatch.setattr(render_thread, "give_back_memory", lambda: given_back.append(1))
+
     async def act(client):
         socket = await visit(client)
         await look(socket)
@@ -280,9 +284,10 @@ def test_who_leaves_frees_what_they_held(renderer):
         assert viewer.presenter.picture is not None and viewer._sides
         # As somebody leaves whose machine is switched off.
         socket._response.close()
-        while visitor.session is not None or renderer.visitor_count:
+        while visitor.session is not None or renderer.visitor_count or not given_back:
             await asyncio.sleep(0.01)
         assert viewer.presenter.picture is None and not viewer._sides
+        assert given_back == [1]
 
     with_client(renderer, act)
 
