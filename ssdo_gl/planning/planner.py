@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from ssdo_gl.effects.decisions import Decided
 from ssdo_gl.effects.methods import METHODS
@@ -46,34 +47,12 @@ class FramePlan:
     gloss_region: Region | None
 
 
-@dataclass(frozen=True, eq=False)
-class _Outcome:
-    """What was decided, and all that it follows from.
+class _Outcome(NamedTuple):
+    """What was decided, and the passes for it."""
 
-    Attributes
-    ----------
-    made_from : tuple
-        Scene at rest and settings, the very objects.
-    asked : tuple
-        Images, and whether the frame is live.
-    """
-
-    made_from: tuple[object, ...]
-    asked: tuple[object, ...]
-    facts: ViewFacts | None
     decided: Decided
     pipeline: Pipeline
     graph: Plan
-
-    def holds(
-        self, made_from: tuple[object, ...], asked: tuple[object, ...], facts: ViewFacts | None
-    ) -> bool:
-        """Return whether deciding again would come out the same."""
-        if self.asked != asked or not are_same(self.made_from, made_from):
-            return False
-        if facts is None or self.facts is None:
-            return facts is self.facts
-        return facts.kinds == self.facts.kinds
 
 
 class Planner:
@@ -81,11 +60,11 @@ class Planner:
 
     def __init__(self) -> None:
         self._last: tuple[tuple[object, ...], object, FramePlan] | None = None
-        self._outcome: _Outcome | None = None
         self._leaned: LastMade[Scene] = LastMade()
         self._content: LastMade[SceneContent] = LastMade()
         self._bodies: LastMade[Bodies] = LastMade()
-        self._plans: dict[tuple[tuple[str, ...], Decided, bool], tuple[Pipeline, Plan]] = {}
+        # By images, liveness, and all of the view that is decided by.
+        self._plans: dict[tuple[object, ...], _Outcome] = {}
         self._plans_for: tuple[object, ...] = ()
         self._unlit = MadeOfEach(_unlit, MOST_LIGHTS)
         self._mapped = MadeOfEach(_mapped, MOST_LIGHTS)
@@ -127,22 +106,13 @@ class Planner:
         by_maps = not settings.is_reference and settings.chosen_shadows != "none"
         if METHODS[settings.method].is_all_light and by_maps:
             scene, moved = self._shadowed.of(scene), self._shadowed.of(moved)
-        content = self.content(scene)
         facts = None
         if view is not None and settings.effects == "auto" and not settings.is_reference:
             facts = self._facts(moved, view)
-        made_from, asked = (scene, settings), (wanted, is_live)
-        known = self._outcome
-        if known is None or not known.holds(made_from, asked, facts):
-            request = Request(scene, content, settings, wanted, facts, is_live=is_live)
-            decided = decide(request)
-            passes = self._passes(request, decided)
-            known = _Outcome(made_from, asked, facts, decided, *passes)
-            self._outcome = known
+        decided, pipeline, graph = self._decide(scene, settings, wanted, facts, is_live)
         region = None if facts is None else facts.gloss_region
-        decided = known.decided
         lean = self._leaned.get((moved, decided), lambda: self._lean(moved, decided))
-        planned = FramePlan(known.pipeline, known.graph, lean, decided, region)
+        planned = FramePlan(pipeline, graph, lean, decided, region)
         self._last = (same, view_key, planned)
         return planned
 
@@ -161,17 +131,33 @@ class Planner:
         parts = (scene.objects, scene.meshes, scene.materials)
         return view_facts(self._bodies.get(parts, lambda: bodies_of(scene)), view)
 
-    def _passes(self, request: Request, decided: Decided) -> tuple[Pipeline, Plan]:
-        made_for = (request.scene, request.settings)
-        if not are_same(self._plans_for, made_for):
+    def _decide(
+        self,
+        scene: Scene,
+        settings: Settings,
+        wanted: tuple[str, ...],
+        facts: ViewFacts | None,
+        is_live: bool,
+    ) -> _Outcome:
+        if not are_same(self._plans_for, (scene, settings)):
             self._plans.clear()
-            self._plans_for = made_for
-        key = (request.wanted, decided, request.is_live)
+            self._plans_for = scene, settings
+        asked = wanted, is_live
+        key = (*asked, None if facts is None else facts.kinds)
         if key not in self._plans:
+            request = Request(scene, self.content(scene), settings, wanted, facts, is_live=is_live)
+            decided = decide(request)
+            # Another view may be decided alike: passes keep what they have made.
+            same = (k for k, o in self._plans.items() if k[:2] == asked and o.decided == decided)
+            if (known := next(same, None)) is not None:
+                outcome = self._plans[known]
+            else:
+                pipeline = build(request)
+                graph = compile_graph(pipeline.passes, pipeline.resources)
+                outcome = _Outcome(decided, pipeline, graph)
             while len(self._plans) >= MOST_PLANS:
                 self._plans.pop(next(iter(self._plans)))
-            pipeline = build(request)
-            self._plans[key] = pipeline, compile_graph(pipeline.passes, pipeline.resources)
+            self._plans[key] = outcome
         return self._plans[key]
 
     def _lean(self, scene: Scene, decided: Decided) -> Scene:
