@@ -2,18 +2,117 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import ClassVar
+from collections.abc import Hashable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 from ssdo_gl.effects.ambient import combine_of, need_of_visibility
 from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ImageSource, ReasonedPass
+from ssdo_gl.effects.estimators import DEFAULT_ESTIMATOR, ESTIMATORS, described
 from ssdo_gl.effects.methods import ALL, REFERENCES
 from ssdo_gl.effects.near_field import OPEN_DIRECTIONS, estimator_settings, filtered
 from ssdo_gl.effects.request import Request
-from ssdo_gl.passes.ambient_visibility import ConstantVisibilityPass, SsaoPass, SsaoSettings
+from ssdo_gl.gpu.fullscreen import draw_fullscreen
+from ssdo_gl.graph.frame import Frame
+from ssdo_gl.graph.render_pass import PassContext, RenderPass
+from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.composite import OcclusionMode
 from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterSettings
+from ssdo_gl.passes.screen_space_settings import (
+    ScreenSpaceSettings,
+    defines,
+    estimator_uniforms,
+    kept_resources,
+)
+from ssdo_gl.settings.fields import setting
+
+
+@dataclass(frozen=True)
+class SsaoSettings(ScreenSpaceSettings):
+    """Settings of ambient visibility."""
+
+    estimator: str = setting(
+        DEFAULT_ESTIMATOR,
+        described(ESTIMATORS),
+        choices=tuple(ESTIMATORS),
+    )
+    box_px: float = setting(
+        10.0, "zbuffer: half the width of the box around the pixel", unit="px", low=0.5, high=512.0
+    )
+
+
+def uniforms(settings: SsaoSettings, frame: Frame, has_back_layer: bool) -> dict[str, Any]:
+    """Return the uniforms of `effects/ssao.frag`."""
+    return {**estimator_uniforms(settings, frame, has_back_layer), "u_box_px": settings.box_px}
+
+
+class SsaoPass(RenderPass):
+    """Estimates (1/pi) * integral of V_R(w) cos(theta) dw at every receiver.
+
+    Writes ``visibility_raw``: x = visibility in [0, 1], 1 = open; y = z of the receiver,
+    for the filter. Background is open.
+
+    Parameters
+    ----------
+    has_back_layer : bool
+        Read ``z_layers`` to know where solids end.
+    keeps : int or None
+        Keep what blocks each direction, refined by so many bisections, for a bounce:
+        ``kept_0``, ``kept_1``, ... (see ``lib/kept_directions.glsl``). None: do not.
+    """
+
+    overwrites: ClassVar[bool] = True
+
+    def __init__(
+        self,
+        settings: SsaoSettings,
+        *,
+        has_back_layer: bool = False,
+        keeps: int | None = None,
+    ) -> None:
+        self.name = "ssao"
+        self.settings = settings
+        back = ("z_layers",) if has_back_layer else ()
+        self.reads = ("z_vs", "normals_vs", *back)
+        spec = TextureSpec(2, scale=settings.resolution_scale, transient=True)
+        self.writes = {"visibility_raw": spec}
+        if keeps is not None:
+            self.writes |= kept_resources(settings)
+        self.depends_on = ("view", "seed")
+        self._has_back_layer = has_back_layer
+        self._defines = defines(
+            settings,
+            has_back_layer,
+            keeps or 0,
+            keeps_directions=keeps is not None,
+        )
+
+    def settings_key(self) -> Hashable:
+        return self.settings, tuple(self._defines.items())
+
+    def execute(self, context: PassContext) -> None:
+        assert context.target is not None
+        draw_fullscreen(
+            context.gl,
+            context.shaders.fullscreen(
+                "effects/ssao.frag", self._defines, ESTIMATORS[self.settings.estimator].choices
+            ),
+            context.target,
+            uniforms(self.settings, context.frame, self._has_back_layer),
+            {f"t_{name}": context.inputs[name] for name in self.reads},
+        )
+
+
+class ConstantVisibilityPass(RenderPass):
+    """Writes `visibility`: 1, without looking at anything; it runs once."""
+
+    name = "constant_visibility"
+    writes: Mapping[str, TextureSpec] = {"visibility": TextureSpec(1)}
+
+    def execute(self, context: PassContext) -> None:
+        assert context.target is not None
+        context.target.clear(1.0)
 
 
 class Ssao(Effect):

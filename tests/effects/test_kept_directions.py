@@ -9,7 +9,7 @@ from passes.pass_harness import box, make_frame, make_scene, quad, run_pass
 from ssdo_gl.effects.back_layer import BackFacesPass, DepthLayersPass
 from ssdo_gl.effects.bounce import BouncePass, BounceSettings
 from ssdo_gl.effects.directional import DirectionalPass, DirectionalSettings
-from ssdo_gl.passes.ambient_visibility import SsaoPass, SsaoSettings
+from ssdo_gl.effects.ssao import SsaoPass, SsaoSettings
 from ssdo_gl.passes.gbuffer import GBufferPass
 from ssdo_gl.passes.screen_space_settings import kept_names
 

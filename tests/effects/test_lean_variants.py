@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from passes.pass_harness import make_frame, make_scene, quad, run_pass
 
-from ssdo_gl.passes.ambient_visibility import ConstantVisibilityPass
+from ssdo_gl.effects.ssao import ConstantVisibilityPass
 from ssdo_gl.passes.composite import CompositePass
 from ssdo_gl.passes.gbuffer import GBufferPass
 from ssdo_gl.passes.sender_radiance import SenderRadiancePass

@@ -29,7 +29,7 @@ from passes.test_gbuffer import draw, nearest, normals, rays_of
 from shaders.harness import evaluate
 
 from ssdo_gl.effects.bounce import BounceSettings
-from ssdo_gl.passes.ambient_visibility import SsaoSettings
+from ssdo_gl.effects.ssao import SsaoSettings
 from ssdo_gl.passes.composite import CompositePass
 from ssdo_gl.passes.sender_radiance import SenderRadiancePass
 from ssdo_gl.passes.terms import SenderTerms

@@ -12,9 +12,9 @@ from oracle.screen_space import Estimator, Picture
 from passes.pass_harness import Array, make_frame, make_scene, quad, run_pass
 
 from ssdo_gl.effects.directional import DirectionalPass, DirectionalSettings
+from ssdo_gl.effects.ssao import SsaoPass, SsaoSettings
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import RenderPass
-from ssdo_gl.passes.ambient_visibility import SsaoPass, SsaoSettings
 from ssdo_gl.passes.screen_space_settings import (
     ScreenSpaceSettings,
     estimator_uniforms,

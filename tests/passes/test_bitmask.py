@@ -11,7 +11,7 @@ from passes.estimator_cases import (
     run_visibility,
 )
 
-from ssdo_gl.passes.ambient_visibility import SsaoSettings
+from ssdo_gl.effects.ssao import SsaoSettings
 
 SIZE = (64, 40)
 TAN_Y = 0.25

@@ -10,7 +10,7 @@ from passes.estimator_cases import picture_frame
 from ssdo_gl.effects.bounce import BounceSettings
 from ssdo_gl.effects.directional import DirectionalSettings
 from ssdo_gl.effects.estimators import ESTIMATORS
-from ssdo_gl.passes.ambient_visibility import SsaoPass, SsaoSettings
+from ssdo_gl.effects.ssao import SsaoPass, SsaoSettings
 from ssdo_gl.passes.screen_space_settings import (
     ScreenSpaceSettings,
     estimator_uniforms,

@@ -7,8 +7,8 @@ import pytest
 from oracle.brdf import Brdf
 from shaders.harness import evaluate
 
+from ssdo_gl.effects.tables.gloss_tables import TABLE_SIZE, reflectance_table
 from ssdo_gl.gpu.texture import make_texture
-from ssdo_gl.passes.lobe_tables import TABLE_SIZE, reflectance_table
 
 COUNT = 4000
 # Relative to the value or to 1, for lobes no narrower than alpha = 0.04.

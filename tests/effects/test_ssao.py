@@ -19,7 +19,7 @@ from passes.estimator_cases import (
 )
 
 from ssdo_gl.effects import estimators as registry
-from ssdo_gl.passes.ambient_visibility import SsaoSettings
+from ssdo_gl.effects.ssao import SsaoSettings
 
 SIZE = (48, 36)
 TAN_Y = 0.5

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from oracle import brdf as oracle
 
-from ssdo_gl.passes.lobe_tables import TABLE_SIZE, reflectance_table
+from ssdo_gl.effects.tables.gloss_tables import TABLE_SIZE, reflectance_table
 
 COUNT = 1 << 16
 # Of the mean of COUNT weights in [0, 1]: 5 standard errors.
