@@ -713,8 +713,8 @@ def test_a_motion_begins_with_the_last_picture_as_the_camera_sees_it_now(gl, mak
     settle(seen, size=size)
 
     def error(pixels: np.ndarray) -> float:
-        truth = seen.presenter.pixels().reshape(SIZE[1], 2, SIZE[0], 2, 3).mean(axis=(1, 3))
-        return float(np.abs(pixels.astype(float) - truth).mean())
+        wanted = seen.presenter.pixels().reshape(SIZE[1], 2, SIZE[0], 2, 3).mean(axis=(1, 3))
+        return float(np.abs(pixels.astype(float) - wanted).mean())
 
     assert followed.shape == (SIZE[1], SIZE[0], 3)
     least = error(before[::2, ::2])
