@@ -213,12 +213,16 @@ void main()
         add_tap(sums, c, base, size, near.x * near.y);
         add_tap(sums, c, base + ivec2(1, 0), size, far.x * near.y);
         add_tap(sums, c, base + ivec2(0, 1), size, near.x * far.y);
-        add_tap(sums, c, base + ivec2(1, 1), size, far.x * far.y);
-        // A thing so thin that none of the four lies on it: what is known of it farther
-        // away, or else of the surroundings, is better than nothing.
-        bool is_lost = sums[0].weight < LEAST_WEIGHT;
-        for (int i = 0; is_lost && i < 16; ++i)
-            add_tap(sums, c, base + ivec2(i & 3, i >> 2) - 1, size, 1.0);
+        // Then the fourth. Where none of them lies on a thing so thin, what is known of it
+        // farther away, or else of the surroundings, is better than nothing: one loop for
+        // both, because one that runs no rounds takes the time of one in software.
+        int i = -1;
+        bool is_lost = false;
+        do {
+            ivec2 place = i < 0 ? ivec2(1) : ivec2(i & 3, i >> 2) - 1;
+            add_tap(sums, c, base + place, size, i < 0 ? far.x * far.y : 1.0);
+            is_lost = is_lost || (i < 0 && sums[0].weight < LEAST_WEIGHT);
+        } while (is_lost && ++i < 16);
 #endif
         for (int i = 0; i < SIGNAL_COUNT; ++i)
             results[i] = sums[i].weight > 0.0 ? sums[i].value / sums[i].weight : neutral(i);
