@@ -1,6 +1,7 @@
 """The surface of glTF 2.0's appendix B as a BSDF of Mitsuba 3, written apart from ours.
 
 Mitsuba's own ``principled`` differs: exact Fresnel, Burley's diffuse part, separable Smith.
+For scalar variants: one surface at a time.
 """
 
 from __future__ import annotations
@@ -8,8 +9,31 @@ from __future__ import annotations
 from types import ModuleType
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 # Ours is no narrower, either.
 MIN_ALPHA = 1e-3
+
+
+# Views that what facets reflect once is worked out for, by the root of their cosine.
+VIEWS = 128
+
+
+def reflected_once(alpha: float) -> NDArray[np.float64]:
+    """Return the share of even light that facets reflect at once, (VIEWS,).
+
+    By normals that are drawn as D cos, with tan^2 = alpha^2 u / (1 - u) for even u.
+    """
+    cos_o = np.maximum(np.linspace(0.0, 1.0, VIEWS) ** 2, 1e-4)[:, None, None]
+    u = (np.arange(512) + 0.5) / 512
+    h_z = 1.0 / np.sqrt(1.0 + alpha**2 * u / (1.0 - u))[:, None]
+    h_x = np.sqrt(1.0 - h_z**2) * np.cos((np.arange(64) + 0.5) * np.pi / 64)
+    o_h = np.maximum(np.sqrt(1.0 - cos_o**2) * h_x + cos_o * h_z, 0.0)
+    cos_i = np.maximum(2.0 * o_h * h_z - cos_o, 0.0)
+    slopes = (np.sqrt(alpha**2 + (1.0 - alpha**2) * c * c) for c in (cos_i, cos_o))
+    below = cos_o * next(slopes) + cos_i * next(slopes)
+    return np.asarray((2.0 * o_h * cos_i / (h_z * np.maximum(below, 1e-30))).mean(axis=(1, 2)))
 
 
 def register(mi: ModuleType) -> None:
@@ -24,6 +48,7 @@ def register(mi: ModuleType) -> None:
             base = mi.Color3f(props["base_color"])
             metallic = float(props["metallic"])
             self.alpha = max(float(props["roughness"]) ** 2, MIN_ALPHA)
+            self.once = reflected_once(self.alpha).tolist()
             self.diffuse = base * (1.0 - metallic)
             self.f0 = dr.lerp(mi.Color3f(float(props["f0"])), base, metallic)
             self.m_components = [mi.BSDFFlags.GlossyReflection | mi.BSDFFlags.FrontSide]
@@ -45,7 +70,12 @@ def register(mi: ModuleType) -> None:
         def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
             is_up = (si.wi.z > 0.0) & (wo.z > 0.0)
             _, d, v, f = self._terms(si, wo)
-            value = ((1.0 - f) * self.diffuse / dr.pi + f * d * v) * wo.z
+            # Light that facets scatter on: Turquin 2019.
+            place = dr.sqrt(dr.clip(si.wi.z, 0.0, 1.0)) * (VIEWS - 1)
+            node = min(int(place), VIEWS - 2)
+            once = dr.lerp(self.once[node], self.once[node + 1], place - node)
+            more = 1.0 + self.f0 * (1.0 / once - 1.0)
+            value = ((1.0 - f) * self.diffuse / dr.pi + more * f * d * v) * wo.z
             return dr.select(is_up & active, value, 0.0)
 
         def pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:

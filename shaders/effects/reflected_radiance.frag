@@ -2,7 +2,7 @@
 // The radiance of glossy reflections: the mean radiance of each lobe, without its noise, times
 // what the surface reflects of it.
 #define GLOSSY 1
-#include "lib/layer_reflectance.glsl"
+#include "lib/brdf.glsl"
 #include "lib/gbuffer.glsl"
 
 uniform sampler2D t_reflections_raw;

@@ -12,7 +12,7 @@
 // does not show; ENVIRONMENT_KIND: as in lib/environment.glsl.
 #define GLOSSY 1
 #define IS_OPEN 0
-#include "lib/layer_reflectance.glsl"
+#include "lib/brdf.glsl"
 #include "lib/receiver.glsl"
 #include "lib/march.glsl"
 #include "lib/finite.glsl"

@@ -2,7 +2,8 @@
 //
 // GLOSSY: surfaces are those of glTF 2.0, appendix B: a dielectric is diffuse
 // under a reflecting layer, a metal reflects only; GGX microfacets, height-correlated Smith
-// shadowing, Schlick's Fresnel. Without it all are diffuse, albedo / pi.
+// shadowing, Schlick's Fresnel. Light that facets send to each other, which appendix B leaves
+// out, is added to the lobe: `rescattered`. Without it all are diffuse, albedo / pi.
 //
 // `normal` is the shading normal, `w_in` points to where light comes from and `w_out` to
 // where it goes: unit vectors away from the surface, all in one space. Values come times
@@ -14,6 +15,9 @@ uniform sampler2D t_albedo;  // of the G-buffer; a: 1 on surfaces, 0 elsewhere
 #if GLOSSY
 uniform sampler2D t_gloss;   // rgb: reflectance at normal incidence, a: roughness
 uniform sampler2D t_finish;  // r: reflectance at grazing incidence, g: baked visibility
+// What facets reflect once of even light. x: view, y: roughness; rg: shares of f0 and f90 by
+// the view's cosine, b: their sum by another scale
+uniform sampler2D t_reflectance;
 #endif
 
 struct Brdf {
@@ -101,6 +105,34 @@ vec3 mean_fresnel(Brdf brdf, float cosine)
     return brdf.f0 + (brdf.f90 - brdf.f0) * max(power, 0.0);
 }
 
+const float TABLE_SIZE = 32.0;
+// No view gains energy by how the table is interpolated.
+const float TABLE_MARGIN = 0.997;
+
+vec3 reflected_once(float view, float roughness)
+{
+    vec2 node = (vec2(view, roughness) * (TABLE_SIZE - 1.0) + 0.5) / TABLE_SIZE;
+    return textureLod(t_reflectance, node, 0.0).rgb;
+}
+
+// The lobe with the light that facets reflect again and again, over that without: Turquin
+// 2019, "Practical Multiple Scattering Compensation for Microfacet Models".
+vec3 rescattered(Brdf brdf, float cos_out)
+{
+    // The view at which facets hide each other most is half-way for all roughnesses.
+    float alpha = alpha_of(brdf.roughness);
+    float view = sqrt(cos_out * (1.0 + alpha) / (cos_out + alpha));
+    float once = reflected_once(view, brdf.roughness).b;
+    return 1.0 + brdf.f0 * max(TABLE_MARGIN / max(once, 1e-3) - 1.0, 0.0);
+}
+
+// The share of evenly spread light that the glossy layer reflects.
+vec3 layer_reflectance(Brdf brdf, float cos_out)
+{
+    vec2 share = reflected_once(cos_out, brdf.roughness).rg;
+    return (brdf.f0 * share.x + brdf.f90 * share.y) * rescattered(brdf, cos_out);
+}
+
 // The distribution of GGX, Walter et al. 2007, of a unit half vector. Lagrange's identity
 // for the sine keeps the digits that 1 - cosine^2 loses near the normal.
 float ggx_distribution(vec3 normal, vec3 h, float alpha)
@@ -165,8 +197,8 @@ float facets_between(Brdf brdf, vec3 normal, vec3 w_out, vec3 w_in)
     return ggx_distribution(normal, half_vector(normal, w_out, w_in), alpha_of(brdf.roughness));
 }
 
-// The glossy part alone, where w_in is above the horizon; d is that distribution.
-vec3 gloss_per_cosine(Brdf brdf, vec3 normal, vec3 w_out, vec3 w_in, float d)
+// What facets reflect once, where w_in is above the horizon; d is that distribution.
+vec3 once_per_cosine(Brdf brdf, vec3 normal, vec3 w_out, vec3 w_in, float d)
 {
     float alpha = alpha_of(brdf.roughness);
     vec3 h = half_vector(normal, w_out, w_in);
@@ -174,11 +206,18 @@ vec3 gloss_per_cosine(Brdf brdf, vec3 normal, vec3 w_out, vec3 w_in, float d)
     return is_glossy(brdf) ? fresnel(brdf, dot(w_in, h)) * (d * v) : vec3(0.0);
 }
 
-vec3 gloss_times_cosine(Brdf brdf, vec3 normal, vec3 w_out, vec3 w_in)
+vec3 once_times_cosine(Brdf brdf, vec3 normal, vec3 w_out, vec3 w_in)
 {
     float cos_in = dot(normal, w_in);
     float d = facets_between(brdf, normal, w_out, w_in);
-    return cos_in > 0.0 ? gloss_per_cosine(brdf, normal, w_out, w_in, d) * cos_in : vec3(0.0);
+    return cos_in > 0.0 ? once_per_cosine(brdf, normal, w_out, w_in, d) * cos_in : vec3(0.0);
+}
+
+// The glossy part alone.
+vec3 gloss_times_cosine(Brdf brdf, vec3 normal, vec3 w_out, vec3 w_in)
+{
+    vec3 once = once_times_cosine(brdf, normal, w_out, w_in);
+    return once * rescattered(brdf, cosine_out(normal, w_out));
 }
 
 // A direction from the glossy part alone, whose weight is of that part, too.
@@ -195,7 +234,8 @@ BrdfSample gloss_sample(Brdf brdf, vec3 normal, vec3 w_out, vec2 u)
     float spread = sqrt(alpha * alpha + (1.0 - alpha * alpha) * local.z * local.z);
     float share = smith_visibility(local.z, cos_in, alpha) * 2.0 * (local.z + spread) * cos_in;
     bool is_up = cos_in > 0.0 && is_glossy(brdf);
-    vec3 weight = is_up ? fresnel(brdf, dot(local, h)) * share : vec3(0.0);
+    vec3 gloss = fresnel(brdf, dot(local, h)) * share * rescattered(brdf, local.z);
+    vec3 weight = is_up ? gloss : vec3(0.0);
     return BrdfSample(w_in, weight, visible_normal_density(normal, frame * h, local.z, alpha));
 }
 
@@ -278,13 +318,14 @@ vec3 brdf_reflectance(Brdf brdf)
 vec3 even_reflectance(Brdf brdf)
 {
 #if GLOSSY
-    // Fits to what microfacets of Fresnel's 1 and (1 - cosine)^5 leave, within 0.003; of the
-    // light that enters the diffuse part 0.0037 (f90 - f0) is reflected before.
+    // Fits to what microfacets of Fresnel's 1 and (1 - cosine)^5 reflect once, within 0.003; of
+    // the light that enters the diffuse part 0.0037 (f90 - f0) is reflected before.
     float r = brdf.roughness;
     float all = 0.9998 + r * (-0.0143 + r * (0.3322 + r * (-2.2012 + r * 1.2952)));
     float grazing = max(0.0494 + r * (-0.0181 + r * (-0.1335 + r * 0.1070)), 0.0);
     vec3 enters = is_glossy(brdf) ? vec3(1.0) - mix(brdf.f0, vec3(brdf.f90), 0.0037) : vec3(1.0);
     vec3 gloss = brdf.f0 * (all - grazing) + brdf.f90 * grazing;
+    gloss *= 1.0 + brdf.f0 * (1.0 / all - 1.0);
     return brdf.albedo * enters + (is_glossy(brdf) ? gloss : vec3(0.0));
 #else
     return brdf.albedo;

@@ -147,10 +147,10 @@ vec3 gloss_of_area(Brdf brdf, Light light, vec3 p_vs, vec3 n_vs, vec3 w_out)
             vec3 p = q + s.x * u;
             float inverse = inversesqrt(max(dot(p, p), 1e-30));
             float solid_angle = abs(dot(uv, p)) * inverse * inverse * inverse * s.y * t.y;
-            sum += gloss_times_cosine(brdf, n_vs, w_out, p * inverse) * solid_angle;
+            sum += once_times_cosine(brdf, n_vs, w_out, p * inverse) * solid_angle;
         }
     }
-    return sum;
+    return sum * rescattered(brdf, cosine_out(n_vs, w_out));
 }
 #endif
 

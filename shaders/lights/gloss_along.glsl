@@ -17,7 +17,7 @@ LightGloss gloss_along(Brdf brdf, vec3 n, vec3 w_out, vec3 w, vec3 irradiance, f
     vec3 mean = vec3(1.0) - mean_fresnel(brdf, clamp(dot(n, w_out), 0.0, 1.0));
     // Of metals, which reflect nothing diffusely, all of it: it is sent on as it is.
     vec3 share = mix(vec3(1.0), passes / max(mean, vec3(1e-3)), greaterThan(brdf.albedo, vec3(0.0)));
-    vec3 radiance = cos_in > 0.0 ? irradiance * gloss_per_cosine(brdf, n, w_out, w, d) : vec3(0.0);
-    return LightGloss(irradiance * share, radiance);
+    vec3 radiance = cos_in > 0.0 ? irradiance * once_per_cosine(brdf, n, w_out, w, d) : vec3(0.0);
+    return LightGloss(irradiance * share, radiance * rescattered(brdf, cosine_out(n, w_out)));
 }
 #endif

@@ -101,7 +101,6 @@ class ReflectionsPass(RenderPass):
             "t_z_vs": "z_vs",
             "t_normals_vs": "normals_vs",
             **brdf_wiring(glossy=True),
-            "t_reflectance": "reflectance",
             **({"t_environment_lobes": "environment_lobes"} if kind > 1 else {}),
             **({"t_environment": MAP_RADIANCE} if kind == 3 else {}),
             **({"t_sender_radiance": "sender_radiance"} if bound is not None else {}),
@@ -158,7 +157,6 @@ class ReflectedRadiancePass(RenderPass):
         "t_z_vs": "z_vs",
         "t_normals_vs": "normals_vs",
         **brdf_wiring(glossy=True),
-        "t_reflectance": "reflectance",
         "t_reflections_raw": "reflections_raw",
         "t_reflections_filtered": "reflections_filtered",
     }

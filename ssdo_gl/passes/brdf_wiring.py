@@ -11,8 +11,8 @@ LARGEST_TWICE = 0.2
 
 def brdf_wiring(glossy: bool) -> dict[str, str]:
     """Return the resource behind each sampler; `glossy` is the define GLOSSY."""
-    gloss = {"t_gloss": "gloss", "t_finish": "finish"} if glossy else {}
-    return {"t_albedo": "albedo", **gloss}
+    gloss = ("gloss", "finish", "reflectance") if glossy else ()
+    return {f"t_{name}": name for name in ("albedo", *gloss)}
 
 
 def gloss_draws(frame: Frame, glossy: bool) -> tuple[tuple[int, Region | None], ...]:

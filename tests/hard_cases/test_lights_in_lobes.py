@@ -9,7 +9,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from oracle.brdf import Brdf, visible_normal
-from shaders.harness import evaluate
+from shaders.harness import evaluate, reflectance_texture
+
+from ssdo_gl.effects.tables.gloss_tables import reflectance_table
 
 COUNT = 200
 # Squares of the unit square of facets: a light's edge crosses some hundred, each of which is
@@ -21,6 +23,7 @@ Light light = Light(LIGHT_RECTANGLE, SHADOW_NONE, false, c, vec3(1.0), u, v, vec
 Brdf brdf = Brdf(vec3(0.0), f0, 1.0, roughness);
 return gloss_of_area(brdf, light, vec3(0.0), normal, w_out);"""
 DEFINES = {"GLOSSY": 1, "LIGHT_FORM": 2}
+ONCE = reflectance_table()[..., 2].astype(np.float64)
 
 
 def unit(vectors):
@@ -62,7 +65,7 @@ def quadrature(c, u, v, w_out, roughness):
     count = len(square)
     ones = np.ones(count)
     normal = np.tile([0.0, 0.0, 1.0], (count, 1))
-    brdf = Brdf(np.zeros((count, 3)), np.tile(F0, (count, 1)), ones, roughness * ones)
+    brdf = Brdf(np.zeros((count, 3)), np.tile(F0, (count, 1)), ones, roughness * ones, ONCE)
     seen, everything = [], []
     for middle, edge_u, edge_v, out in zip(c, u, v, w_out, strict=True):
         point = (square + rng.random(square.shape)) / SIDE
@@ -99,8 +102,9 @@ def by_shader(gl, shaders, c, u, v, w_out, roughness):
         "f0": np.tile(F0, (count, 1)), "roughness": np.full(count, roughness),
     }  # fmt: skip
     return evaluate(
-        gl, shaders, ["lib/space.glsl", "lights/gloss.glsl"], GLSL, inputs, 3, defines=DEFINES
-    )
+        gl, shaders, ["lib/space.glsl", "lights/gloss.glsl"], GLSL, inputs, 3, defines=DEFINES,
+        textures=reflectance_texture(gl),
+    )  # fmt: skip
 
 
 # Of all that the lobe would show of light all around: what 9000 lights gave, and a little.

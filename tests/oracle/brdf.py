@@ -15,6 +15,7 @@ Array = NDArray[np.float64]
 
 MIN_ALPHA = 1e-3
 MIN_COSINE = 1e-4
+TABLE_MARGIN = 0.997
 
 
 @dataclass(frozen=True)
@@ -29,12 +30,16 @@ class Brdf:
         Reflectance of the microfacets at normal incidence.
     f90, roughness : ndarray, shape (N,)
         Reflectance at grazing incidence, 0: there are none; perceptual roughness.
+    once : ndarray, shape (n, n), or None
+        Share of even light that facets reflect once, at nodes of roughness and view. None:
+        what they reflect more than once is left out.
     """
 
     albedo: Array
     f0: Array
     f90: Array
     roughness: Array
+    once: Array | None = None
 
     @classmethod
     def diffuse(cls, albedo: Array) -> Brdf:
@@ -69,6 +74,18 @@ class Brdf:
         d = (self.alpha * cosine) ** 2 + sine_2
         return np.where(cosine > 0.0, self.alpha**2 / (np.pi * np.maximum(d, 1e-30) ** 2), 0.0)
 
+    def rescattered(self, cos_out: Array) -> Array:
+        """Return the lobe over what facets reflect once, (N, 3)."""
+        if self.once is None:
+            return np.ones((len(cos_out), 3))
+        view = np.sqrt(cos_out * (1.0 + self.alpha) / (cos_out + self.alpha))
+        places = [np.clip(x, 0.0, 1.0) * (len(self.once) - 1) for x in (self.roughness, view)]
+        (i, j), (a, b) = zip(*((np.floor(x).astype(int), x % 1.0) for x in places), strict=True)
+        i_1, j_1 = (np.minimum(k + 1, len(self.once) - 1) for k in (i, j))
+        near, far = ((1.0 - b) * self.once[k, j] + b * self.once[k, j_1] for k in (i, i_1))
+        more = np.maximum(TABLE_MARGIN / ((1.0 - a) * near + a * far) - 1.0, 0.0)
+        return np.asarray(1.0 + self.f0 * more[:, None])
+
     def gloss_times_cosine(self, normal: Array, w_out: Array, w_in: Array) -> Array:
         """Return what the glossy layer alone reflects, (N, 3)."""
         cos_in, cos_out = _dot(normal, w_in), np.maximum(_dot(normal, w_out), MIN_COSINE)
@@ -81,7 +98,8 @@ class Brdf:
         )
         value = self.distribution(normal, h) * smith * above
         value = np.where((cos_in > 0.0) & self.is_glossy, value, 0.0)
-        return np.asarray(self.fresnel(_dot(w_in, h)) * value[:, None])
+        fresnel = self.fresnel(_dot(w_in, h)) * self.rescattered(cos_out)
+        return np.asarray(fresnel * value[:, None])
 
     def times_cosine(self, normal: Array, w_out: Array, w_in: Array) -> Array:
         """Return reflected radiance per radiance and solid angle at w_in, (N, 3)."""

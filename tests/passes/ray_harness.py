@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from passes.pass_harness import make_frame
 
 from ssdo_gl.effects.tables.environment import EnvironmentPass
+from ssdo_gl.effects.tables.gloss_tables import ReflectanceTablePass
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.device_geometry import Geometry
 from ssdo_gl.gpu.readback import read_texture
@@ -61,7 +62,7 @@ class Tracer:
         """Run `item` and return what it writes and `outputs`, top row first."""
         names = (*item.writes, *outputs)
         tables = [GBufferPass(), BvhUploadPass(), SurfaceTablesPass(), MaterialTablePass()]
-        tables.append(EmitterTablesPass())
+        tables += [EmitterTablesPass(), ReflectanceTablePass()]
         if environment_kind(self.scene.environment) == 3:
             tables.append(EnvironmentPass())
         plan = compile_graph([*tables, item], names)

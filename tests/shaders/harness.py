@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cache
 from typing import Any
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from ssdo_gl.effects.tables.gloss_tables import TABLE_SIZE, reflectance_table
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
@@ -110,3 +112,14 @@ def _as_rows(name: str, value: Any) -> NDArray[Any]:
         raise ValueError(f"input {name!r} has shape {np.shape(value)}, not (n,) or (n, 1..4)")
     kinds = {"f": np.float32, "i": np.int32, "b": np.int32, "u": np.uint32}
     return array.astype(kinds[array.dtype.kind])
+
+
+_table = cache(reflectance_table)
+
+
+def reflectance_texture(gl: moderngl.Context) -> dict[str, moderngl.Texture]:
+    """Return the table that surfaces with GLOSSY look up, by its sampler."""
+    size = (TABLE_SIZE, TABLE_SIZE)
+    texture = make_texture(gl, size, 3, "f4", _table())
+    texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+    return {"t_reflectance": texture}

@@ -7,6 +7,7 @@ from collections.abc import Hashable, Mapping, Sequence
 from typing import Any, ClassVar
 
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
+from ssdo_gl.passes.brdf_wiring import brdf_wiring
 from ssdo_gl.passes.environment_uniforms import (
     MAP_RADIANCE,
     environment_kind,
@@ -64,7 +65,7 @@ class RayPass(RenderPass):
         self.settings = settings
         self.features = features
         self.environment_kind = environment_kind(environment)
-        gloss = ("albedo", "gloss", "finish") if self.reflects and features.glossy else ()
+        gloss = tuple(brdf_wiring(True).values()) if self.reflects and features.glossy else ()
         self.reads = (
             *self.surface,
             *(name for name in gloss if name not in self.surface),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from oracle import brdf as oracle
 
-from ssdo_gl.effects.tables.gloss_tables import TABLE_SIZE, reflectance_table
+from ssdo_gl.effects.tables.gloss_tables import TABLE_SIZE, cosine_of_node, reflectance_table
 
 COUNT = 1 << 16
 # Of the mean of COUNT weights in [0, 1]: 5 standard errors.
@@ -18,11 +18,13 @@ def test_the_table_is_the_mean_over_the_lobe():
     normal = np.tile([0.0, 0.0, 1.0], (COUNT, 1))
     for row, column in ((2, 3), (8, 1), (12, 20), (31, 16), (31, 31)):
         roughness, cosine = row / (TABLE_SIZE - 1), column / (TABLE_SIZE - 1)
-        w_out = np.tile([np.sqrt(1.0 - cosine**2), 0.0, cosine], (COUNT, 1))
-        for f0, f90, wanted in (
-            (1.0, 1.0, table[row, column].sum()),
-            (0.0, 1.0, table[row, column, 1]),
+        other = float(cosine_of_node(np.array([cosine]), roughness**2)[0])
+        for f0, f90, view, wanted in (
+            (1.0, 1.0, cosine, table[row, column, :2].sum()),
+            (0.0, 1.0, cosine, table[row, column, 1]),
+            (1.0, 1.0, other, table[row, column, 2]),
         ):
+            w_out = np.tile([np.sqrt(1.0 - view**2), 0.0, view], (COUNT, 1))
             surface = oracle.Brdf.glossy(
                 albedo=np.zeros((COUNT, 3)),
                 f0=np.full((COUNT, 3), f0),
@@ -34,7 +36,7 @@ def test_the_table_is_the_mean_over_the_lobe():
 
 
 def test_smooth_layers_reflect_as_fresnel_says():
-    table = reflectance_table()[0]
+    table = reflectance_table()[0, :, :2]
     power = (1.0 - np.linspace(0.0, 1.0, TABLE_SIZE)) ** 5
     np.testing.assert_allclose(table[1:], np.stack([1.0 - power, power], 1)[1:], atol=5e-3)
 
@@ -42,4 +44,5 @@ def test_smooth_layers_reflect_as_fresnel_says():
 def test_no_layer_reflects_more_than_it_gets():
     table = reflectance_table()
     assert table.min() >= 0.0
-    assert table.sum(axis=-1).max() <= 1.0 + 1e-4
+    assert table[..., :2].sum(axis=-1).max() <= 1.0 + 1e-4
+    assert table[..., 2].max() <= 1.0 + 1e-4
