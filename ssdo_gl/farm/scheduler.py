@@ -7,12 +7,15 @@ import os
 import pickle
 import platform
 import re
+import signal
+import sys
 import time
 import uuid
 from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import CancelledError
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
+from multiprocessing import resource_tracker
 from types import ModuleType
 from typing import Any
 
@@ -21,6 +24,7 @@ from ssdo_gl.farm import local_worker
 from ssdo_gl.farm.kept_maker import Maker, idle, results
 from ssdo_gl.gpu.context import DEVICE_INDEX
 from ssdo_gl.gpu.egl_devices import gpu_numbers
+from ssdo_gl.gpu.held_signals import held_signals
 
 # How long a scheduler may take to answer, and its workers to come.
 CONNECT_S, WORKERS_S = 10, 60
@@ -259,13 +263,30 @@ def _clients(distributed: ModuleType, scheduler: str) -> Iterator[Any]:
         return
     import dask
 
+    # After 15 s a cluster ends what restarts a worker; under load that takes longer.
     with (
-        # After 15 s a cluster ends what restarts a worker; under load that takes longer.
         dask.config.set({"distributed.deploy.lost-worker-timeout": "1 day"}),
-        _local_cluster(distributed, int(local[1] or 0)) as cluster,
-        distributed.Client(cluster) as client,
+        ExitStack() as stack,
     ):
-        yield client
+        # One that is interrupted while it starts leaves its workers, and tracebacks of theirs.
+        with held_signals(), _away_from_ctrl_c():
+            cluster = stack.enter_context(_local_cluster(distributed, int(local[1] or 0)))
+        yield stack.enter_context(distributed.Client(cluster))
+
+
+@contextmanager
+def _away_from_ctrl_c() -> Iterator[None]:
+    """Let processes that are begun here not hear Ctrl-C, from their first moment on."""
+    if sys.platform == "win32":
+        yield
+        return
+    # It unblocks signals where it is begun.
+    resource_tracker.ensure_running()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _local_cluster(distributed: ModuleType, count: int) -> Any:

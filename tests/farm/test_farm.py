@@ -156,6 +156,7 @@ class Chosen(Squares):
         time.sleep(0.1)
         super().make(item)
         assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN, "Ctrl-C is the command's"
+        assert signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, []), "from the start"
         return int(os.environ.get("GLCONTEXT_DEVICE_INDEX", "-1"))
 
 
