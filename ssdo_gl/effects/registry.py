@@ -18,13 +18,17 @@ from ssdo_gl.passes.tone_map import ToneMapSettings
 def in_order(found: Iterable[Effect]) -> list[Effect]:
     """Return effects in the order in which they are decided, of terms in sums, and of images.
 
-    Each comes after those that it names, and what is part of no picture, but serves others,
-    after all that are.
+    Each comes after those that it names; what none names, a new one, after all that some
+    name; and what is part of no picture, but serves others, after all that are.
     """
-    by_name = {effect.name: effect for effect in found}
-    order = TopologicalSorter({name: effect.after for name, effect in by_name.items()})
-    sorted_effects = (by_name[name] for name in order.static_order())
-    return sorted(sorted_effects, key=lambda effect: not effect.methods)
+    # Read backwards, so that what none names is free to come last.
+    by_name = {effect.name: effect for effect in reversed([*found])}
+    users: dict[str, list[str]] = {name: [] for name in by_name}
+    for effect in by_name.values():
+        for name in effect.after:
+            users[name].append(effect.name)
+    backwards = (by_name[name] for name in TopologicalSorter(users).static_order())
+    return sorted(backwards, key=lambda effect: bool(effect.methods))[::-1]
 
 
 def found_effects() -> list[Effect]:

@@ -25,7 +25,13 @@ from ssdo_gl.scene.environment.environment_kinds import MapEnvironment
 from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
 from ssdo_gl.scene.geometry.shapes import quad, sphere
 from ssdo_gl.scene.light_bodies import body_lights
-from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
+from ssdo_gl.scene.lights import (
+    DirectionalLight,
+    PointLight,
+    RectangleLight,
+    SpotLight,
+    kind_number,
+)
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.scene import Scene
 
@@ -122,7 +128,7 @@ def test_a_body_replaces_all_lights_that_stand_for_it() -> None:
     # Two bodies, the sun and the rectangle that stands for itself.
     assert tables.group_count == 4
     kinds = np.array(codes(tables))
-    assert (kinds & 63 == KIND_LIGHT + 2).sum() == 1
+    assert (kinds & 63 == KIND_LIGHT + kind_number(sun)).sum() == 1
     assert ((kinds & 63 == KIND_PARALLELOGRAM) & (kinds & BODY_CODE == 0)).sum() == 1
     # All of it is direct light with a shadow: mode 1 + 4.
     np.testing.assert_array_equal(tables.groups[:, 0, 2], 5.0)
@@ -137,7 +143,8 @@ def test_shadow_modes_and_sides_are_kept() -> None:
     scene = scene_of([sphere(6)], [SceneObject(0, 0)], lights=lights)
     tables = tables_of(scene)
     np.testing.assert_array_equal(tables.groups[:, 0, 2], [4.0, 6.0, 5.0])
-    assert codes(tables) == [KIND_LIGHT, KIND_LIGHT + 1, KIND_PARALLELOGRAM + TWO_SIDED_CODE]
+    point, spot = (KIND_LIGHT + kind_number(light) for light in lights[:2])
+    assert codes(tables) == [point, spot, KIND_PARALLELOGRAM + TWO_SIDED_CODE]
     inner, outer = np.cos(np.radians([10.0, 40.0]))
     numbers = [1.0 - outer, 1.0 / (inner - outer)]
     np.testing.assert_allclose(tables.entries[1, 2, :2], numbers, rtol=1e-5)
