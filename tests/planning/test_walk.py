@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 
 import pytest
 
@@ -18,6 +19,7 @@ from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
 
 SCENE = load_scene("cornell_meso")
+METALS = str(Path(__file__).parents[2] / "benchmarks" / "metals.toml")
 
 
 def pipeline_of(wanted=("beauty",), scene=SCENE, **settings):
@@ -127,7 +129,7 @@ FEW = {"samples": 16, "steps": 4, "resolution_scale": 0.5}
         ("cornell_meso", {**FEW, "resolution_scale": 1.0}, False),
         ("cornell_meso", {**FEW, "estimator": "bitmask"}, False),
         ("cornell_meso", {**FEW, "effects": "full"}, False),
-        ("benchmarks/metals.toml", FEW, False),
+        (METALS, FEW, False),
     ],
 )
 def test_the_bounce_adds_up_what_few_senders_send(scene, settings, is_summed):
