@@ -234,7 +234,9 @@ class Bounce(Effect):
         """Yield estimator and filter."""
         item = BouncePass(
             estimator_settings(request, self.name, BounceSettings),
-            sender_bound=sender_bound(request.scene, request.radius),
+            sender_bound=sender_bound(
+                request.scene, request.radius, has_all_bounces=request.runs("far_field")
+            ),
             has_back_layer=request.runs("back_layer"),
             takes_directions=request.kept_refinements is not None,
         )

@@ -208,11 +208,14 @@ class Reflections(Effect):
         """Yield estimator, filter and what the surface makes of it."""
         settings = request.with_overrides(self.name, ReflectionsSettings())
         is_bounce = request.settings.method != "ssdo"
+        bound = sender_bound(
+            request.scene, request.radius, has_all_bounces=request.runs("far_field")
+        )
         item = ReflectionsPass(
             settings,
             ScreenSpaceSettings(radius=request.radius),
             request.scene.environment,
-            bound=sender_bound(request.scene, request.radius) if is_bounce else None,
+            bound=bound if is_bounce else None,
             has_back_layer=request.runs("back_layer"),
             rays=request.ray_features if request.runs("surface_cache") else None,
         )

@@ -66,8 +66,8 @@ def test_half_a_sky_is_left_beside_an_endless_wall() -> None:
 
 
 def test_a_closed_furnace_has_its_closed_form() -> None:
-    # e (1 + a + a^2 + ...), with R far smaller and far larger than the box.
-    albedo, emission = 0.5, 1.0
+    # e (1 + a + a^2 + ...), with R far smaller than the box and as large.
+    albedo, emission = 0.9, 1.0
     glowing = Material(albedo=(albedo,) * 3, emission=(emission,) * 3, two_sided_emission=True)
     camera = Camera((0.2, 0.1, 0.3), (1.0, 0.3, 0.5))
     scene = make_scene([box([-1, -1, -1], [1, 1, 1])], materials=[glowing], camera=camera)
