@@ -64,29 +64,36 @@ vec4 probe_at(ivec2 tile, bool is_second)
 // Normals whose cosine is less than this have other directions in the same cell.
 const float SAME_DIRECTIONS = 0.9;
 
-// How many rays a direction is worth: in proportion to the deviation of its neighbours, four
-// directions about and the same one of eight probes about, over the light that arrives. Not of
-// its own ray: to trace on where that has met light, and not where it has missed it, darkens.
-int rays_worth(ivec2 tile, bool is_second, ivec2 cell, ivec2 tiles, vec3 p_vs, vec3 n_vs)
+// The probe of a tile that has the same directions, or -1.
+ivec2 probe_like(ivec2 tile, ivec2 tiles, vec3 n_vs)
 {
-    // Second probes are compared with each other.
-    ivec2 layer = ivec2(0, is_second ? second_probe_rows(tiles) : 0);
+    for (int i = 0; i < 2; ++i) {
+        float code = probe_at(tile, i == 1).w;
+        if (code != 0.0 && dot(oct_unproject(probe_square(code)), n_vs) > SAME_DIRECTIONS)
+            return tile + ivec2(0, i * second_probe_rows(tiles));
+    }
+    return ivec2(-1);
+}
+
+// How many rays a direction is worth: in proportion to the deviation of its neighbours, four
+// directions about and the same one of sixteen tiles about, over the light that arrives. Not of
+// its own ray: to trace on where that has met light, and not where it has missed it, darkens.
+int rays_worth(ivec2 tile, ivec2 probe, ivec2 cell, ivec2 tiles, vec3 p_vs, vec3 n_vs)
+{
     vec3 sums = vec3(0.0);
-    for (int i = 0; i < 12; ++i) {
-        bool turns = i >= 8;
-        int place = i < 4 ? i : i + 1;
-        ivec2 other = tile + ivec2(place % 3, place / 3) - 1;
-        other = turns ? cell + (1 - 2 * (i & 1)) * (i < 10 ? ivec2(1, 0) : ivec2(0, 1)) : other;
+    for (int i = 0; i < 20; ++i) {
+        bool turns = i < 4;
+        ivec2 along = (i & 1) == 0 ? ivec2(1, 0) : ivec2(0, 1);
+        // Of eight places around, those nearby and those twice as far away.
+        int place = i & 7;
+        place += place < 4 ? 0 : 1;
+        ivec2 around = (i < 12 ? 1 : 2) * (ivec2(place % 3, place / 3) - 1);
+        ivec2 other = turns ? cell + (i < 2 ? along : -along) : tile + around;
         ivec2 size = turns ? ivec2(PROBE_SIDE) : tiles;
         bool counts = all(greaterThanEqual(other, ivec2(0))) && all(lessThan(other, size));
-        if (counts && !turns) {
-            float code = probe_at(other, is_second).w;
-            counts = code != 0.0 && dot(oct_unproject(probe_square(code)), n_vs) > SAME_DIRECTIONS;
-        }
-        if (counts) {
-            ivec2 texel = turns ? probe_texel(tile + layer, tiles) + other
-                                : probe_texel(other + layer, tiles) + cell;
-            vec4 far = texelFetch(t_far_first, texel, 0);
+        ivec2 of = counts && !turns ? probe_like(other, tiles, n_vs) : probe;
+        if (counts && of.x >= 0) {
+            vec4 far = texelFetch(t_far_first, probe_texel(of, tiles) + (turns ? other : cell), 0);
             float x = dot(far.rgb, vec3(1.0 / 3.0)) + (1.0 - far.a) * u_sky;
             sums += vec3(1.0, x, x * x);
         }
@@ -120,7 +127,7 @@ void main()
         vec3 n_vs = oct_unproject(probe_square(point.w));
 #if REFINES
         sum = texelFetch(t_far_first, ivec2(gl_FragCoord.xy), 0);
-        count = rays_worth(tile, is_second, cell, tiles, point.xyz, n_vs);
+        count = rays_worth(tile, probe, cell, tiles, point.xyz, n_vs);
 #endif
         vec3 n = u_ns_from_vs * n_vs;
         mat3 frame = frame_from_z(n_vs);

@@ -228,4 +228,4 @@ def test_directions_that_differ_have_further_rays(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(far_probes, "RAYS_PER_DEVIATION", 0.0)
     one = pictures()
     assert many.std(axis=0).mean() < 0.7 * one.std(axis=0).mean()
-    assert many.mean() == pytest.approx(one.mean(), rel=0.02)
+    assert many.mean() == pytest.approx(one.mean(), rel=0.1)
