@@ -78,8 +78,9 @@ def test_a_closed_furnace_has_its_closed_form() -> None:
         assert found.mean() == pytest.approx(emission / (1.0 - albedo), rel=0.01)
 
 
-def test_a_sheet_that_stands_alone_needs_no_rays() -> None:
-    scene = make_scene([FLOOR], materials=[GREY], environment=SKY, camera=CAMERA)
+def test_a_box_that_stands_alone_needs_no_rays() -> None:
+    block = box([-0.3, 0, -0.3], [0.3, 0.4, 0.3])
+    scene = make_scene([block], materials=[GREY], environment=SKY, camera=CAMERA)
     with Renderer(scene, Settings(method="gi", size=SIZE, radius=RADIUS)) as renderer:
         result = renderer.render(("beauty",))
     assert "far_probes" not in [item.name for item in result.passes if item.ran]
