@@ -59,7 +59,7 @@ class Effect(ABC):
         Unique; how other effects ask whether it runs.
     after : tuple of str
         Effects that are decided before it, because it asks about them, and whose terms come
-        before its own in sums. What serves others (no `methods`) comes after all that do not.
+        before its own in sums. What serves others (no `methods`, no `shown_by`) comes last.
     methods : frozenset of str
         The methods whose picture it is part of.
     shown_by : frozenset of str

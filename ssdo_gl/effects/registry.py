@@ -19,7 +19,7 @@ def in_order(found: Iterable[Effect]) -> list[Effect]:
     """Return effects in the order in which they are decided, of terms in sums, and of images.
 
     Each comes after those that it names; what none names, a new one, after all that some
-    name; and what is part of no picture, but serves others, after all that are.
+    name; and what shows nothing, but serves others, after all that do.
     """
     # Read backwards, so that what none names is free to come last.
     by_name = {effect.name: effect for effect in reversed([*found])}
@@ -28,7 +28,7 @@ def in_order(found: Iterable[Effect]) -> list[Effect]:
         for name in effect.after:
             users[name].append(effect.name)
     backwards = (by_name[name] for name in TopologicalSorter(users).static_order())
-    return sorted(backwards, key=lambda effect: bool(effect.methods))[::-1]
+    return sorted(backwards, key=lambda effect: bool(effect.methods | effect.shown_by))[::-1]
 
 
 def found_effects() -> list[Effect]:
