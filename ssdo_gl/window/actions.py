@@ -173,6 +173,15 @@ def _inspect(viewer: Viewer, host: Host, number: int) -> None:
 
 def _pause(viewer: Viewer, host: Host, number: int) -> None:
     viewer.clock.toggle()
+    _say_time(viewer)
+
+
+def _step(viewer: Viewer, host: Host, number: int) -> None:
+    viewer.clock.step()
+    _say_time(viewer)
+
+
+def _say_time(viewer: Viewer) -> None:
     seconds = f"{viewer.clock.seconds:.2f} s"
     if not viewer.clock.has_motion:
         viewer.say("nothing moves in this scene", key="pause")
@@ -326,7 +335,7 @@ _ACTIONS: dict[Command, Callable[[Viewer, Host, int], None]] = {
     Command.ERROR: _error,
     Command.INSPECT: _inspect,
     Command.PAUSE: _pause,
-    Command.STEP: _viewer(lambda viewer: viewer.clock.step()),
+    Command.STEP: _step,
     Command.RELOAD: _host(lambda host: host.reload_shaders()),
     Command.OPEN: _host(lambda host: host.ask_for_file()),
     Command.RELOAD_SCENE: _viewer(reload_file),

@@ -411,6 +411,7 @@ def test_carousel_runs_stops_and_steps(gl, make_viewer) -> None:
     settle(viewer)
     assert viewer.clock.seconds == pytest.approx(5 * FRAME_S)
     ask(viewer, Command.STEP)
+    assert "stopped at 0.20 s" in said(viewer)
     settle(viewer)
     assert viewer.clock.seconds == pytest.approx(5 * FRAME_S + 1 / 30)
     viewer.clock.seconds = 1.0
@@ -418,8 +419,9 @@ def test_carousel_runs_stops_and_steps(gl, make_viewer) -> None:
     assert np.abs(viewer.presenter.pixels() - moving).max() > 10
 
 
-def test_still_scene_says_that_nothing_moves(viewer) -> None:
-    ask(viewer, Command.PAUSE)
+@pytest.mark.parametrize("command", [Command.PAUSE, Command.STEP])
+def test_still_scene_says_that_nothing_moves(viewer, command) -> None:
+    ask(viewer, command)
     assert "nothing moves" in said(viewer)
     assert not viewer.clock.is_running
 
