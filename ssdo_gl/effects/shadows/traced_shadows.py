@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from ssdo_gl.effects.decisions import Decision
@@ -34,7 +34,7 @@ class TracedShadowsPass(RayPass):
     """Writes `direct_irradiance`: rgb irradiance of all lights but ``ssdo`` ones.
 
     Unbiased: each ray goes to a random point of a light. Exactly 0 where none arrives.
-    Where the scene has gloss it writes `direct_gloss`, too: rgb radiance that glossy
+    Where `features` has gloss it writes `direct_gloss`, too: rgb radiance that glossy
     surfaces reflect to the camera.
     """
 
@@ -91,5 +91,7 @@ class TracedShadows(Effect):
         chosen = request.settings
         base = TracedShadowsSettings(chosen.shadow_rays, chosen.max_error)
         settings = request.with_overrides(self.name, base)
-        item = TracedShadowsPass(settings, request.ray_features)
+        # Only what is in view reflects here; what shadow rays meet does not.
+        features = replace(request.ray_features, glossy=request.is_glossy)
+        item = TracedShadowsPass(settings, features)
         yield item, "light of the scene's lights, by shadow rays"
