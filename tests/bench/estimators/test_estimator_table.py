@@ -101,13 +101,15 @@ def test_what_cannot_be_measured_is_refused(given, words, tmp_path, capsys):
     assert words in capsys.readouterr().err
 
 
-PLANE = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nf 1 4 3 2\n"
+# Nothing can stand before a point of a body that is convex and alone.
+CORNERS = "".join(f"v {x} {y} {z}\n" for x in (-1, 1) for y in (-1, 1) for z in (-1, 1))
+BOX = CORNERS + "f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n"
 
 
 def test_what_blocks_nothing_has_no_table_of_visibility(tmp_path, capsys):
     """No pass runs, so that there is no time; light through open directions is estimated."""
-    scene = tmp_path / "plane.obj"
-    scene.write_text(PLANE)
+    scene = tmp_path / "box.obj"
+    scene.write_text(BOX)
     rest = ["--ground", "off", "--estimators", "--quick", "--quiet", "--size", "32x18"]
     lit, unlit = tmp_path / "lit", tmp_path / "unlit"
     assert main([str(scene), "--bench", str(lit), *rest]) == 0
