@@ -140,9 +140,12 @@ float diffuse_visibility(ShadowMap map, SoftShadow shadow, Face face, vec3 start
     PartWalk walk = PartWalk(vec2(0.0), 0, start);
     do {
         face.corner = first_corner + walk.part * map.texels;
-        // What is near the receiver covers few texels, near its own.
+        // What is near the receiver covers few texels, near its own; what is farther off, whose
+        // penumbrae are wide, every other sample looks for.
         float r = walk.random.z * 2.0 - 1.0;
-        float s = walk.number == 0 && walk.part == own_part ? 0.0 : abs(r * r * r);
+        float far = r * r;
+        float s = (walk.number & 1) == 1 ? far : far * abs(r);
+        s = walk.number == 0 && walk.part == own_part ? 0.0 : s;
         ToPart way = way_to_part(shadow, walk.part, columns, walk.random.xy * 2.0 - 1.0);
         float height = blocker_at(shadow, face, way, s, vec2(0.0), vec2(1.0));
         vec4 quarter = height > 0.0 ? quarter_of(walk, columns) : vec4(0.0);

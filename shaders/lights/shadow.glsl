@@ -222,7 +222,7 @@ vec4 quad_sum(vec4 own, ivec2 pixel)
 
 // One map has to do for the whole disk, so it is read as often as those of so many parts.
 // What hides less than a twentieth of the disk may still be missed by the search.
-const int DISK_SEARCH_PARTS = 48;
+const int DISK_SEARCH_PARTS = 24;
 const int DISK_FILTER_PARTS = 8;
 
 // Soft shadow of parallel light that strays by `spread`: search and filter as in

@@ -35,7 +35,7 @@ class DirectSettings:
     """How soft shadows are sampled, and highlights of small lights filtered."""
 
     blocker_samples: int = setting(
-        1,
+        2,
         "shadow-map reads per part of a light that look for what stands before it",
         low=1,
         high=256,
