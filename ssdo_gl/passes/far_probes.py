@@ -20,9 +20,9 @@ from ssdo_gl.settings.settings import same_as
 # Where probes stand and which way they look, those of each tile and those of some.
 FAR_PROBES = ("far_first_probes", "far_second_probes")
 FAR_RADIANCE = "far_radiance"
-# A quarter of the probes is one in each 2 x 2 of them.
 # Eight directions, which tell how bright the sky is.
 SKY_DIRECTIONS = np.array(list(product((-1.0, 1.0), repeat=3))) / math.sqrt(3.0)
+# A quarter of the probes is one in each 2 x 2 of them.
 ALL_QUARTERS = (0, 1, 2, 3)
 NOTHING = (False,) * 4
 # Rays for a direction, at most, and how many one has for each unit of the deviation of what
