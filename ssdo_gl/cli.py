@@ -33,7 +33,6 @@ from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene, SceneError
 from ssdo_gl.settings import Settings, modes
 from ssdo_gl.settings.fields import SettingError
-from ssdo_gl.settings.film_options import FilmOptions
 from ssdo_gl.settings.flags import (
     STREAM,
     CommandLine,
@@ -43,6 +42,7 @@ from ssdo_gl.settings.flags import (
     read_command,
     wanted_aovs,
 )
+from ssdo_gl.settings.idle import check_used
 from ssdo_gl.settings.loading import FIT
 from ssdo_gl.settings.resolve import camera_from_text, chosen_camera, for_pictures, settings_for
 from ssdo_gl.settings.run_options import RunOptions
@@ -73,8 +73,11 @@ def _with_preset(command: CommandLine) -> dict[str, Any]:
     return {**fields, **given, "overrides": overrides}
 
 
-def _tuned(run: RunOptions, scene: Scene, settings: Settings, camera: Camera | None) -> Settings:
+def _tuned(
+    command: CommandLine, scene: Scene, settings: Settings, camera: Camera | None
+) -> Settings:
     """Return `settings`, or what a budget or an error bound makes of them."""
+    run = command.run
     wants_error = settings.max_error is not None and not settings.is_reference
     if run.error_reference is not None and not wants_error:
         raise UsageError("--truth belongs to --max-error E of a method that is no reference")
@@ -84,8 +87,15 @@ def _tuned(run: RunOptions, scene: Scene, settings: Settings, camera: Camera | N
         return settings
     if run.budget_ms is not None and wants_error:
         raise UsageError("--budget-ms and --max-error: give one of them")
+    from ssdo_gl.bench.presets import FIELDS
     from ssdo_gl.bench.tuning import choose_for_budget, choose_for_error
 
+    for name in FIELDS:
+        if name in command.settings:
+            flag = flag_infos()[name][1].flag
+            raise UsageError(
+                f"{flag} has no effect with --budget-ms or --max-error: they choose it"
+            )
     shared: dict[str, Any] = {
         "camera": camera,
         "backend": run.backend,
@@ -95,14 +105,8 @@ def _tuned(run: RunOptions, scene: Scene, settings: Settings, camera: Camera | N
         choice = choose_for_budget(scene, settings, run.budget_ms, **shared)
     else:
         assert settings.max_error is not None
-        choice = choose_for_error(
-            scene,
-            settings,
-            settings.max_error,
-            against=run.error_reference,
-            allow_rays=run.snapshot is not None,
-            **shared,
-        )
+        shared |= {"against": run.error_reference, "allow_rays": run.snapshot is not None}
+        choice = choose_for_error(scene, settings, settings.max_error, **shared)
     if not choice.holds:
         print(f"ssdo-gl: {choice.sentence}", file=sys.stderr)
     elif not run.quiet:
@@ -170,23 +174,6 @@ def _mode_defaults(run: RunOptions, settings: Settings, scene: Scene) -> Setting
     return for_pictures(settings, scene) if makes_picture else settings
 
 
-def _film_shots(run: RunOptions, film: FilmOptions) -> Shots | None:
-    """Return which frames a film has, None if none is asked for; raises SettingError."""
-    if run.film is None:
-        return None
-    from ssdo_gl.film.bookmarks import load_path
-    from ssdo_gl.film.shots import Shots, frames_from_text
-
-    if film.path is not None:
-        given = {"camera": run.camera, "projection": run.projection, "turntable": film.turntable}
-        for flag, value in given.items():
-            if value is not None:
-                raise UsageError(f"--{flag} has no effect with --path, which moves the camera")
-    path = None if film.path is None else load_path(Path(film.path))
-    frames = None if film.frames_range is None else frames_from_text(film.frames_range)
-    return Shots(path, film.turntable, film.fps, run.time, frames)
-
-
 def run(arguments: Sequence[str] | None = None) -> int:
     """Carry out one command line; raises the user-facing errors."""
     command = read_command(arguments)
@@ -195,17 +182,29 @@ def run(arguments: Sequence[str] | None = None) -> int:
     for item in commands:
         _check_outputs(item, wanted)
     options = command.run
-    shots = _film_shots(options, command.film)
+    shots = None
+    if options.film is not None:
+        from ssdo_gl.film.shots import asked_shots
+
+        shots = asked_shots(options, command.film)
     given = _with_preset(command)
     if options.camera is not None and options.camera != FIT:
         camera_from_text(options.camera)
     # Flags are checked before the scene is read, so that a typo costs no waiting.
     if "method" in given:
-        settings_for({}, given)
+        _check_used(command, settings_for({}, given), wanted, is_scene_read=False)
     if options.batch or len(commands) > 1 or (options.snapshot and options.scheduler):
         work = partial(_reported_of_one, given=given, wanted=wanted)
         return (render_batch if options.batch else carry_out_all)(commands, work)
     return _carry_out(commands[0], given, wanted, command_text(arguments), shots)
+
+
+def _check_used(
+    command: CommandLine, settings: Settings, wanted: tuple[str, ...], *, is_scene_read: bool
+) -> None:
+    """Refuse flags without effect on pictures; in a window, method and image may change."""
+    if command.run.active & modes.FRAMES:
+        check_used(settings, command.settings, wanted, is_scene_read=is_scene_read)
 
 
 def _reported_of_one(
@@ -242,6 +241,10 @@ def _carry_out(
     if options.two_sided:
         scene = scene.two_sided()
     settings = _mode_defaults(options, settings_for(scene.render, given), scene)
+    if "method" in given or (warm is None and settings.max_error is None):
+        # Of several scenes, another one's method may use what this one's cannot; a bound on
+        # the error may choose another method.
+        _check_used(command, settings, wanted, is_scene_read=True)
     camera = chosen_camera(scene, place, options.projection)
     if options.bench is not None:
         from ssdo_gl.bench.estimators import run_estimators
@@ -261,7 +264,7 @@ def _carry_out(
             quiet=options.quiet,
         )
         return EXIT_OK
-    settings = _tuned(options, scene, settings, camera)
+    settings = _tuned(command, scene, settings, camera)
     if options.active & modes.LIVE:
         _fly_through(command, scene, settings, camera, wanted[0])
         return EXIT_OK

@@ -21,7 +21,8 @@ from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.passes import passes_without_settings
 
-SMALL = ["--size", "32x18", "--samples", "8"]
+TINY = ["--size", "32x18"]
+SMALL = [*TINY, "--samples", "8"]
 BOX = """
 [[object]]
 shape = "box"
@@ -189,7 +190,7 @@ def test_explain_needs_no_output(capsys):
 @pytest.mark.parametrize(("more", "rays"), [([], 4), (["--spp", "6"], 6), (["--snapshot"], 256)])
 def test_a_reference_that_is_only_explained_takes_few_rays(tmp_path, capsys, more, rays):
     out = [str(tmp_path / "a.npz")] if more == ["--snapshot"] else []
-    assert main(["corner", "--method", "reference-ao", "--explain", *more, *out, *SMALL]) == 0
+    assert main(["corner", "--method", "reference-ao", "--explain", *more, *out, *TINY]) == 0
     assert f"{rays} samples per pixel" in capsys.readouterr().out
 
 
@@ -391,7 +392,7 @@ def test_ctrl_c_keeps_what_a_reference_has_reached(tmp_path, capsys, monkeypatch
     monkeypatch.setattr(accumulate, "draw_fullscreen", interrupted)
     out = tmp_path / "a.npz"
     command = ["corner", "--method", "reference-ao", "--aov", "visibility", "--spp", "4096"]
-    assert main([*command, "--snapshot", str(out), "--antialias", "4", *SMALL]) == 130
+    assert main([*command, "--snapshot", str(out), "--antialias", "4", *TINY]) == 130
     captured = capsys.readouterr()
     assert "interrupted" in captured.err
     assert "partial" in captured.out
@@ -423,7 +424,7 @@ REFERENCE = ["corner", "--method", "reference-ao", "--aov", "visibility"]
 @pytest.mark.parametrize("spp", ["1", "2"])
 def test_an_error_that_nobody_can_know_is_said_to_be_unknown(tmp_path, capsys, spp):
     out = str(tmp_path / "a.npz")
-    assert main([*REFERENCE, "--spp", spp, "--snapshot", out, *SMALL]) == 0
+    assert main([*REFERENCE, "--spp", spp, "--snapshot", out, *TINY]) == 0
     said = capsys.readouterr().out
     assert ("visibility unknown" in said) == (spp == "1")
 
@@ -432,7 +433,7 @@ def test_an_error_that_nobody_can_know_is_said_to_be_unknown(tmp_path, capsys, s
 def test_a_view_without_surfaces_has_no_error(tmp_path, capsys, method):
     out = str(tmp_path / "a.npz")
     away = ["--camera", "0,0,100 0,0,200", "--spp", "4"]
-    assert main(["corner", "--method", method, *away, "--snapshot", out, *SMALL]) == 0
+    assert main(["corner", "--method", method, *away, "--snapshot", out, *TINY]) == 0
     assert "Traceback" not in capsys.readouterr().err
 
 
@@ -527,7 +528,8 @@ def test_set_reaches_filters_one_by_one(tmp_path, scene, method, aov, changed):
         out = tmp_path / f"{name}.npz"
         command = [scene, "--method", method, "--aov", aov, "--snapshot", str(out)]
         flags = [] if name is None else ["--set", f"{name}.filter=none"]
-        assert main([*command, *SMALL, "--quiet", *flags]) == 0
+        if main([*command, *SMALL, "--quiet", *flags]) == 2:
+            continue  # A filter that the method lacks.
         with np.load(out) as file:
             images[name] = file[aov]
     different = {name for name in images if not np.array_equal(images[name], images[None])}

@@ -41,7 +41,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("planning/walk",),
     ("planning/planner",),
     ("settings/passes", "images"),
-    ("settings/resolve", "settings/help_page", "settings/run_options"),
+    ("settings/resolve", "settings/idle", "settings/help_page", "settings/run_options"),
     ("settings/command_line", "settings/preset_files", "settings/flags"),
     ("settings/several", "render_result", "headless/progress"),
     ("shared_scene",),

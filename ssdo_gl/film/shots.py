@@ -6,11 +6,14 @@ import math
 import re
 from dataclasses import dataclass
 from numbers import Integral, Real
+from pathlib import Path
 
+from ssdo_gl.film.bookmarks import load_path
 from ssdo_gl.film.camera_path import CameraPath
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.settings.fields import SettingError, shown
-from ssdo_gl.settings.film_options import FRAMES_PER_SECOND
+from ssdo_gl.settings.film_options import FRAMES_PER_SECOND, FilmOptions
+from ssdo_gl.settings.run_options import RunOptions
 
 # How long a turntable takes where nothing else is said.
 TURN_SECONDS = 8.0
@@ -128,3 +131,15 @@ def frames_from_text(text: str) -> tuple[int, int, int]:
         f"--frames-range {shown(text)}: expected A:B (frames A to B - 1), or A:B/LENGTH for a part"
         " of a film"
     )
+
+
+def asked_shots(run: RunOptions, film: FilmOptions) -> Shots:
+    """Return the frames that a command asks for; raises SettingError."""
+    if film.path is not None:
+        given = {"camera": run.camera, "projection": run.projection, "turntable": film.turntable}
+        for flag, value in given.items():
+            if value is not None:
+                raise SettingError(f"--{flag} has no effect with --path, which moves the camera")
+    path = None if film.path is None else load_path(Path(film.path))
+    frames = None if film.frames_range is None else frames_from_text(film.frames_range)
+    return Shots(path, film.turntable, film.fps, run.time, frames)

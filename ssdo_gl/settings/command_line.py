@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import dataclasses
 import shlex
 from collections.abc import Mapping
 from typing import Any
 
 from ssdo_gl.scene.camera import PROJECTIONS, Camera
-from ssdo_gl.settings import Settings
+from ssdo_gl.settings import Settings, modes
 from ssdo_gl.settings.fields import describe, number_text, value_text
+from ssdo_gl.settings.idle import idle_in_pictures
 from ssdo_gl.settings.loading import FIT, USUAL, LoadOptions
-from ssdo_gl.settings.resolve import settings_for, told
+from ssdo_gl.settings.resolve import settings_for, told, with_scene_settings
 
 
 def command_line(
@@ -50,7 +52,7 @@ def command_line(
     words += loading_flags(loading)
     if seconds:
         words += ["--time", number_text(seconds)]
-    words += settings_flags(settings, scene_settings)
+    words += settings_flags(settings, scene_settings, aov)
     return shlex.join(words)
 
 
@@ -63,14 +65,23 @@ def loading_flags(loading: LoadOptions) -> list[str]:
     return words
 
 
-def settings_flags(settings: Settings, scene_settings: Mapping[str, Any]) -> list[str]:
-    """Return the flags that make `settings` from what a scene asks for."""
+def settings_flags(settings: Settings, scene_settings: Mapping[str, Any], aov: str) -> list[str]:
+    """Return the flags that make `settings` from what a scene asks for.
+
+    Those are left out that no picture, or not this one, takes notice of: they would be refused.
+    """
     words, infos = [], describe(Settings)
+    # The method as it is, even where it yields to the scene's.
+    with_method = dataclasses.replace(settings, method=str(settings.method))
+    held = with_scene_settings(with_method, scene_settings)
     for name, value in told(settings, scene_settings).items():
-        if name != "method" or value != settings_for(scene_settings, {}).method:
+        is_usual = name == "method" and value == settings_for(scene_settings, {}).method
+        is_of_pictures = modes.SNAPSHOT in infos[name].modes
+        if not is_usual and is_of_pictures and not idle_in_pictures(held, name, (aov,)):
             words += [infos[name].flag, value_text(value)]
     for key, value in sorted(settings.overrides.items()):
-        words += ["--set", f"{key}={value_text(value)}"]
+        if not idle_in_pictures(held, key, (aov,)):
+            words += ["--set", f"{key}={value_text(value)}"]
     return words
 
 

@@ -11,12 +11,10 @@ from enum import Enum
 from typing import Any
 
 from ssdo_gl.effects.methods import METHODS
-from ssdo_gl.effects.registry import effects, pass_settings
-from ssdo_gl.effects.tables import SurfaceCache
-from ssdo_gl.passes.edge_aware_filter import FILTER
-from ssdo_gl.passes.temporal import TEMPORAL
+from ssdo_gl.effects.registry import pass_settings
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import Kind, SettingInfo, describe, info_of
+from ssdo_gl.settings.idle import idle_because
 from ssdo_gl.settings.passes import override_info, overrides_from_table
 
 # Beyond this ratio of its ends, or without an upper one, a slider needs a logarithmic
@@ -116,44 +114,10 @@ def pass_rows() -> dict[str, list[ControlRow]]:
 
 
 def ignored_because(settings: Settings, name: str, image: str = "beauty") -> str:
-    """Return why a setting has no effect on an image by the method in use; empty if it has."""
-    method = settings.method
-    if "." in name:
-        return _pass_ignored_because(settings, name.partition(".")[0], image)
-    traced = settings.is_reference or settings.chosen_shadows == "traced"
-    of_depth_buffer = ("samples", "steps", "filter", "resolution_scale", "estimator", "temporal")
-    reasons = {
-        "spp": "" if settings.is_reference else "only references trace paths",
-        "max_error": "" if settings.is_reference else "only references know their error",
-        "bounces": "" if method == "reference-gi" else "only reference-gi follows all bounces",
-        "shadow_rays": "" if traced else "shadows come from maps",
-        "combine": "" if method in ("ssao", "reference-ao") else "only for ssao and reference-ao",
-        "radius": "has no near field" if method in ("direct", "reference-gi") else "",
-    }
-    if name in of_depth_buffer and settings.is_reference:
-        return f"{method} traces rays instead of reading the depth buffer"
-    if name in of_depth_buffer and method == "direct":
-        return "direct light alone reads no depth samples"
-    return reasons.get(name, "")
-
-
-def _pass_ignored_because(settings: Settings, pass_name: str, image: str) -> str:
-    """Return why none of a pass' settings has an effect; empty if they may have."""
-    traced, is_reference = settings.chosen_shadows == "traced", settings.is_reference
-    own = [effect for effect in effects() if pass_name in effect.settings]
-    if pass_name == SurfaceCache.name:
-        own = [effect for effect in effects() if effect.reads_surface_cache]
-    methods = frozenset[str]().union(*(effect.methods for effect in own))
-    for_image = any(image in effect.images for effect in own)
-    if methods and settings.method not in methods and not for_image:
-        return f"{settings.method} does without it"
-    reasons = {
-        "shadow_map": "shadows are traced" if traced or is_reference else "",
-        "traced_shadows": "" if traced or is_reference else "shadows come from maps",
-        FILTER: "references are not filtered" if is_reference else "",
-        TEMPORAL: "references are averages already" if is_reference else "",
-    }
-    return reasons.get(pass_name, "")
+    """Return in which circumstances a setting has no effect on an image; empty if it has one."""
+    if name == "max_error" and not settings.is_reference:
+        return f"with method {settings.method}: a window measures the error of references alone"
+    return idle_because(settings, name, (image,))
 
 
 def value_of(settings: Settings, row: ControlRow) -> Any:

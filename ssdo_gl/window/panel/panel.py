@@ -188,7 +188,7 @@ class Panel:
             changed, new = _control(row, value, self._effective(row))
             imgui.end_disabled()
             if ignored and imgui.is_item_hovered(imgui.HoveredFlags_.allow_when_disabled):
-                imgui.set_tooltip(f"no effect: {ignored}")
+                imgui.set_tooltip(f"no effect {ignored}")
             if changed:
                 self._set(row, new)
 
