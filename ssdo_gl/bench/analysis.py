@@ -239,7 +239,17 @@ def recommend(results: Sequence[Result], panel: str = "near") -> Recommendation:
 
 def percent(share: float) -> str:
     """Return a share with three digits as a person writes it."""
-    return f"{100 * share:.3g} %"
+    return f"{three_digits(100 * share)} %"
+
+
+def three_digits(value: float) -> str:
+    """Return a number with three digits, and of a thousand and more all: 1340, not 1.34e+03."""
+    return f"{value:.0f}" if 999.5 <= abs(value) < 1e7 else f"{value:.3g}"
+
+
+def sureness(share: float) -> str:
+    """Return how sure something is, as a whole percentage."""
+    return f"{100 * share:.0f} %"
 
 
 def as_row(result: Result) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from html import escape
 from typing import Any, Literal
 
-from ssdo_gl.bench.analysis import Result, percent, recommend
+from ssdo_gl.bench.analysis import Result, percent, recommend, sureness
 from ssdo_gl.bench.bench_data import Bench
 from ssdo_gl.bench.measure import ErrorPanel, error_panels
 from ssdo_gl.bench.presets import FIELDS, NAMES, PresetRung, read_ladder
@@ -65,10 +65,10 @@ def card(bench: Bench, panel: ErrorPanel, result: Result) -> str:
     return (
         f'<p class="setting">{escape(result.point.label)}</p><dl>'
         f"<dt>error</dt><dd><b>{percent(verdict.error.value)}</b> "
-        f"<small>{low} to {high}</small></dd>"
+        f"<small>{low} to {high}, 95 % sure</small></dd>"
         f"<dt>time</dt><dd><b>{number(ms.value)} ms</b> "
-        f"<small>{number(ms.low)} to {number(ms.high)} ms</small></dd>"
-        f"<dt>nothing beats it</dt><dd>{verdict.confidence:.0%} sure</dd>{parts}</dl>"
+        f"<small>{number(ms.low)} to {number(ms.high)} ms, 95 % sure</small></dd>"
+        f"<dt>nothing beats it</dt><dd>{sureness(verdict.confidence)} sure</dd>{parts}</dl>"
         f"{command_html(bench.command(result.point))}"
     )
 

@@ -6,14 +6,15 @@ import math
 from collections.abc import Iterable, Sequence
 from html import escape
 
+from ssdo_gl.bench.analysis import three_digits
 from ssdo_gl.bench.statistics import Interval
 
 
-def number(value: float, digits: int = 3) -> str:
+def number(value: float) -> str:
     """Return a number as tables show it; nothing for NaN."""
     if math.isnan(value):
         return ""
-    return "inf" if math.isinf(value) else f"{value:.{digits}g}"
+    return three_digits(value)
 
 
 def interval_text(interval: Interval) -> str:
@@ -49,8 +50,9 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], name: str = "") ->
     `name` says what it is, to those who do not see it.
     """
     top = "".join(f'<th scope="col">{cell}</th>' for cell in head)
+    top = f"<thead><tr>{top}</tr></thead>" if any(head) else ""
     body = "".join("<tr>" + "".join(f"<td>{c}</td>" for c in row) + "</tr>" for row in rows)
-    return scrolling(f"<table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>", name)
+    return scrolling(f"<table>{top}<tbody>{body}</tbody></table>", name)
 
 
 def scrolling(content: str, name: str = "") -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from html import escape
 
 from ssdo_gl.bench.report import key
@@ -118,17 +119,35 @@ def svg_element(content: str, height: float, title: str, extra: str = "") -> str
     )
 
 
-def standalone(svg: str, legend: str = "", bottom: float = HEIGHT) -> bytes:
-    """Return a chart of a page as a file: with its colours, on paper, with a key below.
+@dataclass(frozen=True)
+class Figure:
+    """A chart of a page.
 
-    Parameters
+    Attributes
     ----------
-    legend : str
-        SVG elements below the chart, down to `bottom`.
+    title, note : str
+        What is said above and below.
+    svg : str
+        The drawing, as `svg_element` returns it.
+    height : float
+        Of the drawing.
+    entries : sequence of (str, str)
+        Its key (`key.entries`).
     """
+
+    title: str
+    svg: str
+    entries: Sequence[tuple[str, str]]
+    note: str = ""
+    height: float = HEIGHT
+
+
+def standalone(figure: Figure) -> bytes:
+    """Return a chart of a page as a file: with its colours, on paper, with its key below."""
+    legend, bottom = key.key_svg(figure.entries, WIDTH, figure.height + 8.0)
     style = f":root{{{LIGHT}{key.css_colors()}}}{key.css_classes()}{CHART_CSS}"
-    start, _, rest = svg.partition(">")
-    start = start.replace(f"0 0 {WIDTH:g} {HEIGHT:g}", f"0 0 {WIDTH:g} {bottom:g}")
+    start, _, rest = figure.svg.partition(">")
+    start = start.replace(f"0 0 {WIDTH:g} {figure.height:g}", f"0 0 {WIDTH:g} {bottom:g}")
     start += f' xmlns="http://www.w3.org/2000/svg" width="{2 * WIDTH:g}" height="{2 * bottom:g}"'
     paper = f'<rect width="{WIDTH:g}" height="{bottom:g}" fill="var(--paper)"/>'
     whole = rest.removesuffix("</svg>") + legend + "</svg>"

@@ -6,16 +6,15 @@ import math
 from collections.abc import Sequence
 from html import escape
 
-from ssdo_gl.bench.analysis import Result, front_of, percent
+from ssdo_gl.bench.analysis import Result, front_of, percent, sureness, three_digits
 from ssdo_gl.bench.bench_data import Bench, Series
 from ssdo_gl.bench.measure import CLOCK_NAMES, ErrorPanel, error_panels
 from ssdo_gl.bench.report import key
 from ssdo_gl.bench.report.charts import (
-    HEIGHT,
     WIDTH,
+    Figure,
     LogChart,
     has_logarithm,
-    standalone,
     svg_element,
 )
 from ssdo_gl.bench.scaling import PARTS
@@ -30,8 +29,8 @@ def error_text(panel: ErrorPanel, value: float) -> str:
     return percent(value) if panel.relative else f"{value:.3g}"
 
 
-def front_chart(bench: Bench, panel: ErrorPanel) -> tuple[str, bytes]:
-    """Return error against time of one panel: for the page, and as a file with its key."""
+def front_chart(bench: Bench, panel: ErrorPanel) -> Figure:
+    """Return error against time of one panel."""
     results = [
         r
         for r in bench.results
@@ -57,9 +56,7 @@ def front_chart(bench: Bench, panel: ErrorPanel) -> tuple[str, bytes]:
     _numbers(chart, front, panel)
     if not results:
         chart.add('<text x="120" y="150">no error that could be drawn</text>')
-    svg = chart.svg()
-    legend, bottom = key.key_svg([r.point for r in results], WIDTH, HEIGHT + 8.0)
-    return svg, standalone(svg, legend, bottom)
+    return Figure(panel.title, chart.svg(), key.entries([r.point for r in results]))
 
 
 def _stair(chart: LogChart, front: Sequence[Result], panel: ErrorPanel) -> None:
@@ -77,8 +74,9 @@ def _dot(chart: LogChart, result: Result, panel: ErrorPanel) -> str:
     left, right = (chart.place(t, verdict.error.value)[0] for t in (time.low, time.high))
     low, high = (chart.place(time.value, e)[1] for e in (verdict.error.low, verdict.error.high))
     tip = (
-        f"{result.point.label}\n{time.value:.3g} ms, error "
-        f"{error_text(panel, verdict.error.value)}\non the front: {verdict.confidence:.0%} sure"
+        f"{result.point.label}\n{three_digits(time.value)} ms, error "
+        f"{error_text(panel, verdict.error.value)}\n"
+        f"on the front: {sureness(verdict.confidence)} sure"
     )
     # Those on the front can be reached by the keyboard; all are rows of a table as well.
     front = ' front" tabindex="0" role="button' if verdict.on_front else ""
@@ -104,8 +102,8 @@ def _numbers(chart: LogChart, front: Sequence[Result], panel: ErrorPanel) -> Non
             last = (x, y)
 
 
-def samples_charts(bench: Bench) -> list[tuple[str, str]]:
-    """Return error against samples of unfiltered points, a (title, content) for each kind."""
+def samples_charts(bench: Bench) -> list[Figure]:
+    """Return error against samples of unfiltered points, a chart for each kind."""
     # Of panels of one kind the first one stands for all.
     panels = {panel.kind: panel for panel in reversed(error_panels())}
     found = []
@@ -119,13 +117,13 @@ def samples_charts(bench: Bench) -> list[tuple[str, str]]:
         groups = {name: members for name, members in groups.items() if len(members) > 1}
         if groups:
             title = f"{panel.kind}: noise falls, what is systematic stays"
-            found.append((title, _samples_chart(title, groups, panel)))
+            found.append(_samples_chart(title, groups, panel))
     return found
 
 
 def _samples_chart(
     title: str, groups: dict[tuple[str, str], list[Result]], panel: ErrorPanel
-) -> str:
+) -> Figure:
     members = [r for group in groups.values() for r in group]
     scalars = [r.verdicts[panel.name].scalars for r in members]
     chart = LogChart(
@@ -153,16 +151,16 @@ def _samples_chart(
                 chart.add(key.point_mark(result.point, *chart.place(x, total)))
         law = fit_power_law(xs, noise)
         laws.append(f"{method} {estimator}: noise ~ N^({law})" if law else "")
-    text = "; ".join(filter(None, laws))
-    return chart.svg() + (f"<p class='note'>{escape(text)}</p>" if text else "")
+    entries = key.entries([r.point for r in members])
+    return Figure(title, chart.svg(), entries, "; ".join(filter(None, laws)))
 
 
-def scaling_charts(bench: Bench) -> list[tuple[str, str]]:
+def scaling_charts(bench: Bench) -> list[Figure]:
     """Return cost against samples, pixels, radius and triangles, with fitted exponents."""
-    return [(f"Time against {s.x_label}", _scaling_chart(s, bench.clock)) for s in bench.series]
+    return [_scaling_chart(s, bench.clock) for s in bench.series]
 
 
-def _scaling_chart(series: Series, clock: str) -> str:
+def _scaling_chart(series: Series, clock: str) -> Figure:
     values = [value for curve in series.curves.values() for value in curve]
     title = f"ms ({CLOCK_NAMES[clock]})"
     chart = LogChart(series.name, series.x_label, title, series.x, values)
@@ -173,10 +171,11 @@ def _scaling_chart(series: Series, clock: str) -> str:
         if law:
             laws.append(f"{name} {law}")
     text = f"Exponents: {'; '.join(laws)}." if laws else ""
-    return chart.svg() + (f'<p class="note">{escape(text)}</p>' if text else "")
+    entries = key.part_entries(series.curves)
+    return Figure(f"Time against {series.x_label}", chart.svg(), entries, text)
 
 
-def split_chart(bench: Bench, results: Sequence[Result]) -> str:
+def split_chart(bench: Bench, results: Sequence[Result]) -> Figure:
     """Return where the time of some points goes, pass by pass, as stacked bars."""
     rows = [(r.point.label, bench.splits[r.point.key]) for r in results]
     longest = max((sum(ms for _, ms in split) for _, split in rows), default=0.0) or 1.0
@@ -190,9 +189,11 @@ def split_chart(bench: Bench, results: Sequence[Result]) -> str:
             elements.append(
                 f'<rect class="bar p{part}" x="{x:.2f}" y="{y + 16:.1f}" '
                 f'width="{ms * scale:.2f}" height="13">'
-                f"<title>{escape(name)}: {ms:.3g} ms</title></rect>"
+                f"<title>{escape(name)}: {three_digits(ms)} ms</title></rect>"
             )
             x += ms * scale
-        total = f"{x / scale:.3g} ms"
+        total = f"{three_digits(x / scale)} ms"
         elements.append(f'<text class="small" x="{x + 4:.1f}" y="{y + 27:.1f}">{total}</text>')
-    return svg_element("".join(elements), max(len(rows), 1) * row_height, "Time by pass")
+    height, title = max(len(rows), 1) * row_height, "Time by pass"
+    entries = key.part_entries(PARTS.get(name, "rest") for _, split in rows for name, _ in split)
+    return Figure(title, svg_element("".join(elements), height, title), entries, height=height)

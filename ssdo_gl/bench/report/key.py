@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from html import escape
 
 from ssdo_gl.bench.measure import Point
@@ -38,7 +38,8 @@ _SHAPES = {
 _PART_COLORS = (
     ("#4E79A7", "#7DA7D6"), ("#F28E2B", "#FFB066"), ("#E1B000", "#F2D04A"),
     ("#59A14F", "#84CB7A"), ("#B07AA1", "#D5A6C9"), ("#9C755F", "#C9A48F"),
-    ("#111111", "#F5F5F5"), ("#E15759", "#FF8A8C"),
+    ("#2A9D9D", "#5FD0CF"), ("#111111", "#F5F5F5"), ("#E15759", "#FF8A8C"),
+    ("#7A5CC0", "#B79CF0"),
 )  # fmt: skip
 PART_NAMES = (*dict.fromkeys(PARTS.values()), "rest", "whole frame")
 
@@ -108,18 +109,14 @@ def entries(points: Sequence[Point]) -> list[tuple[str, str]]:
     return found
 
 
-def key_html(points: Sequence[Point]) -> str:
-    """Return the key of some points as a list."""
-    return _list(entries(points))
-
-
-def parts_key_html(names: Sequence[str]) -> str:
-    """Return the key of parts of the frame as a list."""
+def part_entries(names: Iterable[str]) -> list[tuple[str, str]]:
+    """Return the key of parts of the frame as (SVG element around the origin, text)."""
     box = '<path class="mark p{}" d="M-5-5H5V5H-5Z"/>'
-    return _list([(box.format(part_index(name)), name) for name in names])
+    return [(box.format(part_index(n)), n) for n in sorted({*names}, key=part_index)]
 
 
-def _list(rows: Sequence[tuple[str, str]]) -> str:
+def key_html(rows: Sequence[tuple[str, str]]) -> str:
+    """Return a key as a list."""
     items = "".join(
         f'<li><svg class="swatch" viewBox="-7 -7 14 14" aria-hidden="true">{element}</svg>'
         f"{escape(text)}</li>"
@@ -128,10 +125,10 @@ def _list(rows: Sequence[tuple[str, str]]) -> str:
     return f'<ul class="key">{items}</ul>'
 
 
-def key_svg(points: Sequence[Point], width: float, top: float) -> tuple[str, float]:
-    """Return the key as SVG elements in lines from `top` on, and where it ends."""
+def key_svg(shown: Sequence[tuple[str, str]], width: float, top: float) -> tuple[str, float]:
+    """Return a key as SVG elements in lines from `top` on, and where it ends."""
     x, y, elements = 10.0, top, []
-    for element, text in entries(points):
+    for element, text in shown:
         # About the width of a letter; there is no display to measure it on.
         advance = 20.0 + 6.6 * len(text)
         if x + advance > width:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
@@ -11,7 +12,7 @@ from typing import Any
 
 from ssdo_gl.bench.analysis import Result, front_of
 from ssdo_gl.bench.bench_data import Bench
-from ssdo_gl.bench.measure import CLOCK_NAMES, ErrorPanel, error_panels
+from ssdo_gl.bench.measure import CLOCK_NAMES, error_panels
 from ssdo_gl.bench.report import key
 from ssdo_gl.bench.report.advice import (
     answer_data,
@@ -23,7 +24,7 @@ from ssdo_gl.bench.report.advice import (
     usual_answers,
 )
 from ssdo_gl.bench.report.cells import table
-from ssdo_gl.bench.report.charts import CHART_CSS, DARK, LIGHT
+from ssdo_gl.bench.report.charts import CHART_CSS, DARK, LIGHT, Figure, standalone
 from ssdo_gl.bench.report.data_files import bench_json, points_csv
 from ssdo_gl.bench.report.figures import front_chart, samples_charts, scaling_charts, split_chart
 from ssdo_gl.bench.report.gallery import data_uri, gallery
@@ -67,8 +68,10 @@ def report_html(bench: Bench) -> str:
             f"<li><b>{escape(name)}</b>{escape(value)}</li>" for name, value in facts(bench)
         ),
         parts=parts_section(bench),
-        key=key.key_html([result.point for result in bench.results]),
-        fronts="".join(_front(bench, panel) for panel in measured_panels(bench)),
+        key=key.key_html(key.entries([result.point for result in bench.results])),
+        fronts="".join(
+            _chart(front_chart(bench, panel), panel.name) for panel in measured_panels(bench)
+        ),
         gallery=gallery(bench),
         front_tables="".join(front_table(bench, panel) for panel in error_panels()),
         references=_references(bench),
@@ -131,38 +134,45 @@ def _downloads(bench: Bench) -> str:
     return f'<p class="downloads">Download {links}{note}</p>'
 
 
-def _front(bench: Bench, panel: ErrorPanel) -> str:
-    svg, file = front_chart(bench, panel)
+def _chart(figure: Figure, name: str = "") -> str:
+    """Return a chart with what is said of it, and as a file."""
+    file = name or re.sub(r"\W+", "-", figure.title.lower())
     return (
-        f"<figure><figcaption>{escape(panel.title)}</figcaption>{svg}"
-        f'<a class="note" download="{escape(panel.name)}.svg" '
-        f'href="{data_uri(file, "image/svg+xml")}">Download this chart as SVG</a></figure>'
+        f"<figure><figcaption>{escape(figure.title)}</figcaption>{figure.svg}"
+        + (f'<p class="note">{escape(figure.note)}</p>' if figure.note else "")
+        + _download(figure, file)
+        + "</figure>"
     )
 
 
-def _charts(charts: Sequence[tuple[str, str]], otherwise: str) -> str:
+def _download(figure: Figure, name: str) -> str:
+    return (
+        f'<a class="note" download="{escape(name)}.svg" '
+        f'href="{data_uri(standalone(figure), "image/svg+xml")}">Download this chart as SVG</a>'
+    )
+
+
+def _charts(charts: Sequence[Figure], otherwise: str) -> str:
     if not charts:
         return f'<p class="note">{escape(otherwise)}</p>'
-    figures = "".join(
-        f"<figure><figcaption>{escape(title)}</figcaption>{content}</figure>"
-        for title, content in charts
-    )
-    return f'<div class="charts">{figures}</div>'
+    return f'<div class="charts">{"".join(map(_chart, charts))}</div>'
 
 
 def _part_key(bench: Bench) -> str:
     curves = (name for series in bench.series for name in series.curves)
     passes = (PARTS.get(name, "rest") for split in bench.splits.values() for name, _ in split)
-    return key.parts_key_html(sorted({*curves, *passes}, key=key.part_index))
+    return key.key_html(key.part_entries({*curves, *passes}))
 
 
 def _split(bench: Bench, shown: Sequence[Result]) -> str:
     if not shown:
         return '<p class="note">Pass times were not measured in this run.</p>'
+    chart = split_chart(bench, shown)
     return (
-        f'<figure class="split">{split_chart(bench, shown)}<figcaption>By the clock of the table '
+        f'<figure class="split">{chart.svg}<figcaption>By the clock of the table '
         f"({escape(CLOCK_NAMES[bench.clock])}); each pass waited for before the next starts, so "
-        "sums exceed the frame times a little. Point at a part for its pass.</figcaption></figure>"
+        "sums exceed the frame times a little. Point at a part for its pass.</figcaption>"
+        f"{_download(chart, 'time-by-pass')}</figure>"
     )
 
 

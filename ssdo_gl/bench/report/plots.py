@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from ssdo_gl.bench.analysis import ReferenceSummary, Result, front_of
+from ssdo_gl.bench.analysis import ReferenceSummary, Result, front_of, sureness, three_digits
 from ssdo_gl.bench.bench_data import Bench
 from ssdo_gl.bench.measure import CLOCK_NAMES, ErrorPanel, error_panels
 from ssdo_gl.bench.report import key
@@ -115,9 +115,10 @@ def _pareto_chart(chart: Axes, bench: Bench, panel: ErrorPanel) -> None:
     else:
         chart.text(0.3, 0.5, "no error that could be drawn", transform=chart.transAxes)
     lines = [
-        f"{i + 1:>2}  {r.point.label}: {r.timing.ms.value:.3g} ms, "
-        f"{r.verdicts[panel.name].error.value:.3g} ({r.verdicts[panel.name].confidence:.0%} sure)"
-        for i, r in enumerate(front[:MAX_NUMBERED])
+        f"{i:>2}  {r.point.label}: {three_digits(r.timing.ms.value)} ms, "
+        f"{verdict.error.value:.3g} ({sureness(verdict.confidence)} sure)"
+        for i, r in enumerate(front[:MAX_NUMBERED], 1)
+        for verdict in [r.verdicts[panel.name]]
     ]
     chart.text(
         0.0, -0.14, "Pareto front\n" + "\n".join(lines), transform=chart.transAxes,

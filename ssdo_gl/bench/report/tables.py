@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from html import escape
 
-from ssdo_gl.bench.analysis import Result, front_of, percent
+from ssdo_gl.bench.analysis import Result, front_of, percent, sureness
 from ssdo_gl.bench.bench_data import Bench
 from ssdo_gl.bench.measure import ErrorPanel, error_panels
 from ssdo_gl.bench.report.cells import (
@@ -52,7 +52,7 @@ def front_table(bench: Bench, panel: ErrorPanel) -> str:
                 f"{text(error.value)} [{text(error.low)}, {text(error.high)}]",
                 *(part_text(scalars.parts[part]) for part in parts),
                 *map(text, (scalars.noise, scalars.own_bias, scalars.systematic)),
-                f"{verdict.confidence:.0%}",
+                sureness(verdict.confidence),
                 folded_command(bench.command(result.point)),
             ]
         )

@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from ssdo_gl.bench.analysis import Result, front_of, percent, recommend
+from ssdo_gl.bench.analysis import Result, front_of, percent, recommend, sureness
 from ssdo_gl.bench.bench_data import Bench
 from ssdo_gl.bench.measure import ErrorPanel, error_panels
 
@@ -47,7 +47,7 @@ def front_table(bench: Bench, panel: ErrorPanel) -> Table:
             escape(result.point.label),
             f"{result.timing.ms.value:.1f}",
             f"{show(error.value)} [{show(error.low)}, {show(error.high)}]",
-            f"{verdict.confidence:.0%}",
+            sureness(verdict.confidence),
             style="bold" if is_recommended else "",
         )
     return table

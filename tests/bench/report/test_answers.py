@@ -103,7 +103,7 @@ def test_an_answer_holds_setting_error_time_certainty_and_command(found):
         f"{100 * verdict.error.value:.3g} %",
         f"{100 * verdict.error.low:.3g} % to {100 * verdict.error.high:.3g} %",
         f"{result.timing.ms.value:.3g} ms",
-        f"{verdict.confidence:.0%} sure",
+        f"{100 * verdict.confidence:.0f} % sure",
         f"bounce alone{100 * verdict.scalars.parts['bounce']:.3g} %",
         found.command(result.point),
     ):

@@ -10,7 +10,7 @@ from bench.fake_bench import bench
 
 from ssdo_gl.bench.measure.points import Point
 from ssdo_gl.bench.report import key
-from ssdo_gl.bench.report.charts import LogChart, log_ticks, short
+from ssdo_gl.bench.report.charts import LogChart, log_ticks, short, standalone
 from ssdo_gl.bench.report.figures import (
     front_chart,
     samples_charts,
@@ -51,7 +51,7 @@ def test_any_values_make_a_chart(values):
 
 def test_every_point_has_a_mark_at_its_numbers(found):
     for panel in measured_panels(found):
-        svg, _ = front_chart(found, panel)
+        svg = front_chart(found, panel).svg
         judged = [r for r in found.results if panel.name in r.verdicts]
         dots = re.findall(r'<g class="dot.*?</g>', svg, re.DOTALL)
         assert len(dots) == len(judged)
@@ -70,7 +70,7 @@ def test_every_point_has_a_mark_at_its_numbers(found):
 
 
 def test_a_chart_as_a_file_is_whole(found):
-    _, file = front_chart(found, measured_panels(found)[0])
+    file = standalone(front_chart(found, measured_panels(found)[0]))
     root = ET.fromstring(file)
     assert root.tag == "{http://www.w3.org/2000/svg}svg"
     text = file.decode()
@@ -81,10 +81,30 @@ def test_a_chart_as_a_file_is_whole(found):
     assert "bitmask</text>" in text, "with its key"
 
 
+def test_every_chart_is_a_file_with_its_key(found):
+    charts = [*samples_charts(found), *scaling_charts(found), split_chart(found, found.results[:2])]
+    assert len(charts) > 2
+    for chart in charts:
+        root, text = ET.fromstring(standalone(chart)), standalone(chart).decode()
+        height = float(root.get("viewBox").split()[3])
+        assert height > chart.height and root.get("height") == f"{2 * height:g}"
+        for _, name in chart.entries:
+            assert f">{name}</text>" in text
+    files = [
+        data
+        for kind, data in re.findall(r'href="data:([^;]*);base64,([^"]*)"', report_html(found))
+        if "svg" in kind
+    ]
+    assert (
+        len(files)
+        == len(measured_panels(found)) + len(samples_charts(found)) + len(scaling_charts(found)) + 1
+    )
+
+
 def test_one_colour_and_shape_for_a_name_in_every_chart(found):
     shown = {r.point.label: r.point for r in found.results}
     for panel in measured_panels(found):
-        svg, _ = front_chart(found, panel)
+        svg = front_chart(found, panel).svg
         for dot in re.findall(r'<g class="dot.*?</g>', svg, re.DOTALL):
             point = shown[re.search('data-label="([^"]*)"', dot)[1]]
             color = f"c{key.color_index(key.color_name(point))}"
@@ -109,7 +129,7 @@ def test_each_colour_is_readable_on_both_papers():
 
     for dark, paper in ((False, "#f4f6f8"), (True, "#1f242a")):
         colors = re.findall(r"--(\w\d+):(#\w{6})", key.css_colors(dark=dark))
-        assert len(colors) == len(key.COLORS) + 8
+        assert len(colors) == len(key.COLORS) + 10
         for name, color in colors:
             low, high = sorted((luminance(color), luminance(paper)))
             # Of graphics the accessibility guidelines ask 3; yellow on white has less.
@@ -118,9 +138,11 @@ def test_each_colour_is_readable_on_both_papers():
 
 
 def test_parts_of_the_frame_have_one_colour_each(found):
-    text = "".join(content for _, content in scaling_charts(found))
-    text += split_chart(found, found.results[:2])
+    text = "".join(chart.svg for chart in scaling_charts(found))
+    text += split_chart(found, found.results[:2]).svg
     assert {key.part_index(name) for name in PARTS.values()} == set(range(len({*PARTS.values()})))
+    others = {key.part_index(name) for name in ("rest", "whole frame", "4 rays a pixel")}
+    assert len(others) == 3 and min(others) == len({*PARTS.values()}), "nor do others share one"
     bounce = re.search(r'class="bar (p\d)"[^>]*><title>bounce:', text)
     assert bounce[1] == f"p{key.part_index('estimators')}"
     assert f'"curve {bounce[1]}"' in text
