@@ -32,16 +32,25 @@ from ssdo_gl.window.viewer import Viewer
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from window.x_server import App, XServer  # type: ignore[import-not-found]
 
-# A patch that differs by this much in the mean, steps of 255, shows another view: frames
-# that refine the same one differ by less than one.
+# A part of the screen that differs by this much in the mean, steps of 255, shows another view
+# or setting. Pixels are averaged in blocks first: then pictures that refine the same view, of a
+# path tracer, too, differ by less than that, as `unasked` finds.
 ANOTHER = 1.0
+BLOCK = 8
+# Who looks must not take the processor from who draws: one pixel in so many, each way.
+GLANCE = 7
 # The slowest answer that is waited for.
 GIVE_UP_S = 10.0
 LOOK_S = 0.001
+# From the end of a motion to where pictures of full size refine one another.
+REFINING_S = 3.2
 # Shaders are compiled, levels of quality are tried.
 SETTLING_S = 15.0
 ROUNDS = 6
 METHODS = ("gi", "reference-gi")
+# What is pressed, and comes back with the next round.
+KEYS = {"arrow key": ("Left", "Right"), "flight key": ("w", "s")}
+OTHERS = ("mouse drag", "panel", "slider")
 # Of a section of the panel that is open at first: from the right edge to where the slider of
 # the budget begins, and from the top to its middle.
 SLIDER = (303, 332)
@@ -67,12 +76,22 @@ class Screen:
         self._xdotool.stdin.write("\n".join(lines) + "\n")
         self._xdotool.stdin.flush()
 
-    def patch(self, x: int, y: int, width: int, height: int) -> np.ndarray:
-        """Return every other pixel of a part of the screen, signed."""
+    def _pixels(self, x: int, y: int, width: int, height: int, step: int) -> np.ndarray:
         rows = self._map[self._offset : self._offset + self._stride * self._height]
         rows = rows.reshape(self._height, self._stride)[:, : 4 * self._width]
         pixels = rows.reshape(self._height, self._width, 4)
-        return pixels[y : y + height : 2, x : x + width : 2, :3].astype(np.int16)
+        return pixels[y : y + height : step, x : x + width : step, :3]
+
+    def trace(self, *part: int) -> bytes:
+        """Return what tells, for next to no processor time, whether a part may be another."""
+        return self._pixels(*part, step=GLANCE).tobytes()
+
+    def patch(self, *part: int) -> np.ndarray:
+        """Return every other pixel of a part of the screen, averaged in blocks."""
+        seen = self._pixels(*part, step=2).astype(np.float32)
+        rows, columns = (n // BLOCK for n in seen.shape[:2])
+        blocks = seen[: rows * BLOCK, : columns * BLOCK]
+        return blocks.reshape(rows, BLOCK, columns, BLOCK, 3).mean((1, 3))
 
     def close(self) -> None:
         """End the process."""
@@ -83,12 +102,13 @@ def answered_ms(
     screen: Screen, part: tuple[int, int, int, int], act: Callable[[], None], least: float
 ) -> float:
     """Return after how many milliseconds `part` of the screen is another."""
-    before = screen.patch(*part)
+    before, glance = screen.patch(*part), screen.trace(*part)
     act()
     start = time.perf_counter()
-    while time.perf_counter() < start + GIVE_UP_S:
-        if np.abs(screen.patch(*part) - before).mean() > least:
-            return (time.perf_counter() - start) * 1e3
+    while (now := time.perf_counter()) < start + GIVE_UP_S:
+        last, glance = glance, screen.trace(*part)
+        if last != glance and np.abs(screen.patch(*part) - before).mean() > least:
+            return (now - start) * 1e3
         time.sleep(LOOK_S)
     return float("inf")
 
@@ -101,7 +121,7 @@ def measure(screen: Screen, size: tuple[int, int]) -> dict[str, list[float]]:
     headers = (width - 340, 60, 320, 160)
     slider = (width - SLIDER[0], SLIDER[1] - 12, 120, 24)
     dice = random.Random(1)
-    results: dict[str, list[float]] = {"arrow key": [], "mouse drag": [], "panel": [], "slider": []}
+    results: dict[str, list[float]] = {name: [] for name in (*KEYS, *OTHERS)}
 
     def drag(start: tuple[int, int], way: int, part: tuple[int, int, int, int]) -> None:
         """Press the button, wait for refinement to go on, and move."""
@@ -116,9 +136,9 @@ def measure(screen: Screen, size: tuple[int, int]) -> dict[str, list[float]]:
         for name in results:
             screen.send(f"mousemove {width // 4} {height // 2}")
             # Into the refinement: the picture is at rest for a while, and not finished.
-            time.sleep(1.2 + dice.random())
-            if name == "arrow key":
-                key = ("Left", "Right")[number % 2]
+            time.sleep(REFINING_S + dice.random())
+            if name in KEYS:
+                key = KEYS[name][number % 2]
                 act = lambda key=key: screen.send(f"keydown {key}")  # noqa: E731
                 results[name].append(answered_ms(screen, picture, act, ANOTHER))
                 screen.send(f"keyup {key}")
@@ -131,6 +151,18 @@ def measure(screen: Screen, size: tuple[int, int]) -> dict[str, list[float]]:
                 act = lambda y=y: screen.send(f"mousemove {width - 180} {y}")  # noqa: E731
                 results[name].append(answered_ms(screen, headers, act, 0.2))
     return results
+
+
+def unasked(screen: Screen, size: tuple[int, int]) -> float:
+    """Return by how much the picture differs, at most, in a second without input."""
+    part = (40, 60, size[0] // 3, size[1] - 120)
+    screen.send(f"mousemove {size[0] // 4} {size[1] // 2}")
+    time.sleep(REFINING_S)
+    before, most, start = screen.patch(*part), 0.0, time.perf_counter()
+    while time.perf_counter() < start + 1.0:
+        most = max(most, float(np.abs(screen.patch(*part) - before).mean()))
+        time.sleep(LOOK_S)
+    return most
 
 
 def slices_ms(scene: str, settings: Settings) -> list[float]:
@@ -175,6 +207,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
             screen = Screen(server)
             try:
                 time.sleep(SETTLING_S)
+                most = unasked(screen, (width, height))
+                print(f"{method:13} no input    differs by {most:.2f} of {ANOTHER:g}", flush=True)
                 for kind, times in measure(screen, (width, height)).items():
                     middle, worst = statistics.median(times), max(times)
                     said = f"median {middle:6.1f} ms   worst {worst:6.1f} ms"

@@ -29,8 +29,10 @@ from ssdo_gl.window.views import View, image_of, is_averaged, kind_of_image, set
 
 # A frame of a 30 Hz display.
 DEFAULT_BUDGET_MS = 33.0
-# Of the last picture as a camera that begins to move sees it, relative to the window.
+# Of the last picture as a camera that begins to move sees it, relative to the window; and how
+# long frames take where one waits for the next: a frame of a 60 Hz display.
 FOLLOW_SCALE = 0.5
+FOLLOW_MS = 16.0
 # What of a budget is left for drawing, at least, however long it takes to show a picture.
 LEAST_SHARE = 0.4
 
@@ -248,8 +250,9 @@ class Canvas(SceneFlight, Chosen):
 
         Whoever looks around waits for the first picture, and sees it for one frame.
         """
-        left = self.left
-        if left is None or not left.is_governed or left.level.frame_scale == 1.0:
+        drawings = [side.image.drawing for side in self._sides]
+        took_ms = sum(drawing.frame_ms for drawing in drawings if drawing is not None)
+        if took_ms < min(FOLLOW_MS, self.budget_ms):
             return False
         width, height = (max(1, round(FOLLOW_SCALE * n)) for n in size)
         return self.presenter.follow(self.camera, (width, height))
@@ -267,8 +270,8 @@ class Canvas(SceneFlight, Chosen):
             exposure=self.scene.camera.exposure if exposure is None else exposure,
             curve=str(self.settings.overrides.get("tone_map.curve", "plain")),
         )
-        is_one = self.stretches and right is None
-        self.presenter.remember(left.image.drawing if is_one else None, self.camera)
+        # Two methods see the same surfaces, so that the depth of one is that of both.
+        self.presenter.remember(left.image.drawing if self.stretches else None, self.camera)
 
     def release(self) -> None:
         """Free everything on the device."""

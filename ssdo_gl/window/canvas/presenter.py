@@ -56,6 +56,8 @@ class Presenter:
         self._shaders = shaders
         self._constants: dict[float, moderngl.Texture] = {}
         self._seen = KeptPlanes(device)
+        # Where the line between two methods is, 0..1 from the left; at 1 there is one method.
+        self._line = 1.0
         self._ready_for: object = None
 
     def draw(
@@ -90,16 +92,22 @@ class Presenter:
         self._fit(size)
         assert self.picture is not None
         self.draw_count += 1
+        self._line = view.divider if view.is_split and right is not None else 1.0
         if view.is_error and right is not None:
             self._draw_error(view, left, right, exposure)
             return
-        split = round(view.divider * size[0]) if view.is_split and right is not None else size[0]
+        split = round(self._line * size[0])
         self._draw_image(left, kinds[0], (0, 0, split, size[1]), bounds, exposure, curve)
         if right is not None and split < size[0]:
             rest = (split, 0, size[0] - split, size[1])
             self._draw_image(right, kinds[1], rest, bounds, exposure, curve)
-            line = (split - DIVIDER_PX // 2, 0, DIVIDER_PX, size[1])
-            self.picture.clear(*_DIVIDER_COLOR, viewport=line)
+            self._draw_line(DIVIDER_PX)
+
+    def _draw_line(self, thickness: int) -> None:
+        assert self.picture is not None
+        width, height = self.picture.size
+        left = round(self._line * width) - thickness // 2
+        self.picture.clear(*_DIVIDER_COLOR, viewport=(left, 0, thickness, height))
 
     def copy_to(self, target: moderngl.Framebuffer, size: tuple[int, int]) -> None:
         """Copy the picture to `target` (the screen), whose size is `size` pixels."""
@@ -116,7 +124,7 @@ class Presenter:
 
     def remember(self, drawing: Drawing | None, camera: Camera) -> None:
         """Keep the depth of what the picture shows to `camera`, for `follow`; None: nothing."""
-        if drawing is None or drawing.view.is_orthographic:
+        if drawing is None:
             self._seen.release()
             return
         planes = {"depth": drawing.planes["depth"]}
@@ -134,11 +142,16 @@ class Presenter:
 
         It is some milliseconds' work. What comes into view is made of what is beside it.
         """
-        if self._seen.drawing is None or camera.height is not None:
+        seen = self._seen.drawing
+        if seen is None or seen.view.is_orthographic != (camera.height is not None):
             return False
+        assert self.picture is not None
+        before = self.picture.width
         picture, texture = self._followed(camera, size)
         self._free_picture()
         self._texture, self.picture = texture, picture
+        if self._line < 1.0:
+            self._draw_line(max(1, round(DIVIDER_PX * size[0] / before)))
         self.draw_count += 1
         self._seen.release()
         return True
@@ -151,6 +164,9 @@ class Presenter:
         texture = self._made(size)
         picture = make_framebuffer(self._gl, [texture])
         program = self._shaders.program(FULLSCREEN, "window/follow.frag", {}, view.choices)
+        # None of the line comes along; beyond the frame there is no line.
+        gap = DIVIDER_PX / self._texture.width
+        ends = (self._line - gap, self._line + gap) if self._line < 1.0 else (2.0, 2.0)
         program.set(
             {
                 **view.uniforms(),
@@ -159,6 +175,8 @@ class Presenter:
                 "u_seen_from_now": view.view_from_world @ camera.view_from_world_rotation().T,
                 "u_camera_seen_vs": view.view_from_world @ (camera.position - view.position_ws),
                 "u_tan_half_fov_now": camera.tan_half_fov(size[0] / size[1]),
+                "u_half_frame_now": camera.half_frame(size[0] / size[1]),
+                "u_left_right": ends,
             },
             {"t_picture": self._texture, "t_z_vs": self._z_vs(self._seen.drawing)},
         )

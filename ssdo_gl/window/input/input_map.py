@@ -32,7 +32,8 @@ ORBIT_RADIANS_PER_PX = 0.006
 TURN_RATE = 1.6
 # It comes to that rate in this time: who taps wants a degree, who holds wants to turn.
 TURN_RAMP_SECONDS = 0.3
-# A tap lasts at least this long, however soon the release was heard of.
+# A tap lasts at least this long, however soon the release was heard of. What it turns by in
+# all is turned at once: the first picture shows it, and nobody has to wait for more of it.
 TAP_SECONDS = 0.08
 # A hand that clicks moves the mouse by less.
 DRAG_PX = 3.0
@@ -52,10 +53,10 @@ class _Hold:
         return min(1.0, max(0.0, held / (now - since))) if now > since else 1.0
 
     def ramped(self, since: float, now: float) -> float:
-        """Return the mean of a strength that grows to 1 in `TURN_RAMP_SECONDS`."""
+        """Return the mean, after a tap's time, of a strength that grows to 1."""
         if now <= since:
             return 0.0
-        ages = (min(max(t, self.start), self.end) - self.start for t in (since, now))
+        ages = (max(min(t, self.end) - self.start, TAP_SECONDS) for t in (since, now))
         before, after = (_ramp_integral(age) for age in ages)
         return (after - before) / (now - since)
 
@@ -93,6 +94,7 @@ class InputMap:
 
     def _forget_mouse(self) -> None:
         self._looked, self._orbited, self._slid = ([0.0, 0.0] for _ in range(3))
+        self._tapped = [0.0, 0.0]
         self._notches = self._speed_notches = 0.0
 
     @property
@@ -137,6 +139,8 @@ class InputMap:
             return None
         if action == glfw.PRESS and not mods & CHORD:
             self._keys[key] = _Hold(self.now)
+            tap = TURN_RATE * _ramp_integral(TAP_SECONDS)
+            self._tapped = _summed([self._tapped, _scaled(HELD_TURNS.get(key, (0, 0)), tap)], 2)
         binding = binding_of(key, mods)
         # Holding a key repeats steps, never toggles.
         if binding is None or (action == glfw.REPEAT and binding.command != Command.STEP):
@@ -227,7 +231,7 @@ class InputMap:
         slid = self._slid[0] / max(1.0, height), -self._slid[1] / max(1.0, height)
         controls = Controls(
             move=(move[0], move[1], move[2]),
-            turn=(looked[0], looked[1]),
+            turn=(looked[0] + self._tapped[0], looked[1] + self._tapped[1]),
             turn_rate=(TURN_RATE * turn[0], TURN_RATE * turn[1]),
             orbit=(orbited[0], orbited[1]),
             slide=slid,

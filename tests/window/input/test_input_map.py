@@ -58,7 +58,8 @@ class Hand:
             if release:
                 self.map.key(key, glfw.RELEASE)
             self.now = since + frames_s
-            turned += self.map.take(since, self.now).turn_rate[0] * frames_s
+            controls = self.map.take(since, self.now)
+            turned += controls.turn[0] + controls.turn_rate[0] * frames_s
         return turned
 
 
@@ -72,6 +73,20 @@ def test_a_tap_turns_by_a_degree_however_long_frames_take(frame_s: float) -> Non
     turned = Hand().hold(glfw.KEY_LEFT, 0.08, frame_s)
     assert turned == pytest.approx(TURN_RATE * 0.08**2 / (2.0 * TURN_RAMP_SECONDS))
     assert 0.5 < math.degrees(turned) < 1.5
+
+
+def test_the_first_picture_of_a_tap_shows_all_of_its_turn() -> None:
+    hand = Hand(0.001)
+    for key in (glfw.KEY_LEFT, glfw.KEY_UP, glfw.KEY_LEFT):
+        hand.map.key(key, glfw.PRESS)
+        hand.map.key(key, glfw.RELEASE)
+    controls = hand.frame()
+    tap = TURN_RATE * 0.08**2 / (2.0 * TURN_RAMP_SECONDS)
+    assert controls.turn == pytest.approx((2.0 * tap, tap))
+    # In the time of the tap, nothing more.
+    while hand.map.is_holding:
+        assert hand.frame().is_idle
+    assert hand.frame().is_idle
 
 
 @pytest.mark.parametrize("frame_s", [1.0 / 60.0, 0.25])
