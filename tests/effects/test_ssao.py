@@ -23,7 +23,7 @@ from ssdo_gl.effects.ssao import SsaoSettings
 
 SIZE = (48, 36)
 TAN_Y = 0.5
-ESTIMATORS = tuple(name for name in registry.ESTIMATORS if name != "zbuffer")
+ESTIMATORS = tuple(registry.ESTIMATORS)
 
 # Both sides add the same float32 shares; N of them, each within an ulp of 1.
 SUM_TOLERANCE = 4e-7

@@ -70,7 +70,7 @@ class Picture:
 class Estimator:
     """What the estimators' uniforms and defines say."""
 
-    kind: str  # march, rgs09, hemisphere
+    kind: str  # march, rgs09, hemisphere; those of slices.py
     radius: float
     directions: int
     steps: int
@@ -80,6 +80,7 @@ class Estimator:
     growth: float = 0.0
     front_slack: float = 0.0
     back_slack: float = 0.0
+    box_px: float = 0.0
 
 
 @dataclass(frozen=True)

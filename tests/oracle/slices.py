@@ -1,4 +1,4 @@
-"""Float64 twins of the published estimators: slices, horizons and a spiral.
+"""Float64 twins of the published estimators: slices, horizons, a spiral and a box.
 
 Imports nothing from ssdo_gl.
 """
@@ -205,6 +205,22 @@ def sao(
     tap = window * np.einsum("...i,...i", to_q, n) / (d2 + (0.1 * radius) ** 2)
     obscured = (2.0 * np.pi * 0.1 * radius * tap * counts).mean(1)
     return np.maximum(1.0 - np.sqrt(obscured), 0.0) ** 2, decide.unsure.any(1)
+
+
+def zbuffer(
+    picture: Picture, texel: Indices, pixel: Indices, estimator: Estimator
+) -> tuple[Array, Flags]:
+    """Return visibility (n) and where float32 may decide otherwise (n)."""
+    u = Receivers.at(picture, texel, pixel, estimator).u[..., :2]
+    decide = Decisions(u.shape[:-1])
+    offset = (2.0 * u - 1.0) * estimator.box_px + 0.5
+    q = texel[:, None] + decide.texel(offset, np.ones(u.shape[:-1], bool))
+    inside = np.clip(q, 0, picture.size.astype(np.int64) - 1)
+    z = picture.z[inside[..., 1], inside[..., 0]]
+    own = picture.z[texel[:, 1], texel[:, 0]][:, None]
+    live = np.all(q == inside, -1) & (z > 0.0)
+    blocked = decide.all_greater(live, (own * 0.99, z, own))
+    return 1.0 - blocked.mean(1), decide.unsure.any(1)
 
 
 SECTOR_COUNT = 32

@@ -132,6 +132,7 @@ def twin_of(settings: ScreenSpaceSettings, frame: Frame, has_back: bool = False)
         growth=settings.step_growth,
         front_slack=settings.front_slack,
         back_slack=settings.back_slack,
+        box_px=settings.box_px if isinstance(settings, SsaoSettings) else 0.0,
     )
 
 
@@ -141,6 +142,7 @@ VISIBILITY_TWINS = {
     "gtao": slices.gtao,
     "hbao": slices.hbao,
     "sao": slices.sao,
+    "zbuffer": slices.zbuffer,
 }
 
 
