@@ -2,7 +2,9 @@
 
 ``make bench-passes`` runs ``python -m benchmarks.pass_times [SCENE]``, which prints a table in
 Markdown. All settings are rendered in turn, round after round, so that a machine that speeds up or
-slows down does so for all of them; the table holds medians, and ratios of medians.
+slows down does so for all of them; the table holds medians, and ratios of medians. Where OpenGL
+runs on processors, times are processor time of all threads, which other programs cannot lengthen
+by taking their turn.
 """
 
 from __future__ import annotations
@@ -10,10 +12,12 @@ from __future__ import annotations
 import dataclasses
 import statistics
 import sys
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 
 from benchmarks.common import command
+from ssdo_gl.bench.measure.clock import CLOCK_NAMES
 from ssdo_gl.bench.measure.machine import cpu_name, load_average
 from ssdo_gl.bench.presets import load_preset
 from ssdo_gl.gpu.context import create_context
@@ -40,7 +44,8 @@ def columns(scene: Scene) -> Iterator[tuple[str, Settings]]:
     yield "ssao, 16 samples", settings(method="ssao", samples=16)
     for preset in ("fast", "balanced", "fine"):
         yield f"preset {preset}", settings(method="bounce", **load_preset(preset, "bounce"))
-    yield "default", settings()
+    yield "bounce", settings(method="bounce")
+    yield "gi, the default", settings(method="gi")
 
 
 def measure(scene: Scene, rounds: int) -> dict[str, dict[str, float]]:
@@ -55,13 +60,16 @@ def measure(scene: Scene, rounds: int) -> dict[str, dict[str, float]]:
         }
         for renderer in renderers.values():
             renderer.render(frames=2)
+            if device.is_software:
+                renderer.timer.clock = time.process_time
         for _ in range(rounds):
             for name, renderer in renderers.items():
                 row = times.setdefault(name, {})
                 # Frames are timed whole and passes apart: a pass that is waited for cannot
                 # overlap the next one.
-                frame = renderer.render(["display"], frames=2).frame_ms
-                row.setdefault("frame", []).extend(frame)
+                frames = renderer.render(["display"], frames=2)
+                taken = frames.process_ms if device.is_software else frames.frame_ms
+                row.setdefault("frame", []).extend(taken)
                 for item in renderer.render(["display"], frames=2, time_passes=True).passes:
                     if item.ran and item.gpu_ms is not None:
                         row.setdefault(item.name, []).append(item.gpu_ms)
@@ -99,9 +107,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     source, rounds = options.scene, options.rounds
     scene = load_scene(source)
     with Renderer(scene, dataclasses.replace(Settings(), size=(1, 1))) as renderer:
-        device = renderer.device.renderer
+        device, is_software = renderer.device.renderer, renderer.device.is_software
     print(table(measure(scene, rounds)))
+    clock = CLOCK_NAMES["process" if is_software else "wall"]
     print(f"\n{source}, {SIZE[0]}x{SIZE[1]}, medians of {2 * rounds} frames; {device};", end=" ")
+    print(f"{clock};", end=" ")
     print(f"{cpu_name()}; load {load_average()}")
     return 0
 

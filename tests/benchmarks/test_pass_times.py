@@ -24,5 +24,6 @@ def test_every_column_is_measured(monkeypatch):
     times = pass_times.measure(scene, 1)
     assert list(times) == [name for name, _ in pass_times.columns(scene)]
     assert all(row["frame"] > 0.0 and row["gbuffer"] > 0.0 for row in times.values())
-    assert "bounce" in times["default"]
+    assert "bounce" in times["bounce"]
+    assert "far_probes" in times["gi, the default"]
     assert "bounce" not in times["direct"]
