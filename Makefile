@@ -18,6 +18,7 @@
 # make bench-input  milliseconds from a key or the mouse to its answer in the window
 # make bench-gpu  tests, pass times, rays and images on a GPU, into bench/gpu; eight minutes
 # make bench-peers  VTK, three.js and ours in one room; THREE=DIR: of the npm package three
+# make bench-presets  the ladder of presets, some minutes a scene; SCENES="stairs a.glb"
 # make bench-promises  whether --budget-ms and --max-error keep what they promise
 # make pictures  the pictures of README and docs/
 # make lint      ruff, mypy and every shader
@@ -44,7 +45,7 @@ READY := $(VENV)/.ssdo_gl-ready
 endif
 
 .DELETE_ON_ERROR:
-.PHONY: setup snapshot view test test-slow fuzz hard-cases pictures bench bench-passes bench-estimators bench-effects bench-fidelity bench-light bench-rays bench-motion bench-python bench-input bench-peers bench-promises bench-gpu lint clean
+.PHONY: setup snapshot view test test-slow fuzz hard-cases pictures bench bench-passes bench-estimators bench-effects bench-fidelity bench-light bench-rays bench-motion bench-python bench-input bench-peers bench-presets bench-promises bench-gpu lint clean
 
 setup: $(READY)
 
@@ -114,6 +115,9 @@ bench-gpu: $(READY)
 
 bench-peers: $(READY)
 	$(PY) -m benchmarks.peers bench/peers $(if $(THREE),--three $(THREE))
+
+bench-presets: $(READY)
+	$(PY) -m benchmarks.rungs bench/presets $(SCENES)
 
 bench-promises: $(READY)
 	$(PY) -m benchmarks.promises
