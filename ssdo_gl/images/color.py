@@ -1,4 +1,4 @@
-"""Luminance, and the sRGB transfer function (IEC 61966-2-1) both ways, in NumPy."""
+"""The colour space sRGB (IEC 61966-2-1): luminance, from CIE XYZ, the transfer function."""
 
 from __future__ import annotations
 
@@ -9,6 +9,14 @@ from numpy.typing import NDArray
 
 # Of scene-linear Rec.709.
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+# From CIE XYZ to scene-linear Rec.709 with its white, D65.
+RGB_FROM_XYZ = np.array(
+    [
+        [3.2404542, -1.5371385, -0.4985314],
+        [-0.9692660, 1.8760108, 0.0415560],
+        [0.0556434, -0.2040259, 1.0572252],
+    ]
+)
 _Floats = NDArray[np.floating[Any]]
 
 

@@ -12,6 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ssdo_gl.images.color import RGB_FROM_XYZ
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.environment.environment_kinds import MapEnvironment
 from ssdo_gl.scene.lights import DirectionalLight, Light
@@ -53,9 +54,6 @@ _ZENITH_Y = np.array(
         [-0.04214, 0.08970, -0.04153, 0.00516],
         [0.15346, -0.26756, 0.06670, 0.26688],
     ]
-)
-_RGB_FROM_XYZ = np.array(
-    [[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]]
 )
 # Wavelengths, micrometres, that stand for red, green and blue, and the ozone's absorption
 # there, 1/cm, of which 0.35 cm lie above.
@@ -199,7 +197,7 @@ def _rgb(luminance: FloatArray | float, x: FloatArray | float, y: FloatArray | f
     """Return linear sRGB (..., 3) of a luminance and chromaticities."""
     share = np.divide(luminance, y)
     xyz = np.stack(np.broadcast_arrays(x * share, luminance, (1.0 - x - y) * share), axis=-1)
-    return np.asarray(xyz @ _RGB_FROM_XYZ.T)
+    return np.asarray(xyz @ RGB_FROM_XYZ.T)
 
 
 def _black_body(kelvin: float) -> tuple[float, float]:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ssdo_gl.images.color import RGB_FROM_XYZ
 from ssdo_gl.scene.files import contained_file
 from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.formats.obj.gloss import gloss_fields, gloss_maps
@@ -20,14 +21,6 @@ from ssdo_gl.scene.scene import SceneError
 
 # Cut-out masks of .mtl files carry no threshold of their own.
 CUTOFF = 0.5
-# Rows of the matrix from CIE XYZ to linear Rec.709 primaries.
-_RGB_FROM_XYZ = np.array(
-    [
-        [3.2404542, -1.5371385, -0.4985314],
-        [-0.9692660, 1.8760108, 0.0415560],
-        [0.0556434, -0.2040259, 1.0572252],
-    ]
-)
 
 
 @dataclass(frozen=True)
@@ -242,7 +235,7 @@ def _color(
         shown = " ".join([key.capitalize(), *words])[:80]
         raise SceneError(f"{where}: {shown!r}: expected three finite numbers >= 0")
     if xyz:
-        numbers = np.maximum(_RGB_FROM_XYZ @ numbers, 0.0).tolist()
+        numbers = np.maximum(RGB_FROM_XYZ @ numbers, 0.0).tolist()
     return numbers[0], numbers[1], numbers[2]
 
 
