@@ -84,7 +84,7 @@ bench-passes: $(READY)
 	$(PY) -m benchmarks.pass_times $(SCENE)
 
 bench-estimators: $(READY)
-	$(PY) -m benchmarks.estimator_table bench/estimators $(ESTIMATOR_FLAGS)
+	$(PY) -m benchmarks.all_estimators bench/estimators $(ESTIMATOR_FLAGS)
 
 bench-effects: $(READY)
 	$(PY) -m benchmarks.planning_gain $(SCENES)

@@ -30,7 +30,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks import estimator_table
+from benchmarks import all_estimators
 from benchmarks.common import command
 from ssdo_gl.bench.measure.clock import CLOCK_NAMES
 from ssdo_gl.bench.measure.machine import describe_machine
@@ -82,7 +82,7 @@ IMAGE_SIZE = (160, 90)
 # mean is seen.
 ROUNDING, VISIBLE = 1e-5, 0.01
 EGL_DEVICES = 8
-ESTIMATORS = estimator_table.Extent(
+ESTIMATORS = all_estimators.ScenesPlan(
     ("cornell_meso",), steps=(4, 8), size=(1280, 720), seeds=2, reference_seconds=5.0
 )
 
@@ -365,9 +365,9 @@ def time_rays(run: Run) -> object:
 
 def compare_estimators(run: Run) -> object:
     """Hold every estimator of visibility to rays; writes estimators.csv, .md and .png."""
-    extent = estimator_table.QUICK if run.quick else ESTIMATORS
+    extent = all_estimators.QUICK if run.quick else ESTIMATORS
     device = create_context()
-    rows = estimator_table.write(run.outdir, extent, device)
+    rows = all_estimators.write(run.outdir, extent, device)
     device.release()
     return rows
 

@@ -66,7 +66,7 @@ def make_room(size: tuple[int, int], radius: float) -> Room:
 
 
 @dataclass(frozen=True)
-class Times:
+class PeerTimes:
     """Milliseconds of one frame: until it is there, and of all processors."""
 
     wall_ms: float
@@ -86,7 +86,7 @@ class Peer(Protocol):
     def visibility(self, variant: str) -> NDArray[np.float64] | None:
         """Return occlusion alone, 1 = open, shape (height, width); None if it has none."""
 
-    def timed(self, variant: str, frames: int) -> Times:
+    def timed(self, variant: str, frames: int) -> PeerTimes:
         """Draw `frames` frames; return means."""
 
     def close(self) -> None:

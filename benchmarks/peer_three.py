@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from benchmarks.peer_room import INTENSITY, LAMP, SKY, NoPeerError, Room, Times
+from benchmarks.peer_room import INTENSITY, LAMP, SKY, NoPeerError, PeerTimes, Room
 
 # A name that exists only in the page: whatever it asks for is a file.
 HOST = "http://peer.invalid"
@@ -124,13 +124,13 @@ class Three:
         url = self._page.evaluate("name => peer.visibility(name)", self._names[variant])
         return None if url is None else _pixels(url)[:, :, 0]
 
-    def timed(self, variant: str, frames: int) -> Times:
+    def timed(self, variant: str, frames: int) -> PeerTimes:
         """Draw `frames` frames; return means."""
         call = "([name, frames]) => peer.timed(name, frames)"
         self._page.evaluate(call, [self._names[variant], 1])
         begin = children_ms(os.getpid())
         wall = self._page.evaluate(call, [self._names[variant], frames])
-        return Times(wall, (children_ms(os.getpid()) - begin) / frames)
+        return PeerTimes(wall, (children_ms(os.getpid()) - begin) / frames)
 
     def close(self) -> None:
         """End the browser."""

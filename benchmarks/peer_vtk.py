@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.peer_room import INTENSITY, LAMP, SKY, NoPeerError, Room, Times
+from benchmarks.peer_room import INTENSITY, LAMP, SKY, NoPeerError, PeerTimes, Room
 
 # Points of the half-ball; 0 draws without occlusion.
 VARIANTS = {"VTK, no occlusion": 0, "VTK SSAO-16 + blur": 16, "VTK SSAO-64 + blur": 64}
@@ -149,14 +149,16 @@ class Vtk:
         self._draw(variant)
         return image
 
-    def timed(self, variant: str, frames: int) -> Times:
+    def timed(self, variant: str, frames: int) -> PeerTimes:
         """Draw `frames` frames; return means."""
         self._draw(variant)
         wall, process = time.perf_counter(), time.process_time()
         for _ in range(frames):
             self._draw(variant)
         scale = 1e3 / frames
-        return Times(scale * (time.perf_counter() - wall), scale * (time.process_time() - process))
+        return PeerTimes(
+            scale * (time.perf_counter() - wall), scale * (time.process_time() - process)
+        )
 
     def close(self) -> None:
         """Release the window."""

@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.common import command
-from benchmarks.peer_room import NoPeerError, Peer, Room, Times, make_room
+from benchmarks.peer_room import NoPeerError, Peer, PeerTimes, Room, make_room
 from benchmarks.peer_three import Three
 from benchmarks.peer_vtk import Vtk
 from ssdo_gl.bench.measure.machine import core_count, cpu_name, load_average
@@ -77,9 +77,9 @@ class Contestant:
 
     name: str
     draws: str
-    timed: Callable[[int], Times]
+    timed: Callable[[int], PeerTimes]
     visibility: NDArray[np.float64] | None
-    times: list[Times] = field(default_factory=list)
+    times: list[PeerTimes] = field(default_factory=list)
 
     @property
     def wall_ms(self) -> float:
@@ -147,9 +147,9 @@ def own_contestants(room: Room, device: Device, stack: ExitStack) -> Iterator[Co
         yield Contestant(name, draws, partial(_time_ours, renderer), visibility)
 
 
-def _time_ours(renderer: Renderer, frames: int) -> Times:
+def _time_ours(renderer: Renderer, frames: int) -> PeerTimes:
     result = renderer.render(("display",), frames=frames)
-    return Times(statistics.mean(result.frame_ms), statistics.mean(result.process_ms))
+    return PeerTimes(statistics.mean(result.frame_ms), statistics.mean(result.process_ms))
 
 
 def peer_contestants(peer: Peer, traced: Traced) -> list[Contestant]:

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from benchmarks import peers
-from benchmarks.peer_room import NoPeerError, Times, make_room
+from benchmarks.peer_room import NoPeerError, PeerTimes, make_room
 from benchmarks.peer_three import Three, children_ms, package_folder
 from benchmarks.peer_vtk import Vtk
 from benchmarks.peers import Contestant, Traced, measure, race, rows_of, table
@@ -67,7 +67,7 @@ class FakePeer:
         return np.ones(self.room.size[::-1])
 
     def timed(self, variant, frames):
-        return Times(2.0, 4.0 if variant == "fake SSAO" else 1.0)
+        return PeerTimes(2.0, 4.0 if variant == "fake SSAO" else 1.0)
 
     def close(self):
         FakePeer.is_closed = True
@@ -106,7 +106,7 @@ def test_everybody_takes_a_turn_in_every_round():
     def contestant(name, ms):
         def timed(frames):
             turns.append(name)
-            return Times(next(ms), 1.0)
+            return PeerTimes(next(ms), 1.0)
 
         return Contestant(name, "", timed, None)
 

@@ -1,6 +1,6 @@
 """Error against time of every estimator, averaged over five scenes.
 
-``make bench-estimators`` runs ``python -m benchmarks.estimator_table OUTDIR``, which writes
+``make bench-estimators`` runs ``python -m benchmarks.all_estimators OUTDIR``, which writes
 what ``ssdo-gl SCENE --bench OUTDIR --estimators`` writes of one scene.
 """
 
@@ -27,34 +27,34 @@ SIZE = (192, 108)
 
 
 @dataclass(frozen=True)
-class Extent(TablePlan):
+class ScenesPlan(TablePlan):
     """Built-in scenes, their size, and how much is measured."""
 
     scenes: Sequence[str] = SCENES
     size: tuple[int, int] = SIZE
 
 
-QUICK = Extent(SCENES[:1], (160, 90), **dataclasses.asdict(QUICK_PLAN))
+QUICK = ScenesPlan(SCENES[:1], (160, 90), **dataclasses.asdict(QUICK_PLAN))
 
 
-def write(outdir: Path, extent: Extent, device: Device) -> list[dict[str, Any]]:
+def write(outdir: Path, plan: ScenesPlan, device: Device) -> list[dict[str, Any]]:
     """Measure, write the files of the table and return the rows of its CSV."""
-    scenes = {name: load_scene(name) for name in extent.scenes}
+    scenes = {name: load_scene(name) for name in plan.scenes}
     subjects = {
-        name: (s, settings_for(s.render, {"size": extent.size})) for name, s in scenes.items()
+        name: (s, settings_for(s.render, {"size": plan.size})) for name, s in scenes.items()
     }
     with stage_progress(quiet=False) as progress:
-        return estimator_table.write(outdir, subjects, extent, device, progress)
+        return estimator_table.write(outdir, subjects, plan, device, progress)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Measure and write."""
-    parser = command("estimator_table", __doc__)
+    parser = command("all_estimators", __doc__)
     parser.add_argument("outdir", type=Path, metavar="OUTDIR")
     parser.add_argument("--quick", action="store_true", help="one scene, one budget: a minute")
     options = parser.parse_args(argv)
     device = create_context()
-    write(options.outdir, QUICK if options.quick else Extent(), device)
+    write(options.outdir, QUICK if options.quick else ScenesPlan(), device)
     device.release()
     print((options.outdir / "estimators.md").read_text())
     return 0
