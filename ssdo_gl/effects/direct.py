@@ -216,11 +216,11 @@ class Direct(Effect):
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
         """Yield the one pass."""
-        settings = request.with_overrides("direct", DirectSettings())
+        settings = request.settings_of("direct", DirectSettings)
         if request.settings.method in REFERENCES:
             # Which look at the centres of pixels.
             settings = replace(settings, gloss_footprint=0.0)
-        maps = request.with_overrides("shadow_map", ShadowMapSettings())
+        maps = request.settings_of("shadow_map", ShadowMapSettings)
         has_maps = request.runs("shadow_map")
         item = DirectPass(
             settings,

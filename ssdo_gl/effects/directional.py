@@ -259,7 +259,7 @@ class Directional(Effect):
         is_open = request.takes(OPEN_DIRECTIONS)
         far_field = None
         if request.runs("far_field"):
-            far_field = request.with_overrides("far_field", FarFieldSettings())
+            far_field = request.settings_of("far_field", FarFieldSettings)
         item = DirectionalPass(
             settings,
             environment=kind_of(request.scene.environment),

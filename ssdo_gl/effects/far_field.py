@@ -275,7 +275,7 @@ class FarField(Effect):
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
         """Yield where probes stand, and what they see."""
-        settings = request.with_overrides(self.name, FarFieldSettings(radius=request.radius))
+        settings = request.settings_of(self.name, FarFieldSettings)
         # What is translucent is another surface in each frame.
         is_steady = not request.content.has_translucency
         points = FarProbePointsPass(settings, is_steady=is_steady)

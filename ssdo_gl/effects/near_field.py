@@ -7,7 +7,7 @@ from typing import TypeVar
 
 from ssdo_gl.effects.effect import ReasonedPass
 from ssdo_gl.effects.estimators import ESTIMATORS
-from ssdo_gl.effects.request import Request, Shortcut
+from ssdo_gl.effects.request import Request, Shortcut, overridden
 from ssdo_gl.passes.edge_aware_filter import (
     FILTER,
     EdgeAwareFilterPass,
@@ -37,21 +37,12 @@ def estimator_settings(
     request: Request, name: str, settings_class: type[EstimatorSettings]
 ) -> EstimatorSettings:
     """Return the settings of the estimator pass `name`, thickness filled in."""
-    settings = request.settings
-    chosen = request.with_overrides(
-        name,
-        settings_class(
-            estimator=estimator_of(request, name),
-            radius=request.radius,
-            samples=settings.samples,
-            steps=settings.steps,
-            resolution_scale=settings.resolution_scale,
-        ),
-    )
+    estimator = request.settings.chosen_estimator
+    chosen = request.settings_of(name, settings_class, estimator=estimator)
     if chosen.thickness is not None:
         return chosen
     # By what the scene holds, not by whether its backs happen to be drawn.
-    has_backs = reads_backs(settings) and request.content.has_closed_meshes
+    has_backs = reads_backs(request.settings) and request.content.has_closed_meshes
     return dataclasses.replace(chosen, thickness=default_thickness(chosen.estimator, has_backs))
 
 
@@ -71,10 +62,10 @@ def filtered(
     is_of_gloss: bool = False,
 ) -> ReasonedPass:
     """Return the filter pass `name` from `source` to `result`; see `EdgeAwareFilterPass`."""
-    common = EdgeAwareFilterSettings(filter=request.settings.filter)
+    of_all = request.settings_of(FILTER, EdgeAwareFilterSettings)
     item = EdgeAwareFilterPass(
         name,
-        request.with_overrides(name, request.with_overrides(FILTER, common)),
+        overridden(request.settings, name, of_all),
         Signal(source, result, is_visibility, holds_z, is_of_gloss),
     )
     return item, "removes the sampling noise along surfaces"

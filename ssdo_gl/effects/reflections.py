@@ -206,7 +206,7 @@ class Reflections(Effect):
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
         """Yield estimator, filter and what the surface makes of it."""
-        settings = request.with_overrides(self.name, ReflectionsSettings())
+        settings = request.settings_of(self.name, ReflectionsSettings)
         is_bounce = request.settings.method != "ssdo"
         bound = sender_bound(
             request.scene, request.radius, has_all_bounces=request.runs("far_field")

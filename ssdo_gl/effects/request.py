@@ -13,6 +13,7 @@ from ssdo_gl.planning.content import SceneContent
 from ssdo_gl.planning.view import ViewFacts
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.scene import Scene
+from ssdo_gl.settings.fields import describe
 from ssdo_gl.settings.settings import Settings
 
 if TYPE_CHECKING:
@@ -147,9 +148,15 @@ class Request:
         pairs = zip(self.content.lights, self.lights, strict=True)
         return any(chosen and light.shadow in shadows for light, chosen in pairs)
 
-    def with_overrides(self, name: str, base: PassSettings) -> PassSettings:
-        """Return `base` with the user's own values for the pass called `name`."""
-        return overridden(self.settings, name, base)
+    def settings_of(self, name: str, kind: type[PassSettings], **known: Any) -> PassSettings:
+        """Return the settings of the pass called `name`.
+
+        The user's own for that pass, else those `known` of this frame, else what `Settings` holds
+        under the same name for the whole rendering, else their defaults.
+        """
+        shared = {field.name for field in dataclasses.fields(kind)} & describe(Settings).keys()
+        common = {field: getattr(self.settings, field) for field in shared}
+        return overridden(self.settings, name, kind(**{**common, **known}))
 
     def override(self, name: str, default: Any) -> Any:
         """Return the user's value of ``PASS.FIELD``, or `default`."""

@@ -190,11 +190,12 @@ class _Builder:
             glossy=request.is_glossy,
         )
         self.add(composite, "adds up the terms")
-        tone = ToneMapSettings(
-            exposure=request.settings.exposure or 0.0,
-            background=request.settings.background or self._backdrop(),
+        exposure = request.settings.exposure or 0.0
+        background = request.settings.background or self._backdrop()
+        tone = request.settings_of(
+            "tone_map", ToneMapSettings, exposure=exposure, background=background
         )
-        display = ToneMapPass(request.with_overrides("tone_map", tone), self.picture)
+        display = ToneMapPass(tone, self.picture)
         self.add(display, "from radiance to the display")
 
     def _output(self, name: str) -> ImageSource:
@@ -343,7 +344,7 @@ def _averaged(pipeline: Pipeline, request: Request) -> Pipeline:
     """Return `pipeline` with filtered images averaged over frames, where that is decided."""
     if not request.averages:
         return pipeline
-    settings = request.with_overrides(TEMPORAL, TemporalSettings())
+    settings = request.settings_of(TEMPORAL, TemporalSettings)
     chosen = request.settings
     made_from = (
         *(chosen.method, chosen.chosen_estimator, chosen.chosen_shadows, chosen.combine),

@@ -77,7 +77,7 @@ class Glow(Effect):
         return request.decision("glow", "surfaces are not black", skips, ("glow",))
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
-        yield GlowPass(request.with_overrides("glow", GlowSettings())), "a glow was asked for"
+        yield GlowPass(request.settings_of("glow", GlowSettings)), "a glow was asked for"
 
 
 @pytest.fixture

@@ -70,9 +70,7 @@ class ReferenceAo(Effect):
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
         """Yield the one pass."""
-        chosen = request.settings
-        base = ReferenceAoSettings(request.radius, chosen.spp, chosen.max_error)
-        settings = request.with_overrides(self.name, base)
+        settings = request.settings_of(self.name, ReferenceAoSettings)
         yield ReferenceAoPass(settings, request.ray_features), "how open each point is"
 
     def image(self, request: Request, name: str) -> ImageSource:

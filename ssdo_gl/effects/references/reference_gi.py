@@ -93,9 +93,6 @@ class ReferenceGi(Effect):
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
         """Yield the one pass."""
-        chosen = request.settings
-        base = ReferenceGiSettings(chosen.spp, chosen.bounces, max_error=chosen.max_error)
-        settings = request.with_overrides(self.name, base)
-        features = request.ray_features
-        item = ReferenceGiPass(settings, features, request.scene.environment)
+        settings = request.settings_of(self.name, ReferenceGiSettings)
+        item = ReferenceGiPass(settings, request.ray_features, request.scene.environment)
         yield item, "all light transport, by paths"

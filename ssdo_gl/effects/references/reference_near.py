@@ -104,9 +104,6 @@ class ReferenceNear(Effect):
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
         """Yield the one pass."""
-        chosen = request.settings
-        base = ReferenceNearSettings(request.radius, chosen.spp, chosen.max_error)
-        settings = request.with_overrides(self.name, base)
-        features = request.ray_features
-        item = ReferenceNearPass(settings, features, request.scene.environment)
+        settings = request.settings_of(self.name, ReferenceNearSettings)
+        item = ReferenceNearPass(settings, request.ray_features, request.scene.environment)
         yield item, "the near field, by rays"

@@ -203,7 +203,7 @@ class ShadowMaps(Effect):
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
         """Yield the one pass."""
-        settings = request.with_overrides("shadow_map", ShadowMapSettings())
+        settings = request.settings_of("shadow_map", ShadowMapSettings)
         # A light that is switched off leaves the others their maps, no finer and no coarser.
         size = tile_size(settings, atlas_layout(request.scene.lights))
         settings = dataclasses.replace(settings, resolution=size)

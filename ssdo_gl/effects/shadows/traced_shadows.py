@@ -88,9 +88,7 @@ class TracedShadows(Effect):
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
         """Yield the one pass."""
-        chosen = request.settings
-        base = TracedShadowsSettings(chosen.shadow_rays, chosen.max_error)
-        settings = request.with_overrides(self.name, base)
+        settings = request.settings_of(self.name, TracedShadowsSettings)
         # Only what is in view reflects here; what shadow rays meet does not.
         features = replace(request.ray_features, glossy=request.is_glossy)
         item = TracedShadowsPass(settings, features)

@@ -113,5 +113,5 @@ class EnvironmentImage(Effect):
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
         """Yield the one pass."""
-        settings = request.with_overrides("environment", EnvironmentSettings())
+        settings = request.settings_of("environment", EnvironmentSettings)
         yield EnvironmentPass(settings), "the image of the environment, and its irradiance"

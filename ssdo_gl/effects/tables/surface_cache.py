@@ -36,7 +36,7 @@ class SurfaceCache(Effect):
 
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
         """Yield what is done once for the geometry, once for the lights, and the bounces."""
-        settings = request.with_overrides(self.name, SurfaceCacheSettings())
+        settings = request.settings_of(self.name, SurfaceCacheSettings)
         features, sky = request.ray_features, request.scene.environment
         yield SurfelsPass(settings, features), "pieces of surface that keep light"
         yield SurfelRaysPass(settings, features), "what each piece sees of the others"
