@@ -11,13 +11,9 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ssdo_gl.bench.statistics import MissingLibraryError
-from ssdo_gl.bench.storage import BenchError
-from ssdo_gl.farm.scenes import carry_out_all, render_batch
-from ssdo_gl.farm.scheduler import FarmError, check_scheduler, silence_library
 from ssdo_gl.gpu.context import ContextError
 from ssdo_gl.headless.reading import read_scene
-from ssdo_gl.images.files import STDOUT, OutputError, check_output, image_paths, is_picture
+from ssdo_gl.images.files import STDOUT, check_output, image_paths, is_picture
 from ssdo_gl.printable import printable
 from ssdo_gl.process import (
     EXIT_INTERRUPTED,
@@ -30,9 +26,8 @@ from ssdo_gl.process import (
     steadfast_output,
 )
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.scene import Scene, SceneError
+from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings, modes
-from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.settings.flags import (
     STREAM,
     CommandLine,
@@ -47,6 +42,7 @@ from ssdo_gl.settings.loading import FIT
 from ssdo_gl.settings.resolve import camera_from_text, chosen_camera, for_pictures, settings_for
 from ssdo_gl.settings.run_options import RunOptions
 from ssdo_gl.settings.several import one_by_one
+from ssdo_gl.user_error import UserError
 
 if TYPE_CHECKING:
     from ssdo_gl.film.shots import Shots
@@ -54,7 +50,6 @@ if TYPE_CHECKING:
 
 __all__ = ["build_parser", "main", "run"]
 
-_USER_ERRORS = SceneError, SettingError, OutputError, FarmError, BenchError, MissingLibraryError
 # Windows are made by GLFW alone.
 _WINDOW_BACKENDS = ("auto", "window")
 # Rays per pixel of a reference that is only explained.
@@ -126,6 +121,8 @@ def _check_outputs(command: CommandLine, wanted: Sequence[str]) -> None:
         if getattr(run, flag) == "":
             raise UsageError(f"--{flag} '': the name is empty")
     if run.scheduler is not None:
+        from ssdo_gl.farm.scheduler import check_scheduler, silence_library
+
         check_scheduler(run.scheduler)
         silence_library()
         if STREAM in (command.scene, run.snapshot):
@@ -195,6 +192,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
         _check_used(command, settings_for({}, given), wanted, is_scene_read=False)
     if options.batch or len(commands) > 1 or (options.snapshot and options.scheduler):
         work = partial(_reported_of_one, given=given, wanted=wanted)
+        from ssdo_gl.farm.scenes import carry_out_all, render_batch
+
         return (render_batch if options.batch else carry_out_all)(commands, work)
     return _carry_out(commands[0], given, wanted, command_text(arguments), shots)
 
@@ -376,7 +375,7 @@ def _reported(work: Callable[[], int]) -> int:
     try:
         with signals_as_exceptions():
             return work()
-    except _USER_ERRORS as error:
+    except UserError as error:
         message, code = _of_flag(str(error)), EXIT_USER
     except ContextError as error:
         message, code = str(error), EXIT_NO_OPENGL

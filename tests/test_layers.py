@@ -23,6 +23,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
         "foreign_output",
         "printable",
         "suggestion",
+        "user_error",
         "short_repr",
         "last_made",
         "package_members",

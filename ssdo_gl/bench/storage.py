@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ssdo_gl.user_error import UserError
 from ssdo_gl.whole_files import replace_whole
 
 # Says that a folder is a bench's, and of which bench: no other file is proof of that.
@@ -28,7 +29,7 @@ BENCH_FILES = (
 )  # fmt: skip
 
 
-class BenchError(ValueError):
+class BenchError(UserError, ValueError):
     """A bench that cannot run: one line naming the path or setting and the cure."""
 
 

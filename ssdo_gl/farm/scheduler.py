@@ -25,6 +25,7 @@ from ssdo_gl.farm.kept_maker import Maker, idle, results
 from ssdo_gl.gpu.context import DEVICE_INDEX
 from ssdo_gl.gpu.egl_devices import gpu_numbers
 from ssdo_gl.gpu.held_signals import held_signals
+from ssdo_gl.user_error import UserError
 
 # How long a scheduler may take to answer, and its workers to come.
 CONNECT_S, WORKERS_S = 10, 60
@@ -43,7 +44,7 @@ _LOCAL = re.compile(r"local(?::([1-9]\d{0,2}))?")
 _REMOTE = re.compile(r"(tcp|tls|wss?)://\S+:\d+")
 
 
-class FarmError(ValueError):
+class FarmError(UserError, ValueError):
     """Work that workers cannot do: one line with the reason."""
 
 

@@ -11,6 +11,7 @@ import operator
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 from ssdo_gl.suggestion import suggestion
 
@@ -143,9 +144,10 @@ def flatten(
     for key, value in sorted((defines or {}).items()):
         lines.append(_define_line(key, value))
         positions.append((f"<define {key}>", 1))
-    _Flattener(read, choices, lines, positions).append(name, None)
-    text = "\n".join(lines) + "\n"
-    flat = FlatSource(name, text, strip_comments(text), tuple(positions))
+    code = [*lines]
+    _Flattener(read, choices, lines, code, positions).append(name, None)
+    text, bare = ("\n".join(part) + "\n" for part in (lines, code))
+    flat = FlatSource(name, text, bare, tuple(positions))
     _check_conditions(flat)
     return flat
 
@@ -158,10 +160,9 @@ def check_mentioned(defines: Iterable[str], stages: Iterable[FlatSource]) -> Non
     stages = tuple(stages)
     words: set[str] = set()
     for stage in stages:
-        body = zip(stage.code.splitlines(), stage.positions, strict=True)
-        for line, (file, _) in body:
-            if not file.startswith("<define "):
-                words.update(_IDENTIFIER.findall(line))
+        given = sum(file.startswith("<define ") for file, _ in stage.positions)
+        # They stand right behind the version.
+        words.update(_IDENTIFIER.findall(stage.code.split("\n", 1 + given)[-1]))
     for name in defines:
         if name not in words:
             files = " and ".join(stage.name for stage in stages)
@@ -188,6 +189,16 @@ def strip_comments(text: str) -> str:
     return _COMMENT.sub(lambda m: " " + "\n" * m.group().count("\n"), text)
 
 
+@lru_cache(maxsize=256)
+def _lines_of(text: str) -> tuple[tuple[str, str], ...]:
+    """Return each line of a file, and what is left of it without comments."""
+    bare = strip_comments(text).split("\n")
+    return tuple(
+        (line.rstrip("\r"), code.rstrip("\r"))
+        for line, code in zip(text.split("\n"), bare, strict=True)
+    )
+
+
 def _define_line(name: str, value: int) -> str:
     if not re.fullmatch(r"[A-Z][A-Z0-9_]*", name):
         raise ShaderError(f"the define {name!r} is not a name in capitals")
@@ -201,37 +212,37 @@ def _define_line(name: str, value: int) -> str:
 
 @dataclass
 class _Flattener:
-    """Appends files to `lines`, each once."""
+    """Appends files to `lines`, and to `code` without comments, each once."""
 
     read: ReadText
     choices: Mapping[str, str]
     lines: list[str]
+    code: list[str]
     positions: list[tuple[str, int]]
     seen: set[str] = field(default_factory=set)
 
     def append(self, name: str, includer: str | None) -> None:
         """Append the lines of the file `name`, and first those of what it includes."""
         self.seen.add(name)
-        text = self._text(name, includer)
+        lines = _lines_of(self._text(name, includer))
         depth = 0
         has_version = False
-        code = strip_comments(text).split("\n")
-        for number, (line, bare) in enumerate(zip(text.split("\n"), code, strict=True), start=1):
-            here = f"{name}:{number}"
-            directive = _DIRECTIVE.match(bare)
+        for number, (line, bare) in enumerate(lines, start=1):
+            directive = _DIRECTIVE.match(bare) if "#" in bare else None
             word = directive.group(1) if directive else ""
             if word == "version":
-                is_first = not "".join(code[: number - 1]).strip()
-                _check_version(here, bare, includer, is_first)
+                is_first = not any(code.strip() for _, code in lines[: number - 1])
+                _check_version(f"{name}:{number}", bare, includer, is_first)
                 has_version = True
-                line = ""  # It is already the first line of the flattened text.
+                line = bare = ""  # It is already the first line of the flattened text.
             depth += {"if": 1, "ifdef": 1, "ifndef": 1, "endif": -1}.get(word, 0)
             if word == "include":
-                file = self._included(here, bare, depth)
+                file = self._included(f"{name}:{number}", bare, depth)
                 if file not in self.seen:
-                    self.append(file, here)
-                line = ""
-            self.lines.append(line.rstrip("\r"))
+                    self.append(file, f"{name}:{number}")
+                line = bare = ""
+            self.lines.append(line)
+            self.code.append(bare)
             self.positions.append((name, number))
         if includer is None and not has_version:
             raise ShaderError(f"{name}:1: a shader starts with {_VERSION_LINE}")
@@ -271,7 +282,7 @@ def _check_conditions(flat: FlatSource) -> None:
     known = set(_PREDEFINED)
     tested: list[set[str]] = []  # names whose existence each open conditional asks for
     for number, line in enumerate(flat.code.splitlines(), start=1):
-        match = _DIRECTIVE.match(line)
+        match = _DIRECTIVE.match(line) if "#" in line else None
         if not match:
             continue
         word, rest = match.groups()

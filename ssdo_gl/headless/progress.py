@@ -6,19 +6,15 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    Progress,
-    TaskID,
-    TaskProgressColumn,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
 
 from ssdo_gl.graph.render_pass import ProgressCallback
+
+# Bars take a hundredth of a second to import, and are for terminals only.
+if TYPE_CHECKING:
+    from rich.progress import Progress, TaskID
 
 
 class StageProgress:
@@ -63,12 +59,14 @@ def stage_progress(*, quiet: bool) -> Iterator[StageProgress]:
     if not console.is_terminal:
         yield StageProgress(console, None)
         return
-    bars = Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TaskProgressColumn(),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(),
+    from rich import progress as rich
+
+    bars = rich.Progress(
+        rich.TextColumn("{task.description}"),
+        rich.BarColumn(),
+        rich.TaskProgressColumn(),
+        rich.TimeElapsedColumn(),
+        rich.TimeRemainingColumn(),
         console=console,
     )
     with bars:
@@ -88,10 +86,12 @@ def progress_on_terminal(*, quiet: bool) -> Iterator[ProgressCallback | None]:
 @contextmanager
 def waiting(text: str) -> Iterator[None]:
     """Show a bar without end and the time that passes, on standard error, a terminal."""
-    bars = Progress(
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        TimeElapsedColumn(),
+    from rich import progress as rich
+
+    bars = rich.Progress(
+        rich.TextColumn("{task.description}", markup=False),
+        rich.BarColumn(),
+        rich.TimeElapsedColumn(),
         console=Console(stderr=True, highlight=False, soft_wrap=True),
         transient=True,
     )

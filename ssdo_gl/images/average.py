@@ -27,12 +27,16 @@ class ImageAverage:
     def add(self, images: Mapping[str, NDArray[np.float32]]) -> None:
         """Take one more frame's images."""
         self._count += 1
-        self._single = dict(images) if self._count == 1 else {}
-        for name, image in images.items():
-            light = image.astype(np.float64)
-            if name == "display":
-                light[..., :3] = linear_from_srgb(light[..., :3]) * light[..., 3:]
-            self._sums[name] = self._sums.get(name, 0.0) + light
+        if self._count == 1:
+            self._single = dict(images)
+            return
+        for frame in (self._single, images):
+            for name, image in frame.items():
+                light = image.astype(np.float64)
+                if name == "display":
+                    light[..., :3] = linear_from_srgb(light[..., :3]) * light[..., 3:]
+                self._sums[name] = self._sums.get(name, 0.0) + light
+        self._single = {}
 
     def images(self) -> dict[str, NDArray[np.float32]]:
         """Return the means so far."""

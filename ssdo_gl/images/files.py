@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from ssdo_gl.foreign_output import foreign_output_held
+from ssdo_gl.user_error import UserError
 from ssdo_gl.whole_files import replace_whole
 
 PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp")
@@ -26,7 +27,7 @@ STDOUT = Path("-")
 QUALITY = 95
 
 
-class OutputError(ValueError):
+class OutputError(UserError, ValueError):
     """An output that cannot be written: one line naming the path and the reason."""
 
 

@@ -18,9 +18,10 @@ from ssdo_gl.scene.material import Color, Material
 from ssdo_gl.scene.motion import Trajectory
 from ssdo_gl.settings.loading import USUAL, LoadOptions
 from ssdo_gl.short_repr import counted, described
+from ssdo_gl.user_error import UserError
 
 
-class SceneError(ValueError):
+class SceneError(UserError, ValueError):
     """A scene that cannot be used: one line naming the file, the key and the cure."""
 
 

@@ -19,6 +19,7 @@ from enum import Enum
 from typing import Any
 
 from ssdo_gl.suggestion import suggestion
+from ssdo_gl.user_error import UserError
 
 Choices = tuple[str | float, ...]
 COLOR_CODE = "#[0-9a-fA-F]{6}"
@@ -28,7 +29,7 @@ FLOAT32_MAX = 3.4028234e38
 _SHOWN_CHARACTERS = 60
 
 
-class SettingError(ValueError):
+class SettingError(UserError, ValueError):
     """A setting that does not exist or whose value is out of range."""
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ssdo_gl.images.color import srgb_from_linear
 from ssdo_gl.images.error import FloatImage, Mask, failures, masked_mean, root, squared_error
+from ssdo_gl.user_error import UserError
 
 # HDR-FLIP tone-maps both images at several exposures and keeps the largest error. By
 # default the range comes from the reference, so numbers of two scenes do not compare;
@@ -26,7 +27,7 @@ FLIP_PIXELS_PER_DEGREE = 67.0
 SSIM_SIGMA_PX = 1.5
 
 
-class MissingLibraryError(RuntimeError):
+class MissingLibraryError(UserError, RuntimeError):
     """A library of the extra ``bench`` is not installed: one line with the cure."""
 
 
