@@ -66,7 +66,7 @@ def test_every_picture_is_shown():
 
 
 # Files that a run writes, and forms of names.
-WRITTEN = {"report.html", "bench/", "bench/gpu"}
+WRITTEN = {"report.html", "bench/", "bench/gpu", "bench/presets"}
 
 
 @pytest.mark.parametrize("page", TEXTS)
