@@ -146,11 +146,7 @@ class SceneBuilder:
             self._drop_lamps()
         has_lamps = bool(self.lights)
         self._add_emitters()
-        if self.joins:
-            self._merge()
-            self.meshes, self.materials, self.objects = batched(
-                self.meshes, self.materials, self.objects
-            )
+        self._join()
         is_framed = camera is None or self.options.frames_all
         if camera is None or self.options.frames_all:
             camera_motion = None
@@ -341,6 +337,20 @@ class SceneBuilder:
         self.lights += found.lights
         for text in found.notes:
             self.note(text)
+
+    def _join(self) -> None:
+        """Join what may be; then blended materials know whether vertices make them translucent."""
+        if self.joins:
+            self._merge()
+            self.meshes, self.materials, self.objects = batched(
+                self.meshes, self.materials, self.objects
+            )
+        for item in self.objects:
+            colors, material = self.meshes[item.mesh].colors, self.materials[item.material]
+            if material.blends and colors is not None and colors[:, 3].min() < 1.0:
+                self.materials[item.material] = dataclasses.replace(
+                    material, has_clear_vertices=True
+                )
 
     def _merge(self) -> None:
         """Join still objects of one mesh and material into instances of one object.

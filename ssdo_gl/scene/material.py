@@ -84,6 +84,8 @@ class Material:
         Shows its base colour whatever the light; reflects none.
     blends : bool
         Alpha is coverage: what lies behind shows through.
+    has_clear_vertices : bool
+        Vertices that it is drawn on have an alpha below 1; a scene file or model sets it.
     second_uvs : frozenset of str
         Names of the textures, ``normal`` for `normal_texture`, that take the mesh's second
         coordinates where it has any.
@@ -119,6 +121,7 @@ class Material:
     occlusion_strength: float = 1.0
     is_unlit: bool = False
     blends: bool = False
+    has_clear_vertices: bool = False
     second_uvs: frozenset[str] = frozenset()
     alpha_cutoff: float | None = None
     alpha: float = 1.0
@@ -152,7 +155,7 @@ class Material:
         opaque = image is None or float(image.pixels[..., 3].min()) >= (
             255.0 if image.pixels.dtype == np.uint8 else 1.0
         )
-        return self.alpha < 1.0 or not opaque
+        return self.alpha < 1.0 or self.has_clear_vertices or not opaque
 
     @property
     def has_holes(self) -> bool:

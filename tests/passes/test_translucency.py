@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
+from glb_writer import GlbWriter
 
 import ssdo_gl
+from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.formats.toml import read_description
+from ssdo_gl.scene.geometry import batching
+from ssdo_gl.scene.load import load_scene
 
 SIZE = (48, 32)
 FRAMES = 64
@@ -101,3 +107,52 @@ material = "pane"
 def test_what_is_opaque_throughout_is_not_drawn_by_chance():
     text = sheet("front", (1, 0, 0), 0.0, 1.0)
     assert np.array_equal(picture(text, antialias=1, seed=1), picture(text, antialias=1, seed=2))
+
+
+def glowing_square(glb, **attributes):
+    """Return a primitive of one red square two units wide that lets half of it through."""
+    corners = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], "<f4")
+    triangles = np.array([0, 1, 2, 0, 2, 3], "<u2")
+    return {
+        "attributes": {"POSITION": glb.accessor(corners, "VEC3"), **attributes},
+        "indices": glb.accessor(triangles, "SCALAR"),
+        "material": 0,
+    }
+
+
+def red_share(glb, folder, method):
+    """Return the mean of a picture of the glowing squares of the file alone."""
+    scene = load_scene(glb.save(folder / "a.glb"), light="file")
+    scene = dataclasses.replace(scene, camera=Camera((0.0, 0.0, 1.0), (0.0, 0.0, 0.0)))
+    image = ssdo_gl.render(scene, size=SIZE, method=method, antialias=FRAMES, spp=2)
+    return np.asarray(image, np.float64)[..., :3].mean(axis=(0, 1))
+
+
+def glowing(alpha):
+    return {
+        "alphaMode": "BLEND",
+        "emissiveFactor": [1, 0, 0],
+        "pbrMetallicRoughness": {"baseColorFactor": [0, 0, 0, alpha]},
+    }
+
+
+@pytest.mark.parametrize("method", ["direct", "reference-gi"])
+def test_colours_of_vertices_let_light_through(method, tmp_path):
+    glb = GlbWriter()
+    half = np.tile(np.array([1, 1, 1, 0.5], "<f4"), (4, 1))
+    glb.json["materials"] = [glowing(1.0)]
+    glb.json["meshes"] = [{"primitives": [glowing_square(glb, COLOR_0=glb.accessor(half, "VEC4"))]}]
+    np.testing.assert_allclose(red_share(glb, tmp_path, method), [0.5, 0, 0], atol=TOLERANCE)
+
+
+def test_panes_stay_translucent_when_joined(tmp_path, monkeypatch):
+    monkeypatch.setattr(batching, "MIN_OBJECTS", 2)
+    glb = GlbWriter()
+    glb.json["materials"] = [glowing(0.5) | {"emissiveFactor": [0, 0, 0]}]
+    glb.json["meshes"] = [{"primitives": [glowing_square(glb)]} for _ in range(2)]
+    glb.json["nodes"] = [{"mesh": 0}, {"mesh": 1, "translation": [0, 0, 9]}]
+    glb.json["scenes"] = [{"nodes": [0, 1]}]
+    scene = load_scene(glb.save(tmp_path / "a.glb"))
+    (item,) = scene.objects
+    assert (item.name, scene.materials[item.material].alpha) == ("joined", 1.0)
+    assert scene.materials[item.material].is_translucent
