@@ -7,7 +7,7 @@ The number is that of model-viewer's render-fidelity tests: 10 log10(sqrt(mean(d
 d the squared difference of two pixels in YIQ, weighted as pixelmatch does, over the pixels
 that show a surface; 35215 is the largest d. FLIP (Andersson et al. 2020) stands beside it.
 
-    python -m benchmarks.render_fidelity [FILE ...] [--spp N] [--pictures FOLDER] [--method M]
+    python -m benchmarks.render_fidelity [FILE ...] [--spp N] [--pictures FOLDER] [--methods M ...]
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import dataclasses
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +30,6 @@ from ssdo_gl.renderer import render
 from ssdo_gl.scene.formats.toml import read_description
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
-from ssdo_gl.settings import Settings
 
 SIZE = (192, 144)
 LARGEST_DIFFERENCE = 35215.0
@@ -144,61 +144,78 @@ def fidelity_db(a: NDArray[np.float32], b: NDArray[np.float32], mask: NDArray[np
 
 @dataclasses.dataclass(frozen=True)
 class Fidelity:
-    """One scene's differences and pictures."""
+    """How far a picture of one scene by one method is from paths."""
 
-    name: str
     db: float
     flip: float
     mean_error: float
-    pictures: NDArray[np.float32]
+
+    @property
+    def cells(self) -> tuple[str, str, str]:
+        """What the table shows of it."""
+        return f"{self.db:.1f}", f"{self.flip:.3f}", f"{self.mean_error:+.1%}"
 
 
-def measure(name: str, scene: Scene, method: str, spp: int) -> Fidelity:
-    """Draw `scene` both ways; exposure is the camera's."""
-    ours, depth = (
-        np.asarray(image, np.float32)
-        for image in (
-            render(scene, size=SIZE, method=method),
-            render(scene, size=SIZE, method="direct", aov="depth"),
-        )
-    )
-    reference = np.asarray(render(scene, size=SIZE, method="reference-gi", spp=spp), np.float32)
-    mask = depth[..., 0] > 0.0
-    shown = [srgb_of(image[..., :3], scene.camera.exposure or 0.0) for image in (ours, reference)]
-    error = float(ours[mask][:, :3].mean() / reference[mask][:, :3].mean()) - 1.0
-    flip = flip_ldr(shown[0], shown[1], mask).mean
-    pair = np.concatenate(shown, axis=1)
-    return Fidelity(name, fidelity_db(shown[0], shown[1], mask), flip, error, pair)
+def measure(
+    scene: Scene, methods: Sequence[str], spp: int
+) -> tuple[list[Fidelity], NDArray[np.float32]]:
+    """Draw `scene` by each method and by paths; exposure is the camera's.
+
+    Returns
+    -------
+    found : list of Fidelity
+        One for each method.
+    pictures : ndarray, shape (height, width * (methods + 1), 3)
+        sRGB, the path tracer's last.
+    """
+
+    def drawn(method: str, **options: Any) -> NDArray[np.float32]:
+        return np.asarray(render(scene, size=SIZE, method=method, **options), np.float32)
+
+    def shown(image: NDArray[np.float32]) -> NDArray[np.float32]:
+        return srgb_of(image[..., :3], scene.camera.exposure or 0.0)
+
+    mask = drawn("direct", aov="depth")[..., 0] > 0.0
+    reference = drawn("reference-gi", spp=spp)
+    found, pictures = [], []
+    for method in methods:
+        image = drawn(method)
+        pictures.append(shown(image))
+        flip = flip_ldr(pictures[-1], shown(reference), mask).mean
+        error = float(image[mask][:, :3].mean() / reference[mask][:, :3].mean()) - 1.0
+        found.append(Fidelity(fidelity_db(pictures[-1], shown(reference), mask), flip, error))
+    return found, np.concatenate([*pictures, shown(reference)], axis=1)
 
 
 def main(argv: Sequence[str] | None = None) -> None:
-    """Print the table; write pairs of pictures, ours on the left, where asked to."""
+    """Print the table; write pictures side by side, that of paths on the right, where asked to."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("files", nargs="*", type=Path)
-    parser.add_argument("--spp", type=int, default=256, help="paths per pixel of the reference")
-    parser.add_argument("--method", default=Settings().method)
+    parser.add_argument("--spp", type=int, default=128, help="paths per pixel of the reference")
+    parser.add_argument("--methods", nargs="+", default=["bounce", "gi"])
     parser.add_argument("--pictures", type=Path, default=None)
     arguments = parser.parse_args(argv)
     scenes = (
         ((f.name, load_scene(str(f))) for f in arguments.files) if arguments.files else own_scenes()
     )
-    table = Table("scene", "dB", "FLIP", "mean error", title=f"{arguments.method} against paths")
-    missed = []
+    columns = [f"{m}: {c}" for m in arguments.methods for c in ("dB", "FLIP", "mean error")]
+    table = Table("scene", *columns, title=f"against {arguments.spp} paths")
+    missed: dict[str, list[str]] = {method: [] for method in arguments.methods}
     for number, (name, scene) in enumerate(scenes):
-        found = measure(name, scene, arguments.method, arguments.spp)
-        table.add_row(name, f"{found.db:.1f}", f"{found.flip:.3f}", f"{found.mean_error:+.1%}")
-        missed += [name] if found.db > AIM_DB else []
+        found, pictures = measure(scene, arguments.methods, arguments.spp)
+        table.add_row(name, *(cell for one in found for cell in one.cells))
+        for method, one in zip(arguments.methods, found, strict=True):
+            missed[method] += [name] if one.db > AIM_DB else []
         if arguments.pictures is not None:
             arguments.pictures.mkdir(parents=True, exist_ok=True)
-            levels = np.rint(255.0 * np.clip(found.pictures, 0.0, 1.0)).astype(np.uint8)
+            levels = np.rint(255.0 * np.clip(pictures, 0.0, 1.0)).astype(np.uint8)
             Image.fromarray(levels).save(arguments.pictures / f"{number:02d}.png")
     Console(width=100).print(table)
-    print(
-        f"{len(missed)} of {len(table.rows)} above {AIM_DB:g} dB" + (": " if missed else ""), end=""
-    )
-    print("; ".join(missed))
+    for method, names in missed.items():
+        count = f"{method}: {len(names)} of {len(table.rows)} above {AIM_DB:g} dB"
+        print(": ".join([count, "; ".join(names)] if names else [count]))
 
 
 if __name__ == "__main__":
