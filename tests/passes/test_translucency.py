@@ -13,6 +13,7 @@ from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.formats.toml import read_description
 from ssdo_gl.scene.geometry import batching
 from ssdo_gl.scene.load import load_scene
+from ssdo_gl.scene.scene import SceneError
 
 SIZE = (48, 32)
 FRAMES = 64
@@ -57,6 +58,18 @@ def test_alpha_mixes_what_is_in_front_and_behind(alpha, method):
     text = sheet("front", (1, 0, 0), 0.0, alpha) + sheet("back", (0, 0, 1), -1.0)
     found = picture(text, method=method, spp=2).mean(axis=(0, 1))
     np.testing.assert_allclose(found, [alpha, 0.0, 1.0 - alpha], atol=TOLERANCE)
+
+
+def test_opacity_is_alpha_that_blends():
+    def read(keys):
+        text = HEAD + sheet("front", (1, 0, 0), 0.0, blend="").replace("alpha = 1.0", keys)
+        return read_description(text, "scene.toml").materials[0]
+
+    assert (read("opacity = 0.25").alpha, read("opacity = 0.25").is_translucent) == (0.25, True)
+    assert not read("opacity = 1").blends
+    assert not read("opacity = 0.25\nblend = false").blends
+    with pytest.raises(SceneError, match=r"opacity: stands for alpha and blend"):
+        read("opacity = 0.25\nalpha = 0.5")
 
 
 def test_layers_over_each_other_mix_as_independent_ones():

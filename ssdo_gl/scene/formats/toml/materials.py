@@ -31,6 +31,7 @@ KEYS = (
     "occlusion_texture",
     "occlusion_strength",
     "unlit",
+    "opacity",
     "blend",
     "alpha",
     "alpha_cutoff",
@@ -56,6 +57,9 @@ def _read_material(name: str, table: Table, file: Path | None) -> Material:
     if "alpha_cutoff" in table:
         cutoff = table.number("alpha_cutoff", low=0.0, high=1.0)
     has_texture = "albedo_texture" in table
+    opacity = table.number("opacity", 1.0, low=0.0, high=1.0)
+    if "opacity" in table and "alpha" in table:
+        raise SceneError(f"{table.where('opacity')}: stands for alpha and blend; give one of them")
     is_glossy = any(key in table for key in GLOSS_KEYS)
     return Material(
         name=name,
@@ -77,9 +81,9 @@ def _read_material(name: str, table: Table, file: Path | None) -> Material:
         occlusion_texture=_texture(table, "occlusion_texture", file, True),
         occlusion_strength=table.number("occlusion_strength", 1.0, low=0.0, high=1.0),
         is_unlit=table.boolean("unlit", False),
-        blends=table.boolean("blend", False),
+        blends=table.boolean("blend", opacity < 1.0),
         alpha_cutoff=cutoff,
-        alpha=table.number("alpha", 1.0, low=0.0, high=1.0),
+        alpha=table.number("alpha", opacity, low=0.0, high=1.0),
         two_sided_emission=table.boolean("two_sided_emission", False),
     )
 
