@@ -212,7 +212,7 @@ def main(argv: Sequence[str] | None = None) -> None:
             arguments.pictures.mkdir(parents=True, exist_ok=True)
             levels = np.rint(255.0 * np.clip(pictures, 0.0, 1.0)).astype(np.uint8)
             Image.fromarray(levels).save(arguments.pictures / f"{number:02d}.png")
-    Console(width=100).print(table)
+    Console(width=140).print(table)
     for method, names in missed.items():
         count = f"{method}: {len(names)} of {len(table.rows)} above {AIM_DB:g} dB"
         print(": ".join([count, "; ".join(names)] if names else [count]))
