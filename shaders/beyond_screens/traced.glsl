@@ -1,21 +1,113 @@
-// What the picture does not show, by a ray: what it meets, in the light of the surface cache.
+// What lobes meet, by rays, in the light of the surface cache; what they meet reflects on where
+// it is a mirror, or nearly so.
+//
+// MIRROR_BOUNCES: how often; 0: what glossy surfaces reflect counts as diffuse. Others as in
+// rays/surface_data.glsl.
+#include "rays/emitters.glsl"
 #include "rays/surface_cache.glsl"
+#include "lib/random.glsl"
 
-bool meets_beyond_screen(vec3 p_vs, vec3 geometric_vs, vec3 w_vs, out vec3 radiance)
+const bool TRACES_SMOOTH = true;
+
+// Highlights of lights that no ray can meet are no narrower: directions would miss them, or find
+// them far too bright.
+const float LEAST_HIGHLIGHT = 0.01;
+const uint DIMENSIONS_PER_MIRROR = 3u;
+
+// Where a path from mirror to mirror has come to.
+struct MirrorPath {
+    vec3 start;
+    vec3 w;
+    vec3 weight;  // of what arrives along w
+    float alpha;  // width of the lobe that w stands for
+};
+
+// A ray to a light, and what the last mirror reflects of it unless the ray is blocked.
+struct MirroredLight {
+    LightRay ray;
+    vec3 reflected;
+};
+
+const MirroredLight NO_MIRRORED = MirroredLight(LightRay(vec3(0.0), vec3(0.0, 0.0, 1.0), -1.0), vec3(0.0));
+
+// Of one light that no ray can meet, drawn by chance.
+MirroredLight mirrored_light(Surface met, uint index, uint seed, uint dimension)
+{
+    vec2 choice = random_2d(index, seed, dimension, false);
+    vec2 u = random_2d(index, seed, dimension + 1u, false);
+    EmitterGroup group = draw_emitter_group(choice.x);
+    LightSample light = sample_group(group, choice, u, met.at.start);
+    bool is_unseen = group.is_direct && (light.density <= 0.0 || group.shadow == EMITTER_UNSHADOWED);
+    // The lobe widens by how large the light seems to the facets, as if it was a disk.
+    Emitter e = emitter_at(group.first);
+    float solid_angle = largest_of(light.radiance) / max(largest_of(e.power.rgb), 1e-30);
+    float size_2 = e.kind < EMITTER_MAP ? solid_angle * INV_PI : e.edge_v.x * e.edge_v.x;
+    Brdf brdf = met.brdf;
+    float alpha = max(alpha_of(brdf.roughness), LEAST_HIGHLIGHT);
+    brdf.roughness = min(sqrt(sqrt(alpha * alpha + 0.25 * size_2)), 1.0);
+    vec3 response = gloss_times_cosine(brdf, met.at.normal, met.at.w_out, light.w);
+    response *= is_unseen ? 1.0 / max(group.probability, 1e-30) : 0.0;
+    vec3 reflected = unblocked_light(met.at, light, response);
+    float reach = needed_reach(group, light, reflected, RAY_FAR);
+    return MirroredLight(light_ray(met.at, light.w, reach), reflected);
+}
+
+// What a surface emits, and no light delivers already: lamps are reflected as lights.
+vec3 emitted(Surface met, bool is_first)
+{
+    bool is_lamp = (met.flags & LIGHT_BODY_FLAG) != 0u;
+    return is_lamp && (is_first || is_unshadowed_body(met.flags)) ? vec3(0.0) : met.emission;
+}
+
+void reflect_on(inout MirrorPath path, Surface met, vec2 u)
+{
+    BrdfSample facet = gloss_sample(met.brdf, met.at.normal, met.at.w_out, u);
+    vec3 w = facet.w_in;
+    // Facets of what stands for a smooth surface do not hide each other.
+    w -= min(2.0 * dot(w, met.at.geometric), 0.0) * met.at.geometric;
+    float alpha = alpha_of(met.brdf.roughness) * inversesqrt(float(SAMPLE_COUNT));
+    path = MirrorPath(met.at.start, w, path.weight * facet.weight, alpha);
+}
+
+// Radiance along `w_vs`, by the path number `index` of the pixel; false where only the sky is.
+bool meets_by_ray(vec3 p_vs, vec3 geometric_vs, vec3 w_vs, uint index, out vec3 radiance)
 {
     vec3 to_point = u_ns_from_vs * (p_vs * u_ns_per_unit);
-    vec3 n = u_ns_from_vs * geometric_vs;
-    vec3 w = u_ns_from_vs * w_vs;
     vec3 viewing = viewing_direction(to_point, u_ns_from_vs * AHEAD_VS);
-    vec3 start = ray_start(u_eye_ns + to_point, n, viewing,
+    vec3 start = ray_start(u_eye_ns + to_point, u_ns_from_vs * geometric_vs, viewing,
                            GBUFFER_ERROR * length(to_point) + RAY_OFFSET);
-    BvhHit hit = bvh_nearest(start, w, RAY_FAR);
+    MirrorPath path = MirrorPath(start, u_ns_from_vs * w_vs, vec3(1.0), 0.0);
+    uint seed = pixel_seed(ivec2(gl_FragCoord.xy));
+    MirroredLight light = NO_MIRRORED;
     radiance = vec3(0.0);
-    if (hit.record < 0)
-        return false;
-    Surface met = surface_at_hit(hit, start, w);
-    // Lamps are reflected as lights.
-    bool is_lamp = (met.flags & LIGHT_BODY_FLAG) != 0u;
-    radiance = cached_reflection(hit, met, w) + (is_lamp ? vec3(0.0) : met.emission);
+    int bounce = 0;
+    bool goes_on;
+    do {
+        bool is_blocked;
+        BvhHit hit = bvh_blocked_and_nearest(light.ray.start, light.ray.w, light.ray.t_max,
+                                             path.start, path.w, RAY_FAR, is_blocked);
+        radiance += is_blocked ? vec3(0.0) : light.reflected;
+        light = NO_MIRRORED;
+        if (hit.record < 0) {
+            radiance += bounce > 0 ? path.weight * lobe_radiance(path.w, path.alpha) : vec3(0.0);
+            return bounce > 0;
+        }
+        Surface met = surface_at_hit(hit, path.start, path.w);
+        radiance += path.weight * emitted(met, bounce == 0);
+        goes_on = bounce < MIRROR_BOUNCES && is_glossy(met.brdf)
+               && met.brdf.roughness <= u_max_roughness;
+        vec3 irradiance = cached_irradiance(hit, met, path.w);
+        if (goes_on) {
+            vec3 n = met.at.normal;
+            uint dimension = DIMENSIONS_PER_MIRROR * uint(bounce);
+            radiance += path.weight * diffuse_radiance_towards(met.brdf, n, met.at.w_out, irradiance);
+            light = mirrored_light(met, index, seed, dimension);
+            light.reflected *= path.weight;
+            reflect_on(path, met, random_2d(index, seed, dimension + 2u, false));
+            ++bounce;
+        } else {
+            radiance += path.weight * even_reflectance(met.brdf) * INV_PI * irradiance;
+        }
+    } while (goes_on);
     return true;
 }

@@ -4,12 +4,12 @@
 // L_in = what a march through the depth layers meets along w, else the environment. Without
 // the surface's own reflectance, images on surfaces stay sharp when noise is filtered.
 //
-// Smooth surfaces march as far as the picture goes; rough ones within R, as visibility is
-// defined: there the open directions that SSDO finds are weighted by the lobe.
+// Smooth surfaces march as far as the picture goes, or trace rays; rough ones march within R, as
+// visibility is defined: there the open directions that SSDO finds are weighted by the lobe.
 //
 // Defines: SAMPLE_COUNT, STEP_COUNT, REFINE_COUNT, HAS_BACK_LAYER; GATHERS_SENDERS 0: what
-// blocks a direction is black; <beyond_screen>: what smooth surfaces reflect that the picture
-// does not show; ENVIRONMENT_KIND: as in lib/environment.glsl.
+// blocks a direction is black; <beyond_screen>: rays, or that there are none; ENVIRONMENT_KIND:
+// as in lib/environment.glsl.
 #define GLOSSY 1
 #define IS_OPEN 0
 #include "lib/brdf.glsl"
@@ -17,6 +17,9 @@
 #include "lib/march.glsl"
 #include "lib/finite.glsl"
 #include "lib/environment_lobes.glsl"
+
+uniform float u_max_roughness;     // of surfaces that reflect what lies beyond R
+
 #include <beyond_screen>
 
 #if GATHERS_SENDERS
@@ -27,8 +30,6 @@ uniform sampler2D t_sender_radiance;
 uniform float u_hidden_senders;
 uniform float u_sender_bound;
 #endif
-uniform float u_max_roughness;     // of surfaces that reflect what lies beyond R
-
 layout(location = 0) out vec4 o_reflections;  // mean radiance; alpha: z, 0 where nothing is glossy
 
 // Where a lobe is brightest: rough ones lean from the mirrored direction to the normal
@@ -93,7 +94,9 @@ void main()
         // Facets of what stands for a smooth surface do not hide each other.
         w -= min(2.0 * dot(w, r.geometric_vs), 0.0) * r.geometric_vs;
         vec3 sky = weight * lobe_radiance(direction_ws_of(w), share_alpha);
-        Blocker b = march(t, w, reach, u.z, STEP_COUNT, REFINE_COUNT);
+        Blocker b = NO_BLOCKER;
+        if (!(TRACES_SMOOTH && is_smooth))
+            b = march(t, w, reach, u.z, STEP_COUNT, REFINE_COUNT);
         all += sky;
         bool is_near = is_blocked(b);
 #if GATHERS_SENDERS
@@ -105,8 +108,8 @@ void main()
         }
 #endif
         vec3 beyond = vec3(0.0);
-        bool is_far = !is_near && is_smooth && weight != vec3(0.0)
-                   && meets_beyond_screen(r.position_vs, r.geometric_vs, w, beyond);
+        bool is_far = TRACES_SMOOTH && is_smooth && weight != vec3(0.0)
+                   && meets_by_ray(r.position_vs, r.geometric_vs, w, uint(i), beyond);
         sent += weight * beyond;
         open += is_near || is_far ? vec3(0.0) : sky;
     }

@@ -22,7 +22,13 @@ from ssdo_gl.passes.environment_uniforms import (
     environment_kind,
     environment_uniforms,
 )
-from ssdo_gl.passes.rays import ray_defines, ray_reads, ray_uniforms
+from ssdo_gl.passes.rays import (
+    EMITTER_TABLES,
+    ray_defines,
+    ray_reads,
+    ray_uniforms,
+    stream_of,
+)
 from ssdo_gl.passes.screen_space_settings import (
     ScreenSpaceSettings,
     estimator_uniforms,
@@ -43,6 +49,9 @@ class ReflectionsSettings:
     refine_steps: int = setting(4, "bisections that find where a direction meets", low=0, high=8)
     max_roughness: float = setting(
         0.4, "rougher surfaces reflect what is within R only", low=0.0, high=1.0
+    )
+    mirror_bounces: int = setting(
+        3, "how often light goes on from mirror to mirror, by rays", low=0, high=8
     )
 
 
@@ -77,8 +86,8 @@ class ReflectionsPass(RenderPass):
     has_back_layer : bool
         Read ``z_layers`` to know where solids end.
     rays : RayFeatures or None
-        What rays meet that smooth surfaces reflect where the picture does not show it; the
-        surface cache lights it. None: the environment stands there.
+        What rays meet that smooth surfaces reflect; the surface cache lights it. None: they
+        reflect what the picture shows, and the environment where it shows nothing.
     """
 
     name = "reflections"
@@ -95,7 +104,15 @@ class ReflectionsPass(RenderPass):
     ) -> None:
         self.settings, self._march, self._bound = settings, march, bound
         self._rays = rays
-        tables = () if rays is None else (*ray_reads(rays, shades=True), *CACHE_TABLES)
+        tables = (
+            ()
+            if rays is None
+            else (
+                *ray_reads(rays, shades=True),
+                *EMITTER_TABLES,
+                *CACHE_TABLES,
+            )
+        )
         kind = environment_kind(environment)
         self._wiring = {
             "t_z_vs": "z_vs",
@@ -134,7 +151,8 @@ class ReflectionsPass(RenderPass):
             defines = {**defines, **ray_defines(context, self._rays)}
             # The shader is glossy by itself.
             del defines["GLOSSY"]
-            values |= ray_uniforms(context)
+            defines["MIRROR_BOUNCES"] = self.settings.mirror_bounces
+            values |= {**ray_uniforms(context), "u_stream": stream_of(context.frame.seed, 0)}
             beyond = "beyond_screens/traced.glsl"
         program = context.shaders.fullscreen(
             "effects/reflections.frag", defines, {"beyond_screen": beyond}
