@@ -162,19 +162,9 @@ LightGloss gloss_of_light(Brdf brdf, Light light, vec3 p_vs, vec3 n_vs, vec3 irr
         return LightGloss(irradiance, vec3(0.0));
     }
     vec3 w_out = toward_camera(p_vs);
-#if LIGHT_FORM == FORM_PARALLEL
-    // The microfacets that mirror a disk of light spread by half of its angle.
-    float spread = 0.5 * light.numbers.x;
-    float alpha = alpha_of(brdf.roughness);
-    brdf.roughness = sqrt(sqrt(alpha * alpha + spread * spread));
-#endif
 #if LIGHT_FORM != FORM_AREA
     vec3 w = toward_light(light, p_vs);
-#if FILTERS_GLOSS
-    float d = distribution_over_pixel(light, p_vs, n_vs, alpha_of(brdf.roughness));
-#else
-    float d = facets_between(brdf, n_vs, w_out, w);
-#endif
+    float d = distribution_of_light(light, p_vs, n_vs, alpha_of(brdf.roughness));
     return gloss_along(brdf, n_vs, w_out, w, irradiance, d);
 #else
     vec3 radiance = light.power * visibility * gloss_of_area(brdf, light, p_vs, n_vs, w_out);

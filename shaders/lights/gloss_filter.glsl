@@ -16,25 +16,43 @@ vec3 toward_light(Light light, vec3 p_vs)
 }
 #endif
 
-#if GLOSSY && FILTERS_GLOSS && LIGHT_FORM != FORM_AREA
-uniform float u_gloss_footprint;  // how much of the way to its neighbours a pixel reaches, px
-
-// Parts along each side of the pixel. The distribution is widened by what is left within one
-// (Tokuyoshi and Kaplanyan 2021, in the projected space of half vectors); by the whole pixel
-// at once, its tails would be too bright.
-const int PARTS = 2;
-// Change of the slope, relative to the cosine at which it is seen, from which on a neighbour
-// says nothing of what lies between: at silhouettes.
-const float MOST_CHANGE = 0.5;
-// Sine of the angle with the tangent plane at which a neighbour is another surface's.
-const float STEEPEST = 0.7;
-
+#if GLOSSY && LIGHT_FORM != FORM_AREA
 // The slope of the half vector at a point, in the plane of its normal.
 vec3 half_slope(Light light, vec3 p_vs, vec3 n_vs)
 {
     vec3 h = half_vector(n_vs, toward_camera(p_vs), toward_light(light, p_vs));
     return h / max(dot(n_vs, h), 0.1) - n_vs;
 }
+
+// Mean of (1 + s^2)^-2 over a disk of this radius at s, a form factor as well.
+float mean_over_disk(vec2 s, float radius)
+{
+    float radius_2 = radius * radius;
+    float p = 1.0 + dot(s, s) - radius_2;
+    float r = sqrt(p * p + 4.0 * radius_2);
+    return p > 0.0 ? 2.0 / (r * (r + p)) : (r - p) / (2.0 * r * radius_2);
+}
+
+// Of the half vectors to a disk of light, in widths of the distribution.
+float half_disk(Light light, float alpha)
+{
+    return LIGHT_FORM == FORM_PARALLEL ? 0.5 * light.numbers.x / alpha : 0.0;
+}
+
+#if FILTERS_GLOSS
+uniform float u_gloss_footprint;  // how much of the way to its neighbours a pixel reaches, px
+
+// Parts of a pixel that are smaller than this, in widths of the distribution, or so much nearer
+// to each other than to its middle, have the value of their own middle.
+const float SMALL = 0.5;
+const float FAR = 8.0;
+// Parallelograms are at least as wide.
+const float THIN = 0.25;
+// Change of the slope, relative to the cosine at which it is seen, from which on a neighbour
+// says nothing of what lies between: at silhouettes.
+const float MOST_CHANGE = 0.5;
+// Sine of the angle with the tangent plane at which a neighbour is another surface's.
+const float STEEPEST = 0.7;
 
 // By how much the slope at a neighbour differs, in the frame of the normal; 0 where the neighbour
 // shows another surface.
@@ -61,36 +79,67 @@ vec2 change_of_slope(ivec2 step, Light light, vec3 p_vs, mat3 frame, vec3 slope)
     return length(d) < most ? d * u_gloss_footprint : vec2(0.0);
 }
 
-// GGX of a slope, up to pi and the cosine's fourth power; `a` is its squared width, a symmetric
-// matrix of xx, xy and yy.
-float ggx_of_slope(vec2 s, vec3 a)
+// Share of the sphere's half that the edge from a to b of a polygon at height 1 adds: Lambert's
+// formula, of which GGX of width 1 is the integrand, since both are 1 / (1 + s^2)^2.
+float edge_share(vec2 a, vec2 b)
 {
-    float det = max(a.x * a.z - a.y * a.y, 1e-30);
-    float q = 1.0 + (a.z * s.x * s.x - 2.0 * a.y * s.x * s.y + a.x * s.y * s.y) / det;
-    return 1.0 / (sqrt(det) * q * q);
+    vec3 across = cross(vec3(a, 1.0), vec3(b, 1.0));
+    float sine = length(across);
+    return atan(sine, dot(a, b) + 1.0) * across.z / max(sine, 1e-30);
 }
 
-float distribution_over_pixel(Light light, vec3 p_vs, vec3 n_vs, float alpha)
+// Mean of (1 + s^2)^-2 over the parallelogram that x and y span at s.
+float mean_over_part(vec2 s, vec2 x, vec2 y)
+{
+    vec2 middle = s + 0.5 * (x + y);
+    float size = max(max(length(x), length(y)), 1e-10);
+    vec2 along = length(x) > length(y) ? x : y;
+    y = x + y - along;
+    x = along;
+    float area = x.x * y.y - x.y * y.x;
+    // What is as wide as THIN, however thin it was.
+    float wider = max(THIN - abs(area) / size, 0.0) * (area < 0.0 ? -1.0 : 1.0);
+    y += vec2(-x.y, x.x) * (wider / size);
+    area += wider * size;
+    vec2 start = middle - 0.5 * (x + y);
+    float sum = edge_share(start, start + x) + edge_share(start + x, start + x + y)
+              + edge_share(start + x + y, start + y) + edge_share(start + y, start);
+    return max(0.5 * sum / area, 0.0);
+}
+
+#endif
+
+// The distribution of the microfacets that mirror the light, as one pixel shows it.
+float distribution_of_light(Light light, vec3 p_vs, vec3 n_vs, float alpha)
 {
     mat3 frame = frame_from_z(n_vs);
     vec3 slope = half_slope(light, p_vs, n_vs);
-    vec2 right = change_of_slope(ivec2(1, 0), light, p_vs, frame, slope);
-    vec2 left = change_of_slope(ivec2(-1, 0), light, p_vs, frame, slope);
-    vec2 above = change_of_slope(ivec2(0, 1), light, p_vs, frame, slope);
-    vec2 below = change_of_slope(ivec2(0, -1), light, p_vs, frame, slope);
     vec2 s = vec2(dot(frame[0], slope), dot(frame[1], slope));
-    // Twice the variance of what is spread evenly over a part.
-    float spread = 1.0 / (6.0 * float(PARTS * PARTS));
-    float sum = 0.0;
-    for (int i = 0; i < PARTS * PARTS; ++i) {
-        vec2 at = (vec2(i % PARTS, i / PARTS) + 0.5) / float(PARTS) - 0.5;
-        vec2 x = at.x > 0.0 ? right : -left;
-        vec2 y = at.y > 0.0 ? above : -below;
-        vec3 widening = vec3(x.x * x.x + y.x * y.x, x.x * x.y + y.x * y.y, x.y * x.y + y.y * y.y);
-        vec3 own = alpha * alpha * vec3(1.0, 0.0, 1.0);
-        sum += ggx_of_slope(s + at.x * x + at.y * y, own + spread * widening);
+    float disk = half_disk(light, alpha);
+#if FILTERS_GLOSS
+    float to_half = 0.5 / alpha;
+    vec2 right = to_half * change_of_slope(ivec2(1, 0), light, p_vs, frame, slope);
+    vec2 left = to_half * change_of_slope(ivec2(-1, 0), light, p_vs, frame, slope);
+    vec2 above = to_half * change_of_slope(ivec2(0, 1), light, p_vs, frame, slope);
+    vec2 below = to_half * change_of_slope(ivec2(0, -1), light, p_vs, frame, slope);
+    vec2 start = s / alpha;
+    float size = max(max(length(right), length(left)), max(length(above), length(below)));
+    bool is_even = size < max(SMALL, disk) || length(start) > FAR * size;
+    float mean = 0.0;
+    // Software rasterizers leave loops where they would go through a branch that is not taken.
+    for (int i = is_even ? 4 : 0; i < 4; ++i) {
+        mean += 0.25 * mean_over_part(start, (i & 1) == 0 ? right : left, i < 2 ? above : below);
     }
-    float per_cosine = 1.0 + dot(s, s);
-    return sum * per_cosine * per_cosine * INV_PI / float(PARTS * PARTS);
+    vec2 middle = start + 0.25 * (right + left + above + below);
+    vec2 x = 0.25 * (right - left);
+    vec2 y = 0.25 * (above - below);
+    float apart = mean_over_disk(middle + x + y, disk) + mean_over_disk(middle + x - y, disk)
+                + mean_over_disk(middle - x + y, disk) + mean_over_disk(middle - x - y, disk);
+    mean = is_even ? 0.25 * apart : mean;
+#else
+    float mean = mean_over_disk(s / alpha, disk);
+#endif
+    float per_cosine = (1.0 + dot(s, s)) / alpha;
+    return mean * per_cosine * per_cosine * INV_PI;
 }
 #endif

@@ -44,7 +44,7 @@ class DirectSettings:
         8, "shadow-map reads per part of a light in its penumbra: smoother", low=1, high=256
     )
     gloss_footprint: float = setting(
-        0.7,
+        1.0,
         "how much of the way to its neighbours a pixel reaches, over which highlights of lights "
         "without an area are averaged; 0: what is at its centre",
         unit="px",

@@ -72,26 +72,30 @@ def picture(mesh, footprint, *, finish="metallic = 1\nroughness = 0.1", pan_px=0
     return np.asarray(found, np.float64)[..., :3]
 
 
-@pytest.mark.parametrize(("period_px", "gain"), [(8.0, 0.6), (3.0, 0.75)])
-def test_finely_curved_metal_is_nearer_to_many_samples_and_steadier(period_px, gain):
+@pytest.mark.parametrize(("period_px", "gains"), [(8.0, (0.5, 0.5)), (3.0, (0.75, 0.85))])
+def test_finely_curved_metal_is_nearer_to_many_samples_at_rest_and_in_motion(period_px, gains):
     mesh = rippled(period_px)
-    many = np.minimum(picture(mesh, 0.0, antialias=16), 1.0)
-    errors, flickers = [], []
-    for footprint in (0.0, 0.7):
-        frames = [np.minimum(picture(mesh, footprint, pan_px=i / 3.0), 1.0) for i in range(3)]
-        errors.append(np.sqrt(np.mean((frames[0] - many) ** 2)))
+
+    def panned(footprint, **settings):
+        frames = [picture(mesh, footprint, pan_px=i / 3.0, **settings) for i in range(3)]
         # The sheet's rim, where pixels begin to show it, apart.
-        flickers.append(np.abs(np.diff(frames, axis=0))[:, 12:-12, 16:-16].max())
-    assert errors[1] < gain * errors[0]
-    assert flickers[1] < flickers[0]
+        return np.minimum(frames, 1.0)[:, 12:-12, 16:-16]
+
+    many, centres, filtered = panned(0.0, antialias=16), panned(0.0), panned(1.0)
+    for order, gain in enumerate(gains):
+        errors = [
+            np.sqrt(np.mean(np.diff(frames - many, order, axis=0) ** 2))
+            for frames in (centres, filtered)
+        ]
+        assert errors[1] < gain * errors[0]
 
 
-@pytest.mark.parametrize("roughness", [0.1, 0.25])
+@pytest.mark.parametrize("roughness", [0.05, 0.1, 0.25])
 def test_smooth_balls_keep_their_light_and_silhouettes_have_no_specks(roughness):
     finish = f"metallic = 1\nroughness = {roughness}"
     many, filtered = (
         picture(sphere(48), footprint, finish=finish, antialias=frames)
-        for footprint, frames in ((0.0, 16), (0.7, 1))
+        for footprint, frames in ((0.0, 64), (1.0, 1))
     )
     # Without the filter 0.973 of it at roughness 0.1.
     assert filtered.sum() == pytest.approx(many.sum(), rel=0.015)
@@ -104,6 +108,6 @@ def test_smooth_balls_keep_their_light_and_silhouettes_have_no_specks(roughness)
     "settings", [{"method": "reference-near", "spp": 1}, {"finish": "", "aov": "beauty"}]
 )
 def test_references_and_diffuse_surfaces_stay_as_they_are(settings):
-    images = [picture(sphere(16), footprint, **settings) for footprint in (0.0, 0.7)]
+    images = [picture(sphere(16), footprint, **settings) for footprint in (0.0, 1.0)]
     assert images[0].max() > 0.1
     np.testing.assert_array_equal(images[0], images[1])
