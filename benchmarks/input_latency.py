@@ -58,6 +58,10 @@ SLIDER = (303, 332)
 WARM_FRAMES, SLICED_FRAMES = 4, 6
 
 
+# Left, top, width, height of a part of the screen, pixels.
+Part = tuple[int, int, int, int]
+
+
 class Screen:
     """The virtual screen's memory, and a process that sends input without delay."""
 
@@ -76,38 +80,37 @@ class Screen:
         self._xdotool.stdin.write("\n".join(lines) + "\n")
         self._xdotool.stdin.flush()
 
-    def _pixels(self, x: int, y: int, width: int, height: int, step: int) -> np.ndarray:
+    def _pixels(self, part: Part, step: int) -> np.ndarray:
+        x, y, width, height = part
         rows = self._map[self._offset : self._offset + self._stride * self._height]
         rows = rows.reshape(self._height, self._stride)[:, : 4 * self._width]
         pixels = rows.reshape(self._height, self._width, 4)
-        return pixels[y : y + height : step, x : x + width : step, :3]
+        return np.asarray(pixels[y : y + height : step, x : x + width : step, :3])
 
-    def trace(self, *part: int) -> bytes:
+    def trace(self, part: Part) -> bytes:
         """Return what tells, for next to no processor time, whether a part may be another."""
-        return self._pixels(*part, step=GLANCE).tobytes()
+        return self._pixels(part, GLANCE).tobytes()
 
-    def patch(self, *part: int) -> np.ndarray:
+    def patch(self, part: Part) -> np.ndarray:
         """Return every other pixel of a part of the screen, averaged in blocks."""
-        seen = self._pixels(*part, step=2).astype(np.float32)
+        seen = self._pixels(part, 2).astype(np.float32)
         rows, columns = (n // BLOCK for n in seen.shape[:2])
         blocks = seen[: rows * BLOCK, : columns * BLOCK]
-        return blocks.reshape(rows, BLOCK, columns, BLOCK, 3).mean((1, 3))
+        return np.asarray(blocks.reshape(rows, BLOCK, columns, BLOCK, 3).mean((1, 3)))
 
     def close(self) -> None:
         """End the process."""
         self._xdotool.communicate(timeout=GIVE_UP_S)
 
 
-def answered_ms(
-    screen: Screen, part: tuple[int, int, int, int], act: Callable[[], None], least: float
-) -> float:
+def answered_ms(screen: Screen, part: Part, act: Callable[[], None], least: float) -> float:
     """Return after how many milliseconds `part` of the screen is another."""
-    before, glance = screen.patch(*part), screen.trace(*part)
+    before, glance = screen.patch(part), screen.trace(part)
     act()
     start = time.perf_counter()
     while (now := time.perf_counter()) < start + GIVE_UP_S:
-        last, glance = glance, screen.trace(*part)
-        if last != glance and np.abs(screen.patch(*part) - before).mean() > least:
+        last, glance = glance, screen.trace(part)
+        if last != glance and np.abs(screen.patch(part) - before).mean() > least:
             return (now - start) * 1e3
         time.sleep(LOOK_S)
     return float("inf")
@@ -123,7 +126,7 @@ def measure(screen: Screen, size: tuple[int, int]) -> dict[str, list[float]]:
     dice = random.Random(1)
     results: dict[str, list[float]] = {name: [] for name in (*KEYS, *OTHERS)}
 
-    def drag(start: tuple[int, int], way: int, part: tuple[int, int, int, int]) -> None:
+    def drag(start: tuple[int, int], way: int, part: Part) -> None:
         """Press the button, wait for refinement to go on, and move."""
         screen.send(f"mousemove {start[0]} {start[1]}", "mousedown 1")
         time.sleep(0.3 + dice.random())
@@ -158,9 +161,9 @@ def unasked(screen: Screen, size: tuple[int, int]) -> float:
     part = (40, 60, size[0] // 3, size[1] - 120)
     screen.send(f"mousemove {size[0] // 4} {size[1] // 2}")
     time.sleep(REFINING_S)
-    before, most, start = screen.patch(*part), 0.0, time.perf_counter()
+    before, most, start = screen.patch(part), 0.0, time.perf_counter()
     while time.perf_counter() < start + 1.0:
-        most = max(most, float(np.abs(screen.patch(*part) - before).mean()))
+        most = max(most, float(np.abs(screen.patch(part) - before).mean()))
         time.sleep(LOOK_S)
     return most
 
