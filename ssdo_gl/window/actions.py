@@ -222,7 +222,7 @@ def _copy_command(viewer: Viewer, host: Host, number: int) -> None:
 
 def _save_scene(viewer: Viewer, host: Host, number: int) -> None:
     path = save_scene(viewer)
-    viewer.say(f"wrote {path}")
+    viewer.say(f"wrote {path.resolve()}")
     if viewer.settings.overrides:
         viewer.say("settings of single passes are not in it: C copies them as --set")
 

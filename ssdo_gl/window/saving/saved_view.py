@@ -7,12 +7,14 @@ from pathlib import Path
 from typing import Any
 
 from ssdo_gl import __version__
+from ssdo_gl.images.files import OutputError
 from ssdo_gl.scene.lights import BLACK
 from ssdo_gl.scene.load import builtin_names
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.command_line import command_line
 from ssdo_gl.settings.fields import values
 from ssdo_gl.window.live import REFINE_FRAMES
+from ssdo_gl.window.saving.model_copy import copy_of, is_in_one_file
 from ssdo_gl.window.saving.scene_files import base_name, render_table, scene_text, write_scene
 from ssdo_gl.window.saving.screenshot import free_stem
 from ssdo_gl.window.viewer import Viewer
@@ -68,15 +70,39 @@ def view_command(
 def save_scene(viewer: Viewer) -> Path:
     """Write a scene file that renders what the left side shows; return where.
 
-    In the folder of what it is made from; numbered, so that nothing is overwritten.
+    In the folder of what it is made from, of a built-in scene in the present one; numbered, so
+    that nothing is overwritten. Where that cannot be written, in the present folder or that of
+    the user, beside a copy of a model that is all in one file; a message says so.
 
     Raises
     ------
     OutputError
-        If it cannot be written there.
+        If there is no such place.
     """
-    source = viewer.source
-    folder = viewer.folder if source in builtin_names() else Path(source).parent
+    is_builtin = viewer.source in builtin_names()
+    source = Path(viewer.source)
+    usual = viewer.folder if is_builtin else source.parent
+    try:
+        return _write_scene(viewer, viewer.source, usual)
+    except OutputError as error:
+        fault = str(error)
+    if not (is_builtin or is_in_one_file(source)):
+        raise OutputError(f"{fault}; save from a copy of {source.name} in a folder of your own")
+    for folder in (viewer.folder, Path.home()):
+        try:
+            name = viewer.source if is_builtin else str(copy_of(source, folder))
+            path = _write_scene(viewer, name, folder)
+        except OutputError:
+            continue
+        also = "" if is_builtin else f", and a copy of {source.name}"
+        viewer.say(
+            f"{usual.resolve()} cannot be written: {path.name} is in {folder.resolve()}{also}"
+        )
+        return path
+    raise OutputError(fault)
+
+
+def _write_scene(viewer: Viewer, source: str, folder: Path) -> Path:
     path = free_stem(folder, Path(source).stem, ".toml")
     lights = [
         light if is_on else light.with_emitted(BLACK)
