@@ -15,6 +15,7 @@ from ssdo_gl.window.film import FilmExport, Interrupted
 from ssdo_gl.window.glfw_window import GlfwWindow, gamepad, has_gamepad
 from ssdo_gl.window.host import NO_PANEL, WindowHost
 from ssdo_gl.window.input import combined
+from ssdo_gl.window.kept import usual_file
 from ssdo_gl.window.opening import ShaderWatch, shader_folder
 from ssdo_gl.window.viewer import Viewer
 from ssdo_gl.window.viewer_loop import AHEAD_SECONDS, ViewerLoop
@@ -62,7 +63,8 @@ class Session(ViewerLoop):
             print(f"ssdo-gl: {NO_PANEL}", file=sys.stderr)
             return
         scale, width = self._window.content_scale, self._window.size[0]
-        self._host.overlay = Overlay(self._window.device, self._viewer, self._host, scale, width)
+        looks, device = usual_file("looks.json"), self._window.device
+        self._host.overlay = Overlay(device, self._viewer, self._host, scale, width, looks)
         self._viewer.say(_HINT)
 
     def run(self) -> None:

@@ -25,6 +25,7 @@ from ssdo_gl.window.actions import perform
 from ssdo_gl.window.camera import Controls, jump_to
 from ssdo_gl.window.film.export import FilmExport
 from ssdo_gl.window.input.bindings import Action, Command
+from ssdo_gl.window.live import inspect
 from ssdo_gl.window.opening import opened
 from ssdo_gl.window.opening.opened import open_file
 from ssdo_gl.window.saving.saved_view import view_command
@@ -826,3 +827,23 @@ def test_a_small_picture_is_stretched_by_who_shows_it(gl, viewer: Viewer) -> Non
     assert viewer.pixels().shape == (SIZE[1], SIZE[0], 3)
     settle(viewer)
     assert viewer.presenter.picture.size == SIZE
+
+
+def test_a_frame_in_the_making_leaves_nothing_of_the_last_one_to_look_at(gl, viewer) -> None:
+    """Other images are drawn for who looks at values, and what held the last may be freed."""
+    settle(viewer)
+    ask(viewer, Command.INSPECT)
+    viewer.frame(Controls(), 1.0, SIZE)
+    viewer.frame(Controls(), 1.0, SIZE)
+    viewer.is_inspecting = False
+    viewer.settings = dataclasses.replace(viewer.settings, seed=1)
+    settle(viewer)
+    ask(viewer, Command.INSPECT)
+    seen = []
+    for _ in range(3):
+        viewer.frame(Controls(), 1.0, SIZE, lambda *_: seen.append(viewer.inspected))
+        drawing = viewer.inspected
+        assert drawing is not None
+        assert inspect(viewer.device.gl, drawing, (0.5, 0.5)) is not None
+    assert seen
+    assert seen[0] is None

@@ -55,6 +55,8 @@ class Canvas(SceneFlight, Chosen):
         What besides the picture has to be made for somebody who looks at it.
     monitor : Monitor
         Alarms, and the error of the left side against the right one.
+    is_drawing : bool
+        Whether a frame is in the making, which may have freed what the last one drew.
     frame_ms : float
         Of the last frame, both sides together.
     stretches : bool
@@ -89,6 +91,7 @@ class Canvas(SceneFlight, Chosen):
         self.frame_ms = self.showing_ms = 0.0
         self.monitor = Monitor(device, self.shaders)
         self._kept = KeptPlanes(device)
+        self.is_drawing = False
         self._owns_shared = shared is None
         self._shared = shared
         self._sides: list[Side] = []
@@ -149,9 +152,13 @@ class Canvas(SceneFlight, Chosen):
 
     @property
     def inspected(self) -> Drawing | None:
-        """The last complete frame of the left side, for a look at its values."""
-        left = None if self.left is None else self.left.image.drawing
-        return self._kept.drawing or left
+        """The last complete frame of the left side, for a look at its values.
+
+        None while the next one is in the making, which may have freed it, if none was kept.
+        """
+        if self._kept.drawing is not None or self.left is None or self.is_drawing:
+            return self._kept.drawing
+        return self.left.image.drawing
 
     def _keep_planes(self, drew: bool, is_resting: bool) -> None:
         """Keep what is looked at under the cursor, if a long frame is to come."""
@@ -199,18 +206,22 @@ class Canvas(SceneFlight, Chosen):
     ) -> bool:
         settings = self.settings_of_side(index)
         image = image_of(self.view, settings)
-        drew = side.update(
-            image,
-            kind_of_image(self.view, image),
-            extra=self._extra(),
-            camera=self.camera,
-            settings=settings,
-            size=size,
-            seconds=self.clock.seconds,
-            is_resting=is_resting,
-            time_passes=self.times_passes,
-            progress=progress,
-        )
+        self.is_drawing = True
+        try:
+            drew = side.update(
+                image,
+                kind_of_image(self.view, image),
+                extra=self._extra(),
+                camera=self.camera,
+                settings=settings,
+                size=size,
+                seconds=self.clock.seconds,
+                is_resting=is_resting,
+                time_passes=self.times_passes,
+                progress=progress,
+            )
+        finally:
+            self.is_drawing = False
         if drew and side.image.drawing is not None:
             self.frame_ms += side.image.drawing.frame_ms
         return drew

@@ -3,7 +3,14 @@
 from __future__ import annotations
 
 from ssdo_gl.window.live.governor import Governor, QualityLevel, quality_levels
-from ssdo_gl.window.live.inspector import INSPECTED, clearance, inspect, shown_values, surface_point
+from ssdo_gl.window.live.inspector import (
+    INSPECTED,
+    Reading,
+    clearance,
+    inspect,
+    shown_values,
+    surface_point,
+)
 from ssdo_gl.window.live.kept_planes import KeptPlanes
 from ssdo_gl.window.live.live_image import REFINE_FRAMES, FrameRequest, LiveImage
 from ssdo_gl.window.live.monitor import Monitor
@@ -17,6 +24,7 @@ __all__ = [
     "LiveImage",
     "Monitor",
     "QualityLevel",
+    "Reading",
     "clearance",
     "inspect",
     "quality_levels",

@@ -12,6 +12,8 @@ _GAP, _COLUMN_GAP = 0.8, 1.6
 # Smaller text cannot be read.
 _SMALLEST = 0.7
 _SCALES = (1.0, 0.85, _SMALLEST)
+# Of text that is large already, in a window that is too narrow for it.
+_NARROW_SCALES = (0.6, 0.5, 0.42, 0.35)
 _FLAGS = (
     imgui.WindowFlags_.no_decoration
     | imgui.WindowFlags_.always_auto_resize
@@ -33,7 +35,9 @@ def draw_help(window_size: tuple[int, int]) -> None:
         if scale * count * column < width and _height(count) * scale + padding < height
     ]
     # What has to be scrolled anyway may as well be large.
-    wide = [scale for scale in _SCALES if scale * column < width] or [_SMALLEST]
+    room = width - imgui.get_style().scrollbar_size - padding
+    wide = [scale for scale in (*_SCALES, *_NARROW_SCALES) if scale * column < room]
+    wide = wide or [_NARROW_SCALES[-1]]
     scale, count = fits[0] if fits else (wide[0], max(1, int(width / (wide[0] * column))))
     centre = ImVec2(0.5 * window_size[0], 0.5 * window_size[1])
     imgui.set_next_window_pos(centre, imgui.Cond_.always, ImVec2(0.5, 0.5))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import moderngl
 from imgui_bundle import ImVec2, imgui
@@ -11,12 +12,13 @@ from ssdo_gl.gpu.context import Device
 from ssdo_gl.images.display import ColorMapping
 from ssdo_gl.window.actions import Host
 from ssdo_gl.window.canvas import error_color
-from ssdo_gl.window.live import inspect, shown_values
+from ssdo_gl.window.kept import keep, kept
+from ssdo_gl.window.live import Reading, inspect, shown_values
 from ssdo_gl.window.overlay.help_sheet import draw_help
 from ssdo_gl.window.overlay.imgui_backend import ImguiBackend
 from ssdo_gl.window.overlay.path_prompt import PathPrompt
 from ssdo_gl.window.overlay.picture_prompt import PicturePrompt
-from ssdo_gl.window.panel import Panel, draw_menu, panel_width, state_text
+from ssdo_gl.window.panel import TEXT_FACTORS, Panel, draw_menu, panel_width, state_text
 from ssdo_gl.window.viewer import Viewer
 from ssdo_gl.window.views import METHOD_LABELS
 
@@ -26,6 +28,8 @@ _MARGIN = 10.0
 # Beside a panel that leaves less than this, in heights of text, no line can be read: what is said
 # is then shown before it.
 _LEAST_LINE = 8.0
+# What is said takes so much of a window, whose height does not suffice for more lines.
+_LINE = 26.0
 _FAULT, _FAULT_ON_LIGHT = imgui.ImVec4(1.0, 0.55, 0.45, 1.0), imgui.ImVec4(0.7, 0.1, 0.0, 1.0)
 _STILL = (
     imgui.WindowFlags_.no_decoration
@@ -36,6 +40,8 @@ _STILL = (
 )
 _SEE_THROUGH = _STILL | imgui.WindowFlags_.no_inputs
 _LEGEND_STEPS = 41
+# How much of the window values may cover.
+_FULL = 0.9
 
 
 class Overlay(ImguiBackend):
@@ -47,6 +53,8 @@ class Overlay(ImguiBackend):
         Of text and widgets.
     width : float
         Of the window; a narrow one begins without the panel.
+    looks_file : Path or None
+        Where the size of text and the theme are kept; None: nowhere.
 
     Attributes
     ----------
@@ -63,6 +71,7 @@ class Overlay(ImguiBackend):
         host: Host,
         scale: float = 1.0,
         width: float = math.inf,
+        looks_file: Path | None = None,
     ) -> None:
         super().__init__(device, viewer.shaders, scale)
         self.shows_panel = width >= NARROW * scale
@@ -76,7 +85,18 @@ class Overlay(ImguiBackend):
         # Where the texts at the top end, and those at the bottom begin.
         self._top = self._bottom = 0.0
         self._text_factor = 1.0
+        self._reading: Reading | None = None
         self._faults: tuple[str, ...] = ()
+        self._looks_file = looks_file
+        looks = None if looks_file is None else kept(looks_file)
+        if isinstance(looks, dict):
+            if looks.get("text") in TEXT_FACTORS:
+                self.show_text_at(looks["text"])
+            self.show_light(looks.get("is_light") is True)
+
+    def _keep_looks(self) -> None:
+        if self._looks_file is not None:
+            keep(self._looks_file, {"text": self._text_factor, "is_light": self.is_light})
 
     @property
     def is_busy(self) -> bool:
@@ -99,6 +119,11 @@ class Overlay(ImguiBackend):
         """Show all text `factor` times as large as the display asks for."""
         self._text_factor, before = factor, self._text_factor
         self.rescale(self._scale / before)
+        self._keep_looks()
+
+    def show_light(self, is_light: bool) -> None:
+        super().show_light(is_light)
+        self._keep_looks()
 
     def rescale(self, scale: float) -> None:
         super().rescale(scale * self._text_factor)
@@ -142,6 +167,8 @@ class Overlay(ImguiBackend):
                 self._legend(free)
         if self._viewer.is_inspecting:
             self._values()
+        else:
+            self._reading = None
         path = self.path_prompt.draw(window_size)
         if path is not None:
             self._host.open(path)
@@ -162,10 +189,13 @@ class Overlay(ImguiBackend):
         text += state_text(viewer, self._panel.frame_rate)
         if imgui.calc_text_size(text).x + 4.0 * _MARGIN > free:
             text = "\n".join(text.split("   "))
+        # Known beforehand: a window that measures itself is a frame late, and a frame
+        # may take a second.
+        size = imgui.calc_text_size(text)
+        if not self._fits(size.y):
+            return
         if viewer.monitor.alarm is None:
-            # Known beforehand: a window that measures itself is a frame late, and a frame
-            # may take a second.
-            imgui.set_next_window_content_size(imgui.calc_text_size(text))
+            imgui.set_next_window_content_size(size)
         _place(_MARGIN, self._top + _MARGIN)
         imgui.begin("status", None, _SEE_THROUGH)
         imgui.text(text)
@@ -192,12 +222,19 @@ class Overlay(ImguiBackend):
         )
         if not has_room:
             imgui.set_next_window_bg_alpha(1.0)
+        share = max(0.6 * window_size[0], _LINE * imgui.get_font_size())
+        wrap = min(share, free - 4.0 * _MARGIN)
+        if not has_room:
+            wrap = window_size[0] - 4.0 * _MARGIN
+        # Known beforehand, as of the status.
+        sizes = [imgui.calc_text_size(text, False, wrap) for text, _ in lines]
+        gaps = (len(lines) - 1) * imgui.get_style().item_spacing.y
+        content = ImVec2(max(size.x for size in sizes), sum(size.y for size in sizes) + gaps)
+        imgui.set_next_window_content_size(content)
         imgui.begin("messages", None, _SEE_THROUGH)
-        wrap = min(0.6 * window_size[0], free - 4.0 * _MARGIN)
         if not has_room:
             imgui.internal.bring_window_to_display_front(imgui.internal.get_current_window())
-            wrap = window_size[0] - 4.0 * _MARGIN
-        imgui.push_text_wrap_pos(wrap)
+        imgui.push_text_wrap_pos(imgui.get_cursor_pos_x() + wrap)
         for text, is_fault in lines:
             if is_fault:
                 imgui.text_colored(self._fault_color, text)
@@ -209,7 +246,7 @@ class Overlay(ImguiBackend):
 
     def _names_of_sides(self, window_size: tuple[int, int], free: float) -> None:
         view = self._viewer.view
-        if not view.is_split:
+        if not view.is_split or not self._fits(2.5 * imgui.get_text_line_height_with_spacing()):
             return
         x = min(view.divider * window_size[0], free)
         names = (view.method, view.other_method)
@@ -229,27 +266,39 @@ class Overlay(ImguiBackend):
                 imgui.text_disabled(f"{shown.image.sample_count} of {shown.image.samples_wanted}")
             imgui.end()
 
+    def _fits(self, height: float) -> bool:
+        """Whether text has room between what is at the top and what is at the bottom."""
+        height += 2.0 * imgui.get_style().window_padding.y
+        return self._top + _MARGIN + height <= self._bottom
+
     def _legend(self, free: float) -> None:
         view = self._viewer.view
-        imgui.set_next_window_pos(
-            ImVec2(0.5 * free, self._top + _MARGIN), imgui.Cond_.always, ImVec2(0.5, 0.0)
-        )
-        imgui.begin("legend", None, _SEE_THROUGH)
         other = METHOD_LABELS[view.other_method]
         unit = "" if view.kind is ColorMapping.VISIBILITY else " %"
         ends = view.error_range * (100.0 if unit else 1.0)
-        what = f"{METHOD_LABELS[view.method]} against {other}"
-        imgui.push_text_wrap_pos(free - 4.0 * _MARGIN)
-        imgui.text(what)
+        texts = [f"{METHOD_LABELS[view.method]} against {other}"]
         monitor = self._viewer.monitor
         if monitor.error is not None:
             so_far = "" if monitor.is_error_final else " so far"
             known = monitor.uncertainty
             noise = "" if known is None else f", {known:.1%} of that uncertain"
-            error = f"rms error {monitor.error:.1%} of the mean{noise}{so_far}"
-            if imgui.calc_text_size(f"{what}  {error}").x < free - 6.0 * _MARGIN:
-                imgui.same_line()
-            imgui.text(error)
+            texts.append(f"rms error {monitor.error:.1%} of the mean{noise}{so_far}")
+            if imgui.calc_text_size("  ".join(texts)).x < free - 6.0 * _MARGIN:
+                texts = ["  ".join(texts)]
+        room = free - 4.0 * _MARGIN
+        sizes = [imgui.calc_text_size(text, False, room) for text in texts]
+        gaps = len(texts) * imgui.get_style().item_spacing.y
+        # Known beforehand, as of the status; of the width, the colours may take more.
+        height = sum(size.y for size in sizes) + gaps + imgui.get_text_line_height()
+        if not self._fits(height):
+            return
+        place = ImVec2(0.5 * free, self._top + _MARGIN)
+        imgui.set_next_window_pos(place, imgui.Cond_.always, ImVec2(0.5, 0.0))
+        imgui.set_next_window_content_size(ImVec2(0.0, height))
+        imgui.begin("legend", None, _SEE_THROUGH)
+        imgui.push_text_wrap_pos(imgui.get_cursor_pos_x() + room)
+        for text in texts:
+            imgui.text(text)
         imgui.pop_text_wrap_pos()
         imgui.text(f"-{ends:.3g}{unit}")
         imgui.same_line()
@@ -272,9 +321,12 @@ class Overlay(ImguiBackend):
         """What is under the cursor, beside it."""
         viewer = self._viewer
         drawing = viewer.inspected
-        if drawing is None or self.wants_mouse:
+        if self.wants_mouse:
             return
-        reading = inspect(viewer.device.gl, drawing, self._host.cursor_uv())
+        # While a frame is in the making, what was read last is shown.
+        if drawing is not None:
+            self._reading = inspect(viewer.device.gl, drawing, self._host.cursor_uv())
+        reading = self._reading
         if reading is None:
             return
         lines = [f"pixel  {reading.pixel[0]}, {reading.pixel[1]}"]
@@ -287,14 +339,24 @@ class Overlay(ImguiBackend):
             # Kept with 16 bits: further digits would be of the rounding.
             lines.append("n  " + "  ".join(f"{part:.4f}" for part in reading.normal_ws))
         lines += [f"{name}  {shown_values(values)}" for name, values in reading.values.items()]
+        window = imgui.get_io().display_size
         widest = max(imgui.calc_text_size(line).x for line in lines)
-        imgui.set_next_window_content_size(ImVec2(widest, 0.0))
+        high = (len(lines) + 1) * imgui.get_text_line_height_with_spacing()
+        # Smaller where that makes it fit.
+        scale = min(1.0, _FULL * window.x / widest, _FULL * window.y / high)
+        imgui.push_font(None, scale * imgui.get_style().font_size_base)
+        imgui.set_next_window_content_size(ImVec2(scale * widest, 0.0))
+        # ImGui leaves one that fits on no side of the cursor partly outside.
+        padding, cursor = imgui.get_style().window_padding, imgui.get_mouse_pos()
+        left = min(cursor.x + _MARGIN, window.x - scale * widest - 2.0 * padding.x)
+        _place(left, max(0.0, min(cursor.y + _MARGIN, window.y - scale * high - 2.0 * padding.y)))
         imgui.begin_tooltip()
         for line in lines:
             imgui.text_unformatted(line)
         if not reading.is_finite:
             imgui.text_colored(self._fault_color, "not finite")
         imgui.end_tooltip()
+        imgui.pop_font()
 
 
 def _place(x: float, y: float) -> None:

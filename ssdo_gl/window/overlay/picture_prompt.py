@@ -6,7 +6,7 @@ from imgui_bundle import imgui
 
 from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.settings.settings import MAX_SIZE_PX
-from ssdo_gl.window.overlay.prompt import begin_prompt, is_cancelled
+from ssdo_gl.window.overlay.prompt import begin_prompt, end_prompt, is_cancelled, prompt_width
 from ssdo_gl.window.saving import PictureRequest
 from ssdo_gl.window.views import METHOD_LABELS
 
@@ -31,23 +31,23 @@ class PicturePrompt:
         request = self.request
         if request is None:
             return None
-        begin_prompt("picture", window_size, 0.5)
-        imgui.push_item_width(_WIDTH * imgui.get_font_size())
-        _, (width, height) = imgui.input_int2("size (pixels)", list(request.size))
+        begin_prompt("picture", window_size, 0.5, 7)
+        imgui.push_item_width(prompt_width(_WIDTH, window_size))
+        imgui.text("size (pixels)")
+        _, (width, height) = imgui.input_int2("##size", list(request.size))
         methods = list(METHODS)
         labels = [METHOD_LABELS[name] for name in methods]
-        _, index = imgui.combo("method", methods.index(request.method), labels)
-        _, transparent = imgui.checkbox(
-            "nothing where no surface is (alpha)", request.is_transparent
-        )
-        _, name = imgui.input_text("file (.png .jpg .webp .exr .npz)", request.name)
+        _, index = imgui.combo("##method", methods.index(request.method), labels)
+        _, transparent = imgui.checkbox("transparent background", request.is_transparent)
+        imgui.text("file (.png .jpg .webp .exr .npz)")
+        _, name = imgui.input_text("##file", request.name)
         size = (min(max(width, 1), MAX_SIZE_PX), min(max(height, 1), MAX_SIZE_PX))
         self.request = request = PictureRequest(size, methods[index], transparent, name.strip())
         saves = imgui.button("save")
         imgui.same_line()
         cancels = is_cancelled()
         imgui.pop_item_width()
-        imgui.end()
+        end_prompt()
         if saves or cancels:
             self.request = None
         return request if saves and request.name else None

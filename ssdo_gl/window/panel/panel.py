@@ -32,6 +32,7 @@ from ssdo_gl.window.panel.light_section import lights_section
 from ssdo_gl.window.panel.material_section import MaterialSection
 from ssdo_gl.window.panel.reports import Reports
 from ssdo_gl.window.panel.status import given_up, memory_mb
+from ssdo_gl.window.panel.tooltip import show_tooltip
 from ssdo_gl.window.viewer import Viewer
 from ssdo_gl.window.views import METHOD_LABELS
 
@@ -188,7 +189,7 @@ class Panel:
             changed, new = _control(row, value, self._effective(row))
             imgui.end_disabled()
             if ignored and imgui.is_item_hovered(imgui.HoveredFlags_.allow_when_disabled):
-                imgui.set_tooltip(f"no effect {ignored}")
+                show_tooltip(f"no effect {ignored}")
             if changed:
                 self._set(row, new)
 
@@ -321,7 +322,7 @@ def _header(label: str, *, is_open: bool = False) -> bool:
 
 def _hint(text: str) -> None:
     if imgui.is_item_hovered(imgui.HoveredFlags_.delay_short):
-        imgui.set_tooltip(text)
+        show_tooltip(text)
 
 
 def _flag_hint(name: str, keys: str = "") -> None:

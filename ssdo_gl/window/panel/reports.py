@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.window.panel.histogram import radiance_histogram
 from ssdo_gl.window.panel.pareto_chart import ChartPoint, chart_points, log_position
+from ssdo_gl.window.panel.tooltip import show_tooltip
 from ssdo_gl.window.viewer import Viewer
 from ssdo_gl.window.views import METHOD_LABELS
 
@@ -86,7 +87,7 @@ class Reports:
                 kept = row.name in self._pass_ms
                 imgui.text_disabled(f"{row.name}: {'kept' if kept else 'not run'}")
             if imgui.is_item_hovered():
-                imgui.set_tooltip(row.reason)
+                show_tooltip(row.reason)
         imgui.pop_style_color()
         imgui.separator()
         for decision in drawing.decisions:
@@ -120,7 +121,8 @@ class Reports:
         if left is None or left.image.drawing is None:
             return
         drawing = left.image.drawing
-        is_due = self._viewer.is_resting and left.image.is_refined
+        is_still = self._viewer.is_resting and not self._viewer.is_drawing
+        is_due = is_still and left.image.is_refined
         if is_due and self._histogram_of is not drawing and "beauty" in drawing.planes:
             texture = drawing.planes["beauty"].texture
             self._histogram_of = drawing
@@ -169,7 +171,7 @@ def _draw_chart(
         place = at(point.frame_ms, point.error)
         draw.add_circle_filled(place, 4.0, yellow if point.is_used else white)
         if abs(mouse.x - place.x) < 7.0 and abs(mouse.y - place.y) < 7.0:
-            imgui.set_tooltip(f"{point.label}\n{point.frame_ms:.1f} ms, error {point.error:.1%}")
+            show_tooltip(f"{point.label}\n{point.frame_ms:.1f} ms, error {point.error:.1%}")
     top = at(live_ms, error_range[1])
     draw.add_line(top, ImVec2(top.x, corner.y + size.y), yellow)
     if live is not None:

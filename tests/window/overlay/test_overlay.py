@@ -417,3 +417,31 @@ def test_a_picture_is_asked_for(gl, drawn: DrawnOverlay, monkeypatch) -> None:
             drawn.frames(1)
         assert prompt.request is None
         assert getattr(drawn.overlay._host, "requested", None) == expected
+
+
+def test_size_of_text_and_theme_last_until_the_next_visit(
+    gl, device, shaders, tmp_path, drawn: DrawnOverlay
+) -> None:
+    file = tmp_path / "state" / "looks.json"
+
+    def overlay() -> Overlay:
+        return Overlay(device, drawn.viewer, FakeHost(), 1.0, 900.0, file)
+
+    first = overlay()
+    assert not first.is_light
+    first.show_text_at(1.5)
+    first.show_light(True)
+    first.release()
+    second = overlay()
+    assert second.is_light
+    assert second._scale == pytest.approx(1.5)
+    # Not those of the display, which come on top.
+    second.rescale(2.0)
+    assert second._scale == pytest.approx(3.0)
+    second.release()
+    for text in ("", "[]", '{"text": 1e9, "is_light": 3}'):
+        file.write_text(text)
+        third = overlay()
+        assert not third.is_light
+        assert third._scale == pytest.approx(1.0)
+        third.release()
