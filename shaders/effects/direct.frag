@@ -6,6 +6,7 @@
 // shadows have penumbrae. BLOCKER_COUNT, FILTER_COUNT: see lights/area_shadow.glsl.
 // HAS_SHADING_NORMALS: see lights/lights.glsl.
 // HAS_LIFT: smooth surfaces are shadowed from where they would be, not from their triangles.
+// <shadow_edge>: who decides where texels of a map disagree, see shadow_edges/.
 // GLOSSY: surfaces may be glossy, and what they reflect of the light goes to a target of its own.
 #if __VERSION__ >= 400
 #define HAS_GATHER 1
@@ -16,6 +17,7 @@
 #include "lib/gbuffer.glsl"
 #include "lights/area_shadow.glsl"
 #include "lights/gloss.glsl"
+#include <shadow_edge>
 
 uniform vec4 u_light[LIGHT_ROWS];
 #if HAS_LIFT
@@ -136,6 +138,8 @@ void main()
     // In a light's own plane, where it gives nothing, visibility has no meaning.
     visibility = shadow_visibility(
         light, shadowed_vs, horizon_vs, n_vs, texel, is_surface, is_lifted);
+    bool is_edge = visibility.x > 0.0 && visibility.x < 1.0 && largest_component(irradiance) > 0.0;
+    visibility = shadow_edge(light, texel, is_edge, visibility);
 #if HAS_LIFT
     visibility *= is_lifted ? fade_of_lift(light, p_vs, n_vs, lift) : 1.0;
 #endif

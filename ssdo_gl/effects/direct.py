@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
+
+import moderngl
 
 from ssdo_gl import math3d
 from ssdo_gl.effects.decisions import Decision
@@ -23,8 +25,10 @@ from ssdo_gl.last_made import LastMade
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.passes.brdf_wiring import brdf_wiring, gloss_draws
 from ssdo_gl.passes.light_rows import light_rows
+from ssdo_gl.passes.rays import ray_defines, ray_reads, ray_uniforms
 from ssdo_gl.passes.screen_space_settings import pattern_offset
-from ssdo_gl.scene.lights import Form, Light, kind_number
+from ssdo_gl.raytracing.surface_tables import RayFeatures
+from ssdo_gl.scene.lights import Light, kind_number
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.scene.shadow_frames import ShadowFrame, atlas_layout, shadow_frames
 from ssdo_gl.settings.fields import setting
@@ -78,6 +82,18 @@ def uniforms(settings: DirectSettings, frame: Frame) -> dict[str, object]:
     }
 
 
+class _Edge(NamedTuple):
+    """A file of ``shadow_edges``, and what it needs."""
+
+    name: str
+    defines: Mapping[str, int] = {}
+    uniforms: Mapping[str, object] = {}
+    textures: Mapping[str, moderngl.Texture] = {}
+
+
+_FILTERED = _Edge("filtered")
+
+
 class DirectPass(RenderPass):
     """Writes `direct_irradiance`: rgb irradiance; background 0.
 
@@ -94,6 +110,8 @@ class DirectPass(RenderPass):
         Read `lift_vs`, without which triangles shadow the smooth surface they stand for.
     glossy : bool
         Write `direct_gloss`, too: rgb radiance that glossy surfaces reflect to the camera.
+    rays : RayFeatures or None
+        What rays meet that tell where shadows of parallel light end; None: the map does.
     """
 
     name = "direct"
@@ -107,26 +125,38 @@ class DirectPass(RenderPass):
         parts_per_side: int = 1,
         lifts: bool = False,
         glossy: bool = False,
+        rays: RayFeatures | None = None,
     ) -> None:
         self.settings = settings or DirectSettings()
         self.shadow_maps = shadow_maps
         self.parts_per_side = parts_per_side
         self.lifts = lifts
         self.glossy = glossy
+        self._rays = rays
         self._placed: LastMade[_ShadowPlaces] = LastMade()
         self._rows: LastMade[list[FloatArray]] = LastMade()
         self.writes = {"direct_irradiance": TextureSpec(4, "f4")}
         if glossy:
             self.writes["direct_gloss"] = TextureSpec(4, "f4")
         more = *(("shadow_atlas",) if shadow_maps else ()), *(("lift_vs",) if lifts else ())
+        tables = () if rays is None else ray_reads(rays, shades=True)
+        self._ray_wiring = {f"t_{name}": name for name in tables}
         self._wiring = {f"t_{name}": name for name in ("z_vs", "normals_vs", *more)}
-        self.reads = tuple((self._wiring | (brdf_wiring(glossy) if glossy else {})).values())
+        surface = self._wiring | (brdf_wiring(glossy) if glossy else {})
+        self.reads = (*surface.values(), *tables)
         # The map of a directional light encloses the geometry; the seed turns the
         # pattern of soft shadows.
         self.depends_on = ("view", "lights", *(("geometry", "seed") if shadow_maps else ()))
 
     def settings_key(self) -> Hashable:
-        return self.settings, self.shadow_maps, self.parts_per_side, self.lifts, self.glossy
+        return (
+            self.settings,
+            self.shadow_maps,
+            self.parts_per_side,
+            self.lifts,
+            self.glossy,
+            self._rays,
+        )
 
     def execute(self, context: PassContext) -> None:
         """Draw one triangle over the target for each light, adding up; then over what is glossy."""
@@ -154,17 +184,30 @@ class DirectPass(RenderPass):
             gloss = {"GLOSSY": glossy, "FILTERS_GLOSS": int(filters)}
             for i, switches in chosen.items():
                 defines = {**switches, **gloss}
+                is_coarse = switches["HAS_SHADOW_MAP"] and scene.lights[i].has_coarse_edges
+                edge = self._edge(context) if is_coarse else _FILTERED
+                choices = {"shadow_edge": f"shadow_edges/{edge.name}.glsl"}
                 draw_fullscreen(
                     context.gl,
-                    context.shaders.fullscreen("effects/direct.frag", defines),
+                    context.shaders.fullscreen(
+                        "effects/direct.frag", {**edge.defines, **defines}, choices
+                    ),
                     context.target,
-                    {**common, **footprint, "u_light": rows[i]},
-                    textures,
+                    {**common, **footprint, **edge.uniforms, "u_light": rows[i]},
+                    {**textures, **edge.textures},
                     region=region,
                     # The first overwrites, which is cheaper.
                     adds=i != next(iter(chosen)),
                     keeps_last=self.glossy and not glossy,
                 )
+
+    def _edge(self, context: PassContext) -> _Edge:
+        """Return how texels of a map of the whole scene that disagree are judged."""
+        if self._rays is None:
+            return _FILTERED
+        tables = {sampler: context.inputs[name] for sampler, name in self._ray_wiring.items()}
+        defines = ray_defines(context, self._rays)
+        return _Edge("traced", defines, ray_uniforms(context), tables)
 
     def _places(self, scene: Scene, geometry: Geometry) -> _ShadowPlaces:
         """Return what does not depend on the view."""
@@ -183,7 +226,7 @@ class DirectPass(RenderPass):
         return {
             "LIGHT_KIND": kind_number(light),
             "LIGHT_FORM": light.form,
-            "IS_SOFT": int(light.form is Form.AREA or light.spread > 0.0),
+            "IS_SOFT": int(light.is_soft),
             "HAS_SHADOW_MAP": int(has_map),
             "HAS_LIFT": int(has_map and self.lifts and smooth),
             "HAS_SHADING_NORMALS": int(smooth),
@@ -228,5 +271,6 @@ class Direct(Effect):
             parts_per_side=maps.parts_per_side,
             lifts=has_maps and is_smooth(request.scene),
             glossy=request.is_glossy,
+            rays=request.ray_features if request.runs("shadow_edges") else None,
         )
         yield item, "light of the scene's lights"

@@ -25,10 +25,13 @@ class LightContent:
         How it arrives: map, ssdo or none.
     is_on : bool
         Any component of what it emits is above zero.
+    has_coarse_edges : bool
+        As in `Light`.
     """
 
     shadow: Shadow
     is_on: bool = True
+    has_coarse_edges: bool = False
 
 
 @dataclass(frozen=True)
@@ -83,6 +86,12 @@ class SceneContent:
         """Whether any of them does not."""
         return any(light.is_on and light.shadow != "ssdo" for light in self.lights)
 
+    @property
+    def has_coarse_edges(self) -> bool:
+        """Whether edges of any shadow by a map are as coarse as a map of the whole scene."""
+        mapped = (light for light in self.lights if light.is_on and light.shadow == "map")
+        return any(light.has_coarse_edges for light in mapped)
+
 
 def analyse(scene: Scene) -> SceneContent:
     """Return what `scene` contains; looks at objects, not at vertices."""
@@ -91,7 +100,10 @@ def analyse(scene: Scene) -> SceneContent:
     unlit = [scene.materials[o.material] for o in scene.objects if o.light is None]
     emits_unlit = [material for material in unlit if material.emits or material.is_unlit]
     return SceneContent(
-        lights=tuple(LightContent(light.shadow, is_on=light.power > 0.0) for light in scene.lights),
+        lights=tuple(
+            LightContent(light.shadow, light.power > 0.0, light.has_coarse_edges)
+            for light in scene.lights
+        ),
         environment=_kind_of(scene.environment),
         has_albedo=any(max(material.albedo) > 0.0 for material in used),
         has_emission=any(material.emits or material.is_unlit for material in used),

@@ -70,7 +70,10 @@ def choices_of(name: str) -> list[dict[str, str]]:
         beyond = [
             {"beyond_screen": f"beyond_screens/{name}.glsl"} for name in ("unknown", "traced")
         ]
-    return [e | p | b for p in PROJECTIONS for e in estimators for b in beyond]
+    edges: list[dict[str, str]] = [{}]
+    if "#include <shadow_edge>" in read(name):
+        edges = [{"shadow_edge": f"shadow_edges/{name}.glsl"} for name in ("filtered", "traced")]
+    return [e | p | b | s for p in PROJECTIONS for e in estimators for b in beyond for s in edges]
 
 
 def unchecked(name: str, choices: dict[str, str] | None = None) -> str:

@@ -19,7 +19,7 @@ class RayData(Effect):
     """The tables that every pass reads that traces rays."""
 
     name = "ray_data"
-    after = ("surface_cache",)
+    after = ("surface_cache", "shadow_edges")
 
     def is_asked(self, request: Request) -> bool:
         return request.traces

@@ -1,0 +1,48 @@
+"""Rays where the texels of a shadow map disagree."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from ssdo_gl.effects.decisions import Decision
+from ssdo_gl.effects.effect import Effect, ReasonedPass
+from ssdo_gl.effects.methods import METHODS
+from ssdo_gl.effects.request import Request
+
+
+class ShadowEdges(Effect):
+    """The edges of shadows of parallel light without an angle, by rays that `gi` has anyway.
+
+    A map of a long scene has texels larger than pixels of what is near. In `colonnade` at 640x360
+    rays take the RMSE of direct light from 7.1 to 0.7 % of its mean.
+    """
+
+    name = "shadow_edges"
+    after = ("shadow_map",)
+    traces = True
+
+    def is_asked(self, request: Request) -> bool:
+        """Return whether maps cast the shadows of a picture whose far light comes by rays."""
+        settings = request.settings
+        by_rays = METHODS[settings.method].is_all_light and not settings.is_reference
+        return by_rays and request.runs("shadow_map")
+
+    def need(self, request: Request) -> Decision:
+        """Run where such light may throw a shadow on what is in view."""
+        return request.decision(
+            "shadow edges",
+            "rays tell where shadows of parallel light end",
+            [
+                (request.is_view_empty, "no surface is in view"),
+                (not request.content.has_coarse_edges, "no light is parallel and without an angle"),
+                (
+                    request.view is not None and request.view.is_alone,
+                    "what is in view is a box that stands alone",
+                ),
+            ],
+            (),
+        )
+
+    def passes(self, request: Request) -> Iterator[ReasonedPass]:
+        """Yield none: the pass of direct light sends them."""
+        yield from ()

@@ -1,0 +1,79 @@
+"""Where texels of a shadow map disagree, rays of `gi` tell who is lit."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from passes.pass_harness import box, make_scene, quad
+
+from ssdo_gl.effects.request import Request
+from ssdo_gl.planning.content import analyse
+from ssdo_gl.planning.view import ViewFacts
+from ssdo_gl.planning.walk import decide
+from ssdo_gl.renderer import Renderer
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight
+from ssdo_gl.settings import Settings
+
+SIZE = (96, 54)
+CAMERA = Camera((0.0, 1.2, 2.2), (0.0, 0.3, 0.0), fov_y=50.0)
+# So wide that a texel of the sun's map is as large as several pixels of what is near.
+FLOOR = quad([-60, 0, 60], [120, 0, 0], [0, 0, -120])
+POSTS = [box((x, 0.0, -0.3), (x + 0.13, 0.7, 0.0)) for x in (-0.8, -0.2, 0.5)]
+SUN = DirectionalLight((0.6, -1.0, 0.35), (2.0, 2.0, 2.0))
+LAMP = PointLight((-1.0, 1.0, -1.0), (3.0, 3.0, 3.0))
+
+
+def scene_of(*lights):
+    return dataclasses.replace(make_scene([FLOOR, *POSTS], camera=CAMERA), lights=lights)
+
+
+def direct(scene, method, **settings):
+    with Renderer(scene, Settings(method, size=SIZE, radius=0.3, **settings)) as renderer:
+        return renderer.render(["direct"]).images["direct"][:, :, 0]
+
+
+def test_shadows_of_a_sun_end_where_rays_say():
+    scene = scene_of(SUN)
+    true = direct(scene, "direct", shadows="traced", shadow_rays=1)
+    level = true.mean()
+
+    def wrong(image):
+        return np.abs(image - true) > 0.05 * level
+
+    by_map = wrong(direct(scene, "bounce")).sum()
+    by_rays = wrong(direct(scene, "gi")).sum()
+    assert by_map > 20 and by_rays <= 0.1 * by_map
+
+
+def decision(lights, method="gi", facts=None, **settings):
+    scene = scene_of(*lights)
+    request = Request(
+        scene, analyse(scene), Settings(method, radius=0.3, **settings), ("direct",), facts
+    )
+    decided = decide(request)
+    return decided.runs("shadow_edges"), decided.runs("ray_data")
+
+
+SOFT_SUN = dataclasses.replace(SUN, angle=0.5)
+PANEL = RectangleLight((0, 2, 0), (1, 0, 0), (0, 0, 1), (1.0, 1.0, 1.0))
+ALONE = ViewFacts(is_empty=False, is_alone=True, gloss_region=None)
+
+
+@pytest.mark.parametrize(
+    ("lights", "choices", "traces"),
+    [
+        ((SUN,), {}, True),
+        ((LAMP, SUN, PANEL), {}, True),
+        ((LAMP, PANEL), {}, False),
+        ((SUN,), {"method": "bounce"}, False),
+        ((SUN,), {"shadows": "none"}, False),
+        ((SUN,), {"facts": ALONE}, False),
+        ((SOFT_SUN, PANEL), {}, False),
+        ((dataclasses.replace(SUN, shadow="none"),), {}, False),
+    ],
+)
+def test_only_edges_of_parallel_light_in_gi_ask_for_rays(lights, choices, traces):
+    assert decision(lights, **choices) == (traces, traces)
