@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 import textwrap
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -121,6 +122,9 @@ def completion(
     named["aov"] = ("all", *image_names())
     for action in parser._actions:
         info = infos.get(action.dest)
+        if isinstance(action.metavar, str):
+            # shtab writes it as it is between quotes and colons, which have a meaning to zsh.
+            action.metavar = re.sub(r'[":`$\\]', " ", action.metavar)
         if action.dest in named:
             has_files = action.dest != "aov"
             action.complete = _named(action.dest, named[action.dest], has_files)  # type: ignore[attr-defined]
@@ -132,7 +136,9 @@ def completion(
             action.choices = SHELLS
         elif info is not None and info.choices:
             action.choices = tuple(map(value_text, info.choices))
-    return str(shtab.complete(parser, shell))
+    script = str(shtab.complete(parser, shell))
+    # All that is left over is a scene; what shtab writes for zsh completes the first alone.
+    return script.replace('"(*)::', '"*:').replace("_defaults_added=0", "_defaults_added=1")
 
 
 def _named(flag: str, names: Sequence[str], has_files: bool) -> dict[str, Any]:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
+import select
 import shlex
 import shutil
 import subprocess
 import sys
+import time
 
 import pytest
 
@@ -101,3 +104,40 @@ def test_what_prints_and_ends_is_no_setting():
     flags = {o for action in build_parser()._actions for o in action.option_strings}
     declared = {info.flag for _, info in flag_infos().values()}
     assert flags - declared == {"-h", "--help", "--version", "--list-scenes", "--completion"}
+
+
+def answers(terminal, typed, wanted):
+    """Type into a shell, and return what it writes until that holds `wanted`, or five seconds."""
+    os.write(terminal, typed.encode())
+    shown, end = "", time.monotonic() + 5.0
+    while wanted not in shown and time.monotonic() < end:
+        if select.select([terminal], [], [], 0.1)[0]:
+            shown += os.read(terminal, 65536).decode(errors="replace")
+    return shown
+
+
+def test_zsh_completes(capsys, tmp_path):
+    pytest.importorskip("shtab")
+    zsh = shutil.which("zsh")
+    if zsh is None:
+        pytest.skip("no zsh")
+    (tmp_path / "_ssdo-gl").write_text(printed(capsys, "--completion", "zsh"))
+    # It completes where it edits lines: on a terminal.
+    ours, theirs = os.openpty()
+    shell = subprocess.Popen([zsh, "-f", "-i"], stdin=theirs, stdout=theirs, stderr=theirs)
+    try:
+        words = f"PS1=; fpath=({tmp_path} $fpath); autoload -U compinit; compinit -u -D"
+        start = f"{words}; echo rea''dy\n"
+        assert "ready" in answers(ours, start, "ready")
+        for typed, wanted in (
+            ("--snap", "--snapshot"),
+            ("--method bou", "bounce"),
+            ("--camera fit --preset bal", "balanced"),
+            ("corner courty", "courtyard"),
+        ):
+            assert wanted in answers(ours, f"\x15ssdo-gl {typed}\t", wanted)
+    finally:
+        shell.kill()
+        shell.wait()
+        os.close(ours)
+        os.close(theirs)
