@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterator, Mapping
+from copy import copy
 from dataclasses import dataclass, replace
-from typing import ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple, Self
 
 import moderngl
 
@@ -74,7 +75,7 @@ BLOCK_SETS, TURNS = 16, 4
 
 def uniforms(settings: DirectSettings, frame: Frame) -> dict[str, object]:
     """Return the uniforms of ``effects/direct.frag`` that all lights share."""
-    number = frame.seed - frame.first_seed
+    number = frame.seed - frame.first_seed + frame.moves
     return {
         **frame.view.uniforms(),
         "u_pattern_offset": pattern_offset(frame.first_seed + number // TURNS),
@@ -147,6 +148,12 @@ class DirectPass(RenderPass):
         # The map of a directional light encloses the geometry; the seed turns the
         # pattern of soft shadows.
         self.depends_on = ("view", "lights", *(("geometry", "seed") if shadow_maps else ()))
+
+    def renamed(self, names: Mapping[str, str]) -> Self:
+        """Return one that writes the same to resources of other names."""
+        other = copy(self)
+        other.writes = {names.get(name, name): spec for name, spec in self.writes.items()}
+        return other
 
     def settings_key(self) -> Hashable:
         return (

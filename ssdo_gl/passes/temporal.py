@@ -16,6 +16,7 @@ from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.settings.fields import setting
 
 TEMPORAL = "temporal"
+FRAMES_OF_DIRECT = 4
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,11 @@ class TemporalSettings:
     frames_of_moving_bodies: int = setting(
         3, "frames averaged while bodies move, whose shadows lag behind", low=1, high=64
     )
+
+    @property
+    def of_direct(self) -> TemporalSettings:
+        """Of direct light: its noise repeats every four frames, and no shadow may lag behind."""
+        return TemporalSettings(min(self.frames, FRAMES_OF_DIRECT), 1)
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,9 @@ from dataclasses import dataclass, field
 from ssdo_gl.effects import registry
 from ssdo_gl.effects.bounce import BouncePass
 from ssdo_gl.effects.decisions import Decided, Decision
+from ssdo_gl.effects.direct import DirectPass
 from ssdo_gl.effects.effect import Effect, ImageSource, ReasonedPass, Term
+from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.effects.request import Request
 from ssdo_gl.graph.graph import compile_graph
 from ssdo_gl.graph.render_pass import RenderPass
@@ -21,6 +23,7 @@ from ssdo_gl.passes.sender_radiance import SenderRadiancePass
 from ssdo_gl.passes.temporal import TEMPORAL, TemporalPass, TemporalSettings
 from ssdo_gl.passes.terms import SenderTerms
 from ssdo_gl.passes.tone_map import ToneMapPass, ToneMapSettings
+from ssdo_gl.scene.lights import Form
 from ssdo_gl.settings.backgrounds import ENVIRONMENT, color_code
 
 
@@ -340,6 +343,19 @@ _AVERAGED = frozenset({"directional_irradiance", "bounce_irradiance", _SUMMED_LI
 _NOT_AVERAGED = ("direct.", "shadow_map.", "tone_map.")
 
 
+def _averages_direct(item: RenderPass, request: Request) -> bool:
+    """Return whether direct light is averaged: where lights as large as windows cast maps.
+
+    Else soft shadows have so little noise that the blur of averages outweighs it.
+    """
+    return (
+        isinstance(item, DirectPass)
+        and item.shadow_maps
+        and METHODS[request.settings.method].is_all_light
+        and any(light.form is Form.AREA or light.spread > 0.0 for light in request.scene.lights)
+    )
+
+
 def _averaged(pipeline: Pipeline, request: Request) -> Pipeline:
     """Return `pipeline` with filtered images averaged over frames, where that is decided."""
     if not request.averages:
@@ -351,16 +367,19 @@ def _averaged(pipeline: Pipeline, request: Request) -> Pipeline:
         *(request.radius, chosen.filter),
         tuple(item for item in chosen.overrides.items() if not item[0].startswith(_NOT_AVERAGED)),
     )
+    of_direct = settings.of_direct
     passes: list[RenderPass] = []
     reasons = dict(pipeline.reasons)
     for item in pipeline.passes:
-        if not isinstance(item, EdgeAwareFilterPass) or not _AVERAGED.issuperset(item.writes):
+        is_filtered = isinstance(item, EdgeAwareFilterPass) and _AVERAGED.issuperset(item.writes)
+        is_direct = _averages_direct(item, request)
+        if not isinstance(item, EdgeAwareFilterPass | DirectPass) or not (is_filtered or is_direct):
             passes.append(item)
             continue
-        images = {f"{result}_now": result for result in item.writes}
+        images = {f"{result}_now": result for result in item.writes if result != "direct_gloss"}
         name = f"{TEMPORAL}_{item.name.removesuffix('_filter')}"
         passes.append(item.renamed({result: now for now, result in images.items()}))
-        passes.append(TemporalPass(name, settings, images, made_from))
+        passes.append(TemporalPass(name, of_direct if is_direct else settings, images, made_from))
         reasons[name] = "averages what moves over frames"
     return dataclasses.replace(pipeline, passes=tuple(passes), reasons=reasons)
 
