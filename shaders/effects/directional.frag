@@ -11,6 +11,7 @@
 // CONTROL_VARIATE 0 sum the open light (the paper), 1 correct it by the exact total as far
 // as the environment seems to be open, 2 subtract the blocked light from the exact total;
 // HAS_BAKED_OCCLUSION: images say how much of the environment some surfaces see;
+// HAS_EDGE_RAYS: some pixels have rays of their own, which say what arrives there;
 // IS_OPEN (see lib/estimator.glsl); KEPT_TEXTURE_COUNT (see lib/kept_directions.glsl).
 #define GATHERS_SENDERS 0
 #include "lib/estimator.glsl"
@@ -19,6 +20,7 @@
 #include "lib/environment.glsl"
 #include "lights/ssdo_lights.glsl"
 #include "lib/far_field.glsl"
+#include "lib/edge_rays.glsl"
 
 #if HAS_BAKED_OCCLUSION
 uniform sampler2D t_finish;  // g: baked visibility of the environment
@@ -260,6 +262,14 @@ void main()
         visibility = max(1.0 - g.blocked, 0.0);
         float sky_visibility = max(visibility - g.far_blocked, 0.0);
         vec3 sky = environment_arrived(r, g, sky_visibility);
+#if HAS_EDGE_RAYS
+        ivec2 own = edge_rays_at(r, receiver_texel(pixel));
+        if (own.x >= 0) {
+            vec4 found = texelFetch(t_edge_far, own, 0);
+            sky = found.a * environment_irradiance(direction_ws_of(r.normal_vs));
+            g.far = found.rgb;
+        }
+#endif
 #if HAS_BAKED_OCCLUSION
         // What an image says of finer things counts where it hides more than was found.
         float baked = texelFetch(t_finish, receiver_texel(pixel), 0).g;

@@ -9,6 +9,8 @@
 // visibility;
 // IS_FIRST: the values are an estimator's, and may be unsound;
 // IS_OF_GLOSS 1: the z of the values is 0 where a surface is not glossy;
+// PARTS_EDGES: pixels with rays of their own count next to nothing for others; the sign of z
+// among the values says which have them (1), or an image does (2); 0: none has;
 // TAP_RADIUS: taps on each side; USE_NORMALS.
 //
 // The estimators give neighbouring pixels different sample sets that repeat every 4 x 4
@@ -26,6 +28,10 @@
 uniform sampler2D t_value_0;
 #if SIGNAL_COUNT > 1
 uniform sampler2D t_value_1;
+#endif
+#if PARTS_EDGES == 2
+uniform sampler2D t_edge_places;  // 0: the pixel has no rays of its own
+uniform bool u_has_edge_rays;
 #endif
 uniform int u_stride;          // texels of the frame per pixel of the values
 uniform ivec2 u_axis;          // separable: (1, 0), then (0, 1)
@@ -69,9 +75,13 @@ const float NORMAL_REACH = 0.8;
 // those that weigh less together show another one.
 const float LEAST_WEIGHT = 0.02;
 
+// What a tap counts that has rays of its own where the centre has none, or the other way round.
+const float OTHER_WEIGHT = 1e-3;
+
 // A plane through the centre pixel's surface point, and what weights are relative to.
 struct Centre {
     ivec2 texel;
+    bool is_edge;       // it has rays of its own
     vec2 shading_code;  // octahedral
     // A tap of depth z, d texels away, stands off the plane by z * dot(rate, (d, 1)) - offset
     // tolerances.
@@ -83,6 +93,7 @@ Centre centre_at(ivec2 texel, float z)
 {
     Centre c;
     c.texel = texel;
+    c.is_edge = false;
     vec4 normals = texelFetch(t_normals_vs, texel, 0);
     c.shading_code = normals.xy;
     vec3 geometric = oct_decode(normals.zw);
@@ -140,6 +151,27 @@ float z_of(ivec2 texel, vec4 values[SIGNAL_COUNT])
 #endif
 }
 
+// Whether a pixel whose values hold z has rays of its own.
+bool is_edge(ivec2 texel, float z)
+{
+#if PARTS_EDGES == 1
+    return z < 0.0;
+#elif PARTS_EDGES == 2
+    return u_has_edge_rays && texelFetch(t_edge_places, texel, 0).x > 0.0;
+#else
+    return false;
+#endif
+}
+
+bool is_centre_edge(ivec2 pixel)
+{
+    ivec2 texel = pixel * u_stride;
+    vec4 values[SIGNAL_COUNT];
+    for (int i = 0; i < SIGNAL_COUNT; ++i)
+        values[i] = value_at(i, pixel);
+    return is_edge(texel, z_of(texel, values));
+}
+
 struct Sum {
     vec4 value;
     float weight;
@@ -152,7 +184,11 @@ void add_tap(inout Sum sums[SIGNAL_COUNT], Centre c, ivec2 pixel, ivec2 size, fl
     vec4 values[SIGNAL_COUNT];
     for (int i = 0; i < SIGNAL_COUNT; ++i)
         values[i] = value_at(i, inside);
-    weight *= same_surface(c, texel, z_of(texel, values));
+    float z = z_of(texel, values);
+    weight *= same_surface(c, texel, abs(z));
+#if STAGE != STAGE_UPSAMPLE
+    weight *= is_edge(texel, z) == c.is_edge ? 1.0 : OTHER_WEIGHT;
+#endif
     for (int i = 0; i < SIGNAL_COUNT; ++i) {
         bool use = is_sound(i, values[i]) && inside == pixel && weight > 0.0;
         sums[i].value += use ? values[i] * weight : vec4(0.0);
@@ -187,6 +223,10 @@ void main()
             results[i] = is_sound(i, values[i]) ? values[i] : neutral(i);
 #else
         Centre c = centre_at(texel, z);
+#if PARTS_EDGES && STAGE != STAGE_UPSAMPLE
+        c.is_edge = is_centre_edge(pixel);
+        z = PARTS_EDGES == 1 && c.is_edge ? -z : z;
+#endif
         Sum sums[SIGNAL_COUNT];
         for (int i = 0; i < SIGNAL_COUNT; ++i)
             sums[i] = Sum(vec4(0.0), 0.0);
@@ -229,7 +269,7 @@ void main()
 #endif
     }
 #if STAGE == STAGE_SEPARABLE || STAGE == STAGE_BOX
-    // The next stage reads z beside the value again.
+    // The next stage reads z beside the value again, and whose rays these were.
     for (int i = 0; i < SIGNAL_COUNT; ++i) {
 #if IS_VISIBILITY
         results[i].y = z;

@@ -16,6 +16,7 @@ from ssdo_gl.effects.near_field import (
     can_share_directions,
     estimator_settings,
     filtered,
+    traces_edges,
 )
 from ssdo_gl.effects.request import Request
 from ssdo_gl.effects.sender_bound import sender_bound
@@ -24,6 +25,7 @@ from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterSettings
+from ssdo_gl.passes.edge_lookup import EDGE_RAYS, edge_uniforms
 from ssdo_gl.passes.screen_space_settings import (
     ScreenSpaceSettings,
     defines,
@@ -105,6 +107,8 @@ class BouncePass(RenderPass):
         pass wrote with the same directions, instead of looking for it again.
     adds : str or None
         Resource of the same size whose irradiance is added up with the bounce.
+    has_edge_rays : bool
+        Some pixels have rays of their own, which tell what arrives there.
     terms : SenderTerms or None
         Diffuse terms to add up at each sender, instead of reading ``sender_radiance``.
     """
@@ -120,13 +124,15 @@ class BouncePass(RenderPass):
         takes_directions: bool = False,
         adds: str | None = None,
         terms: SenderTerms | None = None,
+        has_edge_rays: bool = False,
     ) -> None:
         self.name = "bounce"
         self.settings = settings
         self.sender_bound = sender_bound
         back = ("z_layers",) if has_back_layer and not takes_directions else ()
+        edges = tuple(name for name in EDGE_RAYS if has_edge_rays and name != "edge_far")
         kept = kept_names(settings) if takes_directions else ()
-        self._wiring = {f"t_{name}": name for name in ("z_vs", "normals_vs", *back, *kept)}
+        self._wiring = {f"t_{name}": name for name in ("z_vs", "normals_vs", *back, *kept, *edges)}
         sent = {"t_sender_radiance": "sender_radiance"}
         self._wiring |= sent if terms is None else terms.wiring(glossy=False)
         self._terms = terms
@@ -141,6 +147,7 @@ class BouncePass(RenderPass):
             **defines(
                 settings, bool(back), settings.refinements, keeps_directions=takes_directions
             ),
+            "HAS_EDGE_RAYS": int(has_edge_rays),
             "ADDS": int(adds is not None),
             "SUMS_SENDERS": int(terms is not None),
             "GLOSSY": 0,
@@ -153,6 +160,7 @@ class BouncePass(RenderPass):
             takes_directions=takes_directions,
             adds=adds,
             terms=terms,
+            has_edge_rays=has_edge_rays,
         )
 
     @property
@@ -174,7 +182,10 @@ class BouncePass(RenderPass):
                 ESTIMATORS[self.settings.estimator].choices,
             ),
             context.target,
-            uniforms(self.settings, context.frame, self._has_back_layer, self.sender_bound),
+            {
+                **uniforms(self.settings, context.frame, self._has_back_layer, self.sender_bound),
+                **edge_uniforms(context),
+            },
             {sampler: context.inputs[name] for sampler, name in self._wiring.items()},
         )
 
@@ -239,6 +250,7 @@ class Bounce(Effect):
             ),
             has_back_layer=request.runs("back_layer"),
             takes_directions=request.kept_refinements is not None,
+            has_edge_rays=traces_edges(request),
         )
         yield item, "light from blocked directions"
         yield filtered(request, "bounce_filter", "bounce_raw", "bounce_irradiance")

@@ -10,7 +10,13 @@ from ssdo_gl import math3d
 from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ImageSource, ReasonedPass, Term
 from ssdo_gl.effects.estimators import ESTIMATORS
-from ssdo_gl.effects.near_field import OPEN_DIRECTIONS, estimator_of, estimator_settings, filtered
+from ssdo_gl.effects.near_field import (
+    OPEN_DIRECTIONS,
+    estimator_of,
+    estimator_settings,
+    filtered,
+    traces_edges,
+)
 from ssdo_gl.effects.request import Request, Shortcut
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.frame import Frame, FrameView
@@ -18,6 +24,7 @@ from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.last_made import LastMade
 from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterSettings
+from ssdo_gl.passes.edge_lookup import EDGE_RAYS, edge_uniforms
 from ssdo_gl.passes.environment_uniforms import (
     MAP_IRRADIANCE,
     MAP_RADIANCE,
@@ -102,6 +109,8 @@ class DirectionalPass(RenderPass):
         Read from ``finish`` how much of the environment images say that surfaces see.
     far_field : FarFieldSettings or None
         Of the probes that say what arrives from surfaces beyond R.
+    has_edge_rays : bool
+        Some pixels have rays of their own, which tell what arrives there.
     has_back_layer : bool
         Read ``z_layers`` to know where solids end.
     needs_visibility : bool
@@ -127,6 +136,7 @@ class DirectionalPass(RenderPass):
         is_open: bool = False,
         keeps: int | None = None,
         far_field: FarFieldSettings | None = None,
+        has_edge_rays: bool = False,
         has_baked_occlusion: bool = False,
     ) -> None:
         self.name = "directional"
@@ -137,6 +147,7 @@ class DirectionalPass(RenderPass):
             *(("z_layers",) if has_back_layer else ()),
             *((MAP_RADIANCE, MAP_IRRADIANCE) if environment == "map" else ()),
             *((*FAR_PROBES, FAR_RADIANCE) if far_field is not None else ()),
+            *(EDGE_RAYS if has_edge_rays else ()),
             *(("finish",) if has_baked_occlusion else ()),
         )
         spec = TextureSpec(4, scale=settings.resolution_scale, transient=True)
@@ -165,6 +176,7 @@ class DirectionalPass(RenderPass):
             ),
             "ENVIRONMENT_KIND": ENVIRONMENT_KINDS.index(environment),
             "HAS_BAKED_OCCLUSION": int(has_baked_occlusion),
+            "HAS_EDGE_RAYS": int(has_edge_rays),
             "CONTROL_VARIATE": CONTROL_NUMBERS[control],
             "LIGHT_STEP_COUNT": settings.samples if is_paper else settings.light_steps,
             "SUMS_OPEN_LIGHT": int(is_paper),
@@ -200,6 +212,7 @@ class DirectionalPass(RenderPass):
                 **uniforms(self.settings, frame, self._has_back_layer),
                 **light_values,
                 **probe_uniforms(context),
+                **edge_uniforms(context),
             },
             {f"t_{name}": context.inputs[name] for name in self.reads},
         )
@@ -264,6 +277,7 @@ class Directional(Effect):
             settings,
             environment=kind_of(request.scene.environment),
             far_field=far_field,
+            has_edge_rays=traces_edges(request),
             has_back_layer=request.runs("back_layer"),
             needs_visibility=not request.takes(LIGHTS_ONLY),
             has_baked_occlusion=request.content.has_baked_occlusion,

@@ -9,7 +9,9 @@ from typing import Any, ClassVar
 import moderngl
 
 from ssdo_gl.effects.decisions import Decision
+from ssdo_gl.effects.edge_rays import EdgeRaysPass
 from ssdo_gl.effects.effect import Effect, ReasonedPass
+from ssdo_gl.effects.near_field import traces_edges
 from ssdo_gl.effects.request import Request
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
@@ -35,6 +37,7 @@ from ssdo_gl.passes.rays import (
 )
 from ssdo_gl.passes.surfels import CACHE_TABLES, drawing_into, facts_of, textures_of
 from ssdo_gl.raytracing.surface_tables import RayFeatures
+from ssdo_gl.scene.environment import kind_of
 from ssdo_gl.scene.lights import Form
 
 
@@ -259,7 +262,7 @@ class FarField(Effect):
                 (not is_lit, "there is no light at all"),
                 (self._is_alone(request), "what is in view is a box that stands alone"),
             ],
-            ("far_probe_points", "far_probes", "cached_irradiance"),
+            ("far_probe_points", "far_probes", "edge_rays", "cached_irradiance"),
         )
 
     def _is_alone(self, request: Request) -> bool:
@@ -283,5 +286,8 @@ class FarField(Effect):
         features = request.ray_features
         item = FarProbesPass(settings, features, is_steady=is_steady)
         yield item, "what arrives from beyond R"
+        if traces_edges(request):
+            edges = EdgeRaysPass(settings, features, kind_of(request.scene.environment))
+            yield edges, "what arrives where a neighbour in front may shade"
         cached = CachedIrradiancePass(features, is_steady=is_steady)
         yield cached, "what senders within R receive, all bounces"

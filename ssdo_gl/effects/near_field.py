@@ -14,6 +14,7 @@ from ssdo_gl.passes.edge_aware_filter import (
     EdgeAwareFilterSettings,
     Signal,
 )
+from ssdo_gl.passes.far_probes import FarFieldSettings
 from ssdo_gl.passes.screen_space_settings import ScreenSpaceSettings, default_thickness
 from ssdo_gl.settings.settings import Settings
 
@@ -51,6 +52,14 @@ def reads_backs(settings: Settings) -> bool:
     return ESTIMATORS[settings.chosen_estimator].reads_backs
 
 
+def traces_edges(request: Request) -> bool:
+    """Return whether pixels that a neighbour in front may shade have rays of their own."""
+    # What is translucent is another surface in each frame.
+    if not request.runs("far_field") or request.content.has_translucency:
+        return False
+    return request.settings_of("far_field", FarFieldSettings).edge_rays > 0
+
+
 def filtered(
     request: Request,
     name: str,
@@ -63,10 +72,12 @@ def filtered(
 ) -> ReasonedPass:
     """Return the filter pass `name` from `source` to `result`; see `EdgeAwareFilterPass`."""
     of_all = request.settings_of(FILTER, EdgeAwareFilterSettings)
+    is_light = not is_visibility and not is_of_gloss
     item = EdgeAwareFilterPass(
         name,
         overridden(request.settings, name, of_all),
         Signal(source, result, is_visibility, holds_z, is_of_gloss),
+        parts_edges=is_light and traces_edges(request),
     )
     return item, "removes the sampling noise along surfaces"
 

@@ -12,6 +12,7 @@ from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.math3d import Region
+from ssdo_gl.passes.edge_lookup import EDGE_RAYS, edge_uniforms
 from ssdo_gl.settings.fields import setting
 from ssdo_gl.settings.settings import same_as
 
@@ -97,6 +98,9 @@ class EdgeAwareFilterPass(RenderPass):
     *signals : Signal
         One, or two of irradiance and of the same size: two take .64 of the time of two
         passes, because what weighs a neighbour is looked up once.
+    parts_edges : bool
+        Pixels that have rays of their own and those that have none do not mix. Where a source
+        holds depths, those of the former are negative; else `edge_places` tells.
     """
 
     overwrites: ClassVar[bool] = True
@@ -106,11 +110,15 @@ class EdgeAwareFilterPass(RenderPass):
         name: str,
         settings: EdgeAwareFilterSettings,
         *signals: Signal,
+        parts_edges: bool = False,
     ) -> None:
         self.name = name
         self.settings = settings
         self.signals = signals
-        self.reads = (*(signal.source for signal in signals), "z_vs", "normals_vs")
+        self.parts_edges = parts_edges
+        says_edges = any(signal.holds_z for signal in signals)
+        edges = EDGE_RAYS[:1] if parts_edges and not says_edges else ()
+        self.reads = (*(signal.source for signal in signals), "z_vs", "normals_vs", *edges)
         self.writes = {
             signal.result: TextureSpec(1 if signal.is_visibility else 4) for signal in signals
         }
@@ -120,16 +128,17 @@ class EdgeAwareFilterPass(RenderPass):
             "IS_VISIBILITY": int(any(signal.is_visibility for signal in signals)),
             "Z_SIGNALS": sum(signal.holds_z << i for i, signal in enumerate(signals)),
             "IS_OF_GLOSS": int(signals[0].is_of_gloss),
+            "PARTS_EDGES": (1 if says_edges else 2) if parts_edges else 0,
         }
         self._scratch: list[tuple[list[moderngl.Texture], moderngl.Framebuffer]] = []
 
     def renamed(self, names: Mapping[str, str]) -> EdgeAwareFilterPass:
         """Return one that writes the same to resources of other names."""
         signals = [replace(s, result=names.get(s.result, s.result)) for s in self.signals]
-        return EdgeAwareFilterPass(self.name, self.settings, *signals)
+        return EdgeAwareFilterPass(self.name, self.settings, *signals, parts_edges=self.parts_edges)
 
     def settings_key(self) -> Hashable:
-        return self.settings, self.signals
+        return self.settings, self.signals, self.parts_edges
 
     def execute(self, context: PassContext) -> None:
         """Run the filter's stages, the last of them into the target."""
@@ -159,11 +168,14 @@ class EdgeAwareFilterPass(RenderPass):
                 context.gl,
                 context.shaders.fullscreen("passes/edge_aware_filter.frag", defines),
                 framebuffer,
-                {**uniforms(self.settings, context.frame, stride), "u_axis": axis},
+                {
+                    **uniforms(self.settings, context.frame, stride),
+                    **(edge_uniforms(context) if stage in (_SEPARABLE, _BOX) else {}),
+                    "u_axis": axis,
+                },
                 {
                     **{f"t_value_{i}": value for i, value in enumerate(values)},
-                    "t_z_vs": context.inputs["z_vs"],
-                    "t_normals_vs": context.inputs["normals_vs"],
+                    **{f"t_{name}": context.inputs[name] for name in self.reads[len(values) :]},
                 },
                 region=self._region(context.frame, 0 if is_last else self.settings.tap_radius),
             )
@@ -220,13 +232,15 @@ def joined_filters(
             continue
         if item.signals[0].is_visibility or item.signals[0].is_of_gloss:
             continue
-        key = item.settings, specs[item.signals[0].source].scale
+        key = item.settings, item.parts_edges, specs[item.signals[0].source].scale
         first = open_.pop(key, None)
         if first is None or first.name in before:
             open_[key] = item
         else:
             signals = first.signals + item.signals
             joined[first.name] = None
-            joined[item.name] = EdgeAwareFilterPass(FILTER, item.settings, *signals)
+            joined[item.name] = EdgeAwareFilterPass(
+                FILTER, item.settings, *signals, parts_edges=item.parts_edges
+            )
     found = (joined.get(item.name, item) for item in passes)
     return tuple(item for item in found if item is not None)

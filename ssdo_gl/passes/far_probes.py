@@ -44,6 +44,13 @@ class FarFieldSettings:
     directions: int = setting(
         8, "rays of each probe, along each side of its map", unit="rays", low=2, high=64
     )
+    edge_rays: int = setting(
+        16,
+        "rays of each pixel that a neighbour in front may shade, all directions together; 0: none",
+        unit="rays",
+        low=0,
+        high=1024,
+    )
     near_hits: str = setting(
         "hidden",
         "surfaces within R that rays tell of: those that the depth buffer hides, all or none",

@@ -282,7 +282,9 @@ def _with_summed_light(pipeline: Pipeline) -> Pipeline:
             return bounce.changed(adds=added)
         if item is joined:
             light = dataclasses.replace(signal, result=_SUMMED_LIGHT)
-            return EdgeAwareFilterPass(FILTER, joined.settings, light)
+            return EdgeAwareFilterPass(
+                FILTER, joined.settings, light, parts_edges=joined.parts_edges
+            )
         if isinstance(item, CompositePass):
             others = [name for name in item.irradiances if name not in parts]
             return item.changed(irradiances=[*others, _SUMMED_LIGHT])

@@ -1,0 +1,128 @@
+"""Rays of their own for pixels that a neighbour in front may shade."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from passes.pass_harness import box, make_scene, quad
+
+from ssdo_gl.effects import edge_rays
+from ssdo_gl.gpu.readback import read_texture
+from ssdo_gl.render_result import Drawing
+from ssdo_gl.renderer import Renderer
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment
+from ssdo_gl.scene.geometry.mesh import SceneObject
+from ssdo_gl.scene.material import Material
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.settings.settings import Settings
+
+SIZE = (64, 48)
+SKY = ConstantEnvironment((1.0, 0.5, 0.25))
+WALL = quad([-3, -3, 0], [6, 0, 0], [0, 6, 0])
+# A black plate so near to the wall that no pixel shows more than a sliver of what it covers.
+PLATE = quad([-0.5, -1.5, 0.02], [1, 0, 0], [0, 2, 0])
+CAMERA = Camera((0.0, 1.9, 2.0), (0.0, 0.3, 0.0), fov_y=40.0)
+MATERIALS = [Material(albedo=(0.5,) * 3), Material(albedo=(0.0,) * 3)]
+
+
+def plate() -> Scene:
+    objects = [SceneObject(0, 0), SceneObject(1, 1)]
+    return make_scene(
+        [WALL, PLATE], materials=MATERIALS, objects=objects, environment=SKY, camera=CAMERA
+    )
+
+
+def drawn(scene: Scene, method: str = "gi", **fields: Any) -> np.ndarray:
+    settings = Settings(method=method, size=SIZE, radius=0.3, **fields)
+    with Renderer(scene, settings) as renderer:
+        return renderer.render(("beauty",)).images["beauty"][..., :3]
+
+
+def renderer_of(scene: Scene) -> Renderer:
+    return Renderer(scene, Settings(method="gi", size=SIZE, radius=0.3, temporal="off"))
+
+
+def live(renderer: Renderer) -> Drawing:
+    return renderer.draw(("beauty",), camera=CAMERA, index=0, count=4)
+
+
+def beauty(drawing: Drawing) -> np.ndarray:
+    texture = drawing.planes["beauty"].texture
+    assert texture is not None
+    return np.array(read_texture(texture)[..., :3])
+
+
+def test_what_an_edge_in_front_shades_is_as_dark_as_by_paths() -> None:
+    def error(**overrides: int) -> float:
+        found = drawn(plate(), overrides=overrides)
+        return float(np.square(found - paths).mean())
+
+    paths = drawn(plate(), "reference-gi", spp=256)
+    assert error() < 0.5 * error(**{"far_field.edge_rays": 0})
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        make_scene([WALL], materials=MATERIALS[:1], environment=SKY, camera=CAMERA),
+        make_scene([box([-4] * 3, [4] * 3)], materials=MATERIALS[:1], camera=CAMERA),
+    ],
+    ids=["plane", "corners"],
+)
+def test_no_pixel_of_what_is_open_or_hollow_has_any(scene: Scene) -> None:
+    some = drawn(scene)
+    assert np.array_equal(some, drawn(scene, overrides={"far_field.edge_rays": 0}))
+
+
+def test_a_window_has_them_at_rest_and_then_no_more_is_traced(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    traced: list[tuple[int, int]] = []
+    original = edge_rays.EdgeRaysPass._trace
+
+    def record(item: Any, context: Any, rays: Any, rows: tuple[int, int]) -> None:
+        traced.append(rows)
+        original(item, context, rays, rows)
+
+    monkeypatch.setattr(edge_rays.EdgeRaysPass, "_trace", record)
+    with renderer_of(plate()) as renderer:
+        first = beauty(live(renderer))
+        assert not traced
+        while not (drawing := live(renderer)).is_settled:
+            pass
+        last, count = beauty(drawing), len(traced)
+        again = beauty(live(renderer))
+    assert 1 <= count == len(traced)
+    assert not np.array_equal(first, last)
+    assert np.array_equal(last, again)
+    # Together all rows, each once.
+    assert [low for low, _ in traced] == [0, *(high for _, high in traced[:-1])]
+
+
+def test_a_frame_that_was_given_up_has_its_rays_all_the_same(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def at_rest(renderer: Renderer) -> np.ndarray:
+        while not (drawing := live(renderer)).is_settled:
+            pass
+        return beauty(drawing)
+
+    with renderer_of(plate()) as renderer:
+        expected = at_rest(renderer)
+    original = edge_rays.EdgeRaysPass._trace
+    turns = []
+
+    def give_up(*arguments: Any) -> None:
+        original(*arguments)
+        turns.append(None)
+        if len(turns) == 2:
+            raise InterruptedError
+
+    monkeypatch.setattr(edge_rays.EdgeRaysPass, "_trace", give_up)
+    with renderer_of(plate()) as renderer:
+        with pytest.raises(InterruptedError):
+            at_rest(renderer)
+        assert np.array_equal(at_rest(renderer), expected)
