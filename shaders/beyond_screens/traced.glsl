@@ -12,6 +12,8 @@ const bool TRACES_SMOOTH = true;
 // Highlights of lights that no ray can meet are no narrower: directions would miss them, or find
 // them far too bright.
 const float LEAST_HIGHLIGHT = 0.01;
+// Radiance of such a highlight, relative to the light that the cache has there.
+const float BRIGHTEST = 16.0;
 const uint DIMENSIONS_PER_MIRROR = 3u;
 
 // Where a path from mirror to mirror has come to.
@@ -31,7 +33,7 @@ struct MirroredLight {
 const MirroredLight NO_MIRRORED = MirroredLight(LightRay(vec3(0.0), vec3(0.0, 0.0, 1.0), -1.0), vec3(0.0));
 
 // Of one light that no ray can meet, drawn by chance.
-MirroredLight mirrored_light(Surface met, uint index, uint seed, uint dimension)
+MirroredLight mirrored_light(Surface met, vec3 irradiance, uint index, uint seed, uint dimension)
 {
     vec2 choice = random_2d(index, seed, dimension, false);
     vec2 u = random_2d(index, seed, dimension + 1u, false);
@@ -48,6 +50,8 @@ MirroredLight mirrored_light(Surface met, uint index, uint seed, uint dimension)
     vec3 response = gloss_times_cosine(brdf, met.at.normal, met.at.w_out, light.w);
     response *= is_unseen ? 1.0 / max(group.probability, 1e-30) : 0.0;
     vec3 reflected = unblocked_light(met.at, light, response);
+    // Chance draws one of many lights as if it was all of them: bright, but no speck.
+    reflected *= min(BRIGHTEST * largest_of(irradiance) / max(largest_of(reflected), 1e-30), 1.0);
     float reach = needed_reach(group, light, reflected, RAY_FAR);
     return MirroredLight(light_ray(met.at, light.w, reach), reflected);
 }
@@ -101,7 +105,7 @@ bool meets_by_ray(vec3 p_vs, vec3 geometric_vs, vec3 w_vs, uint index, out vec3 
             vec3 n = met.at.normal;
             uint dimension = DIMENSIONS_PER_MIRROR * uint(bounce);
             radiance += path.weight * diffuse_radiance_towards(met.brdf, n, met.at.w_out, irradiance);
-            light = mirrored_light(met, index, seed, dimension);
+            light = mirrored_light(met, irradiance, index, seed, dimension);
             light.reflected *= path.weight;
             reflect_on(path, met, random_2d(index, seed, dimension + 2u, false));
             ++bounce;
