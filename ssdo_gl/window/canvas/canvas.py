@@ -263,7 +263,8 @@ class Canvas(SceneFlight, Chosen):
         """
         drawings = [side.image.drawing for side in self._sides]
         took_ms = sum(drawing.frame_ms for drawing in drawings if drawing is not None)
-        if took_ms < min(FOLLOW_MS, self.budget_ms):
+        # There is none after one that was given up, which was a long one.
+        if all(drawings) and took_ms < min(FOLLOW_MS, self.budget_ms):
             return False
         width, height = (max(1, round(FOLLOW_SCALE * n)) for n in size)
         return self.presenter.follow(self.camera, (width, height))
