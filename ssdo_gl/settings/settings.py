@@ -49,9 +49,10 @@ _quality = partial(setting, yields=True, group=QUALITY, modes=modes.ONE)
 class Settings:
     """Settings of a rendering; frozen, so that they can be compared and hashed.
 
-    A field that was not given yields to what the scene asks for, else it holds its
-    default; None, where it is one, stands for a default derived from scene and method.
-    `resolve.resolved` fills in both, and `Renderer` calls it.
+    A value out of range raises SettingError, a ValueError. A field that was not given yields
+    to what the scene asks for, else it holds its default; None, where it is one, stands for a
+    default derived from scene and method. `resolve.resolved` fills in both, and `Renderer`
+    calls it.
     """
 
     method: str = _look("gi", "which quantities make up the image", choices=tuple(METHODS))
@@ -205,9 +206,11 @@ class Settings:
         ]
         return described(self, *facts)
 
-    def checked(self) -> Settings:
-        """Return self after checking every field, or raise SettingError."""
+    def __post_init__(self) -> None:
         check(self)
+
+    def checked(self) -> Settings:
+        """Return self if its estimator suits its method, or raise SettingError."""
         allowed = METHODS[self.method].estimators
         if self.estimator is not None and self.estimator not in allowed:
             valid = f"expected one of {', '.join(allowed)}" if allowed else "it takes none"

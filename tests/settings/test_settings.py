@@ -66,10 +66,7 @@ def by_flag(name, value):
 
 
 def in_python(name, value):
-    settings = Settings(**{name: value})
-    if name == "estimator":
-        settings = dataclasses.replace(settings, method=method_of(value))
-    return getattr(settings.checked(), name)
+    return getattr(Settings(**{name: value}), name)
 
 
 def in_preset(name, value):
