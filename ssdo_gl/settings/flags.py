@@ -36,6 +36,7 @@ from ssdo_gl.settings.passes import overrides_from_text
 from ssdo_gl.settings.run_options import MODE, RUNNING, RunOptions
 from ssdo_gl.settings.serve_options import BROWSER, ServeOptions
 from ssdo_gl.settings.settings import LOOK, QUALITY, Settings
+from ssdo_gl.suggestion import suggestion
 
 DEFAULT_SCENE = "cornell_meso"
 # As a scene: standard input; as an output: standard output.
@@ -151,8 +152,7 @@ def read_command(arguments: Sequence[str] | None = None) -> CommandLine:
     UsageError, SettingError
         One line naming the flag, the value and what would be valid.
     """
-    # Intermixed: scenes may stand on both sides of a flag.
-    parsed = vars(build_parser().parse_intermixed_args(_joined(arguments)))
+    parsed = _parsed(_joined(arguments))
     scenes = tuple(parsed["scene"] or [DEFAULT_SCENE])
     texts = {name: parsed[name] for name in flag_infos()}
     infos = flag_infos()
@@ -170,6 +170,19 @@ def read_command(arguments: Sequence[str] | None = None) -> CommandLine:
     command = CommandLine(scenes, given[Settings], loading, run, film, serving)
     _check_modes(command.run.active, (info for _, info in infos.values() if texts[info.name]))
     return command
+
+
+def _parsed(words: Sequence[str]) -> dict[str, Any]:
+    """Return the text of every flag and the scenes, or refuse what is no flag."""
+    parser = build_parser()
+    # Intermixed: scenes may stand on both sides of a flag.
+    parsed, unknown = parser.parse_known_intermixed_args(words)
+    if unknown:
+        flag = unknown[0].partition("=")[0]
+        hint = suggestion(flag, parser._option_string_actions, lists=False)
+        listed = textwrap.shorten(" ".join(unknown), 150)
+        parser.error(f"unrecognized arguments: {listed}{hint}")
+    return vars(parsed)
 
 
 def _joined(arguments: Sequence[str] | None) -> list[str]:

@@ -15,10 +15,9 @@ from ssdo_gl.scene.load import builtin_names
 from ssdo_gl.settings.fields import Kind, SettingError, SettingInfo, value_text
 from ssdo_gl.settings.loading import LIGHTS
 
-USAGE = (
-    "ssdo-gl [SCENE ...] [--snapshot OUT] [--explain] [--batch --out DIR] [--film OUT] [--serve]"
-    " [--bench OUTDIR] [flags]"
-)
+# As it is printed, behind "usage: ".
+USAGE = """ssdo-gl [SCENE ...] [--snapshot OUT] [--explain] [--batch --out DIR]
+               [--film OUT] [--serve] [--bench OUTDIR] [flags]"""
 EXAMPLES = """
 examples:
   ssdo-gl                                       fly through the Cornell room

@@ -164,7 +164,8 @@ def test_a_bench_is_on_its_own(other):
         (["--set=--"], "--set: expected one argument"),
         (["--quiet=" + "9" * 5000], "--quiet"),
         (["--samples", "8", "--" + "x" * 5000, "y"], "unrecognized arguments"),
-        (["--sise", "3x3"], "--sise"),
+        (["--sise", "3x3"], "--sise; did you mean '--size'?"),
+        (["--methd=gi", "corner"], "--methd=gi; did you mean '--method'?"),
     ],
 )
 def test_wrong_values_are_named_in_one_short_line(flags, said):

@@ -34,6 +34,11 @@ def test_the_help_page_names_flags_scenes_and_examples(capsys):
     assert "default 64" in page
 
 
+def test_the_help_page_fits_a_terminal_of_80_columns(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    assert max(map(len, printed(capsys, "--help").splitlines())) <= 80
+
+
 @pytest.mark.parametrize("line", [line for line in EXAMPLES.splitlines() if "ssdo-gl" in line])
 def test_examples_are_valid(line):
     words = shlex.split(line.strip().split("   ")[0])[1:]
