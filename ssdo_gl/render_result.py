@@ -17,19 +17,20 @@ from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.graph.execute import PassTiming
 from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.graph.graph import Plan
-from ssdo_gl.images.display import picture_of
+from ssdo_gl.images.display import displayed, picture_of
 from ssdo_gl.images.files import (
-    OutputError,
     check_output,
     is_picture,
     picture_paths,
     png_bytes,
 )
+from ssdo_gl.images.metering import measured_exposure
 from ssdo_gl.images.saving import Extent, write_images
 from ssdo_gl.images.surface_arrays import Image
 from ssdo_gl.planning.walk import Pipeline
 from ssdo_gl.scene.camera import CONVENTIONS, Camera
 from ssdo_gl.settings import Settings
+from ssdo_gl.settings.backgrounds import TRANSPARENT
 from ssdo_gl.settings.fields import values
 from ssdo_gl.short_repr import described
 
@@ -148,6 +149,8 @@ class RenderResult:
         Statistics of the Monte-Carlo passes: samples per pixel, standard errors.
     partial : bool
         A reference was interrupted; the images hold what it had reached.
+    metering_slack : float or None
+        Where exposure is left to the picture and was not measured: as of the scene.
     """
 
     images: dict[str, Image]
@@ -163,6 +166,7 @@ class RenderResult:
     partial: bool = False
     notes: tuple[str, ...] = ()
     camera: Camera | None = None
+    metering_slack: float | None = None
 
     def __repr__(self) -> str:
         width, height = self.size
@@ -183,23 +187,17 @@ class RenderResult:
         path : str or Path
             ``.png``, ``.jpg`` or ``.webp`` for pictures, each further one beside it as
             ``stem-name.png``; ``.exr`` or ``.npz`` for linear numbers, all in one file. The
-            picture of the beauty is ``display``, which `Renderer.render` makes if asked.
+            picture of the beauty is ``display``, made of the beauty if it was not rendered.
 
         Raises
         ------
         OutputError
-            If the suffix is another one, there is no ``display`` for the picture of a
-            ``beauty``, or the file cannot be written.
+            If the suffix is another one, or the file cannot be written.
         """
         out = Path(path)
         check_output(out)
         names: tuple[str, ...] = ()
         if is_picture(out):
-            if "beauty" in self.images and "display" not in self.images:
-                raise OutputError(
-                    f"{out}: the picture of the beauty is the image 'display': add it to what "
-                    "is rendered, or save the beauty as .exr or .npz"
-                )
             shown = {"display": "beauty"}
             names = tuple(dict.fromkeys(shown.get(name, name) for name in self.images))
             for other in picture_paths(out, names).values():
@@ -214,15 +212,32 @@ class RenderResult:
             "camera": camera_numbers(self.camera, self.size),
         }
         extents: dict[str, Extent] = {"depth": (self.view.near, self.view.far)}
-        write_images(out, names, self.images, meta, extents)
+        images = self._shown_images() if names else self.images
+        write_images(out, names, images, meta, extents)
 
     def _repr_png_(self) -> bytes | None:
-        """Return what a notebook shows: ``display``, or else the first image with a picture."""
-        names = [name for name in ("display", *self.images) if name in self.images]
-        for name in names:
-            if name != "beauty":
-                return png_bytes(picture_of(name, self.images[name]))
-        return None
+        """Return what a notebook shows: the beauty as displayed, or else the first image."""
+        images = self._shown_images()
+        name = "display" if "display" in images else next(iter(images), "")
+        return png_bytes(picture_of(name, images[name])) if name else None
+
+    def _shown_images(self) -> dict[str, Image]:
+        """Return the images, with the ``display`` of a beauty that has none."""
+        if "display" in self.images or "beauty" not in self.images:
+            return self.images
+        chosen, beauty = self.settings, self.images["beauty"]
+        exposure = chosen.exposure or 0.0
+        if self.metering_slack is not None:
+            exposure = measured_exposure(beauty, self.metering_slack)
+        tone = {"exposure": exposure, "background": chosen.background, "curve": "plain"}
+        tone |= {name: chosen.overrides.get(f"tone_map.{name}", tone[name]) for name in tone}
+        shown = displayed(
+            beauty,
+            tone["exposure"],
+            filmic=tone["curve"] == "aces",
+            cut_out=tone["background"] == TRANSPARENT,
+        )
+        return {**self.images, "display": shown}
 
     def frame_summary(self) -> dict[str, float]:
         """Return median, min and max of the frame times, milliseconds."""

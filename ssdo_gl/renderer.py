@@ -143,6 +143,7 @@ class Renderer(FrameLoop):
             partial=partial,
             notes=notes,
             camera=job.camera,
+            metering_slack=self._slack,
         )
 
     def expose(
@@ -156,8 +157,8 @@ class Renderer(FrameLoop):
         From a small picture of `gi`, or for methods that show the near field alone of `bounce`,
         so that sizes and numbers of samples are shown alike. Returns what there is to say about it.
         """
-        slack = self.scene.metering_slack
-        if slack is None or self.scene.is_metered or self._has_exposure:
+        slack = self._slack
+        if slack is None:
             return ()
         chosen, size = self.settings, self.settings.size
         longest = max(size)
@@ -186,6 +187,12 @@ class Renderer(FrameLoop):
                 " sky is there: light from beyond it is missing; method gi has it"
             )
         return tuple(notes)
+
+    @property
+    def _slack(self) -> float | None:
+        """Of the exposure, where it is still left to the picture."""
+        is_known = self.scene.is_metered or self._has_exposure
+        return None if is_known else self.scene.metering_slack
 
     def _at_centres(
         self, names: tuple[str, ...], camera: Camera | None, seconds: float

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import io
 import json
 import subprocess
@@ -69,15 +70,54 @@ def test_a_result_is_saved_as_numbers(result, tmp_path):
         assert json.loads(str(file["meta"]))["size"] == [16, 9]
 
 
-def test_a_beauty_alone_is_no_picture(tmp_path):
-    with ssdo_gl.Renderer(ssdo_gl.load_scene("corner"), ssdo_gl.Settings(size=(8, 8))) as renderer:
+# Of codes: half a step of the 16 bits of `display`, and the shader's pow().
+SAME_PICTURE = 0.5 / 65535.0 + 4e-6
+
+
+@pytest.mark.parametrize(
+    ("scene", "chosen"),
+    [
+        ("sphere_on_plane", {}),
+        ("corner", {"exposure": 1.5, "background": "#3366aa"}),
+        ("sphere_on_plane", {"background": "transparent", "antialias": 4}),
+        ("corner", {"overrides": {"tone_map.curve": "aces", "tone_map.exposure": 2.0}}),
+    ],
+)
+def test_a_beauty_alone_has_the_picture_of_its_display(scene, chosen):
+    settings = ssdo_gl.Settings("direct", size=(32, 18), **chosen)
+    with ssdo_gl.Renderer(ssdo_gl.load_scene(scene), settings) as renderer:
         beauty = renderer.render()
-    with pytest.raises(OutputError, match="is the image 'display'"):
-        beauty.save(tmp_path / "a.png")
+        display = renderer.render(["display"]).images["display"]
+    shown = beauty._shown_images()["display"]
+    np.testing.assert_allclose(shown, display, rtol=0, atol=SAME_PICTURE)
+    assert list(beauty.images) == ["beauty"]
+
+
+def test_a_beauty_alone_is_exposed_where_that_is_left_to_the_picture():
+    square = np.array([[-1.0, 0, -1], [-1, 0, 1], [1, 0, 1], [1, 0, -1]])
+    lamp = ssdo_gl.PointLight(position=(0, 1.0, 0), intensity=(900.0, 900.0, 900.0))
+    soot = ssdo_gl.Material(albedo=(0.02, 0.02, 0.02))
+    scene = ssdo_gl.Scene.from_arrays(square, [[0, 1, 2], [0, 2, 3]], material=soot, lights=[lamp])
+    assert scene.metering_slack is not None
+    with ssdo_gl.Renderer(scene, ssdo_gl.Settings("direct", size=(32, 18))) as renderer:
+        result = renderer.render()
+        with Image.open(io.BytesIO(result._repr_png_())) as image:
+            seen = np.asarray(image)[result.images["beauty"][..., 3] > 0.0]
+        assert 100 < np.median(seen) < 250
+        assert renderer.render(["display"]).metering_slack is None
+
+
+def test_a_file_of_no_known_kind_is_refused(result, tmp_path):
     with pytest.raises(OutputError, match="suffix must be one of"):
-        beauty.save(tmp_path / "a.tif")
+        result.save(tmp_path / "a.tif")
     assert not list(tmp_path.iterdir())
-    assert beauty._repr_png_() is None
+
+
+@pytest.mark.parametrize("suffix", ["png", "jpg", "webp", "exr", "npz"])
+def test_a_beauty_is_saved_in_every_format(suffix, result, tmp_path):
+    beauty = dataclasses.replace(result, images={"beauty": result.images["beauty"]})
+    beauty.save(tmp_path / f"a.{suffix}")
+    assert [path.name for path in tmp_path.iterdir()] == [f"a.{suffix}"]
 
 
 def test_a_notebook_shows_the_picture(result):

@@ -80,6 +80,36 @@ def picture_of(
     return pixels
 
 
+def displayed(
+    beauty: NDArray[np.float32], exposure: float, *, filmic: bool = False, cut_out: bool = False
+) -> NDArray[np.float32]:
+    """Return the ``display`` of a beauty, (height, width, 4), as ``lib/displayed.glsl`` has it.
+
+    Of averaged frames it is lighter where some of them are clipped, which a device averages.
+
+    Parameters
+    ----------
+    beauty : ndarray, shape (height, width, 4)
+        Scene-linear, in front of its background; the fourth channel is coverage.
+    exposure : float
+        EV.
+    filmic : bool
+        Whether highlights roll off, as the curve ``aces`` has them, or are clipped at 1.
+    cut_out : bool
+        Whether the picture is transparent where nothing is covered.
+    """
+    light = beauty[:, :, :3].astype(np.float64)
+    alpha = beauty[:, :, 3:] if cut_out else np.ones_like(beauty[:, :, 3:])
+    if cut_out:
+        light = np.divide(light, alpha, out=np.zeros_like(light), where=alpha > 0.0)
+    x = np.nan_to_num(np.clip(light * 2.0**exposure, 0.0, 1e9))
+    if filmic:
+        x = 0.6 * x
+        x = x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)
+    encoded = srgb_from_linear(np.minimum(x, 1.0))
+    return np.concatenate([encoded, alpha], axis=2).astype(np.float32)
+
+
 def on_white(display: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return a ``display`` in front of white, opaque: (height, width, 3), sRGB-encoded.
 
