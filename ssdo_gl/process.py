@@ -8,12 +8,21 @@ import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from types import FrameType
 from typing import Any, TextIO, cast
 
 EXIT_OK, EXIT_USER, EXIT_NO_OPENGL, EXIT_MISSED = 0, 2, 3, 4
 EXIT_INTERRUPTED = 128 + signal.SIGINT
 EXIT_BROKEN_PIPE = 128 + 13  # SIGPIPE, which Windows does not name
+
+
+def home_folder() -> Path | None:
+    """Return the user's own folder; None if there is none, as in a container."""
+    try:
+        return Path.home()
+    except RuntimeError:
+        return None
 
 
 class _Stream:

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ssdo_gl.process import home_folder
 from ssdo_gl.user_error import UserError
 from ssdo_gl.whole_files import replace_whole
 
@@ -107,15 +108,15 @@ def cache_folder(kind: str) -> Path:
     ``SSDO_GL_CACHE`` names another place; else the convention of the system holds.
     """
     chosen = os.environ.get("SSDO_GL_CACHE")
-    if chosen:
-        base = Path(chosen)
-    elif sys.platform == "win32":
-        base = Path(os.environ.get("LOCALAPPDATA", str(Path.home()))) / "ssdo_gl"
-    elif sys.platform == "darwin":
-        base = Path.home() / "Library" / "Caches" / "ssdo_gl"
-    else:
-        base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "ssdo_gl"
-    folder = base / kind
+    variable, *usual = {
+        "win32": ("LOCALAPPDATA",),
+        "darwin": ("", "Library", "Caches"),
+    }.get(sys.platform, ("XDG_CACHE_HOME", ".cache"))
+    of_system, home = os.environ.get(variable), home_folder()
+    if not (chosen or of_system) and home is None:
+        raise BenchError("the user has no home folder: set SSDO_GL_CACHE to one for the cache")
+    base = Path(of_system) if of_system else Path(home or "", *usual)
+    folder = (Path(chosen) if chosen else base / "ssdo_gl") / kind
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

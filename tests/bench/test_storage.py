@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import io
 import random
+import sys
 
 import numpy as np
 import pytest
@@ -49,6 +50,17 @@ def test_the_cache_folder_follows_the_environment(tmp_path, monkeypatch):
     monkeypatch.setenv("SSDO_GL_CACHE", str(blocked))
     with pytest.raises(storage.BenchError, match="SSDO_GL_CACHE"):
         storage.cache_folder("reference")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="pwd is of Unix")
+def test_a_user_without_a_home_is_told_what_to_set(tmp_path, monkeypatch):
+    for name in ("HOME", "SSDO_GL_CACHE", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr("pwd.getpwuid", {}.__getitem__)
+    with pytest.raises(storage.BenchError, match="set SSDO_GL_CACHE"):
+        storage.cache_folder("reference")
+    monkeypatch.setenv("SSDO_GL_CACHE", str(tmp_path))
+    assert storage.cache_folder("reference") == tmp_path / "reference"
 
 
 def test_a_folder_becomes_a_bench_once(tmp_path):

@@ -8,6 +8,7 @@ from typing import Any
 
 from ssdo_gl import __version__
 from ssdo_gl.images.files import OutputError
+from ssdo_gl.process import home_folder
 from ssdo_gl.scene.lights import BLACK
 from ssdo_gl.scene.load import builtin_names
 from ssdo_gl.settings import Settings
@@ -88,7 +89,7 @@ def save_scene(viewer: Viewer) -> Path:
         fault = str(error)
     if not (is_builtin or is_in_one_file(source)):
         raise OutputError(f"{fault}; save from a copy of {source.name} in a folder of your own")
-    for folder in (viewer.folder, Path.home()):
+    for folder in filter(None, (viewer.folder, home_folder())):
         try:
             name = viewer.source if is_builtin else str(copy_of(source, folder))
             path = _write_scene(viewer, name, folder)

@@ -439,7 +439,7 @@ def test_size_of_text_and_theme_last_until_the_next_visit(
     second.rescale(2.0)
     assert second._scale == pytest.approx(3.0)
     second.release()
-    for text in ("", "[]", '{"text": 1e9, "is_light": 3}'):
+    for text in ("", "[]", '{"text": 1e9, "is_light": 3}', "[" * 100_000):
         file.write_text(text)
         third = overlay()
         assert not third.is_light

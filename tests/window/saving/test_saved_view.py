@@ -6,6 +6,7 @@ import dataclasses
 import json
 import shlex
 import struct
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -185,6 +186,16 @@ def test_a_built_in_scene_is_saved_where_the_user_may_write(
     assert any(f"wrote {path}" in x for x in lines(viewer))
     again = rendered(device, [str(path)], tmp_path / "again.png")
     assert np.abs(again - picture).max() <= ROUNDING
+
+
+@pytest.mark.parametrize("viewer", ["cornell_meso"], indirect=True)
+@pytest.mark.skipif(sys.platform == "win32", reason="pwd is of Unix")
+def test_nowhere_to_save_is_said(viewer, tmp_path, monkeypatch) -> None:
+    monkeypatch.delenv("HOME", raising=False)
+    monkeypatch.setattr("pwd.getpwuid", {}.__getitem__)
+    viewer.folder = tmp_path / "nowhere"
+    ask(viewer, Command.SAVE_SCENE)
+    assert any(line.is_fault and "nowhere" in line.text for line in viewer.messages.lines)
 
 
 @pytest.mark.parametrize("viewer", ["cornell_meso"], indirect=True)
