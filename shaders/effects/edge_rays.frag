@@ -7,7 +7,7 @@
 #include "lib/environment.glsl"
 #include "lib/random.glsl"
 
-uniform sampler2D t_edge_pixels;  // number of the pixel in the frame; -1: none
+uniform sampler2D t_edge_pixels;  // column and row of the pixel in the frame; -1: none
 uniform float u_radius_ns;
 uniform int u_ray_count;
 
@@ -42,13 +42,11 @@ void add_ray(inout Arriving sums, vec3 start, vec3 w_vs)
 
 void main()
 {
-    int number = int(texelFetch(t_edge_pixels, ivec2(gl_FragCoord.xy), 0).x);
+    ivec2 texel = ivec2(texelFetch(t_edge_pixels, ivec2(gl_FragCoord.xy), 0).xy);
     o_far = vec4(0.0);
     o_near = vec4(0.0);
-    if (number < 0)
+    if (texel.x < 0)
         return;
-    int columns = int(u_frame_size_px.x);
-    ivec2 texel = ivec2(number % columns, number / columns);
     vec3 p_vs = gbuffer_position_vs(texel);
     vec3 geometric_vs = gbuffer_geometric_normal_vs(texel);
     mat3 frame = frame_from_z(gbuffer_shading_normal_vs(texel));

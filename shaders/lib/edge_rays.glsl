@@ -9,14 +9,14 @@ uniform sampler2D t_edge_far;     // rgb: radiance of surfaces beyond R, a: open
 uniform sampler2D t_edge_near;    // rgb: radiance of surfaces within R, a: z_vs of the pixel
 uniform bool u_has_edge_rays;
 
-const int EDGE_ROW_SHIFT = 8;
 // In footprints of a pixel. Frames of one view share their rays, and are moved a little
 // against each other: what was another surface then has none now.
 const float SAME_EDGE_PLANE = 0.25;
 
 ivec2 edge_texel(int number)
 {
-    return ivec2(number & ((1 << EDGE_ROW_SHIFT) - 1), number >> EDGE_ROW_SHIFT);
+    int columns = textureSize(t_edge_near, 0).x;
+    return ivec2(number % columns, number / columns);
 }
 
 int edge_number(ivec2 texel)

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.math3d import FloatArray
 from ssdo_gl.passes.edge_lookup import EDGE_RAYS, EdgeRays
 from ssdo_gl.passes.environment_uniforms import MAP_RADIANCE, environment_uniforms
 from ssdo_gl.passes.far_probes import FAR_RADIANCE, FarFieldSettings, ProbeRays, refining_parts
@@ -20,8 +21,37 @@ from ssdo_gl.passes.surfels import CACHE_TABLES, facts_of, textures_of
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment import ENVIRONMENT_KINDS, EnvironmentKind
 
-# As lib/edge_rays.glsl lays its textures out.
-PIXELS_PER_ROW = 256
+# Of textures with a texel for each such pixel: so many to a row, more where rows would be more
+# than any device has.
+PIXELS_PER_ROW, MOST_ROWS = 256, 8192
+
+
+def places_of(
+    chosen: NDArray[np.integer[Any]], size: tuple[int, int]
+) -> tuple[NDArray[np.float32], ...]:
+    """Return where pixels have a texel of their own, and which pixel each texel stands for.
+
+    Parameters
+    ----------
+    chosen : (n,) integers
+        Of the frame's pixels, row by row.
+    size : (int, int)
+        Width and height of the frame, pixels.
+
+    Returns
+    -------
+    (height, width, 1) float32
+        One more than the texel's number; 0: the pixel has none.
+    (rows, columns, 2) float32
+        Column and row of the pixel; -1: none.
+    """
+    places = np.zeros((size[1], size[0], 1), np.float32)
+    places.flat[chosen] = np.arange(1, len(chosen) + 1)
+    columns = max(PIXELS_PER_ROW, -(-len(chosen) // MOST_ROWS))
+    pixels = np.full((-(-len(chosen) // columns), columns, 2), -1.0, np.float32)
+    # A float holds no number of a frame of more than 16 million pixels, but these two.
+    pixels.reshape(-1, 2)[: len(chosen)] = np.stack([chosen % size[0], chosen // size[0]], axis=-1)
+    return places, pixels
 
 
 class EdgeRaysPass(RenderPass):
@@ -92,18 +122,13 @@ class EdgeRaysPass(RenderPass):
         flags.release()
         if not len(chosen):
             return EdgeRays(probes)
-        places = np.zeros(frame.view.size[::-1], np.float32)
-        # A float holds the number of every pixel of a frame of 16 million.
-        places.flat[chosen] = np.arange(1, len(chosen) + 1)
-        rows = -(-len(chosen) // PIXELS_PER_ROW)
-        pixels: FloatArray = np.full((rows, PIXELS_PER_ROW), -1.0)
-        pixels.flat[: len(chosen)] = chosen
-        size = PIXELS_PER_ROW, rows
+        places, pixels = places_of(chosen, frame.view.size)
+        size = pixels.shape[1], pixels.shape[0]
         textures = (
-            make_texture(gl, frame.view.size, 1, "f4", places[..., None]),
+            make_texture(gl, frame.view.size, 1, "f4", places),
             make_texture(gl, size, 4, "f4"),
             make_texture(gl, size, 4, "f4"),
-            make_texture(gl, size, 1, "f4", pixels[..., None]),
+            make_texture(gl, size, 2, "f4", pixels),
         )
         return EdgeRays(probes, textures)
 
@@ -126,7 +151,7 @@ class EdgeRaysPass(RenderPass):
         textures = {**textures_of(context, reads), "t_edge_pixels": pixels}
         program = context.shaders.fullscreen("effects/edge_rays.frag", defines)
         target = make_framebuffer(context.gl, [far, near])
-        region = (0, rows[0], PIXELS_PER_ROW, rows[1] - rows[0])
+        region = (0, rows[0], far.width, rows[1] - rows[0])
         draw_fullscreen(context.gl, program, target, uniforms, textures, region=region)
         target.release()
 

@@ -126,3 +126,22 @@ def test_a_frame_that_was_given_up_has_its_rays_all_the_same(
         with pytest.raises(InterruptedError):
             at_rest(renderer)
         assert np.array_equal(at_rest(renderer), expected)
+
+
+def test_every_pixel_of_a_huge_frame_has_a_place_that_devices_have() -> None:
+    size = (8192, 4320)
+    chosen = np.arange(0, size[0] * size[1], 7)
+    places, pixels = edge_rays.places_of(chosen, size)
+    assert max(pixels.shape) <= 16384
+    columns, rows = pixels.reshape(-1, 2)[: len(chosen)].astype(int).T
+    assert np.array_equal(columns + size[0] * rows, chosen)
+    assert np.array_equal(np.flatnonzero(places), chosen)
+    assert np.array_equal(places[rows, columns, 0], np.arange(1, len(chosen) + 1))
+    assert (pixels.reshape(-1, 2)[len(chosen) :] == -1.0).all()
+
+
+def test_how_pixels_are_laid_out_changes_no_picture(monkeypatch) -> None:
+    usual = drawn(plate())
+    monkeypatch.setattr(edge_rays, "PIXELS_PER_ROW", 7)
+    monkeypatch.setattr(edge_rays, "MOST_ROWS", 3)
+    assert np.array_equal(drawn(plate()), usual)
