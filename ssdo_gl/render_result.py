@@ -229,7 +229,11 @@ class RenderResult:
         exposure = chosen.exposure or 0.0
         if self.metering_slack is not None:
             exposure = measured_exposure(beauty, self.metering_slack)
-        tone = {"exposure": exposure, "background": chosen.background, "curve": "plain"}
+        tone: dict[str, Any] = {
+            "exposure": exposure,
+            "background": chosen.background,
+            "curve": "plain",
+        }
         tone |= {name: chosen.overrides.get(f"tone_map.{name}", tone[name]) for name in tone}
         shown = displayed(
             beauty,
