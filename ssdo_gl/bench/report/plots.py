@@ -111,7 +111,8 @@ def _pareto_chart(chart: Axes, bench: Bench, panel: ErrorPanel) -> None:
     chart.set_ylabel(panel.error_label)
     chart.set_title(panel.title, fontsize=8.5, wrap=True)
     if plotted:
-        chart.legend(fontsize=7, loc="upper right")
+        # Below the chart, beside the front: anywhere in it points may lie.
+        chart.legend(fontsize=7, loc="upper right", bbox_to_anchor=(1.0, -0.12), labelspacing=0.25)
     else:
         chart.text(0.3, 0.5, "no error that could be drawn", transform=chart.transAxes)
     lines = [

@@ -16,7 +16,7 @@ from rich.console import Console
 from ssdo_gl.bench.analysis import front_of
 from ssdo_gl.bench.measure.clock import CLOCK_NAMES
 from ssdo_gl.bench.measure.errors import Scalars
-from ssdo_gl.bench.report import outputs, terminal
+from ssdo_gl.bench.report import outputs, plots, terminal
 from ssdo_gl.bench.report.page import report_html
 from ssdo_gl.bench.report.tables import part_text
 from ssdo_gl.bench.statistics.bootstrap import Interval
@@ -228,6 +228,14 @@ def test_files_are_written(tmp_path):
     assert len(lines) == 1 + len(bench().results)
     assert lines[0].startswith("key,label,")
     assert json.loads((tmp_path / "bench.json").read_text())["machine"]["cores"] == 2
+
+
+def test_no_legend_of_a_plot_hides_points():
+    figure = plots.pareto_figure(bench())
+    plots.as_bytes(figure, "png")
+    assert figure.axes
+    for chart in figure.axes:
+        assert chart.get_legend().get_window_extent().y1 < chart.bbox.y0
 
 
 def test_a_missing_library_is_noticed_before_any_work(monkeypatch):
