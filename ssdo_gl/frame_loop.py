@@ -33,6 +33,7 @@ from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, shown
 from ssdo_gl.settings.resolve import resolved, with_scene_settings
 from ssdo_gl.shared_scene import SharedScene
+from ssdo_gl.suggestion import suggestion
 
 
 @dataclass(frozen=True)
@@ -341,7 +342,8 @@ def checked_images(wanted: Iterable[str], frames: int = 1) -> tuple[str, ...]:
     known = (*image_names(), "display")
     for name in names:
         if name not in known:
-            raise SettingError(f"image {shown(name)}: choose of {', '.join(known)}")
+            hint = suggestion(str(name), known, lists=False)
+            raise SettingError(f"image {shown(name)}: choose of {', '.join(known)}{hint}")
     return names
 
 

@@ -128,6 +128,7 @@ def test_fields_that_were_not_given_yield_to_the_scene(device, shaders):
     ("asked", "said"),
     [
         ({"wanted": ["beauty", "shine"]}, "image 'shine': choose of beauty, .*, display"),
+        ({"wanted": ["beuty"]}, "image 'beuty': .*; did you mean 'beauty'"),
         ({"wanted": [None]}, "image None"),
         ({"wanted": "beauty"}, "expected a list of names"),
         ({"seconds": float("nan")}, "seconds = nan"),

@@ -123,8 +123,8 @@ class SettingInfo:
             listed = ", ".join(value_text(choice) for choice in self.choices)
             return f"one of {listed}" + (", or #rrggbb" if self.is_color else "")
         if self.kind is Kind.SIZE:
-            pair = "[width, height] in a file or (width, height)"
-            return f"WIDTHxHEIGHT as text, {pair}, each {self.range_text}"
+            pair = "[width, height] in a file, (width, height) in Python"
+            return f"WIDTHxHEIGHT as a flag, {pair}, each {self.range_text}"
         is_number = self.kind in (Kind.INTEGER, Kind.NUMBER)
         return f"{self.kind.value} {self.range_text if is_number else ''}".rstrip()
 

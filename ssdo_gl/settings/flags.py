@@ -247,5 +247,6 @@ def wanted_aovs(run: RunOptions) -> tuple[str, ...]:
         where = "window" if modes.WINDOW in run.active else "page"
         raise UsageError(f"--aov {shown(run.aov)}: a {where} begins with one of {', '.join(known)}")
     if unknown:
-        raise UsageError(f"--aov {shown(unknown[0])}: choose all or of {', '.join(known)}")
+        hint = suggestion(unknown[0], known, lists=False)
+        raise UsageError(f"--aov {shown(unknown[0])}: choose all or of {', '.join(known)}{hint}")
     return wanted
