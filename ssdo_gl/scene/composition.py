@@ -161,6 +161,8 @@ def parts_of(
 ) -> list[Part]:
     """Return the parts of a mesh, of a scene, or of an object of trimesh."""
     matrices = matrices_of(transform)
+    if material is not None and not isinstance(material, Material):
+        raise SceneError(f"material: expected a Material, got a {type(material).__name__}")
     if isinstance(item, Mesh):
         if item.fault:
             raise SceneError(item.fault)

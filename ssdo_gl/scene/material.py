@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
+from numbers import Real
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ssdo_gl.scene.numbers import three_numbers
+from ssdo_gl.settings.fields import SettingError, shown
 from ssdo_gl.short_repr import chosen_fields, described
 
 Color = tuple[float, float, float]
@@ -127,6 +130,17 @@ class Material:
     alpha: float = 1.0
     two_sided_emission: bool = False
     single_sided: bool = False
+
+    def __post_init__(self) -> None:
+        for name in ("albedo", "emission", "specular_color"):
+            color = three_numbers(name, getattr(self, name))
+            if min(color) < 0.0:
+                raise SettingError(f"{name} = {color}: expected numbers from 0 on")
+            object.__setattr__(self, name, color)
+        for name in ("metallic", "roughness", "specular", "alpha"):
+            share = getattr(self, name)
+            if not (isinstance(share, Real) and 0.0 <= float(share) <= 1.0):
+                raise SettingError(f"{name} = {shown(share)}: expected a number from 0 to 1")
 
     def __repr__(self) -> str:
         return chosen_fields(self)

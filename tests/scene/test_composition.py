@@ -59,6 +59,7 @@ def test_arrays_make_the_picture_of_their_file(tmp_path):
         ({"transform": np.zeros((4, 4))}, "another last row than 0 0 0 1"),
         ({"transform": np.diag([1, 1, 0, 1])}, "finite matrices that have an inverse"),
         ({"lights": ["sun"]}, "lights: expected lights, got a str"),
+        ({"material": "red"}, "material: expected a Material, got a str"),
     ],
 )
 def test_a_wrong_argument_is_named(changes, message):
@@ -215,9 +216,13 @@ def test_a_renderer_refuses_a_scene_that_cannot_be_drawn(changes, message):
             "0 <= inner <= outer < 90 degrees",
         ),
         (lambda: PointLight((0, 0, 0), (1, 1, 1), shadow="soft"), "shadow = 'soft': expected one"),
+        (lambda: Material(albedo="red"), "albedo = 'red': expected three numbers"),
+        (lambda: Material(emission=(1, -1, 1)), "emission = .*: expected numbers from 0 on"),
+        (lambda: Material(roughness=7), "roughness = 7: expected a number from 0 to 1"),
+        (lambda: Material(metallic=float("nan")), "metallic = nan: expected a number from 0 to 1"),
     ],
 )
-def test_lights_without_meaning_are_refused(make, message):
+def test_lights_and_materials_without_meaning_are_refused(make, message):
     with pytest.raises(SettingError, match=message):
         make()
 
