@@ -102,7 +102,7 @@ bench-large: $(READY)
 	$(PY) -m benchmarks.large $(COUNTS)
 
 bench-motion: $(READY)
-	$(PY) -m benchmarks.motion $(MOTION_FLAGS)
+	$(PY) -m benchmarks.motion_errors $(MOTION_FLAGS)
 
 bench-python: $(READY)
 	$(PY) -m benchmarks.python_time $(SCENE)

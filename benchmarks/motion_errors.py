@@ -1,7 +1,7 @@
 """What averaging over frames brings in motion: errors against each frame's own reference.
 
-``make bench-motion`` runs ``python -m benchmarks.motion``. Each case is drawn as a window draws
-it, frame after frame, with and without averaging and with two numbers of samples, and each
+``make bench-motion`` runs ``python -m benchmarks.motion_errors``. Each case is drawn as a window
+draws it, frame after frame, with and without averaging and with two numbers of samples, and each
 frame is compared with the near field by rays. What is printed, over the mean of the reference:
 
 - *error*: RMSE;
