@@ -101,7 +101,8 @@ def build_parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog="ssdo-gl",
         usage=USAGE,
-        description="Render a scene with near-field global illumination (SSDO).",
+        description="Render a scene with near-field global illumination (SSDO). A flag that"
+        "\nwould have no effect, in a mode or with a method, is refused.",
         epilog=scene_epilog(),
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
