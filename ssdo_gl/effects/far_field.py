@@ -138,7 +138,9 @@ class FarProbesPass(RenderPass):
         columns, rows = (-(-n // 2) * 2 * self.settings.directions for n in points.size)
         # A view that comes to rest begins anew, at once; while it moves, each frame has
         # another quarter and other directions, as those that are averaged should.
+        # Probes that each frame has anew can wait for no later one: no frame would be finished.
         is_at_rest = known is not None and known.source[0] == source[0]
+        is_at_rest |= not self.is_steady and frame.moves == 0
         turn = ALL_QUARTERS if is_at_rest else (frame.moves % len(ALL_QUARTERS),)
         texture = make_texture(context.gl, (columns, 2 * rows), 4, "f4")
         return texture, ProbeRays(source, light, turn)

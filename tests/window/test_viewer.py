@@ -25,7 +25,7 @@ from ssdo_gl.window.actions import perform
 from ssdo_gl.window.camera import Controls, jump_to
 from ssdo_gl.window.film.export import FilmExport
 from ssdo_gl.window.input.bindings import Action, Command
-from ssdo_gl.window.live import inspect
+from ssdo_gl.window.live import REFINE_FRAMES, inspect
 from ssdo_gl.window.opening import opened
 from ssdo_gl.window.opening.opened import open_file
 from ssdo_gl.window.saving.saved_view import view_command
@@ -119,6 +119,19 @@ def test_comes_to_rest_and_then_draws_nothing(gl, viewer) -> None:
     assert not viewer.frame(Controls(), FRAME_S, SIZE)
     assert np.array_equal(viewer.presenter.pixels(), before)
     assert viewer.monitor.alarm is None
+
+
+def test_all_light_on_a_translucent_surface_comes_to_rest(gl, make_viewer, tmp_path) -> None:
+    """It is another surface in each frame, whose probes are traced anew."""
+    file = tmp_path / "pane.toml"
+    file.write_text(
+        '[materials.pane]\nopacity = 0.5\n[environment]\nkind = "constant"\nradiance = [1, 1, 1]\n'
+        '[[object]]\nshape = "box"\nmin = [-1, 0, -1]\nmax = [1, 0.1, 1]\n'
+        '[[object]]\nshape = "box"\nmin = [-1, 1, -1]\nmax = [1, 1.1, 1]\nmaterial = "pane"\n'
+    )
+    viewer = make_viewer(str(file), dataclasses.replace(SETTINGS, method="gi"))
+    settle(viewer)
+    assert viewer.left.image.sample_count == REFINE_FRAMES
 
 
 def test_walking_changes_the_picture_and_home_brings_it_back(gl, viewer) -> None:
