@@ -22,6 +22,7 @@ struct MirrorPath {
     vec3 w;
     vec3 weight;  // of what arrives along w
     float alpha;  // width of the lobe that w stands for
+    float density;  // over solid angle, of drawing w from the last mirror's lobe
 };
 
 // A ray to a light, and what the last mirror reflects of it unless the ray is blocked.
@@ -32,35 +33,50 @@ struct MirroredLight {
 
 const MirroredLight NO_MIRRORED = MirroredLight(LightRay(vec3(0.0), vec3(0.0, 0.0, 1.0), -1.0), vec3(0.0));
 
-// Of one light that no ray can meet, drawn by chance.
+float balance(float mine, float other)
+{
+    return mine / max(mine + other, 1e-30);
+}
+
+// Of one light, drawn by chance. One that rays of the lobe may meet, too, is weighed against them
+// by the balance heuristic (Veach 1997); a map of the sky is theirs.
 MirroredLight mirrored_light(Surface met, vec3 irradiance, uint index, uint seed, uint dimension)
 {
     vec2 choice = random_2d(index, seed, dimension, false);
     vec2 u = random_2d(index, seed, dimension + 1u, false);
     EmitterGroup group = draw_emitter_group(choice.x);
     LightSample light = sample_group(group, choice, u, met.at.start);
-    bool is_unseen = group.is_direct && (light.density <= 0.0 || group.shadow == EMITTER_UNSHADOWED);
-    // The lobe widens by how large the light seems to the facets, as if it was a disk.
+    bool is_met = light.density > 0.0 && group.shadow != EMITTER_UNSHADOWED;
     Emitter e = emitter_at(group.first);
-    float solid_angle = largest_of(light.radiance) / max(largest_of(e.power.rgb), 1e-30);
-    float size_2 = e.kind < EMITTER_MAP ? solid_angle * INV_PI : e.edge_v.x * e.edge_v.x;
     Brdf brdf = met.brdf;
-    float alpha = max(alpha_of(brdf.roughness), LEAST_HIGHLIGHT);
-    brdf.roughness = min(sqrt(sqrt(alpha * alpha + 0.25 * size_2)), 1.0);
+    float weight = 1.0;
+    if (is_met) {
+        float scattered = gloss_density(brdf, met.at.normal, met.at.w_out, light.w);
+        weight = balance(light.density * group.probability, scattered);
+    } else {
+        // The lobe widens by how large the light seems to the facets, as if it was a disk.
+        float solid_angle = largest_of(light.radiance) / max(largest_of(e.power.rgb), 1e-30);
+        float size_2 = e.kind < EMITTER_MAP ? solid_angle * INV_PI : e.edge_v.x * e.edge_v.x;
+        float alpha = max(alpha_of(brdf.roughness), LEAST_HIGHLIGHT);
+        brdf.roughness = min(sqrt(sqrt(alpha * alpha + 0.25 * size_2)), 1.0);
+    }
     vec3 response = gloss_times_cosine(brdf, met.at.normal, met.at.w_out, light.w);
-    response *= is_unseen ? 1.0 / max(group.probability, 1e-30) : 0.0;
+    response *= e.kind == EMITTER_MAP ? 0.0 : weight / max(group.probability, 1e-30);
     vec3 reflected = unblocked_light(met.at, light, response);
     // Chance draws one of many lights as if it was all of them: bright, but no speck.
-    reflected *= min(BRIGHTEST * largest_of(irradiance) / max(largest_of(reflected), 1e-30), 1.0);
+    float brightest = is_met ? SAMPLE_MAX : BRIGHTEST * largest_of(irradiance);
+    reflected *= min(brightest / max(largest_of(reflected), 1e-30), 1.0);
     float reach = needed_reach(group, light, reflected, RAY_FAR);
     return MirroredLight(light_ray(met.at, light.w, reach), reflected);
 }
 
-// What a surface emits, and no light delivers already: lamps are reflected as lights.
-vec3 emitted(Surface met, bool is_first)
+// What a surface emits that a ray of the length t met, and no light delivers already: lamps are
+// reflected as lights.
+vec3 emitted(Surface met, float t, float density, bool is_first)
 {
     bool is_lamp = (met.flags & LIGHT_BODY_FLAG) != 0u;
-    return is_lamp && (is_first || is_unshadowed_body(met.flags)) ? vec3(0.0) : met.emission;
+    float share = is_first ? 1.0 : balance(density, drawn_density(met, t));
+    return is_lamp && (is_first || is_unshadowed_body(met.flags)) ? vec3(0.0) : share * met.emission;
 }
 
 void reflect_on(inout MirrorPath path, Surface met, vec2 u)
@@ -70,7 +86,7 @@ void reflect_on(inout MirrorPath path, Surface met, vec2 u)
     // Facets of what stands for a smooth surface do not hide each other.
     w -= min(2.0 * dot(w, met.at.geometric), 0.0) * met.at.geometric;
     float alpha = alpha_of(met.brdf.roughness) * inversesqrt(float(SAMPLE_COUNT));
-    path = MirrorPath(met.at.start, w, path.weight * facet.weight, alpha);
+    path = MirrorPath(met.at.start, w, path.weight * facet.weight, alpha, facet.density);
 }
 
 // Radiance along `w_vs`, by the path number `index` of the pixel; false where only the sky is.
@@ -80,7 +96,7 @@ bool meets_by_ray(vec3 p_vs, vec3 geometric_vs, vec3 w_vs, uint index, out vec3 
     vec3 viewing = viewing_direction(to_point, u_ns_from_vs * AHEAD_VS);
     vec3 start = ray_start(u_eye_ns + to_point, u_ns_from_vs * geometric_vs, viewing,
                            GBUFFER_ERROR * length(to_point) + RAY_OFFSET);
-    MirrorPath path = MirrorPath(start, u_ns_from_vs * w_vs, vec3(1.0), 0.0);
+    MirrorPath path = MirrorPath(start, u_ns_from_vs * w_vs, vec3(1.0), 0.0, 0.0);
     uint seed = pixel_seed(ivec2(gl_FragCoord.xy));
     MirroredLight light = NO_MIRRORED;
     radiance = vec3(0.0);
@@ -97,7 +113,7 @@ bool meets_by_ray(vec3 p_vs, vec3 geometric_vs, vec3 w_vs, uint index, out vec3 
             return bounce > 0;
         }
         Surface met = surface_at_hit(hit, path.start, path.w);
-        radiance += path.weight * emitted(met, bounce == 0);
+        radiance += path.weight * emitted(met, hit.t, path.density, bounce == 0);
         goes_on = bounce < MIRROR_BOUNCES && is_glossy(met.brdf)
                && met.brdf.roughness <= u_max_roughness;
         vec3 irradiance = cached_irradiance(hit, met, path.w);
