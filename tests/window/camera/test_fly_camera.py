@@ -97,7 +97,8 @@ def test_held_key_travels_speed_times_time(rate: float) -> None:
 
 
 def test_speed_relaxes_exponentially() -> None:
-    flight = advance(start_flight(HOME, DIAGONAL), Controls(move=(0.0, 0.0, 1.0)), 0.08)
+    forward = Controls(move=(0.0, 0.0, 1.0))
+    flight = advance(start_flight(HOME, DIAGONAL), forward, fly_camera.MOVE_SECONDS)
     reached = math.hypot(*flight.velocity) / fly_camera.speed_of(flight)
     assert reached == pytest.approx(1.0 - math.exp(-1.0), rel=1e-12)
 
