@@ -185,7 +185,11 @@ void add_tap(inout Sum sums[SIGNAL_COUNT], Centre c, ivec2 pixel, ivec2 size, fl
     for (int i = 0; i < SIGNAL_COUNT; ++i)
         values[i] = value_at(i, inside);
     float z = z_of(texel, values);
+#if PARTS_EDGES == 1
     weight *= same_surface(c, texel, abs(z));
+#else
+    weight *= same_surface(c, texel, z);
+#endif
 #if STAGE != STAGE_UPSAMPLE
     weight *= is_edge(texel, z) == c.is_edge ? 1.0 : OTHER_WEIGHT;
 #endif
