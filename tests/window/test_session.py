@@ -143,7 +143,8 @@ def test_what_cannot_be_drawn_is_a_message_and_the_last_picture_stays(
     rest(session, viewer)
     before = viewer.presenter.pixels()
     good = viewer.settings
-    viewer.settings = dataclasses.replace(good, samples=10**6)
+    viewer.settings = dataclasses.replace(good)
+    object.__setattr__(viewer.settings, "samples", 10**6)
     nowhere = dataclasses.replace(viewer.flight, position=(1e300, 0.0, 0.0))
     viewer.flight = nowhere
     rest(session, viewer)
