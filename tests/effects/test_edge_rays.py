@@ -15,6 +15,7 @@ from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment
 from ssdo_gl.scene.geometry.mesh import SceneObject
+from ssdo_gl.scene.lights.point_light import PointLight
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.settings import Settings
@@ -61,6 +62,22 @@ def test_what_an_edge_in_front_shades_is_as_dark_as_by_paths() -> None:
         return float(np.square(found - paths).mean())
 
     paths = drawn(plate(), "reference-gi", spp=256)
+    assert error() < 0.5 * error(**{"far_field.edge_rays": 0})
+
+
+def test_beside_a_distant_wall_they_tell_what_comes_from_it() -> None:
+    tunnel = make_scene(
+        [box([-0.5, -0.5, -6.0], [0.5, 0.5, 1.0])],
+        materials=MATERIALS[:1],
+        lights=[PointLight((0.0, 0.0, -5.2), (1.0, 1.0, 1.0))],
+        camera=Camera((0.0, 0.0, 0.9), (0.0, 0.0, -1.0), fov_y=40.0),
+    )
+
+    def error(**overrides: int) -> float:
+        found = drawn(tunnel, shadows="traced", overrides=overrides)
+        return float(np.square(found - paths).mean())
+
+    paths = drawn(tunnel, "reference-gi", spp=256)
     assert error() < 0.5 * error(**{"far_field.edge_rays": 0})
 
 
