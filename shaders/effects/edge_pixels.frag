@@ -49,7 +49,7 @@ void main()
             is_edge = is_edge || shades(other, p_vs, n_vs, least);
         }
         // Of a pixel, along the surface.
-        float along = pixel_height_at(z) * length(p_vs) / max(-dot(p_vs, n_vs), 1e-6 * z);
+        float along = pixel_height_at(z) / max(dot(toward_camera(p_vs), n_vs), 1e-6);
         bool is_coarse = 8.0 * along > LEAST_REACH * u_radius;
         for (int i = 0; i < 8 && is_coarse && !is_edge; ++i)
             is_edge = faces(clamp(texel + AWAY[i], ivec2(0), last), p_vs, n_vs, least);
