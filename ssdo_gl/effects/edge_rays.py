@@ -58,8 +58,7 @@ class EdgeRaysPass(RenderPass):
     """Writes `edge_places`, `edge_far` and `edge_near`: all that arrives at some pixels.
 
     These are the pixels that a neighbour within R shades whose side towards them is hidden:
-    8 % of courtyard's (320x180), in which half of its squared error was; and those beside
-    walls so far away that probes stand too far apart. All frames of a
+    8 % of courtyard's (320x180), in which half of its squared error was. All frames of a
     steady view share their rays; a live one has none until its probes have theirs.
     """
 

@@ -15,7 +15,6 @@ from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment
 from ssdo_gl.scene.geometry.mesh import SceneObject
-from ssdo_gl.scene.lights.point_light import PointLight
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.settings import Settings
@@ -65,22 +64,6 @@ def test_what_an_edge_in_front_shades_is_as_dark_as_by_paths() -> None:
     assert error() < 0.5 * error(**{"far_field.edge_rays": 0})
 
 
-def test_beside_a_distant_wall_they_tell_what_comes_from_it() -> None:
-    tunnel = make_scene(
-        [box([-0.5, -0.5, -6.0], [0.5, 0.5, 1.0])],
-        materials=MATERIALS[:1],
-        lights=[PointLight((0.0, 0.0, -5.2), (1.0, 1.0, 1.0))],
-        camera=Camera((0.0, 0.0, 0.9), (0.0, 0.0, -1.0), fov_y=40.0),
-    )
-
-    def error(**overrides: int) -> float:
-        found = drawn(tunnel, shadows="traced", overrides=overrides)
-        return float(np.square(found - paths).mean())
-
-    paths = drawn(tunnel, "reference-gi", spp=256)
-    assert error() < 0.5 * error(**{"far_field.edge_rays": 0})
-
-
 @pytest.mark.parametrize(
     "scene",
     [
@@ -92,32 +75,6 @@ def test_beside_a_distant_wall_they_tell_what_comes_from_it() -> None:
 def test_no_pixel_of_what_is_open_or_hollow_has_any(scene: Scene) -> None:
     some = drawn(scene)
     assert np.array_equal(some, drawn(scene, overrides={"far_field.edge_rays": 0}))
-
-
-def test_parallel_rays_have_them_where_a_pinhole_far_away_has(monkeypatch) -> None:
-    """What `effects/edge_pixels.frag` finds does not follow from where the camera stands."""
-    found: list[set[int]] = []
-    original = edge_rays.places_of
-
-    def record(chosen: Any, size: tuple[int, int]) -> tuple[Any, ...]:
-        found.append(set(chosen.tolist()))
-        return original(chosen, size)
-
-    monkeypatch.setattr(edge_rays, "places_of", record)
-    # A corner between two walls, one of them seen along itself.
-    walls = [quad([-1, -1, 0], [2, 0, 0], [0, 2, 0]), quad([-1, -1, 0], [0, 0, 4], [2, 0, 0])]
-    objects = [SceneObject(0, 0), SceneObject(1, 0)]
-    for camera in (
-        Camera((0.0, 0.0, 2.0), (0.0, -0.5, 0.0), height=1.8),
-        Camera((0.0, 300.0 * 0.5 - 0.5, 600.0), (0.0, -0.5, 0.0), fov_y=np.degrees(1.8 / 620)),
-    ):
-        scene = make_scene(
-            walls, materials=MATERIALS[:1], objects=objects, environment=SKY, camera=camera
-        )
-        drawn(scene)
-    parallel, far = found
-    assert len(far) > 100
-    assert len(parallel ^ far) < 0.1 * len(far)
 
 
 def test_a_window_has_them_at_rest_and_then_no_more_is_traced(

@@ -105,7 +105,7 @@ def live(renderer: Renderer, index: int, camera: Camera = CAMERA, **more: Any) -
 
 
 def test_jittered_frames_of_a_view_share_its_rays() -> None:
-    with gi_renderer(overrides={"far_field.edge_rays": 0}) as renderer:
+    with gi_renderer() as renderer:
         assert ran(live(renderer, 0), "far_probes")
         frames = [live(renderer, index) for index in range(1, 12)]
         frames += [live(renderer, index) for index in range(12)]
