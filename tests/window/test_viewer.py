@@ -790,6 +790,18 @@ def test_what_a_motion_begins_with_is_of_the_same_rays(gl, make_viewer) -> None:
     assert viewer.left.image.drawing is not drawing
 
 
+def test_picture_that_rests_stays_whatever_its_last_frame_took(gl, viewer) -> None:
+    settle(viewer)
+    side = viewer.left
+    side.governor.level = 0
+    side._calibration_left = 24
+    while side.governor.is_settled:
+        side.governor.observe(2.0 * side.governor.budget_ms)
+    before = viewer.presenter.pixels()
+    assert not viewer.frame(Controls(), FRAME_S, SIZE)
+    assert np.array_equal(viewer.presenter.pixels(), before)
+
+
 def test_governor_that_cannot_decide_does_not_keep_the_picture_coarse(gl, make_viewer) -> None:
     """Times that are over the budget on the whole and under it of late, for ever."""
     viewer = make_viewer()

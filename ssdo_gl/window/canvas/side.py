@@ -165,9 +165,9 @@ class Side:
         """Whether the governor shall try levels before the picture is refined.
 
         So that the first movement meets a level that was measured and whose programs are
-        compiled.
+        compiled. What is shown at full quality stays, however long a frame of it took.
         """
-        tries = not settings.is_reference and is_averaged(self._kind)
+        tries = not (settings.is_reference or self._is_full) and is_averaged(self._kind)
         return tries and not self.governor.is_settled and self._calibration_left > 0
 
     def _fit_levels(self, settings: Settings) -> None:
