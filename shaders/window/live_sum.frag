@@ -6,6 +6,8 @@
 // otherwise stay in the sum for as long as nothing moves.
 //
 // IS_ENCODED: the frame holds sRGB codes, which are summed as the light they stand for.
+// The sum is shown stretched, so its texture blends: here, exactly one texel is asked for.
+#undef texelFetch
 #include "lib/color.glsl"
 #include "lib/finite.glsl"
 

@@ -118,6 +118,7 @@ def flatten(
     read: ReadText,
     defines: Mapping[str, int] | None = None,
     choices: Mapping[str, str] = _NO_CHOICES,
+    macros: Mapping[str, str] = _NO_CHOICES,
 ) -> FlatSource:
     """Return the shader `name` with its includes in place, each once, and `defines` set.
 
@@ -131,6 +132,9 @@ def flatten(
         Written right after ``#version``.
     choices : mapping of str to str
         The file behind each ``#include <name>``: one of several that define the same.
+    macros : mapping of str to str
+        Written behind the defines, whether or not the shader mentions them: what is replaced
+        by what.
 
     Raises
     ------
@@ -143,6 +147,9 @@ def flatten(
     positions = [(name, 1)]
     for key, value in sorted((defines or {}).items()):
         lines.append(_define_line(key, value))
+        positions.append((f"<define {key}>", 1))
+    for key, body in macros.items():
+        lines.append(f"#define {key} {body}")
         positions.append((f"<define {key}>", 1))
     code = [*lines]
     _Flattener(read, choices, lines, code, positions).append(name, None)
