@@ -51,6 +51,16 @@ class FrameJob:
         """Return the statistics of the Monte-Carlo passes."""
         return {item.name: dict(item.statistics) for item in self.plan.order if item.statistics}
 
+    @property
+    def is_partial(self) -> bool:
+        """Whether one of them was interrupted in the last frame."""
+        return any(item.statistics.get("partial") for item in self.plan.order)
+
+    def check_whole(self) -> None:
+        """Raise the KeyboardInterrupt that one of them took for the end of its rays."""
+        if self.is_partial:
+            raise KeyboardInterrupt
+
 
 class FrameLoop:
     """A scene, the device it is drawn with, and everything that is kept between frames.

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import moderngl
 
@@ -178,6 +178,12 @@ class RenderResult:
             f"{self.frame_summary()['median']:.1f} ms a frame",
             "partial" if self.partial else "",
         )
+
+    def whole(self) -> Self:
+        """Return the result; raises KeyboardInterrupt where it is partial."""
+        if self.partial:
+            raise KeyboardInterrupt
+        return self
 
     def save(self, path: str | Path) -> None:
         """Write the images to a file, whole or not at all.

@@ -114,13 +114,12 @@ class Renderer(FrameLoop):
         # A mean of depths or normals is no depth and no normal of anything.
         centres = self._at_centres(names, camera, seconds) if count > 1 else {}
         names = averaged if count > 1 else names
-        job = self._prepare(names, camera, seconds)
-        log, average = FrameLog(), ImageAverage()
+        job, log, average = self._prepare(names, camera, seconds), FrameLog(), ImageAverage()
         for index in range(count):
             frame = self._frame(job.view, (middle_index(count) + index) % count, count)
             self._run(job.plan, frame, log, time_passes, progress)
             average.add(self._read(job, frame.view))
-            if partial := any(item.statistics.get("partial") for item in job.plan.order):
+            if partial := job.is_partial:
                 break
             if progress and count > 1:
                 progress("anti-aliasing frames", index + 1, count)
@@ -129,6 +128,7 @@ class Renderer(FrameLoop):
             for number in range(1, frames + 1):
                 frame = self._frame(job.view, 0, count, number)
                 self._run(job.plan, frame, log, time_passes, progress)
+                job.check_whole()
         return RenderResult(
             images=centres | average.images(),
             view=job.view,
@@ -259,8 +259,7 @@ class Renderer(FrameLoop):
         """
         job = self._prepare((*wanted, "depth"), camera, seconds, is_live=True)
         frame = self._frame(job.view, index, count, is_live=True)
-        log = FrameLog()
-        pauses: list[float] = []
+        log, pauses = FrameLog(), list[float]()
         try:
             if progress is None:
                 self._run(job.plan, frame, log, time_passes, None)
@@ -268,6 +267,7 @@ class Renderer(FrameLoop):
                 self._executor.before_pass = pause = self._pause(progress, pauses)
                 with self._slices.pausing(pause):
                     self._run(job.plan, frame, log, time_passes, progress)
+            job.check_whole()
         except BaseException:
             # What is averaged over frames begins anew.
             self._drawn = ()
@@ -373,7 +373,7 @@ def render(
     """
     scene, chosen = scene_and_settings(source, settings)
     with Renderer(scene, chosen, backend=backend) as renderer:
-        return renderer.render([aov]).images[aov]
+        return renderer.render([aov]).whole().images[aov]
 
 
 def scene_and_settings(

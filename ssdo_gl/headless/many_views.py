@@ -78,4 +78,4 @@ def _views(
 ) -> Iterator[RenderResult]:
     with Renderer(scene, settings, backend=backend) as renderer:
         for camera in cameras:
-            yield renderer.render(names, camera=camera, seconds=seconds)
+            yield renderer.render(names, camera=camera, seconds=seconds).whole()

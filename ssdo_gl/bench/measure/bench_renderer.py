@@ -61,7 +61,7 @@ class BenchRenderer:
     def images(self, settings: Settings, wanted: Sequence[str]) -> Images:
         """Return the images `wanted`, rendered once."""
         self.renderer.use(settings)
-        return self.renderer.render(wanted, camera=self.camera).images
+        return self.renderer.render(wanted, camera=self.camera).whole().images
 
     def each(
         self,
@@ -96,7 +96,7 @@ class BenchRenderer:
         queries = self.renderer.timer_kind == "gl_query"
         result = self.renderer.render(
             wanted, camera=self.camera, frames=max(frames, 2), time_passes=queries
-        )
+        ).whole()
         by_pass = [row.gpu_ms for row in result.passes if row.gpu_ms is not None]
         return MedianTimes(
             statistics.median(result.frame_ms),
@@ -113,7 +113,7 @@ class BenchRenderer:
         self.renderer.timer.clock = time.process_time if clock == "process" else time.perf_counter
         result = self.renderer.render(
             wanted, camera=self.camera, frames=max(frames, 2), time_passes=True
-        )
+        ).whole()
         return tuple((row.name, row.gpu_ms) for row in result.passes if row.gpu_ms is not None)
 
 

@@ -87,7 +87,7 @@ class FilmJob:
         result = self._renderer.render(
             ["display"], camera=shot.camera, seconds=shot.seconds, progress=progress
         )
-        self.frame = picture_of("display", result.images["display"])[:, :, :3]
+        self.frame = picture_of("display", result.whole().images["display"])[:, :, :3]
         self._writer.add(self.frame)
         self.done_count += 1
         if self.is_done:
