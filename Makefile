@@ -19,6 +19,7 @@
 # make bench-gpu  tests, pass times, rays and images on a GPU, into bench/gpu; eight minutes
 # make bench-peers  VTK, three.js and ours in one room; THREE=DIR: of the npm package three
 # make bench-presets  the ladder of presets, some minutes a scene; SCENES="stairs a.glb"
+# make bench-against  time of frames over those of COMMIT=398b93d; SCENES="corner stairs"
 # make bench-promises  whether --budget-ms and --max-error keep what they promise
 # make pictures  the pictures of README and docs/
 # make lint      ruff, mypy and every shader
@@ -36,6 +37,9 @@ BENCH_FLAGS ?=
 FUZZ_SEED ?= 0
 FUZZ_COUNT ?= 1000
 GPU_FLAGS ?=
+SCENES ?=
+COMMIT ?= HEAD
+AGAINST_FLAGS ?=
 MOTION_FLAGS ?=
 THREE ?=
 
@@ -45,7 +49,7 @@ READY := $(VENV)/.ssdo_gl-ready
 endif
 
 .DELETE_ON_ERROR:
-.PHONY: setup snapshot view test test-slow fuzz hard-cases pictures bench bench-passes bench-estimators bench-effects bench-fidelity bench-light bench-rays bench-motion bench-python bench-input bench-peers bench-presets bench-promises bench-gpu lint clean
+.PHONY: setup snapshot view test test-slow fuzz hard-cases pictures bench bench-passes bench-estimators bench-effects bench-fidelity bench-light bench-rays bench-motion bench-python bench-input bench-peers bench-presets bench-promises bench-against bench-gpu lint clean
 
 setup: $(READY)
 
@@ -118,6 +122,9 @@ bench-peers: $(READY)
 
 bench-presets: $(READY)
 	$(PY) -m benchmarks.rungs bench/presets $(SCENES)
+
+bench-against: $(READY)
+	$(PY) -m benchmarks.against_commit $(COMMIT) $(SCENES) $(AGAINST_FLAGS)
 
 bench-promises: $(READY)
 	$(PY) -m benchmarks.promises

@@ -23,6 +23,9 @@ FOREIGN_FLAGS = {
     "pytest": {"--backend", "--computes"},
     "dask": {"--nthreads"},
     "f3d": {"--output", "--camera-azimuth-angle"},
+    "against_commit": set(
+        re.findall(r'"(--[a-z-]+)"', (ROOT / "benchmarks/against_commit.py").read_text("utf-8"))
+    ),
 }
 
 
