@@ -88,8 +88,11 @@ bool blocks_at(Tangent t, Segment g, ivec2 texel, float x, vec2 slack)
     vec2 end = clamp(x + slack, 0.0, 1.0);
     float farthest = g.nearness_0 + march_fraction(end.x) * g.nearness_across;
     float nearest = g.nearness_0 + march_fraction(end.y) * g.nearness_across;
-    return solid.x > 0.0 && is_nearer(solid.x, farthest) && is_above(t, texel, solid.x)
-        && is_farther(solid_end(t, solid), nearest);
+    // Asked for first and put together then: behind `&&` each call would be a branch.
+    bool is_before = is_nearer(solid.x, farthest);
+    bool is_behind = is_farther(solid_end(t, solid), nearest);
+    bool rises = is_above(t, texel, solid.x);
+    return solid.x > 0.0 && is_before && is_behind && rises;
 }
 
 // From x towards what is farthest from the camera, and towards what is nearest.
@@ -118,17 +121,17 @@ Blocker march(Tangent t, vec3 w, float reach, float jitter, int count, int refin
     vec2 slack = slack_of(g, stride);
     float found = -1.0;
     ivec2 texel = ivec2(-1);
-    // Left by `break`: found < 0 as a part of the condition at the end loses what has been found
-    // on Mesa's software rasterizer, from nine steps on.
-    int i = 0;
+    // From the end, so that what is found first along the ray is what is found last, and nothing
+    // breaks off: in software that costs more than the steps that it saves.
+    int i = count;
     do {
+        --i;
         float x = i < count - 1 ? (float(i) + jitter) * stride : 1.0;
-        texel = texel_on(g, x);
-        if (blocks_at(t, g, texel, x, slack)) {
-            found = x;
-            break;
-        }
-    } while (++i < count);
+        ivec2 place = texel_on(g, x);
+        bool blocks = blocks_at(t, g, place, x, slack);
+        found = blocks ? x : found;
+        texel = blocks ? place : texel;
+    } while (i > 0);
     if (found < 0.0)
         return NO_BLOCKER;
     for (int k = 0; k < refine_count; ++k) {
@@ -136,10 +139,9 @@ Blocker march(Tangent t, vec3 w, float reach, float jitter, int count, int refin
         slack *= 0.5;
         float x = max(found - stride, 0.0);
         ivec2 nearer = texel_on(g, x);
-        if (blocks_at(t, g, nearer, x, slack)) {
-            found = x;
-            texel = nearer;
-        }
+        bool blocks = blocks_at(t, g, nearer, x, slack);
+        found = blocks ? x : found;
+        texel = blocks ? nearer : texel;
     }
     float s = march_fraction(found);
     return Blocker(texel, length_before(g.length_vs, s, g.nearness_0, g.nearness_across));

@@ -75,8 +75,9 @@ bool is_above(Tangent t, ivec2 texel, float z)
     vec3 q_vs = position_vs_at(uv_of_texel(texel), z);
     vec3 pq = q_vs - t.position_vs;
     float height = dot(pq, t.normal_vs);
-    return height > t.min_height && height * height > NORMAL_ERROR * NORMAL_ERROR * dot(pq, pq)
-        && dot(q_vs, t.end_normal_vs) > t.end_offset;
+    float least = NORMAL_ERROR * NORMAL_ERROR * dot(pq, pq);
+    float end = dot(q_vs, t.end_normal_vs);
+    return height > t.min_height && height * height > least && end > t.end_offset;
 }
 
 // What is known of the solids at a texel: x is the depth of the nearest front, 0 for
@@ -85,7 +86,7 @@ bool is_above(Tangent t, ivec2 texel, float z)
 vec2 solid_at(ivec2 texel)
 {
 #if HAS_BACK_LAYER
-    return texelFetch(t_z_layers, texel, 0).xy;
+    return textureLod(t_z_layers, uv_of_texel(texel), 0.0).xy;
 #else
     return vec2(gbuffer_z_vs(texel), 0.0);
 #endif
