@@ -14,6 +14,7 @@
 # make bench-rays  rays per second of the reference tracers
 # make bench-large  models of up to ten million triangles: first picture, hierarchy, memory
 # make bench-motion  errors, flicker, lag and ghosts in motion; MOTION_FLAGS=--quick
+# make bench-walk  the temporal error of gi along a walk, against path tracing; SCENES="stairs"
 # make bench-python  processor time that Python takes to issue a frame
 # make bench-input  milliseconds from a key or the mouse to its answer in the window
 # make bench-gpu  tests, pass times, rays and images on a GPU, into bench/gpu; eight minutes
@@ -49,7 +50,7 @@ READY := $(VENV)/.ssdo_gl-ready
 endif
 
 .DELETE_ON_ERROR:
-.PHONY: setup snapshot view test test-slow fuzz hard-cases pictures bench bench-passes bench-estimators bench-effects bench-fidelity bench-light bench-rays bench-motion bench-python bench-input bench-peers bench-presets bench-promises bench-against bench-gpu lint clean
+.PHONY: setup snapshot view test test-slow fuzz hard-cases pictures bench bench-passes bench-estimators bench-effects bench-fidelity bench-light bench-rays bench-motion bench-walk bench-python bench-input bench-peers bench-presets bench-promises bench-against bench-gpu lint clean
 
 setup: $(READY)
 
@@ -107,6 +108,9 @@ bench-large: $(READY)
 
 bench-motion: $(READY)
 	$(PY) -m benchmarks.motion_errors $(MOTION_FLAGS)
+
+bench-walk: $(READY)
+	$(PY) -m benchmarks.walk_errors $(SCENES)
 
 bench-python: $(READY)
 	$(PY) -m benchmarks.python_time $(SCENE)

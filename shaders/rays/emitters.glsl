@@ -30,9 +30,6 @@ uniform sampler2D t_ray_map_cells;
 uniform int u_emitter_group_count;
 uniform float u_emitter_density;  // probability per area and mean emission of being drawn
 
-// Rays towards light end this share, and an offset, before it, so as not to hit the lamp
-// itself: some ten roundings of the distance.
-const float EMITTER_GAP = 1e-6;
 // Rectangles that subtend less are drawn from by area: it is as good there, and exact,
 // while a solid angle is a difference of angles with an error of some 1e-6.
 const float SMALL_SOLID_ANGLE = 0.02;
@@ -306,12 +303,6 @@ float drawn_density(Surface met, float t)
     return u_emitter_density * met.mean_emission * (t * t / max(met.area_cosine, 1e-20));
 }
 
-// How far a shadow ray towards the sample goes.
-float shadow_reach(LightSample light)
-{
-    return light.distance * (1.0 - EMITTER_GAP) - RAY_OFFSET;
-}
-
 // Bound on the light of one sample, so that a light within rounding of a surface stays
 // finite and sums of many samples do, too. No picture comes near it.
 const float SAMPLE_MAX = 1e30;
@@ -347,5 +338,5 @@ bool is_dark(vec3 light)
 float needed_reach(EmitterGroup group, LightSample light, vec3 irradiance, float longest)
 {
     bool is_free = is_dark(irradiance) || group.shadow == EMITTER_UNSHADOWED;
-    return is_free ? -1.0 : min(shadow_reach(light), longest);
+    return is_free ? -1.0 : min(reach_toward_light(light.distance), longest);
 }

@@ -20,6 +20,15 @@ const float GBUFFER_ERROR = 2e-5;
 // Longer than any ray that starts within the scene's bounds, whose diagonal is 2.
 const float RAY_FAR = 4.0;
 
+// Rays towards light end this share, and an offset, before it, so as not to hit the lamp
+// itself: some ten roundings of the distance.
+const float LIGHT_GAP = 1e-6;
+
+float reach_toward_light(float distance)
+{
+    return distance * (1.0 - LIGHT_GAP) - RAY_OFFSET;
+}
+
 struct RaySurface {
     vec3 position;    // ns
     vec3 normal;      // shading normal, on the side of the geometric one

@@ -112,7 +112,7 @@ class DirectPass(RenderPass):
     glossy : bool
         Write `direct_gloss`, too: rgb radiance that glossy surfaces reflect to the camera.
     rays : RayFeatures or None
-        What rays meet that tell where shadows of parallel light end; None: the map does.
+        What rays meet that tell where shadows of lights without a size end; None: the map does.
     """
 
     name = "direct"
@@ -191,8 +191,8 @@ class DirectPass(RenderPass):
             gloss = {"GLOSSY": glossy, "FILTERS_GLOSS": int(filters)}
             for i, switches in chosen.items():
                 defines = {**switches, **gloss}
-                is_coarse = switches["HAS_SHADOW_MAP"] and scene.lights[i].has_coarse_edges
-                edge = self._edge(context) if is_coarse else _FILTERED
+                is_sharp = switches["HAS_SHADOW_MAP"] and not scene.lights[i].is_soft
+                edge = self._edge(context) if is_sharp else _FILTERED
                 choices = {"shadow_edge": f"shadow_edges/{edge.name}.glsl"}
                 draw_fullscreen(
                     context.gl,
@@ -209,7 +209,7 @@ class DirectPass(RenderPass):
                 )
 
     def _edge(self, context: PassContext) -> _Edge:
-        """Return how texels of a map of the whole scene that disagree are judged."""
+        """Return how texels of a map that disagree about a light without a size are judged."""
         if self._rays is None:
             return _FILTERED
         tables = {sampler: context.inputs[name] for sampler, name in self._ray_wiring.items()}

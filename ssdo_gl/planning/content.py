@@ -25,13 +25,13 @@ class LightContent:
         How it arrives: map, ssdo or none.
     is_on : bool
         Any component of what it emits is above zero.
-    has_coarse_edges : bool
-        As in `Light`.
+    is_sharp : bool
+        It has no size, and its shadows no penumbrae.
     """
 
     shadow: Shadow
     is_on: bool = True
-    has_coarse_edges: bool = False
+    is_sharp: bool = False
 
 
 @dataclass(frozen=True)
@@ -87,10 +87,10 @@ class SceneContent:
         return any(light.is_on and light.shadow != "ssdo" for light in self.lights)
 
     @property
-    def has_coarse_edges(self) -> bool:
-        """Whether edges of any shadow by a map are as coarse as a map of the whole scene."""
+    def has_sharp_shadows(self) -> bool:
+        """Whether a map has to show shadows without penumbrae."""
         mapped = (light for light in self.lights if light.is_on and light.shadow == "map")
-        return any(light.has_coarse_edges for light in mapped)
+        return any(light.is_sharp for light in mapped)
 
 
 def analyse(scene: Scene) -> SceneContent:
@@ -101,7 +101,7 @@ def analyse(scene: Scene) -> SceneContent:
     emits_unlit = [material for material in unlit if material.emits or material.is_unlit]
     return SceneContent(
         lights=tuple(
-            LightContent(light.shadow, light.power > 0.0, light.has_coarse_edges)
+            LightContent(light.shadow, light.power > 0.0, not light.is_soft)
             for light in scene.lights
         ),
         environment=_kind_of(scene.environment),

@@ -11,10 +11,11 @@ from ssdo_gl.effects.request import Request
 
 
 class ShadowEdges(Effect):
-    """The edges of shadows of parallel light without an angle, by rays that `gi` has anyway.
+    """The edges of shadows of lights without a size, by rays that `gi` has anyway.
 
     A map of a long scene has texels larger than pixels of what is near. In `colonnade` at 640x360
-    rays take the RMSE of direct light from 7.1 to 0.7 % of its mean.
+    rays take the RMSE of direct light from 7.1 to 0.7 % of its mean; in `carousel`, whose lamps
+    move, maps had a third of the squared temporal error.
     """
 
     name = "shadow_edges"
@@ -31,10 +32,10 @@ class ShadowEdges(Effect):
         """Run where such light may throw a shadow on what is in view."""
         return request.decision(
             "shadow edges",
-            "rays tell where shadows of parallel light end",
+            "rays tell where sharp shadows end",
             [
                 (request.is_view_empty, "no surface is in view"),
-                (not request.content.has_coarse_edges, "no light is parallel and without an angle"),
+                (not request.content.has_sharp_shadows, "every light has a size"),
                 (
                     request.view is not None and request.view.is_alone,
                     "what is in view is a box that stands alone",

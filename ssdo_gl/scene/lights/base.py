@@ -298,11 +298,6 @@ class Light(ABC):
         return self.form is Form.AREA or self.spread > 0.0
 
     @property
-    def has_coarse_edges(self) -> bool:
-        """Whether a map of the whole scene at one scale has to show shadows without penumbrae."""
-        return self.form is Form.PARALLEL and not self.is_soft
-
-    @property
     def spread(self) -> float:
         """How far parallel light strays from its direction: the tangent of the angle."""
         return 0.0
