@@ -120,6 +120,16 @@ class ProbeRays:
         following = ((quarters[-1] + 1) % len(ALL_QUARTERS),)
         return replace(self, known=known, fresh=fresh, following=following)
 
+    def looked_up(self) -> tuple[bool, ...]:
+        """Return which quarters are looked up: all, or that alone which was traced last.
+
+        Probes of two or three of them would stand in no grid.
+        """
+        if all(self.known):
+            return self.known
+        last = (self.following[0] - 1) % len(ALL_QUARTERS)
+        return tuple(quarter == last for quarter in ALL_QUARTERS)
+
 
 def _mean_radiance(environment: Environment | None) -> float:
     """Return about how bright the sky is."""
@@ -145,4 +155,4 @@ def probe_uniforms(context: PassContext) -> dict[str, Any]:
     rays = context.facts.get(FAR_RADIANCE)
     if rays is None:
         return {}
-    return {"u_inv_ray_counts": tuple(map(float, rays.known))}
+    return {"u_inv_ray_counts": tuple(map(float, rays.looked_up()))}

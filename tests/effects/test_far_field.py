@@ -20,6 +20,7 @@ from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment
 from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.lights.point_light import PointLight
+from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.settings import Settings
@@ -65,9 +66,10 @@ def test_half_a_sky_is_left_beside_an_endless_wall() -> None:
     assert found == pytest.approx(0.25 * np.array(SKY.radiance), rel=0.03)
 
 
-def test_a_closed_furnace_has_its_closed_form() -> None:
+@pytest.mark.parametrize("albedo", [0.9, 0.99])
+def test_a_closed_furnace_has_its_closed_form(albedo: float) -> None:
     # e (1 + a + a^2 + ...), with R far smaller than the box and as large.
-    albedo, emission = 0.9, 1.0
+    emission = 1.0
     glowing = Material(albedo=(albedo,) * 3, emission=(emission,) * 3, two_sided_emission=True)
     camera = Camera((0.2, 0.1, 0.3), (1.0, 0.3, 0.5))
     scene = make_scene([box([-1, -1, -1], [1, 1, 1])], materials=[glowing], camera=camera)
@@ -144,6 +146,29 @@ def test_a_view_that_moved_begins_with_a_quarter_and_ends_with_all_rays() -> Non
     assert first[0][..., :3].mean() == pytest.approx(first[-1][..., :3].mean(), rel=0.02)
     assert not np.array_equal(first[0], first[-1])
     assert np.array_equal(first, again)
+
+
+@pytest.mark.parametrize("moves", [".l..", ".lll.", "mmm.b...", "bbbbb..."])
+def test_no_frame_goes_without_light_while_a_lamp_changes(moves: str) -> None:
+    """m: the camera moves, l: a lamp gets darker, b: both; quarters of probes go their round."""
+    scene = load_scene("corner")
+    (lamp,) = scene.lights
+    step, level, levels = 0.0, 1.0, []
+    with Renderer(scene, Settings(method="gi", size=SIZE)) as renderer:
+        for move in moves:
+            if move in "lb":
+                level *= 0.98
+                color = (level * lamp.power,) * 3
+                darker = dataclasses.replace(scene, lights=(lamp.with_emitted(color),))
+                renderer.use_scene(darker)
+            if move in "mb":
+                step += 1e-3
+            x, y, z = scene.camera.position
+            camera = dataclasses.replace(scene.camera, position=(x + step, y, z))
+            plane = renderer.draw(("directional",), camera=camera).planes["directional"]
+            assert plane.texture is not None
+            levels.append(float(read_texture(plane.texture)[..., :3].mean()))
+    assert min(levels) > 0.8 * max(levels)
 
 
 def test_frames_are_averaged_although_probes_are_left_to_those_that_follow(

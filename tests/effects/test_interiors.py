@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import ssdo_gl
+from ssdo_gl import math3d
+from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.light_edits import with_lights
 from ssdo_gl.scene.load import load_scene
+from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.settings import Settings
 
 INTERIORS = Path(__file__).parent / "interiors"
@@ -20,6 +25,10 @@ MEAN_BOUND = 0.05
 RELMSE_BOUND = 0.03
 # Part of the light of the lit room that may come through a wall of 1/1000 of its width.
 LEAK_BOUND = 1e-3
+# Of what a lamp brought, after so many frames without it.
+LEFT_BOUND, FRAMES_WITHOUT = 0.05, 10
+# Rounding decides which of two surfaces a few rays meet.
+PLACE_BOUND = 1e-4
 
 
 def picture(name: str, method: str, **settings: object) -> np.ndarray:
@@ -46,3 +55,54 @@ def test_next_to_nothing_comes_through_a_thin_wall() -> None:
         lit = renderer.render(("beauty",), camera=lit_side).images["beauty"][..., :3].mean()
     assert lit > 0.1
     assert dark < LEAK_BOUND * lit
+
+
+def placed(scene: Scene, scale: float, offset: float) -> Scene:
+    """Return a scene without lamps, as large and as far away as that, seen alike."""
+    matrix = math3d.translation((offset, -offset, offset)) @ math3d.scaling(scale)
+    objects = tuple(
+        dataclasses.replace(item, world_from_object=matrix @ item.world_from_object)
+        for item in scene.objects
+    )
+    position, target = (
+        tuple(math3d.transform_points(matrix, point))
+        for point in (scene.camera.position, scene.camera.target)
+    )
+    camera = dataclasses.replace(scene.camera, position=position, target=target)
+    return dataclasses.replace(scene, objects=objects, camera=camera)
+
+
+@pytest.mark.parametrize(("scale", "offset"), [(1e-3, 0.0), (1e4, 0.0), (1.0, 1e5)])
+def test_an_attic_is_as_bright_in_any_unit_and_place(scale: float, offset: float) -> None:
+    scene = load_scene(INTERIORS / "attic.toml")
+    assert not scene.lights
+    found = []
+    for where in ((1.0, 0.0), (scale, offset)):
+        settings = Settings(method="gi", size=SIZE, radius=0.4 * where[0])
+        with Renderer(placed(scene, *where), settings) as renderer:
+            found.append(renderer.render(("beauty",)).images["beauty"][..., :3])
+    assert found[1].mean() == pytest.approx(found[0].mean(), rel=PLACE_BOUND)
+    assert np.mean(np.isclose(found[1], found[0], rtol=0.01)) > 0.98
+
+
+@pytest.mark.parametrize("name", ["cornell_meso", "stairs"])
+def test_a_lamp_that_goes_out_is_gone_within_ten_frames_of_a_window(name: str) -> None:
+    """Direct light is gone in the first; the rest are bounces, which the surface cache adds up."""
+    lit = load_scene(name)
+    brightest = max(lit.lights, key=lambda light: light.power)
+    dark = with_lights(lit, lit.lights, [light is not brightest for light in lit.lights])
+    settings = Settings(method="gi", size=(96, 54))
+
+    def frame() -> np.ndarray:
+        drawing = renderer.draw(("bounce", "directional"), camera=lit.camera)
+        planes = (drawing.planes[name].texture for name in ("bounce", "directional"))
+        return sum(read_texture(texture)[..., :3].astype(float) for texture in planes)
+
+    with Renderer(lit, settings) as renderer:
+        before = frame()
+        renderer.use_scene(dark)
+        after = [frame() for _ in range(FRAMES_WITHOUT)][-1]
+    with Renderer(dark, settings) as renderer:
+        never = frame()
+    assert (before - never).mean() > 0.01
+    assert (after - never).mean() < LEFT_BOUND * (before - never).mean()
