@@ -11,6 +11,7 @@
 # make bench-effects  what planning saves in each scene, against the full pipeline
 # make bench-fidelity  how far materials are from path tracing; MODELS="a.glb b.glb"
 # make bench-light  how far gi and bounce are from path tracing; SCENES="room-1 model.glb"
+# make bench-light-cost  what gi takes: time to prepare a scene, memory; SCENES="stairs a.glb"
 # make bench-rays  rays per second of the reference tracers
 # make bench-large  models of up to ten million triangles: first picture, hierarchy, memory
 # make bench-motion  errors, flicker, lag and ghosts in motion; MOTION_FLAGS=--quick
@@ -50,7 +51,7 @@ READY := $(VENV)/.ssdo_gl-ready
 endif
 
 .DELETE_ON_ERROR:
-.PHONY: setup snapshot view test test-slow fuzz hard-cases pictures bench bench-passes bench-estimators bench-effects bench-fidelity bench-light bench-rays bench-motion bench-walk bench-python bench-input bench-peers bench-presets bench-promises bench-against bench-gpu lint clean
+.PHONY: setup snapshot view test test-slow fuzz hard-cases pictures bench bench-passes bench-estimators bench-effects bench-fidelity bench-light bench-light-cost bench-rays bench-motion bench-walk bench-python bench-input bench-peers bench-presets bench-promises bench-against bench-gpu lint clean
 
 setup: $(READY)
 
@@ -99,6 +100,9 @@ bench-fidelity: $(READY)
 
 bench-light: $(READY)
 	$(PY) -m benchmarks.all_light $(SCENES)
+
+bench-light-cost: $(READY)
+	$(PY) -m benchmarks.far_field_cost $(SCENES)
 
 bench-rays: $(READY)
 	$(PY) -m benchmarks.ray_speed
