@@ -7,6 +7,8 @@
 #include "rays/surface_cache.glsl"
 #include "lib/random.glsl"
 
+uniform float u_mirror_roughness;  // of surfaces that reflect on
+
 const bool TRACES_SMOOTH = true;
 
 // Highlights of lights that no ray can meet are no narrower: directions would miss them, or find
@@ -115,7 +117,7 @@ bool meets_by_ray(vec3 p_vs, vec3 geometric_vs, vec3 w_vs, uint index, out vec3 
         Surface met = surface_at_hit(hit, path.start, path.w);
         radiance += path.weight * emitted(met, hit.t, path.density, bounce == 0);
         goes_on = bounce < MIRROR_BOUNCES && is_glossy(met.brdf)
-               && met.brdf.roughness <= u_max_roughness;
+               && met.brdf.roughness <= u_mirror_roughness;
         vec3 irradiance = cached_irradiance(hit, met, path.w);
         if (goes_on) {
             vec3 n = met.at.normal;

@@ -4,8 +4,9 @@
 // L_in = what a march through the depth layers meets along w, else the environment. Without
 // the surface's own reflectance, images on surfaces stay sharp when noise is filtered.
 //
-// Smooth surfaces march as far as the picture goes, or trace rays; rough ones march within R, as
-// visibility is defined: there the open directions that SSDO finds are weighted by the lobe.
+// Smooth surfaces march as far as the picture goes; rough ones within R, as visibility is
+// defined: there the open directions that SSDO finds are weighted by the lobe. Where there are
+// rays all trace them.
 //
 // Defines: SAMPLE_COUNT, STEP_COUNT, REFINE_COUNT, HAS_BACK_LAYER; GATHERS_SENDERS 0: what
 // blocks a direction is black; <beyond_screen>: rays, or that there are none; ENVIRONMENT_KIND:
@@ -18,7 +19,7 @@
 #include "lib/finite.glsl"
 #include "lib/environment_lobes.glsl"
 
-uniform float u_max_roughness;     // of surfaces that reflect what lies beyond R
+uniform float u_max_roughness;  // of surfaces that reflect what lies beyond R
 
 #include <beyond_screen>
 
@@ -76,7 +77,6 @@ void main()
         return;
     }
     vec3 w_out = toward_camera(r.position_vs);
-    float cos_out = cosine_out(r.normal_vs, w_out);
     float alpha = alpha_of(brdf.roughness);
     bool is_smooth = brdf.roughness <= u_max_roughness;
     float reach = is_smooth ? FAR_REACH * r.z_vs : u_radius;
@@ -86,6 +86,7 @@ void main()
     vec3 all = vec3(0.0);
     vec3 open = vec3(0.0);
     vec3 sent = vec3(0.0);
+    vec3 whole = vec3(0.0);
     for (int i = 0; i < SAMPLE_COUNT; ++i) {
         vec3 u = sample_point(r, i);
         BrdfSample facet = gloss_sample(brdf, r.normal_vs, w_out, u.xy);
@@ -98,6 +99,7 @@ void main()
         if (!(TRACES_SMOOTH && is_smooth))
             b = march(t, w, reach, u.z, STEP_COUNT, REFINE_COUNT);
         all += sky;
+        whole += weight;
         bool is_near = is_blocked(b);
 #if GATHERS_SENDERS
         if (is_near && weight != vec3(0.0)) {
@@ -117,6 +119,6 @@ void main()
     vec3 axis = direction_ws_of(lobe_axis(r.normal_vs, mirrored, alpha));
     // The exact light, as far as the sampled one arrives: without noise where all is open.
     vec3 arrived = lobe_radiance(axis, alpha) * (open / max(all, vec3(1e-30)));
-    vec3 reflectance = max(layer_reflectance(brdf, cos_out), vec3(1e-4));
-    o_reflections = vec4(arrived + sent / (float(SAMPLE_COUNT) * reflectance), r.z_vs);
+    // Few directions do not weigh together what all do: it is the mean that matters.
+    o_reflections = vec4(arrived + sent / max(whole, vec3(1e-4)), r.z_vs);
 }

@@ -39,6 +39,9 @@ from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment import Environment
 from ssdo_gl.settings.fields import setting
 
+# Up to this roughness a march finds what lies beyond R, and mirrors show what surfaces reflect.
+SMOOTH = 0.4
+
 
 @dataclass(frozen=True)
 class ReflectionsSettings:
@@ -47,8 +50,12 @@ class ReflectionsSettings:
     lobe_samples: int = setting(4, "directions of the lobe per pixel", low=1, high=64)
     march_steps: int = setting(16, "depth reads along each direction", low=2, high=256)
     refine_steps: int = setting(4, "bisections that find where a direction meets", low=0, high=8)
-    max_roughness: float = setting(
-        0.4, "rougher surfaces reflect what is within R only", low=0.0, high=1.0
+    max_roughness: float | None = setting(
+        None,
+        "rougher surfaces reflect what is within R only, and are matt in mirrors; none: 0.4, and"
+        " with gi, by rays, 1 but in mirrors",
+        low=0.0,
+        high=1.0,
     )
     mirror_bounces: int = setting(
         3, "how often light goes on from mirror to mirror, by rays", low=0, high=8
@@ -61,8 +68,12 @@ def uniforms(
     frame: Frame,
     has_back_layer: bool,
     bound: float | None,
+    *,
+    has_rays: bool,
 ) -> dict[str, Any]:
     """Return the uniforms of ``effects/reflections.frag``; no `bound` where nothing is sent."""
+    given = settings.max_roughness
+    smooth = SMOOTH if given is None else given
     senders = {} if bound is None else {"u_sender_bound": bound, "u_hidden_senders": 0.25}
     return {
         **estimator_uniforms(march, frame, has_back_layer),
@@ -70,7 +81,8 @@ def uniforms(
         "u_pattern_offset": pattern_offset(frame.seed),
         **environment_uniforms(frame),
         **senders,
-        "u_max_roughness": settings.max_roughness,
+        "u_max_roughness": 1.0 if has_rays and given is None else smooth,
+        **({"u_mirror_roughness": smooth} if has_rays else {}),
     }
 
 
@@ -86,7 +98,7 @@ class ReflectionsPass(RenderPass):
     has_back_layer : bool
         Read ``z_layers`` to know where solids end.
     rays : RayFeatures or None
-        What rays meet that smooth surfaces reflect; the surface cache lights it. None: they
+        What rays meet that surfaces reflect; the surface cache lights it. None: smooth ones
         reflect what the picture shows, and the environment where it shows nothing.
     """
 
@@ -145,7 +157,12 @@ class ReflectionsPass(RenderPass):
         assert context.target is not None
         defines, beyond = self._defines, "beyond_screens/unknown.glsl"
         values = uniforms(
-            self.settings, self._march, context.frame, self._has_back_layer, self._bound
+            self.settings,
+            self._march,
+            context.frame,
+            self._has_back_layer,
+            self._bound,
+            has_rays=self._rays is not None,
         )
         if self._rays is not None:
             defines = {**defines, **ray_defines(context, self._rays)}

@@ -281,6 +281,51 @@ visible = VISIBLE
 """
 
 
+ROOM_OF_ROUGH_METAL = """
+[camera]
+position = [0, 1, 1.9]
+target = [0, 0.8, 0]
+fov_y = 50
+[render]
+radius = 0.2
+[materials.wall]
+albedo = [0.8, 0.6, 0.4]
+[materials.metal]
+albedo = [0.9, 0.9, 0.9]
+metallic = 1
+roughness = {roughness}
+[[object]]
+shape = "box"
+min = [-2, 0, -2]
+max = [2, 2.5, 2]
+material = "wall"
+[[object]]
+shape = "sphere"
+center = [0, 0.8, 0]
+radius = 0.5
+material = "metal"
+[[light]]
+kind = "area"
+corner = [-0.3, 2.45, -0.3]
+edge_u = [0.6, 0, 0]
+edge_v = [0, 0, 0.6]
+radiance = [9, 9, 9]
+"""
+
+
+@pytest.mark.parametrize("roughness", [0.41, 0.7, 1.0])
+def test_rough_metal_in_a_room_shows_its_walls_beyond_the_near_field(roughness):
+    """What lies beyond R is not black: rays of the lobe find it."""
+    scene = read_description(ROOM_OF_ROUGH_METAL.format(roughness=roughness), "room.toml")
+    found, wanted = (
+        np.asarray(ssdo_gl.render(scene, size=SIZE, **chosen), np.float64)[12:-12, 20:-20, :3]
+        for chosen in ({"method": "gi"}, {"method": "reference-gi", "spp": 128})
+    )
+    # The lower half, which no lamp lights directly. Noise of the paths is 1 %.
+    found, wanted = (image[12:].mean(axis=(0, 1)) for image in (found, wanted))
+    np.testing.assert_allclose(found, wanted, rtol=0.04)
+
+
 def shown(picture_):
     return np.clip(picture_[..., :3], 0.0, 1.0)
 
