@@ -115,9 +115,10 @@ float blocker_at(SoftShadow shadow, Face face, ToPart way, float s, vec2 middle,
     // that it passes through is in its way. Close to the receiver its neighbours are.
     bool is_clear = rise > SHADOW_CLEAR_SLACKS * shadow.slack;
     vec2 widest = max(shaft, is_clear ? reach * q.z * shadow.texel : vec2(0.0));
-    bool is_blocker = q.z > 0.0 && rise > 0.0 && all(lessThanEqual(abs(hit - middle), widest))
-        && is_above_plane(offset, shadow.m, shadow.slack);
-    return is_blocker ? rise / shadow.height : 0.0;
+    // Calls first, here and below: behind `&&` or `?` each would be a branch.
+    bool is_met = all(lessThanEqual(abs(hit - middle), widest));
+    bool is_above = is_above_plane(offset, shadow.m, shadow.slack);
+    return q.z > 0.0 && rise > 0.0 && is_met && is_above ? rise / shadow.height : 0.0;
 }
 
 // Soft shadow of a rectangle, each of whose parts has a map of its own: percentage-closer soft
@@ -148,7 +149,7 @@ float diffuse_visibility(ShadowMap map, SoftShadow shadow, Face face, vec3 start
         s = walk.number == 0 && walk.part == own_part ? 0.0 : s;
         ToPart way = way_to_part(shadow, walk.part, columns, walk.random.xy * 2.0 - 1.0);
         float height = blocker_at(shadow, face, way, s, vec2(0.0), vec2(1.0));
-        vec4 quarter = height > 0.0 ? quarter_of(walk, columns) : vec4(0.0);
+        vec4 quarter = quarter_of(walk, columns) * (height > 0.0 ? 1.0 : 0.0);
         heights += quarter * height;
         found += quarter;
         walk = next_sample(walk, columns, BLOCKER_COUNT);
@@ -172,13 +173,14 @@ float diffuse_visibility(ShadowMap map, SoftShadow shadow, Face face, vec3 start
         // not far beside the part, too.
         vec4 quarter = quarter_of(walk, columns);
         float here = dot(quarter, found);
-        float s = here > 0.0 ? dot(quarter, heights) / here : mean_height;
+        float sum = dot(quarter, heights);
+        float s = here > 0.0 ? sum / here : mean_height;
         vec2 shaft = vec2(here > 0.0 ? FLOAT_MAX : 2.0);
         bool is_open = blocker_at(shadow, face, way, s, vec2(0.0), shaft) == 0.0;
         float weight = part_weight(way.to_light, shadow.m, shadow.height);
         of_part += weight * vec2(is_open ? 1.0 : 0.0, 1.0);
-        float share = walk.number + 1 == FILTER_COUNT
-            ? part_weight(-way.p, shadow.m, shadow.height) : 0.0;
+        float whole = part_weight(-way.p, shadow.m, shadow.height);
+        float share = walk.number + 1 == FILTER_COUNT ? whole : 0.0;
         of_light += share * vec2(of_part.y > 0.0 ? of_part.x / of_part.y : 1.0, 1.0);
         of_part = walk.number + 1 == FILTER_COUNT ? vec2(0.0) : of_part;
         walk = next_sample(walk, columns, FILTER_COUNT);
