@@ -39,6 +39,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("passes",),
     ("planning",),
     ("effects",),
+    ("planning/averages",),
     ("planning/walk",),
     ("planning/planner",),
     ("settings/passes", "images"),

@@ -1,13 +1,18 @@
 #version 330 core
 // Averages images with what earlier frames saw of the same surfaces.
 //
-// Defines: IMAGE_COUNT 1 or 2; HAS_PAST 0: there is nothing before this frame.
+// Defines: IMAGE_COUNT 1 or 2; HAS_PAST 0: there is nothing before this frame;
+// UNFILTERED: which image, from 1 on, is known as it was before the filter, too; 0: none.
 #include "lib/finite.glsl"
 #include "lib/gbuffer.glsl"
 
 uniform sampler2D t_value_0;
 #if IMAGE_COUNT > 1
 uniform sampler2D t_value_1;
+#endif
+#if UNFILTERED
+uniform sampler2D t_unfiltered;
+uniform float u_unfiltered_share;  // of the image where averages are long
 #endif
 #if HAS_PAST
 uniform sampler2D t_past_0;
@@ -32,6 +37,21 @@ layout(location = 1) out vec4 o_value_1;
 layout(location = 2) out vec4 o_surface;  // z, frames averaged, code of the shading normal
 #else
 layout(location = 1) out vec4 o_surface;
+#endif
+
+#if UNFILTERED
+// An average needs no filter against the noise that it takes out itself: from three frames on
+// ever more of the unfiltered image enters, from seven on the whole share.
+const float FRAMES_OF_FILTER = 2.0;
+const float FRAMES_OF_CHANGE = 5.0;
+
+vec3 less_filtered(vec3 value, ivec2 texel, float frames)
+{
+    vec3 unfiltered = texelFetch(t_unfiltered, texel, 0).rgb;
+    bool is_light = is_finite(unfiltered) && all(greaterThanEqual(unfiltered, vec3(0.0)));
+    float share = clamp((frames - FRAMES_OF_FILTER) / FRAMES_OF_CHANGE, 0.0, 1.0);
+    return is_light ? mix(value, unfiltered, u_unfiltered_share * share) : value;
+}
 #endif
 
 struct Past {
@@ -119,6 +139,9 @@ void main()
     if (z > 0.0) {
         Past past = past_of(texel, z);
         frames = min(past.frames, u_most_frames - 1.0) + 1.0;
+#if UNFILTERED
+        values[UNFILTERED - 1].rgb = less_filtered(values[UNFILTERED - 1].rgb, texel, frames);
+#endif
         for (int i = 0; i < IMAGE_COUNT; ++i) {
             vec4 average = past.values[i] + (values[i] - past.values[i]) / frames;
             // What is no number is left out of the average.

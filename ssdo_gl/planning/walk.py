@@ -9,9 +9,7 @@ from dataclasses import dataclass, field
 from ssdo_gl.effects import registry
 from ssdo_gl.effects.bounce import BouncePass
 from ssdo_gl.effects.decisions import Decided, Decision
-from ssdo_gl.effects.direct import DirectPass
 from ssdo_gl.effects.effect import Effect, ImageSource, ReasonedPass, Term
-from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.effects.request import Request
 from ssdo_gl.graph.graph import compile_graph
 from ssdo_gl.graph.render_pass import RenderPass
@@ -20,10 +18,9 @@ from ssdo_gl.passes.edge_aware_filter import FILTER, EdgeAwareFilterPass, joined
 from ssdo_gl.passes.gbuffer import GBUFFER_IMAGES, GBufferPass
 from ssdo_gl.passes.radiance_aov import RadianceAovPass
 from ssdo_gl.passes.sender_radiance import SenderRadiancePass
-from ssdo_gl.passes.temporal import TEMPORAL, TemporalPass, TemporalSettings
 from ssdo_gl.passes.terms import SenderTerms
 from ssdo_gl.passes.tone_map import ToneMapPass, ToneMapSettings
-from ssdo_gl.scene.lights import Form
+from ssdo_gl.planning.averages import SUMMED_LIGHT, averaged
 from ssdo_gl.settings.backgrounds import ENVIRONMENT, color_code
 
 
@@ -256,10 +253,6 @@ def _with_joined_filters(pipeline: Pipeline) -> Pipeline:
     return _with_summed_light(dataclasses.replace(pipeline, passes=passes, reasons=reasons))
 
 
-# What the filter writes where nobody asks for one of two images.
-_SUMMED_LIGHT = "filtered_irradiance"
-
-
 def _with_summed_light(pipeline: Pipeline) -> Pipeline:
     """Return `pipeline` with two images added up before the filter, if only the picture reads.
 
@@ -281,13 +274,13 @@ def _with_summed_light(pipeline: Pipeline) -> Pipeline:
         if item is bounce:
             return bounce.changed(adds=added)
         if item is joined:
-            light = dataclasses.replace(signal, result=_SUMMED_LIGHT)
+            light = dataclasses.replace(signal, result=SUMMED_LIGHT)
             return EdgeAwareFilterPass(
                 FILTER, joined.settings, light, parts_edges=joined.parts_edges
             )
         if isinstance(item, CompositePass):
             others = [name for name in item.irradiances if name not in parts]
-            return item.changed(irradiances=[*others, _SUMMED_LIGHT])
+            return item.changed(irradiances=[*others, SUMMED_LIGHT])
         return item
 
     return dataclasses.replace(pipeline, passes=tuple(map(changed, pipeline.passes)))
@@ -339,51 +332,12 @@ def _with_summed_senders(pipeline: Pipeline) -> Pipeline:
     )
 
 
-# Diffuse light belongs to the place where it is seen. What gloss reflects moves over it.
-_AVERAGED = frozenset({"directional_irradiance", "bounce_irradiance", _SUMMED_LIGHT, "visibility"})
-# Settings of passes whose images are not, or that a window changes while it moves.
-_NOT_AVERAGED = ("direct.", "shadow_map.", "tone_map.")
-
-
-def _averages_direct(item: RenderPass, request: Request) -> bool:
-    """Return whether direct light is averaged: where lights as large as windows cast maps.
-
-    Else soft shadows have so little noise that the blur of averages outweighs it.
-    """
-    return (
-        isinstance(item, DirectPass)
-        and item.shadow_maps
-        and METHODS[request.settings.method].is_all_light
-        and any(light.form is Form.AREA or light.spread > 0.0 for light in request.scene.lights)
-    )
-
-
 def _averaged(pipeline: Pipeline, request: Request) -> Pipeline:
-    """Return `pipeline` with filtered images averaged over frames, where that is decided."""
+    """Return `pipeline` with averages over frames, where those are decided."""
     if not request.averages:
         return pipeline
-    settings = request.settings_of(TEMPORAL, TemporalSettings)
-    chosen = request.settings
-    made_from = (
-        *(chosen.method, chosen.chosen_estimator, chosen.chosen_shadows, chosen.combine),
-        *(request.radius, chosen.filter),
-        tuple(item for item in chosen.overrides.items() if not item[0].startswith(_NOT_AVERAGED)),
-    )
-    of_direct = settings.of_direct
-    passes: list[RenderPass] = []
-    reasons = dict(pipeline.reasons)
-    for item in pipeline.passes:
-        is_filtered = isinstance(item, EdgeAwareFilterPass) and _AVERAGED.issuperset(item.writes)
-        is_direct = _averages_direct(item, request)
-        if not isinstance(item, EdgeAwareFilterPass | DirectPass) or not (is_filtered or is_direct):
-            passes.append(item)
-            continue
-        images = {f"{result}_now": result for result in item.writes if result != "direct_gloss"}
-        name = f"{TEMPORAL}_{item.name.removesuffix('_filter')}"
-        passes.append(item.renamed({result: now for now, result in images.items()}))
-        passes.append(TemporalPass(name, of_direct if is_direct else settings, images, made_from))
-        reasons[name] = "averages what moves over frames"
-    return dataclasses.replace(pipeline, passes=tuple(passes), reasons=reasons)
+    passes, reasons = averaged(pipeline.passes, request)
+    return dataclasses.replace(pipeline, passes=passes, reasons=pipeline.reasons | reasons)
 
 
 __all__ = ["Decided", "Decision", "Pipeline", "build", "decide"]

@@ -29,14 +29,16 @@ COLUMN, ROW = np.meshgrid(*(np.arange(n) - (n - 1) / 2.0 for n in SIZE))
 class Frames:
     """Frames of a window that a pass sees, one after the other."""
 
-    def __init__(self, gl, shaders, *, moves=True, **settings):
+    def __init__(self, gl, shaders, *, moves=True, unfiltered=None, **settings):
         self.gl, self.shaders = gl, shaders
-        self.item = TemporalPass("temporal", TemporalSettings(**settings), {"now": "average"}, 1)
+        self.item = TemporalPass(
+            "temporal", TemporalSettings(**settings), {"now": "average"}, 1, unfiltered
+        )
         self.last: dict[str, TextureWithFacts] = {}
         self.count = 0
         self.moves = moves
 
-    def show(self, image, *, x_px=0.0, z=Z, versions=None):
+    def show(self, image, *, x_px=0.0, z=Z, versions=None, raw=0.0):
         """Return the average, row 0 at the top; the camera has moved `x_px` to the right."""
         self.count += 1
         still = picture_frame(SIZE, TAN_Y)
@@ -49,7 +51,8 @@ class Frames:
             moves=self.count if self.moves else 0,
         )
         picture = tilted_plane(0.0, SIZE, view.tan_half_fov)
-        inputs = {**inputs_of(picture), "now": np.asarray(image, np.float64)}
+        image = np.asarray(image, np.float64)
+        inputs = {**inputs_of(picture), "now": image, "raw": np.full_like(image, raw)}
         inputs["z_vs"] = np.full_like(inputs["z_vs"], z)
         textures = {
             name: texture_from_image(self.gl, inputs[name], STORED_AS.get(name, "f4"))
@@ -161,6 +164,31 @@ def test_a_fault_without_a_past_is_no_light(frames) -> None:
     image[3, 3] = np.nan
     found = frames.show(image)
     np.testing.assert_array_equal(found[3, 3], 0.0)
+
+
+SHARE = 0.5
+
+
+def test_long_averages_take_their_share_before_the_filter(gl, shaders) -> None:
+    frames = Frames(gl, shaders, unfiltered=("now", "raw", SHARE))
+    mean = 0.0
+    for number in range(1, 15):
+        count = min(number, 10)
+        share = SHARE * min(max(count - 2, 0) / 5.0, 1.0)
+        image = noise(number).astype(np.float64)
+        mean += (image[..., :3] * (1.0 - share) + 7.0 * share - mean) / count
+        found = frames.show(image, raw=7.0)
+        np.testing.assert_allclose(found[..., :3], mean, atol=1e-5)
+
+
+@pytest.mark.parametrize("fault", [np.nan, np.inf, -1.0])
+def test_a_fault_before_the_filter_does_not_enter(gl, shaders, fault) -> None:
+    plain = Frames(gl, shaders)
+    frames = Frames(gl, shaders, unfiltered=("now", "raw", SHARE))
+    for number in range(12):
+        expected = plain.show(noise(number))
+        found = frames.show(noise(number), raw=fault)
+        np.testing.assert_array_equal(found, expected)
 
 
 @pytest.mark.parametrize("domain", ["lights", "environment"])
