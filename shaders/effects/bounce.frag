@@ -6,7 +6,7 @@
 //
 // Defines: DIRECTION_COUNT, STEP_COUNT, HAS_BACK_LAYER; ADDS 1: to another irradiance;
 // KEPT_TEXTURE_COUNT (see lib/kept_directions.glsl): another pass has marched already;
-// HAS_EDGE_RAYS 1: some pixels have rays of their own, which say what arrives there;
+// HAS_OWN_RAYS 1: pixels have rays of their own, which say what arrives there;
 // SUMS_SENDERS 1: terms are added up at each sender (see lib/senders.glsl), not looked up.
 #define GATHERS_SENDERS 1
 uniform float u_hidden_senders;  // march: share of the radiance sent from a hidden side
@@ -15,7 +15,7 @@ uniform float u_distance_clamp;  // rgs09, relative to R
 #include "lib/estimator.glsl"
 #include "lib/finite.glsl"
 #include "lib/senders.glsl"
-#include "lib/edge_rays.glsl"
+#include "lib/own_rays.glsl"
 #define TAKES_DIRECTIONS 1
 #include "lib/kept_directions.glsl"
 
@@ -28,7 +28,7 @@ uniform sampler2D t_added;
 uniform float u_strength;
 uniform float u_sender_bound;    // W sr^-1 m^-2, may be infinite
 
-layout(location = 0) out vec4 o_bounce;  // irradiance, then z for the filter: negative where a pixel has rays of its own
+layout(location = 0) out vec4 o_bounce;  // irradiance, then z for the filter: negative where a neighbour in front may shade
 
 // Radiance that leaves the surface at `texel`, kept within the scene's own light. Scaling
 // by the largest component keeps the hue; what is no number, or negative, is no light.
@@ -50,7 +50,14 @@ void main()
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     Receiver r = receiver_at(pixel, DIRECTION_COUNT);
     vec3 irradiance = vec3(0.0);
-    if (r.z_vs > 0.0 && !is_radius_under_a_pixel(r.z_vs)) {
+    bool is_known = false;
+#if HAS_OWN_RAYS
+    ivec2 own = own_rays_at(r, receiver_texel(pixel));
+    is_known = own.x >= 0;
+    if (is_known)
+        irradiance = PI * texelFetch(t_own_near, own, 0).rgb;
+#endif
+    if (r.z_vs > 0.0 && !is_known && !is_radius_under_a_pixel(r.z_vs)) {
         Tangent t = tangent_at(r.position_vs, r.geometric_vs);
 #if FINDS_SECTORS
         irradiance = estimator_gathered(r, t);
@@ -74,16 +81,12 @@ void main()
         } while (++i < DIRECTION_COUNT);
 #endif
     }
-#if HAS_EDGE_RAYS
-    ivec2 own = edge_rays_at(r, receiver_texel(pixel));
-    irradiance = own.x >= 0 ? PI * texelFetch(t_edge_near, own, 0).rgb : irradiance;
-#endif
     irradiance *= u_strength;
 #if ADDS
     irradiance += texelFetch(t_added, pixel, 0).rgb;
 #endif
     o_bounce = vec4(irradiance, r.z_vs);
-#if HAS_EDGE_RAYS
-    o_bounce.a *= has_edge_rays(receiver_texel(pixel)) ? -1.0 : 1.0;
+#if HAS_OWN_RAYS
+    o_bounce.a *= own_place(receiver_texel(pixel)) < 0.0 ? -1.0 : 1.0;
 #endif
 }

@@ -11,7 +11,8 @@
 // CONTROL_VARIATE 0 sum the open light (the paper), 1 correct it by the exact total as far
 // as the environment seems to be open, 2 subtract the blocked light from the exact total;
 // HAS_BAKED_OCCLUSION: images say how much of the environment some surfaces see;
-// HAS_EDGE_RAYS: some pixels have rays of their own, which say what arrives there;
+// HAS_OWN_RAYS: pixels have rays of their own, which say what arrives there; ALWAYS_MARCHES: there,
+// too, for the visibility;
 // IS_OPEN (see lib/estimator.glsl); KEPT_TEXTURE_COUNT (see lib/kept_directions.glsl).
 #define GATHERS_SENDERS 0
 #include "lib/estimator.glsl"
@@ -20,7 +21,7 @@
 #include "lib/environment.glsl"
 #include "lights/ssdo_lights.glsl"
 #include "lib/far_field.glsl"
-#include "lib/edge_rays.glsl"
+#include "lib/own_rays.glsl"
 
 #if HAS_BAKED_OCCLUSION
 uniform sampler2D t_finish;  // g: baked visibility of the environment
@@ -239,16 +240,22 @@ void main()
 #if NEEDS_HEMISPHERE
         bool is_open = is_radius_under_a_pixel(r.z_vs);
         Gathered g = Gathered(0.0, vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), 0.0);
+        bool is_known = false;
+#if HAS_OWN_RAYS
+        ivec2 own = own_rays_at(r, receiver_texel(pixel));
+        is_known = own.x >= 0;
+#endif
+        bool marches = ALWAYS_MARCHES == 1 || !is_known;
         FarProbes probes = far_probes_at(r, receiver_texel(pixel));
 #if FINDS_SECTORS
         vec3 view = toward_camera(r.position_vs);
         float share = estimator_sector_share(r, view);
-        for (int i = 0; i < HEMISPHERE_COUNT; ++i)
+        for (int i = 0; marches && i < HEMISPHERE_COUNT; ++i)
             gather_slice(g, r, t, probes, view, i, share, is_open);
 #else
         // Tested at its end: in software other loops cost two rounds more than they run.
         int i = 0;
-        if (HEMISPHERE_COUNT > 0) do {
+        if (HEMISPHERE_COUNT > 0 && marches) do {
             Direction d = direction_of(r, i);
             Blocker b = NO_BLOCKER;
             if (!is_open)
@@ -262,10 +269,9 @@ void main()
         visibility = max(1.0 - g.blocked, 0.0);
         float sky_visibility = max(visibility - g.far_blocked, 0.0);
         vec3 sky = environment_arrived(r, g, sky_visibility);
-#if HAS_EDGE_RAYS
-        ivec2 own = edge_rays_at(r, receiver_texel(pixel));
-        if (own.x >= 0) {
-            vec4 found = texelFetch(t_edge_far, own, 0);
+#if HAS_OWN_RAYS
+        if (is_known) {
+            vec4 found = texelFetch(t_own_far, own, 0);
             sky = found.a * environment_irradiance(direction_ws_of(r.normal_vs));
             g.far = found.rgb;
         }

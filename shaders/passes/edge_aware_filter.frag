@@ -9,7 +9,8 @@
 // visibility;
 // IS_FIRST: the values are an estimator's, and may be unsound;
 // IS_OF_GLOSS 1: the z of the values is 0 where a surface is not glossy;
-// PARTS_EDGES: pixels with rays of their own count next to nothing for others; the sign of z
+// PARTS_EDGES: pixels that a neighbour in front may shade, which have many rays of their own,
+// count next to nothing for others; the sign of z
 // among the values says which have them (1), or an image does (2); 0: none has;
 // TAP_RADIUS: taps on each side; USE_NORMALS.
 //
@@ -30,8 +31,8 @@ uniform sampler2D t_value_0;
 uniform sampler2D t_value_1;
 #endif
 #if PARTS_EDGES == 2
-uniform sampler2D t_edge_places;  // 0: the pixel has no rays of its own
-uniform bool u_has_edge_rays;
+uniform sampler2D t_own_places;  // negative: the pixel has many rays of its own
+uniform bool u_has_own_rays;
 #endif
 uniform int u_stride;          // texels of the frame per pixel of the values
 uniform ivec2 u_axis;          // separable: (1, 0), then (0, 1)
@@ -75,13 +76,13 @@ const float NORMAL_REACH = 0.8;
 // those that weigh less together show another one.
 const float LEAST_WEIGHT = 0.02;
 
-// What a tap counts that has rays of its own where the centre has none, or the other way round.
+// What a tap counts that has many rays of its own where the centre has none, or the other way round.
 const float OTHER_WEIGHT = 1e-3;
 
 // A plane through the centre pixel's surface point, and what weights are relative to.
 struct Centre {
     ivec2 texel;
-    bool is_edge;       // it has rays of its own
+    bool is_edge;       // it has many rays of its own
     vec2 shading_code;  // octahedral
     // A tap of depth z, d texels away, stands off the plane by z * dot(rate, (d, 1)) - offset
     // tolerances.
@@ -151,13 +152,13 @@ float z_of(ivec2 texel, vec4 values[SIGNAL_COUNT])
 #endif
 }
 
-// Whether a pixel whose values hold z has rays of its own.
+// Whether a pixel whose values hold z has many rays of its own.
 bool is_edge(ivec2 texel, float z)
 {
 #if PARTS_EDGES == 1
     return z < 0.0;
 #elif PARTS_EDGES == 2
-    return u_has_edge_rays && texelFetch(t_edge_places, texel, 0).x > 0.0;
+    return u_has_own_rays && texelFetch(t_own_places, texel, 0).x < 0.0;
 #else
     return false;
 #endif

@@ -16,7 +16,7 @@ from ssdo_gl.effects.near_field import (
     can_share_directions,
     estimator_settings,
     filtered,
-    traces_edges,
+    traces_own,
 )
 from ssdo_gl.effects.request import Request
 from ssdo_gl.effects.sender_bound import sender_bound
@@ -25,7 +25,7 @@ from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterSettings
-from ssdo_gl.passes.edge_lookup import EDGE_RAYS, edge_uniforms
+from ssdo_gl.passes.own_lookup import OWN_RAYS, own_uniforms
 from ssdo_gl.passes.screen_space_settings import (
     ScreenSpaceSettings,
     defines,
@@ -107,7 +107,7 @@ class BouncePass(RenderPass):
         pass wrote with the same directions, instead of looking for it again.
     adds : str or None
         Resource of the same size whose irradiance is added up with the bounce.
-    has_edge_rays : bool
+    has_own_rays : bool
         Some pixels have rays of their own, which tell what arrives there.
     terms : SenderTerms or None
         Diffuse terms to add up at each sender, instead of reading ``sender_radiance``.
@@ -124,13 +124,13 @@ class BouncePass(RenderPass):
         takes_directions: bool = False,
         adds: str | None = None,
         terms: SenderTerms | None = None,
-        has_edge_rays: bool = False,
+        has_own_rays: bool = False,
     ) -> None:
         self.name = "bounce"
         self.settings = settings
         self.sender_bound = sender_bound
         back = ("z_layers",) if has_back_layer and not takes_directions else ()
-        edges = tuple(name for name in EDGE_RAYS if has_edge_rays and name != "edge_far")
+        edges = tuple(name for name in OWN_RAYS if has_own_rays and name != "own_far")
         kept = kept_names(settings) if takes_directions else ()
         self._wiring = {f"t_{name}": name for name in ("z_vs", "normals_vs", *back, *kept, *edges)}
         sent = {"t_sender_radiance": "sender_radiance"}
@@ -147,7 +147,7 @@ class BouncePass(RenderPass):
             **defines(
                 settings, bool(back), settings.refinements, keeps_directions=takes_directions
             ),
-            "HAS_EDGE_RAYS": int(has_edge_rays),
+            "HAS_OWN_RAYS": int(has_own_rays),
             "ADDS": int(adds is not None),
             "SUMS_SENDERS": int(terms is not None),
             "GLOSSY": 0,
@@ -160,7 +160,7 @@ class BouncePass(RenderPass):
             takes_directions=takes_directions,
             adds=adds,
             terms=terms,
-            has_edge_rays=has_edge_rays,
+            has_own_rays=has_own_rays,
         )
 
     @property
@@ -184,7 +184,7 @@ class BouncePass(RenderPass):
             context.target,
             {
                 **uniforms(self.settings, context.frame, self._has_back_layer, self.sender_bound),
-                **edge_uniforms(context),
+                **own_uniforms(context),
             },
             {sampler: context.inputs[name] for sampler, name in self._wiring.items()},
         )
@@ -250,7 +250,7 @@ class Bounce(Effect):
             ),
             has_back_layer=request.runs("back_layer"),
             takes_directions=request.kept_refinements is not None,
-            has_edge_rays=traces_edges(request),
+            has_own_rays=traces_own(request),
         )
         yield item, "light from blocked directions"
         yield filtered(request, "bounce_filter", "bounce_raw", "bounce_irradiance")

@@ -15,7 +15,7 @@ from ssdo_gl.effects.near_field import (
     estimator_of,
     estimator_settings,
     filtered,
-    traces_edges,
+    traces_own,
 )
 from ssdo_gl.effects.request import Request, Shortcut
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
@@ -24,7 +24,6 @@ from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.last_made import LastMade
 from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterSettings
-from ssdo_gl.passes.edge_lookup import EDGE_RAYS, edge_uniforms
 from ssdo_gl.passes.environment_uniforms import (
     MAP_IRRADIANCE,
     MAP_RADIANCE,
@@ -38,6 +37,7 @@ from ssdo_gl.passes.far_probes import (
     probe_uniforms,
 )
 from ssdo_gl.passes.light_rows import UNSHADOWED_ROWS, light_rows
+from ssdo_gl.passes.own_lookup import OWN_RAYS, own_uniforms
 from ssdo_gl.passes.screen_space_settings import (
     ScreenSpaceSettings,
     defines,
@@ -109,8 +109,10 @@ class DirectionalPass(RenderPass):
         Read from ``finish`` how much of the environment images say that surfaces see.
     far_field : FarFieldSettings or None
         Of the probes that say what arrives from surfaces beyond R.
-    has_edge_rays : bool
-        Some pixels have rays of their own, which tell what arrives there.
+    has_own_rays : bool
+        Pixels have rays of their own, which tell what arrives there.
+    always_marches : bool
+        Find the visibility of such pixels, too.
     has_back_layer : bool
         Read ``z_layers`` to know where solids end.
     needs_visibility : bool
@@ -136,7 +138,8 @@ class DirectionalPass(RenderPass):
         is_open: bool = False,
         keeps: int | None = None,
         far_field: FarFieldSettings | None = None,
-        has_edge_rays: bool = False,
+        has_own_rays: bool = False,
+        always_marches: bool = True,
         has_baked_occlusion: bool = False,
     ) -> None:
         self.name = "directional"
@@ -147,7 +150,7 @@ class DirectionalPass(RenderPass):
             *(("z_layers",) if has_back_layer else ()),
             *((MAP_RADIANCE, MAP_IRRADIANCE) if environment == "map" else ()),
             *((*FAR_PROBES, FAR_RADIANCE) if far_field is not None else ()),
-            *(EDGE_RAYS if has_edge_rays else ()),
+            *(OWN_RAYS if has_own_rays else ()),
             *(("finish",) if has_baked_occlusion else ()),
         )
         spec = TextureSpec(4, scale=settings.resolution_scale, transient=True)
@@ -176,7 +179,8 @@ class DirectionalPass(RenderPass):
             ),
             "ENVIRONMENT_KIND": ENVIRONMENT_KINDS.index(environment),
             "HAS_BAKED_OCCLUSION": int(has_baked_occlusion),
-            "HAS_EDGE_RAYS": int(has_edge_rays),
+            "HAS_OWN_RAYS": int(has_own_rays),
+            "ALWAYS_MARCHES": int(always_marches or has_baked_occlusion),
             "CONTROL_VARIATE": CONTROL_NUMBERS[control],
             "LIGHT_STEP_COUNT": settings.samples if is_paper else settings.light_steps,
             "SUMS_OPEN_LIGHT": int(is_paper),
@@ -212,7 +216,7 @@ class DirectionalPass(RenderPass):
                 **uniforms(self.settings, frame, self._has_back_layer),
                 **light_values,
                 **probe_uniforms(context),
-                **edge_uniforms(context),
+                **own_uniforms(context),
             },
             {f"t_{name}": context.inputs[name] for name in self.reads},
         )
@@ -277,7 +281,8 @@ class Directional(Effect):
             settings,
             environment=kind_of(request.scene.environment),
             far_field=far_field,
-            has_edge_rays=traces_edges(request),
+            has_own_rays=traces_own(request),
+            always_marches="visibility" in request.wanted,
             has_back_layer=request.runs("back_layer"),
             needs_visibility=not request.takes(LIGHTS_ONLY),
             has_baked_occlusion=request.content.has_baked_occlusion,

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import Any, ClassVar
 
 import moderngl
 
 from ssdo_gl.effects.decisions import Decision
-from ssdo_gl.effects.edge_rays import EdgeRaysPass
 from ssdo_gl.effects.effect import Effect, ReasonedPass
-from ssdo_gl.effects.near_field import traces_edges
+from ssdo_gl.effects.near_field import receiver_stride, traces_own
+from ssdo_gl.effects.own_rays import OwnRaysPass
 from ssdo_gl.effects.request import Request
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
@@ -25,8 +24,6 @@ from ssdo_gl.passes.far_probes import (
     NEAR_HITS,
     FarFieldSettings,
     ProbeRays,
-    refining_parts,
-    refining_uniforms,
 )
 from ssdo_gl.passes.rays import (
     radius_ns,
@@ -77,10 +74,9 @@ class FarProbePointsPass(RenderPass):
 class FarProbesPass(RenderPass):
     """Writes `far_radiance`: what arrives from beyond R along each direction of each probe.
 
-    All frames of a steady view share it: one ray for each direction, then further ones where
-    these differ from their neighbours. In a live frame that has moved a quarter of the probes
-    has its rays; at rest all have, then part by part their further ones. While light moves, one
-    quarter after the other is traced.
+    All frames of a steady view share it: one ray for each direction. In a live frame that has
+    moved a quarter of the probes has its rays; at rest all have. While light moves, one quarter
+    after the other is traced.
     """
 
     name = "far_probes"
@@ -100,7 +96,6 @@ class FarProbesPass(RenderPass):
             "z_vs",
             *ray_reads(features, shades=True),
             *CACHE_TABLES,
-            *(("cached_irradiance",) if is_steady else ()),
         )
         self.steady_reads = ("z_vs",) if is_steady else ()
         domains = ("steady_view", "steady_seed") if is_steady else ("view", "seed")
@@ -110,7 +105,7 @@ class FarProbesPass(RenderPass):
         return self.settings, self.features, self.is_steady
 
     def execute(self, context: PassContext) -> Produced:
-        """Trace one ray for each direction of the probes whose turn it is, or further ones."""
+        """Trace one ray for each direction of the probes whose turn it is."""
         frame = context.frame
         texture, rays = self._begun(context)
         quarters = rays.turn(is_live=frame.is_live)
@@ -119,10 +114,7 @@ class FarProbesPass(RenderPass):
             regions = [(q % 2 * width, q // 2 * height, width, height) for q in quarters]
             self._trace(context, texture, regions)
             rays = rays.with_turn(quarters)
-        parts = refining_parts(frame.count) if self.is_steady else 0
-        if all(rays.fresh) and rays.parts < parts and not (frame.is_live and quarters):
-            texture, rays = self._refine(context, texture, rays, parts)
-        self.is_settled = all(rays.fresh) and rays.parts == parts
+        self.is_settled = all(rays.fresh)
         return {FAR_RADIANCE: TextureWithFacts(texture, rays)}
 
     def _begun(self, context: PassContext) -> tuple[moderngl.Texture, ProbeRays]:
@@ -145,32 +137,15 @@ class FarProbesPass(RenderPass):
         texture = make_texture(context.gl, (columns, 2 * rows), 4, "f4")
         return texture, ProbeRays(source, light, turn)
 
-    def _refine(
-        self, context: PassContext, first: moderngl.Texture, rays: ProbeRays, parts: int
-    ) -> tuple[moderngl.Texture, ProbeRays]:
-        """Trace further rays for a part of the probes, or all; return what there is now."""
-        finer = rays.finer or make_texture(context.gl, first.size, 4, "f4")
-        done = rays.parts + 1 if context.frame.is_live else parts
-        low, high = (first.height * n // parts for n in (rays.parts, done))
-        self._trace(context, finer, [(0, low, first.width, high - low)], first)
-        if done == parts:
-            return finer, replace(rays, finer=None, parts=done)
-        return first, replace(rays, finer=finer, parts=done)
-
     def _trace(
-        self,
-        context: PassContext,
-        texture: moderngl.Texture,
-        regions: Sequence[Region],
-        first: moderngl.Texture | None = None,
+        self, context: PassContext, texture: moderngl.Texture, regions: Sequence[Region]
     ) -> None:
-        """Draw regions of `texture`: one ray for each direction, or what follows the `first`."""
+        """Draw regions of `texture`: one ray for each direction."""
         frame = context.frame
         defines = {
             **ray_defines(context, self.features),
             "PROBE_SIDE": self.settings.directions,
             "NEAR_HITS": NEAR_HITS.index(self.settings.near_hits),
-            "REFINES": int(first is not None),
         }
         program = context.shaders.fullscreen("effects/far_probes.frag", defines)
         seed = frame.first_seed if self.is_steady else frame.seed
@@ -180,9 +155,6 @@ class FarProbesPass(RenderPass):
             "u_stream": stream_of(seed + (frame.moves << 32), 0),
         }
         textures = textures_of(context, self.reads)
-        if first is not None:
-            uniforms |= refining_uniforms(frame)
-            textures["t_far_first"] = first
         program.set(uniforms)
         with drawing_into(context.gl, texture) as target:
             for region in regions:
@@ -264,7 +236,7 @@ class FarField(Effect):
                 (not is_lit, "there is no light at all"),
                 (self._is_alone(request), "what is in view is a box that stands alone"),
             ],
-            ("far_probe_points", "far_probes", "edge_rays", "cached_irradiance"),
+            ("far_probe_points", "far_probes", "own_rays", "cached_irradiance"),
         )
 
     def _is_alone(self, request: Request) -> bool:
@@ -288,8 +260,9 @@ class FarField(Effect):
         features = request.ray_features
         item = FarProbesPass(settings, features, is_steady=is_steady)
         yield item, "what arrives from beyond R"
-        if traces_edges(request):
-            edges = EdgeRaysPass(settings, features, kind_of(request.scene.environment))
-            yield edges, "what arrives where a neighbour in front may shade"
+        if traces_own(request):
+            sky = kind_of(request.scene.environment)
+            own = OwnRaysPass(settings, features, sky, receiver_stride(request))
+            yield own, "what arrives at pixels, by rays of their own"
         cached = CachedIrradiancePass(features, is_steady=is_steady)
         yield cached, "what senders within R receive, all bounces"

@@ -52,12 +52,20 @@ def reads_backs(settings: Settings) -> bool:
     return ESTIMATORS[settings.chosen_estimator].reads_backs
 
 
-def traces_edges(request: Request) -> bool:
-    """Return whether pixels that a neighbour in front may shade have rays of their own."""
+def traces_own(request: Request) -> bool:
+    """Return whether pixels have rays of their own."""
     # What is translucent is another surface in each frame.
     if not request.runs("far_field") or request.content.has_translucency:
         return False
-    return request.settings_of("far_field", FarFieldSettings).edge_rays > 0
+    settings = request.settings_of("far_field", FarFieldSettings)
+    return max(settings.pixel_rays, settings.edge_rays) > 0
+
+
+def receiver_stride(request: Request) -> int:
+    """Return how many pixels lie from one that light is gathered at to the next."""
+    names = ("directional.resolution_scale", "bounce.resolution_scale")
+    scales = [request.override(name, request.settings.resolution_scale) for name in names]
+    return 1 if 1.0 in scales else 2
 
 
 def filtered(
@@ -77,7 +85,7 @@ def filtered(
         name,
         overridden(request.settings, name, of_all),
         Signal(source, result, is_visibility, holds_z, is_of_gloss),
-        parts_edges=is_light and traces_edges(request),
+        parts_edges=is_light and traces_own(request),
     )
     return item, "removes the sampling noise along surfaces"
 

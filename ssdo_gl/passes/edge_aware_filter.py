@@ -12,7 +12,7 @@ from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.math3d import Region
-from ssdo_gl.passes.edge_lookup import EDGE_RAYS, edge_uniforms
+from ssdo_gl.passes.own_lookup import OWN_RAYS, own_uniforms
 from ssdo_gl.settings.fields import setting
 from ssdo_gl.settings.settings import same_as
 
@@ -99,8 +99,8 @@ class EdgeAwareFilterPass(RenderPass):
         One, or two of irradiance and of the same size: two take .64 of the time of two
         passes, because what weighs a neighbour is looked up once.
     parts_edges : bool
-        Pixels that have rays of their own and those that have none do not mix. Where a source
-        holds depths, those of the former are negative; else `edge_places` tells.
+        Pixels that have many rays of their own and others do not mix. Where a source holds
+        depths, those of the former are negative; else `own_places` tells.
     """
 
     overwrites: ClassVar[bool] = True
@@ -117,7 +117,7 @@ class EdgeAwareFilterPass(RenderPass):
         self.signals = signals
         self.parts_edges = parts_edges
         says_edges = any(signal.holds_z for signal in signals)
-        edges = EDGE_RAYS[:1] if parts_edges and not says_edges else ()
+        edges = OWN_RAYS[:1] if parts_edges and not says_edges else ()
         self.reads = (*(signal.source for signal in signals), "z_vs", "normals_vs", *edges)
         self.writes = {
             signal.result: TextureSpec(1 if signal.is_visibility else 4) for signal in signals
@@ -170,7 +170,7 @@ class EdgeAwareFilterPass(RenderPass):
                 framebuffer,
                 {
                     **uniforms(self.settings, context.frame, stride),
-                    **(edge_uniforms(context) if stage in (_SEPARABLE, _BOX) else {}),
+                    **(own_uniforms(context) if stage in (_SEPARABLE, _BOX) else {}),
                     "u_axis": axis,
                 },
                 {

@@ -8,10 +8,8 @@ from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
 
-import moderngl
 import numpy as np
 
-from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.scene.environment import Environment, MapEnvironment
 from ssdo_gl.settings.fields import setting
@@ -25,10 +23,6 @@ SKY_DIRECTIONS = np.array(list(product((-1.0, 1.0), repeat=3))) / math.sqrt(3.0)
 # A quarter of the probes is one in each 2 x 2 of them.
 ALL_QUARTERS = (0, 1, 2, 3)
 NOTHING = (False,) * 4
-# Rays for a direction, at most, and how many one has for each unit of the deviation of what
-# arrives along it, relative to all that arrives: so many for each frame of a view.
-MOST_RAYS = 16
-RAYS_PER_DEVIATION = 4.0
 # The choices of `near_hits`; the shader knows them by number.
 NEAR_HITS = ("none", "hidden", "all")
 
@@ -44,9 +38,16 @@ class FarFieldSettings:
     directions: int = setting(
         8, "rays of each probe, along each side of its map", unit="rays", low=2, high=64
     )
+    pixel_rays: int = setting(
+        6,
+        "rays of each pixel's own at rest, all directions together; 0: none",
+        unit="rays",
+        low=0,
+        high=1024,
+    )
     edge_rays: int = setting(
         16,
-        "rays of each pixel that a neighbour in front may shade, all directions together; 0: none",
+        "the same where a neighbour in front may shade, no fewer than others have",
         unit="rays",
         low=0,
         high=1024,
@@ -69,11 +70,6 @@ def probe_defines(settings: FarFieldSettings | None) -> dict[str, int]:
     }
 
 
-def refining_parts(frame_count: int) -> int:
-    """Return in how many live frames a view of `frame_count` gets its further rays."""
-    return int(min(frame_count**2, MOST_RAYS))
-
-
 @dataclass(frozen=True, eq=False)
 class ProbeRays:
     """What `far_radiance` holds.
@@ -90,10 +86,6 @@ class ProbeRays:
         Whether it is of that light.
     following : tuple of int
         The quarters whose turn is next where none is of that light.
-    finer : moderngl.Texture or None
-        What is to replace it, with further rays, in the making.
-    parts : int
-        How many parts of that are made.
     """
 
     source: tuple[Hashable, Hashable]
@@ -101,12 +93,10 @@ class ProbeRays:
     following: tuple[int, ...]
     known: tuple[bool, ...] = NOTHING
     fresh: tuple[bool, ...] = NOTHING
-    finer: moderngl.Texture | None = None
-    parts: int = 0
 
     def of_light(self, light: Hashable) -> ProbeRays:
         """Return the same of another light, of which nothing is known yet."""
-        return replace(self, light=light, fresh=NOTHING, finer=None, parts=0)
+        return replace(self, light=light, fresh=NOTHING)
 
     def turn(self, *, is_live: bool) -> tuple[int, ...]:
         """Return the quarters whose rays are to be traced now."""
@@ -131,7 +121,7 @@ class ProbeRays:
         return tuple(quarter == last for quarter in ALL_QUARTERS)
 
 
-def _mean_radiance(environment: Environment | None) -> float:
+def mean_radiance(environment: Environment | None) -> float:
     """Return about how bright the sky is."""
     if environment is None:
         return 0.0
@@ -139,15 +129,6 @@ def _mean_radiance(environment: Environment | None) -> float:
         rows, columns = (-(-n // 32) for n in environment.image.shape[:2])
         return float(environment.image[::rows, ::columns].mean())
     return float(environment.sample(SKY_DIRECTIONS).mean())
-
-
-def refining_uniforms(frame: Frame) -> dict[str, Any]:
-    """Return the uniforms of ``effects/far_probes.frag`` for further rays."""
-    return {
-        "u_most_rays": MOST_RAYS,
-        "u_rays_per_deviation": RAYS_PER_DEVIATION * frame.count,
-        "u_sky": _mean_radiance(frame.scene.environment),
-    }
 
 
 def probe_uniforms(context: PassContext) -> dict[str, Any]:

@@ -12,7 +12,6 @@ from passes.pass_harness import box, make_scene, quad
 from ssdo_gl.effects import far_field
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.graph.render_pass import ProgressCallback
-from ssdo_gl.passes import far_probes
 from ssdo_gl.passes.temporal import TemporalPass, TemporalSettings
 from ssdo_gl.render_result import Drawing, RenderResult
 from ssdo_gl.renderer import Renderer
@@ -111,10 +110,10 @@ def test_jittered_frames_of_a_view_share_its_rays() -> None:
         assert ran(live(renderer, 0), "far_probes")
         frames = [live(renderer, index) for index in range(1, 12)]
         frames += [live(renderer, index) for index in range(12)]
-    traced = [ran(frame, "far_probes") for frame in frames]
-    # The other quarters of the probes, and sixteen parts of what needs further rays.
-    assert traced == 17 * [True] + 6 * [False]
-    assert [frame.is_settled for frame in frames] == 16 * [False] + 7 * [True]
+    # The other quarters of the probes, then sixteen parts of the pixels' own rays.
+    assert [ran(frame, "far_probes") for frame in frames] == [True] + 22 * [False]
+    assert [ran(frame, "own_rays") for frame in frames] == 16 * [True] + 7 * [False]
+    assert [frame.is_settled for frame in frames] == 15 * [False] + 8 * [True]
     assert not any(ran(frame, "cached_irradiance") for frame in frames)
 
 
@@ -212,7 +211,7 @@ def test_what_is_bound_between_two_draws_changes_nothing() -> None:
 
 
 def test_a_frame_that_was_given_up_is_drawn_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As in a window, where input comes while the probes' further rays are traced."""
+    """As in a window, where input comes while the probes' rays are traced."""
     with gi_renderer() as renderer:
         expected = at_rest(renderer)
     original, regions = far_field.draw_fullscreen, []
@@ -221,8 +220,8 @@ def test_a_frame_that_was_given_up_is_drawn_again(monkeypatch: pytest.MonkeyPatc
         original(*arguments, **more)
         if "region" in more:
             regions.append(None)
-            # After the four quarters.
-            if len(regions) == 6:
+            # Of those that are left after the first quarter, the second.
+            if len(regions) == 3:
                 raise InterruptedError
 
     monkeypatch.setattr(far_field, "draw_fullscreen", give_up)
@@ -230,28 +229,3 @@ def test_a_frame_that_was_given_up_is_drawn_again(monkeypatch: pytest.MonkeyPatc
         with pytest.raises(InterruptedError):
             at_rest(renderer)
         np.testing.assert_array_equal(at_rest(renderer), expected)
-
-
-def test_directions_that_differ_have_further_rays(monkeypatch: pytest.MonkeyPatch) -> None:
-    # The sky through a slit between two black lids, which most rays miss.
-    lids = [quad([x, 3, 50], [100, 0, 0], [0, 0, -100]) for x in (-100.25, 0.25)]
-    materials = [GREY, Material(albedo=(0.0,) * 3)]
-    objects = [SceneObject(0, 0), SceneObject(1, 1), SceneObject(2, 1)]
-    scene = make_scene(
-        [FLOOR, *lids], materials=materials, objects=objects, environment=SKY, camera=CAMERA
-    )
-
-    def pictures() -> np.ndarray:
-        settings = Settings(method="gi", size=SIZE, radius=RADIUS)
-        with Renderer(scene, settings) as renderer:
-            made = []
-            for seed in range(6):
-                renderer.use(dataclasses.replace(settings, seed=seed))
-                made.append(renderer.render(("beauty",)).images["beauty"][SIZE[1] // 2 :, :, 0])
-        return np.array(made)
-
-    many = pictures()
-    monkeypatch.setattr(far_probes, "RAYS_PER_DEVIATION", 0.0)
-    one = pictures()
-    assert many.std(axis=0).mean() < 0.7 * one.std(axis=0).mean()
-    assert many.mean() == pytest.approx(one.mean(), rel=0.1)

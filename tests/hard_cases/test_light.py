@@ -10,7 +10,6 @@ from hard_cases.hard_scene import CAMERA, room
 from hard_cases.invariants import sane
 from hard_cases.methods import METHODS, SCREEN_SPACE, label, render
 
-from ssdo_gl.passes import far_probes
 from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment, MapEnvironment
 from ssdo_gl.scene.lights import PointLight, RectangleLight
 from ssdo_gl.scene.material import Material
@@ -112,21 +111,22 @@ def test_images_are_linear_in_the_light(device, shaders, record, method, exponen
 # share, so that it stays linear. Lights share an atlas of shadow maps: each alone has finer
 # ones, and a texel's width of penumbra moves.
 SUM_BOUND = {"none": 1e-5, "map": 5e-3}
-# The surface cache shares out the shadow rays of a surfel among the lights, and probes take
-# more rays where the light differs: each alone has other noise, which as many rays as there
-# may be keep below this.
+# The surface cache shares out the shadow rays of a surfel among the lights, and pixels' own rays
+# follow the light: each alone has other noise, which many rays keep below this.
 CACHE_SUM_BOUND = 5e-3
-MOST_CACHE_RAYS = {"surface_cache.light_samples": 64}
-MOST_PROBE_RAYS = 1e30
+MANY_RAYS = {
+    "surface_cache.light_samples": 64,
+    "far_field.pixel_rays": 512,
+    "far_field.edge_rays": 512,
+}
 
 
 @pytest.mark.parametrize("shadows", SUM_BOUND)
 @pytest.mark.parametrize("method", SCREEN_SPACE, ids=label)
-def test_lights_add_up(device, shaders, record, method, shadows, monkeypatch):
+def test_lights_add_up(device, shaders, record, method, shadows):
     """The image of all lights is the sum of the images of each."""
-    monkeypatch.setattr(far_probes, "RAYS_PER_DEVIATION", MOST_PROBE_RAYS)
     options = {"images": RADIANCES, "shadows": shadows}
-    options |= {"overrides": MOST_CACHE_RAYS} if method[0] == "gi" else {}
+    options |= {"overrides": MANY_RAYS} if method[0] == "gi" else {}
     whole = render(device, shaders, room(), method, **options)
     total = {name: np.zeros_like(whole[name], float) for name in RADIANCES}
     parts = [room(lights=(light,), environment=None) for light in room().lights]

@@ -1,4 +1,4 @@
-"""Rays of single pixels: what passes set that look up what these have found."""
+"""Rays of pixels' own: what passes set that look up what these have found."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.passes.far_probes import ProbeRays
 
 # Which pixels have rays of their own, and what these found beyond R and within.
-EDGE_RAYS = ("edge_places", "edge_far", "edge_near")
+OWN_RAYS = ("own_places", "own_far", "own_near")
 
 
 @dataclass(frozen=True, eq=False)
-class EdgeRays:
-    """What the resources of `EDGE_RAYS` hold.
+class OwnRays:
+    """What the resources of `OWN_RAYS` hold.
 
     Attributes
     ----------
@@ -25,6 +25,8 @@ class EdgeRays:
     textures : tuple of moderngl.Texture
         Those of the resources, and which pixel each texel stands for; none: there is no
         such pixel.
+    many : int
+        How many pixels, the first ones, have many rays.
     parts : int
         How many parts of them are traced.
     is_known : bool
@@ -33,11 +35,12 @@ class EdgeRays:
 
     source: ProbeRays
     textures: tuple[moderngl.Texture, ...] = ()
+    many: int = 0
     parts: int = 0
     is_known: bool = False
 
 
-def edge_uniforms(context: PassContext) -> dict[str, Any]:
-    """Return the uniforms of ``lib/edge_rays.glsl``, none where no pixel may have rays."""
-    rays = context.facts.get(EDGE_RAYS[0])
-    return {} if rays is None else {"u_has_edge_rays": rays.is_known}
+def own_uniforms(context: PassContext) -> dict[str, Any]:
+    """Return the uniforms of ``lib/own_rays.glsl``, none where no pixel may have rays."""
+    rays = context.facts.get(OWN_RAYS[0])
+    return {} if rays is None else {"u_has_own_rays": rays.is_known}

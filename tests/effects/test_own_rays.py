@@ -1,4 +1,4 @@
-"""Rays of their own for pixels that a neighbour in front may shade."""
+"""Rays of pixels' own, and more where a neighbour in front may shade."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from passes.pass_harness import box, make_scene, quad
 
-from ssdo_gl.effects import edge_rays
+from ssdo_gl.effects import own_rays
 from ssdo_gl.gpu.readback import read_texture
+from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.render_result import Drawing
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
@@ -81,13 +82,13 @@ def test_a_window_has_them_at_rest_and_then_no_more_is_traced(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     traced: list[tuple[int, int]] = []
-    original = edge_rays.EdgeRaysPass._trace
+    original = own_rays.OwnRaysPass._trace
 
     def record(item: Any, context: Any, rays: Any, rows: tuple[int, int]) -> None:
         traced.append(rows)
         original(item, context, rays, rows)
 
-    monkeypatch.setattr(edge_rays.EdgeRaysPass, "_trace", record)
+    monkeypatch.setattr(own_rays.OwnRaysPass, "_trace", record)
     with renderer_of(plate()) as renderer:
         first = beauty(live(renderer))
         assert not traced
@@ -112,7 +113,7 @@ def test_a_frame_that_was_given_up_has_its_rays_all_the_same(
 
     with renderer_of(plate()) as renderer:
         expected = at_rest(renderer)
-    original = edge_rays.EdgeRaysPass._trace
+    original = own_rays.OwnRaysPass._trace
     turns = []
 
     def give_up(*arguments: Any) -> None:
@@ -121,27 +122,68 @@ def test_a_frame_that_was_given_up_has_its_rays_all_the_same(
         if len(turns) == 2:
             raise InterruptedError
 
-    monkeypatch.setattr(edge_rays.EdgeRaysPass, "_trace", give_up)
+    monkeypatch.setattr(own_rays.OwnRaysPass, "_trace", give_up)
     with renderer_of(plate()) as renderer:
         with pytest.raises(InterruptedError):
             at_rest(renderer)
         assert np.array_equal(at_rest(renderer), expected)
 
 
+def test_rays_that_follow_the_light_are_quieter_and_find_as_much(monkeypatch) -> None:
+    # The sky through a gap between four black lids, which most rays miss.
+    lids = [quad([x, -50, 3], [100, 0, 0], [0, 100, 0]) for x in (-100.5, 0.5)]
+    lids += [quad([-0.5, y, 3], [1, 0, 0], [0, 100, 0]) for y in (-100.0, 1.0)]
+    objects = [SceneObject(0, 0), *(SceneObject(i, 1) for i in range(1, 5))]
+    scene = make_scene(
+        [WALL, *lids], materials=MATERIALS, objects=objects, environment=SKY, camera=CAMERA
+    )
+
+    def pictures() -> np.ndarray:
+        return np.array([drawn(scene, seed=seed) for seed in range(6)])
+
+    guided = pictures()
+
+    def no_guide(item: Any, context: Any) -> Any:
+        size = context.inputs["far_radiance"].size
+        return make_texture(context.gl, size, 2, "f4", np.zeros((size[1], size[0], 2), "f4"))
+
+    monkeypatch.setattr(own_rays.OwnRaysPass, "_guide", no_guide)
+    even = pictures()
+    assert guided.std(axis=0).mean() < 0.75 * even.std(axis=0).mean()
+    assert guided.mean() == pytest.approx(even.mean(), rel=0.03)
+
+
+def test_pixels_have_rays_only_where_light_is_gathered(monkeypatch) -> None:
+    counts = []
+    original = own_rays.places_of
+
+    def record(chosen: Any, *arguments: Any) -> Any:
+        counts.append(len(chosen))
+        return original(chosen, *arguments)
+
+    monkeypatch.setattr(own_rays, "places_of", record)
+    for scale in (1.0, 0.5):
+        drawn(plate(), resolution_scale=scale)
+    assert counts[0] == 4 * counts[1]
+
+
 def test_every_pixel_of_a_huge_frame_has_a_place_that_devices_have() -> None:
     size = (8192, 4320)
-    chosen = np.arange(0, size[0] * size[1], 7)
-    places, pixels = edge_rays.places_of(chosen, size)
+    chosen, many = np.arange(0, size[0] * size[1], 7), 1000
+    places, pixels = own_rays.places_of(chosen, many, size)
     assert max(pixels.shape) <= 16384
     columns, rows = pixels.reshape(-1, 2)[: len(chosen)].astype(int).T
     assert np.array_equal(columns + size[0] * rows, chosen)
     assert np.array_equal(np.flatnonzero(places), chosen)
-    assert np.array_equal(places[rows, columns, 0], np.arange(1, len(chosen) + 1))
+    found = places[rows, columns, 0]
+    assert np.array_equal(abs(found), np.arange(1, len(chosen) + 1))
+    assert (found[:many] < 0.0).all()
+    assert (found[many:] > 0.0).all()
     assert (pixels.reshape(-1, 2)[len(chosen) :] == -1.0).all()
 
 
 def test_how_pixels_are_laid_out_changes_no_picture(monkeypatch) -> None:
     usual = drawn(plate())
-    monkeypatch.setattr(edge_rays, "PIXELS_PER_ROW", 7)
-    monkeypatch.setattr(edge_rays, "MOST_ROWS", 3)
+    monkeypatch.setattr(own_rays, "PIXELS_PER_ROW", 7)
+    monkeypatch.setattr(own_rays, "MOST_ROWS", 3)
     assert np.array_equal(drawn(plate()), usual)

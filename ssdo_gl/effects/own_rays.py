@@ -1,4 +1,4 @@
-"""Rays of their own for the pixels that a neighbour in front may shade."""
+"""Rays of pixels' own: more where a neighbour in front may shade."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Hashable, Mapping
 from dataclasses import replace
 from typing import Any
 
+import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,9 +14,15 @@ from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.passes.edge_lookup import EDGE_RAYS, EdgeRays
-from ssdo_gl.passes.environment_uniforms import MAP_RADIANCE, environment_uniforms
-from ssdo_gl.passes.far_probes import FAR_RADIANCE, FarFieldSettings, ProbeRays, refining_parts
+from ssdo_gl.passes.environment_uniforms import MAP_IRRADIANCE, MAP_RADIANCE, environment_uniforms
+from ssdo_gl.passes.far_probes import (
+    FAR_PROBES,
+    FAR_RADIANCE,
+    FarFieldSettings,
+    ProbeRays,
+    mean_radiance,
+)
+from ssdo_gl.passes.own_lookup import OWN_RAYS, OwnRays
 from ssdo_gl.passes.rays import radius_ns, ray_defines, ray_reads, ray_uniforms, stream_of
 from ssdo_gl.passes.surfels import CACHE_TABLES, facts_of, textures_of
 from ssdo_gl.raytracing.surface_tables import RayFeatures
@@ -23,11 +30,15 @@ from ssdo_gl.scene.environment import ENVIRONMENT_KINDS, EnvironmentKind
 
 # Of textures with a texel for each such pixel: so many to a row, more where rows would be more
 # than any device has.
+# In how many live frames they are traced, at most.
+MOST_PARTS = 16
 PIXELS_PER_ROW, MOST_ROWS = 256, 8192
+# As effects/own_pixels.frag writes it, in eight bits.
+EDGE = 255
 
 
 def places_of(
-    chosen: NDArray[np.integer[Any]], size: tuple[int, int]
+    chosen: NDArray[np.integer[Any]], many: int, size: tuple[int, int]
 ) -> tuple[NDArray[np.float32], ...]:
     """Return where pixels have a texel of their own, and which pixel each texel stands for.
 
@@ -35,18 +46,21 @@ def places_of(
     ----------
     chosen : (n,) integers
         Of the frame's pixels, row by row.
+    many : int
+        How many of them have many rays: the first ones.
     size : (int, int)
         Width and height of the frame, pixels.
 
     Returns
     -------
     (height, width, 1) float32
-        One more than the texel's number; 0: the pixel has none.
+        One more than the texel's number, negative for `many`; 0: the pixel has none.
     (rows, columns, 2) float32
         Column and row of the pixel; -1: none.
     """
     places = np.zeros((size[1], size[0], 1), np.float32)
     places.flat[chosen] = np.arange(1, len(chosen) + 1)
+    places.flat[chosen[:many]] *= -1.0
     columns = max(PIXELS_PER_ROW, -(-len(chosen) // MOST_ROWS))
     pixels = np.full((-(-len(chosen) // columns), columns, 2), -1.0, np.float32)
     # A float holds no number of a frame of more than 16 million pixels, but these two.
@@ -54,18 +68,18 @@ def places_of(
     return places, pixels
 
 
-class EdgeRaysPass(RenderPass):
-    """Writes `edge_places`, `edge_far` and `edge_near`: all that arrives at some pixels.
+class OwnRaysPass(RenderPass):
+    """Writes `own_places`, `own_far` and `own_near`: all that arrives at pixels.
 
-    These are the pixels that a neighbour within R shades whose side towards them is hidden:
+    More rays have those that a neighbour within R shades whose side towards them is hidden:
     8 % of courtyard's (320x180), in which half of its squared error was. All frames of a
     steady view share their rays; a live one has none until its probes have theirs.
     """
 
-    name = "edge_rays"
+    name = "own_rays"
     writes: Mapping[str, TextureSpec] = {
         name: TextureSpec(channels, "f4", own=True)
-        for name, channels in zip(EDGE_RAYS, (1, 4, 4), strict=True)
+        for name, channels in zip(OWN_RAYS, (1, 4, 4), strict=True)
     }
     is_gradual = True
     lags = False
@@ -73,31 +87,38 @@ class EdgeRaysPass(RenderPass):
     depends_on = ("steady_view", "steady_seed", "geometry", "environment")
 
     def __init__(
-        self, settings: FarFieldSettings, features: RayFeatures, environment: EnvironmentKind
+        self,
+        settings: FarFieldSettings,
+        features: RayFeatures,
+        environment: EnvironmentKind,
+        stride: int,
     ) -> None:
         self.settings = settings
+        self.stride = stride
+        self.many_rays = max(settings.edge_rays, settings.pixel_rays)
         self.features = features
         self.environment = environment
         self.reads = (
             *self.steady_reads,
+            *FAR_PROBES,
             FAR_RADIANCE,
             *ray_reads(features, shades=True),
             *CACHE_TABLES,
-            *((MAP_RADIANCE,) if environment == "map" else ()),
+            *((MAP_RADIANCE, MAP_IRRADIANCE) if environment == "map" else ()),
         )
 
     def settings_key(self) -> Hashable:
-        return self.settings, self.features, self.environment
+        return self.settings, self.features, self.environment, self.stride
 
     def execute(self, context: PassContext) -> Produced:
         """Trace the rays of some of the pixels, once the probes have all of theirs."""
         frame, probes = context.frame, context.facts[FAR_RADIANCE]
         assert isinstance(probes, ProbeRays)
-        parts = refining_parts(frame.count)
+        parts = min(frame.count**2, MOST_PARTS)
         self.is_settled = True
-        if not all(probes.fresh) or probes.parts < parts:
-            return self._produced(context, EdgeRays(probes))
-        known = facts_of(context, EDGE_RAYS[0], EdgeRays)
+        if not all(probes.fresh):
+            return self._produced(context, OwnRays(probes))
+        known = facts_of(context, OWN_RAYS[0], OwnRays)
         rays = known if known is not None and known.source is probes else None
         rays = rays or self._begun(context, probes)
         if rays.textures:
@@ -109,34 +130,65 @@ class EdgeRaysPass(RenderPass):
         self.is_settled = rays.is_known or not rays.textures
         return self._produced(context, rays)
 
-    def _begun(self, context: PassContext, probes: ProbeRays) -> EdgeRays:
+    def _begun(self, context: PassContext, probes: ProbeRays) -> OwnRays:
         """Find the pixels, and return room for what their rays will find."""
         gl, frame = context.gl, context.frame
         flags = make_texture(gl, frame.view.size, 1, "nu1")
         target = make_framebuffer(gl, [flags])
-        program = context.shaders.fullscreen("effects/edge_pixels.frag", {})
-        uniforms = {**frame.view.uniforms(), "u_radius": self.settings.radius}
+        program = context.shaders.fullscreen("effects/own_pixels.frag", {})
+        uniforms = {
+            **frame.view.uniforms(),
+            "u_radius": self.settings.radius,
+            "u_receiver_stride": self.stride,
+        }
         draw_fullscreen(gl, program, target, uniforms, textures_of(context, self.steady_reads))
         target.release()
-        chosen = np.flatnonzero(np.frombuffer(flags.read(alignment=1), np.uint8))
+        classes = np.frombuffer(flags.read(alignment=1), np.uint8)
         flags.release()
+        chosen, many = self._chosen(classes)
         if not len(chosen):
-            return EdgeRays(probes)
-        places, pixels = places_of(chosen, frame.view.size)
+            return OwnRays(probes)
+        places, pixels = places_of(chosen, many, frame.view.size)
         size = pixels.shape[1], pixels.shape[0]
         textures = (
             make_texture(gl, frame.view.size, 1, "f4", places),
             make_texture(gl, size, 4, "f4"),
             make_texture(gl, size, 4, "f4"),
             make_texture(gl, size, 2, "f4", pixels),
+            self._guide(context),
         )
-        return EdgeRays(probes, textures)
+        return OwnRays(probes, textures, many=many)
 
-    def _trace(self, context: PassContext, rays: EdgeRays, rows: tuple[int, int]) -> None:
+    def _guide(self, context: PassContext) -> moderngl.Texture:
+        """Return how often rays are to follow each direction of the probes."""
+        radiance = context.inputs[FAR_RADIANCE]
+        guide = make_texture(context.gl, radiance.size, 2, "f4")
+        target = make_framebuffer(context.gl, [guide])
+        program = context.shaders.fullscreen(
+            "effects/own_guide.frag", {"PROBE_SIDE": self.settings.directions}
+        )
+        uniforms = {"u_sky": mean_radiance(context.frame.scene.environment)}
+        reads = textures_of(context, (*FAR_PROBES, FAR_RADIANCE))
+        draw_fullscreen(context.gl, program, target, uniforms, reads)
+        target.release()
+        return guide
+
+    def _chosen(self, classes: NDArray[np.uint8]) -> tuple[NDArray[np.integer[Any]], int]:
+        """Return the pixels that have rays, and how many of them, the first ones, have many."""
+        few = self.settings.pixel_rays
+        if few == self.many_rays:
+            return np.flatnonzero(classes), 0
+        edges = np.flatnonzero(classes == EDGE)
+        others = np.flatnonzero((classes != EDGE) & (classes > 0)) if few else edges[:0]
+        return np.concatenate([edges, others]), len(edges)
+
+    def _trace(self, context: PassContext, rays: OwnRays, rows: tuple[int, int]) -> None:
         """Trace the rays of the pixels in `rows`."""
         frame = context.frame
         defines = {
             **ray_defines(context, self.features),
+            "PROBE_TILE": self.settings.tile,
+            "PROBE_SIDE": self.settings.directions,
             "ENVIRONMENT_KIND": ENVIRONMENT_KINDS.index(self.environment),
         }
         uniforms = {
@@ -144,22 +196,24 @@ class EdgeRaysPass(RenderPass):
             **environment_uniforms(frame),
             "u_radius_ns": radius_ns(self.settings.radius, context),
             "u_stream": stream_of(frame.first_seed + (frame.moves << 32), 0),
-            "u_ray_count": self.settings.edge_rays,
+            "u_many_rays": self.many_rays,
+            "u_few_rays": self.settings.pixel_rays,
+            "u_many_count": rays.many,
         }
-        _, far, near, pixels = rays.textures
+        _, far, near, pixels, guide = rays.textures
         reads = [name for name in self.reads if name != FAR_RADIANCE]
-        textures = {**textures_of(context, reads), "t_edge_pixels": pixels}
-        program = context.shaders.fullscreen("effects/edge_rays.frag", defines)
+        textures = {**textures_of(context, reads), "t_own_pixels": pixels, "t_own_guide": guide}
+        program = context.shaders.fullscreen("effects/own_rays.frag", defines)
         target = make_framebuffer(context.gl, [far, near])
         region = (0, rows[0], far.width, rows[1] - rows[0])
         draw_fullscreen(context.gl, program, target, uniforms, textures, region=region)
         target.release()
 
-    def _produced(self, context: PassContext, rays: EdgeRays) -> Produced:
+    def _produced(self, context: PassContext, rays: OwnRays) -> Produced:
         """Return the textures of `rays`, or stand-ins for those that are not known."""
         shown = rays.textures[:3] if rays.is_known else None
         if shown is None:
             shown = tuple(make_texture(context.gl, (1, 1), n, "f4", n * [0.0]) for n in (1, 4, 4))
         first, *others = shown
-        named = zip(EDGE_RAYS[1:], others, strict=True)
-        return {EDGE_RAYS[0]: TextureWithFacts(first, rays), **dict(named)}
+        named = zip(OWN_RAYS[1:], others, strict=True)
+        return {OWN_RAYS[0]: TextureWithFacts(first, rays), **dict(named)}

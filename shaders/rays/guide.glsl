@@ -1,0 +1,97 @@
+// Directions drawn by what the nearest probe and those about it have found: half of them uniformly over the
+// cosine-weighted hemisphere, half by that in the probe's cells (a defensive mixture: Owen,
+// Zhou 2000), so that none counts more than twice.
+//
+// Defines: PROBE_TILE, PROBE_SIDE (see lib/far_probes.glsl).
+#include "lib/gbuffer.glsl"
+#include "lib/far_probes.glsl"
+
+uniform sampler2D t_own_guide;  // r: relative density, g: share of the sky that is open
+
+const float GUIDED = 0.75;
+// Probes whose normals have a smaller cosine tell nothing: their cells are other directions.
+const float LEAST_AGREEMENT = 0.8;
+const float GUIDE_CELL = 1.0 / float(PROBE_SIDE * PROBE_SIDE);
+
+struct Guide {
+    ivec2 first;    // texel of the probe's first cell
+    float scale;    // from the density of a cell to its share of the guided directions; 0: none are
+    float open;     // share of the sky that the probe sees
+    float rows[PROBE_SIDE];  // shares of the directions
+};
+
+// A direction in the frame of the normal, and what to multiply with what arrives along it.
+struct Guided {
+    vec3 w;
+    float weight;
+};
+
+// The probe of the four tiles around the pixel that lies most on the same surface, or -1.
+ivec2 probe_beside(ivec2 texel, ivec2 tiles, vec3 p_vs, vec3 n_vs)
+{
+    ivec2 found = ivec2(-1);
+    float best = 0.0;
+    float inv_extent = 1.0 / (float(PROBE_TILE) * pixel_height_at(-p_vs.z));
+    ivec2 low = (2 * texel + 1 - PROBE_TILE) / (2 * PROBE_TILE);
+    for (int i = 0; i < 8; ++i) {
+        ivec2 tile = min(low + ivec2(i & 1, i >> 1 & 1), tiles - 1);
+        bool is_second = i >= 4;
+        vec4 point = is_second ? texelFetch(t_far_second_probes, tile, 0)
+                               : texelFetch(t_far_first_probes, tile, 0);
+        float height = dot(point.xyz - p_vs, n_vs) * inv_extent;
+        vec2 apart = vec2(tile * PROBE_TILE - texel) / float(PROBE_TILE) + 0.5;
+        float near = 1.0 / ((1.0 + height * height) * (1.0 + 0.1 * dot(apart, apart)));
+        float facing = dot(oct_unproject(probe_square(point.w)), n_vs);
+        if (point.w != 0.0 && facing > LEAST_AGREEMENT && facing * near > best) {
+            best = facing * near;
+            found = tile + ivec2(0, is_second ? second_probe_rows(tiles) : 0);
+        }
+    }
+    return found;
+}
+
+Guide guide_at(ivec2 texel, vec3 p_vs, vec3 n_vs)
+{
+    ivec2 tiles = textureSize(t_far_first_probes, 0);
+    ivec2 probe = probe_beside(texel, tiles, p_vs, n_vs);
+    Guide g;
+    g.first = probe_texel(max(probe, ivec2(0)), tiles);
+    g.open = 0.0;
+    float sum = 0.0;
+    for (int y = 0; y < PROBE_SIDE; ++y) {
+        g.rows[y] = 0.0;
+        for (int x = 0; x < PROBE_SIDE; ++x) {
+            vec2 cell = texelFetch(t_own_guide, g.first + ivec2(x, y), 0).xy;
+            g.rows[y] += cell.x;
+            g.open += GUIDE_CELL * cell.y;
+        }
+        sum += g.rows[y];
+    }
+    bool is_known = probe.x >= 0 && sum > 0.0;
+    g.open = is_known ? g.open : 0.0;
+    g.scale = is_known ? GUIDED / sum : 0.0;
+    float even = (is_known ? 1.0 - GUIDED : 1.0) / float(PROBE_SIDE);
+    for (int y = 0; y < PROBE_SIDE; ++y)
+        g.rows[y] = even + g.scale * g.rows[y];
+    return g;
+}
+
+// By a point of the unit square, which is warped so that nearby points stay together.
+Guided guided_direction(Guide g, vec2 u)
+{
+    ivec2 cell = ivec2(0);
+    // The last ones take what rounding leaves.
+    while (cell.y < PROBE_SIDE - 1 && u.y >= g.rows[cell.y])
+        u.y -= g.rows[cell.y++];
+    float row = g.rows[cell.y];
+    u.x *= row;
+    float even = (g.scale > 0.0 ? 1.0 - GUIDED : 1.0) * GUIDE_CELL;
+    float share = even + g.scale * texelFetch(t_own_guide, g.first + cell, 0).x;
+    while (cell.x < PROBE_SIDE - 1 && u.x >= share) {
+        u.x -= share;
+        ++cell.x;
+        share = even + g.scale * texelFetch(t_own_guide, g.first + cell, 0).x;
+    }
+    vec2 within = clamp(u / vec2(share, row), 0.0, 1.0 - FLOAT_EPSILON);
+    return Guided(probe_direction((vec2(cell) + within) / float(PROBE_SIDE)), GUIDE_CELL / share);
+}
