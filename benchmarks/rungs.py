@@ -3,7 +3,8 @@
 ``make bench-presets`` runs ``python -m benchmarks.rungs OUTDIR [SCENE ...]``. It measures what
 ``make bench`` does of the published method and of the march, with fewer rounds and patterns and
 against the near field alone. OUTDIR receives a table of each scene; printed are the ladder, and
-for each scene the published method beside the march at equal time and at equal error.
+for each scene the published method beside the march at equal time and at equal error, and time
+and error of each setting over those of the published method.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from typing import Any
 from benchmarks.common import command
 from benchmarks.equal import compare, curve_of
 from benchmarks.experiments import MARCH, PAPER, comparison_lines
-from benchmarks.preset_ladder import derive, ladder_text
+from benchmarks.preset_ladder import BASELINE, derive, ladder_text
 from ssdo_gl.bench.measure import (
     BenchRenderer,
     Goal,
@@ -40,6 +41,8 @@ from ssdo_gl.bench.statistics import rmse_of
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
+from ssdo_gl.settings import Settings
+from ssdo_gl.settings.fields import SettingError, parse
 from ssdo_gl.settings.resolve import settings_for
 
 SCENES = ("cornell_meso", "courtyard", "stairs")
@@ -50,11 +53,13 @@ REFERENCE_SPP, REFERENCE_GOAL, REFERENCE_SECONDS = 64, 0.01, 600.0
 Row = dict[str, str]
 
 
-def measure(name: str, device: Device, folder: Path) -> tuple[list[Row], dict[str, Any]]:
+def measure(
+    name: str, device: Device, folder: Path, size: tuple[int, int]
+) -> tuple[list[Row], dict[str, Any]]:
     """Return a row for each point of the grid, as ``points.csv`` has them, and the machine."""
     points = read_grid(GRID)
     scene = load_scene(name)
-    with Renderer(scene, settings_for(scene.render, {"size": SIZE}), device=device) as renderer:
+    with Renderer(scene, settings_for(scene.render, {"size": size}), device=device) as renderer:
         own = BenchRenderer(renderer)
         base = dataclasses.replace(renderer.settings, antialias=1, max_error=None)
         machine = describe_machine(device, renderer.timer_kind, "")
@@ -92,6 +97,16 @@ def errors_of(renderer: BenchRenderer, points: Sequence[Point], base: Any) -> li
     return errors
 
 
+def over_published(rows: Sequence[Row]) -> list[str]:
+    """Return the lines of a table: time and error over those of the ladder's unit."""
+    unit = next(row for row in rows if row["key"] == BASELINE)
+    lines = ["| setting | time | error |", "|---|--:|--:|"]
+    for row in rows:
+        time, error = (float(row[name]) / float(unit[name]) for name in ("ms", "near_error"))
+        lines.append(f"| {row['label']} | {time:.2f} | {error:.2f} |")
+    return lines
+
+
 def write(path: Path, rows: Sequence[Row]) -> None:
     """Write rows as CSV."""
     with path.open("w", encoding="utf-8", newline="") as file:
@@ -105,23 +120,29 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = command("rungs", __doc__)
     parser.add_argument("outdir", type=Path, metavar="OUTDIR")
     parser.add_argument("scenes", nargs="*", default=SCENES, metavar="SCENE")
+    parser.add_argument("--size", default=f"{SIZE[0]}x{SIZE[1]}", metavar="WxH")
     options = parser.parse_args(argv)
+    try:
+        size = parse(Settings, "size", options.size)
+    except SettingError as error:
+        parser.error(str(error))
     options.outdir.mkdir(parents=True, exist_ok=True)
     tables: dict[str, list[Row]] = {}
     machine: dict[str, Any] = {}
     device = create_context("auto")
     try:
         for name in options.scenes:
-            rows, machine = measure(name, device, options.outdir)
+            rows, machine = measure(name, device, options.outdir, size)
             tables[name] = rows
             write(options.outdir / f"{Path(name).stem}.csv", rows)
             paper, march = curve_of(rows, "paper's SSDO", PAPER), curve_of(rows, "march", MARCH)
-            print(f"\n{name}\n\n" + "\n".join(comparison_lines(compare(paper, march))), flush=True)
+            lines = [*comparison_lines(compare(paper, march)), "", *over_published(rows)]
+            print(f"\n{name}\n\n" + "\n".join(lines), flush=True)
     finally:
         device.release()
     rungs, presets = derive(list(tables.values()))
     source = {
-        "benches": [f"{name} {SIZE[0]}x{SIZE[1]}" for name in tables],
+        "benches": [f"{name} {size[0]}x{size[1]}" for name in tables],
         "renderer": machine["renderer"],
         "clock": CLOCK_NAMES[machine["clock"]],
         "version": machine["ssdo_gl"],
