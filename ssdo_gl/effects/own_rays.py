@@ -28,10 +28,12 @@ from ssdo_gl.passes.surfels import CACHE_TABLES, facts_of, textures_of
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment import ENVIRONMENT_KINDS, EnvironmentKind
 
-# Of textures with a texel for each such pixel: so many to a row, more where rows would be more
-# than any device has.
+# Of a view of many frames, which share them: so many times as many, at most.
+MOST_TIMES = 3
 # In how many live frames they are traced, at most.
 MOST_PARTS = 16
+# Of textures with a texel for each such pixel: so many to a row, more where rows would be more
+# than any device has.
 PIXELS_PER_ROW, MOST_ROWS = 256, 8192
 # As effects/own_pixels.frag writes it, in eight bits.
 EDGE = 255
@@ -191,13 +193,14 @@ class OwnRaysPass(RenderPass):
             "PROBE_SIDE": self.settings.directions,
             "ENVIRONMENT_KIND": ENVIRONMENT_KINDS.index(self.environment),
         }
+        times = min(frame.count, MOST_TIMES)
         uniforms = {
             **ray_uniforms(context),
             **environment_uniforms(frame),
             "u_radius_ns": radius_ns(self.settings.radius, context),
             "u_stream": stream_of(frame.first_seed + (frame.moves << 32), 0),
-            "u_many_rays": self.many_rays,
-            "u_few_rays": self.settings.pixel_rays,
+            "u_many_rays": times * self.many_rays,
+            "u_few_rays": times * self.settings.pixel_rays,
             "u_many_count": rays.many,
         }
         _, far, near, pixels, guide = rays.textures
