@@ -136,10 +136,17 @@ void main()
     vec2 visibility = vec2(1.0);
 #if HAS_SHADOW_MAP
     // In a light's own plane, where it gives nothing, visibility has no meaning.
+    bool is_lit = is_surface && largest_component(irradiance) > 0.0;
+#if GLOSSY || !TRACES_PENUMBRAE
     visibility = shadow_visibility(
         light, shadowed_vs, horizon_vs, n_vs, texel, is_surface, is_lifted);
-    bool is_edge = visibility.x > 0.0 && visibility.x < 1.0 && largest_component(irradiance) > 0.0;
+#endif
+#if TRACES_PENUMBRAE
+    visibility.x = penumbra(light, n_vs, horizon_vs, texel, is_lit);
+#else
+    bool is_edge = visibility.x > 0.0 && visibility.x < 1.0 && is_lit;
     visibility = shadow_edge(light, texel, is_edge, visibility);
+#endif
 #if HAS_LIFT
     visibility *= is_lifted ? fade_of_lift(light, p_vs, n_vs, lift) : 1.0;
 #endif

@@ -1,20 +1,91 @@
-// Where texels of a shadow map disagree: what a ray to a light without a size finds.
+// Who is lit, by rays: one where texels of a map disagree about a light without a size; to a
+// light with one RAYS_ALL from every pixel, RAYS_EDGE where those, or four pixels, disagree.
 #include "rays/ray.glsl"
+
+#define TRACES_PENUMBRAE IS_SOFT
+
+uniform vec2 u_edge_points;  // where the points of a light begin
+
+// From `p_vs` towards the light, or its point at u; w: how much of the light comes from there.
+vec4 toward_light(Light light, vec2 u, vec3 p_vs, vec3 n_vs, vec3 m_vs)
+{
+#if LIGHT_FORM == FORM_PARALLEL
+    vec3 to_light = light.place_vs;
+#if IS_SOFT
+    to_light = normalize(frame_from_z(to_light) * vec3(disk_point(light.numbers.x, u), 1.0));
+#endif
+    float weight = 1.0;
+#elif LIGHT_FORM == FORM_AREA
+    vec3 to_light = area_point(light, u) - p_vs;
+    // As a unit, so that nothing underflows: all points share the light's.
+    vec3 d = to_light / length(light.place_vs - p_vs);
+    float size_2 = max(dot(d, d), 1e-30);
+    float weight = abs(dot(d, area_normal(light, p_vs))) / (size_2 * size_2);
+#else
+    vec3 to_light = light.place_vs - p_vs;
+    float weight = 1.0;
+#endif
+    weight *= max(dot(normalize(to_light), n_vs), 0.0);
+    return vec4(to_light, dot(to_light, m_vs) > 0.0 ? weight : 0.0);
+}
+
+bool is_blocked_toward(RaySurface surface, vec3 to_light_vs)
+{
+    vec3 to_light = u_ns_from_vs * to_light_vs;
+    float size = max(length(to_light), 1e-30);
+    float reach = LIGHT_FORM == FORM_PARALLEL ? RAY_FAR : reach_toward_light(size * u_ns_per_unit);
+    return light_is_blocked(surface, to_light / size, reach);
+}
+
+vec3 start_vs(RaySurface surface)
+{
+    return ((surface.start - u_eye_ns) / u_ns_per_unit) * u_ns_from_vs;
+}
 
 vec2 shadow_edge(Light light, ivec2 pixel, bool is_edge, vec2 visibility)
 {
     if (is_edge) {
         RaySurface surface = ray_surface_at(pixel);
-#if LIGHT_FORM == FORM_PARALLEL
-        vec3 w = u_ns_from_vs * light.place_vs;
-        float reach = RAY_FAR;
-#else
-        vec3 to_light = u_eye_ns + u_ns_from_vs * (light.place_vs * u_ns_per_unit) - surface.start;
-        float size = max(length(to_light), 1e-15);
-        vec3 w = to_light / size;
-        float reach = reach_toward_light(size);
+        vec3 to_light = light.place_vs;
+#if LIGHT_FORM != FORM_PARALLEL
+        to_light -= start_vs(surface);
 #endif
-        visibility = vec2(light_is_blocked(surface, w, reach) ? 0.0 : 1.0);
+        visibility = vec2(is_blocked_toward(surface, to_light) ? 0.0 : 1.0);
     }
     return visibility;
 }
+
+#if TRACES_PENUMBRAE
+// What is open of points `first` to `last` of the light, and all, as weights.
+vec2 open_points(Light light, RaySurface surface, vec3 n_vs, vec3 m_vs, int first, int last)
+{
+    vec3 p_vs = start_vs(surface);
+    vec2 open = vec2(0.0);
+    int i = first;
+    do {
+        vec2 u = fract(u_edge_points + float(i) * KRONECKER_STEP.xy);
+        vec4 way = toward_light(light, u, p_vs, n_vs, m_vs);
+        bool is_open = way.w > 0.0 && !is_blocked_toward(surface, way.xyz);
+        open += vec2(is_open ? way.w : 0.0, way.w);
+    } while (++i < last);
+    return open;
+}
+
+// How much of the light reaches a pixel. All pixels ask for the same points, frame after frame
+// while the view moves: what is wrong then moves with the surface instead of flickering.
+float penumbra(Light light, vec3 n_vs, vec3 m_vs, ivec2 pixel, bool is_lit)
+{
+    RaySurface surface;
+    vec2 open = vec2(0.0);
+    if (is_lit) {
+        surface = ray_surface_at(pixel);
+        open = open_points(light, surface, n_vs, m_vs, 0, RAYS_ALL);
+    }
+    bvec2 found = bvec2(open.x > 0.0, open.x < open.y);  // light, shadow
+    vec4 around = quad_sum(vec4(found, 0.0, 0.0), pixel);
+    if (is_lit && min(around.x, around.y) > 0.0) {
+        open += open_points(light, surface, n_vs, m_vs, RAYS_ALL, RAYS_EDGE);
+    }
+    return open.y > 0.0 ? open.x / open.y : 1.0;
+}
+#endif

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterator, Mapping
-from copy import copy
 from dataclasses import dataclass, replace
-from typing import ClassVar, NamedTuple, Self
+from typing import ClassVar, NamedTuple
 
 import moderngl
+import numpy as np
 
 from ssdo_gl import math3d
 from ssdo_gl.effects.decisions import Decision
@@ -29,6 +29,7 @@ from ssdo_gl.passes.light_rows import light_rows
 from ssdo_gl.passes.rays import ray_defines, ray_reads, ray_uniforms
 from ssdo_gl.passes.screen_space_settings import pattern_offset
 from ssdo_gl.raytracing.surface_tables import RayFeatures
+from ssdo_gl.scene.light_bodies import parts_of_bodies
 from ssdo_gl.scene.lights import Light, kind_number
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.scene.shadow_frames import ShadowFrame, atlas_layout, shadow_frames
@@ -48,6 +49,14 @@ class DirectSettings:
     filter_samples: int = setting(
         8, "shadow-map reads per part of a light in its penumbra: smoother", low=1, high=256
     )
+    penumbra_rays: int = setting(
+        16,
+        "rays of gi to a light with a size where the first quarter of them, or of those of "
+        "neighbours, disagree",
+        unit="rays",
+        low=4,
+        high=256,
+    )
     gloss_footprint: float = setting(
         1.0,
         "how much of the way to its neighbours a pixel reaches, over which highlights of lights "
@@ -58,8 +67,9 @@ class DirectSettings:
     )
 
 
-# Shadow maps of all lights, columns of their atlas, and the switches of those that shine.
-_ShadowPlaces = tuple[list[ShadowFrame | None], int, dict[int, dict[str, int]]]
+# Shadow maps of all lights, columns of their atlas, the switches of those that shine, and those
+# that share a body.
+_ShadowPlaces = tuple[list[ShadowFrame | None], int, dict[int, dict[str, int]], frozenset[int]]
 
 
 def is_smooth(scene: Scene) -> bool:
@@ -71,11 +81,13 @@ def is_smooth(scene: Scene) -> bool:
 # Pixels of a block, each of which has a set of points of its own, and frames in which its
 # quarters exchange them: they share the points that are set off by a seed.
 BLOCK_SETS, TURNS = 16, 4
+# Of the points of lights that rays are sent to: the sequence of ``lib/hash.glsl``.
+R2_STEP = (0.7548776662466927, 0.5698402909980532)
 
 
 def uniforms(settings: DirectSettings, frame: Frame) -> dict[str, object]:
     """Return the uniforms of ``effects/direct.frag`` that all lights share."""
-    number = frame.seed - frame.first_seed + frame.moves
+    number = frame.seed - frame.first_seed
     return {
         **frame.view.uniforms(),
         "u_pattern_offset": pattern_offset(frame.first_seed + number // TURNS),
@@ -112,7 +124,7 @@ class DirectPass(RenderPass):
     glossy : bool
         Write `direct_gloss`, too: rgb radiance that glossy surfaces reflect to the camera.
     rays : RayFeatures or None
-        What rays meet that tell where shadows of lights without a size end; None: the map does.
+        What rays meet that tell where shadows end; None: the map does.
     """
 
     name = "direct"
@@ -149,12 +161,6 @@ class DirectPass(RenderPass):
         # pattern of soft shadows.
         self.depends_on = ("view", "lights", *(("geometry", "seed") if shadow_maps else ()))
 
-    def renamed(self, names: Mapping[str, str]) -> Self:
-        """Return one that writes the same to resources of other names."""
-        other = copy(self)
-        other.writes = {names.get(name, name): spec for name, spec in self.writes.items()}
-        return other
-
     def settings_key(self) -> Hashable:
         return (
             self.settings,
@@ -169,7 +175,7 @@ class DirectPass(RenderPass):
         """Draw one triangle over the target for each light, adding up; then over what is glossy."""
         assert context.target is not None
         scene, view = context.frame.scene, context.frame.view
-        frames, columns, chosen = self._placed.get(
+        frames, columns, chosen, parts = self._placed.get(
             (scene.lights, scene.materials, scene.meshes, context.geometry.instances),
             lambda: self._places(scene, context.geometry),
         )
@@ -191,8 +197,9 @@ class DirectPass(RenderPass):
             gloss = {"GLOSSY": glossy, "FILTERS_GLOSS": int(filters)}
             for i, switches in chosen.items():
                 defines = {**switches, **gloss}
-                is_sharp = switches["HAS_SHADOW_MAP"] and not scene.lights[i].is_soft
-                edge = self._edge(context) if is_sharp else _FILTERED
+                # Panels that stand for a body of another shape lie within it.
+                is_traced = switches["HAS_SHADOW_MAP"] and i not in parts
+                edge = self._edge(context) if is_traced else _FILTERED
                 choices = {"shadow_edge": f"shadow_edges/{edge.name}.glsl"}
                 draw_fullscreen(
                     context.gl,
@@ -209,12 +216,16 @@ class DirectPass(RenderPass):
                 )
 
     def _edge(self, context: PassContext) -> _Edge:
-        """Return how texels of a map that disagree about a light without a size are judged."""
+        """Return how it is judged where shadows of a light end."""
         if self._rays is None:
             return _FILTERED
         tables = {sampler: context.inputs[name] for sampler, name in self._ray_wiring.items()}
-        defines = ray_defines(context, self._rays)
-        return _Edge("traced", defines, ray_uniforms(context), tables)
+        count = self.settings.penumbra_rays
+        defines = {"RAYS_ALL": count // 4, "RAYS_EDGE": count, **ray_defines(context, self._rays)}
+        # Frames of one view go on in the sequence; those of one that moves have the same points.
+        first = (0.5 + np.multiply(context.frame.seed * count, R2_STEP)) % 1.0
+        uniforms = {**ray_uniforms(context), "u_edge_points": tuple(first)}
+        return _Edge("traced", defines, uniforms, tables)
 
     def _places(self, scene: Scene, geometry: Geometry) -> _ShadowPlaces:
         """Return what does not depend on the view."""
@@ -226,7 +237,7 @@ class DirectPass(RenderPass):
             for i, light in enumerate(lights)
             if light.shadow != "ssdo" and light.power > 0
         }
-        return frames, atlas_layout(lights).columns, chosen
+        return frames, atlas_layout(lights).columns, chosen, parts_of_bodies(scene)
 
     def _defines(self, light: Light, smooth: bool) -> dict[str, int]:
         has_map = self.shadow_maps and light.shadow == "map"

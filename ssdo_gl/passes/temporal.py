@@ -16,7 +16,6 @@ from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.settings.fields import setting
 
 TEMPORAL = "temporal"
-FRAMES_OF_DIRECT = 4
 
 
 @dataclass(frozen=True)
@@ -36,11 +35,6 @@ class TemporalSettings:
     unfiltered: float = setting(
         0.5, "share of light without the filter in averages over frames", low=0.0, high=1.0
     )
-
-    @property
-    def of_direct(self) -> TemporalSettings:
-        """Of direct light: its noise repeats every four frames, and no shadow may lag behind."""
-        return TemporalSettings(min(self.frames, FRAMES_OF_DIRECT), 1)
 
 
 @dataclass(frozen=True, eq=False)

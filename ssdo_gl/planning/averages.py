@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from ssdo_gl.effects.bounce import BouncePass
-from ssdo_gl.effects.direct import DirectPass
 from ssdo_gl.effects.directional import DirectionalPass
 from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.effects.request import Request
 from ssdo_gl.graph.render_pass import RenderPass
 from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterPass
 from ssdo_gl.passes.temporal import TEMPORAL, TemporalPass, TemporalSettings
-from ssdo_gl.scene.lights import Form
 
 # What the filter writes where nobody asks for one of two images.
 SUMMED_LIGHT = "filtered_irradiance"
@@ -20,19 +18,6 @@ SUMMED_LIGHT = "filtered_irradiance"
 _AVERAGED = frozenset({"directional_irradiance", "bounce_irradiance", SUMMED_LIGHT, "visibility"})
 # Settings of passes whose images are not, or that a window changes while it moves.
 _NOT_AVERAGED = ("direct.", "shadow_map.", "tone_map.")
-
-
-def _averages_direct(item: RenderPass, request: Request) -> bool:
-    """Return whether direct light is averaged: where lights as large as windows cast maps.
-
-    Else soft shadows have so little noise that the blur of averages outweighs it.
-    """
-    return (
-        isinstance(item, DirectPass)
-        and item.shadow_maps
-        and METHODS[request.settings.method].is_all_light
-        and any(light.form is Form.AREA or light.spread > 0.0 for light in request.scene.lights)
-    )
 
 
 # In so many directions light is looked for whose noise averages take out without a filter.
@@ -77,16 +62,13 @@ def averaged(
     found: list[RenderPass] = []
     reasons: dict[str, str] = {}
     for item in passes:
-        is_filtered = isinstance(item, EdgeAwareFilterPass) and _AVERAGED.issuperset(item.writes)
-        is_direct = _averages_direct(item, request)
-        if not isinstance(item, EdgeAwareFilterPass | DirectPass) or not (is_filtered or is_direct):
+        if not isinstance(item, EdgeAwareFilterPass) or not _AVERAGED.issuperset(item.writes):
             found.append(item)
             continue
-        images = {f"{result}_now": result for result in item.writes if result != "direct_gloss"}
+        images = {f"{result}_now": result for result in item.writes}
         name = f"{TEMPORAL}_{item.name.removesuffix('_filter')}"
         found.append(item.renamed({result: now for now, result in images.items()}))
         unfiltered = _unfiltered(item, passes, request, settings.unfiltered)
-        own = settings.of_direct if is_direct else settings
-        found.append(TemporalPass(name, own, images, made_from, unfiltered))
+        found.append(TemporalPass(name, settings, images, made_from, unfiltered))
         reasons[name] = "averages what moves over frames"
     return tuple(found), reasons

@@ -25,13 +25,10 @@ class LightContent:
         How it arrives: map, ssdo or none.
     is_on : bool
         Any component of what it emits is above zero.
-    is_sharp : bool
-        It has no size, and its shadows no penumbrae.
     """
 
     shadow: Shadow
     is_on: bool = True
-    is_sharp: bool = False
 
 
 @dataclass(frozen=True)
@@ -86,12 +83,6 @@ class SceneContent:
         """Whether any of them does not."""
         return any(light.is_on and light.shadow != "ssdo" for light in self.lights)
 
-    @property
-    def has_sharp_shadows(self) -> bool:
-        """Whether a map has to show shadows without penumbrae."""
-        mapped = (light for light in self.lights if light.is_on and light.shadow == "map")
-        return any(light.is_sharp for light in mapped)
-
 
 def analyse(scene: Scene) -> SceneContent:
     """Return what `scene` contains; looks at objects, not at vertices."""
@@ -100,10 +91,7 @@ def analyse(scene: Scene) -> SceneContent:
     unlit = [scene.materials[o.material] for o in scene.objects if o.light is None]
     emits_unlit = [material for material in unlit if material.emits or material.is_unlit]
     return SceneContent(
-        lights=tuple(
-            LightContent(light.shadow, light.power > 0.0, not light.is_soft)
-            for light in scene.lights
-        ),
+        lights=tuple(LightContent(light.shadow, light.power > 0.0) for light in scene.lights),
         environment=_kind_of(scene.environment),
         has_albedo=any(max(material.albedo) > 0.0 for material in used),
         has_emission=any(material.emits or material.is_unlit for material in used),

@@ -15,6 +15,7 @@ from ssdo_gl.planning.walk import decide
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
+from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
 
 SIZE = (96, 54)
@@ -25,6 +26,8 @@ POSTS = [box((x, 0.0, -0.3), (x + 0.13, 0.7, 0.0)) for x in (-0.8, -0.2, 0.5)]
 SUN = DirectionalLight((0.6, -1.0, 0.35), (2.0, 2.0, 2.0))
 LAMP = PointLight((-1.0, 1.0, -1.0), (3.0, 3.0, 3.0))
 SPOT = SpotLight((0.5, 1.5, -1.0), (-0.2, -1.2, 0.9), (3.0, 3.0, 3.0), 30.0, 40.0)
+WIDE_SUN = DirectionalLight((0.6, -1.0, 0.35), (2.0, 2.0, 2.0), angle=6.0)
+WINDOW = RectangleLight((-0.5, 2.0, -0.6), (1.0, 0, 0), (0, 0, 1.0), (4.0, 4.0, 4.0))
 # As maps of lamps are in large scenes.
 COARSE = {"overrides": {"shadow_map.resolution": 128}}
 
@@ -52,6 +55,48 @@ def test_shadows_of_lights_without_a_size_end_where_rays_say(light):
     assert by_map > 20 and by_rays <= 0.1 * by_map
 
 
+@pytest.mark.parametrize("light", [WIDE_SUN, WINDOW], ids=["sun", "window"])
+def test_penumbrae_are_those_of_rays(light):
+    scene = scene_of(light)
+    true = direct(scene, "direct", shadows="traced", shadow_rays=1024)
+
+    def error(method, **settings):
+        return np.sqrt(np.mean((direct(scene, method, **settings) - true) ** 2))
+
+    many = error("gi", overrides={"direct.penumbra_rays": 256})
+    assert many < 0.25 * error("bounce")
+    assert many < 0.25 * error("gi")
+
+
+BALL = """
+[[object]]
+shape = "plane"
+point = [0, 0, 0]
+normal = [0, 1, 0]
+size = 10
+[[object]]
+shape = "sphere"
+center = [0, 0.8, 0]
+radius = 0.4
+material = "glow"
+[materials.glow]
+albedo = [0, 0, 0]
+emission = [5, 5, 5]
+[camera]
+position = [0, 2, 3]
+target = [0, 0, 0]
+"""
+
+
+def test_a_body_of_panels_does_not_shade_itself(tmp_path):
+    """Panels lie within a ball that glows: rays to them would end at its surface."""
+    (tmp_path / "ball.toml").write_text(BALL)
+    ball = load_scene(str(tmp_path / "ball.toml"))
+    lit = direct(ball, "gi")
+    assert lit.max() > 0.0
+    assert np.array_equal(lit, direct(ball, "bounce"))
+
+
 def decision(lights, method="gi", facts=None, **settings):
     scene = scene_of(*lights)
     request = Request(
@@ -75,9 +120,9 @@ ALONE = ViewFacts(is_empty=False, is_alone=True, gloss_region=None)
         ((SUN,), {"method": "bounce"}, False),
         ((SUN,), {"shadows": "none"}, False),
         ((SUN,), {"facts": ALONE}, False),
-        ((SOFT_SUN, PANEL), {}, False),
+        ((SOFT_SUN, PANEL), {}, True),
         ((dataclasses.replace(SUN, shadow="none"),), {}, False),
     ],
 )
-def test_only_sharp_shadows_by_maps_of_gi_ask_for_rays(lights, choices, traces):
+def test_only_shadows_by_maps_of_gi_ask_for_rays(lights, choices, traces):
     assert decision(lights, **choices) == (traces, traces)
