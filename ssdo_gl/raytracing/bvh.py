@@ -59,9 +59,9 @@ class Bvh:
         normalised frame) of triangles (v0, v1, v2) and (v0, v2, v3), a single triangle
         repeats v2 as v3, which no ray hits; 12 = number of the primitive. Other words are 0, and so
         are records that no child takes.
-    primitive_triangles : ndarray, shape (P, 2), int64
+    primitive_triangles : ndarray, shape (P, 2), int32
         Index into `triangles`, -1 where there is no second one.
-    primitive_corners : ndarray, shape (P, 2, 3), int64
+    primitive_corners : ndarray, shape (P, 2, 3), int8
         Corner of the source triangle that each vertex of (v0, v1, v2), (v0, v2, v3) is.
     node_records : ndarray, shape (N,), int64
         The records that are nodes, root first.
@@ -72,8 +72,8 @@ class Bvh:
 
     triangles: SceneTriangles
     records: NDArray[np.uint32]
-    primitive_triangles: IntArray
-    primitive_corners: IntArray
+    primitive_triangles: NDArray[np.int32]
+    primitive_corners: NDArray[np.int8]
     node_records: IntArray
     depth: int
 
@@ -114,7 +114,7 @@ def build_from_triangles(triangles: SceneTriangles, report: Report = ignored) ->
     if triangles.count == 0:
         # A root without children, which no ray leaves with a hit.
         root = np.zeros((1, RECORD_WORDS), dtype=np.uint32)
-        none, corners = np.empty((0, 2), dtype=np.int64), np.empty((0, 2, 3), dtype=np.int64)
+        none, corners = np.empty((0, 2), dtype=np.int32), np.empty((0, 2, 3), dtype=np.int8)
         return Bvh(triangles, root, none, corners, np.zeros(1, dtype=np.int64), 1)
     pairs = pair_triangles(triangles.positions, triangles.vertices)
     vertices = _pair_vertices(triangles.positions, pairs)
@@ -128,8 +128,8 @@ def build_from_triangles(triangles: SceneTriangles, report: Report = ignored) ->
     return Bvh(
         triangles,
         records,
-        pairs.triangles[order],
-        pairs.corners[order],
+        pairs.triangles[order].astype(np.int32),
+        pairs.corners[order].astype(np.int8),
         np.concatenate(levels),
         len(levels),
     )

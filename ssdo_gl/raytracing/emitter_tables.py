@@ -200,8 +200,8 @@ def _pair_corners(bvh: Bvh, scene: Scene) -> tuple[FloatArray, FloatArray, Float
         chosen = on_second[triangles.material][:, None, None]
         glow_uvs = np.where(chosen, triangles.second_uvs, glow_uvs)
     vertices, hole_uvs, uvs = (
-        np.concatenate([array[first], array[fourth]], axis=1)
-        for array in (triangles.positions.astype(np.float64), triangles.uvs, glow_uvs)
+        np.concatenate([array[first], array[fourth]], axis=1).astype(np.float64)
+        for array in (triangles.positions, triangles.uvs, glow_uvs)
     )
     return vertices, hole_uvs, uvs
 

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.images.color import linear_from_srgb
-from ssdo_gl.math3d import FloatArray, IntArray
 from ssdo_gl.raytracing.bvh import Bvh
 from ssdo_gl.scene.material import Texture
 from ssdo_gl.scene.scene import Scene
@@ -36,8 +35,6 @@ IMAGE_TEXELS = {
     "specular_color": 9,
     "normal": 10,
 }
-# Steps of a 16-bit octahedral component: as lib/octahedral.glsl, which makes 0 exact.
-OCT_HALF_RANGE = 32767
 
 
 @dataclass(frozen=True)
@@ -95,18 +92,6 @@ class RayFeatures:
         return self.smooth_normals or self.vertex_colors or self.textures
 
 
-def oct_words(normals: FloatArray) -> NDArray[np.uint32]:
-    """Pack unit vectors (..., 3) into 32 bits, as lib/octahedral.glsl does."""
-    x, y, z = np.moveaxis(normals, -1, 0)
-    total = np.maximum(np.abs(x) + np.abs(y) + np.abs(z), np.finfo(np.float64).tiny)
-    u, v = x / total, y / total
-    folded_u = (1.0 - np.abs(v)) * np.where(u < 0.0, -1.0, 1.0)
-    folded_v = (1.0 - np.abs(u)) * np.where(v < 0.0, -1.0, 1.0)
-    u, v = np.where(z < 0.0, folded_u, u), np.where(z < 0.0, folded_v, v)
-    steps = [np.rint((c + 1.0) * OCT_HALF_RANGE).astype(np.uint32) for c in (u, v)]
-    return np.asarray(steps[0] | steps[1] << 16, dtype=np.uint32)
-
-
 def surface_count(bvh: Bvh) -> int:
     """Return the number of rows of `surface_table`."""
     has_more = bvh.triangles.second_uvs is not None or bvh.triangles.tangents is not None
@@ -130,7 +115,7 @@ def surface_table(bvh: Bvh, span: slice = slice(None)) -> NDArray[np.uint32]:
     return np.concatenate(parts) if parts else np.zeros((0, SURFACE_WORDS), dtype=np.uint32)
 
 
-def _chosen_corners(bvh: Bvh, span: slice) -> tuple[IntArray, IntArray]:
+def _chosen_corners(bvh: Bvh, span: slice) -> tuple[NDArray[np.int32], NDArray[np.int8]]:
     """Return triangles (N, 1) and their corners (N, 3) in rows of the table."""
     chosen = bvh.primitive_triangles.reshape(-1)[span]
     return np.maximum(chosen, 0)[:, None], bvh.primitive_corners.reshape(-1, 3)[span]
@@ -141,10 +126,8 @@ def _corner_rows(bvh: Bvh, span: slice) -> NDArray[np.uint32]:
     rows, corners = _chosen_corners(bvh, span)
     table = np.zeros((len(rows), SURFACE_WORDS), dtype=np.uint32)
     table[:, 3:9] = _uv_words(triangles.uvs[rows, corners])
-    table[:, 0:3] = oct_words(triangles.normals[rows, corners])
-    colors = np.rint(np.clip(triangles.colors[rows, corners], 0.0, 1.0) * 65535.0)
-    packed = colors.astype(np.uint32).reshape(-1, 3, 2, 2)
-    table[:, 9:15] = (packed[..., 0] | packed[..., 1] << 16).reshape(-1, 6)
+    table[:, 0:3] = triangles.normals[rows, corners]
+    table[:, 9:15] = triangles.colors[rows, corners].reshape(-1, 6)
     return table
 
 
@@ -156,14 +139,13 @@ def _more_corner_rows(bvh: Bvh, span: slice) -> NDArray[np.uint32]:
         second[:, 3:9] = _uv_words(triangles.second_uvs[rows, corners])
     if triangles.tangents is not None:
         tangents = triangles.tangents[rows, corners]
-        second[:, 0:3] = oct_words(tangents[..., :3])
-        signs = np.where(tangents[..., 3] == 0.0, 0, 2 - tangents[..., 3]).astype(np.uint32)
-        second[:, 9] = signs @ np.array([1, 4, 16], dtype=np.uint32)
+        second[:, 0:3] = tangents[..., 0]
+        second[:, 9] = tangents[..., 1] @ np.array([1, 4, 16], dtype=np.uint32)
     return second
 
 
-def _uv_words(uvs: FloatArray) -> NDArray[np.uint32]:
-    return uvs.astype(np.float32).reshape(-1, 6).view(np.uint32)
+def _uv_words(uvs: NDArray[np.float32]) -> NDArray[np.uint32]:
+    return uvs.reshape(-1, 6).view(np.uint32)
 
 
 def material_words(bvh: Bvh, scene: Scene) -> NDArray[np.uint32]:

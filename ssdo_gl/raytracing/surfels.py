@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray, IntArray
 from ssdo_gl.raytracing.bvh import Bvh
-from ssdo_gl.raytracing.surface_tables import oct_words
+from ssdo_gl.raytracing.packed import oct_words
 
 # Points of a surfel from which its rays start: a square number, so that they are stratified.
 POINTS_PER_SIDE = 4
@@ -52,12 +52,12 @@ class Places:
     table : ndarray, shape (T, 2), uint32
         The first surfel of the grid, and its texels along both edges, 12 bits each, with
         `FIRST_FLAG` or `SECOND_FLAG`. Surfels of backs come after all those of the front.
-    corner : ndarray, shape (T,), int64
+    corner : ndarray, shape (T,), int8
         The triangle's corner that is the first one of the grid.
     """
 
     table: NDArray[np.uint32]
-    corner: IntArray
+    corner: NDArray[np.int8]
 
     def of(self, bvh: Bvh) -> NDArray[np.uint32]:
         """Return the table (2 P, 2) for triangles as a hierarchy orders them and their corners.
@@ -70,7 +70,7 @@ class Places:
         named = self.table[np.maximum(chosen, 0)]
         first = bvh.primitive_corners.reshape(-1, 3)[:, 0]
         turn = (self.corner[np.maximum(chosen, 0)] - first) % 3
-        named[:, 1] |= (turn << TURN_SHIFT).astype(np.uint32)
+        named[:, 1] |= turn.astype(np.uint32) << TURN_SHIFT
         return named
 
 
@@ -89,7 +89,7 @@ class Surfels:
         too. They have no length where the surfel is bent.
     looks : ndarray, shape (S, 3), float64
         A unit normal of the surfel, on its side.
-    sources : ndarray, shape (S, 16), int64
+    sources : ndarray, shape (S, 16), int32
         The triangle that each point lies on.
     size : float
         Side of a texel, about, normalised frame.
@@ -99,7 +99,7 @@ class Surfels:
     normals: NDArray[np.uint32]
     ends: NDArray[np.float32]
     looks: FloatArray
-    sources: IntArray
+    sources: NDArray[np.int32]
     places: Places
     size: float
 
@@ -168,8 +168,8 @@ def build_surfels(bvh: Bvh, most: int, smallest: float) -> Surfels:
     if bvh.triangles.count == 0:
         points = np.zeros((1, POINT_COUNT, 3), dtype=np.float32)
         normals = np.zeros((1, POINT_COUNT), dtype=np.uint32)
-        places = Places(np.zeros((0, 2), dtype=np.uint32), np.zeros(0, dtype=np.int64))
-        sources = np.zeros((1, POINT_COUNT), dtype=np.int64)
+        places = Places(np.zeros((0, 2), dtype=np.uint32), np.zeros(0, dtype=np.int8))
+        sources = np.zeros((1, POINT_COUNT), dtype=np.int32)
         return Surfels(points, normals, points, np.zeros((1, 3)), sources, places, smallest)
     patches = _patches(bvh)
     extents = patches.extents()
@@ -261,7 +261,7 @@ def _assemble(
     firsts_of = np.zeros(len(grids), dtype=np.int64)
     firsts_of[own], firsts_of[shared.patches] = firsts, shared_firsts[shared.group]
     places = _places(bvh, patches, grids, firsts_of)
-    sources = np.zeros((total, POINT_COUNT), dtype=np.int64)
+    sources = np.zeros((total, POINT_COUNT), dtype=np.int32)
     positions = np.zeros((total, POINT_COUNT, 3))
     ends = np.zeros((total, POINT_COUNT, 3))
     normals = np.zeros((total, POINT_COUNT, 3))
@@ -302,7 +302,7 @@ def _assemble(
 def _places(bvh: Bvh, patches: _Patches, grids: IntArray, firsts: IntArray) -> Places:
     """Return the grid of each triangle: those of `patches`, which begin at `firsts`."""
     table = np.zeros((bvh.triangles.count, 2), dtype=np.uint32)
-    corner = np.zeros(bvh.triangles.count, dtype=np.int64)
+    corner = np.zeros(bvh.triangles.count, dtype=np.int8)
     size = grids[:, 0] | grids[:, 1] << 12
     for slot, flag in zip(patches.slots.T, (FIRST_FLAG, SECOND_FLAG), strict=True):
         triangle = bvh.primitive_triangles.reshape(-1)[slot]
@@ -311,7 +311,9 @@ def _places(bvh: Bvh, patches: _Patches, grids: IntArray, firsts: IntArray) -> P
     return Places(table, corner)
 
 
-def _sources(patches: _Patches, triangle: IntArray, chosen: IntArray, u: FloatArray) -> IntArray:
+def _sources(
+    patches: _Patches, triangle: NDArray[np.int32], chosen: IntArray, u: FloatArray
+) -> NDArray[np.int32]:
     """Return the triangles (N, 16) that hold the places `u` of patches (N, 16)."""
     is_second = patches.is_joint[chosen] & (u[..., 0] < u[..., 1])
     return np.asarray(triangle[chosen, is_second.astype(np.int64)])

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray, IntArray
 from ssdo_gl.raytracing.bvh import Bvh
-from ssdo_gl.raytracing.surface_tables import oct_words
+from ssdo_gl.raytracing.packed import oct_words
 from ssdo_gl.raytracing.surfels import LIFT, POINT_COUNT, Places, Surfels
 from ssdo_gl.raytracing.triangles import SceneTriangles
 
@@ -42,7 +42,7 @@ class TornSurfels:
 
     positions: NDArray[np.float32]
     normals: NDArray[np.uint32]
-    sources: IntArray
+    sources: NDArray[np.int32]
     places: Places
     triangles: SceneTriangles
     planes: NDArray[np.float32]
@@ -225,7 +225,7 @@ def _torn_rows(is_wall: NDArray[np.bool_]) -> IntArray:
     return np.flatnonzero(is_wall[:, :half].any(axis=1) & is_wall[:, half:].any(axis=1))
 
 
-def _face_normals(triangles: SceneTriangles, chosen: IntArray) -> FloatArray:
+def _face_normals(triangles: SceneTriangles, chosen: NDArray[np.int32]) -> FloatArray:
     """Return unit normals (..., 3) of some triangles (...)."""
     a, b, c = np.moveaxis(triangles.positions[chosen].astype(np.float64), -2, 0)
     normals = np.cross(b - a, c - a)
@@ -240,10 +240,10 @@ def _most_frequent(walls: IntArray) -> IntArray:
 
 def _filled(
     candidates: FloatArray,
-    sources: IntArray,
+    sources: NDArray[np.int32],
     belongs: NDArray[np.bool_],
     is_open: NDArray[np.bool_],
-) -> tuple[FloatArray, IntArray]:
+) -> tuple[FloatArray, NDArray[np.int32]]:
     """Return for each row of candidates as many as a surfel has points, the best in turn.
 
     The best are those that belong to the part and are not covered; if there is none, those

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray, IntArray, lengths_of_rows
+from ssdo_gl.raytracing.packed import color_words, oct_words, tangent_words
 from ssdo_gl.scene.geometry import (
     SPAN,
     Mesh,
@@ -20,6 +22,9 @@ from ssdo_gl.scene.geometry import (
 )
 from ssdo_gl.scene.scene import Scene
 
+CornerValue = TypeVar("CornerValue", bound=np.generic)
+# A word of `color_words`, all of whose channels are 1.
+WHITE = np.uint32(0xFFFFFFFF)
 # Of fewer it takes no time to find equal positions among all their corners.
 MANY_TRIANGLES = 1 << 20
 
@@ -35,13 +40,14 @@ class SceneTriangles:
     ----------
     positions : ndarray, shape (T, 3, 3), float32
         Corners, counter-clockwise seen from the front, normalised frame.
-    normals : ndarray, shape (T, 3, 3), float64
-        Unit shading normals at the corners, world space (the axes of the frame).
-    uvs : ndarray, shape (T, 3, 2), float64
+    normals : ndarray, shape (T, 3), uint32
+        Unit shading normals at the corners, world space (the axes of the frame), as
+        `packed.oct_words`.
+    uvs : ndarray, shape (T, 3, 2), float32
         Texture coordinates; 0 where the mesh has none.
-    colors : ndarray, shape (T, 3, 4), float64
-        Vertex colours; 1 where the mesh has none.
-    material, light : ndarray, shape (T,), int64
+    colors : ndarray, shape (T, 3, 2), uint32
+        Vertex colours, as `packed.color_words`; 1 where the mesh has none.
+    material, light : ndarray, shape (T,), int32
         Index into Scene.materials; into Scene.lights, or -1 if no light's body.
     smooth, single_sided, solid : ndarray, shape (T,), bool
         Whether the mesh brought normals; whether rays from behind pass; whether the mesh
@@ -50,33 +56,33 @@ class SceneTriangles:
         World-space origin of the frame.
     half_diagonal : float
         Length of the frame's unit, scene units, > 0.
-    second_uvs : ndarray, shape (T, 3, 2), float64, or None
+    second_uvs : ndarray, shape (T, 3, 2), float32, or None
         Of the images of `Material.second_uvs`; None: all are `uvs`.
-    tangents : ndarray, shape (T, 3, 4), float64, or None
-        As `Mesh.tangents` in world space; 0 where the mesh has none.
+    tangents : ndarray, shape (T, 3, 2), uint32, or None
+        As `Mesh.tangents` in world space, as `packed.tangent_words`; 0 where the mesh has none.
     vertices : ndarray, shape (T, 3), int64, or None
         Corners with one number are at one position. Of many triangles only, where it is
         costly to find out from the positions; corners of several objects then differ.
     """
 
     positions: NDArray[np.float32]
-    normals: FloatArray
-    uvs: FloatArray
-    colors: FloatArray
-    material: IntArray
-    light: IntArray
+    normals: NDArray[np.uint32]
+    uvs: NDArray[np.float32]
+    colors: NDArray[np.uint32]
+    material: NDArray[np.int32]
+    light: NDArray[np.int32]
     smooth: NDArray[np.bool_]
     single_sided: NDArray[np.bool_]
     solid: NDArray[np.bool_]
     centre: FloatArray
     half_diagonal: float
-    second_uvs: FloatArray | None = None
-    tangents: FloatArray | None = None
+    second_uvs: NDArray[np.float32] | None = None
+    tangents: NDArray[np.uint32] | None = None
     vertices: IntArray | None = None
 
     @property
     def count(self) -> int:
-        """Number of triangles."""
+        """CornerValue of triangles."""
         return len(self.positions)
 
     def first(self, count: int) -> SceneTriangles:
@@ -106,18 +112,18 @@ def scene_triangles(scene: Scene) -> SceneTriangles:
     )
     made = SceneTriangles(
         positions=np.empty((total, 3, 3), dtype=np.float32),
-        normals=np.empty((total, 3, 3)),
-        uvs=_rows((total, 3, 2), 0.0, has.uvs),
-        colors=_rows((total, 3, 4), 1.0, has.colors),
-        material=np.empty(total, dtype=np.int64),
-        light=np.empty(total, dtype=np.int64),
+        normals=np.empty((total, 3), dtype=np.uint32),
+        uvs=_rows((total, 3, 2), np.float32(0.0), has.uvs),
+        colors=_rows((total, 3, 2), WHITE, has.colors),
+        material=np.empty(total, dtype=np.int32),
+        light=np.empty(total, dtype=np.int32),
         smooth=np.empty(total, dtype=bool),
         single_sided=np.empty(total, dtype=bool),
         solid=np.empty(total, dtype=bool),
         centre=centre,
         half_diagonal=half_diagonal,
-        second_uvs=np.empty((total, 3, 2)) if has.second_uvs else None,
-        tangents=np.empty((total, 3, 4)) if has.tangents else None,
+        second_uvs=np.empty((total, 3, 2), dtype=np.float32) if has.second_uvs else None,
+        tangents=np.empty((total, 3, 2), dtype=np.uint32) if has.tangents else None,
         vertices=np.empty((total, 3), dtype=np.int64) if total > MANY_TRIANGLES else None,
     )
     count = vertex_count = 0
@@ -155,9 +161,9 @@ class _Attributes:
         )
 
 
-def _rows(shape: tuple[int, ...], value: float, is_used: bool) -> FloatArray:
+def _rows(shape: tuple[int, ...], value: CornerValue, is_used: bool) -> NDArray[CornerValue]:
     """Return an array to be filled, or, where all is one value, one that takes no memory."""
-    return np.empty(shape) if is_used else np.broadcast_to(value, shape)
+    return np.empty(shape, value.dtype) if is_used else np.broadcast_to(value, shape)
 
 
 def _groups(matrices: FloatArray, triangle_count: int) -> Iterator[FloatArray]:
@@ -191,7 +197,7 @@ def _fill(
     positions = positions[keep]
     made.positions[rows] = positions
     if mesh.normals is None:
-        made.normals[rows] = _face_normals(positions)
+        made.normals[rows] = oct_words(_face_normals(positions))
     else:
         # The cofactor matrix carries normals under any affine map, and unlike the
         # inverse transpose exists for flat (singular) ones; its sign follows mirroring.
@@ -202,18 +208,20 @@ def _fill(
         cofactor[mirrored] *= -1.0
         normals = _copies(mesh.normals, mesh, span, len(matrices))
         unit = _moved(normals, cofactor.transpose(0, 2, 1))
-        made.normals[rows] = _turned(unit, mirrored)[keep]
+        made.normals[rows] = oct_words(_turned(unit, mirrored)[keep])
+    colors = None if mesh.colors is None else color_words(mesh.colors)
     for target, values, otherwise in (
-        (made.uvs if has.uvs else None, mesh.uvs, 0.0),
-        (made.colors if has.colors else None, mesh.colors, 1.0),
-        (made.second_uvs, mesh.uvs if mesh.second_uvs is None else mesh.second_uvs, 0.0),
+        (made.uvs if has.uvs else None, mesh.uvs, 0),
+        (made.colors if has.colors else None, colors, WHITE),
+        (made.second_uvs, mesh.uvs if mesh.second_uvs is None else mesh.second_uvs, 0),
     ):
         if target is not None and values is None:
             target[rows] = otherwise
         elif target is not None and values is not None:
             target[rows] = _turned(_copies(values, mesh, span, len(matrices)), mirrored)[keep]
     if made.tangents is not None:
-        made.tangents[rows] = _placed_tangents(mesh, matrices, span, mirrored)[keep]
+        tangents = _placed_tangents(mesh, matrices, span, mirrored)[keep]
+        made.tangents[rows] = tangent_words(tangents)
     made.material[rows] = item.material
     made.light[rows] = -1 if item.light is None else item.light
     made.smooth[rows] = mesh.normals is not None
@@ -222,13 +230,15 @@ def _fill(
     return count, keep
 
 
-def _copies(values: FloatArray, mesh: Mesh, span: slice, count: int) -> FloatArray:
+def _copies(
+    values: NDArray[CornerValue], mesh: Mesh, span: slice, count: int
+) -> NDArray[CornerValue]:
     """Return what the corners of triangles have, for each of `count` copies, (N, T, 3, n)."""
     corners = np.take(values, mesh.triangles[span], axis=0)
     return np.broadcast_to(corners, (count, *corners.shape))
 
 
-def _turned(corners: FloatArray, mirrored: NDArray[np.bool_]) -> FloatArray:
+def _turned(corners: NDArray[CornerValue], mirrored: NDArray[np.bool_]) -> NDArray[CornerValue]:
     """Return corners of copies, (N, T, 3, n), as rows; those of mirrored ones in reverse.
 
     Mirroring turns the winding over; the front stays the side that the counter-clockwise

@@ -19,11 +19,13 @@ from ssdo_gl.raytracing.bvh import (
     build_from_triangles,
     cached_bvh,
 )
+from ssdo_gl.raytracing.packed import oct_words
 from ssdo_gl.raytracing.pairs import pair_triangles, stable_order, vertex_ids
 from ssdo_gl.raytracing.split import MAX_SAH_DEPTH, BinaryTree, build_binary, half_area
 from ssdo_gl.raytracing.triangles import SceneTriangles, scene_triangles
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
+from ssdo_gl.scene.geometry.shapes import sphere
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.scene import Scene
 
@@ -55,12 +57,12 @@ def scene_of(*meshes: Mesh, transform: NDArray[np.float64] | None = None) -> Sce
 def triangles_of(positions: NDArray[np.float32]) -> SceneTriangles:
     """Return bare triangles (T, 3, 3) of the normalised frame."""
     count = len(positions)
-    zeros = np.zeros(count, dtype=np.int64)
+    zeros = np.zeros(count, dtype=np.int32)
     return SceneTriangles(
         positions.astype(np.float32),
-        np.zeros((count, 3, 3)),
-        np.zeros((count, 3, 2)),
-        np.ones((count, 3, 4)),
+        np.zeros((count, 3), dtype=np.uint32),
+        np.zeros((count, 3, 2), dtype=np.float32),
+        np.zeros((count, 3, 2), dtype=np.uint32),
         zeros,
         zeros - 1,
         zeros > 0,
@@ -267,8 +269,18 @@ def test_instances_carry_normals_and_mirrored_ones_their_winding() -> None:
     flat = scene_triangles(scene_of(mesh, transform=matrices))
     a, b, c = (flat.positions[:, i].astype(np.float64) for i in range(3))
     winding = np.cross(b - a, c - a)
-    assert np.all(np.einsum("tk,tk->t", winding, flat.normals[:, 0]) > 0.0)
-    np.testing.assert_allclose(flat.normals[:, 0, 2], [1.0, 1.0, -1.0])
+    expected = np.array([[0.0, 0, 1], [0, 0, 1], [0, 0, -1]])
+    assert np.all(np.einsum("tk,tk->t", winding, expected) > 0.0)
+    np.testing.assert_array_equal(flat.normals[:, 0], oct_words(expected))
+
+
+def test_what_is_kept_of_a_triangle_is_a_hundred_bytes() -> None:
+    """Beside the records: hierarchies stay in memory for as long as their scenes are shown."""
+    bvh = build_bvh(scene_of(sphere(40)))
+    held = [*vars(bvh.triangles).values(), *vars(bvh).values()]
+    arrays = [value for value in held if isinstance(value, np.ndarray)]
+    taken = sum(array.nbytes for array in arrays if 0 not in array.strides) - bvh.records.nbytes
+    assert taken < 100 * bvh.triangles.count
 
 
 def test_the_cache_knows_content_not_identity() -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from ssdo_gl.raytracing.bvh import build_bvh
+from ssdo_gl.raytracing.packed import oct_words
 from ssdo_gl.raytracing.surface_tables import (
     LIGHT_BODY_FLAG,
     SMOOTH_FLAG,
@@ -15,7 +16,6 @@ from ssdo_gl.raytracing.surface_tables import (
     build_atlas,
     material_table,
     material_words,
-    oct_words,
     surface_table,
 )
 from ssdo_gl.scene.camera import Camera
@@ -65,22 +65,20 @@ def test_every_corner_keeps_what_its_mesh_says() -> None:
             if triangle < 0:
                 continue
             row = table[2 * primitive + second]
-            corners = bvh.primitive_corners[primitive, second]
+            vertices = mesh.triangles[triangle, bvh.primitive_corners[primitive, second]]
             np.testing.assert_allclose(
                 decode_oct(row[:3]),
-                bvh.triangles.normals[triangle, corners],
+                mesh.normals[vertices],
                 atol=NORMAL_TOLERANCE,
             )
             np.testing.assert_allclose(
                 row[3:9].view(np.float32).reshape(3, 2),
-                bvh.triangles.uvs[triangle, corners],
+                mesh.uvs[vertices],
                 rtol=1e-6,
                 atol=1e-7,
             )
             halves = np.stack([row[9:15] & 0xFFFF, row[9:15] >> 16], axis=1).reshape(3, 4)
-            np.testing.assert_allclose(
-                halves / 65535.0, bvh.triangles.colors[triangle, corners], atol=1e-5
-            )
+            np.testing.assert_allclose(halves / 65535.0, colors[vertices], atol=1e-5)
 
 
 def test_words_name_materials_and_flags() -> None:

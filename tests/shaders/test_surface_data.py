@@ -49,11 +49,11 @@ def packed():
     rows = np.flatnonzero(bvh.primitive_triangles.ravel() >= 0)
     triangles = bvh.primitive_triangles.ravel()[rows, None]
     corners = bvh.primitive_corners.reshape(-1, 3)[rows]
-    held = bvh.triangles
+    vertices = mesh.triangles[triangles, corners]
     carried = {
-        "normal": held.normals[triangles, corners],
-        "color": held.colors[triangles, corners],
-        "uv": held.uvs[triangles, corners],
+        "normal": mesh.normals[vertices],
+        "color": mesh.colors[vertices],
+        "uv": mesh.uvs[vertices],
     }
     return surface_table(bvh)[rows], carried
 
