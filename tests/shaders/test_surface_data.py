@@ -72,6 +72,20 @@ def test_corners_are_interpolated_as_they_were_packed(gl, shaders, packed, name,
     np.testing.assert_allclose(found, expected, atol=CORNER_TOLERANCE[name])
 
 
+@pytest.mark.parametrize("rows", [1, 3, 587, 11587, 16383])
+def test_every_row_of_a_table_is_found_however_many_there_are(gl, shaders, rows) -> None:
+    numbers = np.arange(rows, dtype=np.uint32)
+    texels = np.repeat(numbers[:, None, None], 4, axis=1)
+    table = make_texture(gl, (4, rows), 1, "u4", texels)
+    texel = np.tile([0.25, 1.0 / rows], (rows, 1))
+    found = evaluate(gl, shaders, INCLUDES, "record_texel(t_table, size, record, 0).x",
+                     {"record": numbers.astype(np.int32) << 10, "size": texel}, 1,
+                     functions="uniform usampler2D t_table;", output_dtype="u4",
+                     textures={"t_table": table}, defines=DEFINES)  # fmt: skip
+    table.release()
+    np.testing.assert_array_equal(found[:, 0], numbers)
+
+
 def looked_up(image, place, uv, wraps, is_nearest):
     """Return texels of a part of an image at coordinates, bilinear or nearest, in float64."""
     x, y, width, height = place

@@ -41,8 +41,8 @@ def record_texture(
 ) -> moderngl.Texture:
     """Return a texture of `count` records, 16 words in four texels each, 1024 to a row.
 
-    `shaders/rays/surface_data.glsl` finds record i at texel (4 i mod 4096, i / 1024). The
-    number of rows is a power of two, so that texel centres are exact in float32 coordinates.
+    `shaders/rays/surface_data.glsl` finds record i at texel (4 i mod 4096, i / 1024). There are
+    as many rows as are needed.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def record_texture(
     SceneError
         If the device's textures hold fewer.
     """
-    rows = 1 << (max(-(-count // RECORDS_PER_ROW), 1) - 1).bit_length()
+    rows = max(-(-count // RECORDS_PER_ROW), 1)
     most = int(gl.info["GL_MAX_TEXTURE_SIZE"])
     if rows > most:
         raise SceneError(

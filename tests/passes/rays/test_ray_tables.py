@@ -10,6 +10,7 @@ import pytest
 from passes.pass_harness import box, make_scene, quad
 
 from ssdo_gl.passes.rays import bvh_upload, ray_tables
+from ssdo_gl.passes.rays.ray_libraries import RECORDS_PER_ROW, record_texture
 from ssdo_gl.raytracing import bvh as bvh_module
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
@@ -105,6 +106,14 @@ def test_light_that_changes_does_not_touch_the_triangles(device, calls) -> None:
         assert calls["ssdo_gl.passes.rays.ray_tables.emitter_tables"] == 1
         assert calls["ssdo_gl.passes.rays.ray_tables.surface_table"] == 0
         assert calls["ssdo_gl.raytracing.bvh.build_bvh"] == 0
+
+
+def test_a_table_has_no_more_rows_than_its_records_fill(device) -> None:
+    count = 4 * RECORDS_PER_ROW + 1
+    table = record_texture(
+        device.gl, count, "u4", lambda span: np.zeros((len(range(count)[span]), 16), np.uint32)
+    )
+    assert table.height == 5
 
 
 def test_a_second_renderer_of_the_same_content_does_not_build_again(device, calls) -> None:
