@@ -6,6 +6,7 @@
 #include "rays/surface_cache.glsl"
 #include "lib/environment.glsl"
 #include "lib/random.glsl"
+#include "lib/pixel_centre.glsl"
 #include "rays/guide.glsl"
 
 uniform sampler2D t_own_pixels;  // column and row of the pixel in the frame; -1: none
@@ -100,5 +101,5 @@ void main()
         add_ray(sums, start, w_vs, d.weight);
     }
     o_far = vec4(sums.far / float(ray_count), open_share(sums, guide.open, n_vs, ray_count));
-    o_near = vec4(sums.near / float(ray_count), -p_vs.z);
+    o_near = vec4(sums.near / float(ray_count), centre_z_vs(texel, p_vs, geometric_vs));
 }

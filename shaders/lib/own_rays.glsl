@@ -2,17 +2,19 @@
 //
 // HAS_OWN_RAYS: 0 leaves it out.
 #include "lib/receiver.glsl"
+#include "lib/pixel_centre.glsl"
 
 #if HAS_OWN_RAYS
 // One more than the number of the pixel's rays, 0: it has none; negative where they are many,
 // as a neighbour in front may shade it.
 uniform sampler2D t_own_places;
 uniform sampler2D t_own_far;     // rgb: radiance of surfaces beyond R, a: open share of the sky
-uniform sampler2D t_own_near;    // rgb: radiance of surfaces within R, a: z_vs of the pixel
+uniform sampler2D t_own_near;    // rgb: radiance of surfaces within R, a: z_vs as centre_z_vs says
 uniform bool u_has_own_rays;
 
 // In footprints of a pixel. Frames of one view share their rays, and are moved a little
-// against each other: what was another surface then has none now.
+// against each other: what was another surface then has none now. Both surfaces are taken where
+// they, or their planes, stand at the pixel's centre, from which each frame shows another place.
 const float SAME_PLANE = 0.25;
 
 float own_place(ivec2 texel)
@@ -28,7 +30,7 @@ ivec2 own_rays_at(Receiver r, ivec2 texel)
         return ivec2(-1);
     int columns = textureSize(t_own_near, 0).x;
     ivec2 place = ivec2(number % columns, number / columns);
-    vec3 p_vs = position_vs_at(uv_of_texel(texel), texelFetch(t_own_near, place, 0).a);
+    vec3 p_vs = position_vs_at(centre_uv(texel), texelFetch(t_own_near, place, 0).a);
     float height = abs(dot(p_vs - r.position_vs, r.geometric_vs));
     return height < SAME_PLANE * pixel_height_at(r.z_vs) ? place : ivec2(-1);
 }

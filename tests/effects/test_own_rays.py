@@ -129,28 +129,41 @@ def test_a_frame_that_was_given_up_has_its_rays_all_the_same(
         assert np.array_equal(at_rest(renderer), expected)
 
 
-def test_rays_that_follow_the_light_are_quieter_and_find_as_much(monkeypatch) -> None:
-    # The sky through a gap between four black lids, which most rays miss.
-    lids = [quad([x, -50, 3], [100, 0, 0], [0, 100, 0]) for x in (-100.5, 0.5)]
-    lids += [quad([-0.5, y, 3], [1, 0, 0], [0, 100, 0]) for y in (-100.0, 1.0)]
+def gap(width: float = 1.0, camera: Camera = CAMERA) -> Scene:
+    """Return a wall under the sky through a gap between four black lids, which most rays miss."""
+    lids = [quad([x, -50, 3], [100, 0, 0], [0, 100, 0]) for x in (-100 - width / 2, width / 2)]
+    lids += [quad([-width / 2, y, 3], [width, 0, 0], [0, 100, 0]) for y in (-100.0, width)]
     objects = [SceneObject(0, 0), *(SceneObject(i, 1) for i in range(1, 5))]
-    scene = make_scene(
-        [WALL, *lids], materials=MATERIALS, objects=objects, environment=SKY, camera=CAMERA
+    return make_scene(
+        [WALL, *lids], materials=MATERIALS, objects=objects, environment=SKY, camera=camera
     )
 
-    def pictures() -> np.ndarray:
-        return np.array([drawn(scene, seed=seed) for seed in range(6)])
 
-    guided = pictures()
+def pictures(scene: Scene, **fields: Any) -> np.ndarray:
+    return np.array([drawn(scene, seed=seed, **fields) for seed in range(6)])
+
+
+def test_rays_that_follow_the_light_are_quieter_and_find_as_much(monkeypatch) -> None:
+    scene = gap()
+    guided = pictures(scene)
 
     def no_guide(item: Any, context: Any) -> Any:
         size = context.inputs["far_radiance"].size
         return make_texture(context.gl, size, 2, "f4", np.zeros((size[1], size[0], 2), "f4"))
 
     monkeypatch.setattr(own_rays.OwnRaysPass, "_guide", no_guide)
-    even = pictures()
+    even = pictures(scene)
     assert guided.std(axis=0).mean() < 0.75 * even.std(axis=0).mean()
     assert guided.mean() == pytest.approx(even.mean(), rel=0.03)
+
+
+def test_all_frames_of_a_view_use_the_rays_of_a_surface_seen_along_itself() -> None:
+    camera = Camera((0.0, -2.6, 0.3), (0.0, 0.0, 0.1), (0.0, 0.0, 1.0), fov_y=30.0)
+    places = slice(SIZE[1] // 2 + 6, None)
+    one, several = (
+        pictures(gap(camera=camera), antialias=count).std(axis=0)[places].mean() for count in (1, 4)
+    )
+    assert several < one
 
 
 def test_pixels_have_rays_only_where_light_is_gathered(monkeypatch) -> None:
