@@ -1,12 +1,12 @@
-// Directions drawn by what the nearest probe and those about it have found: half of them uniformly over the
-// cosine-weighted hemisphere, half by that in the probe's cells (a defensive mixture: Owen,
-// Zhou 2000), so that none counts more than twice.
+// Directions drawn by what the nearest probe and those about it have found: three quarters of them by
+// that in the probe's cells, the others uniformly over the cosine-weighted hemisphere (a defensive
+// mixture: Owen, Zhou 2000), so that none counts more than four times.
 //
 // Defines: PROBE_TILE, PROBE_SIDE (see lib/far_probes.glsl).
 #include "lib/gbuffer.glsl"
 #include "lib/far_probes.glsl"
 
-uniform sampler2D t_own_guide;  // r: relative density, g: share of the sky that is open
+uniform sampler2D t_own_guide;  // r: relative density, g: mean radiance, b: share of open sky
 
 const float GUIDED = 0.75;
 // Probes whose normals have a smaller cosine tell nothing: their cells are other directions.
@@ -17,6 +17,7 @@ struct Guide {
     ivec2 first;    // texel of the probe's first cell
     float scale;    // from the density of a cell to its share of the guided directions; 0: none are
     float open;     // share of the sky that the probe sees
+    float variance; // of what a guided ray brings, over its mean squared, as far as probes can tell
     float rows[PROBE_SIDE];  // shares of the directions
 };
 
@@ -58,18 +59,21 @@ Guide guide_at(ivec2 texel, vec3 p_vs, vec3 n_vs)
     g.first = probe_texel(max(probe, ivec2(0)), tiles);
     g.open = 0.0;
     float sum = 0.0;
+    float mean = 0.0;
     for (int y = 0; y < PROBE_SIDE; ++y) {
         g.rows[y] = 0.0;
         for (int x = 0; x < PROBE_SIDE; ++x) {
-            vec2 cell = texelFetch(t_own_guide, g.first + ivec2(x, y), 0).xy;
+            vec3 cell = texelFetch(t_own_guide, g.first + ivec2(x, y), 0).xyz;
             g.rows[y] += cell.x;
-            g.open += GUIDE_CELL * cell.y;
+            mean += cell.y;
+            g.open += GUIDE_CELL * cell.z;
         }
         sum += g.rows[y];
     }
     bool is_known = probe.x >= 0 && sum > 0.0;
     g.open = is_known ? g.open : 0.0;
     g.scale = is_known ? GUIDED / sum : 0.0;
+    g.variance = is_known ? sum * sum / (mean * mean) - 1.0 : 0.0;
     float even = (is_known ? 1.0 - GUIDED : 1.0) / float(PROBE_SIDE);
     for (int y = 0; y < PROBE_SIDE; ++y)
         g.rows[y] = even + g.scale * g.rows[y];

@@ -123,12 +123,14 @@ class OwnRaysPass(RenderPass):
         known = facts_of(context, OWN_RAYS[0], OwnRays)
         rays = known if known is not None and known.source is probes else None
         rays = rays or self._begun(context, probes)
-        if rays.textures:
+        if rays.textures and not rays.is_known:
             done = rays.parts + 1 if frame.is_live else parts
             height = rays.textures[1].height
             low, high = (height * n // parts for n in (rays.parts, done))
             self._trace(context, rays, (low, high))
             rays = replace(rays, parts=done, is_known=done == parts)
+            if rays.is_known:
+                rays = replace(rays, textures=self._averaged(context, rays))
         self.is_settled = rays.is_known or not rays.textures
         return self._produced(context, rays)
 
@@ -164,7 +166,7 @@ class OwnRaysPass(RenderPass):
     def _guide(self, context: PassContext) -> moderngl.Texture:
         """Return how often rays are to follow each direction of the probes."""
         radiance = context.inputs[FAR_RADIANCE]
-        guide = make_texture(context.gl, radiance.size, 2, "f4")
+        guide = make_texture(context.gl, radiance.size, 4, "f4")
         target = make_framebuffer(context.gl, [guide])
         program = context.shaders.fullscreen(
             "effects/own_guide.frag", {"PROBE_SIDE": self.settings.directions}
@@ -211,6 +213,25 @@ class OwnRaysPass(RenderPass):
         region = (0, rows[0], far.width, rows[1] - rows[0])
         draw_fullscreen(context.gl, program, target, uniforms, textures, region=region)
         target.release()
+
+    def _averaged(self, context: PassContext, rays: OwnRays) -> tuple[moderngl.Texture, ...]:
+        """Return the textures of `rays` with light averaged where it comes from few directions."""
+        places, far, near, pixels, guide = rays.textures
+        averaged = make_texture(context.gl, far.size, 4, "f4")
+        target = make_framebuffer(context.gl, [averaged])
+        defines = {"PROBE_TILE": self.settings.tile, "PROBE_SIDE": self.settings.directions}
+        program = context.shaders.fullscreen("effects/own_filter.frag", defines)
+        textures = {
+            **textures_of(context, (*self.steady_reads, *FAR_PROBES)),
+            "t_own_pixels": pixels,
+            "t_own_places": places,
+            "t_own_far": far,
+            "t_own_guide": guide,
+        }
+        uniforms = {**context.frame.view.uniforms(), "u_stride": self.stride}
+        draw_fullscreen(context.gl, program, target, uniforms, textures)
+        target.release()
+        return places, averaged, near, pixels, guide
 
     def _produced(self, context: PassContext, rays: OwnRays) -> Produced:
         """Return the textures of `rays`, or stand-ins for those that are not known."""

@@ -149,12 +149,25 @@ def test_rays_that_follow_the_light_are_quieter_and_find_as_much(monkeypatch) ->
 
     def no_guide(item: Any, context: Any) -> Any:
         size = context.inputs["far_radiance"].size
-        return make_texture(context.gl, size, 2, "f4", np.zeros((size[1], size[0], 2), "f4"))
+        return make_texture(context.gl, size, 4, "f4", np.zeros((size[1], size[0], 4), "f4"))
 
     monkeypatch.setattr(own_rays.OwnRaysPass, "_guide", no_guide)
     even = pictures(scene)
     assert guided.std(axis=0).mean() < 0.75 * even.std(axis=0).mean()
     assert guided.mean() == pytest.approx(even.mean(), rel=0.03)
+
+
+def test_light_from_few_directions_is_averaged_over_pixels_about(monkeypatch) -> None:
+    def without(item: Any, context: Any, rays: Any) -> Any:
+        return rays.textures
+
+    averaged, even = pictures(gap(0.2)), drawn(plate())
+    monkeypatch.setattr(own_rays.OwnRaysPass, "_averaged", without)
+    noisy = pictures(gap(0.2))
+    assert averaged.std(axis=0).mean() < 0.6 * noisy.std(axis=0).mean()
+    assert averaged.mean() == pytest.approx(noisy.mean(), rel=0.03)
+    # Where light comes from everywhere nothing is.
+    assert np.array_equal(even, drawn(plate()))
 
 
 def test_all_frames_of_a_view_use_the_rays_of_a_surface_seen_along_itself() -> None:
