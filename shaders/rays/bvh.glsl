@@ -34,7 +34,7 @@ struct BvhHit {
 
 uvec4 bvh_texel(int record, int texel)
 {
-    return record_texel(t_bvh, u_bvh_texel, record, texel);
+    return record_texel(t_bvh, u_bvh_texel, record, RECORD_TEXELS, texel);
 }
 
 vec4 bvh_bytes(uint word)
@@ -262,7 +262,7 @@ BvhWalk bvh_begin(BvhRay ray, float t_max)
 // Takes one record, node or primitive, and does the work of both kinds.
 void bvh_step(BvhRay ray, inout BvhWalk walk)
 {
-    vec2 address = record_address(walk.record, u_bvh_texel);
+    vec2 address = record_address(walk.record, RECORD_TEXELS, u_bvh_texel);
     vec2 right = vec2(u_bvh_texel.x, 0.0);
     BvhRecord record = BvhRecord(textureLod(t_bvh, address, 0.0),
                                  textureLod(t_bvh, address + right, 0.0),

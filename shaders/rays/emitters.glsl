@@ -61,7 +61,7 @@ const LightSample NO_LIGHT = LightSample(vec3(0.0, 0.0, 1.0), 0.0, vec3(0.0), 0.
 // An entry takes two records of 4 texels.
 vec4 emitter_texel(int entry, int texel)
 {
-    vec2 place = record_address(2 * entry, u_emitters_texel);
+    vec2 place = record_address(2 * entry, RECORD_TEXELS, u_emitters_texel);
     return textureLod(t_ray_emitters, place + vec2(float(texel) * u_emitters_texel.x, 0.0), 0.0);
 }
 

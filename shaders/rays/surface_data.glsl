@@ -24,25 +24,36 @@ uniform int u_second_slot;          // where the second coordinates and tangents
 #define NORMAL_IMAGE 10
 #endif
 
-// A row of a table holds 1024 records of 4 texels.
+// A row of a table holds 1024 records, of 4 texels but for corners.
 const int BVH_ROW_SHIFT = 10;
+const int RECORD_TEXELS = 4;
 
 const uint SMOOTH_FLAG = 0x80000000u;
 const uint LIGHT_BODY_FLAG = 0x40000000u;       // its light is in the scene's lights
 const uint SINGLE_SIDED_FLAG = 0x20000000u;     // what comes from behind passes
 const uint MATERIAL_MASK = 0x1fffffffu;
 
-// Texture coordinates of a record's first texel: a lookup by coordinates takes half the time of
-// texelFetch on llvmpipe. Of 16384 rows, the most there are, centres are .002 of a texel off.
-vec2 record_address(int record, vec2 texel_size)
+// Texels of a record of corners: normals; texture coordinates, tangents; colours.
+#if RAY_VERTEX_COLORS
+#define SURFACE_TEXELS 4
+#elif RAY_TEXTURES
+#define SURFACE_TEXELS 3
+#else
+#define SURFACE_TEXELS 1
+#endif
+
+// Texture coordinates of the first of a record's texels: a lookup by coordinates takes half the
+// time of texelFetch on llvmpipe. Of 16384 rows, the most there are, centres are .002 of a texel
+// off.
+vec2 record_address(int record, int texels, vec2 texel_size)
 {
-    int column = (record & ((1 << BVH_ROW_SHIFT) - 1)) << 2;
+    int column = (record & ((1 << BVH_ROW_SHIFT) - 1)) * texels;
     return (vec2(float(column), float(record >> BVH_ROW_SHIFT)) + 0.5) * texel_size;
 }
 
-uvec4 record_texel(usampler2D table, vec2 texel_size, int record, int texel)
+uvec4 record_texel(usampler2D table, vec2 texel_size, int record, int texels, int texel)
 {
-    vec2 place = record_address(record, texel_size) + vec2(float(texel) * texel_size.x, 0.0);
+    vec2 place = record_address(record, texels, texel_size) + vec2(float(texel) * texel_size.x, 0.0);
     return textureLod(table, place, 0.0);
 }
 
@@ -71,12 +82,16 @@ struct Corners {
     uvec4 words_3;
 };
 
+uvec4 surface_texel(int slot, int texel)
+{
+    return texel < SURFACE_TEXELS
+         ? record_texel(t_ray_surfaces, u_surfaces_texel, slot, SURFACE_TEXELS, texel) : uvec4(0u);
+}
+
 Corners corners_of(int slot)
 {
-    return Corners(record_texel(t_ray_surfaces, u_surfaces_texel, slot, 0),
-                   record_texel(t_ray_surfaces, u_surfaces_texel, slot, 1),
-                   record_texel(t_ray_surfaces, u_surfaces_texel, slot, 2),
-                   record_texel(t_ray_surfaces, u_surfaces_texel, slot, 3));
+    return Corners(surface_texel(slot, 0), surface_texel(slot, 1), surface_texel(slot, 2),
+                   surface_texel(slot, 3));
 }
 
 // The corners whose texture coordinates are those of one of the material's images.

@@ -91,6 +91,11 @@ class RayFeatures:
         """Whether anything is interpolated between the corners of triangles."""
         return self.smooth_normals or self.vertex_colors or self.textures
 
+    @property
+    def corner_texels(self) -> int:
+        """How many texels of a row of `surface_table` are read: SURFACE_TEXELS of the shaders."""
+        return 4 if self.vertex_colors else 3 if self.textures else 1
+
 
 def surface_count(bvh: Bvh) -> int:
     """Return the number of rows of `surface_table`."""

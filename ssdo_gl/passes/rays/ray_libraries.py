@@ -37,17 +37,23 @@ EMITTER_TABLES = ("ray_emitters", "ray_emitter_groups", "ray_map_cells")
 
 
 def record_texture(
-    gl: moderngl.Context, count: int, dtype: str, part: Callable[[slice], NDArray[Any]]
+    gl: moderngl.Context,
+    count: int,
+    dtype: str,
+    part: Callable[[slice], NDArray[Any]],
+    texels: int = 4,
 ) -> moderngl.Texture:
-    """Return a texture of `count` records, 16 words in four texels each, 1024 to a row.
+    """Return a texture of `count` records, 1024 to a row, in as many rows as are needed.
 
-    `shaders/rays/surface_data.glsl` finds record i at texel (4 i mod 4096, i / 1024). There are
-    as many rows as are needed.
+    `shaders/rays/surface_data.glsl` finds the first texel of record i at column i mod 1024,
+    times `texels`, of row i / 1024.
 
     Parameters
     ----------
     part : callable
         Returns the records (n, 16) of a slice of them: no copy of all is made.
+    texels : int
+        Of a record: its first 4, 8, 12 or all 16 words are kept.
 
     Raises
     ------
@@ -61,13 +67,13 @@ def record_texture(
             f"{count} records for rays: textures of this device hold {most * RECORDS_PER_ROW}; "
             "use a screen-space method or a simpler model"
         )
-    texture = make_texture(gl, (4 * RECORDS_PER_ROW, rows), 4, dtype)
+    texture = make_texture(gl, (texels * RECORDS_PER_ROW, rows), 4, dtype)
     for span in spans(count, 64 * RECORDS_PER_ROW):
         records = part(span)
         filled = -(-len(records) // RECORDS_PER_ROW)
-        image = np.zeros((filled * RECORDS_PER_ROW, 16), dtype=records.dtype)
-        image[: len(records)] = records
-        place = (0, span.start // RECORDS_PER_ROW, 4 * RECORDS_PER_ROW, filled)
+        image = np.zeros((filled * RECORDS_PER_ROW, 4 * texels), dtype=records.dtype)
+        image[: len(records)] = records[:, : 4 * texels]
+        place = (0, span.start // RECORDS_PER_ROW, texels * RECORDS_PER_ROW, filled)
         texture.write(image, viewport=place)
     return texture
 

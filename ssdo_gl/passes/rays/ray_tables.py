@@ -50,7 +50,9 @@ class SurfaceTablesPass(RenderPass):
         bvh = bvh_of(context)
         if features.needs_corners:
             count = surface_count(bvh)
-            surfaces = record_texture(gl, count, "u4", lambda span: surface_table(bvh, span))
+            surfaces = record_texture(
+                gl, count, "u4", lambda span: surface_table(bvh, span), features.corner_texels
+            )
         else:
             surfaces = make_texture(gl, (1, 1), 4, "u4", np.zeros((1, 1, 4)))
         return {
