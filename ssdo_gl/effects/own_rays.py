@@ -130,7 +130,9 @@ class OwnRaysPass(RenderPass):
             self._trace(context, rays, (low, high))
             rays = replace(rays, parts=done, is_known=done == parts)
             if rays.is_known:
-                rays = replace(rays, textures=self._averaged(context, rays))
+                # Where they start and what they follow is asked no more.
+                shown = self._averaged(context, rays)[: len(OWN_RAYS)]
+                rays = replace(rays, textures=shown)
         self.is_settled = rays.is_known or not rays.textures
         return self._produced(context, rays)
 

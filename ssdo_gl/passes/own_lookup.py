@@ -23,8 +23,8 @@ class OwnRays:
     source : ProbeRays
         Those of the same view and light.
     textures : tuple of moderngl.Texture
-        Those of the resources, and which pixel each texel stands for; none: there is no
-        such pixel.
+        Those of the resources; until all rays are traced, which pixel each texel stands for and
+        what its rays follow, too. None: there is no such pixel.
     many : int
         How many pixels, the first ones, have many rays.
     parts : int

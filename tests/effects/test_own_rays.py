@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
 from typing import Any
 
 import numpy as np
@@ -101,6 +103,24 @@ def test_a_window_has_them_at_rest_and_then_no_more_is_traced(
     assert np.array_equal(last, again)
     # Together all rows, each once.
     assert [low for low, _ in traced] == [0, *(high for _, high in traced[:-1])]
+
+
+def test_what_only_tracing_reads_is_not_kept_at_rest(monkeypatch: pytest.MonkeyPatch) -> None:
+    guides: list[weakref.ref[Any]] = []
+    original = own_rays.OwnRaysPass._guide
+
+    def remembered(item: Any, context: Any) -> Any:
+        made = original(item, context)
+        guides.append(weakref.ref(made))
+        return made
+
+    monkeypatch.setattr(own_rays.OwnRaysPass, "_guide", remembered)
+    with renderer_of(plate()) as renderer:
+        while not live(renderer).is_settled:
+            pass
+        gc.collect()
+        assert len(guides) == 1
+        assert guides[0]() is None
 
 
 def test_a_frame_that_was_given_up_has_its_rays_all_the_same(
