@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from ssdo_gl.math3d import IntArray
 from ssdo_gl.raytracing.pairs import Pairs, pair_triangles
 from ssdo_gl.raytracing.split import BinaryTree, Report, build_binary, ignored
-from ssdo_gl.raytracing.triangles import SceneTriangles, scene_triangles
+from ssdo_gl.raytracing.triangles import SceneTriangles, has_images, scene_triangles
 from ssdo_gl.raytracing.widen import best_cuts, open_nodes
 from ssdo_gl.scene.geometry import Mesh, spans
 from ssdo_gl.scene.scene import Scene, SceneError
@@ -160,10 +160,11 @@ def cached_bvh(scene: Scene, report: Report = ignored) -> Bvh:
 
 def content_key(scene: Scene) -> bytes:
     """Return a digest of all that the hierarchy and its triangles are made from."""
-    digest = blake2b(digest_size=16)
+    digest = blake2b(repr(has_images(scene)).encode(), digest_size=16)
     for item in scene.objects:
         mesh = scene.meshes[item.mesh]
-        head = (item.mesh, item.material, -1 if item.light is None else item.light)
+        side = scene.materials[item.material].single_sided
+        head = (item.mesh, item.material, side, -1 if item.light is None else item.light)
         digest.update(repr((head, item.world_from_object.shape)).encode())
         digest.update(item.world_from_object.tobytes())
         for array in _arrays(mesh):

@@ -44,7 +44,7 @@ class SceneTriangles:
         Unit shading normals at the corners, world space (the axes of the frame), as
         `packed.oct_words`.
     uvs : ndarray, shape (T, 3, 2), float32
-        Texture coordinates; 0 where the mesh has none.
+        Texture coordinates; 0 where the mesh has none, and in a scene without images.
     colors : ndarray, shape (T, 3, 2), uint32
         Vertex colours, as `packed.color_words`; 1 where the mesh has none.
     material, light : ndarray, shape (T,), int32
@@ -93,6 +93,11 @@ class SceneTriangles:
             if field.name != "centre" and isinstance(getattr(self, field.name), np.ndarray)
         }
         return replace(self, **arrays)
+
+
+def has_images(scene: Scene) -> bool:
+    """Return whether any material has an image, without which none looks at coordinates."""
+    return any(material.textures for material in scene.materials)
 
 
 def normalised_frame(scene: Scene) -> tuple[FloatArray, float]:
@@ -144,7 +149,7 @@ def scene_triangles(scene: Scene) -> SceneTriangles:
 
 @dataclass(frozen=True)
 class _Attributes:
-    """Which of the things that corners may have any mesh of a scene has."""
+    """Which of the things that corners may have any mesh of a scene has that are looked at."""
 
     uvs: bool
     colors: bool
@@ -154,7 +159,7 @@ class _Attributes:
     @classmethod
     def of(cls, scene: Scene) -> _Attributes:
         return cls(
-            uvs=any(mesh.uvs is not None for mesh in scene.meshes),
+            uvs=has_images(scene) and any(mesh.uvs is not None for mesh in scene.meshes),
             colors=any(mesh.colors is not None for mesh in scene.meshes),
             second_uvs=any(mesh.second_uvs is not None for mesh in scene.meshes),
             tangents=any(mesh.has_tangents for mesh in scene.meshes),

@@ -58,7 +58,8 @@ def test_every_corner_keeps_what_its_mesh_says() -> None:
     rng = np.random.default_rng(1)
     colors = rng.uniform(size=(len(mesh.positions), 4))
     mesh = dataclasses.replace(mesh, colors=colors)
-    bvh = build_bvh(scene_of(mesh))
+    texture = Texture(np.zeros((1, 1, 4), dtype=np.uint8))
+    bvh = build_bvh(scene_of(mesh, Material(albedo_texture=texture)))
     table = surface_table(bvh)
     for primitive, pair in enumerate(bvh.primitive_triangles):
         for second, triangle in enumerate(pair):

@@ -15,7 +15,7 @@ from ssdo_gl.raytracing.surface_tables import RayFeatures, surface_table
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.geometry.shapes import sphere
-from ssdo_gl.scene.material import Material
+from ssdo_gl.scene.material import Material, Texture
 from ssdo_gl.scene.scene import Scene
 
 INCLUDES = ["rays/surface_data.glsl"]
@@ -44,9 +44,8 @@ def packed():
         colors=rng.uniform(size=(len(mesh.positions), 4)),
         uvs=rng.uniform(-3.0, 3.0, (len(mesh.positions), 2)),
     )
-    bvh = build_bvh(
-        Scene((mesh,), (Material(),), (SceneObject(0, 0),), Camera((0, 0, 3), (0, 0, 0)))
-    )
+    material = Material(albedo_texture=Texture(np.zeros((1, 1, 4), dtype=np.uint8)))
+    bvh = build_bvh(Scene((mesh,), (material,), (SceneObject(0, 0),), Camera((0, 0, 3), (0, 0, 0))))
     rows = np.flatnonzero(bvh.primitive_triangles.ravel() >= 0)
     triangles = bvh.primitive_triangles.ravel()[rows, None]
     corners = bvh.primitive_corners.reshape(-1, 3)[rows]
