@@ -1,8 +1,13 @@
 // Who is lit, by rays: one where texels of a map disagree about a light without a size; to a
-// light with one RAYS_ALL from every pixel, RAYS_EDGE where those, or four pixels, disagree.
+// light with one RAYS_ALL and two to its rim from every pixel, RAYS_EDGE where those of four pixels
+// disagree.
 #include "rays/ray.glsl"
 
 #define TRACES_PENUMBRAE IS_SOFT
+
+// How far within the light its rim is asked for, of its extent: not where a neighbour begins.
+const float RIM = 0.02;
+const int RIM_FIRST = 1 << 16;
 
 uniform vec2 u_edge_points;  // where the points of a light begin
 
@@ -56,14 +61,23 @@ vec2 shadow_edge(Light light, ivec2 pixel, bool is_edge, vec2 visibility)
 }
 
 #if TRACES_PENUMBRAE
-// What is open of points `first` to `last` of the light, and all, as weights.
+// A corner of a rectangle, or a point of the edge of a disk.
+vec2 rim_point(int i)
+{
+    vec2 corner = mix(vec2(RIM), vec2(1.0 - RIM), vec2(i & 1, i >> 1));
+    return LIGHT_FORM == FORM_PARALLEL ? vec2(1.0 - RIM, 0.25 * float(i) + 0.125) : corner;
+}
+
+// What is open of points `first` to `last` of the light, and all, as weights. Those from RIM_FIRST on
+// are of its rim.
 vec2 open_points(Light light, RaySurface surface, vec3 n_vs, vec3 m_vs, int first, int last)
 {
     vec3 p_vs = start_vs(surface);
     vec2 open = vec2(0.0);
     int i = first;
     do {
-        vec2 u = fract(u_edge_points + float(i) * KRONECKER_STEP.xy);
+        vec2 u = i < RIM_FIRST ? fract(u_edge_points + float(i) * KRONECKER_STEP.xy)
+                               : rim_point(i - RIM_FIRST);
         vec4 way = toward_light(light, u, p_vs, n_vs, m_vs);
         bool is_open = way.w > 0.0 && !is_blocked_toward(surface, way.xyz);
         open += vec2(is_open ? way.w : 0.0, way.w);
@@ -72,20 +86,24 @@ vec2 open_points(Light light, RaySurface surface, vec3 n_vs, vec3 m_vs, int firs
 }
 
 // How much of the light reaches a pixel. All pixels ask for the same points, frame after frame
-// while the view moves: what is wrong then moves with the surface instead of flickering.
+// while the view moves: what is wrong then moves with the surface instead of flickering. Points
+// within the light alone would find a penumbra late, and make its outline a step.
 float penumbra(Light light, vec3 n_vs, vec3 m_vs, ivec2 pixel, bool is_lit)
 {
     RaySurface surface;
     vec2 open = vec2(0.0);
     if (is_lit) {
+        // Of the points that are asked for first pixels beside each other take a half.
+        int turn = (pixel.x ^ pixel.y) & 1;
+        int rim = RIM_FIRST + 2 * turn;
         surface = ray_surface_at(pixel);
-        open = open_points(light, surface, n_vs, m_vs, 0, RAYS_ALL);
+        open = open_points(light, surface, n_vs, m_vs, turn * RAYS_ALL, (turn + 1) * RAYS_ALL)
+             + open_points(light, surface, n_vs, m_vs, rim, rim + 2);
     }
     bvec2 found = bvec2(open.x > 0.0, open.x < open.y);  // light, shadow
     vec4 around = quad_sum(vec4(found, 0.0, 0.0), pixel);
-    if (is_lit && min(around.x, around.y) > 0.0) {
-        open += open_points(light, surface, n_vs, m_vs, RAYS_ALL, RAYS_EDGE);
-    }
+    if (is_lit && min(around.x, around.y) > 0.0)
+        open = open_points(light, surface, n_vs, m_vs, 0, RAYS_EDGE);
     return open.y > 0.0 ? open.x / open.y : 1.0;
 }
 #endif

@@ -51,8 +51,8 @@ class DirectSettings:
     )
     penumbra_rays: int = setting(
         16,
-        "rays of gi to a light with a size where the first quarter of them, or of those of "
-        "neighbours, disagree",
+        "rays of gi to a light with a size where the first quarter of them, and four to its rim, "
+        "disagree",
         unit="rays",
         low=4,
         high=256,
@@ -221,7 +221,8 @@ class DirectPass(RenderPass):
             return _FILTERED
         tables = {sampler: context.inputs[name] for sampler, name in self._ray_wiring.items()}
         count = self.settings.penumbra_rays
-        defines = {"RAYS_ALL": count // 4, "RAYS_EDGE": count, **ray_defines(context, self._rays)}
+        counts = {"RAYS_ALL": max(count // 8, 1), "RAYS_EDGE": count}
+        defines = {**counts, **ray_defines(context, self._rays)}
         # Frames of one view go on in the sequence; those of one that moves have the same points.
         first = (0.5 + np.multiply(context.frame.seed * count, R2_STEP)) % 1.0
         uniforms = {**ray_uniforms(context), "u_edge_points": tuple(first)}

@@ -68,6 +68,14 @@ def test_penumbrae_are_those_of_rays(light):
     assert many < 0.25 * error("gi")
 
 
+def test_penumbrae_have_no_outline():
+    # Small enough that points within the window alone would see it late: a step of an eighth.
+    plate = box((-0.12, 0.6, -0.22), (0.12, 0.65, 0.02))
+    scene = dataclasses.replace(make_scene([FLOOR, plate], camera=CAMERA), lights=(WINDOW,))
+    true = direct(scene, "direct", shadows="traced", shadow_rays=1024)
+    assert np.abs(direct(scene, "gi") - true).max() < 0.1 * true.max()
+
+
 BALL = """
 [[object]]
 shape = "plane"
