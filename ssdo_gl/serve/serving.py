@@ -5,6 +5,9 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import os
+import signal
+from collections.abc import Awaitable
+from types import FrameType
 from typing import Any
 
 from ssdo_gl.gpu.context import Device
@@ -80,13 +83,45 @@ def serve_scene(
     try:
         # Ctrl-C is how one ends it.
         with contextlib.suppress(KeyboardInterrupt):
-            asyncio.run(run_server(renderer, where.host, where.port, _say))
+            asyncio.run(until_terminated(run_server(renderer, where.host, where.port, _say)))
     except OSError as error:
         reason = os.strerror(error.errno) if error.errno and error.errno > 0 else str(error)
         host = where.host or "this machine"
         raise SettingError(f"--port {where.port} of {host}: {reason}") from None
     finally:
         renderer.stop()
+
+
+async def until_terminated(work: Awaitable[None]) -> None:
+    """Await `work`; SIGTERM cancels it, rather than raise in whichever task happens to run.
+
+    Raises
+    ------
+    SystemExit
+        With the exit code of SIGTERM, once `work` has ended for it.
+    """
+    loop, task = asyncio.get_running_loop(), asyncio.current_task()
+    assert task is not None
+    is_told = False
+
+    def cancel(_number: int, _frame: FrameType | None) -> None:
+        nonlocal is_told
+        is_told = True
+        loop.call_soon_threadsafe(task.cancel)
+
+    try:
+        before = signal.signal(signal.SIGTERM, cancel)
+    except ValueError:  # only the main thread may
+        await work
+        return
+    try:
+        await work
+    except asyncio.CancelledError:
+        if not is_told:
+            raise
+        raise SystemExit(128 + signal.SIGTERM) from None
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _say(address: str) -> None:

@@ -24,6 +24,7 @@ from PIL import Image as PillowImage
 
 from ssdo_gl import cli
 from ssdo_gl.gpu.context import ContextError
+from ssdo_gl.process import signals_as_exceptions
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.serve import render_thread
 from ssdo_gl.serve.delivery import MOST_IN_FLIGHT
@@ -36,6 +37,7 @@ from aiohttp.test_utils import TestClient, TestServer  # noqa: E402
 
 from ssdo_gl.serve import server as server_module  # noqa: E402
 from ssdo_gl.serve.server import MAX_MESSAGE_BYTES, Outbox, Server  # noqa: E402
+from ssdo_gl.serve.serving import until_terminated  # noqa: E402
 
 SIZE = {"type": "size", "width": 48, "height": 27, "scale": 1}
 PATIENCE_S = 120.0
@@ -435,3 +437,19 @@ def test_signal_ends_it_cleanly_after_what_is_no_http(number):
         _, err = process.communicate(timeout=PATIENCE_S)
     assert err == ""
     assert process.returncode == (0 if number == signal.SIGINT else 128 + number)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are others there")
+def test_sigterm_raises_in_no_task_that_happens_to_run(caplog):
+    async def answer():
+        signal.raise_signal(signal.SIGTERM)
+
+    async def work():
+        answers.append(asyncio.create_task(answer()))
+        await asyncio.Event().wait()
+
+    answers = []
+    with signals_as_exceptions(), pytest.raises(SystemExit, match="143"):
+        asyncio.run(until_terminated(work()))
+    assert answers[0].exception() is None
+    assert not caplog.messages
