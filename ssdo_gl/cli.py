@@ -21,6 +21,7 @@ from ssdo_gl.process import (
     EXIT_NO_OPENGL,
     EXIT_OK,
     EXIT_USER,
+    check_said,
     exit_code,
     signals_as_exceptions,
     steadfast_output,
@@ -173,7 +174,10 @@ def _mode_defaults(run: RunOptions, settings: Settings, scene: Scene) -> Setting
 
 def run(arguments: Sequence[str] | None = None) -> int:
     """Carry out one command line; raises the user-facing errors."""
-    command = read_command(arguments)
+    try:
+        command = read_command(arguments)
+    finally:  # --help and the like only print, and end
+        check_said()
     wanted = wanted_aovs(command.run)
     commands = one_by_one(command)
     for item in commands:

@@ -12,9 +12,15 @@ from pathlib import Path
 from types import FrameType
 from typing import Any, TextIO, cast
 
+from ssdo_gl.user_error import UserError
+
 EXIT_OK, EXIT_USER, EXIT_NO_OPENGL, EXIT_MISSED = 0, 2, 3, 4
 EXIT_INTERRUPTED = 128 + signal.SIGINT
 EXIT_BROKEN_PIPE = 128 + 13  # SIGPIPE, which Windows does not name
+
+
+class LostOutputError(UserError):
+    """What a command had to say was lost."""
 
 
 def home_folder() -> Path | None:
@@ -35,6 +41,7 @@ class _Stream:
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
         self.fault: OSError | ValueError | None = None
+        self.is_fault_told = False
         if hasattr(stream, "reconfigure"):
             # Names hold letters that a terminal's encoding may lack.
             stream.reconfigure(errors="backslashreplace")
@@ -81,7 +88,7 @@ def steadfast_output() -> Iterator[_Stream]:
             yield out
         finally:
             out.flush()
-            if out.fault is not None and not _is_broken_pipe(out.fault):
+            if out.fault is not None and not (out.is_fault_told or _is_broken_pipe(out.fault)):
                 print(f"ssdo-gl: standard output: {out.fault}", file=sys.stderr)
             err.flush()
             sys.stdout, sys.stderr = before
@@ -89,6 +96,20 @@ def steadfast_output() -> Iterator[_Stream]:
 
 def _is_broken_pipe(fault: OSError | ValueError) -> bool:
     return isinstance(fault, OSError) and fault.errno == errno.EPIPE
+
+
+def check_said() -> None:
+    """Raise LostOutputError, once, if something printed was lost: for what is there to be read.
+
+    A reader who has left is no fault here.
+    """
+    out = sys.stdout
+    out.flush()
+    if not isinstance(out, _Stream) or out.fault is None or _is_broken_pipe(out.fault):
+        return
+    if not out.is_fault_told:
+        out.is_fault_told = True
+        raise LostOutputError(f"standard output: {out.fault}")
 
 
 def exit_code(code: int, out: _Stream) -> int:

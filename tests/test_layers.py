@@ -14,6 +14,7 @@ TESTS = Path(__file__).parent
 # Low to high. A unit is a folder, or a file that stands apart from the rest of its folder;
 # it imports lower ones only.
 LAYERS: tuple[tuple[str, ...], ...] = (
+    ("user_error",),
     (
         "resources",
         "math3d",
@@ -23,7 +24,6 @@ LAYERS: tuple[tuple[str, ...], ...] = (
         "foreign_output",
         "printable",
         "suggestion",
-        "user_error",
         "short_repr",
         "last_made",
         "package_members",

@@ -105,6 +105,16 @@ def test_picture_is_written_whatever_becomes_of_the_messages(tmp_path, streams, 
     assert "Traceback" not in result.stderr and "Exception" not in result.stderr
 
 
+@pytest.mark.parametrize(
+    "words", ["--help", "--version", "--list-scenes", "--explain", "--explain --snapshot '{out}'"]
+)
+def test_what_is_there_to_be_read_must_not_be_lost(tmp_path, words):
+    result = run(f"{words.format(out=tmp_path / 'a.png')} >/dev/full")
+    assert result.returncode == 2, result
+    lines = result.stderr.splitlines()
+    assert lines == ["ssdo-gl: standard output: [Errno 28] No space left on device"]
+
+
 def interrupted(number: int, tmp_path: Path, code: str) -> subprocess.CompletedProcess[bytes]:
     """Run the command with a signal to itself where `code` calls ``strike()``."""
     lines = [

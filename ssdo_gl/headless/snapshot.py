@@ -28,6 +28,7 @@ from ssdo_gl.headless.progress import progress_on_terminal
 from ssdo_gl.images.files import STDOUT, is_picture, write_atomically
 from ssdo_gl.images.saving import write_images
 from ssdo_gl.printable import printable
+from ssdo_gl.process import check_said
 from ssdo_gl.render_result import RenderResult, camera_numbers
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
@@ -124,6 +125,8 @@ def take_snapshot(request: SnapshotRequest) -> RenderResult:
         print(f"ssdo-gl: {line}", file=sys.stderr)
     if not request.quiet:
         _print_summary(console, request, explanation, stats)
+    if request.explain:
+        check_said()
     return result
 
 
