@@ -28,15 +28,15 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from benchmarks.checkout import ROOT, CommitError, checked_out, full_name
-from benchmarks.common import command
-from benchmarks.frame_side import NoCaseError, Side, SideError
+from benchmarks.checkout import ROOT, checked_out, full_name
+from benchmarks.common import answering, check_scenes, command
+from benchmarks.frame_side import NoCaseError, Side
 from ssdo_gl.bench.measure.machine import core_count, cpu_name, load_average
 from ssdo_gl.bench.storage import replace_file
-from ssdo_gl.process import signals_as_exceptions
+from ssdo_gl.images.files import check_output
 from ssdo_gl.scene.load import builtin_names
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.fields import SettingError, parse
+from ssdo_gl.settings.fields import parse
 
 SIZE, ROUNDS, FRAMES = (640, 360), 7, 4
 METHOD, OTHER_METHOD = "gi", "bounce"
@@ -181,6 +181,7 @@ def write(path: Path, ratios: Sequence[Ratio], about: dict[str, Any]) -> None:
     replace_file(path, text.encode())
 
 
+@answering
 def main(argv: Sequence[str] | None = None) -> int:
     """Compare and print; 2 if a commit, a scene or a setting is not there."""
     parser = command("against_commit", __doc__)
@@ -193,22 +194,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--rounds", type=int, default=ROUNDS, choices=range(1, 1000), metavar="N")
     parser.add_argument("--frames", type=int, default=FRAMES, choices=range(1, 1000), metavar="N")
     parser.add_argument("--output", type=Path, metavar="FILE", help=".json or .csv")
-    options = parser.parse_args(argv)
-    try:
-        with signals_as_exceptions():
-            return run(options)
-    except (CommitError, SettingError, SideError, OSError) as error:
-        print(f"against_commit: {error}", file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        print("against_commit: interrupted", file=sys.stderr)
-        return 130
+    return run(parser.parse_args(argv))
 
 
 def run(options: Any) -> int:
     """Compare as the command line says, and print."""
-    if options.output is not None and options.output.suffix not in (".json", ".csv"):
-        raise SettingError(f"{options.output}: expected a file ending in .json or .csv")
+    if options.output is not None:
+        check_output(options.output, (".json", ".csv"))
+    check_scenes(options.scenes)
     size, name = parse(Settings, "size", options.size), full_name(options.commit)[:9]
     here = {"settings": {"size": size, "method": options.method}}
     there = {"settings": {"size": size, "method": options.other_method}}

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from benchmarks.common import command
+from benchmarks.common import answering, command
 from ssdo_gl.bench.estimators import estimator_table
 from ssdo_gl.bench.estimators.estimator_views import QUICK as QUICK_PLAN
 from ssdo_gl.bench.estimators.estimator_views import TablePlan
@@ -47,12 +47,14 @@ def write(outdir: Path, plan: ScenesPlan, device: Device) -> list[dict[str, Any]
         return estimator_table.write(outdir, subjects, plan, device, progress)
 
 
+@answering
 def main(argv: Sequence[str] | None = None) -> int:
     """Measure and write."""
     parser = command("all_estimators", __doc__)
     parser.add_argument("outdir", type=Path, metavar="OUTDIR")
     parser.add_argument("--quick", action="store_true", help="one scene, one budget: a minute")
     options = parser.parse_args(argv)
+    options.outdir.mkdir(parents=True, exist_ok=True)
     device = create_context()
     write(options.outdir, QUICK if options.quick else ScenesPlan(), device)
     device.release()

@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.common import command
+from benchmarks.common import answering, check_scenes, command
 from benchmarks.rooms import model_room, random_room
 from ssdo_gl.bench.measure.bench_renderer import BenchRenderer
 from ssdo_gl.bench.measure.errors import color, judged_pixels
@@ -38,6 +38,7 @@ from ssdo_gl.settings.resolve import resolved
 INTERIORS = Path(__file__).parent.parent / "tests" / "effects" / "interiors"
 # Never looked at while `gi` was tuned.
 SEEDS = range(1, 7)
+ROOM = re.compile(r"room-(\d+)")
 METHODS = ("bounce", "gi")
 BATCH_SPP = 64
 # Paths whose time is measured, enough to outweigh what a frame costs beside them; and how often
@@ -93,7 +94,7 @@ class Row:
 
 def scene_named(name: str) -> Scene:
     """Return a scene by name, file or seed; exits with a line if there is none."""
-    if seed := re.fullmatch(r"room-(\d+)", name):
+    if seed := ROOM.fullmatch(name):
         return random_room(int(seed[1]))
     path = Path(name)
     if path.suffix.lower() in model_suffixes():
@@ -160,6 +161,7 @@ def _paths_in_time(bench: BenchRenderer, base: Settings, traced: Settings) -> fl
     return float(TIMED_SPP * frame / paths)
 
 
+@answering
 def main(argv: Sequence[str] | None = None) -> int:
     """Print the table; 1 if `gi` is worse than `bounce` in any scene."""
     parser = command("all_light", __doc__)
@@ -176,12 +178,14 @@ def main(argv: Sequence[str] | None = None) -> int:
         *(str(path) for path in sorted(INTERIORS.glob("*.toml")) if path.stem != "wall"),
         *(f"room-{seed}" for seed in SEEDS),
     ]
+    check_scenes(name for name in scenes if not ROOM.fullmatch(name))
+    size = Settings(size=tuple(arguments.size)).size
     print(
         "| scene | `bounce` | | FLIP | `gi` | | FLIP | noise of the paths |"
         " paths in the time | their error / `gi`'s |"
     )
     print("|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|")
-    cache, worse, size = ReferenceCache(), [], tuple(arguments.size)
+    cache, worse = ReferenceCache(), []
     goal = arguments.error, arguments.seconds
     device = create_context("auto")
     try:

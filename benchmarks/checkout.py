@@ -8,10 +8,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from ssdo_gl.user_error import UserError
+
 ROOT = Path(__file__).parent.parent
 
 
-class CommitError(ValueError):
+class CommitError(UserError, ValueError):
     """One line that says why there is no such checkout."""
 
 

@@ -24,7 +24,7 @@ import numpy as np
 from rich.console import Console
 
 from benchmarks import report_table, world_scale
-from benchmarks.common import FinishedBench, command, read_bench
+from benchmarks.common import FinishedBench, answering, command, read_bench
 from benchmarks.equal import Comparison, agreement, compare, curve_of
 from ssdo_gl.bench.analysis import percent
 from ssdo_gl.bench.measure.bench_renderer import BenchRenderer, opener
@@ -180,6 +180,7 @@ def bench_sections(benches: Sequence[FinishedBench]) -> list[str]:
     return lines
 
 
+@answering
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the experiments and write what they found."""
     parser = command("experiments", __doc__)

@@ -25,16 +25,15 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.common import command
+from benchmarks.common import answering, check_scenes, command, size_of
 from ssdo_gl.bench.measure.machine import cpu_name, load_average
 from ssdo_gl.gpu.context import create_context
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.process import give_back_memory
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.scene.scene import Scene, SceneError
+from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.fields import SettingError, parse
 from ssdo_gl.window.panel.status import memory_mb
 
 SCENES = ("cornell_meso", "colonnade")
@@ -137,22 +136,20 @@ def live(renderer: Renderer) -> None:
         renderer.draw(["display"], camera=camera, index=number, count=OFFSETS)
 
 
+@answering
 def main(argv: Sequence[str] | None = None) -> int:
     """Print a row for each scene."""
     parser = command("far_field_cost", __doc__)
     parser.add_argument("scenes", nargs="*", default=SCENES, metavar="SCENE")
-    parser.add_argument("--size", default=f"{SIZE[0]}x{SIZE[1]}", metavar="WxH")
+    parser.add_argument("--size", type=size_of, default=SIZE, metavar="WxH")
     options = parser.parse_args(argv)
     table = Table("scene", "triangles", "prepared, s", "of `bounce`", "held, MiB", "peak, MiB")
-    try:
-        size = parse(Settings, "size", options.size)
-        for source in options.scenes:
-            triangles = load_scene(source).triangle_count
-            costs = [measure(source, method, size) for method in METHODS]
-            table.add_row(source, f"{triangles}", *cells(*costs))
-    except (SceneError, SettingError) as error:
-        print(f"far_field_cost: {error}", file=sys.stderr)
-        return 2
+    check_scenes(options.scenes)
+    size = options.size
+    for source in options.scenes:
+        triangles = load_scene(source).triangle_count
+        costs = [measure(source, method, size) for method in METHODS]
+        table.add_row(source, f"{triangles}", *cells(*costs))
     console = Console(highlight=False, soft_wrap=True)
     console.print(table)
     console.print(

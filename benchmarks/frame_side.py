@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.checkout import ROOT
+from ssdo_gl.user_error import UserError
 
 START = "from benchmarks.frame_driver import main; main()"
 # Until programs are compiled and averages are as long as they get.
@@ -20,7 +21,7 @@ MOST_WARM_UPS = 30
 ENDS_WITHIN_S = 10.0
 
 
-class SideError(Exception):
+class SideError(UserError):
     """One line that says why a side draws nothing."""
 
 

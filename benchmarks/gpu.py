@@ -31,7 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks import all_estimators
-from benchmarks.common import command
+from benchmarks.common import answering, command
 from ssdo_gl.bench.measure.clock import CLOCK_NAMES
 from ssdo_gl.bench.measure.machine import describe_machine
 from ssdo_gl.bench.presets import load_preset
@@ -474,6 +474,7 @@ SECTIONS: dict[str, Callable[[Run], object]] = {
 }
 
 
+@answering
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the sections; 1 if one of them failed."""
     parser = command("gpu", __doc__)
@@ -489,6 +490,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     unknown = [name for name in names if name not in SECTIONS]
     if unknown:
         parser.error(f"--only {unknown[0]!r}: choose of {', '.join(SECTIONS)}")
+    if options.compare is not None and not options.compare.is_dir():
+        parser.error(f"--compare {options.compare}: there is no such folder")
     options.outdir.mkdir(parents=True, exist_ok=True)
     run = Run(options.outdir, options.quick, options.compare, options.seconds)
     for name in names:

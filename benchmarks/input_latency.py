@@ -22,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.common import command
+from benchmarks.common import answering, check_scenes, command, positive, size_of
 from ssdo_gl.gpu.context import create_context
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
@@ -192,20 +192,23 @@ def slices_ms(scene: str, settings: Settings) -> list[float]:
     return found
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
+@answering
+def main(arguments: Sequence[str] | None = None) -> int:
     """Measure and print the median and the worst of each kind."""
     parser = command("input_latency", __doc__)
     parser.add_argument("scene", nargs="?", default="cornell_meso")
-    parser.add_argument("--size", default="1280x800", metavar="WxH")
-    parser.add_argument("--samples", type=int, default=256, metavar="N")
+    parser.add_argument("--size", type=size_of, default=(1280, 800), metavar="WxH")
+    parser.add_argument("--samples", type=positive, default=256, metavar="N")
     options = parser.parse_args(arguments)
-    width, height = map(int, options.size.split("x"))
+    check_scenes([options.scene])
+    width, height = options.size
     for method in METHODS:
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
             server = XServer(folder, (width, height))
-            words = [sys.executable, "-m", "ssdo_gl.cli", options.scene, "--size", options.size]
-            words += ["--samples", str(options.samples), "--method", method, "--spp", "4096"]
+            words = [sys.executable, "-m", "ssdo_gl.cli", options.scene]
+            words += ["--size", f"{width}x{height}", "--samples", str(options.samples)]
+            words += ["--method", method, "--spp", "4096"]
             app = App(server, words, folder)
             screen = Screen(server)
             try:
@@ -225,7 +228,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         median, most, worst = np.percentile(slices_ms(options.scene, settings), [50, 95, 100])
         said = f"median {median:.1f}, 95 % below {most:.1f}, longest {worst:.1f} ms computed"
         print(f"{method:13} slices      {said}")
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

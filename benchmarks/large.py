@@ -19,7 +19,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.common import command
+from benchmarks.common import answering, command, positive
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
@@ -58,10 +58,11 @@ def measure(path: Path, method: str) -> tuple[float, float, float]:
     return time.process_time() - start, time.perf_counter() - wall, peak
 
 
+@answering
 def main(argv: Sequence[str] | None = None) -> int:
     """Print a row for each number of triangles and method."""
     parser = command("large", __doc__)
-    parser.add_argument("counts", nargs="*", type=int, default=COUNTS, metavar="COUNT")
+    parser.add_argument("counts", nargs="*", type=positive, default=COUNTS, metavar="COUNT")
     options = parser.parse_args(argv)
     table = Table("triangles", "method", "processor s", "wall s", "peak GiB")
     # Forked processes would begin with the memory of this one.

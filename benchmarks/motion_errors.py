@@ -26,7 +26,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.common import command
+from benchmarks.common import answering, command
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.renderer import Renderer
@@ -231,6 +231,7 @@ def ghosts(device: Device, extent: Extent) -> tuple[float, float]:
     return float(left[0]), float(left[1])
 
 
+@answering
 def main(argv: Sequence[str] | None = None) -> int:
     """Measure and print."""
     parser = command("motion", __doc__)

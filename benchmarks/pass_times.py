@@ -16,7 +16,7 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 
-from benchmarks.common import command
+from benchmarks.common import answering, command, positive
 from ssdo_gl.bench.measure.clock import CLOCK_NAMES
 from ssdo_gl.bench.measure.machine import cpu_name, load_average
 from ssdo_gl.bench.presets import load_preset
@@ -98,11 +98,12 @@ def table(times: dict[str, dict[str, float]]) -> str:
     return "\n".join(lines)
 
 
+@answering
 def main(argv: Sequence[str] | None = None) -> int:
     """Measure and print."""
     parser = command("pass_times", __doc__)
     parser.add_argument("scene", nargs="?", default="cornell_meso", metavar="SCENE")
-    parser.add_argument("--rounds", type=int, default=ROUNDS)
+    parser.add_argument("--rounds", type=positive, default=ROUNDS)
     options = parser.parse_args(argv)
     source, rounds = options.scene, options.rounds
     scene = load_scene(source)

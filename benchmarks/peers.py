@@ -29,7 +29,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.common import command
+from benchmarks.common import answering, command, size_of
 from benchmarks.peer_room import NoPeerError, Peer, PeerTimes, Room, make_room
 from benchmarks.peer_three import Three
 from benchmarks.peer_vtk import Vtk
@@ -41,7 +41,6 @@ from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.images.files import png_bytes
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.fields import SettingError, parse
 from ssdo_gl.settings.resolve import settings_for
 
 SIZE, RADIUS = (640, 360), 0.3
@@ -232,18 +231,16 @@ def measure(
         return contestants, traced, notes
 
 
+@answering
 def main(argv: Sequence[str] | None = None) -> int:
     """Measure, write and print."""
     parser = command("peers", __doc__)
     parser.add_argument("outdir", type=Path, metavar="OUTDIR")
     parser.add_argument("--three", type=Path, metavar="DIR", help="where three.js was installed")
-    parser.add_argument("--size", default=f"{SIZE[0]}x{SIZE[1]}", metavar="WxH")
+    parser.add_argument("--size", type=size_of, default=SIZE, metavar="WxH")
     parser.add_argument("--rounds", type=int, default=ROUNDS, choices=range(1, 100), metavar="N")
     options = parser.parse_args(argv)
-    try:
-        room = make_room(parse(Settings, "size", options.size), RADIUS)
-    except SettingError as error:
-        parser.error(f"--{error}")
+    room = make_room(options.size, RADIUS)
     makers: dict[str, Callable[[Room], Peer]] = {
         "VTK": Vtk,
         "three.js": partial(Three, folder=options.three),

@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.common import command
+from benchmarks.common import answering, check_scenes, command, positive, size_of
 from ssdo_gl.gpu.context import create_context
 from ssdo_gl.planning.bodies import bodies_of
 from ssdo_gl.planning.content import analyse
@@ -33,7 +33,6 @@ from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.fields import parse
 from ssdo_gl.settings.resolve import settings_for
 
 PICTURE = ("display",)
@@ -224,15 +223,18 @@ def built_in_scenes() -> list[str]:
     return sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml"))
 
 
+@answering
 def main(argv: Sequence[str] | None = None) -> int:
     """Print the table for the scenes named on the command line."""
     parser = command("planning_gain", __doc__)
     parser.add_argument("scenes", nargs="*", metavar="SCENE", help="default: all built-in ones")
-    parser.add_argument("--size", default="640x360", metavar="WxH")
+    parser.add_argument("--size", type=size_of, default=(640, 360), metavar="WxH")
     parser.add_argument("--method", default=None)
-    parser.add_argument("--rounds", type=int, default=ROUNDS)
+    parser.add_argument("--rounds", type=positive, default=ROUNDS)
     options = parser.parse_args(argv)
-    flags = {"size": parse(Settings, "size", options.size), "method": options.method}
+    flags = {"size": options.size, "method": options.method}
+    settings_for({}, flags)
+    check_scenes(options.scenes)
     costs = []
     for name in options.scenes or built_in_scenes():
         scene = load_scene(name)
@@ -246,7 +248,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     device = create_context("auto")
     machine = f"{device.renderer}, OpenGL {device.version}"
     device.release()
-    print(f"{options.size}, medians of {options.rounds} rounds, {date.today()}; {machine}")
+    width, height = options.size
+    print(f"{width}x{height}, medians of {options.rounds} rounds, {date.today()}; {machine}")
     return 0
 
 

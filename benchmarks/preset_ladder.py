@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.common import command, read_bench
+from benchmarks.common import answering, command, read_bench
 from ssdo_gl.bench.measure.clock import CLOCK_NAMES
 from ssdo_gl.bench.presets import PresetRung
 from ssdo_gl.bench.statistics import pareto
@@ -151,6 +151,7 @@ def ladder_text(
     return "\n".join(lines) + "\n"
 
 
+@answering
 def main(argv: Sequence[str] | None = None) -> int:
     """Derive the ladder from the benches named on the command line and print it."""
     parser = command("preset_ladder", __doc__)

@@ -13,7 +13,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from benchmarks.common import command
+from benchmarks.common import answering, check_scenes, command
 from ssdo_gl.bench.analysis import percent
 from ssdo_gl.bench.measure.bench_renderer import BenchRenderer
 from ssdo_gl.bench.measure.errors import judge, judged_pixels
@@ -136,12 +136,14 @@ def table(title: str, checks: Sequence[Check]) -> list[str]:
     return [*lines, ""]
 
 
+@answering
 def main(argv: Sequence[str] | None = None) -> int:
     """Check the promises on the named scenes; 1 if one was broken."""
     parser = command("promises", __doc__)
     parser.add_argument("scenes", nargs="*", default=SCENES, metavar="SCENE")
     parser.add_argument("--only", choices=("time", "error"))
     options = parser.parse_args(argv)
+    check_scenes(options.scenes)
     broken = 0
     device = create_context("auto")
     try:

@@ -27,7 +27,7 @@ from unittest import mock
 
 import moderngl
 
-from benchmarks.common import command
+from benchmarks.common import answering, command, positive
 from ssdo_gl.bench.measure.machine import cpu_name, load_average
 from ssdo_gl.bench.presets import load_preset
 from ssdo_gl.renderer import Renderer
@@ -150,11 +150,12 @@ def _timed_draws() -> Iterator[list[float]]:
         yield spent
 
 
+@answering
 def main(argv: Sequence[str] | None = None) -> int:
     """Measure and print."""
     parser = command("python_time", __doc__)
     parser.add_argument("scene", nargs="?", default="cornell_meso", metavar="SCENE")
-    parser.add_argument("--frames", type=int, default=FRAMES, metavar="N")
+    parser.add_argument("--frames", type=positive, default=FRAMES, metavar="N")
     options = parser.parse_args(argv)
     scene = load_scene(options.scene)
     print("| method | frames | Python, ms | driver, ms | calls | of moderngl |")

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.common import command
+from benchmarks.common import answering, check_scenes, command
 from benchmarks.mitsuba_scene import (
     compared_scene,
     load_mitsuba,
@@ -297,6 +297,7 @@ twice the speed of scattered ones: a path's second ray and later ones wait for t
 eight. Fewer fetches or wider nodes would have to come with less arithmetic, not more."""
 
 
+@answering
 def main(argv: Sequence[str] | None = None) -> int:
     """Measure and print, or run as a worker for one of the others."""
     parser = command("ray_speed", __doc__)
@@ -310,6 +311,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         else:
             print(json.dumps(mitsuba_worker(rest[0], int(rest[1]), rest[2])))
         return 0
+    check_scenes(options.scenes)
     # A pipe is taken for 80 columns, in which names would be cut short.
     console = Console() if sys.stdout.isatty() else Console(width=TABLE_WIDTH)
     device = create_context()

@@ -12,9 +12,9 @@ that show a surface; 35215 is the largest d. FLIP (Andersson et al. 2020) stands
 
 from __future__ import annotations
 
-import argparse
 import dataclasses
 import math
+import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -25,6 +25,7 @@ from PIL import Image
 from rich.console import Console
 from rich.table import Table
 
+from benchmarks.common import answering, check_scenes, command, positive
 from ssdo_gl.bench.statistics.metrics import flip_ldr, srgb_of
 from ssdo_gl.renderer import render
 from ssdo_gl.scene.formats.toml import read_description
@@ -187,16 +188,16 @@ def measure(
     return found, np.concatenate([*pictures, shown(reference)], axis=1)
 
 
-def main(argv: Sequence[str] | None = None) -> None:
+@answering
+def main(argv: Sequence[str] | None = None) -> int:
     """Print the table; write pictures side by side, that of paths on the right, where asked to."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = command("render_fidelity", __doc__)
     parser.add_argument("files", nargs="*", type=Path)
-    parser.add_argument("--spp", type=int, default=128, help="paths per pixel of the reference")
+    parser.add_argument("--spp", type=positive, default=128, help="paths a pixel of the reference")
     parser.add_argument("--methods", nargs="+", default=["bounce", "gi"])
     parser.add_argument("--pictures", type=Path, default=None)
     arguments = parser.parse_args(argv)
+    check_scenes(map(str, arguments.files))
     scenes = (
         ((f.name, load_scene(str(f))) for f in arguments.files) if arguments.files else own_scenes()
     )
@@ -216,7 +217,8 @@ def main(argv: Sequence[str] | None = None) -> None:
     for method, names in missed.items():
         count = f"{method}: {len(names)} of {len(table.rows)} above {AIM_DB:g} dB"
         print(": ".join([count, "; ".join(names)] if names else [count]))
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -22,7 +22,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.common import command
+from benchmarks.common import answering, command
 from ssdo_gl.bench.measure.bench_renderer import BenchRenderer
 from ssdo_gl.bench.measure.clock import CLOCK_NAMES, CLOCKS, trusted_clock
 from ssdo_gl.bench.measure.machine import describe_machine
@@ -222,6 +222,7 @@ def measured_table(renderer: Renderer) -> Table:
     return as_table(rows, title)
 
 
+@answering
 def main(argv: Sequence[str] | None = None) -> int:
     """Measure the table on ``cornell_meso`` and print it."""
     command("report_table", __doc__).parse_args(argv)

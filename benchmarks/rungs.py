@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from benchmarks.common import command
+from benchmarks.common import answering, check_scenes, command, size_of
 from benchmarks.equal import compare, curve_of
 from benchmarks.experiments import MARCH, PAPER, comparison_lines
 from benchmarks.preset_ladder import BASELINE, derive, ladder_text
@@ -41,8 +41,6 @@ from ssdo_gl.bench.statistics import rmse_of
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.settings import Settings
-from ssdo_gl.settings.fields import SettingError, parse
 from ssdo_gl.settings.resolve import settings_for
 
 SCENES = ("cornell_meso", "courtyard", "stairs")
@@ -115,17 +113,16 @@ def write(path: Path, rows: Sequence[Row]) -> None:
         writer.writerows(rows)
 
 
+@answering
 def main(argv: Sequence[str] | None = None) -> int:
     """Measure the scenes named on the command line and print what follows."""
     parser = command("rungs", __doc__)
     parser.add_argument("outdir", type=Path, metavar="OUTDIR")
     parser.add_argument("scenes", nargs="*", default=SCENES, metavar="SCENE")
-    parser.add_argument("--size", default=f"{SIZE[0]}x{SIZE[1]}", metavar="WxH")
+    parser.add_argument("--size", type=size_of, default=SIZE, metavar="WxH")
     options = parser.parse_args(argv)
-    try:
-        size = parse(Settings, "size", options.size)
-    except SettingError as error:
-        parser.error(str(error))
+    check_scenes(options.scenes)
+    size = options.size
     options.outdir.mkdir(parents=True, exist_ok=True)
     tables: dict[str, list[Row]] = {}
     machine: dict[str, Any] = {}

@@ -26,7 +26,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.common import command
+from benchmarks.common import answering, check_scenes, command, positive
 from benchmarks.motion_errors import shifted
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.gpu.readback import read_texture
@@ -157,18 +157,20 @@ def rows(
         yield f"| {name} | {settings.method} | {errors(found, *pair)} |"
 
 
+@answering
 def main(argv: Sequence[str] | None = None) -> int:
     """Measure and print."""
     parser = command("walk_errors", __doc__)
     parser.add_argument("scenes", nargs="*", metavar="SCENE")
     parser.add_argument("--methods", nargs="+", choices=METHODS, default=METHODS)
     parser.add_argument("--size", type=int, nargs=2, default=(160, 90), metavar=("W", "H"))
-    parser.add_argument("--spp", type=int, default=96, help="paths of either reference")
-    parser.add_argument("--stretches", type=int, default=STRETCHES)
+    parser.add_argument("--spp", type=positive, default=96, help="paths of either reference")
+    parser.add_argument("--stretches", type=positive, default=STRETCHES)
     parser.add_argument("--shadows", choices=("map", "traced"), help="instead of the method's own")
     parser.add_argument("--keep", type=Path, metavar="FOLDER", help="where references are kept")
     options = parser.parse_args(argv)
-    extent = Extent(tuple(options.size), options.spp, options.stretches)
+    check_scenes(options.scenes)
+    extent = Extent(Settings(size=tuple(options.size)).size, options.spp, options.stretches)
     device = create_context()
     variants = [
         Settings(method, size=extent.size, exposure=0.0, shadows=options.shadows)

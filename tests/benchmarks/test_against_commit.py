@@ -98,10 +98,15 @@ def test_a_slower_method_is_slower_than_that_of_both_trees(tmp_path, capsys):
     [
         (["no-such-commit"], "'no-such-commit': there is no such commit here"),
         (["HEAD:README.md"], "'HEAD:README.md': there is no such commit here"),
-        (["HEAD", "corners"], "this tree: no built-in scene is called 'corners'"),
+        (["HEAD", "corners"], "no built-in scene is called 'corners'"),
         (["HEAD", "corner", "--method", "gl"], "this tree: method = 'gl'"),
         (["HEAD", "corner", "--size", "1"], "size = '1'"),
-        (["HEAD", "corner", "--output", "x.txt"], "x.txt: expected a file ending in"),
+        (["HEAD", "corner", "corners"], "no built-in scene is called 'corners'"),
+        (
+            ["HEAD", "corner", "--output", "no/such.csv"],
+            "no/such.csv: the folder no does not exist",
+        ),
+        (["HEAD", "corner", "--output", "x.txt"], "x.txt: the suffix must be one of .json, .csv"),
     ],
 )
 def test_bad_input_is_one_line(arguments, line, trees, capsys):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -61,7 +63,10 @@ def test_of_a_drawn_room_gi_knows_the_light(tmp_path):
     assert gi.rel_mse < 0.1 * bounce.rel_mse and gi.flip < 0.5 * bounce.flip
 
 
-def test_a_scene_in_which_gi_is_worse_is_named(monkeypatch, capsys):
+def test_a_scene_in_which_gi_is_worse_is_named(monkeypatch, capsys, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    Path("x").mkdir()
+    Path("x/door.toml").touch()
     distances = {"gi": Distance(0.2, 0.1, 0.1), "bounce": Distance(0.1, 0.1, 0.1)}
     rest = 0.01, 2.0, 0.3
     monkeypatch.setattr(all_light, "measure", lambda name, *_, **__: Row(name, distances, *rest))

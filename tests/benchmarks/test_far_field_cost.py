@@ -34,10 +34,3 @@ def test_it_prints_a_row_for_each_scene(capsys):
     assert far_field_cost.main(["corner", "--size", "48x27"]) == 0
     out = capsys.readouterr().out
     assert "corner" in out and "prepared, s" in out and "48x27" in out
-
-
-@pytest.mark.parametrize("arguments", [["corners"], ["corner", "--size", "1"]])
-def test_bad_input_is_one_line(arguments, capsys):
-    assert far_field_cost.main(arguments) == 2
-    said = capsys.readouterr().err
-    assert said.startswith("far_field_cost: ") and said.count("\n") == 1
