@@ -2,29 +2,23 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
+import secrets
 from pathlib import Path
 
 
 def replace_whole(path: Path, data: bytes) -> None:
-    """Replace `path` by `data`; a failure leaves the old file untouched.
+    """Replace `path` by `data`; a failure or a signal leaves the old file untouched.
 
     Raises
     ------
     OSError
     """
-    temporary = None
+    # Named before it is made: a signal between the two would leave it behind. Not after the
+    # file: a name may be as long as the file system allows.
+    temporary = path.with_name(f".ssdo-gl-{secrets.token_hex(8)}")
     try:
-        # Not after the file: a name may be as long as the file system allows.
-        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=".ssdo-gl-", delete=False) as file:
-            temporary = Path(file.name)
+        with temporary.open("xb") as file:
             file.write(data)
-        # NamedTemporaryFile makes files private; give what a plain open() would.
-        umask = os.umask(0)
-        os.umask(umask)
-        temporary.chmod(0o666 & ~umask)
         temporary.replace(path)
     finally:
-        if temporary is not None and temporary.exists():
-            temporary.unlink()
+        temporary.unlink(missing_ok=True)

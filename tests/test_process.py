@@ -152,9 +152,9 @@ def test_an_interrupt_while_a_file_is_written_leaves_nothing(tmp_path, number):
     result = interrupted(
         number,
         tmp_path,
-        "from ssdo_gl import whole_files\n"
-        "real = os.umask\n"
-        "os.umask = lambda mask: (strike(), real(mask))[1]",
+        "from pathlib import Path\n"
+        "real = Path.replace\n"
+        "Path.replace = lambda *paths: (strike(), real(*paths))[1]",
     )
     assert result.returncode == 128 + number, result.stderr
     assert b"Traceback" not in result.stderr
