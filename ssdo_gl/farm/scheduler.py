@@ -14,7 +14,7 @@ import uuid
 from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import CancelledError
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from multiprocessing import resource_tracker
 from types import ModuleType
 from typing import Any
@@ -271,8 +271,16 @@ def _clients(distributed: ModuleType, scheduler: str) -> Iterator[Any]:
     ):
         # One that is interrupted while it starts leaves its workers, and tracebacks of theirs.
         with held_signals(), _away_from_ctrl_c():
-            cluster = stack.enter_context(_local_cluster(distributed, int(local[1] or 0)))
+            cluster = _local_cluster(distributed, int(local[1] or 0))
+            stack.callback(_end, cluster)
         yield stack.enter_context(distributed.Client(cluster))
+
+
+def _end(cluster: Any) -> None:
+    # Under load a worker may take longer to end than Dask waits. What the work has come to
+    # counts all the same, and the worker ends with this process at the latest.
+    with suppress(TimeoutError):
+        cluster.close()
 
 
 @contextmanager

@@ -179,6 +179,19 @@ def test_local_workers_share_out_the_gpus_and_come_back(
         assert set(mapped(name, Chosen, (tmp_path, deadly), range(20))) == seen
 
 
+def test_workers_that_end_late_hide_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Under load Dask gives up waiting for them: an interrupt stays one, and so does a result."""
+    close = distributed.SpecCluster.close
+
+    def closed_late(cluster: object) -> None:
+        close(cluster)
+        raise TimeoutError
+
+    monkeypatch.setattr(distributed.SpecCluster, "close", closed_late)
+    with pytest.raises(KeyboardInterrupt), connected("local:1"):
+        raise KeyboardInterrupt
+
+
 def test_an_item_that_ends_workers_costs_no_other(address: str, tmp_path: Path) -> None:
     made = list(mapped(address, Fatal, (tmp_path, 5), range(48), lambda item: -item))
     assert made == [-5 if n == 5 else n**2 for n in range(48)]
