@@ -25,7 +25,8 @@ def with_lights(original: Scene, lights: Sequence[Light], on: Sequence[bool]) ->
     """Return `original` with its lights replaced by `lights`, dark where not `on`.
 
     The body that stands for a rectangle light in the picture follows it: it moves and turns
-    by as much, and its emission changes by the same factors.
+    by as much, and its emission changes by the same factors. One that several lights stand
+    for follows the first, and glows by the mean of them all.
 
     Parameters
     ----------
@@ -40,15 +41,25 @@ def with_lights(original: Scene, lights: Sequence[Light], on: Sequence[bool]) ->
     )
     materials = list(original.materials)
     objects = []
+    runs = body_lights(original)
     for item in original.objects:
-        if item.light is None or shining[item.light] == original.lights[item.light]:
+        if item.light is None:
+            objects.append(item)
+            continue
+        run = runs.get(item.light, range(item.light, item.light + 1))
+        if all(shining[i] == original.lights[i] for i in run):
             objects.append(item)
             continue
         before, after = original.lights[item.light], shining[item.light]
         material = original.materials[item.material]
+        shares = np.array([_area(original.lights[i]) for i in run])
+        shares /= max(shares.sum(), np.finfo(np.float64).tiny)
+        was, now = (
+            shares @ [lights[i].emitted for i in run] for lights in (original.lights, shining)
+        )
         emission = [
-            e * new / old if old > 0.0 else new
-            for e, old, new in zip(material.emission, before.emitted, after.emitted, strict=True)
+            float(e * new / old if old > 0.0 else new)
+            for e, old, new in zip(material.emission, was, now, strict=True)
         ]
         materials.append(
             dataclasses.replace(material, emission=(emission[0], emission[1], emission[2]))
@@ -57,6 +68,12 @@ def with_lights(original: Scene, lights: Sequence[Light], on: Sequence[bool]) ->
     return dataclasses.replace(
         original, lights=shining, materials=tuple(materials), objects=tuple(objects)
     )
+
+
+def _area(light: Light) -> float:
+    """Return the area of a light's face; 1 if it has none."""
+    edges = [getattr(light, name) for name in light.edge_fields]
+    return float(np.linalg.norm(np.cross(*edges))) if edges else 1.0
 
 
 def _moved(item: SceneObject, before: Light, after: Light, material: int) -> SceneObject:

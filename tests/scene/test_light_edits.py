@@ -82,6 +82,24 @@ def test_black_light_can_be_turned_up(room: Scene) -> None:
         assert lit.materials[lit.objects[i].material].emission == (2.0, 2.0, 2.0)
 
 
+def test_a_body_of_several_lights_glows_by_their_mean() -> None:
+    parts = [
+        RectangleLight((i, 0, 0), (w, 0, 0), (0, 1, 0), (1, 2, 4)) for i, w in ((0, 1), (2, 3))
+    ]
+    box = SceneObject(0, 0, np.eye(4)[None], light=0)
+    glowing = Material(emission=(1.0, 2.0, 4.0))
+    camera = Camera((0, 0, 5), (0, 0, 0))
+    scene = Scene((shapes.quad(),), (glowing,), (box,), camera, tuple(parts))
+    for on, left in (((False, True), 0.75), ((True, False), 0.25), ((False, False), 0.0)):
+        dimmed = with_lights(scene, parts, on)
+        emission = dimmed.materials[dimmed.objects[0].material].emission
+        assert emission == pytest.approx((left, 2.0 * left, 4.0 * left)), on
+    one_off = scene.with_light(1, parts[1].with_emitted((0.0, 0.0, 0.0)))
+    assert one_off.materials[one_off.objects[0].material].emission == pytest.approx(
+        (0.25, 0.5, 1.0)
+    )
+
+
 def test_clock_runs_only_where_something_moves() -> None:
     still, moving = Clock.of(False), Clock.of(True)
     for clock in (still, moving):

@@ -174,7 +174,7 @@ class Light(ABC):
         return max(self.emitted)
 
     def with_emitted(self, color: Color) -> Self:
-        """Return the light with another brightness."""
+        """Return the light with another brightness; `Scene.with_light` dims its body, too."""
         return self._replace({self.emitted_field: color})
 
     def without_shadow(self) -> Self:
