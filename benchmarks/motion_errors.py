@@ -9,7 +9,7 @@ frame is compared with the near field by rays. What is printed, over the mean of
 - *change*: mean change of the image from frame to frame, and that of the reference;
 - *lag*: by how many frames the image follows the reference, by least squares over blocks of 8 x 8
   pixels, while the camera stands still;
-- *ghost*: after a lamp went out, how much of its light is left, in the first frame and the eighth.
+- after a lamp went out, what is left of its light, in the first frame, the fifth and the eighth.
 
 Time is processor time of whole frames as a multiple of single frames with 64 samples.
 """
@@ -118,6 +118,23 @@ CASES: Mapping[str, Case] = {
         "carousel", lambda s, i, _: (with_resting_lamps(s), s.camera, i / 30.0), is_still=True
     ),
 }
+
+
+@dataclass(frozen=True)
+class Ghost:
+    """A lamp that goes out: whose light of which image is looked at."""
+
+    scene: str
+    method: str
+    image: str
+    pan: float = 0.0
+
+
+GHOSTS = (
+    Ghost("cornell_meso", "bounce", "bounce", 0.125),
+    Ghost("cornell_meso", "gi", "beauty"),
+    Ghost("stairs", "gi", "beauty"),
+)
 QUICK = Extent(("pan, 1/8 px",), (64, 48), 14, 32)
 
 
@@ -137,21 +154,27 @@ def reference(device: Device, case: Case, extent: Extent) -> dict[str, Images]:
 
 
 def live(
-    device: Device, case: Case, extent: Extent, samples: int, temporal: str
+    device: Device,
+    case: Case,
+    extent: Extent,
+    samples: int,
+    temporal: str,
+    method: str = "bounce",
+    names: Sequence[str] = IMAGES,
 ) -> tuple[dict[str, Images], float]:
     """Return the frames of a window, row 0 at the top, and the seconds that one takes."""
     scene = load_scene(case.scene)
-    settings = Settings(method="bounce", size=extent.size, samples=samples, temporal=temporal)
-    frames: dict[str, list[Images]] = {name: [] for name in IMAGES}
+    settings = Settings(method=method, size=extent.size, samples=samples, temporal=temporal)
+    frames: dict[str, list[Images]] = {name: [] for name in names}
     spent = []
     with Renderer(scene, settings, device=device) as renderer:
         for i in range(extent.frames):
             moved, camera, seconds = case.at(scene, i, extent.size[1])
             renderer.use_scene(moved)
             start = time.process_time()
-            planes = renderer.draw(["display", *IMAGES], camera=camera, seconds=seconds).planes
+            planes = renderer.draw(["display", *names], camera=camera, seconds=seconds).planes
             spent.append(time.process_time() - start)
-            for name in IMAGES:
+            for name in names:
                 texture = planes[name].texture
                 shape = (*extent.size[::-1], 3)
                 image = np.zeros(shape) if texture is None else read_texture(texture)[..., :3]
@@ -202,33 +225,32 @@ def rows_of(device: Device, name: str, extent: Extent) -> Iterator[str]:
                 )
 
 
-def ghosts(device: Device, extent: Extent) -> tuple[float, float]:
-    """Return what is left of a lamp's bounce in the first and in the eighth frame without it."""
-    scene = load_scene("cornell_meso")
+def ghosts(device: Device, extent: Extent, ghost: Ghost) -> list[float]:
+    """Return what is left of the brightest lamp's light, frame after frame without it."""
+    scene = load_scene(ghost.scene)
     brightest = max(range(len(scene.lights)), key=lambda i: scene.lights[i].power)
-    lights = tuple(
-        light.with_emitted((0.0, 0.0, 0.0)) if i == brightest else light
-        for i, light in enumerate(scene.lights)
-    )
-    dark = dataclasses.replace(scene, lights=lights)
+    dark = scene.with_light(brightest, scene.lights[brightest].with_emitted((0.0, 0.0, 0.0)))
 
     def frames(before: Scene) -> Images:
         case = Case(
-            "cornell_meso",
+            ghost.scene,
             lambda _, i, height: (
                 before if i < LEAD else dark,
-                shifted(scene.camera, 0.125 * i, 0.0, height),
+                shifted(scene.camera, ghost.pan * i, 0.0, height),
                 0.0,
             ),
         )
         short = dataclasses.replace(extent, frames=LEAD + GHOST_FRAMES)
-        return blocks(live(device, case, short, SAMPLES[0], "on")[0]["bounce"])
+        images = live(device, case, short, SAMPLES[0], "on", ghost.method, (ghost.image,))[0]
+        return blocks(images[ghost.image])
 
     after, never = frames(scene), frames(dark)
     lit = after[LEAD - 1] - never[LEAD - 1]
     # How much of what the lamp brought, so that noise does not count.
-    left = [np.sum((after[i] - never[i]) * lit) / np.sum(lit * lit) for i in (LEAD, -1)]
-    return float(left[0]), float(left[1])
+    return [
+        float(np.sum((x - y) * lit) / np.sum(lit * lit))
+        for x, y in zip(after[LEAD:], never[LEAD:], strict=True)
+    ]
 
 
 @answering
@@ -246,8 +268,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     for name in extent.cases:
         for row in rows_of(device, name, extent):
             print(row, flush=True)
-    first, last = ghosts(device, extent)
-    print(f"\nghost of a lamp: {first:.1%} in the first frame, {last:.1%} in the eighth")
+    print()
+    for ghost in GHOSTS[: 1 if options.quick else None]:
+        left = ghosts(device, extent, ghost)
+        told = ", ".join(f"{left[i]:.1%}" for i in (0, 4, 7))
+        print(f"left of a lamp's light in frames 1, 5, 8 ({ghost.scene}, {ghost.method}): {told}")
     width, height = extent.size
     print(f"{width}x{height}, {extent.frames} frames, {extent.spp} rays; {device.renderer}")
     device.release()

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks import motion_errors
+from ssdo_gl.gpu.context import create_context
 from ssdo_gl.scene.load import load_scene
 
 
@@ -41,3 +42,16 @@ def test_every_case_moves(name) -> None:
     is_same_camera = first[1] == second[1]
     assert is_same_camera == case.is_still
     assert first[0].lights != second[0].lights or first[1:] != second[1:]
+
+
+@pytest.mark.parametrize("ghost", motion_errors.GHOSTS, ids=lambda g: f"{g.scene}-{g.method}")
+def test_of_a_lamp_that_went_out_little_is_left(ghost) -> None:
+    device = create_context("auto")
+    try:
+        left = motion_errors.ghosts(device, motion_errors.Extent((), (48, 27)), ghost)
+    finally:
+        device.release()
+    assert len(left) == motion_errors.GHOST_FRAMES
+    assert left[0] < 0.9 and abs(left[7]) < 0.1
+    # What the lamp brought is gone from the picture, and its body with it.
+    assert all(abs(later) <= max(abs(left[0]), 0.05) for later in left[4:])
