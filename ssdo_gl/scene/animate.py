@@ -53,7 +53,7 @@ def _object_at(item: SceneObject, mesh: Mesh, seconds: float) -> SceneObject:
         return item
     moved = item.motion.world_from_rest(seconds) @ item.world_from_object
     if not item.motion.is_rigid:
-        moved = thickened(with_area(moved), mesh.center())
+        moved = thickened(with_area(moved), mesh)
     return dataclasses.replace(item, world_from_object=moved)
 
 

@@ -45,6 +45,19 @@ def test_a_node_scaled_to_a_line_is_left_out(glb: GlbWriter, tmp_path: Path) -> 
     assert "instances scaled to zero size dropped" in scene.notes
 
 
+@pytest.mark.parametrize("scale", [[0, 1, 1], [1, 0, 1]])
+@pytest.mark.parametrize("turn", [[0, 0, 0, 1], [0.5, 0.5, 0.5, 0.5]])
+def test_a_panel_flattened_edge_on_is_left_out(
+    scale: list[int], turn: list[float], glb: GlbWriter, tmp_path: Path
+) -> None:
+    glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
+    glb.json["nodes"] = [{"mesh": 0}, {"mesh": 0, "scale": scale, "rotation": turn}]
+    glb.json["scenes"] = [{"nodes": [0, 1]}]
+    scene = load(glb, tmp_path)
+    assert scene.triangle_count == 1
+    assert "instances scaled to zero size dropped" in scene.notes
+
+
 def test_hidden_nodes_hide_what_hangs_on_them(glb: GlbWriter, tmp_path: Path) -> None:
     hidden = {"KHR_node_visibility": {"visible": False}}
     shown = {"KHR_node_visibility": {"visible": True}}

@@ -173,8 +173,11 @@ class _Reader:
                 self._placed[key] = self._add_primitive(primitive, poses, name)
             placed = self._placed[key]
             if placed is not None:
-                usable = thickened(usable, self.model.meshes[placed[0]].center())
-                self._instances.setdefault((*placed, carrier), (name, []))[1].append(usable)
+                shown = thickened(usable, self.model.meshes[placed[0]])
+                if len(shown) < len(usable):
+                    self.model.note("instances scaled to zero size dropped")
+                if len(shown):
+                    self._instances.setdefault((*placed, carrier), (name, []))[1].append(shown)
 
     def _skin(self, index: int) -> Skin | None:
         if index == -1:
