@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import re
 import struct
 import zlib
 
+import moderngl
 import numpy as np
 import pytest
 import trimesh
@@ -15,6 +17,7 @@ from PIL import Image
 from ssdo_gl.cli import main
 from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.effects.registry import image_names, pass_settings
+from ssdo_gl.gpu import texture_pool
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.environment.environment_kinds import MapEnvironment
 from ssdo_gl.scene.load import load_scene
@@ -73,6 +76,16 @@ def test_a_picture_is_written_and_described(tmp_path, capsys):
     said = capsys.readouterr().out
     for expected in ("32x18", "gi", "ms a frame", "passes: gbuffer", "OpenGL"):
         assert expected in said
+
+
+def test_a_size_that_opengl_has_no_images_of_is_refused(tmp_path, capsys, monkeypatch):
+    def without_memory(*_rest):
+        raise moderngl.Error("the framebuffer is not complete (INCOMPLETE_ATTACHMENT)")
+
+    monkeypatch.setattr(texture_pool, "make_framebuffer", without_memory)
+    out = str(tmp_path / "a.png")
+    line = refused(capsys, [scene_file(tmp_path, SKY), "--snapshot", out, *SMALL])
+    assert re.fullmatch(r"ssdo-gl: --size = 32x18: .+ makes no images so large", line)
 
 
 def test_quiet_says_nothing(tmp_path, capsys):

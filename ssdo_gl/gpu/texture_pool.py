@@ -7,9 +7,14 @@ from collections.abc import Sequence
 import moderngl
 
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.user_error import UserError
 
 # Size, channels and dtype of a texture.
 Format = tuple[tuple[int, int], int, str]
+
+
+class FrameSizeError(UserError, ValueError):
+    """A size of frames that OpenGL here makes no images of."""
 
 
 class TexturePool:
@@ -47,12 +52,25 @@ class TexturePool:
     def target(
         self, textures: Sequence[moderngl.Texture], *, depth: bool
     ) -> moderngl.Framebuffer | None:
-        """Return a framebuffer over `textures`, None if there are none."""
+        """Return a framebuffer over `textures`, None if there are none.
+
+        Raises
+        ------
+        FrameSizeError
+            If OpenGL could not make the textures: it says so only where they are drawn into.
+        """
         if not textures:
             return None
         key = (tuple(texture.glo for texture in textures), depth)
         if key not in self._targets:
-            self._targets[key] = make_framebuffer(self._gl, list(textures), depth)
+            try:
+                self._targets[key] = make_framebuffer(self._gl, list(textures), depth)
+            except moderngl.Error:
+                width, height = textures[0].size
+                renderer = self._gl.info["GL_RENDERER"]
+                raise FrameSizeError(
+                    f"size = {width}x{height}: {renderer} makes no images so large"
+                ) from None
         return self._targets[key]
 
     def trim(self) -> None:
