@@ -8,11 +8,15 @@
 // one part of a rectangle; parallel light with a spread takes many times as many, see below.
 // Rectangles: lights/area_shadow.glsl.
 // HAS_GATHER (default 0): 1 where the extension GL_ARB_texture_gather is enabled.
+// IN_QUADS (default 0): 1 where the atlas is read from a copy of it, passes/quads.frag.
 #include "lib/hash.glsl"
 #include "lights/lights.glsl"
 
 #ifndef HAS_GATHER
 #define HAS_GATHER 0
+#endif
+#ifndef IN_QUADS
+#define IN_QUADS 0
 #endif
 
 uniform sampler2D t_shadow_atlas;
@@ -116,18 +120,43 @@ vec3 stored_point(Face face, vec2 t, float depth)
     return vec3(IS_PARALLEL ? slope : slope * depth, depth);
 }
 
+// Of a texel of the atlas.
+float stored_depth(ivec2 texel)
+{
+#if IN_QUADS
+    vec4 quad = texelFetch(t_shadow_atlas, texel >> 1, 0);
+    vec2 row = (texel.y & 1) == 0 ? quad.xy : quad.zw;
+    return (texel.x & 1) == 0 ? row.x : row.y;
+#else
+    return texelFetch(t_shadow_atlas, texel, 0).x;
+#endif
+}
+
 // The one that is stored in texel `t`.
 vec3 face_point(Face face, vec2 t)
 {
     vec2 inside = clamp(t, vec2(0.0), vec2(face.texels - 1.0));
-    float depth = texelFetch(t_shadow_atlas, ivec2(face.corner + inside), 0).x;
+    float depth = stored_depth(ivec2(face.corner + inside));
     return stored_point(face, inside, depth);
 }
 
 // What is stored in the 3 x 3 texels of the atlas from `corner` on, row by row.
 mat3 stored_around(vec2 corner)
 {
-#if HAS_GATHER
+#if IN_QUADS
+    ivec2 first = ivec2(corner);
+    ivec2 quad = first >> 1;
+    vec4 a = texelFetch(t_shadow_atlas, quad, 0);
+    vec4 b = texelFetch(t_shadow_atlas, quad + ivec2(1, 0), 0);
+    vec4 c = texelFetch(t_shadow_atlas, quad + ivec2(0, 1), 0);
+    vec4 d = texelFetch(t_shadow_atlas, quad + 1, 0);
+    bool is_odd = (first.x & 1) == 1;
+    vec3 row_0 = is_odd ? vec3(a.y, b.xy) : vec3(a.xy, b.x);
+    vec3 row_1 = is_odd ? vec3(a.w, b.zw) : vec3(a.zw, b.z);
+    vec3 row_2 = is_odd ? vec3(c.y, d.xy) : vec3(c.xy, d.x);
+    vec3 row_3 = is_odd ? vec3(c.w, d.zw) : vec3(c.zw, d.z);
+    return (first.y & 1) == 1 ? mat3(row_1, row_2, row_3) : mat3(row_0, row_1, row_2);
+#elif HAS_GATHER
     // Each call, at the corner between four texels, is given them anticlockwise from the upper
     // left. In software it costs little more than one fetch.
     vec2 unit = 1.0 / vec2(textureSize(t_shadow_atlas, 0));
@@ -140,7 +169,7 @@ mat3 stored_around(vec2 corner)
     mat3 stored;
     for (int j = 0; j < 3; ++j) {
         for (int i = 0; i < 3; ++i) {
-            stored[j][i] = texelFetch(t_shadow_atlas, ivec2(corner) + ivec2(i, j), 0).x;
+            stored[j][i] = stored_depth(ivec2(corner) + ivec2(i, j));
         }
     }
     return stored;

@@ -26,6 +26,7 @@ from ssdo_gl.last_made import LastMade
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.passes.brdf_wiring import brdf_wiring, gloss_draws
 from ssdo_gl.passes.light_rows import light_rows
+from ssdo_gl.passes.quads import quads_of
 from ssdo_gl.passes.rays import ray_defines, ray_reads, ray_uniforms
 from ssdo_gl.passes.screen_space_settings import pattern_offset
 from ssdo_gl.raytracing.surface_tables import RayFeatures
@@ -184,19 +185,24 @@ class DirectPass(RenderPass):
             lambda: [math3d.read_only(row) for row in light_rows(scene.lights, frames, view)],
         )
         common = uniforms(self.settings, context.frame)
+        inputs, in_quads = dict(context.inputs), 0
         if self.shadow_maps:
-            common["u_shadow_tile_texels"] = context.inputs["shadow_atlas"].width // columns
+            atlas = inputs["shadow_atlas"]
+            common["u_shadow_tile_texels"] = atlas.width // columns
+            quads = quads_of(context.gl, context.shaders, atlas)
+            if quads is not None:
+                inputs["shadow_atlas"], in_quads = quads, 1
         draws = gloss_draws(context.frame, self.glossy)
         if not chosen or len(draws) > 1:
             clear(context.gl, context.shaders, context.target)
         for glossy, region in draws:
             wiring = self._wiring | (brdf_wiring(True) if glossy else {})
-            textures = {sampler: context.inputs[name] for sampler, name in wiring.items()}
+            textures = {sampler: inputs[name] for sampler, name in wiring.items()}
             filters = glossy and self.settings.gloss_footprint > 0.0
             footprint = {"u_gloss_footprint": self.settings.gloss_footprint} if filters else {}
             gloss = {"GLOSSY": glossy, "FILTERS_GLOSS": int(filters)}
             for i, switches in chosen.items():
-                defines = {**switches, **gloss}
+                defines = {**switches, **gloss, "IN_QUADS": in_quads}
                 # Panels that stand for a body of another shape lie within it.
                 is_traced = switches["HAS_SHADOW_MAP"] and i not in parts
                 edge = self._edge(context) if is_traced else _FILTERED

@@ -1,0 +1,41 @@
+"""Shadow maps in an order that processors read faster."""
+
+from __future__ import annotations
+
+import moderngl
+
+from ssdo_gl.gpu.context import draws_on_cpu
+from ssdo_gl.gpu.fullscreen import draw_fullscreen
+from ssdo_gl.gpu.shader import ShaderLibrary
+from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+
+
+def quads_of(
+    gl: moderngl.Context, shaders: ShaderLibrary, atlas: moderngl.Texture
+) -> moderngl.Texture | None:
+    """Return a copy of `atlas` each of whose texels holds 2 x 2 of it; None: not worth it.
+
+    What is read of a map lies in fewer cache lines then, and a fetch brings four numbers for one:
+    on processors a light without size takes .79 of the time, a rectangle .97. The copy takes as
+    long as five frames save, so it is made when a map is read for the second time.
+
+    The copy is kept with the atlas, and goes with it.
+    """
+    if not draws_on_cpu(gl):
+        return None
+    if atlas.extra is None:
+        atlas.extra = "read"
+        return None
+    if not isinstance(atlas.extra, moderngl.Texture):
+        size = (atlas.width + 1) // 2, (atlas.height + 1) // 2
+        quads = make_texture(gl, size, 4, "f4")
+        target = make_framebuffer(gl, [quads])
+        program = shaders.fullscreen("passes/quads.frag")
+        before = gl.fbo
+        draw_fullscreen(gl, program, target, {}, {"t_image": atlas})
+        # A framebuffer that is released while bound makes the next one an OpenGL error.
+        if before is not None:
+            before.use()
+        target.release()
+        atlas.extra = quads
+    return atlas.extra
