@@ -2,7 +2,7 @@
 // Irradiance from one light, times the part that its shadow map lets through. Drawn once
 // for each light, adding up.
 //
-// LIGHT_KIND, LIGHT_FORM: as in lights/lights.glsl. HAS_SHADOW_MAP: look it up. IS_SOFT: its
+// LIGHT_KIND, LIGHT_FORM: as in lights/lights.glsl. CASTS_SHADOW: by its map or rays. IS_SOFT: its
 // shadows have penumbrae. BLOCKER_COUNT, FILTER_COUNT: see lights/area_shadow.glsl.
 // HAS_SHADING_NORMALS: see lights/lights.glsl.
 // HAS_LIFT: smooth surfaces are shadowed from where they would be, not from their triangles.
@@ -98,7 +98,7 @@ void main()
 {
     ivec2 texel = ivec2(gl_FragCoord.xy);
     bool is_surface = gbuffer_z_vs(texel) > 0.0;
-#if !(HAS_SHADOW_MAP && IS_SOFT)
+#if !(CASTS_SHADOW && IS_SOFT)
     // Only the soft shadow needs its neighbours to go on.
     if (!is_surface) {
         o_irradiance = vec4(0.0);
@@ -118,7 +118,7 @@ void main()
     vec3 n_vs = m_vs;
 #endif
     vec3 horizon_vs = n_vs;
-#if HAS_SHADOW_MAP
+#if CASTS_SHADOW
     // The triangle's own horizon would cut a smooth surface off facet by facet. Beyond it,
     // what bulges is lit as the surface would be that lies above; what does not is in the
     // triangle's own shadow, which no map shows.
@@ -134,7 +134,7 @@ void main()
 #endif
     vec3 irradiance = unshadowed_irradiance(light, p_vs, n_vs, horizon_vs);
     vec2 visibility = vec2(1.0);
-#if HAS_SHADOW_MAP
+#if CASTS_SHADOW
     // In a light's own plane, where it gives nothing, visibility has no meaning.
     bool is_lit = is_surface && largest_component(irradiance) > 0.0;
 #if GLOSSY || !TRACES_PENUMBRAE

@@ -15,7 +15,7 @@ from ssdo_gl.effects.effect import Effect, ReasonedPass, Term
 from ssdo_gl.effects.methods import ALL, REFERENCES
 from ssdo_gl.effects.request import Request
 from ssdo_gl.effects.scene_lights import USELESS_LIGHTS, need_of_direct_light
-from ssdo_gl.effects.shadows import ShadowMapSettings
+from ssdo_gl.effects.shadows import ShadowMapSettings, unread_maps
 from ssdo_gl.gpu.clear import clear
 from ssdo_gl.gpu.device_geometry import Geometry
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
@@ -117,7 +117,9 @@ class DirectPass(RenderPass):
     Parameters
     ----------
     shadow_maps : bool
-        Read `shadow_atlas` for lights whose shadow is "map"; else they cast none.
+        Read `shadow_atlas` for lights whose shadow is "map"; without it and rays they cast none.
+    unread : frozenset of int
+        Lights that are not in it.
     parts_per_side : int
         That of the shadow maps' settings.
     lifts : bool
@@ -136,6 +138,7 @@ class DirectPass(RenderPass):
         settings: DirectSettings | None = None,
         *,
         shadow_maps: bool = True,
+        unread: frozenset[int] = frozenset(),
         parts_per_side: int = 1,
         lifts: bool = False,
         glossy: bool = False,
@@ -143,6 +146,7 @@ class DirectPass(RenderPass):
     ) -> None:
         self.settings = settings or DirectSettings()
         self.shadow_maps = shadow_maps
+        self._unread = unread
         self.parts_per_side = parts_per_side
         self.lifts = lifts
         self.glossy = glossy
@@ -160,12 +164,14 @@ class DirectPass(RenderPass):
         self.reads = (*surface.values(), *tables)
         # The map of a directional light encloses the geometry; the seed turns the
         # pattern of soft shadows.
-        self.depends_on = ("view", "lights", *(("geometry", "seed") if shadow_maps else ()))
+        casts = shadow_maps or rays is not None
+        self.depends_on = ("view", "lights", *(("geometry", "seed") if casts else ()))
 
     def settings_key(self) -> Hashable:
         return (
             self.settings,
             self.shadow_maps,
+            self._unread,
             self.parts_per_side,
             self.lifts,
             self.glossy,
@@ -204,7 +210,7 @@ class DirectPass(RenderPass):
             for i, switches in chosen.items():
                 defines = {**switches, **gloss, "IN_QUADS": in_quads}
                 # Panels that stand for a body of another shape lie within it.
-                is_traced = switches["HAS_SHADOW_MAP"] and i not in parts
+                is_traced = switches["CASTS_SHADOW"] and i not in parts
                 edge = self._edge(context) if is_traced else _FILTERED
                 choices = {"shadow_edge": f"shadow_edges/{edge.name}.glsl"}
                 draw_fullscreen(
@@ -237,23 +243,25 @@ class DirectPass(RenderPass):
     def _places(self, scene: Scene, geometry: Geometry) -> _ShadowPlaces:
         """Return what does not depend on the view."""
         lights = scene.lights
-        frames = shadow_frames(lights, geometry.bounds_along, self.parts_per_side)
+        unread = self._unread
+        frames = shadow_frames(lights, geometry.bounds_along, self.parts_per_side, unread)
         smooth = is_smooth(scene)
         chosen = {
             i: self._defines(light, smooth)
             for i, light in enumerate(lights)
             if light.shadow != "ssdo" and light.power > 0
         }
-        return frames, atlas_layout(lights).columns, chosen, parts_of_bodies(scene)
+        return frames, atlas_layout(lights, unread).columns, chosen, parts_of_bodies(scene)
 
     def _defines(self, light: Light, smooth: bool) -> dict[str, int]:
-        has_map = self.shadow_maps and light.shadow == "map"
+        has_shadows = self.shadow_maps or self._rays is not None
+        casts = has_shadows and light.shadow == "map"
         return {
             "LIGHT_KIND": kind_number(light),
             "LIGHT_FORM": light.form,
             "IS_SOFT": int(light.is_soft),
-            "HAS_SHADOW_MAP": int(has_map),
-            "HAS_LIFT": int(has_map and self.lifts and smooth),
+            "CASTS_SHADOW": int(casts),
+            "HAS_LIFT": int(casts and self.lifts and smooth),
             "HAS_SHADING_NORMALS": int(smooth),
             "BLOCKER_COUNT": self.settings.blocker_samples,
             "FILTER_COUNT": self.settings.filter_samples,
@@ -289,12 +297,13 @@ class Direct(Effect):
             # Which look at the centres of pixels.
             settings = replace(settings, gloss_footprint=0.0)
         maps = request.settings_of("shadow_map", ShadowMapSettings)
-        has_maps = request.runs("shadow_map")
+        has_shadows = request.runs("shadow_map", "shadow_edges")
         item = DirectPass(
             settings,
-            shadow_maps=has_maps,
+            shadow_maps=request.runs("shadow_map"),
+            unread=unread_maps(request),
             parts_per_side=maps.parts_per_side,
-            lifts=has_maps and is_smooth(request.scene),
+            lifts=has_shadows and is_smooth(request.scene),
             glossy=request.is_glossy,
             rays=request.ray_features if request.runs("shadow_edges") else None,
         )

@@ -11,6 +11,7 @@ from ssdo_gl.scene.environment import (
     GradientEnvironment,
     kind_of,
 )
+from ssdo_gl.scene.light_bodies import parts_of_bodies
 from ssdo_gl.scene.lights import Shadow
 from ssdo_gl.scene.scene import Scene
 
@@ -25,10 +26,14 @@ class LightContent:
         How it arrives: map, ssdo or none.
     is_on : bool
         Any component of what it emits is above zero.
+    is_soft : bool
+        Its shadows have penumbrae, and rays to it find them: it is no panel of a glowing body,
+        within which they would end.
     """
 
     shadow: Shadow
     is_on: bool = True
+    is_soft: bool = False
 
 
 @dataclass(frozen=True)
@@ -89,9 +94,14 @@ def analyse(scene: Scene) -> SceneContent:
     used = [scene.materials[i] for i in {item.material for item in scene.objects}]
     meshes = [scene.meshes[i] for i in {item.mesh for item in scene.objects}]
     unlit = [scene.materials[o.material] for o in scene.objects if o.light is None]
+    is_soft = [light.is_soft for light in scene.lights]
+    parts = parts_of_bodies(scene) if any(is_soft) else ()
     emits_unlit = [material for material in unlit if material.emits or material.is_unlit]
     return SceneContent(
-        lights=tuple(LightContent(light.shadow, light.power > 0.0) for light in scene.lights),
+        lights=tuple(
+            LightContent(light.shadow, light.power > 0.0, is_soft[i] and i not in parts)
+            for i, light in enumerate(scene.lights)
+        ),
         environment=_kind_of(scene.environment),
         has_albedo=any(max(material.albedo) > 0.0 for material in used),
         has_emission=any(material.emits or material.is_unlit for material in used),

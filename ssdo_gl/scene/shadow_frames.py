@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -93,9 +93,13 @@ class AtlasLayout:
         return max(self.columns, self.rows)
 
 
-def atlas_layout(lights: Sequence[Light]) -> AtlasLayout:
-    """Return a layout about as wide as high that keeps each light's faces in one row."""
-    return _layout(tuple((one.face_count * one.tile_span, one.tile_span) for one in lights))
+def atlas_layout(lights: Sequence[Light], unread: Collection[int] = ()) -> AtlasLayout:
+    """Return a layout about as wide as high that keeps each light's faces in one row.
+
+    Lights whose maps are `unread` have none.
+    """
+    sizes = ((one.face_count * one.tile_span, one.tile_span) for one in lights)
+    return _layout(tuple((0, 0) if i in unread else size for i, size in enumerate(sizes)))
 
 
 # For views at rest and in motion, of a planned frame and a full one.
@@ -131,7 +135,10 @@ def _placed(sizes: Sequence[tuple[int, int]], order: Sequence[int], columns: int
 
 
 def shadow_frames(
-    lights: Sequence[Light], bounds_of: BoundsOf, parts_per_side: int = 1
+    lights: Sequence[Light],
+    bounds_of: BoundsOf,
+    parts_per_side: int = 1,
+    unread: Collection[int] = (),
 ) -> list[ShadowFrame | None]:
     """Return the shadow map of each light, None for those without.
 
@@ -141,10 +148,12 @@ def shadow_frames(
         Returns the corners (low, high) of the scene in the frame of a (3, 3) rotation.
     parts_per_side : int
         Into how many parts with a map each the edges of rectangles are divided.
+    unread : collection of int
+        Lights whose maps nobody reads: they have none.
     """
     return [
         None if tile is None else _shadow_frame(light, bounds_of, tile, parts_per_side)
-        for light, tile in zip(lights, atlas_layout(lights).tiles, strict=True)
+        for light, tile in zip(lights, atlas_layout(lights, unread).tiles, strict=True)
     ]
 
 

@@ -52,7 +52,8 @@ def test_a_light_counts_unless_it_is_off(light):
 def test_the_shadow_of_a_light_says_how_it_arrives():
     through = analyse(scene_with(lights=(dataclasses.replace(PANEL, shadow="ssdo"), off(SPOT))))
     assert through.has_ssdo_lights and not through.has_direct_lights
-    assert through.lights == (LightContent("ssdo", True), LightContent("map", False))
+    soft = LightContent("ssdo", True, is_soft=True)
+    assert through.lights == (soft, LightContent("map", False))
     plain = analyse(scene_with(lights=(dataclasses.replace(POINT, shadow="none"),)))
     assert plain.has_direct_lights and plain.lights[0].shadow == "none"
 

@@ -19,14 +19,15 @@ class ShadowEdges(Effect):
     """
 
     name = "shadow_edges"
-    after = ("shadow_map",)
+    after = ("direct",)
     traces = True
 
     def is_asked(self, request: Request) -> bool:
-        """Return whether maps cast the shadows of a picture whose far light comes by rays."""
+        """Return whether lights cast shadows by maps where far light comes by rays."""
         settings = request.settings
         by_rays = METHODS[settings.method].is_all_light and not settings.is_reference
-        return by_rays and request.runs("shadow_map")
+        by_maps = settings.chosen_shadows == "map" and request.has_light("map")
+        return by_rays and by_maps and request.runs("direct")
 
     def need(self, request: Request) -> Decision:
         """Run where a light may throw a shadow on what is in view."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Mapping
+from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -14,6 +14,7 @@ from ssdo_gl import math3d
 from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ReasonedPass
 from ssdo_gl.effects.request import Request
+from ssdo_gl.effects.shadows.map_readers import unread_maps
 from ssdo_gl.effects.shadows.shadow_settings import ShadowMapSettings, tile_size
 from ssdo_gl.gpu.draw_group import Features
 from ssdo_gl.gpu.instances import CameraPose
@@ -83,7 +84,7 @@ class ShadowMapPass(RenderPass):
     along the axis of its face, `EMPTY_DEPTH` where there is nothing. A light that has a body
     of its own does not see it; one that shares its body with others sees only what of it, and
     of all else, stands off its plane: whatever touches the plane would block it or not by
-    rounding.
+    rounding. Lights whose maps are `unread` have none.
     """
 
     name = "shadow_map"
@@ -93,15 +94,23 @@ class ShadowMapPass(RenderPass):
     keeps_two = True
 
     def __init__(
-        self, settings: ShadowMapSettings | None = None, *, by_chance: bool = False
+        self,
+        settings: ShadowMapSettings | None = None,
+        *,
+        by_chance: bool = False,
+        unread: frozenset[int] = frozenset(),
     ) -> None:
         self.settings = settings or ShadowMapSettings()
+        self._unread = unread
         self.depends_on = ("geometry", "lights", *(("seed",) if by_chance else ()))
+
+    def settings_key(self) -> Hashable:
+        return self.settings, self._unread
 
     def execute(self, context: PassContext) -> dict[str, moderngl.Texture]:
         lights = context.frame.scene.lights
         parts_per_side = self.settings.parts_per_side
-        layout = atlas_layout(lights)
+        layout = atlas_layout(lights, self._unread)
         size = tile_size(self.settings, layout)
         atlas = make_texture(context.gl, (layout.columns * size, layout.rows * size), 1, "f4")
         target = make_framebuffer(context.gl, [atlas], depth=True)
@@ -109,7 +118,8 @@ class ShadowMapPass(RenderPass):
         target.use()
         target.clear(EMPTY_DEPTH, depth=1.0)
         context.gl.enable_only(moderngl.DEPTH_TEST)
-        frames = shadow_frames(lights, context.geometry.bounds_along, parts_per_side)
+        bounds_of = context.geometry.bounds_along
+        frames = shadow_frames(lights, bounds_of, parts_per_side, self._unread)
         parts = parts_of_bodies(context.frame.scene)
         for index, frame in enumerate(frames):
             if frame is None:
@@ -183,6 +193,7 @@ class ShadowMaps(Effect):
     """The maps that direct light reads."""
 
     name = "shadow_map"
+    after = ("shadow_edges",)
     settings: ClassVar[Mapping[str, type]] = {"shadow_map": ShadowMapSettings}
 
     def is_asked(self, request: Request) -> bool:
@@ -190,12 +201,17 @@ class ShadowMaps(Effect):
         return request.runs("direct") and request.settings.chosen_shadows == "map"
 
     def need(self, request: Request) -> Decision:
-        """Run where a light that matters casts its shadow by a map."""
-        has_maps = request.has_light("map")
+        """Run where a light that matters casts its shadow by a map that is read."""
+        has_maps, unread = request.has_light("map"), unread_maps(request)
+        lights = enumerate(request.content.lights)
+        is_read = any(i not in unread for i, light in lights if light.shadow == "map")
         decision = request.decision(
             "shadow maps",
             "lights cast shadows",
-            [(not has_maps, "no light that matters is marked shadow = map")],
+            [
+                (not has_maps, "no light that matters is marked shadow = map"),
+                (not is_read, "rays find all penumbrae, and nothing in view is glossy"),
+            ],
             ("shadow_map",),
         )
         # There is no map to be made even where nothing is skipped.
@@ -204,10 +220,10 @@ class ShadowMaps(Effect):
     def passes(self, request: Request) -> Iterator[ReasonedPass]:
         """Yield the one pass."""
         settings = request.settings_of("shadow_map", ShadowMapSettings)
-        # A light that is switched off leaves the others their maps, no finer and no coarser.
+        # A light without a map leaves the others theirs, no finer and no coarser.
         size = tile_size(settings, atlas_layout(request.scene.lights))
         settings = dataclasses.replace(settings, resolution=size)
-        yield (
-            ShadowMapPass(settings, by_chance=request.content.has_translucency),
-            "lights cast shadows",
+        item = ShadowMapPass(
+            settings, by_chance=request.content.has_translucency, unread=unread_maps(request)
         )
+        yield item, "lights cast shadows"

@@ -9,6 +9,7 @@ import pytest
 from passes.pass_harness import box, make_scene, quad
 
 from ssdo_gl.effects.request import Request
+from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.planning.content import analyse
 from ssdo_gl.planning.view import ViewFacts
 from ssdo_gl.planning.walk import decide
@@ -16,6 +17,7 @@ from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.load import load_scene
+from ssdo_gl.scene.material import Material
 from ssdo_gl.settings import Settings
 
 SIZE = (96, 54)
@@ -105,12 +107,13 @@ def test_a_body_of_panels_does_not_shade_itself(tmp_path):
     assert np.array_equal(lit, direct(ball, "bounce"))
 
 
-def decision(lights, method="gi", facts=None, **settings):
-    scene = scene_of(*lights)
-    request = Request(
-        scene, analyse(scene), Settings(method, radius=0.3, **settings), ("direct",), facts
-    )
-    decided = decide(request)
+def decided_of(scene, method="gi", facts=None, **settings):
+    settings = Settings(method, radius=0.3, **settings)
+    return decide(Request(scene, analyse(scene), settings, ("direct",), facts))
+
+
+def decision(lights, **choices):
+    decided = decided_of(scene_of(*lights), **choices)
     return decided.runs("shadow_edges"), decided.runs("ray_data")
 
 
@@ -134,3 +137,60 @@ ALONE = ViewFacts(is_empty=False, is_alone=True, gloss_region=None)
 )
 def test_only_shadows_by_maps_of_gi_ask_for_rays(lights, choices, traces):
     assert decision(lights, **choices) == (traces, traces)
+
+
+POLISHED = Material((0.5, 0.5, 0.5), specular=1.0, roughness=0.3)
+OFF = dataclasses.replace(LAMP, intensity=(0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("lights", "choices", "reads"),
+    [
+        ((WINDOW, WIDE_SUN), {}, False),
+        ((WINDOW, OFF), {}, False),
+        ((WINDOW, LAMP), {}, True),
+        ((SUN,), {}, True),
+        ((WINDOW,), {"facts": ALONE}, True),
+        ((WINDOW,), {"method": "bounce"}, True),
+        ((WINDOW,), {"effects": "full"}, True),
+    ],
+)
+def test_maps_are_drawn_only_where_somebody_reads_them(lights, choices, reads):
+    decided = decided_of(scene_of(*lights), **choices)
+    assert decided.runs("shadow_map") == reads
+    reasons = [row.reason for row in decided.rows if row.effect == "shadow maps"]
+    assert reads or reasons == ["rays find all penumbrae, and nothing in view is glossy"]
+
+
+def test_gloss_reads_the_maps_of_lights_with_a_size():
+    scene = dataclasses.replace(scene_of(WINDOW), materials=(POLISHED,))
+    assert decided_of(scene).runs("shadow_map")
+    plain = ViewFacts(is_empty=False, is_alone=False, gloss_region=None)
+    assert not decided_of(scene, facts=plain).runs("shadow_map")
+
+
+def test_panels_of_a_glowing_body_keep_their_maps(tmp_path):
+    (tmp_path / "ball.toml").write_text(BALL)
+    assert decided_of(load_scene(str(tmp_path / "ball.toml"))).runs("shadow_map")
+
+
+@pytest.mark.parametrize(
+    "lights",
+    [(WINDOW, WIDE_SUN), (WINDOW, LAMP, OFF, SPOT)],
+    ids=["no map", "some maps"],
+)
+def test_without_maps_that_nobody_reads_light_is_the_same(lights):
+    scene = scene_of(*lights)
+    assert np.array_equal(direct(scene, "gi"), direct(scene, "gi", effects="full"))
+
+
+def test_maps_that_nobody_reads_have_no_place(monkeypatch):
+    made = []
+    monkeypatch.setattr(
+        "ssdo_gl.effects.shadows.shadow_map.make_texture",
+        lambda gl, size, *more: made.append(size) or make_texture(gl, size, *more),
+    )
+    for effects in ("auto", "full"):
+        direct(scene_of(LAMP, WINDOW, WIDE_SUN), "gi", effects=effects, **COARSE)
+    read, all_ = (width * height for width, height in made)
+    assert read < all_
