@@ -9,6 +9,12 @@ import moderngl
 
 from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ReasonedPass
+from ssdo_gl.effects.moving_rays import (
+    FRAMES_TO_ASK,
+    MOST_VARIANCE,
+    traces_in_motion,
+    variance_of_rays,
+)
 from ssdo_gl.effects.near_field import receiver_stride, traces_own
 from ssdo_gl.effects.own_rays import OwnRaysPass
 from ssdo_gl.effects.request import Request
@@ -24,6 +30,7 @@ from ssdo_gl.passes.far_probes import (
     NEAR_HITS,
     FarFieldSettings,
     ProbeRays,
+    mean_radiance,
 )
 from ssdo_gl.passes.rays import (
     radius_ns,
@@ -75,7 +82,8 @@ class FarProbesPass(RenderPass):
     """Writes `far_radiance`: what arrives from beyond R along each direction of each probe.
 
     All frames of a steady view share it: one ray for each direction. In a live frame that has
-    moved a quarter of the probes has its rays; at rest all have. While light moves, one quarter
+    moved a quarter of the probes has its rays, or none where nothing but the camera moves and
+    probes give way to rays of pixels' own; at rest all have. While light moves, one quarter
     after the other is traced.
     """
 
@@ -86,11 +94,17 @@ class FarProbesPass(RenderPass):
     lags = False
 
     def __init__(
-        self, settings: FarFieldSettings, features: RayFeatures, *, is_steady: bool
+        self,
+        settings: FarFieldSettings,
+        features: RayFeatures,
+        *,
+        is_steady: bool,
+        gives_way: bool = False,
     ) -> None:
         self.settings = settings
         self.features = features
         self.is_steady = is_steady
+        self._may_give_way = gives_way
         self.reads = (
             *FAR_PROBES,
             "z_vs",
@@ -102,12 +116,15 @@ class FarProbesPass(RenderPass):
         self.depends_on = (*domains, "geometry")
 
     def settings_key(self) -> Hashable:
-        return self.settings, self.features, self.is_steady
+        return self.settings, self.features, self.is_steady, self._may_give_way
 
     def execute(self, context: PassContext) -> Produced:
         """Trace one ray for each direction of the probes whose turn it is."""
         frame = context.frame
         texture, rays = self._begun(context)
+        if rays.gives_way:
+            self.is_settled = True
+            return {FAR_RADIANCE: TextureWithFacts(texture, rays)}
         quarters = rays.turn(is_live=frame.is_live)
         if quarters:
             width, height = texture.width // 2, texture.height // 2
@@ -128,6 +145,13 @@ class FarProbesPass(RenderPass):
             same = known if known.light == light else known.of_light(light)
             return context.last[FAR_RADIANCE].texture, same
         columns, rows = (-(-n // 2) * 2 * self.settings.directions for n in points.size)
+        waits = 0
+        if self._asks_to_give_way(context, known, light):
+            assert known is not None
+            waits = max(known.waits - 1, 0) or self._wait(context, known)
+            if not waits:
+                texture = make_texture(context.gl, (1, 1), 4, "f4", 4 * [0.0])
+                return texture, ProbeRays(source, light, ALL_QUARTERS, gives_way=True)
         # A view that comes to rest begins anew, at once; while it moves, each frame has
         # another quarter and other directions, as those that are averaged should.
         # Probes that each frame has anew can wait for no later one: no frame would be finished.
@@ -135,7 +159,23 @@ class FarProbesPass(RenderPass):
         is_at_rest |= not self.is_steady and frame.moves == 0
         turn = ALL_QUARTERS if is_at_rest else (frame.moves % len(ALL_QUARTERS),)
         texture = make_texture(context.gl, (columns, 2 * rows), 4, "f4")
-        return texture, ProbeRays(source, light, turn)
+        return texture, ProbeRays(source, light, turn, waits=waits)
+
+    def _asks_to_give_way(
+        self, context: PassContext, known: ProbeRays | None, light: Hashable
+    ) -> bool:
+        """Return whether nothing but the camera moves, so that averages over frames are long."""
+        may = self._may_give_way and context.frame.moves > 0 and context.is_complete
+        return may and known is not None and known.light == light
+
+    def _wait(self, context: PassContext, known: ProbeRays) -> int:
+        """Return for how many frames probes go on, by what the last ones have found."""
+        if known.gives_way:
+            return int(context.frame.moves % FRAMES_TO_ASK == 0)
+        sky = mean_radiance(context.frame.scene.environment)
+        texture = context.last[FAR_RADIANCE].texture
+        uneven = variance_of_rays(texture, known.known, self.settings.directions, sky)
+        return FRAMES_TO_ASK if uneven > MOST_VARIANCE else 0
 
     def _trace(
         self, context: PassContext, texture: moderngl.Texture, regions: Sequence[Region]
@@ -258,10 +298,11 @@ class FarField(Effect):
         points = FarProbePointsPass(settings, is_steady=is_steady)
         yield points, "a probe for each tile of what is in view"
         features = request.ray_features
-        item = FarProbesPass(settings, features, is_steady=is_steady)
+        sky = kind_of(request.scene.environment)
+        gives_way = traces_own(request) and traces_in_motion(settings, sky)
+        item = FarProbesPass(settings, features, is_steady=is_steady, gives_way=gives_way)
         yield item, "what arrives from beyond R"
         if traces_own(request):
-            sky = kind_of(request.scene.environment)
             own = OwnRaysPass(settings, features, sky, receiver_stride(request))
             yield own, "what arrives at pixels, by rays of their own"
         cached = CachedIrradiancePass(features, is_steady=is_steady)

@@ -10,6 +10,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from ssdo_gl.effects.moving_rays import moving_rays
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
@@ -75,7 +76,8 @@ class OwnRaysPass(RenderPass):
 
     More rays have those that a neighbour within R shades whose side towards them is hidden:
     8 % of courtyard's (320x180), in which half of its squared error was. All frames of a
-    steady view share their rays; a live one has none until its probes have theirs.
+    steady view share their rays; a live one has none until its probes have theirs, or a few
+    in a frame in which probes give way to them.
     """
 
     name = "own_rays"
@@ -118,6 +120,12 @@ class OwnRaysPass(RenderPass):
         assert isinstance(probes, ProbeRays)
         parts = min(frame.count**2, MOST_PARTS)
         self.is_settled = True
+        if probes.gives_way:
+            reads = tuple(n for n in self.reads if n not in (*FAR_PROBES, FAR_RADIANCE))
+            made = moving_rays(
+                context, self.settings, self.features, self.environment, self.stride, reads
+            )
+            return self._produced(context, OwnRays(probes, made, is_known=True))
         if not all(probes.fresh):
             return self._produced(context, OwnRays(probes))
         known = facts_of(context, OWN_RAYS[0], OwnRays)

@@ -52,6 +52,20 @@ class FarFieldSettings:
         low=0,
         high=1024,
     )
+    moving_rays: int = setting(
+        2,
+        "rays of each pixel's own while nothing but the camera moves; 0: none",
+        unit="rays",
+        low=0,
+        high=64,
+    )
+    moving_edge_rays: int = setting(
+        4,
+        "the same where a neighbour in front may shade, no fewer than others have",
+        unit="rays",
+        low=0,
+        high=64,
+    )
     near_hits: str = setting(
         "hidden",
         "surfaces within R that rays tell of: those that the depth buffer hides, all or none",
@@ -86,6 +100,11 @@ class ProbeRays:
         Whether it is of that light.
     following : tuple of int
         The quarters whose turn is next where none is of that light.
+    gives_way : bool
+        Nothing is traced, since pixels of a view that moves have rays of their own.
+    waits : int
+        How many frames of a view that moves have probes until it is asked again whether these are
+        to give way.
     """
 
     source: tuple[Hashable, Hashable]
@@ -93,6 +112,8 @@ class ProbeRays:
     following: tuple[int, ...]
     known: tuple[bool, ...] = NOTHING
     fresh: tuple[bool, ...] = NOTHING
+    gives_way: bool = False
+    waits: int = 0
 
     def of_light(self, light: Hashable) -> ProbeRays:
         """Return the same of another light, of which nothing is known yet."""

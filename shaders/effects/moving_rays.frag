@@ -1,0 +1,50 @@
+#version 330 core
+// All that arrives at the pixels of a frame of a view that moves, by a few rays for each.
+//
+// Defines: ENVIRONMENT_KIND (see lib/environment.glsl); as in rays/surface_data.glsl.
+#include "rays/surface_cache.glsl"
+#include "lib/environment.glsl"
+#include "lib/random.glsl"
+#include "lib/sampling.glsl"
+#include "lib/pixel_centre.glsl"
+#include "lib/shaded_pixels.glsl"
+#include "rays/arriving.glsl"
+
+uniform int u_receiver_stride;  // pixels from one that light is gathered at to the next
+uniform int u_many_rays;        // of pixels that a neighbour in front may shade
+uniform int u_few_rays;         // of all others
+
+// As lib/own_rays.glsl says.
+layout(location = 0) out float o_place;
+layout(location = 1) out vec4 o_far;
+layout(location = 2) out vec4 o_near;
+
+void main()
+{
+    ivec2 texel = ivec2(gl_FragCoord.xy);
+    o_place = 0.0;
+    o_far = vec4(0.0);
+    o_near = vec4(0.0);
+    if (gbuffer_z_vs(texel) <= 0.0 || texel % u_receiver_stride != ivec2(0))
+        return;
+    vec3 p_vs = gbuffer_position_vs(texel);
+    vec3 geometric_vs = gbuffer_geometric_normal_vs(texel);
+    mat3 frame = frame_from_z(gbuffer_shading_normal_vs(texel));
+    vec3 start = own_rays_start(p_vs, geometric_vs);
+    bool is_edge = may_be_shaded(texel);
+    int ray_count = is_edge ? u_many_rays : u_few_rays;
+    uint first = first_point(texel / u_receiver_stride, ray_count);
+    Arriving sums = Arriving(vec3(0.0), vec3(0.0), 0.0, 0.0);
+    int i = 0;
+    do {
+        vec2 u = random_2d(first + uint(i), u_stream, 0u, false);
+        add_ray(sums, start, frame * cosine_hemisphere(u), geometric_vs, 1.0);
+    } while (++i < ray_count);
+    float place = float(texel.y * int(u_frame_size_px.x) + texel.x + 1);
+    o_place = is_edge ? -place : place;
+    // A ratio, which is exact where all of the sky is open.
+    float open = sums.open_sky / max(sums.open_sky + sums.blocked_sky, 1e-37);
+    float inverse = 1.0 / float(ray_count);
+    o_far = vec4(inverse * sums.far, open);
+    o_near = vec4(inverse * sums.near, centre_z_vs(texel, p_vs, geometric_vs));
+}

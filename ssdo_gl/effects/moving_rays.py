@@ -1,0 +1,101 @@
+"""Rays of pixels' own in frames of a view that moves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import moderngl
+import numpy as np
+
+from ssdo_gl.gpu.fullscreen import draw_fullscreen
+from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.graph.render_pass import PassContext
+from ssdo_gl.passes.environment_uniforms import environment_uniforms
+from ssdo_gl.passes.far_probes import FarFieldSettings
+from ssdo_gl.passes.rays import radius_ns, ray_defines, ray_uniforms, stream_of
+from ssdo_gl.passes.surfels import textures_of
+from ssdo_gl.raytracing.surface_tables import RayFeatures
+from ssdo_gl.scene.environment import ENVIRONMENT_KINDS, EnvironmentKind
+
+# Of one value for each pixel, and of what arrives from beyond R and within.
+CHANNELS = (1, 4, 4)
+
+# From this variance of rays on, few of them are noisier than what is looked up in probes.
+MOST_VARIANCE = 1.5
+# After how many frames of a view that moves it is looked at again.
+FRAMES_TO_ASK = 32
+
+
+def traces_in_motion(settings: FarFieldSettings, environment: EnvironmentKind) -> bool:
+    """Return whether pixels have rays of their own while nothing but the camera moves.
+
+    Few rays do not find the sun of an image.
+    """
+    return settings.moving_rays > 0 and environment != "map"
+
+
+def variance_of_rays(
+    radiance: moderngl.Texture, known: Sequence[bool], side: int, sky: float
+) -> float:
+    """Return the variance of what one ray brings over its mean squared, the mean of probes.
+
+    Parameters
+    ----------
+    radiance : Texture
+        `far_radiance`: of each quarter, `side` x `side` texels for each probe.
+    known : (4,) bool
+        Which quarters are.
+    sky : float
+        Its mean radiance.
+    """
+    columns, rows = radiance.width // side, radiance.height // side
+    values = np.frombuffer(radiance.read(), np.float32).reshape(rows, side, columns, side, 4)
+    probes = values.transpose(0, 2, 1, 3, 4).reshape(2, rows // 2, 2, columns // 2, side**2, 4)
+    probes = probes.transpose(0, 2, 1, 3, 4, 5).reshape(4, -1, side**2, 4)[list(known)]
+    probes = probes.reshape(-1, side**2, 4)
+    # Where there is no probe, or it sees nothing but sky, all is 0.
+    probes = probes[probes.any(axis=(1, 2))].astype(np.float64)
+    light = probes[..., :3].mean(axis=-1) + (1.0 - probes[..., 3]) * sky
+    mean = light.mean(axis=1)
+    light, mean = light[mean > 0.0], mean[mean > 0.0]
+    return float(((light**2).mean(axis=1) / mean**2 - 1.0).mean()) if len(mean) else 0.0
+
+
+def moving_rays(
+    context: PassContext,
+    settings: FarFieldSettings,
+    features: RayFeatures,
+    environment: EnvironmentKind,
+    stride: int,
+    reads: tuple[str, ...],
+) -> tuple[moderngl.Texture, ...]:
+    """Return `own_places`, `own_far` and `own_near` of a frame: a texel for each pixel.
+
+    Parameters
+    ----------
+    stride : int
+        Pixels from one that light is gathered at to the next.
+    reads : tuple of str
+        Resources of the surfaces in view, and of all that rays read.
+    """
+    frame = context.frame
+    made = tuple(make_texture(context.gl, frame.view.size, n, "f4") for n in CHANNELS)
+    target = make_framebuffer(context.gl, list(made))
+    defines = {
+        **ray_defines(context, features),
+        "ENVIRONMENT_KIND": ENVIRONMENT_KINDS.index(environment),
+    }
+    uniforms = {
+        **ray_uniforms(context),
+        **environment_uniforms(frame),
+        "u_radius": settings.radius,
+        "u_radius_ns": radius_ns(settings.radius, context),
+        "u_stream": stream_of(frame.pattern, 0),
+        "u_receiver_stride": stride,
+        "u_few_rays": settings.moving_rays,
+        "u_many_rays": max(settings.moving_edge_rays, settings.moving_rays),
+    }
+    program = context.shaders.fullscreen("effects/moving_rays.frag", defines)
+    draw_fullscreen(context.gl, program, target, uniforms, textures_of(context, reads))
+    target.release()
+    return made

@@ -1,0 +1,132 @@
+"""Rays of pixels' own while nothing but the camera moves."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ssdo_gl.effects import far_field, own_rays
+from ssdo_gl.effects.moving_rays import traces_in_motion, variance_of_rays
+from ssdo_gl.gpu.readback import read_texture
+from ssdo_gl.gpu.texture import make_texture
+from ssdo_gl.passes.far_probes import FarFieldSettings
+from ssdo_gl.renderer import Renderer
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.load import load_scene
+from ssdo_gl.settings.settings import Settings
+
+SIZE = (96, 54)
+STAIRS = load_scene("stairs")
+
+
+def moved(step: int) -> Camera:
+    camera = STAIRS.camera
+    x, y, z = camera.position
+    return dataclasses.replace(camera, position=(x + 0.02 * step, y, z))
+
+
+def settings(**overrides: Any) -> Settings:
+    return Settings("gi", size=SIZE, exposure=0.0, overrides=overrides)
+
+
+def walked(renderer: Renderer, frames: int) -> np.ndarray:
+    for step in range(frames):
+        drawing = renderer.draw(("beauty",), camera=moved(step))
+    texture = drawing.planes["beauty"].texture
+    assert texture is not None
+    return np.array(read_texture(texture)[..., :3])
+
+
+@pytest.fixture
+def drawn(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """What frames trace: rays of pixels or of probes."""
+    found: list[str] = []
+
+    def noting(name: str, original: Any) -> Any:
+        def noted(*arguments: Any) -> Any:
+            found.append(name)
+            return original(*arguments)
+
+        return noted
+
+    moving = noting("pixels", own_rays.moving_rays)
+    monkeypatch.setattr(own_rays, "moving_rays", moving)
+    probes = noting("probes", far_field.FarProbesPass._trace)
+    monkeypatch.setattr(far_field.FarProbesPass, "_trace", probes)
+    return found
+
+
+def test_frames_that_move_are_nearer_to_pictures_than_by_probes() -> None:
+    with Renderer(STAIRS, settings()) as renderer:
+        true = renderer.render(("beauty",), camera=moved(11)).images["beauty"][..., :3]
+
+    def error(**overrides: Any) -> float:
+        with Renderer(STAIRS, settings(**overrides)) as renderer:
+            return float(np.sqrt(np.mean((walked(renderer, 12) - true) ** 2)))
+
+    assert error() < 0.7 * error(**{"far_field.moving_rays": 0})
+
+
+def test_probes_give_way_and_are_asked_again(
+    drawn: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(far_field, "FRAMES_TO_ASK", 4)
+    with Renderer(STAIRS, settings()) as renderer:
+        walked(renderer, 7)
+    assert drawn == ["probes", *3 * ["pixels"], "probes", *2 * ["pixels"]]
+
+
+def test_probes_go_on_where_few_rays_are_noisy(
+    drawn: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+
+    def variance(*arguments: Any) -> float:
+        asked.append(arguments)
+        return 9.0
+
+    monkeypatch.setattr(far_field, "FRAMES_TO_ASK", 4)
+    monkeypatch.setattr(far_field, "variance_of_rays", variance)
+    with Renderer(STAIRS, settings()) as renderer:
+        walked(renderer, 8)
+    assert drawn == 8 * ["probes"]
+    assert len(asked) == 2
+
+
+def test_probes_go_on_where_lamps_change(drawn: list[str]) -> None:
+    with Renderer(STAIRS, settings()) as renderer:
+        walked(renderer, 3)
+        drawn.clear()
+        (lamp, *others) = STAIRS.lights
+        darker = dataclasses.replace(
+            STAIRS, lights=(lamp.with_emitted((0.5 * lamp.power,) * 3), *others)
+        )
+        renderer.use_scene(darker)
+        renderer.draw(("beauty",), camera=moved(4))
+    assert set(drawn) == {"probes"}
+
+
+@pytest.mark.parametrize(
+    ("rays", "sky", "traces"), [(2, "none", True), (0, "none", False), (2, "map", False)]
+)
+def test_images_of_a_sky_leave_it_to_probes(rays: int, sky: Any, traces: bool) -> None:
+    assert traces_in_motion(FarFieldSettings(moving_rays=rays), sky) == traces
+
+
+def test_variance_is_that_of_rays_of_the_probes_that_are_known(gl) -> None:
+    # Two by two quarters, each of two probes of 2 x 2 rays: the second is a tile's other one.
+    values = np.full((8, 4, 4), 7.0, np.float32)
+    values[:4, :2] = 0.0
+    values[0, :2] = (2.0, 2.0, 2.0, 1.0)
+    values[1, :2] = (0.0, 0.0, 0.0, 1.0)
+    radiance = make_texture(gl, (4, 8), 4, "f4", values)
+    known = (True, False, False, False)
+    assert variance_of_rays(radiance, known, 2, 0.0) == pytest.approx(1.0)
+    # Under a sky, too, what sees nothing else does not count.
+    assert variance_of_rays(radiance, known, 2, 5.0) == pytest.approx(1.0)
+    values[1, :2, 3] = 0.0
+    radiance = make_texture(gl, (4, 8), 4, "f4", values)
+    assert variance_of_rays(radiance, known, 2, 2.0) == pytest.approx(0.0)
