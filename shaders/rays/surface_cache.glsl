@@ -44,12 +44,17 @@ int surfel_at_hit(BvhHit hit, vec3 p, vec3 w)
     ivec2 cell = clamp(ivec2(t * vec2(grid)), ivec2(0), grid - 1);
     int behind = dot(front, w) > 0.0 ? grid.x * grid.y : 0;
     int surfel = int(place.x) + cell.y * grid.x + cell.x + behind;
-    // Behind a wall that stands on the surfel is its second part.
-    ivec2 texel = surfel_texel(surfel);
-    vec4 plane = texelFetch(t_surfel_splits, texel, 0);
+    // Behind a wall that stands on the surfel is its second part, behind another one its third.
     int rows = textureSize(t_surfel_splits, 0).y / 2;
-    bool is_second = dot(plane.xyz, p) < plane.w;
-    return is_second ? int(texelFetch(t_surfel_splits, texel + ivec2(0, rows), 0).x) : surfel;
+    for (int wall = 0; wall < 2; ++wall) {
+        ivec2 texel = surfel_texel(surfel);
+        vec4 plane = texelFetch(t_surfel_splits, texel, 0);
+        if (!(dot(plane.xyz, p) < plane.w)) {
+            break;
+        }
+        surfel = int(texelFetch(t_surfel_splits, texel + ivec2(0, rows), 0).x);
+    }
+    return surfel;
 }
 
 // Irradiance where a ray along `w` has met `surface`.

@@ -19,6 +19,8 @@ from ssdo_gl.raytracing.packed import oct_words
 from ssdo_gl.raytracing.surfels import LIFT, POINT_COUNT, Places, Surfels
 from ssdo_gl.raytracing.triangles import SceneTriangles
 
+# Walls meet at a corner where their normals enclose more than 45 degrees.
+CORNER_COSINE = 0.7
 # What a line meets that is parallel to the surfel, within 8 degrees, does not stand on it.
 PARALLEL_COSINE = 0.99
 NOTHING_MET = 0xFFFFFFFF
@@ -26,18 +28,18 @@ NOTHING_MET = 0xFFFFFFFF
 
 @dataclass(frozen=True, eq=False)
 class TornSurfels:
-    """Surfels in two parts where something stands on them.
+    """Surfels in two parts where something stands on them, in three where walls meet.
 
     Attributes
     ----------
     positions, normals, sources : ndarray
-        As in `Surfels`; second parts come after all first ones.
+        As in `Surfels`; second parts come after all first ones, third ones at the end.
     triangles : SceneTriangles
         As they were when the surfels were made.
     planes : ndarray, shape (S, 4), float32
-        Points p with planes[:3] . p < planes[3] belong to the second part; 0: there is none.
+        Points p with planes[:3] . p < planes[3] belong to the next part; 0: there is none.
     others : ndarray, shape (S,), int64
-        The number of the second part; 0: there is none.
+        The number of the next part; 0: there is none.
     """
 
     positions: NDArray[np.float32]
@@ -50,7 +52,7 @@ class TornSurfels:
 
     @property
     def count(self) -> int:
-        """Number of surfels, both parts counted."""
+        """Number of surfels, all parts counted."""
         return len(self.positions)
 
     @cached_property
@@ -88,13 +90,9 @@ class TornSurfels:
 
 
 def torn(
-    surfels: Surfels,
-    bvh: Bvh,
-    met: IntArray,
-    distances: FloatArray,
-    most: int,
+    surfels: Surfels, bvh: Bvh, met: IntArray, distances: FloatArray, most: int
 ) -> TornSurfels:
-    """Return the surfels with those in two parts that something stands on.
+    """Return the surfels with those in parts that something stands on.
 
     Parameters
     ----------
@@ -131,27 +129,97 @@ def torn(
         corner = bvh.triangles.positions[triangle[:, part][line], 0].astype(np.float64)
         reach = np.einsum("sk,sk->s", normal, corner)
         height = np.einsum("spk,sk->sp", candidates, normal) - reach[:, None]
-        walls.append(
-            (np.concatenate([normal, reach[:, None]], axis=1), height, from_behind[:, part][line])
-        )
+        wall = np.concatenate([normal, reach[:, None]], axis=1)
+        walls.append((wall, height, from_behind[:, part][line]))
     (plane, height, is_covered), (_, other_height, other_is_covered) = walls
     # Between two bodies is what lies behind both walls; else the second part is what lies
     # before the second wall, and nothing in between shows.
     is_gap = (is_covered & other_is_covered)[:, None]
-    parts = (height > 0.0, np.where(is_gap, height < 0.0, other_height > 0.0))
+    parts = [height > 0.0, np.where(is_gap, height < 0.0, other_height > 0.0)]
+    corner = _Corners.of(plane, np.where(is_wall, met, -1), face, lines.met_at())
+    room = max(most - surfels.count - len(chosen), 0)
+    thirds = np.flatnonzero(corner.divides(candidates))[:room]
+    for part, at_corner in zip(parts, corner.parts(candidates), strict=False):
+        part[thirds] = at_corner[thirds]
+    plane[thirds] = corner.through[thirds]
     sides = [_filled(candidates, bearers, part, is_open) for part in parts]
-    positions = np.concatenate([surfels.positions, sides[1][0].astype(np.float32)])
-    positions[chosen] = sides[0][0]
-    planes = np.zeros((len(positions), 4), dtype=np.float32)
-    planes[chosen] = plane
-    others = np.zeros(len(positions), dtype=np.int64)
-    others[chosen] = surfels.count + np.arange(len(chosen))
-    normals, sources = (
-        np.concatenate([array, array[chosen]]) for array in (surfels.normals, surfels.sources)
-    )
+    last = corner.parts(candidates)[2][thirds]
+    sides.append(_filled(candidates[thirds], bearers[thirds], last, is_open[thirds]))
+    seconds, rest = surfels.count + np.arange(len(chosen)), surfels.count + len(chosen)
+    numbers = (chosen, seconds, rest + np.arange(len(thirds)))
     # What lies on a line lies in the plane of any triangle of the surfel.
-    sources[chosen], sources[surfels.count :] = sides[0][1], sides[1][1]
-    return TornSurfels(positions, normals, sources, surfels.places, bvh.triangles, planes, others)
+    repeated = np.concatenate([np.arange(surfels.count), chosen, chosen[thirds]])
+    positions, sources = surfels.positions[repeated], surfels.sources[repeated]
+    for number, (at, bearer) in zip(numbers, sides, strict=True):
+        positions[number], sources[number] = at, bearer
+    planes = np.zeros((len(positions), 4), dtype=np.float32)
+    planes[chosen], planes[seconds[thirds]] = plane, corner.ending[thirds]
+    others = np.zeros(len(positions), dtype=np.int64)
+    others[chosen], others[seconds[thirds]] = numbers[1:]
+    normals, places = surfels.normals[repeated], surfels.places
+    return TornSurfels(positions, normals, sources, places, bvh.triangles, planes, others)
+
+
+@dataclass(frozen=True, eq=False)
+class _Corners:
+    """Two walls that meet on each of N surfels: one ends at the other, or both at a corner.
+
+    Attributes
+    ----------
+    through, ending : ndarray, shape (N, 4)
+        Planes n . p = d; the second wall ends at the first, and stands behind it.
+    is_there : ndarray, shape (N,), bool
+        Whether there are two.
+    """
+
+    through: FloatArray
+    ending: FloatArray
+    is_there: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, plane: FloatArray, met: IntArray, face: FloatArray, at: FloatArray) -> _Corners:
+        """Return the walls: one of each surfel is known by its plane (N, 4).
+
+        Parameters
+        ----------
+        met, face, at : ndarray
+            What each line meets, -1: nothing, with unit normals (N, 16, 3), and where.
+        """
+        across = np.abs(np.einsum("slk,sk->sl", face, plane[:, :3]))
+        is_other = (met >= 0) & (across < CORNER_COSINE)
+        line = (np.arange(len(met)), _most_frequent(np.where(is_other, met, -1)))
+        other = np.concatenate(
+            [face[line], np.einsum("sk,sk->s", face[line], at[line])[:, None]], 1
+        )
+        is_first = (met >= 0) & (across > PARALLEL_COSINE)
+        before, behind = _sides(plane, at, is_other)
+        # A wall on both sides of which the other stands runs through; the other ends there.
+        swaps = before & behind
+        through = np.where(swaps[:, None], other, plane)
+        ending = np.where(swaps[:, None], plane, other)
+        before, _ = _sides(through, at, np.where(swaps[:, None], is_first, is_other))
+        return cls(np.where(before[:, None], -through, through), ending, is_other.any(axis=1))
+
+    def parts(self, points: FloatArray) -> tuple[NDArray[np.bool_], ...]:
+        """Return which points (N, P, 3) lie before the first wall, and on either side behind it."""
+        first, second = (
+            np.einsum("spk,sk->sp", points, wall[:, :3]) - wall[:, 3:]
+            for wall in (self.through, self.ending)
+        )
+        return first > 0.0, (first < 0.0) & (second > 0.0), (first < 0.0) & (second < 0.0)
+
+    def divides(self, points: FloatArray) -> NDArray[np.bool_]:
+        """Return for which surfels (N,) there are two walls, and points in all three parts."""
+        filled = [part.any(axis=1) for part in self.parts(points)]
+        return np.asarray(self.is_there & np.all(filled, axis=0))
+
+
+def _sides(
+    plane: FloatArray, at: FloatArray, chosen: NDArray[np.bool_]
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return whether any of the chosen points (N, L, 3) lie before and behind a plane (N, 4)."""
+    height = np.einsum("slk,sk->sl", at, plane[:, :3]) - plane[:, 3:]
+    return (chosen & (height > LIFT)).any(axis=1), (chosen & (height < -LIFT)).any(axis=1)
 
 
 class _Lines:
@@ -165,10 +233,14 @@ class _Lines:
         self.starts, self.along, length = surfels.lines(chosen)
         self.half = distances.shape[1] // 2
         self.length = length[:, : self.half]
-        free = np.minimum(distances, length)
+        self.free = free = np.minimum(distances, length)
         # Along the forward line: up to where, and from where, nothing stands.
         self.leaves, self.returns = free[:, : self.half], self.length - free[:, self.half :]
         self.is_free = ~np.isfinite(distances[:, : self.half])
+
+    def met_at(self) -> FloatArray:
+        """Return where each line ends, forwards and backwards, (N, 16, 3)."""
+        return self.starts + self.free[..., None] * self.along
 
     def ends_of_parts(self) -> FloatArray:
         """Return the middle of what is free at the start, at the end and in between, (N, 24, 3)."""

@@ -57,6 +57,59 @@ def test_next_to_nothing_comes_through_a_thin_wall() -> None:
     assert dark < LEAK_BOUND * lit
 
 
+GROUND = """
+[camera]
+position = [0.9, 1.4, 1.6]
+target = [-0.9, 0.9, -1.6]
+fov_y = 70
+[render]
+radius = 0.3
+[[light]]
+kind = "directional"
+direction = [-0.5, -1, 0.4]
+irradiance = [20, 20, 20]
+[[object]]
+shape = "quad"
+corner = [-6, 0, 7]
+edge_u = [12, 0, 0]
+edge_v = [0, 0, -14]
+material = "grey"
+[materials.grey]
+albedo = [0.6, 0.6, 0.6]
+"""
+
+
+def closed_room(thickness: float) -> str:
+    """Return two closed rooms beside each other on a wide ground in the sun, as a scene file."""
+    half, lines = 0.5 * thickness, [GROUND]
+    walls = [((x, x), (-2.0, 2.0), (0.0, 2.5)) for x in (-1.3, 1.3, 3.1)]
+    walls += [((-1.3, 3.1), (z, z), (0.0, 2.5)) for z in (-2.0, 2.0)]
+    walls += [((-1.3, 3.1), (-2.0, 2.0), (2.5, 2.5))]
+    for (x0, x1), (z0, z1), (y0, y1) in walls:
+        low, high = np.array([x0, y0, z0]), np.array([x1, y1, z1])
+        if thickness:
+            lines += ['[[object]]\nshape = "box"', f"min = {(low - half).tolist()}"]
+            lines += [f"max = {(high + half).tolist()}"]
+        else:
+            edges = [e.tolist() for e in np.diag(high - low) if e.any()]
+            lines += ['[[object]]\nshape = "quad"', f"corner = {low.tolist()}"]
+            lines += [f"edge_u = {edges[0]}\nedge_v = {edges[1]}"]
+        lines.append('material = "grey"')
+    return "\n".join(lines)
+
+
+@pytest.mark.parametrize("thickness", [0.0, 0.1])
+def test_no_sun_comes_through_the_corners_of_a_dark_room(thickness: float, tmp_path: Path) -> None:
+    # Pieces of the ground are half a metre wide: in corners they reach out of the room, and
+    # where its walls meet those of the next room, into that, too.
+    file = tmp_path / "room.toml"
+    file.write_text(closed_room(thickness))
+    settings = Settings(method="gi", size=SIZE, shadows="traced")
+    with Renderer(load_scene(file), settings) as renderer:
+        dark = renderer.render(("beauty",)).images["beauty"][..., :3]
+    assert dark.max() < 1e-6
+
+
 def placed(scene: Scene, scale: float, offset: float) -> Scene:
     """Return a scene without lamps, as large and as far away as that, seen alike."""
     matrix = math3d.translation((offset, -offset, offset)) @ math3d.scaling(scale)
