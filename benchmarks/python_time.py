@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import cProfile
 import dataclasses
+import gc
 import pstats
 import statistics
 import sys
@@ -123,7 +124,15 @@ def measure(renderer: Renderer, motion: str, frames: int) -> FrameCost:
 def _calls(draw: Callable[[int], object], number: int) -> tuple[int, int]:
     """Return how many functions a frame calls, and how many methods of moderngl's objects."""
     profile = cProfile.Profile()
-    profile.runcall(draw, number)
+    # What others have left would be cleared away within the frame, and its finalizers counted.
+    gc.collect()
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        profile.runcall(draw, number)
+    finally:
+        if was_enabled:
+            gc.enable()
     stats: Any = pstats.Stats(profile)
     counts = {name: row[1] for (_, _, name), row in stats.stats.items()}
     return stats.total_calls, sum(n for name, n in counts.items() if " of 'mgl." in name)

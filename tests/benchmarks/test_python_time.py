@@ -34,3 +34,23 @@ def test_every_row_is_measured_and_printed(monkeypatch, capsys):
     found = [line.strip("| ").split(" | ")[:2] for line in lines[2:-2]]
     assert found == [["direct", motion] for motion in python_time.MOTIONS]
     assert lines[-1].startswith("corner, medians of 1 frames; ")
+
+
+class Waste:
+    """A cycle of references whose end calls functions."""
+
+    def __init__(self) -> None:
+        self.own = self
+
+    def __del__(self) -> None:
+        repr(self.own.own)
+
+
+def test_what_others_have_left_is_not_counted():
+    def frame(number: int) -> list[list[int]]:
+        return [[i] for i in range(5000)]
+
+    alone = python_time._calls(frame, 0)
+    for _ in range(300):
+        Waste()
+    assert python_time._calls(frame, 0) == alone
