@@ -74,10 +74,9 @@ def size_of(text: str) -> tuple[int, int]:
 
 def positive(text: str) -> int:
     """Return a whole number from 1 on: a type of arguments."""
-    number = int(text)
-    if number < 1:
-        raise argparse.ArgumentTypeError(f"{number}: expected 1 or more")
-    return number
+    if not (text.isdecimal() and int(text) > 0):
+        raise argparse.ArgumentTypeError(f"{text[:60]!r}: expected a whole number from 1 on")
+    return int(text)
 
 
 def check_scenes(names: Iterable[str]) -> None:

@@ -256,7 +256,7 @@ def ghosts(device: Device, extent: Extent, ghost: Ghost) -> list[float]:
 @answering
 def main(argv: Sequence[str] | None = None) -> int:
     """Measure and print."""
-    parser = command("motion", __doc__)
+    parser = command("motion_errors", __doc__)
     parser.add_argument("--quick", action="store_true", help="one short pan: some seconds")
     parser.add_argument("--cases", nargs="+", choices=CASES, default=tuple(CASES))
     options = parser.parse_args(argv)

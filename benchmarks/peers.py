@@ -240,6 +240,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--size", type=size_of, default=SIZE, metavar="WxH")
     parser.add_argument("--rounds", type=int, default=ROUNDS, choices=range(1, 100), metavar="N")
     options = parser.parse_args(argv)
+    if options.three is not None and not options.three.is_dir():
+        parser.error(f"--three {options.three}: there is no such folder")
     room = make_room(options.size, RADIUS)
     makers: dict[str, Callable[[Room], Peer]] = {
         "VTK": Vtk,

@@ -49,11 +49,13 @@ FAULTS = [
     "input_latency corners",
     "input_latency corner --size wide",
     "large 0",
+    "large many",
     "motion_errors --cases still",
     "pass_times corners",
     "pass_times corner --rounds 0",
     "peers FILE",
     "peers OUT --size 9",
+    "peers OUT --three nosuch",
     "planning_gain corner corners",
     "planning_gain corner --method gl",
     "planning_gain corner --rounds 0",
@@ -90,6 +92,6 @@ def test_what_cannot_be_done_is_one_line(fault, tmp_path, monkeypatch, capsys):
         code = ended.code
     said = capsys.readouterr()
     assert code == 2
-    assert said.err.count("\n") == 1
+    assert said.err.count("\n") == 1 and name in said.err.split(":")[0]
     # Nothing was measured before.
     assert not re.search(r"\| [\d.-]", said.out)
