@@ -39,6 +39,9 @@ MAX_GRID = 4095
 # that shares it; and by how many corners its order is turned against that of the grid.
 FIRST_FLAG, SECOND_FLAG = 1 << 24, 2 << 24
 TURN_SHIFT = 26
+# A face of one texel across and so many along, as of a slat, has so many across where the limit
+# allows: sun on its outer edge must not shine from the inner one, which lies in the dark.
+STRIP_LENGTH, STRIP_TEXELS = 16, 3
 # By how much texels grow until their number is within the limit.
 GROWTH = 1.1
 
@@ -178,11 +181,20 @@ def build_surfels(bvh: Bvh, most: int, smallest: float) -> Surfels:
     while True:
         grids = np.clip(np.ceil(extents / size - 1e-6), 1, MAX_GRID).astype(np.int64)
         shared = _cells(patches, grids, size)
-        own = grids.max(axis=1) > 1
-        count = int(np.sum((grids.prod(axis=1) * patches.sides)[own])) + shared.count
-        if count <= most or size > 1.0:
-            return _assemble(bvh, patches, grids, shared, size)
+        if _texel_count(patches, grids) + shared.count <= most or size > 1.0:
+            break
         size *= GROWTH
+    is_strip = grids.max(axis=1, keepdims=True) >= STRIP_LENGTH * grids
+    cut = np.where(is_strip, np.maximum(grids, STRIP_TEXELS), grids)
+    if _texel_count(patches, cut) + shared.count <= most:
+        grids = cut
+    return _assemble(bvh, patches, grids, shared, size)
+
+
+def _texel_count(patches: _Patches, grids: IntArray) -> int:
+    """Return how many surfels the grids (N, 2) have of more than one texel."""
+    own = grids.max(axis=1) > 1
+    return int(np.sum((grids.prod(axis=1) * patches.sides)[own]))
 
 
 def _patches(bvh: Bvh) -> _Patches:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -71,3 +73,12 @@ def test_both_faces_of_a_thin_wall_stay_apart() -> None:
 def test_a_scene_without_triangles_has_none_that_shine() -> None:
     flat = Mesh(np.zeros((3, 3)), np.array([[0, 1, 2]]))
     assert build_surfels(bvh_of(flat), 64, 0.1).count == 1
+
+
+@pytest.mark.parametrize(("most", "across"), [(65535, 3), (150, 1)])
+def test_a_strip_keeps_its_edges_apart_where_there_is_room(most: int, across: int) -> None:
+    """Sun on the outer edge of a slat is not sent from the inner one."""
+    slat = dataclasses.replace(quad(), positions=quad().positions * [10.0, 0.3, 1.0])
+    surfels = build_surfels(bvh_of(slat), most, 0.07)
+    layout = int(surfels.places.table[0, 1])
+    assert sorted((layout & 0xFFF, layout >> 12 & 0xFFF)) == [across, 29]
