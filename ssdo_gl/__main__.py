@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 import gc
+import os
 import signal
 import sys
 from collections.abc import Sequence
+from types import FrameType
 
-from ssdo_gl.process import leave_at_once
+
+def leave_at_once(number: int, _frame: FrameType | None = None) -> None:
+    """End the process: a signal handler for while nothing has been begun."""
+    os.write(2, b"ssdo-gl: interrupted; nothing was written\n")
+    os._exit(128 + number)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return its exit code."""
-    # An interrupt during half a second of imports would be a traceback out of them.
+    # An interrupt during half a second of imports would be a traceback out of them: until here
+    # nothing else of the package is imported.
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, leave_at_once)
     # What imports make stays: looking through it for waste takes a twentieth of their time.

@@ -119,12 +119,6 @@ def exit_code(code: int, out: _Stream) -> int:
     return EXIT_BROKEN_PIPE if is_broken else code
 
 
-def leave_at_once(number: int, _frame: FrameType | None = None) -> None:
-    """End the process: a signal handler for while nothing has been begun."""
-    os.write(2, b"ssdo-gl: interrupted; nothing was written\n")
-    os._exit(128 + number)
-
-
 def _end(number: int, _frame: FrameType | None) -> None:
     # Unwinds the stack, so that temporary files go.
     raise SystemExit(128 + number)

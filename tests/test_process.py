@@ -129,6 +129,14 @@ def interrupted(number: int, tmp_path: Path, code: str) -> subprocess.CompletedP
     )
 
 
+def test_signals_are_heard_before_anything_is_imported():
+    code = "import sys, ssdo_gl.__main__; print([n for n in sys.modules if n[:8] == 'ssdo_gl.'])"
+    result = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=120
+    )
+    assert result.stdout == "['ssdo_gl.__main__']\n", result.stderr
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupt_of_the_imports_is_one_line(tmp_path, number):
     result = interrupted(
