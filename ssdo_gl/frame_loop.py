@@ -99,7 +99,7 @@ class FrameLoop:
         self._pose: tuple[Camera, CameraPose] | None = None
         self._looked: tuple[Hashable, FrameView] | None = None
         self._moved: tuple[Scene, float, Scene] | None = None
-        self._versions = self._shared.follow(scene) | self._shared.light_versions(scene)
+        self._versions = self._shared.follow(scene) | self._light_versions(scene)
         self._drawn: tuple[object, ...] = ()
         self._moves = 0
 
@@ -242,9 +242,14 @@ class FrameLoop:
         )
         lean = self._planned.scene
         if lean is not self._lean:
-            self._versions |= self._shared.light_versions(lean)
+            self._versions |= self._light_versions(lean)
             self._lean = lean
         return self._planned.pipeline, self._planned.graph
+
+    def _light_versions(self, lean: Scene) -> dict[str, int]:
+        """Return those of lights as they stand, and of lights wherever an animation moves them."""
+        sources = self._shared.light_versions(self.scene)["lights"]
+        return {**self._shared.light_versions(lean), "light_sources": sources}
 
     def _view(self, camera: Camera) -> FrameView:
         """Return the view through the pixels' centres of the geometry as it stands."""
@@ -293,10 +298,10 @@ class FrameLoop:
     def _count_move(self, view: FrameView) -> int:
         """Return the number of a frame that shows the scene of the one before, moved; else 0."""
         assert self._planned is not None
-        passes = self._planned.graph.order
-        if not any(type(item) is TemporalPass for item in passes):
+        passes = (item for item in self._planned.graph.order if type(item) is TemporalPass)
+        if (average := next(passes, None)) is None:
             return 0
-        light = tuple(self._versions[name] for name in ("materials", "lights", "environment"))
+        light = tuple(self._versions[n] for n in ("materials", "environment", average.lit_by))
         kept = light, view.size, view.tan_half_fov, view.half_frame
         last, self._drawn = self._drawn, (kept, self._versions["geometry"], view.key())
         if not last or last[0] != kept or last == self._drawn:

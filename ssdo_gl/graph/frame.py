@@ -182,6 +182,7 @@ class Frame:
         For each domain a pass can name in ``depends_on`` (``view``, ``geometry``,
         ``materials``: how they shade what they cover, ``lights``, ``environment``,
         ``seed``), a value that changes exactly when that part of the input changes.
+        ``light_sources`` stays the same while an animation moves the lights.
         ``steady_view`` and ``steady_seed`` are the same for all frames of one view that
         differ in their jitter alone.
     is_live : bool
@@ -191,7 +192,8 @@ class Frame:
         Seed of the first frame of this view, and of how many frames its picture is the mean.
     moves : int
         Of a live frame that may be averaged with those before it, its number among them:
-        camera or bodies have moved since the last one, lights have not. 0: it is to be as
+        camera or bodies have moved since the last one, lights have not, but for those of `gi` that
+        an animation moves. 0: it is to be as
         a single frame is.
     gloss_region : Region or None
         Outside it no surface in view is glossy. None: nothing is known of that.

@@ -49,6 +49,8 @@ class Averages:
         Of the last of them.
     versions : tuple of hashable
         Of bodies, lights and environment in the last of them.
+    ends : tuple of hashable
+        Of what they cannot be averaged over in the last of them.
     target : Framebuffer
         Over the averages, one for each image, and last the surfaces that they belong to:
         z, frames averaged, and the shading normal.
@@ -59,6 +61,7 @@ class Averages:
     made_from: Hashable
     view: FrameView
     versions: tuple[Hashable, ...]
+    ends: tuple[Hashable, ...]
     target: moderngl.Framebuffer
     spare: moderngl.Framebuffer | None = None
 
@@ -69,10 +72,10 @@ class Averages:
         assert isinstance(found, tuple)
         return [item for item in found if isinstance(item, moderngl.Texture)]
 
-    def goes_on_with(self, frame: Frame) -> bool:
-        """Return whether nothing has changed since but where camera and bodies are."""
-        sizes = [(v.size, v.tan_half_fov, v.half_frame) for v in (self.view, frame.view)]
-        return sizes[0] == sizes[1] and self.versions[1:] == versions(frame)[1:]
+    def goes_on_with(self, view: FrameView, ends: tuple[Hashable, ...]) -> bool:
+        """Return whether nothing has changed since but where camera, bodies and such lamps are."""
+        sizes = [(v.size, v.tan_half_fov, v.half_frame) for v in (self.view, view)]
+        return sizes[0] == sizes[1] and self.ends == ends
 
     def is_still_in(self, frame: Frame) -> bool:
         """Return whether neither bodies nor lights nor environment have changed since."""
@@ -101,9 +104,8 @@ def uniforms(frame: Frame, last: FrameView, most_frames: int) -> dict[str, objec
 class TemporalPass(RenderPass):
     """Averages images with what earlier frames of a window saw of the same surfaces.
 
-    A frame that stands still, or whose lights have changed, comes out as it is: light that
-    moved by a hundredth of a room lagged 1.6 frames behind in averages of three, and erred by
-    twice as much. Values that are not finite are left out.
+    A frame that stands still, or whose lights have changed, comes out as it is. Values that are
+    not finite are left out.
 
     Parameters
     ----------
@@ -114,6 +116,9 @@ class TemporalPass(RenderPass):
     unfiltered : (str, str, float) or None
         The image of one frame that is known without its filter, too; that; and how much of it
         enters an average of many frames.
+    lit_by : str
+        The domain of lights whose change ends the past: ``lights``, or ``light_sources``, which
+        are the same while an animation moves them.
     """
 
     depends_on = ("view", "geometry", "materials", "lights", "environment", "seed")
@@ -126,18 +131,26 @@ class TemporalPass(RenderPass):
         images: Mapping[str, str],
         made_from: Hashable = None,
         unfiltered: tuple[str, str, float] | None = None,
+        lit_by: str = "lights",
     ) -> None:
         self.name = name
         self.settings = settings
         self.images = dict(images)
         self.made_from = made_from
         self.unfiltered = unfiltered
+        self.lit_by = lit_by
         source = () if unfiltered is None else (unfiltered[1],)
         self.reads = (*images, *source, "z_vs", "normals_vs")
         self.writes = {result: TextureSpec(4, own=True) for result in images.values()}
 
     def settings_key(self) -> Hashable:
-        return self.settings, tuple(self.images.items()), self.made_from, self.unfiltered
+        return (
+            self.settings,
+            tuple(self.images.items()),
+            self.made_from,
+            self.unfiltered,
+            self.lit_by,
+        )
 
     def execute(self, context: PassContext) -> Produced:
         """Average, or hand the images on as they are."""
@@ -147,7 +160,7 @@ class TemporalPass(RenderPass):
         if frame.moves == 0:
             return self._made(current, known)
         most = 0
-        if known is not None and known.goes_on_with(frame):
+        if known is not None and known.goes_on_with(frame.view, self._ends(frame)):
             is_still = context.is_complete and known.is_still_in(frame)
             chosen = self.settings
             most = chosen.frames if is_still else chosen.frames_of_moving_bodies
@@ -204,4 +217,9 @@ class TemporalPass(RenderPass):
         program = context.shaders.fullscreen("passes/temporal.frag", defines)
         draw_fullscreen(context.gl, program, target, values, textures)
         spare = None if known is None else known.target
-        return Averages(self.made_from, frame.view, versions(frame), target, spare)
+        ends = self._ends(frame)
+        return Averages(self.made_from, frame.view, versions(frame), ends, target, spare)
+
+    def _ends(self, frame: Frame) -> tuple[Hashable, ...]:
+        """Return the versions of what frames are not averaged over."""
+        return tuple(frame.versions.get(n) for n in ("materials", "environment", self.lit_by))

@@ -54,6 +54,9 @@ def averaged(
     """Return `passes` with filtered images averaged over frames, and why each average is made."""
     settings = request.settings_of(TEMPORAL, TemporalSettings)
     chosen = request.settings
+    # Lamps that an animation moves light directly, by direct light that is not averaged; the rest
+    # of `gi` is smooth.
+    lit_by = "light_sources" if METHODS[chosen.method].is_all_light else "lights"
     made_from = (
         *(chosen.method, chosen.chosen_estimator, chosen.chosen_shadows, chosen.combine),
         *(request.radius, chosen.filter),
@@ -69,6 +72,6 @@ def averaged(
         name = f"{TEMPORAL}_{item.name.removesuffix('_filter')}"
         found.append(item.renamed({result: now for now, result in images.items()}))
         unfiltered = _unfiltered(item, passes, request, settings.unfiltered)
-        found.append(TemporalPass(name, settings, images, made_from, unfiltered))
+        found.append(TemporalPass(name, settings, images, made_from, unfiltered, lit_by))
         reasons[name] = "averages what moves over frames"
     return tuple(found), reasons

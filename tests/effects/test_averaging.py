@@ -166,6 +166,26 @@ def test_a_single_picture_is_not_averaged(device, shaders, scene) -> None:
     np.testing.assert_array_equal(*images)
 
 
+@pytest.mark.parametrize(
+    ("method", "moving", "is_averaged"),
+    [("gi", "all", True), ("gi", "lights", False), ("bounce", "all", False)],
+)
+def test_lights_that_move_with_bodies_do_not_end_averages_of_gi(
+    device, shaders, method, moving, is_averaged
+) -> None:
+    """Nor do lights that move alone end what their probes have found until then."""
+    scene = load_scene("carousel")
+    if moving == "lights":
+        objects = tuple(dataclasses.replace(item, motion=None) for item in scene.objects)
+        scene = dataclasses.replace(scene, objects=objects)
+    images = []
+    for temporal in ("on", "off"):
+        settings = dataclasses.replace(SETTINGS, method=method, temporal=temporal)
+        with Renderer(scene, settings, device=device, shaders=shaders) as renderer:
+            images.append([drawn(renderer, seconds=n / 30.0)[0] for n in range(3)][-1])
+    assert np.array_equal(*images) != is_averaged
+
+
 def test_a_light_that_goes_out_leaves_no_ghost(device, shaders) -> None:
     room = load_scene("cornell_meso")
     lights = tuple(light.with_emitted((0.0, 0.0, 0.0)) for light in room.lights)

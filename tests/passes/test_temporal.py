@@ -29,11 +29,10 @@ COLUMN, ROW = np.meshgrid(*(np.arange(n) - (n - 1) / 2.0 for n in SIZE))
 class Frames:
     """Frames of a window that a pass sees, one after the other."""
 
-    def __init__(self, gl, shaders, *, moves=True, unfiltered=None, **settings):
+    def __init__(self, gl, shaders, *, moves=True, unfiltered=None, lit_by="lights", **settings):
         self.gl, self.shaders = gl, shaders
-        self.item = TemporalPass(
-            "temporal", TemporalSettings(**settings), {"now": "average"}, 1, unfiltered
-        )
+        chosen = TemporalSettings(**settings)
+        self.item = TemporalPass("temporal", chosen, {"now": "average"}, 1, unfiltered, lit_by)
         self.last: dict[str, TextureWithFacts] = {}
         self.count = 0
         self.moves = moves
@@ -199,6 +198,16 @@ def test_light_that_changes_ends_the_past(frames, domain) -> None:
     np.testing.assert_array_equal(frames.show(noise(2), versions={domain: 1}), noise(2))
     found = frames.show(noise(3), versions={domain: 1})
     np.testing.assert_allclose(found, (noise(2) + noise(3)) / 2.0, atol=ROUNDING)
+
+
+def test_lights_that_an_animation_moves_shorten_the_past(gl, shaders) -> None:
+    frames = Frames(gl, shaders, lit_by="light_sources")
+    for number in range(9):
+        mean = frames.show(noise(number))
+    found = frames.show(noise(9), versions={"lights": 1})
+    np.testing.assert_allclose(found, mean + (noise(9) - mean) / 3.0, atol=4.0 * ROUNDING)
+    changed = {"lights": 2, "light_sources": 1}
+    np.testing.assert_array_equal(frames.show(noise(10), versions=changed), noise(10))
 
 
 def test_bodies_that_move_shorten_the_past(frames) -> None:
