@@ -26,8 +26,9 @@ uniform vec2 u_jitter_uv;        // this frame's jitter less that of the last on
 uniform float u_most_frames;     // averaged at most
 
 // A tap of the last frame shows the same surface up to this many footprints of a pixel off
-// its plane, and this distance of octahedral codes (2 across the square): 25 degrees.
-const float PLANE_TOLERANCE = 1.0;
+// its plane, and this distance of octahedral codes (2 across the square): 25 degrees. With 1
+// the bottom of a groove is taken for its rim, with .1 curved surfaces forget too much.
+const float PLANE_TOLERANCE = 0.3;
 const float NORMAL_TOLERANCE = 0.43;
 #endif
 

@@ -123,7 +123,7 @@ def test_what_comes_into_view_has_no_past(frames) -> None:
     assert not np.array_equal(found[:, 4:-9], noise(1)[:, 4:-9])
 
 
-@pytest.mark.parametrize("z", [2.0, 4.0])
+@pytest.mark.parametrize("z", [2.0, 4.0, Z - 0.4 * PIXEL, Z + 0.4 * PIXEL])
 def test_another_surface_is_not_averaged(frames, z) -> None:
     frames.show(noise(0))
     np.testing.assert_array_equal(frames.show(noise(1), z=z), noise(1))
