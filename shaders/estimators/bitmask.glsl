@@ -69,7 +69,7 @@ uint sectors_hidden_at(Sectors s, Tangent t, Lines l, Walk walk, float x, float 
     vec2 within = depths_within_radius(l, own);
     float front = max(solid.x - l.z, within.x);
     float back = min(min(solid_end(t, solid) - l.z, within.y), FAR_REACH * l.z);
-    if (solid.x <= 0.0 || front >= back || !is_above(t, texel, solid.x))
+    if (solid.x <= 0.0 || front >= back || !is_above(t, uv_of_texel(texel), solid.x))
         return 0u;
     float nearer = walk_fraction(walk, max(x - u_front_slack * stride, 0.0));
     float farther = walk_fraction(walk, x + u_back_slack * stride);
@@ -103,7 +103,7 @@ uint estimator_hidden(Sectors s, Tangent t, vec3 view, float jitter, inout vec3 
 #if !IS_OPEN
     float stride = 1.0 / float(STEP_COUNT);
     for (int side = 0; side < 2; ++side) {
-        Walk walk = walk_along(t.position_vs, side == 0 ? s.slice.along_vs : -s.slice.along_vs);
+        Walk walk = walk_along(t.origin, side == 0 ? s.slice.along_vs : -s.slice.along_vs);
         Lines lines = lines_across(s.slice, t, view, walk);
         float moved = side == 0 ? jitter : fract(jitter + 0.5);
         int i = 0;

@@ -20,34 +20,16 @@ uniform float u_step_growth;  // 0: steps of equal length, 1: lengths grow linea
 uniform float u_front_slack;  // strides
 uniform float u_back_slack;   // strides
 
-// Rays end this many pixels inside the frame's border, so that rounding cannot
-// carry a step outside; what lies outside is open anyway.
-const float BORDER_PX = 0.25;
-
-// Distance along the unit vector w at which a ray from p_vs leaves the frame or passes
-// the near plane. Beyond that, nothing is known, and unknown means open.
-float distance_in_frame(vec3 p_vs, vec3 w)
-{
-    // In frame: |place.xy| <= e place.z. Each bound is linear along the ray:
-    // gap + t * rate >= 0, so the ray leaves at gap / -rate if the gap shrinks.
-    float z = -p_vs.z;
-    float rate_z = -w.z;
-    vec2 e = 1.0 - 2.0 * BORDER_PX / u_frame_size_px;
-    vec3 place = frame_place(p_vs);
-    vec3 change = frame_place_rate(w);
-    vec4 gap = vec4(e * place.z - place.xy, e * place.z + place.xy);
-    vec4 rate = vec4(e * change.z - change.xy, e * change.z + change.xy);
-    float far = FAR_REACH * z;
-    // Where the gap does not shrink the quotient is not used, whatever it is.
-    vec4 leave = mix(vec4(far), gap / -rate, lessThan(rate, vec4(0.0)));
-    float near = rate_z < 0.0 ? (z - u_near_vs) / -rate_z : far;
-    return max(min(min(min(leave.x, leave.y), min(leave.z, leave.w)), min(near, far)), 0.0);
-}
-
 // Step number (0..1) to fraction of the segment: x for growth 0, x^2 for growth 1.
 float march_fraction(float x)
 {
     return x * mix(1.0, x, u_step_growth);
+}
+
+// How fast that grows.
+float march_rate(float x)
+{
+    return mix(1.0, 2.0 * x, u_step_growth);
 }
 
 vec2 px_of_position_vs(vec3 p_vs)
@@ -64,42 +46,37 @@ struct Segment {
     float length_vs;    // in space, clipped to the frame
 };
 
-Segment segment_of(vec3 p_vs, vec3 w, float reach)
+Segment segment_of(Origin o, vec3 w, float reach)
 {
-    float clipped = min(reach, distance_in_frame(p_vs, w));
-    vec3 end_vs = p_vs + clipped * w;
-    vec2 start_px = px_of_position_vs(p_vs);
-    float nearness_0 = nearness(-p_vs.z);
-    return Segment(start_px, px_of_position_vs(end_vs) - start_px,
-                   nearness_0, nearness(-end_vs.z) - nearness_0, clipped);
+    float clipped = distance_in_frame(o, w, reach);
+    vec3 end_vs = o.position_vs + clipped * w;
+    float end = nearness(-end_vs.z);
+    vec2 end_px = picture_place(end_vs, end) * o.px_scale + o.centre_px;
+    return Segment(o.start_px, end_px - o.start_px, o.nearness, end - o.nearness, clipped);
 }
 
-ivec2 texel_on(Segment g, float x)
+vec2 px_on(Segment g, float x)
 {
-    return ivec2(g.start_px + march_fraction(x) * g.across_px);
+    return g.start_px + march_fraction(x) * g.across_px;
 }
 
-// Does the surface at `texel` block the ray around x? `slack`: to where in front of x, and
-// behind it, the ray counts; see slack_of.
-bool blocks_at(Tangent t, Segment g, ivec2 texel, float x, vec2 slack)
+// Does the surface seen at x block the ray around it? `slack`: how far in front of x, and
+// behind it, the ray counts, in nearness where strides are as long as on average.
+bool blocks_at(Tangent t, Segment g, float x, vec2 slack)
 {
-    vec2 solid = solid_at(texel);
-    // Nearness goes one way along the ray, so that its bounds are at the ends.
-    vec2 end = clamp(x + slack, 0.0, 1.0);
-    float farthest = g.nearness_0 + march_fraction(end.x) * g.nearness_across;
-    float nearest = g.nearness_0 + march_fraction(end.y) * g.nearness_across;
+    // Not by way of a whole number, which takes two conversions of each.
+    vec2 uv = (floor(px_on(g, x)) + 0.5) * t.origin.texel_uv;
+    vec2 solid = solid_seen_at(uv);
+    float own = g.nearness_0 + march_fraction(x) * g.nearness_across;
+    float end = g.nearness_0 + g.nearness_across;
+    vec2 reach = march_rate(x) * slack;
+    float farthest = max(own - reach.x, min(g.nearness_0, end));
+    float nearest = min(own + reach.y, max(g.nearness_0, end));
     // Asked for first and put together then: behind `&&` each call would be a branch.
     bool is_before = is_nearer(solid.x, farthest);
     bool is_behind = is_farther(solid_end(t, solid), nearest);
-    bool rises = is_above(t, texel, solid.x);
+    bool rises = is_above(t, uv, solid.x);
     return solid.x > 0.0 && is_before && is_behind && rises;
-}
-
-// From x towards what is farthest from the camera, and towards what is nearest.
-vec2 slack_of(Segment g, float stride)
-{
-    vec2 slack = vec2(u_front_slack, -u_back_slack) * stride;
-    return g.nearness_across < 0.0 ? slack : -slack;
 }
 
 // The first surface that blocks the ray from the receiver along the unit vector w within
@@ -116,21 +93,17 @@ Blocker march(Tangent t, vec3 w, float reach, float jitter, int count, int refin
 #if IS_OPEN
     return NO_BLOCKER;
 #endif
-    Segment g = segment_of(t.position_vs, w, reach);
+    Segment g = segment_of(t.origin, w, reach);
     float stride = 1.0 / float(max(count - 1, 1));
-    vec2 slack = slack_of(g, stride);
+    vec2 slack = vec2(u_front_slack, u_back_slack) * (stride * abs(g.nearness_across));
     float found = -1.0;
-    ivec2 texel = ivec2(-1);
     // From the end, so that what is found first along the ray is what is found last, and nothing
     // breaks off: in software that costs more than the steps that it saves.
     int i = count;
     do {
         --i;
         float x = i < count - 1 ? (float(i) + jitter) * stride : 1.0;
-        ivec2 place = texel_on(g, x);
-        bool blocks = blocks_at(t, g, place, x, slack);
-        found = blocks ? x : found;
-        texel = blocks ? place : texel;
+        found = blocks_at(t, g, x, slack) ? x : found;
     } while (i > 0);
     if (found < 0.0)
         return NO_BLOCKER;
@@ -138,11 +111,9 @@ Blocker march(Tangent t, vec3 w, float reach, float jitter, int count, int refin
         stride *= 0.5;
         slack *= 0.5;
         float x = max(found - stride, 0.0);
-        ivec2 nearer = texel_on(g, x);
-        bool blocks = blocks_at(t, g, nearer, x, slack);
-        found = blocks ? x : found;
-        texel = blocks ? nearer : texel;
+        found = blocks_at(t, g, x, slack) ? x : found;
     }
     float s = march_fraction(found);
-    return Blocker(texel, length_before(g.length_vs, s, g.nearness_0, g.nearness_across));
+    return Blocker(ivec2(px_on(g, found)),
+                   length_before(g.length_vs, s, g.nearness_0, g.nearness_across));
 }

@@ -11,13 +11,13 @@
 // is exactly false there, because Q is rebuilt at the centre where its depth was taken.
 #include "lib/constants.glsl"
 #include "lib/gbuffer.glsl"
+#include "lib/origin.glsl"
 #include "lib/tangent_height.glsl"
 
 #if HAS_BACK_LAYER
 uniform sampler2D t_z_layers;   // x: z_vs, y: depth of the nearest back face, 0 = none
 #endif
 
-uniform float u_near_vs;           // distance of the near plane
 uniform float u_thickness;         // depth of solids whose back is unknown, relative to R
 
 // A surface that blocks a direction, and how far along it that was noticed.
@@ -36,8 +36,6 @@ bool is_blocked(Blocker b)
 // Height that rounding may give a coplanar Q, relative to its distance from P: normals
 // in 2 x 16 octahedral bits are off by up to 0.0037 degrees = 6.5e-5; twice for safety.
 const float NORMAL_ERROR = 1.3e-4;
-// Stands for an infinite reach: beyond it the rest of a ray covers 1e-4 of the frame.
-const float FAR_REACH = 1.0e4;
 // Surfaces nearer to the first one than this, relative to z, are the surface itself
 // seen from behind, not the back of a solid.
 const float BACK_GAP = 1.0e-4;
@@ -50,6 +48,7 @@ struct Tangent {
     float thickness;    // scene units
     vec3 end_normal_vs; // blockers lie on this side of a plane where rays end: Q . n > offset
     float end_offset;
+    Origin origin;      // of rays
 };
 
 Tangent tangent_at(vec3 position_vs, vec3 geometric_vs)
@@ -57,7 +56,7 @@ Tangent tangent_at(vec3 position_vs, vec3 geometric_vs)
     float z = -position_vs.z;
     return Tangent(position_vs, geometric_vs,
                    min_blocking_height(z), u_thickness * length_scale_at(z),
-                   vec3(0.0), -1.0);
+                   vec3(0.0), -1.0, origin_at(position_vs));
 }
 
 // The same for rays that are aimed at a surface with the plane (n, offset): that surface
@@ -69,10 +68,10 @@ Tangent with_end_plane(Tangent t, vec3 normal_vs, float offset)
     return t;
 }
 
-// `above`, for the surface at `texel` with depth z.
-bool is_above(Tangent t, ivec2 texel, float z)
+// `above`, for the surface with depth z in the texel whose centre `uv` is.
+bool is_above(Tangent t, vec2 uv, float z)
 {
-    vec3 q_vs = position_vs_at(uv_of_texel(texel), z);
+    vec3 q_vs = position_vs_at(uv, z);
     vec3 pq = q_vs - t.position_vs;
     float height = dot(pq, t.normal_vs);
     float least = NORMAL_ERROR * NORMAL_ERROR * dot(pq, pq);
@@ -80,16 +79,21 @@ bool is_above(Tangent t, ivec2 texel, float z)
     return height > t.min_height && height * height > least && end > t.end_offset;
 }
 
-// What is known of the solids at a texel: x is the depth of the nearest front, 0 for
+// What is known of the solids in the texel whose centre `uv` is: x is the depth of the nearest front, 0 for
 // background; y that of the nearest back, 0 if there is none or the layer is missing. Both
 // lie in one texture: a second fetch per step would cost half as much again.
-vec2 solid_at(ivec2 texel)
+vec2 solid_seen_at(vec2 uv)
 {
 #if HAS_BACK_LAYER
-    return textureLod(t_z_layers, uv_of_texel(texel), 0.0).xy;
+    return textureLod(t_z_layers, uv, 0.0).xy;
 #else
-    return vec2(gbuffer_z_vs(texel), 0.0);
+    return vec2(textureLod(t_z_vs, uv, 0.0).x, 0.0);
 #endif
+}
+
+vec2 solid_at(ivec2 texel)
+{
+    return solid_seen_at(uv_of_texel(texel));
 }
 
 // Depth at which the solid ends.

@@ -53,9 +53,9 @@ struct Walk {
     float first;     // fraction of the segment
 };
 
-Walk walk_along(vec3 position_vs, vec3 along_vs)
+Walk walk_along(Origin o, vec3 along_vs)
 {
-    Segment g = segment_of(position_vs, along_vs, silhouette_reach(position_vs));
+    Segment g = segment_of(o, along_vs, silhouette_reach(o.position_vs));
     return Walk(g, min(inversesqrt(max(dot(g.across_px, g.across_px), 1.0)), 1.0));
 }
 
@@ -85,14 +85,14 @@ float elevation_sine(Tangent t, vec3 view, ivec2 texel)
     float z = gbuffer_z_vs(texel);
     vec3 to_q = position_vs_at(uv_of_texel(texel), z) - t.position_vs;
     float distance = length(to_q);
-    bool blocks = z > 0.0 && distance <= u_radius && is_above(t, texel, z);
+    bool blocks = z > 0.0 && distance <= u_radius && is_above(t, uv_of_texel(texel), z);
     return blocks ? dot(to_q, view) / distance : NO_ELEVATION;
 }
 
 // The largest `elevation_sine` that STEP_COUNT steps find on one side of a slice, at least `lowest`.
 float highest_elevation(Tangent t, vec3 view, vec3 along, float jitter, float lowest)
 {
-    Walk walk = walk_along(t.position_vs, along);
+    Walk walk = walk_along(t.origin, along);
     float stride = 1.0 / float(STEP_COUNT);
     float highest = lowest;
     int i = 0;

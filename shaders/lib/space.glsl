@@ -31,5 +31,5 @@ ivec2 texel_of_uv(vec2 uv)
 // other uv the stored depth belongs to a different point (grazing surfaces band).
 vec2 uv_of_texel(ivec2 t)
 {
-    return (vec2(t) + 0.5) / u_frame_size_px;
+    return (vec2(t) + 0.5) * (1.0 / u_frame_size_px);
 }

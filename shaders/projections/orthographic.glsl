@@ -68,14 +68,30 @@ vec2 ray_taper_width(float z)
     return vec2(0.0, 1.0);
 }
 
-vec3 frame_place(vec3 p_vs)
+vec4 frame_slopes(float border_px)
 {
-    return vec3(p_vs.xy / u_half_frame_vs - u_jitter_ndc, 1.0);
+    vec2 e = 1.0 - 2.0 * border_px / u_frame_size_px;
+    return vec4(e + u_jitter_ndc, e - u_jitter_ndc) * u_half_frame_vs.xyxy;
 }
 
-vec3 frame_place_rate(vec3 w)
+vec4 frame_gaps(vec4 slopes, vec3 p_vs)
 {
-    return vec3(w.xy / u_half_frame_vs, 0.0);
+    return slopes + vec4(-p_vs.xy, p_vs.xy);
+}
+
+vec4 frame_gap_rates(vec4 slopes, vec3 w)
+{
+    return vec4(-w.xy, w.xy);
+}
+
+vec2 picture_place(vec3 p_vs, float nearness)
+{
+    return p_vs.xy;
+}
+
+vec2 px_scale()
+{
+    return 0.5 * u_frame_size_px / u_half_frame_vs;
 }
 
 float nearness(float z)

@@ -78,17 +78,35 @@ vec2 ray_taper_width(float z)
     return vec2(1.0, z);
 }
 
-// Linear in p: xy is between -z and z where p is in the frame.
-vec3 frame_place(vec3 p_vs)
+// What `frame_gaps` takes for borders so many pixels inside the frame's.
+vec4 frame_slopes(float border_px)
 {
-    float z = -p_vs.z;
-    return vec3(p_vs.xy / u_tan_half_fov - u_jitter_ndc * z, z);
+    vec2 e = 1.0 - 2.0 * border_px / u_frame_size_px;
+    return vec4(e + u_jitter_ndc, e - u_jitter_ndc) * u_tan_half_fov.xyxy;
 }
 
-// Its change along w.
-vec3 frame_place_rate(vec3 w)
+// How far p is from the right, upper, left and lower border: linear in p, in any unit.
+vec4 frame_gaps(vec4 slopes, vec3 p_vs)
 {
-    return frame_place(w);
+    return slopes * -p_vs.z + vec4(-p_vs.xy, p_vs.xy);
+}
+
+// Their change along w.
+vec4 frame_gap_rates(vec4 slopes, vec3 w)
+{
+    return frame_gaps(slopes, w);
+}
+
+// Where p is seen beside the camera's axis; `nearness` is that of p, and px_scale how many
+// pixels that is.
+vec2 picture_place(vec3 p_vs, float nearness)
+{
+    return p_vs.xy * nearness;
+}
+
+vec2 px_scale()
+{
+    return 0.5 * u_frame_size_px / u_tan_half_fov;
 }
 
 // A number that falls with depth and is linear along the picture of a straight line.

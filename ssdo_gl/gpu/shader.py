@@ -36,7 +36,7 @@ USUAL_CHOICES: Mapping[str, str] = {"projection": "projections/perspective.glsl"
 # texel is there. All textures that are fetched from look up the nearest texel.
 _CPU_FETCH: Mapping[str, str] = {
     "texelFetch(image, texel, level)": (
-        "textureLod(image, (vec2(texel) + 0.5) / vec2(textureSize(image, 0)), 0.0)"
+        "textureLod(image, (vec2(texel) + 0.5) * (1.0 / vec2(textureSize(image, 0))), 0.0)"
     )
 }
 # Files of both stages, defines and choices, and whether it may be a compute shader.

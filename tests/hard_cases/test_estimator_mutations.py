@@ -104,7 +104,7 @@ FAULTS = {
         ("sample_point(r, i).y", "sample_point(r, i).x"),
     ),
     "sao": (
-        (" && is_above(t, inside, z)", ""),
+        (" && is_above(t, uv_of_texel(inside), z)", ""),
         ("window * window", "window"),
         ("left * left", "left"),
         ("d2 + peak * peak", "d2"),
@@ -130,7 +130,7 @@ SHARED = (
      ("march", "hemisphere", "bitmask")),
     ("lib/point_samples.glsl", "&& z_s > solid.x", "", POINTS),
     ("lib/march.glsl", "i < count - 1 ?", "i < count ?", ("march",)),
-    ("lib/march.glsl", "vec2(u_front_slack, -u_back_slack)", "vec2(0.0)", ("march",)),
+    ("lib/march.glsl", "vec2(u_front_slack, u_back_slack)", "vec2(0.0)", ("march",)),
     ("lib/slices.glsl", "distance <= u_radius && ", "", ("gtao", "hbao")),
     ("lib/slices.glsl", "set << 28", "set << 27", SLICES),
     ("lib/slices.glsl", "mix(k.first, 1.0,", "mix(0.0, 1.0,", SLICES),

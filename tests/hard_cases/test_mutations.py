@@ -214,7 +214,7 @@ def light_is_gained(device, shaders):
 
 
 HEIGHT_TEST = "return height > t.min_height"
-SNAPPED = "position_vs_at(uv_of_texel(texel), z)"
+SNAPPED = "position_vs_at(uv, z)"
 MUTATIONS = {
     "bias made absolute": Mutation(
         {"lib/tangent_height.glsl": (("u_bias * length_scale_at(z)", "0.025"),)}, scale_shows
@@ -233,7 +233,7 @@ MUTATIONS = {
                 (SNAPPED, "position_vs_at(sample_px / u_frame_size_px, z)"),
             ),
             "lib/march.glsl": (
-                ("return ivec2(g.start_px", "return ivec2(sample_px = g.start_px"),
+                ("return g.start_px + march", "return sample_px = g.start_px + march"),
             ),
             "lib/point_samples.glsl": (
                 ("ivec2 texel = texel_of_uv(uv);",

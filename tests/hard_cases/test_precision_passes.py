@@ -124,7 +124,8 @@ def test_tangent_plane(gl, shaders, record, seed, normals_, radius, depths):
     p = float32(ray * z[:, None] - height[:, None] * n)
     p[:, 2] = np.minimum(p[:, 2], -1e-3 * z)
     found = evaluate(
-        gl, shaders, ["lib/occlusion.glsl"], "is_above(tangent_at(p, n), texel, z) ? 1 : 0",
+        gl, shaders, ["lib/occlusion.glsl"],
+        "is_above(tangent_at(p, n), uv_of_texel(texel), z) ? 1 : 0",
         {"p": p, "n": n, "texel": texel, "z": z}, output_dtype="i4",
         defines={"HAS_BACK_LAYER": 0},
         uniforms={**frame.view.uniforms(), "u_radius": reach, "u_bias": bias, "u_thickness": 0.1},

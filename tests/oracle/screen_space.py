@@ -225,9 +225,11 @@ def march_fraction(x: Array, growth: float) -> Array:
 def _inverse_depths(
     x: Array, slack: float, inverse: tuple[Array, Array], growth: float
 ) -> tuple[Array, Array]:
-    ends = np.maximum(x - slack, 0.0), np.minimum(x + slack, 1.0)
-    a, b = (inverse[0] + march_fraction(y, growth) * (inverse[1] - inverse[0]) for y in ends)
-    return a, b
+    change = inverse[1] - inverse[0]
+    own = inverse[0] + march_fraction(x, growth) * change
+    reach = slack * (1.0 - growth + 2.0 * growth * x) * np.abs(change)
+    lowest, highest = np.minimum(*inverse), np.maximum(*inverse)
+    return np.maximum(own - reach, lowest), np.minimum(own + reach, highest)
 
 
 def _march(

@@ -83,10 +83,15 @@ def test_lines_are_straight_in_the_picture_and_end_where_they_should(
         bool agree = is_nearer(-p.z * 0.999, from + s * change)
             && is_farther(-p.z * 1.001, from + s * change)
             && !is_nearer(-p.z * 1.001, from + s * change);
-        vec3 place = frame_place(p) - frame_place(a) - t * frame_place_rate(b - a);
-        vec3 q = frame_place(p);
-        vec2 edge = q.xy / q.z - (2.0 * uv_of_position_vs(p) - 1.0);
-        return vec4(length(apart), agree ? 0.0 : 1.0, length(place), length(edge));
+        vec4 slopes = frame_slopes(0.0);
+        vec4 gap = frame_gaps(slopes, p);
+        vec4 place = gap - frame_gaps(slopes, a) - t * frame_gap_rates(slopes, b - a);
+        vec2 ndc = 2.0 * uv_of_position_vs(p) - 1.0;
+        vec4 edge = gap / (gap + gap.zwxy) - 0.5 * vec4(1.0 - ndc, 1.0 + ndc);
+        vec2 centre = (0.5 - 0.5 * u_jitter_ndc) * u_frame_size_px;
+        vec2 px = picture_place(p, nearness(-p.z)) * px_scale() + centre;
+        float off = length(px / u_frame_size_px - uv_of_position_vs(p));
+        return vec4(length(apart) + off, agree ? 0.0 : 1.0, length(place), length(edge));
     """
     found = evaluate_in(frame, gl, shaders, INCLUDES, body, inputs, 4)
     np.testing.assert_allclose(found, 0.0, atol=1e-5)
