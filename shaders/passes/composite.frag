@@ -9,12 +9,14 @@
 //   3 report: (visibility + 0.4) x direct, the INF584 report's empirical mix for SSAO
 //   4 report, ray-traced: direct + visibility / 2 (a grey, whatever the albedo)
 // GLOSSY: see lib/brdf.glsl;
+// <last_stage>: light that is filtered on the way, see last_stage/;
 // IS_SHOWN 1: written as a display shows it; then see lib/displayed.glsl.
 #include "lib/gbuffer.glsl"
 #include "lib/reflected.glsl"
 #include "lib/environment.glsl"
 #include "lib/terms.glsl"
 #include "lib/displayed.glsl"
+#include <last_stage>
 
 #if COMBINE > 0
 uniform sampler2D t_visibility;
@@ -24,12 +26,13 @@ layout(location = 0) out vec4 o_picture;
 
 vec4 beauty_at(ivec2 texel)
 {
-    if (gbuffer_z_vs(texel) <= 0.0) {
+    float z = gbuffer_z_vs(texel);
+    if (z <= 0.0) {
         vec3 ray_ws = direction_ws_of(normalize(view_ray_at(uv_of_texel(texel))));
         return vec4(environment_radiance(ray_ws), 0.0);
     }
 
-    vec3 irradiance = summed_irradiance(texel);
+    vec3 irradiance = summed_irradiance(texel) + light_filtered_here(texel, z);
     vec3 radiance = summed_radiance(texel, false);
 #if COMBINE > 0
     float visibility = texelFetch(t_visibility, texel, 0).x;

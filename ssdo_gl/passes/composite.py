@@ -11,6 +11,7 @@ from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.brdf_wiring import brdf_wiring, gloss_draws
+from ssdo_gl.passes.edge_aware_filter import LastStage
 from ssdo_gl.passes.environment_uniforms import (
     MAP_IRRADIANCE,
     MAP_RADIANCE,
@@ -64,6 +65,8 @@ class CompositePass(RenderPass):
         Surfaces may be glossy.
     display : Display or None
         Write what it shows instead of `beauty`.
+    last_stage : LastStage or None
+        Of the filter of another irradiance, which is added after the others.
     """
 
     name = "composite"
@@ -81,8 +84,11 @@ class CompositePass(RenderPass):
         combine: OcclusionMode = "ambient",
         glossy: bool = False,
         display: Display | None = None,
+        last_stage: LastStage | None = None,
     ) -> None:
         self.irradiances = tuple(irradiances)
+        self.visibility = visibility
+        self.glossy = glossy
         self.changed = partial(
             CompositePass,
             environment,
@@ -92,7 +98,9 @@ class CompositePass(RenderPass):
             combine=combine,
             glossy=glossy,
             display=display,
+            last_stage=last_stage,
         )
+        self._last_stage = last_stage
         self.writes, shown, self._display_uniforms = display or _AS_IT_IS
         kind = environment_kind(environment)
         number = 0 if visibility is None else COMBINE_NUMBERS[combine]
@@ -102,8 +110,10 @@ class CompositePass(RenderPass):
             "IS_SHOWN": int(display is not None),
             **shown,
             **term_defines(irradiances, radiances),
+            **({} if last_stage is None else last_stage.defines),
         }
-        self._glossy = glossy
+        kind_of_end = "none" if last_stage is None else "filtered"
+        self._choices = {"last_stage": f"last_stage/{kind_of_end}.glsl"}
         wiring = {
             "t_z_vs": "z_vs",
             "t_normals_vs": "normals_vs" if number in (1, 2) else None,
@@ -112,6 +122,7 @@ class CompositePass(RenderPass):
             "t_environment": MAP_RADIANCE if kind == 3 else None,
             "t_environment_irradiance": MAP_IRRADIANCE if kind == 3 and number in (1, 2) else None,
             **term_wiring(irradiances, radiances),
+            **({} if last_stage is None else last_stage.wiring),
         }
         self._wiring = {sampler: name for sampler, name in wiring.items() if name is not None}
         gloss = {**brdf_wiring(True), "t_normals_vs": "normals_vs"}
@@ -121,20 +132,22 @@ class CompositePass(RenderPass):
     def settings_key(self) -> Hashable:
         """Return all that distinguishes two of these."""
         shown = tuple(self._display_uniforms.items())
-        return self._glossy, tuple(sorted(self.defines.items())), shown
+        key = None if self._last_stage is None else self._last_stage.key
+        return self.glossy, tuple(sorted(self.defines.items())), shown, key
 
     def execute(self, context: PassContext) -> None:
         """Draw one triangle over the target, and one over what is glossy."""
         assert context.target is not None
-        for glossy, region in gloss_draws(context.frame, self._glossy):
+        ending = {} if self._last_stage is None else self._last_stage.uniforms(context)
+        for glossy, region in gloss_draws(context.frame, self.glossy):
             wiring = self._glossy_wiring if glossy else self._wiring
             draw_fullscreen(
                 context.gl,
                 context.shaders.fullscreen(
-                    "passes/composite.frag", {**self.defines, "GLOSSY": glossy}
+                    "passes/composite.frag", {**self.defines, "GLOSSY": glossy}, self._choices
                 ),
                 context.target,
-                {**uniforms(context.frame), **self._display_uniforms},
+                {**uniforms(context.frame), **self._display_uniforms, **ending},
                 {sampler: context.inputs[name] for sampler, name in wiring.items()},
                 region=region,
             )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
@@ -83,6 +83,22 @@ class Signal:
     is_of_gloss: bool = False
 
 
+class Stage(NamedTuple):
+    """One stage of a filter: its kind, and along which axis it looks."""
+
+    kind: int
+    axis: tuple[int, int] = (0, 0)
+
+
+def _stages(filter_name: str, stride: int) -> list[Stage]:
+    """Return the stages of a filter; `stride` is 2 for images of half size."""
+    if filter_name == "none":
+        return [Stage(_COPY)]
+    edge = [Stage(_SEPARABLE, (1, 0)), Stage(_SEPARABLE, (0, 1))]
+    stages = [Stage(_BOX)] if filter_name == "naive" else edge
+    return [*stages, Stage(_UPSAMPLE)] if stride > 1 else stages
+
+
 class EdgeAwareFilterPass(RenderPass):
     """Averages each pixel with neighbours that lie on the same surface.
 
@@ -101,6 +117,11 @@ class EdgeAwareFilterPass(RenderPass):
     parts_edges : bool
         Pixels that have many rays of their own and others do not mix. Where a source holds
         depths, those of the former are negative; else `own_places` tells.
+    leaves_last : bool
+        Whoever reads the results runs the last stage, see `LastStage`: they have the
+        sources' size.
+    scale : float
+        Of the sources, relative to the frame.
     """
 
     overwrites: ClassVar[bool] = True
@@ -111,7 +132,10 @@ class EdgeAwareFilterPass(RenderPass):
         settings: EdgeAwareFilterSettings,
         *signals: Signal,
         parts_edges: bool = False,
+        leaves_last: bool = False,
+        scale: float = 1.0,
     ) -> None:
+        self.leaves_last = leaves_last
         self.name = name
         self.settings = settings
         self.signals = signals
@@ -119,15 +143,16 @@ class EdgeAwareFilterPass(RenderPass):
         says_edges = any(signal.holds_z for signal in signals)
         edges = OWN_RAYS[:1] if parts_edges and not says_edges else ()
         self.reads = (*(signal.source for signal in signals), "z_vs", "normals_vs", *edges)
+        size = scale if leaves_last else 1.0
         self.writes = {
-            signal.result: TextureSpec(1 if signal.is_visibility else 4) for signal in signals
+            signal.result: TextureSpec(1 if signal.is_visibility else 4, scale=size)
+            for signal in signals
         }
         self.depends_on = ("view",)
         self._switches = {
             "SIGNAL_COUNT": len(signals),
             "IS_VISIBILITY": int(any(signal.is_visibility for signal in signals)),
             "Z_SIGNALS": sum(signal.holds_z << i for i, signal in enumerate(signals)),
-            "IS_OF_GLOSS": int(signals[0].is_of_gloss),
             "PARTS_EDGES": (1 if says_edges else 2) if parts_edges else 0,
         }
         self._scratch: list[tuple[list[moderngl.Texture], moderngl.Framebuffer]] = []
@@ -138,31 +163,33 @@ class EdgeAwareFilterPass(RenderPass):
         return EdgeAwareFilterPass(self.name, self.settings, *signals, parts_edges=self.parts_edges)
 
     def settings_key(self) -> Hashable:
-        return self.settings, self.signals, self.parts_edges
+        return self.settings, self.signals, self.parts_edges, self.leaves_last
+
+    def defines_of(self, stage: Stage, *, is_first: bool) -> dict[str, int]:
+        """Return the defines of ``lib/edge_aware_filter.glsl``."""
+        return {
+            **self._switches,
+            "STAGE": stage.kind,
+            "IS_FIRST": int(is_first),
+            "TAP_RADIUS": self.settings.tap_radius,
+            "USE_NORMALS": int(self.settings.use_normals),
+        }
 
     def execute(self, context: PassContext) -> None:
         """Run the filter's stages, the last of them into the target."""
         target = context.target
         assert target is not None
         values = [context.inputs[signal.source] for signal in self.signals]
-        stride = 1 if values[0].size == target.size else 2
-        if self.settings.filter == "none":
-            stages: list[tuple[int, tuple[int, int]]] = [(_COPY, (0, 0))]
-        else:
-            naive = self.settings.filter == "naive"
-            stages = [(_BOX, (0, 0))] if naive else [(_SEPARABLE, (1, 0)), (_SEPARABLE, (0, 1))]
-            if stride > 1:
-                stages.append((_UPSAMPLE, (0, 0)))
+        stride = 1 if values[0].size == context.inputs["z_vs"].size else 2
+        stages = _stages(self.settings.filter, stride)
+        stages = stages[:-1] if self.leaves_last else stages
         scratch = self._scratch_for(context, values, len(stages) - 1)
-        for number, (stage, axis) in enumerate(stages):
+        for number, stage in enumerate(stages):
             is_last = number == len(scratch)
             results, framebuffer = ([], target) if is_last else scratch[number]
-            defines: Mapping[str, int] = {
-                **self._switches,
-                "STAGE": stage,
-                "IS_FIRST": int(number == 0),
-                "TAP_RADIUS": self.settings.tap_radius,
-                "USE_NORMALS": int(self.settings.use_normals),
+            defines = {
+                **self.defines_of(stage, is_first=number == 0),
+                "IS_OF_GLOSS": int(self.signals[0].is_of_gloss),
             }
             draw_fullscreen(
                 context.gl,
@@ -170,8 +197,8 @@ class EdgeAwareFilterPass(RenderPass):
                 framebuffer,
                 {
                     **uniforms(self.settings, context.frame, stride),
-                    **(own_uniforms(context) if stage in (_SEPARABLE, _BOX) else {}),
-                    "u_axis": axis,
+                    **(own_uniforms(context) if stage.kind in (_SEPARABLE, _BOX) else {}),
+                    "u_axis": stage.axis,
                 },
                 {
                     **{f"t_value_{i}": value for i, value in enumerate(values)},
@@ -207,6 +234,54 @@ class EdgeAwareFilterPass(RenderPass):
                 textures = [make_texture(context.gl, *shape, "f4") for shape in wanted]
                 self._scratch.append((textures, make_framebuffer(context.gl, textures)))
         return self._scratch
+
+
+class LastStage:
+    """The last stage of a filter of one image, run by the pass that reads the result.
+
+    Parameters
+    ----------
+    whole : EdgeAwareFilterPass
+        What runs all stages.
+    scale : float
+        Of its source, relative to the frame.
+    """
+
+    def __init__(self, whole: EdgeAwareFilterPass, scale: float) -> None:
+        (signal,) = whole.signals
+        stages = _stages(whole.settings.filter, 1 if scale == 1.0 else 2)
+        self.result = signal.result
+        self._stage = stages[-1]
+        self._settings = whole.settings
+        self._stride = 1 if scale == 1.0 else 2
+        # What runs the others, if there are any.
+        self.rest: EdgeAwareFilterPass | None = None
+        self.source = signal.source
+        if len(stages) > 1:
+            self.source = f"{signal.result}_before_last"
+            self.rest = EdgeAwareFilterPass(
+                whole.name,
+                whole.settings,
+                replace(signal, result=self.source),
+                parts_edges=whole.parts_edges,
+                leaves_last=True,
+                scale=scale,
+            )
+        self.defines = whole.defines_of(self._stage, is_first=self.rest is None)
+        self.wiring = {"t_value_0": self.source, **{f"t_{name}": name for name in whole.reads[1:]}}
+
+    @property
+    def key(self) -> Hashable:
+        """All that distinguishes two of these."""
+        return self._settings, self.source, tuple(self.defines.items())
+
+    def uniforms(self, context: PassContext) -> dict[str, Any]:
+        """Return the uniforms of ``lib/edge_aware_filter.glsl``."""
+        return {
+            **uniforms(self._settings, context.frame, self._stride),
+            **(own_uniforms(context) if self._stage.kind in (_SEPARABLE, _BOX) else {}),
+            "u_axis": self._stage.axis,
+        }
 
 
 def joined_filters(

@@ -260,7 +260,7 @@ MUTATIONS = {
         bounce_takes_poison,
     ),
     "min instead of select, filter": Mutation(
-        {"passes/edge_aware_filter.frag": (
+        {"lib/edge_aware_filter.glsl": (
             ("bool is_sound(int signal, vec4 value)\n{",
              "bool is_sound(int signal, vec4 value)\n{\nreturn true;"),
             ("+= use ? values[i]", "+= use ? min(values[i], vec4(u_value_bound))"),
@@ -272,7 +272,7 @@ MUTATIONS = {
         history_keeps_fault,
     ),
     "filter mixes depths": Mutation(
-        {"passes/edge_aware_filter.frag": (("return z > 0.0 ? weight : 0.0;", "return 1.0;"),)},
+        {"lib/edge_aware_filter.glsl": (("return z > 0.0 ? weight : 0.0;", "return 1.0;"),)},
         poison.filter_mixes_depths,
     ),
     "sender cosine of the wrong sign, march": Mutation(
@@ -285,7 +285,7 @@ MUTATIONS = {
         senders_face_wrongly_rgs09,
     ),
     "background not neutral": Mutation(
-        {"passes/edge_aware_filter.frag": (
+        {"lib/edge_aware_filter.glsl": (
             ("return vec4(1.0, 0.0, 0.0, 0.0)", "return vec4(0.0)"),
         )},
         sky_is_dark,

@@ -7,6 +7,7 @@ accepts has a chance on hardware that nobody tested on.
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import os
 import re
 import shutil
@@ -58,6 +59,14 @@ def read(name: str) -> str:
     return (ROOT / name).read_text(encoding="utf-8")
 
 
+# What stands behind an include of a shader: folder and files.
+CHOICES = {
+    "beyond_screen": ("beyond_screens", "unknown", "traced"),
+    "shadow_edge": ("shadow_edges", "filtered", "traced"),
+    "last_stage": ("last_stage", "none", "filtered"),
+}
+
+
 def choices_of(name: str) -> list[dict[str, str]]:
     """Return the sets of files that may stand behind the ``#include <name>`` of a shader."""
     # Those of mere visibility cannot say what light a blocker sends.
@@ -65,15 +74,15 @@ def choices_of(name: str) -> list[dict[str, str]]:
     able = [e for e in ESTIMATORS.values() if e.gives_light or not needs_light]
     takes_one = '#include "lib/estimator.glsl"' in read(name)
     estimators = [dict(estimator.choices) for estimator in able] if takes_one else [{}]
-    beyond: list[dict[str, str]] = [{}]
-    if "#include <beyond_screen>" in read(name):
-        beyond = [
-            {"beyond_screen": f"beyond_screens/{name}.glsl"} for name in ("unknown", "traced")
-        ]
-    edges: list[dict[str, str]] = [{}]
-    if "#include <shadow_edge>" in read(name):
-        edges = [{"shadow_edge": f"shadow_edges/{name}.glsl"} for name in ("filtered", "traced")]
-    return [e | p | b | s for p in PROJECTIONS for e in estimators for b in beyond for s in edges]
+    others = [
+        [{key: f"{folder}/{one}.glsl"} for one in files]
+        for key, (folder, *files) in CHOICES.items()
+        if f"#include <{key}>" in read(name)
+    ]
+    return [
+        {key: value for part in parts for key, value in part.items()}
+        for parts in itertools.product(PROJECTIONS, estimators, *others)
+    ]
 
 
 def unchecked(name: str, choices: dict[str, str] | None = None) -> str:

@@ -1,0 +1,255 @@
+// One stage of the edge-aware filter: removes the estimators' noise without mixing across edges,
+// and brings images of half size to full size.
+//
+// Defines: STAGE 0 separable, 1 upsample, 2 box, 3 copy; SIGNAL_COUNT 1 or 2 images of one
+// size, filtered side by side: what weighs a tap is looked up once;
+// IS_VISIBILITY 1: one value in [0, 1], and 1 where nothing is, 0: rgb irradiance + a;
+// Z_SIGNALS: bit i says that the channel after the value of signal i is z, else it is
+// visibility;
+// IS_FIRST: the values are an estimator's, and may be unsound;
+// PARTS_EDGES: pixels that a neighbour in front may shade, which have many rays of their own,
+// count next to nothing for others; the sign of z
+// among the values says which have them (1), or an image does (2); 0: none has;
+// TAP_RADIUS: taps on each side; USE_NORMALS.
+//
+// The estimators give neighbouring pixels different sample sets that repeat every 4 x 4
+// pixels, so the filter must weight all sets alike where nothing separates them. A box
+// of 4 taps convolved with any other kernel does: the separable kernel is a box of 4
+// convolved with a box of 2 TAP_RADIUS - 2, which is symmetric about the pixel.
+#include "lib/finite.glsl"
+#include "lib/gbuffer.glsl"
+
+#define STAGE_SEPARABLE 0
+#define STAGE_UPSAMPLE 1
+#define STAGE_BOX 2
+#define STAGE_COPY 3
+
+uniform sampler2D t_value_0;
+#if SIGNAL_COUNT > 1
+uniform sampler2D t_value_1;
+#endif
+#if PARTS_EDGES == 2
+uniform sampler2D t_own_places;  // negative: the pixel has many rays of its own
+uniform bool u_has_own_rays;
+#endif
+uniform int u_stride;          // texels of the frame per pixel of the values
+uniform ivec2 u_axis;          // separable: (1, 0), then (0, 1)
+uniform float u_depth_tolerance;  // distance from the plane at which a tap counts 1/4, pixels
+uniform float u_value_bound;   // larger values are faults, not light
+
+bool holds_z(int signal)
+{
+    return (Z_SIGNALS >> signal & 1) == 1;
+}
+
+// What is written where nothing is known.
+vec4 neutral(int result)
+{
+#if IS_VISIBILITY
+    return vec4(1.0, 0.0, 0.0, 0.0);
+#else
+    return vec4(0.0, 0.0, 0.0, holds_z(result) ? 0.0 : 1.0);
+#endif
+}
+
+vec4 value_at(int signal, ivec2 pixel)
+{
+#if SIGNAL_COUNT > 1
+    return signal == 1 ? texelFetch(t_value_1, pixel, 0) : texelFetch(t_value_0, pixel, 0);
+#else
+    return texelFetch(t_value_0, pixel, 0);
+#endif
+}
+
+// Distance of octahedral codes, 2 across the square, at which normals have nothing in
+// common. cos^8 of the decoded angle gives the same errors to 1 %.
+const float NORMAL_REACH = 0.8;
+
+// Of the four pixels around a texel, which each weigh a quarter or more on one surface:
+// those that weigh less together show another one.
+const float LEAST_WEIGHT = 0.02;
+
+// What a tap counts that has many rays of its own where the centre has none, or the other way round.
+const float OTHER_WEIGHT = 1e-3;
+
+// A plane through the centre pixel's surface point, and what weights are relative to.
+struct Centre {
+    ivec2 texel;
+    bool is_edge;       // it has many rays of its own
+    vec2 shading_code;  // octahedral
+    // A tap of depth z, d texels away, stands off the plane by z * dot(rate, (d, 1)) - offset
+    // tolerances.
+    vec3 rate;
+    float offset;
+};
+
+Centre centre_at(ivec2 texel, float z)
+{
+    Centre c;
+    c.texel = texel;
+    c.is_edge = false;
+    vec4 normals = texelFetch(t_normals_vs, texel, 0);
+    c.shading_code = normals.xy;
+    vec3 geometric = oct_decode(normals.zw);
+    // What one pixel of the values covers at this depth.
+    float footprint = pixel_height_at(z) * float(u_stride);
+    c.rate = plane_rate(uv_of_texel(texel), geometric) / (u_depth_tolerance * footprint);
+    c.offset = plane_height(c.rate, vec2(0.0), z);
+    return c;
+}
+
+// How much a tap shows the same surface: 1 on the centre's tangent plane at any tilt,
+// falling with the distance from it in units of the pixel's footprint. So it knows
+// neither scene units nor the angle of view.
+float same_surface(Centre c, ivec2 texel, float z)
+{
+    float x = plane_height(c.rate, vec2(texel - c.texel), z) - c.offset;
+    float weight = 1.0 / (1.0 + x * x);
+    // The tail of 1 / (1 + x^2) is long: cut it off smoothly.
+    weight *= weight;
+#if USE_NORMALS
+    // Compared as they are stored: decoding them costs half as much as the whole filter.
+    // Codes of normals that face the camera, all but a few at grazing angles, lie on one
+    // sheet, and their distance is about the angle: a weight of 1 if alike, a half at 25
+    // degrees, next to nothing from 50 on. Never 0: where all taps face elsewhere (a ledge
+    // thinner than a pixel of a half-size image), they are still the best that is known.
+    vec2 turn = 2.0 * (texelFetch(t_normals_vs, texel, 0).xy - c.shading_code);
+    float agree = max(1.0 - dot(turn, turn) / (NORMAL_REACH * NORMAL_REACH), 0.0);
+    weight *= max(agree * agree, 1e-3);
+#endif
+    return z > 0.0 ? weight : 0.0;
+}
+
+// A value that may enter a sum. What an earlier stage wrote may always.
+bool is_sound(int signal, vec4 value)
+{
+#if !IS_FIRST
+    return true;
+#elif IS_VISIBILITY
+    return is_finite(value.x) && value.x >= 0.0 && value.x <= 1.0;
+#else
+    bool is_light = is_finite(value) && all(greaterThanEqual(value.rgb, vec3(0.0)))
+                 && all(lessThanEqual(value.rgb, vec3(u_value_bound)));
+    return is_light && (holds_z(signal) || (value.a >= 0.0 && value.a <= 1.0));
+#endif
+}
+
+float z_of(ivec2 texel, vec4 values[SIGNAL_COUNT])
+{
+#if Z_SIGNALS > 0 && IS_VISIBILITY
+    return values[0].y;
+#elif Z_SIGNALS > 0
+    return values[Z_SIGNALS == 2 ? 1 : 0].a;
+#else
+    return gbuffer_z_vs(texel);
+#endif
+}
+
+// Whether a pixel whose values hold z has many rays of its own.
+bool is_edge(ivec2 texel, float z)
+{
+#if PARTS_EDGES == 1
+    return z < 0.0;
+#elif PARTS_EDGES == 2
+    return u_has_own_rays && texelFetch(t_own_places, texel, 0).x < 0.0;
+#else
+    return false;
+#endif
+}
+
+bool is_centre_edge(ivec2 pixel)
+{
+    ivec2 texel = pixel * u_stride;
+    vec4 values[SIGNAL_COUNT];
+    for (int i = 0; i < SIGNAL_COUNT; ++i)
+        values[i] = value_at(i, pixel);
+    return is_edge(texel, z_of(texel, values));
+}
+
+struct Sum {
+    vec4 value;
+    float weight;
+};
+
+void add_tap(inout Sum sums[SIGNAL_COUNT], Centre c, ivec2 pixel, ivec2 size, float weight)
+{
+    ivec2 inside = clamp(pixel, ivec2(0), size - 1);
+    ivec2 texel = inside * u_stride;
+    vec4 values[SIGNAL_COUNT];
+    for (int i = 0; i < SIGNAL_COUNT; ++i)
+        values[i] = value_at(i, inside);
+    float z = z_of(texel, values);
+#if PARTS_EDGES == 1
+    weight *= same_surface(c, texel, abs(z));
+#else
+    weight *= same_surface(c, texel, z);
+#endif
+#if STAGE != STAGE_UPSAMPLE
+    weight *= is_edge(texel, z) == c.is_edge ? 1.0 : OTHER_WEIGHT;
+#endif
+    for (int i = 0; i < SIGNAL_COUNT; ++i) {
+        bool use = is_sound(i, values[i]) && inside == pixel && weight > 0.0;
+        sums[i].value += use ? values[i] * weight : vec4(0.0);
+        sums[i].weight += use ? weight : 0.0;
+    }
+}
+
+// What the stage makes of the surface at `texel`, whose depth is z; `pixel` is its place among
+// the values, or where the stage brings them to the frame's size, in the frame. Where the sign of z
+// says whose rays the values are, it does so afterwards.
+void filter_surface(ivec2 pixel, ivec2 texel, inout float z, inout vec4 results[SIGNAL_COUNT])
+{
+    ivec2 size = textureSize(t_value_0, 0);
+#if STAGE == STAGE_COPY
+    vec4 values[SIGNAL_COUNT];
+    for (int i = 0; i < SIGNAL_COUNT; ++i)
+        values[i] = value_at(i, pixel / u_stride);
+    for (int i = 0; i < SIGNAL_COUNT; ++i)
+        results[i] = is_sound(i, values[i]) ? values[i] : neutral(i);
+#else
+    Centre c = centre_at(texel, z);
+#if PARTS_EDGES && STAGE != STAGE_UPSAMPLE
+    c.is_edge = is_centre_edge(pixel);
+    z = PARTS_EDGES == 1 && c.is_edge ? -z : z;
+#endif
+    Sum sums[SIGNAL_COUNT];
+    for (int i = 0; i < SIGNAL_COUNT; ++i)
+        sums[i] = Sum(vec4(0.0), 0.0);
+#if STAGE == STAGE_SEPARABLE
+    // Tested at its end: in software other loops cost two rounds more than they run.
+    int i = -TAP_RADIUS;
+    do {
+        int trapezoid = min(min(4, 2 * TAP_RADIUS - 2), TAP_RADIUS + 1 - abs(i));
+        add_tap(sums, c, pixel + i * u_axis, size, float(trapezoid));
+    } while (++i <= TAP_RADIUS);
+#elif STAGE == STAGE_BOX
+    for (int y = -2; y < 2; ++y)
+        for (int x = -2; x < 2; ++x)
+            add_tap(sums, c, pixel + ivec2(x, y), size, 1.0);
+#else
+    // The four pixels of the values around the texel, bilinear times same_surface.
+    // Pixel p of the values sits on texel p * u_stride.
+    vec2 position = vec2(pixel) / float(u_stride);
+    ivec2 base = ivec2(floor(position));
+    vec2 f = position - vec2(base);
+    // Never exactly 0, so that a tap across an edge can be replaced by any other.
+    vec2 near = max(1.0 - f, vec2(1e-3));
+    vec2 far = max(f, vec2(1e-3));
+    add_tap(sums, c, base, size, near.x * near.y);
+    add_tap(sums, c, base + ivec2(1, 0), size, far.x * near.y);
+    add_tap(sums, c, base + ivec2(0, 1), size, near.x * far.y);
+    // Then the fourth. Where none of them lies on a thing so thin, what is known of it
+    // farther away, or else of the surroundings, is better than nothing: one loop for
+    // both, because one that runs no rounds takes the time of one in software.
+    int i = -1;
+    bool is_lost = false;
+    do {
+        ivec2 place = i < 0 ? ivec2(1) : ivec2(i & 3, i >> 2) - 1;
+        add_tap(sums, c, base + place, size, i < 0 ? far.x * far.y : 1.0);
+        is_lost = is_lost || (i < 0 && sums[0].weight < LEAST_WEIGHT);
+    } while (is_lost && ++i < 16);
+#endif
+    for (int i = 0; i < SIGNAL_COUNT; ++i)
+        results[i] = sums[i].weight > 0.0 ? sums[i].value / sums[i].weight : neutral(i);
+#endif
+}
