@@ -8,6 +8,12 @@ from oracle import analytic_pictures
 from passes.pass_harness import make_frame, make_scene, run_pass
 
 from ssdo_gl.passes.composite import CompositePass, Display
+from ssdo_gl.passes.edge_aware_filter import (
+    EdgeAwareFilterPass,
+    EdgeAwareFilterSettings,
+    LastStage,
+    Signal,
+)
 from ssdo_gl.passes.tone_map import CURVES, ToneMapPass, ToneMapSettings
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment, GradientEnvironment
@@ -168,6 +174,37 @@ def test_what_a_display_shows_is_what_the_tone_mapper_makes(gl, shaders, backgro
     found = run_pass(gl, shaders, both, frame, {name: images[name] for name in both.reads})
     np.testing.assert_allclose(found["display"], wanted, atol=DISPLAY_STEP)
     assert np.ptp(wanted[..., :3]) > 0.5
+
+
+@pytest.mark.parametrize("scale", [1.0, 0.5])
+@pytest.mark.parametrize("name", ["edge", "naive", "none"])
+def test_a_filter_may_end_where_the_terms_are_added_up(gl, shaders, name, scale):
+    images, _ = terms()
+    step = round(1.0 / scale)
+    raw = np.array(images["bounce_irradiance"][::step, ::step])
+    raw[..., 3] = images["z_vs"][::step, ::step, 0]
+    raw[4, -2] = np.nan
+    images["raw"] = raw
+    frame = make_frame(make_scene(camera=CAMERA), SIZE)
+    whole = EdgeAwareFilterPass(
+        "filter", EdgeAwareFilterSettings(filter=name), Signal("raw", "smooth", holds_z=True)
+    )
+
+    def made_by(item):
+        return run_pass(gl, shaders, item, frame, {name: images[name] for name in item.reads})
+
+    images |= made_by(whole)
+    lights = ["direct_irradiance", "smooth"]
+    wanted = made_by(CompositePass(None, lights, ["emission"]))["beauty"]
+    end = LastStage(whole, scale)
+    assert (end.rest is None) == ((scale == 1.0 and name != "edge") or name == "none")
+    if end.rest is not None:
+        images |= made_by(end.rest)
+        assert images[end.source].shape == raw.shape
+    del images["smooth"]
+    found = made_by(CompositePass(None, lights[:1], ["emission"], last_stage=end))["beauty"]
+    np.testing.assert_array_equal(found, wanted)
+    assert np.all(np.isfinite(found)) and np.ptp(found) > 0.5
 
 
 def test_only_what_is_needed_is_read():

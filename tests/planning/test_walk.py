@@ -142,6 +142,36 @@ def test_the_bounce_adds_up_what_few_senders_send(scene, settings, is_summed):
     assert ("albedo" in bounce.reads) == is_summed
 
 
+@pytest.mark.parametrize(
+    ("wanted", "scene", "settings", "writes"),
+    [
+        (("display",), "cornell_meso", {}, "filtered_irradiance_before_last"),
+        (("display",), "cornell_meso", {"method": "ssdo"}, "directional_irradiance_before_last"),
+        (("display",), "cornell_meso", FEW, "filtered_irradiance_before_last"),
+        (("display",), "cornell_meso", {"filter": "naive"}, None),
+        (("display",), "cornell_meso", {"filter": "none"}, None),
+        (
+            ("display",),
+            "cornell_meso",
+            {**FEW, "filter": "naive"},
+            "filtered_irradiance_before_last",
+        ),
+        (("display", "directional"), "cornell_meso", {"method": "ssdo"}, "directional_irradiance"),
+        (("display",), METALS, {}, "filtered_irradiance"),
+        (("display",), "cornell_meso", {"method": "ssao"}, "visibility"),
+    ],
+)
+def test_a_filter_ends_where_only_the_picture_reads_it(wanted, scene, settings, writes):
+    pipeline = pipeline_of(wanted, load_scene(scene), **settings)
+    filters = ("ssao_filter", "directional_filter", FILTER)
+    order = compile_graph(pipeline.passes, pipeline.resources).order
+    written = [name for item in order if item.name in filters for name in item.writes]
+    assert written == ([] if writes is None else [writes])
+    (composite,) = (item for item in pipeline.passes if item.name == "composite")
+    assert (writes or "bounce_raw") in composite.reads
+    assert (FILTER in pipeline.skipped) == (writes is None)
+
+
 def test_the_g_buffer_writes_what_is_read():
     (depth_only,) = (p for p in pipeline_of(("depth",)).passes if p.name == "gbuffer")
     assert set(depth_only.writes) == {"z_vs"}
