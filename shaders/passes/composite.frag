@@ -9,7 +9,7 @@
 //   3 report: (visibility + 0.4) x direct, the INF584 report's empirical mix for SSAO
 //   4 report, ray-traced: direct + visibility / 2 (a grey, whatever the albedo)
 // GLOSSY: see lib/brdf.glsl;
-// <last_stage>: light that is filtered on the way, see last_stage/;
+// <last_stage>: light that is filtered on the way, see last_stages/;
 // IS_SHOWN 1: written as a display shows it; then see lib/displayed.glsl.
 #include "lib/gbuffer.glsl"
 #include "lib/reflected.glsl"

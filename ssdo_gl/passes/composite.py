@@ -113,7 +113,7 @@ class CompositePass(RenderPass):
             **({} if last_stage is None else last_stage.defines),
         }
         kind_of_end = "none" if last_stage is None else "filtered"
-        self._choices = {"last_stage": f"last_stage/{kind_of_end}.glsl"}
+        self._choices = {"last_stage": f"last_stages/{kind_of_end}.glsl"}
         wiring = {
             "t_z_vs": "z_vs",
             "t_normals_vs": "normals_vs" if number in (1, 2) else None,

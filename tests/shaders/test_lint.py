@@ -59,12 +59,8 @@ def read(name: str) -> str:
     return (ROOT / name).read_text(encoding="utf-8")
 
 
-# What stands behind an include of a shader: folder and files.
-CHOICES = {
-    "beyond_screen": ("beyond_screens", "unknown", "traced"),
-    "shadow_edge": ("shadow_edges", "filtered", "traced"),
-    "last_stage": ("last_stage", "none", "filtered"),
-}
+# What stands behind an include of a shader: one of the files in a folder named after it.
+CHOICES = ("beyond_screen", "shadow_edge", "last_stage")
 
 
 def choices_of(name: str) -> list[dict[str, str]]:
@@ -75,8 +71,8 @@ def choices_of(name: str) -> list[dict[str, str]]:
     takes_one = '#include "lib/estimator.glsl"' in read(name)
     estimators = [dict(estimator.choices) for estimator in able] if takes_one else [{}]
     others = [
-        [{key: f"{folder}/{one}.glsl"} for one in files]
-        for key, (folder, *files) in CHOICES.items()
+        [{key: f"{key}s/{path.name}"} for path in sorted((ROOT / f"{key}s").iterdir())]
+        for key in CHOICES
         if f"#include <{key}>" in read(name)
     ]
     return [
