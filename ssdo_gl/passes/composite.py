@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
 from functools import partial
-from typing import ClassVar, Literal, NamedTuple
+from typing import ClassVar, Literal, NamedTuple, Protocol
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.brdf_wiring import brdf_wiring, gloss_draws
-from ssdo_gl.passes.edge_aware_filter import LastStage
 from ssdo_gl.passes.environment_uniforms import (
     MAP_IRRADIANCE,
     MAP_RADIANCE,
@@ -37,6 +36,25 @@ class Display(NamedTuple):
     writes: Mapping[str, TextureSpec]
     defines: Mapping[str, int]
     uniforms: Mapping[str, object]
+
+
+class Ending(Protocol):
+    """What makes an irradiance ready for the sum: the file behind ``#include <last_stage>``."""
+
+    @property
+    def defines(self) -> Mapping[str, int]:
+        """Of its shader."""
+
+    @property
+    def wiring(self) -> Mapping[str, str]:
+        """The resource behind each sampler."""
+
+    @property
+    def key(self) -> Hashable:
+        """All that distinguishes two of these."""
+
+    def uniforms(self, context: PassContext) -> Mapping[str, object]:
+        """Return those of its shader."""
 
 
 _AS_IT_IS = Display({"beauty": TextureSpec(4, "f4")}, {"TONE_CURVE": 0, "BACKGROUND": 0}, {})
@@ -65,7 +83,7 @@ class CompositePass(RenderPass):
         Surfaces may be glossy.
     display : Display or None
         Write what it shows instead of `beauty`.
-    last_stage : LastStage or None
+    last_stage : Ending or None
         Of the filter of another irradiance, which is added after the others.
     """
 
@@ -84,7 +102,7 @@ class CompositePass(RenderPass):
         combine: OcclusionMode = "ambient",
         glossy: bool = False,
         display: Display | None = None,
-        last_stage: LastStage | None = None,
+        last_stage: Ending | None = None,
     ) -> None:
         self.irradiances = tuple(irradiances)
         self.visibility = visibility
