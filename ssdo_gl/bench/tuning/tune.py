@@ -166,8 +166,9 @@ def within_budget(
     )
     if best < 0:
         sentence = (
-            f"no measured setting fits {budget_ms:g} ms at {settings.size[0]}x"
-            f"{settings.size[1]}: the cheapest, {rung.label}, takes {frame_ms:.1f} ms ({tail})"
+            f"no measured setting fits {budget_ms:g} ms, with {percent(1.0 - FILL)} to spare, at"
+            f" {settings.size[0]}x{settings.size[1]}: the cheapest, {rung.label}, takes"
+            f" {frame_ms:.1f} ms ({tail})"
         )
     else:
         sentence = f"chose {rung.label}: {frame_ms:.1f} ms of {budget_ms:g} ms, {tail}"
