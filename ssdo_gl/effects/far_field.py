@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import moderngl
@@ -143,6 +144,8 @@ class FarProbesPass(RenderPass):
         known = facts_of(context, FAR_RADIANCE, ProbeRays)
         if known is not None and known.source == source:
             same = known if known.light == light else known.of_light(light)
+            # Light that has come to rest is waited for: pixels have no rays of their own before.
+            same = replace(same, following=ALL_QUARTERS) if context.is_complete else same
             return context.last[FAR_RADIANCE].texture, same
         columns, rows = (-(-n // 2) * 2 * self.settings.directions for n in points.size)
         waits = 0

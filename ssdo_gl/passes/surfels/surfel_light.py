@@ -6,9 +6,8 @@ follow where lights move.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator, Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
-from itertools import islice
 
 import moderngl
 
@@ -35,8 +34,9 @@ from ssdo_gl.scene.environment import Environment
 
 # More groups of lights than this are drawn from by chance instead of gone through.
 MOST_GROUPS = 16
-# Bounces of a live frame.
-LIVE_BOUNCES = 2
+# Bounces of a live frame while direct light changes, and once it rests: then no shadow rays are
+# traced, which took as long as two more of them.
+LIVE_BOUNCES, RESTING_BOUNCES = 2, 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,13 +191,13 @@ class Convergence:
         Stand for direct light, and for what surfels see of each other.
     last_but_one : Texture
         The bounce before.
-    factors : iterator of float
+    factors : tuple of float
         Of the steps that are left.
     """
 
     sources: tuple[object, ...]
     last_but_one: moderngl.Texture
-    factors: Iterator[float]
+    factors: tuple[float, ...]
 
 
 class SurfaceCachePass(RenderPass):
@@ -223,13 +223,13 @@ class SurfaceCachePass(RenderPass):
         if known is not None and known.sources[0] is hits.surfels:
             last, last_but_one = context.last["surface_cache"].texture, known.last_but_one
             goes_on = all(a is b for a, b in zip(known.sources, sources, strict=True))
-            factors = known.factors if goes_on else relaxation(hits.kept)
-            steps = list(islice(factors, LIVE_BOUNCES))
-            self.is_settled = len(steps) < LIVE_BOUNCES
+            factors = known.factors if goes_on else tuple(relaxation(hits.kept))
+            count = RESTING_BOUNCES if context.is_complete else LIVE_BOUNCES
+            steps, factors = factors[:count], factors[count:]
         else:
             last, last_but_one = bounces.texture(0.0), bounces.texture(0.0)
-            factors, steps = iter(()), list(relaxation(hits.kept))
-            self.is_settled = True
+            steps, factors = tuple(relaxation(hits.kept)), ()
+        self.is_settled = not factors
         for over in steps:
             last_but_one, last = last, bounces.step(direct, last, last_but_one, over)
         made = Convergence(sources, last_but_one, factors)
