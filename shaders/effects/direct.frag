@@ -7,6 +7,7 @@
 // HAS_SHADING_NORMALS: see lights/lights.glsl.
 // HAS_LIFT: smooth surfaces are shadowed from where they would be, not from their triangles.
 // <shadow_edge>: who decides where texels of a map disagree, see shadow_edges/.
+// IS_OPEN: where it is drawn, nothing stands before the light.
 // GLOSSY: surfaces may be glossy, and what they reflect of the light goes to a target of its own.
 #if __VERSION__ >= 400
 #define HAS_GATHER 1
@@ -32,13 +33,6 @@ layout(location = 1) out vec4 o_gloss;  // radiance; alpha 0: senders do not pas
 // Light that grazes a triangle by less than this cosine finds its map of little use: what
 // stands before it barely rises over the tangent plane.
 const float GRAZING = 0.01;
-
-// Half of what the light measures along a unit vector.
-float half_extent_along(Light light, vec3 w)
-{
-    bool has_area = LIGHT_FORM == FORM_AREA;
-    return has_area ? abs(dot(light.axis_vs, w)) + abs(dot(light.second_axis_vs, w)) : 0.0;
-}
 
 // Whether any of the light is below the horizon of the plane across m, or grazes it.
 bool is_partly_below(Light light, vec3 p_vs, vec3 m_vs)
@@ -98,7 +92,7 @@ void main()
 {
     ivec2 texel = ivec2(gl_FragCoord.xy);
     bool is_surface = gbuffer_z_vs(texel) > 0.0;
-#if !(CASTS_SHADOW && IS_SOFT)
+#if !(CASTS_SHADOW && IS_SOFT) || IS_OPEN
     // Only the soft shadow needs its neighbours to go on.
     if (!is_surface) {
         o_irradiance = vec4(0.0);
@@ -134,7 +128,7 @@ void main()
 #endif
     vec3 irradiance = unshadowed_irradiance(light, p_vs, n_vs, horizon_vs);
     vec2 visibility = vec2(1.0);
-#if CASTS_SHADOW
+#if CASTS_SHADOW && !IS_OPEN
     // In a light's own plane, where it gives nothing, visibility has no meaning.
     bool is_lit = is_surface && largest_component(irradiance) > 0.0;
 #if GLOSSY || !TRACES_PENUMBRAE

@@ -52,6 +52,13 @@ const vec3 KRONECKER_STEP = vec3(KRONECKER_ALPHA) / 4294967296.0;
 
 const bool IS_PARALLEL = LIGHT_FORM == FORM_PARALLEL;
 
+// Half of what the light measures along a unit vector.
+float half_extent_along(Light light, vec3 w)
+{
+    bool has_area = LIGHT_FORM == FORM_AREA;
+    return has_area ? abs(dot(light.axis_vs, w)) + abs(dot(light.second_axis_vs, w)) : 0.0;
+}
+
 struct ShadowMap {
     vec2 tile;            // of the first face, in tiles
     float span;           // of a face, in tiles

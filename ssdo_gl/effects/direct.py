@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import ClassVar, NamedTuple
+from typing import ClassVar
 
-import moderngl
 import numpy as np
 
 from ssdo_gl import math3d
@@ -18,14 +17,15 @@ from ssdo_gl.effects.scene_lights import USELESS_LIGHTS, need_of_direct_light
 from ssdo_gl.effects.shadows import ShadowMapSettings, unread_maps
 from ssdo_gl.gpu.clear import clear
 from ssdo_gl.gpu.device_geometry import Geometry
-from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.last_made import LastMade
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.passes.brdf_wiring import brdf_wiring, gloss_draws
+from ssdo_gl.passes.light_draws import FILTERED, Edge, LightDraw, draw_light, draw_tiles
 from ssdo_gl.passes.light_rows import light_rows
+from ssdo_gl.passes.light_tiles import MapsInQuads, light_tiles
 from ssdo_gl.passes.quads import quads_of
 from ssdo_gl.passes.rays import ray_defines, ray_reads, ray_uniforms
 from ssdo_gl.passes.screen_space_settings import pattern_offset
@@ -94,18 +94,6 @@ def uniforms(settings: DirectSettings, frame: Frame) -> dict[str, object]:
         "u_pattern_offset": pattern_offset(frame.first_seed + number // TURNS),
         "u_pattern_turn": number % BLOCK_SETS,
     }
-
-
-class _Edge(NamedTuple):
-    """A file of ``shadow_edges``, and what it needs."""
-
-    name: str
-    defines: Mapping[str, int] = {}
-    uniforms: Mapping[str, object] = {}
-    textures: Mapping[str, moderngl.Texture] = {}
-
-
-_FILTERED = _Edge("filtered")
 
 
 class DirectPass(RenderPass):
@@ -191,13 +179,13 @@ class DirectPass(RenderPass):
             lambda: [math3d.read_only(row) for row in light_rows(scene.lights, frames, view)],
         )
         common = uniforms(self.settings, context.frame)
-        inputs, in_quads = dict(context.inputs), 0
+        inputs, maps = dict(context.inputs), None
         if self.shadow_maps:
             atlas = inputs["shadow_atlas"]
-            common["u_shadow_tile_texels"] = atlas.width // columns
+            texels = common["u_shadow_tile_texels"] = atlas.width // columns
             quads = quads_of(context.gl, context.shaders, atlas)
             if quads is not None:
-                inputs["shadow_atlas"], in_quads = quads, 1
+                inputs["shadow_atlas"], maps = quads, MapsInQuads(quads, frames, texels)
         draws = gloss_draws(context.frame, self.glossy)
         if not chosen or len(draws) > 1:
             clear(context.gl, context.shaders, context.target)
@@ -208,29 +196,31 @@ class DirectPass(RenderPass):
             footprint = {"u_gloss_footprint": self.settings.gloss_footprint} if filters else {}
             gloss = {"GLOSSY": glossy, "FILTERS_GLOSS": int(filters)}
             for i, switches in chosen.items():
-                defines = {**switches, **gloss, "IN_QUADS": in_quads}
+                defines = {**switches, **gloss, "IN_QUADS": int(maps is not None)}
                 # Panels that stand for a body of another shape lie within it.
                 is_traced = switches["CASTS_SHADOW"] and i not in parts
-                edge = self._edge(context) if is_traced else _FILTERED
-                choices = {"shadow_edge": f"shadow_edges/{edge.name}.glsl"}
-                draw_fullscreen(
-                    context.gl,
-                    context.shaders.fullscreen(
-                        "effects/direct.frag", {**edge.defines, **defines}, choices
-                    ),
-                    context.target,
-                    {**common, **footprint, **edge.uniforms, "u_light": rows[i]},
-                    {**textures, **edge.textures},
-                    region=region,
+                edge = self._edge(context) if is_traced else FILTERED
+                drawing = LightDraw(
+                    edge,
+                    defines,
+                    {**common, **footprint, "u_light": rows[i]},
+                    textures,
+                    region,
                     # The first overwrites, which is cheaper.
                     adds=i != next(iter(chosen)),
                     keeps_last=self.glossy and not glossy,
                 )
+                tiles = None
+                if maps is not None and not glossy and drawing.is_told_by_map:
+                    tiles = light_tiles(context, maps, i, drawing)
+                draw_light(context, drawing) if tiles is None else draw_tiles(
+                    context, drawing, tiles
+                )
 
-    def _edge(self, context: PassContext) -> _Edge:
+    def _edge(self, context: PassContext) -> Edge:
         """Return how it is judged where shadows of a light end."""
         if self._rays is None:
-            return _FILTERED
+            return FILTERED
         tables = {sampler: context.inputs[name] for sampler, name in self._ray_wiring.items()}
         count = self.settings.penumbra_rays
         counts = {"RAYS_ALL": max(count // 8, 1), "RAYS_EDGE": count}
@@ -238,7 +228,7 @@ class DirectPass(RenderPass):
         # Frames of one view go on in the sequence; those of one that moves have the same points.
         first = (0.5 + np.multiply(context.frame.seed * count, R2_STEP)) % 1.0
         uniforms = {**ray_uniforms(context), "u_edge_points": tuple(first)}
-        return _Edge("traced", defines, uniforms, tables)
+        return Edge("traced", defines, uniforms, tables)
 
     def _places(self, scene: Scene, geometry: Geometry) -> _ShadowPlaces:
         """Return what does not depend on the view."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import moderngl
 
@@ -11,6 +11,20 @@ from ssdo_gl.gpu.color_mask import last_kept
 from ssdo_gl.gpu.shader import Program
 from ssdo_gl.gpu.slices import bands
 from ssdo_gl.math3d import Region
+
+
+class Points(NamedTuple):
+    """Points of which a vertex shader makes tiles, in place of one triangle.
+
+    Attributes
+    ----------
+    number : int
+    reach : (int, int)
+        Width and height of the viewport in pixels, in which the target lies at the lower left.
+    """
+
+    number: int
+    reach: tuple[int, int]
 
 
 def draw_fullscreen(
@@ -23,8 +37,9 @@ def draw_fullscreen(
     region: Region | None = None,
     adds: bool = False,
     keeps_last: bool = False,
+    points: Points | None = None,
 ) -> None:
-    """Shade every pixel of `target`: one triangle, or groups of a compute shader.
+    """Shade every pixel of `target`, or of `points`: one triangle, or groups of a compute shader.
 
     Parameters
     ----------
@@ -50,7 +65,8 @@ def draw_fullscreen(
     whole = (0, 0, *target.size)
     if keeps_last:
         with last_kept(target):
-            draw_fullscreen(gl, program, target, uniforms, textures, region=region, adds=adds)
+            more: dict[str, Any] = {"region": region, "adds": adds, "points": points}
+            draw_fullscreen(gl, program, target, uniforms, textures, **more)
         return
     parts = (region or whole,) if gl.extra is None else bands(gl, program, region or whole)
     for band in parts:
@@ -58,6 +74,9 @@ def draw_fullscreen(
             program.set(uniforms, textures)
             program.check_complete(textures)
             program.compute.run(gl, _textures(target), band, adds=adds)
+            continue
+        if points is not None:
+            _draw_points(gl, program, target, uniforms, textures, band, adds, points)
             continue
         # All state, for each: between two bands other things may be drawn.
         gl.enable_only(moderngl.BLEND if adds else moderngl.NOTHING)
@@ -77,6 +96,30 @@ def draw_fullscreen(
         target.scissor = whole
     if adds or program.compute is not None:
         gl.enable_only(moderngl.NOTHING)
+
+
+def _draw_points(
+    gl: moderngl.Context,
+    program: Program,
+    target: moderngl.Framebuffer,
+    uniforms: Mapping[str, object],
+    textures: Mapping[str, moderngl.Texture],
+    band: Region,
+    adds: bool,
+    points: Points,
+) -> None:
+    size = moderngl.PROGRAM_POINT_SIZE
+    gl.enable_only(size | moderngl.BLEND if adds else size)
+    gl.blend_func = moderngl.ONE, moderngl.ONE
+    target.viewport = (0, 0, *points.reach)
+    target.scissor = band
+    target.use()
+    program.set(uniforms, textures)
+    program.check_complete(textures)
+    program.empty_vertex_array().render(moderngl.POINTS, vertices=points.number)
+    target.viewport = (0, 0, *target.size)
+    target.scissor = (0, 0, *target.size)
+    gl.enable_only(moderngl.NOTHING)
 
 
 def _textures(target: moderngl.Framebuffer) -> Sequence[moderngl.Texture]:

@@ -1,0 +1,104 @@
+"""Tells tiles of pixels that a light reaches whole, or not at all: those need not read its map."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import moderngl
+import numpy as np
+
+from ssdo_gl.gpu.fullscreen import draw_fullscreen
+from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.graph.render_pass import PassContext
+from ssdo_gl.passes.light_draws import MIXED, TILE_PIXELS, LightDraw
+from ssdo_gl.passes.shadow_blocks import BLOCK_TEXELS, ShadowBlocks
+from ssdo_gl.scene.shadow_frames import ShadowFrame
+
+# To tell so few apart takes as long as they do.
+LEAST_TILES = 128
+# The share of tiles that must be told for it to pay, of sharp lights and of those with a size: in
+# `courtyard` by a lamp a fifth is, and direct light would take 1.15 of its time.
+LEAST_TOLD = (0.3, 0.1)
+# The share is asked for again after so many draws.
+TURNS = 16
+
+
+class MapsInQuads(NamedTuple):
+    """The maps of all lights, from `quads_of`; their frames; texels along a tile of the atlas."""
+
+    quads: moderngl.Texture
+    frames: Sequence[ShadowFrame | None]
+    tile_texels: int
+
+
+class _Telling:
+    """What tiles are told by, kept with the maps, and for which lights it pays."""
+
+    def __init__(self, context: PassContext, maps: MapsInQuads) -> None:
+        self.blocks = ShadowBlocks(context.gl, context.shaders, *maps)
+        self.size = (0, 0)
+        self.turns: dict[int, int] = {}
+        self.pays: dict[int, bool] = {}
+
+    def fit(self, gl: moderngl.Context, size: tuple[int, int]) -> None:
+        """Have columns and rows of tiles."""
+        if self.size != size:
+            self.size = size
+            self.tiles = make_texture(gl, size, 1, "f4")
+            self.target = make_framebuffer(gl, [self.tiles])
+            self.turns.clear()
+
+    def tell(self, context: PassContext, maps: MapsInQuads, light: LightDraw) -> None:
+        """Find out what tiles see of a light."""
+        switches = ("LIGHT_FORM", "IS_SOFT", "HAS_LIFT")
+        defines = {name: light.defines[name] for name in switches}
+        inputs = ("t_z_vs", "t_normals_vs", *(("t_lift_vs",) if defines["HAS_LIFT"] else ()))
+        shader = "passes/light_tiles.frag"
+        draw_fullscreen(
+            context.gl,
+            context.shaders.fullscreen(shader, {**defines, "TILE_PIXELS": TILE_PIXELS}),
+            self.target,
+            {
+                **context.frame.view.uniforms(),
+                "u_light": light.uniforms["u_light"],
+                "u_shadow_tile_texels": maps.tile_texels,
+                "u_block_grid": self.blocks.grid,
+            },
+            {
+                **{name: light.textures[name] for name in inputs},
+                "t_shadow_blocks": self.blocks.texture,
+            },
+        )
+
+
+def light_tiles(
+    context: PassContext, maps: MapsInQuads, number: int, light: LightDraw
+) -> moderngl.Texture | None:
+    """Return which tiles a light leaves dark, open or mixed; None: that would not pay.
+
+    What is drawn by them is bit for bit what pixels find, but for what grazes a surface in the
+    dark: there a pixel may find nothing above its own plane, where all of the map is before it.
+
+    Parameters
+    ----------
+    number : int
+        Of the light in the scene.
+    """
+    assert context.target is not None
+    width, height = context.target.size
+    columns, rows = -(-width // TILE_PIXELS), -(-height // TILE_PIXELS)
+    is_apart = maps.tile_texels % BLOCK_TEXELS == 0
+    if maps.frames[number] is None or columns * rows < LEAST_TILES or not is_apart:
+        return None
+    telling = maps.quads.extra = maps.quads.extra or _Telling(context, maps)
+    telling.fit(context.gl, (columns, rows))
+    turn = telling.turns.get(number, 0)
+    telling.turns[number] = turn + 1
+    if turn % TURNS and not telling.pays[number]:
+        return None
+    telling.tell(context, maps, light)
+    if turn % TURNS == 0:
+        told = np.frombuffer(telling.tiles.read(), np.float32) != MIXED
+        telling.pays[number] = bool(told.mean() >= LEAST_TOLD[light.defines["IS_SOFT"]])
+    return telling.tiles if telling.pays[number] else None
