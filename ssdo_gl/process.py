@@ -6,6 +6,8 @@ import errno
 import os
 import signal
 import sys
+import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,6 +19,8 @@ from ssdo_gl.user_error import UserError
 EXIT_OK, EXIT_USER, EXIT_NO_OPENGL, EXIT_MISSED = 0, 2, 3, 4
 EXIT_INTERRUPTED = 128 + signal.SIGINT
 EXIT_BROKEN_PIPE = 128 + 13  # SIGPIPE, which Windows does not name
+# How long to wait before it is looked again whether a signal can be heard.
+RETRY_S = 0.001
 
 
 class LostOutputError(UserError):
@@ -134,10 +138,46 @@ def signals_as_exceptions() -> Iterator[None]:
         yield
         return
     try:
-        yield
+        with _lost_signals_sent_again():
+            yield
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+@contextmanager
+def _lost_signals_sent_again() -> Iterator[None]:
+    """Send a signal again whose exception was raised in a finalizer, where Python drops it.
+
+    Textures that are dropped are so often finalized that one signal in 300 met that in a bench.
+    """
+    before, is_busy = sys.unraisablehook, False
+
+    def send_again(number: int) -> None:
+        while is_busy:
+            time.sleep(RETRY_S)
+        signal.raise_signal(number)
+
+    def hook(lost: sys.UnraisableHookArgs) -> None:
+        nonlocal is_busy
+        if isinstance(lost.exc_value, KeyboardInterrupt):
+            number = signal.SIGINT
+        elif isinstance(lost.exc_value, SystemExit):
+            number = signal.SIGTERM
+        else:
+            before(lost)
+            return
+        # What a signal raises in here is dropped, too. Python looks for signals at calls and
+        # jumps back, so that there is no such place after the last line.
+        is_busy = True
+        threading.Thread(target=send_again, args=(number,), daemon=True).start()
+        is_busy = False
+
+    sys.unraisablehook = hook
+    try:
+        yield
+    finally:
+        sys.unraisablehook = before
 
 
 def give_back_memory() -> None:

@@ -167,3 +167,25 @@ def test_an_interrupt_while_a_file_is_written_leaves_nothing(tmp_path, number):
     assert result.returncode == 128 + number, result.stderr
     assert b"Traceback" not in result.stderr
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_of_a_finalizer_ends_the_command(tmp_path, number):
+    """Python drops what is raised there; the command waits here until it ends."""
+    result = interrupted(
+        number,
+        tmp_path,
+        "import time\n"
+        "from ssdo_gl.renderer import Renderer\n"
+        "class Waste:\n"
+        "    def __del__(self):\n"
+        "        strike()\n"
+        "def render(*words, **options):\n"
+        "    Waste()\n"
+        "    while True:\n"
+        "        time.sleep(0.01)\n"
+        "Renderer.render = render",
+    )
+    assert result.returncode == 128 + number, result.stderr
+    assert b"ignored" not in result.stderr and b"Traceback" not in result.stderr
+    assert list(tmp_path.iterdir()) == []
