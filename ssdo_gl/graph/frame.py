@@ -193,8 +193,7 @@ class Frame:
     moves : int
         Of a live frame that may be averaged with those before it, its number among them:
         camera or bodies have moved since the last one, lights have not, but for those of `gi` that
-        an animation moves. 0: it is to be as
-        a single frame is.
+        an animation moves. 0: it is to be as a single frame is.
     gloss_region : Region or None
         Outside it no surface in view is glossy. None: nothing is known of that.
     """

@@ -105,7 +105,6 @@ class CompositePass(RenderPass):
         last_stage: Ending | None = None,
     ) -> None:
         self.irradiances = tuple(irradiances)
-        self.visibility = visibility
         self.glossy = glossy
         self.changed = partial(
             CompositePass,
