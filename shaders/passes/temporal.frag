@@ -30,6 +30,8 @@ uniform float u_most_frames;     // averaged at most
 // the bottom of a groove is taken for its rim, with .1 curved surfaces forget too much.
 const float PLANE_TOLERANCE = 0.3;
 const float NORMAL_TOLERANCE = 0.43;
+#else
+uniform float u_frames;          // that the image itself is as good as
 #endif
 
 layout(location = 0) out vec4 o_value_0;
@@ -135,8 +137,8 @@ void main()
 #if IMAGE_COUNT > 1
     values[1] = texelFetch(t_value_1, texel, 0);
 #endif
-    float frames = 1.0;
 #if HAS_PAST
+    float frames = 1.0;
     if (z > 0.0) {
         Past past = past_of(texel, z);
         frames = min(past.frames, u_most_frames - 1.0) + 1.0;
@@ -149,6 +151,8 @@ void main()
             values[i] = is_finite(values[i]) ? average : past.values[i];
         }
     }
+#else
+    float frames = u_frames;
 #endif
     for (int i = 0; i < IMAGE_COUNT; ++i)
         values[i] = is_finite(values[i]) ? values[i] : vec4(0.0);

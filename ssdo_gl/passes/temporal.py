@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import moderngl
 import numpy as np
@@ -13,9 +13,12 @@ from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.graph.frame import Frame, FrameView
 from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.passes.far_probes import ProbeRays
+from ssdo_gl.passes.own_lookup import OWN_RAYS, OwnRays
 from ssdo_gl.settings.fields import setting
 
 TEMPORAL = "temporal"
+FEWEST_FRAMES_TO_HOLD = 3.0
 
 
 @dataclass(frozen=True)
@@ -56,6 +59,12 @@ class Averages:
         z, frames averaged, and the shading normal.
     spare : Framebuffer or None
         The one before, to be drawn into next.
+    rest : ProbeRays or None
+        Whose rays of pixels' own they show, of a view at rest.
+    is_long : bool
+        Nothing but the camera has moved, so that nothing in them lags behind.
+    is_held : bool or None
+        They are shown until all rays of pixels' own are traced; None: it was not asked yet.
     """
 
     made_from: Hashable
@@ -64,6 +73,9 @@ class Averages:
     ends: tuple[Hashable, ...]
     target: moderngl.Framebuffer
     spare: moderngl.Framebuffer | None = None
+    rest: ProbeRays | None = None
+    is_long: bool = False
+    is_held: bool | None = None
 
     @property
     def textures(self) -> list[moderngl.Texture]:
@@ -80,6 +92,16 @@ class Averages:
     def is_still_in(self, frame: Frame) -> bool:
         """Return whether neither bodies nor lights nor environment have changed since."""
         return self.versions == versions(frame)
+
+    def are_of(self, frame: Frame) -> bool:
+        """Return whether they show that very frame."""
+        return self.view.key() == frame.view.key() and self.is_still_in(frame)
+
+    def mean_frames(self) -> float:
+        """Return over how many frames what is in view is averaged."""
+        surfaces = np.frombuffer(self.textures[-1].read(), np.float32).reshape(-1, 4)
+        frames = surfaces[surfaces[:, 0] > 0.0, 1]
+        return float(frames.mean()) if len(frames) else 0.0
 
 
 def versions(frame: Frame) -> tuple[Hashable, ...]:
@@ -104,8 +126,9 @@ def uniforms(frame: Frame, last: FrameView, most_frames: int) -> dict[str, objec
 class TemporalPass(RenderPass):
     """Averages images with what earlier frames of a window saw of the same surfaces.
 
-    A frame that stands still, or whose lights have changed, comes out as it is. Values that are
-    not finite are left out.
+    A frame that stands still, or whose lights have changed, comes out as it is. But where pixels
+    have rays of their own the last average is shown until all of those at rest are traced, and
+    what these show is what the next motion goes on from. Values that are not finite are left out.
 
     Parameters
     ----------
@@ -119,6 +142,8 @@ class TemporalPass(RenderPass):
     lit_by : str
         The domain of lights whose change ends the past: ``lights``, or ``light_sources``, which
         are the same while an animation moves them.
+    has_own_rays : bool
+        Pixels have rays of their own.
     """
 
     depends_on = ("view", "geometry", "materials", "lights", "environment", "seed")
@@ -132,6 +157,8 @@ class TemporalPass(RenderPass):
         made_from: Hashable = None,
         unfiltered: tuple[str, str, float] | None = None,
         lit_by: str = "lights",
+        *,
+        has_own_rays: bool = False,
     ) -> None:
         self.name = name
         self.settings = settings
@@ -140,7 +167,8 @@ class TemporalPass(RenderPass):
         self.unfiltered = unfiltered
         self.lit_by = lit_by
         source = () if unfiltered is None else (unfiltered[1],)
-        self.reads = (*images, *source, "z_vs", "normals_vs")
+        own = OWN_RAYS[:1] if has_own_rays else ()
+        self.reads = (*images, *source, "z_vs", "normals_vs", *own)
         self.writes = {result: TextureSpec(4, own=True) for result in images.values()}
 
     def settings_key(self) -> Hashable:
@@ -150,6 +178,7 @@ class TemporalPass(RenderPass):
             self.made_from,
             self.unfiltered,
             self.lit_by,
+            self.reads,
         )
 
     def execute(self, context: PassContext) -> Produced:
@@ -158,7 +187,7 @@ class TemporalPass(RenderPass):
         current = [context.inputs[name] for name in self.images]
         known = self._known(context, current)
         if frame.moves == 0:
-            return self._made(current, known)
+            return self._at_rest(context, current, known)
         most = 0
         if known is not None and known.goes_on_with(frame.view, self._ends(frame)):
             is_still = context.is_complete and known.is_still_in(frame)
@@ -166,6 +195,25 @@ class TemporalPass(RenderPass):
             most = chosen.frames if is_still else chosen.frames_of_moving_bodies
         made = self._draw(context, current, known, most)
         return self._made(made.textures[:-1], made)
+
+    def _at_rest(
+        self, context: PassContext, current: list[moderngl.Texture], known: Averages | None
+    ) -> Produced:
+        """Hand the images on, or the last average while rays of pixels' own are being traced."""
+        frame, rays = context.frame, context.facts.get(OWN_RAYS[0])
+        if not isinstance(rays, OwnRays):
+            return self._made(current, known)
+        if rays.is_known and (known is None or known.rest is not rays.source):
+            # As many rays as so many frames in motion have.
+            drawn = self._draw(context, current, known, 0, float(self.settings.frames))
+            known = replace(drawn, rest=rays.source, is_long=True)
+        waits = bool(rays.textures) and not rays.is_known
+        if not waits or known is None or not known.is_long or not known.are_of(frame):
+            return self._made(current, known)
+        if known.is_held is None:
+            # After a jump there is little to hold, and a single frame in motion is noisy.
+            known = replace(known, is_held=known.mean_frames() >= FEWEST_FRAMES_TO_HOLD)
+        return self._made(known.textures[:-1] if known.is_held else current, known)
 
     def _known(self, context: PassContext, current: list[moderngl.Texture]) -> Averages | None:
         """Return what earlier frames have left of such images."""
@@ -188,8 +236,9 @@ class TemporalPass(RenderPass):
         current: list[moderngl.Texture],
         known: Averages | None,
         most_frames: int,
+        frames: float = 1.0,
     ) -> Averages:
-        """Return the averages with this frame."""
+        """Return the averages with this frame; without a past, it counts for `frames`."""
         frame = context.frame
         target = None if known is None else known.spare
         if target is None:
@@ -201,7 +250,7 @@ class TemporalPass(RenderPass):
         is_averaged = known is not None and most_frames > 0
         textures = {f"t_value_{i}": item for i, item in enumerate(current)}
         textures |= {f"t_{name}": context.inputs[name] for name in ("z_vs", "normals_vs")}
-        values = frame.view.uniforms()
+        values = {**frame.view.uniforms(), "u_frames": frames}
         if is_averaged:
             assert known is not None
             *past, surfaces = known.textures
@@ -218,7 +267,10 @@ class TemporalPass(RenderPass):
         draw_fullscreen(context.gl, program, target, values, textures)
         spare = None if known is None else known.target
         ends = self._ends(frame)
-        return Averages(self.made_from, frame.view, versions(frame), ends, target, spare)
+        is_long = is_averaged and most_frames == self.settings.frames
+        return Averages(
+            *(self.made_from, frame.view, versions(frame), ends, target, spare), is_long=is_long
+        )
 
     def _ends(self, frame: Frame) -> tuple[Hashable, ...]:
         """Return the versions of what frames are not averaged over."""

@@ -72,6 +72,10 @@ def averaged(
         name = f"{TEMPORAL}_{item.name.removesuffix('_filter')}"
         found.append(item.renamed({result: now for now, result in images.items()}))
         unfiltered = _unfiltered(item, passes, request, settings.unfiltered)
-        found.append(TemporalPass(name, settings, images, made_from, unfiltered, lit_by))
+        own = item.parts_edges
+        average = TemporalPass(
+            name, settings, images, made_from, unfiltered, lit_by, has_own_rays=own
+        )
+        found.append(average)
         reasons[name] = "averages what moves over frames"
     return tuple(found), reasons

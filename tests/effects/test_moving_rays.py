@@ -22,7 +22,7 @@ SIZE = (96, 54)
 STAIRS = load_scene("stairs")
 
 
-def moved(step: int) -> Camera:
+def moved(step: float) -> Camera:
     camera = STAIRS.camera
     x, y, z = camera.position
     return dataclasses.replace(camera, position=(x + 0.02 * step, y, z))
@@ -130,3 +130,43 @@ def test_variance_is_that_of_rays_of_the_probes_that_are_known(gl) -> None:
     values[1, :2, 3] = 0.0
     radiance = make_texture(gl, (4, 8), 4, "f4", values)
     assert variance_of_rays(radiance, known, 2, 2.0) == pytest.approx(0.0)
+
+
+def shown(renderer: Renderer, step: float) -> tuple[np.ndarray, bool]:
+    drawing = renderer.draw(("beauty",), camera=moved(step), count=4)
+    texture = drawing.planes["beauty"].texture
+    assert texture is not None
+    return np.array(read_texture(texture)[..., :3]), drawing.is_settled
+
+
+def rested(renderer: Renderer, step: float) -> list[np.ndarray]:
+    """Return the frames of a view until it stands for itself."""
+    found = [shown(renderer, step)]
+    while not found[-1][1]:
+        found.append(shown(renderer, step))
+    return [image for image, _ in found]
+
+
+def test_a_view_that_comes_to_rest_shows_what_it_did_until_its_own_rays_are_known() -> None:
+    with Renderer(STAIRS, settings()) as renderer:
+        last = [shown(renderer, step)[0] for step in range(12)][-1]
+        *waiting, final = rested(renderer, 11)
+    with Renderer(STAIRS, settings()) as renderer:
+        *dark, expected = rested(renderer, 11)
+    assert len(waiting) == 15
+    assert all(np.array_equal(image, last) for image in waiting)
+    assert np.array_equal(final, expected)
+    # March and lookup, which a view shows that has not moved before, are darker.
+    assert abs(final.mean() / last.mean() - 1.0) < 0.004 < final.mean() / dark[-1].mean() - 1.0
+
+
+def test_a_view_that_begins_to_move_goes_on_from_what_it_showed() -> None:
+    with Renderer(STAIRS, settings()) as renderer:
+        true = rested(renderer, 0.1)[-1]
+
+    def error(**overrides: Any) -> float:
+        with Renderer(STAIRS, settings(**overrides)) as renderer:
+            rested(renderer, 0.0)
+            return float(np.sqrt(np.mean((shown(renderer, 0.1)[0] - true) ** 2)))
+
+    assert error() < 0.5 * error(**{"temporal.frames": 1})

@@ -13,6 +13,8 @@ from passes.pass_harness import STORED_AS
 from ssdo_gl.gpu.device_geometry import Geometry
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.graph.render_pass import PassContext, TextureWithFacts
+from ssdo_gl.passes.far_probes import ProbeRays
+from ssdo_gl.passes.own_lookup import OWN_RAYS, OwnRays
 from ssdo_gl.passes.temporal import TemporalPass, TemporalSettings
 
 SIZE = (24, 16)
@@ -29,10 +31,15 @@ COLUMN, ROW = np.meshgrid(*(np.arange(n) - (n - 1) / 2.0 for n in SIZE))
 class Frames:
     """Frames of a window that a pass sees, one after the other."""
 
-    def __init__(self, gl, shaders, *, moves=True, unfiltered=None, lit_by="lights", **settings):
+    def __init__(
+        self, gl, shaders, *, moves=True, unfiltered=None, lit_by="lights", own=None, **settings
+    ):
         self.gl, self.shaders = gl, shaders
-        chosen = TemporalSettings(**settings)
-        self.item = TemporalPass("temporal", chosen, {"now": "average"}, 1, unfiltered, lit_by)
+        self.own = own
+        chosen, images = TemporalSettings(**settings), {"now": "average"}
+        self.item = TemporalPass(
+            "temporal", chosen, images, 1, unfiltered, lit_by, has_own_rays=own is not None
+        )
         self.last: dict[str, TextureWithFacts] = {}
         self.count = 0
         self.moves = moves
@@ -52,14 +59,18 @@ class Frames:
         picture = tilted_plane(0.0, SIZE, view.tan_half_fov)
         image = np.asarray(image, np.float64)
         inputs = {**inputs_of(picture), "now": image, "raw": np.full_like(image, raw)}
+        inputs[OWN_RAYS[0]] = np.zeros_like(image)
         inputs["z_vs"] = np.full_like(inputs["z_vs"], z)
         textures = {
             name: texture_from_image(self.gl, inputs[name], STORED_AS.get(name, "f4"))
             for name in self.item.reads
         }
         geometry = Geometry(self.gl, frame.scene)
+        facts = {OWN_RAYS[0]: self.own}
         context = PassContext(
-            self.gl, self.shaders, geometry, frame, textures, None, last=self.last
+            *(self.gl, self.shaders, geometry, frame, textures, None),
+            facts=facts,
+            last=self.last,
         )
         self.last = dict(self.item.execute(context))
         geometry.release()
@@ -104,6 +115,59 @@ def test_what_stands_still_for_a_while_does_not_end_an_average(frames) -> None:
     frames.moves = True
     found = frames.show(noise(3))
     np.testing.assert_allclose(found, mean + (noise(3) - mean) / 3.0, atol=4.0 * ROUNDING)
+
+
+PROBES = ProbeRays((0, 0), 0, (0,))
+# What a view at rest traces, and what it has traced.
+TRACING = OwnRays(PROBES, (object(),))
+TRACED = dataclasses.replace(TRACING, is_known=True)
+
+
+def stopped(gl, shaders, count=3, **settings):
+    """Return the average of frames in motion; their view has just come to rest."""
+    frames = Frames(gl, shaders, own=OwnRays(PROBES), **settings)
+    for number in range(count):
+        mean = frames.show(noise(number))
+    frames.moves, frames.own = False, TRACING
+    return frames, mean
+
+
+def test_an_average_stays_until_all_rays_of_pixels_own_are_traced(gl, shaders) -> None:
+    frames, mean = stopped(gl, shaders)
+    for number in range(3, 6):
+        np.testing.assert_array_equal(frames.show(noise(number)), mean)
+    frames.own = TRACED
+    np.testing.assert_array_equal(frames.show(noise(6)), noise(6))
+
+
+@pytest.mark.parametrize("changes", [{"x_px": 1.0}, {"versions": {"lights": 1}}], ids=str)
+def test_an_average_does_not_stay_of_what_is_no_more(gl, shaders, changes) -> None:
+    frames, _ = stopped(gl, shaders)
+    np.testing.assert_array_equal(frames.show(noise(3), **changes), noise(3))
+
+
+def test_an_average_of_few_frames_does_not_stay(gl, shaders) -> None:
+    frames, _ = stopped(gl, shaders, 2)
+    np.testing.assert_array_equal(frames.show(noise(3)), noise(3))
+
+
+def test_an_average_beside_bodies_that_move_does_not_stay(gl, shaders) -> None:
+    frames, _ = stopped(gl, shaders, 5)
+    frames.moves = True
+    frames.show(noise(5), versions={"geometry": 1})
+    frames.moves = False
+    np.testing.assert_array_equal(frames.show(noise(6), versions={"geometry": 1}), noise(6))
+
+
+def test_motion_goes_on_from_a_view_whose_rays_are_traced(gl, shaders) -> None:
+    """These show the first one of ten offsets, and each frame in motion counts for a tenth."""
+    frames, _ = stopped(gl, shaders)
+    frames.own = TRACED
+    for number in range(4, 7):
+        np.testing.assert_array_equal(frames.show(noise(number)), noise(number))
+    frames.moves = True
+    expected = noise(4) + (noise(7) - noise(4)) / 10.0
+    np.testing.assert_allclose(frames.show(noise(7)), expected, atol=4.0 * ROUNDING)
 
 
 @pytest.mark.parametrize("step", [1.0, 0.375, -2.25])
