@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
+import pytest
 
 from ssdo_gl.raytracing.bvh import Bvh, build_bvh
 from ssdo_gl.raytracing.surfels import LIFT, POINT_COUNT, build_surfels
@@ -81,3 +82,22 @@ def test_only_so_many_are_torn_as_there_is_room_for() -> None:
     met = np.zeros((surfels.count, POINT_COUNT), dtype=np.int64)
     result = torn(surfels, bvh, met, np.full(met.shape, 0.05), surfels.count + 3)
     assert result.count == surfels.count + 3
+
+
+@pytest.mark.parametrize("room", [1, 2])
+def test_a_corner_has_its_third_part_where_there_is_room(room: int) -> None:
+    bvh = bvh_with_box_at(0.0)
+    surfels = build_surfels(bvh, 65535, 0.2)
+    corners = bvh.triangles.positions[bvh.primitive_triangles.reshape(-1)]
+    edge = corners[..., 0].max(where=np.ptp(corners[..., 2], axis=1)[:, None] > 1e-6, initial=-1.0)
+    sides = [
+        int(np.flatnonzero((np.ptp(at, axis=1) < 1e-6) & (np.abs(at[:, 0] - edge) < 1e-6))[0])
+        for at in (corners[..., 0], corners[..., 1])
+    ]
+    away = np.linalg.norm(surfels.positions.mean(axis=1)[:, :2] - edge, axis=1)
+    floor = int(np.argmin(np.where(surfels.looks[:, 2] > 0.9, away, np.inf)))
+    met = np.full((surfels.count, POINT_COUNT), NOTHING_MET, dtype=np.int64)
+    met[floor, ::2], met[floor, 1::2] = sides
+    result = torn(surfels, bvh, met, np.full(met.shape, 0.05), surfels.count + room)
+    assert result.count == surfels.count + room
+    assert np.count_nonzero(result.others) == room
