@@ -24,11 +24,11 @@ uniform mat3 u_last_from_view;   // rotation of the eye, ...
 uniform vec3 u_last_offset_vs;   // ... and where it is now, in the view of the last frame
 uniform vec2 u_jitter_uv;        // this frame's jitter less that of the last one
 uniform float u_most_frames;     // averaged at most
-
 // A tap of the last frame shows the same surface up to this many footprints of a pixel off
-// its plane, and this distance of octahedral codes (2 across the square): 25 degrees. With 1
-// the bottom of a groove is taken for its rim, with .1 curved surfaces forget too much.
-const float PLANE_TOLERANCE = 0.3;
+// its plane, and ...
+uniform float u_plane_tolerance;
+
+// ... this distance of octahedral codes (2 across the square): 25 degrees.
 const float NORMAL_TOLERANCE = 0.43;
 #else
 uniform float u_frames;          // that the image itself is as good as
@@ -112,7 +112,7 @@ Past past_of(ivec2 texel, float z)
     vec2 f = texels - vec2(place.base);
     vec3 plane = u_last_from_view * gbuffer_geometric_normal_vs(texel);
     place.rate = plane_rate(uv_of_texel(place.base) - u_jitter_uv, plane)
-               / (PLANE_TOLERANCE * pixel_height_at(max(z, -p.z)));
+               / (u_plane_tolerance * pixel_height_at(max(z, -p.z)));
     place.offset = plane_height(place.rate, f, -p.z);
     place.shading_code = oct_project(u_last_from_view * gbuffer_shading_normal_vs(texel));
     add_tap(past, place, ivec2(0, 0), (1.0 - f.x) * (1.0 - f.y));

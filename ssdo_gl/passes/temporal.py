@@ -20,6 +20,12 @@ from ssdo_gl.settings.fields import setting
 TEMPORAL = "temporal"
 FEWEST_FRAMES_TO_HOLD = 3.0
 
+# How many footprints of a pixel off its plane a surface may have been. With 1 the bottom of a
+# groove is taken for its rim, with .1 curved surfaces forget too much; but bodies that move are
+# looked for where they are now.
+PLANE_TOLERANCE = 0.3
+MOVING_TOLERANCE = 1.0
+
 
 @dataclass(frozen=True)
 class TemporalSettings:
@@ -257,6 +263,8 @@ class TemporalPass(RenderPass):
             textures |= {f"t_past_{i}": item for i, item in enumerate(past)}
             textures["t_past_surfaces"] = surfaces
             values = uniforms(frame, known.view, most_frames)
+            is_still = known.is_still_in(frame)
+            values["u_plane_tolerance"] = PLANE_TOLERANCE if is_still else MOVING_TOLERANCE
         defines = {"IMAGE_COUNT": len(current), "HAS_PAST": int(is_averaged), "UNFILTERED": 0}
         if is_averaged and self.unfiltered is not None:
             image, source, share = self.unfiltered

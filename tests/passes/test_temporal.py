@@ -193,6 +193,16 @@ def test_another_surface_is_not_averaged(frames, z) -> None:
     np.testing.assert_array_equal(frames.show(noise(1), z=z), noise(1))
 
 
+@pytest.mark.parametrize("z", [Z - 0.4 * PIXEL, Z + 0.4 * PIXEL])
+def test_a_body_that_moves_is_averaged_with_where_it_was(frames, z) -> None:
+    frames.show(noise(0), versions={"geometry": 1})
+    found = frames.show(noise(1), z=z, versions={"geometry": 2})
+    # In the middle, where no column of the picture is another's.
+    expected = 0.5 * (noise(0).astype(np.float64) + noise(1))
+    assert not np.array_equal(found, noise(1))
+    np.testing.assert_allclose(found[7:9, 11:13], expected[7:9, 11:13], rtol=0.1)
+
+
 def test_background_is_left_alone(frames) -> None:
     frames.show(noise(0), z=0.0)
     np.testing.assert_array_equal(frames.show(noise(1), z=0.0), noise(1))
