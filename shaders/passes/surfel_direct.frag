@@ -1,7 +1,7 @@
 #version 330 core
 // Irradiance of surfels straight from the scene's lights, glowing meshes and environment map,
 // by shadow rays from all their points. Emission that rays meet by chance is thus counted
-// nowhere else. Defines as in rays/surface_data.glsl and lib/environment.glsl;
+// nowhere else, but for a map's: see passes/surfel_sky.frag. Defines as in rays/surface_data.glsl and lib/environment.glsl;
 // PART_COUNT: parts in which the rays are traced, each in a tile of the image.
 #include "rays/surfel_points.glsl"
 
@@ -41,6 +41,10 @@ void main()
         LightSample light = sample_group(group, choice, u, at.start);
         vec3 arriving = unblocked_irradiance(at, light) / max(group.probability, 1e-30);
         float reach = needed_reach(group, light, arriving, RAY_FAR);
+#if ENVIRONMENT_KIND == 3
+        bool is_map = emitter_at(group.first).kind == EMITTER_MAP;
+        arriving *= is_map ? 1.0 - share_of_own_rays(at, light.w, light.density) : 1.0;
+#endif
         sum += light_is_blocked(at, light.w, reach) ? vec3(0.0) : arriving;
     }
     o_irradiance = vec4(sum / float(max(u_samples, 1)), 1.0);

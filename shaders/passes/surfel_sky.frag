@@ -1,7 +1,7 @@
 #version 330 core
 // Irradiance of surfels by the sky, through the directions in which their rays met nothing:
 // a tile of the image for each row of rays, whose sum it is. Defines as in
-// passes/surfel_rays.frag. A map is drawn from with the lights instead.
+// passes/surfel_rays.frag. A map is drawn from with the lights, too: both ways share its light.
 #include "rays/surfel_points.glsl"
 
 uniform usampler2D t_surfel_hits;
@@ -22,7 +22,8 @@ void main()
         if ((texelFetch(t_surfel_hits, texel, 0).x & 0xffffu) == 0xffffu) {
             int ray = row * SURFEL_RAYS_PER_SIDE + column;
             RaySurface at = surfel_point(surfel, ray * SURFEL_POINTS / ray_count);
-            sum += environment_radiance(surfel_direction(at, ray, seed));
+            vec3 w = surfel_direction(at, ray, seed);
+            sum += environment_radiance(w) * share_of_own_rays(at, w, map_density(w));
         }
     }
     o_irradiance = vec4(sum * (PI / float(ray_count)), 1.0);

@@ -5,6 +5,7 @@
 
 uniform usampler2D t_surfel_points;  // a row of tiles, one for each point
 uniform int u_surfel_rows;           // height of a tile
+uniform float u_rays_per_sample;     // rays of a surfel over its shadow rays
 
 const int SURFEL_POINTS = 16;
 
@@ -26,4 +27,12 @@ RaySurface surfel_point(ivec2 surfel, int point)
 vec3 surfel_direction(RaySurface at, int ray, uint seed)
 {
     return frame_from_z(at.normal) * cosine_hemisphere(random_2d(uint(ray), seed, 0u, true));
+}
+
+// How much of a map's light along `w`, which is drawn with density `drawn`, rays by
+// `surfel_direction` count: shadow rays count the rest (balance heuristic, Veach, Guibas 1995).
+float share_of_own_rays(RaySurface at, vec3 w, float drawn)
+{
+    float own = u_rays_per_sample * INV_PI * max(dot(w, at.normal), 0.0);
+    return drawn > 0.0 ? own / (own + drawn) : 1.0;
 }

@@ -49,10 +49,12 @@ class SkyLight:
 
 
 class SurfelSkyPass(RenderPass):
-    """Writes `surfel_sky`: irradiance by a sky that is not a map, a tile for each row of rays."""
+    """Writes `surfel_sky`: irradiance by the sky that rays met, a tile for each row of them.
+
+    Of a map it is what shadow rays, which draw from it, leave to these.
+    """
 
     name = "surfel_sky"
-    reads = ("bvh", "surfel_points", "surfel_hits")
     writes: Mapping[str, TextureSpec] = {"surfel_sky": TextureSpec(4, "f4", own=True)}
     depends_on = ("geometry", "environment")
     is_gradual = True
@@ -63,8 +65,9 @@ class SurfelSkyPass(RenderPass):
         features: RayFeatures,
         environment: Environment | None,
     ) -> None:
-        kind = environment_kind(environment)
-        self.shared = SurfelProgram(settings, features, 0 if kind == 3 else kind)
+        self.shared = SurfelProgram(settings, features, environment_kind(environment))
+        map_tables = ("ray_map_cells", MAP_RADIANCE) if self.shared.environment_kind == 3 else ()
+        self.reads = ("bvh", "surfel_points", "surfel_hits", *map_tables)
 
     def settings_key(self) -> Hashable:
         return self.shared

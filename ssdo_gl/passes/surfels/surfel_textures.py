@@ -131,6 +131,7 @@ class SurfelProgram:
                 **ray_uniforms(context),
                 **environment_uniforms(context.frame),
                 "u_surfel_rows": surfel_rows(context.facts["surfel_points"].count),
+                "u_rays_per_sample": side**2 / self.settings.light_samples,
                 "u_stream": stream_of(0, 0),
                 "u_shared_bits": (1 << int(math.log2(side))) - 1,
             }
