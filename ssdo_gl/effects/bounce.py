@@ -25,7 +25,7 @@ from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.edge_aware_filter import EdgeAwareFilterSettings
-from ssdo_gl.passes.own_lookup import OWN_RAYS, own_uniforms
+from ssdo_gl.passes.own_lookup import OWN_RAYS, lookup_uniforms, tell_all
 from ssdo_gl.passes.screen_space_settings import (
     ScreenSpaceSettings,
     defines,
@@ -172,6 +172,13 @@ class BouncePass(RenderPass):
     def settings_key(self) -> Hashable:
         return self.settings, self.sender_bound, tuple(self._defines.items()), self._terms
 
+    def unread(self, facts: Mapping[str, object]) -> frozenset[str]:
+        """Return all that march and senders read, where rays of pixels' own tell what arrives."""
+        if "t_own_near" not in self._wiring or not tell_all(facts):
+            return frozenset()
+        kept = {"z_vs", "normals_vs", self._wiring.get("t_added"), *OWN_RAYS}
+        return frozenset(self.reads) - kept
+
     def execute(self, context: PassContext) -> None:
         assert context.target is not None
         draw_fullscreen(
@@ -184,7 +191,7 @@ class BouncePass(RenderPass):
             context.target,
             {
                 **uniforms(self.settings, context.frame, self._has_back_layer, self.sender_bound),
-                **own_uniforms(context),
+                **lookup_uniforms(context),
             },
             {sampler: context.inputs[name] for sampler, name in self._wiring.items()},
         )

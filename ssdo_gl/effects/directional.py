@@ -37,7 +37,7 @@ from ssdo_gl.passes.far_probes import (
     probe_uniforms,
 )
 from ssdo_gl.passes.light_rows import UNSHADOWED_ROWS, light_rows
-from ssdo_gl.passes.own_lookup import OWN_RAYS, own_uniforms
+from ssdo_gl.passes.own_lookup import OWN_RAYS, lookup_uniforms, tell_all
 from ssdo_gl.passes.screen_space_settings import (
     ScreenSpaceSettings,
     defines,
@@ -115,6 +115,8 @@ class DirectionalPass(RenderPass):
         Find the visibility of such pixels, too.
     has_back_layer : bool
         Read ``z_layers`` to know where solids end.
+    marches_to_lights : bool
+        There may be lights that arrive through SSDO.
     needs_visibility : bool
         Whether anyone reads the visibility. Without it and without an environment, the
         hemisphere is not sampled at all (lights have directions of their own), and
@@ -134,6 +136,7 @@ class DirectionalPass(RenderPass):
         *,
         environment: EnvironmentKind = "none",
         has_back_layer: bool = False,
+        marches_to_lights: bool = True,
         needs_visibility: bool = True,
         is_open: bool = False,
         keeps: int | None = None,
@@ -147,10 +150,11 @@ class DirectionalPass(RenderPass):
         self.reads = (
             "z_vs",
             "normals_vs",
+            # First, since they tell whether what follows is read.
+            *(OWN_RAYS if has_own_rays else ()),
             *(("z_layers",) if has_back_layer else ()),
             *((MAP_RADIANCE, MAP_IRRADIANCE) if environment == "map" else ()),
             *((*FAR_PROBES, FAR_RADIANCE) if far_field is not None else ()),
-            *(OWN_RAYS if has_own_rays else ()),
             *(("finish",) if has_baked_occlusion else ()),
         )
         spec = TextureSpec(4, scale=settings.resolution_scale, transient=True)
@@ -167,6 +171,7 @@ class DirectionalPass(RenderPass):
         if is_paper:
             control = "none"
         self._has_back_layer = has_back_layer
+        self._marches_to_lights = marches_to_lights
         self._lights: LastMade[list[Light]] = LastMade()
         self._light_values: LastMade[dict[str, Any]] = LastMade()
         self._defines = {
@@ -190,6 +195,11 @@ class DirectionalPass(RenderPass):
 
     def settings_key(self) -> Hashable:
         return self.settings, self.reads, tuple(self._defines.items())
+
+    def unread(self, facts: Mapping[str, object]) -> frozenset[str]:
+        """Return what the march reads, where rays of pixels' own tell what arrives."""
+        is_spared = not self._defines["ALWAYS_MARCHES"] and not self._marches_to_lights
+        return frozenset({"z_layers"} if is_spared and tell_all(facts) else ())
 
     def execute(self, context: PassContext) -> None:
         assert context.target is not None
@@ -216,7 +226,7 @@ class DirectionalPass(RenderPass):
                 **uniforms(self.settings, frame, self._has_back_layer),
                 **light_values,
                 **probe_uniforms(context),
-                **own_uniforms(context),
+                **lookup_uniforms(context),
             },
             {f"t_{name}": context.inputs[name] for name in self.reads},
         )
@@ -284,6 +294,7 @@ class Directional(Effect):
             has_own_rays=traces_own(request),
             always_marches="visibility" in request.wanted,
             has_back_layer=request.runs("back_layer"),
+            marches_to_lights=request.has_light("ssdo"),
             needs_visibility=not request.takes(LIGHTS_ONLY),
             has_baked_occlusion=request.content.has_baked_occlusion,
             is_open=is_open,

@@ -85,6 +85,7 @@ class OwnRaysPass(RenderPass):
         name: TextureSpec(channels, "f4", own=True)
         for name, channels in zip(OWN_RAYS, (1, 4, 4), strict=True)
     }
+    spares = True
     is_gradual = True
     lags = False
     steady_reads = ("z_vs", "normals_vs")

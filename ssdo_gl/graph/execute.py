@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Hashable, Iterable
+from collections.abc import Callable, Hashable, Iterable, Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
 from ssdo_gl.gpu.clear import clear
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from ssdo_gl.gpu.shader import ShaderLibrary
 
 
+NO_FACTS: Mapping[str, object] = MappingProxyType({})
 _SCENE = tuple(sorted(SCENE_DOMAINS))
 
 
@@ -80,6 +82,7 @@ class Executor:
         self._shared = shared or SharedResults()
         self._shared.holders.add(self)
         self._identities = Identities()
+        self._texel: moderngl.Texture | None = None
         self.is_settled = True
         self._steps: PlanSteps | None = None
         self._kinds: list[int] = []
@@ -132,11 +135,8 @@ class Executor:
                 if item.adds_up:
                     result.forget()
                 context = PassContext(
-                    self._device.gl,
-                    shaders,
-                    geometry,
-                    frame,
-                    {name: textures[name] for name in item.reads},
+                    *(self._device.gl, shaders, geometry, frame),
+                    {name: textures.get(name) or self._any_texture() for name in item.reads},
                     result.target,
                     progress,
                     {n: facts[n] for n in item.reads if n in facts} if facts else {},
@@ -153,13 +153,15 @@ class Executor:
                 if not item.is_settled:
                     self._identities_of(step).add_part(sources[item.name])
                     self.is_settled, is_complete = False, is_complete and not item.lags
+                if item.spares:
+                    stale = self._stale(steps, identities, self._results[item.name].facts)
             else:
                 timings.append(PassTiming(item.name, False, None, 0.0))
             if (made := self._results.get(item.name)) is not None:
                 textures.update(made.textures)
                 if made.facts:
                     facts.update(made.facts)
-            if item.name in stale:
+            if timings[-1].ran:
                 self._lend_on(step)
         return timings
 
@@ -189,6 +191,9 @@ class Executor:
             self._discard(name)
         self._spares.clear()
         self._steps = None
+        if self._texel is not None:
+            self._pool.give_back(self._texel)
+            self._texel = None
         self._pool.trim()
 
     def _steps_of(self, plan: Plan, frame: Frame) -> PlanSteps:
@@ -286,7 +291,9 @@ class Executor:
             self._spares[name] = self._results.pop(name)
         self._discard(name)
 
-    def _stale(self, steps: PlanSteps, identities: dict[str, int]) -> set[str]:
+    def _stale(
+        self, steps: PlanSteps, identities: dict[str, int], facts: Mapping[str, object] = NO_FACTS
+    ) -> set[str]:
         """Return the passes that must run: walk back from the outputs to what still holds."""
         wanted = set(steps.plan.outputs)
         stale: set[str] = set()
@@ -298,8 +305,14 @@ class Executor:
             is_made = result is not None and result.identity == identities[item.name]
             if result is None or not is_made or not item.writes.keys() <= result.textures.keys():
                 stale.add(item.name)
-                wanted.update(item.reads)
+                wanted.update(set(item.reads) - item.unread(facts) if facts else item.reads)
         return stale
+
+    def _any_texture(self) -> moderngl.Texture:
+        """Return what stands for a texture that was never made, and does not matter."""
+        if self._texel is None:
+            self._texel = self._pool.borrow((1, 1), 4, "f4")
+        return self._texel
 
     def _prepare(self, step: Step, source: int) -> KeptResult:
         """Return a result of the pass whose textures fit its declaration."""
@@ -358,8 +371,8 @@ class Executor:
     def _lend_on(self, step: Step) -> None:
         """Give back the textures whose last reader is the pass that has just run."""
         for name, resource in step.lends:
-            result = self._results[name]
-            if resource in result.borrowed:
+            result = self._results.get(name)
+            if result is not None and resource in result.borrowed:
                 self._pool.give_back(result.borrowed.pop(resource))
                 del result.textures[resource]
 

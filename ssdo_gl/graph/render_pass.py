@@ -98,6 +98,8 @@ class RenderPass(ABC):
     keeps_two : bool
         Whether the result before the present one is kept, because a window alternates
         between two: only for passes whose textures are all their own.
+    spares : bool
+        Its facts tell passes after it what they need not read.
     is_gradual : bool
         In live frames it does part of its work at a time.
     adds_up : bool
@@ -119,6 +121,7 @@ class RenderPass(ABC):
     needs_depth: ClassVar[bool] = False
     overwrites: ClassVar[bool] = False
     keeps_two: ClassVar[bool] = False
+    spares: ClassVar[bool] = False
     is_gradual: ClassVar[bool] = False
     adds_up: ClassVar[bool] = False
     lags: ClassVar[bool] = True
@@ -128,6 +131,13 @@ class RenderPass(ABC):
     def settings_key(self) -> Hashable:
         """Return what identifies this pass' settings (a frozen dataclass is one)."""
         return getattr(self, "settings", None)
+
+    def unread(self, facts: Mapping[str, object]) -> frozenset[str]:
+        """Return which of its reads do not matter to this run, by what others have found.
+
+        They may be those of an earlier frame, or a single texel.
+        """
+        return frozenset()
 
     @abstractmethod
     def execute(self, context: PassContext) -> Produced | None:

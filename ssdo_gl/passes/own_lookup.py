@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -41,6 +42,18 @@ class OwnRays:
 
 
 def own_uniforms(context: PassContext) -> dict[str, Any]:
-    """Return the uniforms of ``lib/own_rays.glsl``, none where no pixel may have rays."""
+    """Return whether `own_places` holds anything, nothing where no pixel may have rays."""
     rays = context.facts.get(OWN_RAYS[0])
     return {} if rays is None else {"u_has_own_rays": rays.is_known}
+
+
+def lookup_uniforms(context: PassContext) -> dict[str, Any]:
+    """Return the uniforms of ``lib/own_rays.glsl``, none where no pixel may have rays."""
+    known = own_uniforms(context)
+    return {**known, "u_has_all_own_rays": tell_all(context.facts)} if known else {}
+
+
+def tell_all(facts: Mapping[str, object]) -> bool:
+    """Return whether every pixel that shows a surface has rays of that very frame."""
+    rays = facts.get(OWN_RAYS[0])
+    return isinstance(rays, OwnRays) and rays.is_known and rays.source.gives_way

@@ -132,6 +132,32 @@ def test_variance_is_that_of_rays_of_the_probes_that_are_known(gl) -> None:
     assert variance_of_rays(radiance, known, 2, 2.0) == pytest.approx(0.0)
 
 
+@pytest.mark.parametrize("name", ["stairs", "courtyard"])
+def test_what_nobody_reads_is_not_drawn_and_frames_are_the_same(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = load_scene(name)
+
+    def frames() -> tuple[list[np.ndarray], set[str]]:
+        found = []
+        with Renderer(scene, settings()) as renderer:
+            for step in range(5):
+                x, y, z = scene.camera.position
+                camera = dataclasses.replace(scene.camera, position=(x + 0.02 * step, y, z))
+                drawing = renderer.draw(("beauty",), camera=camera)
+                texture = drawing.planes["beauty"].texture
+                assert texture is not None
+                found.append(np.array(read_texture(texture)))
+            return found, {row.name for row in drawing.passes if row.ran}
+
+    spared, few = frames()
+    monkeypatch.setattr(own_rays.OwnRaysPass, "spares", False)
+    full, all_passes = frames()
+    assert np.array_equal(spared, full)
+    assert all_passes - few >= {"cached_irradiance", "back_faces", "depth_layers"}
+    assert few < all_passes
+
+
 def shown(renderer: Renderer, step: float) -> tuple[np.ndarray, bool]:
     drawing = renderer.draw(("beauty",), camera=moved(step), count=4)
     texture = drawing.planes["beauty"].texture
