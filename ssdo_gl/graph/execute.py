@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import defaultdict
 from collections.abc import Callable, Hashable, Iterable, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
@@ -118,7 +119,7 @@ class Executor:
         sources, identities = self._identify(steps, frame)
         self._find_again(steps, sources, identities)
         stale = self._stale(steps, identities)
-        textures: dict[str, moderngl.Texture] = {}
+        textures: dict[str, moderngl.Texture] = defaultdict(self._any_texture)
         facts: dict[str, object] = {}
         timings = []
         # What was averaged with other frames is not what this one is at rest.
@@ -136,7 +137,7 @@ class Executor:
                     result.forget()
                 context = PassContext(
                     *(self._device.gl, shaders, geometry, frame),
-                    {name: textures.get(name) or self._any_texture() for name in item.reads},
+                    {name: textures[name] for name in item.reads},
                     result.target,
                     progress,
                     {n: facts[n] for n in item.reads if n in facts} if facts else {},
