@@ -4,8 +4,7 @@
 // LIGHT_FORM, IS_SOFT, HAS_LIFT: as in effects/direct.frag. TILE_PIXELS: along its sides.
 //
 // All: the pixels lie in a plane, and what the map holds that could block does not rise over it.
-// Nothing: the plane faces away, or all that the map holds there is nearer to the light. The map
-// is read in squares of texels, at most READS along each side, so that this takes little.
+// Nothing: the plane faces away. The map is read in squares of texels, at most READS along each side, so that this takes little.
 #if __VERSION__ >= 400
 #define HAS_GATHER 1
 #elif defined(GL_ARB_texture_gather)
@@ -34,8 +33,6 @@ const float MIXED = 2.0;
 const float LEAST_COSINE = 0.1;
 // Which way a tile faces must be clear by this cosine.
 const float CLEAR_COSINE = 0.02;
-// All texels before a dark tile are nearer to the light by so many times their size.
-const float DARK_TEXELS = 4.0;
 // Pixels may lie off the tile's plane by this part of a texel.
 const float FLAT_TEXELS = 0.01;
 
@@ -96,15 +93,10 @@ float plane_z_vs(Tile tile, vec2 uv)
     return (dot(tile.p_vs, tile.m_vs) - at_0) / (at_1 - at_0);
 }
 
-// What the squares between two texels of the atlas hold, at most and at least.
-struct Found {
-    float highest;   // over the receivers' plane
-    float farthest;  // nearness
-};
-
+// How high over the receivers' plane what the squares between two texels of the atlas hold may rise.
 // `plane`: of nearness w at (x, y) texels from the middle of both, plane.xy * (x, y) + plane.z * w
 // + plane.w is the height over the plane. What is no nearer than `nearness` has none.
-Found squares_between(vec2 low, vec2 high, vec4 plane, float nearness)
+float squares_between(vec2 low, vec2 high, vec4 plane, float nearness)
 {
     vec2 span = high - low;
     float size = max(max(span.x, span.y) / float((READS - 1) * BLOCK_TEXELS), 1.0);
@@ -113,7 +105,7 @@ Found squares_between(vec2 low, vec2 high, vec4 plane, float nearness)
     vec2 first = floor(low / width);
     ivec2 last = (u_block_grid >> level) - 1;
     bool is_all = all(lessThan(high, (first + float(READS)) * width));
-    Found found = Found(is_all ? -FLOAT_MAX : FLOAT_MAX, is_all ? FLOAT_MAX : -FLOAT_MAX);
+    float highest = is_all ? -FLOAT_MAX : FLOAT_MAX;
     for (int j = 0; j < READS; ++j) {
         for (int i = 0; i < READS; ++i) {
             vec2 number = first + vec2(float(i), float(j));
@@ -131,11 +123,10 @@ Found squares_between(vec2 low, vec2 high, vec4 plane, float nearness)
                          + plane.z * (w + bound) + rise;
             bool is_in = min(half_size.x, half_size.y) >= 0.0;
             bool is_near = is_in && w + block.z + change > nearness;
-            found.highest = is_near ? max(found.highest, height) : found.highest;
-            found.farthest = is_in ? min(found.farthest, w + block.w - change) : found.farthest;
+            highest = is_near ? max(highest, height) : highest;
         }
     }
-    return found;
+    return highest;
 }
 
 // A tile before the map of a light, or of one part of a rectangle, in the axes of a face.
@@ -145,7 +136,6 @@ struct Receivers {
     vec3 m;
     vec3 extent;      // of the light from its centre
     vec3 axis;        // of a rectangle: where it shines
-    float lift;
 };
 
 // Of `face`, and where the receivers see it.
@@ -180,7 +170,7 @@ Seen seen_by(Face face, Receivers tile)
     return seen;
 }
 
-Found found_before(Face face, Receivers tile, Seen seen, vec2 reach, float nearness)
+float highest_before(Face face, Receivers tile, Seen seen, vec2 reach, float nearness)
 {
     vec2 from = clamp(seen.low - reach, seen.lowest, seen.highest);
     vec2 to = clamp(seen.high + reach, seen.lowest, seen.highest);
@@ -204,8 +194,8 @@ vec2 widening(Face face, Receivers tile, Seen seen)
     return 1.05 * across * face.texel_from_slope + (IS_PARALLEL ? 0.0 : seen.depths.y);
 }
 
-// Whether nothing stands before the tile (x), or all of it in the dark (y).
-bvec2 is_told(Face face, Receivers tile)
+// Whether nothing stands before the tile.
+bool is_told(Face face, Receivers tile)
 {
     Seen seen = seen_by(face, tile);
     float texel = max(face.slope_from_texel.x, face.slope_from_texel.y);
@@ -221,7 +211,7 @@ bvec2 is_told(Face face, Receivers tile)
     bool goes_on = is_open;
     do {
         vec2 reach = ring * wider;
-        is_open = is_open && found_before(face, tile, seen, reach, nearness).highest <= slack;
+        is_open = is_open && highest_before(face, tile, seen, reach, nearness) <= slack;
         nearness = farthest + ring;
         bool is_whole = all(bvec4(lessThanEqual(seen.low - reach, seen.lowest),
                                   greaterThanEqual(seen.high + reach, seen.highest)));
@@ -229,18 +219,14 @@ bvec2 is_told(Face face, Receivers tile)
         goes_on = is_open && !is_whole && !(IS_PARALLEL && nearness >= 0.0);
         ring = ring > 0.0 ? 2.0 * ring : 4.0 / max(wider.x, wider.y);
     } while (goes_on);
-    return bvec2(is_open, false);
+    return is_open;
 #else
-    Found found = found_before(face, tile, seen, vec2(0.0), -FLOAT_MAX);
-    float clear = DARK_TEXELS * face_texel_size(face, seen.depths.y) + 2.0 * tile.lift;
-    float least = seen.depths.x - clear;
-    bool is_dark = least > 0.0 && found.farthest > (IS_PARALLEL ? -least : 1.0 / least);
-    return bvec2(seen.depths.x > 0.0 && found.highest <= slack, seen.depths.x > 0.0 && is_dark);
+    return seen.depths.x > 0.0 && highest_before(face, tile, seen, vec2(0.0), -FLOAT_MAX) <= slack;
 #endif
 }
 
 // The same for all parts of a light.
-bvec2 is_told_by_all(ShadowMap map, Light light, int number, Receivers tile)
+bool is_told_by_all(ShadowMap map, Light light, int number, Receivers tile)
 {
     Face face = face_at(map, number);
 #if LIGHT_FORM == FORM_AREA
@@ -263,9 +249,9 @@ bvec2 is_told_by_all(ShadowMap map, Light light, int number, Receivers tile)
         for (int k = 0; k < 8; ++k) {
             before_part.corners[k] = tile.corners[k] - shift;
         }
-        is_open = is_open && is_told(face, before_part).x;
+        is_open = is_open && is_told(face, before_part);
     } while (++i < parts && is_open);
-    return bvec2(is_open, false);
+    return is_open;
 #else
     return is_told(face, tile);
 #endif
@@ -312,7 +298,7 @@ void main()
     bool is_away = is_flat && tile.lift == 0.0 && over < -across - CLEAR_COSINE * unit;
     bool is_behind = LIGHT_FORM == FORM_AREA && !light.two_sided && highest < -1e-3 * longest;
 
-    bvec2 told = bvec2(is_flat && is_facing && is_on_two, is_on_two);
+    bool told = is_flat && is_facing && is_on_two;
     int round = 0;
     do {
         Receivers receivers;
@@ -323,14 +309,12 @@ void main()
         receivers.m = face_from_light(number, m_ls);
         receivers.extent = vec3(light.numbers.x, light.numbers.x, 0.0);
         receivers.axis = face_from_light(number, vec3(0.0, 0.0, p_ls.z < 0.0 ? -1.0 : 1.0));
-        receivers.lift = tile.lift;
-        bvec2 by_face = is_told_by_all(map, light, number, receivers);
+        bool by_face = is_told_by_all(map, light, number, receivers);
         // Off the faces of a map light is not blocked.
-        by_face = number < map.face_count ? by_face : bvec2(true, false);
-        told = bvec2(told.x && by_face.x, told.y && by_face.y);
+        told = told && (by_face || number >= map.face_count);
         round += other == number ? 2 : 1;
         number = other;
     } while (round < 2);
-    bool is_dark = tile.depths.y == 0.0 || is_away || is_behind || told.y;
-    o_kind = is_dark ? DARK : (told.x ? OPEN : MIXED);
+    bool is_dark = tile.depths.y == 0.0 || is_away || is_behind;
+    o_kind = is_dark ? DARK : (told ? OPEN : MIXED);
 }

@@ -77,8 +77,7 @@ def light_tiles(
 ) -> moderngl.Texture | None:
     """Return which tiles a light leaves dark, open or mixed; None: that would not pay.
 
-    What is drawn by them is bit for bit what pixels find, but for what grazes a surface in the
-    dark: there a pixel may find nothing above its own plane, where all of the map is before it.
+    What is drawn by them is bit for bit what pixels find.
 
     Parameters
     ----------

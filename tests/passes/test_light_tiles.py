@@ -82,11 +82,8 @@ def test_tiles_show_what_pixels_find(device, monkeypatch, told, case, height):
     assert len(kinds) > 1 if height else OPEN in kinds
 
 
-def test_light_does_not_leak_into_dark_tiles(device, monkeypatch, told):
-    """Under the vaults pixels that light would graze may find the map in their own plane."""
-    scene = load_scene("colonnade")
-    tiled, plain = drawn_both_ways(device, scene, monkeypatch)
+def test_light_that_grazes_vaults_is_what_pixels_find(device, monkeypatch, told):
+    """There pixels may find the map in their own plane, although all of it is before them."""
+    tiled, plain = drawn_both_ways(device, load_scene("colonnade"), monkeypatch)
     assert DARK in set(np.concatenate(told))
-    leaks = np.any(tiled != plain, axis=2)
-    assert np.all(tiled[leaks] == 0.0)
-    assert np.mean(leaks) < 1e-3
+    np.testing.assert_array_equal(tiled, plain)
