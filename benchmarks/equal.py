@@ -35,9 +35,7 @@ class Curve:
         return min(fitting, default=math.inf)
 
 
-def curve_of(
-    rows: Iterable[Mapping[str, str]], name: str, families: Sequence[str], panel: str = "near"
-) -> Curve:
+def curve_of(rows: Iterable[Mapping[str, str]], name: str, families: Sequence[str]) -> Curve:
     """Return the front of the points of some families.
 
     Parameters
@@ -45,9 +43,9 @@ def curve_of(
     rows : iterable of mapping
         Lines of ``points.csv``.
     """
-    chosen = [row for row in rows if row["family"] in families and row[f"{panel}_error"]]
+    chosen = [row for row in rows if row["family"] in families and row["near_error"]]
     times = [float(row["ms"]) for row in chosen]
-    errors = [float(row[f"{panel}_error"]) for row in chosen]
+    errors = [float(row["near_error"]) for row in chosen]
     members = pareto.pareto_front(times, errors)
     return Curve(
         name,

@@ -81,14 +81,14 @@ class PathSpeed:
     variant: str
 
 
-def best_seconds(run: Callable[[], object], repeats: int = REPEATS) -> float:
+def best_seconds(run: Callable[[], object]) -> float:
     """Return the least CPU time of `run`, which is first called once to warm up.
 
     CPU time of all threads: it does not depend on what else the machine does.
     """
     run()
     times = []
-    for _ in range(repeats):
+    for _ in range(REPEATS):
         start = time.process_time()
         run()
         times.append(time.process_time() - start)

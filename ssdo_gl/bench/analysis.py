@@ -112,7 +112,6 @@ def analyse(
     judged: Mapping[str, Mapping[str, Judged]],
     *,
     replicas: int = REPLICA_COUNT,
-    seed: int = 0,
 ) -> list[Result]:
     """Return every point with intervals, fronts and confidences.
 
@@ -121,7 +120,7 @@ def analyse(
     judged : mapping
         Point key -> panel name -> measurement.
     """
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     times = median_replicas(table.ms, replicas, rng)
 
     def interval(row: NDArray[np.float64], drawn: NDArray[np.float64]) -> Interval:

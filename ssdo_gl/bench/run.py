@@ -324,7 +324,7 @@ class BenchRun:
         plain = dataclasses.replace(self.base, method="direct")
         depth = self.renderer.images(plain, ("depth",))["depth"][:, :, 0][mask]
         width, height = self.base.size
-        camera = self.camera or self.renderer.scene.camera
+        camera = self.renderer.scene.camera
         tangent, half = (f(width / height)[1] for f in (camera.tan_half_fov, camera.half_frame))
         radius = self.base.radius or 0.0
         shown = 2.0 * (half + tangent * depth.astype(np.float64))

@@ -98,7 +98,6 @@ class Program:
         # Fixed units: to change one texture leaves the others where they are.
         self._units = {name: unit for unit, name in enumerate(samplers)}
         self._samplers = frozenset(samplers)
-        self.samplers = frozenset(samplers)
         for name, unit in self._units.items():
             linked[name] = unit
         if self.compute is not None:

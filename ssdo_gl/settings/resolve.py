@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 from ssdo_gl.effects.methods import METHODS
@@ -12,7 +12,7 @@ from ssdo_gl.scene.camera import PROJECTIONS, Camera
 from ssdo_gl.scene.defaults import parallel
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.fields import SettingError, describe, info_of, shown
-from ssdo_gl.settings.passes import overrides_from_table, overrides_from_text
+from ssdo_gl.settings.passes import overrides_from_table
 from ssdo_gl.settings.settings import MAX_EXPOSURE_EV, MAX_SPP, SHORTEST, Settings
 
 
@@ -78,9 +78,7 @@ def chosen_camera(scene: Scene, text: str | None, projection: str | None) -> Cam
     return dataclasses.replace(camera, fov_y=camera.fov_y if third is None else third, height=None)
 
 
-def settings_for(
-    scene_settings: Mapping[str, Any], given: Mapping[str, Any], overrides: Sequence[str] = ()
-) -> Settings:
+def settings_for(scene_settings: Mapping[str, Any], given: Mapping[str, Any]) -> Settings:
     """Return checked Settings: what is given wins over the scene's settings, those over defaults.
 
     Parameters
@@ -89,8 +87,6 @@ def settings_for(
         ``Scene.render``; names of Settings fields.
     given : mapping
         Fields of Settings by name; None where one was not given.
-    overrides : sequence of str
-        ``PASS.FIELD=VALUE`` texts.
 
     Raises
     ------
@@ -99,8 +95,6 @@ def settings_for(
     fields = {name: value for name, value in given.items() if value is not None}
     for name in fields:
         info_of(Settings, name)
-    if overrides:
-        fields["overrides"] = {**fields.get("overrides", {}), **overrides_from_text(overrides)}
     return with_scene_settings(Settings(**fields), scene_settings)
 
 

@@ -12,6 +12,8 @@ from ssdo_gl.settings import AOVS, Settings
 
 # A divider at the very edge could not be grabbed again.
 DIVIDER_MARGIN = 0.02
+# How far off a cursor still grabs it.
+REACH_PX = 6.0
 
 
 # What each method shows of its own accord, for people who do not know the names.
@@ -63,9 +65,9 @@ class View:
         """Return the view with another method on the left."""
         return dataclasses.replace(self, method=_stepped(self.method, step))
 
-    def with_next_other_method(self, step: int = 1) -> View:
+    def with_next_other_method(self) -> View:
         """Return the view with another method on the right."""
-        return dataclasses.replace(self, other_method=_stepped(self.other_method, step))
+        return dataclasses.replace(self, other_method=_stepped(self.other_method, 1))
 
     def with_divider(self, position: float) -> View:
         """Return the view with the divider at `position`, kept inside the window."""
@@ -111,6 +113,6 @@ def _stepped(method: str, step: int) -> str:
     return names[(names.index(method) + step) % len(names)]
 
 
-def divider_hit(view: View, x: float, width: float, reach: float = 6.0) -> bool:
+def divider_hit(view: View, x: float, width: float) -> bool:
     """Return whether a cursor at `x` of `width` pixels grabs the divider."""
-    return view.is_split and abs(x - view.divider * width) <= reach
+    return view.is_split and abs(x - view.divider * width) <= REACH_PX

@@ -53,10 +53,11 @@ def test_the_example_lights_what_faces_the_camera(headlight, device, shaders):
     scene = load_scene("corner")
     wanted = ["beauty", "headlight", "albedo", "normal_ws", "position_ws", "depth"]
     assert set(wanted) <= set(registry.image_names())
-    flags = {"size": (48, 32), "method": "direct"}
     pictures = []
     for strength in (0.0, STRENGTH):
-        chosen = settings_for(scene.render, flags, [f"headlight.strength={strength}"])
+        overrides = {"headlight.strength": strength}
+        given = {"size": (48, 32), "method": "direct", "overrides": overrides}
+        chosen = settings_for(scene.render, given)
         with Renderer(scene, chosen, device=device, shaders=shaders) as renderer:
             pictures.append(renderer.render(wanted).images)
     dark, lit = pictures

@@ -20,6 +20,7 @@ from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, setting
+from ssdo_gl.settings.passes import overrides_from_text
 from ssdo_gl.settings.resolve import settings_for
 from ssdo_gl.window.panel.control_rows import pass_rows
 
@@ -86,9 +87,10 @@ def glow():
         yield
 
 
-def rendered(device, shaders, wanted, overrides=(), **flags):
+def rendered(device, shaders, wanted, gain=1.0, **flags):
     scene = load_scene("corner")
-    chosen = settings_for(scene.render, {"method": "bounce", "size": (48, 32), **flags}, overrides)
+    given = {"method": "bounce", "size": (48, 32), "overrides": {"glow.gain": gain}, **flags}
+    chosen = settings_for(scene.render, given)
     with Renderer(scene, chosen, device=device, shaders=shaders) as renderer:
         return renderer.render(wanted)
 
@@ -99,23 +101,23 @@ def test_it_is_in_the_picture_and_an_image_of_its_own(glow, device, shaders):
     surface = images["albedo"][..., :1] > 0.0
     added = np.where(surface, images["glow"], 0.0)
     assert added.max() > 0.1
-    doubled = rendered(device, shaders, ["beauty"], ["glow.gain=2"], method="direct").images
+    doubled = rendered(device, shaders, ["beauty"], 2.0, method="direct").images
     difference = doubled["beauty"][..., :3] - images["beauty"][..., :3]
     np.testing.assert_allclose(difference, added, rtol=1e-4, atol=1e-6)
 
 
 def test_senders_pass_it_on(glow, device, shaders):
     dim, bright = (
-        rendered(device, shaders, ["bounce"], [f"glow.gain={gain}"], radius=1.0).images["bounce"]
-        for gain in (0, 4)
+        rendered(device, shaders, ["bounce"], gain, radius=1.0).images["bounce"]
+        for gain in (0.0, 4.0)
     )
     assert bright.sum() > 1.1 * dim.sum() > 0.0
 
 
 def test_it_can_be_set_and_is_checked(glow):
-    assert settings_for({}, {}, ["glow.gain=0.5"]).overrides == {"glow.gain": 0.5}
+    assert overrides_from_text(["glow.gain=0.5"]) == {"glow.gain": 0.5}
     with pytest.raises(SettingError, match=r"gain = 10\.0: expected a number from 0 to 9 W m\^-2"):
-        settings_for({}, {}, ["glow.gain=10"])
+        overrides_from_text(["glow.gain=10"])
 
 
 def test_it_is_explained(glow, device, shaders):

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.renderer import Renderer
-from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 
@@ -51,17 +50,16 @@ class MedianTimes:
 class BenchRenderer:
     """What a bench needs of a renderer; its shaders and geometry stay warm between settings."""
 
-    def __init__(self, renderer: Renderer, camera: Camera | None = None) -> None:
+    def __init__(self, renderer: Renderer) -> None:
         self.renderer = renderer
         self.device = renderer.device
         self.device_name = renderer.device.renderer
         self.scene = renderer.scene
-        self.camera = camera
 
     def images(self, settings: Settings, wanted: Sequence[str]) -> Images:
         """Return the images `wanted`, rendered once."""
         self.renderer.use(settings)
-        return self.renderer.render(wanted, camera=self.camera).whole().images
+        return self.renderer.render(wanted).whole().images
 
     def each(
         self,
@@ -85,7 +83,7 @@ class BenchRenderer:
     def why_spared(self, settings: Settings, effect: str) -> str | None:
         """Return why the plan of a picture spares `effect`; None where it does not."""
         self.renderer.use(settings)
-        decisions = self.renderer.render(("beauty",), camera=self.camera).decisions
+        decisions = self.renderer.render(("beauty",)).decisions
         return next((d.reason for d in decisions if d.effect == effect and not d.run), None)
 
     def timed(self, settings: Settings, wanted: Sequence[str], frames: int) -> MedianTimes:
@@ -94,9 +92,7 @@ class BenchRenderer:
         # One frame alone would be the cold one; the median of two needs a third to be
         # robust, and costs little more.
         queries = self.renderer.timer_kind == "gl_query"
-        result = self.renderer.render(
-            wanted, camera=self.camera, frames=max(frames, 2), time_passes=queries
-        ).whole()
+        result = self.renderer.render(wanted, frames=max(frames, 2), time_passes=queries).whole()
         by_pass = [row.gpu_ms for row in result.passes if row.gpu_ms is not None]
         return MedianTimes(
             statistics.median(result.frame_ms),
@@ -111,9 +107,7 @@ class BenchRenderer:
         """Return (pass, median ms by one of `CLOCKS`) of what runs in a warm frame, in order."""
         self.renderer.use(settings)
         self.renderer.timer.clock = time.process_time if clock == "process" else time.perf_counter
-        result = self.renderer.render(
-            wanted, camera=self.camera, frames=max(frames, 2), time_passes=True
-        ).whole()
+        result = self.renderer.render(wanted, frames=max(frames, 2), time_passes=True).whole()
         return tuple((row.name, row.gpu_ms) for row in result.passes if row.gpu_ms is not None)
 
 

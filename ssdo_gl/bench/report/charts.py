@@ -111,11 +111,11 @@ class LogChart:
         return svg_element("".join(self._elements), HEIGHT, self.title)
 
 
-def svg_element(content: str, height: float, title: str, extra: str = "") -> str:
+def svg_element(content: str, height: float, title: str) -> str:
     """Return an ``svg`` element of the usual width."""
     return (
         f'<svg class="chart" viewBox="0 0 {WIDTH:g} {height:g}" role="group" '
-        f'aria-label="{escape(title)}"{extra}>{content}</svg>'
+        f'aria-label="{escape(title)}">{content}</svg>'
     )
 
 

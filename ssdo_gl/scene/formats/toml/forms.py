@@ -72,7 +72,7 @@ def _plane(table: Table) -> PlacedShape:
 
 
 def _sphere(table: Table) -> PlacedShape:
-    radius = _length(table, "radius")
+    radius = _radius(table)
     segments = _segments(table)
     amplitude, frequency = 0.0, 8.0
     bump = table.table("bump")
@@ -101,7 +101,7 @@ def _axial(table: Table) -> FloatArray:
     axis = top - base
     if not np.any(axis):
         table.fail("top", "must not coincide with base")
-    radius = _length(table, "radius")
+    radius = _radius(table)
     frame = math3d.frame_from_z(axis)
     height = float(np.linalg.norm(axis))
     matrix = np.eye(4)
@@ -111,7 +111,7 @@ def _axial(table: Table) -> FloatArray:
 
 
 def _torus(table: Table) -> PlacedShape:
-    radius = _length(table, "radius")
+    radius = _radius(table)
     thickness = table.number("thickness", low=0.0, high=2.0 * radius, open_ends=True)
     segments = _segments(table)
     axis = table.direction("axis", (0.0, 1.0, 0.0))
@@ -135,8 +135,8 @@ def _torus(table: Table) -> PlacedShape:
     return ("torus", tube, degrees, segments), make, matrix
 
 
-def _length(table: Table, key: str) -> float:
-    return table.number(key, low=0.0, open_ends=True)
+def _radius(table: Table) -> float:
+    return table.number("radius", low=0.0, open_ends=True)
 
 
 def _segments(table: Table) -> int:
