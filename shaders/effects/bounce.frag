@@ -87,6 +87,6 @@ void main()
 #endif
     o_bounce = vec4(irradiance, r.z_vs);
 #if HAS_OWN_RAYS
-    o_bounce.a *= own_place(receiver_texel(pixel)) < 0.0 ? -1.0 : 1.0;
+    o_bounce.a *= own_place(receiver_texel(pixel)) < 0 ? -1.0 : 1.0;
 #endif
 }

@@ -15,14 +15,14 @@ uniform int u_many_rays;        // of pixels that a neighbour in front may shade
 uniform int u_few_rays;         // of all others
 
 // As lib/own_rays.glsl says.
-layout(location = 0) out float o_place;
+layout(location = 0) out int o_place;
 layout(location = 1) out vec4 o_far;
 layout(location = 2) out vec4 o_near;
 
 void main()
 {
     ivec2 texel = ivec2(gl_FragCoord.xy);
-    o_place = 0.0;
+    o_place = 0;
     o_far = vec4(0.0);
     o_near = vec4(0.0);
     if (gbuffer_z_vs(texel) <= 0.0 || texel % u_receiver_stride != ivec2(0))
@@ -40,7 +40,7 @@ void main()
         vec2 u = random_2d(first + uint(i), u_stream, 0u, false);
         add_ray(sums, start, frame * cosine_hemisphere(u), geometric_vs, 1.0);
     } while (++i < ray_count);
-    float place = float(texel.y * int(u_frame_size_px.x) + texel.x + 1);
+    int place = texel.y * int(u_frame_size_px.x) + texel.x + 1;
     o_place = is_edge ? -place : place;
     // A ratio, which is exact where all of the sky is open.
     float open = sums.open_sky / max(sums.open_sky + sums.blocked_sky, 1e-37);

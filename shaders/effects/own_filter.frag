@@ -7,7 +7,7 @@
 #include "rays/guide.glsl"
 
 uniform sampler2D t_own_pixels;  // column and row of the pixel in the frame; -1: none
-uniform sampler2D t_own_places;  // as lib/own_rays.glsl says
+uniform isampler2D t_own_places;  // as lib/own_rays.glsl says
 uniform sampler2D t_own_far;
 uniform int u_stride;            // pixels from one that has rays to the next
 
@@ -22,9 +22,9 @@ const int STEP = 2;
 const float EVEN = 0.9;
 const float UNEVEN = 1.8;
 
-ivec2 place_of(float number)
+ivec2 place_of(int number)
 {
-    int index = int(abs(number)) - 1;
+    int index = abs(number) - 1;
     int columns = textureSize(t_own_far, 0).x;
     return ivec2(index % columns, index / columns);
 }
@@ -42,7 +42,7 @@ void main()
     float averaged = smoothstep(EVEN, UNEVEN, guide_at(texel, p_vs, n_vs).variance);
     if (averaged == 0.0)
         return;
-    float own = texelFetch(t_own_places, texel, 0).x;
+    int own = texelFetch(t_own_places, texel, 0).x;
     float inv_reach = 1.0 / (float(STEP * u_stride) * pixel_height_at(-p_vs.z));
     ivec2 size = textureSize(t_own_places, 0);
     vec4 sum = vec4(0.0);
@@ -51,8 +51,8 @@ void main()
         for (int x = -REACH; x <= REACH; ++x) {
             ivec2 other = texel + STEP * u_stride * ivec2(x, y);
             bool exists = all(greaterThanEqual(other, ivec2(0))) && all(lessThan(other, size));
-            float number = exists ? texelFetch(t_own_places, other, 0).x : 0.0;
-            if (number * own <= 0.0)
+            int number = exists ? texelFetch(t_own_places, other, 0).x : 0;
+            if (sign(number) != sign(own))
                 continue;
             // A pixel beside a distant one, or on a surface seen along itself, is farther away.
             vec3 d = (gbuffer_position_vs(other) - p_vs) * inv_reach;

@@ -29,7 +29,7 @@ uniform sampler2D t_value_0;
 uniform sampler2D t_value_1;
 #endif
 #if PARTS_EDGES == 2
-uniform sampler2D t_own_places;  // negative: the pixel has many rays of its own
+uniform isampler2D t_own_places;  // negative: the pixel has many rays of its own
 uniform bool u_has_own_rays;
 #endif
 uniform int u_stride;          // texels of the frame per pixel of the values
@@ -151,7 +151,7 @@ bool is_edge(ivec2 texel, float z)
 #if PARTS_EDGES == 1
     return z < 0.0;
 #elif PARTS_EDGES == 2
-    return u_has_own_rays && texelFetch(t_own_places, texel, 0).x < 0.0;
+    return u_has_own_rays && texelFetch(t_own_places, texel, 0).x < 0;
 #else
     return false;
 #endif

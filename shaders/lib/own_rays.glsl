@@ -7,7 +7,7 @@
 #if HAS_OWN_RAYS
 // One more than the number of the pixel's rays, 0: it has none; negative where they are many,
 // as a neighbour in front may shade it.
-uniform sampler2D t_own_places;
+uniform isampler2D t_own_places;
 uniform sampler2D t_own_far;     // rgb: radiance of surfaces beyond R, a: open share of the sky
 uniform sampler2D t_own_near;    // rgb: radiance of surfaces within R, a: z_vs as centre_z_vs says
 uniform bool u_has_own_rays;
@@ -18,15 +18,15 @@ uniform bool u_has_all_own_rays;  // every pixel, of this very frame
 // they, or their planes, stand at the pixel's centre, from which each frame shows another place.
 const float SAME_PLANE = 0.25;
 
-float own_place(ivec2 texel)
+int own_place(ivec2 texel)
 {
-    return u_has_own_rays ? texelFetch(t_own_places, texel, 0).x : 0.0;
+    return u_has_own_rays ? texelFetch(t_own_places, texel, 0).x : 0;
 }
 
 // Where a receiver's rays are, or -1.
 ivec2 own_rays_at(Receiver r, ivec2 texel)
 {
-    int number = int(abs(own_place(texel))) - 1;
+    int number = abs(own_place(texel)) - 1;
     if (number < 0)
         return ivec2(-1);
     int columns = textureSize(t_own_near, 0).x;

@@ -10,6 +10,7 @@ import numpy as np
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.graph.render_pass import PassContext
+from ssdo_gl.graph.resource import Dtype
 from ssdo_gl.passes.environment_uniforms import environment_uniforms
 from ssdo_gl.passes.far_probes import FarFieldSettings
 from ssdo_gl.passes.rays import radius_ns, ray_defines, ray_uniforms, stream_of
@@ -17,8 +18,8 @@ from ssdo_gl.passes.surfels import textures_of
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment import ENVIRONMENT_KINDS, EnvironmentKind
 
-# Of one value for each pixel, and of what arrives from beyond R and within.
-CHANNELS = (1, 4, 4)
+# Channels of the pixel's place, and of what arrives from beyond R and within.
+FORMATS: tuple[tuple[int, Dtype], ...] = ((1, "i4"), (4, "f4"), (4, "f4"))
 
 # From this variance of rays on, few of them are noisier than what is looked up in probes.
 MOST_VARIANCE = 1.5
@@ -79,7 +80,7 @@ def moving_rays(
         Resources of the surfaces in view, and of all that rays read.
     """
     frame = context.frame
-    made = tuple(make_texture(context.gl, frame.view.size, n, "f4") for n in CHANNELS)
+    made = tuple(make_texture(context.gl, frame.view.size, *form) for form in FORMATS)
     target = make_framebuffer(context.gl, list(made))
     defines = {
         **ray_defines(context, features),

@@ -10,7 +10,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.effects.moving_rays import moving_rays
+from ssdo_gl.effects.moving_rays import FORMATS, moving_rays
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
@@ -42,7 +42,7 @@ EDGE = 255
 
 def places_of(
     chosen: NDArray[np.integer[Any]], many: int, size: tuple[int, int]
-) -> tuple[NDArray[np.float32], ...]:
+) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
     """Return where pixels have a texel of their own, and which pixel each texel stands for.
 
     Parameters
@@ -56,17 +56,17 @@ def places_of(
 
     Returns
     -------
-    (height, width, 1) float32
+    (height, width, 1) int32
         One more than the texel's number, negative for `many`; 0: the pixel has none.
     (rows, columns, 2) float32
         Column and row of the pixel; -1: none.
     """
-    places = np.zeros((size[1], size[0], 1), np.float32)
+    places = np.zeros((size[1], size[0], 1), np.int32)
     places.flat[chosen] = np.arange(1, len(chosen) + 1)
-    places.flat[chosen[:many]] *= -1.0
+    places.flat[chosen[:many]] *= -1
     columns = max(PIXELS_PER_ROW, -(-len(chosen) // MOST_ROWS))
     pixels = np.full((-(-len(chosen) // columns), columns, 2), -1.0, np.float32)
-    # A float holds no number of a frame of more than 16 million pixels, but these two.
+    # Floats, which hold no number of a frame of more than 16 million pixels, hold these two.
     pixels.reshape(-1, 2)[: len(chosen)] = np.stack([chosen % size[0], chosen // size[0]], axis=-1)
     return places, pixels
 
@@ -82,8 +82,7 @@ class OwnRaysPass(RenderPass):
 
     name = "own_rays"
     writes: Mapping[str, TextureSpec] = {
-        name: TextureSpec(channels, "f4", own=True)
-        for name, channels in zip(OWN_RAYS, (1, 4, 4), strict=True)
+        name: TextureSpec(*form, own=True) for name, form in zip(OWN_RAYS, FORMATS, strict=True)
     }
     spares = True
     is_gradual = True
@@ -166,7 +165,7 @@ class OwnRaysPass(RenderPass):
         places, pixels = places_of(chosen, many, frame.view.size)
         size = pixels.shape[1], pixels.shape[0]
         textures = (
-            make_texture(gl, frame.view.size, 1, "f4", places),
+            make_texture(gl, frame.view.size, *FORMATS[0], places),
             make_texture(gl, size, 4, "f4"),
             make_texture(gl, size, 4, "f4"),
             make_texture(gl, size, 2, "f4", pixels),
@@ -248,7 +247,9 @@ class OwnRaysPass(RenderPass):
         """Return the textures of `rays`, or stand-ins for those that are not known."""
         shown = rays.textures[:3] if rays.is_known else None
         if shown is None:
-            shown = tuple(make_texture(context.gl, (1, 1), n, "f4", n * [0.0]) for n in (1, 4, 4))
+            shown = tuple(
+                make_texture(context.gl, (1, 1), *form, form[0] * [0]) for form in FORMATS
+            )
         first, *others = shown
         named = zip(OWN_RAYS[1:], others, strict=True)
         return {OWN_RAYS[0]: TextureWithFacts(first, rays), **dict(named)}

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 # moderngl's names: f4 = 32-bit float, f2 = 16-bit float, nu1/nu2 = 8/16-bit unorm,
-# u4 = 32-bit unsigned integer (own textures only).
-Dtype = Literal["f4", "f2", "nu1", "nu2", "u4"]
+# u4, i4 = 32-bit integers (own textures only).
+Dtype = Literal["f4", "f2", "nu1", "nu2", "u4", "i4"]
 
 
 @dataclass(frozen=True)

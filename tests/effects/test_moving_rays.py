@@ -116,6 +116,27 @@ def test_images_of_a_sky_leave_it_to_probes(rays: int, sky: Any, traces: bool) -
     assert traces_in_motion(FarFieldSettings(moving_rays=rays), sky) == traces
 
 
+def test_each_pixel_has_a_number_that_no_other_has(monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[Any] = []
+    original = own_rays.moving_rays
+
+    def noted(*arguments: Any) -> Any:
+        made.append(original(*arguments))
+        return made[-1]
+
+    monkeypatch.setattr(own_rays, "moving_rays", noted)
+    with Renderer(STAIRS, settings()) as renderer:
+        walked(renderer, 3)
+        texture = made[-1][0]
+        # Floats hold no odd number above 2^24.
+        assert texture.dtype == "i4"
+        places = np.frombuffer(texture.read(), np.int32).reshape(SIZE[::-1])
+    numbers = np.arange(1, SIZE[0] * SIZE[1] + 1).reshape(SIZE[::-1])
+    assert np.array_equal(abs(places), np.where(places == 0, 0, numbers))
+    assert (places < 0).any()
+    assert (places > 0).any()
+
+
 def test_variance_is_that_of_rays_of_the_probes_that_are_known(gl) -> None:
     # Two by two quarters, each of two probes of 2 x 2 rays: the second is a tile's other one.
     values = np.full((8, 4, 4), 7.0, np.float32)

@@ -59,7 +59,7 @@ class Frames:
         picture = tilted_plane(0.0, SIZE, view.tan_half_fov)
         image = np.asarray(image, np.float64)
         inputs = {**inputs_of(picture), "now": image, "raw": np.full_like(image, raw)}
-        inputs[OWN_RAYS[0]] = np.zeros_like(image)
+        inputs[OWN_RAYS[0]] = np.zeros(image.shape[:2], np.int32)
         inputs["z_vs"] = np.full_like(inputs["z_vs"], z)
         textures = {
             name: texture_from_image(self.gl, inputs[name], STORED_AS.get(name, "f4"))
