@@ -11,6 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ssdo_gl.scene.load import load_scene
+from ssdo_gl.scene.scene import Scene
+
+# How texture coordinates outside of 0..1 are taken.
+REPEAT, MIRROR, CLAMP = 10497, 33648, 33071
+
 
 class GlbWriter:
     """Builds the JSON and the binary chunk of a .glb, accessor by accessor."""
@@ -69,3 +75,8 @@ class GlbWriter:
     def save(self, path: Path) -> Path:
         path.write_bytes(self.bytes())
         return path
+
+
+def load(glb: GlbWriter, folder: Path) -> Scene:
+    """Return the scene of the file, without the ground that a model is given."""
+    return load_scene(glb.save(folder / "a.glb"), ground="off")

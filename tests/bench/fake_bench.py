@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-import io
 from typing import Any
 
 import numpy as np
-from PIL import Image
+from image_bytes import plain_png
 
 from ssdo_gl.bench import analysis
 from ssdo_gl.bench.analysis import ReferenceSummary, Result
@@ -75,10 +74,8 @@ def results(quick: bool = True) -> list[Result]:
     return analysis.analyse(grid, table, judged, replicas=100)
 
 
-def png(color: tuple[int, int, int], size: tuple[int, int] = (64, 36)) -> bytes:
-    buffer = io.BytesIO()
-    Image.new("RGB", size, color).save(buffer, format="PNG")
-    return buffer.getvalue()
+def png(color: tuple[int, int, int]) -> bytes:
+    return plain_png(color, (64, 36))
 
 
 def pictures() -> list[Picture]:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from glb_writer import GlbWriter
-from PIL import Image
+from image_bytes import png
 
 import ssdo_gl
 from ssdo_gl.scene import defaults
@@ -51,9 +50,7 @@ def test_a_few_glowing_texels_are_no_light(glb: GlbWriter, tmp_path: Path) -> No
     """Four texels of 64 glow; that the factor is 1 says nothing about the rest."""
     texels = np.zeros((8, 8, 3), np.uint8)
     texels[:2, :2] = 255
-    stream = io.BytesIO()
-    Image.fromarray(texels).save(stream, "PNG")
-    (tmp_path / "glow.png").write_bytes(stream.getvalue())
+    (tmp_path / "glow.png").write_bytes(png(texels))
     glb.json["images"] = [{"uri": "glow.png"}]
     glb.json["textures"] = [{"source": 0}]
     path = saved(glb, tmp_path, emissiveFactor=[1, 1, 1], emissiveTexture={"index": 0})

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import io
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -11,18 +10,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from PIL import Image
+from glb_writer import load
+from image_bytes import plain_png
 
 from ssdo_gl.math3d import transform_points
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, SpotLight
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.scene.scene import Scene, SceneError
+from ssdo_gl.scene.scene import SceneError
 
 Write = Callable[[dict[str, str | bytes]], Path]
-
-
-def load(glb, tmp_path: Path) -> Scene:
-    return load_scene(glb.save(tmp_path / "model.glb"), ground="off")
 
 
 def material_of(glb, tmp_path: Path, **material: object):
@@ -31,12 +27,6 @@ def material_of(glb, tmp_path: Path, **material: object):
     glb.json["meshes"] = [{"primitives": [{**glb.triangle(), "material": 0}]}]
     scene = load(glb, tmp_path)
     return scene, scene.materials[scene.objects[0].material]
-
-
-def png(color: tuple[int, ...], size: tuple[int, int] = (2, 2)) -> bytes:
-    stream = io.BytesIO()
-    Image.new("RGBA" if len(color) == 4 else "RGB", size, color).save(stream, "PNG")
-    return stream.getvalue()
 
 
 def test_colour_factors_are_exact(glb, tmp_path: Path) -> None:
@@ -223,7 +213,7 @@ def test_an_accessor_stays_in_its_buffer(field: str, glb, tmp_path: Path) -> Non
 
 def textured(glb, reference: dict[str, object], **attributes: int) -> None:
     """Add one triangle whose base colour texture is an embedded image."""
-    image = glb.view(png((10, 20, 30, 40)))
+    image = glb.view(plain_png((10, 20, 30, 40), (2, 2)))
     glb.json["images"] = [{"bufferView": image, "mimeType": "image/png"}]
     glb.json["samplers"] = [{"wrapS": 33071, "wrapT": 33071}, {}]
     glb.json["textures"] = [{"source": 0, "sampler": 0}]
@@ -270,7 +260,7 @@ def test_external_files_and_data_uris(write: Write) -> None:
     }
     files: dict[str, str | bytes] = {
         "sub/data.bin": positions,
-        "a b.png": png((1, 2, 3)),
+        "a b.png": plain_png((1, 2, 3)),
         "model.gltf": json.dumps(document),
     }
     scene = load_scene(write(files))

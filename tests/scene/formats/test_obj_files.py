@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-from PIL import Image
+from image_bytes import png
 
 from ssdo_gl.images.color import linear_from_srgb
 from ssdo_gl.scene.formats import Model, read_model
@@ -18,12 +17,6 @@ Write = Callable[[Files], Path]
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
 RED, GREEN, BLUE = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 CHEVRON = ["-1 -1 0", "0 -0.3 0", "1 -1 0", "0 1 0"]
-
-
-def png(pixels: np.ndarray) -> bytes:
-    stream = io.BytesIO()
-    Image.fromarray(pixels).save(stream, "PNG")
-    return stream.getvalue()
 
 
 @pytest.fixture

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import struct
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PIL import Image
+from image_bytes import plain_png
 
 from ssdo_gl.images.color import linear_from_srgb
 from ssdo_gl.scene.formats import read_model
@@ -345,18 +344,12 @@ def test_text_is_rounded_as_binary_is(write: Write) -> None:
     assert read_model(write({"a.ply": text}), "a").meshes[0].positions[2, 1] == 0.1
 
 
-def png(color: Bytes) -> bytes:
-    stream = io.BytesIO()
-    Image.new("RGB", (1, 1), color).save(stream, "PNG")
-    return stream.getvalue()
-
-
 def test_a_texture_file_is_shown(write: Write) -> None:
     text = header(
         "ascii", 4, faces(1), "property float s\nproperty float t\n",
         "comment TextureFile my wood.png\n",
     ) + "0 0 0 0 0\n1 0 0 1 0\n1 1 0 1 0.75\n0 1 0 0 0.75\n4 0 1 2 3\n"  # fmt: skip
-    model = read_model(write({"my wood.png": png(ORANGE), "a.ply": text}), "a")
+    model = read_model(write({"my wood.png": plain_png(ORANGE), "a.ply": text}), "a")
     texture = model.materials[0].albedo_texture
     assert texture is not None
     assert texture.pixels[0, 0].tolist() == [*ORANGE, 255]
@@ -385,7 +378,9 @@ def test_faces_choose_among_textures(write: Write) -> None:
         + SQUARE
         + ("3 0 1 2 6 0 0 1 0 1 1 1\n3 0 2 3 6 0 0 1 1 0 1 0\n")
     )
-    model = read_model(write({"a.png": png(ORANGE), "b.png": png(BLUE), "a.ply": text}), "a")
+    model = read_model(
+        write({"a.png": plain_png(ORANGE), "b.png": plain_png(BLUE), "a.ply": text}), "a"
+    )
     shown = [
         (material.albedo_texture.pixels[0, 0, :3].tolist(), model.meshes[item.mesh].positions[1, 0])
         for item in model.objects

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-from PIL import Image
+from image_bytes import png
 
 from ssdo_gl.images.color import linear_from_srgb
 from ssdo_gl.scene.lights import RectangleLight
@@ -16,12 +15,6 @@ from ssdo_gl.scene.load import load_scene
 
 Write = Callable[[dict[str, str | bytes]], Path]
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
-
-
-def png(pixels: np.ndarray) -> bytes:
-    stream = io.BytesIO()
-    Image.fromarray(pixels).save(stream, "PNG")
-    return stream.getvalue()
 
 
 def test_polygons_become_triangles(write: Write) -> None:

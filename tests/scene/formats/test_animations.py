@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from glb_writer import GlbWriter
+from glb_writer import GlbWriter, load
 
 from ssdo_gl import Renderer, Settings
 from ssdo_gl.bench.measure.fingerprints import scene_fingerprint
@@ -44,10 +44,6 @@ def animate(
 def one_triangle(glb: GlbWriter, **node: Any) -> None:
     glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
     glb.json["nodes"] = [{"mesh": 0, **node}]
-
-
-def load(glb: GlbWriter, folder: Path) -> Scene:
-    return load_scene(glb.save(folder / "a.glb"), ground="off")
 
 
 def corners(scene: Scene, seconds: float) -> FloatArray:

@@ -7,8 +7,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 import pytest
-from formats.test_samplers import picture
 from glb_writer import GlbWriter
+from image_bytes import png_uri
 from numpy.typing import NDArray
 from passes.ray_harness import Tracer
 
@@ -88,7 +88,7 @@ def square(glb: GlbWriter, tangent: NDArray[Any] | None = None, **more: Any) -> 
     """Return a primitive: a square that faces +z, with tangents."""
     normalized = {} if tangent is None or tangent.dtype.kind == "f" else {"normalized": True}
     along = tangents() if tangent is None else tangent
-    glb.json["images"] = [{"uri": picture(np.tile([*TEXEL, 255], (2, 2, 1)).astype(np.uint8))}]
+    glb.json["images"] = [{"uri": png_uri(np.tile([*TEXEL, 255], (2, 2, 1)).astype(np.uint8))}]
     glb.json["textures"] = [{"source": 0}]
     base = {"metallicFactor": 0, "baseColorFactor": [0.5, 0.5, 0.5, 1]}
     normal = {"normalTexture": {"index": 0}}

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from formats.test_samplers import GREYS
+from image_bytes import GREYS
 from numpy.typing import NDArray
 from PIL import Image
 

@@ -9,19 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 from documentation.pages import ROOT
-from formats.test_samplers import MIRROR, picture
-from glb_writer import GlbWriter
+from glb_writer import MIRROR, GlbWriter, load
+from image_bytes import png_uri
 
 from ssdo_gl.scene.formats.gltf.extensions import EXTENSIONS
-from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.scene import Scene, SceneError
 
 PIXELS = np.arange(2 * 2 * 4, dtype=np.uint8).reshape(2, 2, 4) * 10
-
-
-def load(glb: GlbWriter, folder: Path) -> Scene:
-    return load_scene(glb.save(folder / "a.glb"), ground="off")
 
 
 def with_material(glb: GlbWriter, folder: Path, **material: Any) -> Scene:
@@ -31,7 +26,7 @@ def with_material(glb: GlbWriter, folder: Path, **material: Any) -> Scene:
     glb.json["materials"] = [material]
     glb.json["meshes"] = [{"primitives": [{**glb.triangle(**uvs), "material": 0}]}]
     glb.json.setdefault("textures", [{"source": 0}])
-    glb.json["images"] = [{"uri": picture(PIXELS)}]
+    glb.json["images"] = [{"uri": png_uri(PIXELS)}]
     return load(glb, folder)
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from glb_writer import GlbWriter
+from glb_writer import GlbWriter, load
 from ktx2_writer import ktx2
 from numpy.typing import NDArray
 from PIL import Image
@@ -18,16 +18,11 @@ from ssdo_gl.scene import decoders
 from ssdo_gl.scene.decoders import client
 from ssdo_gl.scene.files.images import read_texture
 from ssdo_gl.scene.formats.gltf import document
-from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.material import Texture
 from ssdo_gl.scene.scene import Scene, SceneError
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0.25]], dtype="<f4")
 TRIANGLES = np.array([[0, 1, 2], [1, 3, 2]], dtype="<u4")
-
-
-def load(glb: GlbWriter, folder: Path) -> Scene:
-    return load_scene(glb.save(folder / "a.glb"), ground="off")
 
 
 def drawn(scene: Scene) -> list[Any]:

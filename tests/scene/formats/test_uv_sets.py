@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from formats.test_samplers import GREYS, MIRROR, REPEAT, picture
-from glb_writer import GlbWriter
+from glb_writer import MIRROR, REPEAT, GlbWriter
+from image_bytes import GREYS, png_uri
 from numpy.typing import NDArray
 
 import ssdo_gl
@@ -61,7 +61,7 @@ def test_emission_and_albedo_use_their_own_coordinates(
     sets = [upward, upward * [-1, 1] + [1, 0]]
     glb.json["meshes"] = [{"primitives": [square(glb, 0.0, sets, material=0)]}]
     glb.json["materials"] = [material(glow)]
-    glb.json["images"] = [{"uri": picture(SQUARES)}] * 2
+    glb.json["images"] = [{"uri": png_uri(SQUARES)}] * 2
     scene = load(glb, tmp_path, {"camera": 0, "translation": [0, 0, 1]})
     linear = linear_from_srgb(GREYS / 255.0)
     for aov, expected in (("albedo", linear), ("emission", linear[:, ::-1])):
@@ -74,7 +74,7 @@ def test_only_the_mirrored_image_is_mirrored(glb: GlbWriter, tmp_path: Path) -> 
     glb.json["samplers"] = [{"wrapS": MIRROR}, {"wrapS": REPEAT}]
     glb.json["meshes"] = [{"primitives": [square(glb, 0.0, sets, material=0)]}]
     glb.json["materials"] = [material({})]
-    glb.json["images"] = [{"uri": picture(SQUARES)}] * 2
+    glb.json["images"] = [{"uri": png_uri(SQUARES)}] * 2
     scene = load(glb, tmp_path, {"camera": 0, "translation": [0, 0, 1]})
     linear = linear_from_srgb(GREYS / 255.0)
     for aov, columns in (("albedo", [0, 1, 1, 0]), ("emission", [0, 1, 0, 1])):
@@ -98,7 +98,7 @@ def test_rays_meet_the_emission_where_the_second_set_has_it(
         # The lamp's alpha: a hole where the second set points, none where the first does.
         rgba = np.full((16, 16, 4), 255, np.uint8)
         rgba[8:, 8:, 3] = 0
-        glb.json["images"] = [{"uri": picture(rgba)}, {"uri": picture(LAMP)}]
+        glb.json["images"] = [{"uri": png_uri(rgba)}, {"uri": png_uri(LAMP)}]
         scene = load(
             glb,
             tmp_path,
@@ -124,7 +124,7 @@ def test_another_image_on_the_second_set_leaves_the_emission_where_it_is(
         glb.json["meshes"] = [{"primitives": [lamp]}, {"primitives": [floor]}]
         plain = {"pbrMetallicRoughness": {"metallicFactor": 0}, "doubleSided": True}
         glb.json["materials"] = [material({}, occlusionTexture=occlusion), plain]
-        glb.json["images"] = [{"uri": picture(SQUARES)}, {"uri": picture(LAMP)}]
+        glb.json["images"] = [{"uri": png_uri(SQUARES)}, {"uri": png_uri(LAMP)}]
         scene = load(
             glb,
             tmp_path,

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from image_bytes import png
 from numpy.typing import NDArray
-from PIL import Image
 
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.material import Material
@@ -18,23 +17,6 @@ from ssdo_gl.scene.scene import Scene
 
 Write = Callable[[dict[str, str | bytes]], Path]
 CARD = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nmtllib a.mtl\nusemtl m\nf 1/1 2/2 3/3\n"
-
-
-@pytest.fixture
-def write(tmp_path: Path) -> Write:
-    def write(files: dict[str, str | bytes]) -> Path:
-        for name, content in files.items():
-            data = content.encode() if isinstance(content, str) else content
-            (tmp_path / name).write_bytes(data)
-        return tmp_path / "a.obj"
-
-    return write
-
-
-def png(pixels: NDArray[np.uint8]) -> bytes:
-    stream = io.BytesIO()
-    Image.fromarray(pixels).save(stream, "PNG")
-    return stream.getvalue()
 
 
 def load(write: Write, mtl: str, **images: NDArray[Any]) -> Scene:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import io
 import tracemalloc
 from pathlib import Path
 from typing import Any
@@ -11,16 +10,12 @@ from urllib.parse import quote
 
 import numpy as np
 import pytest
-from glb_writer import GlbWriter
-from PIL import Image
+from glb_writer import GlbWriter, load
+from image_bytes import plain_png
 
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.scene.scene import Scene, SceneError
-
-
-def load(glb: GlbWriter, folder: Path) -> Scene:
-    return load_scene(glb.save(folder / "a.glb"), ground="off")
+from ssdo_gl.scene.scene import SceneError
 
 
 def refusal(glb: GlbWriter, folder: Path) -> str:
@@ -214,12 +209,6 @@ def test_many_nodes_of_one_mesh_are_read_at_once(glb: GlbWriter, tmp_path: Path)
     assert item.world_from_object[:, 0, 3].tolist() == list(range(2_000))
 
 
-def picture(color: tuple[int, int, int]) -> bytes:
-    stream = io.BytesIO()
-    Image.new("RGB", (1, 1), color).save(stream, "PNG")
-    return stream.getvalue()
-
-
 def textured(glb: GlbWriter, uri: str) -> None:
     uvs = glb.accessor(np.zeros((3, 2), dtype="<f4"), "VEC2")
     document = glb.json
@@ -229,7 +218,7 @@ def textured(glb: GlbWriter, uri: str) -> None:
     document["images"] = [{"uri": uri}]
 
 
-PLAIN = base64.b64encode(picture((1, 2, 3))).decode()
+PLAIN = base64.b64encode(plain_png((1, 2, 3))).decode()
 
 
 @pytest.mark.parametrize(
@@ -242,7 +231,7 @@ PLAIN = base64.b64encode(picture((1, 2, 3))).decode()
         f"data:image/png;base64,{PLAIN.rstrip('=')}",
         f"data:image/png;base64,{quote(PLAIN, safe='')}",
         f"data:image/png;base64,{PLAIN.replace('+', '-').replace('/', '_')}",
-        "data:image/png," + "".join(f"%{byte:02x}" for byte in picture((1, 2, 3))),
+        "data:image/png," + "".join(f"%{byte:02x}" for byte in plain_png((1, 2, 3))),
     ],
 )
 def test_data_uris_of_every_style(uri: str, glb: GlbWriter, tmp_path: Path) -> None:
@@ -254,7 +243,7 @@ def test_data_uris_of_every_style(uri: str, glb: GlbWriter, tmp_path: Path) -> N
 
 def test_a_name_with_escapes_or_a_stray_percent(glb: GlbWriter, tmp_path: Path) -> None:
     for name, uri in (("a b.png", "a%20b.png"), ("50%.png", "50%.png"), ("5%20.png", "5%20.png")):
-        (tmp_path / name).write_bytes(picture((9, 9, 9)))
+        (tmp_path / name).write_bytes(plain_png((9, 9, 9)))
         textured(glb, uri)
         assert load(glb, tmp_path).materials[0].albedo_texture is not None
 

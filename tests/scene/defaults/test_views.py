@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from glb_writer import GlbWriter
+from image_bytes import png
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -122,11 +122,10 @@ def test_a_lamp_of_any_strength_shows_all_sides(
 
 
 def test_a_white_picture_of_sixteen_bits_is_not_made_up(glb: GlbWriter, tmp_path: Path) -> None:
-    stream = io.BytesIO()
-    Image.fromarray(np.full((2, 2), 16384, dtype=np.uint16)).save(stream, "PNG")
-    texture = Image.open(io.BytesIO(stream.getvalue()))
-    assert texture.mode.startswith("I")
-    (tmp_path / "grey.png").write_bytes(stream.getvalue())
+    path = tmp_path / "grey.png"
+    path.write_bytes(png(np.full((2, 2), 16384, dtype=np.uint16)))
+    with Image.open(path) as texture:
+        assert texture.mode.startswith("I")
     uvs = glb.accessor(np.zeros((3, 2), dtype="<f4"), "VEC2")
     glb.json["meshes"] = [{"primitives": [{**glb.triangle(TEXCOORD_0=uvs), "material": 0}]}]
     base = {"baseColorTexture": {"index": 0}, "metallicFactor": 0}

@@ -2,31 +2,19 @@
 
 from __future__ import annotations
 
-import base64
-import io
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from glb_writer import GlbWriter
+from glb_writer import CLAMP, MIRROR, REPEAT, GlbWriter
+from image_bytes import GREYS, png_uri
 from numpy.typing import NDArray
-from PIL import Image
 
 import ssdo_gl
 from ssdo_gl.images.color import linear_from_srgb
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
-
-REPEAT, MIRROR, CLAMP = 10497, 33648, 33071
-# Rows and columns of distinct greys, each a square of 8 x 8 texels.
-GREYS = np.array([[60, 120], [180, 240]], dtype=np.uint8)
-
-
-def picture(pixels: NDArray[np.uint8]) -> str:
-    stream = io.BytesIO()
-    Image.fromarray(pixels).save(stream, "PNG")
-    return "data:image/png;base64," + base64.b64encode(stream.getvalue()).decode()
 
 
 def card(glb: GlbWriter, pixels: NDArray[np.uint8], sampler: dict[str, Any], **more: Any) -> None:
@@ -48,7 +36,7 @@ def card(glb: GlbWriter, pixels: NDArray[np.uint8], sampler: dict[str, Any], **m
     document["materials"] = [{"pbrMetallicRoughness": base, "doubleSided": True, **more}]
     document["textures"] = [{"source": 0, "sampler": 0}]
     document["samplers"] = [sampler]
-    document["images"] = [{"uri": picture(pixels)}]
+    document["images"] = [{"uri": png_uri(pixels)}]
 
 
 def load(glb: GlbWriter, folder: Path) -> Scene:
