@@ -183,9 +183,9 @@ class DirectPass(RenderPass):
         if self.shadow_maps:
             atlas = inputs["shadow_atlas"]
             texels = common["u_shadow_tile_texels"] = atlas.width // columns
-            quads = quads_of(context.gl, context.shaders, atlas)
+            quads = quads_of(context.gl, context.shaders, atlas, self)
             if quads is not None:
-                inputs["shadow_atlas"], maps = quads, MapsInQuads(quads, frames, texels)
+                inputs["shadow_atlas"], maps = quads, MapsInQuads(quads, frames, texels, self)
         draws = gloss_draws(context.frame, self.glossy)
         if not chosen or len(draws) > 1:
             clear(context.gl, context.shaders, context.target)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 import moderngl
 import numpy as np
@@ -25,29 +26,23 @@ TURNS = 16
 
 
 class MapsInQuads(NamedTuple):
-    """The maps of all lights, from `quads_of`; their frames; texels along a tile of the atlas."""
+    """The maps of all lights, from `quads_of`; frames; texels along a tile; who reads them."""
 
     quads: moderngl.Texture
     frames: Sequence[ShadowFrame | None]
     tile_texels: int
+    reader: object
 
 
 class _Telling:
-    """What tiles are told by, kept with the maps, and for which lights it pays."""
+    """Tiles of a view, what they are told by, and for which lights it pays."""
 
-    def __init__(self, context: PassContext, maps: MapsInQuads) -> None:
-        self.blocks = ShadowBlocks(context.gl, context.shaders, *maps)
-        self.size = (0, 0)
+    def __init__(self, gl: moderngl.Context, blocks: ShadowBlocks, size: tuple[int, int]) -> None:
+        self.blocks = blocks
+        self.tiles = make_texture(gl, size, 1, "f4")
+        self.target = make_framebuffer(gl, [self.tiles])
         self.turns: dict[int, int] = {}
         self.pays: dict[int, bool] = {}
-
-    def fit(self, gl: moderngl.Context, size: tuple[int, int]) -> None:
-        """Have columns and rows of tiles."""
-        if self.size != size:
-            self.size = size
-            self.tiles = make_texture(gl, size, 1, "f4")
-            self.target = make_framebuffer(gl, [self.tiles])
-            self.turns.clear()
 
     def tell(self, context: PassContext, maps: MapsInQuads, light: LightDraw) -> None:
         """Find out what tiles see of a light."""
@@ -72,6 +67,22 @@ class _Telling:
         )
 
 
+class _KeptWithMaps:
+    """What tells tiles by the maps that it is kept with: views of a scene share them."""
+
+    def __init__(self, context: PassContext, maps: MapsInQuads) -> None:
+        given = maps.quads, maps.frames, maps.tile_texels
+        self.blocks = ShadowBlocks(context.gl, context.shaders, *given)
+        self._tellings: WeakKeyDictionary[object, _Telling] = WeakKeyDictionary()
+
+    def of(self, reader: object, gl: moderngl.Context, size: tuple[int, int]) -> _Telling:
+        """Return what tells so many columns and rows of tiles of a reader's view."""
+        telling = self._tellings.get(reader)
+        if telling is None or telling.tiles.size != size:
+            telling = self._tellings[reader] = _Telling(gl, self.blocks, size)
+        return telling
+
+
 def light_tiles(
     context: PassContext, maps: MapsInQuads, number: int, light: LightDraw
 ) -> moderngl.Texture | None:
@@ -90,8 +101,8 @@ def light_tiles(
     is_apart = maps.tile_texels % BLOCK_TEXELS == 0
     if maps.frames[number] is None or columns * rows < LEAST_TILES or not is_apart:
         return None
-    telling = maps.quads.extra = maps.quads.extra or _Telling(context, maps)
-    telling.fit(context.gl, (columns, rows))
+    kept = maps.quads.extra = maps.quads.extra or _KeptWithMaps(context, maps)
+    telling = kept.of(maps.reader, context.gl, (columns, rows))
     turn = telling.turns.get(number, 0)
     telling.turns[number] = turn + 1
     if turn % TURNS and not telling.pays[number]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from contextlib import ExitStack
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from ssdo_gl.passes.light_draws import DARK, MIXED, OPEN
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings.resolve import settings_for
+from ssdo_gl.shared_scene import SharedScene
 
 # Neither a multiple of a tile.
 SIZE = (330, 190)
@@ -87,3 +89,29 @@ def test_light_that_grazes_vaults_is_what_pixels_find(device, monkeypatch, told)
     tiled, plain = drawn_both_ways(device, load_scene("colonnade"), monkeypatch)
     assert DARK in set(np.concatenate(told))
     np.testing.assert_array_equal(tiled, plain)
+
+
+def test_views_of_two_sizes_are_told_apart_each_by_what_it_found(device, monkeypatch, told):
+    """To begin anew is to wait for the device in each frame."""
+    scene = load_scene("stairs")
+    shared = SharedScene(device.gl, scene)
+    made, first = [], light_tiles._Telling.__init__
+
+    def counted(self, gl, blocks, size):
+        made.append(size)
+        first(self, gl, blocks, size)
+
+    monkeypatch.setattr(light_tiles._Telling, "__init__", counted)
+    x, y, z = scene.camera.position
+    with ExitStack() as opened:
+        views = []
+        for size in (SIZE, (400, 240)):
+            settings = settings_for(scene.render, {"size": size, "method": "direct"})
+            view = Renderer(scene, settings, device=device, shared=shared)
+            views.append(opened.enter_context(view))
+        for i in range(4):
+            camera = dataclasses.replace(scene.camera, position=(x + 1e-3 * i, y, z))
+            for view in views:
+                view.render(["direct"], camera=camera)
+    assert len(told) == 6
+    assert made == [(21, 12), (25, 15)]

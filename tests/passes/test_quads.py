@@ -15,6 +15,10 @@ from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings.resolve import settings_for
 
 
+class Reader:
+    """A view."""
+
+
 @pytest.mark.parametrize("size", [(6, 4), (5, 3)])
 def test_a_map_read_twice_is_copied(device, gl, shaders, size):
     if not draws_on_cpu(gl):
@@ -22,10 +26,13 @@ def test_a_map_read_twice_is_copied(device, gl, shaders, size):
     width, height = size
     values = np.arange(width * height, dtype=np.float32).reshape(height, width, 1)
     atlas = make_texture(gl, size, 1, "f4", values)
-    assert quads_of(gl, shaders, atlas) is None
-    quads = quads_of(gl, shaders, atlas)
+    one, other = Reader(), Reader()
+    assert quads_of(gl, shaders, atlas, one) is None
+    # Two views of one frame read it once.
+    assert quads_of(gl, shaders, atlas, other) is None
+    quads = quads_of(gl, shaders, atlas, one)
     assert quads is not None
-    assert quads_of(gl, shaders, atlas) is quads
+    assert quads_of(gl, shaders, atlas, other) is quads
     stored = np.frombuffer(quads.read(), np.float32).reshape(-(-height // 2), -(-width // 2), 4)
     padded = np.pad(values[..., 0], ((0, height % 2), (0, width % 2)), mode="edge")
     expected = [padded[j::2, i::2] for j in (0, 1) for i in (0, 1)]

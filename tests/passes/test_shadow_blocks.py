@@ -36,11 +36,11 @@ def test_all_texels_lie_between_the_planes(gl, shaders, kind, is_parallel):
         pytest.skip("only processors read quads")
     depths = depths_of(kind)
     atlas = make_texture(gl, (SIZE, SIZE), 1, "f4", depths[..., None])
-    quads_of(gl, shaders, atlas)
+    quads_of(gl, shaders, atlas, gl)
     frame = ShadowFrame(
         np.zeros(3), np.eye(3), is_parallel, (1.0, 1.0), 0.5 * FAR, 1, (0, 0), 1, np.zeros((1, 3))
     )
-    blocks = ShadowBlocks(gl, shaders, quads_of(gl, shaders, atlas), [frame], SIZE)
+    blocks = ShadowBlocks(gl, shaders, quads_of(gl, shaders, atlas, gl), [frame], SIZE)
     columns, rows = blocks.grid
     width, height = blocks.texture.size
     stored = np.frombuffer(blocks.texture.read(), np.float32).reshape(height, width, 4)
