@@ -1,8 +1,6 @@
-"""Transforms and projections in float64; the only module that imports pyrr.
+"""Transforms and projections in float64.
 
-pyrr follows the row-vector convention (``p @ V @ P``). Everything this module
-returns is in the column-vector convention (``P @ V @ p``), named
-``dst_from_src``, so that the rest of the project knows one convention only.
+All are in the column-vector convention (``P @ V @ p``), named ``dst_from_src``.
 """
 
 from __future__ import annotations
@@ -10,7 +8,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import pyrr
 from numpy.typing import ArrayLike, NDArray
 
 FloatArray = NDArray[np.float64]
@@ -76,17 +73,14 @@ def normalized(vector: ArrayLike) -> FloatArray:
 
 def translation(offset: ArrayLike) -> FloatArray:
     """Return the (4, 4) matrix that moves points by `offset` (scene units)."""
-    matrix: FloatArray = pyrr.matrix44.create_from_translation(
-        np.asarray(offset, dtype=np.float64), dtype=np.float64
-    ).T
+    matrix = np.eye(4)
+    matrix[:3, 3] = offset
     return matrix
 
 
 def scaling(factors: ArrayLike) -> FloatArray:
     """Return the (4, 4) matrix that scales by `factors`, a number or three."""
-    three = np.broadcast_to(np.asarray(factors, dtype=np.float64), (3,))
-    matrix: FloatArray = pyrr.matrix44.create_from_scale(three, dtype=np.float64).T
-    return matrix
+    return np.diag((*np.broadcast_to(factors, (3,)), 1.0))
 
 
 def rotation_euler(degrees_xyz: ArrayLike) -> FloatArray:
