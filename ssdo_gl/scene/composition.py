@@ -58,10 +58,11 @@ def checked_mesh(
         None if made else normals,  # type: ignore[arg-type]
         uvs,  # type: ignore[arg-type]
         None if colors is None else _linear_colors(colors),
+        name=name,
     )
     if raw.fault:
         raise SceneError(raw.fault)
-    mesh = cleaned_mesh(raw.positions, raw.triangles, raw.normals, raw.uvs, raw.colors, name).mesh
+    mesh = cleaned_mesh(raw).mesh
     if mesh is None:
         raise SceneError("triangles: none has an area")
     return smoothed(mesh, CREASE_DEGREES) if made else mesh

@@ -8,9 +8,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.camera import Camera
@@ -53,21 +50,14 @@ class Model:
     _beyond: dict[str, list[str]] = field(default_factory=dict)
 
     def add_mesh(
-        self,
-        positions: FloatArray,
-        triangles: NDArray[np.int64],
-        normals: FloatArray | None = None,
-        uvs: FloatArray | None = None,
-        colors: FloatArray | None = None,
-        name: str = "",
-        second_uvs: FloatArray | None = None,
-        vertices_at: Callable[[float], Vertices] | None = None,
-        tangents: FloatArray | None = None,
+        self, raw: Mesh, vertices_at: Callable[[float], Vertices] | None = None
     ) -> int | None:
         """Clean and add a mesh; return its index, or None if nothing was left.
 
         Parameters
         ----------
+        raw : Mesh
+            What `cleaned_mesh` takes.
         vertices_at : callable or None
             Of a mesh that changes its shape: what it is at a time.
 
@@ -76,12 +66,10 @@ class Model:
         ValueError
             If a triangle names a vertex that does not exist, or there are too many.
         """
-        self.triangle_count += len(triangles)
+        self.triangle_count += len(raw.triangles)
         if self.triangle_count > MAX_TRIANGLES:
             raise ValueError(f"{self.triangle_count} triangles: at most {MAX_TRIANGLES} in a file")
-        cleaned = cleaned_mesh(
-            positions, triangles, normals, uvs, colors, name, second_uvs, tangents=tangents
-        )
+        cleaned = cleaned_mesh(raw)
         for what, count in (
             ("triangles with NaN or infinite corners dropped", cleaned.not_finite),
             ("triangles without area dropped", cleaned.zero_area),
@@ -94,12 +82,8 @@ class Model:
         if vertices_at is not None:
 
             def pose(seconds: float) -> Mesh | None:
-                positions, normals, tangents = vertices_at(seconds)
-                return cleaned_mesh(
-                    *(positions, triangles, normals, uvs, colors, name, second_uvs),
-                    closed=mesh.closed,
-                    tangents=tangents,
-                ).mesh
+                moved = dataclasses.replace(raw, **vertices_at(seconds)._asdict())
+                return cleaned_mesh(moved, mesh.closed).mesh
 
             mesh = dataclasses.replace(mesh, pose=pose)
         self.meshes.append(mesh)
@@ -116,7 +100,7 @@ class Model:
             As `add_mesh` does.
         """
         vertices, triangles, colored, note = point_bodies(positions, colors)
-        index = self.add_mesh(vertices, triangles, colors=colored, name=name)
+        index = self.add_mesh(Mesh(vertices, triangles, colors=colored, name=name))
         if index is not None:
             self.note(note)
             self._bodies.add(index)

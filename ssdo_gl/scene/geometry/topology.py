@@ -41,26 +41,13 @@ def check_vertices(named: NDArray[np.int64], count: int) -> None:
         raise ValueError(f"a face refers to vertex {wrong.max()} of {count}")
 
 
-def cleaned_mesh(
-    positions: FloatArray,
-    triangles: NDArray[np.int64],
-    normals: FloatArray | None = None,
-    uvs: FloatArray | None = None,
-    colors: FloatArray | None = None,
-    name: str = "",
-    second_uvs: FloatArray | None = None,
-    closed: bool | None = None,
-    tangents: FloatArray | None = None,
-) -> Cleaned:
+def cleaned_mesh(raw: Mesh, closed: bool | None = None) -> Cleaned:
     """Return a mesh without unusable triangles and unused vertices.
 
     Parameters
     ----------
-    positions, normals : ndarray, shape (V, 3)
-    triangles : ndarray, shape (T, 3)
-    uvs, second_uvs : ndarray, shape (V, 2)
-    colors, tangents : ndarray, shape (V, 4)
-        Tangents count beside normals only; those that are no direction become 0.
+    raw : Mesh
+        Nothing but the shapes of its arrays is relied on. Tangents that are no direction become 0.
     closed : bool or None
         Whether they bound a solid; None: that is found out.
 
@@ -69,6 +56,7 @@ def cleaned_mesh(
     ValueError
         If a triangle names a vertex that does not exist.
     """
+    positions, triangles, colors = raw.positions, raw.triangles, raw.colors
     check_vertices(triangles, len(positions))
     finite = np.asarray(np.isfinite(positions).all(axis=1))
     given = len(triangles)
@@ -89,18 +77,17 @@ def cleaned_mesh(
     mesh = Mesh(
         positions=points,
         triangles=triangles,
-        uvs=_usable_uvs(uvs, used),
-        second_uvs=_usable_uvs(second_uvs, used),
+        uvs=_usable_uvs(raw.uvs, used),
+        second_uvs=_usable_uvs(raw.second_uvs, used),
         colors=None if colors is None else np.clip(np.nan_to_num(colors[used]), 0.0, 1.0),
         closed=is_closed(points, triangles) if closed is None else closed,
-        name=name,
+        name=raw.name,
     )
-    if normals is None:
+    if raw.normals is None:
         return Cleaned(mesh, not_finite, zero_area)
-    unit, replaced = _unit_normals(normals[used], mesh)
-    mesh = dataclasses.replace(
-        mesh, normals=unit, tangents=None if tangents is None else unit_tangents(tangents[used])
-    )
+    unit, replaced = _unit_normals(raw.normals[used], mesh)
+    tangents = None if raw.tangents is None else unit_tangents(raw.tangents[used])
+    mesh = dataclasses.replace(mesh, normals=unit, tangents=tangents)
     return Cleaned(mesh, not_finite, zero_area, replaced)
 
 

@@ -23,13 +23,13 @@ from pathlib import Path
 import numpy as np
 from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.formats.scene_format import SceneFormat
-from ssdo_gl.scene.geometry import SceneObject
+from ssdo_gl.scene.geometry import Mesh, SceneObject
 from ssdo_gl.scene.material import Material
 
 def read_corners(path: Path, where: str) -> Model:
     positions = np.array(path.read_text().split(), dtype=np.float64).reshape(3, 3)
     model = Model(materials=[Material(name="toy")])
-    mesh = model.add_mesh(positions, np.array([[0, 1, 2]]))
+    mesh = model.add_mesh(Mesh(positions, np.array([[0, 1, 2]])))
     if mesh is not None:
         model.objects.append(SceneObject(mesh, 0))
     return model

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ssdo_gl.scene.geometry import shapes, topology
+from ssdo_gl.scene.geometry import Mesh, shapes, topology
 from ssdo_gl.scene.geometry.topology import cleaned_mesh, is_closed, joined_vertices
 
 TRIANGLE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
@@ -16,7 +16,7 @@ FACE = np.array([[0, 1, 2]])
 
 @given(exponent=st.integers(-12, 12))
 def test_a_triangle_has_area_at_every_scale(exponent: int) -> None:
-    cleaned = cleaned_mesh(TRIANGLE * 10.0**exponent, FACE)
+    cleaned = cleaned_mesh(Mesh(TRIANGLE * 10.0**exponent, FACE))
     assert cleaned.mesh is not None
     assert cleaned.zero_area == 0
     assert cleaned.mesh.face_normals().tolist() == [[0.0, 0.0, 1.0]]
@@ -25,22 +25,22 @@ def test_a_triangle_has_area_at_every_scale(exponent: int) -> None:
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
 def test_collinear_and_collapsed_triangles_are_dropped_at_every_scale(scale: float) -> None:
     line = np.array([[0.0, 0.0, 0.0], [1.0, 2.0, 3.0], [2.0, 4.0, 6.0]]) * scale
-    assert cleaned_mesh(line, FACE).mesh is None
-    assert cleaned_mesh(line, FACE).zero_area == 1
+    assert cleaned_mesh(Mesh(line, FACE)).mesh is None
+    assert cleaned_mesh(Mesh(line, FACE)).zero_area == 1
     point = np.ones((3, 3)) * scale
-    assert cleaned_mesh(point, FACE).mesh is None
-    assert cleaned_mesh(TRIANGLE * scale, np.array([[0, 1, 1]])).mesh is None
+    assert cleaned_mesh(Mesh(point, FACE)).mesh is None
+    assert cleaned_mesh(Mesh(TRIANGLE * scale, np.array([[0, 1, 1]]))).mesh is None
 
 
 def test_a_thin_triangle_is_kept() -> None:
     thin = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.5, 1e-9, 0.0]])
-    assert cleaned_mesh(thin, FACE).mesh is not None
+    assert cleaned_mesh(Mesh(thin, FACE)).mesh is not None
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 def test_triangles_with_a_bad_corner_are_dropped_and_counted(bad: float) -> None:
     positions = np.concatenate([TRIANGLE, [[bad, 0.0, 0.0]]])
-    cleaned = cleaned_mesh(positions, np.array([[0, 1, 2], [0, 1, 3], [1, 2, 3]]))
+    cleaned = cleaned_mesh(Mesh(positions, np.array([[0, 1, 2], [0, 1, 3], [1, 2, 3]])))
     assert cleaned.not_finite == 2
     assert cleaned.mesh is not None
     assert len(cleaned.mesh.positions) == 3  # the bad vertex went with its triangles
@@ -50,13 +50,13 @@ def test_triangles_with_a_bad_corner_are_dropped_and_counted(bad: float) -> None
 @pytest.mark.parametrize("index", [3, -1])
 def test_an_index_out_of_range_is_an_error(index: int) -> None:
     with pytest.raises(ValueError, match=f"vertex {index} of 3"):
-        cleaned_mesh(TRIANGLE, np.array([[0, 1, index]]))
+        cleaned_mesh(Mesh(TRIANGLE, np.array([[0, 1, index]])))
 
 
 @pytest.mark.parametrize("bad", [0.0, np.nan, np.inf])
 def test_unusable_normals_become_the_face_normal(bad: float) -> None:
     normals = np.array([[0.0, 0.0, 2.0], [bad, bad, bad], [0.0, 3.0, 4.0]])
-    cleaned = cleaned_mesh(TRIANGLE, FACE, normals)
+    cleaned = cleaned_mesh(Mesh(TRIANGLE, FACE, normals))
     assert cleaned.bad_normals == 1
     assert cleaned.mesh is not None
     assert cleaned.mesh.normals is not None
@@ -64,14 +64,14 @@ def test_unusable_normals_become_the_face_normal(bad: float) -> None:
 
 
 def test_tiny_normals_are_directions_too() -> None:
-    cleaned = cleaned_mesh(TRIANGLE, FACE, np.full((3, 3), 1e-200))
+    cleaned = cleaned_mesh(Mesh(TRIANGLE, FACE, np.full((3, 3), 1e-200)))
     assert cleaned.bad_normals == 0
     assert cleaned.mesh is not None
     assert np.allclose(cleaned.mesh.normals, 1.0 / np.sqrt(3.0))
 
 
 def test_a_mesh_without_normals_stays_without() -> None:
-    cleaned = cleaned_mesh(TRIANGLE, FACE)
+    cleaned = cleaned_mesh(Mesh(TRIANGLE, FACE))
     assert cleaned.mesh is not None
     assert cleaned.mesh.normals is None
 

@@ -26,7 +26,7 @@ from ssdo_gl.scene.formats.gltf.poses import Poses
 from ssdo_gl.scene.formats.gltf.rig import FrameMotion, NodeMotion, Rig, Skin
 from ssdo_gl.scene.formats.gltf.viewpoints import read_camera, read_light
 from ssdo_gl.scene.formats.model import Model
-from ssdo_gl.scene.geometry import MAX_INSTANCES, SceneObject, thickened, with_area
+from ssdo_gl.scene.geometry import MAX_INSTANCES, Mesh, SceneObject, thickened, with_area
 from ssdo_gl.scene.scene import SceneError
 
 _UNDRAWN = {
@@ -227,22 +227,23 @@ class _Reader:
             self.model.drop("primitives of " + _UNDRAWN.get(mode, "no vertices"))
             return None
         poses.check(shape)
-        positions, normals, tangents = poses.rest(shape)
+        uvs = second_uvs = None
+        if shape.uvs is not None:
+            uvs = material.uvs.transformed(shape.uvs)
+            # Without coordinates of their own, the first have to do.
+            if second and shape.second_uvs is not None:
+                second_uvs = second.transformed(shape.second_uvs)
+        raw = Mesh(
+            **poses.rest(shape)._asdict(),
+            triangles=shape.triangles,
+            uvs=uvs,
+            second_uvs=second_uvs,
+            colors=shape.colors,
+            name=name,
+        )
+        moving = functools.partial(poses.of, shape) if poses.moves(shape) else None
         try:
-            index = self.model.add_mesh(
-                positions,
-                shape.triangles,
-                normals,
-                None if shape.uvs is None else material.uvs.transformed(shape.uvs),
-                shape.colors,
-                name,
-                # Without coordinates of their own, the first have to do.
-                second.transformed(shape.second_uvs)
-                if second and shape.uvs is not None and shape.second_uvs is not None
-                else None,
-                functools.partial(poses.of, shape) if poses.moves(shape) else None,
-                tangents,
-            )
+            index = self.model.add_mesh(raw, moving)
         except ValueError as error:
             raise GltfError(f"mesh {name!r}: {error}") from None
         return None if index is None else (index, material.index)

@@ -20,7 +20,7 @@ from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.formats.obj.mtl import MtlMaterial, material_called, read_libraries
 from ssdo_gl.scene.formats.obj.obj_text import logical_lines, remainder
 from ssdo_gl.scene.formats.triangulate import triangulated
-from ssdo_gl.scene.geometry import SceneObject
+from ssdo_gl.scene.geometry import Mesh, SceneObject
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.scene import SceneError
 
@@ -151,8 +151,9 @@ def _add_mesh(
         if entry is not None and entry.second_placement is not None:
             second_uvs = _downward(entry.second_placement.placed(own))
     colors = vertices.colors[vertex] if np.any(vertices.colored[vertex]) else None
+    points = vertices.positions[vertex]
     return model.add_mesh(
-        vertices.positions[vertex], triangles, normals, uvs, colors, name, second_uvs
+        Mesh(points, triangles, normals, uvs, colors, name=name, second_uvs=second_uvs)
     )
 
 

@@ -12,7 +12,7 @@ from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.files import contained_file
 from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.formats.triangulate import triangulated
-from ssdo_gl.scene.geometry import SceneObject
+from ssdo_gl.scene.geometry import Mesh, SceneObject
 from ssdo_gl.scene.material import Material, Texture
 from ssdo_gl.scene.scene import SceneError
 
@@ -112,7 +112,7 @@ class PolygonMesh:
         # Image rows count downward from the top.
         uvs = None if uvs is None else uvs * [1.0, -1.0] + [0.0, 1.0]
         name = self.name or path.stem
-        mesh = model.add_mesh(positions, vertices, normals, uvs, colors, name)
+        mesh = model.add_mesh(Mesh(positions, vertices, normals, uvs, colors, name=name))
         if mesh is None:
             return
         plain = colors is None and texture is None
