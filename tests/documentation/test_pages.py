@@ -6,7 +6,17 @@ import re
 from pathlib import Path
 
 import pytest
-from documentation.pages import BLOCKS, ROOT, TEXTS, TUTORIAL, blocks, code_spans, prose, table
+from documentation.pages import (
+    BLOCKS,
+    ROOT,
+    TEXTS,
+    TUTORIAL,
+    blocks,
+    code_spans,
+    prose,
+    section,
+    table,
+)
 from markdown_it import MarkdownIt
 
 # More would not be read; the rest has pages of its own.
@@ -136,3 +146,19 @@ def test_the_helpers_find_what_they_look_for():
     assert MACHINE_PATH.search("see /home/me/file") and not MACHINE_PATH.search("docs/home/x")
     assert PRIVATE_WORDS.search("the truth") and not PRIVATE_WORDS.search("`--truth gi`")
     assert PRIVATE_WORDS.search("out of sight") and not PRIVATE_WORDS.search("line of sight")
+
+
+def test_the_layout_names_what_the_tree_holds():
+    layout = re.search(r"```text\n(.*?)```", section("docs/architecture.md", "Layout"), re.DOTALL)
+    assert layout is not None
+    inside = set(re.findall(r"^  (\S+)", layout[1], re.MULTILINE))
+    package = ROOT / "ssdo_gl"
+    modules = [path.relative_to(package) for path in package.rglob("*.py")]
+    # A format is a module or a folder, whichever it takes.
+    folders = {f"{path.parent.as_posix()}/" for path in modules if len(path.parts) <= 3}
+    files = {path.name for path in modules if len(path.parts) == 1}
+    assert inside == (folders - {"./"}) | files
+    (tests,) = re.findall(r"^tests/ +(.*)", layout[1], re.MULTILINE)
+    own = {name.removesuffix("/") for name in re.findall(r"[a-z_]+/", tests)} - {"ssdo_gl"}
+    found = {path.parent.name for path in (ROOT / "tests").glob("*/test_*.py")} | {"oracle"}
+    assert found - {path.parts[0] for path in modules} == own
