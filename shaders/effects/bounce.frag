@@ -6,7 +6,7 @@
 //
 // Defines: DIRECTION_COUNT, STEP_COUNT, HAS_BACK_LAYER; ADDS 1: to another irradiance;
 // KEPT_TEXTURE_COUNT (see lib/kept_directions.glsl): another pass has marched already;
-// HAS_OWN_RAYS 1: pixels have rays of their own, which say what arrives there;
+// HAS_OWN_RAYS 1: where there are per-pixel rays, their light takes the march's place;
 // SUMS_SENDERS 1: terms are added up at each sender (see lib/senders.glsl), not looked up.
 #define GATHERS_SENDERS 1
 uniform float u_hidden_senders;  // march: share of the radiance sent from a hidden side

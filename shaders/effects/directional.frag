@@ -11,7 +11,7 @@
 // CONTROL_VARIATE 0 sum the open light (the paper), 1 correct it by the exact total as far
 // as the environment seems to be open, 2 subtract the blocked light from the exact total;
 // HAS_BAKED_OCCLUSION: images say how much of the environment some surfaces see;
-// HAS_OWN_RAYS: pixels have rays of their own, which say what arrives there; ALWAYS_MARCHES: there,
+// HAS_OWN_RAYS: per-pixel rays take the march's place where there are some; ALWAYS_MARCHES: there,
 // too, for the visibility;
 // IS_OPEN (see lib/estimator.glsl); KEPT_TEXTURE_COUNT (see lib/kept_directions.glsl).
 #define GATHERS_SENDERS 0

@@ -1,5 +1,5 @@
 #version 330 core
-// The far field at probes: what arrives along each direction from beyond R.
+// The far field at probes: incident radiance from beyond R, by direction.
 //
 // Defines: PROBE_SIDE (see lib/far_probes.glsl); NEAR_HITS: rays tell of surfaces
 // within R: 0 never, 1 where the depth buffer does not show them, 2 always; as in

@@ -1,5 +1,5 @@
 #version 330 core
-// All that arrives at the pixels of a frame of a view that moves, by a few rays for each.
+// Per-pixel rays while the camera moves: all light that a pixel receives, by a few rays.
 //
 // Defines: ENVIRONMENT_KIND (see lib/environment.glsl); as in rays/surface_data.glsl.
 #include "rays/surface_cache.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// What pixels' own rays found beyond R, averaged over pixels about: where light comes from few
+// The far light of per-pixel rays, averaged over pixels around: where light comes from few
 // directions, a few rays for each pixel are too few for the edge-aware filter, which spreads what
 // this leaves out between its steps.
 //

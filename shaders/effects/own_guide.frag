@@ -1,5 +1,5 @@
 #version 330 core
-// How often a pixel's own rays follow each direction of the probes.
+// Guided sampling: how often per-pixel rays follow each direction of the probes.
 //
 // Defines: PROBE_SIDE (see lib/far_probes.glsl).
 #include "lib/probe_cells.glsl"

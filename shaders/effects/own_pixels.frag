@@ -1,5 +1,5 @@
 #version 330 core
-// How many rays of its own a pixel has: none, the usual number, or more where a neighbour in
+// How many rays each pixel traces: none, the usual number, or more where a neighbour in
 // front may shade it.
 #include "lib/shaded_pixels.glsl"
 

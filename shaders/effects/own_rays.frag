@@ -1,5 +1,5 @@
 #version 330 core
-// All that arrives at pixels, by rays of their own: a texel for each such pixel.
+// Per-pixel rays: the light that a pixel's rays gather, a texel for each such pixel.
 //
 // Defines: ENVIRONMENT_KIND (see lib/environment.glsl); PROBE_TILE, PROBE_SIDE (see
 // lib/far_probes.glsl); as in rays/surface_data.glsl.

@@ -7,7 +7,7 @@
 // Z_SIGNALS: bit i says that the channel after the value of signal i is z, else it is
 // visibility;
 // IS_FIRST: the values are an estimator's, and may be unsound;
-// PARTS_EDGES: pixels that a neighbour in front may shade, which have many rays of their own,
+// PARTS_EDGES: pixels that a neighbour in front may shade, which trace many rays,
 // count next to nothing for others; the sign of z
 // among the values says which have them (1), or an image does (2); 0: none has;
 // TAP_RADIUS: taps on each side; USE_NORMALS.
@@ -29,7 +29,7 @@ uniform sampler2D t_value_0;
 uniform sampler2D t_value_1;
 #endif
 #if PARTS_EDGES == 2
-uniform isampler2D t_own_places;  // negative: the pixel has many rays of its own
+uniform isampler2D t_own_places;  // negative: the pixel traces many rays
 uniform bool u_has_own_rays;
 #endif
 uniform int u_stride;          // texels of the frame per pixel of the values
@@ -69,13 +69,13 @@ const float NORMAL_REACH = 0.8;
 // those that weigh less together show another one.
 const float LEAST_WEIGHT = 0.02;
 
-// What a tap counts that has many rays of its own where the centre has none, or the other way round.
+// What a tap counts that traces many rays where the centre does not, or the other way round.
 const float OTHER_WEIGHT = 1e-3;
 
 // A plane through the centre pixel's surface point, and what weights are relative to.
 struct Centre {
     ivec2 texel;
-    bool is_edge;       // it has many rays of its own
+    bool is_edge;       // it traces many rays
     vec2 shading_code;  // octahedral
     // A tap of depth z, d texels away, stands off the plane by z * dot(rate, (d, 1)) - offset
     // tolerances.
@@ -145,7 +145,7 @@ float z_of(ivec2 texel, vec4 values[SIGNAL_COUNT])
 #endif
 }
 
-// Whether a pixel whose values hold z has many rays of its own.
+// Whether a pixel whose values hold z traces many rays.
 bool is_edge(ivec2 texel, float z)
 {
 #if PARTS_EDGES == 1

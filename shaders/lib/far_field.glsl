@@ -1,4 +1,4 @@
-// Looks up what arrives at a receiver from beyond R: in the probes of the tiles around it.
+// Looks up radiance from beyond R at a receiver, in the probes of the tiles around it.
 //
 // HAS_FAR_FIELD: 0 leaves it out; PROBE_TILE, PROBE_SIDE: see lib/far_probes.glsl.
 #include "lib/far_probes.glsl"

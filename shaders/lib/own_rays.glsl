@@ -1,4 +1,4 @@
-// Pixels have rays of their own at rest: what these found.
+// Looks up the light that per-pixel rays have gathered.
 //
 // HAS_OWN_RAYS: 0 leaves it out.
 #include "lib/receiver.glsl"

@@ -1,4 +1,4 @@
-// What squares of texels of shadow maps hold, at several sizes (passes/shadow_blocks.py).
+// Bounds of squares of a shadow map's texels, at several sizes (passes/shadow_blocks.py).
 //
 // Nearness is the inverse of depth, in which planes stay planes, or minus the depth of parallel
 // light. Of each square: (a, b, high, low). Where (x, y) counts texels from the square's centre, the

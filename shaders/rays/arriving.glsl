@@ -1,4 +1,4 @@
-// What arrives along rays of a pixel's own, and from which points of a sequence they are drawn.
+// Radiance along per-pixel rays, and the points of a sequence that they are drawn from.
 //
 // Needs rays/surface_cache.glsl, lib/gbuffer.glsl, lib/environment.glsl and lib/random.glsl.
 uniform float u_radius_ns;

@@ -1,4 +1,4 @@
-// Directions drawn by what the nearest probe and those about it have found: three quarters of them by
+// Guided sampling by the radiance of the nearest probe and those around: three quarters by
 // that in the probe's cells, the others uniformly over the cosine-weighted hemisphere (a defensive
 // mixture: Owen, Zhou 2000), so that none counts more than four times.
 //

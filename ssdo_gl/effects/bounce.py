@@ -108,7 +108,7 @@ class BouncePass(RenderPass):
     adds : str or None
         Resource of the same size whose irradiance is added up with the bounce.
     has_own_rays : bool
-        Some pixels have rays of their own, which tell what arrives there.
+        Where there are per-pixel rays, their light takes the place of the march's.
     terms : SenderTerms or None
         Diffuse terms to add up at each sender, instead of reading ``sender_radiance``.
     """
@@ -173,7 +173,7 @@ class BouncePass(RenderPass):
         return self.settings, self.sender_bound, tuple(self._defines.items()), self._terms
 
     def unread(self, facts: Mapping[str, object]) -> frozenset[str]:
-        """Return all that march and senders read, where rays of pixels' own tell what arrives."""
+        """Return all that march and senders read, where per-pixel rays take their place."""
         if "t_own_near" not in self._wiring or not tell_all(facts):
             return frozenset()
         kept = {"z_vs", "normals_vs", self._wiring.get("t_added"), *OWN_RAYS}

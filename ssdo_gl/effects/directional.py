@@ -108,9 +108,9 @@ class DirectionalPass(RenderPass):
     has_baked_occlusion : bool
         Read from ``finish`` how much of the environment images say that surfaces see.
     far_field : FarFieldSettings or None
-        Of the probes that say what arrives from surfaces beyond R.
+        Of the probes that hold radiance from beyond R.
     has_own_rays : bool
-        Pixels have rays of their own, which tell what arrives there.
+        Where there are per-pixel rays, their light takes the place of the march's.
     always_marches : bool
         Find the visibility of such pixels, too.
     has_back_layer : bool
@@ -197,7 +197,7 @@ class DirectionalPass(RenderPass):
         return self.settings, self.reads, tuple(self._defines.items())
 
     def unread(self, facts: Mapping[str, object]) -> frozenset[str]:
-        """Return what the march reads, where rays of pixels' own tell what arrives."""
+        """Return what the march reads, where per-pixel rays take its place."""
         is_spared = not self._defines["ALWAYS_MARCHES"] and not self._marches_to_lights
         return frozenset({"z_layers"} if is_spared and tell_all(facts) else ())
 

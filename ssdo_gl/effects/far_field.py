@@ -1,4 +1,4 @@
-"""Light from beyond R, for every open direction: probes on what is in view, fed by rays."""
+"""Light from beyond R: a final gather by screen probes and per-pixel rays."""
 
 from __future__ import annotations
 
@@ -80,11 +80,11 @@ class FarProbePointsPass(RenderPass):
 
 
 class FarProbesPass(RenderPass):
-    """Writes `far_radiance`: what arrives from beyond R along each direction of each probe.
+    """Writes `far_radiance`: incident radiance from beyond R, by direction, of each probe.
 
     All frames of a steady view share it: one ray for each direction. In a live frame that has
     moved a quarter of the probes has its rays, or none where nothing but the camera moves and
-    probes give way to rays of pixels' own; at rest all have. While light moves, one quarter
+    probes give way to per-pixel rays; at rest all have. While light moves, one quarter
     after the other is traced.
     """
 
@@ -144,7 +144,7 @@ class FarProbesPass(RenderPass):
         known = facts_of(context, FAR_RADIANCE, ProbeRays)
         if known is not None and known.source == source:
             same = known if known.light == light else known.of_light(light)
-            # Light that has come to rest is waited for: pixels have no rays of their own before.
+            # Light that has come to rest is waited for: there are no per-pixel rays before.
             same = replace(same, following=ALL_QUARTERS) if context.is_complete else same
             return context.last[FAR_RADIANCE].texture, same
         columns, rows = (-(-n // 2) * 2 * self.settings.directions for n in points.size)
@@ -250,7 +250,7 @@ class CachedIrradiancePass(RenderPass):
 
 
 class FarField(Effect):
-    """What arrives from beyond R, and with it all of the light."""
+    """Light from beyond R, and with it all light transport."""
 
     name = "far_field"
     after = ("traced_shadows",)
@@ -304,9 +304,9 @@ class FarField(Effect):
         sky = kind_of(request.scene.environment)
         gives_way = traces_own(request) and traces_in_motion(settings, sky)
         item = FarProbesPass(settings, features, is_steady=is_steady, gives_way=gives_way)
-        yield item, "what arrives from beyond R"
+        yield item, "radiance from beyond R, at probes"
         if traces_own(request):
             own = OwnRaysPass(settings, features, sky, receiver_stride(request))
-            yield own, "what arrives at pixels, by rays of their own"
+            yield own, "light gathered by per-pixel rays"
         cached = CachedIrradiancePass(features, is_steady=is_steady)
         yield cached, "what senders within R receive, all bounces"

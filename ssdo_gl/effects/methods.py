@@ -69,7 +69,7 @@ METHODS: Mapping[str, Method] = {
         Method(
             "gi",
             "SSDO + all light",
-            "SSDO with what arrives from beyond R, and all bounces",
+            "SSDO with light from beyond R, and all bounces",
             estimates="light",
             is_all_light=True,
         ),

@@ -1,4 +1,4 @@
-"""Rays of pixels' own in frames of a view that moves."""
+"""Per-pixel rays while the camera moves: a few in each frame, averaged over frames."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ssdo_gl.passes.surfels import textures_of
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment import ENVIRONMENT_KINDS, EnvironmentKind
 
-# Channels of the pixel's place, and of what arrives from beyond R and within.
+# Channels of the pixel's place, and of the light gathered from beyond R and within.
 FORMATS: tuple[tuple[int, Dtype], ...] = ((1, "i4"), (4, "f4"), (4, "f4"))
 
 # From this variance of rays on, few of them are noisier than what is looked up in probes.
@@ -28,9 +28,9 @@ FRAMES_TO_ASK = 32
 
 
 def traces_in_motion(settings: FarFieldSettings, environment: EnvironmentKind) -> bool:
-    """Return whether pixels have rays of their own while nothing but the camera moves.
+    """Return whether pixels trace rays of their own while nothing but the camera moves.
 
-    Few rays do not find the sun of an image.
+    A few rays do not find the sun of an environment map.
     """
     return settings.moving_rays > 0 and environment != "map"
 
@@ -38,7 +38,7 @@ def traces_in_motion(settings: FarFieldSettings, environment: EnvironmentKind) -
 def variance_of_rays(
     radiance: moderngl.Texture, known: Sequence[bool], side: int, sky: float
 ) -> float:
-    """Return the variance of what one ray brings over its mean squared, the mean of probes.
+    """Return the relative variance of one ray (over its mean squared), averaged over probes.
 
     Parameters
     ----------

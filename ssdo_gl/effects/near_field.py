@@ -1,4 +1,4 @@
-"""What the effects have in common that look around in the depth buffer."""
+"""What the effects have in common that march through the depth buffer."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def reads_backs(settings: Settings) -> bool:
 
 
 def traces_own(request: Request) -> bool:
-    """Return whether pixels have rays of their own."""
+    """Return whether there are per-pixel rays."""
     # What is translucent is another surface in each frame.
     if not request.runs("far_field") or request.content.has_translucency:
         return False

@@ -1,4 +1,4 @@
-"""Rays of pixels' own: more where a neighbour in front may shade."""
+"""Per-pixel rays at rest: guided by the probes, more of them at contacts."""
 
 from __future__ import annotations
 
@@ -72,12 +72,12 @@ def places_of(
 
 
 class OwnRaysPass(RenderPass):
-    """Writes `own_places`, `own_far` and `own_near`: all that arrives at pixels.
+    """Writes `own_places`, `own_far` and `own_near`: light gathered by per-pixel rays.
 
-    More rays have those that a neighbour within R shades whose side towards them is hidden:
-    8 % of courtyard's (320x180), in which half of its squared error was. All frames of a
-    steady view share their rays; a live one has none until its probes have theirs, or a few
-    in a frame in which probes give way to them.
+    Pixels at contacts trace more: a neighbour within R may shade them whose side towards them
+    is hidden. They are 8 % of courtyard's (320x180), in which half of its squared error was.
+    All frames of a steady view share their rays. A live frame traces none until its probes have
+    traced theirs, or a few for each pixel where probes give way to them.
     """
 
     name = "own_rays"

@@ -1,4 +1,4 @@
-"""When light of the scene's lights is called for, however its shadows are found."""
+"""When direct light is needed, whether its shadows come by maps or by rays."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What surfaces can plausibly send, so that single bright texels make no fireflies."""
+"""An upper bound of what surfaces send, so that single bright texels make no fireflies."""
 
 from __future__ import annotations
 

@@ -115,7 +115,7 @@ class EdgeAwareFilterPass(RenderPass):
         One, or two of irradiance and of the same size: two take .64 of the time of two
         passes, because what weighs a neighbour is looked up once.
     parts_edges : bool
-        Pixels that have many rays of their own and others do not mix. Where a source holds
+        Pixels at contacts, which trace many rays, and others do not mix. Where a source holds
         depths, those of the former are negative; else `own_places` tells.
     leaves_last : bool
         Whoever reads the results runs the last stage, see `LastStage`: they have the

@@ -1,4 +1,4 @@
-"""The probes of the far field: their settings, and what passes set that look them up."""
+"""The screen probes of the far field: their settings, and what passes set to look them up."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class FarFieldSettings:
     )
     pixel_rays: int = setting(
         6,
-        "rays of each pixel's own at rest, all directions together; 0: none",
+        "per-pixel rays at rest, all directions together; 0: none",
         unit="rays",
         low=0,
         high=1024,
@@ -54,7 +54,7 @@ class FarFieldSettings:
     )
     moving_rays: int = setting(
         2,
-        "rays of each pixel's own while nothing but the camera moves; 0: none",
+        "per-pixel rays while nothing but the camera moves; 0: none",
         unit="rays",
         low=0,
         high=64,
@@ -101,7 +101,7 @@ class ProbeRays:
     following : tuple of int
         The quarters whose turn is next where none is of that light.
     gives_way : bool
-        Nothing is traced, since pixels of a view that moves have rays of their own.
+        No probe is traced, since pixels of a view that moves trace rays of their own.
     waits : int
         How many frames of a view that moves have probes until it is asked again whether these are
         to give way.

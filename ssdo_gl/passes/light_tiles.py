@@ -1,4 +1,4 @@
-"""Tells tiles of pixels that a light reaches whole, or not at all: those need not read its map."""
+"""Classifies tiles of pixels as lit, dark or mixed: only mixed ones read a light's shadow map."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rays of pixels' own: what passes set that look up what these have found."""
+"""Per-pixel rays: what passes set that look up the light they have gathered."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import moderngl
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.passes.far_probes import ProbeRays
 
-# Which pixels have rays of their own, and what these found beyond R and within.
+# Which pixels trace rays of their own, and the light these found beyond R and within.
 OWN_RAYS = ("own_places", "own_far", "own_near")
 
 

@@ -1,4 +1,4 @@
-"""What squares of texels of shadow maps hold: ``shaders/lib/shadow_blocks.glsl``."""
+"""Min-max hierarchies of shadow maps, by planes: ``shaders/lib/shadow_blocks.glsl``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Averages filtered images over the frames of a window while view or bodies move."""
+"""Temporal accumulation: averages filtered images over frames while view or bodies move."""
 
 from __future__ import annotations
 
@@ -66,11 +66,11 @@ class Averages:
     spare : Framebuffer or None
         The one before, to be drawn into next.
     rest : ProbeRays or None
-        Whose rays of pixels' own they show, of a view at rest.
+        Whose per-pixel rays they show, of a view at rest.
     is_long : bool
         Nothing but the camera has moved, so that nothing in them lags behind.
     is_held : bool or None
-        They are shown until all rays of pixels' own are traced; None: it was not asked yet.
+        They are shown until all per-pixel rays are traced; None: it was not asked yet.
     """
 
     made_from: Hashable
@@ -130,11 +130,11 @@ def uniforms(frame: Frame, last: FrameView, most_frames: int) -> dict[str, objec
 
 
 class TemporalPass(RenderPass):
-    """Averages images with what earlier frames of a window saw of the same surfaces.
+    """Averages images with the history of the same surfaces, found by reprojection.
 
-    A frame that stands still, or whose lights have changed, comes out as it is. But where pixels
-    have rays of their own the last average is shown until all of those at rest are traced, and
-    what these show is what the next motion goes on from. Values that are not finite are left out.
+    A frame that stands still, or whose lights have changed, comes out as it is. But where there
+    are per-pixel rays, the last average is shown until all of those at rest are traced, and what
+    these show is what the next motion goes on from. Values that are not finite are left out.
 
     Parameters
     ----------
@@ -149,7 +149,7 @@ class TemporalPass(RenderPass):
         The domain of lights whose change ends the past: ``lights``, or ``light_sources``, which
         are the same while an animation moves them.
     has_own_rays : bool
-        Pixels have rays of their own.
+        There are per-pixel rays.
     """
 
     depends_on = ("view", "geometry", "materials", "lights", "environment", "seed")
@@ -205,7 +205,7 @@ class TemporalPass(RenderPass):
     def _at_rest(
         self, context: PassContext, current: list[moderngl.Texture], known: Averages | None
     ) -> Produced:
-        """Hand the images on, or the last average while rays of pixels' own are being traced."""
+        """Hand the images on, or the last average while per-pixel rays are being traced."""
         frame, rays = context.frame, context.facts.get(OWN_RAYS[0])
         if not isinstance(rays, OwnRays):
             return self._made(current, known)

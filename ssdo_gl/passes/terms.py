@@ -44,7 +44,7 @@ class SenderTerms(NamedTuple):
     Attributes
     ----------
     irradiances : tuple of str
-        Resources of what arrives, full size or half of it, rgb.
+        Resources of irradiance, full size or half of it, rgb.
     radiances : tuple of str
         Resources of what is emitted; only where their alpha is 1.
     """

@@ -142,7 +142,7 @@ def test_an_attic_is_as_bright_in_any_unit_and_place(scale: float, offset: float
 def test_a_lamp_that_goes_out_is_gone_within_seven_frames_of_a_window(name: str) -> None:
     """Direct light is gone in the first; the rest are bounces, which the surface cache adds up.
 
-    The last frame is that of a view at rest: pixels have rays of their own, which find 1 % more.
+    The last frame is that of a view at rest: per-pixel rays find 1 % more.
     """
     lit = load_scene(name)
     brightest = max(lit.lights, key=lambda light: light.power)

@@ -1,4 +1,4 @@
-"""Rays of pixels' own while nothing but the camera moves."""
+"""Per-pixel rays while nothing but the camera moves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rays of pixels' own, and more where a neighbour in front may shade."""
+"""Per-pixel rays at rest, and more where a neighbour in front may shade."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Effects by rays: what the estimators of the screen are held to."""
+"""Ray-traced references: what the screen-space estimators are held to."""
 
 from __future__ import annotations
 

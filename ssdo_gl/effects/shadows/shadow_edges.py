@@ -1,4 +1,4 @@
-"""Rays where shadows end."""
+"""Shadow rays where shadow maps are too coarse: at edges, and in penumbrae."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ssdo_gl.effects.request import Request
 
 
 class ShadowEdges(Effect):
-    """The edges of shadows, by rays that `gi` has anyway.
+    """Shadow rays for the edges of shadows, of `gi`, which has the hierarchy anyway.
 
     A map of a long scene has texels larger than pixels of what is near. In `colonnade` at 640x360
     rays take the RMSE of direct light from 7.1 to 0.7 % of its mean; in `carousel`, whose lamps

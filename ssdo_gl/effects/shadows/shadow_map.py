@@ -1,4 +1,4 @@
-"""Depth as each light sees it, all maps in one atlas."""
+"""Shadow maps: depth as each light sees it, all of them in one atlas."""
 
 from __future__ import annotations
 

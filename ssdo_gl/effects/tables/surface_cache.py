@@ -1,4 +1,4 @@
-"""Light of the whole scene, kept on its surfaces for effects that ask what reaches them."""
+"""The surface cache: irradiance of the whole scene, kept on its surfaces."""
 
 from __future__ import annotations
 

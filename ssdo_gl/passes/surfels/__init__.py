@@ -1,4 +1,4 @@
-"""Light kept on pieces of the scene's surfaces."""
+"""The surface cache: irradiance kept in surfels, small pieces of the scene's surfaces."""
 
 from __future__ import annotations
 

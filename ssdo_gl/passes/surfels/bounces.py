@@ -1,4 +1,4 @@
-"""Light that goes to and fro between surfels, until nothing is missing."""
+"""Interreflection between surfels: bounces are summed until nothing is missing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Light that surfels receive: from sky and lights, and from each other, any number of bounces.
+"""Irradiance of surfels: direct from sky and lights, and any number of bounces between them.
 
 What their rays meet is known, so that light is gathered without any ray; only shadow rays
 follow where lights move.

@@ -1,4 +1,4 @@
-"""Pieces of the scene's surfaces, and what their rays meet: once for each state of geometry."""
+"""Surfels, and what their gathering rays hit: traced once for each state of the geometry."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What all passes share that keep light in surfels: settings, sizes, programs."""
+"""What all passes of the surface cache share: settings, sizes, programs."""
 
 from __future__ import annotations
 
