@@ -1,6 +1,8 @@
-"""Transforms and projections in float64.
+"""Transforms and projections in float64; the only module that imports pyrr.
 
-All are in the column-vector convention (``P @ V @ p``), named ``dst_from_src``.
+pyrr follows the row-vector convention (``p @ V @ P``). Everything this module
+returns is in the column-vector convention (``P @ V @ p``), named
+``dst_from_src``, so that the rest of the project knows one convention only.
 """
 
 from __future__ import annotations
@@ -8,6 +10,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pyrr
 from numpy.typing import ArrayLike, NDArray
 
 FloatArray = NDArray[np.float64]
@@ -73,14 +76,17 @@ def normalized(vector: ArrayLike) -> FloatArray:
 
 def translation(offset: ArrayLike) -> FloatArray:
     """Return the (4, 4) matrix that moves points by `offset` (scene units)."""
-    matrix = np.eye(4)
-    matrix[:3, 3] = offset
+    matrix: FloatArray = pyrr.matrix44.create_from_translation(
+        np.asarray(offset, dtype=np.float64), dtype=np.float64
+    ).T
     return matrix
 
 
 def scaling(factors: ArrayLike) -> FloatArray:
     """Return the (4, 4) matrix that scales by `factors`, a number or three."""
-    return np.diag((*np.broadcast_to(factors, (3,)), 1.0))
+    three = np.broadcast_to(np.asarray(factors, dtype=np.float64), (3,))
+    matrix: FloatArray = pyrr.matrix44.create_from_scale(three, dtype=np.float64).T
+    return matrix
 
 
 def rotation_euler(degrees_xyz: ArrayLike) -> FloatArray:

@@ -297,6 +297,11 @@ def test_files_and_functions_stay_readable():
     assert size_faults(modules(PACKAGE)) == []
 
 
+def test_only_math3d_imports_pyrr():
+    users = {name for name, source in modules(PACKAGE).items() if "pyrr" in imported(source)}
+    assert users == {"math3d"}
+
+
 def test_oracles_are_independent_of_the_package():
     guilty = [
         name
