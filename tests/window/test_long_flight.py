@@ -10,12 +10,9 @@ from pathlib import Path
 import pytest
 
 from ssdo_gl.gpu.context import Device
-from ssdo_gl.gpu.shader import ShaderLibrary
-from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.window.camera import fly_camera
 from ssdo_gl.window.camera.controls import Controls
-from ssdo_gl.window.viewer import Viewer
 
 FRAME_S = 1.0 / 30.0
 MINUTES = 10.0
@@ -46,17 +43,8 @@ def controls(frame: int) -> Controls:
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="reads Linux's /proc")
 @pytest.mark.parametrize("scene", ["cornell_meso", "carousel"])
-def test_ten_minutes_of_flight(
-    gl, device: Device, shaders: ShaderLibrary, tmp_path: Path, scene: str
-) -> None:
-    viewer = Viewer(
-        device,
-        load_scene(scene),
-        Settings("bounce", samples=16, steps=8, resolution_scale=0.5),
-        source=scene,
-        folder=tmp_path,
-        shaders=shaders,
-    )
+def test_ten_minutes_of_flight(gl, device: Device, make_viewer, scene: str) -> None:
+    viewer = make_viewer(scene, Settings("bounce", samples=16, steps=8, resolution_scale=0.5))
     frames = int(MINUTES * 60.0 / FRAME_S)
     minute = int(60.0 / FRAME_S)
     early = textures = 0.0
@@ -75,4 +63,3 @@ def test_ten_minutes_of_flight(
             textures = viewer.left.image.renderer._executor.texture_count
     assert resident_mb() - early < MEMORY_MARGIN_MB
     assert viewer.left.image.renderer._executor.texture_count <= textures + 4
-    viewer.release()

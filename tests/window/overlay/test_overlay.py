@@ -10,6 +10,7 @@ import glfw
 import moderngl
 import numpy as np
 import pytest
+from window.driven_viewer import FakeHost
 
 from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.gpu.context import Device
@@ -35,13 +36,14 @@ PICTURE = (36, 28)
 MENU_PX = 19.0
 
 
-class FakeHost:
+class OverlayHost(FakeHost):
+    """One that does at once what widgets put off, and remembers files."""
+
     def __init__(self) -> None:
+        super().__init__()
         self.recent = Recent(Path("/nonexistent"))
         self.opened: list[str] = []
-
-    def permits(self, command: object) -> bool:
-        return True
+        self.requested: PictureRequest | None = None
 
     def defer(self, act: Callable[[], object]) -> None:
         act()
@@ -49,29 +51,8 @@ class FakeHost:
     def open(self, path: str) -> None:
         self.opened.append(path)
 
-    def ask_for_file(self) -> None: ...
-    def ask_for_picture(self) -> None: ...
     def save_picture(self, request: PictureRequest) -> None:
         self.requested = request
-
-    def cursor_uv(self) -> tuple[float, float]:
-        return 0.3, 0.6
-
-    def set_clipboard(self, text: str) -> None:
-        self.clipboard = text
-
-    def toggle_vsync(self) -> bool:
-        return True
-
-    def toggle_help(self) -> None:
-        self.helped = True
-
-    def toggle_panel(self) -> None: ...
-    def toggle_fullscreen(self) -> None: ...
-    def toggle_film(self) -> None: ...
-    def let_go(self) -> None: ...
-    def reload_shaders(self) -> None: ...
-    def quit(self) -> None: ...
 
 
 class DrawnOverlay:
@@ -86,7 +67,7 @@ class DrawnOverlay:
             folder=folder,
             shaders=shaders,
         )
-        self.overlay = Overlay(device, self.viewer, FakeHost())
+        self.overlay = Overlay(device, self.viewer, OverlayHost())
         self.texture = make_texture(device.gl, SIZE, 4, "nu1")
         self.screen: moderngl.Framebuffer = make_framebuffer(device.gl, [self.texture])
 
@@ -416,7 +397,7 @@ def test_a_picture_is_asked_for(gl, drawn: DrawnOverlay, monkeypatch) -> None:
             patch.setattr(imgui_bundle.imgui, "button", lambda label, *_, p=pressed: label == p)
             drawn.frames(1)
         assert prompt.request is None
-        assert getattr(drawn.overlay._host, "requested", None) == expected
+        assert drawn.overlay._host.requested == expected
 
 
 def test_size_of_text_and_theme_last_until_the_next_visit(
@@ -425,7 +406,7 @@ def test_size_of_text_and_theme_last_until_the_next_visit(
     file = tmp_path / "state" / "looks.json"
 
     def overlay() -> Overlay:
-        return Overlay(device, drawn.viewer, FakeHost(), 1.0, 900.0, file)
+        return Overlay(device, drawn.viewer, OverlayHost(), 1.0, 900.0, file)
 
     first = overlay()
     assert not first.is_light

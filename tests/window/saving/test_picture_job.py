@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
-from window.test_viewer import SETTINGS, settle
+from window.driven_viewer import settle
 from window.x_server import wait_for
 
-from ssdo_gl.scene.load import load_scene
 from ssdo_gl.window.saving.picture_job import PictureJob
 from ssdo_gl.window.viewer import Viewer
 
@@ -20,7 +18,7 @@ SIZE = (40, 24)
 
 
 @pytest.fixture
-def viewer(device, shaders, tmp_path: Path) -> Iterator[Viewer]:
+def viewer(make_viewer, tmp_path: Path) -> Viewer:
     # The picture is made by a command that finds the file by its name.
     source = tmp_path / "tile.toml"
     source.write_text(
@@ -28,11 +26,9 @@ def viewer(device, shaders, tmp_path: Path) -> Iterator[Viewer]:
         "position = [0, 1, 3]\nintensity = [9, 9, 9]\n"
         '[[object]]\nshape = "plane"\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\nsize = 2\n'
     )
-    scene = load_scene(str(source))
-    viewer = Viewer(device, scene, SETTINGS, source=str(source), folder=tmp_path, shaders=shaders)
+    viewer = make_viewer(str(source))
     settle(viewer)
-    yield viewer
-    viewer.release()
+    return viewer
 
 
 def said(viewer: Viewer) -> str:

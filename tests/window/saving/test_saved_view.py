@@ -7,13 +7,12 @@ import json
 import shlex
 import struct
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
-from window.test_viewer import FRAME_S, ROUNDING, SETTINGS, SIZE, ask, said, settle
+from window.driven_viewer import FRAME_S, ROUNDING, SIZE, ask, said, settle
 
 from ssdo_gl import math3d
 from ssdo_gl.cli import main
@@ -21,7 +20,6 @@ from ssdo_gl.images.files import OutputError
 from ssdo_gl.scene.environment.environment_kinds import GradientEnvironment
 from ssdo_gl.scene.light_edits import moved_lights, new_light
 from ssdo_gl.scene.lights import KINDS
-from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.material_edits import edited_material
 from ssdo_gl.window.camera.controls import Controls
 from ssdo_gl.window.input.bindings import Command
@@ -36,16 +34,13 @@ SKY = GradientEnvironment((0.1, 0.3, 0.9), (0.4, 0.4, 0.4), (0.2, 0.1, 0.0))
 
 
 @pytest.fixture(params=["cornell_meso", "model"])
-def viewer(request, device, shaders, tmp_path: Path) -> Iterator[Viewer]:
+def viewer(request, make_viewer, tmp_path: Path) -> Viewer:
     source = request.param
     if source == "model":
         source = str(tmp_path / "model.obj")
         Path(source).write_text(TRIANGLES)
     # As the program loads it: with a ground under a model.
-    scene = load_scene(source, ground="auto")
-    viewer = Viewer(device, scene, SETTINGS, source=source, folder=tmp_path, shaders=shaders)
-    yield viewer
-    viewer.release()
+    return make_viewer(source, ground="auto")
 
 
 def paint(viewer: Viewer) -> None:
