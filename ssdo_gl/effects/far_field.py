@@ -83,9 +83,8 @@ class FarProbesPass(RenderPass):
     """Writes `far_radiance`: incident radiance from beyond R, by direction, of each probe.
 
     All frames of a steady view share it: one ray for each direction. In a live frame that has
-    moved a quarter of the probes has its rays, or none where nothing but the camera moves and
-    probes give way to per-pixel rays; at rest all have. While light moves, one quarter
-    after the other is traced.
+    moved a quarter of the probes has its rays, or none where probes give way to per-pixel rays;
+    at rest all have. While light moves and the view rests, one quarter after the other is traced.
     """
 
     name = "far_probes"
@@ -149,12 +148,13 @@ class FarProbesPass(RenderPass):
             return context.last[FAR_RADIANCE].texture, same
         columns, rows = (-(-n // 2) * 2 * self.settings.directions for n in points.size)
         waits = 0
-        if self._asks_to_give_way(context, known, light):
-            assert known is not None
+        if self._may_give_way and frame.moves > 0 and known is not None:
             waits = max(known.waits - 1, 0) or self._wait(context, known)
             if not waits:
                 texture = make_texture(context.gl, (1, 1), 4, "f4", 4 * [0.0])
-                return texture, ProbeRays(source, light, ALL_QUARTERS, gives_way=True)
+                rays = ProbeRays(source, light, ALL_QUARTERS, gives_way=True)
+                is_brief = not context.is_complete or known.light != light
+                return texture, replace(rays, is_brief=is_brief)
         # A view that comes to rest begins anew, at once; while it moves, each frame has
         # another quarter and other directions, as those that are averaged should.
         # Probes that each frame has anew can wait for no later one: no frame would be finished.
@@ -163,13 +163,6 @@ class FarProbesPass(RenderPass):
         turn = ALL_QUARTERS if is_at_rest else (frame.moves % len(ALL_QUARTERS),)
         texture = make_texture(context.gl, (columns, 2 * rows), 4, "f4")
         return texture, ProbeRays(source, light, turn, waits=waits)
-
-    def _asks_to_give_way(
-        self, context: PassContext, known: ProbeRays | None, light: Hashable
-    ) -> bool:
-        """Return whether nothing but the camera moves, so that averages over frames are long."""
-        may = self._may_give_way and context.frame.moves > 0 and context.is_complete
-        return may and known is not None and known.light == light
 
     def _wait(self, context: PassContext, known: ProbeRays) -> int:
         """Return for how many frames probes go on, by what the last ones have found."""

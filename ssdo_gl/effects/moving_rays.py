@@ -62,9 +62,24 @@ def variance_of_rays(
     return float(((light**2).mean(axis=1) / mean**2 - 1.0).mean()) if len(mean) else 0.0
 
 
+def ray_counts(settings: FarFieldSettings, *, is_brief: bool) -> tuple[int, int]:
+    """Return how many rays pixels trace, and those at contacts.
+
+    Parameters
+    ----------
+    is_brief : bool
+        Few frames are averaged: then as many as at rest.
+    """
+    few, many = settings.moving_rays, settings.moving_edge_rays
+    if is_brief:
+        few, many = max(few, settings.pixel_rays), max(many, settings.edge_rays)
+    return few, max(few, many)
+
+
 def moving_rays(
     context: PassContext,
-    settings: FarFieldSettings,
+    radius: float,
+    counts: tuple[int, int],
     features: RayFeatures,
     environment: EnvironmentKind,
     stride: int,
@@ -74,6 +89,8 @@ def moving_rays(
 
     Parameters
     ----------
+    counts : (int, int)
+        As `ray_counts` returns them.
     stride : int
         Pixels from one that light is gathered at to the next.
     reads : tuple of str
@@ -89,12 +106,12 @@ def moving_rays(
     uniforms = {
         **ray_uniforms(context),
         **environment_uniforms(frame),
-        "u_radius": settings.radius,
-        "u_radius_ns": radius_ns(settings.radius, context),
+        "u_radius": radius,
+        "u_radius_ns": radius_ns(radius, context),
         "u_stream": stream_of(frame.pattern, 0),
         "u_receiver_stride": stride,
-        "u_few_rays": settings.moving_rays,
-        "u_many_rays": max(settings.moving_edge_rays, settings.moving_rays),
+        "u_few_rays": counts[0],
+        "u_many_rays": counts[1],
     }
     program = context.shaders.fullscreen("effects/moving_rays.frag", defines)
     draw_fullscreen(context.gl, program, target, uniforms, textures_of(context, reads))

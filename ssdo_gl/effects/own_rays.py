@@ -10,7 +10,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.effects.moving_rays import FORMATS, moving_rays
+from ssdo_gl.effects.moving_rays import FORMATS, moving_rays, ray_counts
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
@@ -122,9 +122,9 @@ class OwnRaysPass(RenderPass):
         self.is_settled = True
         if probes.gives_way:
             reads = tuple(n for n in self.reads if n not in (*FAR_PROBES, FAR_RADIANCE))
-            made = moving_rays(
-                context, self.settings, self.features, self.environment, self.stride, reads
-            )
+            counts = ray_counts(self.settings, is_brief=probes.is_brief)
+            radius, kind = self.settings.radius, self.environment
+            made = moving_rays(context, radius, counts, self.features, kind, self.stride, reads)
             return self._produced(context, OwnRays(probes, made, is_known=True))
         if not all(probes.fresh):
             return self._produced(context, OwnRays(probes))

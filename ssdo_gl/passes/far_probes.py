@@ -40,7 +40,7 @@ class FarFieldSettings:
     )
     pixel_rays: int = setting(
         6,
-        "per-pixel rays at rest, all directions together; 0: none",
+        "per-pixel rays at rest and while bodies move, all directions together; 0: none",
         unit="rays",
         low=0,
         high=1024,
@@ -54,7 +54,7 @@ class FarFieldSettings:
     )
     moving_rays: int = setting(
         2,
-        "per-pixel rays while nothing but the camera moves; 0: none",
+        "per-pixel rays while nothing but the camera moves; 0: none in motion",
         unit="rays",
         low=0,
         high=64,
@@ -102,6 +102,8 @@ class ProbeRays:
         The quarters whose turn is next where none is of that light.
     gives_way : bool
         No probe is traced, since pixels of a view that moves trace rays of their own.
+    is_brief : bool
+        More than the camera moves, so that few frames are averaged.
     waits : int
         How many frames of a view that moves have probes until it is asked again whether these are
         to give way.
@@ -113,6 +115,7 @@ class ProbeRays:
     known: tuple[bool, ...] = NOTHING
     fresh: tuple[bool, ...] = NOTHING
     gives_way: bool = False
+    is_brief: bool = False
     waits: int = 0
 
     def of_light(self, light: Hashable) -> ProbeRays:

@@ -1,4 +1,4 @@
-"""Per-pixel rays while nothing but the camera moves."""
+"""Per-pixel rays while camera or bodies move."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from ssdo_gl.effects import far_field, own_rays
-from ssdo_gl.effects.moving_rays import traces_in_motion, variance_of_rays
+from ssdo_gl.effects.moving_rays import ray_counts, traces_in_motion, variance_of_rays
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.passes.far_probes import FarFieldSettings
@@ -217,3 +217,50 @@ def test_a_view_that_begins_to_move_goes_on_from_what_it_showed() -> None:
             return float(np.sqrt(np.mean((shown(renderer, 0.1)[0] - true) ** 2)))
 
     assert error() < 0.5 * error(**{"temporal.frames": 1})
+
+
+CAROUSEL = load_scene("carousel")
+
+
+def test_beside_bodies_that_move_pixels_have_as_many_rays_as_at_rest(
+    drawn: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    counts = []
+
+    def noting(*arguments: Any, is_brief: bool) -> tuple[int, int]:
+        counts.append(ray_counts(*arguments, is_brief=is_brief))
+        return counts[-1]
+
+    monkeypatch.setattr(own_rays, "ray_counts", noting)
+    with Renderer(CAROUSEL, settings()) as renderer:
+        for step in range(4):
+            renderer.draw(("beauty",), camera=CAROUSEL.camera, seconds=step / 30.0)
+    assert drawn == ["probes", *3 * ["pixels"]]
+    chosen = FarFieldSettings()
+    assert set(counts) == {(chosen.pixel_rays, chosen.edge_rays)}
+
+
+def test_few_rays_are_no_more_where_frames_are_averaged_for_long() -> None:
+    chosen = FarFieldSettings(pixel_rays=3, edge_rays=2, moving_rays=5, moving_edge_rays=4)
+    assert ray_counts(chosen, is_brief=False) == (5, 5)
+    assert ray_counts(chosen, is_brief=True) == (5, 5)
+    chosen = FarFieldSettings()
+    assert ray_counts(chosen, is_brief=False) == (chosen.moving_rays, chosen.moving_edge_rays)
+
+
+def test_frames_of_bodies_that_move_are_nearer_to_pictures_than_by_probes() -> None:
+    last = 11
+    with Renderer(CAROUSEL, settings()) as renderer:
+        images = renderer.render(("beauty",), seconds=last / 30.0).images
+    true = images["beauty"][..., :3]
+
+    def error(**overrides: Any) -> float:
+        with Renderer(CAROUSEL, settings(**overrides)) as renderer:
+            for step in range(last + 1):
+                drawing = renderer.draw(("beauty",), camera=CAROUSEL.camera, seconds=step / 30.0)
+            texture = drawing.planes["beauty"].texture
+            assert texture is not None
+            return float(np.sqrt(np.mean((read_texture(texture)[..., :3] - true) ** 2)))
+
+    by_rays, by_probes = error(), error(**{"far_field.moving_rays": 0})
+    assert by_rays < 0.7 * by_probes, (by_rays, by_probes)
