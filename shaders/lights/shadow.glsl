@@ -207,6 +207,9 @@ bool is_above_plane(vec3 offset, vec3 normal, float slack)
 // about what stands before it. Unless it is this many texels nearer to the light: then
 // that is another surface, over which light grazes the receiver.
 const float SHADOW_FAR_TEXELS = 64.0;
+// One that holds a surface above the plane by more than this part of a texel, which blocks nothing,
+// says nothing either: where walls join it would let light into dark rooms.
+const float SHADOW_SAME_PLANE = 0.02;
 
 // A light without size: the 3 x 3 nearest texels, weighted by a quadratic B-spline, which
 // hides the texels' grid better than bilinear weights do.
@@ -220,6 +223,7 @@ float point_shadow_visibility(ShadowMap map, vec3 p_ls, vec3 m_ls, float roundin
     Face face = face_at(map, number);
     float texel = face_texel_size(face, p.z);
     float slack = rounding + SHADOW_TEXEL_SLACK * texel;
+    float above = (SHADOW_TEXEL_SLACK - SHADOW_SAME_PLANE) * texel;
     vec2 place = face_place(face, p);
     vec2 middle = floor(place);
     vec2 t = place - middle;
@@ -237,7 +241,8 @@ float point_shadow_visibility(ShadowMap map, vec3 p_ls, vec3 m_ls, float roundin
             bool is_far = -offset.z > far_texels * texel;
             bool is_blocker = is_below ? is_far : offset.z < 0.0 && height > least;
             float weight = weights[i].x * weights[j].y;
-            counted += is_below && !is_far ? 0.0 : weight;
+            bool is_off_plane = is_below || height > least - above;
+            counted += is_off_plane && !is_blocker ? 0.0 : weight;
             blocked += is_blocker ? weight : 0.0;
         }
     }

@@ -110,6 +110,19 @@ def test_no_sun_comes_through_the_corners_of_a_dark_room(thickness: float, tmp_p
     assert dark.max() < 1e-6
 
 
+# Of 640x360 pixels of that room: where walls meet on less than a texel. 215 were.
+LIT_AT_JOINTS = 30
+
+
+def test_hardly_any_sun_comes_through_joints_of_a_room_by_maps(tmp_path: Path) -> None:
+    file = tmp_path / "room.toml"
+    file.write_text(closed_room(0.0))
+    settings = Settings(method="direct", size=(640, 360))
+    with Renderer(load_scene(file), settings) as renderer:
+        dark = renderer.render(("direct",)).images["direct"][..., :3]
+    assert np.count_nonzero(dark.max(axis=-1) > 1e-6) <= LIT_AT_JOINTS
+
+
 def placed(scene: Scene, scale: float, offset: float) -> Scene:
     """Return a scene without lamps, as large and as far away as that, seen alike."""
     matrix = math3d.translation((offset, -offset, offset)) @ math3d.scaling(scale)

@@ -216,6 +216,8 @@ float shadow(vec3 p, vec3 m, float texels) {
 """
 SIDE = 64
 SLACK, NORMAL_SLACK, FAR_TEXELS = 0.25, 2e-4, 64.0
+# What rises above the receiver's plane by more, texels, and blocks nothing says nothing.
+SAME_PLANE = 0.02
 # Decisions that hang on less than this are rounding's to take.
 TIE = 3e-5
 
@@ -240,13 +242,16 @@ def shadow_twin(depth, half, p, m):
             height = ((o - p) * m).sum(1)
             least = slack + NORMAL_SLACK * np.abs(o - p).sum(1)
             below, above = -height > least, height > least
+            joins = least - (SLACK - SAME_PLANE) * texel_size
             far = p[:, 2] - o[:, 2] > FAR_TEXELS * texel_size
             sure &= np.abs(np.abs(height) - least) > TIE
+            sure &= np.abs(height - joins) > TIE
             sure &= np.abs(p[:, 2] - o[:, 2]) > TIE
             sure &= np.abs(p[:, 2] - o[:, 2] - FAR_TEXELS * texel_size) > TIE
             weight = weights[i, :, 0] * weights[j, :, 1]
-            counted += np.where(below & ~far, 0.0, weight)
-            blocked += np.where(np.where(below, far, (o[:, 2] < p[:, 2]) & above), weight, 0.0)
+            blocks = np.where(below, far, (o[:, 2] < p[:, 2]) & above)
+            counted += np.where((below | (height > joins)) & ~blocks, 0.0, weight)
+            blocked += np.where(blocks, weight, 0.0)
     counted = np.maximum(counted, 1e-30)
     return np.where(blocked > 0.0, 1.0 - blocked / counted, 1.0), sure, counted
 
