@@ -39,9 +39,9 @@ MAX_GRID = 4095
 # that shares it; and by how many corners its order is turned against that of the grid.
 FIRST_FLAG, SECOND_FLAG = 1 << 24, 2 << 24
 TURN_SHIFT = 26
-# A face of one texel across and so many along, as of a slat, has so many across where the limit
-# allows: sun on its outer edge must not shine from the inner one, which lies in the dark.
-STRIP_LENGTH, STRIP_TEXELS = 16, 3
+# A face of one texel across and so many along, as of a slat, has as many across as the limit
+# allows of these: sun on its outer edge must not shine from the inner one, which lies in the dark.
+STRIP_LENGTH, STRIP_TEXELS = 16, (6, 3, 1)
 # By how much texels grow until their number is within the limit.
 GROWTH = 1.1
 
@@ -158,7 +158,7 @@ class _Patches:
         return np.where(self.is_joint[:, None], joint, np.stack([outward, edges[3]], 1))
 
 
-def build_surfels(bvh: Bvh, most: int, smallest: float) -> Surfels:
+def build_surfels(bvh: Bvh, most: int, smallest: float, spare: int = 0) -> Surfels:
     """Cut the triangles of `bvh` into at most about `most` surfels.
 
     Parameters
@@ -167,6 +167,8 @@ def build_surfels(bvh: Bvh, most: int, smallest: float) -> Surfels:
         Texels grow until there are no more, both sides counted.
     smallest : float
         Side of a texel, normalised frame, below which none is cut.
+    spare : int
+        By how many there may be more where strips are cut finer.
     """
     if bvh.triangles.count == 0:
         points = np.zeros((1, POINT_COUNT, 3), dtype=np.float32)
@@ -185,9 +187,9 @@ def build_surfels(bvh: Bvh, most: int, smallest: float) -> Surfels:
             break
         size *= GROWTH
     is_strip = grids.max(axis=1, keepdims=True) >= STRIP_LENGTH * grids
-    cut = np.where(is_strip, np.maximum(grids, STRIP_TEXELS), grids)
-    if _texel_count(patches, cut) + shared.count <= most:
-        grids = cut
+    cuts = (np.where(is_strip, np.maximum(grids, across), grids) for across in STRIP_TEXELS)
+    room = most + spare - shared.count
+    grids = next((cut for cut in cuts if _texel_count(patches, cut) <= room), grids)
     return _assemble(bvh, patches, grids, shared, size)
 
 

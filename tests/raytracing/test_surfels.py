@@ -75,10 +75,14 @@ def test_a_scene_without_triangles_has_none_that_shine() -> None:
     assert build_surfels(bvh_of(flat), 64, 0.1).count == 1
 
 
-@pytest.mark.parametrize(("most", "across"), [(65535, 3), (150, 1)])
-def test_a_strip_keeps_its_edges_apart_where_there_is_room(most: int, across: int) -> None:
+@pytest.mark.parametrize(
+    ("most", "spare", "across"), [(65535, 0, 6), (200, 0, 3), (150, 24, 3), (150, 23, 1)]
+)
+def test_a_strip_keeps_its_edges_apart_where_there_is_room(
+    most: int, spare: int, across: int
+) -> None:
     """Sun on the outer edge of a slat is not sent from the inner one."""
     slat = dataclasses.replace(quad(), positions=quad().positions * [10.0, 0.3, 1.0])
-    surfels = build_surfels(bvh_of(slat), most, 0.07)
+    surfels = build_surfels(bvh_of(slat), most, 0.07, spare)
     layout = int(surfels.places.table[0, 1])
     assert sorted((layout & 0xFFF, layout >> 12 & 0xFFF)) == [across, 29]

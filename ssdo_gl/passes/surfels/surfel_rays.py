@@ -30,6 +30,9 @@ from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.raytracing.surfels import Surfels, build_surfels
 from ssdo_gl.raytracing.torn_surfels import TornSurfels, torn
 
+# Of the number of pieces: by so many more strips are cut finer.
+STRIP_SHARE = 0.5
+
 
 @dataclass(frozen=True, eq=False)
 class SurfelSet:
@@ -85,7 +88,9 @@ class SurfelsPass(RenderPass):
         if known is not None and known.topology == topology:
             made, surfels = known, known.surfels.moved(bvh.triangles)
         else:
-            whole = build_surfels(bvh, self.settings.surfels, self.settings.texel)
+            most = self.settings.surfels
+            spare = min(int(STRIP_SHARE * most), MOST_SURFELS - most)
+            whole = build_surfels(bvh, most, self.settings.texel, spare)
             surfels = torn(whole, bvh, *self._walls(context, whole), MOST_SURFELS)
             made = SurfelSet(surfels, topology)
         points = np.empty((*surfels.positions.shape[:2], 4), dtype=np.uint32)
