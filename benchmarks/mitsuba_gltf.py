@@ -105,7 +105,4 @@ def register(mi: ModuleType) -> None:
         def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
             return self.eval(ctx, si, wo, active), self.pdf(ctx, si, wo, active)
 
-        def to_string(self) -> str:
-            return f"Gltf[alpha={self.alpha}]"
-
     mi.register_bsdf("gltf", Gltf)

@@ -293,8 +293,9 @@ def test_names_tell_modules_and_classes_apart():
     assert name_faults(modules(PACKAGE)) == []
 
 
-def test_files_and_functions_stay_readable():
-    assert size_faults(modules(PACKAGE)) == []
+@pytest.mark.parametrize("folder", [PACKAGE, PACKAGE.parent / "benchmarks"])
+def test_files_and_functions_stay_readable(folder):
+    assert size_faults(modules(folder)) == []
 
 
 def test_only_math3d_imports_pyrr():

@@ -9,7 +9,7 @@ import time
 import numpy as np
 import pytest
 
-from benchmarks import gpu
+from benchmarks import gpu, gpu_passes
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
@@ -79,11 +79,11 @@ def test_differences_are_told_apart(change, looks_like):
 def test_a_pass_moves_at_least_what_it_reads_and_writes(device):
     settings = Settings(size=(64, 32), method="direct")
     with Renderer(load_scene("corner"), settings, device=device) as renderer:
-        small = gpu.bytes_of_passes(renderer)
+        small = gpu_passes.bytes_of_passes(renderer)
     with Renderer(
         load_scene("corner"), Settings(size=(128, 64), method="direct"), device=device
     ) as r:
-        large = gpu.bytes_of_passes(r)
+        large = gpu_passes.bytes_of_passes(r)
     assert small["gbuffer"] > 64 * 32 * 4, "view depth alone takes four bytes a pixel"
     # Half-size targets are rounded up, and everything else follows the frame.
     assert all(large[name] == pytest.approx(4 * small[name], rel=0.05) for name in small)
@@ -97,4 +97,4 @@ def test_a_command_that_takes_too_long_is_ended():
 
 
 def test_bandwidth_is_positive(device):
-    assert gpu.copy_bandwidth(device, 64) > 0.0
+    assert gpu_passes.copy_bandwidth(device, 64) > 0.0
