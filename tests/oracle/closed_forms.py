@@ -55,21 +55,6 @@ def corner_occlusion_rgs09(k: Array | float) -> Array:
     return np.asarray((np.arccos(k) + k * s - 2.0 * k * np.log((1.0 + s) / k)) / np.pi)
 
 
-def strata_survival(q: Array, steps: int, growth: float) -> Array:
-    """Return P(some of the marched points lies at q R or farther).
-
-    Points at ((i + u) / steps) mapped by x -> x (1 - growth + growth x), one u in [0, 1)
-    for all: only the last point matters, and it lies in the last stratum.
-    """
-    # Inverse of the map on [0, 1].
-    if growth == 0.0:
-        x = np.asarray(q, np.float64)
-    else:
-        b = 1.0 - growth
-        x = (np.sqrt(b * b + 4.0 * growth * np.asarray(q, np.float64)) - b) / (2.0 * growth)
-    return np.clip((1.0 - x) * steps, 0.0, 1.0)
-
-
 def box_corner_occlusion(k1: float, k2: float) -> float:
     """B: cosine-weighted occlusion by two perpendicular walls at k1 R and k2 R."""
     overlap = 0.0

@@ -134,9 +134,3 @@ def run_pass(
     if geometry is None:
         used.release()
     return results
-
-
-def world_point(camera: Camera, point_vs: ArrayLike) -> NDArray[np.float64]:
-    """Return a view-space point in world space."""
-    rotation = camera.view_from_world_rotation()
-    return np.asarray(np.asarray(point_vs) @ rotation) + camera.position

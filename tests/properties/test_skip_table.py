@@ -38,12 +38,10 @@ FAINT = dataclasses.replace(LAMP, intensity=(0.0, 0.0, 1e-3))
 WINDOW = RectangleLight((-1.0, 2.5, -1.0), (2, 0, 0), (0, 0, 2), (3.0, 3.0, 3.0), shadow="ssdo")
 SKY = ConstantEnvironment((0.5, 0.6, 0.7))
 ALMOST_SKY = GradientEnvironment((0.5, 0.6, 0.7), (0.5, 0.6, 0.7), (0.5, 0.6, 0.69))
-DUSK = GradientEnvironment((0.7, 0.7, 0.7), (0.4, 0.4, 0.4), (0.1, 0.1, 0.1))
 FAINT_SKY = ConstantEnvironment((0.0, 0.0, 1e-3))
 FLOOR = (QUAD, at(-2.5, -1.0, 2.5) @ turned(-90.0, 0.0, 0.0) @ np.diag([5.0, 5.0, 1.0, 1.0]))
 PILE = (FLOOR, (BOX, at(-0.6, -0.5, 0.0)), (TORUS, at(0.8, -0.7, 0.2)))
 WALL = (QUAD, at(-2.5, -1.0, -1.0) @ np.diag([5.0, 5.0, 1.0, 1.0]))
-LARGE = {"size": (160, 96), "samples": 64, "steps": 8, "wanted": ("beauty", "bounce", "direct")}
 
 
 def painted(albedo, last):

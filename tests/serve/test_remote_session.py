@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from PIL import Image as PillowImage
+from window.driven_viewer import Clock
 
 from ssdo_gl import cli
 from ssdo_gl.gpu.context import Device
@@ -25,13 +26,6 @@ from ssdo_gl.window.viewer import Viewer
 
 SIZE = (64, 36)
 FRAME_S = 1.0 / 30.0
-
-
-class Clock:
-    seconds = 0.0
-
-    def __call__(self) -> float:
-        return self.seconds
 
 
 @pytest.fixture

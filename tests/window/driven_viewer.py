@@ -18,6 +18,15 @@ FRAME_S = 1.0 / 30.0
 ROUNDING = 1
 
 
+class Clock:
+    """A clock that is set by hand."""
+
+    seconds = 0.0
+
+    def __call__(self) -> float:
+        return self.seconds
+
+
 class FakeHost:
     """A host that only remembers what it was asked for."""
 

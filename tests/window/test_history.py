@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 
+from window.driven_viewer import Clock
+
 from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment
 from ssdo_gl.scene.light_edits import without_light
 from ssdo_gl.scene.load import load_scene
@@ -13,13 +15,6 @@ from ssdo_gl.window.history import ONE_WALK_SECONDS, Edited, History
 
 ROOM = load_scene("cornell_meso")
 START = Edited(Settings(), ROOM.lights, (True,) * len(ROOM.lights), ROOM, ROOM.camera)
-
-
-class Clock:
-    seconds = 0.0
-
-    def __call__(self) -> float:
-        return self.seconds
 
 
 def samples(count: int, edited: Edited = START) -> Edited:

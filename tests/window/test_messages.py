@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
+from window.driven_viewer import Clock
+
 from ssdo_gl.window.messages import FAULT_SECONDS, MOST_LINES, SECONDS, Messages
-
-
-class Clock:
-    now = 100.0
-
-    def __call__(self) -> float:
-        return self.now
 
 
 def test_lines_go_after_a_while_and_faults_later() -> None:
@@ -18,10 +13,10 @@ def test_lines_go_after_a_while_and_faults_later() -> None:
     messages.say("wrote a.png")
     messages.say("cannot write", is_fault=True)
     assert not messages.expire()
-    clock.now += SECONDS + 0.1
+    clock.seconds += SECONDS + 0.1
     assert messages.expire()
     assert [line.text for line in messages.lines] == ["cannot write"]
-    clock.now += FAULT_SECONDS
+    clock.seconds += FAULT_SECONDS
     assert messages.expire()
     assert messages.lines == []
     assert not messages.expire()

@@ -10,6 +10,7 @@ from pathlib import Path
 import glfw
 import numpy as np
 import pytest
+from window.driven_viewer import Clock
 
 from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.shader import ShaderLibrary
@@ -42,13 +43,6 @@ class FakeWindow:
 
     def hide_cursor(self, hides: bool) -> bool:
         return False
-
-
-class Clock:
-    seconds = 0.0
-
-    def __call__(self) -> float:
-        return self.seconds
 
 
 @pytest.fixture
