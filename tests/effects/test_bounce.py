@@ -9,12 +9,15 @@ import numpy as np
 import pytest
 from oracle import closed_forms, screen_space, slices
 from passes.estimator_cases import (
+    SIZE,
+    SUM_TOLERANCE,
+    TAN_Y,
     corner,
     covered_texels,
     inputs_of,
+    noise,
     picture_frame,
     positions,
-    random_picture,
     run_on,
     twin_of,
 )
@@ -26,16 +29,12 @@ from ssdo_gl.passes.sender_radiance import SenderRadiancePass
 from ssdo_gl.passes.terms import SenderTerms
 from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment
 
-SIZE = (48, 36)
-TAN_Y = 0.5
 ESTIMATORS = ("march", "rgs09", "bitmask")
 CORNER_SIZE = (160, 96)
 CORNER_TAN = 0.25
 CORNER_RADIUS = 0.4
 # As for visibility in a corner, times pi.
 CORNER_TOLERANCE = math.pi * 0.011
-# Sums of some 16 float32 terms of one size.
-SUM_TOLERANCE = 2e-6
 
 
 def run(gl, shaders, picture, settings, sent, *, has_back=False, bound=math.inf, seed=0):
@@ -44,10 +43,6 @@ def run(gl, shaders, picture, settings, sent, *, has_back=False, bound=math.inf,
     render_pass = BouncePass(settings, sender_bound=bound, has_back_layer=has_back)
     radiance = np.concatenate([sent, np.ones((*sent.shape[:2], 1))], -1)
     return run_on(gl, shaders, render_pass, frame, picture, {"sender_radiance": radiance})
-
-
-def noise(seed=3, has_back=False):
-    return random_picture(seed, SIZE, picture_frame(SIZE, TAN_Y).view.tan_half_fov, has_back)
 
 
 def the_corner():

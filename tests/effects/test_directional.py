@@ -8,11 +8,16 @@ import numpy as np
 import pytest
 from oracle import screen_space, slices
 from passes.estimator_cases import (
+    LAMP,
+    SIZE,
+    SKY,
+    SUM_TOLERANCE,
+    TAN_Y,
     covered_texels,
+    noise,
     picture_frame,
-    random_picture,
+    plane,
     run_directional,
-    tilted_plane,
     twin_of,
 )
 
@@ -22,28 +27,10 @@ from ssdo_gl.scene.environment.environment_kinds import (
     GradientEnvironment,
     MapEnvironment,
 )
-from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight
-
-SIZE = (48, 36)
-TAN_Y = 0.5
-# Sums of some 16 float32 terms of one size.
-SUM_TOLERANCE = 2e-6
-SKY = GradientEnvironment((0.5, 1.0, 2.0), (1.0, 0.75, 0.5), (0.1, 0.2, 0.3))
-# Overhead and to the left of a floor that lies 3 below the camera's axis and beyond.
-LAMP = RectangleLight(
-    (-0.5, 1.0, -4.0), (0.0, 0.0, 1.5), (-1.0, 0.5, 0.0), (3.0, 2.0, 1.0), shadow="ssdo"
-)
+from ssdo_gl.scene.lights import DirectionalLight, PointLight
 
 POINT = PointLight((0.3, 0.4, -2.5), (1.0, 2.0, 3.0), shadow="ssdo")
 SUN = DirectionalLight((0.0, -0.6, -0.8), (1.0, 2.0, 3.0), shadow="ssdo")
-
-
-def noise(seed=3, has_back=False):
-    return random_picture(seed, SIZE, picture_frame(SIZE, TAN_Y).view.tan_half_fov, has_back)
-
-
-def plane(degrees=40.0):
-    return tilted_plane(degrees, SIZE, picture_frame(SIZE, TAN_Y).view.tan_half_fov)
 
 
 def gradient_irradiance(normals):

@@ -8,40 +8,22 @@ import numpy as np
 import pytest
 from oracle import closed_forms, screen_space
 from passes.estimator_cases import (
+    LAMP,
+    SIZE,
+    SUM_TOLERANCE,
+    TAN_Y,
     corner,
     covered_texels,
+    noise,
     picture_frame,
+    plane,
     positions,
-    random_picture,
     run_directional,
-    tilted_plane,
     twin_of,
 )
 
 from ssdo_gl.effects.directional import DirectionalSettings
-from ssdo_gl.scene.environment.environment_kinds import (
-    GradientEnvironment,
-)
 from ssdo_gl.scene.lights import DirectionalLight, Light, PointLight, RectangleLight, SpotLight
-
-SIZE = (48, 36)
-TAN_Y = 0.5
-# Sums of some 16 float32 terms of one size.
-SUM_TOLERANCE = 2e-6
-SKY = GradientEnvironment((0.5, 1.0, 2.0), (1.0, 0.75, 0.5), (0.1, 0.2, 0.3))
-# Overhead and to the left of a floor that lies 3 below the camera's axis and beyond.
-LAMP = RectangleLight(
-    (-0.5, 1.0, -4.0), (0.0, 0.0, 1.5), (-1.0, 0.5, 0.0), (3.0, 2.0, 1.0), shadow="ssdo"
-)
-
-
-def noise(seed=3, has_back=False):
-    return random_picture(seed, SIZE, picture_frame(SIZE, TAN_Y).view.tan_half_fov, has_back)
-
-
-def plane(degrees=40.0):
-    return tilted_plane(degrees, SIZE, picture_frame(SIZE, TAN_Y).view.tan_half_fov)
-
 
 # --- rectangles -----------------------------------------------------------------------
 

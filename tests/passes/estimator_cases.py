@@ -27,9 +27,19 @@ from ssdo_gl.scene.environment.environment_kinds import (
     GradientEnvironment,
     MapEnvironment,
 )
-from ssdo_gl.scene.lights import Light
+from ssdo_gl.scene.lights import Light, RectangleLight
 
 NEAR = 0.01
+# What a picture is seen through whose angles and size do not matter.
+SIZE = (48, 36)
+TAN_Y = 0.5
+# Sums of some 16 float32 terms of one size.
+SUM_TOLERANCE = 2e-6
+SKY = GradientEnvironment((0.5, 1.0, 2.0), (1.0, 0.75, 0.5), (0.1, 0.2, 0.3))
+# Overhead and to the left of a floor that lies 3 below the camera's axis and beyond.
+LAMP = RectangleLight(
+    (-0.5, 1.0, -4.0), (0.0, 0.0, 1.5), (-1.0, 0.5, 0.0), (3.0, 2.0, 1.0), shadow="ssdo"
+)
 
 
 def picture_frame(
@@ -199,6 +209,16 @@ def random_picture(
     return Picture(
         z, stored(shading), stored(geometric), tan_half, NEAR, back if has_back else None
     )
+
+
+def noise(seed: int = 3, has_back: bool = False) -> Picture:
+    """Return a picture of noise, of the usual size."""
+    return random_picture(seed, SIZE, picture_frame(SIZE, TAN_Y).view.tan_half_fov, has_back)
+
+
+def plane(degrees: float = 40.0) -> Picture:
+    """Return a plane of the usual size."""
+    return tilted_plane(degrees, SIZE, picture_frame(SIZE, TAN_Y).view.tan_half_fov)
 
 
 def float32(values: NDArray[np.float64]) -> NDArray[np.float64]:
