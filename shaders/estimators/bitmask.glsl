@@ -69,7 +69,7 @@ uint sectors_hidden_at(Sectors s, Tangent t, Lines l, Walk walk, float x, float 
     vec2 within = depths_within_radius(l, own);
     float front = max(solid.x - l.z, within.x);
     float back = min(min(solid_end(t, solid) - l.z, within.y), FAR_REACH * l.z);
-    if (solid.x <= 0.0 || front >= back || !is_above(t, uv_of_texel(texel), solid.x))
+    if (solid.x <= 0.0 || front >= back || !is_above(t, vec2(texel) + 0.5, solid.x))
         return 0u;
     float nearer = walk_fraction(walk, max(x - u_front_slack * stride, 0.0));
     float farther = walk_fraction(walk, x + u_back_slack * stride);

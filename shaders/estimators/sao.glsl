@@ -36,7 +36,7 @@ float estimator_visibility(Receiver r, ivec2 centre)
         vec3 to_q = position_vs_at(uv_of_texel(inside), z) - t.position_vs;
         float d2 = dot(to_q, to_q);
         float window = max(1.0 - d2 / (radius * radius), 0.0);
-        bool counts = texel == inside && z > 0.0 && is_above(t, uv_of_texel(inside), z);
+        bool counts = texel == inside && z > 0.0 && is_above(t, vec2(inside) + 0.5, z);
         float tap = window * window * dot(to_q, t.normal_vs) / (d2 + peak * peak);
         obscured += counts ? tap : 0.0;
     } while (++i < DIRECTION_COUNT);

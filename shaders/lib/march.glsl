@@ -65,8 +65,8 @@ vec2 px_on(Segment g, float x)
 bool blocks_at(Tangent t, Segment g, float x, vec2 slack)
 {
     // Not by way of a whole number, which takes two conversions of each.
-    vec2 uv = (floor(px_on(g, x)) + 0.5) * t.origin.texel_uv;
-    vec2 solid = solid_seen_at(uv);
+    vec2 centre_px = floor(px_on(g, x)) + 0.5;
+    vec2 solid = solid_seen_at(centre_px * t.origin.texel_uv);
     float own = g.nearness_0 + march_fraction(x) * g.nearness_across;
     float end = g.nearness_0 + g.nearness_across;
     vec2 reach = march_rate(x) * slack;
@@ -75,7 +75,7 @@ bool blocks_at(Tangent t, Segment g, float x, vec2 slack)
     // Asked for first and put together then: behind `&&` each call would be a branch.
     bool is_before = is_nearer(solid.x, farthest);
     bool is_behind = is_farther(solid_end(t, solid), nearest);
-    bool rises = is_above(t, uv, solid.x);
+    bool rises = is_above(t, centre_px, solid.x);
     return solid.x > 0.0 && is_before && is_behind && rises;
 }
 

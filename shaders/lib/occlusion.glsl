@@ -35,6 +35,8 @@ bool is_blocked(Blocker b)
 
 // Height that rounding may give a coplanar Q, relative to its distance from P: normals
 // in 2 x 16 octahedral bits are off by up to 0.0037 degrees = 6.5e-5; twice for safety.
+// The distance is taken to be R, and as much again for each time that Q is as deep as P: its
+// own takes ten products more for each depth read, an eighth of the march's time.
 const float NORMAL_ERROR = 1.3e-4;
 // Surfaces nearer to the first one than this, relative to z, are the surface itself
 // seen from behind, not the back of a solid.
@@ -44,9 +46,11 @@ const float BACK_GAP = 1.0e-4;
 struct Tangent {
     vec3 position_vs;
     vec3 normal_vs;     // geometric
-    float min_height;
+    vec3 rate;          // see plane_rate; Q lies above where plane_height is more than
+    float lowest;
+    float min_height;   // at P, but for the error of normals
     float thickness;    // scene units
-    vec3 end_normal_vs; // blockers lie on this side of a plane where rays end: Q . n > offset
+    vec3 end_rate;      // blockers lie above a plane where rays end, too
     float end_offset;
     Origin origin;      // of rays
 };
@@ -54,29 +58,30 @@ struct Tangent {
 Tangent tangent_at(vec3 position_vs, vec3 geometric_vs)
 {
     float z = -position_vs.z;
-    return Tangent(position_vs, geometric_vs,
-                   min_blocking_height(z), u_thickness * length_scale_at(z),
-                   vec3(0.0), -1.0, origin_at(position_vs));
+    Origin origin = origin_at(position_vs);
+    vec3 rate = plane_rate(vec2(0.0), geometric_vs);
+    float own = plane_height(rate, origin.start_px, z);
+    float error = NORMAL_ERROR * length_scale_at(z);
+    float min_height = min_blocking_height(z);
+    rate.z -= error / z;
+    return Tangent(position_vs, geometric_vs, rate, own + min_height + error, min_height,
+                   u_thickness * length_scale_at(z), vec3(0.0), -1.0, origin);
 }
 
-// The same for rays that are aimed at a surface with the plane (n, offset): that surface
+// The same for rays that are aimed at a surface with the plane n . Q = offset: that surface
 // must no more block them than the receiver's own does. `n` points to the receiver's side.
 Tangent with_end_plane(Tangent t, vec3 normal_vs, float offset)
 {
-    t.end_normal_vs = normal_vs;
-    t.end_offset = offset + t.min_height;
+    t.end_rate = plane_rate(vec2(0.0), normal_vs);
+    float own = plane_height(t.end_rate, t.origin.start_px, -t.position_vs.z);
+    t.end_offset = own + (offset - dot(t.position_vs, normal_vs)) + t.min_height;
     return t;
 }
 
-// `above`, for the surface with depth z in the texel whose centre `uv` is.
-bool is_above(Tangent t, vec2 uv, float z)
+// `above`, for the surface with depth z in the texel whose centre lies at `px`.
+bool is_above(Tangent t, vec2 px, float z)
 {
-    vec3 q_vs = position_vs_at(uv, z);
-    vec3 pq = q_vs - t.position_vs;
-    float height = dot(pq, t.normal_vs);
-    float least = NORMAL_ERROR * NORMAL_ERROR * dot(pq, pq);
-    float end = dot(q_vs, t.end_normal_vs);
-    return height > t.min_height && height * height > least && end > t.end_offset;
+    return plane_height(t.rate, px, z) > t.lowest && plane_height(t.end_rate, px, z) > t.end_offset;
 }
 
 // What is known of the solids in the texel whose centre `uv` is: x is the depth of the nearest front, 0 for

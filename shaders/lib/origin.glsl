@@ -21,6 +21,7 @@ struct Origin {
     vec4 slopes;         // see frame_gaps
     vec4 inverse_gaps;
     float inverse_depth; // beyond the near plane
+    float inverse_reach; // the least that is told apart from none
     vec2 px_scale;       // see picture_place
     vec2 centre_px;      // where the camera's axis is seen
     vec2 texel_uv;
@@ -34,7 +35,7 @@ Origin origin_at(vec3 p_vs)
     vec2 centre = (0.5 - 0.5 * u_jitter_ndc) * u_frame_size_px;
     return Origin(p_vs, picture_place(p_vs, from_eye) * scale + centre, from_eye, slopes,
                   1.0 / max(frame_gaps(slopes, p_vs), LEAST_GAP),
-                  1.0 / max(-p_vs.z - u_near_vs, LEAST_GAP),
+                  1.0 / max(-p_vs.z - u_near_vs, LEAST_GAP), 1.0 / (FAR_REACH * -p_vs.z),
                   scale, centre, 1.0 / u_frame_size_px);
 }
 
@@ -43,9 +44,10 @@ Origin origin_at(vec3 p_vs)
 float distance_in_frame(Origin o, vec3 w, float reach)
 {
     // The gap to each border is linear along the ray, so it closes at gap / -rate if it shrinks:
-    // the first to do so has the largest inverse.
-    vec4 closes = -frame_gap_rates(o.slopes, w) * o.inverse_gaps;
+    // the first to do so has the largest inverse. The sign is w's: that of a product compilers give
+    // to the inverse, and divide anew for each direction.
+    vec4 closes = frame_gap_rates(o.slopes, -w) * o.inverse_gaps;
     float borders = max(max(closes.x, closes.y), max(closes.z, closes.w));
-    float first = max(max(borders, w.z * o.inverse_depth), 1.0 / (FAR_REACH * -o.position_vs.z));
+    float first = max(max(borders, w.z * o.inverse_depth), o.inverse_reach);
     return min(reach, 1.0 / first);
 }

@@ -36,7 +36,7 @@ Blocker point_blocker(Tangent t, vec3 w, float distance, bool has_back)
     bool in_frame = in_front && all(greaterThanEqual(uv, vec2(0.0))) && all(lessThan(uv, vec2(1.0)));
     texel = clamp(texel, ivec2(0), last);
     vec2 solid = solid_at(texel);
-    bool blocked = in_frame && solid.x > 0.0 && z_s > solid.x && is_above(t, uv_of_texel(texel), solid.x)
+    bool blocked = in_frame && solid.x > 0.0 && z_s > solid.x && is_above(t, vec2(texel) + 0.5, solid.x)
         && (!has_back || z_s < solid_end(t, solid));
     if (blocked)
         return Blocker(texel, distance);

@@ -85,7 +85,7 @@ float elevation_sine(Tangent t, vec3 view, ivec2 texel)
     float z = gbuffer_z_vs(texel);
     vec3 to_q = position_vs_at(uv_of_texel(texel), z) - t.position_vs;
     float distance = length(to_q);
-    bool blocks = z > 0.0 && distance <= u_radius && is_above(t, uv_of_texel(texel), z);
+    bool blocks = z > 0.0 && distance <= u_radius && is_above(t, vec2(texel) + 0.5, z);
     return blocks ? dot(to_q, view) / distance : NO_ELEVATION;
 }
 

@@ -104,7 +104,7 @@ FAULTS = {
         ("sample_point(r, i).y", "sample_point(r, i).x"),
     ),
     "sao": (
-        (" && is_above(t, uv_of_texel(inside), z)", ""),
+        (" && is_above(t, vec2(inside) + 0.5, z)", ""),
         ("window * window", "window"),
         ("left * left", "left"),
         ("d2 + peak * peak", "d2"),
@@ -124,7 +124,7 @@ FAULTS = {
 # Faults of what estimators share: file, text, what a fault makes of it, and who shares it.
 POINTS, SLICES = ("rgs09", "hemisphere"), ("gtao", "hbao", "bitmask")
 SHARED = (
-    ("lib/occlusion.glsl", "return height > t.min_height", "return true || height > 0.0",
+    ("lib/occlusion.glsl", "plane_height(t.rate, px, z) > t.lowest", "true",
      ("march", *POINTS, *SLICES, "sao")),
     ("lib/occlusion.glsl", "? solid.y :", "? solid.x + t.thickness :",
      ("march", "hemisphere", "bitmask")),

@@ -213,8 +213,7 @@ def light_is_gained(device, shaders):
     return float((images["directional"] + images["bounce"]).max()) - 1.0, 5e-5
 
 
-HEIGHT_TEST = "return height > t.min_height"
-SNAPPED = "position_vs_at(uv, z)"
+HEIGHT_TEST = "plane_height(t.rate, px, z) > t.lowest"
 MUTATIONS = {
     "bias made absolute": Mutation(
         {"lib/tangent_height.glsl": (("u_bias * length_scale_at(z)", "0.025"),)}, scale_shows
@@ -223,14 +222,14 @@ MUTATIONS = {
         {"lib/occlusion.glsl": (("u_thickness * length_scale_at(z)", "0.1"),)}, scale_shows
     ),
     "tangent-plane test removed": Mutation(
-        {"lib/occlusion.glsl": ((HEIGHT_TEST, "return true || height > t.min_height"),)},
+        {"lib/occlusion.glsl": ((HEIGHT_TEST, f"true || {HEIGHT_TEST}"),)},
         plane_is_occluded,
     ),
     "texel not snapped": Mutation(
         {
             "lib/occlusion.glsl": (
                 ("bool is_above(", "vec2 sample_px;\nbool is_above("),
-                (SNAPPED, "position_vs_at(sample_px / u_frame_size_px, z)"),
+                (HEIGHT_TEST, HEIGHT_TEST.replace("px", "sample_px")),
             ),
             "lib/march.glsl": (
                 ("return g.start_px + march", "return sample_px = g.start_px + march"),

@@ -125,16 +125,16 @@ def test_tangent_plane(gl, shaders, record, seed, normals_, radius, depths):
     p[:, 2] = np.minimum(p[:, 2], -1e-3 * z)
     found = evaluate(
         gl, shaders, ["lib/occlusion.glsl"],
-        "is_above(tangent_at(p, n), uv_of_texel(texel), z) ? 1 : 0",
+        "is_above(tangent_at(p, n), vec2(texel) + 0.5, z) ? 1 : 0",
         {"p": p, "n": n, "texel": texel, "z": z}, output_dtype="i4",
         defines={"HAS_BACK_LAYER": 0},
         uniforms={**frame.view.uniforms(), "u_radius": reach, "u_bias": bias, "u_thickness": 0.1},
     )[:, 0]  # fmt: skip
     pq = ray * z[:, None] - p
     height = (pq * n).sum(1)
-    least = screen_space.DEPTH_ERROR * -p[:, 2]
-    least = least + float(np.float32(bias)) * np.minimum(reach, -p[:, 2])
-    least = np.maximum(least, screen_space.NORMAL_ERROR * np.linalg.norm(pq, axis=1))
+    depths = 1.0 + z / -p[:, 2]
+    relative = float(np.float32(bias)) + screen_space.NORMAL_ERROR * depths
+    least = screen_space.DEPTH_ERROR * -p[:, 2] + relative * np.minimum(reach, -p[:, 2])
     margin = np.abs(height - least) / np.maximum(np.abs(p).max(1), np.abs(ray * z[:, None]).max(1))
     wrong = found != (height > least)
     error = margin[wrong].max() / EPSILON if np.any(wrong) else 0.0

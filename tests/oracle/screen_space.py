@@ -159,8 +159,10 @@ def height_tests(
 ) -> list[tuple[Array, Array, Array]]:
     """Return the comparisons that tell whether p + pq rises above the plane through p."""
     height = np.einsum("...i,...i", pq, n)
-    lowest = DEPTH_ERROR * receiver_z + estimator.bias * np.minimum(estimator.radius, receiver_z)
-    return [(height, lowest, scale), (height, NORMAL_ERROR * np.linalg.norm(pq, axis=-1), scale)]
+    length = np.minimum(estimator.radius, receiver_z)
+    depths = 1.0 + (receiver_z - pq[..., 2]) / receiver_z
+    lowest = DEPTH_ERROR * receiver_z + (estimator.bias + NORMAL_ERROR * depths) * length
+    return [(height, lowest, scale)]
 
 
 def solid_end(picture: Picture, texel: Indices, length: Array, estimator: Estimator) -> Array:
