@@ -9,6 +9,8 @@
 uniform sampler2D t_own_pixels;  // column and row of the pixel in the frame; -1: none
 uniform isampler2D t_own_places;  // as lib/own_rays.glsl says
 uniform sampler2D t_own_far;
+uniform sampler2D t_spread_first;   // radiance to add, by the tiles' first probes
+uniform sampler2D t_spread_second;
 uniform int u_stride;            // pixels from one that has rays to the next
 
 layout(location = 0) out vec4 o_far;
@@ -29,19 +31,36 @@ ivec2 place_of(int number)
     return ivec2(index % columns, index / columns);
 }
 
-void main()
+// What was rare among pixels far about, between the tiles' middles.
+vec3 rare_at(ivec2 texel, vec3 p_vs, vec3 n_vs)
 {
-    ivec2 place = ivec2(gl_FragCoord.xy);
-    ivec2 texel = ivec2(texelFetch(t_own_pixels, place, 0).xy);
-    o_far = texelFetch(t_own_far, place, 0);
-    if (texel.x < 0)
-        return;
-    vec3 p_vs = gbuffer_position_vs(texel);
-    vec3 n_vs = gbuffer_shading_normal_vs(texel);
+    ivec2 tiles = textureSize(t_far_first_probes, 0);
+    float inv_extent = 1.0 / (float(PROBE_TILE) * pixel_height_at(-p_vs.z));
+    vec2 place = (vec2(texel) + 0.5) / float(PROBE_TILE) - 0.5;
+    vec2 f = fract(place);
+    vec3 sum = vec3(0.0);
+    float weights = 1e-6;
+    for (int i = 0; i < 4; ++i) {
+        ivec2 corner = ivec2(i & 1, i >> 1);
+        ivec2 tile = clamp(ivec2(floor(place)) + corner, ivec2(0), tiles - 1);
+        vec2 near = mix(1.0 - f, f, vec2(corner));
+        float share = near.x * near.y + 1e-3;
+        vec4 point = texelFetch(t_far_first_probes, tile, 0);
+        float weight = share * on_surface(point, p_vs, n_vs, inv_extent);
+        sum += weight * texelFetch(t_spread_first, tile, 0).rgb;
+        weights += weight;
+        point = texelFetch(t_far_second_probes, tile, 0);
+        weight = share * on_surface(point, p_vs, n_vs, inv_extent);
+        sum += weight * texelFetch(t_spread_second, tile, 0).rgb;
+        weights += weight;
+    }
+    return sum / weights;
+}
+
+// Averaged over pixels about.
+vec4 averaged_far(ivec2 texel, vec3 p_vs, vec3 n_vs)
+{
     vec3 geometric_vs = gbuffer_geometric_normal_vs(texel);
-    float averaged = smoothstep(EVEN, UNEVEN, guide_at(texel, p_vs, n_vs).variance);
-    if (averaged == 0.0)
-        return;
     int own = texelFetch(t_own_places, texel, 0).x;
     float inv_reach = 1.0 / (float(STEP * u_stride) * pixel_height_at(-p_vs.z));
     ivec2 size = textureSize(t_own_places, 0);
@@ -65,5 +84,20 @@ void main()
             weights += weight;
         }
     }
-    o_far = mix(o_far, sum / weights, averaged);
+    return sum / weights;
+}
+
+void main()
+{
+    ivec2 place = ivec2(gl_FragCoord.xy);
+    ivec2 texel = ivec2(texelFetch(t_own_pixels, place, 0).xy);
+    o_far = texelFetch(t_own_far, place, 0);
+    if (texel.x < 0)
+        return;
+    vec3 p_vs = gbuffer_position_vs(texel);
+    vec3 n_vs = gbuffer_shading_normal_vs(texel);
+    float averaged = smoothstep(EVEN, UNEVEN, guide_at(texel, p_vs, n_vs).variance);
+    if (averaged > 0.0)
+        o_far = mix(o_far, averaged_far(texel, p_vs, n_vs), averaged);
+    o_far.rgb += rare_at(texel, p_vs, n_vs);
 }

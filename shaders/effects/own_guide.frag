@@ -7,16 +7,18 @@
 uniform sampler2D t_far_radiance;
 uniform float u_sky;  // mean radiance of the environment
 
-// Relative density, mean radiance; share of the sky that is open.
+// Relative density, mean radiance; share of the sky that is open, there and in the mean.
 layout(location = 0) out vec4 o_guide;
 
 // What a cell counts beside its neighbours.
 const float OWN_WEIGHT = 4.0;
 
-float light_at(ivec2 texel)
+// Radiance, its square and the share of the sky that is open; 1.
+vec4 light_at(ivec2 texel)
 {
     vec4 far = texelFetch(t_far_radiance, texel, 0);
-    return dot(far.rgb, vec3(1.0 / 3.0)) + (1.0 - far.a) * u_sky;
+    float light = dot(far.rgb, vec3(1.0 / 3.0)) + (1.0 - far.a) * u_sky;
+    return vec4(light, light * light, 1.0 - far.a, 1.0);
 }
 
 // The root of the mean square: what is seen a few pixels away, or beside a cell's middle, differs,
@@ -29,15 +31,14 @@ void main()
     if (c.point.w == 0.0)
         return;
     vec3 n_vs = oct_unproject(probe_square(c.point.w));
-    float own = light_at(texel);
-    vec3 sums = OWN_WEIGHT * vec3(1.0, own, own * own);
+    vec4 own = light_at(texel);
+    vec4 sums = OWN_WEIGHT * own;
     for (int i = 0; i < 34; ++i) {
         bool turns = i < 9;
         ivec2 step = turns ? ivec2(i % 3, i / 3) - 1 : ivec2((i - 9) % 5, (i - 9) / 5) - 2;
         ivec2 other = cell_beside(c, n_vs, step, turns);
-        float light = other.x >= 0 ? light_at(other) : 0.0;
-        sums += other.x >= 0 ? vec3(1.0, light, light * light) : vec3(0.0);
+        sums += other.x >= 0 ? light_at(other) : vec4(0.0);
     }
-    float open = 1.0 - texelFetch(t_far_radiance, texel, 0).a;
-    o_guide = vec4(sqrt(sums.z / sums.x), sums.y / sums.x, open, 0.0);
+    sums /= sums.w;
+    o_guide = vec4(sqrt(sums.y), sums.x, own.z, sums.z);
 }

@@ -1,5 +1,7 @@
 #version 330 core
-// Per-pixel rays: the light that a pixel's rays gather, a texel for each such pixel.
+// Per-pixel rays: the light that a pixel's rays gather, a texel for each such pixel. What is far more
+// than probes have found, by rays that came upon light which the guide thought improbable, is told
+// apart (after Zirr, Hanika, Dachsbacher 2018).
 //
 // Defines: ENVIRONMENT_KIND (see lib/environment.glsl); PROBE_TILE, PROBE_SIDE (see
 // lib/far_probes.glsl); as in rays/surface_data.glsl.
@@ -18,6 +20,11 @@ uniform int u_many_count;
 // As lib/own_rays.glsl says.
 layout(location = 0) out vec4 o_far;
 layout(location = 1) out vec4 o_near;
+// Radiance that counts for pixels far about, a: whose of the tile's probes is the pixel's surface.
+layout(location = 2) out vec4 o_rare;
+
+// Times what probes have found, above which it is rare. Of 2 and 4.5 neither is better.
+const float RARE = 3.0;
 
 // The share of the sky's light that arrives: as much as was found open, or all but what was found
 // blocked. That is exact where all is open, and falls below 0 where little is.
@@ -35,6 +42,7 @@ void main()
     ivec2 texel = ivec2(texelFetch(t_own_pixels, place, 0).xy);
     o_far = vec4(0.0);
     o_near = vec4(0.0);
+    o_rare = vec4(0.0);
     if (texel.x < 0)
         return;
     int number = place.y * textureSize(t_own_pixels, 0).x + place.x;
@@ -51,6 +59,15 @@ void main()
         Guided d = guided_direction(guide, random_2d(first + uint(i), u_stream, 0u, false));
         add_ray(sums, start, frame * d.w, geometric_vs, d.weight);
     }
-    o_far = vec4(sums.far / float(ray_count), open_share(sums, guide.open, n_vs, ray_count));
+    vec3 far = sums.far / float(ray_count);
+    float share = open_share(sums, guide.open, n_vs, ray_count);
     o_near = vec4(sums.near / float(ray_count), centre_z_vs(texel, p_vs, geometric_vs));
+    // What probes have missed few rays come upon, and bring much: dots, were it the pixel's alone.
+    vec3 sky = INV_PI * environment_irradiance(direction_ws_of(n_vs));
+    float known = guide.sent + guide.seen * dot(sky, vec3(1.0 / 3.0));
+    float found = dot(far + share * sky, vec3(1.0 / 3.0));
+    float owner = guide.sent < 0.0 ? NO_PROBE : probe_of_tile(texel, p_vs, n_vs);
+    float kept = owner != NO_PROBE && found > RARE * known ? RARE * known / found : 1.0;
+    o_far = kept * vec4(far, share);
+    o_rare = vec4((1.0 - kept) * (far + share * sky), owner);
 }

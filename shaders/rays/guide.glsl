@@ -6,7 +6,9 @@
 #include "lib/gbuffer.glsl"
 #include "lib/far_probes.glsl"
 
-uniform sampler2D t_own_guide;  // r: relative density, g: mean radiance, b: share of open sky
+// r: relative density, g: mean radiance, b: share of open sky, a: the mean of that
+uniform sampler2D t_own_guide;
+uniform float u_sky;  // mean radiance of the environment
 
 const float GUIDED = 0.75;
 // Probes whose normals have a smaller cosine tell nothing: their cells are other directions.
@@ -18,6 +20,8 @@ struct Guide {
     float scale;    // from the density of a cell to its share of the guided directions; 0: none are
     float open;     // share of the sky that the probe sees
     float variance; // of what a guided ray brings, over its mean squared, as far as probes can tell
+    float sent;     // mean radiance of surfaces that probes about have found; negative: none is known
+    float seen;     // mean share of the sky that they see
     float rows[PROBE_SIDE];  // shares of the directions
 };
 
@@ -26,6 +30,28 @@ struct Guided {
     vec3 w;
     float weight;
 };
+
+// How much a probe lies on the surface at p_vs, in units of 1 / inv_extent; 0: it tells nothing.
+float on_surface(vec4 point, vec3 p_vs, vec3 n_vs, float inv_extent)
+{
+    float height = dot(point.xyz - p_vs, n_vs) * inv_extent;
+    float facing = point.w != 0.0 ? dot(oct_unproject(probe_square(point.w)), n_vs) : 0.0;
+    return facing > LEAST_AGREEMENT ? facing / (1.0 + height * height) : 0.0;
+}
+
+const float NO_PROBE = 0.0;
+
+// Which probe of the pixel's tile lies on its surface: 1 the first, 2 the second, or NO_PROBE.
+float probe_of_tile(ivec2 texel, vec3 p_vs, vec3 n_vs)
+{
+    ivec2 tile = texel / PROBE_TILE;
+    float inv_extent = 1.0 / (float(PROBE_TILE) * pixel_height_at(-p_vs.z));
+    vec4 point = texelFetch(t_far_first_probes, tile, 0);
+    float first = on_surface(point, p_vs, n_vs, inv_extent);
+    point = texelFetch(t_far_second_probes, tile, 0);
+    float second = on_surface(point, p_vs, n_vs, inv_extent);
+    return max(first, second) == 0.0 ? NO_PROBE : first >= second ? 1.0 : 2.0;
+}
 
 // The probe of the four tiles around the pixel that lies most on the same surface, or -1.
 ivec2 probe_beside(ivec2 texel, ivec2 tiles, vec3 p_vs, vec3 n_vs)
@@ -39,12 +65,10 @@ ivec2 probe_beside(ivec2 texel, ivec2 tiles, vec3 p_vs, vec3 n_vs)
         bool is_second = i >= 4;
         vec4 point = is_second ? texelFetch(t_far_second_probes, tile, 0)
                                : texelFetch(t_far_first_probes, tile, 0);
-        float height = dot(point.xyz - p_vs, n_vs) * inv_extent;
         vec2 apart = vec2(tile * PROBE_TILE - texel) / float(PROBE_TILE) + 0.5;
-        float near = 1.0 / ((1.0 + height * height) * (1.0 + 0.1 * dot(apart, apart)));
-        float facing = dot(oct_unproject(probe_square(point.w)), n_vs);
-        if (point.w != 0.0 && facing > LEAST_AGREEMENT && facing * near > best) {
-            best = facing * near;
+        float fit = on_surface(point, p_vs, n_vs, inv_extent) / (1.0 + 0.1 * dot(apart, apart));
+        if (fit > best) {
+            best = fit;
             found = tile + ivec2(0, is_second ? second_probe_rows(tiles) : 0);
         }
     }
@@ -58,15 +82,17 @@ Guide guide_at(ivec2 texel, vec3 p_vs, vec3 n_vs)
     Guide g;
     g.first = probe_texel(max(probe, ivec2(0)), tiles);
     g.open = 0.0;
+    g.seen = 0.0;
     float sum = 0.0;
     float mean = 0.0;
     for (int y = 0; y < PROBE_SIDE; ++y) {
         g.rows[y] = 0.0;
         for (int x = 0; x < PROBE_SIDE; ++x) {
-            vec3 cell = texelFetch(t_own_guide, g.first + ivec2(x, y), 0).xyz;
+            vec4 cell = texelFetch(t_own_guide, g.first + ivec2(x, y), 0);
             g.rows[y] += cell.x;
             mean += cell.y;
             g.open += GUIDE_CELL * cell.z;
+            g.seen += GUIDE_CELL * cell.w;
         }
         sum += g.rows[y];
     }
@@ -74,6 +100,7 @@ Guide guide_at(ivec2 texel, vec3 p_vs, vec3 n_vs)
     g.open = is_known ? g.open : 0.0;
     g.scale = is_known ? GUIDED / sum : 0.0;
     g.variance = is_known ? sum * sum / (mean * mean) - 1.0 : 0.0;
+    g.sent = is_known ? max(GUIDE_CELL * mean - g.seen * u_sky, 0.0) : -1.0;
     float even = (is_known ? 1.0 - GUIDED : 1.0) / float(PROBE_SIDE);
     for (int y = 0; y < PROBE_SIDE; ++y)
         g.rows[y] = even + g.scale * g.rows[y];

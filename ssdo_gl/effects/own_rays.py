@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -170,6 +170,7 @@ class OwnRaysPass(RenderPass):
             make_texture(gl, size, 4, "f4"),
             make_texture(gl, size, 2, "f4", pixels),
             self._guide(context),
+            make_texture(gl, size, 4, "f4"),
         )
         return OwnRays(probes, textures, many=many)
 
@@ -214,34 +215,62 @@ class OwnRaysPass(RenderPass):
             "u_many_rays": times * self.many_rays,
             "u_few_rays": times * self.settings.pixel_rays,
             "u_many_count": rays.many,
+            "u_sky": mean_radiance(frame.scene.environment),
         }
-        _, far, near, pixels, guide = rays.textures
+        _, far, near, pixels, guide, rare = rays.textures
         reads = [name for name in self.reads if name != FAR_RADIANCE]
         textures = {**textures_of(context, reads), "t_own_pixels": pixels, "t_own_guide": guide}
         program = context.shaders.fullscreen("effects/own_rays.frag", defines)
-        target = make_framebuffer(context.gl, [far, near])
+        target = make_framebuffer(context.gl, [far, near, rare])
         region = (0, rows[0], far.width, rows[1] - rows[0])
         draw_fullscreen(context.gl, program, target, uniforms, textures, region=region)
         target.release()
 
     def _averaged(self, context: PassContext, rays: OwnRays) -> tuple[moderngl.Texture, ...]:
         """Return the textures of `rays` with light averaged where it comes from few directions."""
-        places, far, near, pixels, guide = rays.textures
-        averaged = make_texture(context.gl, far.size, 4, "f4")
-        target = make_framebuffer(context.gl, [averaged])
-        defines = {"PROBE_TILE": self.settings.tile, "PROBE_SIDE": self.settings.directions}
-        program = context.shaders.fullscreen("effects/own_filter.frag", defines)
-        textures = {
+        places, far, near, pixels, guide, rare = rays.textures
+        gl, size = context.gl, context.inputs[FAR_PROBES[0]].size
+        found, spread = ([make_texture(gl, size, 4, "f4") for _ in range(2)] for _ in range(2))
+        averaged = make_texture(gl, far.size, 4, "f4")
+        tile = {"PROBE_TILE": self.settings.tile}
+        by_tile = {"t_own_places": places, "t_own_rare": rare}
+        self._draw(context, "own_rare", tile, {}, by_tile, found)
+        guided = {**tile, "PROBE_SIDE": self.settings.directions}
+        uniforms = {
+            **context.frame.view.uniforms(),
+            "u_sky": mean_radiance(context.frame.scene.environment),
+        }
+        reads = {
             **textures_of(context, (*self.steady_reads, *FAR_PROBES)),
+            "t_own_guide": guide,
+        }
+        by_probe = {"t_rare_first": found[0], "t_rare_second": found[1]}
+        self._draw(context, "own_spread", guided, uniforms, {**reads, **by_probe}, spread)
+        by_pixel = {
             "t_own_pixels": pixels,
             "t_own_places": places,
             "t_own_far": far,
-            "t_own_guide": guide,
+            "t_spread_first": spread[0],
+            "t_spread_second": spread[1],
         }
-        uniforms = {**context.frame.view.uniforms(), "u_stride": self.stride}
-        draw_fullscreen(context.gl, program, target, uniforms, textures)
+        uniforms["u_stride"] = self.stride
+        self._draw(context, "own_filter", guided, uniforms, {**reads, **by_pixel}, [averaged])
+        return places, averaged, near, pixels, guide, rare
+
+    @staticmethod
+    def _draw(
+        context: PassContext,
+        shader: str,
+        defines: Mapping[str, int],
+        uniforms: Mapping[str, object],
+        reads: Mapping[str, moderngl.Texture],
+        targets: Sequence[moderngl.Texture],
+    ) -> None:
+        """Fill `targets` by a shader of this effect."""
+        program = context.shaders.fullscreen(f"effects/{shader}.frag", defines)
+        target = make_framebuffer(context.gl, list(targets))
+        draw_fullscreen(context.gl, program, target, uniforms, reads)
         target.release()
-        return places, averaged, near, pixels, guide
 
     def _produced(self, context: PassContext, rays: OwnRays) -> Produced:
         """Return the textures of `rays`, or stand-ins for those that are not known."""

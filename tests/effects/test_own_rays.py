@@ -178,16 +178,37 @@ def test_rays_that_follow_the_light_are_quieter_and_find_as_much(monkeypatch) ->
 
 
 def test_light_from_few_directions_is_averaged_over_pixels_about(monkeypatch) -> None:
-    def without(item: Any, context: Any, rays: Any) -> Any:
-        return rays.textures
+    averaged, even = pictures(gap()), drawn(plate())
+    draw = own_rays.OwnRaysPass._draw
 
-    averaged, even = pictures(gap(0.2)), drawn(plate())
-    monkeypatch.setattr(own_rays.OwnRaysPass, "_averaged", without)
-    noisy = pictures(gap(0.2))
+    def by_no_variance(context: Any, shader: str, defines: Any, uniforms: Any, reads: Any, to: Any):
+        if shader == "own_filter":
+            size = reads["t_own_guide"].size
+            flat = make_texture(context.gl, size, 4, "f4", np.zeros((*size[::-1], 4), "f4"))
+            reads = {**reads, "t_own_guide": flat}
+        draw(context, shader, defines, uniforms, reads, to)
+
+    monkeypatch.setattr(own_rays.OwnRaysPass, "_draw", staticmethod(by_no_variance))
+    noisy = pictures(gap())
     assert averaged.std(axis=0).mean() < 0.6 * noisy.std(axis=0).mean()
     assert averaged.mean() == pytest.approx(noisy.mean(), rel=0.03)
     # Where light comes from everywhere nothing is.
     assert np.array_equal(even, drawn(plate()))
+
+
+def test_light_that_few_rays_find_is_spread_and_none_of_it_lost(monkeypatch) -> None:
+    def of_pixels_alone(item: Any, context: Any, rays: Any) -> Any:
+        places, far, near, *others, rare = rays.textures
+        found = np.array(read_texture(far))
+        found[..., :3] += read_texture(rare)[..., :3]
+        return places, make_texture(context.gl, far.size, 4, "f4", found), near, *others, rare
+
+    spread = pictures(gap(0.5))
+    monkeypatch.setattr(own_rays.OwnRaysPass, "_averaged", of_pixels_alone)
+    dots = pictures(gap(0.5))
+    assert spread.max() < 0.3 * dots.max()
+    assert spread.std(axis=0).mean() < 0.4 * dots.std(axis=0).mean()
+    assert spread.mean() == pytest.approx(dots.mean(), rel=0.03)
 
 
 def test_all_frames_of_a_view_use_the_rays_of_a_surface_seen_along_itself() -> None:

@@ -1,0 +1,28 @@
+#version 330 core
+// What was rare among the own rays of each tile's pixels: their sum by surface, a: how many pixels.
+//
+// Defines: PROBE_TILE: see lib/far_probes.glsl.
+uniform isampler2D t_own_places;  // as lib/own_rays.glsl says
+uniform sampler2D t_own_rare;    // as effects/own_rays.frag writes it
+
+layout(location = 0) out vec4 o_first;
+layout(location = 1) out vec4 o_second;
+
+void main()
+{
+    ivec2 low = ivec2(gl_FragCoord.xy) * PROBE_TILE;
+    ivec2 high = min(low + PROBE_TILE, textureSize(t_own_places, 0));
+    int columns = textureSize(t_own_rare, 0).x;
+    o_first = vec4(0.0);
+    o_second = vec4(0.0);
+    for (int y = low.y; y < high.y; ++y) {
+        for (int x = low.x; x < high.x; ++x) {
+            int number = abs(texelFetch(t_own_places, ivec2(x, y), 0).x) - 1;
+            if (number < 0)
+                continue;
+            vec4 rare = texelFetch(t_own_rare, ivec2(number % columns, number / columns), 0);
+            o_first += rare.a == 1.0 ? vec4(rare.rgb, 1.0) : vec4(0.0);
+            o_second += rare.a == 2.0 ? vec4(rare.rgb, 1.0) : vec4(0.0);
+        }
+    }
+}

@@ -1,0 +1,44 @@
+#version 330 core
+// What was rare among pixels' own rays, averaged over tiles about, for each of a tile's two probes.
+//
+// Defines: PROBE_TILE, PROBE_SIDE (see lib/far_probes.glsl).
+#include "rays/guide.glsl"
+
+uniform sampler2D t_rare_first;   // as effects/own_rare.frag writes them
+uniform sampler2D t_rare_second;
+
+layout(location = 0) out vec4 o_first;
+layout(location = 1) out vec4 o_second;
+
+// Tiles to either side.
+const int REACH = 2;
+
+vec4 spread(vec4 receiver, ivec2 tile)
+{
+    if (receiver.w == 0.0)
+        return vec4(0.0);
+    vec3 n_vs = oct_unproject(probe_square(receiver.w));
+    float inv_extent = 1.0 / (float(PROBE_TILE) * pixel_height_at(-receiver.z));
+    ivec2 low = max(tile - REACH, ivec2(0));
+    ivec2 high = min(tile + REACH, textureSize(t_far_first_probes, 0) - 1);
+    vec4 sum = vec4(0.0);
+    for (int y = low.y; y <= high.y; ++y) {
+        for (int x = low.x; x <= high.x; ++x) {
+            ivec2 other = ivec2(x, y);
+            vec4 point = texelFetch(t_far_first_probes, other, 0);
+            float weight = on_surface(point, receiver.xyz, n_vs, inv_extent);
+            sum += weight * texelFetch(t_rare_first, other, 0);
+            point = texelFetch(t_far_second_probes, other, 0);
+            weight = on_surface(point, receiver.xyz, n_vs, inv_extent);
+            sum += weight * texelFetch(t_rare_second, other, 0);
+        }
+    }
+    return sum / max(sum.a, 1e-6);
+}
+
+void main()
+{
+    ivec2 tile = ivec2(gl_FragCoord.xy);
+    o_first = spread(texelFetch(t_far_first_probes, tile, 0), tile);
+    o_second = spread(texelFetch(t_far_second_probes, tile, 0), tile);
+}
