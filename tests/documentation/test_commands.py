@@ -23,9 +23,10 @@ FOREIGN_FLAGS = {
     "pytest": {"--backend", "--computes"},
     "dask": {"--nthreads"},
     "f3d": {"--output", "--camera-azimuth-angle"},
-    "against_commit": set(
-        re.findall(r'"(--[a-z-]+)"', (ROOT / "benchmarks/against_commit.py").read_text("utf-8"))
-    ),
+    **{
+        name: set(re.findall(r'"(--[a-z-]+)"', (ROOT / f"benchmarks/{name}.py").read_text("utf-8")))
+        for name in ("against_commit", "walk_errors")
+    },
 }
 
 
