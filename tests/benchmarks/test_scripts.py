@@ -70,6 +70,8 @@ FAULTS = [
     "rungs FILE corner",
     "rungs OUT corner corners",
     "rungs OUT corner --size wide",
+    "stop_steps corner corners",
+    "stop_steps corner --size wide",
     "walk_errors corner corners",
     "walk_errors corner --spp 0",
     "walk_errors corner --size 0 9",
