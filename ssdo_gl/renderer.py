@@ -213,7 +213,6 @@ class Renderer(FrameLoop):
         seconds: float = 0.0,
         number: int = 0,
         time_passes: bool = False,
-        is_live: bool = False,
     ) -> FrameTimes:
         """Draw one frame, leave it on the device and return what it took.
 
@@ -222,12 +221,10 @@ class Renderer(FrameLoop):
         number : int
             A frame of another number than the last one computes all that depends on the
             view again; with the same number, what still holds is kept.
-        is_live : bool
-            As a window draws: light that lags behind may be made up for by later frames.
         """
-        job = self._prepare(wanted, camera, seconds, is_live=is_live)
+        job = self._prepare(wanted, camera, seconds)
         log = FrameLog()
-        frame = self._frame(job.view, 0, 1, number, is_live=is_live)
+        frame = self._frame(job.view, 0, 1, number)
         self._run(job.plan, frame, log, time_passes, None)
         report = functools.partial(log.reports, job.pipeline, job.plan)
         return FrameTimes(log.frame_ms[0], log.process_ms[0], job.planning_ms, report)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import defaultdict
-from collections.abc import Callable, Hashable, Iterable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -174,12 +174,11 @@ class Executor:
                 return result.textures[resource]
         raise KeyError(resource)
 
-    def forget(self, names: Iterable[str] | None = None) -> None:
-        """Make the named passes (all if None) run again in the next frame."""
-        for name in list(self._results) if names is None else names:
-            self._spares.pop(name, None)
-            if name in self._results:
-                self._results[name].identity = -1
+    def forget(self) -> None:
+        """Make all passes run again in the next frame."""
+        self._spares.clear()
+        for result in self._results.values():
+            result.identity = -1
 
     def holds(self, result: KeptResult) -> bool:
         """Return whether it reads, or may read again, from a result."""

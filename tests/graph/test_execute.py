@@ -224,7 +224,7 @@ def test_forget_makes_a_pass_run_again(world):
     run, executor = world
     item = Paint("a")
     run([item], ["a"], frame())
-    executor.forget(["a"])
+    executor.forget()
     run([item], ["a"], frame())
     assert item.runs == 2
 
