@@ -44,6 +44,9 @@ const float SHADOW_ROUNDING = 16.0 * FLOAT_EPSILON;
 //   surface is not known well enough to shadow itself. (Ritschel et al. 2009 section 6.2
 //   move the receiver by up to half a texel times the tangent of the slope instead.)
 const float SHADOW_TEXEL_SLACK = 0.25;
+// A texel that holds a surface above the plane by more than this part of a texel, which blocks
+// nothing, says nothing: where walls join it would let light into dark rooms.
+const float SHADOW_SAME_PLANE = 0.02;
 // What is so much nearer to the light than its receiver, two texels, stands clear of it.
 const float SHADOW_CLEAR_SLACKS = 8.0;
 
@@ -207,9 +210,6 @@ bool is_above_plane(vec3 offset, vec3 normal, float slack)
 // about what stands before it. Unless it is this many texels nearer to the light: then
 // that is another surface, over which light grazes the receiver.
 const float SHADOW_FAR_TEXELS = 64.0;
-// One that holds a surface above the plane by more than this part of a texel, which blocks nothing,
-// says nothing either: where walls join it would let light into dark rooms.
-const float SHADOW_SAME_PLANE = 0.02;
 
 // A light without size: the 3 x 3 nearest texels, weighted by a quadratic B-spline, which
 // hides the texels' grid better than bilinear weights do.
@@ -275,6 +275,7 @@ float disk_shadow_visibility(ShadowMap map, vec3 p, vec3 m, float rounding, floa
     Face face = face_at(map, 0);
     float texel = face_texel_size(face, p.z);
     float slack = rounding + SHADOW_TEXEL_SLACK * texel;
+    float above = (SHADOW_TEXEL_SLACK - SHADOW_SAME_PLANE) * texel;
     const int search_count = DISK_SEARCH_PARTS * BLOCKER_COUNT;
     const int filter_count = DISK_FILTER_PARTS * FILTER_COUNT;
     const int stretch = search_count > filter_count ? search_count : filter_count;
@@ -302,9 +303,11 @@ float disk_shadow_visibility(ShadowMap map, vec3 p, vec3 m, float rounding, floa
         vec2 d = disk_point(spread, fract(start + float(i) * KRONECKER_STEP).xy);
         vec3 q = vec3(p.xy + height * d, p.z);
         vec3 offset = face_point(face, floor(face_place(face, q))) - p;
-        bool is_blocker = offset.z < 0.0 && is_above_plane(offset, m, slack);
+        float rise = dot(offset, m) - least_height(offset, slack);
+        bool is_blocker = offset.z < 0.0 && rise > 0.0;
+        bool is_joint = rise > -above && rise <= 0.0;
         // Light from below the horizon brings nothing.
-        float weight = max(dot(vec3(d, -1.0), m), 0.0);
+        float weight = is_joint ? 0.0 : max(dot(vec3(d, -1.0), m), 0.0);
         total += weight;
         open += is_blocker ? 0.0 : weight;
     }
