@@ -1,0 +1,102 @@
+"""What rays found beyond R, averaged over pixels about: the shader against float64."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from passes.estimator_cases import inputs_of, picture_frame, random_picture
+from passes.pass_harness import STORED_AS, texture_from_image
+
+from ssdo_gl.effects.own_rays import places_of
+from ssdo_gl.gpu.fullscreen import draw_fullscreen
+from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+
+SIZE = (24, 16)
+TAN_Y = 0.5
+TILE, SIDE = 8, 2
+# As shaders/effects/own_filter.frag says.
+REACH, STEP = 4, 2
+# Of the normal along the view axis, as shaders/lib/far_probes.glsl says.
+CODE = np.uint32(0x20000000 | 8192 | 8192 << 14).view(np.float32)
+# Products of a dozen rounded factors, and normals of 16 bits.
+ROUNDING = 2e-4
+MANY = 100
+# What is added to the light of all pixels.
+RARE = 0.25
+
+
+def expected(picture, numbers, far, stride):
+    """Return averages (n, 4) for the pixels that have `numbers`."""
+    width, height = SIZE
+    rows, columns = np.mgrid[:height, :width]
+    p = picture.position(np.stack([columns, rows], -1))
+    found = np.zeros((len(far), 4))
+    for y, x in np.argwhere(numbers != 0):
+        inv_reach = height / (STEP * stride * picture.z[y, x] * 2.0 * TAN_Y)
+        total, weights = np.zeros(4), 0.0
+        for v in range(y - REACH * STEP * stride, height, STEP * stride):
+            for u in range(x - REACH * STEP * stride, width, STEP * stride):
+                is_near = max(abs(v - y), abs(u - x)) <= REACH * STEP * stride
+                if min(u, v) < 0 or not is_near or numbers[v, u] * numbers[y, x] <= 0:
+                    continue
+                d = (p[v, u] - p[y, x]) * inv_reach
+                above = d @ picture.geometric[y, x]
+                near = 1.0 / ((1.0 + above**2) * (1.0 + d @ d / REACH**2))
+                alike = max(picture.shading[v, u] @ picture.shading[y, x], 0.0)
+                weight = near**2 * alike**8
+                total += weight * far[abs(numbers[v, u]) - 1]
+                weights += weight
+        found[abs(numbers[y, x]) - 1] = total / weights
+    return found
+
+
+# Up to .9 nothing is averaged, from 1.8 on all, and half-way between a half.
+@pytest.mark.parametrize(("variance", "share"), [(0.5, 0.0), (1.35, 0.5), (3.0, 1.0)])
+@pytest.mark.parametrize("stride", [1, 2])
+def test_light_is_averaged_over_pixels_of_the_same_surface_and_kind(
+    gl, shaders, variance, share, stride
+):
+    rng = np.random.default_rng(stride)
+    picture = random_picture(stride, SIZE, (TAN_Y * SIZE[0] / SIZE[1], TAN_Y), has_back=False)
+    picture.z[:] = np.where(picture.z > 0.0, 2.0 + 0.1 * picture.z, 0.0)
+    # Normals that the probes' own agrees with.
+    for normals in (picture.shading, picture.geometric):
+        normals[:] = (normals - (0.0, 0.0, normals[..., 2].min())) * 0.2 + (0.0, 0.0, 1.0)
+        normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
+    chosen = rng.permutation(np.flatnonzero(picture.z))
+    places, pixels = places_of(chosen, MANY, SIZE)
+    far = np.zeros((*pixels.shape[:2], 4), np.float32)
+    far.reshape(-1, 4)[: len(chosen)] = rng.random((len(chosen), 4))
+    tiles = SIZE[0] // TILE, SIZE[1] // TILE
+    probes = np.zeros((tiles[1], tiles[0], 4), np.float32)
+    probes[..., :3], probes[..., 3] = (0.0, 0.0, -2.2), CODE
+    guide = np.zeros((2 * ((tiles[1] + 1) // 2 * 2) * SIDE, (tiles[0] + 1) // 2 * 2 * SIDE, 4))
+    guide[..., 0], guide[..., 1] = np.sqrt(1.0 + variance), 1.0
+    images = inputs_of(picture)
+    textures = {
+        **{
+            f"t_{name}": texture_from_image(gl, images[name], STORED_AS.get(name, "f4"))
+            for name in ("z_vs", "normals_vs")
+        },
+        "t_far_first_probes": make_texture(gl, tiles, 4, "f4", probes.tobytes()),
+        "t_far_second_probes": make_texture(gl, tiles, 4, "f4", np.zeros_like(probes)),
+        # Of the second probes, of which there are none, nothing is added.
+        "t_spread_first": make_texture(gl, tiles, 4, "f4", np.full_like(probes, RARE)),
+        "t_spread_second": make_texture(gl, tiles, 4, "f4", np.full_like(probes, 9.0)),
+        "t_own_guide": make_texture(gl, guide.shape[1::-1], 4, "f4", guide),
+        "t_own_pixels": make_texture(gl, pixels.shape[1::-1], 2, "f4", pixels),
+        "t_own_places": make_texture(gl, SIZE, 1, "i4", places),
+        "t_own_far": make_texture(gl, far.shape[1::-1], 4, "f4", far),
+    }
+    averaged = make_texture(gl, far.shape[1::-1], 4, "f4")
+    target = make_framebuffer(gl, [averaged])
+    defines = {"PROBE_TILE": TILE, "PROBE_SIDE": SIDE}
+    uniforms = {**picture_frame(SIZE, TAN_Y).view.uniforms(), "u_stride": stride}
+    program = shaders.fullscreen("effects/own_filter.frag", defines)
+    draw_fullscreen(gl, program, target, uniforms, textures)
+    found = np.frombuffer(averaged.read(), np.float32).reshape(-1, 4)[: len(chosen)]
+    own = far.reshape(-1, 4)[: len(chosen)].astype(np.float64)
+    wanted = expected(picture, places[..., 0], own, stride)
+    added = np.array([RARE, RARE, RARE, 0.0])
+    np.testing.assert_allclose(found, own + share * (wanted - own) + added, rtol=0.0, atol=ROUNDING)
+    assert np.abs(wanted - own).mean() > 0.1
