@@ -1,5 +1,5 @@
 // Who is lit, by rays: one where texels of a map disagree about a light without a size; to a
-// light with one RAYS_ALL and two to its rim from every pixel, RAYS_EDGE where those of four pixels
+// light with one RAYS_ALL and two to its rim from every pixel, more where those of four pixels
 // disagree.
 #include "rays/ray.glsl"
 
@@ -10,6 +10,7 @@ const float RIM = 0.02;
 const int RIM_FIRST = 1 << 16;
 
 uniform vec2 u_edge_points;  // where the points of a light begin
+uniform int u_edge_rays;     // where four pixels disagree
 
 // From `p_vs` towards the light, or its point at u; w: how much of the light comes from there.
 vec4 toward_light(Light light, vec2 u, vec3 p_vs, vec3 n_vs, vec3 m_vs)
@@ -69,15 +70,17 @@ vec2 rim_point(int i)
 }
 
 // What is open of points `first` to `last` of the light, and all, as weights. Those from RIM_FIRST on
-// are of its rim.
-vec2 open_points(Light light, RaySurface surface, vec3 n_vs, vec3 m_vs, int first, int last)
+// are of its rim. Those before `moved` lie RAYS_ALL back.
+vec2 open_points(Light light, RaySurface surface, vec3 n_vs, vec3 m_vs, int first, int last,
+                 int moved)
 {
     vec3 p_vs = start_vs(surface);
     vec2 open = vec2(0.0);
     int i = first;
     do {
-        vec2 u = i < RIM_FIRST ? fract(u_edge_points + float(i) * KRONECKER_STEP.xy)
-                               : rim_point(i - RIM_FIRST);
+        int number = i < moved ? i - RAYS_ALL : i;
+        vec2 u = number < RIM_FIRST ? fract(u_edge_points + float(number) * KRONECKER_STEP.xy)
+                                    : rim_point(number - RIM_FIRST);
         vec4 way = toward_light(light, u, p_vs, n_vs, m_vs);
         bool is_open = way.w > 0.0 && !is_blocked_toward(surface, way.xyz);
         open += vec2(is_open ? way.w : 0.0, way.w);
@@ -91,19 +94,25 @@ vec2 open_points(Light light, RaySurface surface, vec3 n_vs, vec3 m_vs, int firs
 float penumbra(Light light, vec3 n_vs, vec3 m_vs, ivec2 pixel, bool is_lit)
 {
     RaySurface surface;
-    vec2 open = vec2(0.0);
+    vec2 own = vec2(0.0);
+    vec2 rim = vec2(0.0);
+    // Of the points that are asked for first pixels beside each other take a half.
+    int turn = (pixel.x ^ pixel.y) & 1;
     if (is_lit) {
-        // Of the points that are asked for first pixels beside each other take a half.
-        int turn = (pixel.x ^ pixel.y) & 1;
-        int rim = RIM_FIRST + 2 * turn;
+        int first = turn * RAYS_ALL;
+        int first_of_rim = RIM_FIRST + 2 * turn;
         surface = ray_surface_at(pixel);
-        open = open_points(light, surface, n_vs, m_vs, turn * RAYS_ALL, (turn + 1) * RAYS_ALL)
-             + open_points(light, surface, n_vs, m_vs, rim, rim + 2);
+        own = open_points(light, surface, n_vs, m_vs, first, first + RAYS_ALL, 0);
+        rim = open_points(light, surface, n_vs, m_vs, first_of_rim, first_of_rim + 2, 0);
     }
+    vec2 open = own + rim;
     bvec2 found = bvec2(open.x > 0.0, open.x < open.y);  // light, shadow
     vec4 around = quad_sum(vec4(found, 0.0, 0.0), pixel);
-    if (is_lit && min(around.x, around.y) > 0.0)
-        open = open_points(light, surface, n_vs, m_vs, 0, RAYS_EDGE);
+    if (is_lit && min(around.x, around.y) > 0.0) {
+        // All points but the own half, and that.
+        int moved = 2 * RAYS_ALL * turn;
+        open = own + open_points(light, surface, n_vs, m_vs, RAYS_ALL, u_edge_rays, moved);
+    }
     return open.y > 0.0 ? open.x / open.y : 1.0;
 }
 #endif

@@ -53,7 +53,7 @@ class DirectSettings:
     penumbra_rays: int = setting(
         16,
         "rays of gi to a light with a size where the first quarter of them, and four to its rim, "
-        "disagree",
+        "disagree; half as many more in motion",
         unit="rays",
         low=4,
         high=256,
@@ -84,6 +84,8 @@ def is_smooth(scene: Scene) -> bool:
 BLOCK_SETS, TURNS = 16, 4
 # Of the points of lights that rays are sent to: the sequence of ``lib/hash.glsl``.
 R2_STEP = (0.7548776662466927, 0.5698402909980532)
+# Rays to a penumbra in frames that move, over those of one at rest, which is one of several.
+RAYS_IN_MOTION = 1.5
 
 
 def uniforms(settings: DirectSettings, frame: Frame) -> dict[str, object]:
@@ -223,11 +225,15 @@ class DirectPass(RenderPass):
             return FILTERED
         tables = {sampler: context.inputs[name] for sampler, name in self._ray_wiring.items()}
         count = self.settings.penumbra_rays
-        counts = {"RAYS_ALL": max(count // 8, 1), "RAYS_EDGE": count}
-        defines = {**counts, **ray_defines(context, self._rays)}
+        defines = {"RAYS_ALL": max(count // 8, 1), **ray_defines(context, self._rays)}
         # Frames of one view go on in the sequence; those of one that moves have the same points.
         first = (0.5 + np.multiply(context.frame.seed * count, R2_STEP)) % 1.0
-        uniforms = {**ray_uniforms(context), "u_edge_points": tuple(first)}
+        at_edges = round(count * (RAYS_IN_MOTION if context.frame.moves else 1.0))
+        uniforms = {
+            **ray_uniforms(context),
+            "u_edge_points": tuple(first),
+            "u_edge_rays": at_edges,
+        }
         return Edge("traced", defines, uniforms, tables)
 
     def _places(self, scene: Scene, geometry: Geometry) -> _ShadowPlaces:

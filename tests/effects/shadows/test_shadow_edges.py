@@ -9,6 +9,7 @@ import pytest
 from passes.pass_harness import box, make_scene, quad
 
 from ssdo_gl.effects.request import Request
+from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.planning.content import analyse
 from ssdo_gl.planning.view import ViewFacts
@@ -76,6 +77,42 @@ def test_penumbrae_have_no_outline():
     scene = dataclasses.replace(make_scene([FLOOR, plate], camera=CAMERA), lights=(WINDOW,))
     true = direct(scene, "direct", shadows="traced", shadow_rays=1024)
     assert np.abs(direct(scene, "gi") - true).max() < 0.1 * true.max()
+
+
+# A long edge across the view: pixels of a row lie alike under it.
+ROOF = quad([-60, 0.6, -0.3], [120, 0, 0], [0, 0, -3])
+LOW_SUN = DirectionalLight((0.0, -1.0, 0.35), (2.0, 2.0, 2.0), angle=6.0)
+
+
+def rows_under_an_edge(number_of_frames):
+    """Return the share of the sun that reaches pixels of a live view, in its last frame."""
+    camera = Camera((0.0, 1.2, 2.2), (0.0, 0.0, -0.09), fov_y=3.0)
+    scene = dataclasses.replace(make_scene([FLOOR, ROOF], camera=camera), lights=(LOW_SUN,))
+    with Renderer(scene, Settings("gi", size=SIZE, radius=0.3)) as renderer:
+        for number in range(number_of_frames):
+            there = dataclasses.replace(camera, position=(0.001 * number, 1.2, 2.2))
+            drawn = renderer.draw(["beauty", "direct"], camera=there)
+        image = read_texture(drawn.planes["direct"].texture)[:, :, 0]
+    shares = image / image.max()
+    inner = (shares.mean(axis=1) > 0.02) & (shares.mean(axis=1) < 0.98)
+    assert inner.sum() >= 8
+    return shares[inner]
+
+
+def off_steps(shares, count):
+    return np.abs(count * shares - np.round(count * shares)).mean()
+
+
+def test_frames_in_motion_ask_for_half_as_many_points_more():
+    shares = rows_under_an_edge(3)
+    assert off_steps(shares, 24) < 0.12
+    assert off_steps(shares, 16) > 0.15
+
+
+def test_neighbours_that_ask_for_other_points_first_see_the_same_in_the_end():
+    shares = rows_under_an_edge(3)
+    alike = np.abs(shares - np.median(shares, axis=1, keepdims=True)) < 0.25 / 24
+    assert alike.mean() > 0.97
 
 
 BALL = """
