@@ -54,3 +54,14 @@ def test_what_others_have_left_is_not_counted():
     for _ in range(300):
         Waste()
     assert python_time._calls(frame, 0) == alone
+
+
+def test_what_the_context_frees_of_others_is_not_counted(device):
+    def frame(number: int) -> None:
+        device.activate()
+
+    alone = python_time._calls(frame, 0)
+    left = [device.gl.buffer(reserve=4) for _ in range(30)]
+    left.append(left)  # ends only by a collection
+    del left
+    assert python_time._calls(frame, 0) == alone
