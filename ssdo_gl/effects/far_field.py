@@ -83,8 +83,9 @@ class FarProbesPass(RenderPass):
     """Writes `far_radiance`: incident radiance from beyond R, by direction, of each probe.
 
     All frames of a steady view share it: one ray for each direction. In a live frame that has
-    moved a quarter of the probes has its rays, or none where probes give way to per-pixel rays;
-    at rest all have. While light moves and the view rests, one quarter after the other is traced.
+    moved a quarter of the probes has its rays. Where probes give way to per-pixel rays none has,
+    but for a quarter now and then, which nobody looks up. At rest all have. While light moves and
+    the view rests, one quarter after the other is traced.
     """
 
     name = "far_probes"
@@ -122,16 +123,13 @@ class FarProbesPass(RenderPass):
         """Trace one ray for each direction of the probes whose turn it is."""
         frame = context.frame
         texture, rays = self._begun(context)
-        if rays.gives_way:
-            self.is_settled = True
-            return {FAR_RADIANCE: TextureWithFacts(texture, rays)}
         quarters = rays.turn(is_live=frame.is_live)
         if quarters:
             width, height = texture.width // 2, texture.height // 2
             regions = [(q % 2 * width, q // 2 * height, width, height) for q in quarters]
             self._trace(context, texture, regions)
             rays = rays.with_turn(quarters)
-        self.is_settled = all(rays.fresh)
+        self.is_settled = rays.gives_way or all(rays.fresh)
         return {FAR_RADIANCE: TextureWithFacts(texture, rays)}
 
     def _begun(self, context: PassContext) -> tuple[moderngl.Texture, ProbeRays]:
@@ -147,27 +145,30 @@ class FarProbesPass(RenderPass):
             same = replace(same, following=ALL_QUARTERS) if context.is_complete else same
             return context.last[FAR_RADIANCE].texture, same
         columns, rows = (-(-n // 2) * 2 * self.settings.directions for n in points.size)
+        turn: tuple[int, ...] = (frame.moves % len(ALL_QUARTERS),)
         waits = 0
         if self._may_give_way and frame.moves > 0 and known is not None:
             waits = max(known.waits - 1, 0) or self._wait(context, known)
             if not waits:
-                texture = make_texture(context.gl, (1, 1), 4, "f4", 4 * [0.0])
+                asks = known.gives_way and frame.moves % FRAMES_TO_ASK == 0
+                size, texels = ((columns, 2 * rows), None) if asks else ((1, 1), 4 * [0.0])
+                texture = make_texture(context.gl, size, 4, "f4", texels)
                 rays = ProbeRays(source, light, ALL_QUARTERS, gives_way=True)
                 is_brief = not context.is_complete or known.light != light
-                return texture, replace(rays, is_brief=is_brief)
+                return texture, replace(rays, is_brief=is_brief, asked=turn if asks else ())
         # A view that comes to rest begins anew, at once; while it moves, each frame has
         # another quarter and other directions, as those that are averaged should.
         # Probes that each frame has anew can wait for no later one: no frame would be finished.
         is_at_rest = known is not None and known.source[0] == source[0]
         is_at_rest |= not self.is_steady and frame.moves == 0
-        turn = ALL_QUARTERS if is_at_rest else (frame.moves % len(ALL_QUARTERS),)
+        turn = ALL_QUARTERS if is_at_rest else turn
         texture = make_texture(context.gl, (columns, 2 * rows), 4, "f4")
         return texture, ProbeRays(source, light, turn, waits=waits)
 
     def _wait(self, context: PassContext, known: ProbeRays) -> int:
         """Return for how many frames probes go on, by what the last ones have found."""
-        if known.gives_way:
-            return int(context.frame.moves % FRAMES_TO_ASK == 0)
+        if not any(known.known):
+            return 0
         sky = mean_radiance(context.frame.scene.environment)
         texture = context.last[FAR_RADIANCE].texture
         uneven = variance_of_rays(texture, known.known, self.settings.directions, sky)

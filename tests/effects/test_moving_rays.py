@@ -16,10 +16,12 @@ from ssdo_gl.passes.far_probes import FarFieldSettings
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.load import load_scene
+from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.settings import Settings
 
 SIZE = (96, 54)
 STAIRS = load_scene("stairs")
+CAROUSEL = load_scene("carousel")
 
 
 def moved(step: float) -> Camera:
@@ -76,7 +78,51 @@ def test_probes_give_way_and_are_asked_again(
     monkeypatch.setattr(far_field, "FRAMES_TO_ASK", 4)
     with Renderer(STAIRS, settings()) as renderer:
         walked(renderer, 7)
+    assert drawn == ["probes", *3 * ["pixels"], "probes", *3 * ["pixels"]]
+
+
+@pytest.mark.parametrize(
+    ("scene", "pose"),
+    [
+        (STAIRS, lambda step: {"camera": moved(step)}),
+        (CAROUSEL, lambda step: {"camera": CAROUSEL.camera, "seconds": step / 30.0}),
+    ],
+    ids=["camera", "bodies"],
+)
+def test_frames_that_ask_show_what_they_would_if_they_did_not(
+    scene: Scene, pose: Any, drawn: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def frames(until_asked: int) -> list[np.ndarray]:
+        monkeypatch.setattr(far_field, "FRAMES_TO_ASK", until_asked)
+        drawn.clear()
+        with Renderer(scene, settings()) as renderer:
+            return [read_image(renderer.draw(("beauty",), **pose(step))) for step in range(6)]
+
+    asking = frames(4)
     assert drawn == ["probes", *3 * ["pixels"], "probes", *2 * ["pixels"]]
+    never = frames(1000)
+    assert drawn == ["probes", *5 * ["pixels"]]
+    assert np.array_equal(asking, never)
+
+
+def test_probes_are_back_from_the_frame_on_that_hears_the_answer(
+    drawn: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked, answers = [], iter((0.0, 9.0, 0.0))
+
+    def variance(radiance: Any, known: Any, *others: Any) -> float:
+        asked.append((sum(known), variance_of_rays(radiance, known, *others)))
+        return next(answers)
+
+    monkeypatch.setattr(far_field, "FRAMES_TO_ASK", 4)
+    monkeypatch.setattr(far_field, "variance_of_rays", variance)
+    with Renderer(STAIRS, settings()) as renderer:
+        walked(renderer, 10)
+    by_rays, by_probes = 3 * ["pixels"], 4 * ["probes"]
+    assert drawn == ["probes", *by_rays, "probes", "pixels", *by_probes, "pixels"]
+    # Of the quarter that nobody looks up, too, is known how uneven it is.
+    assert [quarters for quarters, _ in asked] == [1, 1, 1]
+    assert asked[1][1] == pytest.approx(asked[0][1], rel=0.2)
 
 
 def test_probes_go_on_where_few_rays_are_noisy(
@@ -179,11 +225,13 @@ def test_what_nobody_reads_is_not_drawn_and_frames_are_the_same(
     assert few < all_passes
 
 
+def read_image(drawing: Any) -> np.ndarray:
+    return np.array(read_texture(drawing.planes["beauty"].texture)[..., :3])
+
+
 def shown(renderer: Renderer, step: float) -> tuple[np.ndarray, bool]:
     drawing = renderer.draw(("beauty",), camera=moved(step), count=4)
-    texture = drawing.planes["beauty"].texture
-    assert texture is not None
-    return np.array(read_texture(texture)[..., :3]), drawing.is_settled
+    return read_image(drawing), drawing.is_settled
 
 
 def rested(renderer: Renderer, step: float) -> list[np.ndarray]:
@@ -217,9 +265,6 @@ def test_a_view_that_begins_to_move_goes_on_from_what_it_showed() -> None:
             return float(np.sqrt(np.mean((shown(renderer, 0.1)[0] - true) ** 2)))
 
     assert error() < 0.5 * error(**{"temporal.frames": 1})
-
-
-CAROUSEL = load_scene("carousel")
 
 
 def test_beside_bodies_that_move_pixels_have_as_many_rays_as_at_rest(
