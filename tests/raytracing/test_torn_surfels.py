@@ -55,6 +55,18 @@ def test_points_move_with_their_triangles_and_no_others() -> None:
     np.testing.assert_array_equal(moved.normals, surfels.normals)
 
 
+def test_moving_keeps_nothing_for_the_next_time() -> None:
+    # What scenes of many triangles kept of all points, float64, was 21 MiB.
+    surfels = torn_by_the_box(bvh_with_box_at(0.0))
+    surfels.moved(bvh_with_box_at(0.7).triangles)
+    assert set(vars(surfels)) == {field.name for field in dataclasses.fields(surfels)}
+
+
+def test_where_nothing_moves_nothing_is_made() -> None:
+    surfels = torn_by_the_box(bvh_with_box_at(0.0))
+    assert surfels.moved(surfels.triangles) is surfels
+
+
 def test_walls_stay_where_they_are_in_another_frame() -> None:
     before = bvh_with_box_at(0.0)
     surfels = torn_by_the_box(before)
