@@ -1,5 +1,5 @@
 #version 330 core
-// What was rare among the own rays of each tile's pixels: their sum by surface, a: how many pixels.
+// Sums the rare light of per-pixel rays by tile and surface; a: of how many pixels.
 //
 // Defines: PROBE_TILE: see lib/far_probes.glsl.
 uniform isampler2D t_own_places;  // as lib/own_rays.glsl says

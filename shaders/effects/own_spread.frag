@@ -1,5 +1,5 @@
 #version 330 core
-// What was rare among pixels' own rays, averaged over tiles about, for each of a tile's two probes.
+// Averages the rare light of per-pixel rays over tiles around, for each of a tile's two probes.
 //
 // Defines: PROBE_TILE, PROBE_SIDE (see lib/far_probes.glsl).
 #include "rays/guide.glsl"

@@ -1,9 +1,10 @@
-"""What rays of pixels' own follow: the guide's shader against float64."""
+"""What per-pixel rays follow: the guide's shader against float64."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from effects.probe_codes import code_of
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
@@ -14,17 +15,9 @@ SKY = 0.7
 OWN_WEIGHT = 4.0
 # As shaders/lib/probe_cells.glsl says.
 SAME_DIRECTIONS = 0.9
-# As shaders/lib/far_probes.glsl says.
-CODE_BASE, HALF_RANGE = 0x20000000, 8191.0
 # Two of them are alike.
 NORMALS = np.array([[0.0, 0.0, 1.0], [0.3, 0.0, 0.954], [0.8, 0.0, 0.6]])
 ROUNDING = 2e-6
-
-
-def code_of(normal):
-    """Return the code of a normal that looks up: the two numbers of its octahedron's square."""
-    x, y = np.rint((normal[:2] / np.abs(normal).sum() + 1.0) * HALF_RANGE).astype(np.uint32)
-    return np.uint32(CODE_BASE + (x | y << 14)).view(np.float32)
 
 
 def probes_of(rng, tiles):
@@ -36,12 +29,13 @@ def probes_of(rng, tiles):
 
 
 def expected(chosen, far):
-    """Return density, mean and open share of all texels, as the shader lays them out."""
+    """Return density, mean radiance, open share and its mean (rows, columns, 4), of all texels."""
     rows, columns = chosen.shape[1:]
     second = (rows + 1) // 2 * 2
     quarter = np.array([(columns + 1) // 2, second]) * SIDE
     light = far[..., :3].mean(-1) + (1.0 - far[..., 3]) * SKY
-    guide = np.zeros((*light.shape, 3))
+    open_sky = 1.0 - far[..., 3]
+    guide = np.zeros((*light.shape, 4))
 
     def corner(layer, y, x):
         probe = np.array([x, y + layer * second])
@@ -64,18 +58,17 @@ def expected(chosen, far):
         ]
         for v in range(SIDE):
             for u in range(SIDE):
-                own = light[at[1] + v, at[0] + u]
-                near = light[
-                    at[1] + max(v - 1, 0) : at[1] + min(v + 2, SIDE),
-                    at[0] + max(u - 1, 0) : at[0] + min(u + 2, SIDE),
-                ].reshape(-1)
-                beside = [light[c[1] + v, c[0] + u] for c in about if c is not None]
-                found = np.array([*near, *beside])
-                count = OWN_WEIGHT + len(found)
-                square = OWN_WEIGHT * own**2 + (found**2).sum()
-                mean = (OWN_WEIGHT * own + found.sum()) / count
-                open_sky = 1.0 - far[at[1] + v, at[0] + u, 3]
-                guide[at[1] + v, at[0] + u] = np.sqrt(square / count), mean, open_sky
+                own = (at[1] + v, at[0] + u)
+                rows_near = slice(at[1] + max(v - 1, 0), at[1] + min(v + 2, SIDE))
+                near = rows_near, slice(at[0] + max(u - 1, 0), at[0] + min(u + 2, SIDE))
+                beside = [(c[1] + v, c[0] + u) for c in about if c is not None]
+
+                def mean(values, own=own, near=near, beside=beside):
+                    found = [*values[near].ravel(), *(values[c] for c in beside)]
+                    return (OWN_WEIGHT * values[own] + sum(found)) / (OWN_WEIGHT + len(found))
+
+                shares = open_sky[own], mean(open_sky)
+                guide[own] = np.sqrt(mean(light**2)), mean(light), *shares
     return guide
 
 
@@ -102,4 +95,4 @@ def test_the_guide_is_the_root_mean_square_of_a_cell_and_those_beside(gl, shader
     found = np.frombuffer(guide.read(), np.float32).reshape(size[1], size[0], 4)
     wanted = expected(chosen, far.astype(np.float64))
     assert (wanted[..., 0] > 0.0).any() and (wanted[..., 0] == 0.0).any()
-    np.testing.assert_allclose(found[..., :3], wanted, rtol=ROUNDING, atol=ROUNDING)
+    np.testing.assert_allclose(found, wanted, rtol=ROUNDING, atol=ROUNDING)
