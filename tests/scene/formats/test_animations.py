@@ -41,6 +41,13 @@ def animate(
     )
 
 
+def join(glb: GlbWriter) -> None:
+    """Make the last animation a channel of the one before."""
+    last = glb.json["animations"].pop()
+    glb.json["animations"][-1]["samplers"] += last["samplers"]
+    glb.json["animations"][-1]["channels"] += [{**last["channels"][0], "sampler": 1}]
+
+
 def one_triangle(glb: GlbWriter, **node: Any) -> None:
     glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
     glb.json["nodes"] = [{"mesh": 0, **node}]
@@ -75,9 +82,7 @@ def test_keys_before_the_first_and_after_the_last_hold(glb: GlbWriter, tmp_path:
     # The period of an animation is that of its longest channel.
     glb.json["nodes"].append({})
     animate(glb, "translation", [[0, 0, 0], [0, 0, 0]], (0.0, 4.0), node=1)
-    second = glb.json["animations"].pop()
-    glb.json["animations"][0]["samplers"] += second["samplers"]
-    glb.json["animations"][0]["channels"] += [{**second["channels"][0], "sampler": 1}]
+    join(glb)
     glb.json["scenes"] = [{"nodes": [0, 1]}]
     scene = load(glb, tmp_path)
     xs = [corners(scene, seconds)[0, 0] for seconds in (0.5, 1.5, 3.0, 4.5)]
@@ -127,10 +132,7 @@ def test_what_has_no_size_is_left_out_until_it_has(glb: GlbWriter, tmp_path: Pat
     one_triangle(glb)
     animate(glb, "scale", [[0, 0, 0], [2, 2, 2]], interpolation="STEP", times=(0.0, 1.0))
     animate(glb, "translation", [[0, 0, 0], [0, 0, 0]], (0.0, 2.0))
-    glb.json["animations"][0]["channels"] += [
-        {**glb.json["animations"][1]["channels"][0], "sampler": 1}
-    ]
-    glb.json["animations"][0]["samplers"] += glb.json["animations"].pop()["samplers"]
+    join(glb)
     scene = load(glb, tmp_path)
     # All that is left stands for nothing at all: a speck.
     assert np.ptp(corners(scene, 0.5), axis=0).max() < 1e-5
@@ -203,10 +205,7 @@ def test_triangles_that_collapse_are_left_out_for_a_while(glb: GlbWriter, tmp_pa
     glb.json["meshes"] = [{"primitives": [primitive]}]
     animate(glb, "weights", [1, 0], interpolation="STEP", times=(0.0, 1.0))
     animate(glb, "translation", [[0, 0, 0], [0, 0, 0]], (0.0, 2.0))
-    glb.json["animations"][0]["channels"] += [
-        {**glb.json["animations"][1]["channels"][0], "sampler": 1}
-    ]
-    glb.json["animations"][0]["samplers"] += glb.json["animations"].pop()["samplers"]
+    join(glb)
     scene = load(glb, tmp_path)
     assert np.ptp(corners(scene, 0.5), axis=0).max() < 1e-5
     assert corners(scene, 1.5) == pytest.approx(TRIANGLE)
