@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -21,7 +22,8 @@ def numbered_pattern(out: Path, film_suffixes: Sequence[str]) -> Path | None:
         If `out` is neither a film, nor a folder, nor a pattern such as ``frame_%04d.png``.
     """
     suffix = out.suffix.lower()
-    if out.is_dir() or (not suffix and "%" not in out.name and out.name):
+    # Of os.path: an answer for names that the file system refuses, too.
+    if os.path.isdir(out) or (not suffix and "%" not in out.name and out.name):
         return out / IN_A_FOLDER
     if _NUMBER.fullmatch(out.name) and suffix in SUFFIXES:
         return out

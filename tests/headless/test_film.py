@@ -20,9 +20,10 @@ from ssdo_gl.farm.scheduler import FarmError
 from ssdo_gl.film.camera_path import CameraPath
 from ssdo_gl.film.shots import Shots
 from ssdo_gl.headless import film
-from ssdo_gl.headless.film import FilmRequest, make_film
+from ssdo_gl.headless.film import FilmRequest, check_film, make_film
 from ssdo_gl.headless.film_frames import EncodedFrame
 from ssdo_gl.headless.snapshot import SnapshotRequest, take_snapshot
+from ssdo_gl.images.files import OutputError
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
@@ -33,6 +34,12 @@ TURN = ["--turntable", "--frames-range", "0:4", "--size", "64x36", "--method", "
 
 def contents(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+@pytest.mark.parametrize("name", ["x" * 300, "x" * 5000, "x" * 300 + ".mp4", "x" * 300 + "%d.png"])
+def test_a_name_that_no_file_has_is_refused_in_one_line(name: str) -> None:
+    with pytest.raises(OutputError, match="too long"):
+        check_film(Path(name), ("beauty",))
 
 
 @pytest.mark.parametrize("scene_name", ["stairs", "carousel"])
