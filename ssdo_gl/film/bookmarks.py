@@ -46,12 +46,10 @@ def load_views(path: Path, base: Camera) -> Views:
     """
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
-        if not isinstance(data, dict):
+        bookmarks = data.get("bookmarks", {}) if isinstance(data, dict) else None
+        if not isinstance(bookmarks, dict) or not all(map(str.isdecimal, bookmarks)):
             raise ValueError("expected bookmarks and a path")
-        cameras = {
-            int(number): camera_from_data(item, base)
-            for number, item in data.get("bookmarks", {}).items()
-        }
+        cameras = {int(number): camera_from_data(item, base) for number, item in bookmarks.items()}
         return Views(
             {n: camera for n, camera in cameras.items() if n in NUMBERS},
             CameraPath.from_data(data.get("path", [])),
@@ -60,7 +58,7 @@ def load_views(path: Path, base: Camera) -> Views:
         return Views()
     except OSError as error:
         raise ViewsFileError(f"{path}: cannot be read: {error.strerror}") from None
-    except (ValueError, AttributeError, TypeError, OverflowError, RecursionError) as error:
+    except (ValueError, TypeError, OverflowError, RecursionError) as error:
         raise ViewsFileError(f"{path}: is no file of views: {error}") from None
 
 

@@ -122,7 +122,7 @@ class CameraPath:
         rows = data if isinstance(data, list) else [None]
         keys = []
         for row in rows:
-            numbers = [float(n) for n in row] if isinstance(row, list) else []
+            numbers = _numbers(row)
             if len(numbers) not in (9, 10) or not all(map(math.isfinite, numbers)):
                 raise ValueError("a key of a camera path is nine or ten finite numbers")
             seconds, px, py, pz, dx, dy, dz, reach, fov_y, *height = numbers
@@ -134,6 +134,14 @@ class CameraPath:
         if not all(_is_sound(key.position, key.reach, key.fov_y, key.height) for key in keys):
             raise ValueError("a camera path has a key without distance or field of view")
         return CameraPath(tuple(keys))
+
+
+def _numbers(row: object) -> list[float]:
+    """Return a row of numbers; an empty one if it is something else."""
+    try:
+        return [float(n) for n in row] if isinstance(row, list) else []
+    except (ValueError, TypeError, OverflowError):
+        return []
 
 
 def key_of(seconds: float, camera: Camera) -> Key:
@@ -160,8 +168,8 @@ def camera_from_data(data: Mapping[str, Any], base: Camera) -> Camera:
         position, target = vector(data["position"]), vector(data["target"])
         fov_y = float(data["fov_y"])
         height = float(data["height"]) if "height" in data else None
-    except (KeyError, TypeError) as error:
-        raise ValueError(f"a camera has position, target and fov_y ({error})") from None
+    except (KeyError, TypeError, ValueError):
+        raise ValueError("a camera has position, target and fov_y") from None
     if not _is_sound(position, math.dist(position, target), fov_y, height):
         raise ValueError("a camera has two finite, different points and a field of view")
     return replace(base, position=position, target=target, fov_y=fov_y, height=height)
