@@ -169,7 +169,9 @@ def read_command(arguments: Sequence[str] | None = None) -> CommandLine:
     film = FilmOptions(**given[FilmOptions])
     serving = ServeOptions(**given[ServeOptions])
     command = CommandLine(scenes, given[Settings], loading, run, film, serving)
-    _check_modes(command.run.active, (info for _, info in infos.values() if texts[info.name]))
+    # An empty text is given, too.
+    named = (info for _, info in infos.values() if texts[info.name] not in (None, False))
+    _check_modes(command.run.active, named)
     return command
 
 

@@ -112,6 +112,8 @@ def _check_apart(commands: Iterable[CommandLine], flag: str) -> None:
         for path in files_of(item):
             if path in first:
                 is_stats = item.run.stats is not None and path == Path(item.run.stats)
+                if first[path] == item.scene:
+                    raise UsageError(f"--stats {path}: the picture is written there; name a .json")
                 cure = "; render them into two folders" if item.run.batch else ""
                 raise UsageError(
                     f"{'--stats' if is_stats else flag}: {first[path]} and {item.scene} would both"

@@ -87,6 +87,12 @@ def test_flag_is_taken_or_refused(mode, name):
         assert modes.MODES[where] in message
 
 
+@pytest.mark.parametrize("flag", ["--host", "--out", "--path"])
+def test_an_empty_text_is_given_too(flag):
+    with pytest.raises(UsageError, match=f"{flag} has no effect in --snapshot OUT"):
+        read_command(["--snapshot", "a.png", flag, ""])
+
+
 def test_a_picture_may_be_explained():
     assert read_command(["--snapshot", "a.png", "--explain", "--frames", "3"]).run.frames == 3
 

@@ -72,6 +72,7 @@ def test_patterns_name_scenes_and_models_once(tmp_path, monkeypatch):
         ),
         (["m/a", "n/a", "--batch", "--out", "{name}-x.png"], "written to a-x.png"),
         (["a", "b", "--batch", "--out", "o", "--stats", "x.json"], "as out_{name}.json"),
+        (["a", "--snapshot", "x.png", "--stats", "x.png"], "--stats x.png: the picture is writt"),
         (["a", "--batch"], "--batch needs --out DIR"),
         (["a", "--batch", "--out", ""], "--batch needs --out DIR"),
         (["a", "--batch", "--out", "x.exr"], "--out x.exr: expected a folder, or names as DIR/"),
