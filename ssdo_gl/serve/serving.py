@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import os
 import signal
+import socket
 from collections.abc import Awaitable
 from types import FrameType
 from typing import Any
@@ -17,7 +18,7 @@ from ssdo_gl.scene.scene import Scene
 from ssdo_gl.serve.render_thread import RenderThread
 from ssdo_gl.serve.server import run_server
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.fields import SettingError
+from ssdo_gl.settings.fields import SettingError, shown
 from ssdo_gl.settings.serve_options import ServeOptions
 from ssdo_gl.shared_scene import SharedScene
 from ssdo_gl.window.exposed import exposed
@@ -74,6 +75,10 @@ def serve_scene(
     SettingError
         If host and port cannot be listened at.
     """
+    try:
+        (where.host or "").encode("idna")
+    except UnicodeError:
+        raise SettingError(f"--host {shown(where.host)}: no machine is called that") from None
     renderer = RenderThread(
         _Viewers(scene, settings, camera, options),
         backend,
@@ -84,6 +89,8 @@ def serve_scene(
         # Ctrl-C is how one ends it.
         with contextlib.suppress(KeyboardInterrupt):
             asyncio.run(until_terminated(run_server(renderer, where.host, where.port, _say)))
+    except socket.gaierror as error:
+        raise SettingError(f"--host {where.host}: {error.strerror}") from None
     except OSError as error:
         reason = os.strerror(error.errno) if error.errno and error.errno > 0 else str(error)
         host = where.host or "this machine"

@@ -26,7 +26,7 @@ from ssdo_gl import cli
 from ssdo_gl.gpu.context import ContextError
 from ssdo_gl.process import signals_as_exceptions
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.serve import render_thread
+from ssdo_gl.serve import render_thread, serving
 from ssdo_gl.serve.delivery import MOST_IN_FLIGHT
 from ssdo_gl.serve.render_thread import RenderThread
 from ssdo_gl.settings import Settings
@@ -414,6 +414,29 @@ def test_port_in_use_is_one_line(capsys):
         assert cli.main(["corner", "--serve", "--port", str(port)]) == 2
     fault = capsys.readouterr().err
     assert fault == f"ssdo-gl: --port {port} of this machine: Address already in use\n"
+
+
+@pytest.mark.parametrize(
+    ("host", "said"),
+    [
+        ("x" * 300, "--host 'xxx"),
+        ("a..b", "--host 'a..b': no machine is called that"),
+        ("\xfc" * 100, "no machine is called that"),
+    ],
+)
+def test_what_is_no_host_is_one_line(host: str, said: str, capfd: Any) -> None:
+    assert cli.main(["corner", "--serve", "--port", "0", "--host", host]) == 2
+    fault = capfd.readouterr().err
+    assert said in fault and fault.count("\n") == 1
+
+
+def test_an_unknown_host_is_one_line(monkeypatch, capfd):
+    def unknown(*_: Any) -> None:
+        raise sockets.gaierror(sockets.EAI_NONAME, "Name or service not known")
+
+    monkeypatch.setattr(serving, "run_server", unknown)
+    assert cli.main(["corner", "--serve", "--port", "0", "--host", "nobody"]) == 2
+    assert capfd.readouterr().err == "ssdo-gl: --host nobody: Name or service not known\n"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are others there")
