@@ -25,6 +25,7 @@ from ssdo_gl.scene.scene import Scene, SceneError
 from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.settings.loading import USUAL, LoadOptions
 from ssdo_gl.settings.settings import LONGEST, SHORTEST
+from ssdo_gl.short_repr import counted
 
 # Each light is drawn into a shadow map of its own: some milliseconds a light.
 MAX_LIGHTS = 1024
@@ -298,7 +299,8 @@ class SceneBuilder:
     def _drop_lamps(self) -> None:
         """Leave out the lights of the file, and the bodies that show them."""
         if self.lights:
-            self.note(f"{len(self.lights)} lights of the file left out: others take their place")
+            left_out = counted(len(self.lights), "light")
+            self.note(f"{left_out} of the file left out: others take their place")
         self.lights.clear()
         kept = [index for index, item in enumerate(self.objects) if item.light is None]
         shadows = self._emitter_shadow

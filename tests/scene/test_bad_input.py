@@ -102,6 +102,10 @@ SPHERE = '[[object]]\nshape = "sphere"\nradius = 1\n'
             ["thickness = 2", "less than 2"],
         ),
         (
+            "[[object]]\nshape = 'torus'\nradius = 1\nthickness = 1e-200\n",
+            ["thickness = 1e-200", "greater than 1e-12"],
+        ),
+        (
             (
                 "[[object]]\nshape = 'torus'\nradius = 1\nthickness = 1\naxis = [0, 0, 1]\n"
                 "arc = { from = [0, 0, 3], degrees = 90 }\n"

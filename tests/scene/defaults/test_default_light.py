@@ -117,7 +117,7 @@ def test_a_map_takes_the_place_of_the_lamps(glb: GlbWriter, tmp_path: Path) -> N
     assert not scene.lights
     assert isinstance(scene.environment, MapEnvironment)
     assert scene.environment.image == pytest.approx(1.0, rel=0.01)
-    assert any("1 lights of the file left out" in note for note in scene.notes)
+    assert any("1 light of the file left out" in note for note in scene.notes)
 
 
 def test_a_scene_file_may_be_seen_in_other_light() -> None:

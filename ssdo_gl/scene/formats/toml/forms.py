@@ -33,6 +33,8 @@ FORM_KEYS: dict[str, tuple[str, ...]] = {
     "torus": ("center", "axis", "radius", "thickness", "segments", "arc"),
 }
 MAX_SEGMENTS = 2048
+# Of its radius: below, rounding leaves a torus no surface.
+_THINNEST = 1e-12
 
 PlacedShape = tuple[Hashable, Callable[[], Mesh], FloatArray]
 
@@ -112,7 +114,7 @@ def _axial(table: Table) -> FloatArray:
 
 def _torus(table: Table) -> PlacedShape:
     radius = _radius(table)
-    thickness = table.number("thickness", low=0.0, high=2.0 * radius, open_ends=True)
+    thickness = table.number("thickness", low=_THINNEST * radius, high=2.0 * radius, open_ends=True)
     segments = _segments(table)
     axis = table.direction("axis", (0.0, 1.0, 0.0))
     frame = math3d.frame_from_z(axis)
