@@ -26,6 +26,7 @@ from ssdo_gl.gpu.context_owner import (
     drop_context,
     note_process,
 )
+from ssdo_gl.gpu.driver_cache import leave_full_disk_alone
 
 BACKENDS = ("auto", "egl", "osmesa", "window")
 
@@ -160,6 +161,7 @@ def create_context(backend: str = "auto") -> Device:
     except RuntimeError as error:
         raise ContextError(str(error)) from None
     destroy_dropped()
+    leave_full_disk_alone()
     answers = []
     for name, make in makers.items():
         if backend not in ("auto", name):

@@ -7,6 +7,7 @@ from typing import Any, Protocol
 import glfw
 
 from ssdo_gl.gpu.context import ContextError, Device, attach_to_window
+from ssdo_gl.gpu.driver_cache import leave_full_disk_alone
 from ssdo_gl.window.camera import Controls
 from ssdo_gl.window.input import gamepad_controls
 
@@ -60,6 +61,7 @@ class GlfwWindow:
     def __init__(self, size: tuple[int, int], title: str) -> None:
         self._errors: list[str] = []
         glfw.set_error_callback(self._on_error)
+        leave_full_disk_alone()
         if not glfw.init():
             raise ContextError(f"no window ({self._fault()}); {_ADVICE}")
         glfw.default_window_hints()
