@@ -28,6 +28,7 @@ from ssdo_gl.planning.walk import Pipeline
 from ssdo_gl.render_result import FrameLog, Plane
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.checks import check_scene
+from ssdo_gl.scene.kinds import check_kind
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, shown
@@ -80,6 +81,7 @@ class FrameLoop:
     ) -> None:
         check_scene(scene)
         self.scene, self.settings = scene, settings or Settings()
+        check_kind("settings", self.settings, Settings)
         self._resolve(self.settings)
         self._owns_device = device is None
         self._is_released = False

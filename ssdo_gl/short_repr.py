@@ -12,6 +12,11 @@ def counted(number: int, noun: str) -> str:
     return f"{number} {noun if number == 1 else plural}"
 
 
+def with_article(noun: str) -> str:
+    """Return ``a light``, ``an int``."""
+    return f"{'an' if noun[:1].lower() in 'aeiou' else 'a'} {noun}"
+
+
 def described(value: object, *facts: str) -> str:
     """Return ``Type(fact, fact)``, without the empty ones."""
     return f"{type(value).__name__}({', '.join(fact for fact in facts if fact)})"

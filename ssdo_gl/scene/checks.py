@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NoReturn
-
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import (
     ConstantEnvironment,
@@ -11,6 +9,7 @@ from ssdo_gl.scene.environment import (
     MapEnvironment,
 )
 from ssdo_gl.scene.geometry import Mesh, SceneObject
+from ssdo_gl.scene.kinds import check_kind
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.scene import Scene, SceneError
@@ -21,16 +20,13 @@ _ENVIRONMENTS = (ConstantEnvironment, GradientEnvironment, MapEnvironment)
 
 def check_scene(scene: Scene) -> None:
     """Raise SceneError naming the first part of a scene that cannot be drawn, and the cure."""
-    if not isinstance(scene, Scene):
-        raise SceneError(f"scene: expected a Scene, got a {type(scene).__name__}")
+    check_kind("scene", scene, Scene)
     for name, kind in _KINDS.items():
         for index, item in enumerate(getattr(scene, name)):
-            if not isinstance(item, kind):
-                _wrong_type(f"{name}[{index}]", kind.__name__, item)
-    if not isinstance(scene.camera, Camera):
-        _wrong_type("camera", "Camera", scene.camera)
-    if scene.environment is not None and not isinstance(scene.environment, _ENVIRONMENTS):
-        _wrong_type("environment", "environment", scene.environment)
+            check_kind(f"{name}[{index}]", item, kind)
+    check_kind("camera", scene.camera, Camera)
+    if scene.environment is not None:
+        check_kind("environment", scene.environment, _ENVIRONMENTS, "environment")
     for index, mesh in enumerate(scene.meshes):
         if mesh.fault:
             raise SceneError(f"meshes[{index}].{mesh.fault}")
@@ -46,7 +42,3 @@ def _check_object(scene: Scene, item: SceneObject, where: str) -> None:
             raise SceneError(f"{where}.{name} = {index}: the scene has {len(parts)}")
     if item.fault:
         raise SceneError(f"{where}.{item.fault}")
-
-
-def _wrong_type(where: str, wanted: str, item: object) -> NoReturn:
-    raise SceneError(f"{where}: expected a {wanted}, got a {type(item).__name__}")

@@ -16,6 +16,7 @@ from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import Environment
 from ssdo_gl.scene.geometry import Mesh, SceneObject, are_mirrored, cleaned_mesh, smoothed
+from ssdo_gl.scene.kinds import a_kind, check_kind
 from ssdo_gl.scene.light_edits import with_lights
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Material
@@ -111,6 +112,8 @@ def composed(
     options = LoadOptions(light="file" if is_lit else "auto", is_bare=True)
     builder = SceneBuilder(SOURCE, options, joins=False)
     _add(builder, parts, lights)
+    if camera is not None:
+        check_kind("camera", camera, Camera)
     exposure = None if camera is None else camera.exposure
     return builder.build(camera, environment, exposure=exposure, render=render, title=title)
 
@@ -162,8 +165,8 @@ def parts_of(
 ) -> list[Part]:
     """Return the parts of a mesh, of a scene, or of an object of trimesh."""
     matrices = matrices_of(transform)
-    if material is not None and not isinstance(material, Material):
-        raise SceneError(f"material: expected a Material, got a {type(material).__name__}")
+    if material is not None:
+        check_kind("material", material, Material)
     if isinstance(item, Mesh):
         if item.fault:
             raise SceneError(item.fault)
@@ -176,8 +179,7 @@ def parts_of(
         parts = trimesh_parts(item)
     else:
         raise SceneError(
-            f"add: expected a Mesh, a light, a Scene or an object of trimesh, "
-            f"got a {type(item).__name__}"
+            f"add: expected a Mesh, a light, a Scene or an object of trimesh, got {a_kind(item)}"
         )
     return [
         Part(
@@ -203,8 +205,7 @@ def _add(builder: SceneBuilder, parts: Sequence[Part], lights: Iterable[Light]) 
         material = _index(builder.materials, part.material)
         builder.add(SceneObject(mesh, material, part.world_from_object, name=part.name))
     for light in lights:
-        if not isinstance(light, Light):
-            raise SceneError(f"lights: expected lights, got a {type(light).__name__}")
+        check_kind("lights", light, Light, "light")
         builder.add_light(light)
 
 
@@ -245,6 +246,7 @@ def with_object(
             raise SceneError("transform: it mirrors; add the object mirrored, then move it")
         item = dataclasses.replace(item, world_from_object=matrices)
     if material is not None:
+        check_kind("material", material, Material)
         if item.light is not None or material.emits:
             raise SceneError(
                 f"object {shown(which)}: what emits has lights: add it to a scene anew"
@@ -257,8 +259,6 @@ def with_object(
 def with_light(scene: Scene, which: int | str, light: Light) -> Scene:
     """Return the scene with another light in the place of one of the same kind."""
     index = index_of(scene.lights, which, "light")
-    if type(light) is not type(scene.lights[index]):
-        kind = type(scene.lights[index]).__name__
-        raise SceneError(f"light {shown(which)}: expected a {kind}, got a {type(light).__name__}")
+    check_kind(f"light {shown(which)}", light, type(scene.lights[index]))
     lights = [light if number == index else old for number, old in enumerate(scene.lights)]
     return with_lights(scene, lights, [True] * len(lights))

@@ -19,6 +19,7 @@ from ssdo_gl.scene.formats import (
     read_model,
     scene_suffixes,
 )
+from ssdo_gl.scene.kinds import check_kind
 from ssdo_gl.scene.scene import Scene, SceneError
 from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.settings.loading import LoadOptions, load_options
@@ -45,6 +46,7 @@ def load_scene(source: str | Path, options: LoadOptions | None = None, **choices
     """
     if options is None:
         options = replace(load_options(choices), is_bare="ground" not in choices)
+    check_kind("scene", source, (str, os.PathLike), "name or path")
     text = str(source)
     path = Path(text)
     kind = format_of(path)

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.scene.numbers import three_numbers
+from ssdo_gl.scene.numbers import light_numbers
 from ssdo_gl.settings.fields import SettingError, shown
 from ssdo_gl.short_repr import chosen_fields, described
 
@@ -44,6 +44,9 @@ class Texture:
     is_data: bool = False
 
     def __post_init__(self) -> None:
+        if not (isinstance(self.pixels, np.ndarray) and self.pixels.shape[2:] == (4,)):
+            text = " ".join(shown(self.pixels).split())
+            raise SettingError(f"pixels = {text}: expected an array (height, width, 4)")
         if self.pixels.dtype != np.uint8 and not np.isfinite(self.pixels).all():
             mended = np.where(np.isfinite(self.pixels), self.pixels, np.float32(0.0))
             object.__setattr__(self, "pixels", mended)
@@ -133,14 +136,14 @@ class Material:
 
     def __post_init__(self) -> None:
         for name in ("albedo", "emission", "specular_color"):
-            color = three_numbers(name, getattr(self, name))
-            if min(color) < 0.0:
-                raise SettingError(f"{name} = {color}: expected numbers from 0 on")
-            object.__setattr__(self, name, color)
+            object.__setattr__(self, name, light_numbers(name, getattr(self, name)))
         for name in ("metallic", "roughness", "specular", "alpha"):
             share = getattr(self, name)
             if not (isinstance(share, Real) and 0.0 <= float(share) <= 1.0):
                 raise SettingError(f"{name} = {shown(share)}: expected a number from 0 to 1")
+        for name, texture in self.textures.items():
+            if not isinstance(texture, Texture):
+                raise SettingError(f"{name}_texture = {shown(texture)}: expected a Texture")
 
     def __repr__(self) -> str:
         return chosen_fields(self)

@@ -34,3 +34,11 @@ def three_numbers(name: str, value: Any) -> Vector:
     if not all(map(math.isfinite, point)):
         raise SettingError(f"{name} = {point}: expected finite numbers")
     return point
+
+
+def light_numbers(name: str, value: Any) -> Vector:
+    """Return an argument as three finite numbers from 0 on; raises SettingError."""
+    color = three_numbers(name, value)
+    if min(color) < 0.0:
+        raise SettingError(f"{name} = {color}: expected numbers from 0 on")
+    return color

@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
 from PIL import Image
 
 import ssdo_gl
-from ssdo_gl import ConstantEnvironment, Material, Mesh, PointLight, RectangleLight, Scene
+from ssdo_gl import (
+    ConstantEnvironment,
+    MapEnvironment,
+    Material,
+    Mesh,
+    PointLight,
+    RectangleLight,
+    Scene,
+)
 from ssdo_gl.scene import defaults
 from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.geometry import shapes
@@ -58,8 +67,9 @@ def test_arrays_make_the_picture_of_their_file(tmp_path):
         ({"transform": np.eye(3)}, r"transform: expected affine matrices, .* got shape \(3, 3\)"),
         ({"transform": np.zeros((4, 4))}, "another last row than 0 0 0 1"),
         ({"transform": np.diag([1, 1, 0, 1])}, "finite matrices that have an inverse"),
-        ({"lights": ["sun"]}, "lights: expected lights, got a str"),
+        ({"lights": ["sun"]}, "lights: expected a light, got a str"),
         ({"material": "red"}, "material: expected a Material, got a str"),
+        ({"camera": 5}, "camera: expected a Camera, got an int"),
     ],
 )
 def test_a_wrong_argument_is_named(changes, message):
@@ -178,6 +188,7 @@ def test_changes_share_all_else():
         (lambda s: s.with_transform(0, np.diag([-1, 1, 1, 1])), "transform: it mirrors"),
         (lambda s: s.with_light("lamp", PANEL), "expected a PointLight, got a RectangleLight"),
         (lambda s: s.with_material(0, Material(emission=(1, 0, 0))), "what emits has lights"),
+        (lambda s: s.with_material(0, "red"), "material: expected a Material, got a str"),
     ],
 )
 def test_a_change_that_cannot_be_is_refused(change, message):
@@ -193,13 +204,15 @@ def test_a_change_that_cannot_be_is_refused(change, message):
         ({"meshes": (Mesh(QUAD, [[0, 1, 9]]),)}, r"meshes\[0\].triangles\[0\] = \[0, 1, 9\]"),
         ({"meshes": (QUAD,)}, r"meshes\[0\]: expected a Mesh, got a list"),
         ({"camera": (0, 0, 4)}, "camera: expected a Camera, got a tuple"),
-        ({"environment": (1, 1, 1)}, "environment: expected a environment, got a tuple"),
+        ({"environment": (1, 1, 1)}, "environment: expected an environment, got a tuple"),
     ],
 )
 def test_a_renderer_refuses_a_scene_that_cannot_be_drawn(changes, message):
     scene = Scene.from_arrays(QUAD, HALVES, lights=[LAMP])
     with pytest.raises(SceneError, match=message):
         ssdo_gl.Renderer(dataclasses.replace(scene, **changes), SMALL)
+    with pytest.raises(SceneError, match="settings: expected a Settings, got a dict"):
+        ssdo_gl.Renderer(ssdo_gl.load_scene("corner"), {"size": (8, 8)})
     with pytest.raises(SceneError, match="scene: expected a Scene, got a str"):
         ssdo_gl.Renderer("corner")
 
@@ -216,6 +229,24 @@ def test_a_renderer_refuses_a_scene_that_cannot_be_drawn(changes, message):
             "0 <= inner <= outer < 90 degrees",
         ),
         (lambda: PointLight((0, 0, 0), (1, 1, 1), shadow="soft"), "shadow = 'soft': expected one"),
+        (lambda: ssdo_gl.ConstantEnvironment(0.5), "radiance = 0.5: expected three numbers"),
+        (lambda: ssdo_gl.ConstantEnvironment((-1, 0, 0)), "radiance = .* numbers from 0 on"),
+        (
+            lambda: ssdo_gl.GradientEnvironment((1, 1, 1), (1, 1, 1), (1, float("nan"), 1)),
+            "ground = .*: expected finite numbers",
+        ),
+        (lambda: MapEnvironment("sky.hdr"), "image = 'sky.hdr': expected an array"),
+        (lambda: MapEnvironment(np.ones((2, 4, 4))), "image = .*: expected an array"),
+        (lambda: MapEnvironment(np.ones((0, 4, 3))), "image: expected finite numbers from 0 on"),
+        (lambda: MapEnvironment(np.full((2, 4, 3), np.nan)), "image: expected finite numbers"),
+        (lambda: MapEnvironment(-np.ones((2, 4, 3))), "image: expected finite numbers from 0 on"),
+        (lambda: MapEnvironment(np.ones((2, 4, 3)), math.inf), "rotation_y = inf: expected deg"),
+        (lambda: ssdo_gl.Texture("wood.png"), "pixels = 'wood.png': expected an array"),
+        (lambda: ssdo_gl.Texture(np.ones((2, 2, 3))), "pixels = .*: expected an array"),
+        (
+            lambda: Material(albedo_texture="wood.png"),
+            "albedo_texture = 'wood.png': expected a Texture",
+        ),
         (lambda: Material(albedo="red"), "albedo = 'red': expected three numbers"),
         (lambda: Material(emission=(1, -1, 1)), "emission = .*: expected numbers from 0 on"),
         (lambda: Material(roughness=7), "roughness = 7: expected a number from 0 to 1"),
@@ -225,6 +256,12 @@ def test_a_renderer_refuses_a_scene_that_cannot_be_drawn(changes, message):
 def test_lights_and_materials_without_meaning_are_refused(make, message):
     with pytest.raises(SettingError, match=message):
         make()
+
+
+@pytest.mark.parametrize("source", [None, 5, b"corner", np.eye(4), []])
+def test_what_names_no_scene_is_refused_in_one_line(source):
+    with pytest.raises(SceneError, match=r"^scene: expected a name or path, got an? \w+$"):
+        ssdo_gl.load_scene(source)
 
 
 def test_directions_become_unit_vectors():

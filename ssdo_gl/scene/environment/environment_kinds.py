@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.material import Color
+from ssdo_gl.scene.numbers import finite, light_numbers
+from ssdo_gl.settings.fields import SettingError, shown
 
 
 @dataclass(frozen=True)
@@ -17,6 +19,9 @@ class ConstantEnvironment:
     """The same `radiance` from everywhere."""
 
     radiance: Color
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "radiance", light_numbers("radiance", self.radiance))
 
     def sample(self, direction_ws: FloatArray) -> FloatArray:
         """Return radiance (..., 3) arriving from unit directions (..., 3)."""
@@ -34,6 +39,10 @@ class GradientEnvironment:
     zenith: Color
     horizon: Color
     ground: Color
+
+    def __post_init__(self) -> None:
+        for name in ("zenith", "horizon", "ground"):
+            object.__setattr__(self, name, light_numbers(name, getattr(self, name)))
 
     def sample(self, direction_ws: FloatArray) -> FloatArray:
         """Return radiance (..., 3) arriving from unit directions (..., 3)."""
@@ -71,6 +80,17 @@ class MapEnvironment:
     image: NDArray[np.float32]
     rotation_y: float = 0.0
     name: str = ""
+
+    def __post_init__(self) -> None:
+        image, turn = self.image, self.rotation_y
+        if not (isinstance(image, np.ndarray) and image.ndim == 3 and image.shape[2] == 3):
+            text = " ".join(shown(image).split())
+            raise SettingError(f"image = {text}: expected an array (height, width, 3)")
+        # False for NaN, too.
+        if not (image.size and image.min() >= 0.0 and image.max() < np.inf):
+            raise SettingError("image: expected finite numbers from 0 on, one texel at least")
+        if finite(turn) is None:
+            raise SettingError(f"rotation_y = {shown(turn)}: expected degrees")
 
     def world_image(self) -> FloatArray:
         """Return the image turned into world orientation, (height, width, 3), float64.

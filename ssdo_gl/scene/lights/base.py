@@ -17,7 +17,7 @@ from ssdo_gl.math3d import FloatArray, Vector, vector
 from ssdo_gl.scene.geometry import Mesh, SceneObject
 from ssdo_gl.scene.material import Color, Material
 from ssdo_gl.scene.motion import Trajectory
-from ssdo_gl.scene.numbers import three_numbers
+from ssdo_gl.scene.numbers import light_numbers, three_numbers
 from ssdo_gl.settings.fields import SettingError, shown
 
 if TYPE_CHECKING:
@@ -144,9 +144,10 @@ class Light(ABC):
     motion: Trajectory | None = None
 
     def __post_init__(self) -> None:
-        fields = (*self.point_fields, *self.edge_fields, *self.direction_fields, self.emitted_field)
-        for name in fields:
+        for name in (*self.point_fields, *self.edge_fields, *self.direction_fields):
             object.__setattr__(self, name, three_numbers(name, getattr(self, name)))
+        name = self.emitted_field
+        object.__setattr__(self, name, light_numbers(name, getattr(self, name)))
         for name in self.direction_fields:
             direction = getattr(self, name)
             if direction == BLACK:
@@ -154,8 +155,6 @@ class Light(ABC):
             # What is of unit length but for rounding stays as it is.
             if not abs(math3d.dot(direction, direction) - 1.0) < UNIT_TOLERANCE:
                 object.__setattr__(self, name, vector(math3d.normalized(direction)))
-        if min(self.emitted) < 0.0:
-            raise SettingError(f"{self.emitted_field} = {self.emitted}: expected numbers from 0 on")
         if self.shadow not in SHADOW_NUMBERS:
             valid = ", ".join(SHADOW_NUMBERS)
             raise SettingError(f"shadow = {shown(self.shadow)}: expected one of {valid}")
