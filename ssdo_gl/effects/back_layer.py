@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import ClassVar
 
 import moderngl
@@ -11,9 +11,12 @@ from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ReasonedPass
 from ssdo_gl.effects.near_field import OPEN_DIRECTIONS, reads_backs
 from ssdo_gl.effects.request import Request
+from ssdo_gl.gpu.clear import clear
+from ssdo_gl.gpu.device_geometry import Numbered
 from ssdo_gl.gpu.draw_group import Features
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.shader import Program
+from ssdo_gl.gpu.triangle_rasterizer import TriangleRasterizer, can_rasterize
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 
@@ -29,11 +32,23 @@ class BackFacesPass(RenderPass):
     writes: Mapping[str, TextureSpec] = {"z_back_vs": TextureSpec(1, "f4")}
     depends_on = ("view", "geometry")
     needs_depth: ClassVar[bool] = True
+    # It clears what it does not.
+    overwrites: ClassVar[bool] = True
+
+    def __init__(self) -> None:
+        self._rasterizer: TriangleRasterizer | None = None
 
     def execute(self, context: PassContext) -> None:
         """Draw every visible solid, front faces culled."""
         assert context.target is not None
         view = context.frame.view
+        if context.shaders.computes:
+            shown = context.geometry.visible_triangles(view, view.clip_from_view)
+            parts = [part for part in shown if part.group.is_solid]
+            if can_rasterize(parts):
+                self._compute(context, parts)
+                return
+        clear(context.gl, context.shaders, context.target)
 
         def program_of(features: Features) -> Program:
             return context.shaders.program(
@@ -51,6 +66,16 @@ class BackFacesPass(RenderPass):
             solids_only=True,
         )
         context.gl.enable_only(moderngl.NOTHING)
+
+    def _compute(self, context: PassContext, parts: Sequence[Numbered]) -> None:
+        view, target = context.frame.view, context.target
+        assert target is not None
+        if self._rasterizer is None or self._rasterizer.size != view.size:
+            self._rasterizer = TriangleRasterizer(context.gl, view.size, ids=False)
+        self._rasterizer.draw(context.shaders, parts, view.raster_uniforms(), backs=True)
+        program = context.shaders.fullscreen("passes/depths_of_keys.frag")
+        keys = {"t_depth_keys": self._rasterizer.depth_keys}
+        draw_fullscreen(context.gl, program, target, {}, keys)
 
 
 class DepthLayersPass(RenderPass):

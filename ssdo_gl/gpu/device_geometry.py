@@ -10,21 +10,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl import math3d
-from ssdo_gl.gpu.draw_group import (
-    INSTANCE_ATTRIBUTES,
-    INSTANCE_FLOATS,
-    DrawGroup,
-    Features,
-    features_of,
-    grouped,
-)
+from ssdo_gl.gpu.draw_group import DrawGroup, Features, features_of, grouped
+from ssdo_gl.gpu.instance_attributes import INSTANCE_ATTRIBUTES, INSTANCE_FLOATS
 from ssdo_gl.gpu.instances import Batch, Boxes, CameraPose, Instances, Viewpoint, Visible, gather
 from ssdo_gl.gpu.material_textures import MaterialTextures
 from ssdo_gl.gpu.shader import Program
@@ -41,6 +35,20 @@ MOST_KNOWN = 64
 Found = TypeVar("Found")
 
 __all__ = ["CameraPose", "Geometry", "Viewpoint"]
+
+
+class Numbered(NamedTuple):
+    """Triangles of a batch that shows, by consecutive numbers from `first` on.
+
+    `is_mirrored`: their fronts run clockwise in this view.
+    """
+
+    group: DrawGroup
+    batch: Batch
+    features: Features
+    visible: Visible
+    first: int
+    is_mirrored: bool
 
 
 class Geometry:
@@ -157,6 +165,20 @@ class Geometry:
             else:
                 self._render(group, program, shown.attributes)
         self._gl.front_face = "ccw"
+
+    def visible_triangles(
+        self, viewpoint: Viewpoint, clip_from_view: FloatArray
+    ) -> Sequence[Numbered]:
+        """Return the triangles of all batches that show, numbered from 1."""
+        first, found = 1, []
+        is_reflection, visible = self._visible(viewpoint, clip_from_view, None)
+        for (batch, features), shown in zip(self._batches, visible, strict=True):
+            if len(shown.attributes) > 0:
+                group = self._groups[batch.group]
+                is_mirrored = batch.is_mirrored != is_reflection
+                found.append(Numbered(group, batch, features, shown, first, is_mirrored))
+                first += group.vertices.triangle_count * len(shown.attributes)
+        return found
 
     def _visible(
         self, viewpoint: Viewpoint, clip_from_view: FloatArray, skip_light: int | None
@@ -289,10 +311,7 @@ class Geometry:
             known = self._gl.vertex_array(program.gl, content, index_buffer=group.vertices.indices)
             group.vertex_arrays[program] = known
         if group.attributes is not attributes:
-            # Orphaned, so that writing need not wait for the draw call before.
-            group.instances.orphan()
-            group.instances.write(attributes)
-            group.attributes = attributes
+            group.hold(attributes)
         if fronts_only:
             self._gl.enable(moderngl.CULL_FACE)
             self._gl.cull_face = "back"

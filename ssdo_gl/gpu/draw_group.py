@@ -17,24 +17,6 @@ from ssdo_gl.scene.geometry import Mesh
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.scene import Scene
 
-# Per-instance data: three rows of view_from_object; albedo (rgb, alpha factor);
-# emission (rgb, 1 if it may count as a sender); (1 if both sides emit, 2: unlit; alpha cutoff, -1:
-# alpha is the share of fragments that are kept);
-# (metallic, roughness, scale of the normal map, strength of baked occlusion);
-# dielectric (rgb reflectance at normal incidence, strength).
-INSTANCE_ATTRIBUTES = (
-    ("a_view_from_object_row_0", 4),
-    ("a_view_from_object_row_1", 4),
-    ("a_view_from_object_row_2", 4),
-    ("a_albedo", 4),
-    ("a_emission", 4),
-    ("a_emission_side_cutoff", 2),
-    ("a_gloss", 4),
-    ("a_dielectric", 4),
-)
-INSTANCE_FLOATS = sum(count for _, count in INSTANCE_ATTRIBUTES)
-
-
 # The images of a material, as `Material.textures` names them.
 IMAGE_NAMES = (
     "albedo",
@@ -124,6 +106,15 @@ class DrawGroup:
     def is_solid(self) -> bool:
         """Whether its back faces bound solids."""
         return self.vertices.is_solid and not self.features.alpha_cutout
+
+    def hold(self, attributes: NDArray[np.float32]) -> None:
+        """Have `instances` hold these."""
+        if self.attributes is attributes:
+            return
+        # Orphaned, so that writing need not wait for the draw call before.
+        self.instances.orphan()
+        self.instances.write(attributes)
+        self.attributes = attributes
 
     def release(self) -> None:
         """Free the vertex arrays and the instance buffer; the mesh's buffers are shared."""

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl import math3d
-from ssdo_gl.gpu.draw_group import INSTANCE_FLOATS, emitting, material_row, material_uniforms
+from ssdo_gl.gpu.draw_group import emitting, material_row, material_uniforms
+from ssdo_gl.gpu.instance_attributes import INSTANCE_FLOATS
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.geometry import are_mirrored
 from ssdo_gl.scene.scene import Scene
@@ -76,6 +77,13 @@ class Visible:
     attributes: NDArray[np.float32]
     around: NDArray[np.float32]
     others: NDArray[np.float32]
+
+    @cached_property
+    def in_turn(self) -> NDArray[np.float32]:
+        """Those around the eye, then all others."""
+        if min(len(self.around), len(self.others)) == 0:
+            return self.attributes
+        return np.concatenate([self.around, self.others])
 
 
 # What `Instances.boxes` returns.

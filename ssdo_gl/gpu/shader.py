@@ -4,17 +4,24 @@ from __future__ import annotations
 
 import copy
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from importlib.resources.abc import Traversable
 from typing import Any
 
 import moderngl
 
 from ssdo_gl import resources
-from ssdo_gl.gpu.compute import ComputeProgram, can_compute, compute_source
+from ssdo_gl.gpu.compute import (
+    ComputeProgram,
+    Kernel,
+    can_compute,
+    compute_source,
+    kernel_source,
+    visible_surface_source,
+)
 from ssdo_gl.gpu.context import draws_on_cpu
-from ssdo_gl.gpu.held_signals import held_signals
 from ssdo_gl.gpu.light_kinds import LIGHT_KINDS_FILE, light_kinds_source
+from ssdo_gl.gpu.linking import link_compute, link_stages
 from ssdo_gl.gpu.shader_source import (
     FlatSource,
     ShaderError,
@@ -39,8 +46,11 @@ _CPU_FETCH: Mapping[str, str] = {
         "textureLod(image, (vec2(texel) + 0.5) * (1.0 / vec2(textureSize(image, 0))), 0.0)"
     )
 }
-# Files of both stages, defines and choices, and whether it may be a compute shader.
-_ProgramKey = tuple[str, str, tuple[tuple[str, int], ...], tuple[tuple[str, str], ...], bool]
+# How both stages become a compute shader; None: they do not, but are rasterized.
+_Translation = Callable[[FlatSource, FlatSource], FlatSource | None]
+# Files of both stages, defines and choices, and how it may be a compute shader.
+_ChoiceKey = tuple[tuple[str, str], ...]
+_ProgramKey = tuple[str, str, tuple[tuple[str, int], ...], _ChoiceKey, _Translation | None]
 _NO_TEXTURES: Mapping[str, moderngl.Texture] = {}
 
 
@@ -63,21 +73,20 @@ class Program:
         gl: moderngl.Context,
         vertex: FlatSource,
         fragment: FlatSource,
-        *,
-        may_compute: bool = False,
+        translate: _Translation | None = None,
     ) -> None:
         self._context = gl
-        self._may_compute = may_compute
+        self._translate = translate
         self._vertex_array: moderngl.VertexArray | None = None
         self._replace(vertex, fragment)
 
     def _replace(self, vertex: FlatSource, fragment: FlatSource) -> None:
         """Compile; on failure raise ShaderError and leave the program as it was."""
-        compute = self._linked_compute(fragment) if self._may_compute else None
+        compute = self._linked_compute(vertex, fragment)
         self.compute = None if compute is None else ComputeProgram(compute)
         linked: Any = compute
         if compute is None:
-            linked = self.gl = _link(self._context, vertex, fragment)
+            linked = self.gl = link_stages(self._context, vertex, fragment)
         self.digest = _digest(vertex, fragment)
         self.name = f"{vertex.name} + {fragment.name}"
         self._declared = {**vertex.uniforms(), **fragment.uniforms()}
@@ -107,12 +116,14 @@ class Program:
             self._vertex_array.release()
         self._vertex_array = None
 
-    def _linked_compute(self, fragment: FlatSource) -> moderngl.ComputeShader | None:
-        source = compute_source(fragment)
+    def _linked_compute(
+        self, vertex: FlatSource, fragment: FlatSource
+    ) -> moderngl.ComputeShader | None:
+        source = None if self._translate is None else self._translate(vertex, fragment)
         if source is None or not can_compute(self._context, source):
             return None
         try:
-            return _link_compute(self._context, source)
+            return link_compute(self._context, source)
         except ShaderError:
             # A rasterizer does the same; what is wrong with the shader it says as well.
             return None
@@ -214,6 +225,7 @@ class ShaderLibrary:
         # What was asked for before, and with which other choices.
         self._asked: dict[_ProgramKey, Program] = {}
         self._choosing: dict[tuple[tuple[str, str], ...], ShaderLibrary] = {}
+        self._kernels: dict[str, Kernel] = {}
 
     def program(
         self,
@@ -235,7 +247,7 @@ class ShaderLibrary:
             If a file is missing, does not compile, never mentions a define, or reads
             a varying that the other does not write.
         """
-        return self._program(vertex, fragment, defines, choices, False)
+        return self._program(vertex, fragment, defines, choices, None)
 
     def _program(
         self,
@@ -243,10 +255,10 @@ class ShaderLibrary:
         fragment: str,
         defines: Mapping[str, int],
         choices: Mapping[str, str],
-        may_compute: bool,
+        translate: _Translation | None,
     ) -> Program:
         # As it is asked for every frame, in the order in which it was written down.
-        asked = (vertex, fragment, tuple(defines.items()), tuple(choices.items()), may_compute)
+        asked = (vertex, fragment, tuple(defines.items()), tuple(choices.items()), translate)
         if (known := self._asked.get(asked)) is not None:
             return known
         chosen = {**self._choices, **choices}
@@ -255,11 +267,11 @@ class ShaderLibrary:
             fragment,
             tuple(sorted(defines.items())),
             tuple(sorted(chosen.items())),
-            may_compute,
+            translate,
         )
         if key not in self._by_name:
             stages = self._flatten(vertex, fragment, defines, chosen)
-            self._by_name[key] = Program(self._gl, *stages, may_compute=may_compute)
+            self._by_name[key] = Program(self._gl, *stages, translate)
         self._asked[asked] = self._by_name[key]
         return self._by_name[key]
 
@@ -270,7 +282,30 @@ class ShaderLibrary:
         choices: Mapping[str, str] = _NO_CHOICES,
     ) -> Program:
         """Return the program of a fragment shader for `draw_fullscreen`."""
-        return self._program(FULLSCREEN, fragment, defines, choices, self.computes)
+        way = _fullscreen if self.computes else None
+        return self._program(FULLSCREEN, fragment, defines, choices, way)
+
+    def visible_surface(
+        self, vertex: str, fragment: str, defines: Mapping[str, int] = _NO_DEFINES
+    ) -> Program:
+        """Return a program that does for triangles whose numbers are known what these two do.
+
+        Without `compute`, where the driver does not link it.
+        """
+        return self._program(vertex, fragment, defines, _NO_CHOICES, visible_surface_source)
+
+    def kernel(self, name: str) -> Kernel:
+        """Return a compute shader of a file of its own, e.g. ``"rasterizer/draw_blocks.comp"``.
+
+        Raises
+        ------
+        ShaderError
+            If the file is missing or does not compile.
+        """
+        if name not in self._kernels:
+            source = kernel_source(flatten(name, self._read, {}, self._choices))
+            self._kernels[name] = Kernel(self._gl, link_compute(self._gl, source), source)
+        return self._kernels[name]
 
     def fullscreen_source(
         self, text: str, defines: Mapping[str, int] = _NO_DEFINES, name: str = "<test>"
@@ -287,7 +322,8 @@ class ShaderLibrary:
         _check(vertex, fragment, defines)
         digest = _digest(vertex, fragment)
         if digest not in self._by_content:
-            program = Program(self._gl, vertex, fragment, may_compute=self.computes)
+            way = _fullscreen if self.computes else None
+            program = Program(self._gl, vertex, fragment, way)
             self._by_content[digest] = program
         return self._by_content[digest]
 
@@ -297,7 +333,7 @@ class ShaderLibrary:
         if key not in self._choosing:
             other = self._choosing[key] = copy.copy(self)
             other._choices = {**self._choices, **choices}
-            other._asked, other._choosing = {}, {}
+            other._asked, other._choosing, other._kernels = {}, {}, {}
         return self._choosing[key]
 
     def reload(self) -> list[ShaderError]:
@@ -333,6 +369,10 @@ class ShaderLibrary:
         return read_shader(self._root, name)
 
 
+def _fullscreen(vertex: FlatSource, fragment: FlatSource) -> FlatSource | None:
+    return compute_source(fragment)
+
+
 def read_shader(root: Traversable, name: str) -> str:
     """Return the text of a shader file below `root`, or of the one that is made."""
     if name == LIGHT_KINDS_FILE:
@@ -347,32 +387,3 @@ def _check(vertex: FlatSource, fragment: FlatSource, defines: Mapping[str, int])
 
 def _digest(vertex: FlatSource, fragment: FlatSource) -> str:
     return hashlib.sha256(f"{vertex.text}\0{fragment.text}".encode()).hexdigest()
-
-
-def _link(gl: moderngl.Context, vertex: FlatSource, fragment: FlatSource) -> moderngl.Program:
-    try:
-        # It calls Python while it lists the uniforms, and takes an exception there, which
-        # Ctrl-C is, for a result: a segmentation fault.
-        with held_signals():
-            return gl.program(vertex_shader=vertex.text, fragment_shader=fragment.text)
-    except moderngl.Error as error:
-        stages = {"vertex_shader": vertex, "fragment_shader": fragment}
-        raise _fault(str(error), stages) from None
-
-
-def _link_compute(gl: moderngl.Context, source: FlatSource) -> moderngl.ComputeShader:
-    try:
-        with held_signals():
-            return gl.compute_shader(source.text)
-    except moderngl.Error as error:
-        raise _fault(str(error), {"compute_shader": source}) from None
-
-
-def _fault(log: str, stages: Mapping[str, FlatSource]) -> ShaderError:
-    """Return what a driver said of these stages, in our files and lines."""
-    for stage, source in stages.items():
-        head, found, body = log.partition(f"{stage}\n{'=' * len(stage)}\n")
-        if found:
-            return ShaderError(source.translate_log(body) or f"{source.name}: {head.strip()}")
-    names = " + ".join(source.name for source in stages.values())
-    return ShaderError(f"{names}: " + " ".join(log.split()))

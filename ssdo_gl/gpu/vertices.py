@@ -37,6 +37,11 @@ class VertexStreams:
     indices: moderngl.Buffer
     is_solid: bool
 
+    @property
+    def triangle_count(self) -> int:
+        """How many the mesh has."""
+        return self.indices.size // 12
+
     def release(self) -> None:
         """Free the buffers."""
         for buffer, _ in self.buffers.values():

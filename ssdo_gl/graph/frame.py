@@ -132,6 +132,15 @@ class FrameView:
         is_wide = wide_depth_range(self.near, self.far)
         return {"WIDE_DEPTH_RANGE": is_wide}, depth_uniforms(self.near, self.far)
 
+    def raster_uniforms(self) -> Mapping[str, object]:
+        """Return the uniforms of `shaders/rasterizer/triangle.glsl`."""
+        return {
+            **self._uniforms,
+            "u_clip_from_view": self.clip_from_view,
+            "u_unit": 1.0 / self.far,
+            "u_near_vs": self.near,
+        }
+
     def key(self) -> Hashable:
         """Return a value that is equal exactly when the view is the same."""
         return self._key

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Hashable, Mapping
-from typing import ClassVar
+from collections.abc import Collection, Hashable, Mapping, Sequence
+from functools import partial
+from typing import Any, ClassVar
 
 import moderngl
 
+from ssdo_gl.gpu.clear import clear
 from ssdo_gl.gpu.color_mask import last_kept
+from ssdo_gl.gpu.device_geometry import Numbered
 from ssdo_gl.gpu.draw_group import Features
 from ssdo_gl.gpu.shader import Program
+from ssdo_gl.gpu.triangle_rasterizer import TriangleRasterizer, can_rasterize
+from ssdo_gl.gpu.visible_triangles import draw_surfaces
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
@@ -48,6 +53,11 @@ class GBufferPass(RenderPass):
         The targets that somebody reads; `z_vs` is always written.
     by_chance : bool
         Some surfaces are translucent: which of their fragments are drawn follows the seed.
+
+    Attributes
+    ----------
+    is_computed : bool
+        Whether the last frame was drawn by compute shaders, where those are faster.
     """
 
     name = "gbuffer"
@@ -62,11 +72,15 @@ class GBufferPass(RenderPass):
         "emission": TextureSpec(4, "f4"),
     }
     needs_depth: ClassVar[bool] = True
+    # It clears what it does not.
+    overwrites: ClassVar[bool] = True
 
     def __init__(
         self, wanted: Collection[str] = tuple(TARGETS), *, by_chance: bool = False
     ) -> None:
         self.by_chance = by_chance
+        self.is_computed = False
+        self._rasterizer: TriangleRasterizer | None = None
         self.depends_on = ("view", "geometry", "materials", *(("seed",) if by_chance else ()))
         self.writes = {
             name: spec for name, spec in self.TARGETS.items() if name == "z_vs" or name in wanted
@@ -84,24 +98,28 @@ class GBufferPass(RenderPass):
         return tuple(self.writes), self.by_chance
 
     def execute(self, context: PassContext) -> None:
-        view = context.frame.view
+        view, target = context.frame.view, context.target
+        assert target is not None
+        if context.shaders.computes:
+            parts = context.geometry.visible_triangles(view, view.clip_from_view)
+            self.is_computed = can_rasterize(parts) and self._links(context, parts)
+            if self.is_computed:
+                self._compute(context, parts)
+                return
 
-        def program_of(features: Features) -> Program:
-            defines = {**features.defines, **self._defines, **view.depth_defines()}
-            if not features.emits:
-                defines["EMISSION_LOCATION"] = 0
-            return context.shaders.program("passes/gbuffer.vert", "passes/gbuffer.frag", defines)
+        shared, program_of = uniforms(context.frame), partial(self._rasterizing, context)
 
         def draw(emitting: bool | None = None) -> None:
             context.geometry.draw(
                 view,
                 view.clip_from_view,
                 program_of,
-                uniforms(context.frame),
+                shared,
                 hide_backs=True,
                 emitting=emitting,
             )
 
+        clear(context.gl, context.shaders, target)
         context.gl.enable_only(moderngl.DEPTH_TEST)
         if "emission" not in self.writes:
             draw()
@@ -110,3 +128,38 @@ class GBufferPass(RenderPass):
         with last_kept(context.gl.fbo):
             draw(emitting=False)
         draw(emitting=True)
+
+    def _rasterizing(self, context: PassContext, features: Features) -> Program:
+        depth = context.frame.view.depth_defines()
+        defines = {**features.defines, **self._defines, **depth}
+        if not features.emits:
+            defines["EMISSION_LOCATION"] = 0
+        return context.shaders.program("passes/gbuffer.vert", "passes/gbuffer.frag", defines)
+
+    def _links(self, context: PassContext, parts: Sequence[Numbered]) -> bool:
+        """Return whether the driver has compute shaders of all `parts`."""
+        return all(self._shading(context, part.features).compute for part in parts)
+
+    def _compute(self, context: PassContext, parts: Sequence[Numbered]) -> None:
+        assert context.target is not None
+        outputs: Any = context.target.color_attachments
+        size = context.frame.view.size
+        if self._rasterizer is None or self._rasterizer.size != size:
+            self._rasterizer = TriangleRasterizer(context.gl, size, ids=True)
+        self._rasterizer.draw(context.shaders, parts, context.frame.view.raster_uniforms())
+        draw_surfaces(
+            context.gl,
+            self._rasterizer.ids,
+            parts,
+            outputs,
+            partial(self._shading, context),
+            uniforms(context.frame),
+        )
+
+    def _shading(self, context: PassContext, features: Features) -> Program:
+        # Holes and depth were the rasterizer's.
+        settled = {"HAS_ALPHA_CUTOUT": 0, "WIDE_DEPTH_RANGE": 0}
+        defines = {**features.defines, **self._defines, **settled}
+        return context.shaders.visible_surface(
+            "passes/gbuffer.vert", "passes/gbuffer.frag", defines
+        )

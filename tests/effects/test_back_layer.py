@@ -20,6 +20,11 @@ Z_TOLERANCE = 4e-6
 CUBE = box((-1.0, -1.0, -6.0), (1.0, 1.0, -4.0))
 
 
+@pytest.fixture
+def shaders(shaders_either_way):
+    return shaders_either_way
+
+
 def z_back(gl, shaders, scene, size=(64, 48)):
     geometry = Geometry(gl, scene)
     frame = make_frame(scene, size, geometry=geometry)

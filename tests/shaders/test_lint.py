@@ -19,7 +19,7 @@ import pytest
 
 from ssdo_gl import resources
 from ssdo_gl.effects.estimators import ESTIMATORS
-from ssdo_gl.gpu.compute import compute_source
+from ssdo_gl.gpu.compute import compute_source, kernel_source, visible_surface_source
 from ssdo_gl.gpu.light_kinds import LIGHT_KINDS_FILE, light_kinds_source
 from ssdo_gl.gpu.shader_source import (
     FlatSource,
@@ -200,6 +200,8 @@ def test_shader_is_valid_glsl_in_every_variant(name, validator, tmp_path):
             sources = [flatten(name, read, defines, choices)]
             if name.endswith(".frag"):
                 sources.insert(0, partner(name, sources[0], defines))
+            elif name.endswith(".comp"):
+                sources = [kernel_source(sources[0])]
             assert validate(validator, tmp_path, *sources) == "", (
                 f"{name} with {defines}, {choices}"
             )
@@ -215,6 +217,18 @@ def test_what_can_compute_is_a_valid_compute_shader(name, validator, tmp_path):
     else:
         source = dataclasses.replace(source, name=name.replace(".frag", ".comp"))
         assert validate(validator, tmp_path, source) == ""
+
+
+@pytest.mark.parametrize("choices", PROJECTIONS)
+def test_the_gbuffer_is_a_valid_compute_shader_in_every_variant(choices, validator, tmp_path):
+    name = "passes/gbuffer.frag"
+    for defines in variants(unchecked(name, choices)):
+        # The rasterizer's own, before it.
+        defines |= {"HAS_ALPHA_CUTOUT": 0, "WIDE_DEPTH_RANGE": 0}
+        fragment = flatten(name, read, defines, choices)
+        source = visible_surface_source(partner(name, fragment, defines), fragment)
+        source = dataclasses.replace(source, name="gbuffer.comp")
+        assert validate(validator, tmp_path, source) == "", f"{defines}, {choices}"
 
 
 @pytest.mark.parametrize("name", [*STAGES, *LIBRARIES])
@@ -233,6 +247,7 @@ def test_shader_keeps_the_house_rules(name):
         ".vert": {"in": ("a_",), "out": ("v_",)},
         ".frag": {"in": ("v_",), "out": ("o_",)},
         ".glsl": {"in": ("a_", "v_"), "out": ("v_", "o_")},
+        ".comp": {"in": (), "out": ()},
     }[Path(name).suffix]
     pattern = r"^\s*(?:layout\s*\([^)]*\)\s*)?(?:flat\s+)?(in|out)\s+\w+\s+(\w+)[^,();]*;"
     for way, variable in re.findall(pattern, code, re.MULTILINE):

@@ -4,6 +4,18 @@ from __future__ import annotations
 
 from ssdo_gl.gpu.compute.compute_program import ComputeProgram, can_compute
 from ssdo_gl.gpu.compute.fragment_speed import computes_faster
+from ssdo_gl.gpu.compute.kernel import Kernel, kernel_source
+from ssdo_gl.gpu.compute.surface_shading import shade_triangles
 from ssdo_gl.gpu.compute.translation import compute_source
+from ssdo_gl.gpu.compute.visible_surface import visible_surface_source
 
-__all__ = ["ComputeProgram", "can_compute", "compute_source", "computes_faster"]
+__all__ = [
+    "ComputeProgram",
+    "Kernel",
+    "can_compute",
+    "compute_source",
+    "computes_faster",
+    "kernel_source",
+    "shade_triangles",
+    "visible_surface_source",
+]

@@ -50,6 +50,11 @@ class ComputeProgram:
         }
         self._placed: tuple[object, ...] = ()
 
+    def number(self, name: str, value: object) -> None:
+        """Give a made uniform a value."""
+        member: Any = self._linked
+        member[name].value = value
+
     def run(
         self,
         gl: moderngl.Context,
@@ -57,10 +62,12 @@ class ComputeProgram:
         region: tuple[int, int, int, int],
         *,
         adds: bool,
+        pixels: int = 1,
     ) -> None:
         """Shade `region` (x, y, width, height) of `outputs`, all of one size.
 
-        `adds`: to what they hold, instead of replacing it.
+        `adds`: to what they hold, instead of replacing it; `pixels`: of an invocation, along
+        each side of what its group covers.
         """
         x, y, width, height = region
         # Quads begin at even pixels, as a rasterizer's do.
@@ -77,8 +84,8 @@ class ComputeProgram:
             if adds and n in self._targets:
                 texture.use(self.first_unit + n)
                 self._targets[n].value = self.first_unit + n
-        columns = -(-(x + width - left) // GROUP_SIZE[0])
-        rows = -(-(y + height - bottom) // GROUP_SIZE[1])
+        columns = -(-(x + width - left) // (pixels * GROUP_SIZE[0]))
+        rows = -(-(y + height - bottom) // (pixels * GROUP_SIZE[1]))
         self._linked.run(columns, rows)
         # Textures, framebuffers and read-back all come after it.
         gl.memory_barrier()

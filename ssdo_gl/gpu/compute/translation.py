@@ -17,7 +17,7 @@ DERIVATIVES_EXTENSION = "GL_NV_compute_shader_derivatives"
 # Names that the made lines add: `compute_` in front, so that no shader has them.
 ORIGIN, REGION, SIZE, ADDS = "compute_origin", "compute_region", "compute_size", "compute_adds"
 
-_HEAD = f"""#version 450 core
+HEAD = f"""#version 450 core
 layout(local_size_x = {GROUP_SIZE[0]}, local_size_y = {GROUP_SIZE[1]}) in;
 uniform ivec2 {ORIGIN};
 uniform ivec4 {REGION};
@@ -38,7 +38,7 @@ ivec4 compute_value(ivec3 x) {{ return ivec4(x, 0); }}
 ivec4 compute_value(ivec4 x) {{ return x; }}"""
 _EXTENSION = f"#extension {DERIVATIVES_EXTENSION} : require"
 _QUADS = "layout(derivative_group_quadsNV) in;"
-_OUTSIDE = f"any(lessThan(pixel, {REGION}.xy)) || any(greaterThanEqual(pixel, {REGION}.zw))"
+OUTSIDE = f"any(lessThan(pixel, {REGION}.xy)) || any(greaterThanEqual(pixel, {REGION}.zw))"
 _MAIN = """void main()
 {{
     ivec2 pixel = {origin} + ivec2(gl_GlobalInvocationID.xy);
@@ -56,9 +56,9 @@ _STORE = """#ifdef COMPUTE_OUTPUT_{n}
     imageStore(compute_image_{n}, pixel, value_{n});
 #endif"""
 _ADD = "if ({adds} != 0) value_{n} += texelFetch(compute_target_{n}, pixel, 0);"
-_OUTPUT = re.compile(r"^\s*layout\s*\(\s*location\s*=\s*(\d+)\s*\)\s*out\s+(\w+)\s+(\w+)\s*;\s*$")
+OUTPUT = re.compile(r"^\s*layout\s*\(\s*location\s*=\s*(\w+)\s*\)\s*out\s+(\w+)\s+(\w+)\s*;\s*$")
 _COORDINATE = re.compile(r"^\s*in\s+vec2\s+(v_uv)\s*;\s*$")
-_ENTRY = re.compile(r"\bvoid\s+main\s*\(\s*(?:void)?\s*\)")
+ENTRY = re.compile(r"\bvoid\s+main\s*\(\s*(?:void)?\s*\)")
 _DERIVATIVE = re.compile(r"\b(?:dFd[xy]|fwidth)(?:Fine|Coarse)?\b")
 # What has no meaning without a rasterizer, and textures that choose a level by derivatives.
 _RASTER_ONLY = re.compile(
@@ -66,6 +66,24 @@ _RASTER_ONLY = re.compile(
     r"\btexture(?:Proj|Offset|QueryLod)?\s*\("
 )
 _VARYING = re.compile(r"^\s*(?:(?:flat|smooth|noperspective)\s+)*(?:in|out)\s+\w+\s+\w+\s*;")
+
+
+def image_lines(n: str, kind: str, name: str) -> list[str]:
+    """Return what stands for the output `name` at location `n`: a variable and an image."""
+    return [
+        f"{kind} {name};",
+        f"layout(binding = {n}) writeonly uniform {_prefix(kind)}image2D compute_image_{n};",
+        f"#define COMPUTE_OUTPUT_{n} {name}",
+    ]
+
+
+def store_lines(n: str, kind: str, add: str = "") -> str:
+    """Return what stores the output at location `n`, if there is one, at ``pixel``."""
+    return _STORE.format(n=n, kind=f"{_prefix(kind)}vec4", add=add)
+
+
+def _prefix(kind: str) -> str:
+    return kind[0] if kind[0] in "iu" else ""
 
 
 def needs_derivatives(fragment: FlatSource) -> bool:
@@ -84,13 +102,13 @@ def compute_source(fragment: FlatSource) -> FlatSource | None:
     if _RASTER_ONLY.search(fragment.code):
         return None
     uses_quads = needs_derivatives(fragment)
-    head = _HEAD.split("\n")
+    head = HEAD.split("\n")
     if uses_quads:
         # An extension comes before all other code, what it brings after the group's size.
         version, size, *rest = head
         head = [version, _EXTENSION, size, _QUADS, *rest]
     lines, positions = list(head), [("<compute>", 1)] * len(head)
-    uv, kinds = "", dict[int, str]()
+    uv, kinds = "", dict[str, str]()
     codes = fragment.code.split("\n")
     texts = fragment.text.split("\n")
     for number, (text, code) in enumerate(zip(texts, codes, strict=True)):
@@ -98,15 +116,12 @@ def compute_source(fragment: FlatSource) -> FlatSource | None:
         made = [text]
         if number == 0:
             made = []  # The version stands in the head.
-        elif output := _OUTPUT.match(code):
-            n, kind, name = int(output[1]), output[2], output[3]
-            prefix = kind[0] if kind[0] in "iu" else ""
-            kinds[n] = prefix
+        elif output := OUTPUT.match(code):
+            n, kind, name = output.groups()
+            kinds[n] = kind
             made = [
-                f"{kind} {name};",
-                f"layout(binding = {n}) writeonly uniform {prefix}image2D compute_image_{n};",
-                f"uniform {prefix}sampler2D compute_target_{n};",
-                f"#define COMPUTE_OUTPUT_{n} {name}",
+                *image_lines(n, kind, name),
+                f"uniform {_prefix(kind)}sampler2D compute_target_{n};",
             ]
         elif coordinate := _COORDINATE.match(code):
             uv = f"{coordinate[1]} = compute_coordinate.xy / {SIZE};"
@@ -114,17 +129,16 @@ def compute_source(fragment: FlatSource) -> FlatSource | None:
         elif _VARYING.match(code):
             return None
         else:
-            text = _ENTRY.sub("void compute_main()", text)
+            text = ENTRY.sub("void compute_main()", text)
             made = [text.replace("gl_FragCoord", "compute_coordinate")]
         lines += made
         positions += [position] * len(made)
     stores = "\n".join(
-        _STORE.format(n=n, kind=f"{prefix}vec4", add=_ADD.format(n=n, adds=ADDS))
-        for n, prefix in sorted(kinds.items())
+        store_lines(n, kind, _ADD.format(n=n, adds=ADDS)) for n, kind in sorted(kinds.items())
     )
     # With derivatives all of a quad must run, whether it is seen or not.
     early = "" if uses_quads else "if (is_outside) return;"
-    main = _MAIN.format(origin=ORIGIN, uv=uv, outside=_OUTSIDE, early=early, stores=stores)
+    main = _MAIN.format(origin=ORIGIN, uv=uv, outside=OUTSIDE, early=early, stores=stores)
     lines += main.split("\n")
     positions += [("<compute>", 1)] * (main.count("\n") + 1)
     whole = "\n".join(lines) + "\n"
