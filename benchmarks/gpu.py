@@ -1,9 +1,9 @@
 """What a GPU does: tests, pass times beside bandwidth floors, rays, images against llvmpipe.
 
 ``make bench-gpu`` runs ``python -m benchmarks.gpu OUTDIR``: at most eight minutes, no network.
-OUTDIR receives gpu.json (all of it, written after every section), passes.csv, rays.csv,
-passes.png, estimators.csv, estimators.md, estimators.png, images.npz and, with ``--compare
-FOLDER``, differences.csv and differences.png.
+OUTDIR receives gpu.json (all of it, written after every section), passes.csv, triangles.csv,
+window.csv, rays.csv, passes.png, estimators.csv, estimators.md, estimators.png, images.npz and,
+with ``--compare FOLDER``, differences.csv and differences.png.
 FOLDER is where the same script, run with ``--only images`` on llvmpipe, wrote its images:
 
     LIBGL_ALWAYS_SOFTWARE=1 python -m benchmarks.gpu llvmpipe --only images
@@ -31,6 +31,7 @@ from numpy.typing import NDArray
 
 from benchmarks import all_estimators
 from benchmarks.common import answering, command
+from benchmarks.gpu_frames import triangle_rows, window_rows
 from benchmarks.gpu_passes import COPY_SIDE, copy_bandwidth, draw_passes, pass_rows
 from ssdo_gl.bench.measure.machine import describe_machine
 from ssdo_gl.bench.presets import load_preset
@@ -186,6 +187,19 @@ def time_passes(run: Run) -> object:
     return {"copy_gb_per_s": round(bandwidth / 1e9, 2), "passes": rows, "skipped": skipped}
 
 
+def time_frames(run: Run) -> object:
+    """Time frames by either way to draw triangles, and of a window; writes two tables."""
+    device = create_context()
+    tables = {"triangles": triangle_rows, "window": window_rows}
+    found = {}
+    for name, rows_of in tables.items():
+        if run.seconds_left > 90.0:
+            found[name] = rows_of(device, quick=run.quick)
+            _write_csv(run.outdir / f"{name}.csv", found[name])
+    device.release()
+    return found
+
+
 def time_rays(run: Run) -> object:
     """Time the references; writes rays.csv."""
     device, rows = create_context(), []
@@ -324,6 +338,7 @@ SECTIONS: dict[str, Callable[[Run], object]] = {
     "devices": find_devices,
     "images": render_images,
     "passes": time_passes,
+    "frames": time_frames,
     "rays": time_rays,
     "estimators": compare_estimators,
     "tests": run_tests,

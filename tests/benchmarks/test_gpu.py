@@ -45,6 +45,18 @@ def test_a_section_that_fails_says_so_and_the_next_one_runs(tmp_path, monkeypatc
     assert found["images"]["result"]["images"] == ["corner.bounce", "corner.direct"]
 
 
+def test_frames_are_timed_by_either_way_and_of_a_window(tmp_path):
+    assert gpu.main([str(tmp_path), "--quick", "--only", "frames"]) == 0
+    with (tmp_path / "triangles.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["way"] for row in rows] == ["compute shaders", "rasterizer"]
+    with (tmp_path / "window.csv").open(newline="") as file:
+        rows += list(csv.DictReader(file))
+    kinds = [(row["method"], row["frame kind"]) for row in rows[2:]]
+    assert kinds == [(m, k) for m in ("bounce", "gi") for k in ("camera moves", "refined")]
+    assert all(float(row[name]) > 0.0 for row in rows for name in ("frame", "gbuffer", "direct"))
+
+
 def test_an_unknown_section_is_named(tmp_path, capsys):
     with pytest.raises(SystemExit, match="2"):
         gpu.main([str(tmp_path), "--only", "ray"])
