@@ -225,7 +225,7 @@ class ShaderLibrary:
         # What was asked for before, and with which other choices.
         self._asked: dict[_ProgramKey, Program] = {}
         self._choosing: dict[tuple[tuple[str, str], ...], ShaderLibrary] = {}
-        self._kernels: dict[str, Kernel] = {}
+        self._kernels: dict[tuple[str, _ChoiceKey], Kernel] = {}
 
     def program(
         self,
@@ -302,10 +302,13 @@ class ShaderLibrary:
         ShaderError
             If the file is missing or does not compile.
         """
-        if name not in self._kernels:
-            source = kernel_source(flatten(name, self._read, {}, self._choices))
-            self._kernels[name] = Kernel(self._gl, link_compute(self._gl, source), source)
-        return self._kernels[name]
+        key = name, tuple(sorted(self._choices.items()))
+        if key not in self._kernels:
+            self._kernels[key] = Kernel(self._gl, self._kernel_source(*key))
+        return self._kernels[key]
+
+    def _kernel_source(self, name: str, choices: _ChoiceKey) -> FlatSource:
+        return kernel_source(flatten(name, self._read, {}, dict(choices)))
 
     def fullscreen_source(
         self, text: str, defines: Mapping[str, int] = _NO_DEFINES, name: str = "<test>"
@@ -333,7 +336,7 @@ class ShaderLibrary:
         if key not in self._choosing:
             other = self._choosing[key] = copy.copy(self)
             other._choices = {**self._choices, **choices}
-            other._asked, other._choosing, other._kernels = {}, {}, {}
+            other._asked, other._choosing = {}, {}
         return self._choosing[key]
 
     def reload(self) -> list[ShaderError]:
@@ -347,6 +350,11 @@ class ShaderLibrary:
                 stages = self._flatten(vertex, fragment, dict(defines), dict(choices))
                 if _digest(*stages) != program.digest:
                     program._replace(*stages)
+            except ShaderError as fault:
+                faults.append(fault)
+        for key, kernel in self._kernels.items():
+            try:
+                kernel.replace(self._kernel_source(*key))
             except ShaderError as fault:
                 faults.append(fault)
         return faults

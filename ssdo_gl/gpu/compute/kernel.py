@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import moderngl
 
+from ssdo_gl.gpu.linking import link_compute
 from ssdo_gl.gpu.shader_source import FlatSource, ShaderError
 from ssdo_gl.gpu.uniform import UniformSlot
 
@@ -28,12 +29,28 @@ def kernel_source(flat: FlatSource) -> FlatSource:
 
 
 class Kernel:
-    """A linked compute shader that refuses names its source does not declare."""
+    """A compute shader that refuses names its source does not declare.
 
-    def __init__(self, gl: moderngl.Context, linked: moderngl.ComputeShader, source: FlatSource):
-        self._gl, self._linked, self._name = gl, linked, source.name
+    Raises
+    ------
+    ShaderError
+        If it does not compile.
+    """
+
+    def __init__(self, gl: moderngl.Context, source: FlatSource) -> None:
+        self._gl = gl
+        self._link(source)
+
+    def replace(self, source: FlatSource) -> None:
+        """Take another source, if it is one; on failure raise ShaderError and stay as it was."""
+        if source.text != self._source.text:
+            self._link(source)
+
+    def _link(self, source: FlatSource) -> None:
+        linked = link_compute(self._gl, source)
+        self._source, self._linked = source, linked
         self._declared = source.uniforms()
-        self._slots = {}
+        self._slots: dict[str, UniformSlot] = {}
         for name in linked:
             member, declaration = linked[name], self._declared.get(name)
             if declaration is None or "image" in declaration.type:
@@ -53,7 +70,7 @@ class Kernel:
             if name in self._slots:
                 self._slots[name].set(value)
             elif name not in self._declared:
-                raise ShaderError(f"{self._name}: no uniform is called {name}")
+                raise ShaderError(f"{self._source.name}: no uniform is called {name}")
 
     def run(self, groups: int) -> None:
         """Run so many groups, and have all that comes later see what they wrote."""
