@@ -15,6 +15,7 @@ from ssdo_gl.gpu.context import Device
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
+from ssdo_gl.serve.access import is_any
 from ssdo_gl.serve.render_thread import RenderThread
 from ssdo_gl.serve.server import run_server
 from ssdo_gl.settings import Settings
@@ -85,10 +86,14 @@ def serve_scene(
         shares_camera=where.viewers == "shared",
     )
     renderer.start()
+
+    def say(address: str) -> None:
+        print(said_of(address, where.host), flush=True)
+
     try:
         # Ctrl-C is how one ends it.
         with contextlib.suppress(KeyboardInterrupt):
-            asyncio.run(until_terminated(run_server(renderer, where.host, where.port, _say)))
+            asyncio.run(until_terminated(run_server(renderer, where.host, where.port, say)))
     except socket.gaierror as error:
         raise SettingError(f"--host {where.host}: {error.strerror}") from None
     except OSError as error:
@@ -131,5 +136,8 @@ async def until_terminated(work: Awaitable[None]) -> None:
         signal.signal(signal.SIGTERM, before)
 
 
-def _say(address: str) -> None:
-    print(f"{address}\nopen it in a browser; Ctrl-C ends it", flush=True)
+def said_of(address: str, host: str | None) -> str:
+    """Return what is said once somebody may come to `address`."""
+    # What stands for every address is none that another machine could ask for.
+    place = f", elsewhere with this machine's name for {host}" if is_any(host or "") else ""
+    return f"{address}\nopen it in a browser{place}; Ctrl-C ends it"

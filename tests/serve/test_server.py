@@ -37,7 +37,7 @@ from aiohttp.test_utils import TestClient, TestServer  # noqa: E402
 
 from ssdo_gl.serve import server as server_module  # noqa: E402
 from ssdo_gl.serve.server import MAX_MESSAGE_BYTES, Outbox, Server  # noqa: E402
-from ssdo_gl.serve.serving import until_terminated  # noqa: E402
+from ssdo_gl.serve.serving import said_of, until_terminated  # noqa: E402
 
 SIZE = {"type": "size", "width": 48, "height": 27, "scale": 1}
 PATIENCE_S = 120.0
@@ -428,6 +428,13 @@ def test_what_is_no_host_is_one_line(host: str, said: str, capfd: Any) -> None:
     assert cli.main(["corner", "--serve", "--port", "0", "--host", host]) == 2
     fault = capfd.readouterr().err
     assert said in fault and fault.count("\n") == 1
+
+
+@pytest.mark.parametrize("host", ["0.0.0.0", "::"])
+def test_what_stands_for_all_addresses_is_not_what_one_types_elsewhere(host: str) -> None:
+    assert f"elsewhere with this machine's name for {host};" in said_of("http://x/", host)
+    assert said_of("http://x/", None) == "http://x/\nopen it in a browser; Ctrl-C ends it"
+    assert said_of("http://x/", "box") == said_of("http://x/", None)
 
 
 def test_an_unknown_host_is_one_line(monkeypatch, capfd):
