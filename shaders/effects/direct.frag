@@ -92,8 +92,8 @@ void main()
 {
     ivec2 texel = ivec2(gl_FragCoord.xy);
     bool is_surface = gbuffer_z_vs(texel) > 0.0;
-#if !(CASTS_SHADOW && IS_SOFT) || IS_OPEN
-    // Only the soft shadow needs its neighbours to go on.
+#if !(CASTS_SHADOW && IS_SOFT) || IS_OPEN || (TRACES_PENUMBRAE && !GLOSSY)
+    // Only the soft shadow of a map needs its neighbours to go on.
     if (!is_surface) {
         o_irradiance = vec4(0.0);
 #if GLOSSY
@@ -119,8 +119,9 @@ void main()
     horizon_vs = m_vs;
     vec3 shadowed_vs = p_vs;
     bool is_lifted = false;
+    float lift = 0.0;
 #if HAS_LIFT
-    float lift = texelFetch(t_lift_vs, texel, 0).x;
+    lift = texelFetch(t_lift_vs, texel, 0).x;
     is_lifted = lift > 0.0 && is_partly_below(light, p_vs, m_vs);
     horizon_vs = is_lifted ? n_vs : m_vs;
     shadowed_vs += is_lifted ? lift * n_vs : vec3(0.0);
@@ -136,7 +137,7 @@ void main()
         light, shadowed_vs, horizon_vs, n_vs, texel, is_surface, is_lifted);
 #endif
 #if TRACES_PENUMBRAE
-    visibility.x = penumbra(light, n_vs, horizon_vs, texel, is_lit);
+    visibility.x = is_lit ? penumbra(light, n_vs, horizon_vs, lift, texel) : 1.0;
 #else
     bool is_edge = visibility.x > 0.0 && visibility.x < 1.0 && is_lit;
     visibility = shadow_edge(light, texel, is_edge, visibility);

@@ -50,9 +50,6 @@ const float SHADOW_SAME_PLANE = 0.02;
 // What is so much nearer to the light than its receiver, two texels, stands clear of it.
 const float SHADOW_CLEAR_SLACKS = 8.0;
 
-// The sample sequence of lib/hash.glsl, stepped in floats: a third of the integers' cost.
-const vec3 KRONECKER_STEP = vec3(KRONECKER_ALPHA) / 4294967296.0;
-
 const bool IS_PARALLEL = LIGHT_FORM == FORM_PARALLEL;
 
 // Half of what the light measures along a unit vector.

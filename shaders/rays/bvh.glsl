@@ -125,23 +125,11 @@ struct BvhChildren {
     uint inner_count;
 };
 
-// The record as a node: where the ray enters and leaves the four boxes.
-BvhChildren bvh_children(BvhRay ray, BvhRecord node, bool is_leaf, float t_max)
+// The record as a node: which of its boxes are met, of those that `enter` and `leave` are known of.
+BvhChildren bvh_met(BvhRecord node, bool is_leaf, vec4 enter, vec4 leave)
 {
-    vec3 base = (uintBitsToFloat(node.words_0.xyz) - ray.origin) * ray.inverse;
-    uint head = node.words_0.w;
-    vec3 scale = uintBitsToFloat((uvec3(head, head >> 8, head >> 16) & 255u) << 23) * ray.inverse;
-    uvec3 low = node.words_1.xyz;
-    uvec3 high = uvec3(node.words_1.w, node.words_2.xy);
-    bvec3 flips = ray.is_negative;
-    uvec3 first = uvec3(flips.x ? high.x : low.x, flips.y ? high.y : low.y, flips.z ? high.z : low.z);
-    uvec3 last = uvec3(flips.x ? low.x : high.x, flips.y ? low.y : high.y, flips.z ? low.z : high.z);
-    vec4 enter = max(max(bvh_bytes(first.x) * scale.x + base.x, bvh_bytes(first.y) * scale.y + base.y),
-                     max(bvh_bytes(first.z) * scale.z + base.z, vec4(0.0)));
-    vec4 leave = min(min(bvh_bytes(last.x) * scale.x + base.x, bvh_bytes(last.y) * scale.y + base.y),
-                     min(bvh_bytes(last.z) * scale.z + base.z, vec4(t_max)));
     bvec4 is_met = lessThanEqual(enter, leave);
-    uint child_count = is_leaf ? 0u : head >> 28;
+    uint child_count = is_leaf ? 0u : node.words_0.w >> 28;
 
     // Entry distances are not negative, so their bits sort like integers; the child's
     // number takes the place of the last two.
@@ -157,7 +145,25 @@ BvhChildren bvh_children(BvhRay ray, BvhRecord node, bool is_leaf, float t_max)
     uint list = bvh_append(1u, max(more.x, more.y));
     list = bvh_append(list, max(middle_0, middle_1));
     list = bvh_append(list, min(middle_0, middle_1));
-    return BvhChildren(min(less.x, less.y), list, node.words_2.z, head >> 24 & 15u);
+    return BvhChildren(min(less.x, less.y), list, node.words_2.z, node.words_0.w >> 24 & 15u);
+}
+
+// The record as a node: where the ray enters and leaves the four boxes.
+BvhChildren bvh_children(BvhRay ray, BvhRecord node, bool is_leaf, float t_max)
+{
+    vec3 base = (uintBitsToFloat(node.words_0.xyz) - ray.origin) * ray.inverse;
+    uint head = node.words_0.w;
+    vec3 scale = uintBitsToFloat((uvec3(head, head >> 8, head >> 16) & 255u) << 23) * ray.inverse;
+    uvec3 low = node.words_1.xyz;
+    uvec3 high = uvec3(node.words_1.w, node.words_2.xy);
+    bvec3 flips = ray.is_negative;
+    uvec3 first = uvec3(flips.x ? high.x : low.x, flips.y ? high.y : low.y, flips.z ? high.z : low.z);
+    uvec3 last = uvec3(flips.x ? low.x : high.x, flips.y ? low.y : high.y, flips.z ? low.z : high.z);
+    vec4 enter = max(max(bvh_bytes(first.x) * scale.x + base.x, bvh_bytes(first.y) * scale.y + base.y),
+                     max(bvh_bytes(first.z) * scale.z + base.z, vec4(0.0)));
+    vec4 leave = min(min(bvh_bytes(last.x) * scale.x + base.x, bvh_bytes(last.y) * scale.y + base.y),
+                     min(bvh_bytes(last.z) * scale.z + base.z, vec4(t_max)));
+    return bvh_met(node, is_leaf, enter, leave);
 }
 
 // The record as a primitive: two triangles with the edge v0-v2 in common. The nearer of
@@ -244,8 +250,8 @@ void bvh_go_on(BvhChildren children, inout BvhWalk walk)
 #endif
 }
 
-// Takes the root; a negative t_max goes nowhere.
-BvhWalk bvh_begin(BvhRay ray, float t_max)
+// Nothing waits.
+BvhWalk bvh_waiting(float t_max)
 {
     BvhWalk walk;
     for (int i = 0; i < BVH_LEVELS; ++i) {
@@ -253,20 +259,31 @@ BvhWalk bvh_begin(BvhRay ray, float t_max)
     }
     walk.top = 0;
     walk.hit = BvhHit(t_max, -1, false);
+    return walk;
+}
+
+// Takes the root; a negative t_max goes nowhere.
+BvhWalk bvh_begin(BvhRay ray, float t_max)
+{
+    BvhWalk walk = bvh_waiting(t_max);
     BvhRecord root = BvhRecord(u_bvh_root[0], u_bvh_root[1], u_bvh_root[2]);
     bvh_go_on(bvh_children(ray, root, false, t_max), walk);
     walk.goes_on = walk.goes_on && t_max > 0.0;
     return walk;
 }
 
+BvhRecord bvh_record(int record)
+{
+    vec2 address = record_address(record, RECORD_TEXELS, u_bvh_texel);
+    vec2 right = vec2(u_bvh_texel.x, 0.0);
+    return BvhRecord(textureLod(t_bvh, address, 0.0), textureLod(t_bvh, address + right, 0.0),
+                     textureLod(t_bvh, address + 2.0 * right, 0.0));
+}
+
 // Takes one record, node or primitive, and does the work of both kinds.
 void bvh_step(BvhRay ray, inout BvhWalk walk)
 {
-    vec2 address = record_address(walk.record, RECORD_TEXELS, u_bvh_texel);
-    vec2 right = vec2(u_bvh_texel.x, 0.0);
-    BvhRecord record = BvhRecord(textureLod(t_bvh, address, 0.0),
-                                 textureLod(t_bvh, address + right, 0.0),
-                                 textureLod(t_bvh, address + 2.0 * right, 0.0));
+    BvhRecord record = bvh_record(walk.record);
     BvhChildren children = bvh_children(ray, record, walk.is_leaf, walk.hit.t);
     walk.hit = bvh_meet_pair(ray, record, walk.record, walk.is_leaf, walk.hit);
     bvh_go_on(children, walk);

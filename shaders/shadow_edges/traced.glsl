@@ -1,39 +1,11 @@
 // Who is lit, by rays: one where texels of a map disagree about a light without a size; to a
-// light with one RAYS_ALL and two to its rim from every pixel, more where those of four pixels
-// disagree.
+// light with one, a shaft to many of its points.
 #include "rays/ray.glsl"
 
 #define TRACES_PENUMBRAE IS_SOFT
 
-// How far within the light its rim is asked for, of its extent: not where a neighbour begins.
-const float RIM = 0.02;
-const int RIM_FIRST = 1 << 16;
-
-uniform vec2 u_edge_points;  // where the points of a light begin
-uniform int u_edge_rays;     // where four pixels disagree
-
-// From `p_vs` towards the light, or its point at u; w: how much of the light comes from there.
-vec4 toward_light(Light light, vec2 u, vec3 p_vs, vec3 n_vs, vec3 m_vs)
-{
-#if LIGHT_FORM == FORM_PARALLEL
-    vec3 to_light = light.place_vs;
-#if IS_SOFT
-    to_light = normalize(frame_from_z(to_light) * vec3(disk_point(light.numbers.x, u), 1.0));
-#endif
-    float weight = 1.0;
-#elif LIGHT_FORM == FORM_AREA
-    vec3 to_light = area_point(light, u) - p_vs;
-    // As a unit, so that nothing underflows: all points share the light's.
-    vec3 d = to_light / length(light.place_vs - p_vs);
-    float size_2 = max(dot(d, d), 1e-30);
-    float weight = abs(dot(d, area_normal(light, p_vs))) / (size_2 * size_2);
-#else
-    vec3 to_light = light.place_vs - p_vs;
-    float weight = 1.0;
-#endif
-    weight *= max(dot(normalize(to_light), n_vs), 0.0);
-    return vec4(to_light, dot(to_light, m_vs) > 0.0 ? weight : 0.0);
-}
+#define SHAFT_IS_ROUND (LIGHT_FORM == FORM_PARALLEL)
+#include "rays/shaft.glsl"
 
 bool is_blocked_toward(RaySurface surface, vec3 to_light_vs)
 {
@@ -62,57 +34,82 @@ vec2 shadow_edge(Light light, ivec2 pixel, bool is_edge, vec2 visibility)
 }
 
 #if TRACES_PENUMBRAE
-// A corner of a rectangle, or a point of the edge of a disk.
-vec2 rim_point(int i)
+uniform int u_edge_points;  // of a light with a size
+
+// From a surface point of `pixel`, raised along its normal by `lift`, to the light. A little off the
+// surface, by what the rasterizer may be wrong: looking for it in the hierarchy takes 1.16 times
+// as long.
+Shaft shaft_toward(Light light, vec3 n_vs, float lift, ivec2 pixel)
 {
-    vec2 corner = mix(vec2(RIM), vec2(1.0 - RIM), vec2(i & 1, i >> 1));
-    return LIGHT_FORM == FORM_PARALLEL ? vec2(1.0 - RIM, 0.25 * float(i) + 0.125) : corner;
+    vec3 to_surface = u_ns_from_vs * (gbuffer_position_vs(pixel) * u_ns_per_unit);
+    vec3 apex = ray_start(u_eye_ns + to_surface, u_ns_from_vs * gbuffer_geometric_normal_vs(pixel),
+                          viewing_direction(to_surface, u_ns_from_vs * AHEAD_VS),
+                          GBUFFER_ERROR * length(to_surface) + RAY_OFFSET);
+    apex += u_ns_from_vs * (n_vs * (lift * u_ns_per_unit));
+#if LIGHT_FORM == FORM_PARALLEL
+    mat3 frame = u_ns_from_vs * frame_from_z(light.place_vs);
+    mat3 way = mat3(frame[2], light.numbers.x * frame[0], light.numbers.x * frame[1]);
+    return shaft_from(apex, way, sqrt(way[1] * way[1] + way[2] * way[2]), RAY_FAR);
+#else
+    vec3 middle = u_eye_ns + u_ns_from_vs * (light.place_vs * u_ns_per_unit) - apex;
+    vec3 u = u_ns_from_vs * (light.axis_vs * u_ns_per_unit);
+    vec3 v = u_ns_from_vs * (light.second_axis_vs * u_ns_per_unit);
+    // Nothing that lies nearer to the light's plane blocks: it may be the lamp itself.
+    vec3 normal = cross(u, v);
+    float height = abs(dot(normal, middle)) / max(length(normal), 1e-30);
+    float t_max = 1.0 - LIGHT_GAP - RAY_OFFSET / max(height, 1e-30);
+    return shaft_from(apex, mat3(middle, u, v), abs(u) + abs(v), t_max);
+#endif
 }
 
-// What is open of points `first` to `last` of the light, and all, as weights. Those from RIM_FIRST on
-// are of its rim. Those before `moved` lie RAYS_ALL back.
-vec2 open_points(Light light, RaySurface surface, vec3 n_vs, vec3 m_vs, int first, int last,
-                 int moved)
+// How much light comes along `way`, by the cosines to n and to the light's own normal; none from
+// below the plane across m.
+float weight_of(vec3 way, vec3 n, vec3 m, vec3 of_light)
 {
-    vec3 p_vs = start_vs(surface);
-    vec2 open = vec2(0.0);
-    int i = first;
+    float size_2 = max(dot(way, way), 1e-30);
+    float weight = max(dot(way, n), 0.0) * inversesqrt(size_2);
+#if LIGHT_FORM == FORM_AREA
+    weight *= abs(dot(way, of_light)) / (size_2 * size_2);
+#endif
+    return dot(way, m) > 0.0 ? weight : 0.0;
+}
+
+// What is open of `count` points of the light, bit by bit, and all, as weights.
+vec2 weights_of(uint open, Shaft shaft, vec3 n_vs, vec3 m_vs, int first, int count)
+{
+    vec3 n = u_ns_from_vs * n_vs;
+    vec3 m = u_ns_from_vs * m_vs;
+    // As a unit, so that nothing underflows: all points share it.
+    float unit = 1.0 / max(length(shaft.way[0]), 1e-30);
+    vec3 of_light = cross(shaft.way[1], shaft.way[2]);
+    of_light /= max(length(of_light), 1e-30);
+    vec2 weights = vec2(0.0);
+    int i = 0;
     do {
-        int number = i < moved ? i - RAYS_ALL : i;
-        vec2 u = number < RIM_FIRST ? fract(u_edge_points + float(number) * KRONECKER_STEP.xy)
-                                    : rim_point(number - RIM_FIRST);
-        vec4 way = toward_light(light, u, p_vs, n_vs, m_vs);
-        bool is_open = way.w > 0.0 && !is_blocked_toward(surface, way.xyz);
-        open += vec2(is_open ? way.w : 0.0, way.w);
-    } while (++i < last);
-    return open;
+        vec3 way = shaft_way(shaft, shaft_points(first + i), 0);
+        float weight = weight_of(unit * way, n, m, of_light);
+        weights += weight * vec2(float(open >> uint(i) & 1u), 1.0);
+    } while (++i < count);
+    return weights;
 }
 
 // How much of the light reaches a pixel. All pixels ask for the same points, frame after frame
-// while the view moves: what is wrong then moves with the surface instead of flickering. Points
-// within the light alone would find a penumbra late, and make its outline a step.
-float penumbra(Light light, vec3 n_vs, vec3 m_vs, ivec2 pixel, bool is_lit)
+// while the view moves: what is wrong then moves with the surface instead of flickering.
+float penumbra(Light light, vec3 n_vs, vec3 m_vs, float lift, ivec2 pixel)
 {
-    RaySurface surface;
-    vec2 own = vec2(0.0);
-    vec2 rim = vec2(0.0);
-    // Of the points that are asked for first pixels beside each other take a half.
-    int turn = (pixel.x ^ pixel.y) & 1;
-    if (is_lit) {
-        int first = turn * RAYS_ALL;
-        int first_of_rim = RIM_FIRST + 2 * turn;
-        surface = ray_surface_at(pixel);
-        own = open_points(light, surface, n_vs, m_vs, first, first + RAYS_ALL, 0);
-        rim = open_points(light, surface, n_vs, m_vs, first_of_rim, first_of_rim + 2, 0);
-    }
-    vec2 open = own + rim;
-    bvec2 found = bvec2(open.x > 0.0, open.x < open.y);  // light, shadow
-    vec4 around = quad_sum(vec4(found, 0.0, 0.0), pixel);
-    if (is_lit && min(around.x, around.y) > 0.0) {
-        // All points but the own half, and that.
-        int moved = 2 * RAYS_ALL * turn;
-        open = own + open_points(light, surface, n_vs, m_vs, RAYS_ALL, u_edge_rays, moved);
-    }
-    return open.y > 0.0 ? open.x / open.y : 1.0;
+    Shaft shaft = shaft_toward(light, n_vs, lift, pixel);
+    vec2 seen = vec2(0.0);
+    int first = 0;
+    do {
+        int count = min(u_edge_points - first, 32);
+        uint open = shaft_open_points(shaft, first, count);
+        if (u_edge_points <= 32 && (open == 0u || open == shaft_all_points(count))) {
+            // All or nothing, however much each of them counts.
+            return open == 0u ? 0.0 : 1.0;
+        }
+        seen += weights_of(open, shaft, n_vs, m_vs, first, count);
+        first += 32;
+    } while (first < u_edge_points);
+    return seen.y > 0.0 ? seen.x / seen.y : 1.0;
 }
 #endif

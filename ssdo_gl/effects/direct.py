@@ -52,9 +52,9 @@ class DirectSettings:
     )
     penumbra_rays: int = setting(
         16,
-        "rays of gi to a light with a size where the first quarter of them, and four to its rim, "
-        "disagree; half as many more in motion",
-        unit="rays",
+        "points of a light with a size that gi looks for from every pixel; half as many more in "
+        "motion",
+        unit="points",
         low=4,
         high=256,
     )
@@ -225,14 +225,14 @@ class DirectPass(RenderPass):
             return FILTERED
         tables = {sampler: context.inputs[name] for sampler, name in self._ray_wiring.items()}
         count = self.settings.penumbra_rays
-        defines = {"RAYS_ALL": max(count // 8, 1), **ray_defines(context, self._rays)}
+        defines = ray_defines(context, self._rays)
         # Frames of one view go on in the sequence; those of one that moves have the same points.
         first = (0.5 + np.multiply(context.frame.seed * count, R2_STEP)) % 1.0
-        at_edges = round(count * (RAYS_IN_MOTION if context.frame.moves else 1.0))
+        points = round(count * (RAYS_IN_MOTION if context.frame.moves else 1.0))
         uniforms = {
             **ray_uniforms(context),
-            "u_edge_points": tuple(first),
-            "u_edge_rays": at_edges,
+            "u_shaft_points": tuple(first),
+            "u_edge_points": points,
         }
         return Edge("traced", defines, uniforms, tables)
 
