@@ -6,6 +6,8 @@
 //     float <kind>_distance(Light light, vec3 p_vs, vec3 w): along w to the side that emits,
 //         FLOAT_MAX if w misses it
 //     vec3 <kind>_point(Light light, vec2 u): evenly over the area for u in [0, 1]^2
+//         (soft shadows of gi take it for the parallelogram about row 1 whose half edges are rows
+//         3 and 4)
 //     vec3 <kind>_normal(Light light, vec3 p_vs): of unit length, on the side of p_vs
 // and of any other
 //     float <kind>_falloff(Light light, vec3 to_light): of its intensity with direction.
