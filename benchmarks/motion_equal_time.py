@@ -68,6 +68,12 @@ def references(device: Device, case: Case, extent: Extent, seed: int) -> Images:
     return np.stack(images)
 
 
+def turned(kinds: list[str], number: int) -> list[str]:
+    """Return them in the order in which frame `number` is drawn."""
+    first = number % len(kinds)
+    return kinds[first:] + kinds[:first]
+
+
 def live(device: Device, case: Case, extent: Extent) -> dict[str, tuple[Images, list[float]]]:
     """Return the judged frames of each kind, and the seconds that each of them took."""
     scene = load_scene(case.scene)
@@ -80,7 +86,9 @@ def live(device: Device, case: Case, extent: Extent) -> dict[str, tuple[Images, 
             renderers[kind] = stack.enter_context(Renderer(scene, settings, device=device))
         for number in range(LEAD + extent.frames):
             moved, camera, seconds = case.at(scene, number, extent.size[1])
-            for kind, renderer in renderers.items():
+            # Each is the first of them now and then, which finds what moves not yet brought along.
+            for kind in turned(list(KINDS), number):
+                renderer = renderers[kind]
                 renderer.use_scene(moved)
                 start = time.process_time()
                 drawn = renderer.draw(["display", "beauty"], camera=camera, seconds=seconds)
@@ -98,7 +106,7 @@ def rows(device: Device, name: str, extent: Extent) -> Iterator[str]:
     found = live(device, CASES[name], extent)
     told = {kind: errors(images[None], *pair) for kind, (images, _) in found.items()}
     for kind, (_, spent) in found.items():
-        ratio = float(np.median(np.divide(spent, found[AVERAGED][1])))
+        ratio = float(np.median(spent) / np.median(found[AVERAGED][1]))
         share = told[AVERAGED].error / told[kind].error if told[kind].error else float("nan")
         yield (
             f"| {name} | {kind} | {ratio:.2f} | {told[kind].error:.4f} | {share:.2f} "

@@ -28,6 +28,11 @@ def test_rows_are_relative_to_averages(monkeypatch) -> None:
         assert share == pytest.approx(1.0 / factor, abs=0.01)
 
 
+def test_each_kind_is_the_first_in_turn() -> None:
+    orders = [bench.turned(["a", "b", "c"], number) for number in range(3)]
+    assert orders == [["a", "b", "c"], ["b", "c", "a"], ["c", "a", "b"]]
+
+
 def test_only_averages_know_the_frames_before(device, monkeypatch) -> None:
     """In the first judged frame they are those of fewer frames, or of more."""
 
