@@ -36,6 +36,11 @@ from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import values
 
+_BLACK = (
+    "the picture is black: the camera sees nothing that light reaches"
+    " (--camera fit shows the whole scene, --light studio lights it)"
+)
+
 
 @dataclass(frozen=True)
 class SnapshotRequest:
@@ -214,7 +219,7 @@ def _print_summary(
     console: Console, request: SnapshotRequest, explanation: Explanation, stats: dict[str, Any]
 ) -> None:
     result = explanation.result
-    print_notes(stats["notes"])
+    print_notes([*stats["notes"], *([_BLACK] if is_black(result) else [])])
     if request.explain:
         console.print(explanation_table(explanation))
         whole = summary(explanation)
@@ -244,6 +249,12 @@ def _print_summary(
     )
     for name, statistics in stats["references"].items():
         console.print(escape(f"{name}: {reference_text(statistics)}"))
+
+
+def is_black(result: RenderResult) -> bool:
+    """Return whether a picture was made, and shows nothing."""
+    shown = [result.images[name] for name in ("display", "beauty") if name in result.images]
+    return bool(shown) and not any(image[..., :3].any() for image in shown)
 
 
 def reference_text(statistics: Mapping[str, Any]) -> str:
