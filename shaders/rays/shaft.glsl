@@ -188,8 +188,14 @@ uint shaft_all_points(int count)
     return 0xffffffffu >> uint(32 - count);
 }
 
-// The open ones among `count` points of the light from number `first` on, as bits.
-uint shaft_open_points(Shaft shaft, int first, int count)
+// Points as bits.
+struct ShaftPoints {
+    uint asked;
+    uint open;   // of these
+};
+
+// Asks for `count` points of the light from number `first` on, or the first `few` if rays have to.
+ShaftPoints shaft_open_points(Shaft shaft, int first, int count, int few)
 {
     uint all = shaft_all_points(count);
     uint open = all;
@@ -213,7 +219,8 @@ uint shaft_open_points(Shaft shaft, int first, int count)
 #else
     uint unsure = goes_on ? open : 0u;
 #endif
-    int end = unsure != 0u ? count : 0;
+    uint asked = unsure == 0u ? all : shaft_all_points(few);
+    int end = (unsure & asked) == 0u ? 0 : few;
     int i = 0;
     if (end > 0) do {
         uint bit = 1u << uint(i);
@@ -222,5 +229,5 @@ uint shaft_open_points(Shaft shaft, int first, int count)
             open = is_hidden ? open & ~bit : open | bit;
         }
     } while (++i < end);
-    return open;
+    return ShaftPoints(asked, open & asked);
 }

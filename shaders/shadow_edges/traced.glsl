@@ -34,7 +34,8 @@ vec2 shadow_edge(Light light, ivec2 pixel, bool is_edge, vec2 visibility)
 }
 
 #if TRACES_PENUMBRAE
-uniform int u_edge_points;  // of a light with a size
+// Of a light with a size: how many a shaft is asked for, and how many where that takes rays.
+uniform ivec2 u_edge_points;
 
 // From a surface point of `pixel`, raised along its normal by `lift`, to the light. A little off the
 // surface, by what the rasterizer may be wrong: looking for it in the hierarchy takes 1.16 times
@@ -74,8 +75,8 @@ float weight_of(vec3 way, vec3 n, vec3 m, vec3 of_light)
     return dot(way, m) > 0.0 ? weight : 0.0;
 }
 
-// What is open of `count` points of the light, bit by bit, and all, as weights.
-vec2 weights_of(uint open, Shaft shaft, vec3 n_vs, vec3 m_vs, int first, int count)
+// What is open of points of the light, and all, as weights.
+vec2 weights_of(ShaftPoints points, Shaft shaft, vec3 n_vs, vec3 m_vs, int first, int count)
 {
     vec3 n = u_ns_from_vs * n_vs;
     vec3 m = u_ns_from_vs * m_vs;
@@ -87,8 +88,8 @@ vec2 weights_of(uint open, Shaft shaft, vec3 n_vs, vec3 m_vs, int first, int cou
     int i = 0;
     do {
         vec3 way = shaft_way(shaft, shaft_points(first + i), 0);
-        float weight = weight_of(unit * way, n, m, of_light);
-        weights += weight * vec2(float(open >> uint(i) & 1u), 1.0);
+        uvec2 counts = uvec2(points.open, points.asked) >> uint(i) & 1u;
+        weights += weight_of(unit * way, n, m, of_light) * vec2(counts);
     } while (++i < count);
     return weights;
 }
@@ -101,15 +102,16 @@ float penumbra(Light light, vec3 n_vs, vec3 m_vs, float lift, ivec2 pixel)
     vec2 seen = vec2(0.0);
     int first = 0;
     do {
-        int count = min(u_edge_points - first, 32);
-        uint open = shaft_open_points(shaft, first, count);
-        if (u_edge_points <= 32 && (open == 0u || open == shaft_all_points(count))) {
+        int count = min(u_edge_points.x - first, 32);
+        int few = clamp(u_edge_points.y - first, 1, count);
+        ShaftPoints points = shaft_open_points(shaft, first, count, few);
+        if (u_edge_points.x <= 32 && (points.open == 0u || points.open == points.asked)) {
             // All or nothing, however much each of them counts.
-            return open == 0u ? 0.0 : 1.0;
+            return points.open == 0u ? 0.0 : 1.0;
         }
-        seen += weights_of(open, shaft, n_vs, m_vs, first, count);
+        seen += weights_of(points, shaft, n_vs, m_vs, first, count);
         first += 32;
-    } while (first < u_edge_points);
+    } while (first < u_edge_points.x);
     return seen.y > 0.0 ? seen.x / seen.y : 1.0;
 }
 #endif

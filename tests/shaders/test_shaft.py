@@ -19,23 +19,31 @@ STEP = np.array([0.7548776662466927, 0.5698402909980532])
 OPEN = """
     vec3 extent = SHAFT_IS_ROUND == 1 ? sqrt(u * u + v * v) : abs(u) + abs(v);
     Shaft shaft = shaft_from(apex, mat3(middle, u, v), extent, 0.9);
-    return shaft_open_points(shaft, first, count);
+    ShaftPoints points = shaft_open_points(shaft, first, count, few);
+    return uvec2(points.asked, points.open);
 """
 
 
-def open_points(gl, shaders, bvh, ways, *, first=0, count=POINTS, is_round=0, is_software=1):
-    """Return which points are open, (n, count), for ways (n, 4, 3): apex, middle, two axes."""
-    wanted = arguments(gl, bvh, is_software)
-    wanted["defines"]["SHAFT_IS_ROUND"] = is_round
+def asked_and_open(gl, shaders, bvh, ways, *, first=0, count=POINTS, few=None, **switches):
+    """Return which points are asked for and open, each (n, count).
+
+    `ways` (n, 4, 3): apex, middle, two axes; `switches`: is_round and is_software.
+    """
+    wanted = arguments(gl, bvh, switches.get("is_software", 1))
+    wanted["defines"]["SHAFT_IS_ROUND"] = switches.get("is_round", 0)
     wanted["uniforms"]["u_shaft_points"] = tuple(FIRST)
-    names = ("apex", "middle", "u", "v")
-    inputs = {name: ways[:, i] for i, name in enumerate(names)}
-    numbers = {"first": first, "count": count}
+    inputs = {name: ways[:, i] for i, name in enumerate(("apex", "middle", "u", "v"))}
+    numbers = {"first": first, "count": count, "few": count if few is None else few}
     inputs |= {name: np.full(len(ways), value, np.int32) for name, value in numbers.items()}
-    bits = evaluate(
-        gl, shaders, ["rays/shaft.glsl"], OPEN, inputs, output_dtype="u4", **wanted
-    ).reshape(-1, 1)
-    return (bits >> np.arange(count, dtype=np.uint32) & 1).astype(bool)
+    bits = evaluate(gl, shaders, ["rays/shaft.glsl"], OPEN, inputs, 2, output_dtype="u4", **wanted)
+    return (bits.T[:, :, None] >> np.arange(count, dtype=np.uint32) & 1).astype(bool)
+
+
+def open_points(*which, **choices):
+    """Return which points are open, where all are asked for."""
+    asked, is_open = asked_and_open(*which, **choices)
+    assert asked.all()
+    return is_open
 
 
 def places(is_round, first=0, count=POINTS):
@@ -85,6 +93,17 @@ def test_any_number_of_points_from_any_on(gl, shaders, first, count):
     ways = random_ways(3)
     found = open_points(gl, shaders, bvh, ways, first=first, count=count)
     assert (found != true_points(bvh, ways, places(0, first, count))).sum() <= 3
+
+
+def test_where_rays_have_to_tell_few_points_are_asked_for(gl, shaders):
+    bvh = bvh_of(soup(400, 400))
+    ways = random_ways(400)
+    asked, is_open = asked_and_open(gl, shaders, bvh, ways, few=7)
+    by_rays = ~asked.all(axis=1)
+    assert 0.1 < by_rays.mean() < 0.9
+    assert (asked[by_rays] == (np.arange(POINTS) < 7)).all()
+    true = true_points(bvh, ways, places(0)) & asked
+    assert (is_open != true).sum() <= 3
 
 
 def test_a_blocker_thinner_than_what_lies_between_points_is_found(gl, shaders):
