@@ -109,10 +109,11 @@ def _check_apart(commands: Iterable[CommandLine], flag: str) -> None:
     """Refuse two scenes that would be written to one file."""
     first: dict[Path, str] = {}
     for item in commands:
-        for path in files_of(item):
+        files = files_of(item)
+        for path in files:
             if path in first:
                 is_stats = item.run.stats is not None and path == Path(item.run.stats)
-                if first[path] == item.scene:
+                if files.count(path) > 1:
                     raise UsageError(f"--stats {path}: the picture is written there; name a .json")
                 cure = "; render them into two folders" if item.run.batch else ""
                 raise UsageError(

@@ -61,6 +61,8 @@ def test_patterns_name_scenes_and_models_once(tmp_path, monkeypatch):
         (["a", "b", "--snapshot", "x.png"], "--snapshot x.png: several scenes need a folder"),
         (["a", "b", "--snapshot", "-"], "several scenes need a folder"),
         (["a", "b", "--explain", "--stats", "x.json"], "as out_{name}.json"),
+        (["a", "a", "--snapshot", "{name}.png"], "--snapshot: a and a would both be written to a"),
+        (["-", "-", "--explain", "--stats", "{name}.json"], "--stats: - and - would both be writt"),
         (["m/a.glb", "n/a.obj", "--snapshot", "{name}.png"], "would both be written to a.png"),
         (
             ["m/a.glb", "n/a.obj", "--batch", "--out", "o"],
