@@ -25,6 +25,7 @@ from ssdo_gl.process import (
 )
 from ssdo_gl.settings.flags import CommandLine
 from ssdo_gl.settings.several import files_of
+from ssdo_gl.short_repr import counted
 
 # Carries a command out, on a device that may have drawn others before.
 Work = Callable[[CommandLine, WarmDevice], int]
@@ -141,7 +142,7 @@ def render_batch(commands: Sequence[CommandLine], work: Work) -> int:
         there = f", {kept} were there" if kept else ""
         failed = f", {faulty} could not be made" if faulty else ""
         print(
-            f"{printable(str(run.out))}: {_made(codes)} pictures{there}{failed},"
+            f"{printable(str(run.out))}: {counted(_made(codes), 'picture')}{there}{failed},"
             f" {time.perf_counter() - start:.1f} s"
         )
     return _worst(codes)

@@ -20,6 +20,7 @@ from ssdo_gl.headless.snapshot import print_notes
 from ssdo_gl.images.files import OutputError, write_atomically
 from ssdo_gl.printable import printable
 from ssdo_gl.settings.film_options import FRAMES_PER_SECOND
+from ssdo_gl.short_repr import counted
 
 
 def check_film(out: Path, wanted: tuple[str, ...], *, resume: bool = False) -> None:
@@ -125,7 +126,7 @@ def _print_summary(request: FilmRequest, count: int, seconds: float) -> None:
     kept = len(request.shots.indices) - count
     there = f" ({kept} were there)" if kept else ""
     print(
-        f"{printable(str(request.out))}: {count} frames{there}, {width}x{height}, "
+        f"{printable(str(request.out))}: {counted(count, 'frame')}{there}, {width}x{height}, "
         f"{request.settings.method}, {seconds:.1f} s"
     )
 

@@ -97,7 +97,7 @@ def test_resume_renders_the_missing_pictures_alone(capsys: pytest.CaptureFixture
     Path("out/big.png").write_bytes(b"kept")
     capsys.readouterr()
     assert main([*words, "--resume"]) == 0
-    assert capsys.readouterr().out.startswith("out: 1 pictures, 2 were there, ")
+    assert capsys.readouterr().out.startswith("out: 1 picture, 2 were there, ")
     assert contents("out") == whole | {"big.png": b"kept"}
     assert main([*words, "--resume", "--quiet"]) == 0
     assert capsys.readouterr() == ("", "")
