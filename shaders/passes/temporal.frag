@@ -2,7 +2,8 @@
 // Averages images with what earlier frames saw of the same surfaces.
 //
 // Defines: IMAGE_COUNT 1 or 2; HAS_PAST 0: there is nothing before this frame;
-// UNFILTERED: which image, from 1 on, is known as it was before the filter, too; 0: none.
+// UNFILTERED: which image, from 1 on, is known as it was before the filter, too; 0: none;
+// HAS_CONTACTS 1: it is known which pixels trace many rays.
 #include "lib/finite.glsl"
 #include "lib/gbuffer.glsl"
 
@@ -24,12 +25,31 @@ uniform mat3 u_last_from_view;   // rotation of the eye, ...
 uniform vec3 u_last_offset_vs;   // ... and where it is now, in the view of the last frame
 uniform vec2 u_jitter_uv;        // this frame's jitter less that of the last one
 uniform float u_most_frames;     // averaged at most
+#if HAS_CONTACTS
+uniform isampler2D t_own_places;  // negative: the pixel traces many rays
+uniform bool u_has_own_rays;
+#endif
 // A tap of the last frame shows the same surface up to this many footprints of a pixel off
 // its plane, and ...
 uniform float u_plane_tolerance;
 
 // ... this distance of octahedral codes (2 across the square): 25 degrees.
 const float NORMAL_TOLERANCE = 0.43;
+
+#if HAS_CONTACTS
+// Pixels with many rays need fewer frames; light changes from one to the next there, and
+// the more often it is resampled, the more it is blurred.
+const float MOST_FRAMES_AT_CONTACTS = 6.0;
+#endif
+
+float most_frames(ivec2 texel)
+{
+#if HAS_CONTACTS
+    if (u_has_own_rays && texelFetch(t_own_places, texel, 0).x < 0)
+        return min(u_most_frames, MOST_FRAMES_AT_CONTACTS);
+#endif
+    return u_most_frames;
+}
 #else
 uniform float u_frames;          // that the image itself is as good as
 #endif
@@ -141,7 +161,7 @@ void main()
     float frames = 1.0;
     if (z > 0.0) {
         Past past = past_of(texel, z);
-        frames = min(past.frames, u_most_frames - 1.0) + 1.0;
+        frames = min(past.frames, most_frames(texel) - 1.0) + 1.0;
 #if UNFILTERED
         values[UNFILTERED - 1].rgb = less_filtered(values[UNFILTERED - 1].rgb, texel, frames);
 #endif

@@ -14,7 +14,7 @@ from ssdo_gl.graph.frame import Frame, FrameView
 from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.far_probes import ProbeRays
-from ssdo_gl.passes.own_lookup import OWN_RAYS, OwnRays
+from ssdo_gl.passes.own_lookup import OWN_RAYS, OwnRays, own_uniforms
 from ssdo_gl.settings.fields import setting
 
 TEMPORAL = "temporal"
@@ -265,7 +265,15 @@ class TemporalPass(RenderPass):
             values = uniforms(frame, known.view, most_frames)
             is_still = known.is_still_in(frame)
             values["u_plane_tolerance"] = PLANE_TOLERANCE if is_still else MOVING_TOLERANCE
-        defines = {"IMAGE_COUNT": len(current), "HAS_PAST": int(is_averaged), "UNFILTERED": 0}
+            if OWN_RAYS[0] in self.reads:
+                textures[f"t_{OWN_RAYS[0]}"] = context.inputs[OWN_RAYS[0]]
+                values |= own_uniforms(context)
+        defines = {
+            "IMAGE_COUNT": len(current),
+            "HAS_PAST": int(is_averaged),
+            "UNFILTERED": 0,
+            "HAS_CONTACTS": int(f"t_{OWN_RAYS[0]}" in textures),
+        }
         if is_averaged and self.unfiltered is not None:
             image, source, share = self.unfiltered
             defines["UNFILTERED"] = 1 + [*self.images].index(image)

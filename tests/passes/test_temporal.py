@@ -36,6 +36,7 @@ class Frames:
     ):
         self.gl, self.shaders = gl, shaders
         self.own = own
+        self.places = np.zeros(SIZE[::-1], np.int32)
         chosen, images = TemporalSettings(**settings), {"now": "average"}
         self.item = TemporalPass(
             "temporal", chosen, images, 1, unfiltered, lit_by, has_own_rays=own is not None
@@ -59,10 +60,11 @@ class Frames:
         picture = tilted_plane(0.0, SIZE, view.tan_half_fov)
         image = np.asarray(image, np.float64)
         inputs = {**inputs_of(picture), "now": image, "raw": np.full_like(image, raw)}
-        inputs[OWN_RAYS[0]] = np.zeros(image.shape[:2], np.int32)
+        inputs[OWN_RAYS[0]] = self.places
         inputs["z_vs"] = np.full_like(inputs["z_vs"], z)
+        stored_as = {**STORED_AS, OWN_RAYS[0]: "i4"}
         textures = {
-            name: texture_from_image(self.gl, inputs[name], STORED_AS.get(name, "f4"))
+            name: texture_from_image(self.gl, inputs[name], stored_as.get(name, "f4"))
             for name in self.item.reads
         }
         geometry = Geometry(self.gl, frame.scene)
@@ -168,6 +170,18 @@ def test_motion_goes_on_from_a_view_whose_rays_are_traced(gl, shaders) -> None:
     frames.moves = True
     expected = noise(4) + (noise(7) - noise(4)) / 10.0
     np.testing.assert_allclose(frames.show(noise(7)), expected, atol=4.0 * ROUNDING)
+
+
+@pytest.mark.parametrize("is_known", [True, False])
+def test_pixels_that_trace_many_rays_are_averaged_over_six_frames(gl, shaders, is_known) -> None:
+    frames = Frames(gl, shaders, own=dataclasses.replace(TRACING, is_known=is_known))
+    frames.places[:, :9] = -1
+    frames.places[:, 9:] = 1
+    most = np.where((frames.places < 0) & is_known, 6.0, 10.0)[..., None]
+    mean = np.zeros((*SIZE[::-1], 4))
+    for number in range(1, 13):
+        mean += (noise(number) - mean) / np.minimum(number, most)
+        np.testing.assert_allclose(frames.show(noise(number)), mean, atol=1e-5)
 
 
 @pytest.mark.parametrize("step", [1.0, 0.375, -2.25])
