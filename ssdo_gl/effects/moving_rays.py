@@ -62,24 +62,25 @@ def variance_of_rays(
     return float(((light**2).mean(axis=1) / mean**2 - 1.0).mean()) if len(mean) else 0.0
 
 
-def ray_counts(settings: FarFieldSettings, *, is_brief: bool) -> tuple[int, int]:
-    """Return how many rays pixels trace, and those at contacts.
+def ray_counts(settings: FarFieldSettings, *, is_brief: bool) -> tuple[int, int, int]:
+    """Return how many rays pixels trace, those at contacts, and those at outlines.
 
     Parameters
     ----------
     is_brief : bool
-        Few frames are averaged: then as many as at rest.
+        Few frames are averaged: then as many as at rest, where outlines have no more than others.
     """
     few, many = settings.moving_rays, settings.moving_edge_rays
     if is_brief:
-        few, many = max(few, settings.pixel_rays), max(many, settings.edge_rays)
-    return few, max(few, many)
+        few = max(few, settings.pixel_rays)
+        return few, max(few, many, settings.edge_rays), few
+    return few, max(few, many), max(few, settings.moving_outline_rays)
 
 
 def moving_rays(
     context: PassContext,
     radius: float,
-    counts: tuple[int, int],
+    counts: tuple[int, int, int],
     features: RayFeatures,
     environment: EnvironmentKind,
     stride: int,
@@ -89,7 +90,7 @@ def moving_rays(
 
     Parameters
     ----------
-    counts : (int, int)
+    counts : (int, int, int)
         As `ray_counts` returns them.
     stride : int
         Pixels from one that light is gathered at to the next.
@@ -112,6 +113,7 @@ def moving_rays(
         "u_receiver_stride": stride,
         "u_few_rays": counts[0],
         "u_many_rays": counts[1],
+        "u_outline_rays": counts[2],
     }
     program = context.shaders.fullscreen("effects/moving_rays.frag", defines)
     draw_fullscreen(context.gl, program, target, uniforms, textures_of(context, reads))

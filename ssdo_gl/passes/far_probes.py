@@ -66,6 +66,13 @@ class FarFieldSettings:
         low=0,
         high=64,
     )
+    moving_outline_rays: int = setting(
+        16,
+        "the same where fewer than 3 of the 8 pixels around show the same surface",
+        unit="rays",
+        low=0,
+        high=64,
+    )
     near_hits: str = setting(
         "hidden",
         "surfaces within R that rays tell of: those that the depth buffer hides, all or none",

@@ -272,7 +272,7 @@ def test_beside_bodies_that_move_pixels_have_as_many_rays_as_at_rest(
 ) -> None:
     counts = []
 
-    def noting(*arguments: Any, is_brief: bool) -> tuple[int, int]:
+    def noting(*arguments: Any, is_brief: bool) -> tuple[int, int, int]:
         counts.append(ray_counts(*arguments, is_brief=is_brief))
         return counts[-1]
 
@@ -282,15 +282,17 @@ def test_beside_bodies_that_move_pixels_have_as_many_rays_as_at_rest(
             renderer.draw(("beauty",), camera=CAROUSEL.camera, seconds=step / 30.0)
     assert drawn == ["probes", *3 * ["pixels"]]
     chosen = FarFieldSettings()
-    assert set(counts) == {(chosen.pixel_rays, chosen.edge_rays)}
+    assert set(counts) == {(chosen.pixel_rays, chosen.edge_rays, chosen.pixel_rays)}
 
 
 def test_few_rays_are_no_more_where_frames_are_averaged_for_long() -> None:
     chosen = FarFieldSettings(pixel_rays=3, edge_rays=2, moving_rays=5, moving_edge_rays=4)
-    assert ray_counts(chosen, is_brief=False) == (5, 5)
-    assert ray_counts(chosen, is_brief=True) == (5, 5)
+    assert ray_counts(chosen, is_brief=False) == (5, 5, 16)
+    assert ray_counts(chosen, is_brief=True) == (5, 5, 5)
     chosen = FarFieldSettings()
-    assert ray_counts(chosen, is_brief=False) == (chosen.moving_rays, chosen.moving_edge_rays)
+    assert ray_counts(chosen, is_brief=False) == (
+        *(chosen.moving_rays, chosen.moving_edge_rays, chosen.moving_outline_rays),
+    )
 
 
 def test_frames_of_bodies_that_move_are_nearer_to_pictures_than_by_probes() -> None:
