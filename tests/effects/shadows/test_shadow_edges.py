@@ -16,6 +16,7 @@ from ssdo_gl.planning.view import ViewFacts
 from ssdo_gl.planning.walk import decide
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.material import Material
@@ -77,6 +78,32 @@ def test_penumbrae_have_no_outline():
     scene = dataclasses.replace(make_scene([FLOOR, plate], camera=CAMERA), lights=(WINDOW,))
     true = direct(scene, "direct", shadows="traced", shadow_rays=1024)
     assert np.abs(direct(scene, "gi") - true).max() < 0.1 * true.max()
+
+
+CARD = quad((-0.5, 0.6, 0.3), (1, 0, 0), (0, 0, -0.8))
+HALF = np.array([[1, 1, 1, a] for a in (0, 1, 1, 0)], np.float64)
+SIDED = Material(single_sided=True)
+
+
+@pytest.mark.parametrize("light", [WIDE_SUN, WINDOW], ids=["sun", "window"])
+@pytest.mark.parametrize(
+    ("card", "material"),
+    [
+        (dataclasses.replace(CARD, colors=HALF), Material(alpha_cutoff=0.5)),
+        (CARD, SIDED),
+        (dataclasses.replace(CARD, triangles=CARD.triangles[:, ::-1]), SIDED),
+    ],
+    ids=["cut out", "from the front", "from behind"],
+)
+def test_light_passes_holes_and_backs_of_surfaces_with_one_side(light, card, material):
+    objects = [SceneObject(0, 0), SceneObject(1, 1)]
+    scene = make_scene(
+        [FLOOR, card], materials=[Material(), material], objects=objects, camera=CAMERA
+    )
+    scene = dataclasses.replace(scene, lights=(light,))
+    true = direct(scene, "direct", shadows="traced", shadow_rays=1024)
+    found = direct(scene, "gi", overrides={"direct.penumbra_rays": 256})
+    assert np.sqrt(np.mean((found - true) ** 2)) < 0.003 * true.max()
 
 
 # A long edge across the view: pixels of a row lie alike under it.
