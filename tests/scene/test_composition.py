@@ -264,6 +264,11 @@ def test_what_names_no_scene_is_refused_in_one_line(source):
         ssdo_gl.load_scene(source)
 
 
+def test_a_turn_of_a_map_may_be_of_any_kind_of_number():
+    assert MapEnvironment(np.ones((2, 4, 3)), np.float32(30)).rotation_y == 30
+    assert MapEnvironment(np.ones((2, 4, 3)), np.int64(30)).rotation_y == 30
+
+
 def test_directions_become_unit_vectors():
     assert ssdo_gl.DirectionalLight((0, -3, 4), (1, 1, 1)).direction == (0.0, -0.6, 0.8)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from numbers import Real
 from typing import Literal, get_args
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.material import Color
-from ssdo_gl.scene.numbers import finite, light_numbers
+from ssdo_gl.scene.numbers import light_numbers
 from ssdo_gl.settings.fields import SettingError, shown
 
 
@@ -89,7 +90,7 @@ class MapEnvironment:
         # False for NaN, too.
         if not (image.size and image.min() >= 0.0 and image.max() < np.inf):
             raise SettingError("image: expected finite numbers from 0 on, one texel at least")
-        if finite(turn) is None:
+        if not (isinstance(turn, Real) and np.isfinite(float(turn))):
             raise SettingError(f"rotation_y = {shown(turn)}: expected degrees")
 
     def world_image(self) -> FloatArray:
