@@ -287,7 +287,7 @@ def test_beside_bodies_that_move_pixels_have_as_many_rays_as_at_rest(
 
 def test_few_rays_are_no_more_where_frames_are_averaged_for_long() -> None:
     chosen = FarFieldSettings(pixel_rays=3, edge_rays=2, moving_rays=5, moving_edge_rays=4)
-    assert ray_counts(chosen, is_brief=False) == (5, 5, 16)
+    assert ray_counts(chosen, is_brief=False) == (5, 5, 8)
     assert ray_counts(chosen, is_brief=True) == (5, 5, 5)
     chosen = FarFieldSettings()
     assert ray_counts(chosen, is_brief=False) == (
