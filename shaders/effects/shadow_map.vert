@@ -2,7 +2,7 @@
 // Places a vertex in the frame of one face of a shadow map (looking along -z).
 //
 // EMITTING_SIDES: of a light that shares its body with others, on how many sides of its plane
-// something may block it; else 0: everywhere.
+// something may block it; else 0: everywhere. ALBEDO_ON_SECOND_UVS: where the image of holes lies.
 #include "lib/instance.glsl"
 
 uniform mat4 u_clip_from_view;
@@ -21,8 +21,12 @@ in vec4 a_color;
 out float v_vertex_alpha;
 #endif
 #if HAS_ALBEDO_TEXTURE
-in vec2 a_uv;
 out vec2 v_material_uv;
+#if ALBEDO_ON_SECOND_UVS
+in vec2 a_second_uv;
+#else
+in vec2 a_uv;
+#endif
 #endif
 #endif
 
@@ -42,7 +46,11 @@ void main()
     v_vertex_alpha = a_color.a;
 #endif
 #if HAS_ALBEDO_TEXTURE
+#if ALBEDO_ON_SECOND_UVS
+    v_material_uv = a_second_uv;
+#else
     v_material_uv = a_uv;
+#endif
 #endif
 #endif
 }

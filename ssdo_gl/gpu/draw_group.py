@@ -82,6 +82,7 @@ class Features:
             "HAS_VERTEX_COLORS": int(self.alpha_cutout and self.vertex_colors),
             "HAS_ALBEDO_TEXTURE": int(self.alpha_cutout and "albedo" in self.images),
             "HAS_ALPHA_CUTOUT": int(self.alpha_cutout),
+            "ALBEDO_ON_SECOND_UVS": int(self.alpha_cutout and "albedo" in self.second_uvs),
         }
 
 

@@ -18,7 +18,7 @@ from ssdo_gl.effects.shadows.shadow_map import (
 )
 from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
-from ssdo_gl.scene.material import Material
+from ssdo_gl.scene.material import Material, Texture
 from ssdo_gl.scene.shadow_frames import atlas_layout
 
 # Along the faces of a rectangle's map, of other maps, and of maps with one face.
@@ -166,6 +166,27 @@ def test_cut_outs_let_light_through(gl, shaders):
     # Face 4 looks along -y with u = z, v = x: the card's left half (x < 0) is cut out.
     assert down[24, 16] == pytest.approx(0.5, rel=1e-5)
     assert down[8, 16] > 1.5
+
+
+def test_holes_of_an_image_lie_where_its_coordinates_put_them(gl, shaders):
+    """Those of the material: the first of the mesh, or the second, which are turned around."""
+    image = np.full((8, 8, 4), 255, np.uint8)
+    image[:, :4, 3] = 0
+    uvs = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    card = quad((-0.5, 0.0, 0.5), (1, 0, 0), (0, 0, -1))
+    card = dataclasses.replace(card, uvs=uvs, second_uvs=1.0 - uvs)
+    for second in (frozenset(), frozenset({"albedo"})):
+        holed = Material(alpha_cutoff=0.5, albedo_texture=Texture(image), second_uvs=second)
+        scene = make_scene(
+            [ROOM, card],
+            materials=[Material(), holed],
+            objects=[SceneObject(0, 0), SceneObject(1, 1)],
+            lights=[PointLight((0.0, 0.5, 0.0), (1, 1, 1))],
+        )
+        down = atlas(gl, shaders, scene)[:, 4 * TEXELS : 5 * TEXELS]
+        solid, hole = (8, 24) if second else (24, 8)
+        assert down[solid, 16] == pytest.approx(0.5, rel=1e-5)
+        assert down[hole, 16] > 1.5
 
 
 def test_many_lights_share_the_largest_atlas():
