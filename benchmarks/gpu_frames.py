@@ -13,8 +13,8 @@ from unittest.mock import patch
 import numpy as np
 
 from ssdo_gl.bench.presets import load_preset
-from ssdo_gl.gpu import triangle_rasterizer
 from ssdo_gl.gpu.context import Device
+from ssdo_gl.gpu.geometry import triangle_rasterizer
 from ssdo_gl.gpu.timer import Timer
 from ssdo_gl.render_result import PassReport
 from ssdo_gl.renderer import Renderer

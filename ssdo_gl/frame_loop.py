@@ -13,8 +13,7 @@ import numpy as np
 
 from ssdo_gl.effects.registry import image_names
 from ssdo_gl.gpu.context import Device, create_context
-from ssdo_gl.gpu.device_geometry import CameraPose
-from ssdo_gl.gpu.instances import CLIP_MARGIN
+from ssdo_gl.gpu.geometry import CLIP_MARGIN, CameraPose
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.gpu.slices import Slices
 from ssdo_gl.gpu.timer import Timer

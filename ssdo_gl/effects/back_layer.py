@@ -12,11 +12,9 @@ from ssdo_gl.effects.effect import Effect, ReasonedPass
 from ssdo_gl.effects.near_field import OPEN_DIRECTIONS, reads_backs
 from ssdo_gl.effects.request import Request
 from ssdo_gl.gpu.clear import clear
-from ssdo_gl.gpu.device_geometry import Numbered
-from ssdo_gl.gpu.draw_group import Features
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
+from ssdo_gl.gpu.geometry import Features, Numbered, TriangleRasterizer, can_rasterize
 from ssdo_gl.gpu.shader import Program
-from ssdo_gl.gpu.triangle_rasterizer import TriangleRasterizer, can_rasterize
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import moderngl
 
     from ssdo_gl.gpu.context import Device
-    from ssdo_gl.gpu.device_geometry import Geometry
+    from ssdo_gl.gpu.geometry import Geometry
     from ssdo_gl.gpu.shader import ShaderLibrary
 
 

@@ -14,7 +14,7 @@ from ssdo_gl.graph.resource import TextureSpec
 if TYPE_CHECKING:
     import moderngl
 
-    from ssdo_gl.gpu.device_geometry import Geometry
+    from ssdo_gl.gpu.geometry import Geometry
     from ssdo_gl.gpu.shader import ShaderLibrary
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Hashable, Mapping, Sequence
+from collections.abc import Collection, Hashable, Mapping
 from functools import partial
 from typing import Any, ClassVar
 
@@ -10,11 +10,13 @@ import moderngl
 
 from ssdo_gl.gpu.clear import clear
 from ssdo_gl.gpu.color_mask import last_kept
-from ssdo_gl.gpu.device_geometry import Numbered
-from ssdo_gl.gpu.draw_group import Features
+from ssdo_gl.gpu.geometry import (
+    Features,
+    TriangleRasterizer,
+    can_rasterize,
+    draw_surfaces,
+)
 from ssdo_gl.gpu.shader import Program
-from ssdo_gl.gpu.triangle_rasterizer import TriangleRasterizer, can_rasterize
-from ssdo_gl.gpu.visible_triangles import draw_surfaces
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
@@ -100,12 +102,9 @@ class GBufferPass(RenderPass):
     def execute(self, context: PassContext) -> None:
         view, target = context.frame.view, context.target
         assert target is not None
-        if context.shaders.computes:
-            parts = context.geometry.visible_triangles(view, view.clip_from_view)
-            self.is_computed = can_rasterize(parts) and self._links(context, parts)
-            if self.is_computed:
-                self._compute(context, parts)
-                return
+        self.is_computed = context.shaders.computes and self._compute(context)
+        if self.is_computed:
+            return
 
         shared, program_of = uniforms(context.frame), partial(self._rasterizing, context)
 
@@ -136,25 +135,23 @@ class GBufferPass(RenderPass):
             defines["EMISSION_LOCATION"] = 0
         return context.shaders.program("passes/gbuffer.vert", "passes/gbuffer.frag", defines)
 
-    def _links(self, context: PassContext, parts: Sequence[Numbered]) -> bool:
-        """Return whether the driver has compute shaders of all `parts`."""
-        return all(self._shading(context, part.features).compute for part in parts)
-
-    def _compute(self, context: PassContext, parts: Sequence[Numbered]) -> None:
+    def _compute(self, context: PassContext) -> bool:
+        """Draw by compute shaders; return whether they can, and the driver links them."""
+        view = context.frame.view
+        parts = context.geometry.visible_triangles(view, view.clip_from_view)
+        if not can_rasterize(parts):
+            return False
+        programs = [self._shading(context, part.features) for part in parts]
+        if not all(program.compute for program in programs):
+            return False
         assert context.target is not None
         outputs: Any = context.target.color_attachments
-        size = context.frame.view.size
-        if self._rasterizer is None or self._rasterizer.size != size:
-            self._rasterizer = TriangleRasterizer(context.gl, size, ids=True)
-        self._rasterizer.draw(context.shaders, parts, context.frame.view.raster_uniforms())
-        draw_surfaces(
-            context.gl,
-            self._rasterizer.ids,
-            parts,
-            outputs,
-            partial(self._shading, context),
-            uniforms(context.frame),
-        )
+        if self._rasterizer is None or self._rasterizer.size != view.size:
+            self._rasterizer = TriangleRasterizer(context.gl, view.size, ids=True)
+        self._rasterizer.draw(context.shaders, parts, view.raster_uniforms())
+        ids, shared = self._rasterizer.ids, uniforms(context.frame)
+        draw_surfaces(context.gl, ids, parts, programs, outputs, shared)
+        return True
 
     def _shading(self, context: PassContext, features: Features) -> Program:
         # Holes and depth were the rasterizer's.

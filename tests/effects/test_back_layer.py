@@ -11,7 +11,7 @@ from passes.estimator_cases import picture_frame
 from passes.pass_harness import box, make_frame, make_scene, quad, run_pass
 
 from ssdo_gl.effects.back_layer import BackFacesPass, DepthLayersPass
-from ssdo_gl.gpu.device_geometry import Geometry
+from ssdo_gl.gpu.geometry import Geometry
 from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.material import Material
 

@@ -15,7 +15,7 @@ from passes.test_gbuffer import sphere
 from ssdo_gl import math3d, resources
 from ssdo_gl.effects.direct import DirectPass, DirectSettings
 from ssdo_gl.effects.shadows.shadow_map import ShadowMapPass, ShadowMapSettings
-from ssdo_gl.gpu.device_geometry import Geometry
+from ssdo_gl.gpu.geometry import Geometry
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.images.surface_arrays import world_positions
 from ssdo_gl.passes.gbuffer import GBufferPass

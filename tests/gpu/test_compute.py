@@ -8,10 +8,10 @@ import moderngl
 import numpy as np
 import pytest
 
-from ssdo_gl.gpu import triangle_rasterizer
 from ssdo_gl.gpu.clear import clear
 from ssdo_gl.gpu.compute import compute_source, computes_faster
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
+from ssdo_gl.gpu.geometry import triangle_rasterizer
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.shader import FULLSCREEN, ShaderError, ShaderLibrary
 from ssdo_gl.gpu.shader_source import flatten

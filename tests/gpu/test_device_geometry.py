@@ -9,9 +9,7 @@ import pytest
 from passes.pass_harness import box, make_frame, make_scene, quad, run_pass
 
 from ssdo_gl import math3d
-from ssdo_gl.gpu.device_geometry import CameraPose, Geometry
-from ssdo_gl.gpu.draw_group import grouped
-from ssdo_gl.gpu.instances import NEAREST_CLIP_RATIO
+from ssdo_gl.gpu.geometry import NEAREST_CLIP_RATIO, CameraPose, Geometry, grouped
 from ssdo_gl.passes.gbuffer import GBufferPass
 from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.material import Material, Texture

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from passes.pass_harness import box, make_frame, make_scene, quad
 
-from ssdo_gl.gpu.device_geometry import Geometry
+from ssdo_gl.gpu.fullscreen import draw_fullscreen
+from ssdo_gl.gpu.geometry import Geometry, TriangleRasterizer, can_rasterize
 from ssdo_gl.gpu.shader import ShaderLibrary
-from ssdo_gl.gpu.triangle_rasterizer import TriangleRasterizer, can_rasterize
+from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
 from ssdo_gl.scene.material import Material
 
@@ -185,6 +186,34 @@ def test_single_sided_surfaces_hide_their_backs(gl, computing):
         counts[single_sided] = [int(np.isin(ids, pair).sum()) for pair in ((0, 1), (2, 3))]
     assert min(counts[False]) > 50
     assert counts[True] == [counts[False][0], 0]
+
+
+def written(gl, shaders, fragment, kind, textures):
+    """Return what a full-screen shader leaves of 37s, all bits of which matter."""
+    output = make_texture(gl, SIZE, 1, kind, np.full((*SIZE[::-1], 1), 37, f"<{kind}").tobytes())
+    target = make_framebuffer(gl, [output])
+    draw_fullscreen(gl, shaders.fullscreen(fragment), target, {}, textures)
+    found = np.frombuffer(output.read(), f"<{kind}").reshape(SIZE[::-1])
+    target.release()
+    output.release()
+    return found
+
+
+def test_numbers_are_cleared(gl, shaders_either_way):
+    assert not written(gl, shaders_either_way, "passes/clear_ids.frag", "u4", {}).any()
+
+
+def test_keys_stand_for_depths(gl, shaders_either_way):
+    """To the last bit, and 0 for background."""
+    rng = np.random.default_rng(0)
+    depths = (10.0 ** rng.uniform(-9.0, 9.0, SIZE[::-1])).astype(np.float32)
+    is_open = rng.uniform(size=depths.shape) < 0.3
+    keys = np.where(is_open, 0, ~depths.view(np.uint32)).astype(np.uint32)
+    texture = make_texture(gl, SIZE, 1, "u4", keys.tobytes())
+    textures = {"t_depth_keys": texture}
+    found = written(gl, shaders_either_way, "passes/depths_of_keys.frag", "f4", textures)
+    np.testing.assert_array_equal(found, np.where(is_open, np.float32(0.0), depths))
+    texture.release()
 
 
 def test_what_has_holes_is_left_to_the_rasterizer(gl):

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from passes.pass_harness import box
 from passes.test_gbuffer import sphere
 
-from ssdo_gl.gpu.vertices import with_own_last_vertices
+from ssdo_gl.gpu.geometry.vertices import with_own_last_vertices
 
 
 def check(triangles, vertex_count):

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from ssdo_gl.gpu import texture_pool
-from ssdo_gl.gpu.device_geometry import Geometry
+from ssdo_gl.gpu.geometry import Geometry
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.graph.execute import Executor
 from ssdo_gl.graph.frame import Frame, FrameView

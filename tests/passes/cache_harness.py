@@ -10,7 +10,7 @@ from passes.pass_harness import make_frame
 
 from ssdo_gl.effects.tables.environment import EnvironmentPass
 from ssdo_gl.gpu.context import Device
-from ssdo_gl.gpu.device_geometry import Geometry
+from ssdo_gl.gpu.geometry import Geometry
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.graph.execute import Executor
 from ssdo_gl.graph.graph import compile_graph

@@ -9,7 +9,7 @@ import numpy as np
 from gpu.image_texture import texture_from_image
 from numpy.typing import ArrayLike, NDArray
 
-from ssdo_gl.gpu.device_geometry import CameraPose, Geometry
+from ssdo_gl.gpu.geometry import CameraPose, Geometry
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture

@@ -10,7 +10,7 @@ from oracle import analytic_pictures
 from passes.pass_harness import DEFAULT_CAMERA, box, make_frame, make_scene, quad, run_pass
 
 from ssdo_gl import math3d
-from ssdo_gl.gpu.device_geometry import Geometry
+from ssdo_gl.gpu.geometry import Geometry
 from ssdo_gl.passes.gbuffer import GBufferPass
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject

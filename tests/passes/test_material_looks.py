@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import ssdo_gl
-from ssdo_gl.gpu.material_textures import MaterialTextures
+from ssdo_gl.gpu.geometry.material_textures import MaterialTextures
 from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment
 from ssdo_gl.scene.formats.toml import read_description
 from ssdo_gl.scene.geometry.mesh import Mesh

@@ -10,7 +10,7 @@ from gpu.image_texture import texture_from_image
 from passes.estimator_cases import inputs_of, picture_frame, tilted_plane
 from passes.pass_harness import STORED_AS
 
-from ssdo_gl.gpu.device_geometry import Geometry
+from ssdo_gl.gpu.geometry import Geometry
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.graph.render_pass import PassContext, TextureWithFacts
 from ssdo_gl.passes.far_probes import ProbeRays

@@ -8,8 +8,8 @@ import pytest
 from oracle.analytic_pictures import oct_encode
 from shaders.harness import evaluate
 
-from ssdo_gl.gpu.draw_group import IMAGE_NAMES, Features
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
+from ssdo_gl.gpu.geometry import IMAGE_NAMES, Features
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.graph.depth_range import depth_uniforms, wide_depth_range
 from ssdo_gl.graph.frame import FrameView

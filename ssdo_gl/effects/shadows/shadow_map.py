@@ -16,8 +16,7 @@ from ssdo_gl.effects.effect import Effect, ReasonedPass
 from ssdo_gl.effects.request import Request
 from ssdo_gl.effects.shadows.map_readers import unread_maps
 from ssdo_gl.effects.shadows.shadow_settings import ShadowMapSettings, tile_size
-from ssdo_gl.gpu.draw_group import Features
-from ssdo_gl.gpu.instances import CameraPose
+from ssdo_gl.gpu.geometry import CameraPose, Features
 from ssdo_gl.gpu.shader import Program
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.graph.depth_range import depth_uniforms, far_plane, wide_depth_range

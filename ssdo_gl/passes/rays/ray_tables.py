@@ -8,7 +8,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.gpu.material_textures import GL_SRGB8_ALPHA8
+from ssdo_gl.gpu.geometry import GL_SRGB8_ALPHA8
 from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl import math3d
-from ssdo_gl.gpu.draw_group import emitting, material_row, material_uniforms
+from ssdo_gl.gpu.geometry.draw_group import emitting, material_row, material_uniforms
 from ssdo_gl.gpu.instance_attributes import INSTANCE_FLOATS
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.geometry import are_mirrored

@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import moderngl
 
 from ssdo_gl.gpu.compute import shade_triangles
-from ssdo_gl.gpu.device_geometry import Numbered
-from ssdo_gl.gpu.draw_group import Features
+from ssdo_gl.gpu.geometry.device_geometry import Numbered
 from ssdo_gl.gpu.shader import Program
-
-ProgramOf = Callable[[Features], Program]
 
 
 def draw_surfaces(
     gl: moderngl.Context,
     ids: moderngl.Texture,
     parts: Sequence[Numbered],
+    programs: Sequence[Program],
     outputs: Sequence[moderngl.Texture],
-    program_of: ProgramOf,
     uniforms: Mapping[str, object],
 ) -> None:
     """Write what shows of `parts`, which are all that has a number, and 0 where nothing does.
@@ -29,20 +26,20 @@ def draw_surfaces(
     ----------
     ids : moderngl.Texture
         Of `TriangleRasterizer`.
-    program_of : callable
-        Returns the program of `ShaderLibrary.visible_surface` for what a group of objects needs.
+    programs : sequence of Program
+        Of `ShaderLibrary.visible_surface`, for what each part needs; compute shaders.
     uniforms : mapping
         Of each of them.
     """
-    for part in parts:
-        program, group = program_of(part.features), part.group
+    for part, program in zip(parts, programs, strict=True):
+        group = part.group
         own: Mapping[str, Any] = part.batch.material or {}
         textures = {n: t for n, t in group.textures.items() if program.takes(n)}
         program.set({**uniforms, **{n: v for n, v in own.items() if program.takes(n)}}, textures)
         program.check_complete(textures)
         instances, count = part.visible.in_turn, group.vertices.triangle_count
         group.hold(instances)
-        assert program.compute is not None, "it is asked before whether the driver links it"
+        assert program.compute is not None
         streams = {name: buffer for name, (buffer, _) in group.vertices.buffers.items()}
         shade_triangles(
             gl,

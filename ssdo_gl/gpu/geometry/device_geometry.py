@@ -17,12 +17,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl import math3d
-from ssdo_gl.gpu.draw_group import DrawGroup, Features, features_of, grouped
+from ssdo_gl.gpu.geometry.draw_group import DrawGroup, Features, features_of, grouped
+from ssdo_gl.gpu.geometry.instances import (
+    Batch,
+    Boxes,
+    CameraPose,
+    Instances,
+    Viewpoint,
+    Visible,
+    gather,
+)
+from ssdo_gl.gpu.geometry.material_textures import MaterialTextures
+from ssdo_gl.gpu.geometry.vertices import VertexStreams, vertex_streams
 from ssdo_gl.gpu.instance_attributes import INSTANCE_ATTRIBUTES, INSTANCE_FLOATS
-from ssdo_gl.gpu.instances import Batch, Boxes, CameraPose, Instances, Viewpoint, Visible, gather
-from ssdo_gl.gpu.material_textures import MaterialTextures
 from ssdo_gl.gpu.shader import Program
-from ssdo_gl.gpu.vertices import VertexStreams, vertex_streams
 from ssdo_gl.last_made import LastMade
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.geometry import Mesh

@@ -11,8 +11,8 @@ from collections.abc import Mapping, Sequence
 import moderngl
 
 from ssdo_gl.gpu.compute import Kernel
-from ssdo_gl.gpu.device_geometry import Numbered
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
+from ssdo_gl.gpu.geometry.device_geometry import Numbered
 from ssdo_gl.gpu.instance_attributes import INSTANCE_FLOATS
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
