@@ -58,14 +58,20 @@ def shaders(device: Device) -> ShaderLibrary:
     return ShaderLibrary(device.gl, computes=device.computes)
 
 
+@pytest.fixture
+def computing(device: Device) -> ShaderLibrary:
+    """Shaders of a device that runs compute shaders the faster."""
+    if device.gl.version_code < 450:
+        pytest.skip("this driver has no compute shaders")
+    return ShaderLibrary(device.gl, computes=True)
+
+
 @pytest.fixture(params=["rasterizer", "compute shaders"])
 def shaders_either_way(request: pytest.FixtureRequest, device: Device) -> ShaderLibrary:
     """Of a device that is the faster for the one, and for the other."""
     if request.param == "rasterizer":
         return ShaderLibrary(device.gl)
-    if device.gl.version_code < 450:
-        pytest.skip("this driver has no compute shaders")
-    return ShaderLibrary(device.gl, computes=True)
+    return request.getfixturevalue("computing")
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""Cut-outs keep their share of a surface at every distance."""
+"""Textures of materials: cut-outs keep their share of a surface at every distance."""
 
 from __future__ import annotations
 

@@ -426,7 +426,7 @@ def test_a_scene_file_may_start_with_a_byte_order_mark(write: Write) -> None:
 
 
 def test_the_example_of_the_documentation_is_a_scene() -> None:
-    page = Path(__file__).parents[3] / "docs" / "scene-format.md"
+    page = Path(__file__).parents[4] / "docs" / "scene-format.md"
     example, *_ = re.findall(r"```toml\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
     result = scene(example)
     assert result.notes == ()

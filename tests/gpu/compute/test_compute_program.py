@@ -48,13 +48,6 @@ SCREEN_ONLY = [
 ]
 
 
-@pytest.fixture
-def computing(device) -> ShaderLibrary:
-    if device.gl.version_code < 450:
-        pytest.skip("this driver has no compute shaders")
-    return ShaderLibrary(device.gl, computes=True)
-
-
 def drawn(gl, library, text, dtype="f4", *, region=None, times=1, factor=1.0):
     textures = [make_texture(gl, SIZE, n, dtype, np.full((*SIZE[::-1], n), 0.125)) for n in (4, 2)]
     target = make_framebuffer(gl, textures)

@@ -10,7 +10,6 @@ from passes.pass_harness import box, make_frame, make_scene, quad
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.geometry import Geometry, TriangleRasterizer, can_rasterize
-from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
 from ssdo_gl.scene.material import Material
@@ -20,13 +19,6 @@ NEAR_FAR = (0.05, 60.0)
 MISSED = 1e9
 # Half of what the frame of parallel rays shows.
 HALF_FRAME = 4.5, 3.0
-
-
-@pytest.fixture
-def computing(device) -> ShaderLibrary:
-    if device.gl.version_code < 450:
-        pytest.skip("this driver has no compute shaders")
-    return ShaderLibrary(device.gl, computes=True)
 
 
 def rasterized(gl, shaders, scene, *, parallel=False, room=None, backs=False, before=(), **more):
