@@ -30,7 +30,7 @@ from ssdo_gl.passes.quads import quads_of
 from ssdo_gl.passes.rays import ray_defines, ray_reads, ray_uniforms
 from ssdo_gl.passes.screen_space_settings import pattern_offset
 from ssdo_gl.raytracing.surface_tables import RayFeatures
-from ssdo_gl.scene.light_bodies import parts_of_bodies
+from ssdo_gl.scene.light_bodies import stand_ins
 from ssdo_gl.scene.lights import Light, kind_number
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.scene.shadow_frames import ShadowFrame, atlas_layout, shadow_frames
@@ -69,7 +69,7 @@ class DirectSettings:
 
 
 # Shadow maps of all lights, columns of their atlas, the switches of those that shine, and those
-# that share a body.
+# within a body of another shape.
 _ShadowPlaces = tuple[list[ShadowFrame | None], int, dict[int, dict[str, int]], frozenset[int]]
 
 
@@ -201,7 +201,7 @@ class DirectPass(RenderPass):
             gloss = {"GLOSSY": glossy, "FILTERS_GLOSS": int(filters)}
             for i, switches in chosen.items():
                 defines = {**switches, **gloss, "IN_QUADS": int(maps is not None)}
-                # Panels that stand for a body of another shape lie within it.
+                # The triangles of the body they lie within would block all rays.
                 is_traced = switches["CASTS_SHADOW"] and i not in parts
                 edge = self._edge(context) if is_traced else FILTERED
                 drawing = LightDraw(
@@ -249,7 +249,7 @@ class DirectPass(RenderPass):
             for i, light in enumerate(lights)
             if light.shadow != "ssdo" and light.power > 0
         }
-        return frames, atlas_layout(lights, unread).columns, chosen, parts_of_bodies(scene)
+        return frames, atlas_layout(lights, unread).columns, chosen, stand_ins(scene)
 
     def _defines(self, light: Light, smooth: bool) -> dict[str, int]:
         has_shadows = self.shadow_maps or self._rays is not None

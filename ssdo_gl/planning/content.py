@@ -11,7 +11,7 @@ from ssdo_gl.scene.environment import (
     GradientEnvironment,
     kind_of,
 )
-from ssdo_gl.scene.light_bodies import parts_of_bodies
+from ssdo_gl.scene.light_bodies import stand_ins
 from ssdo_gl.scene.lights import Shadow
 from ssdo_gl.scene.scene import Scene
 
@@ -27,8 +27,8 @@ class LightContent:
     is_on : bool
         Any component of what it emits is above zero.
     is_soft : bool
-        Its shadows have penumbrae, and rays to it find them: it is no panel of a glowing body,
-        within which they would end.
+        Its shadows have penumbrae, and rays to it find them: it does not lie within the
+        body that it stands for, where they would end.
     """
 
     shadow: Shadow
@@ -95,11 +95,11 @@ def analyse(scene: Scene) -> SceneContent:
     meshes = [scene.meshes[i] for i in {item.mesh for item in scene.objects}]
     unlit = [scene.materials[o.material] for o in scene.objects if o.light is None]
     is_soft = [light.is_soft for light in scene.lights]
-    parts = parts_of_bodies(scene) if any(is_soft) else ()
+    within = stand_ins(scene) if any(is_soft) else ()
     emits_unlit = [material for material in unlit if material.emits or material.is_unlit]
     return SceneContent(
         lights=tuple(
-            LightContent(light.shadow, light.power > 0.0, is_soft[i] and i not in parts)
+            LightContent(light.shadow, light.power > 0.0, is_soft[i] and i not in within)
             for i, light in enumerate(scene.lights)
         ),
         environment=_kind_of(scene.environment),

@@ -34,3 +34,8 @@ def parts_of_bodies(scene: Scene) -> frozenset[int]:
     return frozenset(
         light for lights in body_lights(scene).values() if len(lights) > 1 for light in lights
     )
+
+
+def stand_ins(scene: Scene) -> frozenset[int]:
+    """Return the lights that share a body of another shape, within which they lie."""
+    return frozenset(i for i in parts_of_bodies(scene) if scene.lights[i].body() is None)

@@ -91,3 +91,23 @@ def test_an_arm_of_a_lamp_still_shades_the_light_of_the_other() -> None:
     mapped, bare = direct(scene, "map"), direct(scene, "none")
     assert mapped.mean() == pytest.approx(traced.mean(), rel=0.03)
     assert bare.mean() > 1.05 * traced.mean()
+
+
+def test_gi_tells_by_rays_what_stands_close_before_a_glowing_box() -> None:
+    """A plate a two-hundredth of the lamp's length below it: its map cannot tell them apart."""
+    lamp = box((-0.8, 1.0, -0.3), (0.8, 1.2, 0.3))
+    scene = lit_floor(np.eye(4), lamp)
+    plate = math3d.translation([0.0, 0.992, 0.0]) @ math3d.scaling([0.25, 1.0, 0.125])
+    floor = next(item for item in scene.objects if item.light is None)
+    shaded = dataclasses.replace(
+        scene,
+        objects=(*scene.objects, dataclasses.replace(floor, world_from_object=plate[None])),
+    )
+    traced = direct(shaded, "traced", 256)
+    with Renderer(shaded, Settings(size=(48, 36), method="gi")) as renderer:
+        by_gi = renderer.render(["direct"]).images["direct"].astype(np.float64)
+    assert traced.mean() < 0.9 * direct(scene, "traced", 256).mean()
+    assert by_gi.mean() == pytest.approx(traced.mean(), rel=0.02)
+    dark = traced.max(axis=2) == 0.0
+    assert dark.mean() > 0.2
+    assert by_gi[dark].mean() < 0.01 * traced.mean()
