@@ -4,6 +4,7 @@
 // EMITTING_SIDES: of a light that shares its body with others, on how many sides of its plane
 // something may block it; else 0: everywhere. ALBEDO_ON_SECOND_UVS: where the image of holes lies.
 #include "lib/instance.glsl"
+#include "lib/layer.glsl"
 
 uniform mat4 u_clip_from_view;
 
@@ -40,6 +41,7 @@ void main()
     gl_ClipDistance[0] = (EMITTING_SIDES == 2 ? abs(height) : height) - u_light_plane.w;
 #endif
 #if HAS_ALPHA_CUTOUT
+    v_layer = layer_at(position);
     v_alpha = a_albedo.a;
     v_alpha_cutoff = a_emission_side_cutoff.y;
 #if HAS_VERTEX_COLORS

@@ -2,6 +2,7 @@
 // Places a vertex in view space and turns its normals there.
 #include "lib/instance.glsl"
 #include "lib/material_uvs.glsl"
+#include "lib/layer.glsl"
 
 uniform mat4 u_clip_from_view;
 
@@ -60,6 +61,9 @@ void main()
     gl_Position.z = 0.0;
 #endif
     v_face_normal_vs = instance_normal_vs(a_normal_face_os);
+#if HAS_ALPHA_CUTOUT
+    v_layer = layer_at(position_vs);
+#endif
 #if HAS_INSTANCE_MATERIALS
     v_albedo = a_albedo;
     v_emission = a_emission;

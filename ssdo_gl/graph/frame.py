@@ -222,7 +222,7 @@ class Frame:
         """What chooses the sample points of that which is averaged over frames."""
         return self.seed + (self.moves << 32)
 
-    @property
-    def chance(self) -> float:
-        """A number in [0, 1) that those of consecutive seeds fill evenly, by the golden ratio."""
-        return self.seed * 0.6180339887498949 % 1.0
+    def coverage_uniforms(self) -> dict[str, object]:
+        """Return the uniforms of `lib/coverage.glsl`: what is translucent is drawn by chance."""
+        number = (self.seed - self.first_seed) % self.count
+        return {"u_frame_of_picture": (number, self.count, self.first_seed & 0xFFFFFFFF)}

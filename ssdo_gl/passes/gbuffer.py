@@ -34,7 +34,7 @@ GBUFFER_IMAGES: Mapping[str, tuple[str, int]] = {
 def uniforms(frame: Frame) -> dict[str, object]:
     """Return the uniforms of ``passes/gbuffer.frag``."""
     depth = frame.view.depth_uniforms()
-    return {**frame.view.uniforms(), **depth, "u_frame_chance": frame.chance}
+    return {**frame.view.uniforms(), **depth, **frame.coverage_uniforms()}
 
 
 class GBufferPass(RenderPass):

@@ -17,8 +17,8 @@ from ssdo_gl.scene.scene import SceneError
 
 SIZE = (48, 32)
 FRAMES = 64
-# The thresholds of consecutive frames fill [0, 1) by the golden ratio: a pixel's share is
-# off by less than 2 / FRAMES, and neighbours' errors differ.
+# Each of n frames takes another n-th of the thresholds: a pixel's share is off by at most
+# 1 / FRAMES, and neighbours' errors differ.
 TOLERANCE = 0.02
 HEAD = """
 [camera]
@@ -58,6 +58,17 @@ def test_alpha_mixes_what_is_in_front_and_behind(alpha, method):
     text = sheet("front", (1, 0, 0), 0.0, alpha) + sheet("back", (0, 0, 1), -1.0)
     found = picture(text, method=method, spp=2).mean(axis=(0, 1))
     np.testing.assert_allclose(found, [alpha, 0.0, 1.0 - alpha], atol=TOLERANCE)
+
+
+@pytest.mark.parametrize("frames", [4, 10, 16])
+@pytest.mark.parametrize("alpha", [0.3, 0.85])
+def test_no_frame_takes_the_thresholds_of_another(alpha, frames):
+    # Turned from the camera, so that its depth differs between pixels, and between frames.
+    pane = sheet("front", (1, 0, 0), 0.0, alpha).replace("[6, 0, 0]", "[6, 0, -4]")
+    found = picture(pane + sheet("back", (0, 0, 1), -6.0), antialias=frames)[..., 0]
+    middle = found[8:-8, 8:-8]
+    # All but those where the pane's two triangles meet.
+    assert np.mean(np.abs(middle - alpha) < 1.0 / frames) > 0.95
 
 
 def test_opacity_is_alpha_that_blends():

@@ -171,8 +171,8 @@ def _draw_face(
             "effects/shadow_map.vert", "effects/shadow_map.frag", defines
         )
 
-    chance = context.frame.chance
-    uniforms: dict[str, object] = {**depth_uniforms(near, far), "u_frame_chance": chance}
+    by_chance = context.frame.coverage_uniforms()
+    uniforms: dict[str, object] = {**depth_uniforms(near, far), **by_chance}
     if own.sides:
         normal_vs = rotation @ frame.light_from_world[2]
         uniforms = {**uniforms, "u_light_plane": (*normal_vs, own.clearance)}
