@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import io
 import json
@@ -126,6 +127,20 @@ def cache_folder(kind: str) -> Path:
     return folder
 
 
+def usual_folder(kind: str, what: str) -> Path | None:
+    """Return `cache_folder`, or None where there is none, and say that `what` is not kept."""
+    try:
+        return cache_folder(kind)
+    except BenchError as error:
+        say_not_kept(what, error)
+        return None
+
+
+def say_not_kept(what: str, error: BenchError) -> None:
+    """Say that `what` has to be measured again next time."""
+    print(f"ssdo-gl: {what} are not kept: {error}", file=sys.stderr)
+
+
 def replace_file(path: Path, data: bytes) -> None:
     """Replace `path` by `data` in one step; a failure leaves the old file untouched."""
     try:
@@ -145,13 +160,24 @@ def json_bytes(content: Any) -> bytes:
 
 
 def append_line(path: Path, line: str) -> None:
-    """Append one line in a single write, so that a killed run loses at most that line."""
+    """Append one line in a single write, so that a killed run loses at most that line.
+
+    Raises
+    ------
+    BenchError
+        Nothing of the line is then left in the file.
+    """
     if "\n" in line:
         raise ValueError("a line holds no line break")
+    data = line.encode() + b"\n"
     try:
         handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o666)
         try:
-            os.write(handle, line.encode() + b"\n")
+            size = os.fstat(handle).st_size
+            # Of a disk that has room for a part of it, a write takes that part.
+            if os.write(handle, data) < len(data):
+                os.ftruncate(handle, size)
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         finally:
             os.close(handle)
     except OSError as error:

@@ -21,7 +21,13 @@ from numpy.typing import NDArray
 
 from ssdo_gl.bench.measure.bench_renderer import BenchRenderer, images_of_seed
 from ssdo_gl.bench.measure.fingerprints import fingerprint, scene_fingerprint, shader_fingerprint
-from ssdo_gl.bench.storage import cache_folder, load_arrays, save_arrays
+from ssdo_gl.bench.storage import (
+    BenchError,
+    load_arrays,
+    save_arrays,
+    say_not_kept,
+    usual_folder,
+)
 from ssdo_gl.images.error import Mask, mean_level, relative, root
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
@@ -164,18 +170,24 @@ def reference_key(scene: Scene, settings: Settings, device_name: str, images: Se
 
 
 class ReferenceCache:
-    """References on disk, one file each; extended in place when more is asked for."""
+    """References on disk, one file each; extended in place when more is asked for.
+
+    Attributes
+    ----------
+    folder : Path or None
+        None where it cannot be written, which is said once: references then last as long
+        as this object.
+    """
 
     def __init__(self, folder: Path | None = None) -> None:
-        self.folder = folder or cache_folder("reference")
-
-    def path(self, key: str) -> Path:
-        """Return the file of the reference `key`."""
-        return self.folder / f"{key}.npz"
+        self.folder = folder or usual_folder("reference", "references")
+        self._held: dict[str, tuple[Accumulator, dict[str, Any]]] = {}
 
     def load(self, key: str) -> tuple[Accumulator, dict[str, Any]]:
         """Return what is known of `key`; a damaged file counts as nothing."""
-        found = load_arrays(self.path(key))
+        if key in self._held:
+            return self._held[key]
+        found = None if self.folder is None else load_arrays(self.folder / f"{key}.npz")
         if found is None:
             return Accumulator(), {"spp": 0, "seconds": 0.0}
         meta, arrays = found
@@ -187,14 +199,22 @@ class ReferenceCache:
 
     def save(self, key: str, kept: Accumulator, meta: Mapping[str, Any]) -> None:
         """Write what is known of `key`."""
+        if self.folder is None:
+            self._held[key] = kept, dict(meta)
+            return
         arrays: dict[str, NDArray[Any]] = {}
         for name in kept.mean:
             # float32 halves the file; the scatter needs no more than a few digits, and
             # the mean's rounding (6e-8) is far below any standard error reached here.
             arrays[f"mean:{name}"] = kept.mean[name].astype(np.float32)
             arrays[f"scatter:{name}"] = kept.scatter[name].astype(np.float32)
-        meta = {**meta, "count": kept.count, "names": list(kept.mean)}
-        save_arrays(self.path(key), meta, arrays)
+        stored = {**meta, "count": kept.count, "names": list(kept.mean)}
+        try:
+            save_arrays(self.folder / f"{key}.npz", stored, arrays)
+        except BenchError as error:
+            say_not_kept("references", error)
+            self.folder = None
+            self._held[key] = kept, dict(meta)
 
 
 def obtain(

@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import sys
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from ssdo_gl.bench.measure import BenchRenderer, fingerprint, load_average
-from ssdo_gl.bench.storage import BenchError, cache_folder, read_json, replace_json
+from ssdo_gl.bench.storage import (
+    BenchError,
+    read_json,
+    replace_json,
+    say_not_kept,
+    usual_folder,
+)
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.planning.content import analyse
 from ssdo_gl.renderer import Renderer
@@ -21,17 +27,8 @@ from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 
-
-def _usual_folder() -> Path | None:
-    try:
-        return cache_folder("calibration")
-    except BenchError as error:
-        _not_kept(error)
-        return None
-
-
-def _not_kept(error: BenchError) -> None:
-    print(f"ssdo-gl: measured times are not kept: {error}", file=sys.stderr)
+# What is said to be measured again next time, where the cache cannot be written.
+_WHAT = "measured times and errors"
 
 
 @dataclass
@@ -44,7 +41,7 @@ class Calibration:
         None where it cannot be written, which is said once: nothing is remembered.
     """
 
-    folder: Path | None = field(default_factory=_usual_folder)
+    folder: Path | None = field(default_factory=partial(usual_folder, "calibration", _WHAT))
 
     def load(self, key: str) -> dict[str, Any]:
         """Return what is known under `key`; nothing if that cannot be read."""
@@ -58,7 +55,7 @@ class Calibration:
         try:
             replace_json(self.folder / f"{key}.json", content)
         except BenchError as error:
-            _not_kept(error)
+            say_not_kept(_WHAT, error)
             self.folder = None
 
 

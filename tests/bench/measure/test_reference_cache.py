@@ -185,3 +185,20 @@ def test_a_changed_reference_shader_invalidates(monkeypatch):
     key = reference_key(scene(), NEAR, "r", ("a",))
     monkeypatch.setattr(reference_cache, "shader_fingerprint", lambda prefixes: "edited")
     assert reference_key(scene(), NEAR, "r", ("a",)) != key
+
+
+def test_without_a_cache_references_last_as_long_as_the_command(tmp_path, monkeypatch, capsys):
+    """Neither a cache that cannot be made nor one that is full ends what was asked for."""
+    (tmp_path / "file").write_text("in the way")
+    monkeypatch.setenv("SSDO_GL_CACHE", str(tmp_path / "file"))
+    never = ReferenceCache()
+    full = ReferenceCache(tmp_path / "gone")
+    for cache in (never, full):
+        first, second = FakeReference(), FakeReference()
+        coarse = obtain(first, BATCH, ("beauty",), goal(0.2), MASK, cache)
+        fine = obtain(second, BATCH, ("beauty",), goal(0.1), MASK, cache)
+        assert fine.batches == len(first.seeds) + len(second.seeds) > coarse.batches
+        assert not set(first.seeds) & set(second.seeds)
+    no_folder, no_file = capsys.readouterr().err.splitlines()
+    assert no_folder.startswith("ssdo-gl: references are not kept: ")
+    assert "SSDO_GL_CACHE" in no_folder and "gone" in no_file

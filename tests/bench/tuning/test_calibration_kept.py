@@ -13,7 +13,7 @@ def test_what_cannot_be_kept_is_said_once(tmp_path, monkeypatch, capsys):
     calibration.save("key", {"ms": 1.0})
     calibration.save("key", {"ms": 2.0})
     (line,) = capsys.readouterr().err.splitlines()
-    assert "measured times are not kept" in line and "SSDO_GL_CACHE" in line
+    assert "measured times and errors are not kept" in line and "SSDO_GL_CACHE" in line
 
 
 def test_a_file_that_cannot_be_replaced_is_said_once(tmp_path, capsys):
@@ -22,7 +22,7 @@ def test_a_file_that_cannot_be_replaced_is_said_once(tmp_path, capsys):
     for _ in range(2):
         calibration.save("key", {"ms": 1.0})
     (line,) = capsys.readouterr().err.splitlines()
-    assert "measured times are not kept" in line
+    assert "measured times and errors are not kept" in line
 
 
 def test_what_can_be_kept_is_silent(tmp_path, capsys):
