@@ -117,7 +117,14 @@ class Renderer(FrameLoop):
         job, log, average = self._prepare(names, camera, seconds), FrameLog(), ImageAverage()
         for index in range(count):
             frame = self._frame(job.view, (middle_index(count) + index) % count, count)
-            self._run(job.plan, frame, log, time_passes, progress)
+            try:
+                self._run(job.plan, frame, log, time_passes, progress)
+            except KeyboardInterrupt:
+                # Before its first sample: what is there are the frames before it.
+                if not (index and self.settings.is_reference):
+                    raise
+                partial = True
+                break
             average.add(self._read(job, frame.view))
             if partial := job.is_partial:
                 break

@@ -416,6 +416,48 @@ def test_ctrl_c_keeps_what_a_reference_has_reached(tmp_path, capsys, monkeypatch
     assert meta["references"]["reference_ao"]["spp"] < 4096
 
 
+REFERENCE_AO = ("corner", "--method", "reference-ao", "--aov", "visibility", "--spp", "4")
+
+
+def test_ctrl_c_before_a_reference_s_first_sample_leaves_no_file(tmp_path, capsys, monkeypatch):
+    """It was a black picture that held "what the reference had reached"."""
+
+    def interrupted(*_args, **_kwargs):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("ssdo_gl.passes.rays.accumulate.draw_fullscreen", interrupted)
+    out = tmp_path / "a.npz"
+    assert main([*REFERENCE_AO, "--snapshot", str(out), *TINY]) == 130
+    assert capsys.readouterr().err == "ssdo-gl: interrupted; nothing was written\n"
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_frame_without_a_sample_does_not_darken_those_before_it(tmp_path, capsys, monkeypatch):
+    from ssdo_gl.passes.rays import accumulate
+
+    draw, draws = accumulate.draw_fullscreen, []
+
+    def counted(*args, **kwargs):
+        draws.append(1)
+        if len(draws) > stops_after:
+            raise KeyboardInterrupt
+        draw(*args, **kwargs)
+
+    monkeypatch.setattr(accumulate, "draw_fullscreen", counted)
+    stops_after = 1_000_000
+    out = tmp_path / "a.npz"
+    assert main([*REFERENCE_AO, "--snapshot", str(out), *TINY]) == 0
+    stops_after = len(draws)
+    draws.clear()
+    one = np.load(out)["visibility"]
+    words = [*REFERENCE_AO, "--snapshot", str(out), "--antialias", "2", *TINY]
+    assert main(words) == 130
+    assert "holds what the reference had reached" in capsys.readouterr().err
+    with np.load(out) as file:
+        assert file["visibility"].mean() == pytest.approx(one.mean(), rel=0.05)
+        assert json.loads(str(file["meta"]))["partial"] is True
+
+
 def test_explanations_say_what_was_saved(tmp_path, capsys):
     stats = tmp_path / "stats.json"
     words = ["corner", "--method", "bounce", "--explain", "--stats", str(stats)]

@@ -166,8 +166,8 @@ def accumulate(
 
     `program` adds to ``layout(location = i) out vec4``, one for each of `outputs`, also
     for pixels that show no surface, and includes ``lib/random.glsl``. An interrupt
-    (Ctrl-C) ends the accumulation early and is otherwise swallowed: what has converged
-    is written, and the result says so.
+    (Ctrl-C) ends the accumulation early and, once there is a sample, is otherwise
+    swallowed: what has converged is written, and the result says so.
 
     Returns
     -------
@@ -237,6 +237,8 @@ def _draw_all(
                 # Errors fall with the square root of the work; looked at again after as much.
                 total = math.ceil(min(most, step * max(2.0, excess**2)))
     except KeyboardInterrupt:
+        if not sums.done[0]:
+            raise
         return "interrupt"
     return "spp"
 
