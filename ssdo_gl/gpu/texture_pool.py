@@ -82,6 +82,10 @@ class TexturePool:
             target.release()
             if depth is not None:
                 depth.release()
-        for glo in gone:
-            self._all.pop(glo).release()
+        # One by one: whoever is interrupted in between trims again when everything is released.
+        for free in self._free.values():
+            while free:
+                texture = free.pop()
+                self._all.pop(texture.glo, None)
+                texture.release()
         self._free.clear()
