@@ -34,12 +34,11 @@ from ssdo_gl.settings.fields import describe
 from ssdo_gl.settings.loading import LoadOptions, load_options
 from ssdo_gl.settings.resolve import settings_for
 
-# Of one point each: where frames are averaged, they come from the pixel's centre.
 # Longer side of the picture that exposure is measured from.
 METERED_PX = 160
 # Where more of the hemisphere is open, light from beyond the radius is most of it.
 MOSTLY = 0.5
-
+# Of one point each: where frames are averaged, they come from the pixel's centre.
 GEOMETRY_AOVS = ("normal_ws", "position_ws", "depth")
 
 
@@ -109,28 +108,21 @@ class Renderer(FrameLoop):
         """
         names = checked_images(wanted, frames)
         notes = self.expose(camera, seconds, progress) if "display" in names else ()
-        averaged, partial = tuple(n for n in names if n not in GEOMETRY_AOVS), False
+        averaged = tuple(n for n in names if n not in GEOMETRY_AOVS)
         count = self.settings.antialias if averaged else 1
         # A mean of depths or normals is no depth and no normal of anything.
         centres = self._at_centres(names, camera, seconds) if count > 1 else {}
         names = averaged if count > 1 else names
         job, log, average = self._prepare(names, camera, seconds), FrameLog(), ImageAverage()
-        for index in range(count):
-            frame = self._frame(job.view, (middle_index(count) + index) % count, count)
-            try:
+        with average.ended_by_interrupt(job.references):
+            for index in range(count):
+                frame = self._frame(job.view, (middle_index(count) + index) % count, count)
                 self._run(job.plan, frame, log, time_passes, progress)
-            except KeyboardInterrupt:
-                # Before its first sample: what is there are the frames before it.
-                if not (index and self.settings.is_reference):
-                    raise
-                partial = True
-                break
-            average.add(self._read(job, frame.view))
-            if partial := job.is_partial:
-                break
-            if progress and count > 1:
-                progress("anti-aliasing frames", index + 1, count)
-        if frames > 1 and not partial:
+                average.add(self._read(job, frame.view))
+                job.check_whole()
+                if progress and count > 1:
+                    progress("anti-aliasing frames", index + 1, count)
+        if frames > 1 and not average.is_interrupted:
             log.restart()
             for number in range(1, frames + 1):
                 frame = self._frame(job.view, 0, count, number)
@@ -147,7 +139,7 @@ class Renderer(FrameLoop):
             setup_ms=log.setup_ms or 0.0,
             process_ms=log.process_ms,
             references=job.references(),
-            partial=partial,
+            partial=average.is_interrupted,
             notes=notes,
             camera=job.camera,
             metering_slack=self._slack,

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +18,15 @@ class ImageAverage:
     the mean of codes would draw edges too dark. Tone mapping comes before averaging, so
     that an edge against a blinding light is smooth, too. Where its alpha is below 1, each
     frame counts by its own. A single image passes unchanged.
+
+    Attributes
+    ----------
+    is_interrupted : bool
+        Whether frames are lacking because somebody would not wait for them.
     """
 
     def __init__(self) -> None:
+        self.is_interrupted = False
         self._sums: dict[str, NDArray[np.float64]] = {}
         self._count = 0
         self._single: dict[str, NDArray[np.float32]] = {}
@@ -37,6 +44,16 @@ class ImageAverage:
                     light[..., :3] = linear_from_srgb(light[..., :3]) * light[..., 3:]
                 self._sums[name] = self._sums.get(name, 0.0) + light
         self._single = {}
+
+    @contextmanager
+    def ended_by_interrupt(self, references: Callable[[], object]) -> Iterator[None]:
+        """Let an interrupt end the block once there is a frame; without `references`, never."""
+        try:
+            yield
+        except KeyboardInterrupt:
+            if not (self._count and references()):
+                raise
+            self.is_interrupted = True
 
     def images(self) -> dict[str, NDArray[np.float32]]:
         """Return the means so far."""
