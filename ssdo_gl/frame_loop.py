@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
 from functools import lru_cache
+from numbers import Integral
 from typing import Any, Self
 
 import numpy as np
@@ -28,6 +28,7 @@ from ssdo_gl.render_result import FrameLog, Plane
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.checks import check_scene
 from ssdo_gl.scene.kinds import check_kind
+from ssdo_gl.scene.numbers import check_number
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, shown
@@ -186,8 +187,7 @@ class FrameLoop:
         self._activate()
         names = self._checked_images(wanted)
         check_camera(camera)
-        if not math.isfinite(seconds):
-            raise SettingError(f"seconds = {seconds!r}: expected a finite number")
+        check_number("seconds", seconds)
         self._follow(self._scene_at(seconds))
         camera = camera or self._geometry_scene.camera
         view = self._view(camera)
@@ -215,12 +215,13 @@ class FrameLoop:
 
     def _checked_images(self, wanted: Iterable[str]) -> tuple[str, ...]:
         """Return the images that are asked for, whose names were checked the first time."""
-        if isinstance(wanted, str):
+        if isinstance(wanted, str) or not hasattr(wanted, "__iter__"):
             return checked_images(wanted)
         asked = tuple(wanted)
-        if asked not in self._checked:
-            self._checked[asked] = checked_images(asked)
-        return self._checked[asked]
+        try:
+            return self._checked[asked]
+        except (KeyError, TypeError):  # TypeError: what has no hash is no name, either
+            return self._checked.setdefault(asked, checked_images(asked))
 
     def _scene_at(self, seconds: float) -> Scene:
         """Return the scene at a time: the very same as last time while time stands still."""
@@ -350,17 +351,16 @@ def parallel_view(
 
 def checked_images(wanted: Iterable[str], frames: int = 1) -> tuple[str, ...]:
     """Return the images that are asked for, each once; raises SettingError, on `frames` too."""
-    if frames < 1:
+    if not isinstance(frames, Integral) or frames < 1:
         raise SettingError(f"frames = {frames!r}: expected a whole number from 1")
-    if isinstance(wanted, str):
+    if isinstance(wanted, str) or not hasattr(wanted, "__iter__"):
         raise SettingError(f"images = {shown(wanted)}: expected a list of names")
-    names = tuple(dict.fromkeys(wanted))
-    known = (*image_names(), "display")
+    names, known = tuple(wanted), (*image_names(), "display")
     for name in names:
         if name not in known:
             hint = suggestion(str(name), known, lists=False)
             raise SettingError(f"image {shown(name)}: choose of {', '.join(known)}{hint}")
-    return names
+    return tuple(dict.fromkeys(names))
 
 
 def images_of(aov: str | Iterable[str]) -> tuple[str, ...]:

@@ -131,8 +131,12 @@ def test_fields_that_were_not_given_yield_to_the_scene(device, shaders):
         ({"wanted": ["beuty"]}, "image 'beuty': .*; did you mean 'beauty'"),
         ({"wanted": [None]}, "image None"),
         ({"wanted": "beauty"}, "expected a list of names"),
+        ({"wanted": None}, "images = None: expected a list of names"),
+        ({"wanted": [["beauty"]]}, r"image \['beauty'\]: choose of"),
         ({"seconds": float("nan")}, "seconds = nan"),
+        ({"seconds": "1"}, "seconds = '1': expected a finite number"),
         ({"frames": 0}, "frames = 0"),
+        ({"frames": "2"}, "frames = '2': expected a whole number"),
     ],
 )
 def test_what_cannot_be_rendered_is_refused_by_name(asked, said):

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.numbers import three_numbers
+from ssdo_gl.scene.numbers import check_number, three_numbers
 from ssdo_gl.settings.fields import SettingError, shown
 
 if TYPE_CHECKING:
@@ -69,9 +69,11 @@ class Camera:
             raise SettingError(f"target = {self.target}: expected another point than position")
         if self.up == (0.0, 0.0, 0.0):
             raise SettingError("up = (0, 0, 0): expected a direction")
+        for name in ("fov_y", "exposure", *(() if self.height is None else ("height",))):
+            check_number(name, getattr(self, name))
         if not 0.0 < self.fov_y < 180.0:
             raise SettingError(f"fov_y = {shown(self.fov_y)}: expected degrees between 0 and 180")
-        if self.height is not None and not 0.0 < self.height < math.inf:
+        if self.height is not None and not self.height > 0.0:
             raise SettingError(f"height = {shown(self.height)}: expected scene units above 0")
 
     @classmethod

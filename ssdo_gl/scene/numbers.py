@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from ssdo_gl.math3d import Vector, vector
 from ssdo_gl.settings.fields import SettingError, shown
 
@@ -34,6 +36,12 @@ def three_numbers(name: str, value: Any) -> Vector:
     if not all(map(math.isfinite, point)):
         raise SettingError(f"{name} = {point}: expected finite numbers")
     return point
+
+
+def check_number(name: str, value: Any) -> None:
+    """Raise SettingError unless an argument is a finite number."""
+    if not (isinstance(value, (float, int, np.number)) and math.isfinite(value)):
+        raise SettingError(f"{name} = {shown(value)}: expected a finite number")
 
 
 def light_numbers(name: str, value: Any) -> Vector:

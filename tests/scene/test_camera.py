@@ -34,6 +34,9 @@ def test_the_documented_example_runs():
         ({"up": (0, 0, 0)}, "up = .*: expected a direction"),
         ({"fov_y": 180.0}, "fov_y = 180.0: expected degrees between 0 and 180"),
         ({"height": 0.0}, "height = 0.0: expected scene units above 0"),
+        ({"fov_y": "35"}, "fov_y = .35.: expected a finite number"),
+        ({"exposure": math.nan}, "exposure = nan: expected a finite number"),
+        ({"height": math.inf}, "height = inf: expected a finite number"),
     ],
 )
 def test_a_camera_without_a_picture_is_refused(fields, message):
