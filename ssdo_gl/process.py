@@ -123,9 +123,13 @@ def exit_code(code: int, out: _Stream) -> int:
     return EXIT_BROKEN_PIPE if is_broken else code
 
 
+class _Terminated(SystemExit):
+    """SIGTERM; other exits, as of ``--help``, are none of a signal."""
+
+
 def _end(number: int, _frame: FrameType | None) -> None:
     # Unwinds the stack, so that temporary files go.
-    raise SystemExit(128 + number)
+    raise _Terminated(128 + number)
 
 
 @contextmanager
@@ -140,9 +144,24 @@ def signals_as_exceptions() -> Iterator[None]:
     try:
         with _lost_signals_sent_again():
             yield
+    except Exception as error:
+        if (signalled := _signal_behind(error)) is None:
+            raise
+        raise signalled from None
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+def _signal_behind(error: BaseException) -> BaseException | None:
+    """Return the signal's exception on whose way out `error` arose, if there was one.
+
+    An import that is interrupted ends, once in some 200 times, in a KeyError of its locks.
+    """
+    found: BaseException | None = error
+    while found is not None and not isinstance(found, (KeyboardInterrupt, _Terminated)):
+        found = found.__context__
+    return found
 
 
 @contextmanager

@@ -189,3 +189,24 @@ def test_an_interrupt_of_a_finalizer_ends_the_command(tmp_path, number):
     assert result.returncode == 128 + number, result.stderr
     assert b"ignored" not in result.stderr and b"Traceback" not in result.stderr
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_what_a_signal_breaks_on_its_way_is_no_traceback(tmp_path, number):
+    """As the locks of Python's imports do, in whose `finally` a KeyError takes its place."""
+    result = interrupted(
+        number,
+        tmp_path,
+        "import time\n"
+        "from ssdo_gl.renderer import Renderer\n"
+        "def render(*words, **options):\n"
+        "    try:\n"
+        "        strike()\n"
+        "        time.sleep(60.0)\n"
+        "    finally:\n"
+        "        {}.pop('lock')\n"
+        "Renderer.render = render",
+    )
+    assert result.returncode == 128 + number, result.stderr
+    assert b"Traceback" not in result.stderr
+    assert list(tmp_path.iterdir()) == []
