@@ -300,7 +300,8 @@ class FarField(Effect):
         item = FarProbesPass(settings, features, is_steady=is_steady, gives_way=gives_way)
         yield item, "radiance from beyond R, at probes"
         if traces_own(request):
-            own = OwnRaysPass(settings, features, sky, receiver_stride(request))
+            stride = receiver_stride(request)
+            own = OwnRaysPass(settings, features, sky, stride, is_steady=is_steady)
             yield own, "light gathered by per-pixel rays"
         cached = CachedIrradiancePass(features, is_steady=is_steady)
         yield cached, "what senders within R receive, all bounces"

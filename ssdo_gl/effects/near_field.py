@@ -54,8 +54,7 @@ def reads_backs(settings: Settings) -> bool:
 
 def traces_own(request: Request) -> bool:
     """Return whether there are per-pixel rays."""
-    # What is translucent is another surface in each frame.
-    if not request.runs("far_field") or request.content.has_translucency:
+    if not request.runs("far_field"):
         return False
     settings = request.settings_of("far_field", FarFieldSettings)
     return max(settings.pixel_rays, settings.edge_rays) > 0

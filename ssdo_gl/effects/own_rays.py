@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -29,6 +30,7 @@ from ssdo_gl.passes.surfels import CACHE_TABLES, facts_of, textures_of
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment import ENVIRONMENT_KINDS, EnvironmentKind
 
+SURFACES = ("z_vs", "normals_vs")
 # Of a view of many frames, which share them: so many times as many, at most.
 MOST_TIMES = 3
 # In how many live frames they are traced, at most.
@@ -76,7 +78,8 @@ class OwnRaysPass(RenderPass):
 
     Pixels at contacts trace more: a neighbour within R may shade them whose side towards them
     is hidden. They are 8 % of courtyard's (320x180), in which half of its squared error was.
-    All frames of a steady view share their rays. A live frame traces none until its probes have
+    All frames of a steady view share their rays; where something is translucent, each has its
+    part of them, for what it shows. A live frame traces none until its probes have
     traced theirs, or a few for each pixel where probes give way to them.
     """
 
@@ -87,8 +90,6 @@ class OwnRaysPass(RenderPass):
     spares = True
     is_gradual = True
     lags = False
-    steady_reads = ("z_vs", "normals_vs")
-    depends_on = ("steady_view", "steady_seed", "geometry", "environment")
 
     def __init__(
         self,
@@ -96,14 +97,20 @@ class OwnRaysPass(RenderPass):
         features: RayFeatures,
         environment: EnvironmentKind,
         stride: int,
+        *,
+        is_steady: bool,
     ) -> None:
+        self.is_steady = is_steady
+        self.steady_reads = SURFACES if is_steady else ()
+        domains = ("steady_view", "steady_seed") if is_steady else ("view", "seed")
+        self.depends_on = (*domains, "geometry", "environment")
         self.settings = settings
         self.stride = stride
         self.many_rays = max(settings.edge_rays, settings.pixel_rays)
         self.features = features
         self.environment = environment
         self.reads = (
-            *self.steady_reads,
+            *SURFACES,
             *FAR_PROBES,
             FAR_RADIANCE,
             *ray_reads(features, shades=True),
@@ -112,20 +119,20 @@ class OwnRaysPass(RenderPass):
         )
 
     def settings_key(self) -> Hashable:
-        return self.settings, self.features, self.environment, self.stride
+        return self.settings, self.features, self.environment, self.stride, self.is_steady
 
     def execute(self, context: PassContext) -> Produced:
         """Trace the rays of some of the pixels, once the probes have all of theirs."""
         frame, probes = context.frame, context.facts[FAR_RADIANCE]
         assert isinstance(probes, ProbeRays)
-        parts = min(frame.count**2, MOST_PARTS)
+        parts = min(frame.count**2, MOST_PARTS) if self.is_steady else 1
         self.is_settled = True
         if probes.gives_way:
             reads = tuple(n for n in self.reads if n not in (*FAR_PROBES, FAR_RADIANCE))
             counts = ray_counts(self.settings, is_brief=probes.is_brief)
             radius, kind = self.settings.radius, self.environment
             made = moving_rays(context, radius, counts, self.features, kind, self.stride, reads)
-            return self._produced(context, OwnRays(probes, made, is_known=True))
+            return self._produced(context, OwnRays(probes, made, is_known=True, are_all=True))
         if not all(probes.fresh):
             return self._produced(context, OwnRays(probes))
         known = facts_of(context, OWN_RAYS[0], OwnRays)
@@ -155,7 +162,7 @@ class OwnRaysPass(RenderPass):
             "u_radius": self.settings.radius,
             "u_receiver_stride": self.stride,
         }
-        draw_fullscreen(gl, program, target, uniforms, textures_of(context, self.steady_reads))
+        draw_fullscreen(gl, program, target, uniforms, textures_of(context, SURFACES))
         target.release()
         classes = np.frombuffer(flags.read(alignment=1), np.uint8)
         flags.release()
@@ -172,7 +179,8 @@ class OwnRaysPass(RenderPass):
             self._guide(context),
             make_texture(gl, size, 4, "f4"),
         )
-        return OwnRays(probes, textures, many=many)
+        are_all = not self.is_steady and self.settings.pixel_rays > 0
+        return OwnRays(probes, textures, many=many, are_all=are_all)
 
     def _guide(self, context: PassContext) -> moderngl.Texture:
         """Return how often rays are to follow each direction of the probes."""
@@ -206,14 +214,16 @@ class OwnRaysPass(RenderPass):
             "PROBE_SIDE": self.settings.directions,
             "ENVIRONMENT_KIND": ENVIRONMENT_KINDS.index(self.environment),
         }
-        times = min(frame.count, MOST_TIMES)
+        times = float(min(frame.count, MOST_TIMES))
+        times /= 1 if self.is_steady else frame.count
+        seed = frame.first_seed if self.is_steady else frame.seed
         uniforms = {
             **ray_uniforms(context),
             **environment_uniforms(frame),
             "u_radius_ns": radius_ns(self.settings.radius, context),
-            "u_stream": stream_of(frame.first_seed + (frame.moves << 32), 0),
-            "u_many_rays": times * self.many_rays,
-            "u_few_rays": times * self.settings.pixel_rays,
+            "u_stream": stream_of(seed + (frame.moves << 32), 0),
+            "u_many_rays": math.ceil(times * self.many_rays),
+            "u_few_rays": math.ceil(times * self.settings.pixel_rays),
             "u_many_count": rays.many,
             "u_sky": mean_radiance(frame.scene.environment),
         }
@@ -241,7 +251,7 @@ class OwnRaysPass(RenderPass):
             "u_sky": mean_radiance(context.frame.scene.environment),
         }
         reads = {
-            **textures_of(context, (*self.steady_reads, *FAR_PROBES)),
+            **textures_of(context, (*SURFACES, *FAR_PROBES)),
             "t_own_guide": guide,
         }
         by_probe = {"t_rare_first": found[0], "t_rare_second": found[1]}

@@ -32,6 +32,8 @@ class OwnRays:
         How many parts of them are traced.
     is_known : bool
         Whether all are.
+    are_all : bool
+        Every pixel that shows a surface has some, of that very frame.
     """
 
     source: ProbeRays
@@ -39,6 +41,7 @@ class OwnRays:
     many: int = 0
     parts: int = 0
     is_known: bool = False
+    are_all: bool = False
 
 
 def own_uniforms(context: PassContext) -> dict[str, Any]:
@@ -56,4 +59,4 @@ def lookup_uniforms(context: PassContext) -> dict[str, Any]:
 def tell_all(facts: Mapping[str, object]) -> bool:
     """Return whether every pixel that shows a surface has rays of that very frame."""
     rays = facts.get(OWN_RAYS[0])
-    return isinstance(rays, OwnRays) and rays.is_known and rays.source.gives_way
+    return isinstance(rays, OwnRays) and rays.is_known and rays.are_all

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import gc
 import weakref
 from typing import Any
@@ -18,6 +19,7 @@ from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment
 from ssdo_gl.scene.geometry.mesh import SceneObject
+from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.settings import Settings
@@ -256,3 +258,43 @@ def test_how_pixels_are_laid_out_changes_no_picture(monkeypatch) -> None:
     monkeypatch.setattr(own_rays, "PIXELS_PER_ROW", 7)
     monkeypatch.setattr(own_rays, "MOST_ROWS", 3)
     assert np.array_equal(drawn(plate()), usual)
+
+
+def courtyard_with_a_pane() -> Scene:
+    scene = load_scene("courtyard")
+    glass = Material(albedo=(0.6, 0.7, 0.8), alpha=0.4, blends=True)
+    pane = SceneObject(len(scene.meshes), len(scene.materials))
+    return dataclasses.replace(
+        scene,
+        meshes=(*scene.meshes, quad([-1.0, 0.2, 0.0], [2.0, 0.0, 0.0], [0.0, 1.2, 0.0])),
+        materials=(*scene.materials, glass),
+        objects=(*scene.objects, pane),
+    )
+
+
+def test_what_is_translucent_does_not_keep_pixels_from_tracing() -> None:
+    def error(method: str = "gi", **overrides: int) -> float:
+        settings = Settings(method=method, size=SIZE, antialias=16, overrides=overrides)
+        with Renderer(scene, settings) as renderer:
+            found = renderer.render().images["beauty"][..., :3].astype(float)
+        return float(np.mean((found - paths) ** 2 / (paths**2 + 0.01)))
+
+    scene = courtyard_with_a_pane()
+    with Renderer(scene, Settings("reference-gi", size=SIZE, antialias=16, spp=16)) as renderer:
+        paths = renderer.render().images["beauty"][..., :3].astype(float)
+    own = error()
+    probes = error(**{"far_field.pixel_rays": 0, "far_field.edge_rays": 0})
+    assert own < 0.5 * probes
+
+
+def test_frames_of_a_pane_depend_on_none_before() -> None:
+    def frame(renderer: Renderer, index: int) -> np.ndarray:
+        drawing = renderer.draw(("beauty",), camera=scene.camera, index=index, count=16)
+        return beauty(drawing)
+
+    scene = courtyard_with_a_pane()
+    settings = Settings("gi", size=SIZE, temporal="off")
+    with Renderer(scene, settings) as renderer, Renderer(scene, settings) as other:
+        first, second = frame(renderer, 0), frame(renderer, 1)
+        assert np.array_equal(second, frame(other, 1))
+    assert not np.array_equal(first, second)
