@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from oracle import lambert_polygon, shadows
-from passes.pass_harness import box, make_frame, make_scene, quad, run_pass
-from passes.test_gbuffer import sphere
+from passes.pass_harness import box, make_frame, make_scene, quad, run_pass, sphere
 
 from ssdo_gl import math3d, resources
 from ssdo_gl.effects.direct import DirectPass, DirectSettings

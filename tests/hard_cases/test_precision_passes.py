@@ -24,8 +24,8 @@ from passes.estimator_cases import (
     tilted_plane,
     twin_of,
 )
+from passes.gbuffer_harness import draw, nearest, normals, rays_of
 from passes.pass_harness import make_scene, run_pass
-from passes.test_gbuffer import draw, nearest, normals, rays_of
 from shaders.harness import evaluate
 
 from ssdo_gl.effects.bounce import BounceSettings

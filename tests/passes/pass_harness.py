@@ -61,6 +61,29 @@ def box(low: ArrayLike, high: ArrayLike, **more: object) -> Mesh:
     return Mesh(corners, np.array(triangles), closed=True, **more)  # type: ignore[arg-type]
 
 
+def sphere(rows=12, radius=1.0, smooth=True, **more):
+    """A lat-long sphere about the origin."""
+    polar = np.linspace(0.0, np.pi, rows + 1)
+    azimuth = np.linspace(0.0, 2.0 * np.pi, 2 * rows, endpoint=False)
+    p, a = np.meshgrid(polar, azimuth, indexing="ij")
+    points = np.stack([np.sin(p) * np.cos(a), np.cos(p), np.sin(p) * np.sin(a)], -1)
+    points = points.reshape(-1, 3)
+    triangles = []
+    for i in range(rows):
+        for j in range(2 * rows):
+            k = (j + 1) % (2 * rows)
+            a, b = i * 2 * rows + j, i * 2 * rows + k
+            c, d = a + 2 * rows, b + 2 * rows
+            triangles += ([(a, b, d)] if i > 0 else []) + ([(a, d, c)] if i < rows - 1 else [])
+    return Mesh(
+        points * radius,
+        np.array(triangles),
+        normals=points.copy() if smooth else None,
+        closed=True,
+        **more,
+    )
+
+
 def make_frame(
     scene: Scene,
     size: tuple[int, int] = (64, 48),

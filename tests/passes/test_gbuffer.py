@@ -1,4 +1,4 @@
-"""The G-buffer of scenes whose answer is known."""
+"""The G-buffer against rays: positions, normals, visibility of surfaces."""
 
 from __future__ import annotations
 
@@ -6,22 +6,36 @@ import dataclasses
 
 import numpy as np
 import pytest
-from oracle import analytic_pictures
-from passes.pass_harness import DEFAULT_CAMERA, box, make_frame, make_scene, quad, run_pass
+from passes.gbuffer_harness import (
+    NORMAL_TOLERANCE,
+    SIZE,
+    barycentric,
+    draw,
+    nearest,
+    normals,
+    rays_of,
+)
+from passes.pass_harness import DEFAULT_CAMERA, box, make_frame, make_scene, quad, run_pass, sphere
 
 from ssdo_gl import math3d
 from ssdo_gl.gpu.geometry import Geometry
 from ssdo_gl.passes.gbuffer import GBufferPass
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
-from ssdo_gl.scene.material import Material, Texture
+from ssdo_gl.scene.geometry.mesh import SceneObject
+from ssdo_gl.scene.material import Material
 
-SIZE = (64, 48)
+
+@pytest.fixture
+def shaders(shaders_either_way):
+    """What has holes is rasterized either way."""
+    return shaders_either_way
+
+
 # Float32 places a vertex to 6e-8 of its distance from the eye, and the interpolated
 # 1 / w adds a few roundings of the largest 1 / w in the picture.
 Z_TOLERANCE = 4e-6
-# Octahedral 16-bit codes: 0.0037 degrees (6.5e-5) at worst, measured over 1e6 normals.
-NORMAL_TOLERANCE = 7e-5
+
+
 # Pixels whose ray passes this close (relative) to an edge may go either way.
 EDGE_CLEARANCE = 1e-3
 
@@ -43,60 +57,6 @@ def snapped(device, value_of, rays):
     )
     shifts = [step * [i, j, 0.0] for i in (-1.0, 1.0) for j in (-1.0, 1.0)]
     return np.max([np.abs(value_of(rays + shift) - value_of(rays)) for shift in shifts], axis=0)
-
-
-@pytest.fixture
-def shaders(shaders_either_way):
-    """What has holes is rasterized either way."""
-    return shaders_either_way
-
-
-def draw(gl, shaders, scene, size=SIZE, **more):
-    geometry = Geometry(gl, scene)
-    frame = make_frame(scene, size, geometry=geometry, **more)
-    item = GBufferPass()
-    images = run_pass(gl, shaders, item, frame, geometry=geometry)
-    has_holes = any(material.has_holes for material in scene.materials)
-    is_seen = images["z_vs"].any()
-    assert not is_seen or item.is_computed == (shaders.computes and not has_holes)
-    geometry.release()
-    return frame, images
-
-
-def normals(images):
-    codes = np.rint(images["normals_vs"].astype(np.float64) * 65535.0)
-    shading, geometric = codes[..., :2], codes[..., 2:]
-    return analytic_pictures.oct_decode(shading), analytic_pictures.oct_decode(geometric)
-
-
-def rays_of(frame):
-    """Rays through pixel centres at depth 1, top row first; from the jittered frame."""
-    rays = analytic_pictures.view_rays(frame.view.size, frame.view.tan_half_fov)[::-1].copy()
-    rays[..., :2] += np.array(frame.view.jitter_ndc) * frame.view.tan_half_fov
-    return rays
-
-
-def sphere(rows=12, radius=1.0, smooth=True, **more):
-    """A lat-long sphere about the origin."""
-    polar = np.linspace(0.0, np.pi, rows + 1)
-    azimuth = np.linspace(0.0, 2.0 * np.pi, 2 * rows, endpoint=False)
-    p, a = np.meshgrid(polar, azimuth, indexing="ij")
-    points = np.stack([np.sin(p) * np.cos(a), np.cos(p), np.sin(p) * np.sin(a)], -1)
-    points = points.reshape(-1, 3)
-    triangles = []
-    for i in range(rows):
-        for j in range(2 * rows):
-            k = (j + 1) % (2 * rows)
-            a, b = i * 2 * rows + j, i * 2 * rows + k
-            c, d = a + 2 * rows, b + 2 * rows
-            triangles += ([(a, b, d)] if i > 0 else []) + ([(a, d, c)] if i < rows - 1 else [])
-    return Mesh(
-        points * radius,
-        np.array(triangles),
-        normals=points.copy() if smooth else None,
-        closed=True,
-        **more,
-    )
 
 
 @pytest.mark.parametrize("jitter_px", [(0.0, 0.0), (0.3, -0.45)])
@@ -184,57 +144,6 @@ def test_mesh_against_rays(gl, device, shaders, scale, offset):
     assert np.all((geometric * shading).sum(1)[both] > 0.0)
 
 
-def barycentric(p, a, b, c):
-    """Return the weights of corners a, b and c in points p of their planes."""
-    n = np.cross(b - a, c - a)
-    parts = np.cross(c - b, p - b), np.cross(a - c, p - c), np.cross(b - a, p - a)
-    return np.stack([np.sum(part * n, -1) / np.sum(n * n, -1) for part in parts], -1)
-
-
-def nearest(rays, triangles):
-    """Return distance (inf where missed), triangle and barycentric weights of each ray."""
-    distance = np.full(len(rays), np.inf)
-    index = np.zeros(len(rays), int)
-    weights = np.zeros((len(rays), 3))
-    for i, (a, b, c) in enumerate(triangles):
-        n = np.cross(b - a, c - a)
-        with np.errstate(divide="ignore"):
-            t = (a @ n) / (rays @ n)
-        p = rays * t[:, None]
-        w = barycentric(p, a, b, c)
-        hit = (w.min(-1) >= 0.0) & (t > 0.0) & (t < distance)
-        distance[hit], index[hit], weights[hit] = t[hit], i, w[hit]
-    return distance, index, weights
-
-
-def test_what_hides_a_lamp_hides_its_emission(gl, shaders):
-    """Emission is written by lamps alone, whichever of a lamp and a card is nearer."""
-    card = quad((-0.5, -0.5, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
-    materials = Material(), Material(emission=(4.0, 5.0, 6.0)), Material(is_unlit=True)
-    colour = materials[2].albedo
-    # Horizontal place, material, depth and what is put out there.
-    cards = [
-        (-2.0, 0, 4.0, (0, 0, 0)),
-        (-2.0, 1, 5.0, (4, 5, 6)),
-        (0.0, 1, 6.0, (4, 5, 6)),
-        (0.6, 0, 7.0, (0, 0, 0)),
-        (1.4, 2, 3.0, colour),
-        (1.6, 0, 4.5, (0, 0, 0)),
-    ]
-    objects = [
-        SceneObject(0, material, math3d.translation([x, 0.0, -z])[None])
-        for x, material, z, _ in cards
-    ]
-    _, images = draw(gl, shaders, make_scene([card], materials=materials, objects=objects))
-    z = images["z_vs"][..., 0]
-    for *_, depth, emission in cards:
-        shown = np.abs(z - depth) < 1e-5
-        assert np.count_nonzero(shown) > 3
-        found = images["emission"][shown][:, :3]
-        np.testing.assert_allclose(found - np.array(emission), 0.0, atol=1e-7)
-    assert not np.any(images["emission"][z == 0.0])
-
-
 def test_instances_share_a_mesh_but_not_place_and_material(gl, shaders):
     card = quad((-0.5, -0.5, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     left, right = math3d.translation([-1.0, 0.0, -4.0]), math3d.translation([1.0, 0.0, -3.0])
@@ -262,164 +171,6 @@ def test_instances_share_a_mesh_but_not_place_and_material(gl, shaders):
         assert np.all(images["emission"][z == depth][:, :3] == emission)
     for name in ("normals_vs", "albedo", "emission"):
         assert np.all(images[name][z == 0.0] == 0.0)
-
-
-@pytest.mark.parametrize("mirrored", [False, True])
-@pytest.mark.parametrize("two_sided", [False, True])
-def test_surfaces_face_the_camera_but_emit_from_the_front(gl, shaders, mirrored, two_sided):
-    """A quad seen from its front at x < 0 and from its back at x > 0.
-
-    Mirroring an instance leaves the outside of the mesh its front.
-    """
-    front = quad((-1.0, -0.5, -3.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
-    back = quad((1.0, -0.5, -3.0), (-1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
-    slanted = np.array([0.3, 0.0, 1.0]) / np.hypot(0.3, 1.0)
-    meshes = [
-        dataclasses.replace(front, normals=np.tile(slanted, (4, 1))),
-        dataclasses.replace(back, normals=np.tile(-slanted, (4, 1))),
-    ]
-    place = np.diag([1.0, -1.0, 1.0, 1.0]) if mirrored else np.eye(4)
-    scene = make_scene(
-        meshes,
-        materials=[Material(emission=(2.0, 3.0, 4.0), two_sided_emission=two_sided)],
-        objects=[SceneObject(i, 0, place[None]) for i in range(2)],
-    )
-    frame, images = draw(gl, shaders, scene)
-    seen = images["z_vs"][..., 0] > 0.0
-    left = rays_of(frame)[..., 0] < 0.0
-    shading, geometric = normals(images)
-    np.testing.assert_allclose(
-        geometric[seen], np.tile([0.0, 0.0, 1.0], (seen.sum(), 1)), atol=2e-7
-    )
-    np.testing.assert_allclose(
-        shading[seen], np.tile(slanted, (seen.sum(), 1)), atol=NORMAL_TOLERANCE
-    )
-    emission = images["emission"][..., :3]
-    assert np.all(emission[seen & left] == (2.0, 3.0, 4.0))
-    assert np.all(emission[seen & ~left] == ((2.0, 3.0, 4.0) if two_sided else (0.0, 0.0, 0.0)))
-
-
-def test_only_emission_without_a_light_counts_as_a_sender(gl, shaders):
-    card = quad((-0.5, -0.5, -3.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
-    for light, alpha in ((None, 1.0), (0, 0.0)):
-        scene = make_scene(
-            [card],
-            materials=[Material(emission=(2.0, 2.0, 2.0))],
-            objects=[SceneObject(0, 0, light=light)],
-        )
-        _, images = draw(gl, shaders, scene)
-        seen = images["z_vs"][..., 0] > 0.0
-        assert np.all(images["emission"][seen] == (2.0, 2.0, 2.0, alpha))
-
-
-def textured_card(**material):
-    """A 2 x 2 card that faces the camera at distance 4, with v = 0 at its top."""
-    card = quad((-1.0, -1.0, -4.0), (2.0, 0.0, 0.0), (0.0, 2.0, 0.0))
-    card = dataclasses.replace(card, uvs=np.array([[0, 1], [1, 1], [1, 0], [0, 0]], np.float64))
-    return make_scene([card], materials=[Material(albedo=(1, 1, 1), **material)])
-
-
-def quadrant_means(images, name, channel):
-    """Means over the interior of the card's quadrants: top left, top right, bottom ..."""
-    seen = images["z_vs"][..., 0] > 0.0
-    rows, columns = np.flatnonzero(seen.any(1)), np.flatnonzero(seen.any(0))
-    card = images[name][rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1, channel]
-    h, w = card.shape[0] // 2, card.shape[1] // 2
-    # Off the borders, where the linear filter mixes texels.
-    return [
-        [
-            card[i * h + h // 3 : i * h + 2 * h // 3, j * w + w // 3 : j * w + 2 * w // 3].mean()
-            for j in range(2)
-        ]
-        for i in range(2)
-    ]
-
-
-def test_textures_are_upright_and_linear(gl, shaders):
-    """8-bit texels are sRGB-encoded, float texels linear; row 0 is the top."""
-    code = np.zeros((64, 64, 4), np.uint8)
-    code[:32, :32], code[:32, 32:] = (0, 10, 10, 255), (128, 10, 10, 255)
-    code[32:, :32], code[32:, 32:] = (255, 10, 10, 255), (188, 10, 10, 255)
-    scene = textured_card(albedo_texture=Texture(code))
-    _, images = draw(gl, shaders, scene, (96, 72))
-
-    def decode(c):
-        return c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4
-
-    wanted = [[0.0, decode(128 / 255)], [1.0, decode(188 / 255)]]
-    # Drivers decode sRGB with a table of about 8 bits of linear precision.
-    np.testing.assert_allclose(quadrant_means(images, "albedo", 0), wanted, atol=2e-3)
-    linear = code.astype(np.float32) / 255.0
-    scene = textured_card(
-        emission=(10.0, 0.0, 0.0),
-        emission_texture=Texture(linear),
-        albedo_texture=Texture(linear),
-    )
-    _, images = draw(gl, shaders, scene, (96, 72))
-    wanted = np.array([[0.0, 128.0], [255.0, 188.0]]) / 255.0
-    np.testing.assert_allclose(quadrant_means(images, "albedo", 0), wanted, atol=1e-4)
-    np.testing.assert_allclose(quadrant_means(images, "emission", 0), 10.0 * wanted, atol=1e-3)
-
-
-@pytest.mark.parametrize("wrap", ["repeat", "clamp"])
-def test_texture_wrap(gl, shaders, wrap):
-    pixels = np.ones((2, 64, 4), np.float32)
-    pixels[:, 32:, 0] = 0.25
-    scene = textured_card(albedo_texture=Texture(pixels, wrap=(wrap, "repeat")))
-    mesh = scene.meshes[0]
-    shifted = dataclasses.replace(mesh, uvs=np.add(mesh.uvs, (1.0, 0.0)))
-    scene = dataclasses.replace(scene, meshes=(shifted,))
-    _, images = draw(gl, shaders, scene, (96, 72))
-    wanted = [[1.0, 0.25]] * 2 if wrap == "repeat" else [[0.25, 0.25]] * 2
-    np.testing.assert_allclose(quadrant_means(images, "albedo", 0), wanted, atol=1e-4)
-
-
-def test_distant_textures_are_filtered(gl, shaders):
-    """A checkerboard of single texels, a hundredth of a pixel each, shows as its mean."""
-    checker = np.ones((512, 512, 4), np.float32)
-    checker[..., :3] = (np.indices((512, 512)).sum(0) % 2)[..., None]
-    scene = textured_card(albedo_texture=Texture(checker))
-    _, images = draw(gl, shaders, scene, (32, 24))
-    seen = images["z_vs"][..., 0] > 0.0
-    np.testing.assert_allclose(images["albedo"][seen][:, :3], 0.5, atol=1e-3)
-
-
-@pytest.mark.parametrize("source", ["texture", "vertices", "factor"])
-def test_cut_outs_let_the_background_through(gl, shaders, source):
-    pixels = np.ones((64, 64, 4), np.float32)
-    pixels[:, :32, 3] = 0.3
-    material = Material(alpha_cutoff=0.5)
-    mesh = textured_card().meshes[0]
-    if source == "texture":
-        material = dataclasses.replace(material, albedo_texture=Texture(pixels))
-    elif source == "vertices":
-        mesh = dataclasses.replace(
-            mesh, colors=np.array([[1, 1, 1, a] for a in (0, 1, 1, 0)], float)
-        )
-    else:
-        material = dataclasses.replace(material, alpha=0.3)
-    frame, images = draw(gl, shaders, make_scene([mesh], materials=[material]), (96, 72))
-    x = rays_of(frame)[..., 0] * 4.0
-    y = rays_of(frame)[..., 1] * 4.0
-    # The filter's texel and a half around the border may go either way.
-    inside = (np.abs(x) < 0.95) & (np.abs(y) < 0.95) & (np.abs(x) > 0.06)
-    seen = images["z_vs"][..., 0] > 0.0
-    wanted = (x > 0.0) if source != "factor" else np.zeros_like(seen)
-    np.testing.assert_array_equal(seen[inside], wanted[inside])
-
-
-def test_vertex_colours_multiply_and_interpolate(gl, shaders):
-    mesh = textured_card().meshes[0]
-    colors = np.array([[0, 0, 1, 1], [1, 0, 1, 1], [1, 1, 1, 1], [0, 1, 1, 1]], np.float64)
-    scene = make_scene(
-        [dataclasses.replace(mesh, colors=colors)], materials=[Material(albedo=(0.8, 0.6, 0.5))]
-    )
-    frame, images = draw(gl, shaders, scene)
-    seen = images["z_vs"][..., 0] > 0.0
-    place = rays_of(frame)[..., :2] * 4.0 * 0.5 + 0.5
-    np.testing.assert_allclose(images["albedo"][seen][:, 0], 0.8 * place[seen][:, 0], atol=1e-4)
-    np.testing.assert_allclose(images["albedo"][seen][:, 1], 0.6 * place[seen][:, 1], atol=1e-4)
-    np.testing.assert_allclose(images["albedo"][seen][:, 2], 0.5, atol=1e-4)
 
 
 def test_geometry_through_the_eye_and_around_it(gl, device, shaders):

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from passes.pass_harness import box
-from passes.test_gbuffer import sphere
+from passes.pass_harness import box, sphere
 
 from ssdo_gl.gpu.geometry.vertices import with_own_last_vertices
 
