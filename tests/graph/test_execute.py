@@ -1,74 +1,16 @@
-"""The executor reuses exactly what cannot have changed, and frees what nobody needs."""
+"""The executor: what runs again, what is kept, what is lent on."""
 
 from __future__ import annotations
 
 import dataclasses
-import weakref
-from collections.abc import Mapping
-from typing import ClassVar
 
 import numpy as np
 import pytest
+from graph.painting import Paint, chain, frame
 
-from ssdo_gl.gpu import texture_pool
-from ssdo_gl.gpu.geometry import Geometry
 from ssdo_gl.gpu.readback import read_texture
-from ssdo_gl.graph.execute import Executor
-from ssdo_gl.graph.frame import Frame, FrameView
-from ssdo_gl.graph.graph import compile_graph
-from ssdo_gl.graph.render_pass import RenderPass, TextureWithFacts
+from ssdo_gl.graph.render_pass import TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
-from ssdo_gl.scene.material import Material
-from ssdo_gl.scene.scene import Scene
-
-
-class Paint(RenderPass):
-    """Clears its target to a value and counts how often it ran."""
-
-    def __init__(self, name, value=1.0, reads=(), depends_on=(), own=False, transient=False):
-        self.name = name
-        self.value = value
-        self.reads = tuple(reads)
-        self.writes = {name: TextureSpec(1, own=own, transient=transient)}
-        self.depends_on = tuple(depends_on)
-        self.runs = 0
-
-    def settings_key(self):
-        return self.value
-
-    def execute(self, context):
-        self.runs += 1
-        if self.writes[self.name].own:
-            texture = context.gl.texture((1, 1), 1, np.float32(self.value).tobytes(), dtype="f4")
-            return {self.name: texture}
-        context.target.clear(self.value)
-        return None
-
-
-def triangle_scene():
-    mesh = Mesh(np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]]))
-    return Scene((mesh,), (Material(),), (SceneObject(0, 0),), Camera((0, 0, 3), (0, 0, 0)))
-
-
-def frame(size=(4, 3), **versions):
-    view = FrameView(size, np.zeros(3), np.eye(3), (1.0, 0.75), 0.1, 10.0)
-    return Frame(view, triangle_scene(), versions=versions)
-
-
-@pytest.fixture
-def world(device, shaders):
-    executor = Executor(device, shaders)
-    geometry = Geometry(device.gl, triangle_scene())
-    yield (
-        lambda passes, outputs, frame, **more: executor.run(
-            compile_graph(passes, outputs), frame, geometry, **more
-        ),
-        executor,
-    )
-    executor.release()
-    geometry.release()
 
 
 def test_an_unchanged_frame_runs_nothing_again(world):
@@ -314,16 +256,6 @@ def test_targets_are_in_the_order_that_the_pass_names_them_in(world):
             assert np.all(read_texture(executor.texture(name)) == number)
 
 
-def chain():
-    """A raw image and its filter, twice: the second raw image may reuse the first's texture."""
-    return [
-        Paint("raw_1", transient=True),
-        Paint("smooth_1", reads=["raw_1"]),
-        Paint("raw_2", reads=["smooth_1"], transient=True),
-        Paint("smooth_2", reads=["raw_2"]),
-    ]
-
-
 def test_transient_textures_are_lent_on_within_the_frame(world):
     run, executor = world
     run(chain(), ["smooth_1", "smooth_2"], frame())
@@ -356,81 +288,3 @@ def test_textures_do_not_pile_up_over_frames_and_sizes(world):
             passes[0].depends_on = ("seed",)
             run(passes, ["smooth_1", "smooth_2"], frame(size=size, seed=seed))
             assert executor.texture_count == 3
-
-
-class Climb(RenderPass):
-    """In live frames it comes one nearer to its goal each time; else it is there at once."""
-
-    name = "climb"
-    writes: ClassVar[Mapping[str, TextureSpec]] = {"climb": TextureSpec(1, own=True)}
-    depends_on = ("goal",)
-    is_gradual = True
-
-    def execute(self, context):
-        goal = context.frame.versions["goal"]
-        known = context.last["climb"].facts if context.last else None
-        height = goal if known is None else min(known + 1, goal)
-        self.is_settled = height == goal
-        texture = context.gl.texture((1, 1), 1, np.float32(height).tobytes(), dtype="f4")
-        return {"climb": TextureWithFacts(texture, height)}
-
-
-def live(**versions):
-    return dataclasses.replace(frame(**versions), is_live=True)
-
-
-def lit():
-    """An image that reads a table, which no view is part of."""
-    return [Paint("table", own=True, depends_on=["lights"]), Paint("a", reads=["table"])]
-
-
-@pytest.mark.parametrize("made", [live, frame])
-def test_a_window_keeps_what_no_view_is_part_of_while_it_shows_other_images(world, made):
-    run, executor = world
-    passes = lit()
-    run(passes, ["a"], made(lights=1))
-    kept = weakref.ref(executor.texture("table"))
-    run([Paint("b")], ["b"], made(lights=1))
-    with pytest.raises(KeyError):
-        executor.texture("table")
-    assert (kept() is not None) == (made is live)
-    assert [row.ran for row in run(passes, ["a"], made(lights=1))] == [made is frame, True]
-    run([Paint("b")], ["b"], made(lights=1))
-    run([Paint("b")], ["b"], made(lights=2))
-    assert kept() is None, "kept of a scene that is gone"
-
-
-def test_a_moving_scene_makes_no_new_textures(world, monkeypatch):
-    run, _ = world
-    passes = chain()
-    passes[0].depends_on = ("geometry",)
-    run(passes, ["smooth_2"], live(geometry=0))
-    made = []
-    monkeypatch.setattr(texture_pool, "make_texture", lambda *_: made.append(1))
-    for number in range(1, 4):
-        run(passes, ["smooth_2"], live(geometry=number))
-    assert made == []
-
-
-def test_a_gradual_pass_runs_in_live_frames_until_it_is_settled(world):
-    run, executor = world
-    passes = [Climb(), Paint("a", reads=["climb"])]
-    run(passes, ["a"], live(goal=2))
-    assert executor.is_settled
-    heights = []
-    for _ in range(5):
-        ran = [row.ran for row in run(passes, ["a", "climb"], live(goal=5))]
-        heights.append((read_texture(executor.texture("climb")).max(), executor.is_settled, *ran))
-    going, settled, done = (True, True), (5.0, True, True, True), (5.0, True, False, False)
-    assert heights == [(3.0, False, *going), (4.0, False, *going), settled, done, done]
-
-
-def test_frames_that_are_not_live_know_nothing_of_those_before(world):
-    run, executor = world
-    passes = [Climb(), Paint("a", reads=["climb"])]
-    run(passes, ["a"], live(goal=2))
-    run(passes, ["a"], live(goal=5))
-    rows = run(passes, ["a", "climb"], frame(goal=5))
-    assert [row.ran for row in rows] == [True, True]
-    assert read_texture(executor.texture("climb")).max() == 5.0
-    assert executor.is_settled

@@ -40,3 +40,17 @@ def make_viewer(device: Device, shaders: ShaderLibrary, tmp_path: Path):
 @pytest.fixture
 def viewer(make_viewer) -> Viewer:
     return make_viewer()
+
+
+@pytest.fixture
+def drawn(device: Device, shaders: ShaderLibrary, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """A `DrawnOverlay` of the built-in room."""
+    from window.overlay.drawn_overlay import DrawnOverlay
+
+    from ssdo_gl.window.panel import panel as panel_module
+
+    # The only number of a picture at rest that changes by itself.
+    monkeypatch.setattr(panel_module, "memory_mb", lambda: 100.0)
+    drawn = DrawnOverlay(device, shaders, "cornell_meso", tmp_path)
+    yield drawn
+    drawn.release()

@@ -7,13 +7,13 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from scene.fixture_types import Write
 
 from ssdo_gl.cli import build_parser
 from ssdo_gl.scene import formats
 from ssdo_gl.scene.formats import FORMATS, format_registry
 from ssdo_gl.scene.load import load_scene
 
-Write = Callable[[dict[str, str | bytes]], Path]
 PAGE = Path(__file__).parents[3] / "docs" / "formats.md"
 
 

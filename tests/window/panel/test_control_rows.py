@@ -19,6 +19,7 @@ from ssdo_gl.window.panel.control_rows import (
     Widget,
     default_of,
     first_value,
+    ignored_because,
     main_rows,
     pass_rows,
     value_of,
@@ -120,3 +121,25 @@ def test_going_back_to_a_default_is_going_back_to_the_scene() -> None:
     row = next(row for row in ALL_ROWS if row.key == "radius")
     again = resolved(with_value(settings, row, None), scene)
     assert (again.radius, again.samples) == (0.2, 32)
+
+
+@pytest.mark.parametrize(
+    ("method", "ignored", "used"),
+    [
+        ("bounce", ("spp", "bounces", "shadow_rays", "combine"), ("samples", "radius", "filter")),
+        ("direct", ("samples", "radius", "far_field.tile"), ("exposure", "seed", "direct.x")),
+        ("gi", ("spp", "ssao.x", "reference_gi.x"), ("far_field.x", "surface_cache.x", "bounce.x")),
+        ("bounce", ("surface_cache.x", "traced_shadows.x"), ("shadow_map.x", "tone_map.x")),
+        ("reference-near", ("samples", "filter"), ("spp", "radius", "shadow_rays")),
+        ("reference-gi", ("radius", "steps", "temporal.x", "shadow_map.x"), ("bounces", "spp")),
+    ],
+)
+def test_settings_without_effect_say_why(
+    method: str, ignored: tuple[str, ...], used: tuple[str, ...]
+) -> None:
+    settings = Settings(method=method)
+    assert all(ignored_because(settings, name) for name in ignored)
+    # Another image may ask for what the picture does without; that of references is by rays.
+    by_ssao = ignored_because(settings, "ssao.x", image="visibility")
+    assert bool(by_ssao) == settings.is_reference
+    assert not any(ignored_because(settings, name) for name in used)

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import glfw
 import numpy as np
 import pytest
-from window.overlay.test_overlay import SIZE, DrawnOverlay
+from window.overlay.drawn_overlay import SIZE, DrawnOverlay
 
 from ssdo_gl import math3d
 from ssdo_gl.scene.light_edits import new_light

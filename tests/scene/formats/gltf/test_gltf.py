@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -12,13 +11,11 @@ import pytest
 import trimesh
 from glb_writer import load
 from image_bytes import plain_png
+from scene.fixture_types import Write
 
 from ssdo_gl.math3d import transform_points
-from ssdo_gl.scene.lights import DirectionalLight, PointLight, SpotLight
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import SceneError
-
-Write = Callable[[dict[str, str | bytes]], Path]
 
 
 def material_of(glb, tmp_path: Path, **material: object):
@@ -277,120 +274,6 @@ def test_external_files_and_data_uris(write: Write) -> None:
     document["buffers"] = [{"byteLength": 36, "uri": "../secret.bin"}]
     with pytest.raises(SceneError, match="must not leave"):
         load_scene(write({"secret.gltf": json.dumps(document)}))
-
-
-def test_punctual_lights_shine_along_minus_z(glb, tmp_path: Path) -> None:
-    lights = [
-        {"type": "directional", "color": [1, 0.5, 0], "intensity": 4, "name": "sun"},
-        {"type": "point", "intensity": 2},
-        {"type": "spot", "spot": {"innerConeAngle": 0.1, "outerConeAngle": 0.2}},
-    ]
-    down = [-(2**-0.5), 0, 0, 2**-0.5]  # a quarter turn about x takes -z to -y
-    glb.json["extensions"] = {"KHR_lights_punctual": {"lights": lights}}
-    glb.json["scenes"] = [{"nodes": [0, 1, 2, 3]}]
-    glb.json["nodes"] = [
-        {"mesh": 0},
-        *(
-            {
-                "translation": [1, 2, 3],
-                "rotation": down,
-                "extensions": {"KHR_lights_punctual": {"light": index}},
-            }
-            for index in range(3)
-        ),
-    ]
-    glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
-    scene = load(glb, tmp_path)
-    sun, point, spot = scene.lights
-    assert isinstance(sun, DirectionalLight)
-    assert sun.direction == pytest.approx((0, -1, 0), abs=1e-12)
-    assert sun.irradiance == (4.0, 2.0, 0.0)
-    assert isinstance(point, PointLight)
-    assert point.position == pytest.approx((1, 2, 3))
-    assert point.intensity == (2.0, 2.0, 2.0)
-    assert isinstance(spot, SpotLight)
-    assert np.radians(spot.inner_angle) == pytest.approx(0.1)
-    assert np.radians(spot.outer_angle) == pytest.approx(0.2)
-    assert scene.camera.exposure != 0.0
-
-
-@pytest.mark.parametrize(
-    ("kind", "scale", "expected"),
-    [
-        ("point", [0, 0, 0], (1, 2, 3)),
-        ("directional", [1, 1, 0], (0, 0, -1)),
-        ("spot", [2, 3, 0], (0, 0, -1)),
-        ("spot", [0, 0, 0], None),
-    ],
-)
-def test_lights_shine_whatever_the_scale_of_their_node(
-    kind: str, scale: list[float], expected: tuple[float, ...] | None, glb, tmp_path: Path
-) -> None:
-    glb.json["extensions"] = {"KHR_lights_punctual": {"lights": [{"type": kind, "name": "lamp"}]}}
-    glb.json["scenes"] = [{"nodes": [0, 1]}]
-    extension = {"KHR_lights_punctual": {"light": 0}}
-    node = {"translation": [1, 2, 3], "scale": scale, "extensions": extension}
-    glb.json["nodes"] = [{"mesh": 0}, node]
-    glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
-    scene = load(glb, tmp_path)
-    dropped = [note for note in scene.notes if "light lamp dropped" in note]
-    assert len(dropped) == (expected is None)
-    if expected is not None:
-        (light,) = scene.lights
-        assert getattr(light, "direction", light.place) == pytest.approx(expected)
-
-
-@pytest.mark.parametrize(
-    ("light", "message"),
-    [
-        ({"type": "point", "intensity": 1e39}, "light 0: intensity = "),
-        ({"type": "area"}, "light 0: unknown type 'area'"),
-        ({"type": "spot", "spot": {"outerConeAngle": np.nan}}, "light 0: the angles of a spot"),
-    ],
-)
-def test_bad_lights_are_refused_by_number(light, message: str, glb, tmp_path: Path) -> None:
-    glb.json["extensions"] = {"KHR_lights_punctual": {"lights": [light]}}
-    glb.json["nodes"] = [{"mesh": 0, "extensions": {"KHR_lights_punctual": {"light": 0}}}]
-    glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
-    with pytest.raises(SceneError, match=message):
-        load(glb, tmp_path)
-
-
-def test_the_camera_of_the_file_is_used(glb, tmp_path: Path) -> None:
-    glb.json["cameras"] = [{"type": "perspective", "perspective": {"yfov": 0.5, "znear": 1}}]
-    glb.json["scenes"] = [{"nodes": [0, 1]}]
-    glb.json["nodes"] = [{"mesh": 0}, {"camera": 0, "translation": [0, 0, 8]}]
-    glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
-    camera = load(glb, tmp_path).camera
-    assert camera.position == (0, 0, 8)
-    assert np.radians(camera.fov_y) == pytest.approx(0.5)
-    forward = np.subtract(camera.target, camera.position)
-    assert forward / np.linalg.norm(forward) == pytest.approx([0, 0, -1])
-    # The pivot lies level with the scene.
-    assert camera.target[2] == pytest.approx(0.0)
-
-
-@pytest.mark.parametrize("size", [2.5, -2.5])
-def test_a_camera_of_parallel_rays_is_used(glb, tmp_path: Path, size: float) -> None:
-    """`ymag` is half the height; negative ones are out of use and mean the same."""
-    shape = {"xmag": 4, "ymag": size, "znear": 0, "zfar": 9}
-    glb.json["cameras"] = [{"type": "orthographic", "orthographic": shape}]
-    glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
-    glb.json["nodes"] = [{"mesh": 0}, {"camera": 0, "translation": [0, 0, 8]}]
-    glb.json["scenes"] = [{"nodes": [0, 1]}]
-    scene = load(glb, tmp_path)
-    assert (scene.camera.position, scene.camera.height) == ((0, 0, 8), 5.0)
-    assert not any("camera" in note for note in scene.notes)
-
-
-@pytest.mark.parametrize("size", [0, 1e30, "a"])
-def test_a_camera_of_parallel_rays_without_a_size_is_refused(glb, tmp_path: Path, size) -> None:
-    glb.json["cameras"] = [{"type": "orthographic", "orthographic": {"ymag": size}}]
-    glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
-    glb.json["nodes"] = [{"mesh": 0}, {"camera": 0}]
-    glb.json["scenes"] = [{"nodes": [0, 1]}]
-    with pytest.raises(SceneError, match="ymag"):
-        load(glb, tmp_path)
 
 
 def test_skins_stand_where_their_joints_are(glb, tmp_path: Path) -> None:

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
 from image_bytes import png
+from scene.fixture_types import Write
 
 from ssdo_gl.images.color import linear_from_srgb
 from ssdo_gl.scene.lights import RectangleLight
 from ssdo_gl.scene.load import load_scene
 
-Write = Callable[[dict[str, str | bytes]], Path]
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
 
 

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
+from scene.fixture_types import Write
 
 from ssdo_gl.images.color import linear_from_srgb
 from ssdo_gl.scene.load import load_scene
-
-Write = Callable[[dict[str, str | bytes]], Path]
 
 
 def ply(properties: str, rows: list[str], faces: list[str], face_properties: str = "") -> str:

@@ -1,26 +1,23 @@
-"""Whatever is wrong with an input is said in one line that names place and cure."""
+"""Whatever is wrong with a scene file is said in one line that names place and cure."""
 
 from __future__ import annotations
 
 import os
-import struct
-import zlib
-from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scene.fixture_types import ErrorOf, Write
 
 from ssdo_gl.scene.formats.toml import read_description
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import SceneError
 
-ErrorOf = Callable[..., str]
-Write = Callable[[dict[str, str | bytes]], Path]
-
 SPHERE = '[[object]]\nshape = "sphere"\nradius = 1\n'
+
+
+OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 
 
 @pytest.mark.parametrize(
@@ -218,9 +215,6 @@ def test_missing_files_and_unknown_names(error_of: ErrorOf, tmp_path: Path) -> N
     assert "is a folder" in error_of(folder)
 
 
-OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
-
-
 def mesh_scene(path: str) -> str:
     return f'[[object]]\nshape = "mesh"\npath = {path!r}\n'
 
@@ -261,149 +255,3 @@ def test_a_scene_in_a_linked_folder_finds_its_files(write: Write, tmp_path: Path
     file = write({"real/a.obj": OBJ, "real/s.toml": mesh_scene("a.obj")})
     os.symlink(file.parent, tmp_path / "linked")
     assert load_scene(tmp_path / "linked" / "s.toml").triangle_count == 1
-
-
-@pytest.mark.parametrize(
-    ("name", "content", "parts"),
-    [
-        ("a.glb", b"", ["does not start with 'glTF'"]),
-        ("a.glb", b"glTF\x02\0\0\0", ["truncated GLB"]),
-        ("a.glb", struct.pack("<III", 0x46546C67, 2, 500) + bytes(20), ["truncated", "500", "32"]),
-        ("a.glb", struct.pack("<III", 0x46546C67, 1, 20) + bytes(8), ["version 1"]),
-        ("a.glb", struct.pack("<IIIII", 0x46546C67, 2, 20, 99, 0x4E4F534A), ["chunk"]),
-        ("a.glb", struct.pack("<IIIII", 0x46546C67, 2, 20, 0, 0x1234), ["no JSON chunk"]),
-        ("a.gltf", b"{", ["line 1, column 2"]),
-        ("a.gltf", b"\xff\xfe", ["not UTF-8"]),
-        ("a.gltf", b"[]", ["no 'asset'"]),
-        ("a.gltf", b"{}", ["no 'asset'"]),
-        ("a.gltf", b'{"asset": {"version": "1.0"}}', ["version '1.0'"]),
-        ("a.gltf", b'{"asset": {"version": "2.0"}}', ["no triangle"]),
-        ("a.gltf", b'{"asset": {"version": "2.0"}, "nodes": 3}', ["not valid glTF"]),
-        ("a.gltf", b'{"asset": {"version": "2.0"}, "nodes": [{"mesh": 7}]}', ["meshes 7, but"]),
-        (
-            "a.gltf",
-            (
-                b'{"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}],'
-                b' "nodes": [{"children": [0]}]}'
-            ),
-            ["two parents"],
-        ),
-        (
-            "a.gltf",
-            b'{"asset": {"version": "2.0"}, "extensionsRequired": ["KHR_implicit_shapes"]}',
-            ["KHR_implicit_shapes", "not supported"],
-        ),
-        ("a.obj", b"", ["no triangle"]),
-        ("a.obj", b"v 0 0 0\nv 1 0 0\nl 1 2\n", ["no triangle", "only 1 lines"]),
-        ("a.obj", b"v 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", ["'v 0 0'", "3 numbers"]),
-        ("a.obj", b"v a b c\nf 1 1 1\n", ["'v a b c'"]),
-        ("a.obj", OBJ.encode() + b"f 1 2 9\n", ["v 9", "there are 3"]),
-        ("a.obj", OBJ.encode() + b"f 1 2 -9\n", ["-"]),
-        ("a.obj", OBJ.encode() + b"f x y z\n", ["'x'", "1/2/3"]),
-        ("a.obj", OBJ.encode() + b"f 0 1 2\n", ["v 0"]),
-        ("a.obj", b"v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\n", ["no triangle with an area"]),
-        ("a.obj", b"v nan 0 0\nv 1 1 1\nv 2 5 2\nf 1 2 3\n", ["no triangle with an area"]),
-        ("a.obj", bytes(range(256)) * 8, ["no triangle"]),
-        ("a.ply", b"", ["not a readable PLY"]),
-        ("a.ply", b"ply\nformat ascii 1.0\nend_header\n", ["a.ply"]),
-        ("a.ply", bytes(range(256)), ["not a readable PLY"]),
-        ("a.stl", b"", ["a.stl"]),
-        ("a.stl", b"solid x\nendsolid x\n", ["a.stl"]),
-        ("a.stl", bytes(80) + struct.pack("<I", 1000), ["a.stl"]),
-        ("a.off", b"", ["not a readable OFF"]),
-        ("a.off", b"OFF\n3 1 0\n0 0 0\n", ["not a readable OFF"]),
-        ("a.off", b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n", ["not a readable OFF"]),
-        ("a.off", b"OFF\n3 1 0\n0 0 0\n1 0 0\n2 0 0\n3 0 1 2\n", ["no triangle with an area"]),
-    ],
-)
-def test_a_bad_model_is_refused_in_one_line(
-    name: str, content: bytes, parts: list[str], write: Write, error_of: ErrorOf
-) -> None:
-    message = error_of(write({name: content}))
-    assert message.count(name) == 1
-    for part in parts:
-        assert part in message
-
-
-def png_header(width: int, height: int) -> bytes:
-    """Return a PNG whose header promises more than its data holds."""
-
-    def chunk(kind: bytes, data: bytes) -> bytes:
-        body = kind + data
-        return struct.pack(">I", len(data)) + body + struct.pack(">I", zlib.crc32(body))
-
-    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
-    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(b"\0" * 9))
-
-
-@pytest.mark.parametrize("size", [(30000, 30000), (16385, 1), (1, 100_000)])
-def test_a_huge_texture_is_refused_by_its_header(
-    size: tuple[int, int], write: Write, error_of: ErrorOf
-) -> None:
-    file = write(
-        {
-            "huge.png": png_header(*size),
-            "s.toml": f'[materials.m]\nalbedo_texture = "huge.png"\n{SPHERE}',
-        }
-    )
-    message = error_of(file)
-    assert f"{size[0]} x {size[1]} pixels" in message
-    assert "within 1 to 16384" in message
-
-
-@pytest.mark.parametrize("content", [b"", b"not an image", png_header(4, 4)])
-def test_a_damaged_texture_is_refused(content: bytes, write: Write, error_of: ErrorOf) -> None:
-    file = write({"t.png": content, "s.toml": f'[materials.m]\nalbedo_texture = "t.png"\n{SPHERE}'})
-    message = error_of(file)
-    assert "[materials.m] albedo_texture" in message
-    assert "'t.png' is not a readable image" in message
-
-
-@pytest.mark.parametrize(
-    ("name", "content", "reason"),
-    [
-        ("a.hdr", b"", "does not start with"),
-        ("a.hdr", b"#?RADIANCE\n\n", "no line '-Y height +X width'"),
-        ("a.hdr", b"#?RADIANCE\n\n-Y 2 +X 2\n\1\1", "ends in the middle"),
-        ("a.hdr", b"#?RADIANCE\n\n-Y 1 +X 8\n\2\2\0\7", "wrong length"),
-        ("a.hdr", b"#?RADIANCE\n\n-Y 1 +X 8\n\2\2\0\x08\x89\1\1\1", "damaged"),
-        ("a.hdr", b"#?RADIANCE\n\n-Y 30000 +X 30000\n", "30000 x 30000 pixels"),
-        ("a.exr", b"not an image", "not a readable EXR"),
-        ("a.jpg", b"", "expected a .hdr or .exr"),
-    ],
-)
-def test_a_damaged_sky_is_refused(
-    name: str, content: bytes, reason: str, write: Write, error_of: ErrorOf
-) -> None:
-    file = write(
-        {name: content, "s.toml": f'[environment]\nkind = "map"\npath = "{name}"\n{SPHERE}'}
-    )
-    message = error_of(file)
-    assert reason in message
-    assert "[environment] path" in message
-
-
-def test_truncation_anywhere_is_one_line(write: Write, glb, tmp_path: Path) -> None:
-    glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
-    whole = glb.bytes()
-    path = tmp_path / "cut.glb"
-    for length in range(0, len(whole) - 1, 7):
-        path.write_bytes(whole[:length])
-        with pytest.raises(SceneError) as caught:
-            load_scene(path)
-        assert "\n" not in str(caught.value)
-
-
-def test_damage_anywhere_is_a_scene_or_one_line(glb, tmp_path: Path) -> None:
-    glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
-    whole = glb.bytes()
-    random = np.random.default_rng(5)
-    path = tmp_path / "damaged.glb"
-    for _ in range(300):
-        data = bytearray(whole)
-        data[random.integers(20, len(data))] = random.integers(256)
-        path.write_bytes(data)
-        try:
-            load_scene(path)
-        except SceneError as error:
-            assert "\n" not in str(error)

@@ -1,0 +1,48 @@
+"""Cameras of glTF files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from glb_writer import load
+
+from ssdo_gl.scene.scene import SceneError
+
+
+def test_the_camera_of_the_file_is_used(glb, tmp_path: Path) -> None:
+    glb.json["cameras"] = [{"type": "perspective", "perspective": {"yfov": 0.5, "znear": 1}}]
+    glb.json["scenes"] = [{"nodes": [0, 1]}]
+    glb.json["nodes"] = [{"mesh": 0}, {"camera": 0, "translation": [0, 0, 8]}]
+    glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
+    camera = load(glb, tmp_path).camera
+    assert camera.position == (0, 0, 8)
+    assert np.radians(camera.fov_y) == pytest.approx(0.5)
+    forward = np.subtract(camera.target, camera.position)
+    assert forward / np.linalg.norm(forward) == pytest.approx([0, 0, -1])
+    # The pivot lies level with the scene.
+    assert camera.target[2] == pytest.approx(0.0)
+
+
+@pytest.mark.parametrize("size", [2.5, -2.5])
+def test_a_camera_of_parallel_rays_is_used(glb, tmp_path: Path, size: float) -> None:
+    """`ymag` is half the height; negative ones are out of use and mean the same."""
+    shape = {"xmag": 4, "ymag": size, "znear": 0, "zfar": 9}
+    glb.json["cameras"] = [{"type": "orthographic", "orthographic": shape}]
+    glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
+    glb.json["nodes"] = [{"mesh": 0}, {"camera": 0, "translation": [0, 0, 8]}]
+    glb.json["scenes"] = [{"nodes": [0, 1]}]
+    scene = load(glb, tmp_path)
+    assert (scene.camera.position, scene.camera.height) == ((0, 0, 8), 5.0)
+    assert not any("camera" in note for note in scene.notes)
+
+
+@pytest.mark.parametrize("size", [0, 1e30, "a"])
+def test_a_camera_of_parallel_rays_without_a_size_is_refused(glb, tmp_path: Path, size) -> None:
+    glb.json["cameras"] = [{"type": "orthographic", "orthographic": {"ymag": size}}]
+    glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
+    glb.json["nodes"] = [{"mesh": 0}, {"camera": 0}]
+    glb.json["scenes"] = [{"nodes": [0, 1]}]
+    with pytest.raises(SceneError, match="ymag"):
+        load(glb, tmp_path)
