@@ -1,5 +1,4 @@
 // Where rays begin, and how soon they leave the frame.
-#include "lib/constants.glsl"
 #include "lib/space.glsl"
 
 uniform float u_near_vs;           // distance of the near plane

@@ -90,7 +90,7 @@ R2_STEP = (0.7548776662466927, 0.5698402909980532)
 POINTS_IN_MOTION = np.array((2.0, 1.25))
 
 
-def uniforms(settings: DirectSettings, frame: Frame) -> dict[str, object]:
+def uniforms(frame: Frame) -> dict[str, object]:
     """Return the uniforms of ``effects/direct.frag`` that all lights share."""
     number = frame.seed - frame.first_seed
     return {
@@ -182,7 +182,7 @@ class DirectPass(RenderPass):
             (frames, view.position_ws, view.view_from_world),
             lambda: [math3d.read_only(row) for row in light_rows(scene.lights, frames, view)],
         )
-        common = uniforms(self.settings, context.frame)
+        common = uniforms(context.frame)
         inputs, maps = dict(context.inputs), None
         if self.shadow_maps:
             atlas = inputs["shadow_atlas"]

@@ -156,11 +156,6 @@ class RenderThread:
         """Look at events: some have come."""
         self._wakes.set()
 
-    @property
-    def visitor_count(self) -> int:
-        """How many are drawn for."""
-        return len(self._visitors)
-
     def _post(self, task: Callable[[], None]) -> None:
         self._tasks.append(task)
         self._wakes.set()

@@ -279,7 +279,7 @@ def test_who_leaves_frees_what_they_held(renderer, monkeypatch):
         given_back.clear()  # those of a test before may have left late
         # As somebody leaves whose machine is switched off.
         socket._response.close()
-        while visitor.session is not None or renderer.visitor_count or not given_back:
+        while visitor.session is not None or renderer._visitors or not given_back:
             await asyncio.sleep(0.01)
         assert viewer.presenter.picture is None and not viewer._sides
         assert given_back == [1]
