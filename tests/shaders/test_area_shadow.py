@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from shaders.harness import evaluate
 
-from ssdo_gl.effects.direct import TURNS, DirectSettings, uniforms
+from ssdo_gl.effects.direct import TURNS, uniforms
 from ssdo_gl.graph.frame import Frame, FrameView
 from ssdo_gl.scene.lights import Form
 from ssdo_gl.scene.load import load_scene
@@ -78,7 +78,7 @@ def test_after_four_frames_the_quarters_of_a_block_have_seen_the_same(gl, shader
     view = FrameView((4, 4), np.zeros(3), np.eye(3), (1.0, 1.0), 0.1, 10.0)
     turned = []
     for number in range(TURNS):
-        values = uniforms(DirectSettings(), Frame(view, load_scene("corner"), number))
+        values = uniforms(Frame(view, load_scene("corner"), number))
         sent = {name: values[name] for name in ("u_pattern_offset", "u_pattern_turn")}
         begin = "first_random(pixel, STRETCH)"
         points = evaluate(
