@@ -1,0 +1,1 @@
+"""How the program talks to OpenGL: contexts, shaders, textures, triangles. Knows no lighting."""

@@ -1,0 +1,1 @@
+"""The frame graph: which passes run, in what order, and what is kept between frames."""

@@ -1,0 +1,1 @@
+"""Passes that several effects share, and what passes have in common."""

@@ -1,4 +1,4 @@
-"""Numbers in a text."""
+"""Numbers in the text of polygon files."""
 
 from __future__ import annotations
 
