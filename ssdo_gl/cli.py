@@ -379,8 +379,8 @@ def _reported(work: Callable[[], int]) -> int:
     try:
         with signals_as_exceptions():
             return work()
-    except UserError as error:
-        message, code = _of_flag(str(error)), EXIT_USER
+    except (UserError, MemoryError) as error:
+        message, code = _message_of(error), EXIT_USER
     except ContextError as error:
         message, code = str(error), EXIT_NO_OPENGL
     except KeyboardInterrupt as error:
@@ -389,12 +389,9 @@ def _reported(work: Callable[[], int]) -> int:
     return code
 
 
-def _of_flag(message: str) -> str:
-    """Return a message about an argument as one about the flag that it came from."""
+def _message_of(error: Exception) -> str:
+    """Return what to say of a fault; of an argument, as of the flag that it came from."""
+    message = str(error) if isinstance(error, UserError) else f"not enough memory: {error}"
     name, _, rest = message.partition(" ")
     found = flag_infos().get(name) if rest.startswith(("= ", "belongs ")) else None
     return message if found is None else f"{found[1].flag} {rest}"
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -45,6 +45,15 @@ def test_a_size_that_opengl_has_no_images_of_is_refused(tmp_path, capsys, monkey
     assert re.fullmatch(r"ssdo-gl: --size = 32x18: .+ makes no images so large", line)
 
 
+def test_too_little_memory_is_one_line(tmp_path, capsys, monkeypatch):
+    def without_memory(*_rest, **_options):
+        raise MemoryError("Unable to allocate 128. MiB for an array")
+
+    monkeypatch.setattr("ssdo_gl.renderer.Renderer.render", without_memory)
+    line = refused(capsys, [scene_file(tmp_path), "--snapshot", str(tmp_path / "a.png"), *SMALL])
+    assert line == "ssdo-gl: not enough memory: Unable to allocate 128. MiB for an array"
+
+
 def test_explain_needs_no_output(capsys):
     assert main(["corner", "--method", "bounce", "--explain", *SMALL]) == 0
     said = capsys.readouterr().out

@@ -8,6 +8,8 @@ import moderngl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ssdo_gl.user_error import UserError
+
 # How each dtype of a texture is laid out in memory, and what a stored integer is
 # divided by to become the value that a shader reads.
 _STORAGE: dict[str, tuple[type[np.generic], float]] = {
@@ -18,6 +20,10 @@ _STORAGE: dict[str, tuple[type[np.generic], float]] = {
     "u4": (np.uint32, 1.0),
     "i4": (np.int32, 1.0),
 }
+
+
+class FrameSizeError(UserError, ValueError):
+    """A size of frames that OpenGL here makes no images of."""
 
 
 def make_texture(
@@ -64,13 +70,27 @@ def make_framebuffer(
 
     `depth` adds a 24-bit depth attachment; it serves the depth test only, positions
     are never rebuilt from it.
+
+    Raises
+    ------
+    FrameSizeError
+        If there was no memory for `textures`: OpenGL says so only where they are drawn into.
     """
     attachment = gl.depth_renderbuffer(textures[0].size) if depth else None
     # moderngl binds what was bound before once it has made a framebuffer, and binding
     # one that was released meanwhile is an error.
     if gl.fbo is not None and isinstance(gl.fbo.mglo, moderngl.InvalidObject):
         gl.detect_framebuffer(0).use()
-    return gl.framebuffer(list(textures), attachment)
+    try:
+        return gl.framebuffer(list(textures), attachment)
+    except moderngl.Error:
+        if gl.error != "GL_OUT_OF_MEMORY":
+            raise
+        width, height = textures[0].size
+        renderer = gl.info["GL_RENDERER"]
+        raise FrameSizeError(
+            f"not enough memory: {renderer} makes no more images of {width}x{height}"
+        ) from None
 
 
 def pack(values: ArrayLike, shape: tuple[int, int, int], dtype: str) -> bytes:

@@ -6,15 +6,10 @@ from collections.abc import Sequence
 
 import moderngl
 
-from ssdo_gl.gpu.texture import make_framebuffer, make_texture
-from ssdo_gl.user_error import UserError
+from ssdo_gl.gpu.texture import FrameSizeError, make_framebuffer, make_texture
 
 # Size, channels and dtype of a texture.
 Format = tuple[tuple[int, int], int, str]
-
-
-class FrameSizeError(UserError, ValueError):
-    """A size of frames that OpenGL here makes no images of."""
 
 
 class TexturePool:
@@ -65,7 +60,7 @@ class TexturePool:
         if key not in self._targets:
             try:
                 self._targets[key] = make_framebuffer(self._gl, list(textures), depth)
-            except moderngl.Error:
+            except (moderngl.Error, FrameSizeError):
                 width, height = textures[0].size
                 renderer = self._gl.info["GL_RENDERER"]
                 raise FrameSizeError(

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import moderngl
 import numpy as np
 import pytest
 from gpu.image_texture import texture_from_image
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.readback import read_texture
-from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.gpu.texture import FrameSizeError, make_framebuffer, make_texture
 
 # Rounding to the nearest of 2^n - 1 steps is off by half a step at most; the division
 # back to float32 adds one rounding.
@@ -113,3 +114,24 @@ def test_framebuffer_can_be_made_after_the_bound_one_was_released(gl):
     assert gl.error == "GL_NO_ERROR"
     second.clear(1.0, 2.0, 3.0, 4.0)
     assert np.all(read_texture(texture) == [1, 2, 3, 4])
+
+
+class NoMemory:
+    """A context that has no memory for what is drawn into, or some other fault."""
+
+    fbo = None
+
+    def __init__(self, error: str) -> None:
+        self.error, self.info = error, {"GL_RENDERER": "a small device"}
+
+    def framebuffer(self, *_textures):
+        raise moderngl.Error("the framebuffer is not complete (UNSUPPORTED)")
+
+
+def test_memory_that_a_device_lacks_is_told_from_faults_of_the_program(gl):
+    """It was a traceback wherever a pass makes textures of its own."""
+    texture = make_texture(gl, (4, 2), 1, "f4")
+    with pytest.raises(FrameSizeError, match=r"a small device makes no more images of 4x2"):
+        make_framebuffer(NoMemory("GL_OUT_OF_MEMORY"), [texture])
+    with pytest.raises(moderngl.Error, match="UNSUPPORTED"):
+        make_framebuffer(NoMemory("GL_NO_ERROR"), [texture])

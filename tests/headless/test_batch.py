@@ -78,14 +78,14 @@ def test_a_scene_that_nothing_foresaw_stops_no_other(
 ) -> None:
     render = Renderer.render
 
-    def exhausted(self: Renderer, *arguments: object, **options: object) -> object:
+    def failing(self: Renderer, *arguments: object, **options: object) -> object:
         if self.scene.bounds()[1].max() > 5.0:
-            raise MemoryError("400 GB")
+            raise ArithmeticError("no such number")
         return render(self, *arguments, **options)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(Renderer, "render", exhausted)
+    monkeypatch.setattr(Renderer, "render", failing)
     assert main(["--batch", "m/*.obj", "--out", "out", *FLAGS]) == 2
-    assert capsys.readouterr().err == "ssdo-gl: m/big.obj: MemoryError: 400 GB\n"
+    assert capsys.readouterr().err == "ssdo-gl: m/big.obj: ArithmeticError: no such number\n"
     assert list(contents("out")) == ["small.png"]
 
 
