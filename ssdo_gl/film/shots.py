@@ -85,7 +85,7 @@ class Shots:
                 raise SettingError(f"frames = {shown(self.frames)}: expected whole numbers")
             if not 0 <= first < end <= length <= MAX_FRAMES:
                 raise SettingError(
-                    f"frames = {self.frames!r}: expected first < end <= length, from 0"
+                    f"frames = {self.frames!r}: expected 0 <= first < end <= length <= {MAX_FRAMES}"
                 )
         elif self.path is None and self.turntable is None:
             raise SettingError("a film needs its length: a path, a turntable, or a range of frames")
@@ -128,8 +128,8 @@ def frames_from_text(text: str) -> tuple[int, int, int]:
         if first < end <= length <= MAX_FRAMES:
             return first, end, length
     raise SettingError(
-        f"--frames-range {shown(text)}: expected A:B (frames A to B - 1), or A:B/LENGTH for a part"
-        " of a film"
+        f"--frames-range {shown(text)}: expected A:B with A < B (frames A to B - 1), or A:B/LENGTH"
+        f" for a part of a film; at most {MAX_FRAMES} frames"
     )
 
 
