@@ -14,7 +14,7 @@ from ssdo_gl.effects.request import Request
 from ssdo_gl.gpu.clear import clear
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.geometry import Features, Numbered, TriangleRasterizer, can_rasterize
-from ssdo_gl.gpu.shader import Program
+from ssdo_gl.gpu.program import Program
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import moderngl
 
 from ssdo_gl.gpu.color_mask import last_kept
-from ssdo_gl.gpu.shader import Program
+from ssdo_gl.gpu.program import Program
 from ssdo_gl.gpu.slices import bands
 from ssdo_gl.math3d import Region
 

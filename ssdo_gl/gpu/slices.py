@@ -13,7 +13,7 @@ from weakref import WeakKeyDictionary
 
 import moderngl
 
-from ssdo_gl.gpu.shader import Program
+from ssdo_gl.gpu.program import Program
 from ssdo_gl.math3d import Region
 
 # With a picture in motion after it, input is still answered within two frames of 60 Hz.

@@ -16,7 +16,7 @@ from ssdo_gl.gpu.geometry import (
     can_rasterize,
     draw_surfaces,
 )
-from ssdo_gl.gpu.shader import Program
+from ssdo_gl.gpu.program import Program
 from ssdo_gl.graph.frame import Frame
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec

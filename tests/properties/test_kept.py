@@ -23,7 +23,8 @@ from properties.planned_and_full import (
     turned,
 )
 
-from ssdo_gl.gpu.shader import Program, ShaderLibrary
+from ssdo_gl.gpu.program import Program
+from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment, GradientEnvironment
 from ssdo_gl.scene.lights import PointLight
@@ -150,13 +151,13 @@ def test_what_moves_casts_its_shadow_anew(device, shaders):
 def compiled(monkeypatch):
     """Collect every program that is compiled."""
     found: list[Program] = []
-    replace = Program._replace
+    replace = Program.replace
 
     def watched(self, vertex, fragment):
         found.append(self)
         replace(self, vertex, fragment)
 
-    monkeypatch.setattr(Program, "_replace", watched)
+    monkeypatch.setattr(Program, "replace", watched)
     return found
 
 

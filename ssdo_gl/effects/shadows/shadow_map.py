@@ -17,7 +17,7 @@ from ssdo_gl.effects.request import Request
 from ssdo_gl.effects.shadows.map_readers import unread_maps
 from ssdo_gl.effects.shadows.shadow_settings import ShadowMapSettings, tile_size
 from ssdo_gl.gpu.geometry import CameraPose, Features
-from ssdo_gl.gpu.shader import Program
+from ssdo_gl.gpu.program import Program
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.graph.depth_range import depth_uniforms, far_plane, wide_depth_range
 from ssdo_gl.graph.render_pass import PassContext, RenderPass

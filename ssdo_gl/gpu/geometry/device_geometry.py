@@ -30,7 +30,7 @@ from ssdo_gl.gpu.geometry.instances import (
 from ssdo_gl.gpu.geometry.material_textures import MaterialTextures
 from ssdo_gl.gpu.geometry.vertices import VertexStreams, vertex_streams
 from ssdo_gl.gpu.instance_attributes import INSTANCE_ATTRIBUTES, INSTANCE_FLOATS
-from ssdo_gl.gpu.shader import Program
+from ssdo_gl.gpu.program import Program
 from ssdo_gl.last_made import LastMade
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.geometry import Mesh

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.gpu.geometry.vertices import VertexStreams
-from ssdo_gl.gpu.shader import Program
+from ssdo_gl.gpu.program import Program
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.geometry import Mesh
 from ssdo_gl.scene.material import Material

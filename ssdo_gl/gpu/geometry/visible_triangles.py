@@ -9,7 +9,7 @@ import moderngl
 
 from ssdo_gl.gpu.compute import shade_triangles
 from ssdo_gl.gpu.geometry.device_geometry import Numbered
-from ssdo_gl.gpu.shader import Program
+from ssdo_gl.gpu.program import Program
 
 
 def draw_surfaces(

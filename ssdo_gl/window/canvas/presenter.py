@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.gpu.context import Device
-from ssdo_gl.gpu.shader import FULLSCREEN, Program, ShaderLibrary
+from ssdo_gl.gpu.program import Program
+from ssdo_gl.gpu.shader import FULLSCREEN, ShaderLibrary
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.images.display import ColorMapping
 from ssdo_gl.math3d import FloatArray
