@@ -25,6 +25,7 @@ PARTS = {
     "gbuffer": "G-buffer",
     "back_faces": "back faces",
     "shadow_map": "direct light",
+    "translucent_shadows": "direct light",
     "direct": "direct light",
     "far_probe_points": "far field",
     "cached_irradiance": "far field",

@@ -117,6 +117,7 @@ class Geometry:
         solids_only: bool = False,
         hide_backs: bool = False,
         emitting: bool | None = None,
+        by_chance: bool | None = None,
         skip_light: int | None = None,
     ) -> None:
         """Draw what lies inside the clip volume into the bound framebuffer.
@@ -141,8 +142,8 @@ class Geometry:
         hide_backs : bool
             Leave out back faces of solids that the eye is outside of: their fronts hide
             them. Face culling must not be in use otherwise.
-        emitting : bool or None
-            Draw only what emits, or only what does not.
+        emitting, by_chance : bool or None
+            Draw only what emits, or is translucent, or only what does not.
         skip_light : int or None
             Leave out the visible body of this light (an index into Scene.lights).
         """
@@ -154,6 +155,8 @@ class Geometry:
             if len(shown.attributes) == 0 or (solids_only and not group.is_solid):
                 continue
             if emitting not in (None, features.emits):
+                continue
+            if by_chance not in (None, features.by_chance):
                 continue
             program = programs.get(id(features))
             if program is None:
@@ -173,6 +176,16 @@ class Geometry:
             else:
                 self._render(group, program, shown.attributes)
         self._gl.front_face = "ccw"
+
+    def shows_by_chance(
+        self, viewpoint: Viewpoint, clip_from_view: FloatArray, skip_light: int | None
+    ) -> bool:
+        """Return whether anything translucent may lie inside the clip volume."""
+        _, visible = self._visible(viewpoint, clip_from_view, skip_light)
+        return any(
+            batch.by_chance and len(shown.attributes) > 0
+            for (batch, _), shown in zip(self._batches, visible, strict=True)
+        )
 
     def visible_triangles(
         self, viewpoint: Viewpoint, clip_from_view: FloatArray
@@ -290,7 +303,10 @@ class Geometry:
     def _with_features(self, batch: Batch) -> tuple[Batch, Features]:
         features = self._groups[batch.group].features
         return batch, replace(
-            features, instance_materials=batch.material is None, emits=batch.emits
+            features,
+            instance_materials=batch.material is None,
+            emits=batch.emits,
+            by_chance=batch.by_chance,
         )
 
     def _render(

@@ -42,7 +42,9 @@ class Features:
     ----------
     emits : bool
         Whether any of them shows something where no light falls; known of batches, not of
-        groups.
+        groups, as is
+    by_chance : bool
+        whether any of them is translucent.
     images, second_uvs : frozenset of str
         Of `IMAGE_NAMES`: those that there are, and those of them that take the mesh's
         second texture coordinates.
@@ -56,6 +58,7 @@ class Features:
     single_sided: bool = False
     glossy: bool = False
     emits: bool = False
+    by_chance: bool = False
     images: frozenset[str] = frozenset()
     second_uvs: frozenset[str] = frozenset()
 
@@ -169,6 +172,11 @@ def emitting(rows: NDArray[np.float32]) -> bool:
     """Return whether a `material_row` of these shows anything where no light falls."""
     # The second: what is unlit, whose colour passes/gbuffer.frag puts out as emission.
     return bool(np.any(rows[:, 4:7] > 0.0) or np.any(rows[:, 8] > 1.5))
+
+
+def by_chance(rows: NDArray[np.float32]) -> bool:
+    """Return whether a `material_row` of these is translucent."""
+    return bool(np.any(rows[:, 9] < 0.0))
 
 
 def material_row(material: Material, counts_as_sender: bool) -> FloatArray:

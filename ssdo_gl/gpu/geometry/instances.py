@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl import math3d
-from ssdo_gl.gpu.geometry.draw_group import emitting, material_row, material_uniforms
+from ssdo_gl.gpu.geometry.draw_group import by_chance, emitting, material_row, material_uniforms
 from ssdo_gl.gpu.instance_attributes import INSTANCE_FLOATS
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.geometry import are_mirrored
@@ -52,7 +52,7 @@ class Batch:
     """Consecutive instances of one draw group that are all mirrored, or none.
 
     `material` are the uniforms of the row that all of them share, or None if they differ;
-    `emits` is whether any of them does.
+    `emits` is whether any of them does, `by_chance` whether any is translucent.
     """
 
     group: int
@@ -60,6 +60,7 @@ class Batch:
     start: int
     material: Mapping[str, object] | None
     emits: bool
+    by_chance: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,7 +225,14 @@ def gather(
     keys, starts = np.unique(2 * owner[order] + is_mirrored[order], return_index=True)
     rows = np.concatenate(materials)[order].astype(np.float32)
     batches = [
-        Batch(int(key) // 2, bool(key % 2), int(start), _common_material(own), emitting(own))
+        Batch(
+            int(key) // 2,
+            bool(key % 2),
+            int(start),
+            _common_material(own),
+            emitting(own),
+            by_chance(own),
+        )
         for key, start, own in zip(keys, starts, np.split(rows, starts[1:]), strict=True)
     ]
     return Instances(

@@ -9,17 +9,21 @@ import pytest
 from oracle.shadows import box_distance
 from passes.pass_harness import box, make_frame, make_scene, quad, run_pass
 
+from ssdo_gl.effects.shadows.map_faces import BORDER_TEXELS
 from ssdo_gl.effects.shadows.shadow_map import (
-    BORDER_TEXELS,
     EMPTY_DEPTH,
     ShadowMapPass,
     ShadowMapSettings,
+    TranslucentShadowsPass,
     tile_size,
 )
+from ssdo_gl.gpu.geometry import Geometry
+from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
 from ssdo_gl.scene.material import Material, Texture
 from ssdo_gl.scene.shadow_frames import atlas_layout
+from ssdo_gl.settings.settings import Settings
 
 # Along the faces of a rectangle's map, of other maps, and of maps with one face.
 TILE = 16
@@ -187,6 +191,59 @@ def test_holes_of_an_image_lie_where_its_coordinates_put_them(gl, shaders):
         solid, hole = (8, 24) if second else (24, 8)
         assert down[solid, 16] == pytest.approx(0.5, rel=1e-5)
         assert down[hole, 16] > 1.5
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_translucent_things_drawn_over_the_others_are_where_a_depth_test_puts_them(
+    gl, shaders, seed
+):
+    pane = quad((-0.5, 0.0, 0.5), (1, 0, 0), (0, 0, -1))
+    before = quad((-0.25, 0.2, 0.25), (0.5, 0, 0), (0, 0, -0.5))
+    scene = make_scene(
+        [ROOM, pane, before],
+        materials=[Material(), Material(alpha=0.5, blends=True)],
+        objects=[SceneObject(0, 0), SceneObject(1, 1), SceneObject(2, 0)],
+        lights=[
+            PointLight((0.0, 0.5, 0.0), (1, 1, 1)),
+            RectangleLight((0.3, 0.6, 0), (0.1, 0, 0), (0, 0, 0.1), (1, 1, 1)),
+        ],
+    )
+    settings, frame = ShadowMapSettings(resolution=TILE), make_frame(scene, seed=seed)
+    geometry = Geometry(gl, scene)
+
+    def drawn(item, **inputs):
+        return next(iter(run_pass(gl, shaders, item, frame, inputs, geometry).values()))
+
+    both = drawn(ShadowMapPass(settings))
+    whole = drawn(ShadowMapPass(settings, whole_alone=True))
+    found = drawn(TranslucentShadowsPass(settings, unread=frozenset()), whole_shadow_atlas=whole)
+    geometry.release()
+    assert np.array_equal(found, both)
+    assert 100 < np.count_nonzero(whole != both) < 0.5 * whole.size
+
+
+def test_frames_of_a_picture_draw_what_is_whole_once(monkeypatch):
+    drawn = []
+    original = ShadowMapPass.execute
+    monkeypatch.setattr(
+        ShadowMapPass,
+        "execute",
+        lambda self, context: (drawn.append(1), original(self, context))[1],
+    )
+    scene = make_scene(
+        [ROOM, quad((-0.5, 0.0, 0.5), (1, 0, 0), (0, 0, -1))],
+        materials=[Material(), Material(alpha=0.5, blends=True)],
+        objects=[SceneObject(0, 0), SceneObject(1, 1)],
+        lights=[PointLight((0.0, 0.5, 0.0), (1, 1, 1))],
+    )
+    settings = Settings("direct", size=(32, 18), antialias=4)
+    with Renderer(scene, settings) as renderer:
+        result = renderer.render(time_passes=True)
+    assert [item.name for item in result.passes if "shadow" in item.name] == [
+        "shadow_map",
+        "translucent_shadows",
+    ]
+    assert len(drawn) == 1
 
 
 def test_many_lights_share_the_largest_atlas():
