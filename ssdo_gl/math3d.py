@@ -33,8 +33,8 @@ def read_only(array: FloatArray) -> FloatArray:
 def vector(values: ArrayLike) -> Vector:
     """Return three numbers as a tuple of floats."""
     numbers = values if isinstance(values, tuple) else np.asarray(values, dtype=np.float64)
-    x, y, z = (float(value) for value in numbers)
-    return x, y, z
+    x, y, z = numbers
+    return float(x), float(y), float(z)
 
 
 def dot(a: Vector, b: Vector) -> float:
@@ -160,7 +160,8 @@ def _unit(direction: Vector) -> Vector:
     largest = max(map(abs, direction))
     if not 0.0 < largest < math.inf or any(map(math.isnan, direction)):
         raise ValueError("a direction must be finite and not zero")
-    x, y, z = (number / largest for number in direction)
+    x, y, z = direction
+    x, y, z = x / largest, y / largest, z / largest
     length = math.sqrt(x * x + y * y + z * z)
     return x / length, y / length, z / length
 
@@ -171,7 +172,7 @@ def _cross(a: Vector, b: Vector) -> Vector:
 
 def is_reflection(rotation: FloatArray) -> bool:
     """Return whether the axes (3, 3) of a rotation are left-handed."""
-    x, y, z = (vector(tuple(row)) for row in rotation.tolist())
+    x, y, z = map(tuple, rotation.tolist())
     return dot(_cross(x, y), z) < 0.0
 
 
