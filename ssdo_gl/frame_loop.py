@@ -5,13 +5,10 @@ from __future__ import annotations
 import time
 from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
-from functools import lru_cache
-from numbers import Integral
 from typing import Any, Self
 
 import numpy as np
 
-from ssdo_gl.effects.registry import image_names
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.gpu.geometry import CLIP_MARGIN, CameraPose
 from ssdo_gl.gpu.shader import ShaderLibrary
@@ -21,6 +18,8 @@ from ssdo_gl.graph.execute import Executor
 from ssdo_gl.graph.frame import Frame, FrameView
 from ssdo_gl.graph.graph import Plan
 from ssdo_gl.graph.render_pass import ProgressCallback
+from ssdo_gl.image_requests import check_camera, checked_images
+from ssdo_gl.images.jitter import jitter
 from ssdo_gl.passes.temporal import TemporalPass
 from ssdo_gl.planning.planner import FramePlan, Planner
 from ssdo_gl.planning.walk import Pipeline
@@ -31,10 +30,8 @@ from ssdo_gl.scene.kinds import check_kind
 from ssdo_gl.scene.numbers import check_number
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.fields import SettingError, shown
 from ssdo_gl.settings.resolve import resolved, with_scene_settings
 from ssdo_gl.shared_scene import SharedScene
-from ssdo_gl.suggestion import suggestion
 
 
 @dataclass(frozen=True)
@@ -347,53 +344,3 @@ def parallel_view(
         half_frame=half_frame,
         depth_offset=begin - room,
     )
-
-
-def checked_images(wanted: Iterable[str], frames: int = 1) -> tuple[str, ...]:
-    """Return the images that are asked for, each once; raises SettingError, on `frames` too."""
-    if not isinstance(frames, Integral) or frames < 1:
-        raise SettingError(f"frames = {frames!r}: expected a whole number from 1")
-    if isinstance(wanted, str) or not hasattr(wanted, "__iter__"):
-        raise SettingError(f"images = {shown(wanted)}: expected a list of names")
-    names, known = tuple(wanted), (*image_names(), "display")
-    for name in names:
-        if name not in known:
-            hint = suggestion(str(name), known, lists=False)
-            raise SettingError(f"image {shown(name)}: choose of {', '.join(known)}{hint}")
-    return tuple(dict.fromkeys(names))
-
-
-def images_of(aov: str | Iterable[str]) -> tuple[str, ...]:
-    """Return the images that a caller names: one, several or ``all``; raises SettingError."""
-    names = image_names() if aov == "all" else (aov,) if isinstance(aov, str) else tuple(aov)
-    if not names:
-        raise SettingError("aov: name at least one image")
-    return checked_images(names)
-
-
-def check_camera(camera: Camera | None, name: str = "camera") -> None:
-    """Raise SettingError unless `camera` is one; None stands for the scene's."""
-    if not isinstance(camera, Camera | None):
-        raise SettingError(f"{name}: expected a Camera, got {shown(camera)}")
-
-
-def middle_index(count: int) -> int:
-    """Return with which of `count` sub-pixel offsets to begin: one near the pixel's centre.
-
-    Pictures and windows alike: where light is kept for all frames of a view, it is kept for
-    what the first one shows.
-    """
-    return (count - 1) // 2
-
-
-@lru_cache(maxsize=1024)
-def jitter(index: int, count: int) -> tuple[float, float]:
-    """Return the sub-pixel offset of frame `index` of `count`, in pixels.
-
-    A rank-1 lattice of the golden ratio: each of `count` columns and, nearly, rows of
-    the pixel is met once. Its mean is exactly the pixel centre, where a single frame
-    samples; otherwise averaging frames would shift the picture.
-    """
-    golden = 0.6180339887498949
-    y_of = [(golden * number) % 1.0 for number in range(count)]
-    return (index + 0.5) / count - 0.5, y_of[index] - sum(y_of) / count

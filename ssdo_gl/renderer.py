@@ -12,11 +12,13 @@ from typing import Any
 import numpy as np
 
 from ssdo_gl.effects.methods import METHODS
-from ssdo_gl.frame_loop import FrameJob, FrameLoop, checked_images, middle_index
+from ssdo_gl.frame_loop import FrameJob, FrameLoop
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.graph.render_pass import ProgressCallback
+from ssdo_gl.image_requests import checked_images
 from ssdo_gl.images.average import ImageAverage
+from ssdo_gl.images.jitter import middle_index
 from ssdo_gl.images.metering import measured_exposure
 from ssdo_gl.images.surface_arrays import (
     Image,

@@ -46,7 +46,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("settings/resolve", "settings/idle", "settings/help_page", "settings/run_options"),
     ("settings/command_line", "settings/preset_files", "settings/flags"),
     ("settings/several", "render_result", "headless/progress"),
-    ("shared_scene",),
+    ("shared_scene", "image_requests"),
     ("frame_loop",),
     ("renderer",),
     ("film", "farm"),

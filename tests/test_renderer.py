@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import ssdo_gl
-from ssdo_gl.frame_loop import jitter
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
@@ -94,19 +93,6 @@ def test_antialiasing_softens_edges_and_keeps_areas():
     assert len(np.unique(images[1])) > 2 * len(np.unique(images[0]))
     # Eight samples of the same areas: the mean moves by a fraction of a percent.
     assert images[1].mean() == pytest.approx(images[0].mean(), rel=0.02)
-
-
-@pytest.mark.parametrize("count", [1, 2, 4, 16, 64])
-def test_jitter_is_centred_and_covers_the_pixel(count):
-    offsets = np.array([jitter(index, count) for index in range(count)])
-    # A shift of the mean would shift the picture: float64 rounding only.
-    assert np.abs(offsets.mean(axis=0)).max() < 1e-12
-    for axis in range(2):
-        ordered = np.sort(offsets[:, axis])
-        # Three-gap theorem: no gap of a golden lattice exceeds the golden ratio
-        # squared times the mean gap, and the ends lie within the pixel and half a gap.
-        assert np.all(np.diff(ordered) < 2.62 / count)
-        assert np.all(np.abs(ordered) <= 0.5 + 0.5 / count)
 
 
 def test_settings_are_checked():

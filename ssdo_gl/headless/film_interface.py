@@ -11,9 +11,9 @@ from ssdo_gl.farm.scheduler import check_scheduler
 from ssdo_gl.film.bookmarks import load_path
 from ssdo_gl.film.camera_path import CameraPath
 from ssdo_gl.film.shots import Shots
-from ssdo_gl.frame_loop import check_camera, images_of
 from ssdo_gl.headless.film import make_film
 from ssdo_gl.headless.film_frames import FilmRequest, rendered_frames, shows_pictures
+from ssdo_gl.image_requests import check_camera, images_of
 from ssdo_gl.images.surface_arrays import Image
 from ssdo_gl.renderer import Renderer, scene_and_settings
 from ssdo_gl.scene.camera import Camera

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from ssdo_gl.frame_loop import check_camera, images_of
+from ssdo_gl.image_requests import check_camera, images_of
 from ssdo_gl.render_result import RenderResult
 from ssdo_gl.renderer import Renderer, scene_and_settings
 from ssdo_gl.scene.camera import Camera
