@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterator
 
 import hypothesis
@@ -17,6 +18,13 @@ pytest_plugins = ["hard_cases.table"]
 # examples every time: a failure can be repeated, and a success means the same tomorrow.
 hypothesis.settings.register_profile("repeatable", deadline=None, derandomize=True)
 hypothesis.settings.load_profile("repeatable")
+# Examples would hold constants of whichever local modules are loaded: an edit anywhere, and which
+# tests run before a test, would change them. Versions before 6.131 do not look for any.
+with contextlib.suppress(ImportError, AttributeError):
+    from hypothesis.internal.conjecture import providers
+
+    NO_CONSTANTS = type(providers._local_constants)()
+    providers._get_local_constants = lambda: NO_CONSTANTS
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

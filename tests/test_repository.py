@@ -88,3 +88,10 @@ def test_tests_mirror_the_package():
 )
 def test_a_misplaced_test_would_be_found(test, is_misplaced):
     assert len(misplaced_tests([test], ["gpu/compute/kernel.py", "kernel.py"])) == is_misplaced
+
+
+def test_examples_do_not_depend_on_what_is_loaded():
+    """Hypothesis would take constants from every local module, this one's too."""
+    providers = pytest.importorskip("hypothesis.internal.conjecture.providers")
+    look = getattr(providers, "_get_local_constants", set)
+    assert len(look()) == 0
