@@ -1,4 +1,4 @@
-"""One bounce: closed forms, the float64 twin, the furnace, senders that look away."""
+"""The bounce against its float64 twin, closed forms and energy."""
 
 from __future__ import annotations
 
@@ -7,6 +7,16 @@ import math
 
 import numpy as np
 import pytest
+from effects.bounce_harness import (
+    CORNER_RADIUS,
+    CORNER_SIZE,
+    CORNER_TAN,
+    ESTIMATORS,
+    colors,
+    ones,
+    run,
+    the_corner,
+)
 from oracle import closed_forms, screen_space, slices
 from passes.estimator_cases import (
     SIZE,
@@ -29,36 +39,8 @@ from ssdo_gl.passes.sender_radiance import SenderRadiancePass
 from ssdo_gl.passes.terms import SenderTerms
 from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment
 
-ESTIMATORS = ("march", "rgs09", "bitmask")
-CORNER_SIZE = (160, 96)
-CORNER_TAN = 0.25
-CORNER_RADIUS = 0.4
 # As for visibility in a corner, times pi.
 CORNER_TOLERANCE = math.pi * 0.011
-
-
-def run(gl, shaders, picture, settings, sent, *, has_back=False, bound=math.inf, seed=0):
-    size = picture.z.shape[1], picture.z.shape[0]
-    frame = picture_frame(size, picture.tan_half_fov[1], near=picture.near, seed=seed)
-    render_pass = BouncePass(settings, sender_bound=bound, has_back_layer=has_back)
-    radiance = np.concatenate([sent, np.ones((*sent.shape[:2], 1))], -1)
-    return run_on(gl, shaders, render_pass, frame, picture, {"sender_radiance": radiance})
-
-
-def the_corner():
-    frame = picture_frame(CORNER_SIZE, CORNER_TAN)
-    return corner(CORNER_SIZE, frame.view.tan_half_fov)
-
-
-def ones(picture, color=(1.0, 1.0, 1.0)):
-    return np.ones((*picture.z.shape, 1)) * np.asarray(color)
-
-
-def colors(picture, seed=11):
-    return np.random.default_rng(seed).random((*picture.z.shape, 3))
-
-
-# --- against the float64 twin -----------------------------------------------------------
 
 
 @pytest.mark.parametrize("has_back, hidden", [(False, 0.0), (True, 0.25)])
@@ -117,9 +99,6 @@ def test_rgs09_matches_the_twin_on_noise(gl, shaders):
     # Form factors reach pi / (N 0.2^2) and are products of float32 normals.
     np.testing.assert_allclose(found[sure], expected[sure], rtol=1e-4, atol=1e-4)
     assert expected.max() > 1.0
-
-
-# --- closed forms -----------------------------------------------------------------------
 
 
 def corner_rows(image):
@@ -241,9 +220,6 @@ def test_a_sender_is_known_to_a_sixteenth_of_the_radius_whatever_the_steps():
     assert found(64, refine_steps=3) == 3 and found(4, refine_steps=0) == 0
 
 
-# --- energy ---------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("refine", [0, 2])
 def test_furnace_is_exact_per_pixel(gl, shaders, refine):
     """Sky of radiance 1, senders of radiance 1: whatever is open or blocked, E = pi."""
@@ -295,111 +271,3 @@ def test_power_of_two_scale_changes_nothing(gl, shaders, estimator):
         resized = dataclasses.replace(settings, radius=0.8 * scale)
         found = run(gl, shaders, scaled, resized, sent, has_back=True)[..., :3]
         np.testing.assert_array_equal(found, reference)
-
-
-# --- senders ----------------------------------------------------------------------------
-
-
-def slab_above_floor():
-    """A floor, and the top of a slab that hovers over its middle, seen from above.
-
-    The floor's receivers beside the slab are blocked by it, but what the camera sees is
-    its top, which faces away from them.
-    """
-    frame = picture_frame((64, 64), 0.5)
-    tan_half = frame.view.tan_half_fov
-    inside = np.zeros((64, 64), bool)
-    inside[20:44, 20:44] = True
-    normal = np.broadcast_to([0.0, 0.0, 1.0], (64, 64, 3))
-    z = np.where(inside, 2.5, 3.0)
-    back = np.where(inside, 2.6, 0.0)
-    return screen_space.Picture(z, normal, normal, tan_half, 0.01, back), inside
-
-
-@pytest.mark.parametrize("estimator", ESTIMATORS)
-def test_sender_that_faces_away_gives_nothing(gl, shaders, estimator):
-    """The sign of the sender's cosine: with the wrong one, only these would send."""
-    picture, inside = slab_above_floor()
-    settings = BounceSettings(
-        estimator=estimator, radius=1.0, samples=128, steps=8, hidden_senders=0.0
-    )
-    image = run(gl, shaders, picture, settings, ones(picture), has_back=True)
-    assert np.all(image[..., :3] == 0.0)
-    # They do block: the furnace's other half is missing.
-    frame = picture_frame((64, 64), 0.5, environment=ConstantEnvironment((1.0,) * 3))
-    sky = DirectionalSettings(estimator=estimator, radius=1.0, samples=128, steps=8)
-    directional = DirectionalPass(sky, environment="constant", has_back_layer=True)
-    assert run_on(gl, shaders, directional, frame, picture)[~inside, 3].min() < 0.95
-
-
-@pytest.mark.parametrize("estimator", ESTIMATORS)
-def test_sender_that_faces_the_receiver_gives_light(gl, shaders, estimator):
-    picture = the_corner()
-    settings = BounceSettings(estimator=estimator, radius=CORNER_RADIUS)
-    assert run(gl, shaders, picture, settings, ones(picture))[46:50, 48:112, 0].mean() > 0.3
-
-
-def test_hidden_senders_may_be_given_a_share(gl, shaders):
-    picture, inside = slab_above_floor()
-    settings = BounceSettings(radius=1.0, samples=128, steps=8, hidden_senders=1.0)
-    image = run(gl, shaders, picture, settings, ones(picture), has_back=True)
-    assert image[~inside, 0].max() > 0.1
-    half = dataclasses.replace(settings, hidden_senders=0.5)
-    np.testing.assert_array_equal(
-        run(gl, shaders, picture, half, ones(picture), has_back=True)[..., :3],
-        0.5 * image[..., :3],
-    )
-
-
-@pytest.mark.parametrize("estimator", ESTIMATORS)
-def test_sender_bound_keeps_the_hue(gl, shaders, estimator):
-    picture = the_corner()
-    settings = BounceSettings(estimator=estimator, radius=CORNER_RADIUS)
-    bounded = run(gl, shaders, picture, settings, ones(picture, (8e5, 4e5, 1e5)), bound=2.0)
-    expected = run(gl, shaders, picture, settings, ones(picture, (2.0, 1.0, 0.25)))
-    np.testing.assert_allclose(bounded, expected, rtol=SUM_TOLERANCE, atol=1e-7)
-
-
-@pytest.mark.parametrize("poison", [np.nan, np.inf, -np.inf])
-@pytest.mark.parametrize("estimator", ESTIMATORS)
-def test_a_faulty_sender_sends_nothing(gl, shaders, estimator, poison):
-    picture = the_corner()
-    settings = BounceSettings(estimator=estimator, radius=CORNER_RADIUS)
-    sent = ones(picture)
-    sent[48:, 60:100] = poison
-    image = run(gl, shaders, picture, settings, sent)
-    assert np.all(np.isfinite(image))
-    sound = run(gl, shaders, picture, settings, ones(picture))
-    assert np.all(image[..., :3] <= sound[..., :3])
-
-
-@pytest.mark.parametrize("radius", [0.0, 1e-30, np.inf])
-@pytest.mark.parametrize("estimator", ESTIMATORS)
-def test_extreme_radii_stay_finite(gl, shaders, estimator, radius):
-    settings = BounceSettings(estimator=estimator, radius=radius)
-    image = run(gl, shaders, noise(), settings, colors(noise()))
-    assert np.all(np.isfinite(image))
-    assert np.all(image[..., :3] >= 0.0)
-    if radius < 1.0:
-        assert np.all(image[..., :3] == 0.0)
-
-
-def test_depth_of_the_receiver_rides_along(gl, shaders):
-    """For the filter, which then reads one texture less."""
-    picture = noise()
-    settings = BounceSettings(radius=0.8, resolution_scale=0.5)
-    image = run(gl, shaders, picture, settings, colors(picture))
-    np.testing.assert_array_equal(image[..., 3], picture.z[::2, ::2].astype(np.float32))
-
-
-def test_adds_to_another_irradiance(gl, shaders):
-    picture, settings = noise(), BounceSettings(radius=0.8, samples=24, steps=4, strength=0.5)
-    size = picture.z.shape[1], picture.z.shape[0]
-    frame = picture_frame(size, picture.tan_half_fov[1], near=picture.near)
-    other = np.concatenate([colors(picture), np.full((*picture.z.shape, 1), np.nan)], -1)
-    sent = np.concatenate([colors(picture, 5), np.ones((*picture.z.shape, 1))], -1)
-    images = {"sender_radiance": sent, "other": other}
-    alone = run_on(gl, shaders, BouncePass(settings), frame, picture, images)
-    both = run_on(gl, shaders, BouncePass(settings, adds="other"), frame, picture, images)
-    np.testing.assert_array_equal(both[..., 3], alone[..., 3])
-    np.testing.assert_allclose(both[..., :3], alone[..., :3] + other[..., :3], rtol=SUM_TOLERANCE)

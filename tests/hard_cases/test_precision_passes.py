@@ -10,11 +10,11 @@ import dataclasses
 
 import numpy as np
 import pytest
-from effects import test_bounce as bounce_tests
+from effects import bounce_harness
 from hard_cases.drawn import COUNT, SEEDS, batches, directions, float32, numbers, unit
 from hypothesis import strategies as st
 from oracle import analytic_pictures, screen_space
-from passes import test_edge_aware_filter as filter_tests
+from passes import filter_harness as filter_tests
 from passes.estimator_cases import (
     covered_texels,
     picture_frame,
@@ -87,7 +87,7 @@ def test_bounce(gl, shaders, record, estimator, seed, radius):
     frame = picture_frame(SIZE, TAN_Y)
     picture = random_picture(seed, SIZE, frame.view.tan_half_fov, False)
     sent = np.random.default_rng(seed).uniform(0.0, 1.0, (*picture.z.shape, 3))
-    image = bounce_tests.run(gl, shaders, picture, settings, sent)
+    image = bounce_harness.run(gl, shaders, picture, settings, sent)
     texel = covered_texels(picture)
     samples = screen_space.sample(picture, texel, texel, twin_of(settings, frame))
     sure = ~samples.unsure.any(1)

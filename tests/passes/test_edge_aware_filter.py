@@ -1,4 +1,4 @@
-"""The filter: removes the interleaved pattern, keeps edges, contains faults, upsamples."""
+"""The edge-aware filter: noise goes, edges stay, faults do not spread."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from passes.estimator_cases import (
     picture_frame,
     positions,
     random_picture,
-    tilted_plane,
 )
+from passes.filter_harness import MEAN_TOLERANCE, SIZE, TAN_Y, halves, plane, run, tan_half
 from passes.pass_harness import run_pass
 
 from ssdo_gl.passes.edge_aware_filter import (
@@ -22,50 +22,13 @@ from ssdo_gl.passes.edge_aware_filter import (
     Signal,
 )
 
-SIZE = (48, 36)
-TAN_Y = 0.5
 FILTERS = ("edge", "naive", "none")
-# Weighted means of some 50 float32 values.
-MEAN_TOLERANCE = 5e-6
-
-
-def run(gl, shaders, picture, raw, *, visibility=False, holds_z=False, scale=1, **settings):
-    """Filter an image with row 0 at the bottom; return the same."""
-    size = picture.z.shape[1], picture.z.shape[0]
-    frame = picture_frame(size, picture.tan_half_fov[1], near=picture.near)
-    render_pass = EdgeAwareFilterPass(
-        "filter",
-        EdgeAwareFilterSettings(**settings),
-        Signal("raw", "smooth", visibility, holds_z),
-    )
-    images = inputs_of(picture)
-    raw = np.asarray(raw, np.float64)
-    if holds_z:
-        raw = np.concatenate([raw, picture.z[::scale, ::scale, None]], -1)
-    inputs = {"raw": raw[::-1], "z_vs": images["z_vs"], "normals_vs": images["normals_vs"]}
-    return run_pass(gl, shaders, render_pass, frame, inputs)["smooth"][::-1]
-
-
-def tan_half(size=SIZE):
-    return picture_frame(size, TAN_Y).view.tan_half_fov
-
-
-def plane(degrees=0.0, size=SIZE):
-    return tilted_plane(degrees, size, tan_half(size))
 
 
 def pattern(size=SIZE, channels=4, seed=4):
     """An image that repeats every 4 x 4 pixels, in [0, 1]."""
     tile = np.random.default_rng(seed).random((4, 4, channels))
     return np.tile(tile, (size[1] // 4 + 1, size[0] // 4 + 1, 1))[: size[1], : size[0]], tile
-
-
-def halves(left, right, channels=4, size=SIZE):
-    image = np.where(np.arange(size[0]) < size[0] // 2, left, right)
-    return np.broadcast_to(image[None, :, None], (size[1], size[0], channels))
-
-
-# --- noise ---------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("filter_name", FILTERS)
@@ -123,10 +86,10 @@ def test_none_copies(gl, shaders):
     np.testing.assert_array_equal(image, small.repeat(2, 0).repeat(2, 1).astype(np.float32))
 
 
-# --- edges ---------------------------------------------------------------------------
-
 # A tap beyond a jump in depth of 30 pixels' footprints has weight 1e-7; 8 taps of 17.
 LEAK_ACROSS_A_JUMP = 1e-6
+
+
 # A tap on the other side of a right-angled crease: 1e-3 by its normal, and less by its
 # distance from the plane; half of the weight of both stages together.
 LEAK_ACROSS_A_CREASE = 2e-3
@@ -222,9 +185,6 @@ def test_depth_beside_the_value_changes_nothing(gl, shaders, scale):
     np.testing.assert_allclose(one[known][:, 0], apart[known][:, 0], rtol=1e-6)
 
 
-# --- faults and background --------------------------------------------------------------
-
-
 @pytest.mark.parametrize("filter_name", FILTERS)
 @pytest.mark.parametrize("poison", [np.nan, np.inf, -np.inf, 1e30, -1.0])
 @pytest.mark.parametrize("channel", [0, 2])
@@ -274,91 +234,6 @@ def test_background_is_neutral_and_does_not_enter(gl, shaders, filter_name, scal
         scale=scale,
     )
     assert np.all(visibility[sky] == 1.0)
-
-
-# --- half resolution ------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("size", [(48, 36), (49, 35)])
-def test_half_size_keeps_a_ramp(gl, shaders, size):
-    """Bilinear between receivers, which sit on every second texel: a ramp stays one."""
-    picture = plane(0.0, size)
-    x = np.arange(0, size[0], 2) / 100.0
-    raw = np.broadcast_to(x[None, :, None], (-(-size[1] // 2), len(x), 4))
-    image = run(gl, shaders, picture, raw, scale=2)
-    expected = np.arange(size[0]) / 100.0
-    # At the rim the kernel is one-sided. Weights of at least 1e-3 keep all four taps in.
-    inner = slice(10, size[0] - 10)
-    np.testing.assert_allclose(
-        image[:, inner, 0], np.broadcast_to(expected[inner], image[:, inner, 0].shape), atol=4e-5
-    )
-
-
-def test_half_size_keeps_a_jump_in_depth(gl, shaders):
-    """The edge lies between texels 23 and 24, receivers on 22 and 24."""
-    picture = dataclasses.replace(plane(), z=halves(2.0, 5.0, 1)[..., 0])
-    raw = halves(0.0, 1.0, 4, (24, 18))
-    image = run(gl, shaders, picture, raw, scale=2)
-    expected = halves(0.0, 1.0, 4)
-    # Weights relative to a footprint twice as large, and taps 1000 times weaker where
-    # the edge leaves no other.
-    assert np.abs(image - expected)[..., :3].max() < 1e-3
-
-
-def test_ledge_thinner_than_a_receiver_takes_what_is_near(gl, shaders):
-    """A surface that no half-size receiver lies on gets its neighbours' light, not a hole."""
-    ledge = np.arange(48) == 23
-    normal = np.where(ledge[None, :, None], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0])
-    normal = np.broadcast_to(normal, (36, 48, 3))
-    picture = dataclasses.replace(plane(), shading=normal)
-    raw = np.full((18, 24, 4), 0.5)
-    np.testing.assert_allclose(
-        run(gl, shaders, picture, raw, scale=2)[..., :3], 0.5, rtol=MEAN_TOLERANCE
-    )
-    raw = np.full((18, 24, 1), 0.5)
-    found = run(gl, shaders, picture, raw, visibility=True, holds_z=True, scale=2)
-    np.testing.assert_allclose(found, 0.5, rtol=MEAN_TOLERANCE)
-
-
-@pytest.mark.parametrize("visibility", [False, True])
-def test_what_four_receivers_do_not_show_is_looked_for_farther(gl, shaders, visibility):
-    """A wall seen through a slit as wide as a texel, between receivers that lie on bars.
-
-    Of the wall behind, a receiver lies on the next column but one, to its right.
-    """
-    x = np.arange(48)
-    bars = (x > 16) & (x < 26) & (x != 23)
-    picture = dataclasses.replace(plane(), z=np.where(bars, 2.0, 5.0)[None].repeat(36, 0))
-    raw = np.where(bars[::2], 0.0, 1.0)[None, :, None].repeat(18, 0)
-    raw = raw if visibility else raw.repeat(4, 2)
-    image = run(gl, shaders, picture, raw, visibility=visibility, holds_z=visibility, scale=2)
-    assert np.abs(image[:, 23, : raw.shape[2]] - 1.0)[..., :3].max() < 1e-3
-    # The bars, of which receivers lie beside every texel, take nothing from it.
-    assert image[:, bars, 0].max() < 1e-3
-
-
-def test_thin_thing_before_the_sky_finds_its_light_near_by(gl, shaders):
-    """No receiver on its own column: the one at its foot, two receivers away, serves."""
-    z = np.where((np.arange(48) == 23) & (np.arange(36)[:, None] < 30), 3.0, 0.0)
-    z[10:14] = 3.0
-    picture = dataclasses.replace(plane(), z=z)
-    raw = np.full((18, 24, 4), 0.5)
-    image = run(gl, shaders, picture, raw, scale=2)
-    np.testing.assert_allclose(image[8:16, 23, :3], 0.5, rtol=MEAN_TOLERANCE)
-
-
-def test_one_pass_serves_frames_of_any_size(gl, shaders):
-    """Scratch images follow the frame."""
-    render_pass = EdgeAwareFilterPass("filter", EdgeAwareFilterSettings(), Signal("raw", "smooth"))
-    for size, half in (((48, 36), False), ((64, 48), True), ((48, 36), True)):
-        picture = plane(0.0, size)
-        images = inputs_of(picture)
-        scale = 2 if half else 1
-        raw = np.full((size[1] // scale, size[0] // scale, 4), 0.5)
-        inputs = {"raw": raw, "z_vs": images["z_vs"], "normals_vs": images["normals_vs"]}
-        found = run_pass(gl, shaders, render_pass, picture_frame(size, TAN_Y), inputs)["smooth"]
-        assert found.shape == (size[1], size[0], 4)
-        np.testing.assert_allclose(found[..., :3], 0.5, rtol=MEAN_TOLERANCE)
 
 
 def test_smooths_real_noise_without_moving_its_mean(gl, shaders):
