@@ -298,6 +298,15 @@ def test_files_and_functions_stay_readable(folder):
     assert size_faults(modules(folder)) == []
 
 
+def test_test_files_stay_readable():
+    """Their functions may hold long tables of cases."""
+    assert [
+        fault
+        for fault in size_faults(modules(TESTS))
+        if fault.endswith(" lines") and ":" not in fault
+    ] == []
+
+
 def test_only_math3d_imports_pyrr():
     users = {name for name, source in modules(PACKAGE).items() if "pyrr" in imported(source)}
     assert users == {"math3d"}
