@@ -206,7 +206,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
             server = XServer(folder, (width, height))
-            words = [sys.executable, "-m", "ssdo_gl.cli", options.scene]
+            words = [sys.executable, "-m", "ssdo_gl", options.scene]
             words += ["--size", f"{width}x{height}", "--samples", str(options.samples)]
             words += ["--method", method, "--spp", "4096"]
             app = App(server, words, folder)

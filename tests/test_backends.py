@@ -32,7 +32,7 @@ BACKENDS = [
 def arrays(backend, prefix, folder):
     """Return every array that a snapshot through `backend` holds, and its renderer's name."""
     out, stats = folder / f"{backend}.npz", folder / f"{backend}.json"
-    command = [*prefix, sys.executable, "-m", "ssdo_gl.cli", "cornell_meso", "--quiet"]
+    command = [*prefix, sys.executable, "-m", "ssdo_gl", "cornell_meso", "--quiet"]
     command += ["--size", "64x36", "--snapshot", str(out), "--stats", str(stats), "--aov", "all"]
     answer = subprocess.run(
         [*command, "--backend", backend],

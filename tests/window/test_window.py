@@ -21,7 +21,7 @@ pytestmark = pytest.mark.skipif(
 # Small and coarse: what is tested is the window, and a software rasterizer draws it.
 WIDTH, HEIGHT = 320, 200
 COMMAND = [
-    *(sys.executable, "-m", "ssdo_gl.cli", "cornell_meso"),
+    *(sys.executable, "-m", "ssdo_gl", "cornell_meso"),
     *("--size", f"{WIDTH}x{HEIGHT}", "--samples", "8", "--steps", "4"),
     *("--resolution-scale", "0.5"),
 ]
