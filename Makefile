@@ -61,10 +61,10 @@ $(VENV)/.ssdo_gl-ready: pyproject.toml .ci/setup .ci/packages
 	@touch $@
 
 snapshot: $(READY)
-	$(PY) -m ssdo_gl.cli $(SCENE) --snapshot snapshot.png
+	$(PY) -m ssdo_gl $(SCENE) --snapshot snapshot.png
 
 view: $(READY)
-	$(PY) -m ssdo_gl.cli $(SCENE)
+	$(PY) -m ssdo_gl $(SCENE)
 
 # A process of tests keeps one core busy. Shares change hands late: the tests of a file have
 # fixtures in common.
@@ -82,7 +82,7 @@ hard-cases: $(READY)
 
 bench: $(READY)
 	for scene in $(BENCH_SCENES); do \
-		$(PY) -m ssdo_gl.cli $$scene --bench bench/$$(basename $$scene .toml) $(BENCH_FLAGS) || exit 1; \
+		$(PY) -m ssdo_gl $$scene --bench bench/$$(basename $$scene .toml) $(BENCH_FLAGS) || exit 1; \
 	done
 	$(PY) -m benchmarks.experiments bench/experiments $(addprefix bench/,$(basename $(notdir $(BENCH_SCENES))))
 
