@@ -50,7 +50,7 @@ def test_names_in_errors_and_notes_are_cleaned(
 @pytest.mark.parametrize("closed", [(2,), (1, 2), (0, 1, 2)])
 def test_closed_streams_change_nothing(closed: tuple[int, ...], tmp_path: Path) -> None:
     shut = " ".join({0: "<&-", 1: ">&-", 2: "2>&-"}[number] for number in closed)
-    command = f"{sys.executable} -m ssdo_gl.cli {{}} --snapshot a.png --size 16x16 {shut}"
+    command = f"{sys.executable} -m ssdo_gl {{}} --snapshot a.png --size 16x16 {shut}"
     environment = {**os.environ, "PYTHONPATH": str(Path(cli.__file__).parent.parent)}
     for scene, code in (("none.toml", 2), ("furnace", 0)):
         done = subprocess.run(
