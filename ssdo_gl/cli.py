@@ -53,8 +53,7 @@ __all__ = ["build_parser", "main", "run"]
 
 # Windows are made by GLFW alone.
 _WINDOW_BACKENDS = ("auto", "window")
-# Rays per pixel of a reference that is only explained.
-_EXPLAINED_SPP = 4
+_EXPLAINED_SPP = 4  # rays per pixel of a reference that is only explained
 
 
 def _with_preset(command: CommandLine) -> dict[str, Any]:
@@ -395,3 +394,7 @@ def _message_of(error: Exception) -> str:
     name, _, rest = message.partition(" ")
     found = flag_infos().get(name) if rest.startswith(("= ", "belongs ")) else None
     return message if found is None else f"{found[1].flag} {rest}"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

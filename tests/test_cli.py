@@ -6,6 +6,8 @@ import dataclasses
 import json
 import re
 import struct
+import subprocess
+import sys
 import zlib
 
 import moderngl
@@ -59,6 +61,12 @@ def test_explain_needs_no_output(capsys):
     said = capsys.readouterr().out
     assert "gbuffer" in said
     assert "neither an environment nor an ssdo light" in said
+
+
+@pytest.mark.parametrize("module", ["ssdo_gl", "ssdo_gl.cli"])
+def test_the_command_can_be_run_as_a_module(module):
+    command = [sys.executable, "-m", module, "--version"]
+    assert subprocess.run(command, capture_output=True, check=True).stdout.startswith(b"ssdo-gl ")
 
 
 def test_version(capsys):
