@@ -8,7 +8,6 @@ faces of a thin wall, which look opposite ways.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 from ssdo_gl.math3d import FloatArray, IntArray
 from ssdo_gl.raytracing.bvh import Bvh
 from ssdo_gl.raytracing.packed import oct_words
+from ssdo_gl.raytracing.surfel_patches import Patches, patches_of
 
 # Points of a surfel from which its rays start: a square number, so that they are stratified.
 POINTS_PER_SIDE = 4
@@ -23,13 +23,8 @@ POINT_COUNT = POINTS_PER_SIDE**2
 # Rays start this far off the surface: twice `RAY_OFFSET` of shaders/rays/ray.glsl, whose
 # other part, back along the ray that found the surface, is missing here.
 LIFT = 8e-6
-# Two triangles of a pair share a grid if their normals enclose less than 0.8 degrees.
-COPLANAR_COSINE = 0.9999
 # Lines across a texel run this share of its width from its edges and from each other.
 LINE_PLACES = (0.002, 0.33, 0.67, 0.998)
-# Triangles share a surfel if this many times their normals round to the same numbers:
-# 1.4 keeps (1, 0, 0), and all that is within 20 degrees of it, apart from others.
-NORMAL_STEPS = 1.4
 # Cells are shifted by this share of their size, because walls often lie at round numbers,
 # where rounding would tear a plane apart.
 CELL_SHIFT = 0.37
@@ -44,6 +39,11 @@ TURN_SHIFT = 26
 STRIP_LENGTH, STRIP_TEXELS = 16, (6, 3, 1)
 # By how much texels grow until their number is within the limit.
 GROWTH = 1.1
+# Where a scene is mostly empty, as a room on a wide ground, its texels would be as large as the
+# room. Faces are cut into texels this much smaller, along an edge into no more than of usual
+# size have this length, and into smaller ones still, in such steps and down to this size, as
+# long as there are not too many.
+SPARSE_FINENESS, SPARSE_LENGTH, SPARSE_STEP, SPARSE_LEAST = 4.0, 0.95, 2.0**0.5, 5e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,42 +123,7 @@ class Surfels:
         return starts, along / np.maximum(length, np.finfo(np.float64).tiny)[..., None], length
 
 
-@dataclass(frozen=True, eq=False)
-class _Patches:
-    """Faces that may have a grid: pairs in one plane, and single triangles.
-
-    `corners` are v0 to v3 of a pair, and v0, v1, v2, v2 of a triangle; its grid has one axis
-    from v0 outwards and the other across.
-    """
-
-    corners: FloatArray  # (N, 4, 3)
-    normals: FloatArray  # (N, 3), unit
-    areas: FloatArray  # (N,)
-    is_joint: NDArray[np.bool_]
-    slots: IntArray  # (N, 2): of both triangles, the same twice of a single one
-    sides: IntArray  # (N,): 1 or 2
-
-    @cached_property
-    def centres(self) -> FloatArray:
-        """Means of their corners (N, 3)."""
-        return np.asarray(self.corners.mean(axis=1))
-
-    @cached_property
-    def looks(self) -> IntArray:
-        """Which way they look, about: one of 27 numbers, (N,)."""
-        steps = np.rint(NORMAL_STEPS * self.normals).astype(np.int64) + 1
-        return np.asarray(steps @ np.array([9, 3, 1]))
-
-    def extents(self) -> FloatArray:
-        """Return the lengths (N, 2) along both axes of the grid."""
-        v0, v1, v2, v3 = np.moveaxis(self.corners, 1, 0)
-        edges = [np.linalg.norm(d, axis=1) for d in (v1 - v0, v2 - v3, v3 - v0, v2 - v1)]
-        outward = np.maximum(edges[0], edges[2])
-        joint = np.stack([np.maximum(edges[0], edges[1]), np.maximum(edges[2], edges[3])], 1)
-        return np.where(self.is_joint[:, None], joint, np.stack([outward, edges[3]], 1))
-
-
-def build_surfels(bvh: Bvh, most: int, smallest: float, spare: int = 0) -> Surfels:
+def build_surfels(bvh: Bvh, most: int, smallest: float, spare: int = 0, sparse: int = 0) -> Surfels:
     """Cut the triangles of `bvh` into at most about `most` surfels.
 
     Parameters
@@ -169,6 +134,9 @@ def build_surfels(bvh: Bvh, most: int, smallest: float, spare: int = 0) -> Surfe
         Side of a texel, normalised frame, below which none is cut.
     spare : int
         By how many there may be more where strips are cut finer.
+    sparse : int
+        Texels are smaller than `smallest` as long as there are no more, which leaves all but
+        scenes that are mostly empty as they are.
     """
     if bvh.triangles.count == 0:
         points = np.zeros((1, POINT_COUNT, 3), dtype=np.float32)
@@ -176,7 +144,7 @@ def build_surfels(bvh: Bvh, most: int, smallest: float, spare: int = 0) -> Surfe
         places = Places(np.zeros((0, 2), dtype=np.uint32), np.zeros(0, dtype=np.int8))
         sources = np.zeros((1, POINT_COUNT), dtype=np.int32)
         return Surfels(points, normals, points, np.zeros((1, 3)), sources, places, smallest)
-    patches = _patches(bvh)
+    patches = patches_of(bvh)
     extents = patches.extents()
     area = float(np.sum(patches.areas * patches.sides))
     size = max(smallest, (area / most) ** 0.5)
@@ -186,6 +154,7 @@ def build_surfels(bvh: Bvh, most: int, smallest: float, spare: int = 0) -> Surfe
         if _texel_count(patches, grids) + shared.count <= most or size > 1.0:
             break
         size *= GROWTH
+    grids, shared = _finer(patches, grids, shared, size, min(sparse, most))
     is_strip = grids.max(axis=1, keepdims=True) >= STRIP_LENGTH * grids
     cuts = (np.where(is_strip, np.maximum(grids, across), grids) for across in STRIP_TEXELS)
     room = most + spare - shared.count
@@ -193,43 +162,25 @@ def build_surfels(bvh: Bvh, most: int, smallest: float, spare: int = 0) -> Surfe
     return _assemble(bvh, patches, grids, shared, size)
 
 
-def _texel_count(patches: _Patches, grids: IntArray) -> int:
+def _finer(
+    patches: Patches, grids: IntArray, shared: _Shared, size: float, most: int
+) -> tuple[IntArray, _Shared]:
+    """Return grids (N, 2) of a scene that is mostly empty, as fine as `most` surfels allow."""
+    finer, along = size / SPARSE_FINENESS, np.ceil(SPARSE_LENGTH / size)
+    while finer >= SPARSE_LEAST:
+        fine = np.clip(np.ceil(patches.extents() / finer - 1e-6), 1, along).astype(np.int64)
+        found = np.maximum(grids, fine)
+        cells = _cells(patches, found, finer)
+        if _texel_count(patches, found) + cells.count > most:
+            break
+        grids, shared, finer = found, cells, finer / SPARSE_STEP
+    return grids, shared
+
+
+def _texel_count(patches: Patches, grids: IntArray) -> int:
     """Return how many surfels the grids (N, 2) have of more than one texel."""
     own = grids.max(axis=1) > 1
     return int(np.sum((grids.prod(axis=1) * patches.sides)[own]))
-
-
-def _patches(bvh: Bvh) -> _Patches:
-    triangles, pair, corner = bvh.triangles, bvh.primitive_triangles, bvh.primitive_corners
-    positions = triangles.positions.astype(np.float64)
-    first = positions[pair[:, :1], corner[:, 0]]
-    second = positions[np.maximum(pair[:, 1:], 0), corner[:, 1]]
-    normals_1, areas_1 = _normals(first)
-    normals_2, areas_2 = _normals(second)
-    single_sided = triangles.single_sided[np.maximum(pair, 0)]
-    has_second = pair[:, 1] >= 0
-    joint = has_second & (single_sided[:, 0] == single_sided[:, 1])
-    joint &= np.einsum("nk,nk->n", normals_1, normals_2) > COPLANAR_COSINE
-    alone = has_second & ~joint
-    last = np.where(joint[:, None], second[:, 2], first[:, 2])
-    quads = np.concatenate([first, last[:, None]], axis=1)
-    rest = np.concatenate([second, second[:, 2:]], axis=1)[alone]
-    slot = 2 * np.arange(len(pair))
-    return _Patches(
-        np.concatenate([quads, rest]),
-        np.concatenate([normals_1, normals_2[alone]]),
-        np.concatenate([areas_1 + np.where(joint, areas_2, 0.0), areas_2[alone]]),
-        np.concatenate([joint, np.zeros(alone.sum(), dtype=bool)]),
-        np.concatenate([np.stack([slot, slot + joint], 1), np.stack([slot + 1] * 2, 1)[alone]]),
-        2 - np.concatenate([single_sided[:, 0], single_sided[alone, 1]]).astype(np.int64),
-    )
-
-
-def _normals(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return unit normals (N, 3) and areas of triangles (N, 3, 3)."""
-    doubled = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.linalg.norm(doubled, axis=1)
-    return doubled / np.maximum(length, np.finfo(np.float64).tiny)[:, None], 0.5 * length
 
 
 @dataclass(frozen=True, eq=False)
@@ -246,7 +197,7 @@ class _Shared:
         return int(self.sides.sum())
 
 
-def _cells(patches: _Patches, grids: IntArray, size: float) -> _Shared:
+def _cells(patches: Patches, grids: IntArray, size: float) -> _Shared:
     """Group the patches of a single texel by place and by where they look."""
     small = np.flatnonzero(grids.max(axis=1) == 1)
     cell = np.floor(patches.centres[small] / size + CELL_SHIFT).astype(np.int64)
@@ -262,9 +213,7 @@ def _cells(patches: _Patches, grids: IntArray, size: float) -> _Shared:
     return _Shared(chosen, np.cumsum(starts) - 1, patches.sides[chosen[starts]])
 
 
-def _assemble(
-    bvh: Bvh, patches: _Patches, grids: IntArray, shared: _Shared, size: float
-) -> Surfels:
+def _assemble(bvh: Bvh, patches: Patches, grids: IntArray, shared: _Shared, size: float) -> Surfels:
     own = np.flatnonzero(grids.max(axis=1) > 1)
     cells = grids[own].prod(axis=1)
     firsts = np.cumsum(cells * patches.sides[own]) - cells * patches.sides[own]
@@ -313,7 +262,7 @@ def _assemble(
     return Surfels(points, oct_words(normals), line_ends, normals[:, 0], sources, places, size)
 
 
-def _places(bvh: Bvh, patches: _Patches, grids: IntArray, firsts: IntArray) -> Places:
+def _places(bvh: Bvh, patches: Patches, grids: IntArray, firsts: IntArray) -> Places:
     """Return the grid of each triangle: those of `patches`, which begin at `firsts`."""
     table = np.zeros((bvh.triangles.count, 2), dtype=np.uint32)
     corner = np.zeros(bvh.triangles.count, dtype=np.int8)
@@ -326,7 +275,7 @@ def _places(bvh: Bvh, patches: _Patches, grids: IntArray, firsts: IntArray) -> P
 
 
 def _sources(
-    patches: _Patches, triangle: NDArray[np.int32], chosen: IntArray, u: FloatArray
+    patches: Patches, triangle: NDArray[np.int32], chosen: IntArray, u: FloatArray
 ) -> NDArray[np.int32]:
     """Return the triangles (N, 16) that hold the places `u` of patches (N, 16)."""
     is_second = patches.is_joint[chosen] & (u[..., 0] < u[..., 1])
@@ -358,7 +307,7 @@ def _even_rings(u: FloatArray, low: FloatArray, grid: IntArray) -> FloatArray:
     return np.stack([radius, u[..., 1]], axis=-1)
 
 
-def _points(patches: _Patches, chosen: IntArray, u: FloatArray) -> FloatArray:
+def _points(patches: Patches, chosen: IntArray, u: FloatArray) -> FloatArray:
     """Return the points (N, 16, 3) of patches (N, 16) at places of their grids."""
     s, t = u[..., :1], u[..., 1:]
     v0, v1, v2, v3 = (patches.corners[chosen, i] for i in range(4))
@@ -371,7 +320,7 @@ def _points(patches: _Patches, chosen: IntArray, u: FloatArray) -> FloatArray:
 
 
 def _drawn(
-    rng: np.random.Generator, patches: _Patches, shared: _Shared
+    rng: np.random.Generator, patches: Patches, shared: _Shared
 ) -> tuple[IntArray, FloatArray]:
     """Return for each group 16 patches, drawn by area, and a point of each one's grid."""
     areas = np.maximum(patches.areas[shared.patches], np.finfo(np.float64).tiny)

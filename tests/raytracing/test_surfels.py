@@ -86,3 +86,33 @@ def test_a_strip_keeps_its_edges_apart_where_there_is_room(
     surfels = build_surfels(bvh_of(slat), most, 0.07, spare)
     layout = int(surfels.places.table[0, 1])
     assert sorted((layout & 0xFFF, layout >> 12 & 0xFFF)) == [across, 29]
+
+
+def on_a_ground(width: float) -> Bvh:
+    """Return a box of edge 2 that stands on the middle of a square."""
+    ground = dataclasses.replace(quad(), positions=quad().positions * width - [0.0, 0.0, 1.01])
+    room = dataclasses.replace(box(), positions=box().positions * 2.0)
+    objects = (SceneObject(0, 0), SceneObject(1, 0))
+    return build_bvh(Scene((ground, room), (Material(),), objects, CAMERA))
+
+
+def cut(bvh: Bvh) -> tuple[Surfels, np.ndarray]:
+    """Return at most 16384 surfels where texels of .03 leave room, and texels along edges."""
+    surfels = build_surfels(bvh, 65535, 0.03, sparse=16384)
+    layout = surfels.places.table[:, 1].astype(np.int64)
+    return surfels, np.stack([layout & 0xFFF, layout >> 12 & 0xFFF], axis=1)
+
+
+# By texels of .03 alone a room would have one or two along each edge.
+@pytest.mark.parametrize(("width", "least"), [(20.0, 16), (60.0, 16), (600.0, 8)])
+def test_texels_of_a_room_are_fine_on_a_wide_ground(width: float, least: int) -> None:
+    surfels, texels = cut(on_a_ground(width))
+    assert texels[2:].min() >= least
+    assert surfels.count <= 16384
+
+
+def test_a_wide_ground_keeps_its_texels_and_so_does_a_scene_without_empty_space() -> None:
+    for bvh, chosen in ((on_a_ground(600.0), slice(2)), (bvh_of(box()), slice(None))):
+        plain = build_surfels(bvh, 65535, 0.03).places.table[chosen, 1]
+        fine = build_surfels(bvh, 65535, 0.03, sparse=16384).places.table[chosen, 1]
+        assert np.array_equal(plain, fine)

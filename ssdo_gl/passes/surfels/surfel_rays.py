@@ -32,6 +32,8 @@ from ssdo_gl.raytracing.torn_surfels import TornSurfels, torn
 
 # Of the number of pieces: by so many more strips are cut finer.
 STRIP_SHARE = 0.5
+# Scenes that are mostly empty are cut more finely, as long as no more pieces come of it.
+SPARSE_SURFELS = 16384
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +92,7 @@ class SurfelsPass(RenderPass):
         else:
             most = self.settings.surfels
             spare = min(int(STRIP_SHARE * most), MOST_SURFELS - most)
-            whole = build_surfels(bvh, most, self.settings.texel, spare)
+            whole = build_surfels(bvh, most, self.settings.texel, spare, SPARSE_SURFELS)
             surfels = torn(whole, bvh, *self._walls(context, whole), MOST_SURFELS)
             made = SurfelSet(surfels, topology)
         points = np.empty((*surfels.positions.shape[:2], 4), dtype=np.uint32)
