@@ -9,6 +9,7 @@
 uniform sampler2D t_own_pixels;  // column and row of the pixel in the frame; -1: none
 uniform isampler2D t_own_places;  // as lib/own_rays.glsl says
 uniform sampler2D t_own_far;
+uniform sampler2D t_own_rare;       // a: as effects/own_rays.frag writes it
 uniform sampler2D t_spread_first;   // radiance to add, by the tiles' first probes
 uniform sampler2D t_spread_second;
 uniform int u_stride;            // pixels from one that has rays to the next
@@ -57,8 +58,13 @@ vec3 rare_at(ivec2 texel, vec3 p_vs, vec3 n_vs)
     return sum / weights;
 }
 
-// Averaged over pixels about.
-vec4 averaged_far(ivec2 texel, vec3 p_vs, vec3 n_vs)
+bool is_in_more_light(ivec2 place)
+{
+    return texelFetch(t_own_rare, place, 0).a == IN_MORE_LIGHT;
+}
+
+// Averaged over pixels about that are in the same light.
+vec4 averaged_far(ivec2 texel, vec3 p_vs, vec3 n_vs, bool is_lit)
 {
     vec3 geometric_vs = gbuffer_geometric_normal_vs(texel);
     int own = texelFetch(t_own_places, texel, 0).x;
@@ -80,7 +86,9 @@ vec4 averaged_far(ivec2 texel, vec3 p_vs, vec3 n_vs)
             float alike = max(dot(gbuffer_shading_normal_vs(other), n_vs), 0.0);
             alike *= alike;
             float weight = near * near * alike * alike * alike * alike;
-            sum += weight * texelFetch(t_own_far, place_of(number), 0);
+            ivec2 place = place_of(number);
+            weight *= is_in_more_light(place) == is_lit ? 1.0 : 0.0;
+            sum += weight * texelFetch(t_own_far, place, 0);
             weights += weight;
         }
     }
@@ -96,8 +104,9 @@ void main()
         return;
     vec3 p_vs = gbuffer_position_vs(texel);
     vec3 n_vs = gbuffer_shading_normal_vs(texel);
+    bool is_lit = is_in_more_light(place);
     float averaged = smoothstep(EVEN, UNEVEN, guide_at(texel, p_vs, n_vs).variance);
     if (averaged > 0.0)
-        o_far = mix(o_far, averaged_far(texel, p_vs, n_vs), averaged);
-    o_far.rgb += rare_at(texel, p_vs, n_vs);
+        o_far = mix(o_far, averaged_far(texel, p_vs, n_vs, is_lit), averaged);
+    o_far.rgb += is_lit ? vec3(0.0) : rare_at(texel, p_vs, n_vs);
 }

@@ -20,11 +20,15 @@ uniform int u_many_count;
 // As lib/own_rays.glsl says.
 layout(location = 0) out vec4 o_far;
 layout(location = 1) out vec4 o_near;
-// Radiance that counts for pixels far about, a: whose of the tile's probes is the pixel's surface.
+// Radiance that counts for pixels far about, a: whose of the tile's probes is the pixel's surface,
+// or IN_MORE_LIGHT.
 layout(location = 2) out vec4 o_rare;
 
 // Times what probes have found, above which it is rare. Of 2 and 4.5 neither is better.
 const float RARE = 3.0;
+// As many of a pixel's rays, each counted by its part, do not come upon light by chance: it is the
+// pixel's own, and probes on the same plane stand beyond a partition.
+const float SURE_RAYS = 3.0;
 
 // The share of the sky's light that arrives: as much as was found open, or all but what was found
 // blocked. That is exact where all is open, and falls below 0 where little is.
@@ -55,10 +59,16 @@ void main()
     Guide guide = guide_at(texel, p_vs, n_vs);
     uint first = first_point(texel, ray_count);
     Arriving sums = Arriving(vec3(0.0), vec3(0.0), 0.0, 0.0);
+    float brought = 0.0;
+    float squares = 0.0;
     for (int i = 0; i < ray_count; ++i) {
         Guided d = guided_direction(guide, random_2d(first + uint(i), u_stream, 0u, false));
         add_ray(sums, start, frame * d.w, geometric_vs, d.weight);
+        float by_ray = dot(sums.far, vec3(1.0)) + sums.open_sky - brought;
+        brought += by_ray;
+        squares += by_ray * by_ray;
     }
+    float bringing = brought * brought / max(squares, 1e-30);
     vec3 far = sums.far / float(ray_count);
     float share = open_share(sums, guide.open, n_vs, ray_count);
     o_near = vec4(sums.near / float(ray_count), centre_z_vs(texel, p_vs, geometric_vs));
@@ -68,6 +78,9 @@ void main()
     float found = dot(far + share * sky, vec3(1.0 / 3.0));
     float owner = guide.sent < 0.0 ? NO_PROBE : probe_of_tile(texel, p_vs, n_vs);
     float kept = owner != NO_PROBE && found > RARE * known ? RARE * known / found : 1.0;
+    bool is_own = kept < 1.0 && bringing > SURE_RAYS;
+    kept = is_own ? 1.0 : kept;
+    owner = is_own ? IN_MORE_LIGHT : owner;
     o_far = kept * vec4(far, share);
     o_rare = vec4((1.0 - kept) * (far + share * sky), owner);
 }

@@ -40,6 +40,8 @@ float on_surface(vec4 point, vec3 p_vs, vec3 n_vs, float inv_extent)
 }
 
 const float NO_PROBE = 0.0;
+// Neither: that which lies on the pixel's plane stands beyond a partition, where there is less light.
+const float IN_MORE_LIGHT = 3.0;
 
 // Which probe of the pixel's tile lies on its surface: 1 the first, 2 the second, or NO_PROBE.
 float probe_of_tile(ivec2 texel, vec3 p_vs, vec3 n_vs)

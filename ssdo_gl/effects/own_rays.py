@@ -260,6 +260,7 @@ class OwnRaysPass(RenderPass):
             "t_own_pixels": pixels,
             "t_own_places": places,
             "t_own_far": far,
+            "t_own_rare": rare,
             "t_spread_first": spread[0],
             "t_spread_second": spread[1],
         }

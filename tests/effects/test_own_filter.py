@@ -21,11 +21,12 @@ CODE = np.uint32(0x20000000 | 8192 | 8192 << 14).view(np.float32)
 # Products of a dozen rounded factors, and normals of 16 bits.
 ROUNDING = 2e-4
 MANY = 100
-# What is added to the light of all pixels.
+# What is added to the light of all pixels, but those whose code says that they are in more light.
 RARE = 0.25
+IN_MORE_LIGHT = 3.0
 
 
-def expected(picture, numbers, far, stride):
+def expected(picture, numbers, far, is_lit, stride):
     """Return averages (n, 4) for the pixels that have `numbers`."""
     width, height = SIZE
     rows, columns = np.mgrid[:height, :width]
@@ -38,6 +39,8 @@ def expected(picture, numbers, far, stride):
             for u in range(x - REACH * STEP * stride, width, STEP * stride):
                 is_near = max(abs(v - y), abs(u - x)) <= REACH * STEP * stride
                 if min(u, v) < 0 or not is_near or numbers[v, u] * numbers[y, x] <= 0:
+                    continue
+                if is_lit[abs(numbers[v, u]) - 1] != is_lit[abs(numbers[y, x]) - 1]:
                     continue
                 d = (p[v, u] - p[y, x]) * inv_reach
                 above = d @ picture.geometric[y, x]
@@ -67,6 +70,9 @@ def test_light_is_averaged_over_pixels_of_the_same_surface_and_kind(
     places, pixels = places_of(chosen, MANY, SIZE)
     far = np.zeros((*pixels.shape[:2], 4), np.float32)
     far.reshape(-1, 4)[: len(chosen)] = rng.random((len(chosen), 4))
+    rare = np.zeros_like(far)
+    is_lit = rng.random(len(chosen)) < 0.2
+    rare.reshape(-1, 4)[: len(chosen), 3] = np.where(is_lit, IN_MORE_LIGHT, 1.0)
     tiles = SIZE[0] // TILE, SIZE[1] // TILE
     probes = np.zeros((tiles[1], tiles[0], 4), np.float32)
     probes[..., :3], probes[..., 3] = (0.0, 0.0, -2.2), CODE
@@ -87,6 +93,7 @@ def test_light_is_averaged_over_pixels_of_the_same_surface_and_kind(
         "t_own_pixels": make_texture(gl, pixels.shape[1::-1], 2, "f4", pixels),
         "t_own_places": make_texture(gl, SIZE, 1, "i4", places),
         "t_own_far": make_texture(gl, far.shape[1::-1], 4, "f4", far),
+        "t_own_rare": make_texture(gl, far.shape[1::-1], 4, "f4", rare),
     }
     averaged = make_texture(gl, far.shape[1::-1], 4, "f4")
     target = make_framebuffer(gl, [averaged])
@@ -96,7 +103,7 @@ def test_light_is_averaged_over_pixels_of_the_same_surface_and_kind(
     draw_fullscreen(gl, program, target, uniforms, textures)
     found = np.frombuffer(averaged.read(), np.float32).reshape(-1, 4)[: len(chosen)]
     own = far.reshape(-1, 4)[: len(chosen)].astype(np.float64)
-    wanted = expected(picture, places[..., 0], own, stride)
-    added = np.array([RARE, RARE, RARE, 0.0])
+    wanted = expected(picture, places[..., 0], own, is_lit, stride)
+    added = np.where(is_lit[:, None], 0.0, [RARE, RARE, RARE, 0.0])
     np.testing.assert_allclose(found, own + share * (wanted - own) + added, rtol=0.0, atol=ROUNDING)
     assert np.abs(wanted - own).mean() > 0.1
