@@ -94,8 +94,6 @@ class Surfels:
         A unit normal of the surfel, on its side.
     sources : ndarray, shape (S, 16), int32
         The triangle that each point lies on.
-    size : float
-        Side of a texel, about, normalised frame.
     """
 
     positions: NDArray[np.float32]
@@ -104,7 +102,6 @@ class Surfels:
     looks: FloatArray
     sources: NDArray[np.int32]
     places: Places
-    size: float
 
     @property
     def count(self) -> int:
@@ -143,7 +140,7 @@ def build_surfels(bvh: Bvh, most: int, smallest: float, spare: int = 0, sparse: 
         normals = np.zeros((1, POINT_COUNT), dtype=np.uint32)
         places = Places(np.zeros((0, 2), dtype=np.uint32), np.zeros(0, dtype=np.int8))
         sources = np.zeros((1, POINT_COUNT), dtype=np.int32)
-        return Surfels(points, normals, points, np.zeros((1, 3)), sources, places, smallest)
+        return Surfels(points, normals, points, np.zeros((1, 3)), sources, places)
     patches = patches_of(bvh)
     extents = patches.extents()
     area = float(np.sum(patches.areas * patches.sides))
@@ -154,27 +151,29 @@ def build_surfels(bvh: Bvh, most: int, smallest: float, spare: int = 0, sparse: 
         if _texel_count(patches, grids) + shared.count <= most or size > 1.0:
             break
         size *= GROWTH
-    grids, shared = _finer(patches, grids, shared, size, min(sparse, most))
+    finer = _finer(patches, extents, grids, size, min(sparse, most))
+    grids, shared = finer or (grids, shared)
     is_strip = grids.max(axis=1, keepdims=True) >= STRIP_LENGTH * grids
     cuts = (np.where(is_strip, np.maximum(grids, across), grids) for across in STRIP_TEXELS)
     room = most + spare - shared.count
     grids = next((cut for cut in cuts if _texel_count(patches, cut) <= room), grids)
-    return _assemble(bvh, patches, grids, shared, size)
+    return _assemble(bvh, patches, grids, shared)
 
 
 def _finer(
-    patches: Patches, grids: IntArray, shared: _Shared, size: float, most: int
-) -> tuple[IntArray, _Shared]:
-    """Return grids (N, 2) of a scene that is mostly empty, as fine as `most` surfels allow."""
-    finer, along = size / SPARSE_FINENESS, np.ceil(SPARSE_LENGTH / size)
-    while finer >= SPARSE_LEAST:
-        fine = np.clip(np.ceil(patches.extents() / finer - 1e-6), 1, along).astype(np.int64)
-        found = np.maximum(grids, fine)
-        cells = _cells(patches, found, finer)
-        if _texel_count(patches, found) + cells.count > most:
+    patches: Patches, extents: FloatArray, grids: IntArray, size: float, most: int
+) -> tuple[IntArray, _Shared] | None:
+    """Return the finest grids (N, 2) of at most `most` surfels; None if the scene is not sparse."""
+    size, along, found = size / SPARSE_FINENESS, np.ceil(SPARSE_LENGTH / size), None
+    while size >= SPARSE_LEAST:
+        finer = np.clip(np.ceil(extents / size - 1e-6), 1, along).astype(np.int64)
+        finer = np.maximum(grids, finer)
+        # Asked first: of many patches the cells take long.
+        room = most - _texel_count(patches, finer)
+        if room < 0 or (shared := _cells(patches, finer, size)).count > room:
             break
-        grids, shared, finer = found, cells, finer / SPARSE_STEP
-    return grids, shared
+        found, size = (finer, shared), size / SPARSE_STEP
+    return found
 
 
 def _texel_count(patches: Patches, grids: IntArray) -> int:
@@ -213,7 +212,7 @@ def _cells(patches: Patches, grids: IntArray, size: float) -> _Shared:
     return _Shared(chosen, np.cumsum(starts) - 1, patches.sides[chosen[starts]])
 
 
-def _assemble(bvh: Bvh, patches: Patches, grids: IntArray, shared: _Shared, size: float) -> Surfels:
+def _assemble(bvh: Bvh, patches: Patches, grids: IntArray, shared: _Shared) -> Surfels:
     own = np.flatnonzero(grids.max(axis=1) > 1)
     cells = grids[own].prod(axis=1)
     firsts = np.cumsum(cells * patches.sides[own]) - cells * patches.sides[own]
@@ -259,7 +258,7 @@ def _assemble(bvh: Bvh, patches: Patches, grids: IntArray, shared: _Shared, size
     positions[back], ends[back], normals[back] = positions[front], ends[front], -normals[front]
     sources[back] = sources[front]
     points, line_ends = ((at + LIFT * normals).astype(np.float32) for at in (positions, ends))
-    return Surfels(points, oct_words(normals), line_ends, normals[:, 0], sources, places, size)
+    return Surfels(points, oct_words(normals), line_ends, normals[:, 0], sources, places)
 
 
 def _places(bvh: Bvh, patches: Patches, grids: IntArray, firsts: IntArray) -> Places:
