@@ -6,6 +6,14 @@ import secrets
 from pathlib import Path
 
 
+def has_data(path: Path) -> bool:
+    """Return whether `path` is a file of more than no bytes, which others leave of a full disk."""
+    try:
+        return path.is_file() and path.stat().st_size > 0
+    except OSError:
+        return False
+
+
 def replace_whole(path: Path, data: bytes) -> None:
     """Replace `path` by `data`; a failure or a signal leaves the old file untouched.
 

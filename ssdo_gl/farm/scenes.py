@@ -26,6 +26,7 @@ from ssdo_gl.process import (
 from ssdo_gl.settings.flags import CommandLine
 from ssdo_gl.settings.several import files_of
 from ssdo_gl.short_repr import counted
+from ssdo_gl.whole_files import has_data
 
 # Carries a command out, on a device that may have drawn others before.
 Work = Callable[[CommandLine, WarmDevice], int]
@@ -171,7 +172,7 @@ def _worst(codes: Sequence[int]) -> int:
 
 
 def _is_there(command: CommandLine) -> bool:
-    return all(path.exists() for path in files_of(command))
+    return all(has_data(path) for path in files_of(command))
 
 
 def _made(codes: Sequence[int]) -> int:

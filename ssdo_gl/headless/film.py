@@ -21,6 +21,7 @@ from ssdo_gl.images.files import OutputError, write_atomically
 from ssdo_gl.printable import printable
 from ssdo_gl.settings.film_options import FRAMES_PER_SECOND
 from ssdo_gl.short_repr import counted
+from ssdo_gl.whole_files import has_data
 
 
 def check_film(out: Path, wanted: tuple[str, ...], *, resume: bool = False) -> None:
@@ -156,7 +157,7 @@ class _NumberedFiles:
 
     def has(self, index: int) -> bool:
         paths = frame_paths(self._pattern, index, self._request.wanted)
-        return all(path.exists() for path in paths)
+        return all(has_data(path) for path in paths)
 
     def add(self, frame: EncodedFrame) -> None:
         for path, data in frame.files.items():

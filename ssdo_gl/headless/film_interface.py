@@ -116,7 +116,7 @@ def render_film(
         ``.mp4``, ``.webm``, ``.webp``, ``.gif``; a folder of pictures; or a pattern of
         file names such as ``frame_%04d.exr``.
     resume : bool
-        Render only the frames whose files do not exist.
+        Render only the frames whose files are missing or empty.
     scheduler : str, optional
         Workers that render it: ``local``, ``local:N``, or the address of a Dask scheduler.
         A script that asks for local ones guards its main part by

@@ -161,7 +161,7 @@ class RunOptions:
     )
     resume: bool = setting(
         False,
-        "render only the frames, or pictures of a batch, whose files do not exist",
+        "render only the frames, or pictures of a batch, whose files are missing or empty",
         group=RUNNING,
         modes=frozenset({modes.BATCH, modes.FILM}),
     )

@@ -89,6 +89,15 @@ def test_a_scene_that_nothing_foresaw_stops_no_other(
     assert list(contents("out")) == ["small.png"]
 
 
+def test_resume_renders_empty_pictures_anew() -> None:
+    words = ["--batch", "m/*.obj", "--out", "out", *FLAGS]
+    assert main(words) == 0
+    whole = contents("out")
+    Path("out/big.png").write_bytes(b"")
+    assert main([*words, "--resume"]) == 0
+    assert contents("out") == whole
+
+
 def test_resume_renders_the_missing_pictures_alone(capsys: pytest.CaptureFixture[str]) -> None:
     words = ["--batch", "m/*.obj", "corner", "--out", "out", "--aov", "beauty,depth", *FLAGS]
     assert main(words) == 0
@@ -135,12 +144,13 @@ def test_ctrl_c_counts_pictures_that_workers_have_not_told_of(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def early(commands: Sequence[CommandLine], work: object) -> Iterator[Said]:
-        Path("out/small.png").touch()
+        Path("out/small.png").write_bytes(b"whole")
         yield Said(0)
         raise KeyboardInterrupt
 
     Path("out").mkdir()
-    Path("out/corner.png").touch()
+    Path("out/corner.png").write_bytes(b"old")
+    Path("out/stairs.png").touch()
     monkeypatch.setattr(scenes, "_captured", early)
     words = ["--batch", "m/big.obj", "m/small.obj", "corner", "stairs", "--out", "out"]
     assert main(words) == 130

@@ -92,12 +92,13 @@ def test_a_film_follows_a_recorded_path(tmp_path: Path) -> None:
     assert np.abs(shown - (0.5 * normal + 0.5))[seen].max() < 1 / 255
 
 
-def test_resume_renders_the_missing_frames_alone(tmp_path: Path) -> None:
+def test_resume_renders_the_missing_and_empty_frames_alone(tmp_path: Path) -> None:
     out = tmp_path / "turn"
     words = ["corner", "--film", str(out), *TURN]
     assert main(words) == 0
     whole = contents(out)
     (out / "frame_0001.png").unlink()
+    (out / "frame_0002.png").write_bytes(b"")
     (out / "frame_0003.png").write_bytes(b"kept")
     assert main([*words, "--resume"]) == 0
     assert contents(out) == whole | {"frame_0003.png": b"kept"}
