@@ -78,9 +78,10 @@ struct Centre {
     bool is_edge;       // it traces many rays
     vec2 shading_code;  // octahedral
     // A tap of depth z, d texels away, stands off the plane by z * dot(rate, (d, 1)) - offset
-    // tolerances.
+    // tolerances of the centre.
     vec3 rate;
     float offset;
+    float per_footprint;  // of a pixel of the frame
 };
 
 Centre centre_at(ivec2 texel, float z)
@@ -91,20 +92,23 @@ Centre centre_at(ivec2 texel, float z)
     vec4 normals = texelFetch(t_normals_vs, texel, 0);
     c.shading_code = normals.xy;
     vec3 geometric = oct_decode(normals.zw);
-    // What one pixel of the values covers at this depth.
-    float footprint = pixel_height_at(z) * float(u_stride);
-    c.rate = plane_rate(uv_of_texel(texel), geometric) / (u_depth_tolerance * footprint);
+    c.per_footprint = 1.0 / pixel_height_at(z);
+    // Of what one pixel of the values covers at this depth.
+    float tolerance = u_depth_tolerance * pixel_height_at(z) * float(u_stride);
+    c.rate = plane_rate(uv_of_texel(texel), geometric) / tolerance;
     c.offset = plane_height(c.rate, vec2(0.0), z);
     return c;
 }
 
 // How much a tap shows the same surface: 1 on the centre's tangent plane at any tilt,
-// falling with the distance from it in units of the pixel's footprint. So it knows
-// neither scene units nor the angle of view.
+// falling with the distance from it in footprints of a pixel, where the farther of the two is.
+// So it knows neither scene units nor the angle of view; and towards a horizon, where the next
+// pixel is many times as far, a normal's last digit does not decide.
 float same_surface(Centre c, ivec2 texel, float z)
 {
     float x = plane_height(c.rate, vec2(texel - c.texel), z) - c.offset;
-    float weight = 1.0 / (1.0 + x * x);
+    float reach = max(pixel_height_at(z) * c.per_footprint, 1.0);
+    float weight = reach * reach / (reach * reach + x * x);
     // The tail of 1 / (1 + x^2) is long: cut it off smoothly.
     weight *= weight;
 #if USE_NORMALS

@@ -133,11 +133,16 @@ def test_weights_know_no_unit_of_length(gl, shaders, scale):
 
 
 @pytest.mark.parametrize("scale", [1, 2])
-def test_tolerance_off_the_plane_counts_a_quarter(gl, shaders, scale):
-    """The weight is (1 + x^2)^-2, x = distance from the plane / (tolerance * footprint)."""
-    tolerance, z = 1.5, 3.0
-    footprint = z * 2.0 * TAN_Y / SIZE[1] * scale
-    step = np.where(np.arange(48) < 24, z, z + tolerance * footprint)
+@pytest.mark.parametrize("far_first", [False, True])
+def test_tolerance_off_the_plane_counts_a_quarter(gl, shaders, scale, far_first):
+    """The weight is (1 + x^2)^-2, x = distance from the plane / (tolerance * footprint).
+
+    The footprint is that of the farther, on either side.
+    """
+    tolerance, far = 1.5, 3.0
+    footprint = far * 2.0 * TAN_Y / SIZE[1] * scale
+    left, right = (far, far - tolerance * footprint)[:: 1 if far_first else -1]
+    step = np.where(np.arange(48) < 24, left, right)
     picture = dataclasses.replace(plane(), z=np.broadcast_to(step, (36, 48)))
     raw = halves(0.0, 1.0, 4, (48 // scale, 36 // scale))
     image = run(
