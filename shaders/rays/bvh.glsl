@@ -117,6 +117,13 @@ struct BvhRecord {
     uvec4 words_2;
 };
 
+// The record as a primitive: columns v0 to v3 of two triangles, (v0, v1, v2) and (v0, v2, v3).
+mat4x3 bvh_corners(BvhRecord pair)
+{
+    return mat4x3(uintBitsToFloat(pair.words_0), uintBitsToFloat(pair.words_1),
+                  uintBitsToFloat(pair.words_2));
+}
+
 // The children of a node that a ray meets.
 struct BvhChildren {
     uint nearest;      // number in the last two bits, BVH_NO_CHILD: none
@@ -166,43 +173,51 @@ BvhChildren bvh_children(BvhRay ray, BvhRecord node, bool is_leaf, float t_max)
     return bvh_met(node, is_leaf, enter, leave);
 }
 
-// The record as a primitive: two triangles with the edge v0-v2 in common. The nearer of
-// their hits, or `hit` as it is.
+// Whether the ray meets a triangle at 0 < t < t_max, and its t.
+//
+// `sides`: of the edge across from each corner, which is the corner's weight; `along`: how far
+// along the ray each corner lies; `word` and `slot`: what surface_data.glsl knows it by.
+bool bvh_meets_triangle(BvhRay ray, vec3 sides, vec3 along, uint word, int slot, float t_max,
+                        out float t)
+{
+    float sum = sides.x + sides.y + sides.z;
+    // Of a triangle seen edge-on all sides are zero: 0 / 0, which no comparison lets pass.
+    t = dot(sides, along) / sum;
+    bool is_met = bvh_is_inside(sides.x, sides.y, sides.z) && t > 0.0 && t < t_max;
+#if RAY_SINGLE_SIDED
+    // Sides are positive where the triangle's front looks along the ray.
+    is_met = is_met && ((word & SINGLE_SIDED_FLAG) == 0u || sum * ray.facing < 0.0);
+#endif
+#if RAY_CUTOUTS
+    is_met = is_met && !is_cut_out(word, slot, sides);
+#endif
+    return is_met;
+}
+
+// The nearer of the ray's hits of a pair of triangles, or `hit` as it is.
 BvhHit bvh_meet_pair(BvhRay ray, BvhRecord pair, int record, bool is_leaf, BvhHit hit)
 {
-    vec4 floats_0 = uintBitsToFloat(pair.words_0);
-    vec4 floats_1 = uintBitsToFloat(pair.words_1);
-    vec4 floats_2 = uintBitsToFloat(pair.words_2);
-    vec3 v0 = (floats_0.xyz - ray.origin) * ray.axes;
-    vec3 v1 = (vec3(floats_0.w, floats_1.xy) - ray.origin) * ray.axes;
-    vec3 v2 = (vec3(floats_1.zw, floats_2.x) - ray.origin) * ray.axes;
-    vec3 v3 = (floats_2.yzw - ray.origin) * ray.axes;
+    mat4x3 corners = bvh_corners(pair);
+    vec3 v0 = (corners[0] - ray.origin) * ray.axes;
+    vec3 v1 = (corners[1] - ray.origin) * ray.axes;
+    vec3 v2 = (corners[2] - ray.origin) * ray.axes;
+    vec3 v3 = (corners[3] - ray.origin) * ray.axes;
     float side_01 = bvh_edge_side(v0, v1);
     float side_12 = bvh_edge_side(v1, v2);
     float side_20 = bvh_edge_side(v2, v0);
     float side_23 = bvh_edge_side(v2, v3);
     float side_30 = bvh_edge_side(v3, v0);
-    // A side is the weight of the corner across from it. Of a triangle seen edge-on all
-    // are zero: 0 / 0, which no comparison lets pass.
-    float t_1 = (side_12 * v0.z + side_20 * v1.z + side_01 * v2.z) / (side_01 + side_12 + side_20);
-    float t_2 = (side_23 * v0.z + side_30 * v2.z - side_20 * v3.z) / (side_23 + side_30 - side_20);
-    bool is_in_1 = bvh_is_inside(side_01, side_12, side_20) && t_1 > 0.0 && t_1 < hit.t;
-    bool is_in_2 = bvh_is_inside(-side_20, side_23, side_30) && t_2 > 0.0 && t_2 < hit.t;
 #if RAY_CUTOUTS || RAY_SINGLE_SIDED
     uvec4 words_3 = bvh_texel(record, 3);
+#else
+    const uvec4 words_3 = uvec4(0u);
 #endif
-#if RAY_SINGLE_SIDED
-    // Sides are positive where the triangle's front looks along the ray.
-    float along_1 = (side_01 + side_12 + side_20) * ray.facing;
-    float along_2 = (side_23 + side_30 - side_20) * ray.facing;
-    is_in_1 = is_in_1 && ((words_3.y & SINGLE_SIDED_FLAG) == 0u || along_1 < 0.0);
-    is_in_2 = is_in_2 && ((words_3.z & SINGLE_SIDED_FLAG) == 0u || along_2 < 0.0);
-#endif
-#if RAY_CUTOUTS
     int slot = int(words_3.x) * 2;
-    is_in_1 = is_in_1 && !is_cut_out(words_3.y, slot, vec3(side_12, side_20, side_01));
-    is_in_2 = is_in_2 && !is_cut_out(words_3.z, slot + 1, vec3(side_23, side_30, -side_20));
-#endif
+    float t_1, t_2;
+    bool is_in_1 = bvh_meets_triangle(ray, vec3(side_12, side_20, side_01), vec3(v0.z, v1.z, v2.z),
+                                      words_3.y, slot, hit.t, t_1);
+    bool is_in_2 = bvh_meets_triangle(ray, vec3(side_23, side_30, -side_20), vec3(v0.z, v2.z, v3.z),
+                                      words_3.z, slot + 1, hit.t, t_2);
     is_in_2 = is_in_2 && (!is_in_1 || t_2 < t_1);
     bool is_hit = is_leaf && (is_in_1 || is_in_2);
     return BvhHit(is_hit ? (is_in_2 ? t_2 : t_1) : hit.t, is_hit ? record : hit.record,
@@ -353,11 +368,8 @@ BvhHit bvh_blocked_and_nearest(
 // Vertices of the triangle that was hit, in the order of its winding.
 void bvh_triangle(BvhHit hit, out vec3 a, out vec3 b, out vec3 c)
 {
-    vec4 floats_0 = uintBitsToFloat(bvh_texel(hit.record, 0));
-    vec4 floats_1 = uintBitsToFloat(bvh_texel(hit.record, 1));
-    vec4 floats_2 = uintBitsToFloat(bvh_texel(hit.record, 2));
-    a = floats_0.xyz;
-    vec3 v2 = vec3(floats_1.zw, floats_2.x);
-    b = hit.is_second ? v2 : vec3(floats_0.w, floats_1.xy);
-    c = hit.is_second ? floats_2.yzw : v2;
+    mat4x3 corners = bvh_corners(bvh_record(hit.record));
+    a = corners[0];
+    b = hit.is_second ? corners[2] : corners[1];
+    c = hit.is_second ? corners[3] : corners[2];
 }

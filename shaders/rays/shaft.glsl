@@ -141,13 +141,11 @@ bvec4 shaft_hides(ShaftTriangle item, mat2x4 points, float t_max)
 // What a pair of triangles hides of the points that are open, as bits.
 uint shaft_meet_pair(Shaft shaft, BvhRecord pair, int record, bool is_leaf, int first, int count)
 {
-    vec4 floats_0 = uintBitsToFloat(pair.words_0);
-    vec4 floats_1 = uintBitsToFloat(pair.words_1);
-    vec4 floats_2 = uintBitsToFloat(pair.words_2);
-    vec3 v0 = floats_0.xyz - shaft.apex;
-    vec3 v1 = vec3(floats_0.w, floats_1.xy) - shaft.apex;
-    vec3 v2 = vec3(floats_1.zw, floats_2.x) - shaft.apex;
-    vec3 v3 = floats_2.yzw - shaft.apex;
+    mat4x3 corners = bvh_corners(pair);
+    vec3 v0 = corners[0] - shaft.apex;
+    vec3 v1 = corners[1] - shaft.apex;
+    vec3 v2 = corners[2] - shaft.apex;
+    vec3 v3 = corners[3] - shaft.apex;
     vec3 side_20 = shaft_side(shaft, v2, v0);
     float volume_1 = shaft_volume(v0, v1, v2);
     float volume_2 = shaft_volume(v0, v2, v3);
