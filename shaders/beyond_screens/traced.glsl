@@ -118,17 +118,17 @@ bool meets_by_ray(vec3 p_vs, vec3 geometric_vs, vec3 w_vs, uint index, out vec3 
         radiance += path.weight * emitted(met, hit.t, path.density, bounce == 0);
         goes_on = bounce < MIRROR_BOUNCES && is_glossy(met.brdf)
                && met.brdf.roughness <= u_mirror_roughness;
-        vec3 irradiance = cached_irradiance(hit, met, path.w);
+        vec4 cached = cached_light(hit, met, path.w);
         if (goes_on) {
             vec3 n = met.at.normal;
             uint dimension = DIMENSIONS_PER_MIRROR * uint(bounce);
-            radiance += path.weight * diffuse_radiance_towards(met.brdf, n, met.at.w_out, irradiance);
-            light = mirrored_light(met, irradiance, index, seed, dimension);
+            radiance += path.weight * diffuse_radiance_towards(met.brdf, n, met.at.w_out, cached.rgb);
+            light = mirrored_light(met, cached.rgb, index, seed, dimension);
             light.reflected *= path.weight;
             reflect_on(path, met, random_2d(index, seed, dimension + 2u, false));
             ++bounce;
         } else {
-            radiance += path.weight * even_reflectance(met.brdf) * INV_PI * irradiance;
+            radiance += path.weight * reflection_of(cached, met.brdf);
         }
     } while (goes_on);
     return true;

@@ -313,16 +313,32 @@ vec3 brdf_reflectance(Brdf brdf)
 #endif
 }
 
-// Share of light that leaves again of what comes evenly from all directions: for light that
-// has been scattered so often that where it goes hardly matters.
+#if GLOSSY
+// How grazing light arrives whose direction has this cosine: Schlick's fifth power over its mean
+// for light from everywhere.
+float grazing_of(float cosine)
+{
+    return 21.0 * pow_5(clamp(1.0 - cosine, 0.0, 1.0));
+}
+
+// What microfacets of Fresnel's (1 - cosine)^5 reflect once of even light: a fit, within 0.003.
+float grazing_reflectance(float roughness)
+{
+    float r = roughness;
+    return max(0.0494 + r * (-0.0181 + r * (-0.1335 + r * 0.1070)), 0.0);
+}
+#endif
+
+// Share of light that leaves again in all directions, for light that has been scattered so often
+// that where it goes hardly matters: of light that arrives evenly.
 vec3 even_reflectance(Brdf brdf)
 {
 #if GLOSSY
-    // Fits to what microfacets of Fresnel's 1 and (1 - cosine)^5 reflect once, within 0.003; of
-    // the light that enters the diffuse part 0.0037 (f90 - f0) is reflected before.
+    // A fit to what microfacets of Fresnel's 1 reflect once, within 0.003; of the light that
+    // enters the diffuse part 0.0037 (f90 - f0) is reflected before.
     float r = brdf.roughness;
     float all = 0.9998 + r * (-0.0143 + r * (0.3322 + r * (-2.2012 + r * 1.2952)));
-    float grazing = max(0.0494 + r * (-0.0181 + r * (-0.1335 + r * 0.1070)), 0.0);
+    float grazing = grazing_reflectance(r);
     vec3 enters = is_glossy(brdf) ? vec3(1.0) - mix(brdf.f0, vec3(brdf.f90), 0.0037) : vec3(1.0);
     vec3 gloss = brdf.f0 * (all - grazing) + brdf.f90 * grazing;
     gloss *= 1.0 + brdf.f0 * (1.0 / all - 1.0);
@@ -331,6 +347,15 @@ vec3 even_reflectance(Brdf brdf)
     return brdf.albedo;
 #endif
 }
+
+#if GLOSSY
+// What the share rises by with how grazing the light arrives.
+vec3 reflectance_slope(Brdf brdf)
+{
+    vec3 range = brdf.f90 - brdf.f0;
+    return is_glossy(brdf) ? range * grazing_reflectance(brdf.roughness) : vec3(0.0);
+}
+#endif
 
 // Radiance that diffuse reflection makes of an irradiance, the same in all directions.
 vec3 diffuse_radiance(Brdf brdf, vec3 irradiance)

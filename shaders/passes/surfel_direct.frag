@@ -21,7 +21,7 @@ void main()
     uint seed = pixel_seed(surfel);
     int ray_count = u_samples * (u_draws_groups ? 1 : u_emitter_group_count);
     int points_per_sample = max(SURFEL_POINTS / max(u_samples, 1), 1);
-    vec3 sum = vec3(0.0);
+    vec4 sum = vec4(0.0);
     for (int ray = part; ray < ray_count; ray += PART_COUNT) {
         int g = ray / u_samples;
         int i = ray - g * u_samples;
@@ -45,7 +45,7 @@ void main()
         bool is_map = emitter_at(group.first).kind == EMITTER_MAP;
         arriving *= is_map ? 1.0 - share_of_own_rays(at, light.w, light.density) : 1.0;
 #endif
-        sum += light_is_blocked(at, light.w, reach) ? vec3(0.0) : arriving;
+        sum += light_is_blocked(at, light.w, reach) ? vec4(0.0) : light_of_surfel(at, light.w, arriving);
     }
-    o_irradiance = vec4(sum / float(max(u_samples, 1)), 1.0);
+    o_irradiance = sum / float(max(u_samples, 1));
 }

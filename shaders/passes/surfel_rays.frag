@@ -3,10 +3,10 @@
 // for all light.
 //
 // A tile of the image for each ray, a texel of it for each surfel: neighbours look the same
-// way. Words: surfel (16 bits, all set: nothing was met) and red, green and blue of the
-// albedo (16 bits each). Defines as in rays/surface_data.glsl and lib/environment.glsl;
-// SURFEL_RAYS_PER_SIDE: rays of a surfel, by the root.
+// way. Words as in rays/surfel_hits.glsl. Defines as in rays/surface_data.glsl and
+// lib/environment.glsl; SURFEL_RAYS_PER_SIDE: rays of a surfel, by the root.
 #include "rays/surfel_points.glsl"
+#include "rays/surfel_hits.glsl"
 
 layout(location = 0) out uvec2 o_hit;
 
@@ -21,11 +21,14 @@ void main()
     RaySurface at = surfel_point(surfel, ray * SURFEL_POINTS / ray_count);
     vec3 w = surfel_direction(at, ray, pixel_seed(surfel));
     BvhHit hit = bvh_nearest(at.start, w, RAY_FAR);
-    uvec4 words = uvec4(0xffffu, 0u, 0u, 0u);
+    SurfelHit found = SurfelHit(NO_SURFEL, vec3(0.0), 0.0);
     if (hit.record >= 0) {
         Surface met = surface_at_hit(hit, at.start, w);
-        words.x = uint(surfel_at_hit(hit, met.at.position, w));
-        words.yzw = uvec3(clamp(even_reflectance(met.brdf), 0.0, 1.0) * 65535.0 + 0.5);
+        found.surfel = uint(surfel_at_hit(hit, met.at.position, w));
+        found.albedo = even_reflectance(met.brdf);
+#if GLOSSY
+        found.slope = dot(reflectance_slope(met.brdf), vec3(1.0 / 3.0));
+#endif
     }
-    o_hit = uvec2(words.x | words.y << 16, words.z | words.w << 16);
+    o_hit = packed_hit(found);
 }

@@ -3,6 +3,7 @@
 // a tile of the image for each row of rays, whose sum it is. Defines as in
 // passes/surfel_rays.frag. A map is drawn from with the lights, too: both ways share its light.
 #include "rays/surfel_points.glsl"
+#include "rays/surfel_hits.glsl"
 
 uniform usampler2D t_surfel_hits;
 
@@ -14,17 +15,18 @@ void main()
     int row = surfel.y / u_surfel_rows;
     surfel.y -= row * u_surfel_rows;
     ivec2 tile_size = ivec2(1 << SURFEL_ROW_SHIFT, u_surfel_rows);
-    vec3 sum = vec3(0.0);
+    vec4 sum = vec4(0.0);
     uint seed = pixel_seed(surfel);
     int ray_count = SURFEL_RAYS_PER_SIDE * SURFEL_RAYS_PER_SIDE;
     for (int column = 0; column < SURFEL_RAYS_PER_SIDE; ++column) {
         ivec2 texel = ivec2(column, row) * tile_size + surfel;
-        if ((texelFetch(t_surfel_hits, texel, 0).x & 0xffffu) == 0xffffu) {
+        if (unpacked_hit(texelFetch(t_surfel_hits, texel, 0).xy).surfel == NO_SURFEL) {
             int ray = row * SURFEL_RAYS_PER_SIDE + column;
             RaySurface at = surfel_point(surfel, ray * SURFEL_POINTS / ray_count);
             vec3 w = surfel_direction(at, ray, seed);
-            sum += environment_radiance(w) * share_of_own_rays(at, w, map_density(w));
+            vec3 arriving = environment_radiance(w) * share_of_own_rays(at, w, map_density(w));
+            sum += light_of_surfel(at, w, arriving);
         }
     }
-    o_irradiance = vec4(sum * (PI / float(ray_count)), 1.0);
+    o_irradiance = sum * (PI / float(ray_count));
 }

@@ -11,12 +11,12 @@ layout(location = 0) out vec4 o_irradiance;
 void main()
 {
     ivec2 surfel = ivec2(gl_FragCoord.xy);
-    vec3 sum = vec3(0.0);
+    vec4 sum = vec4(0.0);
     for (int row = 0; row < SURFEL_RAYS_PER_SIDE; ++row) {
-        sum += texelFetch(t_surfel_sky, surfel + ivec2(0, row * u_surfel_rows), 0).rgb;
+        sum += texelFetch(t_surfel_sky, surfel + ivec2(0, row * u_surfel_rows), 0);
     }
     for (int part = 0; part < PART_COUNT; ++part) {
-        sum += texelFetch(t_surfel_parts, surfel + ivec2(0, part * u_surfel_rows), 0).rgb;
+        sum += texelFetch(t_surfel_parts, surfel + ivec2(0, part * u_surfel_rows), 0);
     }
-    o_irradiance = vec4(sum, 1.0);
+    o_irradiance = sum;
 }

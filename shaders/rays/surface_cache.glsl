@@ -7,7 +7,7 @@
 
 uniform usampler2D t_surfel_places;
 uniform sampler2D t_surfel_splits;
-uniform sampler2D t_surface_cache;  // rgb: irradiance, W m^-2
+uniform sampler2D t_surface_cache;  // rgb: irradiance, W m^-2; a: see passes/surface_cache.frag
 
 // Surfels in a row of their textures, as a power of two, and slots in one of the table.
 const int SURFEL_ROW_SHIFT = 8;
@@ -58,14 +58,24 @@ int surfel_at_hit(BvhHit hit, vec3 p, vec3 w)
 }
 
 // Irradiance where a ray along `w` has met `surface`.
-vec3 cached_irradiance(BvhHit hit, Surface surface, vec3 w)
+vec4 cached_light(BvhHit hit, Surface surface, vec3 w)
 {
-    return texelFetch(t_surface_cache, surfel_texel(surfel_at_hit(hit, surface.at.position, w)), 0).rgb;
+    return texelFetch(t_surface_cache, surfel_texel(surfel_at_hit(hit, surface.at.position, w)), 0);
+}
+
+// Radiance that is reflected of it in any direction, gloss as if it were diffuse.
+vec3 reflection_of(vec4 light, Brdf brdf)
+{
+    vec3 share = even_reflectance(brdf);
+#if GLOSSY
+    share = max(share + reflectance_slope(brdf) * light.a, 0.0);
+#endif
+    return share * INV_PI * light.rgb;
 }
 
 // Radiance that `surface` reflects back along the ray, gloss as if it were diffuse; what it
 // emits is `surface.emission`.
 vec3 cached_reflection(BvhHit hit, Surface surface, vec3 w)
 {
-    return even_reflectance(surface.brdf) * INV_PI * cached_irradiance(hit, surface, w);
+    return reflection_of(cached_light(hit, surface, w), surface.brdf);
 }

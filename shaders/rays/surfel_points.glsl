@@ -36,3 +36,15 @@ float share_of_own_rays(RaySurface at, vec3 w, float drawn)
     float own = u_rays_per_sample * INV_PI * max(dot(w, at.normal), 0.0);
     return drawn > 0.0 ? own / (own + drawn) : 1.0;
 }
+
+// Irradiance from `w`, and, for gloss, how much more grazing than even light it arrives, times the
+// sum of its colours.
+vec4 light_of_surfel(RaySurface at, vec3 w, vec3 irradiance)
+{
+#if GLOSSY
+    float sum = irradiance.r + irradiance.g + irradiance.b;
+    return vec4(irradiance, sum * (grazing_of(dot(w, at.normal)) - 1.0));
+#else
+    return vec4(irradiance, 0.0);
+#endif
+}

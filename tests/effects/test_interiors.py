@@ -27,6 +27,8 @@ RELMSE_BOUND = 0.03
 BESIDE_SKY_BOUND = 0.3
 # Part of the light of the lit room that may come through a wall of 1/1000 of its width.
 LEAK_BOUND = 1e-3
+# .17 too much where a glossy floor sends on as much of the spot as of light from everywhere.
+GLOSS_BOUND = 0.06
 # Of what a lamp brought, after so many frames without it; and in how many light comes to rest.
 LEFT_BOUND, FRAMES_TO_GO, FRAMES_TO_REST = 0.02, 7, 12
 # Rounding decides which of two surfaces a few rays meet.
@@ -57,6 +59,14 @@ def test_a_wall_that_goes_on_outside_is_not_lit_by_what_lies_there() -> None:
         for method, settings in (("gi", {}), ("reference-gi", {"spp": 256}))
     )
     assert found == pytest.approx(reference, rel=BESIDE_SKY_BOUND)
+
+
+def test_a_glossy_floor_sends_on_less_of_what_arrives_upright() -> None:
+    found, reference = (
+        picture("spotlit_floor", method, **settings).mean()
+        for method, settings in (("gi", {}), ("reference-gi", {"spp": 256}))
+    )
+    assert found == pytest.approx(reference, rel=GLOSS_BOUND)
 
 
 def test_next_to_nothing_comes_through_a_thin_wall() -> None:

@@ -340,3 +340,20 @@ def test_even_reflectance_is_the_mean_over_even_light(gl, shaders, albedo, f0, r
     error = 4.0 * shares.std(axis=0) / np.sqrt(COUNT)
     # The fits are good to 0.003.
     np.testing.assert_array_less(np.abs(found - shares.mean(axis=0)), error + 0.004)
+
+
+@pytest.mark.parametrize("roughness", [0.0, 0.2, 0.5, 0.8, 1.0])
+def test_reflectance_falls_where_light_arrives_upright(gl, shaders, roughness):
+    """What leaves of light from one direction, by samples: reflection is the same both ways."""
+    slope, even = "reflectance_slope(BRDF)", "even_reflectance(BRDF)"
+    for cosine in (1.0, 0.8, 0.6, 0.4):
+        one = {
+            "albedo": np.full((1, 3), 0.6), "f0": np.full((1, 3), 0.04), "f90": np.ones(1),
+            "roughness": np.full(1, roughness), "normal": np.array([[0.0, 0.0, 1.0]]),
+            "w_out": np.array([[0.0, 0.0, 1.0]]), "cosine": np.full(1, cosine),
+        }  # fmt: skip
+        found = shader(gl, shaders, f"{even} + {slope} * (grazing_of(cosine) - 1.0)", one, 3)[0, 0]
+        weights = sample_weights(gl, shaders, 0.6, 0.04, roughness, cosine)
+        error = 4.0 * weights.std() / np.sqrt(SAMPLES)
+        # Light from everywhere would be off by .046 where it arrives upright, and smooth.
+        assert abs(found - weights.mean()) < error + 0.012

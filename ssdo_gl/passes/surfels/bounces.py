@@ -33,13 +33,18 @@ class Bounces:
         What their rays meet.
     rays_per_side : int
         Root of the number of these rays.
+    glossy : bool
+        Whether what they meet may be.
     """
 
-    def __init__(self, context: PassContext, hits: moderngl.Texture, rays_per_side: int) -> None:
+    def __init__(
+        self, context: PassContext, hits: moderngl.Texture, rays_per_side: int, glossy: bool
+    ) -> None:
         self.gl = context.gl
         self.rows = surfel_rows(context.facts["surfel_points"].count)
         self.program = context.shaders.fullscreen(
-            "passes/surface_cache.frag", {"SURFEL_RAYS_PER_SIDE": rays_per_side}
+            "passes/surface_cache.frag",
+            {"SURFEL_RAYS_PER_SIDE": rays_per_side, "GLOSSY": int(glossy)},
         )
         self.program.set({"u_surfel_rows": self.rows})
         self.hits = {"t_surfel_hits": hits}

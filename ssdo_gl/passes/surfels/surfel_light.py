@@ -220,7 +220,9 @@ class SurfaceCachePass(RenderPass):
     def execute(self, context: PassContext) -> Produced:
         """Add bounces: until what is missing is below the tolerance, or as many as fit a frame."""
         hits, direct = context.facts["surfel_hits"], context.inputs["surfel_direct"]
-        bounces = Bounces(context, context.inputs["surfel_hits"], self.settings.rays_per_side)
+        bounces = Bounces(
+            context, context.inputs["surfel_hits"], self.settings.rays_per_side, hits.glossy
+        )
         sources = (hits.surfels, hits, direct)
         known = facts_of(context, "surface_cache", Convergence)
         if known is not None and known.sources[0] is hits.surfels:

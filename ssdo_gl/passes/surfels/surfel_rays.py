@@ -136,6 +136,8 @@ class Hits:
     ----------
     geometry : hashable
         Equal for the same state of the geometry.
+    glossy : bool
+        Whether surfaces may be, and the layout has room for it.
     kept : float
         A bound on the share of light that a bounce keeps.
     traced : tuple of int
@@ -148,6 +150,7 @@ class Hits:
 
     surfels: SurfelSet
     geometry: Hashable
+    glossy: bool
     kept: float
     traced: tuple[int, ...]
     missing: int = 0
@@ -180,7 +183,7 @@ class SurfelRaysPass(RenderPass):
 
     def execute(self, context: PassContext) -> Produced:
         """Trace, one row of rays after the other."""
-        side = self.shared.settings.rays_per_side
+        side, glossy = self.shared.settings.rays_per_side, self.shared.features.glossy
         surfels: SurfelSet = context.facts["surfel_points"]
         geometry = tuple(context.frame.versions.get(domain) for domain in self.depends_on)
         known = facts_of(context, "surfel_hits", Hits)
@@ -193,11 +196,11 @@ class SurfelRaysPass(RenderPass):
             missing = (known.missing if known.geometry == geometry else side) - 1
             turn = ((known.traced[-1] + 1) % side,)
             number = known.number + 1
-            made = Hits(surfels, geometry, known.kept, turn, max(missing, 0), number)
+            made = Hits(surfels, geometry, glossy, known.kept, turn, max(missing, 0), number)
         else:
             rows = side * surfel_rows(surfels.count)
             texture = make_texture(context.gl, (side * SURFELS_PER_ROW, rows), 2, "u4")
-            made = Hits(surfels, geometry, 0.0, tuple(range(side)))
+            made = Hits(surfels, geometry, glossy, 0.0, tuple(range(side)))
         self.is_settled = made.missing == 0
         rows = texture.height // side
         program = self.shared.ready(context, self.name, "SURFEL_RAYS_PER_SIDE")
@@ -210,5 +213,5 @@ class SurfelRaysPass(RenderPass):
                     context.gl.finish()
                     context.progress("surface cache", row + 1, side)
         if made.missing == 0:
-            made = replace(made, kept=Bounces(context, texture, side).share_kept())
+            made = replace(made, kept=Bounces(context, texture, side, glossy).share_kept())
         return {"surfel_hits": TextureWithFacts(texture, made)}

@@ -45,7 +45,7 @@ void main()
     o_irradiance = vec4(0.0);
     if (hit.record >= 0) {
         Surface met = surface_at_hit(hit, u_eye_ns, w);
-        o_irradiance = vec4(cached_irradiance(hit, met, w), 1.0);
+        o_irradiance = vec4(cached_light(hit, met, w).rgb, 1.0);
     }
 }
 """
