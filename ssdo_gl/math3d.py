@@ -225,6 +225,11 @@ def lengths_of_rows(vectors: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(x * x + y * y + z * z))
 
 
+def doubled_area_vectors(corners: FloatArray) -> FloatArray:
+    """Return front normals (N, 3) of triangles (N, 3, 3), as long as twice their areas."""
+    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+
+
 def largest_of_rows(vectors: FloatArray) -> FloatArray:
     """Return the largest magnitude in each of the rows of (N, 3), shape (N,)."""
     x, y, z = np.abs(vectors.T)

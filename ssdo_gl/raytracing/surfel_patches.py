@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.math3d import FloatArray, IntArray
+from ssdo_gl.math3d import FloatArray, IntArray, doubled_area_vectors
 from ssdo_gl.raytracing.bvh import Bvh
 
 # Two triangles of a pair share a grid if their normals enclose less than 0.8 degrees.
@@ -82,6 +82,6 @@ def patches_of(bvh: Bvh) -> Patches:
 
 def _normals(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return unit normals (N, 3) and areas of triangles (N, 3, 3)."""
-    doubled = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    doubled = doubled_area_vectors(corners)
     length = np.linalg.norm(doubled, axis=1)
     return doubled / np.maximum(length, np.finfo(np.float64).tiny)[:, None], 0.5 * length

@@ -9,7 +9,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.math3d import FloatArray, IntArray, lengths_of_rows
+from ssdo_gl.math3d import FloatArray, IntArray, doubled_area_vectors, lengths_of_rows
 from ssdo_gl.raytracing.packed import color_words, oct_words, tangent_words
 from ssdo_gl.scene.geometry import (
     SPAN,
@@ -268,8 +268,7 @@ def _placed_tangents(
 
 def _face_normals(positions: NDArray[np.float32]) -> FloatArray:
     """Return unit normals (T, 1, 3) of triangles with area."""
-    corners = positions.astype(np.float64)
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal = doubled_area_vectors(positions.astype(np.float64))
     return np.asarray(normal / lengths_of_rows(normal)[:, None])[:, None]
 
 

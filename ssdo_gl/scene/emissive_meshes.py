@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.images.color import linear_from_srgb
-from ssdo_gl.math3d import FloatArray, frame_from_z, vector
+from ssdo_gl.math3d import FloatArray, doubled_area_vectors, frame_from_z, vector
 from ssdo_gl.scene.geometry import Mesh, SceneObject
 from ssdo_gl.scene.lights import Light, RectangleLight, Shadow
 from ssdo_gl.scene.material import Material
@@ -184,7 +184,7 @@ class _Surface:
         corners = np.concatenate(
             [local @ matrix[:3, :3].T + matrix[:3, 3] for matrix in world_from_object]
         )
-        cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        cross = doubled_area_vectors(corners)
         length = np.linalg.norm(cross, axis=1)
         radiance = np.tile(_radiance(mesh, material), (len(world_from_object), 1))
         seen = length > 0.0

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.math3d import FloatArray, lengths_of_rows
+from ssdo_gl.math3d import FloatArray, doubled_area_vectors, lengths_of_rows
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.defaults.framing import is_room
 from ssdo_gl.scene.emissive_meshes import emitted_radiance
@@ -232,7 +232,8 @@ def _surface_samples(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> 
         doubled = np.empty((len(copies[-1]), len(mesh.triangles)))
         for span in spans(len(mesh.triangles)):
             corners = placed(mesh.corners(span), copies[-1]).reshape(-1, 3, 3)
-            doubled[:, span] = lengths_of_rows(_cross(corners)).reshape(len(doubled), -1)
+            areas_of_span = lengths_of_rows(doubled_area_vectors(corners))
+            doubled[:, span] = areas_of_span.reshape(len(doubled), -1)
         areas.append(doubled.reshape(-1))
     cumulative = np.cumsum(np.concatenate(areas))
     is_empty = not len(cumulative) or cumulative[-1] <= 0.0
@@ -254,10 +255,6 @@ def _surface_samples(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> 
     root = np.sqrt(a)
     weights = np.stack([1.0 - root, root * (1.0 - b), root * b], axis=1)
     points = np.einsum("pk,pkc->pc", weights, corners)
-    cross = _cross(corners)
+    cross = doubled_area_vectors(corners)
     normals = cross / lengths_of_rows(cross)[:, None]
     return _Samples(points, normals, owner, triangle, weights, np.ones(count))
-
-
-def _cross(corners: FloatArray) -> FloatArray:
-    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

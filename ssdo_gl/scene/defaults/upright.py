@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ssdo_gl import math3d
-from ssdo_gl.math3d import FloatArray
+from ssdo_gl.math3d import FloatArray, doubled_area_vectors
 from ssdo_gl.scene.geometry import Mesh, SceneObject, corners_within
 
 _AXES = {"y": 1, "z": 2}
@@ -53,7 +53,7 @@ def _foot(meshes: Sequence[Mesh], axis: int, low: FloatArray, high: FloatArray) 
     for mesh in meshes:
         at_bottom = mesh.positions[:, axis] <= low[axis] + _FOOT_HEIGHT * extent[axis]
         corners = corners_within(mesh.positions[None], mesh.triangles, at_bottom[None])
-        cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        cross = doubled_area_vectors(corners)
         doubled = np.linalg.norm(cross, axis=1)
         faces_down = -cross[:, axis] > _FACES_DOWN * doubled
         area += 0.5 * float(doubled[faces_down].sum())

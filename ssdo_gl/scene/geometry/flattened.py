@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.math3d import FloatArray
+from ssdo_gl.math3d import FloatArray, doubled_area_vectors
 from ssdo_gl.scene.geometry.mesh import Mesh
 
 # Ratio of a matrix's scales below which float64 rounding decides; and the thickness, in
@@ -60,7 +60,7 @@ def _leave_area(mesh: Mesh, ways: FloatArray) -> NDArray[np.bool_]:
     # Most are decided by the first triangles.
     for start in range(0, len(mesh.triangles), _CHUNK):
         corners = mesh.positions[mesh.triangles[start : start + _CHUNK]].astype(np.float64)
-        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normals = doubled_area_vectors(corners)
         length = np.linalg.norm(normals, axis=1, keepdims=True)
         normals /= np.maximum(length, np.finfo(np.float64).tiny)
         leave[~leave] = (np.abs(normals @ ways[~leave].T) > _EDGE_ON).any(axis=0)
