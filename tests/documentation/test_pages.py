@@ -21,6 +21,8 @@ from markdown_it import MarkdownIt
 
 # More would not be read; the rest has pages of its own.
 MOST_README_LINES = 150
+# Of prose: tables, pictures and links that nothing can break are as long as they are.
+MOST_COLUMNS = 120
 LANGUAGES = {"sh", "text", "python", "toml", "glsl", "mermaid"}
 MACHINE_PATH = re.compile(r"(?<![\w.])/(home|root|tmp|work|usr|mnt)/")
 # Words that say less than the field's own: reference, neighbours, visibility, input, requested.
@@ -102,6 +104,13 @@ def test_the_layout_is_that_of_the_package():
         if path.name not in ("__pycache__", "py.typed")
     }
     assert {name for name in inside if name.count("/") <= name.endswith("/")} == entries
+
+
+@pytest.mark.parametrize("page", TEXTS)
+def test_lines_of_prose_are_short(page):
+    lines = (line.removeprefix("- ").strip() for line in prose(TEXTS[page]).splitlines())
+    long = [line for line in lines if len(line) > MOST_COLUMNS and " " in line]
+    assert [line for line in long if not line.startswith(("|", "!["))] == []
 
 
 @pytest.mark.parametrize("page", TEXTS)
