@@ -42,7 +42,7 @@ from ssdo_gl.settings.idle import check_used
 from ssdo_gl.settings.loading import FIT
 from ssdo_gl.settings.resolve import camera_from_text, chosen_camera, for_pictures, settings_for
 from ssdo_gl.settings.run_options import RunOptions
-from ssdo_gl.settings.several import one_by_one
+from ssdo_gl.settings.several_scenes import one_by_one
 from ssdo_gl.user_error import UserError
 
 if TYPE_CHECKING:

@@ -24,7 +24,7 @@ from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.environment.environment_kinds import MapEnvironment
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.passes import passes_without_settings
+from ssdo_gl.settings.pass_settings import passes_without_settings
 
 
 def refused(capsys, arguments):

@@ -24,7 +24,7 @@ from ssdo_gl.process import (
     EXIT_USER,
 )
 from ssdo_gl.settings.flags import CommandLine
-from ssdo_gl.settings.several import files_of
+from ssdo_gl.settings.several_scenes import files_of
 from ssdo_gl.short_repr import counted
 from ssdo_gl.whole_files import has_data
 

@@ -32,7 +32,7 @@ from ssdo_gl.settings.help_page import (
     scene_epilog,
 )
 from ssdo_gl.settings.loading import FIT, LoadOptions
-from ssdo_gl.settings.passes import overrides_from_text
+from ssdo_gl.settings.pass_settings import overrides_from_text
 from ssdo_gl.settings.run_options import MODE, RUNNING, RunOptions
 from ssdo_gl.settings.serve_options import BROWSER, ServeOptions
 from ssdo_gl.settings.settings import LOOK, QUALITY, Settings

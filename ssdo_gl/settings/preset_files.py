@@ -16,7 +16,7 @@ from ssdo_gl.settings.fields import (
     number_text,
     shown,
 )
-from ssdo_gl.settings.passes import overrides_from_table
+from ssdo_gl.settings.pass_settings import overrides_from_table
 from ssdo_gl.settings.resolve import told
 from ssdo_gl.settings.settings import Settings
 from ssdo_gl.toml_text import read_toml

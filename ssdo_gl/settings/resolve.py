@@ -12,7 +12,7 @@ from ssdo_gl.scene.camera import PROJECTIONS, Camera
 from ssdo_gl.scene.defaults import parallel
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.fields import SettingError, describe, info_of, shown
-from ssdo_gl.settings.passes import overrides_from_table
+from ssdo_gl.settings.pass_settings import overrides_from_table
 from ssdo_gl.settings.settings import MAX_EXPOSURE_EV, MAX_SPP, SHORTEST, Settings
 
 

@@ -20,7 +20,7 @@ from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, setting
-from ssdo_gl.settings.passes import overrides_from_text
+from ssdo_gl.settings.pass_settings import overrides_from_text
 from ssdo_gl.settings.resolve import settings_for
 from ssdo_gl.window.panel.control_rows import pass_rows
 

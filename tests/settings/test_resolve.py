@@ -16,7 +16,7 @@ from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, describe, values
-from ssdo_gl.settings.passes import overrides_from_text
+from ssdo_gl.settings.pass_settings import overrides_from_text
 from ssdo_gl.settings.resolve import camera_from_text, chosen_camera, resolved, settings_for
 from ssdo_gl.settings.settings import MAX_SPP
 

@@ -24,7 +24,7 @@ from ssdo_gl.settings.fields import (
     value_text,
 )
 from ssdo_gl.settings.flags import build_parser, read_command
-from ssdo_gl.settings.passes import passes_without_settings
+from ssdo_gl.settings.pass_settings import passes_without_settings
 from ssdo_gl.settings.preset_files import preset_fields, preset_text
 from ssdo_gl.settings.run_options import RunOptions
 from ssdo_gl.settings.settings import same_as

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from ssdo_gl.settings import Settings
-from ssdo_gl.settings.passes import overrides_from_table
+from ssdo_gl.settings.pass_settings import overrides_from_table
 from ssdo_gl.window.views import View, settings_of
 
 
