@@ -10,9 +10,9 @@ from typing import Any, Self
 import numpy as np
 
 from ssdo_gl.gpu.context import Device, create_context
+from ssdo_gl.gpu.draw_bands import DrawBands
 from ssdo_gl.gpu.geometry import CLIP_MARGIN, CameraPose
 from ssdo_gl.gpu.shader import ShaderLibrary
-from ssdo_gl.gpu.slices import Slices
 from ssdo_gl.gpu.timer import Timer
 from ssdo_gl.graph.execute import Executor
 from ssdo_gl.graph.frame import Frame, FrameView
@@ -26,9 +26,9 @@ from ssdo_gl.planning.walk import Pipeline
 from ssdo_gl.render_result import FrameLog, Plane
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.checks import check_scene
-from ssdo_gl.scene.kinds import check_kind
 from ssdo_gl.scene.numbers import check_number
 from ssdo_gl.scene.scene import Scene
+from ssdo_gl.scene.type_checks import check_type
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.resolve import resolved, with_scene_settings
 from ssdo_gl.shared_scene import SharedScene
@@ -78,7 +78,7 @@ class FrameLoop:
     ) -> None:
         check_scene(scene)
         self.scene, self.settings = scene, settings or Settings()
-        check_kind("settings", self.settings, Settings)
+        check_type("settings", self.settings, Settings)
         self._resolve(self.settings)
         self._owns_device = device is None
         self._is_released = False
@@ -88,7 +88,7 @@ class FrameLoop:
         self._owns_shared = shared is None
         self._shared = shared or SharedScene(self.device.gl, scene)
         self._executor = Executor(self.device, self._shaders, self._shared.results)
-        self._slices = Slices(self.device.gl)
+        self._bands = DrawBands(self.device.gl)
         self._geometry = self._shared.geometry
         self._geometry_scene = scene
         self._planner = Planner()

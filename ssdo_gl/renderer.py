@@ -263,7 +263,7 @@ class Renderer(FrameLoop):
                 self._run(job.plan, frame, log, time_passes, None)
             else:
                 self._executor.before_pass = pause = self._pause(progress, pauses)
-                with self._slices.pausing(pause):
+                with self._bands.pausing(pause):
                     self._run(job.plan, frame, log, time_passes, progress)
             job.check_whole()
         except BaseException:

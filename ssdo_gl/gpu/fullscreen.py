@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import moderngl
 
 from ssdo_gl.gpu.color_mask import last_kept
+from ssdo_gl.gpu.draw_bands import bands
 from ssdo_gl.gpu.program import Program
-from ssdo_gl.gpu.slices import bands
 from ssdo_gl.math3d import Region
 
 

@@ -24,7 +24,7 @@ FIRST_PIXELS = 16_384
 LARGEST_GROWTH = 2.0
 
 
-class Slices:
+class DrawBands:
     """How long programs take per pixel, as far as it was seen."""
 
     def __init__(self, gl: moderngl.Context) -> None:
@@ -66,9 +66,9 @@ class Slices:
 
 
 def bands(gl: moderngl.Context, program: Program, region: Region) -> Iterator[Region]:
-    """Yield what to draw of `region` at a time: all of it, unless somebody asked for slices."""
-    slices: Slices | None = gl.extra
-    if slices is None:
+    """Yield what to draw of `region` at a time: all of it, unless somebody asked for bands."""
+    known: DrawBands | None = gl.extra
+    if known is None:
         yield region
     else:
-        yield from slices.cut(program, region)
+        yield from known.cut(program, region)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from ssdo_gl.gpu.draw_bands import FIRST_PIXELS, SLICE_MS, DrawBands
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.shader import ShaderLibrary
-from ssdo_gl.gpu.slices import FIRST_PIXELS, SLICE_MS, Slices
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
@@ -26,7 +26,7 @@ SLOW = (
 
 
 @pytest.mark.parametrize("method", ["bounce", "reference-gi"])
-def test_a_frame_in_slices_is_the_same_frame(gl, device, method: str) -> None:
+def test_a_frame_in_bands_is_the_same_frame(gl, device, method: str) -> None:
     scene = load_scene("cornell_meso")
     settings = Settings(size=SIZE, method=method, samples=8, steps=4, spp=2, antialias=1)
     with Renderer(scene, settings, device=device) as renderer:
@@ -55,15 +55,15 @@ def clobber(gl) -> None:
         make_texture(gl, (1, 1), 4, "f4").use(unit)
 
 
-def test_slices_shrink_until_they_fit(gl) -> None:
+def test_bands_shrink_until_they_fit(gl) -> None:
     # By a rasterizer, whose scissor tells what was drawn.
     program = ShaderLibrary(gl).fullscreen_source(SLOW)
     target = make_framebuffer(gl, [make_texture(gl, SIZE, 4, "f4")])
-    slices = Slices(gl)
+    bands = DrawBands(gl)
     heights = []
 
     def draw() -> None:
-        with slices.pausing(lambda: heights.append(target.scissor[3])):
+        with bands.pausing(lambda: heights.append(target.scissor[3])):
             draw_fullscreen(gl, program, target, {"u_turns": 40000.0}, {})
 
     draw()
@@ -71,20 +71,20 @@ def test_slices_shrink_until_they_fit(gl) -> None:
     assert heights[0] == FIRST_PIXELS // SIZE[0]
     assert heights[1] < heights[0], f"{heights} rows were not too slow for {SLICE_MS} ms"
     assert all(height % 2 == 0 for height in heights)
-    # Nobody asks for slices any more.
+    # Nobody asks for bands any more.
     count = len(heights)
     draw_fullscreen(gl, program, target, {"u_turns": 1.0}, {})
     assert len(heights) == count
     assert gl.extra is None
 
 
-def test_a_frame_that_is_given_up_leaves_no_slices_behind(gl, shaders) -> None:
+def test_a_frame_that_is_given_up_leaves_no_bands_behind(gl, shaders) -> None:
     program = shaders.fullscreen_source(SLOW)
     target = make_framebuffer(gl, [make_texture(gl, SIZE, 4, "f4")])
 
     def stop() -> None:
         raise InterruptedError
 
-    with pytest.raises(InterruptedError), Slices(gl).pausing(stop):
+    with pytest.raises(InterruptedError), DrawBands(gl).pausing(stop):
         draw_fullscreen(gl, program, target, {"u_turns": 1.0}, {})
     assert gl.extra is None
