@@ -15,7 +15,7 @@ from ssdo_gl.window.film import FilmExport, Interrupted
 from ssdo_gl.window.glfw_window import GlfwWindow, gamepad, has_gamepad
 from ssdo_gl.window.host import NO_PANEL, WindowHost
 from ssdo_gl.window.input import combined
-from ssdo_gl.window.kept import usual_file
+from ssdo_gl.window.kept_files import usual_file
 from ssdo_gl.window.opening import ShaderWatch, shader_folder
 from ssdo_gl.window.viewer import Viewer
 from ssdo_gl.window.viewer_loop import AHEAD_SECONDS, ViewerLoop

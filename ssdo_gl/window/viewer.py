@@ -21,7 +21,7 @@ from ssdo_gl.settings.resolve import settings_for
 from ssdo_gl.shared_scene import SharedScene
 from ssdo_gl.window.camera import Controls, jump_to
 from ssdo_gl.window.canvas import DEFAULT_BUDGET_MS, Canvas, without_line
-from ssdo_gl.window.exposed import exposed
+from ssdo_gl.window.first_exposure import exposed
 from ssdo_gl.window.history import Edited, History
 from ssdo_gl.window.live import clearance
 

@@ -61,7 +61,7 @@ class View:
         """Return the view of image 1 to 10."""
         return dataclasses.replace(self, aov=AOVS[number - 1])
 
-    def with_next_method(self, step: int = 1) -> View:
+    def with_next_method(self, step: int) -> View:
         """Return the view with another method on the left."""
         return dataclasses.replace(self, method=_stepped(self.method, step))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from ssdo_gl.window.kept import keep, kept, usual_file
+from ssdo_gl.window.kept_files import keep, kept, usual_file
 
 MOST = 10
 

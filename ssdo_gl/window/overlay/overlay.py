@@ -12,7 +12,7 @@ from ssdo_gl.gpu.context import Device
 from ssdo_gl.images.display import ColorMapping
 from ssdo_gl.window.actions import Host
 from ssdo_gl.window.canvas import error_color
-from ssdo_gl.window.kept import keep, kept
+from ssdo_gl.window.kept_files import keep, kept
 from ssdo_gl.window.live import Reading, inspect, shown_values
 from ssdo_gl.window.overlay.help_sheet import draw_help
 from ssdo_gl.window.overlay.imgui_backend import ImguiBackend

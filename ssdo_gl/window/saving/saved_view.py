@@ -123,7 +123,7 @@ def _write_scene(viewer: Viewer, source: str, folder: Path) -> Path:
     return path
 
 
-def picture_meta(viewer: Viewer, scene: Path | None = None) -> dict[str, Any]:
+def picture_meta(viewer: Viewer, scene: Path | None) -> dict[str, Any]:
     """Return what made the picture, for the file beside it."""
     camera = viewer.camera
     sides = {"left": viewer.left, "right": viewer.right}
