@@ -9,10 +9,10 @@ from ssdo_gl.scene.environment import (
     MapEnvironment,
 )
 from ssdo_gl.scene.geometry import Mesh, SceneObject
-from ssdo_gl.scene.kinds import check_kind
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.scene import Scene, SceneError
+from ssdo_gl.scene.type_checks import check_type
 
 _KINDS = {"meshes": Mesh, "materials": Material, "objects": SceneObject, "lights": Light}
 _ENVIRONMENTS = (ConstantEnvironment, GradientEnvironment, MapEnvironment)
@@ -20,13 +20,13 @@ _ENVIRONMENTS = (ConstantEnvironment, GradientEnvironment, MapEnvironment)
 
 def check_scene(scene: Scene) -> None:
     """Raise SceneError naming the first part of a scene that cannot be drawn, and the cure."""
-    check_kind("scene", scene, Scene)
+    check_type("scene", scene, Scene)
     for name, kind in _KINDS.items():
         for index, item in enumerate(getattr(scene, name)):
-            check_kind(f"{name}[{index}]", item, kind)
-    check_kind("camera", scene.camera, Camera)
+            check_type(f"{name}[{index}]", item, kind)
+    check_type("camera", scene.camera, Camera)
     if scene.environment is not None:
-        check_kind("environment", scene.environment, _ENVIRONMENTS, "environment")
+        check_type("environment", scene.environment, _ENVIRONMENTS, "environment")
     for index, mesh in enumerate(scene.meshes):
         if mesh.fault:
             raise SceneError(f"meshes[{index}].{mesh.fault}")

@@ -16,11 +16,11 @@ from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import Environment
 from ssdo_gl.scene.geometry import Mesh, SceneObject, are_mirrored, cleaned_mesh, smoothed
-from ssdo_gl.scene.kinds import a_kind, check_kind
 from ssdo_gl.scene.light_edits import with_lights
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.scene import Scene, SceneError
+from ssdo_gl.scene.type_checks import a_type, check_type
 from ssdo_gl.settings.fields import shown
 from ssdo_gl.settings.loading import LoadOptions
 from ssdo_gl.suggestion import suggestion
@@ -113,7 +113,7 @@ def composed(
     builder = SceneBuilder(SOURCE, options, joins=False)
     _add(builder, parts, lights)
     if camera is not None:
-        check_kind("camera", camera, Camera)
+        check_type("camera", camera, Camera)
     exposure = None if camera is None else camera.exposure
     return builder.build(camera, environment, exposure=exposure, render=render, title=title)
 
@@ -166,7 +166,7 @@ def parts_of(
     """Return the parts of a mesh, of a scene, or of an object of trimesh."""
     matrices = matrices_of(transform)
     if material is not None:
-        check_kind("material", material, Material)
+        check_type("material", material, Material)
     if isinstance(item, Mesh):
         if item.fault:
             raise SceneError(item.fault)
@@ -179,7 +179,7 @@ def parts_of(
         parts = trimesh_parts(item)
     else:
         raise SceneError(
-            f"add: expected a Mesh, a light, a Scene or an object of trimesh, got {a_kind(item)}"
+            f"add: expected a Mesh, a light, a Scene or an object of trimesh, got {a_type(item)}"
         )
     return [
         Part(
@@ -205,7 +205,7 @@ def _add(builder: SceneBuilder, parts: Sequence[Part], lights: Iterable[Light]) 
         material = _index(builder.materials, part.material)
         builder.add(SceneObject(mesh, material, part.world_from_object, name=part.name))
     for light in lights:
-        check_kind("lights", light, Light, "light")
+        check_type("lights", light, Light, "light")
         builder.add_light(light)
 
 
@@ -246,7 +246,7 @@ def with_object(
             raise SceneError("transform: it mirrors; add the object mirrored, then move it")
         item = dataclasses.replace(item, world_from_object=matrices)
     if material is not None:
-        check_kind("material", material, Material)
+        check_type("material", material, Material)
         if item.light is not None or material.emits:
             raise SceneError(
                 f"object {shown(which)}: what emits has lights: add it to a scene anew"
@@ -259,6 +259,6 @@ def with_object(
 def with_light(scene: Scene, which: int | str, light: Light) -> Scene:
     """Return the scene with another light in the place of one of the same kind."""
     index = index_of(scene.lights, which, "light")
-    check_kind(f"light {shown(which)}", light, type(scene.lights[index]))
+    check_type(f"light {shown(which)}", light, type(scene.lights[index]))
     lights = [light if number == index else old for number, old in enumerate(scene.lights)]
     return with_lights(scene, lights, [True] * len(lights))

@@ -19,8 +19,8 @@ from ssdo_gl.scene.formats import (
     read_model,
     scene_suffixes,
 )
-from ssdo_gl.scene.kinds import check_kind
 from ssdo_gl.scene.scene import Scene, SceneError
+from ssdo_gl.scene.type_checks import check_type
 from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.settings.loading import LoadOptions, load_options
 from ssdo_gl.suggestion import suggestion
@@ -46,7 +46,7 @@ def load_scene(source: str | Path, options: LoadOptions | None = None, **choices
     """
     if options is None:
         options = replace(load_options(choices), is_bare="ground" not in choices)
-    check_kind("scene", source, (str, os.PathLike), "name or path")
+    check_type("scene", source, (str, os.PathLike), "name or path")
     text = str(source)
     path = Path(text)
     kind = format_of(path)
