@@ -68,8 +68,6 @@ class Request:
         Image names, or ``display``.
     view : ViewFacts or None
         What is known of the view; without it, the view rules nothing out.
-    pass_settings : mapping of str to type
-        The settings classes of all passes, by pass name.
     is_live : bool
         Of the frames of a window, which may be averaged with those before them.
 
@@ -77,6 +75,8 @@ class Request:
     ----------
     asked : frozenset of str
         Names of the effects that picture or images ask for.
+    pass_settings : mapping of str to type
+        The settings classes of all passes, by pass name; whoever asks the effects fills it in.
     running : list of Effect
         Those that were decided to run, in the order of the registry.
     kept_refinements : int or None
@@ -91,7 +91,6 @@ class Request:
         settings: Settings,
         wanted: Sequence[str],
         view: ViewFacts | None = None,
-        pass_settings: Mapping[str, type[Any]] | None = None,
         *,
         is_live: bool = False,
     ) -> None:
@@ -104,7 +103,7 @@ class Request:
         self.is_full = settings.effects == "full"
         # Rays leave the view: what it does not show may matter to them.
         self.view = None if self.is_full or settings.is_reference else view
-        self.pass_settings = pass_settings or {}
+        self.pass_settings: Mapping[str, type[Any]] = {}
         self.is_live = is_live
         self.asked: frozenset[str] = frozenset()
         self.kept_refinements: int | None = None

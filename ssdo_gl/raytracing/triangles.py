@@ -82,7 +82,7 @@ class SceneTriangles:
 
     @property
     def count(self) -> int:
-        """CornerValue of triangles."""
+        """Number of triangles, T."""
         return len(self.positions)
 
     def first(self, count: int) -> SceneTriangles:

@@ -55,7 +55,7 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], name: str = "") ->
     return scrolling(f"<table>{top}<tbody>{body}</tbody></table>", name)
 
 
-def scrolling(content: str, name: str = "") -> str:
+def scrolling(content: str, name: str) -> str:
     """Return a box that scrolls, also by the keyboard, if its content is too wide."""
     label = f' role="region" aria-label="{escape(name)}" tabindex="0"' if name else ""
     return f'<div class="scroll"{label}>{content}</div>'
