@@ -31,3 +31,15 @@ def held_signals() -> Iterator[None]:
             signal.signal(number, handler)
         for late in dict.fromkeys(received):
             signal.raise_signal(late)
+
+
+@contextmanager
+def whole_before_ctrl_c(told: str) -> Iterator[None]:
+    """Hold signals, and let a Ctrl-C that waited say `told`: what the block has done."""
+    is_done = False
+    try:
+        with held_signals():
+            yield
+            is_done = True
+    except KeyboardInterrupt as error:
+        raise (KeyboardInterrupt(told) if is_done else error) from None

@@ -13,7 +13,7 @@ from typing import Protocol
 from ssdo_gl.farm.scheduler import FarmError, mapped
 from ssdo_gl.film.numbered import check_pattern, frame_paths, numbered_pattern
 from ssdo_gl.film.writers import ONE_FILE, film_writer
-from ssdo_gl.gpu.held_signals import held_signals
+from ssdo_gl.gpu.held_signals import held_signals, whole_before_ctrl_c
 from ssdo_gl.headless.film_frames import EncodedFrame, FilmRequest, FrameMaker, open_frame_maker
 from ssdo_gl.headless.progress import progress_on_terminal
 from ssdo_gl.headless.snapshot import print_notes
@@ -93,7 +93,7 @@ def make_film(request: FilmRequest) -> FilmOutcome:
     except BaseException:
         store.discard()
         raise
-    with held_signals():
+    with whole_before_ctrl_c(f"interrupted; {request.out} has all of the {len(indices)} frames"):
         store.finish()
     if not request.quiet:
         _print_summary(request, len(indices), time.perf_counter() - start)

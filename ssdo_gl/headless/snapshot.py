@@ -16,6 +16,7 @@ from rich.markup import escape
 
 from ssdo_gl import __version__
 from ssdo_gl.effects.methods import METHODS
+from ssdo_gl.gpu.held_signals import whole_before_ctrl_c
 from ssdo_gl.gpu.warm_device import WarmDevice
 from ssdo_gl.headless.explain import (
     Explanation,
@@ -26,7 +27,7 @@ from ssdo_gl.headless.explain import (
 )
 from ssdo_gl.headless.progress import progress_on_terminal
 from ssdo_gl.images.files import STDOUT, is_picture, write_atomically
-from ssdo_gl.images.saving import write_images
+from ssdo_gl.images.saving import image_files
 from ssdo_gl.printable import printable
 from ssdo_gl.process import check_said
 from ssdo_gl.render_result import RenderResult, camera_numbers
@@ -116,12 +117,7 @@ def take_snapshot(request: SnapshotRequest) -> RenderResult:
         stats = stats_of(renderer, explanation)
     if result.partial and not request.keeps_partial:
         return result
-    if request.out is not None:
-        extents = extents_of(request.wanted, request.scene, result)
-        meta = file_meta(stats, result)
-        write_images(request.out, request.wanted, result.images, meta, extents)
-    if request.stats is not None:
-        write_atomically(request.stats, (json.dumps(stats, indent=2) + "\n").encode())
+    _write_files(request, result, stats)
     if result.partial:
         Console(stderr=True, highlight=False, soft_wrap=True).print(
             "ssdo-gl: interrupted; the image holds what the reference had reached"
@@ -133,6 +129,25 @@ def take_snapshot(request: SnapshotRequest) -> RenderResult:
     if request.explain:
         check_said()
     return result
+
+
+def _write_files(request: SnapshotRequest, result: RenderResult, stats: dict[str, Any]) -> None:
+    """Write all files of a snapshot; Ctrl-C waits for them, but not for who reads a pipe."""
+    files: dict[Path, bytes] = {}
+    if request.out is not None:
+        extents = extents_of(request.wanted, request.scene, result)
+        meta = file_meta(stats, result)
+        files = image_files(request.out, request.wanted, result.images, meta, extents)
+    if request.stats is not None:
+        files[request.stats] = (json.dumps(stats, indent=2) + "\n").encode()
+    if STDOUT in files:
+        write_atomically(STDOUT, files.pop(STDOUT))
+    if not files:
+        return
+    names = ", ".join(str(path) for path in files)
+    with whole_before_ctrl_c(f"interrupted after {names} had been written"):
+        for path, data in files.items():
+            write_atomically(path, data)
 
 
 def resources_wanted(aovs: tuple[str, ...], as_picture: bool) -> tuple[str, ...]:

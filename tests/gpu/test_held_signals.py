@@ -10,7 +10,7 @@ import threading
 
 import pytest
 
-from ssdo_gl.gpu.held_signals import held_signals
+from ssdo_gl.gpu.held_signals import held_signals, whole_before_ctrl_c
 
 # Signals at random moments of linking, which takes most of each round. Without holding
 # them, the process of the first interrupted link dies of a segmentation fault.
@@ -85,6 +85,19 @@ def test_interrupt_ends_the_block_as_ever() -> None:
             signal.raise_signal(signal.SIGINT)
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.parametrize("fault", [None, OSError("full")])
+def test_interrupt_tells_what_is_done_only_if_it_is(fault: OSError | None) -> None:
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt) as told, whole_before_ctrl_c("all is there"):
+            signal.raise_signal(signal.SIGINT)
+            if fault:
+                raise fault
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert str(told.value) == ("" if fault else "all is there")
 
 
 def test_other_threads_hold_nothing() -> None:

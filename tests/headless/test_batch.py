@@ -158,17 +158,19 @@ def test_ctrl_c_counts_pictures_that_workers_have_not_told_of(
 
 
 def test_ctrl_c_while_a_picture_is_written_leaves_it_whole(
-    monkeypatch: pytest.MonkeyPatch,
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    write = snapshot.write_images
+    write = snapshot.write_atomically
 
     def late(*arguments: object) -> None:
         signal.raise_signal(signal.SIGINT)
         write(*arguments)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(snapshot, "write_images", late)
-    assert main(["--batch", "m/*.obj", "--out", "out", *FLAGS]) == 130
-    assert list(Path("out").iterdir()) == []
+    monkeypatch.setattr(snapshot, "write_atomically", late)
+    words = ["--batch", "m/*.obj", "--out", "out", "--aov", "beauty,depth", *FLAGS]
+    assert main(words) == 130
+    assert "interrupted; out has 1 of the 2 pictures" in capsys.readouterr().err
+    assert sorted(contents("out")) == ["big-depth.png", "big.png"]
 
 
 def test_a_terminal_shows_how_far_it_is(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -17,6 +17,7 @@ from PIL import Image
 import ssdo_gl
 from ssdo_gl.cli import main
 from ssdo_gl.farm.scheduler import FarmError
+from ssdo_gl.film import writers
 from ssdo_gl.film.camera_path import CameraPath
 from ssdo_gl.film.shots import Shots
 from ssdo_gl.headless import film
@@ -177,6 +178,27 @@ def test_ctrl_c_leaves_a_film_that_plays(
         with Image.open(out) as image:
             assert (image.size, image.n_frames) == (SIZE, 3)  # type: ignore[attr-defined]
     assert list(tmp_path.iterdir()) == [out]
+
+
+@pytest.mark.parametrize("suffix", [".gif", ".webp"])
+def test_ctrl_c_while_a_film_is_encoded_does_not_say_that_there_is_none(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    suffix: str,
+) -> None:
+    out = tmp_path / f"turn{suffix}"
+    write = writers.write_atomically
+
+    def late(*arguments: object) -> None:
+        signal.raise_signal(signal.SIGINT)
+        write(*arguments)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(writers, "write_atomically", late)
+    assert main(["corner", "--film", str(out), *TURN]) == 130
+    assert capsys.readouterr().err == f"ssdo-gl: interrupted; {out} has all of the 4 frames\n"
+    with Image.open(out) as image:
+        assert image.n_frames == 4  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize("out", ["turn", "turn.gif"])

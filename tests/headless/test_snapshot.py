@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import signal
 from pathlib import Path
 
 import pytest
 
 from ssdo_gl.cli import main
+from ssdo_gl.headless import snapshot
 
 BOX = "[[object]]\nshape = 'box'\nmin = [-1, -1, -1]\nmax = [1, 1, 1]\n"
 LAMP = "[[light]]\nkind = 'point'\nposition = [0, 3, 9]\nintensity = [{0}, {0}, {0}]\n"
@@ -34,3 +36,21 @@ def test_a_black_picture_is_said_to_be_one(
     assert main([*arguments, *flags]) == 0
     assert out.exists()
     assert ("note: the picture is black" in capsys.readouterr().err) == is_black
+
+
+def test_ctrl_c_between_two_pictures_waits_for_the_second(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write = snapshot.write_atomically
+
+    def pressed(*arguments: object) -> None:
+        write(*arguments)  # type: ignore[arg-type]
+        signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(snapshot, "write_atomically", pressed)
+    both = [tmp_path / "a.png", tmp_path / "a-depth.png"]
+    words = ["corner", "--snapshot", str(both[0]), "--aov", "beauty,depth", "--size", "16x9"]
+    assert main([*words, "--method", "direct"]) == 130
+    told = f"ssdo-gl: interrupted after {both[0]}, {both[1]} had been written\n"
+    assert capsys.readouterr().err == told
+    assert sorted(tmp_path.iterdir()) == sorted(both)
