@@ -5,19 +5,19 @@
 // the hemisphere and a white furnace comes out exact.
 //
 // Defines: DIRECTION_COUNT, STEP_COUNT, HAS_BACK_LAYER; ADDS 1: to another irradiance;
-// KEPT_TEXTURE_COUNT (see lib/kept_directions.glsl): another pass has marched already;
+// KEPT_TEXTURE_COUNT (see screen_space/kept_directions.glsl): another pass has marched already;
 // HAS_OWN_RAYS 1: where there are per-pixel rays, their light takes the march's place;
 // SUMS_SENDERS 1: terms are added up at each sender (see lib/senders.glsl), not looked up.
 #define GATHERS_SENDERS 1
 uniform float u_hidden_senders;  // march: share of the radiance sent from a hidden side
 uniform float u_distance_clamp;  // rgs09, relative to R
 
-#include "lib/estimator.glsl"
+#include "screen_space/estimator.glsl"
 #include "lib/finite.glsl"
 #include "lib/senders.glsl"
 #include "lib/own_rays.glsl"
 #define TAKES_DIRECTIONS 1
-#include "lib/kept_directions.glsl"
+#include "screen_space/kept_directions.glsl"
 
 #if !SUMS_SENDERS
 uniform sampler2D t_sender_radiance;

@@ -13,11 +13,11 @@
 // HAS_BAKED_OCCLUSION: images say how much of the environment some surfaces see;
 // HAS_OWN_RAYS: per-pixel rays take the march's place where there are some; ALWAYS_MARCHES: there,
 // too, for the visibility;
-// IS_OPEN (see lib/estimator.glsl); KEPT_TEXTURE_COUNT (see lib/kept_directions.glsl).
+// IS_OPEN (see screen_space/estimator.glsl); KEPT_TEXTURE_COUNT (see screen_space/kept_directions.glsl).
 #define GATHERS_SENDERS 0
-#include "lib/estimator.glsl"
+#include "screen_space/estimator.glsl"
 #define TAKES_DIRECTIONS 0
-#include "lib/kept_directions.glsl"
+#include "screen_space/kept_directions.glsl"
 #include "lib/environment.glsl"
 #include "lights/ssdo_lights.glsl"
 #include "lib/far_field.glsl"

@@ -14,8 +14,8 @@
 #define GLOSSY 1
 #define IS_OPEN 0
 #include "lib/brdf.glsl"
-#include "lib/receiver.glsl"
-#include "lib/march.glsl"
+#include "screen_space/receiver.glsl"
+#include "screen_space/march.glsl"
 #include "lib/finite.glsl"
 #include "lib/environment_lobes.glsl"
 

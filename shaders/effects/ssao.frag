@@ -2,13 +2,13 @@
 // Ambient visibility: (1 / pi) * integral of V_R(w) cos(theta) dw, 1 = open.
 //
 // Defines: DIRECTION_COUNT, STEP_COUNT (depth reads along each direction), HAS_BACK_LAYER,
-// IS_OPEN (see lib/estimator.glsl); KEPT_TEXTURE_COUNT (see lib/kept_directions.glsl).
+// IS_OPEN (see screen_space/estimator.glsl); KEPT_TEXTURE_COUNT (see screen_space/kept_directions.glsl).
 #define GATHERS_SENDERS 0
 uniform float u_box_px;  // zbuffer: half the width of the box, pixels
 
-#include "lib/estimator.glsl"
+#include "screen_space/estimator.glsl"
 #define TAKES_DIRECTIONS 0
-#include "lib/kept_directions.glsl"
+#include "screen_space/kept_directions.glsl"
 
 layout(location = 0) out vec2 o_visibility;  // x: visibility, y: z for the filter
 

@@ -12,7 +12,7 @@
 // the view vector and weighed by their share of the hemisphere, all shares together 1; drawn
 // by that share, as Salm does, they are less even: noise .028 for .015 (8 slices of 2 x 4
 // reads, cornell_meso).
-#include "lib/sectors.glsl"
+#include "screen_space/sectors.glsl"
 #include "lib/sampling.glsl"
 
 #define FINDS_BLOCKERS 0
@@ -58,7 +58,7 @@ vec2 depths_within_radius(Lines l, float s)
 }
 
 // The directions that the surface met by a step at x hides. A step stands for the stretch
-// around it, as in lib/march.glsl: its front is taken to reach a part of a stride nearer to
+// around it, as in screen_space/march.glsl: its front is taken to reach a part of a stride nearer to
 // the receiver, and its back, where that is seen from below, a part of a stride farther.
 uint sectors_hidden_at(Sectors s, Tangent t, Lines l, Walk walk, float x, float stride,
                        out ivec2 texel)

@@ -8,7 +8,7 @@
 // vector of the pixel, not about that of the picture's middle. A horizon is raised only by what
 // stands above the tangent plane. The paper's heuristic for thin things, which lowers the
 // horizon again behind them, is left out, as in XeGTAO's defaults.
-#include "lib/slices.glsl"
+#include "screen_space/slices.glsl"
 #include "lib/sampling.glsl"
 
 #define FINDS_BLOCKERS 0

@@ -8,7 +8,7 @@
 // an angle that a horizon must exceed. What is within R counts wholly, what is not does not
 // count, where the paper lets it fade by 1 - (d / R)^2: visibility is defined by R. (RMSE
 // over five scenes at two radii, 32 directions of 8 steps: .095, with the fading .099.)
-#include "lib/slices.glsl"
+#include "screen_space/slices.glsl"
 #include "lib/sampling.glsl"
 
 #define FINDS_BLOCKERS 0

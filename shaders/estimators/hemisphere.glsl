@@ -1,6 +1,6 @@
 // Points of the normal's half-ball, one for each direction: visibility as most viewers
 // estimate it.
-#include "lib/point_samples.glsl"
+#include "screen_space/point_samples.glsl"
 #include "lib/sampling.glsl"
 
 #define FINDS_BLOCKERS 1

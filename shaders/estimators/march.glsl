@@ -1,5 +1,5 @@
-// Several depth reads along each direction: see lib/march.glsl.
-#include "lib/march.glsl"
+// Several depth reads along each direction: see screen_space/march.glsl.
+#include "screen_space/march.glsl"
 #include "lib/sampling.glsl"
 
 #define FINDS_BLOCKERS 1

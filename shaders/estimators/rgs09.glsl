@@ -1,6 +1,6 @@
 // Ritschel, Grosch and Seidel 2009, "Approximating Dynamic Global Illumination in Image
 // Space", as written: uniform directions with one point each, senders by their area.
-#include "lib/point_samples.glsl"
+#include "screen_space/point_samples.glsl"
 #include "lib/sampling.glsl"
 
 #define FINDS_BLOCKERS 1

@@ -7,7 +7,7 @@
 // place of a table of turns. Depths are read at full resolution, without a pyramid: all
 // estimators here read the same texels. What must be cleared is the tangent plane's own
 // height, in place of a bias times depth. A radius without end is what the frame shows.
-#include "lib/occlusion.glsl"
+#include "screen_space/occlusion.glsl"
 #include "lib/sampling.glsl"
 
 #define FINDS_BLOCKERS 0

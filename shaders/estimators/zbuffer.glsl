@@ -3,7 +3,7 @@
 // units, no hemisphere and no tangent plane: tilted planes darken themselves and the
 // result changes with the resolution. Kept for comparison. Departure: the report's bias
 // of 0.01 scene units is taken relative to z, so that at least scale does not matter.
-#include "lib/receiver.glsl"
+#include "screen_space/receiver.glsl"
 
 #define FINDS_BLOCKERS 0
 

@@ -1,7 +1,7 @@
 // Looks up the light that per-pixel rays have gathered.
 //
 // HAS_OWN_RAYS: 0 leaves it out.
-#include "lib/receiver.glsl"
+#include "screen_space/receiver.glsl"
 #include "lib/pixel_centre.glsl"
 
 #if HAS_OWN_RAYS

@@ -125,7 +125,7 @@ class DirectionalPass(RenderPass):
         It is known that nothing in view blocks any direction within R.
     keeps : int or None
         Keep what blocks each direction, refined by so many bisections, for a bounce:
-        ``kept_0``, ``kept_1``, ... (see ``lib/kept_directions.glsl``). None: do not.
+        ``kept_0``, ``kept_1``, ... (see ``screen_space/kept_directions.glsl``). None: do not.
     """
 
     overwrites: ClassVar[bool] = True

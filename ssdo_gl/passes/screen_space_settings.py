@@ -115,7 +115,7 @@ def defines(
 
 
 def kept_names(settings: ScreenSpaceSettings) -> tuple[str, ...]:
-    """Return the resources of `lib/kept_directions.glsl`: four directions in each."""
+    """Return the resources of `screen_space/kept_directions.glsl`: four directions in each."""
     return tuple(f"kept_{i}" for i in range(-(-settings.direction_count // 4)))
 
 
@@ -128,7 +128,7 @@ def kept_resources(settings: ScreenSpaceSettings) -> dict[str, TextureSpec]:
 def estimator_uniforms(
     settings: ScreenSpaceSettings, frame: Frame, has_back_layer: bool
 ) -> dict[str, Any]:
-    """Return the uniforms of `lib/estimator.glsl` and of what it includes."""
+    """Return the uniforms of `screen_space/estimator.glsl` and of what it includes."""
     thickness = settings.thickness
     if thickness is None:
         thickness = default_thickness(settings.estimator, has_back_layer)

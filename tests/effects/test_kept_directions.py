@@ -72,7 +72,7 @@ def test_every_texel_can_be_kept(world, texel):
     """One direction of eight is blocked by a given texel, counted from the bottom left."""
     x, y = texel
     kept = {name: np.full((SIZE[1], SIZE[0], 4), -1.0) for name in ("kept_0", "kept_1")}
-    # As shaders/lib/kept_directions.glsl lays a texel into the bits of a float.
+    # As shaders/screen_space/kept_directions.glsl lays a texel into the bits of a float.
     kept["kept_1"][..., 2] = np.uint32(0x20000000 + x + (y << 14)).view(np.float32)
     settings = BounceSettings(**common(64, 8), hidden_senders=1.0)
     sent = np.full((SIZE[1], SIZE[0], 4), 5.0)

@@ -124,16 +124,16 @@ FAULTS = {
 # Faults of what estimators share: file, text, what a fault makes of it, and who shares it.
 POINTS, SLICES = ("rgs09", "hemisphere"), ("gtao", "hbao", "bitmask")
 SHARED = (
-    ("lib/occlusion.glsl", "plane_height(t.rate, px, z) > t.lowest", "true",
+    ("screen_space/occlusion.glsl", "plane_height(t.rate, px, z) > t.lowest", "true",
      ("march", *POINTS, *SLICES, "sao")),
-    ("lib/occlusion.glsl", "? solid.y :", "? solid.x + t.thickness :",
+    ("screen_space/occlusion.glsl", "? solid.y :", "? solid.x + t.thickness :",
      ("march", "hemisphere", "bitmask")),
-    ("lib/point_samples.glsl", "&& z_s > solid.x", "", POINTS),
-    ("lib/march.glsl", "i < count - 1 ?", "i < count ?", ("march",)),
-    ("lib/march.glsl", "vec2(u_front_slack, u_back_slack)", "vec2(0.0)", ("march",)),
-    ("lib/slices.glsl", "distance <= u_radius && ", "", ("gtao", "hbao")),
-    ("lib/slices.glsl", "set << 28", "set << 27", SLICES),
-    ("lib/slices.glsl", "mix(k.first, 1.0,", "mix(0.0, 1.0,", SLICES),
+    ("screen_space/point_samples.glsl", "&& z_s > solid.x", "", POINTS),
+    ("screen_space/march.glsl", "i < count - 1 ?", "i < count ?", ("march",)),
+    ("screen_space/march.glsl", "vec2(u_front_slack, u_back_slack)", "vec2(0.0)", ("march",)),
+    ("screen_space/slices.glsl", "distance <= u_radius && ", "", ("gtao", "hbao")),
+    ("screen_space/slices.glsl", "set << 28", "set << 27", SLICES),
+    ("screen_space/slices.glsl", "mix(k.first, 1.0,", "mix(0.0, 1.0,", SLICES),
 )  # fmt: skip
 LIGHT_FAULTS = (
     ("bit_count(found & ~hidden)", "bit_count(found)"),

@@ -216,25 +216,26 @@ def light_is_gained(device, shaders):
 HEIGHT_TEST = "plane_height(t.rate, px, z) > t.lowest"
 MUTATIONS = {
     "bias made absolute": Mutation(
-        {"lib/tangent_height.glsl": (("u_bias * length_scale_at(z)", "0.025"),)}, scale_shows
+        {"screen_space/tangent_height.glsl": (("u_bias * length_scale_at(z)", "0.025"),)},
+        scale_shows,
     ),
     "thickness made absolute": Mutation(
-        {"lib/occlusion.glsl": (("u_thickness * length_scale_at(z)", "0.1"),)}, scale_shows
+        {"screen_space/occlusion.glsl": (("u_thickness * length_scale_at(z)", "0.1"),)}, scale_shows
     ),
     "tangent-plane test removed": Mutation(
-        {"lib/occlusion.glsl": ((HEIGHT_TEST, f"true || {HEIGHT_TEST}"),)},
+        {"screen_space/occlusion.glsl": ((HEIGHT_TEST, f"true || {HEIGHT_TEST}"),)},
         plane_is_occluded,
     ),
     "texel not snapped": Mutation(
         {
-            "lib/occlusion.glsl": (
+            "screen_space/occlusion.glsl": (
                 ("bool is_above(", "vec2 sample_px;\nbool is_above("),
                 (HEIGHT_TEST, HEIGHT_TEST.replace("px", "sample_px")),
             ),
-            "lib/march.glsl": (
+            "screen_space/march.glsl": (
                 ("return g.start_px + march", "return sample_px = g.start_px + march"),
             ),
-            "lib/point_samples.glsl": (
+            "screen_space/point_samples.glsl": (
                 ("ivec2 texel = texel_of_uv(uv);",
                  "sample_px = uv * u_frame_size_px; ivec2 texel = texel_of_uv(uv);"),
             ),
@@ -275,7 +276,9 @@ MUTATIONS = {
         poison.filter_mixes_depths,
     ),
     "sender cosine of the wrong sign, march": Mutation(
-        {"lib/estimator.glsl": (("faces(texel, to_receiver)", "faces(texel, -to_receiver)"),)},
+        {"screen_space/estimator.glsl": (
+            ("faces(texel, to_receiver)", "faces(texel, -to_receiver)"),
+        )},
         senders_face_wrongly_march,
     ),
     "sender cosine of the wrong sign, rgs09": Mutation(
@@ -312,7 +315,7 @@ MUTATIONS = {
         contact_is_not_finite,
     ),
     "half size without its stride": Mutation(
-        {"lib/receiver.glsl": (("return pixel * u_receiver_stride;", "return pixel;"),)},
+        {"screen_space/receiver.glsl": (("return pixel * u_receiver_stride;", "return pixel;"),)},
         half_size_shows_another_picture,
     ),
     "sign() of zero at a fold": Mutation(
@@ -320,7 +323,7 @@ MUTATIONS = {
         octahedron_loses_a_fold,
     ),
     "noise that hangs on the position": Mutation(
-        {"lib/receiver.glsl": (
+        {"screen_space/receiver.glsl": (
             ("uint(i), u_pattern_offset)",
              "uint(i), u_pattern_offset + floatBitsToUint(r.z_vs) * 2654435769u)"),
         )},

@@ -125,7 +125,7 @@ def test_tangent_plane(gl, shaders, record, seed, normals_, radius, depths):
     p = float32(ray * z[:, None] - height[:, None] * n)
     p[:, 2] = np.minimum(p[:, 2], -1e-3 * z)
     found = evaluate(
-        gl, shaders, ["lib/occlusion.glsl"],
+        gl, shaders, ["screen_space/occlusion.glsl"],
         "is_above(tangent_at(p, n), vec2(texel) + 0.5, z) ? 1 : 0",
         {"p": p, "n": n, "texel": texel, "z": z}, output_dtype="i4",
         defines={"HAS_BACK_LAYER": 0},

@@ -69,7 +69,7 @@ def test_points_stay_below_one(gl, shaders):
 
 @pytest.mark.parametrize("directions", [1, 3, 8, 64])
 def test_no_point_of_a_block_is_used_twice(gl, shaders, directions):
-    """Set s takes points s N .. s N + N - 1, as lib/receiver.glsl counts them."""
+    """Set s takes points s N .. s N + N - 1, as screen_space/receiver.glsl counts them."""
     points = points_of(gl, shaders, np.arange(16 * directions))
     assert len(np.unique(points, axis=0)) == 16 * directions
     for coordinate in range(3):

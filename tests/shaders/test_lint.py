@@ -68,7 +68,7 @@ def choices_of(name: str) -> list[dict[str, str]]:
     # Those of mere visibility cannot say what light a blocker sends.
     needs_light = name in ("effects/bounce.frag", "effects/directional.frag")
     able = [e for e in ESTIMATORS.values() if e.gives_light or not needs_light]
-    takes_one = '#include "lib/estimator.glsl"' in read(name)
+    takes_one = '#include "screen_space/estimator.glsl"' in read(name)
     estimators = [dict(estimator.choices) for estimator in able] if takes_one else [{}]
     others = [
         [{key: f"{key}s/{path.name}"} for path in sorted((ROOT / f"{key}s").iterdir())]

@@ -7,7 +7,7 @@ import pytest
 from oracle import slices
 from shaders.harness import evaluate
 
-INCLUDES = ["lib/sectors.glsl"]
+INCLUDES = ["screen_space/sectors.glsl"]
 DEFINES = {"IS_OPEN": 0, "HAS_BACK_LAYER": 0, "DIRECTION_COUNT": 1, "STEP_COUNT": 1}
 # Sums of products of sines, cosines and an angle, each good to 2e-7, over totals from 1 to 1.6.
 SHARE_TOLERANCE = 2e-6

@@ -11,8 +11,8 @@
 // is exactly false there, because Q is rebuilt at the centre where its depth was taken.
 #include "lib/constants.glsl"
 #include "lib/gbuffer.glsl"
-#include "lib/origin.glsl"
-#include "lib/tangent_height.glsl"
+#include "screen_space/origin.glsl"
+#include "screen_space/tangent_height.glsl"
 
 #if HAS_BACK_LAYER
 uniform sampler2D t_z_layers;   // x: z_vs, y: depth of the nearest back face, 0 = none

@@ -5,7 +5,7 @@
 // together: whatever the width of a blocker, it hides its share on average.
 //
 // GLSL 3.30 has no bitCount(), and a shift by 32 is undefined.
-#include "lib/slices.glsl"
+#include "screen_space/slices.glsl"
 
 const float SECTOR_COUNT = 32.0;
 

@@ -19,8 +19,8 @@
 //     vec3 estimator_gathered(Receiver r, Tangent t): irradiance, if GATHERS_SENDERS.
 //
 // IS_OPEN: 1 if it is known beforehand that nothing in view blocks any direction within R.
-#include "lib/receiver.glsl"
-#include "lib/march.glsl"
+#include "screen_space/receiver.glsl"
+#include "screen_space/march.glsl"
 
 struct Direction {
     vec3 w_vs;       // unit length, above the tangent plane

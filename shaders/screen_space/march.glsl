@@ -14,7 +14,7 @@
 //   front, back slack in strides   0, 0          0, 1          1/4, 1        1/2, 1
 //   4 steps                        .085, 0       .068, 0       .058, .036    .053, .068
 //   8 steps                        .066, 0       .056, 0       .052, .021    .050, .032
-#include "lib/occlusion.glsl"
+#include "screen_space/occlusion.glsl"
 
 uniform float u_step_growth;  // 0: steps of equal length, 1: lengths grow linearly
 uniform float u_front_slack;  // strides

@@ -7,8 +7,8 @@
 //   1 / pi * |n'| * integral of cos(theta - gamma) |sin theta| dtheta dphi
 // (Jimenez, Wu, Pesce and Jarabo 2016).
 #include "lib/angle.glsl"
-#include "lib/march.glsl"
-#include "lib/receiver.glsl"
+#include "screen_space/march.glsl"
+#include "screen_space/receiver.glsl"
 
 struct Slice {
     vec3 along_vs;       // unit length, orthogonal to the view vector

@@ -1,7 +1,7 @@
 // The sample test of Ritschel, Grosch and Seidel 2009, "Approximating Dynamic Global
 // Illumination in Image Space": one point per direction, at a random distance.
-#include "lib/march.glsl"
-#include "lib/occlusion.glsl"
+#include "screen_space/march.glsl"
+#include "screen_space/occlusion.glsl"
 
 // Distances above FAR_REACH times z have no place in the picture; R may be infinite.
 float finite_radius(Tangent t)
