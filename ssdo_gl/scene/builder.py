@@ -17,7 +17,7 @@ from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.defaults import ground, has_floor, is_room, lighting_for, seen_metal
 from ssdo_gl.scene.environment import Daylight, Environment, MapEnvironment, sky
 from ssdo_gl.scene.files import read_radiance_map
-from ssdo_gl.scene.geometry import Mesh, SceneObject, are_mirrored, batched, instance_boxes
+from ssdo_gl.scene.geometry import Mesh, SceneObject, are_mirrored, batched, main_part
 from ssdo_gl.scene.lights import DirectionalLight, Light, Shadow
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.motion import Trajectory
@@ -206,7 +206,9 @@ class SceneBuilder:
             camera, environment = self._lit(camera, has_lamps=has_lamps)
         elif environment is None and not self.lights and self.options.adds_light:
             environment = self._default_light(camera, "no light in the file")
-        is_usual = self.options.replaces_light or len(self.lights) > lights
+        # A lamp in a room is of no known strength where it is seen.
+        has_key = any(isinstance(light, DirectionalLight) for light in self.lights[lights:])
+        is_usual = self.options.replaces_light or has_key
         slack = defaults.METERING_SLACK if is_usual else 0.0
         return camera, environment, slack if exposure is None else None
 
@@ -222,8 +224,8 @@ class SceneBuilder:
             return False
         if has_floor(self.meshes, self.objects) or is_room(self.meshes, self.objects, camera):
             return False
-        corners = instance_boxes(self.meshes, self.objects).reshape(-1, 3)
-        mesh, material = ground((corners.min(axis=0), corners.max(axis=0)), environment, keys[0])
+        part = main_part(self.meshes, self.objects)
+        mesh, material = ground((part.low, part.high), environment, keys[0])
         self.meshes.append(mesh)
         self.objects.append(
             SceneObject(
@@ -240,6 +242,8 @@ class SceneBuilder:
             fov_y, exposure = given.fov_y, given.exposure
             height = None if given.height is None else 0.0
         camera = defaults.frame(self.meshes, self.objects, fov_y, exposure)
+        if note := main_part(self.meshes, self.objects).note:
+            self.note(note)
         if height is not None:
             camera = defaults.parallel(self.meshes, self.objects, camera, height or None)
         return camera
@@ -269,6 +273,11 @@ class SceneBuilder:
 
     def _default_light(self, camera: Camera, why: str) -> Environment:
         """Add a key light and return the sky that goes with it: of a studio for metal."""
+        room = defaults.closed_room(self.meshes, self.objects)
+        if room is not None and room.holds(camera):
+            self.lights.append(room.lamp(camera))
+            self.note(f"{why}: added a soft sky and one light below the ceiling")
+            return defaults.SKY
         is_metal = seen_metal(self.meshes, self.materials, self.objects, camera.perspective())
         environment, key = (defaults.studio if is_metal else defaults.soft_light)(camera)
         self.lights.append(key)

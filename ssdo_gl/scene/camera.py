@@ -99,7 +99,9 @@ class Camera:
         fov_y: float = 40.0,
         exposure: float | None = None,
     ) -> Camera:
-        """Return the nearest camera that has all of a scene in its picture.
+        """Return the nearest camera that has all of a scene's main part in its picture.
+
+        Strays far away and a far larger ground are no part of it. In a closed room it stands.
 
         Parameters
         ----------

@@ -53,7 +53,8 @@ class SceneFlight:
     material : int or None
         Which one is edited, an index into those of `loaded`.
     bounds : (ndarray, ndarray)
-        Corners of the scene, world space; `diagonal` is the distance between them.
+        Corners of the scene, world space; `diagonal` is the distance between them, in a scene
+        that is framed between those of its main part.
     flight : Flight
     clock : Clock
     tour : Tour
@@ -78,7 +79,9 @@ class SceneFlight:
         self.lights_on = [True] * len(scene.lights)
         self.material: int | None = None
         self.bounds: tuple[FloatArray, FloatArray] = scene.bounds()
-        self.diagonal = float(np.linalg.norm(self.bounds[1] - self.bounds[0]))
+        part = scene.main_part()
+        ends = (part.low, part.high) if scene.is_framed else self.bounds
+        self.diagonal = float(np.linalg.norm(ends[1] - ends[0]))
         self.flight: Flight = start_flight(camera or scene.camera, self.diagonal)
         self.clock = Clock.of(scene.moves)
         self._obstacles: Obstacles | None = None

@@ -10,7 +10,7 @@ from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray, IntArray
 from ssdo_gl.scene.defaults.default_light import BACKDROP
 from ssdo_gl.scene.environment import Environment, irradiance
-from ssdo_gl.scene.geometry import Mesh, SceneObject, corners_within, placed
+from ssdo_gl.scene.geometry import Mesh, SceneObject, corners_within, main_part, placed
 from ssdo_gl.scene.lights import DirectionalLight
 from ssdo_gl.scene.material import Material
 
@@ -39,6 +39,9 @@ def has_floor(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> bool:
         lows.append(points[:, is_used].min(axis=(0, 1)))
         highs.append(points[:, is_used].max(axis=(0, 1)))
     low, high = np.min(lows, axis=0), np.max(highs, axis=0)
+    part = main_part(meshes, objects)
+    if not part.is_all:
+        low, high = part.low, part.high
     floor = low[1] + _FLOOR_HEIGHT * (high[1] - low[1])
     covered = 0.0
     for triangles, points in parts:

@@ -11,7 +11,16 @@ from numpy.typing import NDArray
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray, lengths_of_rows
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.geometry import Mesh, SceneObject, corners_within, instance_boxes, placed, spans
+from ssdo_gl.scene.defaults.interior import Interior, interior_of
+from ssdo_gl.scene.geometry import (
+    Mesh,
+    SceneObject,
+    corners_within,
+    instance_boxes,
+    main_part,
+    placed,
+    spans,
+)
 
 # Three-quarter view: turned to the right of the front (+z) and slightly above it.
 AZIMUTH_DEGREES, ELEVATION_DEGREES = 30.0, 20.0
@@ -26,6 +35,9 @@ _TRIANGLES_AT_ONCE = 1 << 18
 # A side of the bounding box is a wall if surfaces within a twentieth of the box cover
 # most of it, and open if they cover next to nothing.
 _WALL_DEPTH, _WALL_COVERAGE, _OPEN_COVERAGE = 0.05, 0.6, 0.1
+_WINDOW_COVERAGE, _WHOLE_COVERAGE = 0.5, 0.9
+# Walls that face inward by so much more than outward are seen from within.
+_LINED = 2.0
 # Sides of the bounding box as rows of coverage: -x +x -y +y -z +z.
 _BOTTOM, _TOP = 2, 3
 _SIDE_AZIMUTHS = {5: 0.0, 1: 90.0, 4: 180.0, 0: 270.0}
@@ -34,11 +46,11 @@ _SIDE_AZIMUTHS = {5: 0.0, 1: 90.0, 4: 180.0, 0: 270.0}
 def frame(
     meshes: Sequence[Mesh], objects: Sequence[SceneObject], fov_y: float, exposure: float
 ) -> Camera:
-    """Return a camera that sees every vertex of the scene.
+    """Return a camera that sees every vertex of the scene's main part.
 
-    A room with one open side is looked into, level, through that side; something flat
-    that stands is seen from its front, thirty degrees to the right. Anything else
-    is seen at three quarters from slightly above, from where fewest walls of it stand
+    It stands in a closed room. A room with one open side is looked into, level, through
+    that side; something flat that stands is seen from its front, thirty degrees to the right.
+    Anything else is seen at three quarters from slightly above, from where fewest walls of it stand
     in the way; the front is +z.
 
     Parameters
@@ -50,7 +62,11 @@ def frame(
     if front is not None:
         azimuth, elevation = front
     else:
-        azimuth, elevation = _viewpoint(side_coverage(meshes, objects))
+        sides = _sides(meshes, objects)
+        room = _closed_room(meshes, objects, sides)
+        if room is not None:
+            return room.camera(fov_y, exposure)
+        azimuth, elevation = _viewpoint(_coverage(sides))
     a, e = np.radians([azimuth, elevation])
     toward = np.array([np.sin(a) * np.cos(e), np.sin(e), np.cos(a) * np.cos(e)])
     return seen_from(meshes, objects, toward, fov_y, exposure)
@@ -63,14 +79,14 @@ def seen_from(
     fov_y: float,
     exposure: float,
 ) -> Camera:
-    """Return the nearest camera in the direction `toward` (3,) that sees every vertex."""
+    """Return the nearest camera in the direction `toward` (3,) that sees the main part."""
     return _around(_world_points(meshes, objects), toward, fov_y, exposure)
 
 
 def parallel(
     meshes: Sequence[Mesh], objects: Sequence[SceneObject], camera: Camera, height: float | None
 ) -> Camera:
-    """Return the camera with parallel rays, moved so that it sees every vertex.
+    """Return the camera with parallel rays, moved so that it sees the main part.
 
     Parameters
     ----------
@@ -139,7 +155,11 @@ def _viewpoint(coverage: FloatArray) -> tuple[float, float]:
     """Return azimuth (0 is +z, 90 is +x) and elevation in degrees."""
     walls = coverage >= _WALL_COVERAGE
     lateral = list(_SIDE_AZIMUTHS)
-    openings = [side for side in lateral if coverage[side] < _OPEN_COVERAGE]
+    # In a box with a window one side is open, if the others are whole.
+    least = lateral[int(np.argmin(coverage[lateral]))]
+    others = np.delete(coverage, least)
+    limit = _WINDOW_COVERAGE if others.min() >= _WHOLE_COVERAGE else _OPEN_COVERAGE
+    openings = [side for side in lateral if coverage[side] < limit]
     if len(openings) == 1 and walls[lateral].sum() == 3 and walls[_BOTTOM]:
         return _SIDE_AZIMUTHS[openings[0]], 0.0 if walls[_TOP] else ELEVATION_DEGREES
 
@@ -158,22 +178,36 @@ def _viewpoint(coverage: FloatArray) -> tuple[float, float]:
     return min(candidates, key=lambda azimuth: round(blocked(azimuth), 6)), ELEVATION_DEGREES
 
 
+def closed_room(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> Interior | None:
+    """Return the room that a scene is, if its walls face inward on all sides."""
+    return _closed_room(meshes, objects, _sides(meshes, objects))
+
+
+def _closed_room(
+    meshes: Sequence[Mesh], objects: Sequence[SceneObject], sides: FloatArray
+) -> Interior | None:
+    outward, inward = sides
+    lateral = list(_SIDE_AZIMUTHS)
+    is_lined = inward >= np.maximum(_WALL_COVERAGE, _LINED * outward)
+    if not (is_lined[lateral].all() and (_coverage(sides) >= _WALL_COVERAGE).all()):
+        return None
+    return interior_of(meshes, objects, main_part(meshes, objects))
+
+
 def is_room(meshes: Sequence[Mesh], objects: Sequence[SceneObject], camera: Camera) -> bool:
     """Return whether the camera sees the inside of a room, where no sky belongs.
 
     Walls then cover five sides of the bounding box, or all six around the camera: seen from
     outside that is a solid.
     """
-    boxes = instance_boxes(meshes, objects).reshape(-1, 3)
-    is_inside = bool(
-        np.all((camera.position > boxes.min(axis=0)) & (camera.position < boxes.max(axis=0)))
-    )
+    part = main_part(meshes, objects)
+    is_inside = bool(np.all((camera.position > part.low) & (camera.position < part.high)))
     count = int((side_coverage(meshes, objects) >= _WALL_COVERAGE).sum())
     return count == 5 or (count == 6 and is_inside)
 
 
 def side_coverage(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> FloatArray:
-    """Return how much of each side of the bounding box has a surface close to it.
+    """Return how much of each side of the main part's box has a surface close to it.
 
     Returns
     -------
@@ -181,13 +215,23 @@ def side_coverage(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> Flo
         For the sides -x +x -y +y -z +z: area of the triangles that lie wholly within
         a twentieth of the box from the side, projected on it, over its area; at most 1.
     """
+    return _coverage(_sides(meshes, objects))
+
+
+def _coverage(sides: FloatArray) -> FloatArray:
+    return np.asarray(np.minimum(sides.sum(axis=0), 1.0))
+
+
+def _sides(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> FloatArray:
+    """Return what `side_coverage` counts, of what faces out and in, (2, 6), without limit."""
     boxes = instance_boxes(meshes, objects)
-    low, high = boxes.reshape(-1, 3).min(axis=0), boxes.reshape(-1, 3).max(axis=0)
+    part = main_part(meshes, objects)
+    low, high = part.low, part.high
     extent = high - low
     # Only instances that reach a side can cover it.
     reaches = (boxes.min(axis=1) <= low + _WALL_DEPTH * extent).any(axis=1)
     reaches |= (boxes.max(axis=1) >= high - _WALL_DEPTH * extent).any(axis=1)
-    covered = np.zeros(6)
+    covered = np.zeros((2, 6))
     first = 0
     for item in objects:
         mesh, count = meshes[item.mesh], len(item.world_from_object)
@@ -198,25 +242,44 @@ def side_coverage(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> Flo
             points = placed(mesh.positions, matrices[start : start + at_once])
             for axis in range(3):
                 height = points[..., axis]
-                at_low = height <= low[axis] + _WALL_DEPTH * extent[axis]
-                at_high = height >= high[axis] - _WALL_DEPTH * extent[axis]
-                covered[2 * axis] += _projected_area(points, mesh, at_low, axis)
-                covered[2 * axis + 1] += _projected_area(points, mesh, at_high, axis)
+                depth = _WALL_DEPTH * extent[axis]
+                at_low, at_high = height <= low[axis] + depth, height >= high[axis] - depth
+                if not part.is_all:
+                    at_low &= height >= low[axis] - depth
+                    at_high &= height <= high[axis] + depth
+                covered[::-1, 2 * axis] += _projected_area(points, mesh, at_low, axis)
+                covered[:, 2 * axis + 1] += _projected_area(points, mesh, at_high, axis)
     side = np.array([extent[1] * extent[2], extent[0] * extent[2], extent[0] * extent[1]])
     # A flat scene has sides without area, which nothing can cover.
-    share = covered / np.repeat(np.where(side > 0.0, side, np.inf), 2)
-    return np.asarray(np.minimum(share, 1.0))
+    return np.asarray(covered / np.repeat(np.where(side > 0.0, side, np.inf), 2))
 
 
-def _projected_area(points: FloatArray, mesh: Mesh, is_near: NDArray[np.bool_], axis: int) -> float:
-    """Return the area, seen along an axis, of triangles whose vertices (N, V) are all near."""
+def _projected_area(
+    points: FloatArray, mesh: Mesh, is_near: NDArray[np.bool_], axis: int
+) -> FloatArray:
+    """Return the area, seen along an axis, of triangles whose vertices (N, V) are all near.
+
+    Of those that face along the axis, and of those that face against it, (2,).
+    """
     corners = corners_within(points, mesh.triangles, is_near)
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return 0.5 * float(np.abs(cross[:, axis]).sum())
+    along = cross[:, axis]
+    return 0.5 * np.array([along[along > 0.0].sum(), -along[along < 0.0].sum()])
 
 
 def _world_points(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> FloatArray:
-    """Return the vertices of all instances in world space, or the corners of boxes."""
+    """Return what a camera is to show: vertices in world space, or the corners of boxes."""
+    part = main_part(meshes, objects)
+    points = _all_points(meshes, objects)
+    if part.is_all:
+        return points
+    # What a box of many instances reaches beyond the main part is not shown.
+    inside = ((points >= part.low) & (points <= part.high)).all(axis=1)
+    corners = np.where(np.indices((2, 2, 2)).reshape(3, 8).T == 1, part.high, part.low)
+    return points[inside] if len(points) <= MAX_POINTS and inside.any() else corners
+
+
+def _all_points(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> FloatArray:
     total = sum(len(meshes[o.mesh].positions) * len(o.world_from_object) for o in objects)
     if total > MAX_POINTS:
         return instance_boxes(meshes, objects).reshape(-1, 3)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from ssdo_gl.scene.geometry.array_spans import SPAN, spans
 from ssdo_gl.scene.geometry.batching import batched
 from ssdo_gl.scene.geometry.flattened import thickened, with_area
+from ssdo_gl.scene.geometry.main_parts import MainPart, main_part
 from ssdo_gl.scene.geometry.mesh import (
     MAX_INSTANCES,
     Mesh,
@@ -31,6 +32,7 @@ __all__ = [
     "MAX_INSTANCES",
     "SEGMENTS",
     "SPAN",
+    "MainPart",
     "Mesh",
     "SceneObject",
     "are_mirrored",
@@ -43,6 +45,7 @@ __all__ = [
     "cylinder",
     "instance_boxes",
     "joined_vertices",
+    "main_part",
     "parallelogram_matrix",
     "placed",
     "quad",

@@ -1,0 +1,89 @@
+"""A place and a light in closed rooms."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ssdo_gl
+from ssdo_gl import math3d
+from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.defaults import closed_room, frame
+from ssdo_gl.scene.geometry import Mesh, SceneObject, shapes
+from ssdo_gl.scene.lights import RectangleLight
+from ssdo_gl.scene.load import load_scene
+
+BOX = shapes.box()
+INSIDE_OUT = Mesh(BOX.positions, BOX.triangles[:, ::-1])
+MESHES = [BOX, INSIDE_OUT]
+SIZE = np.array([5.0, 2.6, 4.0])
+
+
+def placed(low: tuple[float, ...], high: tuple[float, ...], mesh: int = 0) -> SceneObject:
+    ends = BOX.positions.min(axis=0), BOX.positions.max(axis=0)
+    size = np.subtract(high, low) / (ends[1] - ends[0])
+    matrix = math3d.translation(np.subtract(low, size * ends[0])) @ math3d.scaling(size)
+    return SceneObject(mesh, 0, matrix[None])
+
+
+def room(table: tuple[float, float] = (0.6, 0.5)) -> list[SceneObject]:
+    low = (table[0], 0.2, table[1])
+    board = placed(low, (table[0] + 1.2, 0.5, table[1] + 0.7))
+    lamp = placed((table[0] + 0.3, 0.5, table[1] + 0.3), (table[0] + 0.4, 0.6, table[1] + 0.5))
+    return [placed((0.0, 0.0, 0.0), tuple(SIZE), mesh=1), board, lamp]
+
+
+def in_picture(items: list[SceneObject], point: FloatArray) -> bool:
+    camera = frame(MESHES, items, 40.0, 0.0)
+    local = (point - camera.position) @ camera.view_from_world_rotation().T
+    x, y = camera.tan_half_fov(16.0 / 9.0)
+    return bool(local[2] < 0.0 and abs(local[0]) < -x * local[2] and abs(local[1]) < -y * local[2])
+
+
+@pytest.mark.parametrize("table", [(0.6, 0.5), (3.4, 0.5), (0.6, 2.9), (3.4, 2.9)])
+def test_the_camera_stands_in_the_room_and_sees_what_is_in_it(table: tuple[float, float]) -> None:
+    items = room(table)
+    camera = frame(MESHES, items, 40.0, 0.0)
+    assert (np.array(camera.position) > 0.05 * SIZE).all()
+    assert (np.array(camera.position) < 0.95 * SIZE).all()
+    assert camera.position[1] == pytest.approx(camera.target[1])
+    assert in_picture(items, np.array([table[0] + 0.6, 0.5, table[1] + 0.35]))
+
+
+def test_bodies_are_seen_from_outside() -> None:
+    body = [placed((0.0, 0.0, 0.0), tuple(SIZE)), *room()[1:]]
+    assert closed_room(MESHES, body) is None
+    assert not (np.array(frame(MESHES, body, 40.0, 0.0).position) < SIZE).all()
+    # A house has walls of two sides.
+    assert closed_room(MESHES, [*body, *room()]) is None
+    # There is nothing to see in an empty box.
+    assert closed_room(MESHES, room()[:1]) is None
+
+
+def write_room(path: Path) -> Path:
+    text, first = "", 1
+    for item in room():
+        mesh = MESHES[item.mesh]
+        for x, y, z in math3d.transform_points(item.world_from_object[0], mesh.positions):
+            text += f"v {x} {y} {z}\n"
+        text += "".join(f"f {a} {b} {c}\n" for a, b, c in (mesh.triangles + first).tolist())
+        first += len(mesh.positions)
+    path.write_text(text)
+    return path
+
+
+def test_a_closed_room_of_a_file_is_lit_within(tmp_path: Path) -> None:
+    """Sky and key light stay outside: without a lamp of its own it would be black."""
+    scene = load_scene(write_room(tmp_path / "room.obj"), ground="auto")
+    (lamp,) = scene.lights
+    assert isinstance(lamp, RectangleLight)
+    assert 0.85 * SIZE[1] < lamp.place[1] < SIZE[1]
+    assert lamp.axes()[2][1] < -0.99, "it shines down"
+    assert any("below the ceiling" in note for note in scene.notes)
+    assert not scene.has_ground
+    image = ssdo_gl.render(scene, size=(64, 36))
+    light = image[..., :3].mean(axis=2) * 2.0**scene.camera.exposure
+    assert (image[..., 3] == 1.0).all()
+    assert np.percentile(light, 2) > 0.01
