@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 
-from documentation.pages import code_spans, first_names, section, settings_table, table
+from documentation.pages import TEXTS, code_spans, first_names, section, settings_table, table
 
 import ssdo_gl
 from ssdo_gl import cli, process
@@ -122,3 +123,10 @@ def test_the_tables_of_presets_are_those_of_the_ladder():
     short_baseline, *presets = table(section("README.md", "What accuracy costs"))
     assert presets == [row for row in wanted if row[0]]
     assert short_baseline[1:] == baseline[1:]
+
+
+def test_the_readme_has_the_time_of_a_frame_of_gi_beside_peers():
+    rows = table(section("docs/peers.md", "What was found"))
+    milliseconds = next(float(row[2]) for row in rows if row[0].startswith("`gi`"))
+    (seconds,) = re.findall(r"`gi` from a new point of view takes (\.\d+) s", TEXTS["README.md"])
+    assert float(seconds) == round(milliseconds / 1e3, 2)
