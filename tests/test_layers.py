@@ -52,6 +52,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("film", "farm"),
     ("headless", "bench", "window"),
     ("serve",),
+    ("dispatch",),
     ("cli", "notebook"),
     ("__init__", "__main__"),
 )

@@ -101,6 +101,6 @@ def test_a_fault_of_flags_is_said_once(tmp_path, capsys):
 )
 def test_the_worst_code_counts(monkeypatch, capsys, tmp_path, codes, expected):
     left = list(codes)
-    monkeypatch.setattr(cli, "_carry_out", lambda *_, **__: left.pop(0))
+    monkeypatch.setattr(cli, "carry_out", lambda *_, **__: left.pop(0))
     assert main(["a", "b", "c", "--snapshot", f"{tmp_path}/"]) == expected
     assert len(left) == (1 if expected == 130 else 0)
