@@ -19,7 +19,7 @@ from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.image_requests import checked_images
 from ssdo_gl.images.average import ImageAverage
 from ssdo_gl.images.jitter import middle_index
-from ssdo_gl.images.metering import measured_exposure
+from ssdo_gl.images.metering import FRAMED_MOST_RAISED, measured_exposure
 from ssdo_gl.images.surface_arrays import (
     Image,
     camera_depths,
@@ -172,7 +172,8 @@ class Renderer(FrameLoop):
         # The ground under a model is no part of it.
         lowest = self.scene.bounds()[0][1] if self.scene.has_ground else -np.inf
         images["beauty"][images["position_ws"][..., 1] < lowest] = 0.0
-        exposure = measured_exposure(images["beauty"], slack)
+        most = FRAMED_MOST_RAISED if slack and self.scene.is_framed else np.inf
+        exposure = measured_exposure(images["beauty"], slack, most)
         self.use(dataclasses.replace(chosen, exposure=exposure))
         self.scene = dataclasses.replace(
             self.scene,

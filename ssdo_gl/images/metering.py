@@ -13,10 +13,15 @@ from ssdo_gl.settings.settings import MAX_EXPOSURE_EV
 # The brighter surfaces of a picture come to lie here; a light grey wall would.
 _TARGET, _PERCENTILE = 0.35, 75.0
 # No more than a twentieth of a picture is whiter than white.
-_BRIGHTEST, _BRIGHT_PERCENTILE = 1.1, 95.0
+_BRIGHTEST, _BRIGHT_PERCENTILE = 1.0, 95.0
+# EV. What is behind a model in added light, seen from outside, is a grey of .28: two steps
+# would make it white.
+FRAMED_MOST_RAISED = 1.0
 
 
-def measured_exposure(beauty: FloatImage, slack: float = 0.0) -> float:
+def measured_exposure(
+    beauty: FloatImage, slack: float = 0.0, most: float = MAX_EXPOSURE_EV
+) -> float:
     """Return the exposure in EV, to a tenth, at which a picture shows well.
 
     Parameters
@@ -26,6 +31,8 @@ def measured_exposure(beauty: FloatImage, slack: float = 0.0) -> float:
     slack : float
         EV by which the picture may be brighter or darker than meant before exposure is used:
         under light of a known level a dark thing is to look dark, and a white one white.
+    most : float
+        EV, no more than this.
 
     Returns
     -------
@@ -40,5 +47,5 @@ def measured_exposure(beauty: FloatImage, slack: float = 0.0) -> float:
     bright = np.percentile(light, _BRIGHT_PERCENTILE)
     highest = math.log2(_BRIGHTEST / (bright if bright > 0.0 else light.max()))
     wanted = math.log2(_TARGET / level) if level > 0.0 else highest
-    chosen = min(wanted - min(max(wanted, -slack), slack), highest)
+    chosen = min(wanted - min(max(wanted, -slack), slack), highest, most)
     return round(min(max(chosen, -MAX_EXPOSURE_EV), MAX_EXPOSURE_EV), 1) + 0.0

@@ -273,8 +273,8 @@ class SceneBuilder:
 
     def _default_light(self, camera: Camera, why: str) -> Environment:
         """Add a key light and return the sky that goes with it: of a studio for metal."""
-        room = defaults.closed_room(self.meshes, self.objects)
-        if room is not None and room.holds(camera):
+        room = defaults.room_around(self.meshes, self.objects, camera)
+        if room is not None:
             self.lights.append(room.lamp(camera))
             self.note(f"{why}: added a soft sky and one light below the ceiling")
             return defaults.SKY

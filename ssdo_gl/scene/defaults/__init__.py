@@ -18,7 +18,8 @@ from ssdo_gl.scene.defaults.default_light import (
 )
 from ssdo_gl.scene.defaults.exposure import lighting_for, seen_metal
 from ssdo_gl.scene.defaults.floor import ground, has_floor
-from ssdo_gl.scene.defaults.framing import closed_room, frame, is_room, parallel, seen_from
+from ssdo_gl.scene.defaults.framing import frame, is_room, parallel, seen_from
+from ssdo_gl.scene.defaults.interior import room_around
 from ssdo_gl.scene.defaults.upright import guessed_up, turned_up
 
 __all__ = [
@@ -32,7 +33,6 @@ __all__ = [
     "ROOM_REACH",
     "SKY",
     "STUDIO",
-    "closed_room",
     "frame",
     "ground",
     "guessed_up",
@@ -40,6 +40,7 @@ __all__ = [
     "is_room",
     "lighting_for",
     "parallel",
+    "room_around",
     "seen_from",
     "seen_metal",
     "soft_light",

@@ -62,8 +62,8 @@ def frame(
     if front is not None:
         azimuth, elevation = front
     else:
-        sides = _sides(meshes, objects)
-        room = _closed_room(meshes, objects, sides)
+        sides = wall_sides(meshes, objects)
+        room = closed_room(meshes, objects, sides)
         if room is not None:
             return room.camera(fov_y, exposure)
         azimuth, elevation = _viewpoint(_coverage(sides))
@@ -178,14 +178,10 @@ def _viewpoint(coverage: FloatArray) -> tuple[float, float]:
     return min(candidates, key=lambda azimuth: round(blocked(azimuth), 6)), ELEVATION_DEGREES
 
 
-def closed_room(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> Interior | None:
-    """Return the room that a scene is, if its walls face inward on all sides."""
-    return _closed_room(meshes, objects, _sides(meshes, objects))
-
-
-def _closed_room(
+def closed_room(
     meshes: Sequence[Mesh], objects: Sequence[SceneObject], sides: FloatArray
 ) -> Interior | None:
+    """Return the room that a scene is, if walls on all of its `sides` face inward."""
     outward, inward = sides
     lateral = list(_SIDE_AZIMUTHS)
     is_lined = inward >= np.maximum(_WALL_COVERAGE, _LINED * outward)
@@ -215,14 +211,14 @@ def side_coverage(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> Flo
         For the sides -x +x -y +y -z +z: area of the triangles that lie wholly within
         a twentieth of the box from the side, projected on it, over its area; at most 1.
     """
-    return _coverage(_sides(meshes, objects))
+    return _coverage(wall_sides(meshes, objects))
 
 
 def _coverage(sides: FloatArray) -> FloatArray:
     return np.asarray(np.minimum(sides.sum(axis=0), 1.0))
 
 
-def _sides(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> FloatArray:
+def wall_sides(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> FloatArray:
     """Return what `side_coverage` counts, of what faces out and in, (2, 6), without limit."""
     boxes = instance_boxes(meshes, objects)
     part = main_part(meshes, objects)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray, lengths_of_rows
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.geometry import MainPart, Mesh, SceneObject, placed
+from ssdo_gl.scene.geometry import MainPart, Mesh, SceneObject, main_part, placed
 from ssdo_gl.scene.lights import RectangleLight
 
 # What photographers of rooms use: 24 mm before 24 mm by 36 mm, 53 degrees high.
@@ -26,6 +26,10 @@ _MAX_TRIANGLES = 1 << 15
 _COLUMNS, _ROWS = 13, 7
 # A room has something in it: a table, say.
 _FEWEST_TRIANGLES = 12
+# Walls in so many of these directions keep light out.
+_DIRECTIONS, _SURROUNDED = 128, 0.9
+# Of more copies of triangles than these none is looked at.
+_MOST_TRIANGLES = 1 << 22
 # The light's side, its gap below the ceiling, and what it sends to the floor.
 _PANEL_SHARE, _PANEL_GAP, _FLOOR_IRRADIANCE = 0.3, 0.02, 1.5
 _PANEL_COLOR = np.array([1.03, 1.0, 0.95])
@@ -75,9 +79,14 @@ class Interior:
         assert chosen is not None
         return chosen
 
-    def holds(self, camera: Camera) -> bool:
-        """Return whether the camera stands in it."""
-        return bool(np.all((camera.position > self.low) & (camera.position < self.high)))
+    def surrounds(self, place: FloatArray) -> bool:
+        """Return whether one sees walls in nearly all directions from a place (3,)."""
+        up = (np.arange(_DIRECTIONS) + 0.5) * (2.0 / _DIRECTIONS) - 1.0
+        turn = np.pi * (1.0 + 5.0**0.5) * np.arange(_DIRECTIONS)
+        flat = np.sqrt(1.0 - up**2)
+        around = np.stack([flat * np.cos(turn), up, flat * np.sin(turn)], axis=1)
+        farthest = float(np.linalg.norm(self.high - self.low))
+        return float((self._seen(place, around)[0] < farthest).mean()) >= _SURROUNDED
 
     def lamp(self, camera: Camera) -> RectangleLight:
         """Return a light below the ceiling, over the middle of what the camera looks at."""
@@ -128,6 +137,9 @@ def interior_of(
     meshes: Sequence[Mesh], objects: Sequence[SceneObject], part: MainPart
 ) -> Interior | None:
     """Return the room within walls that close `part`; None if there is next to nothing in it."""
+    counts = [len(meshes[item.mesh].triangles) * len(item.world_from_object) for item in objects]
+    if sum(counts) > _MOST_TRIANGLES:
+        return None
     found = [
         placed(meshes[item.mesh].corners(), item.world_from_object).reshape(-1, 3, 3)
         for item in objects
@@ -145,6 +157,18 @@ def interior_of(
     area = lengths_of_rows(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
     largest = np.argsort(-area, kind="stable")[:_MAX_TRIANGLES]
     return Interior(part.low, part.high, corners[largest], is_content[largest])
+
+
+def room_around(
+    meshes: Sequence[Mesh], objects: Sequence[SceneObject], camera: Camera
+) -> Interior | None:
+    """Return the room that the camera stands in, where light from outside hardly comes in."""
+    part = main_part(meshes, objects)
+    place = np.asarray(camera.position)
+    if not ((place > part.low) & (place < part.high)).all():
+        return None
+    room = interior_of(meshes, objects, part)
+    return room if room is not None and room.surrounds(place) else None
 
 
 def _rays(camera: Camera) -> FloatArray:

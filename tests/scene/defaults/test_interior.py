@@ -10,7 +10,9 @@ import pytest
 import ssdo_gl
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.defaults import closed_room, frame
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.defaults import frame, room_around
+from ssdo_gl.scene.defaults.framing import closed_room, wall_sides
 from ssdo_gl.scene.geometry import Mesh, SceneObject, shapes
 from ssdo_gl.scene.lights import RectangleLight
 from ssdo_gl.scene.load import load_scene
@@ -52,14 +54,32 @@ def test_the_camera_stands_in_the_room_and_sees_what_is_in_it(table: tuple[float
     assert in_picture(items, np.array([table[0] + 0.6, 0.5, table[1] + 0.35]))
 
 
+def is_closed(items: list[SceneObject]) -> bool:
+    return closed_room(MESHES, items, wall_sides(MESHES, items)) is not None
+
+
 def test_bodies_are_seen_from_outside() -> None:
     body = [placed((0.0, 0.0, 0.0), tuple(SIZE)), *room()[1:]]
-    assert closed_room(MESHES, body) is None
+    assert not is_closed(body)
     assert not (np.array(frame(MESHES, body, 40.0, 0.0).position) < SIZE).all()
     # A house has walls of two sides.
-    assert closed_room(MESHES, [*body, *room()]) is None
+    assert not is_closed([*body, *room()])
     # There is nothing to see in an empty box.
-    assert closed_room(MESHES, room()[:1]) is None
+    assert not is_closed(room()[:1])
+    assert is_closed(room())
+
+
+def test_walls_all_around_a_camera_keep_light_out_however_they_face() -> None:
+    house = [placed((-0.1, -0.1, -0.1), tuple(SIZE + 0.1)), *room()]
+    middle = Camera((2.5, 1.3, 2.6), (2.5, 1.3, 0.0))
+    assert room_around(MESHES, house, middle) is not None
+    outside = Camera((2.5, 1.3, 9.0), (2.5, 1.3, 0.0))
+    assert room_around(MESHES, house, outside) is None
+    # Four walls and a floor: the sky comes in.
+    thin = [placed((x, 0.0, 0.0), (x + 0.01, 2.6, 4.0)) for x in (0.0, 5.0)]
+    thin += [placed((0.0, 0.0, z), (5.0, 2.6, z + 0.01)) for z in (0.0, 4.0)]
+    floor = placed((0.0, 0.0, 0.0), (5.0, 0.01, 4.0))
+    assert room_around(MESHES, [*thin, floor, *room()[1:]], middle) is None
 
 
 def write_room(path: Path) -> Path:
