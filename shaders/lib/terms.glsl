@@ -6,36 +6,10 @@
 #ifndef HALF_IRRADIANCES
 #define HALF_IRRADIANCES 0
 #endif
-#if IRRADIANCE_COUNT > 0
-uniform sampler2D t_irradiance_0;
-#endif
-#if IRRADIANCE_COUNT > 1
-uniform sampler2D t_irradiance_1;
-#endif
-#if IRRADIANCE_COUNT > 2
-uniform sampler2D t_irradiance_2;
-#endif
-#if IRRADIANCE_COUNT > 3
-uniform sampler2D t_irradiance_3;
-#endif
-#if IRRADIANCE_COUNT > 4
-uniform sampler2D t_irradiance_4;
-#endif
-#if IRRADIANCE_COUNT > 5
-uniform sampler2D t_irradiance_5;
-#endif
-#if RADIANCE_COUNT > 0
-uniform sampler2D t_radiance_0;
-#endif
-#if RADIANCE_COUNT > 1
-uniform sampler2D t_radiance_1;
-#endif
-#if RADIANCE_COUNT > 2
-uniform sampler2D t_radiance_2;
-#endif
-#if RADIANCE_COUNT > 3
-uniform sampler2D t_radiance_3;
-#endif
+// Those beyond the counts are not used, and nothing is bound to them.
+uniform sampler2D t_irradiance_0, t_irradiance_1, t_irradiance_2;
+uniform sampler2D t_irradiance_3, t_irradiance_4, t_irradiance_5;
+uniform sampler2D t_radiance_0, t_radiance_1, t_radiance_2, t_radiance_3;
 
 // Of half the size: the mean of the four pixels nearest to the texel.
 vec3 irradiance_at(sampler2D image, ivec2 texel, int is_half)
