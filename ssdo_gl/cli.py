@@ -155,7 +155,9 @@ def _reported(work: Callable[[], int]) -> int:
         message, code = str(error), EXIT_NO_OPENGL
     except KeyboardInterrupt as error:
         message, code = str(error) or "interrupted; nothing was written", EXIT_INTERRUPTED
-    print(f"ssdo-gl: {printable(' '.join(message.split()))}", file=sys.stderr)
+    # One line; blanks within it stay, because names of files may have several in a row.
+    line = " ".join(part.strip() for part in message.splitlines() if part.strip())
+    print(f"ssdo-gl: {printable(line)}", file=sys.stderr)
     return code
 
 

@@ -47,6 +47,11 @@ def test_a_size_that_opengl_has_no_images_of_is_refused(tmp_path, capsys, monkey
     assert re.fullmatch(r"ssdo-gl: --size = 32x18: .+ makes no images so large", line)
 
 
+def test_a_name_is_repeated_with_all_its_blanks(tmp_path, capsys):
+    line = refused(capsys, [str(tmp_path / "my  room.toml"), "--explain"])
+    assert line == f"ssdo-gl: {tmp_path}/my  room.toml: no such file"
+
+
 def test_too_little_memory_is_one_line(tmp_path, capsys, monkeypatch):
     def without_memory(*_rest, **_options):
         raise MemoryError("Unable to allocate 128. MiB for an array")
