@@ -35,7 +35,7 @@ _TRIANGLES_AT_ONCE = 1 << 18
 # A side of the bounding box is a wall if surfaces within a twentieth of the box cover
 # most of it, and open if they cover next to nothing.
 _WALL_DEPTH, _WALL_COVERAGE, _OPEN_COVERAGE = 0.05, 0.6, 0.1
-_WINDOW_COVERAGE, _WHOLE_COVERAGE = 0.5, 0.9
+_ROOM_SIDES, _WINDOW_COVERAGE, _WHOLE_COVERAGE = 5, 0.5, 0.9
 # Walls that face inward by so much more than outward are seen from within.
 _LINED = 2.0
 # Sides of the bounding box as rows of coverage: -x +x -y +y -z +z.
@@ -60,16 +60,20 @@ def frame(
     """
     front = _front_of_sheet(meshes, objects)
     if front is not None:
-        azimuth, elevation = front
-    else:
-        sides = wall_sides(meshes, objects)
-        room = closed_room(meshes, objects, sides)
-        if room is not None:
-            return room.camera(fov_y, exposure)
-        azimuth, elevation = _viewpoint(_coverage(sides))
+        return seen_from(meshes, objects, _toward(*front), fov_y, exposure)
+    sides = wall_sides(meshes, objects)
+    room = closed_room(meshes, objects, sides)
+    camera = seen_from(meshes, objects, _toward(*_viewpoint(_coverage(sides))), fov_y, exposure)
+    if room is None and int((_coverage(sides) >= _WALL_COVERAGE).sum()) == _ROOM_SIDES:
+        # What looks open is not, where something sticks out of a wall.
+        room = interior_of(meshes, objects, main_part(meshes, objects))
+        room = room if room is not None and room.hides_from(camera) else None
+    return camera if room is None else room.camera(fov_y, exposure)
+
+
+def _toward(azimuth: float, elevation: float) -> FloatArray:
     a, e = np.radians([azimuth, elevation])
-    toward = np.array([np.sin(a) * np.cos(e), np.sin(e), np.cos(a) * np.cos(e)])
-    return seen_from(meshes, objects, toward, fov_y, exposure)
+    return np.array([np.sin(a) * np.cos(e), np.sin(e), np.cos(a) * np.cos(e)])
 
 
 def seen_from(
@@ -199,7 +203,7 @@ def is_room(meshes: Sequence[Mesh], objects: Sequence[SceneObject], camera: Came
     part = main_part(meshes, objects)
     is_inside = bool(np.all((camera.position > part.low) & (camera.position < part.high)))
     count = int((side_coverage(meshes, objects) >= _WALL_COVERAGE).sum())
-    return count == 5 or (count == 6 and is_inside)
+    return count == _ROOM_SIDES or (count == 6 and is_inside)
 
 
 def side_coverage(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> FloatArray:

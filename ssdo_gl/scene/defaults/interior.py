@@ -26,6 +26,9 @@ _MAX_TRIANGLES = 1 << 15
 _COLUMNS, _ROWS = 13, 7
 # A room has something in it: a table, say.
 _FEWEST_TRIANGLES = 12
+# A room is hidden where half of what is seen from outside is a wall within this share of the
+# way through it; it is full where so many of its triangles are not of the walls.
+_NEAR_WALL, _FULL = 0.25, 0.9
 # Walls in so many of these directions keep light out.
 _DIRECTIONS, _SURROUNDED = 128, 0.9
 # Of more copies of triangles than these none is looked at.
@@ -47,12 +50,15 @@ class Interior:
         Of the triangles that hide most.
     is_content : ndarray, shape (T,)
         Whether they are not of the walls.
+    content_share : float
+        Of all triangles.
     """
 
     low: FloatArray
     high: FloatArray
     corners: FloatArray
     is_content: NDArray[np.bool_]
+    content_share: float
 
     def camera(self, fov_y: float, exposure: float) -> Camera:
         """Return the camera near the walls, level, that sees far and most of what is there."""
@@ -72,10 +78,11 @@ class Interior:
                     exposure=exposure,
                 )
                 distance, shows = self._seen(position, _rays(camera))
+                far = np.clip(distance / self._diagonal, 1e-3, 1.0)
                 # Of distances the logarithm: what is close hides much.
-                seen = float(np.log(distance).mean() + _CONTENT_WEIGHT * shows.mean())
-                if seen > best:
-                    best, chosen = seen, camera
+                seen = np.log(far) + _CONTENT_WEIGHT * (shows & (far > _TOO_NEAR))
+                if seen.mean() > best:
+                    best, chosen = float(seen.mean()), camera
         assert chosen is not None
         return chosen
 
@@ -85,15 +92,32 @@ class Interior:
         turn = np.pi * (1.0 + 5.0**0.5) * np.arange(_DIRECTIONS)
         flat = np.sqrt(1.0 - up**2)
         around = np.stack([flat * np.cos(turn), up, flat * np.sin(turn)], axis=1)
-        farthest = float(np.linalg.norm(self.high - self.low))
-        return float((self._seen(place, around)[0] < farthest).mean()) >= _SURROUNDED
+        return float(np.isfinite(self._seen(place, around)[0]).mean()) >= _SURROUNDED
+
+    def hides_from(self, camera: Camera) -> bool:
+        """Return whether there is much in it, which a camera outside does not see for walls."""
+        rays, place = _rays(camera), np.asarray(camera.position)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ends = [(corner - place) / rays for corner in (self.low, self.high)]
+        enters, leaves = np.minimum(*ends).max(axis=1), np.maximum(*ends).min(axis=1)
+        meets = enters < leaves
+        depth = (self._seen(place, rays[meets])[0] - enters[meets]) / (leaves - enters)[meets]
+        depth = depth[np.isfinite(depth)]
+        is_full = len(depth) > 0 and self.content_share >= _FULL
+        return is_full and bool(np.median(depth) < _NEAR_WALL)
+
+    @property
+    def _diagonal(self) -> float:
+        return float(np.linalg.norm(self.high - self.low))
 
     def lamp(self, camera: Camera) -> RectangleLight:
         """Return a light below the ceiling, over the middle of what the camera looks at."""
         extent = self.high - self.low
         ahead = math3d.normalized(np.subtract(camera.target, camera.position))
-        free = float(self._seen(np.asarray(camera.position), ahead[None])[0][0])
-        place = camera.position + ahead * min(0.5 * free, float(camera.distance))
+        free = min(
+            float(self._seen(np.asarray(camera.position), ahead[None])[0][0]), self._diagonal
+        )
+        place = camera.position + ahead * min(0.5 * free, camera.distance)
         up = np.array([[0.0, 1.0, 0.0]])
         height = float(self._seen(place, up)[0][0])
         place[1] += min(height, float(self.high[1] - place[1])) - _PANEL_GAP * extent[1]
@@ -115,7 +139,7 @@ class Interior:
     ) -> tuple[FloatArray, NDArray[np.bool_]]:
         """Return what is seen from `origin` (3,) along unit `directions` (N, 3).
 
-        Its distance (N,), and whether it is not of the walls (N,).
+        Its distance (N,), infinite where nothing is, and whether it is not of the walls (N,).
         """
         a, b, c = np.moveaxis(self.corners - origin, 1, 0)
         normal = np.cross(b - a, c - a)
@@ -126,11 +150,9 @@ class Interior:
         offset = (normal * a).sum(axis=1)[:, None]
         distance = np.where(inside & (along * offset > 0.0), offset, np.inf)
         distance = np.divide(distance, along, out=distance, where=np.isfinite(distance))
-        farthest = float(np.linalg.norm(self.high - self.low))
         first = distance.argmin(axis=0)
         nearest = distance[first, np.arange(len(directions))]
-        shows = self.is_content[first] & (nearest > _TOO_NEAR * farthest) & np.isfinite(nearest)
-        return np.clip(nearest, 1e-3 * farthest, farthest), shows
+        return nearest, self.is_content[first] & np.isfinite(nearest)
 
 
 def interior_of(
@@ -156,7 +178,9 @@ def interior_of(
         return None
     area = lengths_of_rows(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
     largest = np.argsort(-area, kind="stable")[:_MAX_TRIANGLES]
-    return Interior(part.low, part.high, corners[largest], is_content[largest])
+    return Interior(
+        part.low, part.high, corners[largest], is_content[largest], float(is_content.mean())
+    )
 
 
 def room_around(

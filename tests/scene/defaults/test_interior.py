@@ -69,6 +69,24 @@ def test_bodies_are_seen_from_outside() -> None:
     assert is_closed(room())
 
 
+def test_a_full_room_is_stood_in_where_something_sticks_out_of_a_wall() -> None:
+    """Walls on five sides of the box that holds all: the sixth looks open, and is not."""
+    walls = [placed((-0.1, -0.1, -0.1), tuple(SIZE + 0.1)), *room()]
+    sill = placed((5.1, 0.9, 1.5), (6.0, 1.0, 2.5))
+    things = [
+        placed((x, 0.2, z), (x + 0.2, 0.7, z + 0.2)) for x in (1.0, 2.0, 3.0) for z in (1.0, 2.0)
+    ]
+    bare, full = [*walls, sill], [*walls, sill, *things * 8]
+    for items, is_within in ((bare, False), (full, True)):
+        place = np.array(frame(MESHES, items, 40.0, 0.0).position)
+        assert bool(((place > 0.0) & (place < SIZE)).all()) is is_within
+    # Without that wall one looks into it from there.
+    open_side = [placed((-0.1, y, -0.1), (6.0, y + 0.01, 4.1)) for y in (-0.1, 2.7)]
+    open_side += [placed((-0.1, -0.1, z), (6.0, 2.7, z + 0.01)) for z in (-0.1, 4.1)]
+    open_side += [placed((-0.1, -0.1, -0.1), (-0.09, 2.7, 4.1)), *things * 8]
+    assert frame(MESHES, open_side, 40.0, 0.0).position[0] > 6.0
+
+
 def test_walls_all_around_a_camera_keep_light_out_however_they_face() -> None:
     house = [placed((-0.1, -0.1, -0.1), tuple(SIZE + 0.1)), *room()]
     middle = Camera((2.5, 1.3, 2.6), (2.5, 1.3, 0.0))
