@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
+from shaders.harness import unit
 
 COUNT = 100_000
 # One in so many inputs is an edge.
@@ -20,10 +21,6 @@ EDGE_SHARE = 50
 def float32(values):
     """Return float64 numbers that float32 holds exactly."""
     return np.asarray(values, np.float32).astype(np.float64)
-
-
-def unit(vectors):
-    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
 def batches(examples=12, **strategies):

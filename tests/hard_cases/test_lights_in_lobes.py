@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from oracle.brdf import Brdf, visible_normal
-from shaders.harness import evaluate, reflectance_texture
+from shaders.harness import evaluate, reflectance_texture, unit
 
 from ssdo_gl.effects.tables.gloss_tables import reflectance_table
 
@@ -24,10 +24,6 @@ Brdf brdf = Brdf(vec3(0.0), f0, 1.0, roughness);
 return gloss_of_area(brdf, light, vec3(0.0), normal, w_out);"""
 DEFINES = {"GLOSSY": 1, "LIGHT_FORM": 2}
 ONCE = reflectance_table()[..., 2].astype(np.float64)
-
-
-def unit(vectors):
-    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
 def dot(a, b):

@@ -25,6 +25,11 @@ _GLSL = {  # texture dtype -> sampler prefix, scalar type, vector prefix, NumPy 
 }
 
 
+def unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return vectors (..., N) of length 1."""
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=-1, keepdims=True))
+
+
 def evaluate(
     gl: moderngl.Context,
     shaders: ShaderLibrary,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from oracle.brdf import Brdf
-from shaders.harness import evaluate, reflectance_texture
+from shaders.harness import evaluate, reflectance_texture, unit
 
 from ssdo_gl.effects.tables.gloss_tables import TABLE_SIZE, reflectance_table
 
@@ -21,10 +21,6 @@ return light.radiance + diffuse_radiance_towards(brdf, normal, w_out, light.irra
 LAYER_ONCE = """
 Brdf brdf = Brdf(vec3(0.0), f0, f90, roughness);
 return layer_reflectance(brdf, cosine) / rescattered(brdf, cosine);"""
-
-
-def unit(vectors):
-    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
 def surfaces(rng, metal):

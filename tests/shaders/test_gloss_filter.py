@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from oracle.brdf import Brdf
-from shaders.harness import evaluate
+from shaders.harness import evaluate, unit
 
 from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.frame import FrameView
@@ -30,10 +30,6 @@ light.numbers = vec2(0.0);
 ivec2 texel = ivec2(gl_FragCoord.xy);
 vec3 n = gbuffer_shading_normal_vs(texel);
 return distribution_of_light(light, gbuffer_position_vs(texel), n, alpha);"""
-
-
-def unit(vectors):
-    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
 def leaning(slope_x, slope_y=0.0):

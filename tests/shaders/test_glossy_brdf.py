@@ -60,11 +60,7 @@ def at(given, normals, w_outs, grazing=89.99, count=COUNT):
     lowest = np.cos(np.radians(grazing))
     low = np.abs(cosine) < lowest
     w_out[low] += (lowest - np.abs(cosine[low]))[:, None] * normal[low]
-    return {**given(count), "normal": normal, "w_out": float32(unit_rows(w_out))}
-
-
-def unit_rows(vectors):
-    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+    return {**given(count), "normal": normal, "w_out": float32(unit(w_out))}
 
 
 def shader(gl, shaders, body, inputs, components):

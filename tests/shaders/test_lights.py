@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from oracle import lambert_polygon
-from shaders.harness import evaluate
+from shaders.harness import evaluate, unit
 
 from ssdo_gl.scene.lights import SpotLight
 
@@ -24,10 +24,6 @@ Light make(int kind, vec3 place, vec3 axis, vec3 half_v, vec2 cone) {
                  cone);
 }
 """
-
-
-def unit(vectors):
-    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
 def corners_of(c, u, v):

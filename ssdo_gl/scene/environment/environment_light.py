@@ -82,9 +82,9 @@ def _map_irradiance(environment: MapEnvironment, normals: FloatArray) -> FloatAr
     image = environment.world_image()
     height, width = image.shape[:2]
     row_count = _patch_count(height, _PATCH_ROWS)
-    rows = _overlaps(_cosine_edges(height), _cosine_edges(row_count))
+    rows = overlaps(cosine_edges(height), cosine_edges(row_count))
     column_count = _patch_count(width, _PATCH_COLUMNS)
-    columns = _overlaps(np.linspace(0, 1, width + 1), np.linspace(0, 1, column_count + 1))
+    columns = overlaps(np.linspace(0, 1, width + 1), np.linspace(0, 1, column_count + 1))
     patches = np.einsum("rh,hwc,kw->rkc", rows, image, columns, optimize=True)
     # The vector irradiance of each patch, integral of w dw, in closed form: a patch
     # wholly above the horizon then counts exactly.
@@ -117,13 +117,19 @@ def _patch_count(texels: int, wanted: int) -> int:
     return wanted if texels >= wanted else texels * -(-wanted // texels)
 
 
-def _cosine_edges(count: int) -> FloatArray:
+def cosine_edges(count: int) -> FloatArray:
     """Return 1 - cosine at the edges of rows, by which solid angle is linear: 0 to 2."""
     return 1.0 - np.cos(np.linspace(0.0, np.pi, count + 1))
 
 
-def _overlaps(source: FloatArray, target: FloatArray) -> FloatArray:
-    """Return (T, S) weights that average S source cells into T target cells by overlap."""
+def overlaps(source: FloatArray, target: FloatArray) -> FloatArray:
+    """Return (T, S) weights that average S source cells into T target cells by overlap.
+
+    Parameters
+    ----------
+    source, target : ndarray, shape (S + 1,), (T + 1,)
+        Edges of the cells, ascending.
+    """
     low = np.maximum(target[:-1, None], source[None, :-1])
     high = np.minimum(target[1:, None], source[None, 1:])
     shared = np.maximum(high - low, 0.0)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.environment.environment_kinds import Environment
-from ssdo_gl.scene.environment.environment_light import radiance_image
+from ssdo_gl.scene.environment.environment_light import cosine_edges, overlaps, radiance_image
 
 # Level k is blurred by a lobe of width alpha = 2^(k - 6), and each level has half the texels
 # of the one before along each side: a texel is 0.8 of the lobe's half width in all of them.
@@ -76,18 +76,9 @@ def lobe_gains(alpha: float, degrees: int) -> FloatArray:
 
 def _resized(image: FloatArray, height: int, width: int) -> FloatArray:
     """Average `image` over larger texels, by solid angle; smaller ones repeat it."""
-    rows = _overlap(1.0 - np.cos(np.linspace(0.0, np.pi, image.shape[0] + 1)),
-                    1.0 - np.cos(np.linspace(0.0, np.pi, height + 1)))  # fmt: skip
-    columns = _overlap(np.linspace(0, 1, image.shape[1] + 1), np.linspace(0, 1, width + 1))
+    rows = overlaps(cosine_edges(image.shape[0]), cosine_edges(height))
+    columns = overlaps(np.linspace(0, 1, image.shape[1] + 1), np.linspace(0, 1, width + 1))
     return np.asarray(columns @ np.tensordot(rows, image, 1))
-
-
-def _overlap(source: FloatArray, target: FloatArray) -> FloatArray:
-    """Return (T, S) weights that average cells with edges `source` into those of `target`."""
-    low = np.maximum(target[:-1, None], source[None, :-1])
-    high = np.minimum(target[1:, None], source[None, 1:])
-    shared = np.maximum(high - low, 0.0)
-    return np.asarray(shared / shared.sum(axis=1, keepdims=True))
 
 
 def _legendre(cosine: FloatArray, degrees: int) -> FloatArray:
