@@ -54,6 +54,31 @@ class TornSurfels:
         """Number of surfels, all parts counted."""
         return len(self.positions)
 
+    def uncovered(self, covered: IntArray) -> TornSurfels:
+        """Return the surfels with open points in place of covered ones.
+
+        Rays that meet a surfel seldom meet it under a rug or behind a picture, and the light that
+        is missing there must not be missing beside it.
+
+        Parameters
+        ----------
+        covered : ndarray, shape (S,)
+            A bit for each point.
+        """
+        is_covered = (covered[:, None] >> np.arange(POINT_COUNT) & 1) != 0
+        chosen = np.flatnonzero(is_covered.any(axis=1) & ~is_covered.all(axis=1))
+        open_first = np.argsort(is_covered[chosen], axis=1, kind="stable")
+        count = POINT_COUNT - is_covered[chosen].sum(axis=1)
+        in_turn = np.arange(POINT_COUNT) % count[:, None]
+        kept = np.tile(np.arange(POINT_COUNT), (self.count, 1))
+        kept[chosen[:, None], open_first] = np.take_along_axis(open_first, in_turn, axis=1)
+        return replace(
+            self,
+            positions=np.take_along_axis(self.positions, kept[..., None], axis=1),
+            normals=np.take_along_axis(self.normals, kept, axis=1),
+            sources=np.take_along_axis(self.sources, kept, axis=1),
+        )
+
     def _weights(self, chosen: IntArray) -> tuple[FloatArray, FloatArray]:
         """Of points of N surfels the weights of corners, (N, 16, 3), and sides: 1 front, -1 back.
 

@@ -25,6 +25,8 @@ MEAN_BOUND = 0.05
 RELMSE_BOUND = 0.03
 # Light from outside, with probes there, too: .89 too much where it is spread over all of the plane.
 BESIDE_SKY_BOUND = 0.3
+# .09 too little where what pictures cover counts as much as the wall between them.
+PICTURES_BOUND = 0.03
 # Part of the light of the lit room that may come through a wall of 1/1000 of its width.
 LEAK_BOUND = 1e-3
 # .17 too much where a glossy floor sends on as much of the spot as of light from everywhere.
@@ -67,6 +69,15 @@ def test_a_glossy_floor_sends_on_less_of_what_arrives_upright() -> None:
         for method, settings in (("gi", {}), ("reference-gi", {"spp": 256}))
     )
     assert found == pytest.approx(reference, rel=GLOSS_BOUND)
+
+
+def test_pictures_do_not_darken_what_the_wall_beside_them_sends_on() -> None:
+    """Dark ones hang a millimetre before two walls and cover four ninths of them."""
+    found, reference = (
+        picture("panels", method, **settings).mean()
+        for method, settings in (("gi", {}), ("reference-gi", {"spp": 128}))
+    )
+    assert found == pytest.approx(reference, rel=PICTURES_BOUND)
 
 
 def test_next_to_nothing_comes_through_a_thin_wall() -> None:

@@ -6,6 +6,7 @@ from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.texture import make_texture
@@ -94,9 +95,8 @@ class SurfelsPass(RenderPass):
             spare = min(int(STRIP_SHARE * most), MOST_SURFELS - most)
             whole = build_surfels(bvh, most, self.settings.texel, spare, SPARSE_SURFELS)
             surfels = torn(whole, bvh, *self._walls(context, whole), MOST_SURFELS)
+            surfels = surfels.uncovered(self._covers(context, surfels))
             made = SurfelSet(surfels, topology)
-        points = np.empty((*surfels.positions.shape[:2], 4), dtype=np.uint32)
-        points[..., :3], points[..., 3] = surfels.positions.view(np.uint32), surfels.normals
         splits = np.zeros((made.count, 2, 4), dtype=np.float32)
         splits[:, 0], splits[:, 1, 0] = surfels.planes, surfels.others
         named = made.surfels.places.of(bvh)
@@ -104,10 +104,24 @@ class SurfelsPass(RenderPass):
         places = np.zeros((rows * SLOTS_PER_ROW, 2), dtype=np.uint32)
         places[: len(named)] = named
         return {
-            "surfel_points": TextureWithFacts(upload(gl, points), made),
+            "surfel_points": TextureWithFacts(upload(gl, _words(surfels)), made),
             "surfel_places": make_texture(gl, (SLOTS_PER_ROW, rows), 2, "u4", places.tobytes()),
             "surfel_splits": upload(gl, splits),
         }
+
+    def _covers(self, context: PassContext, surfels: TornSurfels) -> IntArray:
+        """Return which points of each surfel something flat covers, a bit each."""
+        rows = surfel_rows(surfels.count)
+        covered = make_texture(context.gl, (SURFELS_PER_ROW, rows), 1, "u4")
+        program = context.shaders.fullscreen(
+            "passes/surfel_covers.frag", ray_defines(context, self.features)
+        )
+        uniforms = {**ray_uniforms(context), "u_surfel_rows": rows}
+        textures = {f"t_{name}": context.inputs[name] for name in self.reads}
+        textures["t_surfel_points"] = upload(context.gl, _words(surfels))
+        with drawing_into(context.gl, covered) as target:
+            draw_fullscreen(context.gl, program, target, uniforms, textures)
+        return np.frombuffer(covered.read(), dtype=np.uint32)[: surfels.count].astype(np.int64)
 
     def _walls(self, context: PassContext, surfels: Surfels) -> tuple[IntArray, FloatArray]:
         """Return what each line across each surfel meets, and how far along."""
@@ -126,6 +140,13 @@ class SurfelsPass(RenderPass):
         words = np.frombuffer(met.read(), dtype=np.uint32).reshape(lines, -1, 2)
         words = words[:, : surfels.count].swapaxes(0, 1)
         return words[..., 0].astype(np.int64), words[..., 1].copy().view(np.float32)
+
+
+def _words(surfels: TornSurfels) -> NDArray[np.uint32]:
+    """Return points and normals, (S, 16, 4), as `surfel_points` holds them."""
+    words = np.empty((*surfels.positions.shape[:2], 4), dtype=np.uint32)
+    words[..., :3], words[..., 3] = surfels.positions.view(np.uint32), surfels.normals
+    return words
 
 
 @dataclass(frozen=True, eq=False)
