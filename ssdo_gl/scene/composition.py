@@ -29,6 +29,8 @@ from ssdo_gl.suggestion import suggestion
 SOURCE = "scene"
 # Where normals are to be made: triangles that lean by more show an edge.
 CREASE_DEGREES = LoadOptions.crease_angle
+# Colours may leave [0, 1] by a step of half floats near 1, as conversions between spaces do.
+_COLOR_ROUNDING = 2.0**-10
 
 
 @dataclass(frozen=True)
@@ -78,6 +80,12 @@ def _linear_colors(colors: ArrayLike) -> FloatArray:
     if array.dtype == np.uint8:
         values /= 255.0
         values[:, :3] = linear_from_srgb(values[:, :3])
+    beyond = (values < -_COLOR_ROUNDING) | (values > 1.0 + _COLOR_ROUNDING)
+    if beyond.any():  # whole numbers up to 255 of another type than uint8, most often
+        first = int(np.argmax(beyond.any(axis=1)))
+        raise SceneError(
+            f"colors[{first}] = {values[first].tolist()}: expected numbers from 0 to 1, or uint8"
+        )
     return np.column_stack([values, np.ones(len(values))]) if array.shape[1] == 3 else values
 
 

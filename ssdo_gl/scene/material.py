@@ -137,6 +137,9 @@ class Material:
     def __post_init__(self) -> None:
         for name in ("albedo", "emission", "specular_color"):
             object.__setattr__(self, name, light_numbers(name, getattr(self, name)))
+        # Beyond 1, light that bounces would grow without end.
+        if max(self.albedo) > 1.0:
+            raise SettingError(f"albedo = {self.albedo}: expected numbers from 0 to 1")
         for name in ("metallic", "roughness", "specular", "alpha"):
             share = getattr(self, name)
             if not (isinstance(share, Real) and 0.0 <= float(share) <= 1.0):

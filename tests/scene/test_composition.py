@@ -63,6 +63,10 @@ def test_arrays_make_the_picture_of_their_file(tmp_path):
         ({"normals": [[0, 1, 0]]}, r"normals: expected shape \(4, 3\), got \(1, 3\)"),
         ({"normals": "sharp"}, "normals = 'sharp': expected an array, 'smooth' or None"),
         ({"uvs": QUAD}, r"uvs: expected shape \(4, 2\), got \(4, 3\)"),
+        (
+            {"colors": [[0, 1, 0]] * 3 + [[0, 200, 30]]},
+            r"colors\[3\] = \[0.0, 200.0, 30.0\]: expected numbers from 0 to 1, or uint8",
+        ),
         ({"colors": [[1, 1]]}, r"colors: expected numbers of shape \(V, 3\) or \(V, 4\)"),
         ({"transform": np.eye(3)}, r"transform: expected affine matrices, .* got shape \(3, 3\)"),
         ({"transform": np.zeros((4, 4))}, "another last row than 0 0 0 1"),
@@ -249,6 +253,10 @@ def test_a_renderer_refuses_a_scene_that_cannot_be_drawn(changes, message):
         ),
         (lambda: Material(albedo="red"), "albedo = 'red': expected three numbers"),
         (lambda: Material(emission=(1, -1, 1)), "emission = .*: expected numbers from 0 on"),
+        (
+            lambda: Material(albedo=(0, 2, 0)),
+            "albedo = .*: expected numbers from 0 to 1",
+        ),
         (lambda: Material(roughness=7), "roughness = 7: expected a number from 0 to 1"),
         (lambda: Material(metallic=float("nan")), "metallic = nan: expected a number from 0 to 1"),
     ],
