@@ -108,7 +108,7 @@ def _focus(viewer: Viewer, host: Host, number: int) -> None:
 def _fit(viewer: Viewer, host: Host, number: int) -> None:
     viewer.tour.stop()
     width, height = viewer.picture_size
-    viewer.flight = fit(viewer.flight, viewer.bounds, width / height)
+    viewer.flight = fit(viewer.flight, viewer.fit_bounds, width / height)
 
 
 def _pivot(viewer: Viewer, host: Host, number: int) -> None:

@@ -53,8 +53,10 @@ class SceneFlight:
     material : int or None
         Which one is edited, an index into those of `loaded`.
     bounds : (ndarray, ndarray)
-        Corners of the scene, world space; `diagonal` is the distance between them, in a scene
-        that is framed between those of its main part.
+        Corners of the scene, world space.
+    fit_bounds : (ndarray, ndarray)
+        The same, of a scene that is framed those of its main part; `diagonal` is the distance
+        between them.
     flight : Flight
     clock : Clock
     tour : Tour
@@ -63,8 +65,8 @@ class SceneFlight:
 
     # All that a file or a key may change, for a way back.
     _STATE: tuple[str, ...] = (
-        *("source", "loaded", "original", "scene", "lights", "lights_on", "bounds", "diagonal"),
-        *("flight", "clock", "tour", "material", "_obstacles"),
+        *("source", "loaded", "original", "scene", "lights", "lights_on", "bounds"),
+        *("fit_bounds", "diagonal", "flight", "clock", "tour", "material", "_obstacles"),
     )
 
     def __init__(self, folder: Path) -> None:
@@ -80,8 +82,8 @@ class SceneFlight:
         self.material: int | None = None
         self.bounds: tuple[FloatArray, FloatArray] = scene.bounds()
         part = scene.main_part()
-        ends = (part.low, part.high) if scene.is_framed else self.bounds
-        self.diagonal = float(np.linalg.norm(ends[1] - ends[0]))
+        self.fit_bounds = (part.low, part.high) if scene.is_framed else self.bounds
+        self.diagonal = float(np.linalg.norm(self.fit_bounds[1] - self.fit_bounds[0]))
         self.flight: Flight = start_flight(camera or scene.camera, self.diagonal)
         self.clock = Clock.of(scene.moves)
         self._obstacles: Obstacles | None = None

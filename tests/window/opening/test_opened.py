@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from window.driven_viewer import SETTINGS, FakeHost, said, settle
+from window.driven_viewer import SETTINGS, FakeHost, ask, said, settle
 
 from ssdo_gl.bench.presets import load_preset
 from ssdo_gl.window import scene_flight
@@ -41,6 +41,22 @@ def test_dropped_model_replaces_the_scene(gl, viewer, tmp_path) -> None:
     assert viewer.diagonal == pytest.approx(100.0 * 2**0.5)
     assert not np.array_equal(viewer.presenter.pixels(), before)
     assert viewer.presenter.pixels().std() > 5.0
+
+
+def test_a_stray_decides_neither_the_pace_nor_what_fits_the_view(gl, viewer, tmp_path) -> None:
+    model = tmp_path / "stray.obj"
+    faces = "f 1 2 3\nf 1 3 4\nf 1 4 2\nf 2 4 3\n"
+    body = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
+    model.write_text(body + faces)
+    assert open_file(str(model), viewer)
+    diagonal = viewer.diagonal
+    ask(viewer, Command.FIT)
+    expected = np.add(viewer.flight.position, viewer.flight.glide)
+    model.write_text(f"{body}v 500 0 0\nv 500.1 0 0\nv 500 0.1 0\n{faces}f 5 6 7\n")
+    assert open_file(str(model), viewer)
+    assert viewer.diagonal == diagonal
+    ask(viewer, Command.FIT)
+    assert np.allclose(np.add(viewer.flight.position, viewer.flight.glide), expected)
 
 
 def test_dropped_preset_is_taken_over_and_a_bad_one_is_not(gl, viewer, tmp_path) -> None:
