@@ -9,8 +9,7 @@ from __future__ import annotations
 import os
 import sys
 import weakref
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from ctypes.util import find_library
 from functools import cache, cached_property
 from types import ModuleType
@@ -27,6 +26,7 @@ from ssdo_gl.gpu.context_owner import (
     note_process,
 )
 from ssdo_gl.gpu.driver_cache import leave_full_disk_alone
+from ssdo_gl.gpu.glfw_use import GLFW_USE, GlfwLoader, errors_of
 
 BACKENDS = ("auto", "egl", "osmesa", "window")
 
@@ -250,13 +250,13 @@ def _create_with_glfw(
     glfw: ModuleType, backend: str, platform: int, hints: dict[int, int]
 ) -> Device:
     """Return a device whose context belongs to an invisible GLFW window."""
-    with _errors_of(glfw) as errors:
-        _GLFW_USE.begin(glfw, platform, errors)
+    with errors_of(glfw) as errors:
+        GLFW_USE.begin(glfw, platform, errors)
 
         def close() -> None:
             if window:
                 glfw.destroy_window(window)
-            _GLFW_USE.end(glfw)
+            GLFW_USE.end(glfw)
 
         glfw.default_window_hints()
         required = {
@@ -281,7 +281,7 @@ def _create_with_glfw(
 
 
 def _adopt_glfw(glfw: ModuleType, backend: str, close: Callable[[], None]) -> Device:
-    settings: dict[str, Any] = {"context": _GlfwLoader(glfw)}
+    settings: dict[str, Any] = {"context": GlfwLoader(glfw)}
     gl = moderngl.create_context(require=_REQUIRED_VERSION, **settings)
     return _checked(gl, backend, close)
 
@@ -295,82 +295,6 @@ def _checked(gl: moderngl.Context, backend: str, close: Callable[[], None] | Non
     device = Device(gl, backend, close)
     device.destroy_when_dropped()
     return device
-
-
-class _GlfwUse:
-    """Keeps GLFW initialised for as long as one of our windows lives.
-
-    GLFW is one per process: terminating it destroys every window, other people's too.
-    """
-
-    def __init__(self) -> None:
-        self._window_count = 0
-        self._is_ours = False
-
-    def begin(self, glfw: ModuleType, platform: int, errors: list[str]) -> None:
-        """Initialise GLFW for one more window on `platform`; raise if it cannot be."""
-        current = glfw.get_platform()
-        errors.clear()  # Asking before initialisation is an error to GLFW, not to us.
-        if not current:
-            glfw.init_hint(glfw.PLATFORM, platform)
-            if not glfw.init():
-                raise ContextError("; ".join(errors) or "GLFW does not initialise")
-            self._is_ours = True
-        elif (current == glfw.PLATFORM_NULL) != (platform == glfw.PLATFORM_NULL):
-            kind = "without" if current == glfw.PLATFORM_NULL else "with"
-            raise ContextError(f"GLFW is already in use {kind} a display in this process")
-        self._window_count += 1
-
-    def end(self, glfw: ModuleType) -> None:
-        """Terminate GLFW with the last of our windows, if nobody else initialised it."""
-        self._window_count -= 1
-        if self._is_ours and self._window_count == 0:
-            self._is_ours = False
-            glfw.terminate()
-
-
-_GLFW_USE = _GlfwUse()
-
-
-class _GlfwLoader:
-    """What moderngl asks for functions when the context was made by GLFW.
-
-    Its own way of finding a context knows X11 and EGL only.
-    """
-
-    def __init__(self, glfw: ModuleType) -> None:
-        self._glfw = glfw
-        self._window = glfw.get_current_context()
-
-    def load_opengl_function(self, name: str) -> int:
-        return int(self._glfw.get_proc_address(name) or 0)
-
-    load = load_opengl_function
-
-    def release(self) -> None:
-        """Do nothing: the window owns the context."""
-
-    def __enter__(self) -> None:
-        """Make the window's context current."""
-        self._glfw.make_context_current(self._window)
-
-    def __exit__(self, *fault: object) -> None:
-        """Do nothing."""
-
-
-@contextmanager
-def _errors_of(glfw: ModuleType) -> Iterator[list[str]]:
-    """Collect GLFW's messages, which it would otherwise issue as warnings."""
-    errors: list[str] = []
-
-    def collect(code: int, message: bytes) -> None:
-        errors.append(message.decode("utf-8", "replace"))
-
-    previous = glfw.set_error_callback(collect)
-    try:
-        yield errors
-    finally:
-        glfw.set_error_callback(previous)
 
 
 def _one_line(error: BaseException) -> str:
