@@ -12,6 +12,50 @@ layout(location = 0) out vec4 o_irradiance;
 
 const uint DIMENSION_GROUP = 1u;
 const uint DIMENSION_LIGHT = 2u;  // two for each group
+// The light of a lamp within so many sizes of a surfel changes across it: all points ask for it.
+const float NEAR_SIZES = 4.0;
+const int MOST_LOOKED_AT = 16;  // emitters of a group
+
+// Of the points, which lie in 4 x 4 cells, number i in an order in which any few in turn are spread
+// over the surfel: a (0, 2)-sequence (Sobol 1967), mirrored by the bits of `flip`.
+int spread_point(int i, uint flip)
+{
+    uint bits = uint(i);
+    uint x = (bits & 1u) << 1 | (bits >> 1 & 1u);
+    uint odd = bits >> 1 ^ bits >> 3;
+    uint y = ((bits ^ bits >> 2 ^ odd) & 1u) << 1 | (odd & 1u);
+    return int((y << 2 | x) ^ flip);
+}
+
+float surfel_size(ivec2 surfel)
+{
+    vec3 one = surfel_point(surfel, 15).position - surfel_point(surfel, 0).position;
+    vec3 other = surfel_point(surfel, 12).position - surfel_point(surfel, 3).position;
+    return sqrt(max(dot(one, one), dot(other, other)));
+}
+
+float squared_distance(Emitter e, vec3 p)
+{
+    bool is_surface = e.kind == EMITTER_PARALLELOGRAM || e.kind == EMITTER_TRIANGLE;
+    if (e.kind == EMITTER_MAP || !is_surface && light_form(e.kind - EMITTER_LIGHT) == FORM_PARALLEL)
+        return 1e30;
+    vec3 d = p - e.place;
+    if (is_surface) {
+        d -= clamp(dot(d, e.edge_u.xyz) / max(dot(e.edge_u.xyz, e.edge_u.xyz), 1e-30), 0.0, 1.0) * e.edge_u.xyz;
+        d -= clamp(dot(d, e.edge_v.xyz) / max(dot(e.edge_v.xyz, e.edge_v.xyz), 1e-30), 0.0, 1.0) * e.edge_v.xyz;
+    }
+    return dot(d, d);
+}
+
+bool is_near(EmitterGroup group, vec3 p, float reach)
+{
+    int stride = (group.count + MOST_LOOKED_AT - 1) / MOST_LOOKED_AT;
+    float least = 1e30;
+    for (int i = 0; i < group.count; i += stride) {
+        least = min(least, squared_distance(emitter_at(group.first + i), p));
+    }
+    return least < reach * reach;
+}
 
 void main()
 {
@@ -19,33 +63,41 @@ void main()
     int part = surfel.y / u_surfel_rows;
     surfel.y -= part * u_surfel_rows;
     uint seed = pixel_seed(surfel);
-    int ray_count = u_samples * (u_draws_groups ? 1 : u_emitter_group_count);
-    int points_per_sample = max(SURFEL_POINTS / max(u_samples, 1), 1);
+    vec3 middle = surfel_point(surfel, 5).position;
+    float near_reach = NEAR_SIZES * surfel_size(surfel);
+    int group_count = u_draws_groups ? 1 : u_emitter_group_count;
     vec4 sum = vec4(0.0);
-    for (int ray = part; ray < ray_count; ray += PART_COUNT) {
-        int g = ray / u_samples;
-        int i = ray - g * u_samples;
-        // Groups of few samples start from different points.
-        RaySurface at = surfel_point(surfel, (i * points_per_sample + g) % SURFEL_POINTS);
+    int i = part;
+    for (int g = 0; g < group_count; ++g) {
+        EmitterGroup group = emitter_group(g);
+        group.probability = 1.0;
+        bool asks_all = !u_draws_groups && u_samples < SURFEL_POINTS && is_near(group, middle, near_reach);
+        int samples = asks_all ? SURFEL_POINTS : max(u_samples, 1);
         uint dimension = DIMENSION_LIGHT + 2u * uint(g);
-        vec2 choice = random_2d(uint(i), seed, dimension, false);
-        vec2 u = random_2d(uint(i), seed, dimension + 1u, true);
-        EmitterGroup group;
-        if (u_draws_groups) {
-            float chance = random_2d(uint(i), seed, DIMENSION_GROUP, false).x;
-            group = draw_emitter_group(chance);
-        } else {
-            group = emitter_group(g);
-            group.probability = 1.0;
-        }
-        LightSample light = sample_group(group, choice, u, at.start);
-        vec3 arriving = unblocked_irradiance(at, light) / max(group.probability, 1e-30);
-        float reach = needed_reach(group, light, arriving, RAY_FAR);
+        vec4 of_group = vec4(0.0);
+        for (; i < samples; i += PART_COUNT) {
+            // Groups of few samples start from different points.
+            int point = (i + g * samples) % SURFEL_POINTS;
+            RaySurface at = surfel_point(surfel, spread_point(point, seed & 15u));
+            vec2 choice = random_2d(uint(i), seed, dimension, false);
+            vec2 u = random_2d(uint(i), seed, dimension + 1u, true);
+            if (u_draws_groups) {
+                float chance = random_2d(uint(i), seed, DIMENSION_GROUP, false).x;
+                group = draw_emitter_group(chance);
+            }
+            LightSample light = sample_group(group, choice, u, at.start);
+            vec3 arriving = unblocked_irradiance(at, light) / max(group.probability, 1e-30);
+            float reach = needed_reach(group, light, arriving, RAY_FAR);
 #if ENVIRONMENT_KIND == 3
-        bool is_map = emitter_at(group.first).kind == EMITTER_MAP;
-        arriving *= is_map ? 1.0 - share_of_own_rays(at, light.w, light.density) : 1.0;
+            bool is_map = emitter_at(group.first).kind == EMITTER_MAP;
+            arriving *= is_map ? 1.0 - share_of_own_rays(at, light.w, light.density) : 1.0;
 #endif
-        sum += light_is_blocked(at, light.w, reach) ? vec4(0.0) : light_of_surfel(at, light.w, arriving);
+            bool is_blocked = light_is_blocked(at, light.w, reach);
+            of_group += is_blocked ? vec4(0.0) : light_of_surfel(at, light.w, arriving);
+        }
+        // The parts take turns over all groups.
+        i -= samples;
+        sum += of_group / float(samples);
     }
-    o_irradiance = sum / float(max(u_samples, 1));
+    o_irradiance = sum;
 }

@@ -15,7 +15,7 @@ from ssdo_gl.scene.environment import Environment
 from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment, MapEnvironment
 from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
 from ssdo_gl.scene.geometry.shapes import box, quad, sphere
-from ssdo_gl.scene.lights import PointLight
+from ssdo_gl.scene.lights import PointLight, RectangleLight
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.scene import Scene
 
@@ -109,6 +109,25 @@ def test_surfels_find_the_sky_of_a_map_through_a_small_opening(device, shaders) 
     direct = direct[inside]
     np.testing.assert_allclose(direct.mean(), 0.1 * np.pi, rtol=0.02)
     assert direct.std() / direct.mean() < 0.35
+
+
+def test_lamps_close_to_walls_send_what_they_should(device, shaders) -> None:
+    """A closed black box receives pi times area and radiance of each of six lamps beside walls."""
+    inward = Mesh(box().positions, box().triangles[:, ::-1])
+    # They look down, a fiftieth of a texel from their wall, a third of one above a texel's edge.
+    lamps = tuple(
+        RectangleLight((x, 0.19, z), (0.02, 0.0, 0.0), (0.0, 0.0, 0.15), (1.0,) * 3, visible=False)
+        for x in (-0.499, 0.479)
+        for z in (-0.4, -0.1, 0.2)
+    )
+    black = Material(albedo=(0.0, 0.0, 0.0))
+    scene = Scene((inward,), (black,), (SceneObject(0, 0),), CAMERA, lamps)
+    filled = fill(device, shaders, scene, SurfaceCacheSettings(texel=0.08))
+    at = filled.positions
+    inside = np.abs(at).max(axis=1) < 0.5
+    # Six faces of area 1, cut into as many texels each. Two rays to a lamp leave 14 % too little.
+    received = 6.0 * filled.direct[inside, 0].mean()
+    np.testing.assert_allclose(received, 6 * np.pi * 0.02 * 0.15, rtol=0.06)
 
 
 def two_rooms(thickness: float, tessellation: int) -> Scene:
