@@ -42,7 +42,7 @@ vec4 traced(vec3 start, vec3 w)
     if (hit.record < 0)
         return vec4(0.0);
     Surface met = surface_at_hit(hit, start + from * w, w);
-    bool is_lamp = (met.flags & LIGHT_BODY_FLAG) != 0u;
+    bool is_lamp = counts_as_direct(met.flags, met.mean_emission);
     return vec4(cached_reflection(hit, met, w) + (is_lamp ? vec3(0.0) : met.emission), 1.0);
 }
 

@@ -4,6 +4,11 @@
 // nowhere else, but for a map's: see passes/surfel_sky.frag. Defines as in rays/surface_data.glsl and lib/environment.glsl;
 // PART_COUNT: parts in which the rays are traced, each in a tile of the image.
 #include "rays/surfel_points.glsl"
+#include "rays/emitter_tree.glsl"
+
+#if GLOW_IS_DIRECT
+uniform int u_tree_samples;
+#endif
 
 uniform int u_samples;          // of each group, or in all where they are drawn
 uniform bool u_draws_groups;    // too many to go through
@@ -12,6 +17,7 @@ layout(location = 0) out vec4 o_irradiance;
 
 const uint DIMENSION_GROUP = 1u;
 const uint DIMENSION_LIGHT = 2u;  // two for each group
+const uint DIMENSION_TREE = 0x10000u;
 // The light of a lamp within so many sizes of a surfel changes across it: all points ask for it.
 const float NEAR_SIZES = 4.0;
 const int MOST_LOOKED_AT = 16;  // emitters of a group
@@ -87,6 +93,9 @@ void main()
             }
             LightSample light = sample_group(group, choice, u, at.start);
             vec3 arriving = unblocked_irradiance(at, light) / max(group.probability, 1e-30);
+#if GLOW_IS_DIRECT
+            arriving = is_in_tree(group) ? vec3(0.0) : arriving;
+#endif
             float reach = needed_reach(group, light, arriving, RAY_FAR);
 #if ENVIRONMENT_KIND == 3
             bool is_map = emitter_at(group.first).kind == EMITTER_MAP;
@@ -99,5 +108,17 @@ void main()
         i -= samples;
         sum += of_group / float(samples);
     }
+#if GLOW_IS_DIRECT
+    for (int j = part; j < u_tree_samples; j += PART_COUNT) {
+        RaySurface at = surfel_point(surfel, j % SURFEL_POINTS);
+        LightSample light = sample_tree(at.start, at.normal,
+                                        random_2d(uint(j), seed, DIMENSION_TREE, false),
+                                        random_2d(uint(j), seed, DIMENSION_TREE + 1u, true));
+        vec3 arriving = unblocked_irradiance(at, light) / float(u_tree_samples);
+        float reach = is_dark(arriving) ? -1.0 : reach_toward_light(light.distance);
+        sum += light_is_blocked(at, light.w, reach) ? vec4(0.0)
+                                                    : light_of_surfel(at, light.w, arriving);
+    }
+#endif
     o_irradiance = sum;
 }

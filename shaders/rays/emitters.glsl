@@ -22,6 +22,7 @@
 #define EMITTER_TWO_SIDED 64
 #define EMITTER_BODY 128
 #define EMITTER_DIRECT 4
+#define EMITTER_TREE 24  // bodies that no light stands for (8), or rectangles within them (16)
 
 uniform sampler2D t_ray_emitters;
 uniform vec2 u_emitters_texel;
@@ -42,6 +43,7 @@ struct EmitterGroup {
     int count;
     int shadow;
     bool is_direct;      // its light is in the scene's lights
+    int tree;            // of EMITTER_TREE
     float probability;
 };
 
@@ -75,7 +77,8 @@ EmitterGroup emitter_group(int group)
 {
     vec4 head = emitter_group_texel(group, 0);
     int code = int(head.z);
-    return EmitterGroup(int(head.x), int(head.y), code & 3, code >= EMITTER_DIRECT, head.w);
+    return EmitterGroup(int(head.x), int(head.y), code & 3, (code & EMITTER_DIRECT) != 0,
+                        code & EMITTER_TREE, head.w);
 }
 
 // What is left of u in [0, 1), uniform again, once it has chosen a share that ends at `end`.

@@ -2,7 +2,11 @@
 //
 // RAY_SMOOTH_NORMALS, RAY_VERTEX_COLORS, RAY_TEXTURES, RAY_CUTOUTS,
 // RAY_SINGLE_SIDED, RAY_SECOND_UVS, RAY_NORMAL_MAPS, RAY_TANGENTS, GLOSSY: what the scene has.
+// GLOW_IS_DIRECT (default 0): all that glows counts as direct light.
 // Layouts: ssdo_gl/raytracing/surface_tables.py.
+#ifndef GLOW_IS_DIRECT
+#define GLOW_IS_DIRECT 0
+#endif
 #include "lib/octahedral.glsl"
 
 uniform usampler2D t_ray_surfaces;
@@ -66,6 +70,17 @@ vec4 material_texel(uint word, int texel)
 bool is_unshadowed_body(uint word)
 {
     return material_texel(word, 4).y > 0.5;
+}
+
+// Whether what a triangle emits, of that mean, arrives as direct light: rays do not gather it.
+bool counts_as_direct(uint word, float mean_emission)
+{
+#if GLOW_IS_DIRECT
+    // That of lights, and by rays to all other bodies; not of what is unlit, which has no mean.
+    return mean_emission > 0.0;
+#else
+    return (word & LIGHT_BODY_FLAG) != 0u;
+#endif
 }
 
 // Whether it is the body of a light that is direct and casts shadows.

@@ -13,7 +13,7 @@ from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ReasonedPass, Term
 from ssdo_gl.effects.methods import ALL, REFERENCES
 from ssdo_gl.effects.request import Request
-from ssdo_gl.effects.scene_lights import USELESS_LIGHTS, need_of_direct_light
+from ssdo_gl.effects.scene_lights import USELESS_LIGHTS, lights_of_glow, need_of_direct_light
 from ssdo_gl.effects.shadows import ShadowMapSettings, unread_maps
 from ssdo_gl.gpu.clear import clear
 from ssdo_gl.gpu.geometry import Geometry
@@ -112,6 +112,8 @@ class DirectPass(RenderPass):
         Read `shadow_atlas` for lights whose shadow is "map"; without it and rays they cast none.
     unread : frozenset of int
         Lights that are not in it.
+    elsewhere : frozenset of int
+        Lights that another pass brings.
     parts_per_side : int
         That of the shadow maps' settings.
     lifts : bool
@@ -131,6 +133,7 @@ class DirectPass(RenderPass):
         *,
         shadow_maps: bool = True,
         unread: frozenset[int] = frozenset(),
+        elsewhere: frozenset[int] = frozenset(),
         parts_per_side: int = 1,
         lifts: bool = False,
         glossy: bool = False,
@@ -139,6 +142,7 @@ class DirectPass(RenderPass):
         self.settings = settings or DirectSettings()
         self.shadow_maps = shadow_maps
         self._unread = unread
+        self._elsewhere = elsewhere
         self.parts_per_side = parts_per_side
         self.lifts = lifts
         self.glossy = glossy
@@ -164,6 +168,7 @@ class DirectPass(RenderPass):
             self.settings,
             self.shadow_maps,
             self._unread,
+            self._elsewhere,
             self.parts_per_side,
             self.lifts,
             self.glossy,
@@ -247,7 +252,7 @@ class DirectPass(RenderPass):
         chosen = {
             i: self._defines(light, smooth)
             for i, light in enumerate(lights)
-            if light.shadow != "ssdo" and light.power > 0
+            if light.shadow != "ssdo" and light.power > 0 and i not in self._elsewhere
         }
         return frames, atlas_layout(lights, unread).columns, chosen, stand_ins(scene)
 
@@ -300,6 +305,7 @@ class Direct(Effect):
             settings,
             shadow_maps=request.runs("shadow_map"),
             unread=unread_maps(request),
+            elsewhere=lights_of_glow(request),
             parts_per_side=maps.parts_per_side,
             lifts=has_shadows and is_smooth(request.scene),
             glossy=request.is_glossy,

@@ -32,5 +32,7 @@ class Emission(Effect):
         yield from ()
 
     def sends(self, request: Request) -> bool:
-        """Return whether any surface emits light that no light of the scene stands for."""
+        """Return whether any surface emits light that does not arrive as direct light."""
+        if request.runs("emitters") and request.content.has_glow:
+            return False
         return request.is_full or request.content.has_unlit_emission

@@ -247,7 +247,7 @@ class FarField(Effect):
     """Light from beyond R, and with it all light transport."""
 
     name = "far_field"
-    after = ("traced_shadows",)
+    after = ("emitters",)
     # As decisions call it.
     title = "far field"
     methods = frozenset({"gi"})
@@ -294,7 +294,7 @@ class FarField(Effect):
         is_steady = not request.content.has_translucency
         points = FarProbePointsPass(settings, is_steady=is_steady)
         yield points, "a probe for each tile of what is in view"
-        features = request.ray_features
+        features = replace(request.ray_features, glow_is_direct=request.runs("emitters"))
         sky = kind_of(request.scene.environment)
         gives_way = traces_own(request) and traces_in_motion(settings, sky)
         item = FarProbesPass(settings, features, is_steady=is_steady, gives_way=gives_way)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from ssdo_gl.effects.decisions import Decision
+from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.effects.request import Request, Shortcut
+from ssdo_gl.scene.light_bodies import stand_ins
 
 
 def _reason_to_drop_lights(request: Request) -> str | None:
@@ -17,6 +19,25 @@ def _reason_to_drop_lights(request: Request) -> str | None:
 
 
 USELESS_LIGHTS = Shortcut("useless lights", _reason_to_drop_lights, ("direct",))
+
+
+def takes_stand_ins(request: Request) -> bool:
+    """Return whether rays to glowing bodies take the place of sample rectangles within them.
+
+    Those are kept where gloss reflects them; traced shadows are of the bodies in any case.
+    """
+    content, settings = request.content, request.settings
+    by_gi = METHODS[settings.method].is_all_light and not settings.is_reference
+    by_maps = settings.chosen_shadows == "map"
+    return content.has_stand_ins and by_gi and by_maps and not content.has_gloss
+
+
+def lights_of_glow(request: Request) -> frozenset[int]:
+    """Return the sample rectangles whose light the effect `emitters` brings."""
+    if not (request.runs("emitters") and takes_stand_ins(request)):
+        return frozenset()
+    lights = request.scene.lights
+    return frozenset(i for i in stand_ins(request.scene) if lights[i].shadow == "map")
 
 
 def need_of_direct_light(request: Request) -> Decision:

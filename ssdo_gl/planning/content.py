@@ -52,7 +52,11 @@ class SceneContent:
     has_emission : bool
         Any surface emits, the bodies of lights included.
     has_unlit_emission : bool
-        Any surface emits light that no light of the scene stands for.
+        Any surface emits light, or shows its colour unlit, that no light of the scene stands for.
+    has_glow : bool
+        Any of these emits light.
+    has_stand_ins : bool
+        Sample rectangles, which cast shadows, stand for what another body emits.
     has_gloss : bool
         Any surface reflects more than diffuse light.
     has_translucency : bool
@@ -68,6 +72,8 @@ class SceneContent:
     has_albedo: bool
     has_emission: bool
     has_unlit_emission: bool
+    has_glow: bool
+    has_stand_ins: bool
     has_gloss: bool
     has_translucency: bool
     has_baked_occlusion: bool
@@ -106,6 +112,8 @@ def analyse(scene: Scene) -> SceneContent:
         has_albedo=any(max(material.albedo) > 0.0 for material in used),
         has_emission=any(material.emits or material.is_unlit for material in used),
         has_unlit_emission=bool(emits_unlit),
+        has_stand_ins=any(scene.lights[i].shadow == "map" for i in within),
+        has_glow=any(material.emits and not material.is_unlit for material in unlit),
         has_gloss=any(material.is_glossy for material in used),
         has_translucency=any(material.is_translucent for material in used),
         has_baked_occlusion=any(m.occlusion_texture is not None for m in used),

@@ -273,6 +273,8 @@ def _with_summed_light(pipeline: Pipeline) -> Pipeline:
     if not parts.isdisjoint(pipeline.resources) or [*map(type, readers)] != [CompositePass]:
         return pipeline
     bounce = next(item for item in order if isinstance(item, BouncePass))
+    if not any(signal.source in bounce.writes for signal in joined.signals):
+        return pipeline
     (added,) = (s.source for s in joined.signals if s.source not in bounce.writes)
     (signal,) = (s for s in joined.signals if s.source in bounce.writes)
 

@@ -15,13 +15,14 @@ from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.raytracing.bvh import Bvh
-from ssdo_gl.scene.light_bodies import body_lights
+from ssdo_gl.scene.light_bodies import body_lights, stand_ins
 from ssdo_gl.scene.lights import SHADOW_NUMBERS, Form, Light, kind_number
 from ssdo_gl.scene.scene import Scene
 
 # As rays/emitters.glsl numbers them. Lights without an area follow, by number of their kind.
 KIND_PARALLELOGRAM, KIND_TRIANGLE, KIND_MAP, KIND_LIGHT = range(4)
 TWO_SIDED_CODE, BODY_CODE = 64, 128
+DIRECT_CODE, UNLIT_CODE, STAND_IN_CODE = 4, 8, 16
 ENTRY_TEXELS = 8
 GROUP_TEXELS = 2
 # Corners of a quadrilateral may be off a parallelogram by this much of its extent: the
@@ -49,7 +50,8 @@ class EmitterTables:
         numbers of the image of holes, where they differ from those of the emission.
     groups : ndarray, shape (max(G, 1), 2, 4), float32
         Texels: 0 = first entry, number of entries, shadow mode + 4 if the group's light
-        counts as direct light, probability; 1 = cumulative probability including this
+        counts as direct light + 8 if it is all bodies that no light of the scene stands for
+        + 16 if only sample rectangles do, probability; 1 = cumulative probability including this
         group, 0, 0, 0.
     density : float
         Probability per area (normalised units) and mean emission with which a point of
@@ -69,6 +71,7 @@ class _EmitterGroup:
     power: float
     shadow: int
     is_direct: bool
+    tree_code: int = 0
 
 
 def emitter_tables(bvh: Bvh, scene: Scene, map_power: float = 0.0) -> EmitterTables:
@@ -107,7 +110,8 @@ def _assemble(groups: Sequence[_EmitterGroup]) -> EmitterTables:
         rows[-1, 3, 3] = 1.0
         entries[first : first + len(rows)] = rows
         cumulative += group.power / total
-        head[0] = first, len(rows), group.shadow + 4 * group.is_direct, group.power / total
+        code = group.shadow + DIRECT_CODE * group.is_direct + group.tree_code
+        head[0] = first, len(rows), code, group.power / total
         head[1, 0] = cumulative
         first += len(rows)
     heads[-1, 1, 0] = 1.0
@@ -128,15 +132,17 @@ def _bodies(bvh: Bvh, scene: Scene) -> tuple[list[_EmitterGroup], set[int]]:
     rows, weights, owner = _emissive_rows(bvh, scene, emits)
     groups: list[_EmitterGroup] = []
     covered: set[int] = set()
-    runs = body_lights(scene)
+    runs, sampled = body_lights(scene), stand_ins(scene)
     for light in np.unique(owner):
         mine = owner == light
-        shadow, is_direct = SHADOW_NUMBERS["map"], False
+        shadow, is_direct, code = SHADOW_NUMBERS["map"], False, UNLIT_CODE
         if light >= 0:
             shadow, is_direct = SHADOW_NUMBERS[scene.lights[light].shadow], True
+            is_sampled = light in sampled and scene.lights[light].shadow == "map"
+            code = STAND_IN_CODE if is_sampled else 0
             covered.update(runs[int(light)])
         power = math.pi * float(weights[mine].sum())
-        groups.append(_EmitterGroup(rows[mine], weights[mine], power, shadow, is_direct))
+        groups.append(_EmitterGroup(rows[mine], weights[mine], power, shadow, is_direct, code))
     return groups, covered
 
 

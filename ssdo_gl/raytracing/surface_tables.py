@@ -52,6 +52,8 @@ class RayFeatures:
         Whether anything reflects more than diffuse light.
     normal_maps, tangents : bool
         Whether there are normal maps, and among them some along tangents of the file.
+    glow_is_direct : bool
+        Whether all that glows counts as direct light, so that rays do not gather it.
     """
 
     smooth_normals: bool
@@ -63,6 +65,7 @@ class RayFeatures:
     glossy: bool = False
     normal_maps: bool = False
     tangents: bool = False
+    glow_is_direct: bool = False
 
     @classmethod
     def of(cls, scene: Scene) -> RayFeatures:

@@ -79,7 +79,8 @@ def emitter_lights(
         if len(lights) + len(made) > MAX_LIGHTS:
             notes.append(
                 f"more than {MAX_LIGHTS} lights from emissive surfaces: the emission of "
-                f"{name!r} and later ones is seen, and reaches only what is near it"
+                f"{name!r} and later ones is seen, and reaches only what is near it, but for gi, "
+                "which asks all of it by rays"
             )
             break
         if not exact:

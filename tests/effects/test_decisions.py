@@ -30,6 +30,8 @@ RICH = SceneContent(
     has_albedo=True,
     has_emission=True,
     has_unlit_emission=False,
+    has_glow=False,
+    has_stand_ins=False,
     has_gloss=False,
     has_translucency=False,
     has_baked_occlusion=False,
@@ -250,6 +252,22 @@ def test_emission_is_read_only_where_something_emits():
     assert not decided_of(content(has_emission=False)).runs("emission")
     glowing = content(has_unlit_emission=True)
     assert sends_emission(glowing) and sends_emission(RICH, effects="full")
+
+
+def test_rays_look_for_what_glows_with_gi_alone():
+    glowing = content(has_unlit_emission=True, has_glow=True)
+    shapes = content(has_stand_ins=True)
+    for holds in (glowing, shapes):
+        assert decided_of(holds, method="gi").runs("emitters")
+        assert not decided_of(holds, method="bounce").runs("emitters")
+        assert not decided_of(holds, method="gi", facts=facts(is_empty=True)).runs("emitters")
+    assert not decided_of(RICH, method="gi").runs("emitters")
+    # It is direct light then, which marches do not bring once more.
+    assert not sends_emission(glowing, method="gi")
+    # Rectangles stand for the others where gloss reflects them, or shadows are traced.
+    glossy = content(has_stand_ins=True, has_gloss=True)
+    assert not decided_of(glossy, method="gi").runs("emitters")
+    assert not decided_of(shapes, method="gi", shadows="traced").runs("emitters")
 
 
 def test_references_take_no_notice_of_the_view():

@@ -58,22 +58,28 @@ class Tracer:
         *,
         seed: int = 0,
         progress: ProgressCallback | None = None,
+        before: Sequence[RenderPass] = (),
     ) -> Images:
-        """Run `item` and return what it writes and `outputs`, top row first."""
+        """Run `item` and return what it writes and `outputs`, top row first.
+
+        Passes of `before` make what it reads beyond the tables of rays.
+        """
         names = (*item.writes, *outputs)
         tables = [GBufferPass(), BvhUploadPass(), SurfaceTablesPass(), MaterialTablePass()]
         tables += [EmitterTablesPass(), ReflectanceTablePass()]
         if environment_kind(self.scene.environment) == 3:
             tables.append(EnvironmentPass())
-        plan = compile_graph([*tables, item], names)
+        plan = compile_graph([*tables, *before, item], names)
         versions = {"seed": seed, "view": self.frame.view.key()}
         frame = Frame(self.frame.view, self.scene, seed, versions)
         self.executor.run(plan, frame, self.geometry, progress=progress)
         return {name: read_texture(self.executor.texture(name)) for name in names}
 
-    def runs(self, item: RenderPass, count: int) -> dict[str, NDArray[np.float64]]:
+    def runs(
+        self, item: RenderPass, count: int, before: Sequence[RenderPass] = ()
+    ) -> dict[str, NDArray[np.float64]]:
         """Return what `item` writes with `count` independent seeds, stacked, float64."""
-        images = [self.run(item, seed=seed) for seed in range(count)]
+        images = [self.run(item, seed=seed, before=before) for seed in range(count)]
         return {
             name: np.stack([image[name].astype(np.float64) for image in images])
             for name in item.writes

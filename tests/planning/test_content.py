@@ -82,7 +82,21 @@ def test_emission_that_a_light_delivers_is_told_from_other_emission():
     lamp = Material(emission=RED)
     body = scene_with(materials=(lamp,), objects=(SceneObject(0, 0, light=0),), lights=(PANEL,))
     assert analyse(body).has_emission and not analyse(body).has_unlit_emission
-    assert analyse(scene_with(materials=(lamp,))).has_unlit_emission
+    assert not analyse(body).has_glow and not analyse(body).has_stand_ins
+    alone = analyse(scene_with(materials=(lamp,)))
+    assert alone.has_unlit_emission and alone.has_glow
+    shown = analyse(scene_with(materials=(Material(albedo=RED, is_unlit=True),)))
+    assert shown.has_unlit_emission and not shown.has_glow
+
+
+@pytest.mark.parametrize("shadow", ["map", "none"])
+def test_sample_rectangles_are_told_from_lights_that_are_their_bodies(shadow):
+    lamp = Material(emission=RED)
+    within = dataclasses.replace(PANEL, shadow=shadow, visible=False)
+    body = scene_with(
+        materials=(lamp,), objects=(SceneObject(0, 0, light=0),), lights=2 * (within,)
+    )
+    assert analyse(body).has_stand_ins == (shadow == "map")
 
 
 def test_solids():

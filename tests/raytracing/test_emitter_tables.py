@@ -14,7 +14,9 @@ from ssdo_gl.raytracing.emitter_tables import (
     KIND_MAP,
     KIND_PARALLELOGRAM,
     KIND_TRIANGLE,
+    STAND_IN_CODE,
     TWO_SIDED_CODE,
+    UNLIT_CODE,
     EmitterTables,
     emitter_tables,
     map_cells,
@@ -63,7 +65,7 @@ def test_a_glowing_panel_is_one_parallelogram_and_a_sphere_its_triangles() -> No
     kinds = np.array(codes(tables)) & 63
     # Neither stands for a light of the scene: one group of light that is no direct light.
     assert tables.group_count == 1
-    assert tables.groups[0, 0, 2] == 1.0
+    assert tables.groups[0, 0, 2] == 1.0 + UNLIT_CODE
     areas = tables.entries[:, 2, 3]
     corners = build_bvh(scene).triangles.positions.astype(np.float64)
     total = np.linalg.norm(
@@ -130,8 +132,11 @@ def test_a_body_replaces_all_lights_that_stand_for_it() -> None:
     kinds = np.array(codes(tables))
     assert (kinds & 63 == KIND_LIGHT + kind_number(sun)).sum() == 1
     assert ((kinds & 63 == KIND_PARALLELOGRAM) & (kinds & BODY_CODE == 0)).sum() == 1
-    # All of it is direct light with a shadow: mode 1 + 4.
-    np.testing.assert_array_equal(tables.groups[:, 0, 2], 5.0)
+    # All of it is direct light with a shadow: mode 1 + 4. The ball's lights lie within it.
+    modes = tables.groups[:, 0, 2]
+    assert sorted(modes) == [5.0, 5.0, 5.0, 5.0 + STAND_IN_CODE]
+    (within,) = tables.groups[modes > 5.0, 0, 1]
+    assert within == (kinds & BODY_CODE > 0).sum() - 1
 
 
 def test_shadow_modes_and_sides_are_kept() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import ClassVar
 
 from ssdo_gl.effects.decisions import Decision
@@ -41,5 +42,6 @@ class SurfaceCache(Effect):
         yield SurfelsPass(settings, features), "pieces of surface that keep light"
         yield SurfelRaysPass(settings, features), "what each piece sees of the others"
         yield SurfelSkyPass(settings, features, sky), "the sky that each piece sees"
-        yield SurfelDirectPass(settings, features, sky), "light straight from its sources"
+        lit = replace(features, glow_is_direct=request.runs("emitters"))
+        yield SurfelDirectPass(settings, lit, sky), "light straight from its sources"
         yield SurfaceCachePass(settings), "all bounces between the pieces"

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from ssdo_gl.passes.rays.accumulate import Schedule, SumOutput
 from ssdo_gl.passes.rays.bvh_upload import BvhUploadPass
+from ssdo_gl.passes.rays.glow_tree import GlowTreePass
 from ssdo_gl.passes.rays.ray_libraries import (
     EMITTER_TABLES,
+    GLOW_TREE,
     bvh_of,
     emitters_of,
     radius_ns,
@@ -13,14 +15,18 @@ from ssdo_gl.passes.rays.ray_libraries import (
     ray_reads,
     ray_uniforms,
     stream_of,
+    tree_of,
+    tree_uniforms,
 )
 from ssdo_gl.passes.rays.ray_pass import RayPass, asked_lights
 from ssdo_gl.passes.rays.ray_tables import EmitterTablesPass, MaterialTablePass, SurfaceTablesPass
 
 __all__ = [
     "EMITTER_TABLES",
+    "GLOW_TREE",
     "BvhUploadPass",
     "EmitterTablesPass",
+    "GlowTreePass",
     "MaterialTablePass",
     "RayPass",
     "Schedule",
@@ -34,4 +40,6 @@ __all__ = [
     "ray_reads",
     "ray_uniforms",
     "stream_of",
+    "tree_of",
+    "tree_uniforms",
 ]

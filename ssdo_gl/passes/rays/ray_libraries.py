@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -16,6 +17,7 @@ from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.raytracing.bvh import Bvh
 from ssdo_gl.raytracing.emitter_tables import EmitterTables
+from ssdo_gl.raytracing.emitter_tree import EmitterTree
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.geometry import spans
 from ssdo_gl.scene.scene import SceneError
@@ -34,6 +36,8 @@ TABLE_TEXELS = {
 }
 SHADING_TABLES = ("ray_surfaces", "ray_materials", "ray_atlas", "ray_data_atlas")
 EMITTER_TABLES = ("ray_emitters", "ray_emitter_groups", "ray_map_cells")
+# Nodes of a tree over emitters, and which entries of their table its leaves hold.
+GLOW_TREE = ("glow_nodes", "glow_order")
 
 
 def record_texture(
@@ -99,6 +103,7 @@ def ray_defines(context: PassContext, features: RayFeatures) -> dict[str, int]:
         "GLOSSY": int(features.glossy),
         "RAY_NORMAL_MAPS": int(features.normal_maps),
         "RAY_TANGENTS": int(features.tangents),
+        "GLOW_IS_DIRECT": int(features.glow_is_direct),
     }
 
 
@@ -112,6 +117,30 @@ def emitters_of(context: PassContext) -> EmitterTables:
     """Return the tables that the resources of `EMITTER_TABLES` hold."""
     tables: EmitterTables = context.facts["ray_emitters"]
     return tables
+
+
+@dataclass(frozen=True, eq=False)
+class GlowTree:
+    """What `glow_nodes` holds: the tree, and of which groups, as codes of `EmitterTables`."""
+
+    tree: EmitterTree
+    codes: int
+
+
+def tree_of(context: PassContext) -> GlowTree:
+    """Return what the resources of `GLOW_TREE` hold."""
+    known: GlowTree = context.facts[GLOW_TREE[0]]
+    return known
+
+
+def tree_uniforms(context: PassContext) -> dict[str, object]:
+    """Return the uniforms of ``rays/emitter_tree.glsl``."""
+    known = tree_of(context)
+    return {
+        "u_tree_levels": known.tree.levels,
+        "u_tree_count": len(known.tree.order),
+        "u_tree_groups": known.codes,
+    }
 
 
 def ray_uniforms(context: PassContext) -> dict[str, object]:

@@ -10,13 +10,21 @@ from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 
 import moderngl
+import numpy as np
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.environment_uniforms import MAP_RADIANCE, environment_kind
-from ssdo_gl.passes.rays import EMITTER_TABLES, emitters_of, ray_reads
+from ssdo_gl.passes.rays import (
+    EMITTER_TABLES,
+    GLOW_TREE,
+    emitters_of,
+    ray_reads,
+    tree_of,
+    tree_uniforms,
+)
 from ssdo_gl.passes.surfels.bounces import Bounces, relaxation
 from ssdo_gl.passes.surfels.surfel_textures import (
     PART_COUNT,
@@ -139,6 +147,7 @@ class SurfelDirectPass(RenderPass):
             *ray_reads(features, shades=True),
             *EMITTER_TABLES,
             *((MAP_RADIANCE,) if self.shared.environment_kind == 3 else ()),
+            *(GLOW_TREE if features.glow_is_direct else ()),
         )
         self.reads = (*self.rays, "surfel_sky")
 
@@ -177,11 +186,16 @@ class SurfelDirectPass(RenderPass):
 
     def _samples(self, context: PassContext) -> dict[str, object]:
         """Return the uniforms that say how many rays go to each group of lights."""
-        groups = emitters_of(context).group_count
-        draws = groups > MOST_GROUPS
+        tables, glow = emitters_of(context), {}
+        groups = tables.group_count
         samples = self.shared.settings.light_samples
+        if self.shared.features.glow_is_direct:
+            glow = {**tree_uniforms(context), "u_tree_samples": samples}
+            in_tree = tables.groups[:, 0, 2].astype(np.int64) & tree_of(context).codes
+            groups -= int((in_tree != 0).sum())
+        draws = groups > MOST_GROUPS
         each = samples if draws else max(1, samples // max(groups, 1))
-        return {"u_samples": each, "u_draws_groups": draws}
+        return {"u_samples": each, "u_draws_groups": draws, **glow}
 
 
 @dataclass(frozen=True, eq=False)

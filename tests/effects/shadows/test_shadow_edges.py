@@ -162,9 +162,15 @@ target = [0, 0, 0]
 """
 
 
+# On a floor whose gloss reflects the panels; without, rays look for the ball itself.
+GLOSSY_BALL = BALL.replace("size = 10", 'size = 10\nmaterial = "polished"') + (
+    "[materials.polished]\nalbedo = [0.5, 0.5, 0.5]\nroughness = 0.5\n"
+)
+
+
 def test_a_body_of_panels_does_not_shade_itself(tmp_path):
     """Panels lie within a ball that glows: rays to them would end at its surface."""
-    (tmp_path / "ball.toml").write_text(BALL)
+    (tmp_path / "ball.toml").write_text(GLOSSY_BALL)
     ball = load_scene(str(tmp_path / "ball.toml"))
     lit = direct(ball, "gi")
     assert lit.max() > 0.0
@@ -233,9 +239,12 @@ def test_gloss_reads_the_maps_of_lights_with_a_size():
     assert not decided_of(scene, facts=plain).runs("shadow_map")
 
 
-def test_panels_of_a_glowing_body_keep_their_maps(tmp_path):
-    (tmp_path / "ball.toml").write_text(BALL)
-    assert decided_of(load_scene(str(tmp_path / "ball.toml"))).runs("shadow_map")
+@pytest.mark.parametrize(("text", "reads"), [(GLOSSY_BALL, True), (BALL, False)])
+def test_panels_of_a_glowing_body_keep_their_maps_where_gloss_shows_them(tmp_path, text, reads):
+    (tmp_path / "ball.toml").write_text(text)
+    ball = load_scene(str(tmp_path / "ball.toml"))
+    assert decided_of(ball).runs("shadow_map") == reads
+    assert decided_of(ball, method="bounce").runs("shadow_map")
 
 
 @pytest.mark.parametrize(

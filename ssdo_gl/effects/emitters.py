@@ -1,0 +1,129 @@
+"""Direct light of glowing bodies that no light of the scene stands for exactly."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+from ssdo_gl.effects.decisions import Decision
+from ssdo_gl.effects.effect import Effect, ReasonedPass, Term
+from ssdo_gl.effects.request import Request, overridden
+from ssdo_gl.effects.scene_lights import takes_stand_ins
+from ssdo_gl.gpu.fullscreen import draw_fullscreen
+from ssdo_gl.graph.render_pass import PassContext, RenderPass
+from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.passes.edge_aware_filter import (
+    FILTER,
+    EdgeAwareFilterPass,
+    EdgeAwareFilterSettings,
+    Signal,
+)
+from ssdo_gl.passes.rays import (
+    EMITTER_TABLES,
+    GLOW_TREE,
+    GlowTreePass,
+    ray_defines,
+    ray_reads,
+    ray_uniforms,
+    stream_of,
+    tree_uniforms,
+)
+from ssdo_gl.raytracing.surface_tables import RayFeatures
+from ssdo_gl.settings.fields import setting
+
+SURFACES = ("z_vs", "normals_vs")
+
+
+@dataclass(frozen=True)
+class EmittersSettings:
+    """How many rays look for the light of glowing bodies."""
+
+    rays: int = setting(
+        8,
+        "shadow rays of each pixel and frame to points of glowing bodies, of all of them together",
+        unit="rays",
+        low=1,
+        high=64,
+    )
+
+
+class EmittersPass(RenderPass):
+    """Writes `emitters_raw`: rgb irradiance of all bodies of the tree; a 1."""
+
+    name = "emitters"
+    writes: Mapping[str, TextureSpec] = {"emitters_raw": TextureSpec(4, "f4", transient=True)}
+    overwrites: ClassVar[bool] = True
+    depends_on = ("view", "geometry", "lights", "seed")
+
+    def __init__(self, settings: EmittersSettings, features: RayFeatures) -> None:
+        self.settings = settings
+        self.features = features
+        self.reads = (*SURFACES, *ray_reads(features, shades=True), *EMITTER_TABLES, *GLOW_TREE)
+
+    def settings_key(self) -> Hashable:
+        return self.settings, self.features
+
+    def execute(self, context: PassContext) -> None:
+        """Trace the rays of all pixels."""
+        assert context.target is not None
+        frame = context.frame
+        number = frame.seed - frame.first_seed
+        picture = frame.first_seed + number // frame.count + (frame.moves << 32)
+        uniforms = {
+            **ray_uniforms(context),
+            "u_stream": stream_of(picture, 0),
+            "u_ray_count": self.settings.rays,
+            "u_frame_number": (number % frame.count, frame.count),
+            **tree_uniforms(context),
+        }
+        program = context.shaders.fullscreen(
+            "effects/emitters.frag", {**ray_defines(context, self.features), "ENVIRONMENT_KIND": 0}
+        )
+        textures = {f"t_{name}": context.inputs[name] for name in self.reads}
+        draw_fullscreen(context.gl, program, context.target, uniforms, textures)
+
+
+class Emitters(Effect):
+    """Light of glowing bodies that are no exact lights of the scene, by shadow rays."""
+
+    name = "emitters"
+    after = ("traced_shadows",)
+    methods = frozenset({"gi"})
+    terms = (Term("direct", "emitters_irradiance"),)
+    settings: ClassVar[Mapping[str, type]] = {
+        "emitters": EmittersSettings,
+        "emitters_filter": EdgeAwareFilterSettings,
+    }
+    traces = True
+
+    def need(self, request: Request) -> Decision:
+        """Run where bodies glow that no light of the scene is exactly."""
+        return request.decision(
+            "light of glowing bodies",
+            "bodies glow that no light of the scene is exactly",
+            [
+                (request.is_view_empty, "no surface is in view"),
+                (
+                    not (request.content.has_glow or takes_stand_ins(request)),
+                    "lights of the scene stand for all that glows",
+                ),
+            ],
+            ("glow_tree", "emitters", "emitters_filter"),
+        )
+
+    def passes(self, request: Request) -> Iterator[ReasonedPass]:
+        """Yield the rays and their filter."""
+        yield GlowTreePass(stand_ins=takes_stand_ins(request)), "finds those that matter to a point"
+        features = replace(request.ray_features, glow_is_direct=True)
+        item = EmittersPass(request.settings_of("emitters", EmittersSettings), features)
+        yield item, "light of glowing bodies, by shadow rays"
+        of_all = request.settings_of(FILTER, EdgeAwareFilterSettings)
+        yield (
+            EdgeAwareFilterPass(
+                "emitters_filter",
+                overridden(request.settings, "emitters_filter", of_all),
+                Signal("emitters_raw", "emitters_irradiance"),
+            ),
+            "removes the sampling noise along surfaces",
+        )

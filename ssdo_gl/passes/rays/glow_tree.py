@@ -1,0 +1,69 @@
+"""A tree over all that glows, from which rays draw what matters to a point."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from ssdo_gl.gpu.texture import make_texture
+from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
+from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.passes.rays.ray_libraries import GlowTree, emitters_of
+from ssdo_gl.raytracing.emitter_tables import STAND_IN_CODE, UNLIT_CODE
+from ssdo_gl.raytracing.emitter_tree import emitter_tree
+
+# Texels in a row of both textures: shaders/rays/emitter_tree.glsl.
+TREE_ROW = 1024
+
+
+class GlowTreePass(RenderPass):
+    """Writes `GLOW_TREE`; its `GlowTree` comes with `glow_nodes`.
+
+    Parameters
+    ----------
+    stand_ins : bool
+        Whether bodies are of it that sample rectangles stand for, besides those that no light
+        of the scene does.
+    """
+
+    name = "glow_tree"
+    reads = ("ray_emitters",)
+    writes: Mapping[str, TextureSpec] = {
+        "glow_nodes": TextureSpec(4, "f4", own=True),
+        "glow_order": TextureSpec(1, "i4", own=True),
+    }
+    depends_on = ("geometry", "materials", "lights")
+
+    def __init__(self, *, stand_ins: bool) -> None:
+        self.codes = UNLIT_CODE + STAND_IN_CODE * stand_ins
+
+    def settings_key(self) -> Hashable:
+        return self.codes
+
+    def execute(self, context: PassContext) -> Produced:
+        """Build the tree."""
+        tables = emitters_of(context)
+        heads = tables.groups[:, 0, :3].astype(np.int64)
+        chosen = heads[heads[:, 2] & self.codes != 0, :2]
+        parts = [np.arange(first, first + count) for first, count in chosen]
+        entries = np.concatenate(parts) if parts else np.arange(0, dtype=np.int64)
+        tree = emitter_tree(tables.entries[entries])
+        known = GlowTree(tree, self.codes)
+        nodes = tree.nodes.reshape(-1, 4)
+        order = entries[tree.order].astype(np.int32)[:, None]
+        return {
+            "glow_nodes": TextureWithFacts(_in_rows(context.gl, nodes, "f4"), known),
+            "glow_order": _in_rows(context.gl, order, "i4"),
+        }
+
+
+def _in_rows(gl: moderngl.Context, texels: NDArray[Any], dtype: str) -> moderngl.Texture:
+    """Return `texels` (N, channels) in rows of `TREE_ROW`."""
+    rows = max(-(-len(texels) // TREE_ROW), 1)
+    image = np.zeros((rows * TREE_ROW, texels.shape[1]), texels.dtype)
+    image[: len(texels)] = texels
+    return make_texture(gl, (TREE_ROW, rows), texels.shape[1], dtype, image)

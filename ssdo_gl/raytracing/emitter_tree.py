@@ -1,0 +1,126 @@
+"""A binary tree over emitting surfaces, in which rays find those that matter to a point.
+
+A node bounds where its emitters are, which way they face and how much they send, from which a
+walk downwards chooses by chance (Conty Estevez, Kulla 2018).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ssdo_gl.math3d import FloatArray
+from ssdo_gl.raytracing.emitter_tables import KIND_TRIANGLE, TWO_SIDED_CODE
+
+NODE_TEXELS = 2
+# A walk takes as many steps at most; of more emitters than 2^MOST_LEVELS some share a leaf.
+MOST_LEVELS = 12
+# Facing opposite ways counts as far apart as this share of a node's extent.
+_FACING = 0.6
+
+
+@dataclass(frozen=True, eq=False)
+class EmitterTree:
+    """A complete tree: the children of node i are 2 i + 1 and 2 i + 2.
+
+    Attributes
+    ----------
+    order : ndarray, shape (N,), int64
+        The emitters, leaf by leaf: those of leaf k of L are k N / L to (k + 1) N / L of it, both
+        rounded down.
+    nodes : ndarray, shape (2 L - 1, 2, 4), float32
+        Texels: 0 = centre of a sphere around the emitters, its radius; 1 = axis of a cone around
+        their normals, as long as their power, and the cosine of its half-angle; power 0: nothing.
+    levels : int
+        Steps from the root to a leaf: L = 2^levels.
+    """
+
+    order: NDArray[np.int64]
+    nodes: NDArray[np.float32]
+    levels: int
+
+
+def emitter_tree(entries: NDArray[np.float32]) -> EmitterTree:
+    """Return a tree over surfaces, `entries` (N, 8, 4) of `EmitterTables`."""
+    count = len(entries)
+    levels = min(max(count - 1, 0).bit_length(), MOST_LEVELS)
+    rows = entries.astype(np.float64)
+    code = rows[:, 0, 3].astype(np.int64)
+    is_triangle = code % TWO_SIDED_CODE == KIND_TRIANGLE
+    two_sided = code & TWO_SIDED_CODE > 0
+    power = rows[:, 2, 3] * rows[:, 3, :3].mean(axis=1) * (1.0 + two_sided)
+    corner, edge_u, edge_v = (rows[:, texel, :3] for texel in range(3))
+    points = np.stack([corner, corner + edge_u, corner + edge_v, corner + edge_u + edge_v], axis=1)
+    points[is_triangle, 3] = corner[is_triangle]
+    normal = np.cross(edge_u, edge_v)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    low, high = points.min(axis=1), points.max(axis=1)
+    middle = 0.5 * (low + high)
+    order = np.arange(count)
+    nodes = np.zeros((2 ** (levels + 1) - 1, NODE_TEXELS, 4), dtype=np.float32)
+    for level in range(levels + 1):
+        starts = np.arange(2**level + 1) * count >> level
+        filled = np.flatnonzero(np.diff(starts))
+        first = starts[filled]
+        node = np.repeat(np.arange(len(filled)), np.diff(starts)[filled])
+        bounds = _Runs(first, node, order)
+        nodes[2**level - 1 + filled] = _nodes(bounds, low, high, normal, two_sided, power)
+        if level < levels:
+            key = bounds.widest(middle, normal)
+            order = order[np.lexsort((key, node))]
+    return EmitterTree(order, nodes, levels)
+
+
+@dataclass(frozen=True, eq=False)
+class _Runs:
+    """Consecutive runs of `order`: where each starts, and of each emitter in it its run."""
+
+    first: NDArray[np.int64]
+    run: NDArray[np.int64]
+    order: NDArray[np.int64]
+
+    def least(self, values: FloatArray) -> FloatArray:
+        return np.minimum.reduceat(values[self.order], self.first, axis=0)
+
+    def largest(self, values: FloatArray) -> FloatArray:
+        return np.maximum.reduceat(values[self.order], self.first, axis=0)
+
+    def total(self, values: FloatArray) -> FloatArray:
+        return np.add.reduceat(values[self.order], self.first, axis=0)
+
+    def widest(self, middle: FloatArray, normal: FloatArray) -> FloatArray:
+        """Return where emitters lie along what their run extends most in, place or direction."""
+        extent = self.largest(middle) - self.least(middle)
+        facing = self.largest(normal) - self.least(normal)
+        size = extent.max(axis=1, keepdims=True)
+        axis = np.argmax(np.concatenate([extent, _FACING * size * facing], axis=1), axis=1)[
+            self.run
+        ]
+        feature = np.concatenate([middle, normal], axis=1)[self.order]
+        return np.asarray(feature[np.arange(len(axis)), axis])
+
+
+def _nodes(
+    runs: _Runs,
+    low: FloatArray,
+    high: FloatArray,
+    normal: FloatArray,
+    two_sided: NDArray[np.bool_],
+    power: FloatArray,
+) -> FloatArray:
+    """Return the nodes of one level, (runs, 2, 4)."""
+    least, largest = runs.least(low), runs.largest(high)
+    axis = runs.total(normal * power[:, None])
+    size = np.linalg.norm(axis, axis=1, keepdims=True)
+    axis = np.where(size > 0.0, axis / np.maximum(size, 1e-300), (0.0, 0.0, 1.0))
+    cosine = np.einsum("nk,nk->n", normal[runs.order], axis[runs.run])
+    cosine[two_sided[runs.order]] = -1.0
+    result = np.empty((len(runs.first), NODE_TEXELS, 4))
+    result[:, 0, :3] = 0.5 * (least + largest)
+    result[:, 0, 3] = 0.5 * np.linalg.norm(largest - least, axis=1)
+    result[:, 1, :3] = axis * runs.total(power)[:, None]
+    # A little wider, for rounding.
+    result[:, 1, 3] = np.clip(np.minimum.reduceat(cosine, runs.first) - 1e-5, -1.0, 1.0)
+    return result

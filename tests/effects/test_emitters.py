@@ -1,0 +1,172 @@
+"""Light of glowing bodies that no light of the scene stands for, against closed forms."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from oracle.closed_forms import rectangle_form_factor
+from oracle.monte_carlo import worst_deviation
+from passes.pass_harness import make_scene, quad
+from passes.ray_harness import Tracer
+
+from ssdo_gl.effects.emitters import EmittersPass, EmittersSettings
+from ssdo_gl.passes.rays import GlowTreePass
+from ssdo_gl.raytracing.surface_tables import RayFeatures
+from ssdo_gl.renderer import Renderer
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.emissive_meshes import MAX_LIGHTS, SAMPLE_COUNT
+from ssdo_gl.scene.formats.toml import read_description
+from ssdo_gl.scene.geometry.mesh import SceneObject
+from ssdo_gl.scene.material import Material
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.settings import Settings
+
+SIZE = (24, 16)
+RUNS = 24
+CAMERA = Camera((0.5, 1.6, 0.2), (0.5, 0.0, 0.2), up=(0.0, 0.0, -1.0), fov_y=60.0)
+FLOOR = quad([-10, 0, 10], [20, 0, 0], [0, 0, -20])
+# As far as rays start off the floor: see tests/effects/shadows/test_traced_shadows.py.
+ALLOWANCE = 2e-4
+# What the filter does not blur, a few pixels wide, can be compared pixel by pixel.
+UNFILTERED = {"emitters.rays": 64, "emitters_filter.filter": "none"}
+ROOM = """
+[camera]
+position = [0, 2.5, 3]
+target = [0, 0.2, 0]
+[materials.grey]
+albedo = [0.5, 0.5, 0.5]
+[materials.black]
+albedo = [0, 0, 0]
+[materials.glow]
+albedo = [0, 0, 0]
+emission = [8, 4, 2]
+[[object]]
+shape = "plane"
+point = [0, 0, 0]
+normal = [0, 1, 0]
+size = 6
+material = "grey"
+[[object]]
+shape = "box"
+min = [-0.3, 0, -0.3]
+max = [0.3, 0.5, 0.3]
+material = "grey"
+"""
+
+
+def panels(count: int) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Return corner and edges of panels that face every way, none before another from below."""
+    rng = np.random.default_rng(count)
+    found = []
+    for i in range(count):
+        place = np.array([0.6 * (i % 4) - 0.4, 2.0, 0.6 * (i // 4) - 0.6])
+        edge_u, edge_v = (0.1 * rng.normal(size=3) for _ in range(2))
+        found.append((place, edge_u, edge_v))
+    return found
+
+
+def glowing(count: int, two_sided: bool) -> tuple[Scene, list[np.ndarray]]:
+    """Return a floor under `count` panels, and the corners of each."""
+    shapes = panels(count)
+    emissions = [(3.0, 2.0, 1.0), (1.0, 4.0, 9.0)]
+    materials = [Material(albedo=(0.5,) * 3)] + [
+        Material(albedo=(0.0,) * 3, emission=e, two_sided_emission=two_sided) for e in emissions
+    ]
+    objects = [SceneObject(0, 0)] + [SceneObject(1 + i, 1 + i % 2) for i in range(count)]
+    scene = make_scene(
+        [FLOOR, *(quad(*shape) for shape in shapes)],
+        materials=materials,
+        objects=objects,
+        camera=CAMERA,
+    )
+    return scene, [np.array([c, c + u, c + u + v, c + v]) for c, u, v in shapes]
+
+
+@pytest.mark.parametrize("two_sided", [False, True])
+@pytest.mark.parametrize("count", [1, 11])
+def test_many_panels_match_lamberts_formula(device, shaders, count: int, two_sided: bool) -> None:
+    scene, corners = glowing(count, two_sided)
+    features = dataclasses.replace(RayFeatures.of(scene), glow_is_direct=True)
+    with Tracer(device, shaders, scene, SIZE) as tracer:
+        run = tracer.runs(
+            EmittersPass(EmittersSettings(8), features), RUNS, [GlowTreePass(stand_ins=False)]
+        )
+        at = tracer.positions_ws()
+    runs = run["emitters_raw"][..., :3]
+    exact = np.zeros((*at.shape[:2], 3))
+    for i, panel in enumerate(corners):
+        emission = np.array(scene.materials[1 + i % 2].emission)
+        front = np.cross(panel[1] - panel[0], panel[3] - panel[0])
+        seen = np.einsum("yxk,k->yx", at - panel[0], front) > 0.0
+        factor = [
+            [rectangle_form_factor(panel - p, np.array([0.0, 1.0, 0.0])) for p in r] for r in at
+        ]
+        factor = np.abs(factor) * (seen | two_sided)
+        exact += np.pi * factor[..., None] * emission
+    assert exact.max() > 0.0
+    assert worst_deviation(runs, exact, ALLOWANCE * exact.max()) <= 1.0
+    means, whole = runs.mean(axis=(1, 2)), exact.mean(axis=(0, 1))
+    assert worst_deviation(means, whole, ALLOWANCE * exact.max()) <= 1.0
+    assert worst_deviation(means, whole * 1.01, ALLOWANCE * exact.max()) > 1.0
+
+
+def room(count: int, lit: Sequence[int]) -> Scene:
+    """Return a block on a floor under `count` balls, of which those numbered `lit` glow."""
+    balls = "".join(
+        f"""
+[[object]]
+shape = "sphere"
+center = [{0.5 * i - 1}, 0.8, {0.3 * (i % 2)}]
+radius = 0.1
+segments = 8
+material = "{"glow" if i in lit else "black"}"
+"""
+        for i in range(count)
+    )
+    return read_description(ROOM + balls, "room")
+
+
+def direct(scene: Scene, **fields: object) -> np.ndarray:
+    """Return the direct light of a picture of `scene`."""
+    with Renderer(scene, Settings(size=(48, 32), **fields)) as renderer:
+        return renderer.render(["direct"]).images["direct"].astype(np.float64)
+
+
+def traced(scene: Scene) -> np.ndarray:
+    """Return direct light by many rays to the triangles of all that is a light."""
+    return direct(scene, method="direct", shadows="traced", shadow_rays=256)
+
+
+def assert_alike(found: np.ndarray, exact: np.ndarray) -> None:
+    assert found.mean(axis=(0, 1)) == pytest.approx(exact.mean(axis=(0, 1)), rel=0.01)
+    assert np.sqrt(((found - exact) ** 2).mean()) < 0.15 * exact.mean()
+
+
+def test_balls_light_as_their_triangles_do() -> None:
+    scene = room(2, lit=[0, 1])
+    assert_alike(direct(scene, method="gi", overrides=UNFILTERED), traced(scene))
+
+
+def test_more_bodies_than_may_be_lights_shine_all() -> None:
+    """A ball has eight sample rectangles, of which a scene may have 32."""
+    scene = room(5, lit=range(5))
+    assert len(scene.lights) == MAX_LIGHTS == 4 * SAMPLE_COUNT
+    each = [traced(room(5, lit=[i])) for i in range(5)]
+    assert_alike(direct(scene, method="gi", overrides=UNFILTERED), np.sum(each, axis=0))
+
+
+def test_what_glows_is_gathered_once() -> None:
+    """By shadow rays, not by those that gather light, nor by marches in their place."""
+    scene = room(5, lit=range(5))
+    sets: list[dict[str, object]] = [{}, {"far_field.pixel_rays": 0, "far_field.edge_rays": 0}]
+    for overrides in sets:
+        settings = Settings(size=(48, 32), method="gi", overrides=overrides)
+        exact = Settings(size=(48, 32), method="reference-gi", spp=256)
+        means = []
+        for chosen in (settings, exact):
+            with Renderer(scene, chosen) as renderer:
+                means.append(renderer.render(["beauty"]).images["beauty"].mean())
+        assert means[0] == pytest.approx(means[1], rel=0.02)
