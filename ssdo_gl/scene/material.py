@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ssdo_gl.scene.numbers import light_numbers
+from ssdo_gl.scene.numbers import check_number, light_numbers
 from ssdo_gl.settings.fields import SettingError, shown
 from ssdo_gl.short_repr import chosen_fields, described
 
@@ -77,7 +77,8 @@ class Material:
     specular_color : Color
         Multiplies a dielectric's reflectance at normal incidence.
     ior : float
-        Index of refraction of dielectrics, >= 1; 1.5 reflects 4 % at normal incidence.
+        Index of refraction of dielectrics, >= 1; 1.5 reflects 4 % at normal incidence. 0 stands
+        for infinity, which reflects all.
     metallic_roughness_texture : Texture or None
         Multiplies roughness by its green and metallic by its blue channel.
     specular_texture, specular_color_texture : Texture or None
@@ -140,10 +141,16 @@ class Material:
         # Beyond 1, light that bounces would grow without end.
         if max(self.albedo) > 1.0:
             raise SettingError(f"albedo = {self.albedo}: expected numbers from 0 to 1")
-        for name in ("metallic", "roughness", "specular", "alpha"):
+        for name in ("metallic", "roughness", "specular", "alpha", "occlusion_strength"):
             share = getattr(self, name)
             if not (isinstance(share, Real) and 0.0 <= float(share) <= 1.0):
                 raise SettingError(f"{name} = {shown(share)}: expected a number from 0 to 1")
+        check_number("normal_scale", self.normal_scale)
+        check_number("ior", self.ior)
+        if not (self.ior == 0.0 or self.ior >= 1.0):
+            raise SettingError(f"ior = {self.ior}: expected 0, or a number from 1 on")
+        if self.alpha_cutoff is not None:
+            check_number("alpha_cutoff", self.alpha_cutoff)
         for name, texture in self.textures.items():
             if not isinstance(texture, Texture):
                 raise SettingError(f"{name}_texture = {shown(texture)}: expected a Texture")
