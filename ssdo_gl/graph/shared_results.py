@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 from weakref import WeakSet, WeakValueDictionary
 
 from ssdo_gl.gpu.texture_pool import Format
@@ -13,6 +13,8 @@ from ssdo_gl.graph.render_pass import TextureWithFacts
 
 if TYPE_CHECKING:
     import moderngl
+
+    from ssdo_gl.graph.execute import Executor
 
 # Of all tables together: a number stands for one thing only.
 _UNUSED = itertools.count()
@@ -91,14 +93,6 @@ class KeptResult:
         return self.formats is formats or [*self.formats.items()] == [*formats.items()]
 
 
-class Holder(Protocol):
-    """An executor, as others see it."""
-
-    def holds(self, result: KeptResult) -> bool:
-        """Return whether it reads, or may read again, from a result."""
-        ...
-
-
 class SharedResults:
     """Results that no view is part of, for all executors of one scene on one device.
 
@@ -109,7 +103,7 @@ class SharedResults:
 
     def __init__(self) -> None:
         self.identities = Identities()
-        self.holders: WeakSet[Holder] = WeakSet()
+        self.holders: WeakSet[Executor] = WeakSet()
         self._made: WeakValueDictionary[int, KeptResult] = WeakValueDictionary()
 
     def find(self, source: int) -> KeptResult | None:
@@ -122,6 +116,6 @@ class SharedResults:
         result.source = source
         self._made[source] = result
 
-    def is_held_by_others(self, result: KeptResult, holder: Holder) -> bool:
+    def is_held_by_others(self, result: KeptResult, holder: Executor) -> bool:
         """Return whether anybody but `holder` needs `result`."""
         return any(other is not holder and other.holds(result) for other in self.holders)

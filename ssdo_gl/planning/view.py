@@ -3,48 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
-from ssdo_gl.math3d import FloatArray, IntArray, Region
+from ssdo_gl.graph.frame import FrameView
+from ssdo_gl.math3d import IntArray, Region
 from ssdo_gl.planning.bodies import Bodies
 
 # Bodies outside the frame by less than this count as seen: jitter moves a sample by half
 # a pixel, and rounding by far less.
 FRAME_MARGIN_PX = 2.0
-
-
-class Eye(Protocol):
-    """A camera, as far as visibility goes; `graph.frame.FrameView` is one."""
-
-    @property
-    def position_ws(self) -> FloatArray:
-        """World-space position, shape (3,)."""
-
-    @property
-    def view_from_world(self) -> FloatArray:
-        """Rotation, shape (3, 3); the eye looks along -z."""
-
-    @property
-    def tan_half_fov(self) -> tuple[float, float]:
-        """Horizontal and vertical; 0 if rays are parallel."""
-
-    @property
-    def half_frame(self) -> tuple[float, float]:
-        """Half of the width and height that parallel rays show, scene units; else 0."""
-
-    @property
-    def size(self) -> tuple[int, int]:
-        """Pixels."""
-
-    @property
-    def near(self) -> float:
-        """Everything visible is at least this far along the view axis, scene units."""
-
-    @property
-    def far(self) -> float:
-        """And at most this far."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +42,7 @@ class ViewFacts:
         return self.is_empty, self.is_alone, self.gloss_region is None
 
 
-def view_facts(bodies: Bodies, eye: Eye) -> ViewFacts:
+def view_facts(bodies: Bodies, eye: FrameView) -> ViewFacts:
     """Return what can be said of the view from `eye`."""
     seen = seen_bodies(bodies, eye)
     return ViewFacts(
@@ -84,7 +52,7 @@ def view_facts(bodies: Bodies, eye: Eye) -> ViewFacts:
     )
 
 
-def seen_bodies(bodies: Bodies, eye: Eye) -> IntArray:
+def seen_bodies(bodies: Bodies, eye: FrameView) -> IntArray:
     """Return the numbers of the bodies whose boxes reach into the frame."""
     wider = [1.0 + 2.0 * FRAME_MARGIN_PX / n for n in eye.size]
     x, y = (half * factor for half, factor in zip(eye.tan_half_fov, wider, strict=True))
@@ -96,7 +64,7 @@ def seen_bodies(bodies: Bodies, eye: Eye) -> IntArray:
     return np.flatnonzero((height + bodies.reach_along(planes) >= 0.0).all(axis=1))
 
 
-def _is_box_from_outside(bodies: Bodies, body: int, eye: Eye) -> bool:
+def _is_box_from_outside(bodies: Bodies, body: int, eye: FrameView) -> bool:
     if not bodies.is_box[body]:
         return False
     if eye.half_frame[1] <= 0.0:
@@ -107,7 +75,7 @@ def _is_box_from_outside(bodies: Bodies, body: int, eye: Eye) -> bool:
     return bool(depth - bodies.reach_along(ahead[None])[body, 0] > eye.near)
 
 
-def region_of(bodies: Bodies, chosen: IntArray, eye: Eye) -> Region | None:
+def region_of(bodies: Bodies, chosen: IntArray, eye: FrameView) -> Region | None:
     """Return a part of the frame outside which none of the bodies `chosen` is seen.
 
     None, if there is none of them.

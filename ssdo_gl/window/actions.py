@@ -6,7 +6,7 @@ import dataclasses
 import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from ssdo_gl.images.files import OutputError
 from ssdo_gl.settings.fields import SettingError
@@ -33,26 +33,42 @@ from ssdo_gl.window.saving import (
 from ssdo_gl.window.viewer import Viewer
 from ssdo_gl.window.views import METHOD_LABELS
 
+if TYPE_CHECKING:
+    from ssdo_gl.window.overlay import Overlay
 
-class Host(Protocol):
-    """What a command may need of the window around the viewer."""
 
-    recent: Recent
+class Host:
+    """What a command may need of what is around the viewer: here nothing, as around a page.
+
+    Attributes
+    ----------
+    overlay : Overlay or None
+        The panel and all else that is drawn over the picture; None: there is none.
+    recent : Recent
+        Files that were opened last.
+    defer : callable
+        Does something between two frames: the panel is drawn within them, too.
+    """
+
+    def __init__(self) -> None:
+        self.overlay: Overlay | None = None
+        self.recent = Recent()
+        self.defer: Callable[[Callable[[], object]], None] = lambda act: None
 
     def permits(self, command: Command) -> bool:
         """Return whether a command may be carried out from there."""
-
-    def defer(self, act: Callable[[], object]) -> None:
-        """Do something between two frames: the panel is drawn within them, too."""
+        return True
 
     def cursor_uv(self) -> tuple[float, float]:
         """Return the cursor's place in the picture, 0..1 from the top left."""
+        return 0.5, 0.5
 
     def set_clipboard(self, text: str) -> None:
         """Put `text` where other programs paste from."""
 
     def toggle_vsync(self) -> bool:
         """Wait for the display or no longer; return whether it now waits."""
+        return True
 
     def toggle_fullscreen(self) -> None:
         """Fill the screen, or go back to a window."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial, update_wrapper
-from typing import TYPE_CHECKING, Concatenate, ParamSpec, Protocol
+from typing import Concatenate, ParamSpec, Protocol
 
 import glfw
 
@@ -12,9 +12,6 @@ from ssdo_gl.window.actions import Host, perform
 from ssdo_gl.window.divider import DividerGrip
 from ssdo_gl.window.input import Action, Command, InputMap
 from ssdo_gl.window.viewer import Viewer
-
-if TYPE_CHECKING:
-    from ssdo_gl.window.overlay import Overlay
 
 PANEL_FRAMES = 3  # after an event: hover and layout take two to settle
 _Event = ParamSpec("_Event")
@@ -30,12 +27,6 @@ class EventSource(Protocol):
     @property
     def content_scale(self) -> float:
         """By how much text must grow to keep its size."""
-
-
-class EventHost(Host, Protocol):
-    """The host of commands, with the panel that hears of events first."""
-
-    overlay: Overlay | None
 
 
 def _in_order(
@@ -74,7 +65,7 @@ class Events:
     """
 
     def __init__(
-        self, window: EventSource, viewer: Viewer, input_map: InputMap, host: EventHost
+        self, window: EventSource, viewer: Viewer, input_map: InputMap, host: Host
     ) -> None:
         self.pending: list[Callable[[], object]] = []
         self.has_input = self.wants_release = False

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import glfw
 
@@ -11,37 +11,12 @@ from ssdo_gl.gpu.driver_cache import leave_full_disk_alone
 from ssdo_gl.window.camera import Controls
 from ssdo_gl.window.input import gamepad_controls
 
+if TYPE_CHECKING:
+    from ssdo_gl.window.events import Events
+
 # Events of one size follow another by milliseconds; asking takes microseconds.
 _SIZE_TRIES = 8
 _ADVICE = "to render without a display, use: ssdo-gl SCENE --snapshot OUT.png"
-
-
-class Listener(Protocol):
-    """Who hears of what happens to the window. Positions are window coordinates."""
-
-    def on_key(self, key: int, action: int, mods: int) -> None:
-        """A key went down, up, or repeats."""
-
-    def on_character(self, code: int) -> None:
-        """A character was typed."""
-
-    def on_button(self, button: int, action: int) -> None:
-        """A mouse button went down or up."""
-
-    def on_cursor(self, x: float, y: float) -> None:
-        """The cursor moved."""
-
-    def on_scroll(self, x: float, y: float) -> None:
-        """The wheel turned."""
-
-    def on_focus(self, has_focus: bool) -> None:
-        """The window got or lost the keyboard."""
-
-    def on_drop(self, paths: list[str]) -> None:
-        """Files were dropped on the window."""
-
-    def on_change(self) -> None:
-        """The window has another size, scale or monitor, or was uncovered."""
 
 
 class GlfwWindow:
@@ -91,7 +66,7 @@ class GlfwWindow:
             raise
         self._windowed: tuple[int, int, int, int] | None = None
 
-    def listen(self, listener: Listener) -> None:
+    def listen(self, listener: Events) -> None:
         """Tell `listener` of everything that happens from now on."""
         window = self._handle
         glfw.set_key_callback(

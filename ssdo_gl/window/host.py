@@ -5,59 +5,44 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from ssdo_gl.scene.load import builtin_names
+from ssdo_gl.window.actions import Host
 from ssdo_gl.window.film import FilmExport
 from ssdo_gl.window.glfw_window import GlfwWindow
-from ssdo_gl.window.input import Command, InputMap
-from ssdo_gl.window.opening import FileDialog, FileWatch, Recent, open_file, reload_file
+from ssdo_gl.window.input import InputMap
+from ssdo_gl.window.opening import FileDialog, FileWatch, open_file, reload_file
 from ssdo_gl.window.saving import PictureJob, PictureRequest
 from ssdo_gl.window.viewer import Viewer
-
-if TYPE_CHECKING:
-    from ssdo_gl.window.overlay import Overlay
 
 NO_PANEL = "there is no panel without imgui-bundle: pip install 'ssdo_gl[window]'"
 
 
-class WindowHost:
-    """The window, as `actions.Host` describes it.
+class WindowHost(Host):
+    """The window.
 
     Attributes
     ----------
-    overlay : Overlay or None
-        None without imgui-bundle.
     title : str
         Of the window.
-    recent : Recent
-        Files that were opened last.
     reload : callable
         Compiles shaders that have changed.
-    defer : callable
-        Does something between two frames.
     """
 
     def __init__(
         self, window: GlfwWindow, viewer: Viewer, input_map: InputMap, film: FilmExport, title: str
     ) -> None:
-        self.overlay: Overlay | None = None
-        self.recent = Recent()
+        super().__init__()
         self._dialog = FileDialog()
         self._picture = PictureJob(viewer)
         self._scene_watch = FileWatch()
         self.title = title
         self.reload: Callable[[], None] = lambda: None
-        self.defer: Callable[[Callable[[], object]], None] = lambda act: None
         self._window = window
         self._viewer = viewer
         self._input = input_map
         self._film = film
         self._waits = True
-
-    def permits(self, command: Command) -> bool:
-        """Return True: who sits at the machine may do everything."""
-        return True
 
     def open(self, path: str) -> None:
         """Show, between two frames, the model, scene or preset at `path`, or a built-in scene."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import cache, partial
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from imgui_bundle import imgui
 
@@ -15,6 +15,9 @@ from ssdo_gl.window.actions import Host, perform
 from ssdo_gl.window.input import BINDINGS, Action, Command
 from ssdo_gl.window.panel.tooltip import show_tooltip
 from ssdo_gl.window.viewer import Viewer
+
+if TYPE_CHECKING:
+    from ssdo_gl.window.overlay import Overlay
 
 TEXT_FACTORS = (0.8, 1.0, 1.25, 1.5, 2.0)
 _FILE = (
@@ -31,18 +34,6 @@ _SMALLEST = 0.35
 _WINDOW = (Command.TOGGLE_PANEL, Command.FULLSCREEN, Command.TOGGLE_HELP)
 
 
-class Looks(Protocol):
-    """What the panels look like."""
-
-    is_light: bool
-
-    def show_text_at(self, factor: float) -> None:
-        """Show all text `factor` times as large as the display asks for."""
-
-    def show_light(self, is_light: bool) -> None:
-        """Draw dark on light, or light on dark."""
-
-
 @cache
 def builtin_scenes() -> dict[str, tuple[str, str]]:
     """Return title and purpose of each built-in scene."""
@@ -57,7 +48,7 @@ def builtin_scenes() -> dict[str, tuple[str, str]]:
     }
 
 
-def draw_menu(viewer: Viewer, host: Host, looks: Looks) -> None:
+def draw_menu(viewer: Viewer, host: Host, looks: Overlay) -> None:
     """Issue the menu bar along the upper edge of the window."""
     scale = _scale()
     if not imgui.begin_main_menu_bar():
