@@ -21,8 +21,8 @@ from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.image_requests import check_camera, checked_images
 from ssdo_gl.images.jitter import jitter
 from ssdo_gl.passes.temporal import TemporalPass
+from ssdo_gl.planning.pipeline import Pipeline
 from ssdo_gl.planning.planner import FramePlan, Planner
-from ssdo_gl.planning.walk import Pipeline
 from ssdo_gl.render_result import FrameLog, Plane
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.checks import check_scene

@@ -27,7 +27,7 @@ from ssdo_gl.images.files import (
 from ssdo_gl.images.metering import measured_exposure
 from ssdo_gl.images.saving import Extent, write_images
 from ssdo_gl.images.surface_arrays import Image
-from ssdo_gl.planning.walk import Pipeline
+from ssdo_gl.planning.pipeline import Pipeline
 from ssdo_gl.scene.camera import CONVENTIONS, Camera
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.backgrounds import TRANSPARENT

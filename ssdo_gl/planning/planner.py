@@ -16,8 +16,9 @@ from ssdo_gl.last_made import LastMade, MadeOfEach, are_same
 from ssdo_gl.math3d import Region
 from ssdo_gl.planning.bodies import Bodies, bodies_of
 from ssdo_gl.planning.content import SceneContent, analyse
+from ssdo_gl.planning.pipeline import Pipeline
 from ssdo_gl.planning.view import ViewFacts, view_facts
-from ssdo_gl.planning.walk import Pipeline, build, decide
+from ssdo_gl.planning.walk import build, decide
 from ssdo_gl.scene.lights import BLACK, Light
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings

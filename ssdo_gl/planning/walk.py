@@ -4,53 +4,28 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable
-from dataclasses import dataclass, field
 
 from ssdo_gl.effects import registry
-from ssdo_gl.effects.bounce import BouncePass
 from ssdo_gl.effects.decisions import Decided, Decision
 from ssdo_gl.effects.effect import Effect, ImageSource, ReasonedPass, Term
 from ssdo_gl.effects.request import Request
-from ssdo_gl.graph.graph import compile_graph
 from ssdo_gl.graph.render_pass import RenderPass
-from ssdo_gl.passes.composite import CompositePass, Display, OcclusionMode
-from ssdo_gl.passes.edge_aware_filter import (
-    FILTER,
-    EdgeAwareFilterPass,
-    LastStage,
-    joined_filters,
-)
+from ssdo_gl.passes.composite import CompositePass, OcclusionMode
 from ssdo_gl.passes.gbuffer import GBUFFER_IMAGES, GBufferPass
 from ssdo_gl.passes.radiance_aov import RadianceAovPass
 from ssdo_gl.passes.sender_radiance import SenderRadiancePass
 from ssdo_gl.passes.terms import SenderTerms
 from ssdo_gl.passes.tone_map import ToneMapPass, ToneMapSettings
-from ssdo_gl.planning.averages import SUMMED_LIGHT, averaged
+from ssdo_gl.planning.averages import averaged
+from ssdo_gl.planning.merged_passes import (
+    with_joined_filters,
+    with_last_stage,
+    with_shown_sum,
+    with_summed_senders,
+    without_unread_targets,
+)
+from ssdo_gl.planning.pipeline import Pipeline
 from ssdo_gl.settings.backgrounds import ENVIRONMENT, color_code
-
-
-@dataclass(frozen=True)
-class Pipeline:
-    """Passes for what was asked for.
-
-    Attributes
-    ----------
-    outputs : dict of image name to ImageSource
-    reasons : dict of pass name to why it runs
-    skipped : dict of pass name to why it is not needed
-    """
-
-    passes: tuple[RenderPass, ...]
-    outputs: dict[str, ImageSource]
-    decided: Decided
-    reasons: dict[str, str] = field(default_factory=dict)
-    skipped: dict[str, str] = field(default_factory=dict)
-
-    @property
-    def resources(self) -> tuple[str, ...]:
-        """Resources that must be made, for the graph."""
-        named = (output.resource for output in self.outputs.values())
-        return tuple(dict.fromkeys(name for name in named if name is not None))
 
 
 def decide(request: Request) -> Decided:
@@ -110,18 +85,17 @@ def build(request: Request) -> Pipeline:
     everything = Request(request.scene, request.content, full, request.wanted)
     decide(everything)
     skipped = _reasons_to_skip(pipeline, build(everything))
-    pipeline = _with_joined_filters(dataclasses.replace(pipeline, skipped=skipped))
-    pipeline = _averaged(_with_summed_senders(_with_shown_sum(pipeline)), request)
-    return _with_last_stage(pipeline)
+    pipeline = with_joined_filters(dataclasses.replace(pipeline, skipped=skipped))
+    pipeline = _averaged(with_summed_senders(with_shown_sum(pipeline)), request)
+    return with_last_stage(pipeline)
 
 
 def _reasons_to_skip(pipeline: Pipeline, full: Pipeline) -> dict[str, str]:
     """Return why the passes do not run that only the full pipeline has."""
     has = {item.name for item in pipeline.passes}
-    order = compile_graph(full.passes, full.resources).order
     rows = [row for row in pipeline.decided.rows if not row.run]
     reasons: dict[str, str] = {}
-    for name in (item.name for item in order if item.name not in has):
+    for name in (item.name for item in full.order if item.name not in has):
         spared = (row.reason for row in rows if name in row.passes)
         reasons[name] = next(spared, "no effect that runs needs it")
     return reasons
@@ -156,7 +130,7 @@ class _Builder:
         return (
             pipeline
             if self.request.is_full
-            else _without_unread_targets(pipeline, self.request.is_glossy)
+            else without_unread_targets(pipeline, self.request.is_glossy)
         )
 
     def add(self, item: RenderPass, reason: str) -> None:
@@ -238,141 +212,9 @@ def _by_kind(terms: Iterable[Term]) -> tuple[list[str], list[str]]:
     )
 
 
-def _without_unread_targets(pipeline: Pipeline, is_glossy: bool) -> Pipeline:
-    """Return `pipeline` with a G-buffer of what the passes that will run read of it."""
-    order = compile_graph(pipeline.passes, pipeline.resources).order
-    read = {resource for item in order for resource in item.reads} | set(pipeline.resources)
-    # Without it the albedo would be that of metals, too.
-    read |= {"gloss"} if is_glossy and "albedo" in read else set()
-    passes = tuple(
-        GBufferPass(read, by_chance=item.by_chance) if isinstance(item, GBufferPass) else item
-        for item in pipeline.passes
-    )
-    return dataclasses.replace(pipeline, passes=passes)
-
-
-def _with_joined_filters(pipeline: Pipeline) -> Pipeline:
-    """Return `pipeline` with one filter for two images, where that is possible."""
-    order = compile_graph(pipeline.passes, pipeline.resources).order
-    passes = joined_filters(pipeline.passes, order)
-    reasons = {**pipeline.reasons, FILTER: "removes the sampling noise along surfaces"}
-    return _with_summed_light(dataclasses.replace(pipeline, passes=passes, reasons=reasons))
-
-
-def _with_summed_light(pipeline: Pipeline) -> Pipeline:
-    """Return `pipeline` with two images added up before the filter, if only the picture reads.
-
-    The filter is linear and weighs both alike.
-    """
-    joined = next((item for item in pipeline.passes if item.name == FILTER), None)
-    if not isinstance(joined, EdgeAwareFilterPass):
-        return pipeline
-    order = compile_graph(pipeline.passes, pipeline.resources).order
-    parts = joined.writes.keys()
-    readers = [item for item in order if not parts.isdisjoint(item.reads)]
-    if not parts.isdisjoint(pipeline.resources) or [*map(type, readers)] != [CompositePass]:
-        return pipeline
-    bounce = next(item for item in order if isinstance(item, BouncePass))
-    if not any(signal.source in bounce.writes for signal in joined.signals):
-        return pipeline
-    (added,) = (s.source for s in joined.signals if s.source not in bounce.writes)
-    (signal,) = (s for s in joined.signals if s.source in bounce.writes)
-
-    def changed(item: RenderPass) -> RenderPass:
-        if item is bounce:
-            return bounce.changed(adds=added)
-        if item is joined:
-            light = dataclasses.replace(signal, result=SUMMED_LIGHT)
-            return EdgeAwareFilterPass(
-                FILTER, joined.settings, light, parts_edges=joined.parts_edges
-            )
-        if isinstance(item, CompositePass):
-            others = [name for name in item.irradiances if name not in parts]
-            return item.changed(irradiances=[*others, SUMMED_LIGHT])
-        return item
-
-    return dataclasses.replace(pipeline, passes=tuple(map(changed, pipeline.passes)))
-
-
-def _with_shown_sum(pipeline: Pipeline) -> Pipeline:
-    """Return `pipeline` with the terms added up to what a display shows, if only that is read.
-
-    A frame of `fast` takes .97 of the time, one of `balanced` .99.
-    """
-    order = compile_graph(pipeline.passes, pipeline.resources).order
-    readers = [item for item in order if "beauty" in item.reads]
-    tone = next((item for item in readers if isinstance(item, ToneMapPass)), None)
-    if tone is None or len(readers) > 1 or "beauty" in pipeline.resources:
-        return pipeline
-    display = Display(tone.writes, tone.defines, tone.uniforms)
-    passes = tuple(
-        item.changed(display=display) if isinstance(item, CompositePass) else item
-        for item in pipeline.passes
-        if item is not tone
-    )
-    reason = "the sum of the terms is written as a display shows it"
-    return dataclasses.replace(
-        pipeline, passes=passes, skipped={**pipeline.skipped, tone.name: reason}
-    )
-
-
-def _with_last_stage(pipeline: Pipeline) -> Pipeline:
-    """Return `pipeline` with a filter that ends where the terms are added up, if only that reads.
-
-    Frames of `fast`, of `balanced` and of the defaults of `bounce` take .97 of the time.
-    """
-    order = compile_graph(pipeline.passes, pipeline.resources).order
-    composite = next((item for item in order if isinstance(item, CompositePass)), None)
-    if composite is None or composite.glossy or not composite.irradiances:
-        return pipeline
-    last = composite.irradiances[-1]
-    readers = [item for item in order if last in item.reads]
-    whole = next((item for item in order if last in item.writes), None)
-    if readers != [composite] or last in pipeline.resources:
-        return pipeline
-    if not isinstance(whole, EdgeAwareFilterPass) or len(whole.signals) > 1:
-        return pipeline
-    specs = {name: spec for item in order for name, spec in item.writes.items()}
-    end = LastStage(whole, specs[whole.signals[0].source].scale)
-    summed = composite.changed(irradiances=composite.irradiances[:-1], last_stage=end)
-    changed: dict[RenderPass, RenderPass | None] = {whole: end.rest, composite: summed}
-    found = (changed.get(item, item) for item in pipeline.passes)
-    passes = tuple(item for item in found if item is not None)
-    reason = "its only stage is run where the terms are added up"
-    spared = {whole.name: reason} if end.rest is None else {}
-    return dataclasses.replace(pipeline, passes=passes, skipped={**pipeline.skipped, **spared})
-
-
-def _with_summed_senders(pipeline: Pipeline) -> Pipeline:
-    """Return `pipeline` with the bounce adding up what senders send, where it asks few of them.
-
-    A frame of `fast` takes .96 of the time.
-    """
-    order = compile_graph(pipeline.passes, pipeline.resources).order
-    senders = next((item for item in order if isinstance(item, SenderRadiancePass)), None)
-    readers = [item for item in order if "sender_radiance" in item.reads]
-    if senders is None or senders.glossy or len(readers) > 1:
-        return pipeline
-    (bounce,) = readers
-    if not isinstance(bounce, BouncePass) or bounce.looks_up_much:
-        return pipeline
-    passes = tuple(
-        bounce.changed(terms=senders.terms) if item is bounce else item
-        for item in pipeline.passes
-        if item is not senders
-    )
-    reason = "the bounce asks few surfaces, and adds up itself what they send"
-    return dataclasses.replace(
-        pipeline, passes=passes, skipped={**pipeline.skipped, senders.name: reason}
-    )
-
-
 def _averaged(pipeline: Pipeline, request: Request) -> Pipeline:
     """Return `pipeline` with averages over frames, where those are decided."""
     if not request.averages:
         return pipeline
     passes, reasons = averaged(pipeline.passes, request)
     return dataclasses.replace(pipeline, passes=passes, reasons=pipeline.reasons | reasons)
-
-
-__all__ = ["Decided", "Decision", "Pipeline", "build", "decide"]
