@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json, shown
+from ssdo_gl.scene.formats.gltf.ranges import Ranges
 from ssdo_gl.scene.numbers import LARGEST_NUMBER
 
 # How many numbers a value of a property has; weights have one for each morph target.
 _WIDTHS = {"translation": 3, "rotation": 4, "scale": 3, "weights": 0}
+# The first is the format's default.
+_INTERPOLATIONS = ("LINEAR", "STEP", "CUBICSPLINE")
 _DAMAGED = (KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError)
 
 
@@ -61,7 +63,7 @@ class Channel:
 Channels = dict[tuple[int, str], Channel]
 
 
-def read_channels(document: Document, note: Callable[[str], None]) -> Channels:
+def read_channels(document: Document, note: Callable[[str], None], ranges: Ranges) -> Channels:
     """Return the channels that are played, by node and property.
 
     Of several animations the first is played, and with it each later one that moves
@@ -79,7 +81,7 @@ def read_channels(document: Document, note: Callable[[str], None]) -> Channels:
     for index, animation in enumerate(animations if isinstance(animations, list) else []):
         try:
             name = str(animation.get("name") or f"animation {index}")
-            found = _channels_of(document, animation, note)
+            found = _channels_of(document, animation, note, ranges)
         except GltfError as error:
             note(f"animation not played: {error}")
             continue
@@ -99,7 +101,9 @@ def read_channels(document: Document, note: Callable[[str], None]) -> Channels:
     return played
 
 
-def _channels_of(document: Document, animation: Json, note: Callable[[str], None]) -> Channels:
+def _channels_of(
+    document: Document, animation: Json, note: Callable[[str], None], ranges: Ranges
+) -> Channels:
     wanted: list[tuple[tuple[int, str], Json]] = []
     for channel in animation["channels"]:
         target = channel["target"]
@@ -116,19 +120,12 @@ def _channels_of(document: Document, animation: Json, note: Callable[[str], None
         key: Channel(
             keys,
             _values(document, sampler, key[1], len(keys)),
-            _interpolation(sampler),
+            ranges.word(sampler, "interpolation", _INTERPOLATIONS, f"node {key[0]}"),
             period,
             key[1] == "rotation",
         )
         for (key, sampler), keys in zip(wanted, times, strict=True)
     }
-
-
-def _interpolation(sampler: Json) -> str:
-    name: Any = sampler.get("interpolation", "LINEAR")
-    if name not in ("LINEAR", "STEP", "CUBICSPLINE"):
-        raise GltfError(f"interpolation {shown(name)}: expected LINEAR, STEP or CUBICSPLINE")
-    return str(name)
 
 
 def _times(document: Document, index: int) -> FloatArray:
@@ -143,7 +140,7 @@ def _values(document: Document, sampler: Json, path: str, count: int) -> FloatAr
     """Return the values at `count` keys, as `Channel` holds them."""
     index, width = sampler["output"], _WIDTHS[path]
     values = document.accessor(index, (width or 1,))
-    parts = 3 if _interpolation(sampler) == "CUBICSPLINE" else 1
+    parts = 3 if sampler.get("interpolation") == "CUBICSPLINE" else 1
     width = width or len(values) // (count * parts)
     if values.size != count * parts * width or not np.all(np.abs(values) <= LARGEST_NUMBER):
         raise GltfError(f"accessor {index}: expected {count} numbers or vectors for {path}")

@@ -10,10 +10,12 @@ import numpy as np
 
 from ssdo_gl.math3d import vector
 from ssdo_gl.scene.files import MAX_RADIANCE
-from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json, number, numbers
+from ssdo_gl.scene.formats.gltf.document import Document, Json, number, numbers
 from ssdo_gl.scene.formats.gltf.gltf_textures import Coordinates, Placed, TextureReader
+from ssdo_gl.scene.formats.gltf.ranges import Ranges
 from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.material import Color, Material, Texture
+from ssdo_gl.scene.numbers import LARGEST_NUMBER
 
 # Extensions that are drawn as the material beneath them, in words.
 _LEFT_OUT = {
@@ -52,8 +54,8 @@ class UsedMaterial:
 class MaterialReader:
     """Reads each material of a document once."""
 
-    def __init__(self, document: Document, model: Model) -> None:
-        self.document, self.model = document, model
+    def __init__(self, document: Document, model: Model, ranges: Ranges) -> None:
+        self.document, self.model, self.ranges = document, model, ranges
         self.textures = TextureReader(document, model)
         self._known: dict[int | None, UsedMaterial] = {}
 
@@ -67,12 +69,12 @@ class MaterialReader:
     def _read(self, entry: Json) -> UsedMaterial:
         name = str(entry.get("name", ""))
         where = f"material {name!r}"
-        extensions = entry.get("extensions", {})
-        emission = _emission(entry, extensions, where)
+        extensions, ranges = entry.get("extensions", {}), self.ranges
+        emission = _emission(entry, extensions, where, ranges)
         if _GLOSSINESS in extensions:
-            fields, images = _specular_glossiness(extensions[_GLOSSINESS], where)
+            fields, images = _specular_glossiness(extensions[_GLOSSINESS], where, ranges)
         else:
-            fields, images = _metallic_roughness(entry, extensions, where)
+            fields, images = _metallic_roughness(entry, extensions, where, ranges)
         images |= {
             "emission": entry.get("emissiveTexture") if any(emission) else None,
             "normal": entry.get("normalTexture"),
@@ -85,8 +87,8 @@ class MaterialReader:
         for extension in extensions:
             if extension in _LEFT_OUT:
                 self.model.asks_for(_LEFT_OUT[extension], name)
-        mode = entry.get("alphaMode", "OPAQUE")
-        through = _share(extensions.get(_TRANSMISSION, {}), "transmissionFactor", 0.0, where)
+        mode = ranges.word(entry, "alphaMode", ("OPAQUE", "MASK", "BLEND"), where)
+        through = ranges.number(extensions.get(_TRANSMISSION, {}), "transmissionFactor", 0.0, where)
         through = 0.0 if mode == "MASK" else through
         if through > 0.0:
             self.model.asks_for("refraction (transmission is blended)", name)
@@ -100,11 +102,11 @@ class MaterialReader:
             name=name,
             emission=emission,
             normal_scale=number(normal, "scale", 1.0, where),
-            occlusion_strength=_share(occlusion, "strength", 1.0, where),
+            occlusion_strength=ranges.number(occlusion, "strength", 1.0, where),
             is_unlit="KHR_materials_unlit" in extensions,
             blends=mode == "BLEND" or through > 0.0,
             second_uvs=placed.on_second,
-            alpha_cutoff=_share(entry, "alphaCutoff", 0.5, where) if mode == "MASK" else None,
+            alpha_cutoff=_cutoff(entry, where) if mode == "MASK" else None,
             two_sided_emission=is_two_sided and any(emission),
             single_sided=not is_two_sided,
             **fields,
@@ -114,23 +116,21 @@ class MaterialReader:
 
 
 def _metallic_roughness(
-    entry: Json, extensions: Json, where: str
+    entry: Json, extensions: Json, where: str, ranges: Ranges
 ) -> tuple[dict[str, Any], dict[str, Json | None]]:
     """Return fields of the material, and references of its textures."""
     base = entry.get("pbrMetallicRoughness", {})
     specular = extensions.get("KHR_materials_specular", {})
-    color = numbers(specular, "specularColorFactor", _WHITE, where)
-    if not np.all(color >= 0.0):
-        raise GltfError(f"{where}: specularColorFactor must be three numbers from 0 on")
-    fields = _base_color(base, "baseColorFactor", where)
+    color = ranges.numbers(specular, "specularColorFactor", _WHITE, where, high=np.inf)
+    fields = _base_color(base, "baseColorFactor", where, ranges)
     # Without a material of its own a primitive is formally metal; nobody means it.
     if entry:
         fields |= {
-            "metallic": _share(base, "metallicFactor", 1.0, where),
-            "roughness": _share(base, "roughnessFactor", 1.0, where),
-            "specular": _share(specular, "specularFactor", 1.0, where),
+            "metallic": ranges.number(base, "metallicFactor", 1.0, where),
+            "roughness": ranges.number(base, "roughnessFactor", 1.0, where),
+            "specular": ranges.number(specular, "specularFactor", 1.0, where),
             "specular_color": vector(color),
-            "ior": _index_of_refraction(extensions, where),
+            "ior": _index_of_refraction(extensions, where, ranges),
         }
     return fields, {
         "albedo": base.get("baseColorTexture"),
@@ -140,17 +140,19 @@ def _metallic_roughness(
     }
 
 
-def _specular_glossiness(base: Json, where: str) -> tuple[dict[str, Any], dict[str, Json | None]]:
+def _specular_glossiness(
+    base: Json, where: str, ranges: Ranges
+) -> tuple[dict[str, Any], dict[str, Json | None]]:
     """Return the same of the older workflow.
 
     An infinite index of refraction makes the specular colour the reflectance itself, as
     Khronos' own conversion does.
     """
-    color = numbers(base, "specularFactor", _WHITE, where)
-    fields = _base_color(base, "diffuseFactor", where) | {
-        "roughness": 1.0 - _share(base, "glossinessFactor", 1.0, where),
+    color = ranges.numbers(base, "specularFactor", _WHITE, where)
+    fields = _base_color(base, "diffuseFactor", where, ranges) | {
+        "roughness": 1.0 - ranges.number(base, "glossinessFactor", 1.0, where),
         "specular": 1.0,
-        "specular_color": vector(np.clip(color, 0.0, 1.0)),
+        "specular_color": vector(color),
         "ior": 0.0,
     }
     images = base.get("diffuseTexture"), base.get("specularGlossinessTexture")
@@ -172,32 +174,33 @@ def _with_roughness(placed: Placed, glossiness: float) -> Placed:
     )
 
 
-def _base_color(base: Json, key: str, where: str) -> dict[str, Any]:
-    factor = numbers(base, key, (1.0, 1.0, 1.0, 1.0), where)
-    if not np.all((factor >= 0.0) & (factor <= 1.0)):
-        raise GltfError(f"{where}: {key} must be four numbers from 0 to 1")
+def _base_color(base: Json, key: str, where: str, ranges: Ranges) -> dict[str, Any]:
+    factor = ranges.numbers(base, key, (1.0, 1.0, 1.0, 1.0), where)
     return {"albedo": vector(factor[:3]), "alpha": float(factor[3])}
 
 
-def _index_of_refraction(extensions: Json, where: str) -> float:
+def _index_of_refraction(extensions: Json, where: str, ranges: Ranges) -> float:
+    """Return 0 or a number from 1 on.
+
+    The inverse reflects as much at normal incidence, which is what other viewers make of
+    numbers below 1.
+    """
     ior = number(extensions.get("KHR_materials_ior", {}), "ior", 1.5, where)
-    if not (ior == 0.0 or ior >= 1.0):
-        raise GltfError(f"{where}: ior = {ior:g}: expected 0, or a number from 1 on")
-    return ior
+    if ior == 0.0 or ior >= 1.0:
+        return ior
+    taken = 1.0 / ior if ior > 0.0 else 1.5
+    ranges.replaced(f"ior {ior:g} as {taken:.3g}", where)
+    return min(taken, LARGEST_NUMBER)
 
 
-def _emission(entry: Json, extensions: Json, where: str) -> Color:
+def _emission(entry: Json, extensions: Json, where: str, ranges: Ranges) -> Color:
     factor = numbers(entry, "emissiveFactor", (0.0, 0.0, 0.0), where)
     strength = extensions.get("KHR_materials_emissive_strength", {})
     factor = factor * number(strength, "emissiveStrength", 1.0, where)
-    if not np.all((factor >= 0.0) & (factor <= MAX_RADIANCE)):
-        raise GltfError(
-            f"{where}: emissiveFactor times emissiveStrength must be three numbers "
-            f"from 0 to {MAX_RADIANCE:g}"
-        )
-    return vector(factor)
+    name = "emissiveFactor times emissiveStrength"
+    return vector(ranges.nearest(factor, 0.0, MAX_RADIANCE, name, where))
 
 
-def _share(data: Json, key: str, default: float, where: str) -> float:
-    """Return a number, taken as 0 or 1 where it lies beyond."""
-    return float(np.clip(number(data, key, default, where), 0.0, 1.0))
+def _cutoff(entry: Json, where: str) -> float:
+    """Return the opacity from which something is drawn; above 1 nothing is."""
+    return float(np.clip(number(entry, "alphaCutoff", 0.5, where), 0.0, 1.0))

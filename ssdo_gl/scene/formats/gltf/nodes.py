@@ -6,6 +6,7 @@ import numpy as np
 
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json, numbers
+from ssdo_gl.scene.formats.gltf.ranges import Ranges
 from ssdo_gl.settings.settings import LONGEST
 
 _REST = {
@@ -27,7 +28,7 @@ class NodeTree:
     world : dict of int to ndarray, shape (4, 4)
     """
 
-    def __init__(self, document: Document) -> None:
+    def __init__(self, document: Document, ranges: Ranges) -> None:
         self.visible: list[int] = []
         self.parents: dict[int, int | None] = {}
         self.local: dict[int, FloatArray] = {}
@@ -41,6 +42,8 @@ class NodeTree:
             if index in self.parents:
                 raise GltfError(f"node {index} has two parents")
             local = local_matrix(node, f"node {index}")
+            if "matrix" not in node and not any(node.get("rotation", [1.0])):
+                ranges.replaced("rotation [0, 0, 0, 0] as none", f"node {index}")
             world = local if parent is None else self.world[parent] @ local
             if not np.all(np.abs(world) <= LONGEST):
                 raise GltfError(f"node {index} lies or reaches beyond {LONGEST:g}")
@@ -66,7 +69,7 @@ def placement(node: Json, where: str) -> dict[str, FloatArray]:
     """Return translation, rotation (x, y, z, w) and scale of a node."""
     found = {name: numbers(node, name, rest, where) for name, rest in _REST.items()}
     if not found["rotation"].any():
-        raise GltfError(f"{where}: rotation = [0, 0, 0, 0] is no rotation")
+        found["rotation"] = np.array(_REST["rotation"])
     return found
 
 

@@ -23,6 +23,7 @@ from ssdo_gl.scene.formats.gltf.gltf_materials import MaterialReader
 from ssdo_gl.scene.formats.gltf.misplaced import misplaced
 from ssdo_gl.scene.formats.gltf.nodes import NodeTree, matrices_of
 from ssdo_gl.scene.formats.gltf.poses import Poses
+from ssdo_gl.scene.formats.gltf.ranges import Ranges
 from ssdo_gl.scene.formats.gltf.rig import FrameMotion, NodeMotion, Rig, Skin
 from ssdo_gl.scene.formats.gltf.viewpoints import read_camera, read_light
 from ssdo_gl.scene.formats.model import Model
@@ -88,9 +89,11 @@ class _Reader:
     def __init__(self, document: Document) -> None:
         self.document = document
         self.model = Model()
-        self.materials = MaterialReader(document, self.model)
-        self.tree = NodeTree(document)
-        self.rig = Rig(document, self.tree, read_channels(document, self.model.note))
+        self.ranges = Ranges()
+        self.materials = MaterialReader(document, self.model, self.ranges)
+        self.tree = NodeTree(document, self.ranges)
+        channels = read_channels(document, self.model.note, self.ranges)
+        self.rig = Rig(document, self.tree, channels)
         self._skins: dict[int, Skin] = {}
         # (mesh, primitive, skin, morph weights or the node that has them) -> mesh and
         # material of the model, None if unusable.
@@ -114,6 +117,8 @@ class _Reader:
             self.model.camera = read_camera(entry, self.rig.world_at(node, 0.0), self.model)
             if self.rig.moves(node):
                 self.model.camera_motion = FrameMotion(self.rig, node)
+        if note := self.ranges.note():
+            self.model.note(note)
         return self.model
 
     def _motion(self, node: int) -> NodeMotion | None:
@@ -134,7 +139,11 @@ class _Reader:
         light = node.get("extensions", {}).get("KHR_lights_punctual")
         if light is not None:
             made = read_light(
-                self.document, light["light"], self.rig.world_at(index, 0.0), self.model
+                self.document,
+                light["light"],
+                self.rig.world_at(index, 0.0),
+                self.model,
+                self.ranges,
             )
             if made is not None:
                 motion = FrameMotion(self.rig, index) if self.rig.moves(index) else None

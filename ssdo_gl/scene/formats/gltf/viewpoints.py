@@ -8,13 +8,16 @@ from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray, vector
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json, number, numbers, shown
+from ssdo_gl.scene.formats.gltf.ranges import Ranges
 from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.lights import Light, kind_of_gltf
 from ssdo_gl.scene.numbers import LARGEST_NUMBER
 from ssdo_gl.settings.settings import LONGEST, SHORTEST
 
 
-def read_light(document: Document, index: int, world: FloatArray, model: Model) -> Light | None:
+def read_light(
+    document: Document, index: int, world: FloatArray, model: Model, ranges: Ranges
+) -> Light | None:
     """Return a light of KHR_lights_punctual; it shines along the node's -z.
 
     None, with a note, if its node gives it no direction.
@@ -25,10 +28,10 @@ def read_light(document: Document, index: int, world: FloatArray, model: Model) 
     light, where = lights[index], f"light {index}"
     strength = number(light, "intensity", 1.0, where)
     color = numbers(light, "color", (1.0, 1.0, 1.0), where) * strength
-    if not all(0.0 <= c <= LARGEST_NUMBER for c in color):
-        raise GltfError(
-            f"{where}: colour times intensity is {_listed(color)}: expected 0 to {LARGEST_NUMBER:g}"
-        )
+    color = ranges.nearest(color, 0.0, LARGEST_NUMBER, "colour times intensity", where)
+    spot = light.get("spot", {})
+    for key in ("outerConeAngle", "innerConeAngle"):
+        ranges.number(spot, key, 0.0, where, high=0.5 * np.pi)
     name = str(light.get("name", ""))
     kind = kind_of_gltf(light["type"])
     if kind is None:
@@ -82,7 +85,3 @@ def _axis(direction: FloatArray) -> FloatArray:
     if not direction.any():
         raise GltfError("camera: its node is scaled to zero, so it looks nowhere")
     return math3d.normalized(direction)
-
-
-def _listed(values: FloatArray) -> str:
-    return "[" + ", ".join(f"{value:g}" for value in values) + "]"

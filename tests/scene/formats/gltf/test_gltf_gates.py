@@ -42,7 +42,6 @@ def one_triangle(glb: GlbWriter, **primitive: Any) -> dict[str, Any]:
         ({"scale": [1, 1, 1e20]}, "node 0 lies or reaches beyond 1e+15"),
         ({"scale": [1, 1, "1"]}, "node 0: scale"),
         ({"scale": [1, 1]}, "node 0: scale"),
-        ({"rotation": [0, 0, 0, 0]}, "node 0: rotation"),
         ({"rotation": [0, 0, float("nan"), 1]}, "node 0: rotation"),
         ({"matrix": [float("nan")] + [0] * 15}, "node 0: matrix"),
         ({"matrix": [10**400] + [0] * 15}, "node 0: matrix"),
@@ -63,7 +62,6 @@ def test_places_are_finite_or_refused_by_name(
     ("material", "named"),
     [
         ({"emissiveFactor": [1e300, 0, 0]}, "material 'm': emissiveFactor"),
-        ({"emissiveFactor": [0, -1, 0]}, "material 'm': emissiveFactor"),
         (
             {
                 "emissiveFactor": [1, 1, 1],
@@ -82,7 +80,7 @@ def test_materials_are_finite_or_refused_by_name(
     assert named in refusal(glb, tmp_path)
 
 
-@pytest.mark.parametrize("intensity", ["1e39", "1e300", "NaN", "-1", "null", "1" * 5000])
+@pytest.mark.parametrize("intensity", ["1e39", "1e300", "NaN", "null", "1" * 5000])
 def test_lights_are_finite_or_refused_by_name(
     intensity: str, glb: GlbWriter, tmp_path: Path
 ) -> None:
