@@ -6,6 +6,8 @@ import dataclasses
 
 import numpy as np
 import pytest
+from effects.glossy_floor import GRADIENT
+from scene_text import ball, camera, material, quad
 
 from ssdo_gl.bench.measure.bench_renderer import BenchRenderer
 from ssdo_gl.bench.measure.errors import judge, judged_pixels
@@ -16,29 +18,12 @@ from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.formats.toml import read_description
 from ssdo_gl.settings import Settings
 
-SCENE = """
-[camera]
-position = [0, 1, 4]
-target = [0, 0.4, 0]
-[materials.floor]
-albedo = [0.6, 0.6, 0.6]
-KEYS
-[[object]]
-shape = "quad"
-corner = [-5, 0, 5]
-edge_u = [10, 0, 0]
-edge_v = [0, 0, -10]
-material = "floor"
-[[object]]
-shape = "sphere"
-center = [0, 0.6, 0]
-radius = 0.6
-[environment]
-kind = "gradient"
-zenith = [0.4, 0.5, 0.8]
-horizon = [0.8, 0.8, 0.8]
-ground = [0.1, 0.1, 0.1]
-"""
+REST = (
+    camera([0, 1, 4], [0, 0.4, 0])
+    + quad([-5, 0, 5], [10, 0, 0], [0, 0, -10], "floor")
+    + ball([0, 0.6, 0], 0.6)
+    + GRADIENT
+)
 SETTINGS = Settings(size=(48, 32), radius=1.0, exposure=0.0)
 PASSES = {"reflections", "reflections_filter", "reflected_radiance"}
 
@@ -47,22 +32,22 @@ PASSES = {"reflections", "reflections_filter", "reflected_radiance"}
 def bench(device, shaders):
     """Return a function from the floor's keys to a bench's renderer."""
 
-    def opened(keys):
-        scene = read_description(SCENE.replace("KEYS", keys), "scene.toml")
+    def opened(**keys):
+        scene = read_description(REST + material("floor", 0.6, 0.6, 0.6, **keys), "scene.toml")
         return BenchRenderer(Renderer(scene, SETTINGS, device=device, shaders=shaders))
 
     return opened
 
 
 def test_the_time_of_glossy_passes_is_a_part_of_the_frame(bench):
-    glossy = bench("roughness = 0.3").split(SETTINGS, ("beauty",), 2, "wall")
+    glossy = bench(roughness=0.3).split(SETTINGS, ("beauty",), 2, "wall")
     assert {name for name, _ in glossy} >= PASSES
     assert parts_of(glossy)["gloss"] > 0.0
-    assert "gloss" not in parts_of(bench("").split(SETTINGS, ("beauty",), 2, "wall"))
+    assert "gloss" not in parts_of(bench().split(SETTINGS, ("beauty",), 2, "wall"))
 
 
 def test_the_error_of_the_specular_part_is_reported(bench):
-    renderer, panel = bench("roughness = 0.3"), panel_named("near")
+    renderer, panel = bench(roughness=0.3), panel_named("near")
     images = renderer.images(SETTINGS, panel.aovs)
     near = dataclasses.replace(SETTINGS, method="reference-near", spp=64)
     target = renderer.images(near, panel.aovs)

@@ -5,87 +5,45 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from effects.glossy_floor import SIZE, picture
+from scene_text import ball, box, camera, constant_sky, lamp, light, material, quad, table
 
 import ssdo_gl
 from ssdo_gl.scene.formats.toml import read_description
 
-FACING_MIRRORS = """
-[materials.mirror]
-albedo = [0.95, 0.9, 0.8]
-metallic = 1
-roughness = 0.05
-[materials.matt]
-albedo = [0.7, 0.1, 0.1]
-[[object]]
-shape = "quad"
-corner = [-1.4, 0, 2]
-edge_u = [0, 0, -3]
-edge_v = [0, 1.8, 0]
-material = "mirror"
-[[object]]
-shape = "quad"
-corner = [1.3, 0, -1.2]
-edge_u = [-2.4, 0, -0.4]
-edge_v = [0, 1.8, 0]
-material = "mirror"
-[[object]]
-shape = "sphere"
-center = [0.4, 0.4, 0.2]
-radius = 0.4
-material = "BALL"
-"""
+
+def facing_mirrors(ball_of: str, roughness: float = 0.05) -> str:
+    return (
+        material("mirror", 0.95, 0.9, 0.8, metallic=1, roughness=roughness)
+        + material("matt", 0.7, 0.1, 0.1)
+        + quad([-1.4, 0, 2], [0, 0, -3], [0, 1.8, 0], "mirror")
+        + quad([1.3, 0, -1.2], [-2.4, 0, -0.4], [0, 1.8, 0], "mirror")
+        + ball([0.4, 0.4, 0.2], 0.4, ball_of)
+    )
 
 
-POINT = '[[light]]\nkind = "point"\nposition = [0.3, 2, 2]\nintensity = [6, 6, 6]\n'
+POINT = light("point", position=[0.3, 2, 2], intensity=[6, 6, 6])
+LAMPS = [
+    lamp([-0.5, 2.2, 0], [1, 0, 0], [0, 0, 1], [3, 3, 3], visible=visible)
+    for visible in (True, False)
+]
 
 
-LAMP = """
-[[light]]
-kind = "area"
-corner = [-0.5, 2.2, 0]
-edge_u = [1, 0, 0]
-edge_v = [0, 0, 1]
-radiance = [3, 3, 3]
-visible = VISIBLE
-"""
-
-
-ROOM_OF_ROUGH_METAL = """
-[camera]
-position = [0, 1, 1.9]
-target = [0, 0.8, 0]
-fov_y = 50
-[render]
-radius = 0.2
-[materials.wall]
-albedo = [0.8, 0.6, 0.4]
-[materials.metal]
-albedo = [0.9, 0.9, 0.9]
-metallic = 1
-roughness = {roughness}
-[[object]]
-shape = "box"
-min = [-2, 0, -2]
-max = [2, 2.5, 2]
-material = "wall"
-[[object]]
-shape = "sphere"
-center = [0, 0.8, 0]
-radius = 0.5
-material = "metal"
-[[light]]
-kind = "area"
-corner = [-0.3, 2.45, -0.3]
-edge_u = [0.6, 0, 0]
-edge_v = [0, 0, 0.6]
-radiance = [9, 9, 9]
-"""
+def room_of_rough_metal(roughness: float) -> str:
+    return (
+        camera([0, 1, 1.9], [0, 0.8, 0], 50)
+        + table("render", radius=0.2)
+        + material("wall", 0.8, 0.6, 0.4)
+        + material("metal", 0.9, 0.9, 0.9, metallic=1, roughness=roughness)
+        + box([-2, 0, -2], [2, 2.5, 2], "wall")
+        + ball([0, 0.8, 0], 0.5, "metal")
+        + lamp([-0.3, 2.45, -0.3], [0.6, 0, 0], [0, 0, 0.6], [9, 9, 9])
+    )
 
 
 @pytest.mark.parametrize("roughness", [0.41, 0.7, 1.0])
 def test_rough_metal_in_a_room_shows_its_walls_beyond_the_near_field(roughness):
     """What lies beyond R is not black: rays of the lobe find it."""
-    scene = read_description(ROOM_OF_ROUGH_METAL.format(roughness=roughness), "room.toml")
+    scene = read_description(room_of_rough_metal(roughness), "room.toml")
     found, wanted = (
         np.asarray(ssdo_gl.render(scene, size=SIZE, **chosen), np.float64)[12:-12, 20:-20, :3]
         for chosen in ({"method": "gi"}, {"method": "reference-gi", "spp": 128})
@@ -99,11 +57,10 @@ def shown(picture_):
     return np.clip(picture_[..., :3], 0.0, 1.0)
 
 
-@pytest.mark.parametrize("ball", ["matt", "mirror"])
-def test_a_mirror_in_a_mirror_shows_what_it_reflects(ball):
+@pytest.mark.parametrize("ball_of", ["matt", "mirror"])
+def test_a_mirror_in_a_mirror_shows_what_it_reflects(ball_of):
     # Nothing is clipped.
-    sky = '[environment]\nkind = "constant"\nradiance = [0.4, 0.6, 0.9]\n'
-    scene = sky + FACING_MIRRORS.replace("BALL", ball)
+    scene = constant_sky(0.4, 0.6, 0.9) + facing_mirrors(ball_of)
     wanted = shown(picture(scene, method="reference-gi", spp=64))
     errors = {
         bounces: np.sqrt(np.mean((shown(picture(scene, method="gi", **once)) - wanted) ** 2))
@@ -114,12 +71,10 @@ def test_a_mirror_in_a_mirror_shows_what_it_reflects(ball):
     assert errors[3] < 0.5 * errors[0], errors
 
 
-@pytest.mark.parametrize(
-    "light", [POINT, LAMP.replace("VISIBLE", "true"), LAMP.replace("VISIBLE", "false")]
-)
-def test_a_light_in_a_mirror_in_a_mirror_is_as_bright_as_by_rays(light):
+@pytest.mark.parametrize("shining", [POINT, *LAMPS])
+def test_a_light_in_a_mirror_in_a_mirror_is_as_bright_as_by_rays(shining):
     """Rough enough for paths to find the light; nothing else shines."""
-    scene = light + FACING_MIRRORS.replace("BALL", "mirror").replace("0.05", "0.35")
+    scene = shining + facing_mirrors("mirror", roughness=0.35)
     found, wanted = (
         picture(scene, method=method, spp=spp)[..., :3].mean(axis=(0, 1))
         for method, spp in (("gi", 1), ("reference-gi", 64))
@@ -130,27 +85,12 @@ def test_a_light_in_a_mirror_in_a_mirror_is_as_bright_as_by_rays(light):
     np.testing.assert_allclose(found - direct, wanted - direct, rtol=0.2)
 
 
-METAL_ROOM = """
-[camera]
-position = [0, 1, 2.9]
-target = [0, 1, 0]
-fov_y = 45
-[materials.wall]
-albedo = [0.7, 0.6, 0.5]
-metallic = 1
-roughness = 0.25
-[[object]]
-shape = "box"
-min = [-1, 0, -1]
-max = [1, 2, 3]
-material = "wall"
-[[light]]
-kind = "area"
-corner = [-0.25, 1.98, -0.25]
-edge_u = [0.5, 0, 0]
-edge_v = [0, 0, 0.5]
-radiance = [10, 10, 10]
-"""
+METAL_ROOM = (
+    camera([0, 1, 2.9], [0, 1, 0], 45)
+    + material("wall", 0.7, 0.6, 0.5, metallic=1, roughness=0.25)
+    + box([-1, 0, -1], [1, 2, 3], "wall")
+    + lamp([-0.25, 1.98, -0.25], [0.5, 0, 0], [0, 0, 0.5], [10, 10, 10])
+)
 
 
 def test_a_lamp_in_a_room_of_metal_leaves_no_blotches():

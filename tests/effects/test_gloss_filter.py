@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scene_text import camera, light, material, quad
 
 import ssdo_gl
 from ssdo_gl.scene.formats.toml import read_description
@@ -13,32 +14,13 @@ from ssdo_gl.scene.geometry.mesh import Mesh
 from ssdo_gl.scene.geometry.shapes import sphere
 
 SIZE = (96, 72)
-SCENE = """
-[camera]
-position = [0, 0, 4]
-target = [0, 0, 0]
-fov_y = 30
-exposure = 0
-[materials.m]
-albedo = [0.9, 0.8, 0.6]
-{finish}
-[[light]]
-kind = "directional"
-direction = [-0.4, -0.8, -1]
-irradiance = [2, 2, 2]
-shadow = "none"
-[[light]]
-kind = "point"
-position = [1.5, 1, 2.5]
-intensity = [4, 4, 4]
-shadow = "none"
-[[object]]
-shape = "quad"
-corner = [-1.2, -0.9, 0]
-edge_u = [2.4, 0, 0]
-edge_v = [0, 1.8, 0]
-material = "m"
-"""
+REST = (
+    camera([0, 0, 4], [0, 0, 0], 30, exposure=0)
+    + light("directional", direction=[-0.4, -0.8, -1], irradiance=[2, 2, 2], shadow="none")
+    + light("point", position=[1.5, 1, 2.5], intensity=[4, 4, 4], shadow="none")
+    + quad([-1.2, -0.9, 0], [2.4, 0, 0], [0, 1.8, 0], "m")
+)
+METAL = {"metallic": 1, "roughness": 0.1}
 # Of the picture's width, in the world.
 PIXEL = 8.0 * np.tan(np.radians(15.0)) / SIZE[1]
 
@@ -61,8 +43,8 @@ def rippled(period_px):
     return Mesh(np.stack([x, y, z], axis=-1).reshape(-1, 3), triangles, normals.reshape(-1, 3))
 
 
-def picture(mesh, footprint, *, finish="metallic = 1\nroughness = 0.1", pan_px=0.0, **settings):
-    scene = read_description(SCENE.format(finish=finish), "scene.toml")
+def picture(mesh, footprint, *, finish=METAL, pan_px=0.0, **settings):
+    scene = read_description(REST + material("m", 0.9, 0.8, 0.6, **finish), "scene.toml")
     place = pan_px * PIXEL
     camera = dataclasses.replace(scene.camera, position=(place, 0.0, 4.0), target=(place, 0.0, 0.0))
     scene = dataclasses.replace(scene, meshes=(mesh,), camera=camera)
@@ -92,7 +74,7 @@ def test_finely_curved_metal_is_nearer_to_many_samples_at_rest_and_in_motion(per
 
 @pytest.mark.parametrize("roughness", [0.05, 0.1, 0.25])
 def test_smooth_balls_keep_their_light_and_silhouettes_have_no_specks(roughness):
-    finish = f"metallic = 1\nroughness = {roughness}"
+    finish = METAL | {"roughness": roughness}
     many, filtered = (
         picture(sphere(48), footprint, finish=finish, antialias=frames)
         for footprint, frames in ((0.0, 64), (1.0, 1))
@@ -105,7 +87,7 @@ def test_smooth_balls_keep_their_light_and_silhouettes_have_no_specks(roughness)
 
 
 @pytest.mark.parametrize(
-    "settings", [{"method": "reference-near", "spp": 1}, {"finish": "", "aov": "beauty"}]
+    "settings", [{"method": "reference-near", "spp": 1}, {"finish": {}, "aov": "beauty"}]
 )
 def test_references_and_diffuse_surfaces_stay_as_they_are(settings):
     images = [picture(sphere(16), footprint, **settings) for footprint in (0.0, 1.0)]

@@ -4,47 +4,32 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from effects.glossy_floor import HEAD, SIZE, picture
+from effects.glossy_floor import FLOOR, HEAD, SIZE, picture
+from scene_text import ball, box, constant_sky, lamp, light, material, quad
 
 import ssdo_gl
 from ssdo_gl.scene.formats.toml import read_description
 from ssdo_gl.settings import Settings
 
-SKY = '[environment]\nkind = "constant"\nradiance = [0.5, 1.0, 2.0]\n'
+SKY = constant_sky(0.5, 1.0, 2.0)
+GLOWING_WALL = material("glow", 0, 0, 0, emission=[3, 2, 1]) + box([-2, 0, -2], [2, 3, -1], "glow")
+GOLD = material("ball", 1, 0.8, 0.4, metallic=1, roughness=0.3)
 
 
-FLOOR = """
-[[object]]
-shape = "quad"
-corner = [-50, 0, 50]
-edge_u = [100, 0, 0]
-edge_v = [0, 0, -100]
-material = "floor"
-"""
+def floor(*albedo: float, **keys: float) -> str:
+    return material("floor", *albedo, **keys) + FLOOR
 
 
-GLOWING_WALL = """
-[materials.glow]
-albedo = [0, 0, 0]
-emission = [3, 2, 1]
-[[object]]
-shape = "box"
-min = [-2, 0, -2]
-max = [2, 3, -1]
-material = "glow"
-"""
-
-
-def floor(keys: str) -> str:
-    return f"[materials.floor]\n{keys}\n"
+def white_metal(roughness: float) -> str:
+    return floor(1, 1, 1, metallic=1, roughness=roughness)
 
 
 @pytest.mark.parametrize("roughness", [0.0, 0.2, 0.5, 1.0])
 def test_white_metal_in_an_even_sky_is_not_seen(roughness):
     """A white furnace: a metal gives back all that it gets, whatever its roughness."""
-    metal = floor(f"albedo = [1, 1, 1]\nmetallic = 1\nroughness = {roughness}")
-    found = picture(SKY + metal + FLOOR, method="bounce")[SIZE[1] // 2 :, :, :3]
-    wanted = picture(SKY + metal + FLOOR, method="reference-gi", spp=256)[SIZE[1] // 2 :, :, :3]
+    scene = SKY + white_metal(roughness)
+    found = picture(scene, method="bounce")[SIZE[1] // 2 :, :, :3]
+    wanted = picture(scene, method="reference-gi", spp=256)[SIZE[1] // 2 :, :, :3]
     assert found.max() <= 2.0 * (1.0 + 1e-3)
     # Noise of 256 paths, over half a picture.
     np.testing.assert_allclose(found.mean(axis=(0, 1)), wanted.mean(axis=(0, 1)), rtol=0.01)
@@ -56,16 +41,8 @@ def test_white_metal_in_an_even_sky_is_not_seen(roughness):
 @pytest.mark.parametrize("method", ["bounce", "gi"])
 def test_a_mirror_shows_the_sky_behind_a_lamp(method):
     """Rays that pass behind the lamp, as the picture shows it, do not meet it."""
-    lamp = """
-[[light]]
-kind = "area"
-corner = [-1, 0.3, -1]
-edge_u = [2, 0, 0]
-edge_v = [0, 0.5, 0]
-radiance = [9, 9, 9]
-"""
-    mirror = floor("albedo = [1, 1, 1]\nmetallic = 1\nroughness = 0")
-    found = picture(SKY + mirror + FLOOR + lamp, method=method)[SIZE[1] // 2 :, :, :3]
+    before = lamp([-1, 0.3, -1], [2, 0, 0], [0, 0.5, 0], [9, 9, 9])
+    found = picture(SKY + white_metal(0) + before, method=method)[SIZE[1] // 2 :, :, :3]
     is_lamp = found[..., 0] > 8.0
     assert is_lamp.mean() > 0.05
     # At its edges the four directions of a pixel meet more or less of it than there is.
@@ -75,8 +52,7 @@ radiance = [9, 9, 9]
 
 @pytest.mark.parametrize("roughness", [0.0, 0.3, 0.7])
 def test_a_glowing_wall_is_seen_in_the_floor(roughness):
-    scene = floor(f"albedo = [0.9, 0.8, 0.7]\nmetallic = 1\nroughness = {roughness}")
-    scene += FLOOR + GLOWING_WALL
+    scene = floor(0.9, 0.8, 0.7, metallic=1, roughness=roughness) + GLOWING_WALL
     found = picture(scene, method="bounce")[..., :3]
     wanted = picture(scene, method="reference-gi", spp=256)[..., :3]
     below = slice(SIZE[1] * 5 // 8, None)
@@ -86,15 +62,14 @@ def test_a_glowing_wall_is_seen_in_the_floor(roughness):
 
 
 def test_metal_in_the_dark_is_exactly_black():
-    metal = floor("albedo = [1, 1, 1]\nmetallic = 1\nroughness = 0")
-    dark = '[environment]\nkind = "constant"\nradiance = [0, 0, 0]\n'
-    assert np.all(picture(dark + metal + FLOOR, method="bounce")[..., :3] == 0.0)
+    dark = constant_sky(0, 0, 0) + white_metal(0)
+    assert np.all(picture(dark, method="bounce")[..., :3] == 0.0)
 
 
 @pytest.mark.parametrize("method", ["bounce", "ssdo"])
 def test_all_effects_draw_the_same_picture_of_diffuse_surfaces(method):
     """Where nothing is glossy, nothing of gloss runs, and nothing is missing."""
-    scene = SKY + floor("albedo = [0.7, 0.5, 0.3]") + FLOOR + GLOWING_WALL
+    scene = SKY + floor(0.7, 0.5, 0.3) + GLOWING_WALL
     planned = picture(scene, method=method)
     full = picture(scene, method=method, effects="full")
     np.testing.assert_allclose(planned, full, atol=1e-6)
@@ -104,7 +79,7 @@ def test_all_effects_draw_the_same_picture_of_diffuse_surfaces(method):
 
 @pytest.mark.parametrize("method", ["bounce", "ssdo", "direct"])
 def test_planning_leaves_a_glossy_picture_as_it_is(method):
-    scene = SKY + floor("albedo = [0.7, 0.5, 0.3]\nroughness = 0.3") + FLOOR + GLOWING_WALL
+    scene = SKY + floor(0.7, 0.5, 0.3, roughness=0.3) + GLOWING_WALL
     planned = picture(scene, method=method)
     np.testing.assert_allclose(planned, picture(scene, method=method, effects="full"), atol=1e-6)
 
@@ -119,10 +94,8 @@ APART = {"bounce_filter.tap_radius": 4}
 )
 def test_gloss_is_worked_out_only_where_it_is_seen(method, overrides, error):
     """As much of the frame as a ball takes, and the same picture as by all of it."""
-    body = "[materials.ball]\nalbedo = [1, 0.8, 0.4]\nmetallic = 1\nroughness = 0.3\n"
-    ball = '[[object]]\nshape = "sphere"\ncenter = [0.5, 0.2, 1]\nradius = 0.2\nmaterial = "ball"\n'
-    lamp = '[[light]]\nkind = "point"\nposition = [1, 2, 1]\nintensity = [3, 3, 3]\n'
-    scene = SKY + lamp + lamp + body + floor("albedo = [0.7, 0.5, 0.3]") + FLOOR + ball
+    lamps = 2 * light("point", position=[1, 2, 1], intensity=[3, 3, 3])
+    scene = SKY + lamps + GOLD + floor(0.7, 0.5, 0.3) + ball([0.5, 0.2, 1], 0.2, "ball")
     planned = picture(scene, method=method, overrides=overrides)
     full = picture(scene, method=method, overrides=overrides, effects="full")
     np.testing.assert_allclose(planned, full, rtol=0.0, atol=error)
@@ -130,50 +103,30 @@ def test_gloss_is_worked_out_only_where_it_is_seen(method, overrides, error):
 
 def test_matt_neighbours_do_not_darken_the_rim_of_what_is_glossy():
     """A square of metal in a matt floor, under an even sky: it shows the same all over."""
-    keys = "albedo = [0.8, 0.8, 0.8]\nmetallic = 1\nroughness = 0.5"
-    square = FLOOR.replace("50", "1").replace("100", "2").replace("0,", "0.001,", 1)
-    tile = f"[materials.tile]\n{keys}\n" + square.replace('"floor"', '"tile"')
-    found = picture(
-        SKY + floor("albedo = [0.2, 0.2, 0.2]") + FLOOR + tile, method="ssdo", aov="specular"
-    )
+    tile = material("tile", 0.8, 0.8, 0.8, metallic=1, roughness=0.5)
+    tile += quad([-1, 0.001, 1], [2, 0, 0], [0, 0, -2], "tile")
+    found = picture(SKY + floor(0.2, 0.2, 0.2) + tile, method="ssdo", aov="specular")
     lit = found[..., 1][found[..., 1] > 0.0]
     assert len(lit) > 100
     # 8 % along the rim, where the floor counts as black.
     np.testing.assert_allclose(lit, np.median(lit), rtol=0.02)
 
 
-LAMP_BEHIND_A_POST = (
-    FLOOR
-    + """
-[[light]]
-kind = "area"
-corner = [-0.8, 0.6, -1.2]
-edge_u = [1.6, 0, 0]
-edge_v = [0, 1, 0]
-radiance = [1, 1, 1]
-visible = false
-[[object]]
-shape = "box"
-min = [-0.15, 0, -0.1]
-max = [0.15, 1.2, 0.1]
-"""
-)
+LAMP_BEHIND_A_POST = lamp(
+    [-0.8, 0.6, -1.2], [1.6, 0, 0], [0, 1, 0], [1, 1, 1], visible=False
+) + box([-0.15, 0, -0.1], [0.15, 1.2, 0.1])
 
 
 def shown_of_lamp(roughness, method, **settings):
-    metal = floor(f"albedo = [1, 1, 1]\nmetallic = 1\nroughness = {roughness}")
-    text = metal + LAMP_BEHIND_A_POST
+    text = white_metal(roughness) + LAMP_BEHIND_A_POST
     # What a mirror shows of the lamp is 1; paths that find it by chance are brighter.
     return np.minimum(picture(text, method=method, aov="specular", **settings)[..., 0], 1.0)
 
 
 def test_where_a_lobe_covers_pixels_its_noise_is_filtered():
     """A long lens sees the pattern of four directions on metal that is sharp in a wide one."""
-    metal = floor("albedo = [1, 1, 1]\nmetallic = 1\nroughness = 0.16")
-    ball = '[[object]]\nshape = "sphere"\ncenter = [0, 0.4, 0]\nradius = 0.3\n'
-    scene = read_description(
-        HEAD.replace("fov_y = 40", "fov_y = 7") + SKY + metal + FLOOR + ball, "scene.toml"
-    )
+    text = SKY + white_metal(0.16) + ball([0, 0.4, 0], 0.3)
+    scene = read_description(HEAD.replace("fov_y = 40", "fov_y = 7") + text, "scene.toml")
 
     def seen(**overrides):
         return np.asarray(
@@ -210,9 +163,7 @@ def passes_of(text: str, method: str) -> set[str]:
 
 def test_reflections_are_those_of_rays():
     """The image `specular` against its reference: the same light, sent once."""
-    body = "[materials.ball]\nalbedo = [1, 0.8, 0.4]\nmetallic = 1\nroughness = 0.3\n"
-    ball = '[[object]]\nshape = "sphere"\ncenter = [0, 0.6, 0]\nradius = 0.6\nmaterial = "ball"\n'
-    scene = SKY + body + floor("albedo = [0.6, 0.6, 0.6]\nroughness = 0.4") + FLOOR + ball
+    scene = SKY + GOLD + floor(0.6, 0.6, 0.6, roughness=0.4) + ball([0, 0.6, 0], 0.6, "ball")
     found = picture(scene, method="bounce", aov="specular").mean(axis=(0, 1))
     wanted = picture(scene, method="reference-near", spp=64, aov="specular").mean(axis=(0, 1))
     np.testing.assert_allclose(found, wanted, rtol=0.04)
@@ -220,29 +171,10 @@ def test_reflections_are_those_of_rays():
 
 def test_with_gi_mirrors_show_what_the_picture_does_not():
     """A wall behind the camera, seen in a mirror before it."""
-    mirror = """
-[materials.mirror]
-albedo = [1, 1, 1]
-metallic = 1
-roughness = 0
-[[object]]
-shape = "quad"
-corner = [-4, -4, -1]
-edge_u = [8, 0, 0]
-edge_v = [0, 8, 0]
-material = "mirror"
-[materials.wall]
-albedo = [0.8, 0.4, 0.2]
-[[object]]
-shape = "quad"
-corner = [6, -6, 7]
-edge_u = [-12, 0, 0]
-edge_v = [0, 12, 0]
-material = "wall"
-[environment]
-kind = "constant"
-radiance = [1, 1, 1]
-"""
+    mirror = material("mirror", 1, 1, 1, metallic=1, roughness=0)
+    mirror += quad([-4, -4, -1], [8, 0, 0], [0, 8, 0], "mirror")
+    mirror += material("wall", 0.8, 0.4, 0.2)
+    mirror += quad([6, -6, 7], [-12, 0, 0], [0, 12, 0], "wall") + constant_sky(1, 1, 1)
     found, wanted = (
         picture(mirror, method=method, spp=64)[8:-8, 8:-8, :3].mean(axis=(0, 1))
         for method in ("gi", "reference-gi")
@@ -254,9 +186,7 @@ radiance = [1, 1, 1]
 
 
 def test_gloss_costs_nothing_where_it_is_not_seen():
-    body = "[materials.ball]\nalbedo = [1, 0.8, 0.4]\nmetallic = 1\nroughness = 0.3\n"
-    ball = '[[object]]\nshape = "sphere"\ncenter = [0, 0.6, 9]\nradius = 0.6\nmaterial = "ball"\n'
-    behind = SKY + body + floor("albedo = [0.6, 0.6, 0.6]") + FLOOR + ball
+    behind = SKY + GOLD + floor(0.6, 0.6, 0.6) + ball([0, 0.6, 9], 0.6, "ball")
     assert "reflections" not in passes_of(behind, "bounce")
     assert "reflections" in passes_of(behind.replace("0.6, 9]", "0.6, 0]"), "bounce")
     full = picture(behind, method="bounce", effects="full")

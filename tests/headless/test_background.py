@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
+from scene_text import body, camera, constant_sky
 
 import ssdo_gl
 from ssdo_gl.cli import main
@@ -15,18 +16,8 @@ from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.settings.resolve import settings_for
 
-SPHERE = """
-[camera]
-position = [0, 0, 4]
-target = [0, 0, 0]
-exposure = 1.0
-[environment]
-kind = "constant"
-radiance = [0.2, 0.2, 0.2]
-[[object]]
-shape = "sphere"
-radius = 1
-"""
+SPHERE = camera([0, 0, 4], [0, 0, 0], exposure=1.0) + constant_sky(0.2, 0.2, 0.2)
+SPHERE += body("sphere", radius=1)
 SIZE = "48x27"
 
 

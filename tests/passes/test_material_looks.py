@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scene_text import camera, lamp, light, material, quad
 
 import ssdo_gl
 from ssdo_gl.gpu.geometry.material_textures import MaterialTextures
@@ -15,28 +16,13 @@ from ssdo_gl.scene.geometry.mesh import Mesh
 from ssdo_gl.scene.material import Material, Texture
 
 SIZE = (48, 32)
-SCENE = """
-[camera]
-position = [0, 0, 3]
-target = [0, 0, 0]
-fov_y = 30
-exposure = 0
-[materials.m]
-albedo = [0.5, 0.25, 0.125]
-[[object]]
-shape = "quad"
-corner = [-3, -3, 0]
-edge_u = [6, 0, 0]
-edge_v = [0, 6, 0]
-material = "m"
-"""
+SCENE = camera([0, 0, 3], [0, 0, 0], 30, exposure=0) + material("m", 0.5, 0.25, 0.125)
+SCENE += quad([-3, -3, 0], [6, 0, 0], [0, 6, 0], "m")
 SKY = ConstantEnvironment((1.0, 1.0, 1.0))
-SUN = """
-[[light]]
-kind = "directional"
-direction = {direction}
-irradiance = [3, 3, 3]
-"""
+
+
+def sun(*direction):
+    return light("directional", direction=direction, irradiance=[3, 3, 3])
 
 
 def scene_of(text="", environment=None, **material):
@@ -62,9 +48,9 @@ def even(values, is_data=True):
 
 
 @pytest.mark.parametrize("method", ["direct", "bounce", "reference-gi"])
-@pytest.mark.parametrize("light", ["", SUN.format(direction=[0, 0, -1])])
-def test_unlit_surfaces_show_their_colour(method, light):
-    scene = scene_of(light, is_unlit=True, roughness=0.1, specular=1.0)
+@pytest.mark.parametrize("lit", ["", sun(0, 0, -1)])
+def test_unlit_surfaces_show_their_colour(method, lit):
+    scene = scene_of(lit, is_unlit=True, roughness=0.1, specular=1.0)
     found = picture(scene, method=method, spp=4)
     np.testing.assert_allclose(found, np.broadcast_to([0.5, 0.25, 0.125], found.shape), rtol=1e-4)
 
@@ -76,9 +62,10 @@ def test_baked_occlusion_counts_for_the_sky_alone():
     np.testing.assert_allclose(baked, plain * (128 / 255), rtol=2e-3)
     weak = picture(scene_of(environment=SKY, occlusion_texture=half, occlusion_strength=0.5))
     np.testing.assert_allclose(weak, plain * (0.5 + 0.5 * 128 / 255), rtol=2e-3)
-    sun = SUN.format(direction=[0, 0, -1])
-    lit = picture(scene_of(sun), method="direct")
-    np.testing.assert_allclose(picture(scene_of(sun, occlusion_texture=half)), lit, rtol=1e-5)
+    lit = picture(scene_of(sun(0, 0, -1)), method="direct")
+    np.testing.assert_allclose(
+        picture(scene_of(sun(0, 0, -1), occlusion_texture=half)), lit, rtol=1e-5
+    )
 
 
 def tilted(x, y):
@@ -92,8 +79,7 @@ def tilted(x, y):
 def test_normal_maps_tilt_towards_u_and_the_top_of_the_image(method, x, y):
     """u runs along +x of the world here, and the top of the image is at +y."""
     toward = np.array([0.6, 0.3, 1.0]) / np.linalg.norm([0.6, 0.3, 1.0])
-    sun = SUN.format(direction=[float(c) for c in -toward])
-    scene = scene_of(sun, normal_texture=tilted(x, y))
+    scene = scene_of(sun(*-toward), normal_texture=tilted(x, y))
     found = picture(scene, method=method, spp=4).mean(axis=(0, 1))
     cosine = float(toward @ [x, y, np.sqrt(1.0 - x * x - y * y)])
     # A step of the map's 8 bits is 0.004.
@@ -104,21 +90,10 @@ def test_normal_maps_tilt_towards_u_and_the_top_of_the_image(method, x, y):
 
 def test_reflected_surfaces_have_their_normal_maps_too():
     """Seen by a path: a wall lit from the side, in a mirror."""
-    toward = [0.6, 0.0, 0.8]
-    sun = SUN.format(direction=[-c for c in toward])
-    mirror = """
-[materials.mirror]
-albedo = [1, 1, 1]
-metallic = 1
-roughness = 0
-[[object]]
-shape = "quad"
-corner = [3, -3, 6]
-edge_u = [-6, 0, 0]
-edge_v = [0, 6, 0]
-material = "mirror"
-"""
-    scene = scene_of(sun + mirror, normal_texture=None)
+    toward = np.array([0.6, 0.0, 0.8])
+    mirror = material("mirror", 1, 1, 1, metallic=1, roughness=0)
+    mirror += quad([3, -3, 6], [-6, 0, 0], [0, 6, 0], "mirror")
+    scene = scene_of(sun(*-toward) + mirror, normal_texture=None)
     materials = list(scene.materials)
     materials[0] = dataclasses.replace(materials[0], normal_texture=tilted(0.6, 0.0))
     meshes = tuple(
@@ -142,7 +117,7 @@ material = "mirror"
 def test_images_of_zeros_and_of_nan_give_numbers(name):
     for pixels in (np.zeros((2, 2, 4), np.uint8), np.full((2, 2, 4), np.nan, np.float32)):
         texture = Texture(pixels, is_data=True)
-        scene = scene_of(SUN.format(direction=[0, 0, -1]), environment=SKY, metallic=1.0,
+        scene = scene_of(sun(0, 0, -1), environment=SKY, metallic=1.0,
                          roughness=0.3, specular=1.0, **{f"{name}_texture": texture})  # fmt: skip
         for method in ("bounce", "reference-gi"):
             assert np.isfinite(picture(scene, method=method, spp=4)).all()
@@ -164,16 +139,7 @@ def rippled(texels=1024, lean=0.25):
     return Texture(levels, is_data=True)
 
 
-LAMP = """
-[[light]]
-kind = "area"
-corner = [0.3, -0.5, 3]
-edge_u = [0, 1, 0]
-edge_v = [1, 0, 0]
-radiance = [2, 2, 2]
-shadow = "none"
-visible = false
-"""
+LAMP = lamp([0.3, -0.5, 3], [0, 1, 0], [1, 0, 0], [2, 2, 2], shadow="none", visible=False)
 
 
 @pytest.mark.parametrize("roughness", [0.1, 0.3])

@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 from glb_writer import GlbWriter
+from scene_text import camera, light, material, quad
 
 import ssdo_gl
 from ssdo_gl.scene.camera import Camera
@@ -20,30 +21,12 @@ FRAMES = 64
 # Each of n frames takes another n-th of the thresholds: a pixel's share is off by at most
 # 1 / FRAMES, and neighbours' errors differ.
 TOLERANCE = 0.02
-HEAD = """
-[camera]
-position = [0, 0, 3]
-target = [0, 0, 0]
-fov_y = 40
-exposure = 0
-"""
-SHEET = """
-[materials.{name}]
-albedo = [0, 0, 0]
-emission = {emission}
-alpha = {alpha}
-{blend}
-[[object]]
-shape = "quad"
-corner = [-3, -3, {z}]
-edge_u = [6, 0, 0]
-edge_v = [0, 6, 0]
-material = "{name}"
-"""
+HEAD = camera([0, 0, 3], [0, 0, 0], 40, exposure=0)
 
 
-def sheet(name, emission, z, alpha=1.0, blend="blend = true"):
-    return SHEET.format(name=name, emission=list(emission), z=z, alpha=alpha, blend=blend)
+def sheet(name, emission, z, alpha=1.0, blend=True):
+    made_of = material(name, 0, 0, 0, emission=emission, alpha=alpha, blend=blend)
+    return made_of + quad([-3, -3, z], [6, 0, 0], [0, 6, 0], name)
 
 
 def picture(text, **settings):
@@ -73,7 +56,7 @@ def test_no_frame_takes_the_thresholds_of_another(alpha, frames):
 
 def test_opacity_is_alpha_that_blends():
     def read(keys):
-        text = HEAD + sheet("front", (1, 0, 0), 0.0, blend="").replace("alpha = 1.0", keys)
+        text = HEAD + sheet("front", (1, 0, 0), 0.0, blend=None).replace("alpha = 1.0", keys)
         return read_description(text, "scene.toml").materials[0]
 
     assert (read("opacity = 0.25").alpha, read("opacity = 0.25").is_translucent) == (0.25, True)
@@ -92,38 +75,19 @@ def test_layers_over_each_other_mix_as_independent_ones():
 
 
 def test_half_a_shadow_falls_behind_half_a_pane():
-    lit = """
-[materials.wall]
-albedo = [1, 1, 1]
-[[object]]
-shape = "quad"
-corner = [-3, -3, -1]
-edge_u = [6, 0, 0]
-edge_v = [0, 6, 0]
-material = "wall"
-[[light]]
-kind = "directional"
-direction = [0, -0.5, -1]
-irradiance = [3, 3, 3]
-"""
-    pane = """
-[materials.pane]
-albedo = [0, 0, 0]
-alpha = 0.5
-{blend}
-[[object]]
-shape = "quad"
-corner = [-6, 0, 0.5]
-edge_u = [12, 0, 0]
-edge_v = [0, 6, 0]
-material = "pane"
-"""
+    lit = material("wall", 1, 1, 1) + quad([-3, -3, -1], [6, 0, 0], [0, 6, 0], "wall")
+    lit += light("directional", direction=[0, -0.5, -1], irradiance=[3, 3, 3])
+
+    def pane(blends):
+        made_of = material("pane", 0, 0, 0, alpha=0.5, blend=blends)
+        return made_of + quad([-6, 0, 0.5], [12, 0, 0], [0, 6, 0], "pane")
+
     # Below the pane, where its shadow falls on the wall.
     rows = slice(SIZE[1] // 2 + 2, SIZE[1] // 2 + 6)
     without = picture(lit)[rows].mean()
     for shadows in ("map", "traced"):
-        half = picture(lit + pane.format(blend="blend = true"), shadows=shadows)[rows].mean()
-        whole = picture(lit + pane.format(blend=""), shadows=shadows)[rows].mean()
+        half = picture(lit + pane(blends=True), shadows=shadows)[rows].mean()
+        whole = picture(lit + pane(blends=False), shadows=shadows)[rows].mean()
         assert whole < 0.05 * without
         assert half == pytest.approx(0.5 * without, rel=0.1)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scene_text import body, box, camera, material, quad, table
 from validation.test_mitsuba import RUNS, ours
 
 from benchmarks.mitsuba_gltf import register
@@ -13,52 +14,28 @@ from ssdo_gl.scene.formats.toml import read_description
 SIZE = (16, 12)
 # Paths per pixel and run. Python evaluates Mitsuba's side: 20 000 surfaces a second.
 FRAMES, SPP = 4, 4
-SCENE = """
-[camera]
-position = [0, 1.0, 4]
-target = [0, 0.3, 0]
-fov_y = 35
-[environment]
-kind = "gradient"
-zenith = [0.4, 0.7, 1.2]
-horizon = [0.9, 0.9, 0.9]
-ground = [0.2, 0.1, 0.1]
-[materials.floor]
-albedo = [0.6, 0.5, 0.4]
-roughness = {floor}
-[materials.body]
-albedo = [1.0, 0.77, 0.34]
-metallic = {metallic}
-roughness = {body}
-[[object]]
-shape = "quad"
-corner = [-3, 0, 3]
-edge_u = [6, 0, 0]
-edge_v = [0, 0, -6]
-material = "floor"
-[[object]]
-shape = "box"
-min = [-1.2, 0, -0.5]
-max = [-0.1, 1.1, 0.5]
-material = "body"
-transform = {{ rotate = [0, 25, 0] }}
-[[object]]
-shape = "cone"
-base = [0.8, 0, 0]
-top = [0.8, 1.2, 0]
-radius = 0.6
-material = "body"
-"""
+REST = (
+    camera([0, 1.0, 4], [0, 0.3, 0], 35)
+    + table(
+        "environment", kind="gradient",
+        zenith=[0.4, 0.7, 1.2], horizon=[0.9, 0.9, 0.9], ground=[0.2, 0.1, 0.1],
+    )
+    + quad([-3, 0, 3], [6, 0, 0], [0, 0, -6], "floor")
+    + box([-1.2, 0, -0.5], [-0.1, 1.1, 0.5], "body")
+    + "transform = { rotate = [0, 25, 0] }\n"
+    + body("cone", "body", base=[0.8, 0, 0], top=[0.8, 1.2, 0], radius=0.6)
+)  # fmt: skip
 
 
 @pytest.mark.parametrize("bounces", [1, None])
 @pytest.mark.parametrize(
-    ("floor", "metallic", "body"), [(1.0, 1.0, 0.3), (0.4, 0.0, 0.6), (0.7, 0.5, 0.5)]
+    ("floor", "metallic", "rough"), [(1.0, 1.0, 0.3), (0.4, 0.0, 0.6), (0.7, 0.5, 0.5)]
 )
-def test_means_agree(device, shaders, tmp_path, floor, metallic, body, bounces):
+def test_means_agree(device, shaders, tmp_path, floor, metallic, rough, bounces):
     mi = load_mitsuba()
     register(mi)
-    text = SCENE.format(floor=floor, metallic=metallic, body=body)
+    text = REST + material("floor", 0.6, 0.5, 0.4, roughness=floor)
+    text += material("body", 1.0, 0.77, 0.34, metallic=metallic, roughness=rough)
     scene = read_description(text, "scene.toml")
     loaded = mitsuba_scene(mi, scene, tmp_path)
     depth = -1 if bounces is None else bounces + 2

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scene_text import body, camera, light
 from window.test_window import ANOTHER, COMMAND, SAME, server
 from window.x_server import App, XServer, missing_tools, wait_for
 
@@ -18,21 +19,11 @@ pytestmark = pytest.mark.skipif(
     reason=f"not installed: {', '.join(missing_tools())}",
 )
 WIDTH, HEIGHT = 900, 600
-SCENE = """
-[camera]
-position = [0, 0, 6]
-target = [0, 0, 0]
-[[light]]
-kind = "point"
-position = [0, 1, 0.5]
-intensity = [0.5, 0.5, 0.5]
-shadow = "none"
-[[object]]
-shape = "plane"
-point = [0, 0, 0]
-normal = [0, 0, 1]
-size = 12
-"""
+SCENE = (
+    camera([0, 0, 6], [0, 0, 0])
+    + light("point", position=[0, 1, 0.5], intensity=[0.5, 0.5, 0.5], shadow="none")
+    + body("plane", point=[0, 0, 0], normal=[0, 0, 1], size=12)
+)
 # Where the panel begins, its row of the lights, that of the first one, and of its buttons.
 PANEL_X, LIGHTS_Y, LIGHT_Y, BUTTONS_Y = 532, 177, 223, 343
 # What lies around the lamp, clear of panel and texts.

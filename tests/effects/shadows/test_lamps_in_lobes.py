@@ -4,48 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scene_text import camera, lamp, material, quad
 
 import ssdo_gl
 from ssdo_gl.scene.formats.toml import read_description
 
-SCENE = """
-[camera]
-position = [0, 1.2, 3]
-target = [0, 0, 0]
-fov_y = 30
-exposure = 0
-[materials.m]
-albedo = [0.9, 0.8, 0.6]
-metallic = 1
-roughness = {roughness}
-[[object]]
-shape = "quad"
-corner = [-3, 0, 3]
-edge_u = [6, 0, 0]
-edge_v = [0, 0, -6]
-material = "m"
-[[light]]
-kind = "area"
-corner = [-0.5, 0.3, -1]
-edge_u = [1, 0, 0]
-edge_v = [0, 0.5, 0]
-radiance = [3, 2, 1]
-shadow = "{shadow}"
-[[light]]
-kind = "area"
-corner = [0.8, 0.3, -1]
-edge_u = [0.2, 0, 0]
-edge_v = [0, 0.2, 0]
-radiance = [9, 9, 9]
-visible = {visible}
-"""
+REST = camera([0, 1.2, 3], [0, 0, 0], 30, exposure=0)
+REST += quad([-3, 0, 3], [6, 0, 0], [0, 0, -6], "m")
 
 
-def pictures(method, spp, roughness, shadow="map", visible="true", **settings):
+def pictures(method, spp, roughness, shadow="map", visible=True, **settings):
     """Two of the floor, from other samples; height, width, 3."""
-    scene = read_description(
-        SCENE.format(roughness=roughness, shadow=shadow, visible=visible), "lamps.toml"
-    )
+    text = REST + material("m", 0.9, 0.8, 0.6, metallic=1, roughness=roughness)
+    text += lamp([-0.5, 0.3, -1], [1, 0, 0], [0, 0.5, 0], [3, 2, 1], shadow=shadow)
+    text += lamp([0.8, 0.3, -1], [0.2, 0, 0], [0, 0.2, 0], [9, 9, 9], visible=visible)
+    scene = read_description(text, "lamps.toml")
     found = [
         ssdo_gl.render(scene, size=(32, 24), method=method, spp=spp, seed=seed, **settings)
         for seed in (1, 2)
@@ -55,7 +28,7 @@ def pictures(method, spp, roughness, shadow="map", visible="true", **settings):
 
 @pytest.mark.parametrize(
     ("roughness", "shadow", "visible"),
-    [(0.25, "map", "true"), (0.4, "map", "false"), (0.4, "none", "true"), (0.8, "map", "true")],
+    [(0.25, "map", True), (0.4, "map", False), (0.4, "none", True), (0.8, "map", True)],
 )
 def test_lamps_in_metal_are_those_of_paths(roughness, shadow, visible):
     near = pictures("reference-near", 64, roughness, shadow, visible, aov="specular")

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scene_text import body, camera, light, material
 
 from ssdo_gl import resources
 from ssdo_gl.gpu.light_kinds import light_kinds_source
@@ -49,27 +50,18 @@ float lobe_falloff(Light light, vec3 to_light)
     return cosine * cosine * cosine * cosine;
 }
 """
+
+
 # A floor seen from straight above, and a lamp over its middle that shines down.
-SCENE = """
-[camera]
-position = [0, 4, 0]
-target = [0, 0, 0]
-fov_y = 40
-[materials.white]
-albedo = [1, 1, 1]
-[[object]]
-shape = "plane"
-point = [0, 0, 0]
-normal = [0, 1, 0]
-size = 20
-material = "white"
-[[light]]
-kind = "lobe"
-position = [0, 2, 0]
-direction = [0, -1, 0]
-intensity = [3, 2, 1]
-shadow = "SHADOW"
-"""
+def floor_and_lamp(shadow: str) -> str:
+    return (
+        camera([0, 4, 0], [0, 0, 0], 40)
+        + material("white", 1, 1, 1)
+        + body("plane", "white", point=[0, 0, 0], normal=[0, 1, 0], size=20)
+        + light(
+            "lobe", position=[0, 2, 0], direction=[0, -1, 0], intensity=[3, 2, 1], shadow=shadow
+        )
+    )
 
 
 @pytest.fixture
@@ -97,7 +89,7 @@ def test_a_new_kind_lights_a_picture(tmp_path: Path, shadow: str, traced: bool) 
     if traced and shadow == "ssdo":
         pytest.skip("light through SSDO is not traced")
     file = tmp_path / "lobe.toml"
-    file.write_text(SCENE.replace("SHADOW", shadow), encoding="utf-8")
+    file.write_text(floor_and_lamp(shadow), encoding="utf-8")
     scene = load_scene(file)
     settings = Settings(
         size=(33, 33),
@@ -121,7 +113,7 @@ def test_a_new_kind_lights_a_picture(tmp_path: Path, shadow: str, traced: bool) 
 @pytest.mark.usefixtures("lobe")
 def test_its_keys_are_its_fields(tmp_path: Path) -> None:
     file = tmp_path / "lobe.toml"
-    file.write_text(SCENE.replace("SHADOW", "map") + "cone = 3\n", encoding="utf-8")
+    file.write_text(floor_and_lamp("map") + "cone = 3\n", encoding="utf-8")
     with pytest.raises(ValueError, match="unknown key 'cone'"):
         load_scene(file)
     assert LobeLight.keys() == ("position", "direction", "intensity")
