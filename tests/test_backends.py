@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import os
 import shutil
-import subprocess
-import sys
 from ctypes.util import find_library
 
 import numpy as np
 import pytest
+from python_process import run_python
 
 BACKENDS = [
     pytest.param(
@@ -32,15 +30,9 @@ BACKENDS = [
 def arrays(backend, prefix, folder):
     """Return every array that a snapshot through `backend` holds, and its renderer's name."""
     out, stats = folder / f"{backend}.npz", folder / f"{backend}.json"
-    command = [*prefix, sys.executable, "-m", "ssdo_gl", "cornell_meso", "--quiet"]
-    command += ["--size", "64x36", "--snapshot", str(out), "--stats", str(stats), "--aov", "all"]
-    answer = subprocess.run(
-        [*command, "--backend", backend],
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    command = ["-m", "ssdo_gl", "cornell_meso", "--quiet", "--size", "64x36", "--aov", "all"]
+    command += ["--snapshot", str(out), "--stats", str(stats), "--backend", backend]
+    answer = run_python(*command, prefix=prefix)
     assert answer.returncode == 0, answer.stderr
     with np.load(out) as file:
         content = {name: file[name] for name in file.files if name != "meta"}

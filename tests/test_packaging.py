@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import email
 import email.policy
-import os
 import subprocess
 import sys
 import tarfile
@@ -13,6 +12,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from python_process import run_python
 
 ROOT = Path(__file__).parent.parent
 KINDS = ("shaders", "scenes")
@@ -64,14 +64,7 @@ def shipped(kind: str) -> set[str]:
 
 def probe(path: Path, cwd: Path) -> str:
     """Run PROBE with `path` first on the module search path; return where it was found."""
-    answer = subprocess.run(
-        [sys.executable, "-c", PROBE],
-        env={**os.environ, "PYTHONPATH": str(path)},
-        cwd=cwd,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    answer = run_python("-c", PROBE, path=path, cwd=cwd)
     assert answer.returncode == 0, answer.stderr
     return answer.stdout.strip()
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from python_process import run_python
 
 from ssdo_gl import resources
 
@@ -35,14 +34,7 @@ def installation(tmp_path):
 
 
 def find_in(folder: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-c", FIND],
-        env={**os.environ, "PYTHONPATH": str(folder)},
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    return run_python("-c", FIND, path=folder, cwd=folder)
 
 
 def put(folder: Path, text: str) -> None:

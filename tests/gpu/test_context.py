@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import shutil
-import subprocess
 import sys
 from ctypes.util import find_library
 from pathlib import Path
@@ -12,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from gpu.triangle import COLOR, CORNERS_NDC, SIZE, draw_triangle
+from python_process import run_python
 
 from ssdo_gl.gpu import context
 from ssdo_gl.gpu.context import BACKENDS, ContextError, Device, create_context, describe
@@ -22,19 +21,6 @@ NEEDS_OSMESA = pytest.mark.skipif(
 NEEDS_XVFB = pytest.mark.skipif(
     shutil.which("xvfb-run") is None, reason="xvfb-run is not installed (Debian: xvfb)"
 )
-
-
-def run_python(
-    *arguments: str, prefix: tuple[str, ...] = (), **environment: str
-) -> subprocess.CompletedProcess[str]:
-    """Run Python in a process of its own, where another context may be made."""
-    return subprocess.run(
-        [*prefix, sys.executable, *arguments],
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), **environment},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
 
 
 def expected_triangle() -> np.ndarray:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import signal
-import subprocess
-import sys
 import threading
 
 import pytest
+from python_process import run_python
 
 from ssdo_gl.gpu.held_signals import held_signals, whole_before_ctrl_c
 
@@ -49,14 +47,7 @@ print(interrupted)
 
 
 def test_linking_may_be_interrupted() -> None:
-    done = subprocess.run(
-        [sys.executable, "-c", INTERRUPTED_LINKS],
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=120,
-    )
+    done = run_python("-c", INTERRUPTED_LINKS)
     assert done.returncode == 0, done.stderr
     # Python swallows an exception in a finalizer: not every one comes through.
     assert int(done.stdout) > 100

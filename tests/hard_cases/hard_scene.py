@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
+from meshes import box, quad
 
 from ssdo_gl import math3d
 from ssdo_gl.scene.camera import Camera
@@ -16,22 +17,6 @@ from ssdo_gl.scene.scene import Scene
 
 RADIUS = 0.5
 CAMERA = Camera(position=(1.3, 1.1, 2.4), target=(0.0, 0.35, 0.0), fov_y=45.0)
-
-
-def quad(corner, edge_u, edge_v):
-    """Return a two-triangle mesh whose front is edge_u x edge_v."""
-    corner, edge_u, edge_v = (np.asarray(x, float) for x in (corner, edge_u, edge_v))
-    positions = np.array([corner, corner + edge_u, corner + edge_u + edge_v, corner + edge_v])
-    return Mesh(positions, np.array([[0, 1, 2], [0, 2, 3]]))
-
-
-def box(low, high):
-    """Return a closed box, counter-clockwise seen from outside."""
-    low, high = np.asarray(low, float), np.asarray(high, float)
-    corners = np.array([[(low, high)[i >> k & 1][k] for k in range(3)] for i in range(8)])
-    faces = [(0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6)]
-    triangles = [t for a, b, c, d in faces for t in ((a, b, c), (a, c, d))]
-    return Mesh(corners, np.array(triangles), closed=True)
 
 
 def sphere(center, radius, rings=8):

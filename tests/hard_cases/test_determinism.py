@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from ctypes.util import find_library
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hard_cases.backend_images import draw
 from hard_cases.hard_scene import room
 from hard_cases.methods import METHODS, label, render
+from python_process import run_python
 
-TESTS = Path(__file__).parents[1]
 # What libraries need to be there for a backend.
 NEEDED = {"egl": "EGL", "osmesa": "OSMesa"}
 
@@ -47,13 +43,7 @@ def drawn(tmp_path_factory):
             pytest.skip(f"lib{NEEDED[backend]} is not installed")
         path = folder / f"{backend}.npz"
         if not path.exists():
-            answer = subprocess.run(
-                [sys.executable, "-m", "hard_cases.backend_images", backend, str(path)],
-                env={**os.environ, "PYTHONPATH": os.pathsep.join([str(TESTS), *sys.path])},
-                capture_output=True,
-                text=True,
-                check=False,
-            )
+            answer = run_python("-m", "hard_cases.backend_images", backend, str(path))
             assert answer.returncode == 0, answer.stderr
         with np.load(path) as file:
             return {name: file[name] for name in file.files}

@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 import moderngl
 import numpy as np
 from gpu.image_texture import texture_from_image
+from meshes import box as box
+from meshes import quad as quad
 from numpy.typing import ArrayLike, NDArray
 
 from ssdo_gl.gpu.geometry import CameraPose, Geometry
@@ -43,22 +45,6 @@ def make_scene(
     return Scene(
         tuple(meshes), tuple(materials), tuple(objects), camera, tuple(lights), environment
     )
-
-
-def quad(corner: ArrayLike, edge_u: ArrayLike, edge_v: ArrayLike, **more: object) -> Mesh:
-    """Return two triangles whose front is edge_u x edge_v."""
-    corner, edge_u, edge_v = (np.asarray(v, np.float64) for v in (corner, edge_u, edge_v))
-    positions = np.array([corner, corner + edge_u, corner + edge_u + edge_v, corner + edge_v])
-    return Mesh(positions, np.array([[0, 1, 2], [0, 2, 3]]), **more)  # type: ignore[arg-type]
-
-
-def box(low: ArrayLike, high: ArrayLike, **more: object) -> Mesh:
-    """Return a closed axis-aligned box, 12 triangles, facing outwards."""
-    low, high = np.asarray(low, np.float64), np.asarray(high, np.float64)
-    corners = np.array([[(low, high)[i >> k & 1][k] for k in range(3)] for i in range(8)])
-    sides = [(0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6)]
-    triangles = [t for a, b, c, d in sides for t in ((a, b, c), (a, c, d))]
-    return Mesh(corners, np.array(triangles), closed=True, **more)  # type: ignore[arg-type]
 
 
 def sphere(rows=12, radius=1.0, smooth=True, **more):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from meshes import soup
 from numpy.typing import NDArray
 
 from ssdo_gl.raytracing import split, triangles
@@ -30,13 +31,6 @@ from ssdo_gl.scene.material import Material, Texture
 from ssdo_gl.scene.scene import Scene
 
 CAMERA = Camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0))
-
-
-def soup(count: int, seed: int = 0, size: float = 0.1) -> Mesh:
-    """Return unconnected random triangles."""
-    rng = np.random.default_rng(seed)
-    positions = rng.uniform(-1.0, 1.0, (count, 1, 3)) + rng.normal(0.0, size, (count, 3, 3))
-    return Mesh(positions.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3))
 
 
 def grid(count: int) -> Mesh:

@@ -8,6 +8,7 @@ from typing import Any
 import moderngl
 import numpy as np
 import pytest
+from meshes import soup
 from numpy.typing import NDArray
 from oracle.ray_triangles import edge_clearance, intersect_all
 from shaders.harness import evaluate
@@ -32,12 +33,6 @@ CAMERA = Camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0))
 
 def bvh_of(mesh: Mesh) -> Bvh:
     return build_bvh(Scene((mesh,), (Material(),), (SceneObject(0, 0),), CAMERA))
-
-
-def soup(count: int, seed: int) -> Mesh:
-    rng = np.random.default_rng(seed)
-    positions = rng.uniform(-1.0, 1.0, (count, 1, 3)) + rng.normal(0.0, 0.15, (count, 3, 3))
-    return Mesh(positions.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3))
 
 
 def arguments(gl: moderngl.Context, bvh: Bvh, is_software: int = 1) -> dict[str, Any]:
@@ -88,7 +83,7 @@ NEAREST = """
 @pytest.mark.parametrize("is_software", [0, 1])
 @pytest.mark.parametrize("count", [1, 7, 400])
 def test_nearest_hit_is_that_of_every_triangle_tried(gl, shaders, count, is_software) -> None:
-    bvh = bvh_of(soup(count, count))
+    bvh = bvh_of(soup(count, count, 0.15))
     origins, directions = random_rays(4000, 11)
     limits = np.where(np.arange(4000) % 3, 4.0, 0.5)
     positions = bvh.triangles.positions.astype(np.float64)
@@ -121,7 +116,7 @@ def test_nearest_hit_is_that_of_every_triangle_tried(gl, shaders, count, is_soft
 
 @pytest.mark.parametrize("is_software", [0, 1])
 def test_blocked_is_the_same_as_having_a_nearest_hit(gl, shaders, is_software) -> None:
-    bvh = bvh_of(soup(300, 4))
+    bvh = bvh_of(soup(300, 4, 0.15))
     origins, directions = random_rays(20000, 12)
     limits = np.random.default_rng(1).uniform(0.0, 1.0, 20000)
     out = evaluate(
@@ -267,7 +262,7 @@ def test_the_leak_test_finds_a_hole(gl, shaders) -> None:
 @pytest.mark.parametrize("is_software", [0, 1])
 def test_records_are_found_at_the_end_of_the_largest_table(gl, shaders, is_software) -> None:
     """A gibibyte of records, of which the first and the last ones are in use."""
-    bvh = bvh_of(soup(400, 4))
+    bvh = bvh_of(soup(400, 4, 0.15))
     records, offset = bvh.records.copy(), MAX_RECORDS - len(bvh.records)
     records[bvh.node_records, 10] += offset
 
@@ -292,7 +287,7 @@ def test_records_are_found_at_the_end_of_the_largest_table(gl, shaders, is_softw
 
 def test_lines_of_surfels_meet_what_a_ray_from_either_end_meets(gl, shaders) -> None:
     lines, count = 8, 100
-    bvh = bvh_of(soup(40, 5))
+    bvh = bvh_of(soup(40, 5, 0.15))
     rng = np.random.default_rng(6)
     ends = rng.uniform(-1.0, 1.0, (2 * lines, count, 3)).astype(np.float32)
     ends[1, :9] = ends[0, :9]  # of no length: they meet nothing

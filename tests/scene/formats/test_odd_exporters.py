@@ -6,6 +6,7 @@ import struct
 
 import numpy as np
 import pytest
+from meshes import area
 
 from ssdo_gl.scene.load import load_scene
 
@@ -15,13 +16,8 @@ FACES = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
 AREA = 3 * 2.0 + np.sqrt(3.0) / 4.0 * 8.0
 
 
-def area(path):
-    scene = load_scene(path, ground="off")
-    total = 0.0
-    for mesh in scene.meshes:
-        a, b, c = (mesh.positions[mesh.triangles[:, i]] for i in range(3))
-        total += 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
-    return total
+def area_of(path):
+    return sum(area(mesh) for mesh in load_scene(path, ground="off").meshes)
 
 
 @pytest.mark.parametrize("order", [">", "<"])
@@ -35,7 +31,7 @@ def test_binary_off(tmp_path, order, colors):
             data += struct.pack(f"{order}i{colors}f", colors, *[0.5] * colors)
     path = tmp_path / "a.off"
     path.write_bytes(data)
-    assert area(path) == pytest.approx(AREA)
+    assert area_of(path) == pytest.approx(AREA)
 
 
 def test_binary_off_with_normals(tmp_path):
@@ -44,7 +40,7 @@ def test_binary_off_with_normals(tmp_path):
     data += b"".join(struct.pack(">5i", 3, *face, 0) for face in FACES)
     path = tmp_path / "a.off"
     path.write_bytes(data)
-    assert area(path) == pytest.approx(AREA)
+    assert area_of(path) == pytest.approx(AREA)
 
 
 def test_off_whose_count_follows_its_keyword_at_once(tmp_path):
@@ -53,7 +49,7 @@ def test_off_whose_count_follows_its_keyword_at_once(tmp_path):
     path.write_text(
         f"  OFF4 4 6 # or so\n{rows}" + "".join(f"3 {a} {b} {c}\n" for a, b, c in FACES)
     )
-    assert area(path) == pytest.approx(AREA)
+    assert area_of(path) == pytest.approx(AREA)
 
 
 def test_binary_ply_whose_header_ends_otherwise_than_it_begins(tmp_path):
@@ -65,7 +61,7 @@ def test_binary_ply_whose_header_ends_otherwise_than_it_begins(tmp_path):
     data = header.encode() + b"".join(struct.pack("<3f", *corner) for corner in CORNERS)
     path = tmp_path / "a.ply"
     path.write_bytes(data + b"".join(struct.pack("<B3i", 3, *face) for face in FACES))
-    assert area(path) == pytest.approx(AREA)
+    assert area_of(path) == pytest.approx(AREA)
 
 
 def test_ply_with_a_comment_that_lacks_its_first_word(tmp_path):
@@ -77,7 +73,7 @@ def test_ply_with_a_comment_that_lacks_its_first_word(tmp_path):
         "property float x\nproperty float y\nproperty float z\nelement face 4\n"
         f"property list uchar uint vertex_indices\nend_header\n{rows}"
     )
-    assert area(path) == pytest.approx(AREA)
+    assert area_of(path) == pytest.approx(AREA)
 
 
 @pytest.mark.parametrize("encoding", ["utf-16-le", "utf-16-be", "utf-8"])
@@ -86,7 +82,7 @@ def test_obj_in_any_unicode(tmp_path, encoding):
     text += "".join(f"f {a + 1} {b + 1} {c + 1}\r\n" for a, b, c in FACES)
     path = tmp_path / "a.obj"
     path.write_bytes(text.encode(encoding))
-    assert area(path) == pytest.approx(AREA)
+    assert area_of(path) == pytest.approx(AREA)
 
 
 @pytest.mark.parametrize(("count", "drawn"), [(0, 4), (2, 2), (4, 4), (9, 4)])

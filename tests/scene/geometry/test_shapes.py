@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from meshes import area
 
 from ssdo_gl.scene.geometry import shapes
 from ssdo_gl.scene.geometry.mesh import Mesh
@@ -32,11 +33,6 @@ def volume(mesh: Mesh) -> float:
     """Return the enclosed volume; positive if the faces look outward."""
     a, b, c = (mesh.positions[mesh.triangles[:, i]] for i in range(3))
     return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0)
-
-
-def area(mesh: Mesh) -> float:
-    a, b, c = (mesh.positions[mesh.triangles[:, i]] for i in range(3))
-    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2.0)
 
 
 @pytest.mark.parametrize("mesh", SOLIDS.values(), ids=SOLIDS.keys())

@@ -5,10 +5,6 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass
 
-import numpy as np
-
-from ssdo_gl.scene.geometry.mesh import Mesh
-
 Bytes = tuple[int, int, int]
 # A pyramid: a square base of area 1 and four sides, apex over the middle at height 1.
 PYRAMID = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0.5, 0.5, 1)]
@@ -300,8 +296,3 @@ CASES = {
     "several solids": Case(".stl", text_stl(b"a") + text_stl(b"b"), 2.0),
     "no solid line": Case(".stl", text_stl(b"").partition(b"\n")[2], 1.0),
 }  # fmt: skip
-
-
-def area(mesh: Mesh) -> float:
-    a, b, c = (mesh.positions[mesh.triangles[:, i]] for i in range(3))
-    return float(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())

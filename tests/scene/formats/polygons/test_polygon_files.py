@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from image_bytes import plain_png
+from meshes import area
 from scene.fixture_types import Write
 from scene.formats.polygons.polygon_cases import (
     BLUE,
@@ -15,7 +16,6 @@ from scene.formats.polygons.polygon_cases import (
     ORANGE,
     SQUARE,
     Bytes,
-    area,
     colored,
     faces,
     header,
