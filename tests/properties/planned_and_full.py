@@ -12,8 +12,10 @@ from ssdo_gl import math3d
 from ssdo_gl.effects.decisions import Decided
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment, GradientEnvironment
 from ssdo_gl.scene.geometry import shapes
 from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
+from ssdo_gl.scene.lights import PointLight, RectangleLight
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import AOVS, Settings
@@ -60,6 +62,15 @@ def at(x: float, y: float, z: float) -> NDArray[np.float64]:
 
 def turned(x: float, y: float, z: float) -> NDArray[np.float64]:
     return math3d.rotation_euler(np.array([x, y, z]))
+
+
+FLOOR = (QUAD, at(-2.5, -1.0, 2.5) @ turned(-90.0, 0.0, 0.0) @ np.diag([5.0, 5.0, 1.0, 1.0]))
+PILE = (FLOOR, (BOX, at(-0.6, -0.5, 0.0)), (TORUS, at(0.8, -0.7, 0.2)))
+LAMP = PointLight((1.5, 3.0, 2.5), (20.0, 20.0, 20.0))
+OFF = dataclasses.replace(LAMP, intensity=BLACK)
+WINDOW = RectangleLight((-1.0, 2.5, -1.0), (2, 0, 0), (0, 0, 2), (3.0, 3.0, 3.0), shadow="ssdo")
+SKY = ConstantEnvironment((0.5, 0.6, 0.7))
+DAWN = GradientEnvironment((0.5, 0.6, 0.7), (0.9, 0.5, 0.3), (0.2, 0.2, 0.2))
 
 
 def make_scene(*items, lights=(), environment=None, camera=FRONT, **more) -> Scene:

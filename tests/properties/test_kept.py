@@ -12,30 +12,24 @@ import pytest
 from properties.planned_and_full import (
     AGREEMENT,
     BLACK,
-    BOX,
+    DAWN,
     FRONT,
     GREY,
-    QUAD,
+    LAMP,
+    OFF,
+    PILE,
     SIZE,
-    TORUS,
     at,
     make_scene,
-    turned,
 )
 
 from ssdo_gl.gpu.program import Program
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.renderer import Renderer
-from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment, GradientEnvironment
-from ssdo_gl.scene.lights import PointLight
+from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment
 from ssdo_gl.scene.motion import Motion
 from ssdo_gl.settings import AOVS, Settings
 
-FLOOR = (QUAD, at(-2.5, -1.0, 2.5) @ turned(-90.0, 0.0, 0.0) @ np.diag([5.0, 5.0, 1.0, 1.0]))
-PILE = (FLOOR, (BOX, at(-0.6, -0.5, 0.0)), (TORUS, at(0.8, -0.7, 0.2)))
-LAMP = PointLight((1.5, 3.0, 2.5), (20.0, 20.0, 20.0))
-OFF = dataclasses.replace(LAMP, intensity=BLACK)
-DAWN = GradientEnvironment((0.5, 0.6, 0.7), (0.9, 0.5, 0.3), (0.2, 0.2, 0.2))
 SCENE = make_scene(*PILE, lights=[LAMP], environment=DAWN)
 SETTINGS = Settings("bounce", size=SIZE, radius=0.5, samples=32, steps=4)
 

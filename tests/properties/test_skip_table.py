@@ -15,32 +15,28 @@ import numpy as np
 import pytest
 from properties.planned_and_full import (
     BLACK,
-    BOX,
+    FLOOR,
     FRONT,
     GREY,
+    LAMP,
+    OFF,
+    PILE,
     QUAD,
-    TORUS,
+    SKY,
+    WINDOW,
     Compared,
     at,
     compare,
     make_scene,
-    turned,
 )
 
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment, GradientEnvironment
-from ssdo_gl.scene.lights import PointLight, RectangleLight
 from ssdo_gl.scene.material import Material, Texture
 
-LAMP = PointLight((1.5, 3.0, 2.5), (20.0, 20.0, 20.0))
-OFF = dataclasses.replace(LAMP, intensity=BLACK)
 FAINT = dataclasses.replace(LAMP, intensity=(0.0, 0.0, 1e-3))
-WINDOW = RectangleLight((-1.0, 2.5, -1.0), (2, 0, 0), (0, 0, 2), (3.0, 3.0, 3.0), shadow="ssdo")
-SKY = ConstantEnvironment((0.5, 0.6, 0.7))
 ALMOST_SKY = GradientEnvironment((0.5, 0.6, 0.7), (0.5, 0.6, 0.7), (0.5, 0.6, 0.69))
 FAINT_SKY = ConstantEnvironment((0.0, 0.0, 1e-3))
-FLOOR = (QUAD, at(-2.5, -1.0, 2.5) @ turned(-90.0, 0.0, 0.0) @ np.diag([5.0, 5.0, 1.0, 1.0]))
-PILE = (FLOOR, (BOX, at(-0.6, -0.5, 0.0)), (TORUS, at(0.8, -0.7, 0.2)))
 WALL = (QUAD, at(-2.5, -1.0, -1.0) @ np.diag([5.0, 5.0, 1.0, 1.0]))
 
 
@@ -52,12 +48,16 @@ def painted(albedo, last):
 
 
 class Skip(NamedTuple):
-    """A skip, two scenes, and whether what was rendered shows that it was made."""
+    """A skip, two scenes, whether what was rendered shows that it was made, and an image.
+
+    In the second scene the image that the skip would leave black is not.
+    """
 
     name: str
     trigger: Mapping[str, Any]
     almost: Mapping[str, Any]
     is_skipped: Callable[[Compared], bool]
+    shown: str = "beauty"
 
 
 SKIPS = [
@@ -66,6 +66,14 @@ SKIPS = [
         {"lights": [LAMP]},
         {"lights": [LAMP], "environment": FAINT_SKY},
         lambda c: not c.runs("directional") and "directional" in c.ran_in_full,
+        "directional",
+    ),
+    Skip(
+        "a black environment is none",
+        {"lights": [LAMP], "environment": ConstantEnvironment(BLACK)},
+        {"lights": [WINDOW]},
+        lambda c: not c.runs("directional"),
+        "directional",
     ),
     Skip(
         "an ssdo light that is off is none",
@@ -78,12 +86,21 @@ SKIPS = [
         {"lights": [OFF]},
         {"lights": [FAINT]},
         lambda c: not c.runs("bounce") and "bounce" in c.ran_in_full,
+        "bounce",
+    ),
+    Skip(
+        "nothing lit, and nothing that glows: no bounce",
+        {"lights": [OFF]},
+        {"items": [*PILE[:2], (*PILE[2], Material(albedo=GREY, emission=(0.0, 0.5, 0.0)))]},
+        lambda c: not (c.runs("bounce") or c.images["beauty"][..., :3].any()),
+        "bounce",
     ),
     Skip(
         "black albedo everywhere: no bounce",
         {"items": painted(BLACK, BLACK), "lights": [LAMP]},
         {"items": painted(BLACK, (0.0, 1e-3, 0.0)), "lights": [LAMP]},
         lambda c: not c.runs("bounce") and "bounce" in c.ran_in_full,
+        "bounce",
     ),
     Skip(
         "a box that stands alone: no occlusion looked for, no bounce",
@@ -102,12 +119,14 @@ SKIPS = [
         {"environment": SKY, "lights": [LAMP], "wanted": ("depth", "normal_ws", "albedo")},
         {"environment": SKY, "lights": [LAMP], "wanted": ("depth", "visibility")},
         lambda c: c.ran == {"gbuffer"},
+        "visibility",
     ),
     Skip(
         "an image without the bounce: no bounce",
         {"environment": SKY, "lights": [LAMP], "wanted": ("direct", "directional")},
         {"environment": SKY, "lights": [LAMP], "wanted": ("direct", "directional", "bounce")},
         lambda c: not c.runs("bounce"),
+        "bounce",
     ),
     Skip(
         "one march for directional light and bounce",
@@ -120,6 +139,7 @@ SKIPS = [
         {"lights": [LAMP]},
         {"items": [*PILE[:2], (*PILE[2], Material(emission=(0.0, 1e-3, 0.0)))], "lights": [LAMP]},
         lambda c: not c.runs("emission"),
+        "emission",
     ),
     Skip(
         "no solid: no layer of backs",
@@ -131,7 +151,12 @@ SKIPS = [
         "no surface in view: nothing",
         {"lights": [LAMP], "camera": dataclasses.replace(FRONT, target=(0.0, 0.0, 12.0))},
         {"lights": [LAMP], "camera": dataclasses.replace(FRONT, target=(4.0, 0.0, 1.0))},
-        lambda c: not {"direct", "directional", "bounce", "ssao", "shadow_map"} & c.ran,
+        lambda c: (
+            c.is_open
+            and np.all(c.images["visibility"] == 1.0)
+            and not {"direct", "directional", "bounce", "ssao", "shadow_map"} & c.ran
+        ),
+        "depth",
     ),
 ]
 
@@ -146,7 +171,9 @@ def rendered(device, shaders, case):
 @pytest.mark.parametrize("skip", SKIPS, ids=lambda skip: skip.name)
 def test_a_scene_that_calls_for_it_and_one_that_almost_does(device, shaders, skip):
     assert skip.is_skipped(rendered(device, shaders, skip.trigger))
-    assert not skip.is_skipped(rendered(device, shaders, skip.almost))
+    almost = rendered(device, shaders, skip.almost)
+    assert not skip.is_skipped(almost)
+    assert np.any(almost.images[skip.shown] > 0.0)
 
 
 def test_without_images_the_variant_without_fetches(device):
