@@ -119,7 +119,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
 
         shots = asked_shots(options, command.film)
     given = _with_preset(command)
-    if options.camera is not None and options.camera != FIT:
+    if options.camera not in (None, FIT, command.loading.camera):
         camera_from_text(options.camera)
     # Flags are checked before the scene is read, so that a typo costs no waiting.
     if "method" in given:

@@ -49,7 +49,7 @@ def carry_out(
         Draws a snapshot.
     """
     options = command.run
-    place = None if options.camera == FIT else options.camera
+    place = None if options.camera in (FIT, command.loading.camera) else options.camera
     loading = command.loading.behind(given.get("background"))
     scene = read_scene(command.scene, loading, quiet=options.quiet)
     if options.two_sided:

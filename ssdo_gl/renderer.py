@@ -391,7 +391,7 @@ def scene_and_settings(
     """
     if isinstance(source, Scene):
         return source, settings_for(source.render, given)
-    names = describe(LoadOptions)
+    names = {*describe(LoadOptions), "camera"}
     options = load_options({n: given[n] for n in given if n in names})
     scene = load_scene(source, options.behind(given.get("background")))
     rest = {n: given[n] for n in given if n not in names}

@@ -9,6 +9,7 @@ import numpy as np
 from ssdo_gl import math3d
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.geometry import Mesh, SceneObject, thickened, with_area
+from ssdo_gl.scene.motion import Trajectory
 from ssdo_gl.scene.scene import Scene
 
 # Size of what is too small to be seen, relative to what it was.
@@ -44,7 +45,7 @@ def scene_at(scene: Scene, seconds: float) -> Scene:
         meshes=meshes,
         objects=shown or (_speck(scene),),
         lights=tuple(light.at(seconds) for light in scene.lights),
-        camera=_camera_at(scene, seconds),
+        camera=camera_at(scene.camera, scene.camera_motion, seconds),
     )
 
 
@@ -67,13 +68,14 @@ def _speck(scene: Scene) -> SceneObject:
     return dataclasses.replace(first, world_from_object=place)
 
 
-def _camera_at(scene: Scene, seconds: float) -> Camera:
-    if scene.camera_motion is None:
-        return scene.camera
-    matrix = scene.camera_motion.world_from_rest(seconds)
+def camera_at(camera: Camera, motion: Trajectory | None, seconds: float) -> Camera:
+    """Return a camera as its motion has it at `seconds`."""
+    if motion is None:
+        return camera
+    matrix = motion.world_from_rest(seconds)
     position, target = (
         math3d.vector(math3d.transform_points(matrix, point))
-        for point in (scene.camera.position, scene.camera.target)
+        for point in (camera.position, camera.target)
     )
-    up = math3d.vector(matrix[:3, :3] @ np.asarray(scene.camera.up))
-    return dataclasses.replace(scene.camera, position=position, target=target, up=up)
+    up = math3d.vector(matrix[:3, :3] @ np.asarray(camera.up))
+    return dataclasses.replace(camera, position=position, target=target, up=up)

@@ -160,6 +160,7 @@ def extended(scene: Scene, parts: Sequence[Part], lights: Sequence[Light]) -> Sc
     return dataclasses.replace(
         built,
         camera_motion=scene.camera_motion,
+        cameras=scene.cameras,
         render={**built.render, **scene.render},
         title=scene.title,
         purpose=scene.purpose,

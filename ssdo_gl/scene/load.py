@@ -21,6 +21,7 @@ from ssdo_gl.scene.formats import (
 )
 from ssdo_gl.scene.scene import Scene, SceneError
 from ssdo_gl.scene.type_checks import check_type
+from ssdo_gl.scene.viewpoint import chosen_viewpoint, listed_names
 from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.settings.loading import LoadOptions, load_options
 from ssdo_gl.suggestion import suggestion
@@ -86,19 +87,26 @@ def _load_model(path: Path, source: str, options: LoadOptions) -> Scene:
     objects = model.add_to(builder)
     up = options.up or _guessed_up(path, model, builder)
     if up == "z":
-        if model.camera or model.lights or any(item.motion for item in objects):
+        if model.cameras or model.lights or any(item.motion for item in objects):
             raise SettingError(f"up = 'z': {source} has a camera, lights or motion, which say +y")
         objects = turned_up(objects)
     for item in objects:
         builder.add(item)
     builder.lights += model.lights
-    return builder.build(
-        model.camera,
+    which = 0 if options.camera is None else options.camera
+    seen = None
+    if model.cameras or options.camera is not None:
+        seen = chosen_viewpoint(model.cameras, which, source)
+    if len(model.cameras) > 1 and options.camera is None and not options.frames_all:
+        builder.note(f"seen from the first of the file's cameras: {listed_names(model.cameras, 6)}")
+    scene = builder.build(
+        None if seen is None else seen.camera,
         None,
         exposure=None,
-        camera_motion=model.camera_motion,
+        camera_motion=None if seen is None else seen.motion,
         title=path.stem,
     )
+    return replace(scene, cameras=tuple(model.cameras))
 
 
 def _guessed_up(path: Path, model: Model, builder: SceneBuilder) -> str:

@@ -16,6 +16,7 @@ from ssdo_gl.scene.geometry import MainPart, Mesh, SceneObject, instance_boxes, 
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Color, Material
 from ssdo_gl.scene.motion import Trajectory
+from ssdo_gl.scene.viewpoint import Viewpoint
 from ssdo_gl.settings.loading import USUAL, LoadOptions
 from ssdo_gl.short_repr import counted, described
 from ssdo_gl.user_error import UserError
@@ -37,6 +38,8 @@ class Scene:
         What the loader has to tell the user: added lights, dropped features.
     camera_motion : Trajectory or None
         Of the scene's own camera.
+    cameras : tuple of Viewpoint
+        All that the file has, each with ``name`` and ``camera``.
     loading : LoadOptions
         How it was loaded.
     reach : float
@@ -72,6 +75,7 @@ class Scene:
     purpose: str = ""
     notes: tuple[str, ...] = ()
     camera_motion: Trajectory | None = None
+    cameras: tuple[Viewpoint, ...] = ()
     loading: LoadOptions = USUAL
     reach: float = 0.08
     backdrop: Color | None = None

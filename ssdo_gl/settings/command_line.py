@@ -49,6 +49,8 @@ def command_line(
         words += ["--camera", camera_text(camera)]
     elif loading.frames_all:
         words += ["--camera", FIT]
+    elif loading.camera is not None:
+        words += ["--camera", str(loading.camera)]
     words += loading_flags(loading)
     if seconds:
         words += ["--time", number_text(seconds)]

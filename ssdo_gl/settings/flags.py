@@ -31,7 +31,7 @@ from ssdo_gl.settings.help_page import (
     completion,
     scene_epilog,
 )
-from ssdo_gl.settings.loading import FIT, LoadOptions
+from ssdo_gl.settings.loading import FIT, LoadOptions, named_camera
 from ssdo_gl.settings.pass_settings import overrides_from_text
 from ssdo_gl.settings.run_options import MODE, RUNNING, RunOptions
 from ssdo_gl.settings.serve_options import BROWSER, ServeOptions
@@ -165,7 +165,9 @@ def read_command(arguments: Sequence[str] | None = None) -> CommandLine:
     run = RunOptions(**given[RunOptions])
     if run.batch and not parsed["scene"]:
         raise UsageError("--batch: name scenes, or a pattern such as 'models/*.glb'")
-    loading = LoadOptions(**given[LoadOptions], frames_all=run.camera == FIT).checked()
+    loading = LoadOptions(
+        **given[LoadOptions], camera=named_camera(run.camera), frames_all=run.camera == FIT
+    ).checked()
     film = FilmOptions(**given[FilmOptions])
     serving = ServeOptions(**given[ServeOptions])
     command = CommandLine(scenes, given[Settings], loading, run, film, serving)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import PurePath
+from types import NoneType
 from typing import Any
 
 from ssdo_gl.settings import modes
@@ -41,6 +43,9 @@ class LoadOptions:
 
     Attributes
     ----------
+    camera : str, int or None
+        Which camera of a model file the scene is seen from: its name, or its number from 0 on.
+        None: the first.
     frames_all : bool
         Whether the whole scene is framed even if the file has a camera.
     is_bare : bool
@@ -81,6 +86,7 @@ class LoadOptions:
         " none under a transparent picture",
         choices=("auto", "off"),
     )
+    camera: str | int | None = None
     frames_all: bool = False
     is_bare: bool = False
 
@@ -124,6 +130,10 @@ class LoadOptions:
     def checked(self) -> LoadOptions:
         """Return self after checking every field, or raise SettingError."""
         check(self)
+        if not isinstance(self.camera, (str, int, NoneType)) or isinstance(self.camera, bool):
+            raise SettingError(
+                f"camera = {shown(self.camera)}: expected the name or number of one of the file's"
+            )
         if self.no_default_light and self.replaces_light:
             raise SettingError(
                 f"no_default_light belongs to light auto: {shown(self.light)} replaces all light"
@@ -140,6 +150,8 @@ class LoadOptions:
 
     def check_scene(self, source: str) -> None:
         """Raise SettingError if anything was chosen that scene files say themselves."""
+        if self.camera is not None:
+            raise SettingError(f"camera {shown(self.camera)}: {source} is a scene and has no names")
         for name in self.given():
             info = describe(LoadOptions)[name]
             if not info.in_scene:
@@ -149,6 +161,19 @@ class LoadOptions:
         """Return the choices that differ from the defaults, by name."""
         values = {name: getattr(self, name) for name in describe(LoadOptions)}
         return {name: value for name, value in values.items() if value != getattr(USUAL, name)}
+
+
+def named_camera(text: str | None) -> str | None:
+    """Return what ``--camera`` says if that is the name or number of a camera in the file."""
+    if text is None or text == FIT:
+        return None
+    if text.isdecimal():
+        return text
+    try:
+        float(text.partition(",")[0])
+    except ValueError:
+        return text if re.search(r"[^\W\d_]", text) else None
+    return None
 
 
 documented(LoadOptions)

@@ -39,8 +39,8 @@ def camera_from_text(text: str) -> tuple[Vector, Vector, float | None]:
     usable = all(abs(n) <= limit for group in numbers for n in group)
     if lengths not in ([3, 3], [3, 3, 1]) or not usable:
         raise SettingError(
-            f'--camera {shown(text)}: expected fit or "px,py,pz tx,ty,tz [fov_deg or height]", '
-            f"each number within {-limit:g} to {limit:g}"
+            f"--camera {shown(text)}: expected fit, the name of a camera or "
+            f'"px,py,pz tx,ty,tz [fov_deg or height]", each number within {-limit:g} to {limit:g}'
         )
     third = numbers[2][0] if len(numbers) == 3 else None
     if third is not None and not third >= SHORTEST:

@@ -65,8 +65,9 @@ class RunOptions:
         None,
         "where to look from and at (scene units), and the vertical field of view (degrees) or,"
         " of parallel rays, the height of what is seen (scene units); fit: frame the whole"
-        " scene, whatever camera the file has",
-        metavar='fit|"px,py,pz tx,ty,tz [fov]"',
+        " scene, whatever camera the file has; NAME: that camera of a model file, or its number"
+        " from 0 on",
+        metavar='fit|NAME|"px,py,pz tx,ty,tz [fov]"',
     )
     projection: str | None = _look(
         None,

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ssdo_gl.images.files import OutputError
+from ssdo_gl.scene.animate import camera_at
 from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.settings.preset_files import preset_fields, write_preset
 from ssdo_gl.window.camera import (
@@ -16,6 +17,7 @@ from ssdo_gl.window.camera import (
     focus_on,
     glide_to,
     go_home,
+    jump_to,
     set_pivot,
     switch_projection,
 )
@@ -140,6 +142,19 @@ def _zoom(viewer: Viewer, host: Host, number: int) -> None:
 def _home(viewer: Viewer, host: Host, number: int) -> None:
     viewer.tour.stop()
     viewer.flight = go_home(viewer.flight)
+
+
+def _next_camera(viewer: Viewer, host: Host, number: int) -> None:
+    cameras = viewer.original.cameras
+    if not cameras:
+        viewer.say("the file has no camera of its own", key="camera")
+        return
+    viewer.tour.stop()
+    viewer.camera_number = (viewer.camera_number + 1) % len(cameras)
+    chosen = cameras[viewer.camera_number]
+    camera = camera_at(chosen.camera, chosen.motion, viewer.clock.seconds)
+    viewer.flight = jump_to(viewer.flight, camera)
+    viewer.say(f"camera {viewer.camera_number}: {chosen.name or 'without a name'}", key="camera")
 
 
 def _project(viewer: Viewer, host: Host, number: int) -> None:
@@ -341,6 +356,7 @@ _ACTIONS: dict[Command, Callable[[Viewer, Host, int], None]] = {
     Command.FOCUS: _focus,
     Command.FIT: _fit,
     Command.HOME: _home,
+    Command.NEXT_CAMERA: _next_camera,
     Command.PROJECT: _project,
     Command.COLLIDE: _viewer(lambda viewer: viewer.toggle_collisions()),
     Command.VIEW: _show_image,

@@ -85,6 +85,10 @@ class SceneFlight:
         self.fit_bounds = (part.low, part.high) if scene.is_framed else self.bounds
         self.diagonal = float(np.linalg.norm(self.fit_bounds[1] - self.fit_bounds[0]))
         self.flight: Flight = start_flight(camera or scene.camera, self.diagonal)
+        own = scene.camera.position, scene.camera.target
+        places = [(item.camera.position, item.camera.target) for item in scene.cameras]
+        # Of the file's cameras the last one that was asked for.
+        self.camera_number = places.index(own) if own in places else -1
         self.clock = Clock.of(scene.moves)
         self._obstacles: Obstacles | None = None
         self.tour = Tour(views_file(source, self.folder), scene.camera)

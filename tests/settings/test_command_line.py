@@ -14,6 +14,7 @@ from ssdo_gl.settings.command_line import camera_text, command_line
 from ssdo_gl.settings.fields import describe, number_text
 from ssdo_gl.settings.flags import read_command
 from ssdo_gl.settings.idle import idle_in_pictures
+from ssdo_gl.settings.loading import LoadOptions
 from ssdo_gl.settings.resolve import camera_from_text, settings_for
 
 
@@ -84,3 +85,10 @@ def test_numbers_are_short_and_exact_enough() -> None:
     assert number_text(0.1 + 0.2) == "0.3"
     assert number_text(-0.0) == "0"
     assert camera_text(Camera((0, 0, 3.6), (0, 0, 0))) == "0,0,3.6 0,0,0 40"
+
+
+def test_the_camera_of_a_file_is_named():
+    loading = LoadOptions(camera="from above")
+    command = command_line("a.glb", Settings(), scene_settings={}, camera=None, loading=loading)
+    assert "--camera 'from above'" in command
+    assert read_command(shlex.split(command)[1:]).loading.camera == "from above"

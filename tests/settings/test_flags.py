@@ -213,6 +213,26 @@ def test_numbers_may_be_negative_in_any_notation(text):
     assert read_command(["--camera", "-1,0,0 0,0,0"]).run.camera == "-1,0,0 0,0,0"
 
 
+@pytest.mark.parametrize(
+    ("text", "name", "frames_all"),
+    [
+        ("fit", None, True),
+        ("Front", "Front", False),
+        ("2", "2", False),
+        ("Kamera, oben 1", "Kamera, oben 1", False),
+        ("3d view", "3d view", False),
+        ("1,2,3 0,0,0", None, False),
+        ("nan,0,0 1,1,1", None, False),
+        ("1 2 3", None, False),
+        ("-1", None, False),
+        ("", None, False),
+    ],
+)
+def test_a_camera_is_a_place_or_a_name(text, name, frames_all):
+    loading = read_command(["a.glb", f"--camera={text}"]).loading
+    assert (loading.camera, loading.frames_all) == (name, frames_all)
+
+
 HOSTILE = [
     *("", "nan", "inf", "-inf", "1e400", "1e39", "-0", "0x10", "1_000", "\u00bd", "\u00b2", "true"),
     *(

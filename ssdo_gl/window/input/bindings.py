@@ -18,6 +18,7 @@ class Command(StrEnum):
     FOCUS = "turn to the point under the cursor and approach it"
     FIT = "fit the scene into the view"
     HOME = "back to where the scene begins"
+    NEXT_CAMERA = "next camera of the file"
     PROJECT = "parallel rays, or back to a pinhole camera"
     COLLIDE = "stop at walls, or not"
     VIEW = "show image 1 to 9, 0 is the tenth"
@@ -81,6 +82,7 @@ _DIGITS = (*range(glfw.KEY_1, glfw.KEY_9 + 1), glfw.KEY_0)
 BINDINGS: tuple[Binding, ...] = (
     Binding("F", glfw.KEY_F, Command.FIT),
     Binding("Home", glfw.KEY_HOME, Command.HOME),
+    Binding("N", glfw.KEY_N, Command.NEXT_CAMERA),
     Binding("O", glfw.KEY_O, Command.PROJECT),
     Binding("B", glfw.KEY_B, Command.COLLIDE),
     Binding("M", glfw.KEY_M, Command.CAPTURE),

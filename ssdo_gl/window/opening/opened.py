@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 from ssdo_gl.scene.load import load_scene
@@ -22,7 +23,10 @@ def open_file(path: str, viewer: Viewer) -> bool:
         _open_preset(path, viewer)
         return False
     try:
-        scene = load_scene(path, viewer.original.loading)
+        loading = viewer.original.loading
+        if path != viewer.source:  # another file has other cameras
+            loading = dataclasses.replace(loading, camera=None)
+        scene = load_scene(path, loading)
         viewer.open(scene, path)
     except (SceneError, SettingError) as error:
         viewer.say(str(error), is_fault=True)

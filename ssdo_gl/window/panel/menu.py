@@ -24,7 +24,10 @@ _FILE = (
     *(Command.SAVE_SCENE, Command.SAVE_PRESET),
     *(Command.SCREENSHOT, Command.SAVE_PICTURE, Command.COPY_COMMAND),
 )
-_VIEW = (Command.FIT, Command.HOME, Command.INSPECT, Command.SPLIT, Command.ERROR)
+_VIEW = (
+    *(Command.FIT, Command.HOME, Command.NEXT_CAMERA, Command.INSPECT),
+    *(Command.SPLIT, Command.ERROR),
+)
 # Between a command and its keys, and as much as marks take.
 _GAP = " " * 14
 # Of the menu of files, besides its commands.

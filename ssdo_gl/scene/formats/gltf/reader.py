@@ -29,6 +29,7 @@ from ssdo_gl.scene.formats.gltf.viewpoints import read_camera, read_light
 from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.geometry import MAX_INSTANCES, Mesh, SceneObject, thickened, with_area
 from ssdo_gl.scene.scene import SceneError
+from ssdo_gl.scene.viewpoint import Viewpoint
 
 _UNDRAWN = {
     1: "lines are not drawn",
@@ -101,7 +102,7 @@ class _Reader:
         # mesh and material of the model, and the node whose motion they share, if any
         # -> name, and matrices of the instances
         self._instances: dict[tuple[int, int, int], tuple[str, list[FloatArray]]] = {}
-        self._camera: tuple[Json, int] | None = None
+        self._cameras: list[int] = []  # nodes
 
     def read(self) -> Model:
         for node in self.tree.visible:
@@ -112,14 +113,21 @@ class _Reader:
             )
             for (mesh, material, node), (name, matrices) in self._instances.items()
         ]
-        if self._camera is not None:
-            entry, node = self._camera
-            self.model.camera = read_camera(entry, self.rig.world_at(node, 0.0), self.model)
-            if self.rig.moves(node):
-                self.model.camera_motion = FrameMotion(self.rig, node)
+        # Their pivots are in the middle of what there is.
+        for node in self._cameras:
+            self._read_camera(node)
         if note := self.ranges.note():
             self.model.note(note)
         return self.model
+
+    def _read_camera(self, index: int) -> None:
+        node = self.document.json["nodes"][index]
+        entry = self.document.entry("cameras", node["camera"])
+        name = str(node.get("name") or entry.get("name") or "")
+        camera = read_camera(entry, self.rig.world_at(index, 0.0), self.model, name)
+        if camera is not None:
+            motion = FrameMotion(self.rig, index) if self.rig.moves(index) else None
+            self.model.cameras.append(Viewpoint(name, camera, motion))
 
     def _motion(self, node: int) -> NodeMotion | None:
         if node < 0:
@@ -134,8 +142,8 @@ class _Reader:
         node = self.document.json["nodes"][index]
         if "mesh" in node:
             self._read_mesh(node, index)
-        if "camera" in node and self._camera is None:
-            self._camera = self.document.entry("cameras", node["camera"]), index
+        if "camera" in node:
+            self._cameras.append(index)
         light = node.get("extensions", {}).get("KHR_lights_punctual")
         if light is not None:
             made = read_light(

@@ -48,22 +48,30 @@ def read_light(
         raise GltfError(f"light {index}: {error}") from None
 
 
-def read_camera(camera: Json, world: FloatArray, model: Model) -> Camera:
-    """Return the camera of a node, turned to the middle of the model."""
-    height, fov_y = None, 40.0
+def read_camera(camera: Json, world: FloatArray, model: Model, name: str) -> Camera | None:
+    """Return the camera of a node, turned to the middle of the model.
+
+    None, with a note, if it sees nothing.
+    """
+    height, fov_y, fault = None, 40.0, ""
     if camera.get("type") == "orthographic":
         half = number(camera["orthographic"], "ymag", np.nan, "camera")
         # Negative ones are out of use; they mean the same.
         height = 2.0 * abs(half)
         if not SHORTEST <= height <= LONGEST:
-            raise GltfError(f"camera: ymag = {half:g}: expected {SHORTEST:g} to {LONGEST:g}")
+            fault = f"ymag = {half:g}: expected {SHORTEST:g} to {LONGEST:g}"
     else:
         fov_y = float(np.degrees(number(camera["perspective"], "yfov", np.nan, "camera")))
         if not 0.0 < fov_y < 180.0:
-            raise GltfError(f"camera: yfov = {fov_y:g} degrees: expected 0 to 180")
-    position, forward = world[:3, 3], _axis(-world[:3, 2])
+            fault = f"yfov = {fov_y:g} degrees: expected 0 to 180"
+    position, backward, up = world[:3, 3], world[:3, 2], world[:3, 1]
+    if not (backward.any() and up.any()):
+        fault = "its node is scaled to zero"
+    if fault:
+        model.note(f"camera {name or 'without a name'} dropped: {fault}")
+        return None
+    forward = -math3d.normalized(backward)
     target = position + forward * _distance_ahead(model, position, forward)
-    up = _axis(world[:3, 1])
     return Camera(vector(position), vector(target), vector(up), fov_y, height=height)
 
 
@@ -79,9 +87,3 @@ def _distance_ahead(model: Model, position: FloatArray, forward: FloatArray) -> 
     offset = np.mean(np.concatenate(middles), axis=0) - position
     ahead = float(offset @ forward)
     return ahead if ahead > 0.0 else max(float(np.linalg.norm(offset)), 1e-6)
-
-
-def _axis(direction: FloatArray) -> FloatArray:
-    if not direction.any():
-        raise GltfError("camera: its node is scaled to zero, so it looks nowhere")
-    return math3d.normalized(direction)

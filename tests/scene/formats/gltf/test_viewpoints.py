@@ -38,9 +38,37 @@ def test_a_camera_of_parallel_rays_is_used(glb, tmp_path: Path, size: float) -> 
     assert not any("camera" in note for note in scene.notes)
 
 
-@pytest.mark.parametrize("size", [0, 1e30, "a"])
-def test_a_camera_of_parallel_rays_without_a_size_is_refused(glb, tmp_path: Path, size) -> None:
-    glb.json["cameras"] = [{"type": "orthographic", "orthographic": {"ymag": size}}]
+@pytest.mark.parametrize(
+    ("camera", "node", "fault"),
+    [
+        ({"type": "orthographic", "orthographic": {"ymag": 0}}, {}, "ymag = 0: expected"),
+        ({"type": "orthographic", "orthographic": {"ymag": 1e30}}, {}, "ymag = 1e+30: expected"),
+        ({"type": "perspective", "perspective": {"yfov": 0}}, {}, "yfov = 0 degrees"),
+        ({"type": "perspective", "perspective": {"yfov": 3.2}}, {}, "yfov = 183.346 degrees"),
+        (
+            {"type": "perspective", "perspective": {"yfov": 1}},
+            {"scale": [0, 1, 0]},
+            "its node is scaled to zero",
+        ),
+    ],
+)
+def test_a_camera_that_sees_nothing_is_left_out(
+    camera, node, fault: str, glb, tmp_path: Path
+) -> None:
+    glb.json["cameras"] = [camera, {"type": "perspective", "perspective": {"yfov": 0.5}}]
+    glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
+    glb.json["nodes"] = [{"mesh": 0}, {"camera": 0, "name": "bad", **node}]
+    glb.json["scenes"] = [{"nodes": [0, 1]}]
+    scene = load(glb, tmp_path)
+    assert scene.is_framed
+    assert any(f"camera bad dropped: {fault}" in note for note in scene.notes)
+    glb.json["nodes"].append({"camera": 1, "translation": [0, 0, 8]})
+    glb.json["scenes"] = [{"nodes": [0, 1, 2]}]
+    assert load(glb, tmp_path).camera.position == (0, 0, 8)
+
+
+def test_a_camera_without_a_number_is_refused(glb, tmp_path: Path) -> None:
+    glb.json["cameras"] = [{"type": "orthographic", "orthographic": {"ymag": "a"}}]
     glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
     glb.json["nodes"] = [{"mesh": 0}, {"camera": 0}]
     glb.json["scenes"] = [{"nodes": [0, 1]}]

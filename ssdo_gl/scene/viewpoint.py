@@ -1,0 +1,62 @@
+"""The cameras that a file offers, and which of them is asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.motion import Trajectory
+from ssdo_gl.settings.fields import SettingError, shown
+from ssdo_gl.settings.loading import FIT
+from ssdo_gl.suggestion import suggestion
+
+
+@dataclass(frozen=True, eq=False)
+class Viewpoint:
+    """A camera of a file.
+
+    Attributes
+    ----------
+    name : str
+        As modelling programs show it; may be empty.
+    camera : Camera
+        As it stands at rest.
+    motion : Trajectory or None
+        How it moves.
+    """
+
+    name: str
+    camera: Camera
+    motion: Trajectory | None = None
+
+
+def chosen_viewpoint(viewpoints: Sequence[Viewpoint], which: str | int, source: str) -> Viewpoint:
+    """Return the viewpoint of a name, else of a number from 0 on.
+
+    Raises
+    ------
+    SettingError
+        Listing what `source` has.
+    """
+    names = [viewpoint.name for viewpoint in viewpoints]
+    if which in names:
+        return viewpoints[names.index(str(which))]
+    try:
+        index = int(which)
+    except ValueError:
+        index = -1
+    if 0 <= index < len(viewpoints):
+        return viewpoints[index]
+    hint = suggestion(str(which), [*filter(None, names), FIT], lists=False)
+    has = f"{source} has {listed_names(viewpoints, 20)}" if names else f"{source} has no cameras"
+    raise SettingError(f"camera {shown(which)}: {has}{hint}")
+
+
+def listed_names(viewpoints: Sequence[Viewpoint], most: int) -> str:
+    """Return number and name of the first viewpoints, and how many more there are."""
+    texts = [
+        f"{i} {shown(item.name)}" if item.name else f"{i}" for i, item in enumerate(viewpoints)
+    ]
+    more = f" and {len(texts) - most} more" if len(texts) > most else ""
+    return ", ".join(texts[:most]) + more

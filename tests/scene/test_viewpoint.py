@@ -1,0 +1,98 @@
+"""Files with several cameras: which one is seen through, and which there are."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from glb_writer import GlbWriter
+
+import ssdo_gl
+from ssdo_gl.scene.animate import scene_at
+from ssdo_gl.scene.load import load_scene
+from ssdo_gl.settings.fields import SettingError
+
+NAMES = ("Front", "from above", "3")
+
+
+@pytest.fixture
+def path(glb: GlbWriter, tmp_path: Path) -> Path:
+    """Return a triangle seen by three cameras, 4, 5 and 6 units away; one moves."""
+    glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
+    glb.json["cameras"] = [
+        {"type": "perspective", "name": "lens", "perspective": {"yfov": 0.5, "znear": 1}}
+    ]
+    nodes = [
+        {"camera": 0, "name": name, "translation": [0, 0, 4 + i]} for i, name in enumerate(NAMES)
+    ]
+    glb.json["nodes"] = [{"mesh": 0}, *nodes]
+    glb.json["scenes"] = [{"nodes": [0, 1, 2, 3]}]
+    times = glb.accessor(np.array([0, 1], dtype="<f4"), "SCALAR")
+    places = glb.accessor(np.array([[0, 0, 5], [8, 0, 5]], dtype="<f4"), "VEC3")
+    glb.json["animations"] = [
+        {
+            "samplers": [{"input": times, "output": places}],
+            "channels": [{"sampler": 0, "target": {"node": 2, "path": "translation"}}],
+        }
+    ]
+    return glb.save(tmp_path / "a.glb")
+
+
+@pytest.mark.parametrize(
+    ("which", "distance"), [(None, 4), ("Front", 4), ("from above", 5), ("3", 6), ("1", 5), (2, 6)]
+)
+def test_a_camera_is_chosen_by_name_or_number(path: Path, which, distance: int) -> None:
+    scene = load_scene(path, camera=which)
+    assert scene.camera.position == (0, 0, distance)
+    assert not scene.is_framed
+    assert [item.name for item in scene.cameras] == list(NAMES)
+    assert [item.camera.position[2] for item in scene.cameras] == [4, 5, 6]
+
+
+def test_the_motion_is_that_of_the_chosen_camera(path: Path) -> None:
+    assert scene_at(load_scene(path), 0.5).camera.position == (0, 0, 4)
+    moved = scene_at(load_scene(path, camera="from above"), 0.5).camera
+    assert moved.position == pytest.approx((4, 0, 5))
+
+
+def test_the_others_are_said_unless_one_is_asked_for(path: Path) -> None:
+    (note,) = [note for note in load_scene(path).notes if "camera" in note]
+    assert note == "seen from the first of the file's cameras: 0 'Front', 1 'from above', 2 '3'"
+    assert not any("camera" in note for note in load_scene(path, camera="Front").notes)
+
+
+@pytest.mark.parametrize(
+    ("which", "message"),
+    [
+        ("front", "camera 'front': .*has 0 'Front', 1 'from above', 2 '3'; did you mean 'Front'"),
+        (9, "camera 9: .*has 0 'Front'"),
+        (-1, "camera -1: .*has 0 'Front'"),
+        (True, "camera = True: expected the name or number"),
+        (1.5, "camera = 1.5: expected the name or number"),
+    ],
+)
+def test_a_camera_that_is_not_there_is_refused(path: Path, which, message: str) -> None:
+    with pytest.raises(SettingError, match=message):
+        load_scene(path, camera=which)
+
+
+def test_a_file_without_cameras_says_so(glb: GlbWriter, tmp_path: Path) -> None:
+    glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
+    file = glb.save(tmp_path / "a.glb")
+    with pytest.raises(SettingError, match=r"camera 'Top': .*a\.glb has no cameras"):
+        load_scene(file, camera="Top")
+
+
+def test_scene_files_have_no_names(path: Path) -> None:
+    with pytest.raises(SettingError, match="camera 'Top': corner is a scene"):
+        load_scene("corner", camera="Top")
+
+
+def test_render_takes_a_name(gl: None, path: Path) -> None:
+    size = (16, 9)
+    near, far = (
+        ssdo_gl.render(path, camera=which, size=size, method="direct")[..., 3].sum()
+        for which in ("Front", "3")
+    )
+    assert near > 1.5 * far > 0
