@@ -11,6 +11,7 @@ from ssdo_gl import resources
 from ssdo_gl.scene import decoders
 from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.defaults import guessed_up, turned_up
+from ssdo_gl.scene.file_camera import camera_of_file, listed_names
 from ssdo_gl.scene.formats import (
     Model,
     format_of,
@@ -21,7 +22,6 @@ from ssdo_gl.scene.formats import (
 )
 from ssdo_gl.scene.scene import Scene, SceneError
 from ssdo_gl.scene.type_checks import check_type
-from ssdo_gl.scene.viewpoint import chosen_viewpoint, listed_names
 from ssdo_gl.settings.fields import SettingError
 from ssdo_gl.settings.loading import LoadOptions, load_options
 from ssdo_gl.suggestion import suggestion
@@ -96,7 +96,7 @@ def _load_model(path: Path, source: str, options: LoadOptions) -> Scene:
     which = 0 if options.camera is None else options.camera
     seen = None
     if model.cameras or options.camera is not None:
-        seen = chosen_viewpoint(model.cameras, which, source)
+        seen = camera_of_file(model.cameras, which, source)
     if len(model.cameras) > 1 and options.camera is None and not options.frames_all:
         builder.note(f"seen from the first of the file's cameras: {listed_names(model.cameras, 6)}")
     scene = builder.build(

@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import Environment
+from ssdo_gl.scene.file_camera import FileCamera
 from ssdo_gl.scene.geometry import MainPart, Mesh, SceneObject, instance_boxes, main_part
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Color, Material
 from ssdo_gl.scene.motion import Trajectory
-from ssdo_gl.scene.viewpoint import Viewpoint
 from ssdo_gl.settings.loading import USUAL, LoadOptions
 from ssdo_gl.short_repr import counted, described
 from ssdo_gl.user_error import UserError
@@ -38,7 +38,7 @@ class Scene:
         What the loader has to tell the user: added lights, dropped features.
     camera_motion : Trajectory or None
         Of the scene's own camera.
-    cameras : tuple of Viewpoint
+    cameras : tuple of FileCamera
         All that the file has, each with ``name`` and ``camera``.
     loading : LoadOptions
         How it was loaded.
@@ -75,7 +75,7 @@ class Scene:
     purpose: str = ""
     notes: tuple[str, ...] = ()
     camera_motion: Trajectory | None = None
-    cameras: tuple[Viewpoint, ...] = ()
+    cameras: tuple[FileCamera, ...] = ()
     loading: LoadOptions = USUAL
     reach: float = 0.08
     backdrop: Color | None = None

@@ -10,12 +10,12 @@ from typing import NamedTuple
 
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.builder import SceneBuilder
+from ssdo_gl.scene.file_camera import FileCamera
 from ssdo_gl.scene.files import MAX_MODEL_TEXELS, read_texture
 from ssdo_gl.scene.formats.point_bodies import point_bodies
 from ssdo_gl.scene.geometry import Mesh, SceneObject, cleaned_mesh, smoothed
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Material, Texture, Wrap
-from ssdo_gl.scene.viewpoint import Viewpoint
 
 # Of all meshes of a model file. What scans reach; in memory some 5 GiB.
 MAX_TRIANGLES = 1 << 25
@@ -37,7 +37,7 @@ class Model:
     materials: list[Material] = field(default_factory=list)
     objects: list[SceneObject] = field(default_factory=list)
     lights: list[Light] = field(default_factory=list)
-    cameras: list[Viewpoint] = field(default_factory=list)
+    cameras: list[FileCamera] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     triangle_count: int = 0
     _texel_count: int = 0

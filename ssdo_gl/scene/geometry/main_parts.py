@@ -124,6 +124,9 @@ def main_part(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> MainPar
                 break
         is_under = is_backdrop & _is_under(pieces, low, high)
         in_dome = bool((is_backdrop & ~is_under).any())
+        # Lamps set flush into a ceiling, say, are no more than a part of their room.
+        if in_dome and (high - low).min() <= _FLATNESS * (high - low).max():
+            continue
         if in_dome and not _is_dome(meshes, objects, pieces, is_backdrop, 0.5 * (low + high)):
             continue
         strays = int(pieces.count[~is_main & ~is_backdrop].sum())

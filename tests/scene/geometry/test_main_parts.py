@@ -117,6 +117,17 @@ def test_a_dome_is_left_out_and_the_camera_stands_in_it() -> None:
     assert main_part(MESHES, [*ROOM, at((0.0, 0.0, 0.0), 60.0, mesh=3)]).is_all
 
 
+def test_a_room_with_lamps_set_flush_into_its_ceiling_is_no_dome() -> None:
+    """A grid of eight flat lamps in one plane is all that is not of the room."""
+    up = math3d.rotation_euler((90.0, 0.0, 0.0))
+    lamps = [
+        SceneObject(1, 0, (math3d.translation((x, 4.0, z)) @ up @ math3d.scaling((0.2,) * 3))[None])
+        for x in (-1.0, -0.3, 0.3, 1.0)
+        for z in (-0.5, 0.5)
+    ]
+    assert main_part(MESHES, [*lamps, at((0.0, 0.0, 0.0), 30.0, mesh=2)]).is_all
+
+
 @pytest.mark.parametrize("name", sorted({*builtin_names()} - {"sphere_on_plane"}))
 def test_built_in_scenes_are_wholly_their_main_part(name: str) -> None:
     scene = load_scene(name)

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.file_camera import FileCamera
 from ssdo_gl.scene.formats.gltf.animation import read_channels
 from ssdo_gl.scene.formats.gltf.document import Document, GltfError, Json, numbers
 from ssdo_gl.scene.formats.gltf.draco import unpack
@@ -29,7 +30,6 @@ from ssdo_gl.scene.formats.gltf.viewpoints import read_camera, read_light
 from ssdo_gl.scene.formats.model import Model
 from ssdo_gl.scene.geometry import MAX_INSTANCES, Mesh, SceneObject, thickened, with_area
 from ssdo_gl.scene.scene import SceneError
-from ssdo_gl.scene.viewpoint import Viewpoint
 
 _UNDRAWN = {
     1: "lines are not drawn",
@@ -127,7 +127,7 @@ class _Reader:
         camera = read_camera(entry, self.rig.world_at(index, 0.0), self.model, name)
         if camera is not None:
             motion = FrameMotion(self.rig, index) if self.rig.moves(index) else None
-            self.model.cameras.append(Viewpoint(name, camera, motion))
+            self.model.cameras.append(FileCamera(name, camera, motion))
 
     def _motion(self, node: int) -> NodeMotion | None:
         if node < 0:

@@ -72,6 +72,7 @@ def read_camera(camera: Json, world: FloatArray, model: Model, name: str) -> Cam
         return None
     forward = -math3d.normalized(backward)
     target = position + forward * _distance_ahead(model, position, forward)
+    up = math3d.normalized(up)
     return Camera(vector(position), vector(target), vector(up), fov_y, height=height)
 
 

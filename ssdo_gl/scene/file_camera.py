@@ -13,7 +13,7 @@ from ssdo_gl.suggestion import suggestion
 
 
 @dataclass(frozen=True, eq=False)
-class Viewpoint:
+class FileCamera:
     """A camera of a file.
 
     Attributes
@@ -31,32 +31,30 @@ class Viewpoint:
     motion: Trajectory | None = None
 
 
-def chosen_viewpoint(viewpoints: Sequence[Viewpoint], which: str | int, source: str) -> Viewpoint:
-    """Return the viewpoint of a name, else of a number from 0 on.
+def camera_of_file(cameras: Sequence[FileCamera], which: str | int, source: str) -> FileCamera:
+    """Return the one of a name, else of a number from 0 on.
 
     Raises
     ------
     SettingError
         Listing what `source` has.
     """
-    names = [viewpoint.name for viewpoint in viewpoints]
+    names = [camera.name for camera in cameras]
     if which in names:
-        return viewpoints[names.index(str(which))]
+        return cameras[names.index(str(which))]
     try:
         index = int(which)
     except ValueError:
         index = -1
-    if 0 <= index < len(viewpoints):
-        return viewpoints[index]
+    if 0 <= index < len(cameras):
+        return cameras[index]
     hint = suggestion(str(which), [*filter(None, names), FIT], lists=False)
-    has = f"{source} has {listed_names(viewpoints, 20)}" if names else f"{source} has no cameras"
+    has = f"{source} has {listed_names(cameras, 20)}" if names else f"{source} has no cameras"
     raise SettingError(f"camera {shown(which)}: {has}{hint}")
 
 
-def listed_names(viewpoints: Sequence[Viewpoint], most: int) -> str:
-    """Return number and name of the first viewpoints, and how many more there are."""
-    texts = [
-        f"{i} {shown(item.name)}" if item.name else f"{i}" for i, item in enumerate(viewpoints)
-    ]
+def listed_names(cameras: Sequence[FileCamera], most: int) -> str:
+    """Return number and name of the first cameras, and how many more there are."""
+    texts = [f"{i} {shown(item.name)}" if item.name else f"{i}" for i, item in enumerate(cameras)]
     more = f" and {len(texts) - most} more" if len(texts) > most else ""
     return ", ".join(texts[:most]) + more
