@@ -140,32 +140,27 @@ def torn(
     met = met[chosen]
     triangle = bvh.primitive_triangles.reshape(-1)[np.where(is_wall, met, 0)]
     face = _face_normals(bvh.triangles, triangle)
-    lines = _Lines(surfels, chosen, np.where(is_wall, distances[chosen], np.inf))
-    from_behind = is_wall & bvh.triangles.solid[triangle]
-    from_behind &= np.einsum("slk,slk->sl", face, lines.along) > 0.0
+    distances = np.where(is_wall, distances[chosen], np.inf)
+    lines = _Lines(surfels, chosen, distances, face, bvh.triangles.solid[triangle])
     own = surfels.positions[chosen].astype(np.float64)
     bearers = surfels.sources[chosen]
     candidates = np.concatenate([own, lines.ends_of_parts()], axis=1)
     bearers = np.concatenate([bearers, np.repeat(bearers[:, :1], 3 * half, axis=1)], axis=1)
-    is_open = np.concatenate([lines.shows(own, from_behind), lines.open_parts(from_behind)], axis=1)
-    walls = []
-    for part in (slice(None, half), slice(half, None)):
-        line = (np.arange(len(chosen)), _most_frequent(np.where(is_wall, met, -1)[:, part]))
-        normal = face[:, part][line]
-        # In front of the wall is where the line came from.
-        away = np.einsum("sk,sk->s", normal, lines.along[:, part][line]) > 0.0
-        normal = np.where(away[:, None], -normal, normal)
-        corner = bvh.triangles.positions[triangle[:, part][line], 0].astype(np.float64)
-        reach = np.einsum("sk,sk->s", normal, corner)
-        height = np.einsum("spk,sk->sp", candidates, normal) - reach[:, None]
-        wall = np.concatenate([normal, reach[:, None]], axis=1)
-        walls.append((wall, height, from_behind[:, part][line]))
-    (plane, height, is_covered), (_, other_height, other_is_covered) = walls
+    is_open = np.concatenate([lines.shows(own), lines.open_parts()], axis=1)
+    ways = (slice(None, half), slice(half, None))
+    (plane, is_covered, is_met), (other, other_is_covered, other_is_met) = (
+        _wall_that_most_meet(bvh, triangle, np.where(is_wall, met, -1), lines, way) for way in ways
+    )
+    height, other_height = (
+        np.einsum("spk,sk->sp", candidates, wall[:, :3]) - wall[:, 3:] for wall in (plane, other)
+    )
     # Between two bodies is what lies behind both walls; else the second part is what lies
-    # before the second wall, and nothing in between shows.
+    # before the second wall, and what is in between shows if both are sheets.
     is_gap = (is_covered & other_is_covered)[:, None]
     parts = [height > 0.0, np.where(is_gap, height < 0.0, other_height > 0.0)]
     corner = _Corners.of(plane, np.where(is_wall, met, -1), face, lines.met_at())
+    is_between = np.any(lines.between_sheets & is_met & other_is_met, axis=1)
+    corner = corner.or_else(_Corners(plane, other, is_between), corner.divides(candidates))
     room = max(most - surfels.count - len(chosen), 0)
     thirds = np.flatnonzero(corner.divides(candidates))[:room]
     for part, at_corner in zip(parts, corner.parts(candidates), strict=False):
@@ -191,7 +186,9 @@ def torn(
 
 @dataclass(frozen=True, eq=False)
 class _Corners:
-    """Two walls that meet on each of N surfels: one ends at the other, or both at a corner.
+    """Two walls that part each of N surfels in three: one ends at the other, or both at a corner.
+
+    Two sheets side by side are such walls, too.
 
     Attributes
     ----------
@@ -229,6 +226,15 @@ class _Corners:
         before, _ = _sides(through, at, np.where(swaps[:, None], is_first, is_other))
         return cls(np.where(before[:, None], -through, through), ending, is_other.any(axis=1))
 
+    def or_else(self, other: _Corners, chosen: NDArray[np.bool_]) -> _Corners:
+        """Return the chosen ones (N,) of these walls, and `other` for the rest."""
+        rows = chosen[:, None]
+        return _Corners(
+            np.where(rows, self.through, other.through),
+            np.where(rows, self.ending, other.ending),
+            np.where(chosen, self.is_there, other.is_there),
+        )
+
     def parts(self, points: FloatArray) -> tuple[NDArray[np.bool_], ...]:
         """Return which points (N, P, 3) lie before the first wall, and on either side behind it."""
         first, second = (
@@ -243,6 +249,24 @@ class _Corners:
         return np.asarray(self.is_there & np.all(filled, axis=0))
 
 
+def _wall_that_most_meet(
+    bvh: Bvh, triangle: NDArray[np.int32], met: IntArray, lines: _Lines, way: slice
+) -> tuple[FloatArray, NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return the wall that most lines of each surfel meet one way, `met` being -1 where none is.
+
+    Its plane (N, 4) has in front what the lines come from; further whether they come from
+    inside a body (N,), and which of them (N, 8) meet that triangle.
+    """
+    line = (np.arange(len(met)), _most_frequent(met[:, way]))
+    wall = triangle[:, way][line]
+    normal = _face_normals(bvh.triangles, wall)
+    away = np.einsum("sk,sk->s", normal, lines.along[:, way][line]) > 0.0
+    normal = np.where(away[:, None], -normal, normal)
+    reach = np.einsum("sk,sk->s", normal, bvh.triangles.positions[wall, 0].astype(np.float64))
+    plane = np.concatenate([normal, reach[:, None]], axis=1)
+    return plane, lines.from_behind[:, way][line], triangle[:, way] == wall[:, None]
+
+
 def _sides(
     plane: FloatArray, at: FloatArray, chosen: NDArray[np.bool_]
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
@@ -255,17 +279,34 @@ class _Lines:
     """Eight lines across each of N surfels: how far each is free from both of its ends.
 
     Two halves, forwards and backwards, as in `torn`; `distances` are infinite where nothing
-    is met.
+    is met, `face` and `is_solid` are of what is met. A line that meets a body from behind began
+    inside of it; sheets have no inside.
     """
 
-    def __init__(self, surfels: Surfels, chosen: IntArray, distances: FloatArray) -> None:
+    def __init__(
+        self,
+        surfels: Surfels,
+        chosen: IntArray,
+        distances: FloatArray,
+        face: FloatArray,
+        is_solid: NDArray[np.bool_],
+    ) -> None:
         self.starts, self.along, length = surfels.lines(chosen)
-        self.half = distances.shape[1] // 2
-        self.length = length[:, : self.half]
+        self.half = half = distances.shape[1] // 2
+        self.length = length[:, :half]
         self.free = free = np.minimum(distances, length)
         # Along the forward line: up to where, and from where, nothing stands.
-        self.leaves, self.returns = free[:, : self.half], self.length - free[:, self.half :]
-        self.is_free = ~np.isfinite(distances[:, : self.half])
+        self.leaves, self.returns = free[:, :half], self.length - free[:, half:]
+        is_wall = np.isfinite(distances)
+        self.is_free = ~is_wall[:, :half]
+        facing_away = np.einsum("slk,slk->sl", face, self.along) > 0.0
+        self.from_behind = is_wall & is_solid & facing_away
+        self.first, self.last = self.from_behind[:, :half], self.from_behind[:, half:]
+        # Both ways meet one and the same sheet at one place, but for rounding.
+        apart = self.returns - self.leaves > LIFT
+        is_sheet = is_wall & ~is_solid
+        self.between_sheets = is_sheet[:, :half] & is_sheet[:, half:] & apart
+        self.between = self.first & self.last | self.between_sheets
 
     def met_at(self) -> FloatArray:
         """Return where each line ends, forwards and backwards, (N, 16, 3)."""
@@ -277,26 +318,21 @@ class _Lines:
         first, along = self.starts[:, : self.half], self.along[:, : self.half]
         return np.concatenate([first + 0.5 * t[..., None] * along for t in middles], axis=1)
 
-    def open_parts(self, from_behind: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return which of `ends_of_parts` show, (N, 24).
-
-        A line that meets a body from behind began inside of it.
-        """
-        first, last = from_behind[:, : self.half], from_behind[:, self.half :]
-        between = first & last & (self.returns > self.leaves)
+    def open_parts(self) -> NDArray[np.bool_]:
+        """Return which of `ends_of_parts` show, (N, 24)."""
+        between = self.between & (self.returns > self.leaves)
         met = ~self.is_free
-        return np.concatenate([met & ~first, met & ~last, between], axis=1)
+        return np.concatenate([met & ~self.first, met & ~self.last, between], axis=1)
 
-    def shows(self, points: FloatArray, from_behind: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def shows(self, points: FloatArray) -> NDArray[np.bool_]:
         """Return which points (N, 16, 3) are not covered, by the nearest line either way."""
-        first, last = from_behind[:, : self.half], from_behind[:, self.half :]
         to_point = points[:, :, None] - self.starts[:, None, : self.half]
         at = np.einsum("splk,slk->spl", to_point, self.along[:, : self.half])
         off = np.einsum("splk,splk->spl", to_point, to_point) - at**2
         is_open = np.where(
             at < self.leaves[:, None],
-            ~first[:, None],
-            np.where(at > self.returns[:, None], ~last[:, None], (first & last)[:, None]),
+            ~self.first[:, None],
+            np.where(at > self.returns[:, None], ~self.last[:, None], self.between[:, None]),
         )
         is_open |= self.is_free[:, None]
         quarter = self.half // 2

@@ -80,6 +80,46 @@ def test_pictures_do_not_darken_what_the_wall_beside_them_sends_on() -> None:
     assert found == pytest.approx(reference, rel=PICTURES_BOUND)
 
 
+SHADED_LAMP = """
+[camera]
+position = [1.7, 1.4, 1.7]
+target = [-0.4, 0.8, -0.5]
+fov_y = 60
+[materials.white]
+albedo = [0.8, 0.8, 0.8]
+[[light]]
+kind = "point"
+position = [0, 0.85, 0]
+intensity = [1, 1, 1]
+[[object]]
+shape = "box"
+min = [-2, 0, -2]
+max = [2, 2.4, 2]
+material = "white"
+"""
+# As wide above as below, so that each one's edges lie outside of the next ones.
+SHEET = """
+[[object]]
+shape = "quad"
+corner = [-0.036, 0.72, 0.16]
+edge_u = [0.072, 0, 0]
+edge_v = [0, 0.3, -0.05]
+material = "white"
+transform = {{ rotate = [0, {degrees}, 0] }}
+"""
+
+
+def test_sheets_that_overlap_send_on_the_light_within_them(tmp_path: Path) -> None:
+    """Two thirds of the light leave the shade of a lamp by way of its sheets."""
+    file = tmp_path / "lampshade.toml"
+    file.write_text(SHADED_LAMP + "".join(SHEET.format(degrees=22.5 * k) for k in range(16)))
+    found, reference = (
+        ssdo_gl.render(file, size=SIZE, method=method, **settings)[..., :3].mean()
+        for method, settings in (("gi", {}), ("reference-gi", {"spp": 128}))
+    )
+    assert found == pytest.approx(reference, rel=MEAN_BOUND)
+
+
 def test_next_to_nothing_comes_through_a_thin_wall() -> None:
     scene = load_scene(INTERIORS / "wall.toml")
     lit_side = Camera((-1.5, 1.0, 1.8), (-0.4, 0.8, -0.5), fov_y=80.0)
