@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from typing import Any
 
 import moderngl
 
 from ssdo_gl.gpu.compute import ComputeProgram, can_compute
+from ssdo_gl.gpu.context import draws_on_cpu
+from ssdo_gl.gpu.flat_uniforms import with_flat_uniforms
 from ssdo_gl.gpu.linking import link_compute, link_stages
 from ssdo_gl.gpu.shader_source import FlatSource, ShaderError, UniformDeclaration
 from ssdo_gl.gpu.uniform import UniformSlot
@@ -56,7 +59,7 @@ class Program:
         self.compute = None if compute is None else ComputeProgram(compute)
         linked: Any = compute
         if compute is None:
-            linked = self.gl = link_stages(self._context, vertex, fragment)
+            linked = self.gl = self._linked_stages(vertex, fragment)
         self.digest = digest_of(vertex, fragment)
         self.name = f"{vertex.name} + {fragment.name}"
         self._declared = {**vertex.uniforms(), **fragment.uniforms()}
@@ -85,6 +88,14 @@ class Program:
         if self._vertex_array is not None:
             self._vertex_array.release()
         self._vertex_array = None
+
+    def _linked_stages(self, vertex: FlatSource, fragment: FlatSource) -> moderngl.Program:
+        flat = with_flat_uniforms(vertex, fragment) if draws_on_cpu(self._context) else None
+        if flat is not None:
+            with suppress(ShaderError):
+                return link_stages(self._context, *flat)
+        # What is wrong with a shader is said of it as it was written.
+        return link_stages(self._context, vertex, fragment)
 
     def _linked_compute(
         self, vertex: FlatSource, fragment: FlatSource
