@@ -11,9 +11,6 @@ both sides alike; how far single rounds lie apart is printed.
 
 from __future__ import annotations
 
-import csv
-import io
-import json
 import os
 import statistics
 import sys
@@ -32,7 +29,7 @@ from benchmarks.checkout import ROOT, checked_out, full_name
 from benchmarks.common import answering, check_scenes, command
 from benchmarks.frame_side import NoCaseError, Side
 from ssdo_gl.bench.measure.machine import core_count, cpu_name, load_average
-from ssdo_gl.bench.storage import replace_file
+from ssdo_gl.bench.storage import csv_bytes, json_bytes, replace_file
 from ssdo_gl.images.files import check_output
 from ssdo_gl.scene.load import builtin_names
 from ssdo_gl.settings import Settings
@@ -170,15 +167,8 @@ def table_of(cells: dict[str, list[str]], cases: Sequence[str]) -> Table:
 def write(path: Path, ratios: Sequence[Ratio], about: dict[str, Any]) -> None:
     """Write what was found, as JSON or CSV by the file's ending."""
     rows = [ratio.row() for ratio in ratios]
-    if path.suffix == ".csv":
-        buffer = io.StringIO()
-        writer = csv.DictWriter(buffer, list(rows[0]) if rows else ["scene"], lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
-        text = buffer.getvalue()
-    else:
-        text = json.dumps({**about, "rows": rows}, indent=1) + "\n"
-    replace_file(path, text.encode())
+    is_table = path.suffix == ".csv"
+    replace_file(path, csv_bytes(rows) if is_table else json_bytes({**about, "rows": rows}))
 
 
 @answering

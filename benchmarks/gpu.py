@@ -14,8 +14,6 @@ A section that fails says so in gpu.json, and the others go on.
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import os
 import subprocess
@@ -36,7 +34,7 @@ from benchmarks.gpu_passes import COPY_SIDE, copy_bandwidth, draw_passes, pass_r
 from ssdo_gl.bench.measure.machine import describe_machine
 from ssdo_gl.bench.presets import load_preset
 from ssdo_gl.bench.report import as_bytes, drawn_in_style
-from ssdo_gl.bench.storage import load_arrays, replace_file, replace_json, save_arrays
+from ssdo_gl.bench.storage import csv_bytes, load_arrays, replace_file, replace_json, save_arrays
 from ssdo_gl.gpu.context import Device, create_context, describe
 from ssdo_gl.images.display import picture_of
 from ssdo_gl.images.error import failures, relative_rmse
@@ -182,7 +180,7 @@ def time_passes(run: Run) -> object:
                 settings = settings_for(scene.render, fields)
                 rows += pass_rows(device, scene, preset, settings, bandwidth, quick=run.quick)
     device.release()
-    _write_csv(run.outdir / "passes.csv", rows)
+    replace_file(run.outdir / "passes.csv", csv_bytes(rows))
     replace_file(run.outdir / "passes.png", as_bytes(drawn_in_style(draw_passes, rows), "png"))
     return {"copy_gb_per_s": round(bandwidth / 1e9, 2), "passes": rows, "skipped": skipped}
 
@@ -195,7 +193,7 @@ def time_frames(run: Run) -> object:
     for name, rows_of in tables.items():
         if run.seconds_left > 90.0:
             found[name] = rows_of(device, quick=run.quick)
-            _write_csv(run.outdir / f"{name}.csv", found[name])
+            replace_file(run.outdir / f"{name}.csv", csv_bytes(found[name]))
     device.release()
     return found
 
@@ -229,7 +227,7 @@ def time_rays(run: Run) -> object:
                 | {"pixels": pixels, "ms": round(ms, 3), "million_per_s": round(rate, 2)}
             )
     device.release()
-    _write_csv(run.outdir / "rays.csv", rows)
+    replace_file(run.outdir / "rays.csv", csv_bytes(rows))
     return rows
 
 
@@ -263,7 +261,7 @@ def render_images(run: Run) -> object:
             raise ValueError(f"{run.compare}: holds no images.npz that can be read")
         shared = [name for name in images if name in stored[1]]
         rows = [difference(name, images[name], stored[1][name]) for name in shared]
-        _write_csv(run.outdir / "differences.csv", rows)
+        replace_file(run.outdir / "differences.csv", csv_bytes(rows))
         pictures = [_seen(images[name], stored[1][name]) for name in shared]
         if pictures:
             replace_file(run.outdir / "differences.png", png_bytes(np.vstack(pictures)))
@@ -316,15 +314,6 @@ def _seen(image: NDArray[Any], other: NDArray[Any]) -> NDArray[np.uint8]:
     gap = 100.0 * np.abs(image - other)
     gap[:, :, 3] = 1.0
     return np.hstack([picture_of("beauty", np.asarray(i, np.float32)) for i in (image, other, gap)])
-
-
-def _write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    names = list(dict.fromkeys(name for row in rows for name in row))
-    buffer = io.StringIO()
-    writer = csv.DictWriter(buffer, names, restval="", lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    replace_file(path, buffer.getvalue().encode())
 
 
 def _has_failed(result: Any) -> bool:

@@ -12,8 +12,6 @@ three.js: npm install three, and --three DIR says where; playwright and chromium
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import re
 import statistics
@@ -36,7 +34,7 @@ from benchmarks.peer_vtk import Vtk
 from ssdo_gl.bench.measure.machine import core_count, cpu_name, load_average
 from ssdo_gl.bench.measure.sweep import order
 from ssdo_gl.bench.presets import load_preset
-from ssdo_gl.bench.storage import replace_file
+from ssdo_gl.bench.storage import csv_bytes, replace_file
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.images.files import png_bytes
 from ssdo_gl.renderer import Renderer
@@ -250,11 +248,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     options.outdir.mkdir(parents=True, exist_ok=True)
     contestants, traced, notes = measure(room, makers, options.rounds)
     rows = rows_of(contestants, traced)
-    buffer = io.StringIO()
-    writer = csv.DictWriter(buffer, list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    replace_file(options.outdir / "peers.csv", buffer.getvalue().encode())
+    replace_file(options.outdir / "peers.csv", csv_bytes(rows))
     seen = {c.name: c.visibility for c in contestants if c.visibility is not None}
     for name, visibility in {"rays": traced.visibility, **seen}.items():
         levels = np.round(255.0 * np.clip(visibility, 0.0, 1.0)).astype(np.uint8)

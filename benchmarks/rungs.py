@@ -9,7 +9,6 @@ and error of each setting over those of the published method.
 
 from __future__ import annotations
 
-import csv
 import dataclasses
 import sys
 from collections.abc import Sequence
@@ -38,6 +37,7 @@ from ssdo_gl.bench.measure import (
 )
 from ssdo_gl.bench.measure.clock import CLOCK_NAMES
 from ssdo_gl.bench.statistics import rmse_of
+from ssdo_gl.bench.storage import csv_bytes, replace_file
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
@@ -105,14 +105,6 @@ def over_published(rows: Sequence[Row]) -> list[str]:
     return lines
 
 
-def write(path: Path, rows: Sequence[Row]) -> None:
-    """Write rows as CSV."""
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
-
-
 @answering
 def main(argv: Sequence[str] | None = None) -> int:
     """Measure the scenes named on the command line and print what follows."""
@@ -131,7 +123,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         for name in options.scenes:
             rows, machine = measure(name, device, options.outdir, size)
             tables[name] = rows
-            write(options.outdir / f"{Path(name).stem}.csv", rows)
+            replace_file(options.outdir / f"{Path(name).stem}.csv", csv_bytes(rows))
             paper, march = curve_of(rows, "paper's SSDO", PAPER), curve_of(rows, "march", MARCH)
             lines = [*comparison_lines(compare(paper, march)), "", *over_published(rows)]
             print(f"\n{name}\n\n" + "\n".join(lines), flush=True)

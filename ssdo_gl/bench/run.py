@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from rich.console import Console
 
 from ssdo_gl import __version__
@@ -35,6 +34,7 @@ from ssdo_gl.bench.measure import (
     tabulate,
     time_points,
     trusted_clock,
+    unit_px,
 )
 from ssdo_gl.bench.references import (
     ReferenceRequest,
@@ -236,7 +236,7 @@ class BenchRun:
                 self.renderer, self.base, results, chosen, by_panel, mask, self.progress.steps
             )
             recommendation = analysis.recommend(results)
-        radius_px = self._radius_px(mask)
+        radius_px = (self.base.radius or 0.0) * unit_px(self.renderer, self.base, mask)
         series = scaling.measure_scaling(
             self.renderer,
             self.base,
@@ -318,17 +318,6 @@ class BenchRun:
         if not mask.any():
             raise BenchError("the camera sees no surface: there is nothing to measure")
         return mask
-
-    def _radius_px(self, mask: Mask) -> float:
-        """Return the mean radius of the near field on the screen, pixels."""
-        plain = dataclasses.replace(self.base, method="direct")
-        depth = self.renderer.images(plain, ("depth",))["depth"][:, :, 0][mask]
-        width, height = self.base.size
-        camera = self.renderer.scene.camera
-        tangent, half = (f(width / height)[1] for f in (camera.tan_half_fov, camera.half_frame))
-        radius = self.base.radius or 0.0
-        shown = 2.0 * (half + tangent * depth.astype(np.float64))
-        return float(np.mean(radius * height / shown))
 
     def _judged(
         self, renderer: BenchRenderer, state: Mapping[str, Any], mask: Mask

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import errno
 import hashlib
 import io
@@ -9,7 +10,7 @@ import json
 import os
 import sys
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -157,6 +158,16 @@ def replace_json(path: Path, content: Any) -> None:
 def json_bytes(content: Any) -> bytes:
     """Return `content` as a file of indented JSON."""
     return (json.dumps(content, indent=1, sort_keys=True) + "\n").encode()
+
+
+def csv_bytes(rows: Sequence[Mapping[str, Any]]) -> bytes:
+    """Return rows as a CSV file; a cell is empty where a row lacks what another one has."""
+    names = dict.fromkeys(name for row in rows for name in row)
+    buffer = io.StringIO()
+    writer = csv.DictWriter(buffer, list(names), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return buffer.getvalue().encode()
 
 
 def append_line(path: Path, line: str) -> None:

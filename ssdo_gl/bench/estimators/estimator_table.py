@@ -13,9 +13,7 @@ Time is that of all passes which the quantity takes beyond the G-buffer, as a mu
 
 from __future__ import annotations
 
-import csv
 import dataclasses
-import io
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -48,7 +46,7 @@ from ssdo_gl.bench.statistics import (
     rmse_replicas,
     whole,
 )
-from ssdo_gl.bench.storage import BenchError, claim_folder, replace_file
+from ssdo_gl.bench.storage import BenchError, claim_folder, csv_bytes, replace_file
 from ssdo_gl.effects.estimators import ESTIMATORS
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.headless.progress import StageProgress, stage_progress
@@ -225,11 +223,7 @@ def write(
     outdir.mkdir(parents=True, exist_ok=True)
     views, how = measure(subjects, plan, device, progress, scheduler)
     rows = list(csv_rows(views))
-    buffer = io.StringIO()
-    writer = csv.DictWriter(buffer, list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    replace_file(outdir / "estimators.csv", buffer.getvalue().encode())
+    replace_file(outdir / "estimators.csv", csv_bytes(rows))
     width, height = next(iter(subjects.values()))[1].size
     conditions = f"{device.renderer}; {width}x{height}; {', '.join(subjects)}; "
     conditions += "; ".join([f"{plan.seeds} seeds", *how])

@@ -31,6 +31,7 @@ from ssdo_gl.bench.measure import (
     order,
     render_seeds,
     trusted_clock,
+    unit_px,
 )
 from ssdo_gl.bench.storage import BenchError
 from ssdo_gl.effects.estimators import ESTIMATORS
@@ -128,15 +129,6 @@ def points_of(plan: TablePlan, quantity: Quantity) -> list[Point]:
         point = Point(quantity.aov, name, quantity.method, name, samples, steps)
         found.setdefault(key, dataclasses.replace(point, filter=smoothing))
     return list(found.values())
-
-
-def mean_radius_px(renderer: BenchRenderer, base: Settings, mask: NDArray[np.bool_]) -> float:
-    """Return how many pixels a radius of 1 covers, averaged over what is in view."""
-    plain = dataclasses.replace(base, method="direct")
-    depth = renderer.images(plain, ("depth",))["depth"][:, :, 0][mask].astype(np.float64)
-    width, height = base.size
-    _, tangent = renderer.scene.camera.tan_half_fov(width / height)
-    return float(np.mean(height / (2.0 * tangent * depth)))
 
 
 def milliseconds(renderer: BenchRenderer, point: Point, base: Settings, clock: str) -> float:
@@ -255,8 +247,8 @@ def measure(
             mask = judged_pixels(renderer, base)
             if not mask.any():
                 raise BenchError("the camera sees no surface: there is nothing to measure")
-            unit_px = mean_radius_px(renderer, base, mask)
-            bases = {px: dataclasses.replace(base, radius=px / unit_px) for px in plan.radii_px}
+            unit = unit_px(renderer, base, mask)
+            bases = {px: dataclasses.replace(base, radius=px / unit) for px in plan.radii_px}
             judged = {}
             with spread(renderer, scheduler) as (maker, sentence):
                 for radius_px, at in bases.items():

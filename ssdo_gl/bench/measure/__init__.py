@@ -13,6 +13,7 @@ from ssdo_gl.bench.measure.errors import (
     judge,
     judged_pixels,
     render_seeds,
+    unit_px,
 )
 from ssdo_gl.bench.measure.fingerprints import fingerprint, scene_fingerprint, shader_fingerprint
 from ssdo_gl.bench.measure.machine import describe_machine, load_average, machine_class
@@ -66,4 +67,5 @@ __all__ = [
     "tabulate",
     "time_points",
     "trusted_clock",
+    "unit_px",
 ]

@@ -84,6 +84,16 @@ def judged_pixels(renderer: BenchRenderer, settings: Settings) -> Mask:
     return np.asarray(covered & dark)
 
 
+def unit_px(renderer: BenchRenderer, settings: Settings, mask: Mask) -> float:
+    """Return how many pixels a length of 1 covers, averaged over the pixels of `mask`."""
+    plain = dataclasses.replace(settings, method="direct", estimator=None)
+    depth = renderer.images(plain, ("depth",))["depth"][:, :, 0][mask].astype(np.float64)
+    width, height = settings.size
+    camera = renderer.scene.camera
+    tangent, half = (f(width / height)[1] for f in (camera.tan_half_fov, camera.half_frame))
+    return float(np.mean(height / (2.0 * (half + tangent * depth))))
+
+
 def judge(
     panel: ErrorPanel,
     renderings: Sequence[Images],

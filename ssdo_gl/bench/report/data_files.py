@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
-import csv
 import dataclasses
-import io
 from typing import Any
 
 from ssdo_gl.bench.analysis import as_row
 from ssdo_gl.bench.bench_data import Bench
-from ssdo_gl.bench.storage import json_bytes
+from ssdo_gl.bench.storage import csv_bytes, json_bytes
 
 
 def points_csv(bench: Bench) -> bytes:
     """Return every point with all its numbers as CSV."""
-    rows = [as_row(result) for result in bench.results]
-    buffer = io.StringIO()
-    writer = csv.DictWriter(buffer, list(rows[0]) if rows else ["key"], lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return buffer.getvalue().encode()
+    return csv_bytes([as_row(result) for result in bench.results])
 
 
 def bench_json(bench: Bench) -> bytes:
