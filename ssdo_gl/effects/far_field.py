@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import moderngl
 
@@ -20,7 +20,7 @@ from ssdo_gl.effects.near_field import receiver_stride, traces_own
 from ssdo_gl.effects.own_rays import OwnRaysPass
 from ssdo_gl.effects.request import Request
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
-from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.math3d import Region
@@ -33,6 +33,7 @@ from ssdo_gl.passes.far_probes import (
     ProbeRays,
     mean_radiance,
 )
+from ssdo_gl.passes.own_textures import drawing_into, facts_of, fill, textures_of
 from ssdo_gl.passes.rays import (
     radius_ns,
     ray_defines,
@@ -40,7 +41,7 @@ from ssdo_gl.passes.rays import (
     ray_uniforms,
     stream_of,
 )
-from ssdo_gl.passes.surfels import CACHE_TABLES, drawing_into, facts_of, textures_of
+from ssdo_gl.passes.surfels import CACHE_TABLES
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment import kind_of
 from ssdo_gl.scene.lights import Form
@@ -68,13 +69,13 @@ class FarProbePointsPass(RenderPass):
         """Choose a pixel of each tile, and a second one where it shows two surfaces."""
         size = tile_count(context.frame.view.size, self.settings.tile)
         made = {name: make_texture(context.gl, size, 4, "f4") for name in FAR_PROBES}
-        _draw(
+        fill(
             context,
+            list(made.values()),
             "effects/far_probe_points.frag",
             {"PROBE_TILE": self.settings.tile, "PROBE_SIDE": self.settings.directions},
             context.frame.view.uniforms(),
-            self.reads,
-            list(made.values()),
+            textures_of(context, self.reads),
         )
         return made
 
@@ -198,23 +199,6 @@ class FarProbesPass(RenderPass):
                 draw_fullscreen(context.gl, program, target, {}, textures, region=region)
 
 
-def _draw(
-    context: PassContext,
-    shader: str,
-    defines: Mapping[str, int],
-    uniforms: Mapping[str, Any],
-    reads: tuple[str, ...],
-    textures: list[moderngl.Texture],
-) -> None:
-    """Draw into textures of the pass' own."""
-    target = make_framebuffer(context.gl, textures)
-    inputs = {f"t_{name}": context.inputs[name] for name in reads}
-    draw_fullscreen(
-        context.gl, context.shaders.fullscreen(shader, defines), target, uniforms, inputs
-    )
-    target.release()
-
-
 class CachedIrradiancePass(RenderPass):
     """Writes `cached_irradiance`: what surfaces in view receive, all light."""
 
@@ -238,7 +222,8 @@ class CachedIrradiancePass(RenderPass):
         made = make_texture(context.gl, tile_count(context.frame.view.size, stride), 4, "f4")
         defines, uniforms = ray_defines(context, self.features), ray_uniforms(context)
         defines = {**defines, "CACHED_STRIDE": stride}
-        _draw(context, "effects/cached_irradiance.frag", defines, uniforms, self.reads, [made])
+        textures = textures_of(context, self.reads)
+        fill(context, [made], "effects/cached_irradiance.frag", defines, uniforms, textures)
         self.is_settled = stride == 1
         return {self.name: made}
 

@@ -7,14 +7,13 @@ from collections.abc import Sequence
 import moderngl
 import numpy as np
 
-from ssdo_gl.gpu.fullscreen import draw_fullscreen
-from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.graph.resource import Dtype
 from ssdo_gl.passes.environment_uniforms import environment_uniforms
 from ssdo_gl.passes.far_probes import FarFieldSettings
+from ssdo_gl.passes.own_textures import fill, textures_of
 from ssdo_gl.passes.rays import radius_ns, ray_defines, ray_uniforms, stream_of
-from ssdo_gl.passes.surfels import textures_of
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment import ENVIRONMENT_KINDS, EnvironmentKind
 
@@ -99,7 +98,6 @@ def moving_rays(
     """
     frame = context.frame
     made = tuple(make_texture(context.gl, frame.view.size, *form) for form in FORMATS)
-    target = make_framebuffer(context.gl, list(made))
     defines = {
         **ray_defines(context, features),
         "ENVIRONMENT_KIND": ENVIRONMENT_KINDS.index(environment),
@@ -115,7 +113,6 @@ def moving_rays(
         "u_many_rays": counts[1],
         "u_outline_rays": counts[2],
     }
-    program = context.shaders.fullscreen("effects/moving_rays.frag", defines)
-    draw_fullscreen(context.gl, program, target, uniforms, textures_of(context, reads))
-    target.release()
+    textures = textures_of(context, reads)
+    fill(context, made, "effects/moving_rays.frag", defines, uniforms, textures)
     return made

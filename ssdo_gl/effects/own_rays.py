@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Hashable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.effects.moving_rays import FORMATS, moving_rays, ray_counts
-from ssdo_gl.gpu.fullscreen import draw_fullscreen
-from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.environment_uniforms import MAP_IRRADIANCE, MAP_RADIANCE, environment_uniforms
@@ -25,8 +24,9 @@ from ssdo_gl.passes.far_probes import (
     mean_radiance,
 )
 from ssdo_gl.passes.own_lookup import OWN_RAYS, OwnRays
+from ssdo_gl.passes.own_textures import facts_of, fill, textures_of
 from ssdo_gl.passes.rays import radius_ns, ray_defines, ray_reads, ray_uniforms, stream_of
-from ssdo_gl.passes.surfels import CACHE_TABLES, facts_of, textures_of
+from ssdo_gl.passes.surfels import CACHE_TABLES
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment import ENVIRONMENT_KINDS, EnvironmentKind
 
@@ -155,15 +155,13 @@ class OwnRaysPass(RenderPass):
         """Find the pixels, and return room for what their rays will find."""
         gl, frame = context.gl, context.frame
         flags = make_texture(gl, frame.view.size, 1, "nu1")
-        target = make_framebuffer(gl, [flags])
-        program = context.shaders.fullscreen("effects/own_pixels.frag", {})
         uniforms = {
             **frame.view.uniforms(),
             "u_radius": self.settings.radius,
             "u_receiver_stride": self.stride,
         }
-        draw_fullscreen(gl, program, target, uniforms, textures_of(context, SURFACES))
-        target.release()
+        surfaces = textures_of(context, SURFACES)
+        fill(context, [flags], "effects/own_pixels.frag", {}, uniforms, surfaces)
         classes = np.frombuffer(flags.read(alignment=1), np.uint8)
         flags.release()
         chosen, many = self._chosen(classes)
@@ -186,14 +184,10 @@ class OwnRaysPass(RenderPass):
         """Return how often rays are to follow each direction of the probes."""
         radiance = context.inputs[FAR_RADIANCE]
         guide = make_texture(context.gl, radiance.size, 4, "f4")
-        target = make_framebuffer(context.gl, [guide])
-        program = context.shaders.fullscreen(
-            "effects/own_guide.frag", {"PROBE_SIDE": self.settings.directions}
-        )
+        side = {"PROBE_SIDE": self.settings.directions}
         uniforms = {"u_sky": mean_radiance(context.frame.scene.environment)}
         reads = textures_of(context, (*FAR_PROBES, FAR_RADIANCE))
-        draw_fullscreen(context.gl, program, target, uniforms, reads)
-        target.release()
+        fill(context, [guide], "effects/own_guide.frag", side, uniforms, reads)
         return guide
 
     def _chosen(self, classes: NDArray[np.uint8]) -> tuple[NDArray[np.integer[Any]], int]:
@@ -230,11 +224,8 @@ class OwnRaysPass(RenderPass):
         _, far, near, pixels, guide, rare = rays.textures
         reads = [name for name in self.reads if name != FAR_RADIANCE]
         textures = {**textures_of(context, reads), "t_own_pixels": pixels, "t_own_guide": guide}
-        program = context.shaders.fullscreen("effects/own_rays.frag", defines)
-        target = make_framebuffer(context.gl, [far, near, rare])
-        region = (0, rows[0], far.width, rows[1] - rows[0])
-        draw_fullscreen(context.gl, program, target, uniforms, textures, region=region)
-        target.release()
+        made, region = (far, near, rare), (0, rows[0], far.width, rows[1] - rows[0])
+        fill(context, made, "effects/own_rays.frag", defines, uniforms, textures, region)
 
     def _averaged(self, context: PassContext, rays: OwnRays) -> tuple[moderngl.Texture, ...]:
         """Return the textures of `rays` with light averaged where it comes from few directions."""
@@ -244,7 +235,7 @@ class OwnRaysPass(RenderPass):
         averaged = make_texture(gl, far.size, 4, "f4")
         tile = {"PROBE_TILE": self.settings.tile}
         by_tile = {"t_own_places": places, "t_own_rare": rare}
-        self._draw(context, "own_rare", tile, {}, by_tile, found)
+        fill(context, found, "effects/own_rare.frag", tile, {}, by_tile)
         guided = {**tile, "PROBE_SIDE": self.settings.directions}
         uniforms = {
             **context.frame.view.uniforms(),
@@ -255,7 +246,8 @@ class OwnRaysPass(RenderPass):
             "t_own_guide": guide,
         }
         by_probe = {"t_rare_first": found[0], "t_rare_second": found[1]}
-        self._draw(context, "own_spread", guided, uniforms, {**reads, **by_probe}, spread)
+        by_probe |= reads
+        fill(context, spread, "effects/own_spread.frag", guided, uniforms, by_probe)
         by_pixel = {
             "t_own_pixels": pixels,
             "t_own_places": places,
@@ -265,23 +257,9 @@ class OwnRaysPass(RenderPass):
             "t_spread_second": spread[1],
         }
         uniforms["u_stride"] = self.stride
-        self._draw(context, "own_filter", guided, uniforms, {**reads, **by_pixel}, [averaged])
+        by_pixel |= reads
+        fill(context, [averaged], "effects/own_filter.frag", guided, uniforms, by_pixel)
         return places, averaged, near, pixels, guide, rare
-
-    @staticmethod
-    def _draw(
-        context: PassContext,
-        shader: str,
-        defines: Mapping[str, int],
-        uniforms: Mapping[str, object],
-        reads: Mapping[str, moderngl.Texture],
-        targets: Sequence[moderngl.Texture],
-    ) -> None:
-        """Fill `targets` by a shader of this effect."""
-        program = context.shaders.fullscreen(f"effects/{shader}.frag", defines)
-        target = make_framebuffer(context.gl, list(targets))
-        draw_fullscreen(context.gl, program, target, uniforms, reads)
-        target.release()
 
     def _produced(self, context: PassContext, rays: OwnRays) -> Produced:
         """Return the textures of `rays`, or stand-ins for those that are not known."""

@@ -181,16 +181,17 @@ def test_rays_that_follow_the_light_are_quieter_and_find_as_much(monkeypatch) ->
 
 def test_light_from_few_directions_is_averaged_over_pixels_about(monkeypatch) -> None:
     averaged, even = pictures(gap()), drawn(plate())
-    draw = own_rays.OwnRaysPass._draw
+    fill = own_rays.fill
 
-    def by_no_variance(context: Any, shader: str, defines: Any, uniforms: Any, reads: Any, to: Any):
-        if shader == "own_filter":
+    def by_no_variance(context: Any, made: Any, shader: str, *others: Any) -> None:
+        if shader == "effects/own_filter.frag":
+            defines, uniforms, reads = others
             size = reads["t_own_guide"].size
             flat = make_texture(context.gl, size, 4, "f4", np.zeros((*size[::-1], 4), "f4"))
-            reads = {**reads, "t_own_guide": flat}
-        draw(context, shader, defines, uniforms, reads, to)
+            others = defines, uniforms, {**reads, "t_own_guide": flat}
+        fill(context, made, shader, *others)
 
-    monkeypatch.setattr(own_rays.OwnRaysPass, "_draw", staticmethod(by_no_variance))
+    monkeypatch.setattr(own_rays, "fill", by_no_variance)
     noisy = pictures(gap())
     assert averaged.std(axis=0).mean() < 0.6 * noisy.std(axis=0).mean()
     assert averaged.mean() == pytest.approx(noisy.mean(), rel=0.03)

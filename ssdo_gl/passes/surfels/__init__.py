@@ -7,9 +7,6 @@ from ssdo_gl.passes.surfels.surfel_rays import SurfelRaysPass, SurfelsPass
 from ssdo_gl.passes.surfels.surfel_textures import (
     CACHE_TABLES,
     SurfaceCacheSettings,
-    drawing_into,
-    facts_of,
-    textures_of,
 )
 
 __all__ = [
@@ -20,7 +17,4 @@ __all__ = [
     "SurfelRaysPass",
     "SurfelSkyPass",
     "SurfelsPass",
-    "drawing_into",
-    "facts_of",
-    "textures_of",
 ]

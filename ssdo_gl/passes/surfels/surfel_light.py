@@ -17,6 +17,7 @@ from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.environment_uniforms import MAP_RADIANCE, environment_kind
+from ssdo_gl.passes.own_textures import drawing_into, facts_of, textures_of
 from ssdo_gl.passes.rays import (
     EMITTER_TABLES,
     GLOW_TREE,
@@ -31,11 +32,8 @@ from ssdo_gl.passes.surfels.surfel_textures import (
     SURFELS_PER_ROW,
     SurfaceCacheSettings,
     SurfelProgram,
-    drawing_into,
     drawn,
-    facts_of,
     surfel_rows,
-    textures_of,
 )
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment import Environment

@@ -13,6 +13,7 @@ from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.math3d import FloatArray, IntArray
+from ssdo_gl.passes.own_textures import drawing_into, facts_of, fill, textures_of
 from ssdo_gl.passes.rays import bvh_of, ray_defines, ray_reads, ray_uniforms
 from ssdo_gl.passes.surfels.bounces import Bounces
 from ssdo_gl.passes.surfels.surfel_textures import (
@@ -21,10 +22,7 @@ from ssdo_gl.passes.surfels.surfel_textures import (
     SURFELS_PER_ROW,
     SurfaceCacheSettings,
     SurfelProgram,
-    drawing_into,
-    facts_of,
     surfel_rows,
-    textures_of,
     upload,
 )
 from ssdo_gl.raytracing.surface_tables import RayFeatures
@@ -113,14 +111,11 @@ class SurfelsPass(RenderPass):
         """Return which points of each surfel something flat covers, a bit each."""
         rows = surfel_rows(surfels.count)
         covered = make_texture(context.gl, (SURFELS_PER_ROW, rows), 1, "u4")
-        program = context.shaders.fullscreen(
-            "passes/surfel_covers.frag", ray_defines(context, self.features)
-        )
+        defines = ray_defines(context, self.features)
         uniforms = {**ray_uniforms(context), "u_surfel_rows": rows}
-        textures = {f"t_{name}": context.inputs[name] for name in self.reads}
+        textures = textures_of(context, self.reads)
         textures["t_surfel_points"] = upload(context.gl, _words(surfels))
-        with drawing_into(context.gl, covered) as target:
-            draw_fullscreen(context.gl, program, target, uniforms, textures)
+        fill(context, [covered], "passes/surfel_covers.frag", defines, uniforms, textures)
         return np.frombuffer(covered.read(), dtype=np.uint32)[: surfels.count].astype(np.int64)
 
     def _walls(self, context: PassContext, surfels: Surfels) -> tuple[IntArray, FloatArray]:
@@ -129,14 +124,11 @@ class SurfelsPass(RenderPass):
         ends[..., :3] = surfels.ends
         rows, lines = surfel_rows(surfels.count), surfels.ends.shape[1]
         met = make_texture(context.gl, (SURFELS_PER_ROW, rows * lines), 2, "u4")
-        program = context.shaders.fullscreen(
-            "passes/surfel_lines.frag", ray_defines(context, self.features)
-        )
+        defines = ray_defines(context, self.features)
         uniforms = {**ray_uniforms(context), "u_surfel_rows": rows}
-        textures = {f"t_{name}": context.inputs[name] for name in self.reads}
+        textures = textures_of(context, self.reads)
         textures["t_surfel_ends"] = upload(context.gl, ends)
-        with drawing_into(context.gl, met) as target:
-            draw_fullscreen(context.gl, program, target, uniforms, textures)
+        fill(context, [met], "passes/surfel_lines.frag", defines, uniforms, textures)
         words = np.frombuffer(met.read(), dtype=np.uint32).reshape(lines, -1, 2)
         words = words[:, : surfels.count].swapaxes(0, 1)
         return words[..., 0].astype(np.int64), words[..., 1].copy().view(np.float32)

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -14,9 +13,10 @@ from numpy.typing import NDArray
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.gpu.program import Program
-from ssdo_gl.gpu.texture import make_framebuffer, make_texture
+from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.passes.environment_uniforms import environment_uniforms
+from ssdo_gl.passes.own_textures import drawing_into
 from ssdo_gl.passes.rays import ray_defines, ray_uniforms, stream_of
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.settings.fields import setting
@@ -30,8 +30,6 @@ SLOTS_PER_ROW = 1024
 MOST_SURFELS = 65535
 # Shadow rays are traced in so many parts, one in each live frame.
 PART_COUNT = 4
-
-Facts = TypeVar("Facts")
 
 
 @dataclass(frozen=True)
@@ -75,30 +73,6 @@ def drawn(
     with drawing_into(gl, texture) as target:
         draw_fullscreen(gl, program, target, uniforms, textures)
     return texture
-
-
-@contextmanager
-def drawing_into(gl: moderngl.Context, texture: moderngl.Texture) -> Iterator[Any]:
-    """Lend a framebuffer that draws into `texture`."""
-    target = make_framebuffer(gl, [texture])
-    try:
-        yield target
-    finally:
-        target.release()
-
-
-def textures_of(context: PassContext, reads: Iterable[str]) -> dict[str, moderngl.Texture]:
-    """Return the textures of ``t_<name>``, to be bound with every draw.
-
-    Between two draws, or two slices of one, a window may show its panel, which binds others.
-    """
-    return {f"t_{name}": context.inputs[name] for name in reads}
-
-
-def facts_of(context: PassContext, name: str, kind: type[Facts]) -> Facts | None:
-    """Return the facts of what a live pass made last time of `name`; None: nothing it knows."""
-    facts = context.last[name].facts if name in context.last else None
-    return facts if isinstance(facts, kind) else None
 
 
 @dataclass(frozen=True)
