@@ -1,9 +1,9 @@
 #version 330 core
 // The far field at probes: incident radiance from beyond R, by direction.
 //
-// Defines: PROBE_SIDE (see lib/far_probes.glsl); NEAR_HITS: rays tell of surfaces
-// within R: 0 never, 1 where the depth buffer does not show them, 2 always; as in
-// rays/surface_data.glsl.
+// Of surfaces within R rays tell where the depth buffer does not show them.
+//
+// Defines: PROBE_SIDE (see lib/far_probes.glsl); as in rays/surface_data.glsl.
 #include "rays/surface_cache.glsl"
 #include "lib/random.glsl"
 #include "lib/probe_cells.glsl"
@@ -28,11 +28,11 @@ bool is_seen(vec3 p_ns, float slack_px)
 
 vec4 traced(vec3 start, vec3 w)
 {
-    float from = NEAR_HITS > 0 ? 0.0 : u_radius_ns;
+    float from = 0.0;
     BvhHit hit;
     for (int turn = 0; turn < 2; ++turn) {
         hit = bvh_nearest(start + from * w, w, RAY_FAR);
-        bool again = NEAR_HITS == 1 && turn == 0 && hit.record >= 0 && hit.t < u_radius_ns
+        bool again = turn == 0 && hit.record >= 0 && hit.t < u_radius_ns
                   && is_seen(start + hit.t * w, 2.0)
                   && is_seen(start + u_radius_ns * w, 0.0);
         if (!again)

@@ -200,7 +200,7 @@ vec4 albedo_of(uint word, Corners c, vec3 weights)
     albedo *= interpolated_color(c, weights);
 #endif
 #if RAY_TEXTURES
-    vec4 place = material_texel(word, 2);
+    vec4 place = material_texel(word, ALBEDO_IMAGE);
     albedo *= place.z != 0.0 ? atlas_color(place, interpolated_uv(c, weights)) : vec4(1.0);
 #endif
     return albedo;

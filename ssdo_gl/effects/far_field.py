@@ -28,7 +28,6 @@ from ssdo_gl.passes.far_probes import (
     ALL_QUARTERS,
     FAR_PROBES,
     FAR_RADIANCE,
-    NEAR_HITS,
     FarFieldSettings,
     ProbeRays,
     mean_radiance,
@@ -180,11 +179,7 @@ class FarProbesPass(RenderPass):
     ) -> None:
         """Draw regions of `texture`: one ray for each direction."""
         frame = context.frame
-        defines = {
-            **ray_defines(context, self.features),
-            "PROBE_SIDE": self.settings.directions,
-            "NEAR_HITS": NEAR_HITS.index(self.settings.near_hits),
-        }
+        defines = {**ray_defines(context, self.features), "PROBE_SIDE": self.settings.directions}
         program = context.shaders.fullscreen("effects/far_probes.frag", defines)
         seed = frame.first_seed if self.is_steady else frame.seed
         uniforms = {

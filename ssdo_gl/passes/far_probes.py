@@ -23,8 +23,6 @@ SKY_DIRECTIONS = np.array(list(product((-1.0, 1.0), repeat=3))) / math.sqrt(3.0)
 # A quarter of the probes is one in each 2 x 2 of them.
 ALL_QUARTERS = (0, 1, 2, 3)
 NOTHING = (False,) * 4
-# The choices of `near_hits`; the shader knows them by number.
-NEAR_HITS = ("none", "hidden", "all")
 
 
 @dataclass(frozen=True)
@@ -72,11 +70,6 @@ class FarFieldSettings:
         unit="rays",
         low=0,
         high=64,
-    )
-    near_hits: str = setting(
-        "hidden",
-        "surfaces within R that rays tell of: those that the depth buffer hides, all or none",
-        choices=NEAR_HITS,
     )
 
 
