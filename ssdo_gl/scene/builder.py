@@ -241,7 +241,7 @@ class SceneBuilder:
         if given is not None:
             fov_y, exposure = given.fov_y, given.exposure
             height = None if given.height is None else 0.0
-        camera = defaults.frame(self.meshes, self.objects, fov_y, exposure)
+        camera = defaults.frame(self.meshes, self.objects, fov_y, exposure, self.materials)
         if note := main_part(self.meshes, self.objects).note:
             self.note(note)
         if height is not None:

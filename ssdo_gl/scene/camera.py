@@ -116,7 +116,7 @@ class Camera:
 
         level = scene.camera.exposure if exposure is None else exposure
         if direction is None:
-            return frame(scene.meshes, scene.objects, fov_y, level)
+            return frame(scene.meshes, scene.objects, fov_y, level, scene.materials)
         toward = -math3d.normalized(three_numbers("direction", direction))
         return seen_from(scene.meshes, scene.objects, toward, fov_y, level)
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray, lengths_of_rows
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.defaults.interior import Interior, interior_of
+from ssdo_gl.scene.defaults.interior import Interior, interior_of, room_around, shell_of
 from ssdo_gl.scene.geometry import (
     Mesh,
     SceneObject,
@@ -21,6 +21,7 @@ from ssdo_gl.scene.geometry import (
     placed,
     spans,
 )
+from ssdo_gl.scene.material import Material
 
 # Three-quarter view: turned to the right of the front (+z) and slightly above it.
 AZIMUTH_DEGREES, ELEVATION_DEGREES = 30.0, 20.0
@@ -44,19 +45,25 @@ _SIDE_AZIMUTHS = {5: 0.0, 1: 90.0, 4: 180.0, 0: 270.0}
 
 
 def frame(
-    meshes: Sequence[Mesh], objects: Sequence[SceneObject], fov_y: float, exposure: float
+    meshes: Sequence[Mesh],
+    objects: Sequence[SceneObject],
+    fov_y: float,
+    exposure: float,
+    materials: Sequence[Material] = (),
 ) -> Camera:
     """Return a camera that sees every vertex of the scene's main part.
 
-    It stands in a closed room. A room with one open side is looked into, level, through
-    that side; something flat that stands is seen from its front, thirty degrees to the right.
-    Anything else is seen at three quarters from slightly above, from where fewest walls of it stand
-    in the way; the front is +z.
+    It stands in a closed room, and in one of any plan that shows the backs of its walls outside.
+    A room with one open side is looked into, level, through that side; something flat that stands
+    is seen from its front, thirty degrees to the right. Anything else is seen at three quarters
+    from slightly above, from where fewest walls of it stand in the way; the front is +z.
 
     Parameters
     ----------
     fov_y : float
         Vertical field of view in degrees.
+    materials : sequence of Material
+        None given: backs are drawn everywhere.
     """
     front = _front_of_sheet(meshes, objects)
     if front is not None:
@@ -68,7 +75,12 @@ def frame(
         # What looks open is not, where something sticks out of a wall.
         room = interior_of(meshes, objects, main_part(meshes, objects))
         room = room if room is not None and room.hides_from(camera) else None
-    return camera if room is None else room.camera(fov_y, exposure)
+    if room is not None:
+        return room.camera(fov_y, exposure)
+    if _opening(_coverage(sides)) is not None:
+        return camera
+    shell = shell_of(meshes, objects, main_part(meshes, objects), materials)
+    return (shell and shell.wide_camera(fov_y, exposure)) or camera
 
 
 def _toward(azimuth: float, elevation: float) -> FloatArray:
@@ -155,8 +167,8 @@ def _front_of_sheet(
     return azimuth + AZIMUTH_DEGREES, ELEVATION_DEGREES
 
 
-def _viewpoint(coverage: FloatArray) -> tuple[float, float]:
-    """Return azimuth (0 is +z, 90 is +x) and elevation in degrees."""
+def _opening(coverage: FloatArray) -> int | None:
+    """Return the one side through which a room is looked into, if there is one."""
     walls = coverage >= _WALL_COVERAGE
     lateral = list(_SIDE_AZIMUTHS)
     # In a box with a window one side is open, if the others are whole.
@@ -164,8 +176,17 @@ def _viewpoint(coverage: FloatArray) -> tuple[float, float]:
     others = np.delete(coverage, least)
     limit = _WINDOW_COVERAGE if others.min() >= _WHOLE_COVERAGE else _OPEN_COVERAGE
     openings = [side for side in lateral if coverage[side] < limit]
-    if len(openings) == 1 and walls[lateral].sum() == 3 and walls[_BOTTOM]:
-        return _SIDE_AZIMUTHS[openings[0]], 0.0 if walls[_TOP] else ELEVATION_DEGREES
+    is_room = len(openings) == 1 and walls[lateral].sum() == 3 and walls[_BOTTOM]
+    return openings[0] if is_room else None
+
+
+def _viewpoint(coverage: FloatArray) -> tuple[float, float]:
+    """Return azimuth (0 is +z, 90 is +x) and elevation in degrees."""
+    walls = coverage >= _WALL_COVERAGE
+    lateral = list(_SIDE_AZIMUTHS)
+    opening = _opening(coverage)
+    if opening is not None:
+        return _SIDE_AZIMUTHS[opening], 0.0 if walls[_TOP] else ELEVATION_DEGREES
 
     def blocked(azimuth: float) -> float:
         # Walls count by how squarely the view would run into them.
@@ -198,12 +219,14 @@ def is_room(meshes: Sequence[Mesh], objects: Sequence[SceneObject], camera: Came
     """Return whether the camera sees the inside of a room, where no sky belongs.
 
     Walls then cover five sides of the bounding box, or all six around the camera: seen from
-    outside that is a solid.
+    outside that is a solid. Of a room that is no box they are all around the camera.
     """
     part = main_part(meshes, objects)
     is_inside = bool(np.all((camera.position > part.low) & (camera.position < part.high)))
     count = int((side_coverage(meshes, objects) >= _WALL_COVERAGE).sum())
-    return count == _ROOM_SIDES or (count == 6 and is_inside)
+    if count == _ROOM_SIDES:
+        return True
+    return is_inside and (count == 6 or room_around(meshes, objects, camera) is not None)
 
 
 def side_coverage(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> FloatArray:

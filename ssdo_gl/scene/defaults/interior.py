@@ -13,6 +13,7 @@ from ssdo_gl.math3d import FloatArray, lengths_of_rows
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.geometry import MainPart, Mesh, SceneObject, main_part, placed
 from ssdo_gl.scene.lights import RectangleLight
+from ssdo_gl.scene.material import Material
 
 # What photographers of rooms use: 24 mm before 24 mm by 36 mm, 53 degrees high.
 ROOM_FOV_DEGREES = 53.0
@@ -26,6 +27,14 @@ _MAX_TRIANGLES = 1 << 15
 _COLUMNS, _ROWS = 13, 7
 # A room has something in it: a table, say.
 _FEWEST_TRIANGLES = 12
+# Places in a room of any plan, along each of its box's sides; headings from each of them, rows of
+# rays, and how many headings a picture is wide.
+_PLACES, _HEADINGS, _TILTS, _PICTURE_HEADINGS = 5, 36, (-0.35, 0.0, 0.35), 9
+# Such a room is turned inside out: so much of what is seen from so many sides, a little from above,
+# shows its back.
+_BACKS, _SIDES, _SLOPE = 0.7, 8, 0.3
+# Of more triangles the larger ones tell that.
+_SHELL_TRIANGLES = 1 << 13
 # A room is hidden where half of what is seen from outside is a wall within this share of the
 # way through it; it is full where so many of its triangles are not of the walls.
 _NEAR_WALL, _FULL = 0.25, 0.9
@@ -50,6 +59,8 @@ class Interior:
         Of the triangles that hide most.
     is_content : ndarray, shape (T,)
         Whether they are not of the walls.
+    single_sided : ndarray, shape (T,)
+        Whether their backs are not drawn.
     content_share : float
         Of all triangles.
     """
@@ -58,6 +69,7 @@ class Interior:
     high: FloatArray
     corners: FloatArray
     is_content: NDArray[np.bool_]
+    single_sided: NDArray[np.bool_]
     content_share: float
 
     def camera(self, fov_y: float, exposure: float) -> Camera:
@@ -86,13 +98,72 @@ class Interior:
         assert chosen is not None
         return chosen
 
-    def surrounds(self, place: FloatArray) -> bool:
-        """Return whether one sees walls in nearly all directions from a place (3,)."""
+    def is_inside_out(self) -> bool:
+        """Return whether one sees the backs of its walls from most places outside."""
+        steps = np.array([0.1, 0.5, 0.9])
+        grid = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
+        points = self.low + (self.high - self.low) * grid
+        middle, count, seen = 0.5 * (self.low + self.high), 0, 0
+        for side in range(_SIDES):
+            # Opposite ones follow each other: four of them tell of a body that it is none.
+            if side == _SIDES // 2 and count < 0.5 * _BACKS * seen:
+                return False
+            turn = np.pi * (side % 2 + side // 2 * 2.0 / _SIDES)
+            toward = np.array([np.cos(turn), _SLOPE, np.sin(turn)])
+            place = middle + 2.0 * self._diagonal * toward
+            directions = math3d.normalized(points - place)
+            distance, first = self._hits(place, directions, culls=True)
+            is_seen = np.isfinite(distance)
+            seen += int(is_seen.sum())
+            count += int((self._backs(first, directions) & is_seen).sum())
+        return count >= _BACKS * max(seen, 1)
+
+    def wide_camera(self, fov_y: float, exposure: float) -> Camera | None:
+        """Return the camera that sees far and much, level, in a room of any plan; None if none.
+
+        It stands where fronts are seen all around.
+        """
+        turn = 2.0 * np.pi * np.arange(_HEADINGS) / _HEADINGS
+        level = np.stack([np.sin(turn), np.zeros(_HEADINGS), -np.cos(turn)], axis=1)
+        tilted = level[:, None] + np.array(_TILTS)[None, :, None] * [0.0, 1.0, 0.0]
+        rays = math3d.normalized(tilted.reshape(-1, 3))
+        window = np.arange(_PICTURE_HEADINGS) - _PICTURE_HEADINGS // 2
+        best, chosen = -np.inf, None
+        steps = np.linspace(_INSET, 1.0 - _INSET, _PLACES)
+        for x, z in ((x, z) for x in steps for z in steps[::-1]):
+            place = self.low + (self.high - self.low) * [x, _EYE_HEIGHT, z]
+            if not self.surrounds(place, fronts=True):
+                continue
+            distance, shows = self._seen(place, rays)
+            far = np.clip(distance / self._diagonal, 1e-3, 1.0)
+            seen = np.log(far) + _CONTENT_WEIGHT * (shows & (far > _TOO_NEAR))
+            each = seen.reshape(_HEADINGS, -1).mean(axis=1)
+            score = each[(np.arange(_HEADINGS)[:, None] + window) % _HEADINGS].mean(axis=1)
+            heading = int(score.argmax())
+            if score[heading] > best:
+                ahead = far.reshape(_HEADINGS, -1)[heading, 1] * self._diagonal
+                best, chosen = float(score[heading]), (place, level[heading] * 0.5 * ahead)
+        if chosen is None:
+            return None
+        position, arm = chosen
+        return Camera(
+            math3d.vector(position),
+            math3d.vector(position + arm),
+            fov_y=max(fov_y, ROOM_FOV_DEGREES),
+            exposure=exposure,
+        )
+
+    def surrounds(self, place: FloatArray, *, fronts: bool = False) -> bool:
+        """Return whether one sees walls, or only their `fronts`, nearly all around a place (3,)."""
         up = (np.arange(_DIRECTIONS) + 0.5) * (2.0 / _DIRECTIONS) - 1.0
         turn = np.pi * (1.0 + 5.0**0.5) * np.arange(_DIRECTIONS)
         flat = np.sqrt(1.0 - up**2)
         around = np.stack([flat * np.cos(turn), up, flat * np.sin(turn)], axis=1)
-        return float(np.isfinite(self._seen(place, around)[0]).mean()) >= _SURROUNDED
+        distance, first = self._hits(place, around)
+        seen = np.isfinite(distance)
+        if fronts:
+            seen &= ~self._backs(first, around)
+        return float(seen.mean()) >= _SURROUNDED
 
     def hides_from(self, camera: Camera) -> bool:
         """Return whether there is much in it, which a camera outside does not see for walls."""
@@ -141,24 +212,47 @@ class Interior:
 
         Its distance (N,), infinite where nothing is, and whether it is not of the walls (N,).
         """
+        nearest, first = self._hits(origin, directions)
+        return nearest, self.is_content[first] & np.isfinite(nearest)
+
+    def _hits(
+        self, origin: FloatArray, directions: FloatArray, *, culls: bool = False
+    ) -> tuple[FloatArray, NDArray[np.int64]]:
+        """Return distance (N,) and triangle (N,) of what unit `directions` (N, 3) meet first.
+
+        With `culls` backs that are not drawn are passed through.
+        """
         a, b, c = np.moveaxis(self.corners - origin, 1, 0)
         normal = np.cross(b - a, c - a)
         # Volumes that a ray spans with the edges: of one sign where it passes inside.
         sides = [np.cross(p, q) @ directions.T for p, q in ((a, b), (b, c), (c, a))]
         inside = (np.minimum.reduce(sides) >= 0.0) | (np.maximum.reduce(sides) <= 0.0)
         along = normal @ directions.T
+        if culls:
+            inside &= ~(self.single_sided[:, None] & (along > 0.0))
         offset = (normal * a).sum(axis=1)[:, None]
         distance = np.where(inside & (along * offset > 0.0), offset, np.inf)
         distance = np.divide(distance, along, out=distance, where=np.isfinite(distance))
         first = distance.argmin(axis=0)
-        nearest = distance[first, np.arange(len(directions))]
-        return nearest, self.is_content[first] & np.isfinite(nearest)
+        return distance[first, np.arange(len(directions))], first
+
+    def _backs(self, first: NDArray[np.int64], directions: FloatArray) -> NDArray[np.bool_]:
+        """Return whether rays (N, 3) meet the backs of triangles (N,)."""
+        a, b, c = np.moveaxis(self.corners[first], 1, 0)
+        return np.asarray((np.cross(b - a, c - a) * directions).sum(axis=1) > 0.0)
 
 
 def interior_of(
-    meshes: Sequence[Mesh], objects: Sequence[SceneObject], part: MainPart
+    meshes: Sequence[Mesh],
+    objects: Sequence[SceneObject],
+    part: MainPart,
+    materials: Sequence[Material] = (),
+    most: int = _MAX_TRIANGLES,
 ) -> Interior | None:
-    """Return the room within walls that close `part`; None if there is next to nothing in it."""
+    """Return the room within walls that close `part`; None if there is next to nothing in it.
+
+    Without `materials` all surfaces have two sides.
+    """
     counts = [len(meshes[item.mesh].triangles) * len(item.world_from_object) for item in objects]
     if sum(counts) > _MOST_TRIANGLES:
         return None
@@ -167,9 +261,11 @@ def interior_of(
         for item in objects
     ]
     corners = np.concatenate(found)
+    sided = [bool(materials) and materials[item.material].single_sided for item in objects]
+    single_sided = np.repeat(sided, [len(triangles) for triangles in found])
     depth = 0.05 * (part.high - part.low)
     within = ((corners >= part.low - depth) & (corners <= part.high + depth)).all(axis=(1, 2))
-    corners = corners[within]
+    corners, single_sided = corners[within], single_sided[within]
     inside: NDArray[np.bool_] = np.all(
         (corners >= part.low + depth) & (corners <= part.high - depth), axis=2
     )
@@ -177,10 +273,26 @@ def interior_of(
     if is_content.sum() < _FEWEST_TRIANGLES:
         return None
     area = lengths_of_rows(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
-    largest = np.argsort(-area, kind="stable")[:_MAX_TRIANGLES]
+    largest = np.argsort(-area, kind="stable")[:most]
     return Interior(
-        part.low, part.high, corners[largest], is_content[largest], float(is_content.mean())
+        part.low,
+        part.high,
+        corners[largest],
+        is_content[largest],
+        single_sided[largest],
+        float(is_content.mean()),
     )
+
+
+def shell_of(
+    meshes: Sequence[Mesh],
+    objects: Sequence[SceneObject],
+    part: MainPart,
+    materials: Sequence[Material],
+) -> Interior | None:
+    """Return the room of any plan that hides its inside behind the backs of its walls."""
+    room = interior_of(meshes, objects, part, materials, _SHELL_TRIANGLES)
+    return room if room is not None and room.is_inside_out() else None
 
 
 def room_around(

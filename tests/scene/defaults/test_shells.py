@@ -1,0 +1,121 @@
+"""Rooms of any plan whose outside shows the backs of their walls: one stands in them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ssdo_gl.math3d import FloatArray
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.defaults import frame, is_room
+from ssdo_gl.scene.geometry import Mesh, SceneObject, shapes
+from ssdo_gl.scene.load import load_scene
+from ssdo_gl.scene.material import Material
+
+# The plan of an L, anticlockwise as seen from above with z to the left.
+PLAN = [(0.0, 0.0), (6.0, 0.0), (6.0, 3.0), (3.0, 3.0), (3.0, 6.0), (0.0, 6.0)]
+HEIGHT = 2.6
+TABLE = (4.2, 0.3, 1.0), (5.2, 0.8, 2.0)
+
+
+def quad(a: tuple[float, ...], b: tuple[float, ...], c: tuple[float, ...]) -> list[FloatArray]:
+    """Return two triangles of a parallelogram; its front is where a, b, c turn anticlockwise."""
+    a_, b_, c_ = (np.array(point) for point in (a, b, c))
+    return [np.array([a_, b_, c_]), np.array([a_, c_, a_ + c_ - b_])]
+
+
+def shell() -> FloatArray:
+    """Return triangles (T, 3, 3) of floor, ceiling and walls of the L, which face inward."""
+    found = []
+    for low, high in (((0.0, 0.0), (6.0, 3.0)), ((0.0, 3.0), (3.0, 6.0))):
+        (x0, z0), (x1, z1) = low, high
+        found += quad((x0, 0.0, z0), (x0, 0.0, z1), (x1, 0.0, z1))
+        found += quad((x0, HEIGHT, z0), (x1, HEIGHT, z0), (x1, HEIGHT, z1))
+    for (x0, z0), (x1, z1) in zip(PLAN, [*PLAN[1:], PLAN[0]], strict=True):
+        found += quad((x0, 0.0, z0), (x1, 0.0, z1), (x1, HEIGHT, z1))
+    return np.array(found)
+
+
+def mesh_of(triangles: FloatArray) -> Mesh:
+    return Mesh(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3))
+
+
+def table() -> FloatArray:
+    box = shapes.box()
+    low, high = box.positions.min(axis=0), box.positions.max(axis=0)
+    unit = (box.positions - low) / (high - low)
+    return (TABLE[0] + unit * np.subtract(TABLE[1], TABLE[0]))[box.triangles]
+
+
+OBJECTS = [SceneObject(0, 0, np.eye(4)[None]), SceneObject(1, 0, np.eye(4)[None])]
+INWARD = [mesh_of(shell()), mesh_of(table())]
+OUTWARD = [mesh_of(shell()[:, ::-1]), INWARD[1]]
+TWO_SIDED, SINGLE_SIDED = Material(), Material(single_sided=True)
+
+
+def is_within(camera: Camera) -> bool:
+    x, y, z = camera.position
+    return 0.0 < x < 6.0 and 0.0 < y < HEIGHT and 0.0 < z < 6.0 and not (x > 3.0 and z > 3.0)
+
+
+def test_the_camera_stands_in_an_angled_room_and_sees_what_is_in_it() -> None:
+    camera = frame(INWARD, OBJECTS, 40.0, 1.5, [TWO_SIDED])
+    assert is_within(camera)
+    assert camera.position[1] == pytest.approx(camera.target[1])
+    assert camera.exposure == 1.5
+    local = (np.mean(TABLE, axis=0) - camera.position) @ camera.view_from_world_rotation().T
+    x, y = camera.tan_half_fov(16.0 / 9.0)
+    assert abs(local[0]) < -x * local[2]
+    assert abs(local[1]) < -y * local[2]
+    assert is_room(INWARD, OBJECTS, camera)
+
+
+def test_it_is_seen_from_outside_where_its_backs_are_not_drawn() -> None:
+    """A doll's house: one looks in through the walls that face away."""
+    camera = frame(INWARD, OBJECTS, 40.0, 0.0, [SINGLE_SIDED])
+    assert not is_within(camera)
+    assert not is_room(INWARD, OBJECTS, camera)
+
+
+def test_a_house_of_that_plan_is_seen_from_outside() -> None:
+    assert not is_within(frame(OUTWARD, OBJECTS, 40.0, 0.0, [TWO_SIDED]))
+    both = [*OBJECTS, SceneObject(2, 0, np.eye(4)[None])]
+    walls = [*INWARD, mesh_of(1.01 * shell()[:, ::-1] - [0.03, 0.01, 0.03])]
+    assert not is_within(frame(walls, both, 40.0, 0.0, [TWO_SIDED]))
+
+
+@pytest.mark.parametrize("depth", [2.0, 5.0])
+def test_a_box_with_one_open_side_is_looked_into_through_that(depth: float) -> None:
+    """Deep in it walls are nearly all around, too."""
+    box = shapes.box()
+    low, high = box.positions.min(axis=0), box.positions.max(axis=0)
+    places = (box.positions - low) / (high - low) * [6.0, HEIGHT, depth]
+    inside_out = places[box.triangles[:, ::-1]]
+    walls = inside_out[~(inside_out[..., 2] == depth).all(axis=1)]
+    things = np.concatenate([place + table() * [1.0, 1.0, 0.5] for place in (0.0, [-3.5, 0, 0])])
+    camera = frame([mesh_of(walls), mesh_of(things)], OBJECTS, 40.0, 0.0, [TWO_SIDED])
+    assert camera.position[2] > depth
+
+
+def test_an_empty_one_and_an_open_bowl_are_seen_from_outside() -> None:
+    assert not is_within(frame(INWARD[:1], OBJECTS[:1], 40.0, 0.0, [TWO_SIDED]))
+    ball = shapes.sphere(16)
+    lower = ball.triangles[(ball.positions[ball.triangles][..., 1] <= 1e-9).all(axis=1), ::-1]
+    pea = Mesh(0.2 * ball.positions - [0.0, 0.5, 0.0], ball.triangles)
+    camera = frame([Mesh(ball.positions, lower), pea], OBJECTS, 40.0, 0.0, [TWO_SIDED])
+    assert np.linalg.norm(camera.position) > 1.5
+
+
+def test_a_file_of_it_is_lit_within(tmp_path: Path) -> None:
+    triangles = np.concatenate([shell(), table()])
+    lines = [f"v {x} {y} {z}" for x, y, z in triangles.reshape(-1, 3)]
+    lines += [f"f {i} {i + 1} {i + 2}" for i in range(1, 3 * len(triangles), 3)]
+    path = tmp_path / "room.obj"
+    path.write_text("\n".join(lines))
+    scene = load_scene(path, ground="auto")
+    assert is_within(scene.camera)
+    assert is_within(Camera.fit(scene))
+    assert any("below the ceiling" in note for note in scene.notes)
+    assert not scene.has_ground
