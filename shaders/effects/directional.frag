@@ -256,15 +256,18 @@ void main()
         // Tested at its end: in software other loops cost two rounds more than they run.
         int i = 0;
         if (HEMISPHERE_COUNT > 0 && marches) do {
-            Direction d = direction_of(r, i);
-            Blocker b = NO_BLOCKER;
-            if (!is_open)
-                b = blocker_of(t, d);
-            gather(g, t, probes, i, d, b);
+            Direction d[TOGETHER];
+            Blocker b[TOGETHER];
+            blockers_of(r, t, i, d, b);
+            for (int k = 0; k < TOGETHER; ++k) {
+                if (is_open)
+                    b[k] = NO_BLOCKER;
+                gather(g, t, probes, i + k, d[k], b[k]);
 #if KEPT_TEXTURE_COUNT > 0
-            keep_direction(b);
+                keep_direction(b[k]);
 #endif
-        } while (++i < HEMISPHERE_COUNT);
+            }
+        } while ((i += TOGETHER) < HEMISPHERE_COUNT);
 #endif
         visibility = max(1.0 - g.blocked, 0.0);
         float sky_visibility = max(visibility - g.far_blocked, 0.0);

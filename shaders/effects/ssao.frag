@@ -21,13 +21,16 @@ float visibility_of(Receiver r, ivec2 centre)
     Tangent t = tangent_at(r.position_vs, r.geometric_vs);
     int i = 0;
     do {
-        Direction d = direction_of(r, i);
-        Blocker b = blocker_of(t, d);
-        blocked += is_blocked(b) ? d.share : 0.0;
+        Direction d[TOGETHER];
+        Blocker b[TOGETHER];
+        blockers_of(r, t, i, d, b);
+        for (int k = 0; k < TOGETHER; ++k) {
+            blocked += is_blocked(b[k]) ? d[k].share : 0.0;
 #if KEPT_TEXTURE_COUNT > 0
-        keep_direction(b);
+            keep_direction(b[k]);
 #endif
-    } while (++i < DIRECTION_COUNT);
+        }
+    } while ((i += TOGETHER) < DIRECTION_COUNT);
     return max(1.0 - blocked, 0.0);
 #else
     return estimator_visibility(r, centre);

@@ -4,6 +4,7 @@
 
 #define FINDS_BLOCKERS 1
 #define FINDS_SECTORS 0
+#define FINDS_IN_STEPS 1
 
 vec3 estimator_direction(vec2 u)
 {
@@ -15,9 +16,9 @@ float estimator_share(vec3 local)
     return 1.0 / float(DIRECTION_COUNT);
 }
 
-Blocker estimator_blocker(Tangent t, Direction d, int steps, int refinements)
+Steps estimator_steps(Tangent t, Direction d, int steps)
 {
-    return march(t, d.w_vs, u_radius, d.jitter, steps, refinements);
+    return steps_along(t, d.w_vs, u_radius, d.jitter, steps);
 }
 
 #if GATHERS_SENDERS

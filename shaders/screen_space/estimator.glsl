@@ -6,7 +6,9 @@
 //   FINDS_BLOCKERS: 1, or 0 if all it tells is visibility. If 1,
 //     vec3 estimator_direction(vec2 u): unit vector about +z for u in [0, 1)^2
 //     float estimator_share(vec3 local): of the cosine-weighted hemisphere
-//     Blocker estimator_blocker(Tangent t, Direction d, int steps, int refinements)
+//     Blocker estimator_blocker(Tangent t, Direction d, int steps, int refinements), or with
+//       FINDS_IN_STEPS, the same in two parts, of which `refined` is the second:
+//     Steps estimator_steps(Tangent t, Direction d, int steps)
 //     vec3 estimator_sent(Receiver r, Tangent t, Direction d, vec3 radiance, ivec2 texel):
 //       irradiance from a blocker, if GATHERS_SENDERS, which the including file defines;
 //   if 0,
@@ -44,6 +46,17 @@ float share_sent(vec3 position_vs, ivec2 texel)
 #endif
 
 #include <estimator>
+#ifndef FINDS_IN_STEPS
+#define FINDS_IN_STEPS 0
+#endif
+#ifndef MOST_TOGETHER
+#define MOST_TOGETHER 1
+#endif
+
+// So many directions are followed side by side, of which each does part after part what the
+// others do. In software one goes on while another waits for what it looked up.
+const int TOGETHER = DIRECTION_COUNT % MOST_TOGETHER == 0 ? MOST_TOGETHER
+                   : MOST_TOGETHER > 1 && DIRECTION_COUNT % 2 == 0 ? 2 : 1;
 
 #if FINDS_BLOCKERS
 Direction direction_of(Receiver r, int i)
@@ -58,6 +71,13 @@ Direction direction_of(Receiver r, int i)
     return Direction(w, estimator_share(local), u.z);
 }
 
+#if FINDS_IN_STEPS && !IS_OPEN
+Blocker estimator_blocker(Tangent t, Direction d, int steps, int refinements)
+{
+    return refined(t, estimator_steps(t, d, steps), refinements);
+}
+#endif
+
 // What blocks the direction within R.
 Blocker blocker_of(Tangent t, Direction d)
 {
@@ -65,6 +85,23 @@ Blocker blocker_of(Tangent t, Direction d)
     return NO_BLOCKER;
 #else
     return estimator_blocker(t, d, STEP_COUNT, REFINE_COUNT);
+#endif
+}
+
+// What blocks directions i, i + 1, ... of the receiver within R.
+void blockers_of(Receiver r, Tangent t, int i, out Direction d[TOGETHER], out Blocker b[TOGETHER])
+{
+    for (int k = 0; k < TOGETHER; ++k)
+        d[k] = direction_of(r, i + k);
+#if FINDS_IN_STEPS && !IS_OPEN
+    Steps steps[TOGETHER];
+    for (int k = 0; k < TOGETHER; ++k)
+        steps[k] = estimator_steps(t, d[k], STEP_COUNT);
+    for (int k = 0; k < TOGETHER; ++k)
+        b[k] = refined(t, steps[k], REFINE_COUNT);
+#else
+    for (int k = 0; k < TOGETHER; ++k)
+        b[k] = blocker_of(t, d[k]);
 #endif
 }
 #endif

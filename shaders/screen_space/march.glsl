@@ -79,20 +79,20 @@ bool blocks_at(Tangent t, Segment g, float x, vec2 slack)
     return solid.x > 0.0 && is_before && is_behind && rises;
 }
 
-// The first surface that blocks the ray from the receiver along the unit vector w within
-// `reach`. `jitter` in [0, 1) moves each step within its stratum, except for the last,
+// A march before its bisections: where along the ray it was blocked, by steps from 0 to 1.
+struct Steps {
+    Segment segment;
+    float stride;
+    vec2 slack;      // see blocks_at
+    float found;     // negative: nothing blocks
+};
+
+// `jitter` in [0, 1) moves each step within its stratum, except for the last,
 // which stands at the very end: a solid that begins anywhere before it and reaches that
 // far is always found, so `count` decides how thin a thing may be and still be seen, not
 // how much of a wall is lost (closed form A4 with survival 1, whatever `count` is).
-//
-// `refine_count` bisections between the step that was blocked and the one before bring
-// the blocker found nearer to where the ray enters the solid. They do not change whether
-// the ray is blocked, only which texel stands for the sender of a bounce.
-Blocker march(Tangent t, vec3 w, float reach, float jitter, int count, int refine_count)
+Steps steps_along(Tangent t, vec3 w, float reach, float jitter, int count)
 {
-#if IS_OPEN
-    return NO_BLOCKER;
-#endif
     Segment g = segment_of(t.origin, w, reach);
     float stride = 1.0 / float(max(count - 1, 1));
     vec2 slack = vec2(u_front_slack, u_back_slack) * (stride * abs(g.nearness_across));
@@ -105,15 +105,34 @@ Blocker march(Tangent t, vec3 w, float reach, float jitter, int count, int refin
         float x = i < count - 1 ? (float(i) + jitter) * stride : 1.0;
         found = blocks_at(t, g, x, slack) ? x : found;
     } while (i > 0);
-    if (found < 0.0)
+    return Steps(g, stride, slack, found);
+}
+
+// `refine_count` bisections between the step that was blocked and the one before bring
+// the blocker found nearer to where the ray enters the solid. They do not change whether
+// the ray is blocked, only which texel stands for the sender of a bounce.
+Blocker refined(Tangent t, Steps steps, int refine_count)
+{
+    Segment g = steps.segment;
+    if (steps.found < 0.0)
         return NO_BLOCKER;
     for (int k = 0; k < refine_count; ++k) {
-        stride *= 0.5;
-        slack *= 0.5;
-        float x = max(found - stride, 0.0);
-        found = blocks_at(t, g, x, slack) ? x : found;
+        steps.stride *= 0.5;
+        steps.slack *= 0.5;
+        float x = max(steps.found - steps.stride, 0.0);
+        steps.found = blocks_at(t, g, x, steps.slack) ? x : steps.found;
     }
-    float s = march_fraction(found);
-    return Blocker(ivec2(px_on(g, found)),
+    float s = march_fraction(steps.found);
+    return Blocker(ivec2(px_on(g, steps.found)),
                    length_before(g.length_vs, s, g.nearness_0, g.nearness_across));
+}
+
+// The first surface that blocks the ray from the receiver along the unit vector w within
+// `reach`.
+Blocker march(Tangent t, vec3 w, float reach, float jitter, int count, int refine_count)
+{
+#if IS_OPEN
+    return NO_BLOCKER;
+#endif
+    return refined(t, steps_along(t, w, reach, jitter, count), refine_count);
 }

@@ -34,10 +34,12 @@ FULLSCREEN = "passes/fullscreen.vert"
 USUAL_CHOICES: Mapping[str, str] = {"projection": "projections/perspective.glsl"}
 # On llvmpipe a lookup at a texel's centre takes .56 of the time of a fetch, which asks whether the
 # texel is there. All textures that are fetched from look up the nearest texel.
-_CPU_FETCH: Mapping[str, str] = {
+_ON_CPU: Mapping[str, str] = {
     "texelFetch(image, texel, level)": (
         "textureLod(image, (vec2(texel) + 0.5) * (1.0 / vec2(textureSize(image, 0))), 0.0)"
-    )
+    ),
+    # See `screen_space/estimator.glsl`.
+    "MOST_TOGETHER": "4",
 }
 # Files of both stages, defines and choices, and how it may be a compute shader.
 _ChoiceKey = tuple[tuple[str, str], ...]
@@ -67,7 +69,7 @@ class ShaderLibrary:
     ) -> None:
         self._gl = gl
         self.computes = computes
-        self._macros = _CPU_FETCH if draws_on_cpu(gl) else _NO_CHOICES
+        self._macros = _ON_CPU if draws_on_cpu(gl) else _NO_CHOICES
         self._root = resources.folder("shaders") if root is None else root
         self._choices = choices
         self._by_name: dict[_ProgramKey, Program] = {}
