@@ -6,6 +6,7 @@
 #include "rays/emitters.glsl"
 #include "rays/surface_cache.glsl"
 #include "lib/random.glsl"
+#include "rays/glow_in_lobes.glsl"
 
 uniform float u_mirror_roughness;  // of surfaces that reflect on
 
@@ -72,12 +73,20 @@ MirroredLight mirrored_light(Surface met, vec3 irradiance, uint index, uint seed
     return MirroredLight(light_ray(met.at, light.w, reach), reflected);
 }
 
-// What a surface emits that a ray of the length t met, and no light delivers already: lamps are
+// What a surface emits that a ray along `path` met, and no light delivers already: lamps are
 // reflected as lights.
-vec3 emitted(Surface met, float t, float density, bool is_first)
+vec3 emitted(Surface met, BvhHit hit, MirrorPath path, bool is_first)
 {
     bool is_lamp = (met.flags & LIGHT_BODY_FLAG) != 0u;
-    float share = is_first ? 1.0 : balance(density, drawn_density(met, t));
+#if GLOW_IS_DIRECT
+    if (is_first && met.mean_emission > 0.0) {
+        ivec2 texel = receiver_texel(ivec2(gl_FragCoord.xy));
+        float chosen = glow_density(lit_point_of_lobe(path.start, texel), hit, met);
+        if (chosen >= 0.0)
+            return balance(path.density * float(SAMPLE_COUNT), chosen) * met.emission;
+    }
+#endif
+    float share = is_first ? 1.0 : balance(path.density, drawn_density(met, hit.t));
     return is_lamp && (is_first || is_unshadowed_body(met.flags)) ? vec3(0.0) : share * met.emission;
 }
 
@@ -91,14 +100,15 @@ void reflect_on(inout MirrorPath path, Surface met, vec2 u)
     path = MirrorPath(met.at.start, w, path.weight * facet.weight, alpha, facet.density);
 }
 
-// Radiance along `w_vs`, by the path number `index` of the pixel; false where only the sky is.
-bool meets_by_ray(vec3 p_vs, vec3 geometric_vs, vec3 w_vs, uint index, out vec3 radiance)
+// Radiance along `w_vs`, drawn with that density, by the path number `index` of the pixel; false
+// where only the sky is.
+bool meets_by_ray(vec3 p_vs, vec3 geometric_vs, vec3 w_vs, float density, uint index, out vec3 radiance)
 {
     vec3 to_point = u_ns_from_vs * (p_vs * u_ns_per_unit);
     vec3 viewing = viewing_direction(to_point, u_ns_from_vs * AHEAD_VS);
     vec3 start = ray_start(u_eye_ns + to_point, u_ns_from_vs * geometric_vs, viewing,
                            GBUFFER_ERROR * length(to_point) + RAY_OFFSET);
-    MirrorPath path = MirrorPath(start, u_ns_from_vs * w_vs, vec3(1.0), 0.0, 0.0);
+    MirrorPath path = MirrorPath(start, u_ns_from_vs * w_vs, vec3(1.0), 0.0, density);
     uint seed = pixel_seed(ivec2(gl_FragCoord.xy));
     MirroredLight light = NO_MIRRORED;
     radiance = vec3(0.0);
@@ -115,7 +125,7 @@ bool meets_by_ray(vec3 p_vs, vec3 geometric_vs, vec3 w_vs, uint index, out vec3 
             return bounce > 0;
         }
         Surface met = surface_at_hit(hit, path.start, path.w);
-        radiance += path.weight * emitted(met, hit.t, path.density, bounce == 0);
+        radiance += path.weight * emitted(met, hit, path, bounce == 0);
         goes_on = bounce < MIRROR_BOUNCES && is_glossy(met.brdf)
                && met.brdf.roughness <= u_mirror_roughness;
         vec4 cached = cached_light(hit, met, path.w);

@@ -111,7 +111,7 @@ void main()
 #endif
         vec3 beyond = vec3(0.0);
         bool is_far = TRACES_SMOOTH && is_smooth && weight != vec3(0.0)
-                   && meets_by_ray(r.position_vs, r.geometric_vs, w, uint(i), beyond);
+                   && meets_by_ray(r.position_vs, r.geometric_vs, w, facet.density, uint(i), beyond);
         sent += weight * beyond;
         open += is_near || is_far ? vec3(0.0) : sky;
     }
@@ -120,5 +120,7 @@ void main()
     // The exact light, as far as the sampled one arrives: without noise where all is open.
     vec3 arrived = lobe_radiance(axis, alpha) * (open / max(all, vec3(1e-30)));
     // Few directions do not weigh together what all do: it is the mean that matters.
-    o_reflections = vec4(arrived + sent / max(whole, vec3(1e-4)), r.z_vs);
+    vec3 met = sent / max(whole, vec3(1e-4));
+    met += glow_in_lobe(receiver_texel(pixel), brdf, TRACES_SMOOTH && is_smooth);
+    o_reflections = vec4(arrived + met, r.z_vs);
 }

@@ -6,7 +6,8 @@
 #include "rays/emitters.glsl"
 
 uniform sampler2D t_glow_nodes;
-uniform isampler2D t_glow_order;  // entries of the table of emitters, leaf by leaf
+// r: entries of the table of emitters, leaf by leaf; g, b: entry and leaf of each of the tree
+uniform isampler2D t_glow_order;
 uniform int u_tree_levels;
 uniform int u_tree_count;         // of emitters
 uniform int u_tree_groups;        // whose: EMITTER_UNLIT and EMITTER_STAND_IN as bits
@@ -25,9 +26,36 @@ float cosine_of_rest(float cosine, float less_cosine, float less_sine)
     return cosine > less_cosine ? 1.0 : cosine * less_cosine + sine * less_sine;
 }
 
-// About how much light of a node arrives at `p`; 0 only where none can.
-float node_importance(int node, vec3 p, vec3 normal)
+// Who asks for light, and what of it counts: all that arrives at a surface, or, where there is a
+// lobe, what that reflects to the camera.
+struct LitPoint {
+    vec3 p;
+    vec3 normal;
+    vec3 w_out;
+    vec3 mirrored;
+    float alpha;    // < 0: there is no lobe
+};
+
+// Which of the directions up to an angle from w reflects the most light, about: the one next to
+// the mirrored direction.
+float lobe_toward(LitPoint r, vec3 w, float cosine, float sine)
 {
+    float facing = dot(r.mirrored, w);
+    vec3 aside = r.mirrored - facing * w;
+    vec3 next = cosine * w + sine * aside * inversesqrt(max(dot(aside, aside), 1e-30));
+    next = facing > cosine ? r.mirrored : next;
+    vec3 h = normalize(next + r.w_out);
+    float cos_h = dot(h, r.normal);
+    vec3 sin_h = cross(h, r.normal);
+    float a_2 = r.alpha * r.alpha;
+    float height = a_2 / (a_2 * cos_h * cos_h + dot(sin_h, sin_h));
+    return height * height;
+}
+
+// About how much light of a node arrives, or is reflected; 0 only where none can be.
+float node_importance(int node, LitPoint r)
+{
+    vec3 p = r.p;
     ivec2 place = row_address(2 * node);
     vec4 sphere = texelFetch(t_glow_nodes, place, 0);
     vec4 cone = texelFetch(t_glow_nodes, place + ivec2(1, 0), 0);
@@ -44,8 +72,10 @@ float node_importance(int node, vec3 p, vec3 normal)
     float facing = -dot(cone.xyz, w) / max(power, 1e-30);
     float sending = cosine_of_rest(facing, cone.w, cone_sine);
     sending = cosine_of_rest(sending, cosine, sine);
-    float receiving = cosine_of_rest(dot(normal, w), cosine, sine);
+    float receiving = cosine_of_rest(dot(r.normal, w), cosine, sine);
     float response = is_within ? 1.0 : max(sending, 0.0) * max(receiving, 0.0);
+    if (r.alpha >= 0.0 && !is_within)
+        response = receiving > 0.0 ? max(sending, 0.0) * lobe_toward(r, w, cosine, sine) : 0.0;
     return power * response / max(distance_2, max(radius_2, 1e-30));
 }
 
@@ -58,13 +88,13 @@ int tree_emitters_before(int leaf)
 }
 
 // The entry that u in [0, 1) falls on, or -1, and the probability of it.
-int draw_from_tree(vec3 p, vec3 normal, inout float u, out float probability)
+int draw_from_tree(LitPoint r, inout float u, out float probability)
 {
     int node = 0;
     probability = 1.0;
     for (int level = 0; level < u_tree_levels; ++level) {
-        float left = node_importance(2 * node + 1, p, normal);
-        float right = node_importance(2 * node + 2, p, normal);
+        float left = node_importance(2 * node + 1, r);
+        float right = node_importance(2 * node + 2, r);
         float share = left / max(left + right, 1e-37);
         if (!(left + right > 0.0))
             return -1;
@@ -83,17 +113,40 @@ int draw_from_tree(vec3 p, vec3 normal, inout float u, out float probability)
     return count > 0 ? texelFetch(t_glow_order, row_address(place), 0).x : -1;
 }
 
-// A point of light as `p` sees it, on a surface with that normal; probabilities are divided out.
-LightSample sample_tree(vec3 p, vec3 normal, vec2 choice, vec2 u)
+// The chance with which that draws an emitter of the leaf.
+float chance_of_leaf(LitPoint r, int leaf)
+{
+    int node = 0;
+    float probability = 1.0;
+    for (int level = u_tree_levels - 1; level >= 0; --level) {
+        float left = node_importance(2 * node + 1, r);
+        float right = node_importance(2 * node + 2, r);
+        int side = leaf >> level & 1;
+        probability *= (side == 0 ? left : right) / max(left + right, 1e-37);
+        node = 2 * node + 1 + side;
+    }
+    int count = tree_emitters_before(leaf + 1) - tree_emitters_before(leaf);
+    return probability / float(max(count, 1));
+}
+
+// A point of light as the receiver sees it; probabilities are divided out of its radiance.
+LightSample sample_tree(LitPoint r, vec2 choice, vec2 u)
 {
     float probability;
-    int entry = draw_from_tree(p, normal, choice.x, probability);
+    int entry = draw_from_tree(r, choice.x, probability);
     LightSample light = NO_LIGHT;
     if (entry >= 0) {
-        light = sample_surface_emitter(emitter_at(entry), entry, u, p);
+        light = sample_surface_emitter(emitter_at(entry), entry, u, r.p);
         light.radiance /= max(probability, 1e-30);
+        light.density *= probability;
     }
     return light;
+}
+
+// By the cosine of what arrives alone.
+LightSample sample_tree(vec3 p, vec3 normal, vec2 choice, vec2 u)
+{
+    return sample_tree(LitPoint(p, normal, normal, normal, -1.0), choice, u);
 }
 
 bool is_in_tree(EmitterGroup group)

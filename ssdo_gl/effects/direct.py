@@ -30,7 +30,6 @@ from ssdo_gl.passes.quads import quads_of
 from ssdo_gl.passes.rays import ray_defines, ray_reads, ray_uniforms
 from ssdo_gl.passes.screen_space_settings import pattern_offset
 from ssdo_gl.raytracing.surface_tables import RayFeatures
-from ssdo_gl.scene.light_bodies import stand_ins
 from ssdo_gl.scene.lights import Light, kind_number
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.scene.shadow_frames import ShadowFrame, atlas_layout, shadow_frames
@@ -68,9 +67,8 @@ class DirectSettings:
     )
 
 
-# Shadow maps of all lights, columns of their atlas, the switches of those that shine, and those
-# within a body of another shape.
-_ShadowPlaces = tuple[list[ShadowFrame | None], int, dict[int, dict[str, int]], frozenset[int]]
+# Shadow maps of all lights, columns of their atlas, and the switches of those that shine.
+_ShadowPlaces = tuple[list[ShadowFrame | None], int, dict[int, dict[str, int]]]
 
 
 def is_smooth(scene: Scene) -> bool:
@@ -179,7 +177,7 @@ class DirectPass(RenderPass):
         """Draw one triangle over the target for each light, adding up; then over what is glossy."""
         assert context.target is not None
         scene, view = context.frame.scene, context.frame.view
-        frames, columns, chosen, parts = self._placed.get(
+        frames, columns, chosen = self._placed.get(
             (scene.lights, scene.materials, scene.meshes, context.geometry.instances),
             lambda: self._places(scene, context.geometry),
         )
@@ -206,9 +204,7 @@ class DirectPass(RenderPass):
             gloss = {"GLOSSY": glossy, "FILTERS_GLOSS": int(filters)}
             for i, switches in chosen.items():
                 defines = {**switches, **gloss, "IN_QUADS": int(maps is not None)}
-                # The triangles of the body they lie within would block all rays.
-                is_traced = switches["CASTS_SHADOW"] and i not in parts
-                edge = self._edge(context) if is_traced else FILTERED
+                edge = self._edge(context) if switches["CASTS_SHADOW"] else FILTERED
                 drawing = LightDraw(
                     edge,
                     defines,
@@ -254,7 +250,7 @@ class DirectPass(RenderPass):
             for i, light in enumerate(lights)
             if light.shadow != "ssdo" and light.power > 0 and i not in self._elsewhere
         }
-        return frames, atlas_layout(lights, unread).columns, chosen, stand_ins(scene)
+        return frames, atlas_layout(lights, unread).columns, chosen
 
     def _defines(self, light: Light, smooth: bool) -> dict[str, int]:
         has_shadows = self.shadow_maps or self._rays is not None

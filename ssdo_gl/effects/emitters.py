@@ -9,7 +9,7 @@ from typing import ClassVar
 from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ReasonedPass, Term
 from ssdo_gl.effects.request import Request, overridden
-from ssdo_gl.effects.scene_lights import takes_stand_ins
+from ssdo_gl.effects.scene_lights import has_glow, takes_stand_ins
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
@@ -105,7 +105,7 @@ class Emitters(Effect):
             [
                 (request.is_view_empty, "no surface is in view"),
                 (
-                    not (request.content.has_glow or takes_stand_ins(request)),
+                    not has_glow(request),
                     "lights of the scene stand for all that glows",
                 ),
             ],

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.effect import Effect, ReasonedPass, Term
 from ssdo_gl.effects.near_field import filtered
 from ssdo_gl.effects.request import Request
+from ssdo_gl.effects.scene_lights import has_glow
 from ssdo_gl.effects.sender_bound import sender_bound
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
 from ssdo_gl.graph.frame import Frame
@@ -24,10 +25,13 @@ from ssdo_gl.passes.environment_uniforms import (
 )
 from ssdo_gl.passes.rays import (
     EMITTER_TABLES,
+    GLOW_PLACES,
+    GLOW_TREE,
     ray_defines,
     ray_reads,
     ray_uniforms,
     stream_of,
+    tree_uniforms,
 )
 from ssdo_gl.passes.screen_space_settings import (
     ScreenSpaceSettings,
@@ -59,6 +63,14 @@ class ReflectionsSettings:
     )
     mirror_bounces: int = setting(
         3, "how often light goes on from mirror to mirror, by rays", low=0, high=8
+    )
+    glow_rays: int = setting(
+        4,
+        "rays of each pixel and frame to points of glowing bodies that its lobe may reflect, of"
+        " all of them together; with gi",
+        unit="rays",
+        low=1,
+        high=64,
     )
 
 
@@ -123,6 +135,7 @@ class ReflectionsPass(RenderPass):
                 *ray_reads(rays, shades=True),
                 *EMITTER_TABLES,
                 *CACHE_TABLES,
+                *((*GLOW_TREE, GLOW_PLACES) if rays.glow_is_direct else ()),
             )
         )
         kind = environment_kind(environment)
@@ -170,6 +183,8 @@ class ReflectionsPass(RenderPass):
             del defines["GLOSSY"]
             defines["MIRROR_BOUNCES"] = self.settings.mirror_bounces
             values |= {**ray_uniforms(context), "u_stream": stream_of(context.frame.seed, 0)}
+            if self._rays.glow_is_direct:
+                values |= {**tree_uniforms(context), "u_glow_rays": self.settings.glow_rays}
             beyond = "beyond_screens/traced.glsl"
         program = context.shaders.fullscreen(
             "effects/reflections.frag", defines, {"beyond_screen": beyond}
@@ -185,7 +200,13 @@ class ReflectionsPass(RenderPass):
 
 
 class ReflectedRadiancePass(RenderPass):
-    """Writes `reflections`: rgb radiance towards the camera, a = 0."""
+    """Writes `reflections`: rgb radiance towards the camera, a = 0.
+
+    Parameters
+    ----------
+    follows_curves : bool
+        Leave images in what curves fast as they are: points of glowing bodies have little noise.
+    """
 
     name = "reflected_radiance"
     WIRING: ClassVar[Mapping[str, str]] = {
@@ -199,12 +220,18 @@ class ReflectedRadiancePass(RenderPass):
     writes: Mapping[str, TextureSpec] = {"reflections": TextureSpec(4)}
     depends_on = ("view",)
 
+    def __init__(self, *, follows_curves: bool) -> None:
+        self._defines = {"FOLLOWS_CURVES": int(follows_curves)}
+
+    def settings_key(self) -> Hashable:
+        return tuple(self._defines.items())
+
     def execute(self, context: PassContext) -> None:
         """Draw one triangle over what is glossy."""
         assert context.target is not None
         draw_fullscreen(
             context.gl,
-            context.shaders.fullscreen("effects/reflected_radiance.frag"),
+            context.shaders.fullscreen("effects/reflected_radiance.frag", self._defines),
             context.target,
             context.frame.view.uniforms(),
             {sampler: context.inputs[name] for sampler, name in self.WIRING.items()},
@@ -246,18 +273,22 @@ class Reflections(Effect):
         bound = sender_bound(
             request.scene, request.radius, has_all_bounces=request.runs("far_field")
         )
+        # By rays that find them, too.
+        glows = has_glow(request) and request.runs("emitters") and request.runs("surface_cache")
         item = ReflectionsPass(
             settings,
             ScreenSpaceSettings(radius=request.radius),
             request.scene.environment,
             bound=bound if is_bounce else None,
             has_back_layer=request.runs("back_layer"),
-            rays=request.ray_features if request.runs("surface_cache") else None,
+            rays=replace(request.ray_features, glow_is_direct=glows)
+            if request.runs("surface_cache")
+            else None,
         )
         yield item, "what the lobes of glossy surfaces take in"
         images = ("reflections_raw", "reflections_filtered")
         yield filtered(request, "reflections_filter", *images, is_of_gloss=True)
-        yield ReflectedRadiancePass(), "what glossy surfaces reflect"
+        yield ReflectedRadiancePass(follows_curves=glows), "what glossy surfaces reflect"
 
     def sends(self, request: Request) -> bool:
         """Return that reflections are not sent on."""

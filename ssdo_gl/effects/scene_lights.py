@@ -24,12 +24,19 @@ USELESS_LIGHTS = Shortcut("useless lights", _reason_to_drop_lights, ("direct",))
 def takes_stand_ins(request: Request) -> bool:
     """Return whether rays to glowing bodies take the place of sample rectangles within them.
 
-    Those are kept where gloss reflects them; traced shadows are of the bodies in any case.
+    Those are kept where gloss has no other light of them, because nothing is sent on that rays
+    of its lobes would find; traced shadows are of the bodies in any case.
     """
     content, settings = request.content, request.settings
     by_gi = METHODS[settings.method].is_all_light and not settings.is_reference
     by_maps = settings.chosen_shadows == "map"
-    return content.has_stand_ins and by_gi and by_maps and not content.has_gloss
+    by_rays = content.has_albedo or not content.has_gloss
+    return content.has_stand_ins and by_gi and by_maps and by_rays
+
+
+def has_glow(request: Request) -> bool:
+    """Return whether bodies glow that no light of the scene is exactly."""
+    return request.content.has_glow or takes_stand_ins(request)
 
 
 def lights_of_glow(request: Request) -> frozenset[int]:

@@ -53,6 +53,9 @@ class EmitterTables:
         counts as direct light + 8 if it is all bodies that no light of the scene stands for
         + 16 if only sample rectangles do, probability; 1 = cumulative probability including this
         group, 0, 0, 0.
+    slots : ndarray, shape (N,), int64
+        Of each entry the slot of its triangle, 2 times its primitive + 0 or 1: the first of two
+        that a parallelogram joins; -1: a light without a body.
     density : float
         Probability per area (normalised units) and mean emission with which a point of
         an emissive triangle is drawn.
@@ -61,13 +64,19 @@ class EmitterTables:
     entries: NDArray[np.float32]
     groups: NDArray[np.float32]
     group_count: int
+    slots: NDArray[np.int64]
     density: float
+
+
+# The slot of a light that is no triangle.
+_NO_BODY = np.full(1, -1)
 
 
 @dataclass(frozen=True)
 class _EmitterGroup:
     rows: NDArray[np.float64]
-    weights: FloatArray  # of the entries
+    slots: NDArray[np.int64]  # of the entries
+    weights: FloatArray
     power: float
     shadow: int
     is_direct: bool
@@ -93,7 +102,9 @@ def emitter_tables(bvh: Bvh, scene: Scene, map_power: float = 0.0) -> EmitterTab
         row = np.zeros((1, ENTRY_TEXELS, 4))
         row[0, 0, 3] = KIND_MAP
         # The power that enters the unit sphere, which encloses the scene.
-        groups.append(_EmitterGroup(row, np.ones(1), 4.0 * math.pi**2 * map_power, 1, False))
+        groups.append(
+            _EmitterGroup(row, _NO_BODY, np.ones(1), 4.0 * math.pi**2 * map_power, 1, False)
+        )
     groups = [group for group in groups if group.power > 0.0]
     return _assemble(groups)
 
@@ -119,6 +130,7 @@ def _assemble(groups: Sequence[_EmitterGroup]) -> EmitterTables:
         entries.astype(np.float32),
         heads.astype(np.float32),
         len(groups),
+        np.concatenate([group.slots for group in groups] or [_NO_BODY]),
         math.pi / total if groups else 0.0,
     )
 
@@ -129,7 +141,7 @@ def _bodies(bvh: Bvh, scene: Scene) -> tuple[list[_EmitterGroup], set[int]]:
     emits = np.array([material.emits for material in scene.materials] or [False])
     if triangles.count == 0 or not emits[triangles.material].any():
         return [], set()
-    rows, weights, owner = _emissive_rows(bvh, scene, emits)
+    rows, slots, weights, owner = _emissive_rows(bvh, scene, emits)
     groups: list[_EmitterGroup] = []
     covered: set[int] = set()
     runs, sampled = body_lights(scene), stand_ins(scene)
@@ -142,14 +154,15 @@ def _bodies(bvh: Bvh, scene: Scene) -> tuple[list[_EmitterGroup], set[int]]:
             code = STAND_IN_CODE if is_sampled else 0
             covered.update(runs[int(light)])
         power = math.pi * float(weights[mine].sum())
-        groups.append(_EmitterGroup(rows[mine], weights[mine], power, shadow, is_direct, code))
+        chosen = rows[mine], slots[mine], weights[mine]
+        groups.append(_EmitterGroup(*chosen, power, shadow, is_direct, code))
     return groups, covered
 
 
 def _emissive_rows(
     bvh: Bvh, scene: Scene, emits: NDArray[np.bool_]
-) -> tuple[FloatArray, FloatArray, NDArray[np.int64]]:
-    """Return rows, weights and lights of emissive triangles, parallelograms joined."""
+) -> tuple[FloatArray, NDArray[np.int64], FloatArray, NDArray[np.int64]]:
+    """Return rows, slots, weights and lights of emissive triangles, parallelograms joined."""
     triangles = bvh.triangles
     pair = bvh.primitive_triangles
     both = (pair >= 0) & emits[triangles.material[np.maximum(pair, 0)]]
@@ -168,7 +181,7 @@ def _emissive_rows(
     ]
     emission = np.array([material.emission for material in scene.materials])
     sides = np.array([1.0 + material.two_sided_emission for material in scene.materials])
-    rows, weights, owners = [], [], []
+    rows, slots, weights, owners = [], [], [], []
     for chosen, kind, second, (o, u, v) in parts:
         which = pair[chosen, second]
         material = triangles.material[which]
@@ -186,9 +199,15 @@ def _emissive_rows(
             row[:, texel + 1, :2] = its[chosen, v] - uv
         row[:, 5, 2] = material
         rows.append(row)
+        slots.append(2 * chosen + second)
         weights.append(area * emission[material].mean(axis=1) * sides[material])
         owners.append(triangles.light[which])
-    return np.concatenate(rows), np.concatenate(weights), np.concatenate(owners)
+    return (
+        np.concatenate(rows),
+        np.concatenate(slots),
+        np.concatenate(weights),
+        np.concatenate(owners),
+    )
 
 
 def _pair_corners(bvh: Bvh, scene: Scene) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -229,7 +248,7 @@ def _light_group(light: Light, centre: FloatArray, unit: float) -> _EmitterGroup
     row[0, 2] = *own.second_axis, own.number
     row[0, 3, :3] = own.emitted
     row[0, 5, 2] = -1.0
-    return _EmitterGroup(row, np.ones(1), own.power, SHADOW_NUMBERS[light.shadow], True)
+    return _EmitterGroup(row, _NO_BODY, np.ones(1), own.power, SHADOW_NUMBERS[light.shadow], True)
 
 
 def map_mean_radiance(image: NDArray[np.float32]) -> float:

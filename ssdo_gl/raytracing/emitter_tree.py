@@ -41,6 +41,15 @@ class EmitterTree:
     nodes: NDArray[np.float32]
     levels: int
 
+    @property
+    def leaves(self) -> NDArray[np.int64]:
+        """The leaf of each emitter, (N,)."""
+        count = len(self.order)
+        ends = np.arange(1, 2**self.levels + 1) * count >> self.levels
+        result = np.empty(count, dtype=np.int64)
+        result[self.order] = np.searchsorted(ends, np.arange(count), side="right")
+        return result
+
 
 def emitter_tree(entries: NDArray[np.float32]) -> EmitterTree:
     """Return a tree over surfaces, `entries` (N, 8, 4) of `EmitterTables`."""

@@ -264,9 +264,11 @@ def test_rays_look_for_what_glows_with_gi_alone():
     assert not decided_of(RICH, method="gi").runs("emitters")
     # It is direct light then, which marches do not bring once more.
     assert not sends_emission(glowing, method="gi")
-    # Rectangles stand for the others where gloss reflects them, or shadows are traced.
     glossy = content(has_stand_ins=True, has_gloss=True)
-    assert not decided_of(glossy, method="gi").runs("emitters")
+    assert decided_of(glossy, method="gi").runs("emitters")
+    # Rectangles stand for them where rays of lobes find no light, or shadows are traced.
+    black = content(has_stand_ins=True, has_gloss=True, has_albedo=False)
+    assert not decided_of(black, method="gi").runs("emitters")
     assert not decided_of(shapes, method="gi", shadows="traced").runs("emitters")
 
 

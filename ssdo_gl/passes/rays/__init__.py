@@ -7,6 +7,7 @@ from ssdo_gl.passes.rays.bvh_upload import BvhUploadPass
 from ssdo_gl.passes.rays.glow_tree import GlowTreePass
 from ssdo_gl.passes.rays.ray_libraries import (
     EMITTER_TABLES,
+    GLOW_PLACES,
     GLOW_TREE,
     bvh_of,
     emitters_of,
@@ -23,6 +24,7 @@ from ssdo_gl.passes.rays.ray_tables import EmitterTablesPass, MaterialTablePass,
 
 __all__ = [
     "EMITTER_TABLES",
+    "GLOW_PLACES",
     "GLOW_TREE",
     "BvhUploadPass",
     "EmitterTablesPass",

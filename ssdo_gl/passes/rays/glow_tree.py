@@ -12,8 +12,13 @@ from numpy.typing import NDArray
 from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.passes.rays.ray_libraries import GlowTree, emitters_of
-from ssdo_gl.raytracing.emitter_tables import STAND_IN_CODE, UNLIT_CODE
+from ssdo_gl.passes.rays.ray_libraries import GlowTree, bvh_of, emitters_of
+from ssdo_gl.raytracing.emitter_tables import (
+    KIND_PARALLELOGRAM,
+    STAND_IN_CODE,
+    TWO_SIDED_CODE,
+    UNLIT_CODE,
+)
 from ssdo_gl.raytracing.emitter_tree import emitter_tree
 
 # Texels in a row of both textures: shaders/rays/emitter_tree.glsl.
@@ -21,7 +26,11 @@ TREE_ROW = 1024
 
 
 class GlowTreePass(RenderPass):
-    """Writes `GLOW_TREE`; its `GlowTree` comes with `glow_nodes`.
+    """Writes `GLOW_TREE`, whose `GlowTree` comes with `glow_nodes`, and `GLOW_PLACES`.
+
+    `glow_order` holds of the n-th emitter of the leaves its entry in the table of emitters; of the
+    n-th of the tree its entry and leaf. `glow_places` holds of each slot which emitter of the
+    tree it is, -1: none.
 
     Parameters
     ----------
@@ -31,10 +40,11 @@ class GlowTreePass(RenderPass):
     """
 
     name = "glow_tree"
-    reads = ("ray_emitters",)
+    reads = ("bvh", "ray_emitters")
     writes: Mapping[str, TextureSpec] = {
         "glow_nodes": TextureSpec(4, "f4", own=True),
-        "glow_order": TextureSpec(1, "i4", own=True),
+        "glow_order": TextureSpec(4, "i4", own=True),
+        "glow_places": TextureSpec(1, "i4", own=True),
     }
     depends_on = ("geometry", "materials", "lights")
 
@@ -54,10 +64,19 @@ class GlowTreePass(RenderPass):
         tree = emitter_tree(tables.entries[entries])
         known = GlowTree(tree, self.codes)
         nodes = tree.nodes.reshape(-1, 4)
-        order = entries[tree.order].astype(np.int32)[:, None]
+        order = np.zeros((len(entries), 4), np.int32)
+        order[:, 0], order[:, 1], order[:, 2] = entries[tree.order], entries, tree.leaves
+        bvh = bvh_of(context)
+        places = np.full((bvh.primitive_triangles.size, 1), -1, np.int32)
+        slots = tables.slots[entries]
+        places[slots, 0] = np.arange(len(entries))
+        kinds = tables.entries[entries, 0, 3].astype(np.int64)
+        joined = kinds % TWO_SIDED_CODE == KIND_PARALLELOGRAM
+        places[slots[joined] + 1, 0] = np.flatnonzero(joined)
         return {
             "glow_nodes": TextureWithFacts(_in_rows(context.gl, nodes, "f4"), known),
             "glow_order": _in_rows(context.gl, order, "i4"),
+            "glow_places": _in_rows(context.gl, places, "i4"),
         }
 
 

@@ -38,6 +38,8 @@ SHADING_TABLES = ("ray_surfaces", "ray_materials", "ray_atlas", "ray_data_atlas"
 EMITTER_TABLES = ("ray_emitters", "ray_emitter_groups", "ray_map_cells")
 # Nodes of a tree over emitters, and which entries of their table its leaves hold.
 GLOW_TREE = ("glow_nodes", "glow_order")
+# Which of them a triangle is that a ray has hit.
+GLOW_PLACES = "glow_places"
 
 
 def record_texture(
