@@ -29,9 +29,10 @@ from ssdo_gl.settings.loading import LoadOptions
 
 # What such a scene may hold; lights are added, objects and materials are those of its base.
 BASED_KEYS = ("base", "title", "purpose", "camera", "environment", "render", "edit", "light")
-# A base may have a base; longer chains are a circle.
+# A base may have a base.
 MOST_BASES = 16
-_depth: ContextVar[int] = ContextVar("depth", default=0)
+# The scene files that are being read: each is to be the base of the one before.
+_followers: ContextVar[tuple[Path | None, ...]] = ContextVar("followers", default=())
 
 
 def read_based_scene(top: Table, file: Path | None, options: LoadOptions) -> Scene:
@@ -88,17 +89,21 @@ def _base(top: Table, file: Path | None, options: LoadOptions) -> Scene:
     from ssdo_gl.scene.load import builtin_names, load_scene
 
     name = top.text("base")
-    if _depth.get() >= MOST_BASES:
+    followers = (*_followers.get(), file)
+    if len(followers) > MOST_BASES:
         top.fail("base", f"at most {MOST_BASES} scenes that follow from one another")
-    token = _depth.set(_depth.get() + 1)
+    token = _followers.set(followers)
     try:
         if name in builtin_names():
             return load_scene(name, options)
         if file is None:
             top.fail("base", "the name of a built-in scene")
-        return load_scene(contained_file(file, name, top.where("base")), options)
+        base = contained_file(file, name, top.where("base"))
+        if base in followers:
+            top.fail("base", f"expected a scene that does not follow from {file.name} in turn")
+        return load_scene(base, options)
     finally:
-        _depth.reset(token)
+        _followers.reset(token)
 
 
 def _merged(base: Mapping[str, Any], render: Mapping[str, Any]) -> dict[str, Any]:

@@ -78,7 +78,7 @@ def test_another_method_drops_the_estimator_of_the_base(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ('base = "mine.toml"', "at most 16 scenes that follow"),
+        ('base = "mine.toml"', "does not follow from mine.toml in turn"),
         ('base = "../other.toml"', "must not leave the folder"),
         ('base = "missing.toml"', "no such file"),
         ('base = "corner"\n[[object]]\nshape = "box"', "object"),
@@ -96,3 +96,17 @@ def test_faults_are_named(tmp_path: Path, text: str, said: str) -> None:
     with pytest.raises(SceneError, match=said) as error:
         loaded(tmp_path, text)
     assert "mine.toml" in str(error.value)
+
+
+def test_long_chains_and_circles_are_told_apart(tmp_path: Path) -> None:
+    def chain(*bases: str) -> Scene:
+        for number, base in enumerate(bases):
+            (tmp_path / f"{number}.toml").write_text(f'base = "{base}"')
+        return load_scene(tmp_path / "0.toml")
+
+    numbered = [f"{number}.toml" for number in range(1, 17)]
+    assert chain(*numbered[:15], "corner").triangle_count > 0
+    with pytest.raises(SceneError, match="at most 16 scenes"):
+        chain(*numbered, "corner")
+    with pytest.raises(SceneError, match=r"15\.toml: base = '0.toml': expected a scene that does"):
+        chain(*numbered[:15], "0.toml")
