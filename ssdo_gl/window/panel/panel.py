@@ -140,17 +140,14 @@ class Panel:
         _flag_hint("aov", "number keys")
         if changed:
             viewer.view = viewer.view.with_number(index + 1)
-        if imgui.checkbox("split", view.is_split)[0]:
-            self._ask(Command.SPLIT)
-        _hint("two methods side by side; drag the line between them   (V)")
+        sides = "two methods side by side; drag the line between them   (V)"
+        self._switch("split", view.is_split, Command.SPLIT, sides)
         imgui.same_line()
-        if imgui.checkbox("difference", view.is_error)[0]:
-            self._ask(Command.ERROR)
-        _hint("blue: too dark, red: too bright, relative to the other method   (X)")
+        colors = "blue: too dark, red: too bright, relative to the other method   (X)"
+        self._switch("difference", view.is_error, Command.ERROR, colors)
         imgui.same_line()
-        if imgui.checkbox("values", viewer.is_inspecting)[0]:
-            self._ask(Command.INSPECT)
-        _hint("the numbers under the cursor   (I)")
+        numbers = "the numbers under the cursor   (I)"
+        self._switch("values", viewer.is_inspecting, Command.INSPECT, numbers)
         if view.compares:
             index = methods.index(view.other_method)
             changed, index = imgui.combo("compared with", index, labels)
@@ -171,9 +168,8 @@ class Panel:
             _hint("\n".join(f"{key} = {value}" for key, value in fields.items()))
             if index % _PRESETS_PER_LINE:
                 imgui.same_line()
-        if imgui.button("save"):
-            self._ask(Command.SAVE_PRESET)
-        _hint("write these settings to a file; one that is dropped here is read   (Ctrl+Shift+S)")
+        saved = "write these settings to a file; one that is dropped here is read   (Ctrl+Shift+S)"
+        self._button("save", Command.SAVE_PRESET, saved)
 
     def _passes(self) -> None:
         for name, rows in self._pass_rows.items():
@@ -211,9 +207,8 @@ class Panel:
     def _time_section(self) -> None:
         viewer = self._viewer
         self._reports.frame_times()
-        if imgui.checkbox("hold", viewer.is_governed)[0]:
-            self._ask(Command.GOVERNOR)
-        _hint("lower the quality while something moves, so that a frame takes no longer   (G)")
+        held = "lower the quality while something moves, so that a frame takes no longer   (G)"
+        self._switch("hold", viewer.is_governed, Command.GOVERNOR, held)
         imgui.same_line()
         low, high = _BUDGETS_MS
         imgui.set_next_item_width(0.4 * imgui.get_content_region_avail().x)
@@ -232,12 +227,10 @@ class Panel:
     def _time_line(self) -> None:
         """Play, scrub and loop the animation."""
         clock = self._viewer.clock
-        if imgui.button("pause" if clock.is_running else "play"):
-            self._ask(Command.PAUSE)
-        _hint("stop or go on   (Space)")
+        label = "pause" if clock.is_running else "play"
+        self._button(label, Command.PAUSE, "stop or go on   (Space)")
         imgui.same_line()
-        if imgui.button("step"):
-            self._ask(Command.STEP)
+        self._button("step", Command.STEP)
         imgui.same_line()
         _, clock.loops = imgui.checkbox("loop", clock.loops)
         imgui.same_line()
@@ -267,17 +260,13 @@ class Panel:
             if not known:
                 imgui.pop_style_var()
             _hint("go there   (Alt+digit)" if known else "keep this view   (Ctrl+digit)")
-        if imgui.button("end recording" if tour.is_recording else "record"):
-            self._ask(Command.RECORD)
-        _hint("record the camera's path   (L)")
+        label = "end recording" if tour.is_recording else "record"
+        self._button(label, Command.RECORD, "record the camera's path   (L)")
         imgui.same_line()
-        if imgui.button("stop" if tour.played_s is not None else "play"):
-            self._ask(Command.PLAY)
-        _hint("fly the recorded path   (P)")
+        label = "stop" if tour.played_s is not None else "play"
+        self._button(label, Command.PLAY, "fly the recorded path   (P)")
         imgui.same_line()
-        if imgui.button("film"):
-            self._ask(Command.EXPORT)
-        _hint("write the path as a film at full quality   (Ctrl+P)")
+        self._button("film", Command.EXPORT, "write the path as a film at full quality   (Ctrl+P)")
         imgui.same_line()
         imgui.text_disabled(f"{tour.path.seconds:.1f} s")
         for suffix in FILM_SUFFIXES:
@@ -285,25 +274,30 @@ class Panel:
                 self._viewer.film_suffix = suffix
             imgui.same_line()
         imgui.new_line()
-        if imgui.checkbox("stop at walls", self._viewer.collides)[0]:
-            self._ask(Command.COLLIDE)
-        _hint("the camera slides along surfaces instead of flying through   (B)")
+        slides = "the camera slides along surfaces instead of flying through   (B)"
+        self._switch("stop at walls", self._viewer.collides, Command.COLLIDE, slides)
 
     def _output_row(self) -> None:
         imgui.separator()
-        if imgui.button("copy command"):
-            self._ask(Command.COPY_COMMAND)
-        _hint("the command line that renders this view without a window   (C)")
+        copied = "the command line that renders this view without a window   (C)"
+        self._button("copy command", Command.COPY_COMMAND, copied)
         imgui.same_line()
-        if imgui.button("screenshot"):
-            self._ask(Command.SCREENSHOT)
-        _hint("picture and settings to files in the present folder   (F12)")
+        written = "picture and settings to files in the present folder   (F12)"
+        self._button("screenshot", Command.SCREENSHOT, written)
         imgui.same_line()
-        if imgui.button("home"):
-            self._ask(Command.HOME)
+        self._button("home", Command.HOME)
         imgui.same_line()
-        if imgui.button("keys"):
-            self._ask(Command.TOGGLE_HELP)
+        self._button("keys", Command.TOGGLE_HELP)
+
+    def _button(self, label: str, command: Command, hint: str = "") -> None:
+        if imgui.button(label):
+            self._ask(command)
+        _hint(hint)
+
+    def _switch(self, label: str, is_on: bool, command: Command, hint: str) -> None:
+        if imgui.checkbox(label, is_on)[0]:
+            self._ask(command)
+        _hint(hint)
 
     def _ask(self, command: Command, number: int = 0) -> None:
         action = Action(command, number)
@@ -321,7 +315,7 @@ def _header(label: str, *, is_open: bool = False) -> bool:
 
 
 def _hint(text: str) -> None:
-    if imgui.is_item_hovered(imgui.HoveredFlags_.delay_short):
+    if text and imgui.is_item_hovered(imgui.HoveredFlags_.delay_short):
         show_tooltip(text)
 
 
