@@ -64,6 +64,7 @@ vec4 value_at(int signal, ivec2 pixel)
 // Distance of octahedral codes, 2 across the square, at which normals have nothing in
 // common. cos^8 of the decoded angle gives the same errors to 1 %.
 const float NORMAL_REACH = 0.8;
+const float PER_REACH_2 = 1.0 / (NORMAL_REACH * NORMAL_REACH);
 
 // Of the four pixels around a texel, which each weigh a quarter or more on one surface:
 // those that weigh less together show another one.
@@ -104,9 +105,10 @@ Centre centre_at(ivec2 texel, float z)
 // falling with the distance from it in footprints of a pixel, where the farther of the two is.
 // So it knows neither scene units nor the angle of view; and towards a horizon, where the next
 // pixel is many times as far, a normal's last digit does not decide.
-float same_surface(Centre c, ivec2 texel, float z)
+// `away`: in texels, from the centre.
+float same_surface(Centre c, ivec2 texel, vec2 away, float z)
 {
-    float x = plane_height(c.rate, vec2(texel - c.texel), z) - c.offset;
+    float x = plane_height(c.rate, away, z) - c.offset;
     float reach = max(pixel_height_at(z) * c.per_footprint, 1.0);
     float weight = reach * reach / (reach * reach + x * x);
     // The tail of 1 / (1 + x^2) is long: cut it off smoothly.
@@ -118,23 +120,26 @@ float same_surface(Centre c, ivec2 texel, float z)
     // degrees, next to nothing from 50 on. Never 0: where all taps face elsewhere (a ledge
     // thinner than a pixel of a half-size image), they are still the best that is known.
     vec2 turn = 2.0 * (texelFetch(t_normals_vs, texel, 0).xy - c.shading_code);
-    float agree = max(1.0 - dot(turn, turn) / (NORMAL_REACH * NORMAL_REACH), 0.0);
+    float agree = max(1.0 - dot(turn, turn) * PER_REACH_2, 0.0);
     weight *= max(agree * agree, 1e-3);
 #endif
     return z > 0.0 ? weight : 0.0;
 }
 
-// A value that may enter a sum. What an earlier stage wrote may always.
+// A value that may enter a sum. What an earlier stage wrote may always. Asked of the bits, whose
+// order is that of numbers from 0 on: what is negative, or no number, stands above all of them.
+// A depth that is no number gives a tap no weight.
 bool is_sound(int signal, vec4 value)
 {
+    uvec4 bits = floatBitsToUint(value);
+    uint one = floatBitsToUint(1.0);
 #if !IS_FIRST
     return true;
 #elif IS_VISIBILITY
-    return is_finite(value.x) && value.x >= 0.0 && value.x <= 1.0;
+    return bits.x <= one;
 #else
-    bool is_light = is_finite(value) && all(greaterThanEqual(value.rgb, vec3(0.0)))
-                 && all(lessThanEqual(value.rgb, vec3(u_value_bound)));
-    return is_light && (holds_z(signal) || (value.a >= 0.0 && value.a <= 1.0));
+    bool is_light = max(max(bits.r, bits.g), bits.b) <= floatBitsToUint(u_value_bound);
+    return is_light && (holds_z(signal) || bits.a <= one);
 #endif
 }
 
@@ -175,7 +180,9 @@ struct Sum {
     float weight;
 };
 
-void add_tap(inout Sum sums[SIGNAL_COUNT], Centre c, ivec2 pixel, ivec2 size, float weight)
+// The tap at `pixel`, which lies `away` from the centre, in texels.
+void add_tap(inout Sum sums[SIGNAL_COUNT], Centre c, ivec2 pixel, vec2 away, ivec2 size,
+             float weight)
 {
     ivec2 inside = clamp(pixel, ivec2(0), size - 1);
     ivec2 texel = inside * u_stride;
@@ -184,9 +191,9 @@ void add_tap(inout Sum sums[SIGNAL_COUNT], Centre c, ivec2 pixel, ivec2 size, fl
         values[i] = value_at(i, inside);
     float z = z_of(texel, values);
 #if PARTS_EDGES == 1
-    weight *= same_surface(c, texel, abs(z));
+    weight *= same_surface(c, texel, away, abs(z));
 #else
-    weight *= same_surface(c, texel, z);
+    weight *= same_surface(c, texel, away, z);
 #endif
 #if STAGE != STAGE_UPSAMPLE
     weight *= is_edge(texel, z) == c.is_edge ? 1.0 : OTHER_WEIGHT;
@@ -220,16 +227,17 @@ void filter_surface(ivec2 pixel, ivec2 texel, inout float z, inout vec4 results[
     for (int i = 0; i < SIGNAL_COUNT; ++i)
         sums[i] = Sum(vec4(0.0), 0.0);
 #if STAGE == STAGE_SEPARABLE
+    vec2 axis = vec2(u_axis * u_stride);
     // Tested at its end: in software other loops cost two rounds more than they run.
     int i = -TAP_RADIUS;
     do {
         int trapezoid = min(min(4, 2 * TAP_RADIUS - 2), TAP_RADIUS + 1 - abs(i));
-        add_tap(sums, c, pixel + i * u_axis, size, float(trapezoid));
+        add_tap(sums, c, pixel + i * u_axis, float(i) * axis, size, float(trapezoid));
     } while (++i <= TAP_RADIUS);
 #elif STAGE == STAGE_BOX
     for (int y = -2; y < 2; ++y)
         for (int x = -2; x < 2; ++x)
-            add_tap(sums, c, pixel + ivec2(x, y), size, 1.0);
+            add_tap(sums, c, pixel + ivec2(x, y), float(u_stride) * vec2(x, y), size, 1.0);
 #else
     // The four pixels of the values around the texel, bilinear times same_surface.
     // Pixel p of the values sits on texel p * u_stride.
@@ -239,9 +247,11 @@ void filter_surface(ivec2 pixel, ivec2 texel, inout float z, inout vec4 results[
     // Never exactly 0, so that a tap across an edge can be replaced by any other.
     vec2 near = max(1.0 - f, vec2(1e-3));
     vec2 far = max(f, vec2(1e-3));
-    add_tap(sums, c, base, size, near.x * near.y);
-    add_tap(sums, c, base + ivec2(1, 0), size, far.x * near.y);
-    add_tap(sums, c, base + ivec2(0, 1), size, near.x * far.y);
+    float stride = float(u_stride);
+    vec2 away = vec2(base * u_stride - texel);
+    add_tap(sums, c, base, away, size, near.x * near.y);
+    add_tap(sums, c, base + ivec2(1, 0), away + vec2(stride, 0.0), size, far.x * near.y);
+    add_tap(sums, c, base + ivec2(0, 1), away + vec2(0.0, stride), size, near.x * far.y);
     // Then the fourth. Where none of them lies on a thing so thin, what is known of it
     // farther away, or else of the surroundings, is better than nothing: one loop for
     // both, because one that runs no rounds takes the time of one in software.
@@ -249,7 +259,8 @@ void filter_surface(ivec2 pixel, ivec2 texel, inout float z, inout vec4 results[
     bool is_lost = false;
     do {
         ivec2 place = i < 0 ? ivec2(1) : ivec2(i & 3, i >> 2) - 1;
-        add_tap(sums, c, base + place, size, i < 0 ? far.x * far.y : 1.0);
+        add_tap(sums, c, base + place, away + stride * vec2(place), size,
+                i < 0 ? far.x * far.y : 1.0);
         is_lost = is_lost || (i < 0 && sums[0].weight < LEAST_WEIGHT);
     } while (is_lost && ++i < 16);
 #endif
