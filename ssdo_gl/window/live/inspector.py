@@ -1,19 +1,17 @@
-"""Reads single pixels of what was drawn, and watches for values that are not finite."""
+"""Reads single pixels of what was drawn."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
-from ssdo_gl.gpu.context import Device
-from ssdo_gl.gpu.fullscreen import draw_fullscreen
-from ssdo_gl.gpu.readback import read_texture
-from ssdo_gl.gpu.shader import ShaderLibrary
-from ssdo_gl.gpu.texture import make_framebuffer, make_texture, unpack
+from ssdo_gl.gpu.texture import make_framebuffer, unpack
 from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.images.surface_arrays import world_normals
 from ssdo_gl.math3d import Vector, vector
@@ -21,8 +19,6 @@ from ssdo_gl.render_result import Drawing, Plane
 
 # What the inspector shows beyond the image itself.
 INSPECTED = ("normal_ws", "albedo", "visibility", "beauty")
-# Texels summed up by one thread of the alarm: few enough results to read back at once.
-_BLOCK = 16
 
 
 @dataclass(frozen=True)
@@ -54,33 +50,23 @@ class Reading:
         return all(map(math.isfinite, numbers))
 
 
-@dataclass(frozen=True)
-class Alarm:
-    """Values that are not finite, in an image.
-
-    Attributes
-    ----------
-    count : int
-        Pixels that hold a NaN or an infinity.
-    pixel : (int, int)
-        The corner of a block that has some; column and row, row 0 at the top.
-    """
-
-    count: int
-    pixel: tuple[int, int]
-
-
 def read_texel(gl: moderngl.Context, texture: moderngl.Texture, x: int, y: int) -> list[float]:
     """Return the channels of texel (x, y), y counted from the bottom as OpenGL does."""
-    target = make_framebuffer(gl, [texture])
+    return [float(value) for value in _row(gl, texture, x, y, 1)[0]]
+
+
+def _row(
+    gl: moderngl.Context, texture: moderngl.Texture, x: int, y: int, count: int
+) -> NDArray[Any]:
+    """Return `count` texels to the right of (x, y), y counted from the bottom."""
+    target, channels = make_framebuffer(gl, [texture]), texture.components
+    viewport = (x, y, count, 1)
     try:
-        data = target.read(
-            viewport=(x, y, 1, 1), components=texture.components, alignment=1, dtype=texture.dtype
-        )
+        data = target.read(viewport=viewport, components=channels, alignment=1, dtype=texture.dtype)
     finally:
         target.release()
-    values = unpack(data, (1, 1, texture.components), texture.dtype)
-    return [float(v) for v in values[0, 0]]
+    row: NDArray[Any] = unpack(data, (1, count, channels), texture.dtype)[0]
+    return row
 
 
 def surface_point(gl: moderngl.Context, drawing: Drawing, uv: tuple[float, float]) -> Vector | None:
@@ -108,13 +94,7 @@ def clearance(gl: moderngl.Context, drawing: Drawing) -> float | None:
     assert texture is not None, "the G-buffer always has depth"
     width, height = texture.size
     count = max(1, width // 3)
-    target = make_framebuffer(gl, [texture])
-    try:
-        viewport = ((width - count) // 2, height // 2, count, 1)
-        data = target.read(viewport=viewport, components=1, alignment=1, dtype="f4")
-    finally:
-        target.release()
-    depths = np.frombuffer(data, np.float32)
+    depths = _row(gl, texture, (width - count) // 2, height // 2, count)[:, 0]
     depths = depths[depths > 0.0]
     return float(depths.min()) + drawing.view.depth_offset if depths.size else None
 
@@ -142,43 +122,6 @@ def inspect(gl: moderngl.Context, drawing: Drawing, uv: tuple[float, float]) -> 
     position = _position(drawing.view, texture.size, x, y, z_vs)
     depth = z_vs + drawing.view.depth_offset if z_vs > 0.0 else 0.0
     return Reading((x, texture.height - 1 - y), depth, position, normal, values)
-
-
-class NonFiniteWatch:
-    """Counts the pixels of an image that hold a NaN or an infinity."""
-
-    def __init__(self, device: Device, shaders: ShaderLibrary) -> None:
-        self._gl = device.gl
-        self._shaders = shaders
-        self._target: moderngl.Framebuffer | None = None
-        self._counts: moderngl.Texture | None = None
-
-    def check(self, texture: moderngl.Texture) -> Alarm | None:
-        """Return what is wrong with `texture`; None if all of it is finite."""
-        size = -(-texture.width // _BLOCK), -(-texture.height // _BLOCK)
-        if self._target is None or self._target.size != size:
-            self.release()
-            self._counts = make_texture(self._gl, size, 1, "f4")
-            self._target = make_framebuffer(self._gl, [self._counts])
-        assert self._counts is not None
-        program = self._shaders.fullscreen("window/count_non_finite.frag", {"BLOCK": _BLOCK})
-        draw_fullscreen(self._gl, program, self._target, {}, {"t_image": texture})
-        counts = read_texture(self._counts)[:, :, 0]
-        total = int(counts.sum())
-        if total == 0:
-            return None
-        row, column = np.unravel_index(int(counts.argmax()), counts.shape)
-        # Blocks start at the bottom; the topmost one may stick out of the image.
-        bottom = (size[1] - 1 - int(row)) * _BLOCK
-        top = texture.height - min(bottom + _BLOCK, texture.height)
-        return Alarm(total, (int(column) * _BLOCK, top))
-
-    def release(self) -> None:
-        """Free the device objects."""
-        for item in (self._target, self._counts):
-            if item is not None:
-                item.release()
-        self._target = self._counts = None
 
 
 def _texel(size: tuple[int, int], uv: tuple[float, float]) -> tuple[int, int]:

@@ -13,8 +13,8 @@ from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.images.display import ColorMapping
 from ssdo_gl.images.error import failures, mean_level, relative_rmse
-from ssdo_gl.window.live.inspector import Alarm, NonFiniteWatch
 from ssdo_gl.window.live.live_image import LiveImage
+from ssdo_gl.window.live.non_finite_watch import Alarm, NonFiniteWatch
 from ssdo_gl.window.views import View
 
 # A flight is looked at this often (frames); a picture at rest once it is refined.
