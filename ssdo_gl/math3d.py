@@ -115,8 +115,26 @@ def transform_matrix(
     rotate : array_like, shape (3,)
         Degrees about x, then y, then z, right-handed.
     scale : float or array_like, shape (3,)
+
+    Raises
+    ------
+    ValueError
+        If one of them is not as many finite numbers.
     """
+    _check_numbers("translate", translate, "three finite numbers", (3,))
+    _check_numbers("rotate", rotate, "three finite numbers", (3,))
+    _check_numbers("scale", scale, "a finite number, or three", (), (3,))
     return np.asarray(translation(translate) @ rotation_euler(rotate) @ scaling(scale))
+
+
+def _check_numbers(name: str, values: ArrayLike, wanted: str, *shapes: tuple[int, ...]) -> None:
+    try:
+        numbers = np.asarray(values, dtype=np.float64)
+        is_fit = numbers.shape in shapes and bool(np.isfinite(numbers).all())
+    except (TypeError, ValueError):
+        is_fit = False
+    if not is_fit:
+        raise ValueError(f"{name} = {values!r}: expected {wanted}")
 
 
 def frame_from_z(direction: ArrayLike) -> FloatArray:

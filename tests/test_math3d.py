@@ -47,6 +47,21 @@ def test_looking_along_up_is_allowed(target):
     assert rotation @ target == pytest.approx([0, 0, -1], abs=EXACT)
 
 
+@pytest.mark.parametrize(
+    ("numbers", "message"),
+    [
+        ({"translate": 3.0}, "translate = 3.0: expected three finite numbers"),
+        ({"translate": (1.0, 2.0)}, r"translate = \(1.0, 2.0\): expected three"),
+        ({"rotate": "up"}, "rotate = 'up': expected three finite numbers"),
+        ({"scale": np.nan}, "scale = nan: expected a finite number, or three"),
+        ({"scale": (1.0, 1.0)}, r"scale = \(1.0, 1.0\): expected a finite number, or three"),
+    ],
+)
+def test_a_transform_names_the_argument_that_is_no_good(numbers, message):
+    with pytest.raises(ValueError, match=message):
+        math3d.transform_matrix(**numbers)
+
+
 def test_rotations_are_applied_x_first():
     matrix = math3d.rotation_euler([90.0, 90.0, 0.0])
     assert math3d.transform_points(matrix, [0.0, 1.0, 0.0]) == pytest.approx([1, 0, 0], abs=EXACT)

@@ -251,7 +251,16 @@ class Camera:
         ----------
         near, far : float
             Depths along the view axis that become -1 and 1, scene units.
+
+        Raises
+        ------
+        SettingError
+            Unless `far` is beyond `near` and, of a pinhole, `near` before it.
         """
+        is_before = self.height is not None or near > 0.0
+        if not (is_before and near < far and math.isfinite(near) and math.isfinite(far)):
+            first = "near < far" if self.height is not None else "0 < near < far"
+            raise SettingError(f"near = {shown(near)}, far = {shown(far)}: expected {first}")
         aspect = size[0] / size[1]
         if self.height is not None:
             return math3d.orthographic(self.half_frame(aspect), near, far)

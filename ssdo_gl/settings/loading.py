@@ -99,11 +99,13 @@ class LoadOptions:
     @property
     def sky_hour(self) -> float | None:
         """The solar time of the day that lights the scene, if one was chosen."""
+        if self.light == SKY:
+            return SKY_HOUR
         name, _, hour = self.light.partition(":")
         if name != SKY:
             return None
         try:
-            value = float(hour) if hour else SKY_HOUR
+            value = float(hour)
         except ValueError:
             return None
         return value if 0.0 <= value <= 24.0 else None

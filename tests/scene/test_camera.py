@@ -44,6 +44,21 @@ def test_a_camera_without_a_picture_is_refused(fields, message):
         Camera(**{"position": (0, 0, 4), "target": (0, 0, 0), **fields})
 
 
+@pytest.mark.parametrize(
+    ("height", "near", "far", "message"),
+    [
+        (None, 0.0, 1.0, "near = 0.0, far = 1.0: expected 0 < near < far"),
+        (None, 1.0, 1.0, "near = 1.0, far = 1.0: expected 0 < near < far"),
+        (None, 1.0, math.inf, "far = inf: expected 0 < near < far"),
+        (2.0, 1.0, -1.0, "near = 1.0, far = -1.0: expected near < far"),
+    ],
+)
+def test_a_projection_needs_one_depth_beyond_the_other(height, near, far, message):
+    camera = Camera((0, 0, 4), (0, 0, 0), height=height)
+    with pytest.raises(SettingError, match=message):
+        camera.projection((16, 9), near, far)
+
+
 def test_points_may_be_arrays():
     camera = Camera.look_at(np.array([0, 0, 4]), [0, 1, 0], fov_y=30.0)
     assert camera == Camera((0.0, 0.0, 4.0), (0.0, 1.0, 0.0), fov_y=30.0)

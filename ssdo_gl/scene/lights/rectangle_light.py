@@ -22,6 +22,7 @@ from ssdo_gl.scene.lights.base import (
     ShadowView,
 )
 from ssdo_gl.scene.material import Color, Material
+from ssdo_gl.settings.fields import SettingError
 
 if TYPE_CHECKING:
     from ssdo_gl.scene.files import Table
@@ -75,6 +76,10 @@ class RectangleLight(Light):
         """Return a black parallelogram that glows, if it is visible."""
         if not self.visible:
             return None
+        if not np.cross(self.edge_u, self.edge_v).any():
+            raise SettingError(
+                f"edge_u = {self.edge_u}, edge_v = {self.edge_v}: expected edges that span an area"
+            )
         material = Material(
             name=self.name or "light",
             albedo=BLACK,

@@ -135,6 +135,7 @@ def test_the_light_of_an_hour_is_a_flag(tmp_path: Path, capsys: pytest.CaptureFi
         ("sky:2", "the sun is below the horizon"),
         ("sky:25", "sky:HOUR (0 to 24)"),
         ("sky:noon", "sky:HOUR (0 to 24)"),
+        ("sky:", "sky:HOUR (0 to 24)"),
     ):
         assert main(["corner", "--light", text, "--snapshot", str(tmp_path / "a.png")]) == 2
         assert said in capsys.readouterr().err

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from ssdo_gl import math3d
+from ssdo_gl.math3d import Vector
 from ssdo_gl.scene.geometry import shapes
 from ssdo_gl.scene.lights import PointLight, RectangleLight
+from ssdo_gl.settings.fields import SettingError
 
 # Emits downwards.
 LIGHT = RectangleLight((0.0, 2.0, 3.0), (2.0, 0.0, 0.0), (0.0, 0.0, 1.0), (3.0, 6.0, 9.0))
@@ -17,6 +19,13 @@ LIGHT = RectangleLight((0.0, 2.0, 3.0), (2.0, 0.0, 0.0), (0.0, 0.0, 1.0), (3.0, 
 
 def test_rectangle_is_placed_by_its_centre() -> None:
     assert LIGHT.place == (1.0, 2.0, 3.5)
+
+
+@pytest.mark.parametrize("edge_v", [(0.0, 0.0, 0.0), (-4.0, 0.0, 0.0)])
+def test_what_is_seen_without_an_area_is_refused(edge_v: Vector) -> None:
+    flat = dataclasses.replace(LIGHT, edge_v=edge_v)
+    with pytest.raises(SettingError, match=r"edge_u = .*, edge_v = .*: expected edges that span"):
+        flat.body()
 
 
 def test_far_away_it_is_a_point() -> None:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray, vector
+from ssdo_gl.printable import printable
 from ssdo_gl.scene.builder import SceneBuilder
 from ssdo_gl.scene.files import Table
 from ssdo_gl.scene.formats import read_model
@@ -117,7 +118,7 @@ def _material(table: Table, material_of_name: dict[str, int]) -> int | None:
     name = table.text("material")
     if name not in material_of_name:
         hint = suggestion(name, material_of_name)
-        table.fail("material", f"no [materials.{name[:40]}] in this file{hint}")
+        table.fail("material", f"no [materials.{printable(name[:40])}] in this file{hint}")
     return material_of_name[name]
 
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from ssdo_gl.math3d import transform_points
 from ssdo_gl.scene.formats.toml import read_description
-from ssdo_gl.scene.scene import Scene
+from ssdo_gl.scene.scene import Scene, SceneError
 
 
 def scene(text: str) -> Scene:
@@ -54,6 +54,11 @@ def only_bounds(text: str) -> tuple[list[float], list[float]]:
 )
 def test_shapes_have_the_size_they_ask_for(text: str, low: list[float], high: list[float]) -> None:
     assert only_bounds(text) == (low, high)
+
+
+def test_an_unknown_material_is_named_without_what_a_terminal_obeys() -> None:
+    with pytest.raises(SceneError, match=r"no \[materials\.\\x1b\[31m\] in this file"):
+        scene('[[object]]\nshape = "sphere"\nradius = 1\nmaterial = "\\u001b[31m"')
 
 
 def test_front_of_quads_and_planes() -> None:
