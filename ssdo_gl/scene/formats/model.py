@@ -164,7 +164,7 @@ class Model:
         result += [f"{count} {what}" for what, count in self._dropped.items()]
         if self._beyond:
             listed = "; ".join(
-                f"{feature} ({_some(users)})" for feature, users in self._beyond.items()
+                f"{feature} ({some_names(users)})" for feature, users in self._beyond.items()
             )
             result.append(f"drawn as the material beneath, without: {listed}")
         return result
@@ -198,7 +198,7 @@ class Model:
         ]
 
 
-def _some(names: list[str]) -> str:
+def some_names(names: list[str]) -> str:
     """Return the first names of a list, and how many more there are."""
     shown = ", ".join(name or "unnamed" for name in names[:3])
     return shown if len(names) <= 3 else f"{shown} and {len(names) - 3} more"

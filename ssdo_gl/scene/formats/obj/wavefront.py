@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.emissive_meshes import turned_to_scene
 from ssdo_gl.scene.formats.colors import linear_colors
-from ssdo_gl.scene.formats.model import Model
+from ssdo_gl.scene.formats.model import Model, some_names
 from ssdo_gl.scene.formats.obj.mtl import MtlMaterial, material_called, read_libraries
 from ssdo_gl.scene.formats.obj.obj_text import logical_lines, remainder
 from ssdo_gl.scene.formats.triangulate import triangulated
@@ -72,6 +72,7 @@ def read_obj(path: Path, where: str) -> Model:
         _numbers(contents.normals, 3, "vn", where),
         *_colors(contents.positions, where),
     )
+    missing = []
     for name, group in contents.groups.items():
         entry = material_called(known, name)
         mesh = _add_mesh(model, name, group, vertices, entry, where)
@@ -79,13 +80,15 @@ def read_obj(path: Path, where: str) -> Model:
             continue
         if entry is None:
             if name:
-                model.note(f"material {name!r} is not in the file's material library: drawn grey")
+                missing.append(repr(name))
             plain = model.meshes[mesh].colors is None
             albedo = (0.8, 0.8, 0.8) if plain else (1.0, 1.0, 1.0)
             model.materials.append(Material(name=name or "default", albedo=albedo))
         else:
             model.materials.append(entry.material)
         model.objects.append(SceneObject(mesh, len(model.materials) - 1, name=name))
+    if missing:
+        model.note(f"no material library defines {some_names(missing)}: drawn grey")
     _add_points(model, contents, vertices, where)
     if contents.not_drawn:
         listed = ", ".join(f"{count} {what}" for what, count in contents.not_drawn.items())

@@ -83,6 +83,13 @@ def test_a_missing_library_is_told(name: str, write: Write) -> None:
     assert any("drawn grey" in note for note in scene.notes)
 
 
+def test_many_materials_that_no_library_defines_are_one_line(write: Write) -> None:
+    faces = "".join(f"usemtl m{i}\nf 1 2 3\n" for i in range(40))
+    scene = load_scene(write({"a.obj": SQUARE + faces}))
+    (note,) = [note for note in scene.notes if "drawn grey" in note]
+    assert note == "no material library defines 'm0', 'm1', 'm2' and 37 more: drawn grey"
+
+
 def test_textures_and_masks(write: Write) -> None:
     color = np.full((2, 2, 3), (200, 100, 50), dtype=np.uint8)
     mask = np.array([[0, 255], [255, 0]], dtype=np.uint8)
