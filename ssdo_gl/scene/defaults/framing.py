@@ -13,6 +13,7 @@ from ssdo_gl.math3d import FloatArray, lengths_of_rows
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.defaults.interior import Interior, interior_of, room_around, shell_of
 from ssdo_gl.scene.geometry import (
+    MainPart,
     Mesh,
     SceneObject,
     corners_within,
@@ -70,7 +71,9 @@ def frame(
         return seen_from(meshes, objects, _toward(*front), fov_y, exposure)
     sides = wall_sides(meshes, objects)
     room = closed_room(meshes, objects, sides)
-    camera = seen_from(meshes, objects, _toward(*_viewpoint(_coverage(sides))), fov_y, exposure)
+    drawn = _drawn_walls(meshes, objects, materials, sides)
+    toward = _toward(*_viewpoint(_coverage(sides), drawn))
+    camera = seen_from(meshes, objects, toward, fov_y, exposure)
     if room is None and int((_coverage(sides) >= _WALL_COVERAGE).sum()) == _ROOM_SIDES:
         # What looks open is not, where something sticks out of a wall.
         room = interior_of(meshes, objects, main_part(meshes, objects))
@@ -180,8 +183,28 @@ def _opening(coverage: FloatArray) -> int | None:
     return openings[0] if is_room else None
 
 
-def _viewpoint(coverage: FloatArray) -> tuple[float, float]:
-    """Return azimuth (0 is +z, 90 is +x) and elevation in degrees."""
+def _drawn_walls(
+    meshes: Sequence[Mesh],
+    objects: Sequence[SceneObject],
+    materials: Sequence[Material],
+    sides: FloatArray,
+) -> FloatArray:
+    """Return the part of the coverage of the `sides` (2, 6) that is drawn from outside, (6,)."""
+    single = [item for item in objects if materials and materials[item.material].single_sided]
+    if not single:
+        return _coverage(sides)
+    culled = wall_sides(meshes, single, main_part(meshes, objects))[1]
+    return _coverage(sides - [np.zeros(6), culled])
+
+
+def _viewpoint(coverage: FloatArray, drawn: FloatArray) -> tuple[float, float]:
+    """Return azimuth (0 is +z, 90 is +x) and elevation in degrees.
+
+    Parameters
+    ----------
+    drawn : ndarray, shape (6,)
+        How much of `coverage` is drawn from outside: through the rest one sees.
+    """
     walls = coverage >= _WALL_COVERAGE
     lateral = list(_SIDE_AZIMUTHS)
     opening = _opening(coverage)
@@ -193,14 +216,17 @@ def _viewpoint(coverage: FloatArray) -> tuple[float, float]:
         return sum(
             max(float(np.cos(np.radians(azimuth - _SIDE_AZIMUTHS[side]))), 0.0)
             for side in lateral
-            if walls[side]
+            if drawn[side] >= _WALL_COVERAGE
         )
 
     candidates = [
         front + turn * AZIMUTH_DEGREES for front in (0.0, 90.0, 270.0, 180.0) for turn in (1, -1)
     ]
     # The first of equals: the front, from the right.
-    return min(candidates, key=lambda azimuth: round(blocked(azimuth), 6)), ELEVATION_DEGREES
+    azimuth = min(candidates, key=lambda azimuth: round(blocked(azimuth), 6))
+    # Below a roof one looks through walls that are not drawn.
+    is_roofed = drawn[_TOP] >= _WALL_COVERAGE and blocked(azimuth) == 0.0
+    return azimuth, 0.0 if is_roofed and walls[lateral].all() else ELEVATION_DEGREES
 
 
 def closed_room(
@@ -245,10 +271,15 @@ def _coverage(sides: FloatArray) -> FloatArray:
     return np.asarray(np.minimum(sides.sum(axis=0), 1.0))
 
 
-def wall_sides(meshes: Sequence[Mesh], objects: Sequence[SceneObject]) -> FloatArray:
-    """Return what `side_coverage` counts, of what faces out and in, (2, 6), without limit."""
+def wall_sides(
+    meshes: Sequence[Mesh], objects: Sequence[SceneObject], part: MainPart | None = None
+) -> FloatArray:
+    """Return what `side_coverage` counts, of what faces out and in, (2, 6), without limit.
+
+    Of the sides of `part`, or of the main part of the objects.
+    """
     boxes = instance_boxes(meshes, objects)
-    part = main_part(meshes, objects)
+    part = part or main_part(meshes, objects)
     low, high = part.low, part.high
     extent = high - low
     # Only instances that reach a side can cover it.

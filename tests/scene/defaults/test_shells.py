@@ -79,6 +79,39 @@ def test_it_is_seen_from_outside_where_its_backs_are_not_drawn() -> None:
     assert not is_room(INWARD, OBJECTS, camera)
 
 
+SIDES = ("-x", "+x", "-y", "+y", "-z", "+z")
+
+
+def box_room(outward: set[str]) -> list[Mesh]:
+    """Return a closed box with a table, whose walls face inward but for those named."""
+    box = shapes.box()
+    low, high = box.positions.min(axis=0), box.positions.max(axis=0)
+    corners = ((box.positions - low) / (high - low))[box.triangles]
+    walls = []
+    for triangle in corners:
+        (axis,) = np.flatnonzero(np.ptp(triangle, axis=0) == 0.0)
+        name = SIDES[2 * axis + int(triangle[0, axis] > 0.5)]
+        walls.append((triangle if name in outward else triangle[::-1]) * [6.0, HEIGHT, 5.0])
+    return [mesh_of(np.array(walls)), INWARD[1]]
+
+
+@pytest.mark.parametrize(
+    ("outward", "facing"),
+    [
+        ({"+z", "+y"}, {"+x", "-z"}),
+        ({"+x", "-z", "+y"}, {"-x", "+z"}),
+        ({"+z", "+x"}, {"-x", "-z"}),
+    ],
+)
+def test_one_looks_through_walls_that_are_not_drawn(outward: set[str], facing: set[str]) -> None:
+    """Walls wound at random: from the sides whose backs show, level below a roof that shows."""
+    camera = frame(box_room(outward), OBJECTS, 40.0, 0.0, [SINGLE_SIDED])
+    toward = np.subtract(camera.position, camera.target)
+    towards = {f"{'-+'[int(toward[axis] > 0.0)]}{name}" for axis, name in ((0, "x"), (2, "z"))}
+    assert towards == facing
+    assert (abs(toward[1]) < 1e-9) == ("+y" in outward)
+
+
 def test_a_house_of_that_plan_is_seen_from_outside() -> None:
     assert not is_within(frame(OUTWARD, OBJECTS, 40.0, 0.0, [TWO_SIDED]))
     both = [*OBJECTS, SceneObject(2, 0, np.eye(4)[None])]
