@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from numbers import Integral
 
-from ssdo_gl.effects.registry import image_names
+from ssdo_gl.effects.registry import effects, image_names
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.settings.fields import SettingError, shown
 from ssdo_gl.suggestion import suggestion
@@ -31,6 +31,16 @@ def images_of(aov: str | Iterable[str]) -> tuple[str, ...]:
     if not names:
         raise SettingError("aov: name at least one image")
     return checked_images(names)
+
+
+def images_of_other_methods(wanted: Iterable[str], method: str) -> list[str]:
+    """Return which of the images no effect of a method makes: they are the same everywhere."""
+    of_others, of_method = set[str](), set[str]()
+    for effect in effects():
+        is_shown = method in effect.methods | effect.shown_by
+        names = of_method if is_shown else of_others
+        names.update(effect.images, (term.name for term in effect.terms))
+    return [name for name in wanted if name in of_others - of_method]
 
 
 def check_camera(camera: Camera | None, name: str = "camera") -> None:

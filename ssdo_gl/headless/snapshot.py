@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import platform
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ from rich.markup import escape
 
 from ssdo_gl import __version__
 from ssdo_gl.effects.methods import METHODS
+from ssdo_gl.effects.registry import image_names
 from ssdo_gl.gpu.held_signals import whole_before_ctrl_c
 from ssdo_gl.gpu.warm_device import WarmDevice
 from ssdo_gl.headless.explain import (
@@ -26,6 +27,7 @@ from ssdo_gl.headless.explain import (
     summary,
 )
 from ssdo_gl.headless.progress import progress_on_terminal
+from ssdo_gl.image_requests import images_of_other_methods
 from ssdo_gl.images.files import STDOUT, is_picture, write_atomically
 from ssdo_gl.images.saving import image_files
 from ssdo_gl.printable import printable
@@ -234,7 +236,7 @@ def _print_summary(
     console: Console, request: SnapshotRequest, explanation: Explanation, stats: dict[str, Any]
 ) -> None:
     result = explanation.result
-    print_notes([*stats["notes"], *([_BLACK] if is_black(result) else [])])
+    print_notes([*stats["notes"], *_notes_on_images(request, result)])
     if request.explain:
         console.print(explanation_table(explanation))
         whole = summary(explanation)
@@ -264,6 +266,14 @@ def _print_summary(
     )
     for name, statistics in stats["references"].items():
         console.print(escape(f"{name}: {reference_text(statistics)}"))
+
+
+def _notes_on_images(request: SnapshotRequest, result: RenderResult) -> Iterator[str]:
+    if is_black(result):
+        yield _BLACK
+    others = images_of_other_methods(request.wanted, result.settings.method)
+    if others and set(request.wanted) != set(image_names()):
+        yield f"{', '.join(others)}: no part of {result.settings.method}, the same everywhere"
 
 
 def is_black(result: RenderResult) -> bool:

@@ -38,6 +38,26 @@ def test_a_black_picture_is_said_to_be_one(
     assert ("note: the picture is black" in capsys.readouterr().err) == is_black
 
 
+@pytest.mark.parametrize(
+    ("method", "images", "note"),
+    [
+        ("direct", "bounce,direct,directional", "note: bounce, directional: no part of direct"),
+        ("ssao", "bounce", "note: bounce: no part of ssao"),
+        ("direct", "visibility,depth", ""),
+        ("direct", "all", ""),
+        ("bounce", "bounce,emission", ""),
+    ],
+)
+def test_an_image_that_the_method_does_not_make_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], method: str, images: str, note: str
+) -> None:
+    out = str(tmp_path / "out.npz")
+    flags = ["--snapshot", out, "--size", "16x9", "--method", method, "--aov", images]
+    assert main(["corner", *flags]) == 0
+    said = capsys.readouterr().err
+    assert note in said and ("no part of" in said) == bool(note)
+
+
 def test_ctrl_c_between_two_pictures_waits_for_the_second(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
