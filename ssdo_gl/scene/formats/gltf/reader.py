@@ -27,7 +27,7 @@ from ssdo_gl.scene.formats.gltf.poses import Poses
 from ssdo_gl.scene.formats.gltf.ranges import Ranges
 from ssdo_gl.scene.formats.gltf.rig import FrameMotion, NodeMotion, Rig, Skin
 from ssdo_gl.scene.formats.gltf.viewpoints import read_camera, read_light
-from ssdo_gl.scene.formats.model import Model
+from ssdo_gl.scene.formats.model import Model, some_names
 from ssdo_gl.scene.geometry import MAX_INSTANCES, Mesh, SceneObject, thickened, with_area
 from ssdo_gl.scene.scene import SceneError
 
@@ -105,6 +105,7 @@ class _Reader:
         self._cameras: list[int] = []  # nodes
 
     def read(self) -> Model:
+        self._note_other_scenes()
         for node in self.tree.visible:
             self._read_node(node)
         self.model.objects = [
@@ -119,6 +120,17 @@ class _Reader:
         if note := self.ranges.note():
             self.model.note(note)
         return self.model
+
+    def _note_other_scenes(self) -> None:
+        scenes, drawn = self.document.json.get("scenes", []), self.document.json.get("scene", 0)
+        names = [
+            str(scene.get("name") or index)
+            for index, scene in enumerate(scenes)
+            if index != drawn and scene.get("nodes")
+        ]
+        if names:
+            name = scenes[drawn].get("name") or drawn
+            self.model.note(f"drawn is the file's scene {name}, without: {some_names(names)}")
 
     def _read_camera(self, index: int) -> None:
         node = self.document.json["nodes"][index]

@@ -96,3 +96,24 @@ def test_geometry_is_not_averaged_with_what_lies_behind(glb: GlbWriter, tmp_path
     # Colours are averaged: along the edges they lie between surface and background.
     between = (images[4]["albedo"] > 0.0) & (images[4]["albedo"] < images[1]["albedo"].max())
     assert between.any()
+
+
+@pytest.mark.parametrize(
+    ("chosen", "note"),
+    [
+        (0, "drawn is the file's scene a, without: b, c"),
+        (2, "drawn is the file's scene c, without: a, b"),
+    ],
+)
+def test_other_scenes_of_a_file_are_named(chosen, note, glb, tmp_path: Path) -> None:
+    glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
+    glb.json["nodes"] = [{"mesh": 0, "translation": [x, 0, 0]} for x in (0, 5, 9)]
+    glb.json["scenes"] = [{"name": name, "nodes": [i]} for i, name in enumerate("abc")]
+    glb.json["scene"] = chosen
+    scene = load(glb, tmp_path)
+    assert note in scene.notes
+    assert scene.bounds()[0][0] == (0, 5, 9)[chosen]
+    for index in range(3):
+        if index != chosen:
+            glb.json["scenes"][index]["nodes"] = []
+    assert not any("drawn is" in text for text in load(glb, tmp_path).notes)
