@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ssdo_gl.scene.geometry.mesh import Mesh
+from ssdo_gl.scene.material import Texture
+from ssdo_gl.scene.scene import Scene
 
 
 def quad(corner: ArrayLike, edge_u: ArrayLike, edge_v: ArrayLike, **more: object) -> Mesh:
@@ -35,3 +39,13 @@ def area(mesh: Mesh) -> float:
     """Return the area of all triangles."""
     a, b, c = (mesh.positions[mesh.triangles[:, i]] for i in range(3))
     return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2.0)
+
+
+def showing(scene: Scene, pixels: np.ndarray) -> Scene:
+    """Return `scene`, whose emissive quads show an image of what they emit."""
+    shown = Texture(pixels)
+    glows = {item.mesh for item in scene.objects if scene.materials[item.material].emits}
+    corners = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    meshes = [replace(m, uvs=corners) if i in glows else m for i, m in enumerate(scene.meshes)]
+    materials = [replace(m, emission_texture=shown) if m.emits else m for m in scene.materials]
+    return replace(scene, meshes=tuple(meshes), materials=tuple(materials))

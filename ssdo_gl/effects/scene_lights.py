@@ -5,7 +5,7 @@ from __future__ import annotations
 from ssdo_gl.effects.decisions import Decision
 from ssdo_gl.effects.methods import METHODS
 from ssdo_gl.effects.request import Request, Shortcut
-from ssdo_gl.scene.light_bodies import stand_ins
+from ssdo_gl.scene.light_bodies import approximations
 
 
 def _reason_to_drop_lights(request: Request) -> str | None:
@@ -22,7 +22,7 @@ USELESS_LIGHTS = Shortcut("useless lights", _reason_to_drop_lights, ("direct",))
 
 
 def takes_stand_ins(request: Request) -> bool:
-    """Return whether rays to glowing bodies take the place of sample rectangles within them.
+    """Return whether rays to glowing bodies take the place of lights that approximate them.
 
     Those are kept where gloss has no other light of them, because nothing is sent on that rays
     of its lobes would find; traced shadows are of the bodies in any case.
@@ -40,11 +40,11 @@ def has_glow(request: Request) -> bool:
 
 
 def lights_of_glow(request: Request) -> frozenset[int]:
-    """Return the sample rectangles whose light the effect `emitters` brings."""
+    """Return the lights of bodies whose light the effect `emitters` brings exactly."""
     if not (request.runs("emitters") and takes_stand_ins(request)):
         return frozenset()
     lights = request.scene.lights
-    return frozenset(i for i in stand_ins(request.scene) if lights[i].shadow == "map")
+    return frozenset(i for i in approximations(request.scene) if lights[i].shadow == "map")
 
 
 def need_of_direct_light(request: Request) -> Decision:

@@ -11,7 +11,7 @@ from ssdo_gl.scene.environment import (
     GradientEnvironment,
     kind_of,
 )
-from ssdo_gl.scene.light_bodies import stand_ins
+from ssdo_gl.scene.light_bodies import approximations, stand_ins
 from ssdo_gl.scene.lights import Shadow
 from ssdo_gl.scene.scene import Scene
 
@@ -56,7 +56,7 @@ class SceneContent:
     has_glow : bool
         Any of these emits light.
     has_stand_ins : bool
-        Sample rectangles, which cast shadows, stand for what another body emits.
+        Lights that cast shadows stand for a body of another shape, or one that emits an image.
     has_gloss : bool
         Any surface reflects more than diffuse light.
     has_translucency : bool
@@ -112,7 +112,7 @@ def analyse(scene: Scene) -> SceneContent:
         has_albedo=any(max(material.albedo) > 0.0 for material in used),
         has_emission=any(material.emits or material.is_unlit for material in used),
         has_unlit_emission=bool(emits_unlit),
-        has_stand_ins=any(scene.lights[i].shadow == "map" for i in within),
+        has_stand_ins=any(scene.lights[i].shadow == "map" for i in approximations(scene)),
         has_glow=any(material.emits and not material.is_unlit for material in unlit),
         has_gloss=any(material.is_glossy for material in used),
         has_translucency=any(material.is_translucent for material in used),

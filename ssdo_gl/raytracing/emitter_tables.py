@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray
 from ssdo_gl.raytracing.bvh import Bvh
-from ssdo_gl.scene.light_bodies import body_lights, stand_ins
+from ssdo_gl.raytracing.emitter_images import with_images
+from ssdo_gl.scene.light_bodies import approximations, body_lights
 from ssdo_gl.scene.lights import SHADOW_NUMBERS, Form, Light, kind_number
 from ssdo_gl.scene.scene import Scene
 
@@ -46,7 +47,8 @@ class EmitterTables:
         area (numbers of a light without an area: see `ShaderRow`); 3 = intensity,
         irradiance or radiance (lengths in normalised units), cumulative probability
         within the group including this entry; 4, 5 = texture coordinates at the corner,
-        along the first and second edge (two each), material or -1, 0; 6, 7 = the same six
+        along the first and second edge (two each), material or -1, mean of the image of
+        emission; 6, 7 = the same six
         numbers of the image of holes, where they differ from those of the emission.
     groups : ndarray, shape (max(G, 1), 2, 4), float32
         Texels: 0 = first entry, number of entries, shadow mode + 4 if the group's light
@@ -55,7 +57,8 @@ class EmitterTables:
         group, 0, 0, 0.
     slots : ndarray, shape (N,), int64
         Of each entry the slot of its triangle, 2 times its primitive + 0 or 1: the first of two
-        that a parallelogram joins; -1: a light without a body.
+        that a parallelogram joins; -1: a light without a body. A parallelogram that emits an
+        image is cut into cells, row by row along its second edge.
     density : float
         Probability per area (normalised units) and mean emission with which a point of
         an emissive triangle is drawn.
@@ -144,7 +147,7 @@ def _bodies(bvh: Bvh, scene: Scene) -> tuple[list[_EmitterGroup], set[int]]:
     rows, slots, weights, owner = _emissive_rows(bvh, scene, emits)
     groups: list[_EmitterGroup] = []
     covered: set[int] = set()
-    runs, sampled = body_lights(scene), stand_ins(scene)
+    runs, sampled = body_lights(scene), approximations(scene)
     for light in np.unique(owner):
         mine = owner == light
         shadow, is_direct, code = SHADOW_NUMBERS["map"], False, UNLIT_CODE
@@ -197,11 +200,14 @@ def _emissive_rows(
             uv = its[chosen, o]
             row[:, texel, :2], row[:, texel, 2:] = uv, its[chosen, u] - uv
             row[:, texel + 1, :2] = its[chosen, v] - uv
-        row[:, 5, 2] = material
+        row[:, 5, 2], row[:, 5, 3] = material, 1.0
+        weight = area * emission[material].mean(axis=1) * sides[material]
+        row, source = with_images(row, scene, cuts=kind == KIND_PARALLELOGRAM)
+        share = np.bincount(source, minlength=len(chosen))[source]
         rows.append(row)
-        slots.append(2 * chosen + second)
-        weights.append(area * emission[material].mean(axis=1) * sides[material])
-        owners.append(triangles.light[which])
+        slots.append(2 * chosen[source] + second)
+        weights.append(weight[source] / share)
+        owners.append(triangles.light[which[source]])
     return (
         np.concatenate(rows),
         np.concatenate(slots),

@@ -59,7 +59,7 @@ def emitter_tree(entries: NDArray[np.float32]) -> EmitterTree:
     code = rows[:, 0, 3].astype(np.int64)
     is_triangle = code % TWO_SIDED_CODE == KIND_TRIANGLE
     two_sided = code & TWO_SIDED_CODE > 0
-    power = rows[:, 2, 3] * rows[:, 3, :3].mean(axis=1) * (1.0 + two_sided)
+    power = rows[:, 2, 3] * rows[:, 3, :3].mean(axis=1) * rows[:, 5, 3] * (1.0 + two_sided)
     corner, edge_u, edge_v = (rows[:, texel, :3] for texel in range(3))
     points = np.stack([corner, corner + edge_u, corner + edge_v, corner + edge_u + edge_v], axis=1)
     points[is_triangle, 3] = corner[is_triangle]

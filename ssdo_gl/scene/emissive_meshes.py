@@ -89,7 +89,9 @@ def emitter_lights(
                 f"rectangles of the same total power"
             )
         elif material.emission_texture is not None:
-            notes.append(f"emissive panel {name!r} lights the scene with its mean radiance")
+            notes.append(
+                f"emissive panel {name!r} lights the scene with its mean radiance, but for gi"
+            )
         if meshes[item.mesh].pose is not None:
             notes.append(f"emissive {name!r} changes its shape: its light stays as at time 0")
         result[index] = dataclasses.replace(item, light=first_light + len(lights))

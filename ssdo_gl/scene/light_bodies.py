@@ -36,6 +36,24 @@ def parts_of_bodies(scene: Scene) -> frozenset[int]:
     )
 
 
+def bodies_with_images(scene: Scene) -> frozenset[int]:
+    """Return the lights of bodies that emit an image, of which they have but the mean."""
+    with_images = {
+        item.light
+        for item in scene.objects
+        if item.light is not None
+        and scene.meshes[item.mesh].uvs is not None
+        and scene.materials[item.material].emission_texture is not None
+    }
+    runs = body_lights(scene)
+    return frozenset(i for first in with_images & runs.keys() for i in runs[first])
+
+
+def approximations(scene: Scene) -> frozenset[int]:
+    """Return the lights that do not send exactly what the body they stand for does."""
+    return stand_ins(scene) | bodies_with_images(scene)
+
+
 def stand_ins(scene: Scene) -> frozenset[int]:
     """Return the lights that share a body of another shape, within which they lie."""
     return frozenset(i for i in parts_of_bodies(scene) if scene.lights[i].body() is None)

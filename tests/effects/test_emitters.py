@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
+from meshes import showing
 from oracle.closed_forms import rectangle_form_factor
 from oracle.monte_carlo import worst_deviation
 from passes.pass_harness import make_scene, quad
@@ -135,9 +136,9 @@ def direct(scene: Scene, **fields: object) -> np.ndarray:
         return renderer.render(["direct"]).images["direct"].astype(np.float64)
 
 
-def traced(scene: Scene) -> np.ndarray:
+def traced(scene: Scene, rays: int = 256) -> np.ndarray:
     """Return direct light by many rays to the triangles of all that is a light."""
-    return direct(scene, method="direct", shadows="traced", shadow_rays=256)
+    return direct(scene, method="direct", shadows="traced", shadow_rays=rays)
 
 
 def assert_alike(found: np.ndarray, exact: np.ndarray) -> None:
@@ -156,6 +157,23 @@ def test_more_bodies_than_may_be_lights_shine_all() -> None:
     assert len(scene.lights) == MAX_LIGHTS == 4 * SAMPLE_COUNT
     each = [traced(room(5, lit=[i])) for i in range(5)]
     assert_alike(direct(scene, method="gi", overrides=UNFILTERED), np.sum(each, axis=0))
+
+
+def test_panels_with_an_image_light_from_where_it_is_bright() -> None:
+    panel = """
+[[object]]
+shape = "quad"
+corner = [-0.9, 0.7, 0.6]
+edge_u = [0, 0.3, -0.9]
+edge_v = [1.8, 0, 0]
+material = "glow"
+"""
+    scene = read_description(ROOM + panel, "room")
+    pixels = np.zeros((16, 16, 4), np.float32)
+    pixels[2:9, 6:15], pixels[..., 3] = 1.0, 1.0
+    scene = showing(scene, pixels)
+    pictures = [direct(scene, method="gi", seed=i, overrides=UNFILTERED) for i in range(4)]
+    assert_alike(np.mean(pictures, axis=0), traced(scene, 4096))
 
 
 def test_what_glows_is_gathered_once() -> None:

@@ -27,6 +27,7 @@ def entries(count: int, seed: int = 0) -> np.ndarray:
     area = np.linalg.norm(np.cross(rows[:, 1, :3], rows[:, 2, :3]), axis=1)
     rows[:, 2, 3] = np.where(kinds == KIND_TRIANGLE, 0.5, 1.0) * area
     rows[:, 3, :3] = rng.random((count, 3))
+    rows[:, 5, 3] = rng.random(count)
     return rows
 
 
@@ -50,7 +51,8 @@ def test_nodes_bound_what_is_under_them(count: int) -> None:
         (centre, radius), (axis, cosine) = ((t[:3], t[3]) for t in tree.nodes[node])
         power = np.linalg.norm(axis)
         sides = np.where(code[under] & TWO_SIDED_CODE, 2.0, 1.0)
-        whole = (rows[under, 2, 3] * rows[under, 3, :3].mean(axis=1) * sides).sum()
+        sent = rows[under, 3, :3].mean(axis=1) * rows[under, 5, 3]
+        whole = (rows[under, 2, 3] * sent * sides).sum()
         assert power == pytest.approx(whole, rel=1e-5)
         for row in rows[under]:
             corner, edge_u, edge_v = row[:3, :3]

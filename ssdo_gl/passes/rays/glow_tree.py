@@ -30,7 +30,7 @@ class GlowTreePass(RenderPass):
 
     `glow_order` holds of the n-th emitter of the leaves its entry in the table of emitters; of the
     n-th of the tree its entry and leaf. `glow_places` holds of each slot which emitter of the
-    tree it is, -1: none.
+    tree it is, or the first of its cells, -1: none, and how many cells it has along an edge.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ class GlowTreePass(RenderPass):
     writes: Mapping[str, TextureSpec] = {
         "glow_nodes": TextureSpec(4, "f4", own=True),
         "glow_order": TextureSpec(4, "i4", own=True),
-        "glow_places": TextureSpec(1, "i4", own=True),
+        "glow_places": TextureSpec(2, "i4", own=True),
     }
     depends_on = ("geometry", "materials", "lights")
 
@@ -67,12 +67,14 @@ class GlowTreePass(RenderPass):
         order = np.zeros((len(entries), 4), np.int32)
         order[:, 0], order[:, 1], order[:, 2] = entries[tree.order], entries, tree.leaves
         bvh = bvh_of(context)
-        places = np.full((bvh.primitive_triangles.size, 1), -1, np.int32)
-        slots = tables.slots[entries]
-        places[slots, 0] = np.arange(len(entries))
-        kinds = tables.entries[entries, 0, 3].astype(np.int64)
+        places = np.full((bvh.primitive_triangles.size, 2), -1, np.int32)
+        slots, firsts, counts = np.unique(
+            tables.slots[entries], return_index=True, return_counts=True
+        )
+        places[slots] = np.stack([firsts, np.sqrt(counts)], axis=1)
+        kinds = tables.entries[entries[firsts], 0, 3].astype(np.int64)
         joined = kinds % TWO_SIDED_CODE == KIND_PARALLELOGRAM
-        places[slots[joined] + 1, 0] = np.flatnonzero(joined)
+        places[slots[joined] + 1] = places[slots[joined]]
         return {
             "glow_nodes": TextureWithFacts(_in_rows(context.gl, nodes, "f4"), known),
             "glow_order": _in_rows(context.gl, order, "i4"),
