@@ -40,11 +40,9 @@ class Features:
 
     Attributes
     ----------
-    emits : bool
-        Whether any of them shows something where no light falls; known of batches, not of
-        groups, as is
-    by_chance : bool
-        whether any of them is translucent.
+    emits, by_chance : bool
+        Whether any of them shows something where no light falls, and whether any is
+        translucent; known of batches, not of groups.
     images, second_uvs : frozenset of str
         Of `IMAGE_NAMES`: those that there are, and those of them that take the mesh's
         second texture coordinates.
