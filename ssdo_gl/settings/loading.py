@@ -153,7 +153,10 @@ class LoadOptions:
     def check_scene(self, source: str) -> None:
         """Raise SettingError if anything was chosen that scene files say themselves."""
         if self.camera is not None:
-            raise SettingError(f"camera {shown(self.camera)}: {source} is a scene and has no names")
+            hint = suggestion(str(self.camera), [FIT], lists=False)
+            raise SettingError(
+                f"camera {shown(self.camera)}: {source} is a scene, which has one camera{hint}"
+            )
         for name in self.given():
             info = describe(LoadOptions)[name]
             if not info.in_scene:

@@ -84,9 +84,10 @@ def test_a_file_without_cameras_says_so(glb: GlbWriter, tmp_path: Path) -> None:
         load_scene(file, camera="Top")
 
 
-def test_scene_files_have_no_names(path: Path) -> None:
-    with pytest.raises(SettingError, match="camera 'Top': corner is a scene"):
-        load_scene("corner", camera="Top")
+@pytest.mark.parametrize(("which", "end"), [("Top", "camera$"), ("fti", "did you mean 'fit'?")])
+def test_scene_files_have_one_camera(which: str, end: str) -> None:
+    with pytest.raises(SettingError, match=f"camera {which!r}: corner is a scene, .*{end}"):
+        load_scene("corner", camera=which)
 
 
 def test_render_takes_a_name(gl: None, path: Path) -> None:
