@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pytest
+from glb_writer import GlbWriter
 
 from ssdo_gl.cli import main
 from ssdo_gl.farm import scenes
@@ -195,7 +196,7 @@ def test_a_terminal_shows_how_far_it_is(monkeypatch: pytest.MonkeyPatch) -> None
         (["m/*", "--out", "out/{name}.bmp"], "the suffix must be one of .png"),
         (["m/*", "--out", "m/big.obj"], "m/big.obj is a file, no folder"),
         (["m/*", "--out", "out", "--methode", "gi"], "unrecognized arguments: --methode"),
-        (["m/*", "--out", "out", "--camera", "here"], "here"),
+        (["m/*", "--out", "out", "--camera", "1,2"], "'1,2': expected fit, the name of"),
     ],
 )
 def test_what_cannot_be_is_refused_before_anything_is_made(
@@ -205,3 +206,19 @@ def test_what_cannot_be_is_refused_before_anything_is_made(
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 1 and said in lines[0]
     assert sorted(path.name for path in Path().iterdir()) == ["m"]
+
+
+def test_a_camera_is_looked_for_in_each_file(capsys: pytest.CaptureFixture[str]) -> None:
+    glb = GlbWriter()
+    glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
+    glb.json["cameras"] = [{"type": "perspective", "perspective": {"yfov": 0.5, "znear": 1}}]
+    glb.json["nodes"] = [{"mesh": 0}, {"camera": 0, "name": "Front", "translation": [0, 0, 4]}]
+    glb.json["scenes"] = [{"nodes": [0, 1]}]
+    glb.save(Path("m/bad.glb"))
+    words = ["--batch", "m/*", "--out", "out", "--camera", "Front", *FLAGS, "--quiet"]
+    assert main(words) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert lines == [
+        f"ssdo-gl: camera 'Front': m/{name}.obj has no cameras" for name in ("big", "small")
+    ]
+    assert sorted(contents("out")) == ["bad.png"]
