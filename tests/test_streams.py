@@ -76,6 +76,12 @@ def test_a_terminal_is_refused(monkeypatch, capsys, arguments, said):
     assert said in capsys.readouterr().err
 
 
+def test_a_closed_input_is_said_to_be_closed(monkeypatch, capsys):
+    monkeypatch.setattr("sys.stdin", None)
+    assert main(["-", "--explain"]) == 2
+    assert "standard input is closed" in capsys.readouterr().err
+
+
 def test_standard_output_takes_one_image(capsys):
     assert main(["corner", "--snapshot", "-", "--aov", "beauty,depth"]) == 2
     assert "takes one image" in capsys.readouterr().err

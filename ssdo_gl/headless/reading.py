@@ -31,7 +31,8 @@ def read_scene(source: str, options: LoadOptions, *, quiet: bool) -> Scene:
         with _waiting(source, quiet=quiet):
             return load_scene(source, options)
     if sys.stdin is None or sys.stdin.isatty():
-        raise SceneError("-: standard input is a terminal: pipe a TOML scene into it")
+        state = "closed" if sys.stdin is None else "a terminal"
+        raise SceneError(f"-: standard input is {state}: pipe a TOML scene into it")
     options.check_scene(source)
     try:
         text = sys.stdin.buffer.read().decode()

@@ -74,7 +74,7 @@ def chosen_camera(scene: Scene, text: str | None, projection: str | None) -> Cam
     if is_parallel:
         return camera.orthographic(third)
     if third is not None and not 0.0 < third < 180.0:
-        raise SettingError(f"--camera {shown(text)}: fov must be within 0 to 180 degrees")
+        raise SettingError(f"--camera {shown(text)}: fov must be between 0 and 180 degrees")
     return dataclasses.replace(camera, fov_y=camera.fov_y if third is None else third, height=None)
 
 

@@ -139,8 +139,8 @@ def test_parallel_rays_seen_through_a_pinhole_keep_the_size_of_the_target():
 @pytest.mark.parametrize(
     ("text", "projection", "message"),
     [
-        ("0,0,0 1,0,0 180", None, "fov must be within 0 to 180"),
-        ("0,0,0 1,0,0 180", "perspective", "fov must be within 0 to 180"),
+        ("0,0,0 1,0,0 180", None, "fov must be between 0 and 180"),
+        ("0,0,0 1,0,0 180", "perspective", "fov must be between 0 and 180"),
     ],
 )
 def test_the_third_number_of_a_camera_fits_its_projection(text, projection, message):
