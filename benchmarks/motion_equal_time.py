@@ -23,7 +23,6 @@ from benchmarks.common import answering, command, positive
 from benchmarks.motion_errors import CASES, Case
 from benchmarks.walk_errors import errors
 from ssdo_gl.gpu.context import Device, create_context
-from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.settings import Settings
@@ -93,10 +92,8 @@ def live(device: Device, case: Case, extent: Extent) -> dict[str, tuple[Images, 
                 start = time.process_time()
                 drawn = renderer.draw(["display", "beauty"], camera=camera, seconds=seconds)
                 spent[kind].append(time.process_time() - start)
-                texture = drawn.planes["beauty"].texture
-                assert texture is not None
                 if number >= LEAD:
-                    images[kind].append(read_texture(texture)[..., :3])
+                    images[kind].append(drawn.planes["beauty"].read()[..., :3])
     return {kind: (np.stack(images[kind]), spent[kind][LEAD:]) for kind in KINDS}
 
 

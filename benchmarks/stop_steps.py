@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from benchmarks.common import answering, check_scenes, command, size_of
 from ssdo_gl.gpu.context import Device, create_context
-from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.load import load_scene
@@ -50,10 +49,8 @@ def frames(device: Device, name: str, size: tuple[int, int]) -> tuple[Images, Im
         def shown(steps: int) -> tuple[NDArray[np.float32], bool]:
             camera = aside(scene.camera, steps)
             drawn = renderer.draw(["display", "beauty"], camera=camera, count=OFFSETS)
-            texture = drawn.planes["beauty"].texture
-            assert texture is not None
             # What is brighter than the screen is no step that anybody sees.
-            return np.minimum(read_texture(texture)[..., :3], 1.0), drawn.is_settled
+            return np.minimum(drawn.planes["beauty"].read()[..., :3], 1.0), drawn.is_settled
 
         def until_settled(steps: int) -> Iterator[NDArray[np.float32]]:
             is_settled = False

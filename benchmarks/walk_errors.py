@@ -29,7 +29,6 @@ from numpy.typing import NDArray
 from benchmarks.common import answering, check_scenes, command, positive
 from benchmarks.motion_errors import shifted
 from ssdo_gl.gpu.context import Device, create_context
-from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.load import load_scene
@@ -99,9 +98,7 @@ def live(device: Device, scene: Scene, settings: Settings, extent: Extent) -> Im
                 camera, seconds = place(scene, number)
                 drawn = renderer.draw(["display", "beauty"], camera=camera, seconds=seconds)
                 if number in stretch:
-                    texture = drawn.planes["beauty"].texture
-                    assert texture is not None
-                    images.append(read_texture(texture)[..., :3])
+                    images.append(drawn.planes["beauty"].read()[..., :3])
     return np.stack(images).reshape(extent.stretches, STRETCH, *extent.size[::-1], 3)
 
 

@@ -14,6 +14,7 @@ import moderngl
 
 from ssdo_gl import __version__
 from ssdo_gl.effects.decisions import Decision
+from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.graph.execute import PassTiming
 from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.graph.graph import Plan
@@ -88,6 +89,11 @@ class Plane:
     first_channel: int = 0
     channels: int = 3
     neutral: float = 0.0
+
+    def read(self) -> Image:
+        """Return all channels of its texture, row 0 at the top, once it is drawn."""
+        assert self.texture is not None, f"it is {self.neutral} everywhere"
+        return read_texture(self.texture)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,6 @@ import itertools
 import numpy as np
 import pytest
 
-from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.motion import Motion
@@ -43,7 +42,7 @@ def drawn(renderer: Renderer, pixels: float = 0.0, name: str = "bounce", seconds
     wanted = [name, "bounce"]
     camera = camera_at(renderer.scene, pixels)
     drawing = renderer.draw(wanted, camera=camera, seconds=seconds)
-    return read_texture(drawing.planes[name].texture)[..., :3], drawing.is_settled
+    return drawing.planes[name].read()[..., :3], drawing.is_settled
 
 
 def mean_change(device, shaders, scene, **changes) -> float:
@@ -103,7 +102,7 @@ def of_a_pan(device, shaders, scene, names, **changes):
         for number in range(9):
             camera = camera_at(scene, PIXELS_PER_FRAME * number)
             planes = renderer.draw(names, camera=camera).planes
-        return {name: read_texture(planes[name].texture)[..., :3] for name in names}
+        return {name: planes[name].read()[..., :3] for name in names}
 
 
 WHOLE = {"overrides": {"temporal.unfiltered": 0.0}}

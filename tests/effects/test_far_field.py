@@ -128,9 +128,7 @@ def test_a_picture_does_not_depend_on_the_frames_before_it() -> None:
 
 def test_a_view_that_moved_begins_with_a_quarter_and_ends_with_all_rays() -> None:
     def read(drawing: Drawing) -> np.ndarray:
-        texture = drawing.planes["beauty"].texture
-        assert texture is not None
-        return np.array(read_texture(texture))
+        return np.array(drawing.planes["beauty"].read())
 
     away = dataclasses.replace(CAMERA, position=(0.3, 0.4, 0.9))
 
@@ -194,9 +192,7 @@ def test_frames_are_averaged_although_probes_are_left_to_those_that_follow(
 def at_rest(renderer: Renderer, progress: ProgressCallback | None = None) -> np.ndarray:
     while not (drawing := live(renderer, 0, progress=progress)).is_settled:
         pass
-    texture = drawing.planes["beauty"].texture
-    assert texture is not None
-    return read_texture(texture)
+    return drawing.planes["beauty"].read()
 
 
 def test_what_is_bound_between_two_draws_changes_nothing() -> None:

@@ -10,7 +10,6 @@ import pytest
 
 from ssdo_gl.effects import far_field, own_rays
 from ssdo_gl.effects.moving_rays import ray_counts, traces_in_motion, variance_of_rays
-from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.passes.far_probes import FarFieldSettings
 from ssdo_gl.renderer import Renderer
@@ -37,9 +36,7 @@ def settings(**overrides: Any) -> Settings:
 def walked(renderer: Renderer, frames: int) -> np.ndarray:
     for step in range(frames):
         drawing = renderer.draw(("beauty",), camera=moved(step))
-    texture = drawing.planes["beauty"].texture
-    assert texture is not None
-    return np.array(read_texture(texture)[..., :3])
+    return read_image(drawing)
 
 
 @pytest.fixture
@@ -212,9 +209,7 @@ def test_what_nobody_reads_is_not_drawn_and_frames_are_the_same(
                 x, y, z = scene.camera.position
                 camera = dataclasses.replace(scene.camera, position=(x + 0.02 * step, y, z))
                 drawing = renderer.draw(("beauty",), camera=camera)
-                texture = drawing.planes["beauty"].texture
-                assert texture is not None
-                found.append(np.array(read_texture(texture)))
+                found.append(np.array(drawing.planes["beauty"].read()))
             return found, {row.name for row in drawing.passes if row.ran}
 
     spared, few = frames()
@@ -226,7 +221,7 @@ def test_what_nobody_reads_is_not_drawn_and_frames_are_the_same(
 
 
 def read_image(drawing: Any) -> np.ndarray:
-    return np.array(read_texture(drawing.planes["beauty"].texture)[..., :3])
+    return np.array(drawing.planes["beauty"].read()[..., :3])
 
 
 def shown(renderer: Renderer, step: float) -> tuple[np.ndarray, bool]:
@@ -305,9 +300,7 @@ def test_frames_of_bodies_that_move_are_nearer_to_pictures_than_by_probes() -> N
         with Renderer(CAROUSEL, settings(**overrides)) as renderer:
             for step in range(last + 1):
                 drawing = renderer.draw(("beauty",), camera=CAROUSEL.camera, seconds=step / 30.0)
-            texture = drawing.planes["beauty"].texture
-            assert texture is not None
-            return float(np.sqrt(np.mean((read_texture(texture)[..., :3] - true) ** 2)))
+            return float(np.sqrt(np.mean((read_image(drawing) - true) ** 2)))
 
     by_rays, by_probes = error(), error(**{"far_field.moving_rays": 0})
     assert by_rays < 0.7 * by_probes, (by_rays, by_probes)

@@ -55,9 +55,7 @@ def live(renderer: Renderer) -> Drawing:
 
 
 def beauty(drawing: Drawing) -> np.ndarray:
-    texture = drawing.planes["beauty"].texture
-    assert texture is not None
-    return np.array(read_texture(texture)[..., :3])
+    return np.array(drawing.planes["beauty"].read()[..., :3])
 
 
 def test_what_an_edge_in_front_shades_is_as_dark_as_by_paths() -> None:

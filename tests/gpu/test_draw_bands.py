@@ -7,7 +7,6 @@ import pytest
 
 from ssdo_gl.gpu.draw_bands import FIRST_PIXELS, SLICE_MS, DrawBands
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
-from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 from ssdo_gl.renderer import Renderer
@@ -31,14 +30,14 @@ def test_a_frame_in_bands_is_the_same_frame(gl, device, method: str) -> None:
     settings = Settings(size=SIZE, method=method, samples=8, steps=4, spp=2, antialias=1)
     with Renderer(scene, settings, device=device) as renderer:
         at_once = renderer.draw(["beauty"], camera=scene.camera)
-        expected = read_texture(at_once.planes["beauty"].texture)
+        expected = at_once.planes["beauty"].read()
         renderer.forget()
         pauses = []
         sliced = renderer.draw(
             ["beauty"], camera=scene.camera, progress=lambda *_: pauses.append(clobber(gl))
         )
         assert len(pauses) > 2 * SIZE[0] * SIZE[1] // FIRST_PIXELS
-        assert np.array_equal(read_texture(sliced.planes["beauty"].texture), expected)
+        assert np.array_equal(sliced.planes["beauty"].read(), expected)
         assert expected.std() > 0.1
 
 

@@ -12,7 +12,6 @@ import pytest
 from hard_cases.hard_scene import CAMERA, RADIUS, quad, room, sphere
 from hard_cases.methods import METHODS, SCREEN_SPACE, label
 
-from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
@@ -104,7 +103,7 @@ def test_averages_over_frames_change_little(device, shaders, record, method):
     with Renderer(room(), settings, device=device, shaders=shaders) as renderer:
         for i in range(WINDOW_LEAD + 9):
             drawn = renderer.draw(["display", "bounce"], camera=shifted(i / 8.0, BOUNCE.size[1]))
-            frames.append(read_texture(drawn.planes["bounce"].texture)[..., :3])
+            frames.append(drawn.planes["bounce"].read()[..., :3])
     judged = frames[WINDOW_LEAD:]
     steps = [change(a, b) for a, b in itertools.pairwise(judged)]
     share = float(np.mean(steps) / np.mean(judged))

@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 from ssdo_gl.gpu.context import Device
-from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
@@ -78,9 +77,8 @@ def settled(renderer: Renderer, camera: Camera, **more: Any) -> np.ndarray:
         drawing = renderer.draw(["display"], camera=camera, **more)
         if drawing.is_settled:
             break
-    texture = drawing.planes["display"].texture
-    assert drawing.is_settled and texture is not None
-    return read_texture(texture)[..., :3].copy()
+    assert drawing.is_settled
+    return drawing.planes["display"].read()[..., :3].copy()
 
 
 def made_by(renderer: Renderer, name: str) -> Any:

@@ -9,7 +9,6 @@ import pytest
 from passes.pass_harness import box, make_scene, quad
 
 from ssdo_gl.effects.request import Request
-from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.planning.content import analyse
 from ssdo_gl.planning.view import ViewFacts
@@ -119,7 +118,7 @@ def rows_under_an_edge(number_of_frames):
         for number in range(number_of_frames):
             there = dataclasses.replace(camera, position=(0.001 * number, 1.2, 2.2))
             drawn = renderer.draw(["beauty", "direct"], camera=there)
-        image = read_texture(drawn.planes["direct"].texture)[:, :, 0]
+        image = drawn.planes["direct"].read()[:, :, 0]
     shares = image / image.max()
     inner = (shares.mean(axis=1) > 0.02) & (shares.mean(axis=1) < 0.98)
     assert inner.sum() >= 8

@@ -14,7 +14,6 @@ from ssdo_gl.effects.effect import Effect, ImageSource, ReasonedPass
 from ssdo_gl.effects.registry import registered
 from ssdo_gl.effects.request import Request
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
-from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.graph.render_pass import PassContext, RenderPass
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.rays.ray_libraries import ray_defines, ray_reads, ray_uniforms
@@ -156,9 +155,7 @@ class Live:
         """Return what the cache holds, and whether it is settled."""
         self.renderer.use_scene(scene)
         drawing = self.renderer.draw(["lookup"], camera=scene.camera)
-        texture = drawing.planes["lookup"].texture
-        assert texture is not None
-        return read_texture(texture)[..., :3].astype(np.float64), drawing.is_settled
+        return drawing.planes["lookup"].read()[..., :3].astype(np.float64), drawing.is_settled
 
     def settled(self, scene: Scene) -> tuple[np.ndarray, int]:
         """Return what the cache holds in the end, and after how many frames."""
