@@ -15,6 +15,10 @@
 // too, for the visibility;
 // IS_OPEN (see screen_space/estimator.glsl); KEPT_TEXTURE_COUNT (see screen_space/kept_directions.glsl).
 #define GATHERS_SENDERS 0
+#if HAS_OWN_RAYS && !ALWAYS_MARCHES
+// Most pixels have rays: for them the loop runs no round, which takes the time of one.
+#undef MOST_TOGETHER
+#endif
 #include "screen_space/estimator.glsl"
 #define TAKES_DIRECTIONS 0
 #include "screen_space/kept_directions.glsl"
