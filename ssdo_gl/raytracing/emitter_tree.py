@@ -16,7 +16,7 @@ from ssdo_gl.raytracing.emitter_tables import KIND_TRIANGLE, TWO_SIDED_CODE
 
 NODE_TEXELS = 2
 # A walk takes as many steps at most; of more emitters than 2^MOST_LEVELS some share a leaf.
-MOST_LEVELS = 12
+MOST_LEVELS = 15
 # Facing opposite ways counts as far apart as this share of a node's extent.
 _FACING = 0.6
 

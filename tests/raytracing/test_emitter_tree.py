@@ -89,6 +89,11 @@ def test_more_emitters_than_leaves_share_them(monkeypatch: pytest.MonkeyPatch) -
     assert {len(under) for node, under in members(tree) if node >= 7} == {12, 13}
 
 
+def test_each_triangle_of_a_hundred_balls_has_a_leaf_of_its_own() -> None:
+    tree = emitter_tree(entries(26_400))
+    assert len(np.unique(tree.leaves)) == 26_400
+
+
 def test_no_emitters_are_a_tree_without_power() -> None:
     tree = emitter_tree(entries(0))
     assert len(tree.order) == 0 and not tree.nodes.any()
