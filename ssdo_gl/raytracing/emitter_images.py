@@ -15,6 +15,8 @@ MOST_OF_ALL = 8192
 # Points along each edge at which a mean is taken, at most, and about as many of all together.
 POINTS = 8
 POINTS_OF_ALL = 2**20
+# Relative: means of cells that differ by less are of one colour.
+EVEN = 1e-3
 # What a cell counts at least, of the mean of all: texels between points may shine.
 LEAST = 0.02
 
@@ -35,23 +37,39 @@ def with_images(
     per_side = 1
     if cuts and shows.any():
         per_side = int(np.clip(np.sqrt(MOST_OF_ALL / shows.sum()), 1, MOST_CELLS))
-    source = np.repeat(np.arange(len(rows)), np.where(shows, per_side**2, 1))
-    result = rows[source]
-    first = np.concatenate([[0], np.cumsum(np.where(shows, per_side**2, 1))])[source]
-    number = np.arange(len(source)) - first
-    cell = np.stack([number % per_side, number // per_side], axis=1)
-    cut = shows[source]
-    _cut(result, cut, cell, per_side)
-    for index in np.unique(materials[shows]):
-        mine = np.flatnonzero(materials[source] == index)
-        result[mine, 5, 3] = _means(result[mine], scene, int(index), folds=not cuts)
+    sides = np.where(shows, per_side, 1)
+    result, source = _cells(rows, sides, scene, folds=not cuts)
+    if per_side > 1:
+        # What shows one colour all over is as good whole.
+        lowest, highest = np.full(len(rows), np.inf), np.zeros(len(rows))
+        np.minimum.at(lowest, source, result[:, 5, 3])
+        np.maximum.at(highest, source, result[:, 5, 3])
+        sides[highest - lowest <= EVEN * highest] = 1
+        result, source = _cells(rows, sides, scene, folds=not cuts)
     return result, source
 
 
-def _cut(rows: FloatArray, cut: NDArray[np.bool_], cell: NDArray[np.int64], per_side: int) -> None:
-    """Make rows that are cut one of their cells each."""
-    s = np.where(cut[:, None], cell / per_side, 0.0)
-    size = np.where(cut, 1.0 / per_side, 1.0)[:, None]
+def _cells(
+    rows: FloatArray, sides: NDArray[np.int64], scene: Scene, *, folds: bool
+) -> tuple[FloatArray, NDArray[np.int64]]:
+    """Return rows cut into so many cells along each edge, and of each the old one."""
+    source = np.repeat(np.arange(len(rows)), sides**2)
+    result = rows[source]
+    number = np.arange(len(source)) - (np.cumsum(sides**2) - sides**2)[source]
+    per_side = sides[source]
+    _cut(result, np.stack([number % per_side, number // per_side], axis=1), per_side)
+    materials = result[:, 5, 2].astype(np.int64)
+    for index in np.unique(materials):
+        if scene.materials[index].emission_texture is not None:
+            mine = np.flatnonzero(materials == index)
+            result[mine, 5, 3] = _means(result[mine], scene, int(index), folds=folds)
+    return result, source
+
+
+def _cut(rows: FloatArray, cell: NDArray[np.int64], per_side: NDArray[np.int64]) -> None:
+    """Make each row one of its cells."""
+    size = 1.0 / per_side[:, None]
+    s = cell * size
     rows[:, 0, :3] += s[:, :1] * rows[:, 1, :3] + s[:, 1:] * rows[:, 2, :3]
     rows[:, 1, :3] *= size
     rows[:, 2, :3] *= size

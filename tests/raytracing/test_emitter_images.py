@@ -70,3 +70,8 @@ def test_without_an_image_nothing_is_cut() -> None:
     )
     tables = emitter_tables(build_bvh(scene), scene)
     assert len(tables.entries) == 1 and tables.entries[0, 5, 3] == 1.0
+
+
+def test_an_image_of_one_colour_is_not_cut() -> None:
+    tables, _ = panel(np.full((8, 8, 3), 0.5))
+    assert len(tables.entries) == 1 and tables.entries[0, 5, 3] == pytest.approx(0.5, rel=0.05)
