@@ -15,6 +15,9 @@ const int SURFEL_PLACE_SHIFT = 10;
 const uint SURFEL_FIRST_FLAG = 0x1000000u;
 const uint SURFEL_SECOND_FLAG = 0x2000000u;
 const int SURFEL_TURN_SHIFT = 26;
+const uint SURFEL_FRONT_BLIND = 0x10000000u;
+const uint SURFEL_BACK_BLIND = 0x20000000u;
+const int SURFEL_BLIND_COARSENESS = 4;
 
 ivec2 surfel_texel(int surfel)
 {
@@ -41,9 +44,15 @@ int surfel_at_hit(BvhHit hit, vec3 p, vec3 w)
     t = (place.y & SURFEL_FIRST_FLAG) != 0u ? vec2(outward, weights.z) : t;
     t = (place.y & SURFEL_SECOND_FLAG) != 0u ? vec2(weights.y, outward) : t;
     ivec2 grid = ivec2(place.y & 0xfffu, place.y >> 12 & 0xfffu);
-    ivec2 cell = clamp(ivec2(t * vec2(grid)), ivec2(0), grid - 1);
-    int behind = dot(front, w) > 0.0 ? grid.x * grid.y : 0;
-    int surfel = int(place.x) + cell.y * grid.x + cell.x + behind;
+    ivec2 coarse = (grid + SURFEL_BLIND_COARSENESS - 1) / SURFEL_BLIND_COARSENESS;
+    ivec2 own = (place.y & SURFEL_FRONT_BLIND) != 0u ? coarse : grid;
+    int behind = 0;
+    if (dot(front, w) > 0.0) {
+        behind = own.x * own.y;
+        own = (place.y & SURFEL_BACK_BLIND) != 0u ? coarse : grid;
+    }
+    ivec2 cell = clamp(ivec2(t * vec2(own)), ivec2(0), own - 1);
+    int surfel = int(place.x) + cell.y * own.x + cell.x + behind;
     // Behind a wall that stands on the surfel is its second part, behind another one its third.
     int rows = textureSize(t_surfel_splits, 0).y / 2;
     for (int wall = 0; wall < 2; ++wall) {

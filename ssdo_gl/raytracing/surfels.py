@@ -34,6 +34,13 @@ MAX_GRID = 4095
 # that shares it; and by how many corners its order is turned against that of the grid.
 FIRST_FLAG, SECOND_FLAG = 1 << 24, 2 << 24
 TURN_SHIFT = 26
+# In that word: the front, and the back, has a grid of so many times fewer texels along both edges,
+# because nothing that matters sees it.
+FRONT_BLIND, BACK_BLIND = 1 << 28, 1 << 29
+BLIND_COARSENESS = 4
+# Others are cut more finely in exchange, by up to as much, where so much of all texels is spared:
+# with less they would be a fifth finer at most.
+LEAST_SPARED, REFINED_GROWTH = 1.0 / 3.0, 1.05
 # A face of one texel across and so many along, as of a slat, has as many across as the limit
 # allows of these: sun on its outer edge must not shine from the inner one, which lies in the dark.
 STRIP_LENGTH, STRIP_TEXELS = 16, (6, 3, 1)
@@ -54,7 +61,8 @@ class Places:
     ----------
     table : ndarray, shape (T, 2), uint32
         The first surfel of the grid, and its texels along both edges, 12 bits each, with
-        `FIRST_FLAG` or `SECOND_FLAG`. Surfels of backs come after all those of the front.
+        `FIRST_FLAG` or `SECOND_FLAG`, and `FRONT_BLIND` and `BACK_BLIND`. Surfels of backs come
+        after all those of the front.
     corner : ndarray, shape (T,), int8
         The triangle's corner that is the first one of the grid.
     """
@@ -94,6 +102,8 @@ class Surfels:
         A unit normal of the surfel, on its side.
     sources : ndarray, shape (S, 16), int32
         The triangle that each point lies on.
+    faces : ndarray, shape (S,), int64
+        2 p + s for side s of patch p, front 0 and back 1; -1: several patches share it.
     """
 
     positions: NDArray[np.float32]
@@ -101,6 +111,7 @@ class Surfels:
     ends: NDArray[np.float32]
     looks: FloatArray
     sources: NDArray[np.int32]
+    faces: IntArray
     places: Places
 
     @property
@@ -120,7 +131,14 @@ class Surfels:
         return starts, along / np.maximum(length, np.finfo(np.float64).tiny)[..., None], length
 
 
-def build_surfels(bvh: Bvh, most: int, smallest: float, spare: int = 0, sparse: int = 0) -> Surfels:
+def build_surfels(
+    bvh: Bvh,
+    most: int,
+    smallest: float,
+    spare: int = 0,
+    sparse: int = 0,
+    blind: NDArray[np.bool_] | None = None,
+) -> Surfels:
     """Cut the triangles of `bvh` into at most about `most` surfels.
 
     Parameters
@@ -134,13 +152,16 @@ def build_surfels(bvh: Bvh, most: int, smallest: float, spare: int = 0, sparse: 
     sparse : int
         Texels are smaller than `smallest` as long as there are no more, which leaves all but
         scenes that are mostly empty as they are.
+    blind : ndarray, shape (N, 2), bool, optional
+        Fronts and backs of patches that are cut coarsely, and others more finely in exchange: as
+        by `blind_sides.blind_sides` of what this returns without.
     """
     if bvh.triangles.count == 0:
         points = np.zeros((1, POINT_COUNT, 3), dtype=np.float32)
         normals = np.zeros((1, POINT_COUNT), dtype=np.uint32)
         places = Places(np.zeros((0, 2), dtype=np.uint32), np.zeros(0, dtype=np.int8))
         sources = np.zeros((1, POINT_COUNT), dtype=np.int32)
-        return Surfels(points, normals, points, np.zeros((1, 3)), sources, places)
+        return Surfels(points, normals, points, np.zeros((1, 3)), sources, np.full(1, -1), places)
     patches = patches_of(bvh)
     extents = patches.extents()
     area = float(np.sum(patches.areas * patches.sides))
@@ -153,11 +174,15 @@ def build_surfels(bvh: Bvh, most: int, smallest: float, spare: int = 0, sparse: 
         size *= GROWTH
     finer = _finer(patches, extents, grids, size, min(sparse, most))
     grids, shared = finer or (grids, shared)
+    coarse = np.zeros((len(grids), 2), dtype=bool)
+    blind = None if blind is None else blind[: len(grids)]
+    if blind is not None and (cut := _refined(patches, extents, grids, size, shared, blind)):
+        (grids, shared), coarse = cut, blind
     is_strip = grids.max(axis=1, keepdims=True) >= STRIP_LENGTH * grids
     cuts = (np.where(is_strip, np.maximum(grids, across), grids) for across in STRIP_TEXELS)
     room = most + spare - shared.count
-    grids = next((cut for cut in cuts if _texel_count(patches, cut) <= room), grids)
-    return _assemble(bvh, patches, grids, shared)
+    grids = next((cut for cut in cuts if _texel_count(patches, cut, coarse) <= room), grids)
+    return _assemble(bvh, patches, grids, coarse, shared)
 
 
 def _finer(
@@ -176,10 +201,50 @@ def _finer(
     return found
 
 
-def _texel_count(patches: Patches, grids: IntArray) -> int:
+def _refined(
+    patches: Patches,
+    extents: FloatArray,
+    grids: IntArray,
+    size: float,
+    shared: _Shared,
+    blind: NDArray[np.bool_],
+) -> tuple[IntArray, _Shared] | None:
+    """Return finer grids (N, 2) of no more surfels, blind sides cut coarsely; None: few are."""
+    most = _texel_count(patches, grids) + shared.count
+    left = _texel_count(patches, grids, blind) + shared.count
+    if left > (1.0 - LEAST_SPARED) * most:
+        return None
+    largest = size
+    size *= max((left / most) ** 0.5, 1.0 / BLIND_COARSENESS)
+    while size < largest:
+        finer = np.clip(np.ceil(extents / size - 1e-6), 1, MAX_GRID).astype(np.int64)
+        finer = np.maximum(grids, finer)
+        # Asked first: of many patches the cells take long.
+        room = most - _texel_count(patches, finer, blind)
+        if room >= 0 and (cells := _cells(patches, finer, size)).count <= room:
+            return finer, cells
+        size *= REFINED_GROWTH
+    return None
+
+
+def _cuts(grids: IntArray, coarse: NDArray[np.bool_]) -> IntArray:
+    """Return the grids of both sides, (N, 2, 2), of patches with grids (N, 2)."""
+    return np.where(coarse[..., None], -(-grids // BLIND_COARSENESS)[:, None], grids[:, None])
+
+
+def _texel_count(patches: Patches, grids: IntArray, coarse: NDArray[np.bool_] | None = None) -> int:
     """Return how many surfels the grids (N, 2) have of more than one texel."""
     own = grids.max(axis=1) > 1
-    return int(np.sum((grids.prod(axis=1) * patches.sides)[own]))
+    if coarse is None:
+        return int(np.sum((grids.prod(axis=1) * patches.sides)[own]))
+    return int(_side_counts(patches, _cuts(grids, coarse))[own].sum())
+
+
+def _side_counts(patches: Patches, cuts: IntArray) -> IntArray:
+    """Return how many texels (N, 2) each side has."""
+    counts = cuts.prod(axis=2)
+    counts[patches.sides == 1, 1] = 0
+    return np.asarray(counts)
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,35 +277,54 @@ def _cells(patches: Patches, grids: IntArray, size: float) -> _Shared:
     return _Shared(chosen, np.cumsum(starts) - 1, patches.sides[chosen[starts]])
 
 
-def _assemble(bvh: Bvh, patches: Patches, grids: IntArray, shared: _Shared) -> Surfels:
+def _assemble(
+    bvh: Bvh, patches: Patches, grids: IntArray, coarse: NDArray[np.bool_], shared: _Shared
+) -> Surfels:
     own = np.flatnonzero(grids.max(axis=1) > 1)
-    cells = grids[own].prod(axis=1)
-    firsts = np.cumsum(cells * patches.sides[own]) - cells * patches.sides[own]
-    own_count = int(np.sum(cells * patches.sides[own]))
+    cuts = _cuts(grids, coarse)
+    counts = _side_counts(patches, cuts)[own]
+    firsts = np.cumsum(counts.sum(axis=1)) - counts.sum(axis=1)
+    own_count = int(counts.sum())
     shared_firsts = own_count + np.cumsum(shared.sides) - shared.sides
     total = own_count + shared.count
     triangle = bvh.primitive_triangles.reshape(-1)[patches.slots]
     firsts_of = np.zeros(len(grids), dtype=np.int64)
     firsts_of[own], firsts_of[shared.patches] = firsts, shared_firsts[shared.group]
-    places = _places(bvh, patches, grids, firsts_of)
+    places = _places(bvh, patches, grids, coarse, firsts_of)
     sources = np.zeros((total, POINT_COUNT), dtype=np.int32)
     positions = np.zeros((total, POINT_COUNT, 3))
     ends = np.zeros((total, POINT_COUNT, 3))
     normals = np.zeros((total, POINT_COUNT, 3))
+    faces = np.full(total, -1, dtype=np.int64)
     rng = np.random.default_rng(0)
-    # Texels: patch, then row and column in its grid.
-    patch = np.repeat(own, cells)
-    within = np.arange(len(patch)) - np.repeat(np.cumsum(cells) - cells, cells)
-    grid = grids[patch, None]
-    low = np.stack([within % grids[patch, 0], within // grids[patch, 0]], axis=1)[:, None]
-    u = (low + _stratified(rng, len(patch))) / grid
-    u = np.where(patches.is_joint[patch, None, None], u, _even_rings(u, low, grids[patch]))
-    front = np.repeat(firsts, cells) + within
-    repeated = np.repeat(patch[:, None], POINT_COUNT, 1)
-    positions[front] = _points(patches, repeated, u)
-    ends[front] = _points(patches, repeated, (low + _line_ends()) / grid)
-    normals[front] = patches.normals[patch, None]
-    sources[front] = _sources(patches, triangle, repeated, u)
+
+    def fill_sheets(side: int, chosen: NDArray[np.bool_]) -> IntArray:
+        """Fill in the texels of one side of the chosen patches; return their numbers."""
+        cells = counts[chosen, side]
+        patch = np.repeat(own[chosen], cells)
+        within = np.arange(len(patch)) - np.repeat(np.cumsum(cells) - cells, cells)
+        cut = cuts[patch, side]
+        low = np.stack([within % cut[:, 0], within // cut[:, 0]], axis=1)[:, None]
+        u = (low + _stratified(rng, len(patch))) / cut[:, None]
+        u = np.where(patches.is_joint[patch, None, None], u, _even_rings(u, low, cut))
+        at = np.repeat(firsts[chosen] + side * counts[chosen, 0], cells) + within
+        repeated = np.repeat(patch[:, None], POINT_COUNT, 1)
+        positions[at] = _points(patches, repeated, u)
+        ends[at] = _points(patches, repeated, (low + _line_ends()) / cut[:, None])
+        normals[at] = patches.normals[patch, None] * (1 - 2 * side)
+        sources[at] = _sources(patches, triangle, repeated, u)
+        faces[at] = 2 * patch + side
+        return np.asarray(at)
+
+    # Both sides have the same points, unless they are cut differently.
+    is_alike = coarse[own, 0] == coarse[own, 1]
+    front = fill_sheets(0, np.ones(len(own), dtype=bool))
+    fill_sheets(1, (patches.sides[own] == 2) & ~is_alike)
+    front = front[np.repeat(is_alike & (patches.sides[own] == 2), counts[:, 0])]
+    behind = np.repeat(counts[:, 0], counts[:, 0])
+    behind = behind[np.repeat(is_alike & (patches.sides[own] == 2), counts[:, 0])]
+    back = front + behind
+    faces[back] = faces[front] + 1
     # Shared ones: points by area.
     if len(shared.patches):
         chosen, u = _drawn(rng, patches, shared)
@@ -250,22 +334,22 @@ def _assemble(bvh: Bvh, patches: Patches, grids: IntArray, shared: _Shared) -> S
         height = np.einsum("spk,sk->sp", at - at[:, :1], look[:, 0])
         is_flat = np.abs(height).max(axis=1) < LIFT
         ends[shared_firsts] = np.where(is_flat[:, None, None], at, at[:, :1])
-        front = np.concatenate([front, shared_firsts])
-    behind = np.repeat(cells, cells)
-    back = np.concatenate([front[: len(patch)] + behind, shared_firsts + 1])
-    has_back = np.concatenate([patches.sides[patch], shared.sides]) == 2
-    front, back = front[has_back], back[has_back]
+        has_back = shared_firsts[shared.sides == 2]
+        front, back = np.concatenate([front, has_back]), np.concatenate([back, has_back + 1])
     positions[back], ends[back], normals[back] = positions[front], ends[front], -normals[front]
     sources[back] = sources[front]
     points, line_ends = ((at + LIFT * normals).astype(np.float32) for at in (positions, ends))
-    return Surfels(points, oct_words(normals), line_ends, normals[:, 0], sources, places)
+    words = oct_words(normals)
+    return Surfels(points, words, line_ends, normals[:, 0], sources, faces, places)
 
 
-def _places(bvh: Bvh, patches: Patches, grids: IntArray, firsts: IntArray) -> Places:
+def _places(
+    bvh: Bvh, patches: Patches, grids: IntArray, coarse: NDArray[np.bool_], firsts: IntArray
+) -> Places:
     """Return the grid of each triangle: those of `patches`, which begin at `firsts`."""
     table = np.zeros((bvh.triangles.count, 2), dtype=np.uint32)
     corner = np.zeros(bvh.triangles.count, dtype=np.int8)
-    size = grids[:, 0] | grids[:, 1] << 12
+    size = grids[:, 0] | grids[:, 1] << 12 | coarse @ np.array([FRONT_BLIND, BACK_BLIND])
     for slot, flag in zip(patches.slots.T, (FIRST_FLAG, SECOND_FLAG), strict=True):
         triangle = bvh.primitive_triangles.reshape(-1)[slot]
         table[triangle] = np.stack([firsts, size | np.where(patches.is_joint, flag, 0)], axis=1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, Texture
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.math3d import FloatArray, IntArray
 from ssdo_gl.passes.own_textures import drawing_into, facts_of, fill, textures_of
-from ssdo_gl.passes.rays import bvh_of, ray_defines, ray_reads, ray_uniforms
+from ssdo_gl.passes.rays import bvh_of, ray_defines, ray_reads, ray_uniforms, stream_of
 from ssdo_gl.passes.surfels.bounces import Bounces
 from ssdo_gl.passes.surfels.surfel_textures import (
     MOST_SURFELS,
@@ -25,8 +26,9 @@ from ssdo_gl.passes.surfels.surfel_textures import (
     surfel_rows,
     upload,
 )
+from ssdo_gl.raytracing.blind_sides import blind_sides
 from ssdo_gl.raytracing.surface_tables import RayFeatures
-from ssdo_gl.raytracing.surfels import Surfels, build_surfels
+from ssdo_gl.raytracing.surfels import POINT_COUNT, POINTS_PER_SIDE, Surfels, build_surfels
 from ssdo_gl.raytracing.torn_surfels import TornSurfels, torn
 
 # Of the number of pieces: by so many more strips are cut finer.
@@ -91,7 +93,10 @@ class SurfelsPass(RenderPass):
         else:
             most = self.settings.surfels
             spare = min(int(STRIP_SHARE * most), MOST_SURFELS - most)
-            whole = build_surfels(bvh, most, self.settings.texel, spare, SPARSE_SURFELS)
+            cut = partial(build_surfels, bvh, most, self.settings.texel, spare, SPARSE_SURFELS)
+            whole = cut()
+            if (blind := blind_sides(whole, bvh, *self._seen(context, whole))).any():
+                whole = cut(blind)
             surfels = torn(whole, bvh, *self._walls(context, whole), MOST_SURFELS)
             surfels = surfels.uncovered(self._covers(context, surfels))
             made = SurfelSet(surfels, topology)
@@ -118,6 +123,24 @@ class SurfelsPass(RenderPass):
         fill(context, [covered], "passes/surfel_covers.frag", defines, uniforms, textures)
         return np.frombuffer(covered.read(), dtype=np.uint32)[: surfels.count].astype(np.int64)
 
+    def _seen(self, context: PassContext, surfels: Surfels) -> tuple[IntArray, FloatArray]:
+        """Return what a ray from each point of each surfel meets, and how far, as `blind_sides`."""
+        rows = surfel_rows(surfels.count)
+        met = make_texture(context.gl, (SURFELS_PER_ROW, rows * POINT_COUNT), 2, "u4")
+        defines = ray_defines(context, self.features)
+        uniforms = {
+            **ray_uniforms(context),
+            "u_surfel_rows": rows,
+            "u_stream": stream_of(0, 0),
+            "u_shared_bits": POINTS_PER_SIDE - 1,
+        }
+        textures = textures_of(context, self.reads)
+        textures["t_surfel_points"] = upload(context.gl, _words(surfels))
+        fill(context, [met], "passes/surfel_sees.frag", defines, uniforms, textures)
+        words = np.frombuffer(met.read(), dtype=np.uint32).reshape(POINT_COUNT, -1, 2)
+        words = words[:, : surfels.count].swapaxes(0, 1)
+        return words[..., 0].astype(np.int64), words[..., 1].copy().view(np.float32)
+
     def _walls(self, context: PassContext, surfels: Surfels) -> tuple[IntArray, FloatArray]:
         """Return what each line across each surfel meets, and how far along."""
         ends = np.zeros((*surfels.ends.shape[:2], 4), dtype=np.float32)
@@ -134,7 +157,7 @@ class SurfelsPass(RenderPass):
         return words[..., 0].astype(np.int64), words[..., 1].copy().view(np.float32)
 
 
-def _words(surfels: TornSurfels) -> NDArray[np.uint32]:
+def _words(surfels: Surfels | TornSurfels) -> NDArray[np.uint32]:
     """Return points and normals, (S, 16, 4), as `surfel_points` holds them."""
     words = np.empty((*surfels.positions.shape[:2], 4), dtype=np.uint32)
     words[..., :3], words[..., 3] = surfels.positions.view(np.uint32), surfels.normals

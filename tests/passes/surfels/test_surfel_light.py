@@ -33,12 +33,15 @@ def furnace(mesh: Mesh, albedo: float) -> Scene:
     return Scene((turned,), (material,), (SceneObject(0, 0),), CAMERA)
 
 
+# Of large faces one of 17 surfels lies outside, where nothing is seen; small ones are as they are.
 @pytest.mark.parametrize("albedo", [0.0, 0.5, 0.9, 0.99])
-@pytest.mark.parametrize("mesh", [box(), sphere()], ids=["box", "sphere"])
-def test_furnace_reaches_e_over_one_minus_a(device, shaders, mesh, albedo) -> None:
+@pytest.mark.parametrize(
+    ("mesh", "share"), [(box(), 16 / 17), (sphere(), 0.5)], ids=["box", "sphere"]
+)
+def test_furnace_reaches_e_over_one_minus_a(device, shaders, mesh, share, albedo) -> None:
     filled = fill(device, shaders, furnace(mesh, albedo), FEW)
     inside = filled.direct[:, 0] > 0.0
-    assert inside.mean() == 0.5
+    assert inside.mean() == pytest.approx(share, abs=0.001)
     expected = np.pi / (1.0 - albedo)
     np.testing.assert_allclose(filled.irradiance[inside].mean(), expected, rtol=TOLERANCE)
     assert np.all(filled.irradiance[~inside] == 0.0)
