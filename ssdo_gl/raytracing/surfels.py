@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ssdo_gl.math3d import FloatArray, IntArray
 from ssdo_gl.raytracing.bvh import Bvh
 from ssdo_gl.raytracing.packed import oct_words
-from ssdo_gl.raytracing.surfel_patches import Patches, patches_of
+from ssdo_gl.raytracing.surfel_patches import Patches, even_rings, patches_of, points_of
 
 # Points of a surfel from which its rays start: a square number, so that they are stratified.
 POINTS_PER_SIDE = 4
@@ -306,11 +306,11 @@ def _assemble(
         cut = cuts[patch, side]
         low = np.stack([within % cut[:, 0], within // cut[:, 0]], axis=1)[:, None]
         u = (low + _stratified(rng, len(patch))) / cut[:, None]
-        u = np.where(patches.is_joint[patch, None, None], u, _even_rings(u, low, cut))
+        u = np.where(patches.is_joint[patch, None, None], u, even_rings(u, low, cut))
         at = np.repeat(firsts[chosen] + side * counts[chosen, 0], cells) + within
         repeated = np.repeat(patch[:, None], POINT_COUNT, 1)
-        positions[at] = _points(patches, repeated, u)
-        ends[at] = _points(patches, repeated, (low + _line_ends()) / cut[:, None])
+        positions[at] = points_of(patches, repeated, u)
+        ends[at] = points_of(patches, repeated, (low + _line_ends()) / cut[:, None])
         normals[at] = patches.normals[patch, None] * (1 - 2 * side)
         sources[at] = _sources(patches, triangle, repeated, u)
         faces[at] = 2 * patch + side
@@ -328,7 +328,7 @@ def _assemble(
     # Shared ones: points by area.
     if len(shared.patches):
         chosen, u = _drawn(rng, patches, shared)
-        at, look = _points(patches, chosen, u), patches.normals[chosen]
+        at, look = points_of(patches, chosen, u), patches.normals[chosen]
         positions[shared_firsts], normals[shared_firsts] = at, look
         sources[shared_firsts] = _sources(patches, triangle, chosen, u)
         height = np.einsum("spk,sk->sp", at - at[:, :1], look[:, 0])
@@ -378,28 +378,6 @@ def _stratified(rng: np.random.Generator, count: int) -> FloatArray:
     corner = np.stack([k % POINTS_PER_SIDE, k // POINTS_PER_SIDE], axis=1)
     # Never on the edge, where another wall may stand.
     return np.asarray((corner + rng.uniform(0.1, 0.9, (count, POINT_COUNT, 2))) / POINTS_PER_SIDE)
-
-
-def _even_rings(u: FloatArray, low: FloatArray, grid: IntArray) -> FloatArray:
-    """Return `u` with points of each ring around v0 spread evenly over its area."""
-    count = grid[:, None, 0]
-    inner = low[..., 0] / count
-    outer = (low[..., 0] + 1) / count
-    share = u[..., 0] * count - low[..., 0]
-    radius = np.sqrt(inner**2 + share * (outer**2 - inner**2))
-    return np.stack([radius, u[..., 1]], axis=-1)
-
-
-def _points(patches: Patches, chosen: IntArray, u: FloatArray) -> FloatArray:
-    """Return the points (N, 16, 3) of patches (N, 16) at places of their grids."""
-    s, t = u[..., :1], u[..., 1:]
-    v0, v1, v2, v3 = (patches.corners[chosen, i] for i in range(4))
-    is_first = s >= t
-    first = v0 + (s - t) * (v1 - v0) + t * (v2 - v0)
-    second = v0 + s * (v2 - v0) + (t - s) * (v3 - v0)
-    single = v0 + s * ((1.0 - t) * (v1 - v0) + t * (v2 - v0))
-    joint = np.where(is_first, first, second)
-    return np.asarray(np.where(patches.is_joint[chosen][..., None], joint, single))
 
 
 def _drawn(
