@@ -8,6 +8,7 @@
 #include "lib/surface.glsl"
 #include "lights/lights.glsl"
 #include "lights/spherical_rectangle.glsl"
+#include "lights/spherical_triangle.glsl"
 #include "lib/environment.glsl"
 
 #define EMITTER_PARALLELOGRAM 0
@@ -31,7 +32,7 @@ uniform sampler2D t_ray_map_cells;
 uniform int u_emitter_group_count;
 uniform float u_emitter_density;  // probability per area and mean emission of being drawn
 
-// Rectangles that subtend less are drawn from by area: it is as good there, and exact,
+// Rectangles and triangles that subtend less are drawn from by area: it is as good there, and exact,
 // while a solid angle is a difference of angles with an error of some 1e-6.
 const float SMALL_SOLID_ANGLE = 0.02;
 // Distance from a rectangle's plane below which a point counts as lying in it: a quarter
@@ -164,23 +165,43 @@ float emitter_falloff(Emitter e, vec3 w)
                                e.edge_u.xyz, vec3(0.0), e.edge_v.xy), w);
 }
 
+// As emitter_place, of a triangle.
+vec3 triangle_place(vec3 corner, vec3 edge_u, vec3 edge_v, vec2 u)
+{
+    // Folding the far half over keeps the points as evenly spread as the square's.
+    vec2 by_area = u.x + u.y > 1.0 ? 1.0 - u : u;
+    SphericalTriangle t = spherical_triangle(corner, corner + edge_u, corner + edge_v);
+    vec3 normal = cross(edge_u, edge_v);
+    float height = dot(corner, normal);
+    float square = dot(normal, normal);
+    vec3 w = spherical_triangle_direction(t, u);
+    float along = dot(w, normal);
+    vec3 point = height / (abs(along) > 1e-30 ? along : 1e-30) * w - corner;
+    vec2 place = vec2(dot(cross(point, edge_v), normal), dot(cross(edge_u, point), normal)) / max(square, 1e-30);
+    place = clamp(place, 0.0, 1.0);
+    place /= max(place.x + place.y, 1.0);
+    bool by_angle = t.solid_angle > SMALL_SOLID_ANGLE && abs(height) > COPLANAR * sqrt(square);
+    return by_angle ? vec3(place, t.solid_angle) : vec3(by_area, 0.0);
+}
+
 // Where on the parallelogram or triangle: x, y along its edges, z = the factor between
 // light and mean, 1 / density over solid angle; 0 asks for the density of area.
 vec3 emitter_place(vec3 corner, vec3 edge_u, vec3 edge_v, bool is_triangle, vec2 u)
 {
-    // Folding the far half over keeps a triangle's points as evenly spread as the square's.
-    vec2 s = is_triangle && u.x + u.y > 1.0 ? 1.0 - u : u;
+    if (is_triangle) {
+        return triangle_place(corner, edge_u, edge_v, u);
+    }
     float length_u = max(length(edge_u), 1e-15);
     float length_v = max(length(edge_v), 1e-15);
     vec3 x = edge_u / length_u;
     vec3 y = edge_v / length_v;
     vec3 seen = vec3(dot(corner, x), dot(corner, y), dot(corner, cross(x, y)));
     SphericalRectangle r = spherical_rectangle(seen, length_u, length_v);
-    bool is_rectangle = !is_triangle && abs(dot(x, y)) < 1e-4;
+    bool is_rectangle = abs(dot(x, y)) < 1e-4;
     vec3 point = spherical_rectangle_point(r, u);
     vec2 place = (point.xy - seen.xy) / vec2(length_u, length_v);
     bool by_angle = is_rectangle && r.solid_angle > SMALL_SOLID_ANGLE && r.low.z < -COPLANAR;
-    return by_angle ? vec3(clamp(place, 0.0, 1.0), r.solid_angle) : vec3(s, 0.0);
+    return by_angle ? vec3(clamp(place, 0.0, 1.0), r.solid_angle) : vec3(u, 0.0);
 }
 
 #if RAY_TEXTURES

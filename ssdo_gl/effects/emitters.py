@@ -33,6 +33,9 @@ from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.settings.fields import setting
 
 SURFACES = ("z_vs", "normals_vs")
+# In pixels on the surface, times the root of the frames of a picture: half of what comes from so
+# near a body is not filtered. docs/far-field.md has other numbers.
+NEAR_REACH = 0.5
 
 
 @dataclass(frozen=True)
@@ -49,10 +52,13 @@ class EmittersSettings:
 
 
 class EmittersPass(RenderPass):
-    """Writes `emitters_raw`: rgb irradiance of all bodies of the tree; a 1."""
+    """Writes `emitters_raw` and `emitters_near`: rgb irradiance of all bodies of the tree; a 1."""
 
     name = "emitters"
-    writes: Mapping[str, TextureSpec] = {"emitters_raw": TextureSpec(4, "f4", transient=True)}
+    writes: Mapping[str, TextureSpec] = {
+        "emitters_raw": TextureSpec(4, "f4", transient=True),
+        "emitters_near": TextureSpec(4, "f4"),
+    }
     overwrites: ClassVar[bool] = True
     depends_on = ("view", "geometry", "lights", "seed")
 
@@ -74,6 +80,8 @@ class EmittersPass(RenderPass):
             **ray_uniforms(context),
             "u_stream": stream_of(picture, 0),
             "u_ray_count": self.settings.rays,
+            # Where frames are averaged there is less noise to filter.
+            "u_near_reach": NEAR_REACH * frame.count**0.5,
             "u_frame_number": (number % frame.count, frame.count),
             **tree_uniforms(context),
         }
@@ -90,7 +98,7 @@ class Emitters(Effect):
     name = "emitters"
     after = ("traced_shadows",)
     methods = frozenset({"gi"})
-    terms = (Term("direct", "emitters_irradiance"),)
+    terms = (Term("direct", "emitters_irradiance"), Term("direct", "emitters_near"))
     settings: ClassVar[Mapping[str, type]] = {
         "emitters": EmittersSettings,
         "emitters_filter": EdgeAwareFilterSettings,

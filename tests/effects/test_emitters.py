@@ -33,6 +33,8 @@ FLOOR = quad([-10, 0, 10], [20, 0, 0], [0, 0, -20])
 ALLOWANCE = 2e-4
 # What the filter does not blur, a few pixels wide, can be compared pixel by pixel.
 UNFILTERED = {"emitters.rays": 64, "emitters_filter.filter": "none"}
+# RMSE over the mean close to a lamp. Where all of its light is filtered it is 1.5.
+BLUR_BOUND = 0.5
 ROOM = """
 [camera]
 position = [0, 2.5, 3]
@@ -149,6 +151,23 @@ def assert_alike(found: np.ndarray, exact: np.ndarray) -> None:
 def test_balls_light_as_their_triangles_do() -> None:
     scene = room(2, lit=[0, 1])
     assert_alike(direct(scene, method="gi", overrides=UNFILTERED), traced(scene))
+
+
+def test_what_lies_close_to_a_lamp_is_not_blurred_in_a_picture() -> None:
+    """Under a tube light changes within the few pixels that a filter takes together."""
+    tube = """
+[[object]]
+shape = "cylinder"
+base = [-1.2, 0.08, 0.9]
+top = [1.2, 0.08, 0.9]
+radius = 0.02
+segments = 8
+material = "glow"
+"""
+    scene = read_description(ROOM + tube, "room")
+    found = direct(scene, method="gi", antialias=16)
+    exact = direct(scene, method="gi", antialias=16, overrides=UNFILTERED)
+    assert np.sqrt(((found - exact) ** 2).mean()) < BLUR_BOUND * exact.mean()
 
 
 def test_more_bodies_than_may_be_lights_shine_all() -> None:
