@@ -4,6 +4,7 @@
 //
 // The tree: ssdo_gl/raytracing/emitter_tree.py.
 #include "rays/emitters.glsl"
+#include "lib/random.glsl"
 
 uniform sampler2D t_glow_nodes;
 // r: entries of the table of emitters, leaf by leaf; g, b: entry and leaf of each of the tree
@@ -87,21 +88,34 @@ int tree_emitters_before(int leaf)
     return whole * leaf + (rest * leaf >> u_tree_levels);
 }
 
-// The entry that u in [0, 1) falls on, or -1, and the probability of it.
-int draw_from_tree(LitPoint r, inout float u, out float probability)
+const float UNIT_GAP = 1.0 / 16777216.0;  // between numbers of random_2d
+
+// The entry that two numbers in [0, 1) fall on, or -1, and the probability of it. Each decides half
+// of the steps. What a step leaves of a number is spread over [0, 1) again, and with it the gaps
+// between floats: they are filled by chance, or what next to no light comes from would be drawn far
+// too often.
+int draw_from_tree(LitPoint r, vec2 choice, out float probability)
 {
+    uint bits = floatBitsToUint(choice.x) ^ floatBitsToUint(choice.y);
+    float u = choice.x;
+    float gap = UNIT_GAP;
     int node = 0;
     probability = 1.0;
     for (int level = 0; level < u_tree_levels; ++level) {
+        u = level == u_tree_levels / 2 ? choice.y : u;
+        gap = level == u_tree_levels / 2 ? UNIT_GAP : gap;
         float left = node_importance(2 * node + 1, r);
         float right = node_importance(2 * node + 2, r);
         float share = left / max(left + right, 1e-37);
         if (!(left + right > 0.0))
             return -1;
         bool is_left = u < share;
-        u = is_left ? u / share : (u - share) / max(1.0 - share, 1e-7);
+        float taken = (is_left ? left : right) / max(left + right, 1e-37);
+        bits = random_hash(bits);
+        gap = min(gap / max(taken, 1e-7), 1.0);
+        u = (is_left ? u : u - share) / max(taken, 1e-7) + gap * unit_float(bits);
         u = clamp(u, 0.0, 1.0 - FLOAT_EPSILON);
-        probability *= is_left ? share : 1.0 - share;
+        probability *= taken;
         node = 2 * node + (is_left ? 1 : 2);
     }
     int leaf = node + 1 - (1 << u_tree_levels);
@@ -133,7 +147,7 @@ float chance_of_leaf(LitPoint r, int leaf)
 LightSample sample_tree(LitPoint r, vec2 choice, vec2 u)
 {
     float probability;
-    int entry = draw_from_tree(r, choice.x, probability);
+    int entry = draw_from_tree(r, choice, probability);
     LightSample light = NO_LIGHT;
     if (entry >= 0) {
         light = sample_surface_emitter(emitter_at(entry), entry, u, r.p);

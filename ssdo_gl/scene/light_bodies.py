@@ -9,7 +9,7 @@ def body_lights(scene: Scene) -> dict[int, range]:
     """Return, for each light that names a glowing object, all lights that stand for it.
 
     An object names the first of them; the others follow it, up to the first that another
-    object names or that cannot be of the same body.
+    object names or that cannot be of the same body. A scene may have lost its lights since.
     """
     owners = {
         item.light
@@ -17,7 +17,7 @@ def body_lights(scene: Scene) -> dict[int, range]:
         if item.light is not None and scene.materials[item.material].emits
     }
     runs = {}
-    for first in sorted(owners):
+    for first in sorted(owners & set(range(len(scene.lights)))):
         head, last = scene.lights[first], first + 1
         while (
             last < len(scene.lights)
