@@ -12,7 +12,6 @@
 
 uniform int u_ray_count;
 uniform ivec2 u_frame_number;  // number of the frame among those of its picture, and their count
-
 uniform float u_near_reach;    // half of the light of a body so many pixels away is kept apart
 
 layout(location = 0) out vec4 o_irradiance;

@@ -1,4 +1,7 @@
-"""What gloss reflects of glowing bodies: by points of them and by rays of the lobe, once in all."""
+"""What gloss reflects of glowing bodies: by points of them and by rays of the lobe, once in all.
+
+Both meet in `rays/glow_in_lobes.glsl`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Rooms that light reaches by detours: all of it against paths."""
+"""Rooms that light reaches by detours: all of it against paths.
+
+Most of it arrives along per-pixel rays, `rays/arriving.glsl`.
+"""
 
 from __future__ import annotations
 

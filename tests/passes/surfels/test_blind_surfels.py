@@ -1,4 +1,7 @@
-"""Surfels lie where light goes from surface to surface, not outside of rooms and within walls."""
+"""Surfels lie where light goes from surface to surface, not outside of rooms and within walls.
+
+What sees nothing is found by `passes/surfel_sees.frag`.
+"""
 
 from __future__ import annotations
 

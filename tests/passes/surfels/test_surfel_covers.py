@@ -1,4 +1,7 @@
-"""Rays of surfels start beside what lies flat on them or close before them, not behind it."""
+"""Rays of surfels start beside what lies flat on them or close before them, not behind it.
+
+What lies there is found by `passes/surfel_covers.frag`.
+"""
 
 from __future__ import annotations
 
