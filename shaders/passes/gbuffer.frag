@@ -220,7 +220,8 @@ void main()
     dielectric.a *= texture(t_specular_image, SPECULAR_UV).a;
 #endif
 #if HAS_SPECULAR_COLOR_IMAGE
-    dielectric.rgb *= texture(t_specular_color_image, SPECULAR_COLOR_UV).rgb;
+    dielectric.rgb = min(dielectric.rgb * texture(t_specular_color_image, SPECULAR_COLOR_UV).rgb,
+                         vec3(1.0));
 #endif
     Brdf brdf = metallic_roughness_brdf(albedo.rgb, metallic, roughness,
                                         dielectric.rgb * dielectric.a, dielectric.a);

@@ -230,7 +230,7 @@ vec4 dielectric_of(uint word, int slot, Corners c, vec3 weights)
 {
     vec4 color = image_of(word, SPECULAR_COLOR_IMAGE, slot, c, weights);
     vec4 strength = image_of(word, SPECULAR_IMAGE, slot, c, weights);
-    return material_texel(word, 6) * vec4(color.rgb, strength.a);
+    return min(material_texel(word, 6) * vec4(color.rgb, strength.a), vec4(1.0));
 }
 #endif
 

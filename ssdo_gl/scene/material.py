@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -151,6 +152,9 @@ class Material:
             raise SettingError(f"ior = {self.ior}: expected 0, or a number from 1 on")
         if self.alpha_cutoff is not None:
             check_number("alpha_cutoff", self.alpha_cutoff)
+        for name in ("is_unlit", "blends", "two_sided_emission", "single_sided"):
+            if not isinstance(getattr(self, name), (bool, np.bool_)):
+                raise SettingError(f"{name} = {shown(getattr(self, name))}: expected a bool")
         for name, texture in self.textures.items():
             if not isinstance(texture, Texture):
                 raise SettingError(f"{name}_texture = {shown(texture)}: expected a Texture")
@@ -212,9 +216,13 @@ class Material:
 
     @property
     def dielectric_color(self) -> Color:
-        """Reflectance of its dielectric part at normal incidence, at full strength."""
+        """Reflectance of its dielectric part at normal incidence, at full strength.
+
+        Beyond 1 only where an image multiplies it: shaders end it at 1 then, as glTF does.
+        """
         fresnel = ((self.ior - 1.0) / (self.ior + 1.0)) ** 2
-        r, g, b = (min(fresnel * c, 1.0) for c in self.specular_color)
+        most = 1.0 if self.specular_color_texture is None else math.inf
+        r, g, b = (min(fresnel * c, most) for c in self.specular_color)
         return r, g, b
 
 

@@ -194,3 +194,25 @@ def test_gloss_costs_nothing_where_it_is_not_seen():
     # Rays leave the view.
     for method in ("gi", "reference-near"):
         assert np.isfinite(picture(behind, method=method, spp=2, shadows="traced")).all()
+
+
+@pytest.mark.parametrize("method", ["bounce", "reference-gi"])
+def test_a_specular_colour_beyond_1_ends_at_1_with_its_image(method):
+    """As glTF says: of .04 times 100 times an image of .1, not of 1 times the image."""
+    corner = np.array([[-1, 0, -1], [-1, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 2, -1], [1, 2, -1]])
+
+    def drawn(factor, texel):
+        image = ssdo_gl.Texture(np.full((4, 4, 4), texel, np.float32))
+        kind = ssdo_gl.Material(
+            albedo=(0.1,) * 3, roughness=0.3, specular=1.0,
+            specular_color=(factor,) * 3, specular_color_texture=image,
+        )  # fmt: skip
+        scene = ssdo_gl.Scene.from_arrays(
+            corner, [[0, 1, 2], [0, 2, 3], [0, 3, 5], [0, 5, 4]], uvs=corner[:, :2], material=kind,
+            camera=ssdo_gl.Camera.look_at((0, 1.5, 4), (0, 0.6, 0)),
+            environment=ssdo_gl.ConstantEnvironment((1, 1, 1)),
+        )  # fmt: skip
+        return ssdo_gl.render(scene, size=(32, 18), method=method, spp=16)[..., :3]
+
+    np.testing.assert_allclose(drawn(100.0, 0.1), drawn(10.0, 1.0), rtol=1e-3)
+    np.testing.assert_allclose(drawn(1e29, 1.0), drawn(25.0, 1.0), rtol=1e-3)
