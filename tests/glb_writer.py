@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import struct
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -80,3 +81,27 @@ class GlbWriter:
 def load(glb: GlbWriter, folder: Path) -> Scene:
     """Return the scene of the file, without the ground that a model is given."""
     return load_scene(glb.save(folder / "a.glb"), ground="off")
+
+
+def save_with_cameras(path: Path, names: Sequence[str], lens: str = "") -> Path:
+    """Write a triangle seen by cameras 4, 5, 6 ... units away; the second moves 8 along x a second.
+
+    `names` are those of their nodes, `lens` that of the camera they share.
+    """
+    glb = GlbWriter()
+    glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
+    glb.json["cameras"] = [
+        {"type": "perspective", "name": lens, "perspective": {"yfov": 0.5, "znear": 1}}
+    ]
+    glb.json["nodes"] = [
+        {"mesh": 0},
+        *({"camera": 0, "name": n, "translation": [0, 0, 4 + i]} for i, n in enumerate(names)),
+    ]
+    glb.json["scenes"] = [{"nodes": list(range(len(names) + 1))}]
+    times = glb.accessor(np.array([0, 1], dtype="<f4"), "SCALAR")
+    places = glb.accessor(np.array([[0, 0, 5], [8, 0, 5]], dtype="<f4"), "VEC3")
+    channel = {"sampler": 0, "target": {"node": 2, "path": "translation"}}
+    glb.json["animations"] = [
+        {"samplers": [{"input": times, "output": places}], "channels": [channel]}
+    ]
+    return glb.save(path)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import pytest
-from glb_writer import GlbWriter
+from glb_writer import GlbWriter, save_with_cameras
 
 import ssdo_gl
 from ssdo_gl.scene.animate import scene_at
@@ -17,26 +16,8 @@ NAMES = ("Front", "from above", "3")
 
 
 @pytest.fixture
-def path(glb: GlbWriter, tmp_path: Path) -> Path:
-    """Return a triangle seen by three cameras, 4, 5 and 6 units away; one moves."""
-    glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
-    glb.json["cameras"] = [
-        {"type": "perspective", "name": "lens", "perspective": {"yfov": 0.5, "znear": 1}}
-    ]
-    nodes = [
-        {"camera": 0, "name": name, "translation": [0, 0, 4 + i]} for i, name in enumerate(NAMES)
-    ]
-    glb.json["nodes"] = [{"mesh": 0}, *nodes]
-    glb.json["scenes"] = [{"nodes": [0, 1, 2, 3]}]
-    times = glb.accessor(np.array([0, 1], dtype="<f4"), "SCALAR")
-    places = glb.accessor(np.array([[0, 0, 5], [8, 0, 5]], dtype="<f4"), "VEC3")
-    glb.json["animations"] = [
-        {
-            "samplers": [{"input": times, "output": places}],
-            "channels": [{"sampler": 0, "target": {"node": 2, "path": "translation"}}],
-        }
-    ]
-    return glb.save(tmp_path / "a.glb")
+def path(tmp_path: Path) -> Path:
+    return save_with_cameras(tmp_path / "a.glb", NAMES, lens="lens")
 
 
 @pytest.mark.parametrize(

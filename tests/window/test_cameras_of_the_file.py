@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import pytest
-from glb_writer import GlbWriter
+from glb_writer import GlbWriter, save_with_cameras
 from window.driven_viewer import ask, said
 
 from ssdo_gl.window.input import Command
@@ -17,21 +16,7 @@ NAMES = ("Front", "Side", "")
 
 @pytest.fixture
 def path(tmp_path: Path) -> str:
-    glb = GlbWriter()
-    glb.json["meshes"] = [{"primitives": [glb.triangle()]}]
-    glb.json["cameras"] = [{"type": "perspective", "perspective": {"yfov": 0.5, "znear": 1}}]
-    nodes = [
-        {"camera": 0, "name": name, "translation": [0, 0, 4 + i]} for i, name in enumerate(NAMES)
-    ]
-    glb.json["nodes"] = [{"mesh": 0}, *nodes]
-    glb.json["scenes"] = [{"nodes": [0, 1, 2, 3]}]
-    times = glb.accessor(np.array([0, 1], dtype="<f4"), "SCALAR")
-    places = glb.accessor(np.array([[0, 0, 5], [8, 0, 5]], dtype="<f4"), "VEC3")
-    channel = {"sampler": 0, "target": {"node": 2, "path": "translation"}}
-    glb.json["animations"] = [
-        {"samplers": [{"input": times, "output": places}], "channels": [channel]}
-    ]
-    return str(glb.save(tmp_path / "a.glb"))
+    return str(save_with_cameras(tmp_path / "a.glb", NAMES))
 
 
 def test_they_follow_each_other(gl, make_viewer, path: str) -> None:
