@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ssdo_gl import math3d
 from ssdo_gl.math3d import FloatArray
-from ssdo_gl.scene.numbers import check_number, three_numbers
+from ssdo_gl.scene.numbers import check_number, checked_size, three_numbers
 from ssdo_gl.settings.fields import SettingError, shown
 
 if TYPE_CHECKING:
@@ -69,10 +69,9 @@ class Camera:
             raise SettingError(f"target = {self.target}: expected another point than position")
         if self.up == (0.0, 0.0, 0.0):
             raise SettingError("up = (0, 0, 0): expected a direction")
-        for name in ("fov_y", "exposure", *(() if self.height is None else ("height",))):
+        for name in ("exposure", *(() if self.height is None else ("height",))):
             check_number(name, getattr(self, name))
-        if not 0.0 < self.fov_y < 180.0:
-            raise SettingError(f"fov_y = {shown(self.fov_y)}: expected degrees between 0 and 180")
+        _check_fov(self.fov_y)
         if self.height is not None and not self.height > 0.0:
             raise SettingError(f"height = {shown(self.height)}: expected scene units above 0")
 
@@ -111,13 +110,24 @@ class Camera:
             Degrees.
         exposure : float or None
             In EV; None: that of the scene's camera.
+
+        Raises
+        ------
+        SceneError, SettingError
+            Naming what has no meaning.
         """
+        from ssdo_gl.scene.checks import check_scene
         from ssdo_gl.scene.defaults import frame, seen_from
 
+        check_scene(scene)
+        _check_fov(fov_y)
         level = scene.camera.exposure if exposure is None else exposure
         if direction is None:
             return frame(scene.meshes, scene.objects, fov_y, level, scene.materials)
-        toward = -math3d.normalized(three_numbers("direction", direction))
+        ahead = three_numbers("direction", direction)
+        if ahead == (0.0, 0.0, 0.0):
+            raise SettingError("direction = (0, 0, 0): expected a direction")
+        toward = -math3d.normalized(ahead)
         return seen_from(scene.meshes, scene.objects, toward, fov_y, level)
 
     @classmethod
@@ -135,7 +145,10 @@ class Camera:
         **fields
             ``fov_y``, ``exposure``, ``height``.
         """
-        matrix = np.asarray(world_from_camera, dtype=np.float64)
+        try:
+            matrix = np.asarray(world_from_camera, dtype=np.float64)
+        except (TypeError, ValueError):
+            matrix = np.zeros(0)
         rotation = matrix[:3, :3] if matrix.shape in ((3, 4), (4, 4)) else np.zeros((3, 3))
         is_rigid = np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-5)
         if not is_rigid or np.linalg.det(rotation) < 0.0:
@@ -155,6 +168,8 @@ class Camera:
         up_degrees : float
             Then higher above the target; not beyond 89 degrees above or below it.
         """
+        check_number("degrees", degrees)
+        check_number("up_degrees", up_degrees)
         if degrees == up_degrees == 0.0:
             return self
         axis = math3d.normalized(self.up)
@@ -190,7 +205,8 @@ class Camera:
         height : float or None
             What the picture shows instead, scene units.
         """
-        return dataclasses.replace(self, height=height or self.height_at_target)
+        shown_height = self.height_at_target if height is None else height
+        return dataclasses.replace(self, height=shown_height)
 
     def perspective(self) -> Camera:
         """Return the pinhole camera that shows what is at the target as large.
@@ -238,7 +254,7 @@ class Camera:
         size : (int, int)
             Width and height in pixels.
         """
-        width, height = size
+        width, height = checked_size(size)
         focal = height / (self.height or 2.0 * math.tan(math.radians(self.fov_y) / 2.0))
         return np.array(
             [[focal, 0.0, (width - 1) / 2.0], [0.0, focal, (height - 1) / 2.0], [0.0, 0.0, 1.0]]
@@ -257,11 +273,14 @@ class Camera:
         SettingError
             Unless `far` is beyond `near` and, of a pinhole, `near` before it.
         """
+        check_number("near", near)
+        check_number("far", far)
+        width, height = checked_size(size)
         is_before = self.height is not None or near > 0.0
-        if not (is_before and near < far and math.isfinite(near) and math.isfinite(far)):
+        if not (is_before and near < far):
             first = "near < far" if self.height is not None else "0 < near < far"
             raise SettingError(f"near = {shown(near)}, far = {shown(far)}: expected {first}")
-        aspect = size[0] / size[1]
+        aspect = width / height
         if self.height is not None:
             return math3d.orthographic(self.half_frame(aspect), near, far)
         return math3d.perspective(self.tan_half_fov(aspect), near, far)
@@ -283,6 +302,12 @@ class Camera:
         """Return half of the (width, height) that parallel rays show; 0 for a pinhole."""
         vertical = 0.5 * (self.height or 0.0)
         return vertical * aspect, vertical
+
+
+def _check_fov(degrees: object) -> None:
+    check_number("fov_y", degrees)
+    if not 0.0 < degrees < 180.0:  # type: ignore[operator]  # it is a number
+        raise SettingError(f"fov_y = {shown(degrees)}: expected degrees between 0 and 180")
 
 
 def _axes_of(convention: str) -> tuple[float, float, float]:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
+from typing import get_args
+
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.environment import (
-    ConstantEnvironment,
-    GradientEnvironment,
-    MapEnvironment,
-)
+from ssdo_gl.scene.environment import Environment
 from ssdo_gl.scene.geometry import Mesh, SceneObject
 from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Material
@@ -15,7 +13,6 @@ from ssdo_gl.scene.scene import Scene, SceneError
 from ssdo_gl.scene.type_checks import check_type
 
 _KINDS = {"meshes": Mesh, "materials": Material, "objects": SceneObject, "lights": Light}
-_ENVIRONMENTS = (ConstantEnvironment, GradientEnvironment, MapEnvironment)
 
 
 def check_scene(scene: Scene) -> None:
@@ -26,7 +23,7 @@ def check_scene(scene: Scene) -> None:
             check_type(f"{name}[{index}]", item, kind)
     check_type("camera", scene.camera, Camera)
     if scene.environment is not None:
-        check_type("environment", scene.environment, _ENVIRONMENTS, "environment")
+        check_type("environment", scene.environment, get_args(Environment), "environment")
     for index, mesh in enumerate(scene.meshes):
         if mesh.fault:
             raise SceneError(f"meshes[{index}].{mesh.fault}")

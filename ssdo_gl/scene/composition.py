@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -115,6 +115,12 @@ def composed(
     title: str,
 ) -> Scene:
     """Return a scene of parts; light and camera are added where there are none."""
+    if not isinstance(lights, Iterable):
+        raise SceneError(f"lights: expected a list of lights, got {a_type(lights)}")
+    if environment is not None:
+        check_type("environment", environment, get_args(Environment), "environment")
+    if render is not None:
+        check_type("render", render, Mapping, "mapping")
     lights = tuple(lights)
     is_lit = bool(lights) or environment is not None
     options = LoadOptions(light="file" if is_lit else "auto", is_bare=True)

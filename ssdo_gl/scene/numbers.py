@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,8 @@ def three_numbers(name: str, value: Any) -> Vector:
             raise SettingError(f"{name} = {text}: expected three numbers") from None
     if not all(map(math.isfinite, point)):
         raise SettingError(f"{name} = {point}: expected finite numbers")
+    if max(map(abs, point)) > LARGEST_NUMBER:
+        raise SettingError(f"{name} = {point}: expected at most {LARGEST_NUMBER:g} in size")
     return point
 
 
@@ -42,6 +45,26 @@ def check_number(name: str, value: Any) -> None:
     """Raise SettingError unless an argument is a finite number."""
     if not (isinstance(value, (float, int, np.number)) and math.isfinite(value)):
         raise SettingError(f"{name} = {shown(value)}: expected a finite number")
+    if abs(float(value)) > LARGEST_NUMBER:
+        raise SettingError(f"{name} = {shown(value)}: expected at most {LARGEST_NUMBER:g} in size")
+
+
+def checked_size(value: Any) -> tuple[int, int]:
+    """Return a width and a height in pixels; raises SettingError."""
+    try:
+        width, height = map(operator.index, value)
+    except (TypeError, ValueError):
+        width = height = 0
+    if min(width, height) < 1:
+        raise SettingError(f"size = {shown(value)}: expected two whole numbers from 1 on")
+    return width, height
+
+
+def check_index(name: str, value: Any) -> None:
+    """Raise SettingError unless an argument is a whole number from 0 on."""
+    is_whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    if not (is_whole and value >= 0):
+        raise SettingError(f"{name} = {shown(value)}: expected an index from 0 on")
 
 
 def light_numbers(name: str, value: Any) -> Vector:

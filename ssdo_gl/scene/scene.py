@@ -18,7 +18,7 @@ from ssdo_gl.scene.lights import Light
 from ssdo_gl.scene.material import Color, Material
 from ssdo_gl.scene.motion import Trajectory
 from ssdo_gl.settings.loading import USUAL, LoadOptions
-from ssdo_gl.short_repr import counted, described
+from ssdo_gl.short_repr import counted, described, with_article
 from ssdo_gl.user_error import UserError
 
 
@@ -84,6 +84,13 @@ class Scene:
     is_framed: bool = False
     added_light_count: int = 0
     has_added_sky: bool = False
+
+    def __post_init__(self) -> None:
+        for name in ("meshes", "materials", "objects", "lights"):
+            parts = getattr(self, name)
+            if not isinstance(parts, (tuple, list)):
+                got = with_article(type(parts).__name__)
+                raise SceneError(f"{name}: expected a tuple, got {got}")
 
     @classmethod
     def from_arrays(
@@ -200,6 +207,9 @@ class Scene:
 
     def with_camera(self, camera: Camera) -> Scene:
         """Return the scene seen from elsewhere."""
+        from ssdo_gl.scene.type_checks import check_type
+
+        check_type("camera", camera, Camera)
         return replace(self, camera=camera, camera_motion=None, is_framed=False)
 
     def with_transform(self, which: int | str, transform: ArrayLike) -> Scene:
@@ -229,11 +239,15 @@ class Scene:
         return composition.with_light(self, which, light)
 
     def __repr__(self) -> str:
+        try:
+            triangles = counted(self.triangle_count, "triangle")
+        except (AttributeError, IndexError):  # what is refused when it is drawn can be shown
+            triangles = ""
         return described(
             self,
             repr(self.title) if self.title else "",
             counted(len(self.objects), "object"),
-            counted(self.triangle_count, "triangle"),
+            triangles,
             counted(len(self.lights), "light"),
             "" if self.environment is None else type(self.environment).__name__,
         )

@@ -13,6 +13,7 @@ import ssdo_gl.scene.camera
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.defaults.framing import MARGIN
 from ssdo_gl.scene.geometry.mesh import placed
+from ssdo_gl.scene.scene import SceneError
 from ssdo_gl.settings.fields import SettingError
 
 # Angles and lengths in float64.
@@ -37,6 +38,8 @@ def test_the_documented_example_runs():
         ({"fov_y": "35"}, "fov_y = .35.: expected a finite number"),
         ({"exposure": math.nan}, "exposure = nan: expected a finite number"),
         ({"height": math.inf}, "height = inf: expected a finite number"),
+        ({"position": (0, 0, 1e31)}, "position = .*: expected at most 1e.30 in size"),
+        ({"exposure": -1e31}, "exposure = -1e.31: expected at most 1e.30 in size"),
     ],
 )
 def test_a_camera_without_a_picture_is_refused(fields, message):
@@ -49,7 +52,8 @@ def test_a_camera_without_a_picture_is_refused(fields, message):
     [
         (None, 0.0, 1.0, "near = 0.0, far = 1.0: expected 0 < near < far"),
         (None, 1.0, 1.0, "near = 1.0, far = 1.0: expected 0 < near < far"),
-        (None, 1.0, math.inf, "far = inf: expected 0 < near < far"),
+        (None, 1.0, math.inf, "far = inf: expected a finite number"),
+        (None, "a", 1.0, "near = 'a': expected a finite number"),
         (2.0, 1.0, -1.0, "near = 1.0, far = -1.0: expected near < far"),
     ],
 )
@@ -57,6 +61,47 @@ def test_a_projection_needs_one_depth_beyond_the_other(height, near, far, messag
     camera = Camera((0, 0, 4), (0, 0, 0), height=height)
     with pytest.raises(SettingError, match=message):
         camera.projection((16, 9), near, far)
+
+
+@pytest.mark.parametrize("size", [(0, 0), (16, 0), (-1, 3), (4.5, 3), (4,), 3, "ab", None])
+def test_a_picture_without_pixels_is_refused(size):
+    camera = Camera((0, 0, 4), (0, 0, 0))
+    with pytest.raises(SettingError, match=r"size = .*: expected two whole numbers from 1 on"):
+        camera.intrinsics(size)
+    with pytest.raises(SettingError, match=r"size = .*: expected two whole numbers from 1 on"):
+        camera.projection(size, 1.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda c: c.orbit("a"), "degrees = 'a': expected a finite number"),
+        (lambda c: c.orbit(1.0, None), "up_degrees = None: expected a finite number"),
+        (lambda c: c.orthographic(0), "height = 0: expected scene units above 0"),
+        (lambda c: Camera.from_pose("a"), "world_from_camera: expected a rotation"),
+        (lambda c: Camera.from_pose([[1], [1, 2]]), "world_from_camera: expected a rotation"),
+    ],
+)
+def test_a_turn_without_meaning_is_refused(change, message):
+    with pytest.raises(SettingError, match=message):
+        change(Camera((0, 0, 4), (0, 0, 0)))
+
+
+@pytest.mark.parametrize(
+    ("scene", "fields", "message"),
+    [
+        (3, {}, "scene: expected a Scene, got an int"),
+        ("corner", {}, "scene: expected a Scene, got a str"),
+        (None, {"direction": (0, 0, 0)}, "direction = .*: expected a direction"),
+        (None, {"direction": 3}, "direction = 3: expected three numbers"),
+        (None, {"fov_y": 0}, "fov_y = 0: expected degrees between 0 and 180"),
+        (None, {"fov_y": "a"}, "fov_y = 'a': expected a finite number"),
+    ],
+)
+def test_fit_refuses_what_it_cannot_frame(scene, fields, message):
+    scene = ssdo_gl.load_scene("corner") if scene is None else scene
+    with pytest.raises((SettingError, SceneError), match=message):
+        Camera.fit(scene, **fields)
 
 
 def test_points_may_be_arrays():

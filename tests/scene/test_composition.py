@@ -71,7 +71,11 @@ def test_arrays_make_the_picture_of_their_file(tmp_path):
         ({"transform": np.eye(3)}, r"transform: expected affine matrices, .* got shape \(3, 3\)"),
         ({"transform": np.zeros((4, 4))}, "another last row than 0 0 0 1"),
         ({"transform": np.diag([1, 1, 0, 1])}, "finite matrices that have an inverse"),
+        ({"positions": 3}, "positions: expected an array of numbers, got one without rows"),
         ({"lights": ["sun"]}, "lights: expected a light, got a str"),
+        ({"lights": 3}, "lights: expected a list of lights, got an int"),
+        ({"environment": 3}, "environment: expected an environment, got an int"),
+        ({"render": 3}, "render: expected a mapping, got an int"),
         ({"material": "red"}, "material: expected a Material, got a str"),
         ({"camera": 5}, "camera: expected a Camera, got an int"),
     ],
@@ -193,6 +197,8 @@ def test_changes_share_all_else():
         (lambda s: s.with_light("lamp", PANEL), "expected a PointLight, got a RectangleLight"),
         (lambda s: s.with_material(0, Material(emission=(1, 0, 0))), "what emits has lights"),
         (lambda s: s.with_material(0, "red"), "material: expected a Material, got a str"),
+        (lambda s: s.with_camera(3), "camera: expected a Camera, got an int"),
+        (lambda s: Scene(3, (), (), s.camera), "meshes: expected a tuple, got an int"),
     ],
 )
 def test_a_change_that_cannot_be_is_refused(change, message):
@@ -203,6 +209,7 @@ def test_a_change_that_cannot_be_is_refused(change, message):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
+        ({"objects": (ssdo_gl.SceneObject(3, 5),)}, r"objects\[0\].mesh = 3: the scene has 1"),
         ({"objects": (ssdo_gl.SceneObject(0, 5),)}, r"objects\[0\].material = 5: the scene has 1"),
         ({"objects": (ssdo_gl.SceneObject(0, 0, np.eye(3)),)}, r"expected shape \(N, 4, 4\)"),
         ({"meshes": (Mesh(QUAD, [[0, 1, 9]]),)}, r"meshes\[0\].triangles\[0\] = \[0, 1, 9\]"),
@@ -213,8 +220,10 @@ def test_a_change_that_cannot_be_is_refused(change, message):
 )
 def test_a_renderer_refuses_a_scene_that_cannot_be_drawn(changes, message):
     scene = Scene.from_arrays(QUAD, HALVES, lights=[LAMP])
+    faulty = dataclasses.replace(scene, **changes)
+    assert repr(faulty).startswith("Scene(1 object, ")
     with pytest.raises(SceneError, match=message):
-        ssdo_gl.Renderer(dataclasses.replace(scene, **changes), SMALL)
+        ssdo_gl.Renderer(faulty, SMALL)
     with pytest.raises(SceneError, match="settings: expected a Settings, got a dict"):
         ssdo_gl.Renderer(ssdo_gl.load_scene("corner"), {"size": (8, 8)})
     with pytest.raises(SceneError, match="scene: expected a Scene, got a str"):
@@ -265,6 +274,13 @@ def test_a_renderer_refuses_a_scene_that_cannot_be_drawn(changes, message):
             "occlusion_strength = 5: expected a number from 0",
         ),
         (lambda: Material(alpha_cutoff=float("nan")), "alpha_cutoff = nan: expected a finite"),
+        (lambda: Material(specular_color=(1, 2e30, 1)), "specular_color = .*: expected at most"),
+        (lambda: Material(is_unlit="no"), "is_unlit = 'no': expected a bool"),
+        (lambda: SceneObject(-1, 0), "mesh = -1: expected an index from 0 on"),
+        (lambda: SceneObject(0, "red"), "material = 'red': expected an index from 0 on"),
+        (lambda: SceneObject(0, 0, light=0.5), "light = 0.5: expected an index from 0 on"),
+        (lambda: SceneObject(0, 0, 3), "world_from_object: .* one without rows"),
+        (lambda: SceneObject(0, 0, motion=3), "motion = 3: expected a Trajectory or None"),
         (lambda: Material(roughness=7), "roughness = 7: expected a number from 0 to 1"),
         (lambda: Material(metallic=float("nan")), "metallic = nan: expected a number from 0 to 1"),
     ],

@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 from ssdo_gl.math3d import FloatArray, largest_of_rows, lengths_of_rows
 from ssdo_gl.scene.geometry.array_spans import spans
 from ssdo_gl.scene.motion import Trajectory
-from ssdo_gl.settings.fields import SettingError
+from ssdo_gl.scene.numbers import check_index
+from ssdo_gl.settings.fields import SettingError, shown
 from ssdo_gl.short_repr import counted, described
 
 # Of one object; their matrices alone fill 128 MiB.
@@ -216,6 +217,12 @@ class SceneObject:
         its emission is delivered by that light and must not be counted again.
     is_ground : bool
         Whether it was laid under the scene, whose size does not count it.
+
+    Raises
+    ------
+    SettingError
+        Naming the field that has no meaning. Whether a scene has what indices name is known
+        when it is drawn.
     """
 
     mesh: int
@@ -227,6 +234,12 @@ class SceneObject:
     is_ground: bool = False
 
     def __post_init__(self) -> None:
+        check_index("mesh", self.mesh)
+        check_index("material", self.material)
+        if self.light is not None:
+            check_index("light", self.light)
+        if not (self.motion is None or hasattr(self.motion, "world_from_rest")):
+            raise SettingError(f"motion = {shown(self.motion)}: expected a Trajectory or None")
         matrices = self.world_from_object
         if not _is_float64(matrices) or matrices.ndim != 3:
             matrices = _numbers("world_from_object", matrices, np.float64)
@@ -269,6 +282,9 @@ def _numbers(name: str, value: Any, wanted: type[np.number[Any]]) -> Any:
         is_usable = array.dtype.kind in ("iu" if wanted is np.int64 else "iuf")
     except ValueError:
         is_usable, got = False, "of rows that differ in length"
+    else:
+        if array.ndim == 0:
+            is_usable, got = False, "without rows"
     if not is_usable:
         what = "whole numbers" if wanted is np.int64 else "numbers"
         raise SettingError(f"{name}: expected an array of {what}, got one {got}")

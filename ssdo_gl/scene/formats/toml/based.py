@@ -120,7 +120,7 @@ def _camera(table: Table, base: Scene) -> Camera:
         return camera
     camera = dataclasses.replace(base.camera, fov_y=fov_y, exposure=exposure)
     height = read_height(table)
-    return camera if height is None else camera.orthographic(height)
+    return camera if height is None else camera.orthographic(height or None)
 
 
 def _with_edits(top: Table, base: Scene, builder: SceneBuilder) -> Scene:

@@ -33,7 +33,7 @@ def read_camera(table: Table, base: Camera | None = None) -> tuple[Camera | None
         table.fail("target", "must not coincide with position")
     up = table.direction("up", (0.0, 1.0, 0.0))
     camera, height = Camera(position, target, up, fov_y, exposure), read_height(table)
-    return camera if height is None else camera.orthographic(height), fov_y, exposure
+    return camera if height is None else camera.orthographic(height or None), fov_y, exposure
 
 
 def read_height(table: Table) -> float | None:
