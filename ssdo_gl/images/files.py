@@ -39,15 +39,15 @@ def check_output(
     Called before rendering, so that nobody waits for an image that cannot be kept. With
     `new_folder`, its folder may be one that is still to be made.
     """
-    if suffixes and path.suffix.lower() not in suffixes:
-        raise OutputError(f"{path}: the suffix must be one of {', '.join(suffixes)}")
     # Of os.path: an answer for names that the file system refuses, too.
     if os.path.isdir(path):
         raise OutputError(f"{path}: is a folder; name a file")
     folder = _behind_links(path).parent
+    if os.path.exists(folder) and not os.path.isdir(folder):
+        raise OutputError(f"{path}: {folder} is a file, no folder")
+    if suffixes and path.suffix.lower() not in suffixes:
+        raise OutputError(f"{path}: the suffix must be one of {', '.join(suffixes)}")
     if new_folder and not os.path.isdir(folder):
-        if os.path.exists(folder):
-            raise OutputError(f"{path}: {folder} is a file, no folder")
         check_output(folder, ())
         return
     if not os.path.isdir(folder):

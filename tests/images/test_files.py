@@ -84,6 +84,8 @@ def test_a_failing_write_leaves_the_old_file(tmp_path, monkeypatch):
     [
         ("a.tif", "suffix must be one of .png, .jpg, .jpeg, .webp, .exr, .npz"),
         ("nowhere/a.png", "does not exist"),
+        ("file.png/a", "file.png is a file, no folder"),
+        ("file.png/a.png", "file.png is a file, no folder"),
         ("folder.png", "is a folder"),
         ("a" * 252 + ".png", "cannot be written: File name too long"),
         ("a" * 256 + "/a.png", "does not exist"),
@@ -91,6 +93,7 @@ def test_a_failing_write_leaves_the_old_file(tmp_path, monkeypatch):
 )
 def test_outputs_that_cannot_be_written_are_refused_before_rendering(tmp_path, name, said):
     (tmp_path / "folder.png").mkdir()
+    (tmp_path / "file.png").touch()
     with pytest.raises(OutputError, match=said):
         check_output(tmp_path / name)
 
