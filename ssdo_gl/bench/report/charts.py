@@ -12,6 +12,8 @@ from ssdo_gl.bench.report import key
 # About as wide as a telephone and as a third of the page, so that text is as large as the page's.
 WIDTH, HEIGHT = 400.0, 310.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 58.0, 12.0, 10.0, 42.0
+# Width of a letter of small text, about.
+_LETTER = 5.3
 # Rules for what is drawn here; colours are variables, so that dark pages can set others.
 CHART_CSS = (
     "svg.chart{font:12px system-ui,sans-serif;display:block}"
@@ -98,13 +100,23 @@ class LogChart:
             path = "L".join(f"{x:.1f} {y:.1f}" for x, y in places)
             self.add(f'<path class="{classes}" d="M{path}"/>')
 
-    def level(self, y: float, text: str) -> None:
-        """Draw a line across at `y`, named."""
+    def level(self, y: float, text: str, points: Sequence[tuple[float, float]] = ()) -> None:
+        """Draw a line across at `y`, named at the end where fewer `points` cover its name."""
         left, height = self.place(self.x_range[0], y)
         self.add(f'<path class="limit" d="M{left:.1f} {height:.1f}H{WIDTH - _RIGHT}"/>')
         # Little is below what more reads cannot cross.
         below = height + 13.0 if height + 16.0 < HEIGHT - _BOTTOM else height - 4.0
-        self.add(f'<text class="small" x="{left + 3:.1f}" y="{below:.1f}">{escape(text)}</text>')
+        wide, right = _LETTER * len(text), WIDTH - _RIGHT
+        # Dots are some 8 across, and have numbers beside them.
+        places = [x for x, v in (self.place(*p) for p in points) if abs(v - below + 4.0) < 14.0]
+        covering = [sum(a < x < b for x in places) for a, b in (
+            (left - 6.0, left + wide + 9.0), (right - wide - 9.0, right + 6.0),
+        )]  # fmt: skip
+        x, anchor = (right - 3.0, "end") if covering[1] < covering[0] else (left + 3.0, "start")
+        self.add(
+            f'<text class="small" x="{x:.1f}" y="{below:.1f}" text-anchor="{anchor}">'
+            f"{escape(text)}</text>"
+        )
 
     def svg(self) -> str:
         """Return the chart as an element of a page."""

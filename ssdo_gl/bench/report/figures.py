@@ -48,7 +48,7 @@ def front_chart(bench: Bench, panel: ErrorPanel) -> Figure:
         times, errors + levels, percent=panel.relative,
     )  # fmt: skip
     for level in levels:
-        chart.level(level, "the march, converged")
+        chart.level(level, "the march, converged", list(zip(times, errors, strict=True)))
     front = front_of(results, panel.name)
     _stair(chart, front, panel)
     for result in sorted(results, key=lambda r: r.verdicts[panel.name].on_front):

@@ -149,10 +149,10 @@ def _draw_front(chart: Axes, front: Sequence[Result], panel: ErrorPanel) -> None
 def _draw_limits(chart: Axes, reference: ReferenceSummary) -> None:
     """Draw what more depth reads cannot cross."""
     if math.isfinite(reference.floor) and reference.floor > 0.0:
-        chart.axhline(reference.floor, color="#666666", linestyle="--", linewidth=0.9)
-        chart.annotate(
-            "the march, converged", (0.01, reference.floor), fontsize=6.5, color="#666666",
-            xycoords=("axes fraction", "data"), xytext=(2, 2), textcoords="offset points",
+        # Named in the legend: beside the line points may lie.
+        chart.axhline(
+            reference.floor, color="#666666", linestyle="--", linewidth=0.9,
+            label="the march, converged",
         )  # fmt: skip
 
 

@@ -69,6 +69,14 @@ def test_every_point_has_a_mark_at_its_numbers(found):
             assert drawn == sorted(drawn)
 
 
+@pytest.mark.parametrize(("x", "anchor"), [(1.5, "end"), (90.0, "start"), (10.0, "start")])
+def test_a_level_is_named_where_no_point_covers_its_name(x, anchor):
+    chart = LogChart("t", "x", "y", [1.0, 100.0], [0.01, 1.0])
+    chart.level(0.1, "the march, converged", [(x, 0.098), (1.5, 0.9)])
+    (found,) = re.findall(r'text-anchor="(\w+)">the march', chart.svg())
+    assert found == anchor
+
+
 def test_a_chart_as_a_file_is_whole(found):
     file = standalone(front_chart(found, measured_panels(found)[0]))
     root = ET.fromstring(file)

@@ -238,6 +238,15 @@ def test_no_legend_of_a_plot_hides_points():
         assert chart.get_legend().get_window_extent().y1 < chart.bbox.y0
 
 
+def test_the_line_of_the_converged_march_is_named_where_no_point_can_lie():
+    for chart in plots.pareto_figure(bench()).axes:
+        lines = [line for line in chart.get_lines() if line.get_linestyle() == "--"]
+        named = [text.get_text() for text in chart.get_legend().get_texts()]
+        assert named.count("the march, converged") == len(lines)
+        assert all("converged" not in text.get_text() for text in chart.texts)
+    assert lines
+
+
 def test_a_missing_library_is_noticed_before_any_work(monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with pytest.raises(Exception, match=r"ssdo_gl\[bench\]"):
