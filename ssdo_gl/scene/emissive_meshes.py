@@ -86,7 +86,7 @@ def emitter_lights(
         if not exact:
             notes.append(
                 f"emissive shape {name!r} lights the scene through {len(made)} sample "
-                f"rectangles of the same total power"
+                f"rectangles of the same total power, but for gi"
             )
         elif material.emission_texture is not None:
             notes.append(

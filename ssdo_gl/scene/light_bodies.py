@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from ssdo_gl.scene.scene import Scene
 
+# Of a glossy room, where maps of 1, 4, 8 and 32 panels take 68, 113, 173 and 415 ms a frame, rays
+# to all of them take 73 to 85, for 1.3, 1.09, 1.06 and 1.12 of the squared error (160x90).
+MOST_PANELS = 4
+
 
 def body_lights(scene: Scene) -> dict[int, range]:
     """Return, for each light that names a glowing object, all lights that stand for it.
@@ -50,8 +54,20 @@ def bodies_with_images(scene: Scene) -> frozenset[int]:
 
 
 def approximations(scene: Scene) -> frozenset[int]:
-    """Return the lights that do not send exactly what the body they stand for does."""
-    return stand_ins(scene) | bodies_with_images(scene)
+    """Return the lights in whose place rays to points of their bodies are better.
+
+    They do not send exactly what the body does; or they are of many panels where gloss asks for a
+    map of each light, or where something translucent casts another shadow in each frame.
+    """
+    return stand_ins(scene) | bodies_with_images(scene) | _many_panels(scene)
+
+
+def _many_panels(scene: Scene) -> frozenset[int]:
+    lights = frozenset(i for run in body_lights(scene).values() for i in run)
+    if len(lights) <= MOST_PANELS:
+        return frozenset()
+    used = (scene.materials[item.material] for item in scene.objects)
+    return lights if any(m.is_glossy or m.is_translucent for m in used) else frozenset()
 
 
 def stand_ins(scene: Scene) -> frozenset[int]:

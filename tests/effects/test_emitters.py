@@ -21,6 +21,7 @@ from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.emissive_meshes import MAX_LIGHTS, SAMPLE_COUNT
 from ssdo_gl.scene.formats.toml import read_description
 from ssdo_gl.scene.geometry.mesh import SceneObject
+from ssdo_gl.scene.light_bodies import MOST_PANELS
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
@@ -193,6 +194,46 @@ material = "glow"
     scene = showing(scene, pixels)
     pictures = [direct(scene, method="gi", seed=i, overrides=UNFILTERED) for i in range(4)]
     assert_alike(np.mean(pictures, axis=0), traced(scene, 4096))
+
+
+@pytest.mark.parametrize("kind", ["roughness = 0.5", "roughness = 0.5\nopacity = 0.5"])
+@pytest.mark.parametrize("count", [4, 5])
+def test_maps_are_drawn_of_few_panels_alone(count: int, kind: str) -> None:
+    """Gloss asks for the maps of all lights, and what is translucent for new ones in each frame."""
+    pane = f"""
+[materials.pane]
+albedo = [0.5, 0.5, 0.5]
+{kind}
+[[object]]
+shape = "quad"
+corner = [-0.9, 0.2, 0.4]
+edge_u = [1.8, 0, 0]
+edge_v = [0, 0.4, 0]
+material = "pane"
+"""
+    panels = "".join(
+        f"""
+[[object]]
+shape = "quad"
+corner = [{0.25 * i - 1}, 0.7, -0.8]
+edge_u = [0.1, 0, 0]
+edge_v = [0, 0, 1.6]
+material = "glow"
+"""
+        for i in range(count)
+    )
+    scene = read_description(ROOM + pane + panels, "room")
+    assert len(scene.lights) == count
+    with Renderer(scene, Settings(size=SIZE, method="gi")) as renderer:
+        ran = {item.name for item in renderer.render(["beauty"]).passes if item.ran}
+    assert ("emitters" in ran, "shadow_map" in ran) == (count > MOST_PANELS, count <= MOST_PANELS)
+    if count > MOST_PANELS:
+        found = [direct(scene, method="gi", seed=i, overrides=UNFILTERED) for i in range(4)]
+        exact = [
+            direct(scene, method="direct", shadows="traced", shadow_rays=64, seed=i)
+            for i in range(4)
+        ]
+        assert_alike(np.mean(found, axis=0), np.mean(exact, axis=0))
 
 
 def test_what_glows_is_gathered_once() -> None:
