@@ -68,9 +68,11 @@ Shaft shaft_toward(Light light, vec3 n_vs, float lift, ivec2 pixel)
 float weight_of(vec3 way, vec3 n, vec3 m, vec3 of_light)
 {
     float size_2 = max(dot(way, way), 1e-30);
-    float weight = max(dot(way, n), 0.0) * inversesqrt(size_2);
+    float weight = max(dot(way, n), 0.0);
 #if LIGHT_FORM == FORM_AREA
     weight *= abs(dot(way, of_light)) / (size_2 * size_2);
+#else
+    weight *= inversesqrt(size_2);
 #endif
     return dot(way, m) > 0.0 ? weight : 0.0;
 }

@@ -71,6 +71,16 @@ def test_penumbrae_are_those_of_rays(light):
     assert many < 0.25 * error("gi")
 
 
+def test_points_near_a_wide_lamp_count_as_much_as_they_send():
+    """Half hidden, close to the floor: most of the light comes from the nearest points."""
+    lamp = RectangleLight((-1.0, 0.3, -1.2), (2.0, 0, 0), (0, 0, 2.0), (4.0, 4.0, 4.0))
+    lids = [box((x, 0.2, -1.2), (x + 0.1, 0.21, 0.8)) for x in np.arange(-1.0, 1.0, 0.2)]
+    scene = dataclasses.replace(make_scene([FLOOR, *lids], camera=CAMERA), lights=(lamp,))
+    true = direct(scene, "direct", shadows="traced", shadow_rays=1024)
+    found = direct(scene, "gi", overrides={"direct.penumbra_rays": 256})
+    assert found.mean() == pytest.approx(true.mean(), rel=0.01)
+
+
 def test_penumbrae_have_no_outline():
     # Small enough that points within the window alone would see it late: a step of an eighth.
     plate = box((-0.12, 0.6, -0.22), (0.12, 0.65, 0.02))
