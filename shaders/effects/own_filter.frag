@@ -16,14 +16,25 @@ uniform int u_stride;            // pixels from one that has rays to the next
 
 layout(location = 0) out vec4 o_far;
 
-// Taps to either side, and pixels from one to the next.
-const int REACH = 4;
-const int STEP = 2;
-// Of the guide's variance: from which on pixels are averaged, and at which they wholly are. 0.3 to
-// 0.6 in rooms with a lamp, 4 in a cellar under a grating. From two thirds of both on, and from
-// one and two thirds, the cellar's relMSE is .0007 and .0005 for .0004.
-const float EVEN = 0.9;
-const float UNEVEN = 1.8;
+// Pixels to either side, and from one tap to the next: 25 taps, whose gaps the edge-aware filter
+// closes, or 81 where light comes from the fewest directions. 25 there, too: .0008 for .0004 in the
+// cellar.
+const int REACH = 8;
+const int STEP = 4;
+const int FINE_STEP = 2;
+// Of the guide's variance: where it is more pixels are averaged, and wholly from twice as much on. 0.3
+// to 0.6 in rooms with a lamp, 4 in a cellar under a grating. The taps reach as many pixels in any
+// frame, and so blur less of what a larger one shows: from 180 lines on the bound falls, down to a
+// third. With a ninth, courtyard's contacts blur: .0028 for .0022 at 640x360.
+const float MOST_EVEN = 0.9;
+const float LEAST_EVEN = 0.3;
+const float EVEN_LINES = 180.0;
+
+float even_variance()
+{
+    float smaller = EVEN_LINES / float(textureSize(t_own_places, 0).y);
+    return clamp(MOST_EVEN * smaller * smaller, LEAST_EVEN, MOST_EVEN);
+}
 
 ivec2 place_of(int number)
 {
@@ -64,17 +75,18 @@ bool is_in_more_light(ivec2 place)
 }
 
 // Averaged over pixels about that are in the same light.
-vec4 averaged_far(ivec2 texel, vec3 p_vs, vec3 n_vs, bool is_lit)
+vec4 averaged_far(ivec2 texel, int step, vec3 p_vs, vec3 n_vs, bool is_lit)
 {
     vec3 geometric_vs = gbuffer_geometric_normal_vs(texel);
     int own = texelFetch(t_own_places, texel, 0).x;
-    float inv_reach = 1.0 / (float(STEP * u_stride) * pixel_height_at(-p_vs.z));
+    float inv_reach = 1.0 / (float(FINE_STEP * u_stride) * pixel_height_at(-p_vs.z));
+    float taps = float(REACH / FINE_STEP);
     ivec2 size = textureSize(t_own_places, 0);
     vec4 sum = vec4(0.0);
     float weights = 0.0;
-    for (int y = -REACH; y <= REACH; ++y) {
-        for (int x = -REACH; x <= REACH; ++x) {
-            ivec2 other = texel + STEP * u_stride * ivec2(x, y);
+    for (int y = -REACH; y <= REACH; y += step) {
+        for (int x = -REACH; x <= REACH; x += step) {
+            ivec2 other = texel + u_stride * ivec2(x, y);
             bool exists = all(greaterThanEqual(other, ivec2(0))) && all(lessThan(other, size));
             int number = exists ? texelFetch(t_own_places, other, 0).x : 0;
             if (sign(number) != sign(own))
@@ -82,7 +94,7 @@ vec4 averaged_far(ivec2 texel, vec3 p_vs, vec3 n_vs, bool is_lit)
             // A pixel beside a distant one, or on a surface seen along itself, is farther away.
             vec3 d = (gbuffer_position_vs(other) - p_vs) * inv_reach;
             float height = dot(d, geometric_vs);
-            float near = 1.0 / ((1.0 + height * height) * (1.0 + dot(d, d) / float(REACH * REACH)));
+            float near = 1.0 / ((1.0 + height * height) * (1.0 + dot(d, d) / (taps * taps)));
             float alike = max(dot(gbuffer_shading_normal_vs(other), n_vs), 0.0);
             alike *= alike;
             float weight = near * near * alike * alike * alike * alike;
@@ -105,8 +117,11 @@ void main()
     vec3 p_vs = gbuffer_position_vs(texel);
     vec3 n_vs = gbuffer_shading_normal_vs(texel);
     bool is_lit = is_in_more_light(place);
-    float averaged = smoothstep(EVEN, UNEVEN, guide_at(texel, p_vs, n_vs).variance);
+    float even = even_variance();
+    float variance = guide_at(texel, p_vs, n_vs).variance;
+    float averaged = smoothstep(even, 2.0 * even, variance);
+    int step = variance < MOST_EVEN ? STEP : FINE_STEP;
     if (averaged > 0.0)
-        o_far = mix(o_far, averaged_far(texel, p_vs, n_vs, is_lit), averaged);
+        o_far = mix(o_far, averaged_far(texel, step, p_vs, n_vs, is_lit), averaged);
     o_far.rgb += is_lit ? vec3(0.0) : rare_at(texel, p_vs, n_vs);
 }
