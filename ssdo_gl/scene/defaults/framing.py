@@ -40,6 +40,8 @@ _WALL_DEPTH, _WALL_COVERAGE, _OPEN_COVERAGE = 0.05, 0.6, 0.1
 _ROOM_SIDES, _WINDOW_COVERAGE, _WHOLE_COVERAGE = 5, 0.5, 0.9
 # Walls that face inward by so much more than outward are seen from within.
 _LINED = 2.0
+# A storey without a roof is seen over its walls.
+_OVER_WALLS_DEGREES = 55.0
 # Sides of the bounding box as rows of coverage: -x +x -y +y -z +z.
 _BOTTOM, _TOP = 2, 3
 _SIDE_AZIMUTHS = {5: 0.0, 1: 90.0, 4: 180.0, 0: 270.0}
@@ -57,7 +59,8 @@ def frame(
     It stands in a closed room, and in one of any plan that shows the backs of its walls outside.
     A room with one open side is looked into, level, through that side; something flat that stands
     is seen from its front, thirty degrees to the right. Anything else is seen at three quarters
-    from slightly above, from where fewest walls of it stand in the way; the front is +z.
+    from slightly above, from where fewest walls of it stand in the way; the front is +z. Where
+    walls hide the floor of what has no roof, it is seen from higher up.
 
     Parameters
     ----------
@@ -72,8 +75,8 @@ def frame(
     sides = wall_sides(meshes, objects)
     room = closed_room(meshes, objects, sides)
     drawn = _drawn_walls(meshes, objects, materials, sides)
-    toward = _toward(*_viewpoint(_coverage(sides), drawn))
-    camera = seen_from(meshes, objects, toward, fov_y, exposure)
+    azimuth, elevation = _viewpoint(_coverage(sides), drawn)
+    camera = seen_from(meshes, objects, _toward(azimuth, elevation), fov_y, exposure)
     if room is None and int((_coverage(sides) >= _WALL_COVERAGE).sum()) == _ROOM_SIDES:
         # What looks open is not, where something sticks out of a wall.
         room = interior_of(meshes, objects, main_part(meshes, objects))
@@ -83,7 +86,12 @@ def frame(
     if _opening(_coverage(sides)) is not None:
         return camera
     shell = shell_of(meshes, objects, main_part(meshes, objects), materials)
-    return (shell and shell.wide_camera(fov_y, exposure)) or camera
+    if shell is None:
+        return camera
+    if shell.is_inside_out():
+        return shell.wide_camera(fov_y, exposure) or camera
+    above = seen_from(meshes, objects, _toward(azimuth, _OVER_WALLS_DEGREES), fov_y, exposure)
+    return above if shell.shows_its_floor_to(above, camera) else camera
 
 
 def _toward(azimuth: float, elevation: float) -> FloatArray:

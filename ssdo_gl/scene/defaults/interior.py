@@ -38,6 +38,10 @@ _SHELL_TRIANGLES = 1 << 13
 # A room is hidden where half of what is seen from outside is a wall within this share of the
 # way through it; it is full where so many of its triangles are not of the walls.
 _NEAR_WALL, _FULL = 0.25, 0.9
+# A storey without a roof is no higher than this share of its width, what is as low as that share of
+# its height is floor, and its walls hide it where one sees less than the one and, from above, more
+# than the other share.
+_FLAT, _FLOOR, _NO_FLOOR, _MUCH_FLOOR, _LEVEL = 0.5, 0.15, 0.05, 0.15, 0.9
 # Walls in so many of these directions keep light out.
 _DIRECTIONS, _SURROUNDED = 128, 0.9
 # Of more copies of triangles than these none is looked at.
@@ -177,6 +181,24 @@ class Interior:
         is_full = len(depth) > 0 and self.content_share >= _FULL
         return is_full and bool(np.median(depth) < _NEAR_WALL)
 
+    def shows_its_floor_to(self, above: Camera, camera: Camera) -> bool:
+        """Return whether a wide place without a roof shows its floor to the first camera alone."""
+        width, height, depth = self.high - self.low
+        if height > _FLAT * min(width, depth):
+            return False
+        return self._floor_to(camera) < _NO_FLOOR and self._floor_to(above) > _MUCH_FLOOR
+
+    def _floor_to(self, camera: Camera) -> float:
+        """Return how much of what a camera sees is floor."""
+        rays, place = _rays(camera), np.asarray(camera.position)
+        distance, first = self._hits(place, rays, culls=True)
+        seen = np.isfinite(distance)
+        heights = place[1] + distance[seen] * rays[seen, 1] - self.low[1]
+        a, b, c = np.moveaxis(self.corners[first[seen]], 1, 0)
+        is_level = np.abs(math3d.normalized(np.cross(b - a, c - a))[:, 1]) > _LEVEL
+        is_floor = is_level & (heights < _FLOOR * (self.high[1] - self.low[1]))
+        return float(is_floor.sum()) / max(len(heights), 1)
+
     @property
     def _diagonal(self) -> float:
         return float(np.linalg.norm(self.high - self.low))
@@ -290,9 +312,8 @@ def shell_of(
     part: MainPart,
     materials: Sequence[Material],
 ) -> Interior | None:
-    """Return the room of any plan that hides its inside behind the backs of its walls."""
-    room = interior_of(meshes, objects, part, materials, _SHELL_TRIANGLES)
-    return room if room is not None and room.is_inside_out() else None
+    """Return `part` as a room of any plan, of so few triangles that it is soon looked at."""
+    return interior_of(meshes, objects, part, materials, _SHELL_TRIANGLES)
 
 
 def room_around(

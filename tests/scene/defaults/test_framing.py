@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
@@ -98,6 +99,36 @@ def test_a_solid_is_seen_at_three_quarters_from_above() -> None:
     assert z > x > 0.0
     assert y > 0.2
     assert camera.exposure == 1.5
+
+
+def storey(wall: float, *, table: float = 0.7, roof: bool = False) -> list[SceneObject]:
+    """Return boxes: a floor of 8 x 6, walls so high around it and across, four tables, a roof."""
+    plan = [(0, 0, 8, 0.2), (0, 5.8, 8, 6), (0, 0, 0.2, 6), (7.8, 0, 8, 6), (4, 0, 4.2, 4)]
+    boxes = [((0, -0.2, 0), (8, 0, 6)), *(((a, 0, b), (c, wall, d)) for a, b, c, d in plan)]
+    boxes += [((x, 0, z), (x + 1, table, z + 1)) for x in (1, 6) for z in (1, 4)]
+    boxes += [((0, wall, 0), (8, wall + 0.2, 6))] * roof
+    low, high = BOX.positions.min(axis=0), BOX.positions.max(axis=0)
+    return placed(*(
+        math3d.translation(a) @ math3d.scaling(np.subtract(b, a) / (high - low))
+        @ math3d.translation(-low) for a, b in boxes
+    ))  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("objects", "is_high"),
+    [
+        (storey(2.6), True),
+        (storey(2.6, roof=True), False),  # nothing shows from above
+        (storey(0.3), False),  # walls hide nothing
+        (storey(5.0), False),  # a vessel, not a storey
+    ],
+)
+def test_a_storey_without_a_roof_is_seen_over_its_walls(
+    objects: list[SceneObject], is_high: bool
+) -> None:
+    camera = frame([BOX], objects, 40.0, 0.0)
+    _, y, _ = math3d.normalized(np.subtract(camera.position, camera.target))
+    assert y == pytest.approx(math.sin(math.radians(55.0 if is_high else 20.0)))
 
 
 def test_a_flat_scene_is_framed_too() -> None:
