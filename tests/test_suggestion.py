@@ -12,6 +12,8 @@ from ssdo_gl.suggestion import suggestion
     [
         ("radus", ["range", "radius"], True, "; did you mean 'radius'?"),
         ("radus", ["range", "radius"], False, "; did you mean 'radius'?"),
+        ("--list", ["--light", "--list-scenes"], True, "; did you mean '--list-scenes'?"),
+        ("ra", ["radius", "range"], False, ""),
         ("xyzzy", ["range", "radius"], True, "; choose one of range, radius"),
         ("xyzzy", ["range", "radius"], False, ""),
         ("xyzzy", [], True, "; none is known here"),
