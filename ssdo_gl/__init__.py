@@ -11,7 +11,8 @@ A `Scene` is read by `load_scene`, or made by ``Scene.from_arrays``, ``Scene.fro
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+# In place of that of typing, of which an early Ctrl-C would be a traceback.
+TYPE_CHECKING = False
 
 __version__ = "0.1.0"
 
@@ -45,6 +46,8 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
+    from typing import Any
+
     from ssdo_gl.headless.film_interface import film_frames, render_film
     from ssdo_gl.headless.many_views import render_views
     from ssdo_gl.math3d import transform_matrix

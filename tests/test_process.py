@@ -138,6 +138,20 @@ def test_signals_are_heard_before_anything_is_imported():
     assert result.stdout == "['ssdo_gl.__main__']\n", result.stderr
 
 
+def test_next_to_nothing_is_imported_before_interrupts_are_handled():
+    """Ctrl-C in a tenth of a second of `typing`, `enum` and `re` was a traceback."""
+    code = (
+        "import __future__, os, sys; sys.path = sys.argv[1:]; before = {*sys.modules}\n"
+        "import ssdo_gl.__main__\n"
+        "print(sorted({*sys.modules} - before - {'gc'}))"
+    )
+    result = subprocess.run(
+        [sys.executable, "-I", "-S", "-c", code, *sys.path],
+        capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+    assert result.stdout == "['ssdo_gl', 'ssdo_gl.__main__']\n", result.stderr
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupt_of_the_imports_is_one_line(tmp_path, number):
     result = interrupted(
