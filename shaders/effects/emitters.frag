@@ -16,6 +16,7 @@ uniform float u_near_reach;    // half of the light of a body so many pixels awa
 
 layout(location = 0) out vec4 o_irradiance;
 layout(location = 1) out vec4 o_near;
+layout(location = 2) out vec2 o_light;  // of o_irradiance, all colours together, and its variance
 
 // How far apart on the surface neighbouring pixels lie, normalised frame.
 float pixel_spacing(ivec2 texel, RaySurface surface)
@@ -28,6 +29,7 @@ void main()
 {
     ivec2 texel = ivec2(gl_FragCoord.xy);
     o_irradiance = o_near = vec4(0.0, 0.0, 0.0, 1.0);
+    o_light = vec2(0.0);
     if (gbuffer_z_vs(texel) <= 0.0)
         return;
     RaySurface surface = ray_surface_at(texel);
@@ -36,6 +38,7 @@ void main()
     float reach_of_near = u_near_reach * pixel_spacing(texel, surface);
     vec3 sum = vec3(0.0);
     vec3 near = vec3(0.0);
+    float squares = 0.0;
     int i = 0;
     do {
         vec2 choice = random_2d(first + uint(i), u_stream, 0u, false);
@@ -47,8 +50,16 @@ void main()
         float far = light.distance / max(reach_of_near, 1e-30);
         float share = 1.0 / (1.0 + far * far * far * far);
         near += share * arriving;
-        sum += (1.0 - share) * arriving;
+        arriving *= 1.0 - share;
+        float found = dot(arriving, vec3(1.0));
+        squares += found * found;
+        sum += arriving;
     } while (++i < u_ray_count);
-    o_irradiance.rgb = sum / float(u_ray_count);
-    o_near.rgb = near / float(u_ray_count);
+    float n = float(u_ray_count);
+    o_irradiance.rgb = sum / n;
+    o_near.rgb = near / n;
+    float all = dot(sum, vec3(1.0));
+    // Of one ray nothing is known.
+    float variance = max(squares - all * all / n, 0.0) / (n * (n - 1.0));
+    o_light = vec2(all / n, u_ray_count > 1 ? variance : 1e30);
 }

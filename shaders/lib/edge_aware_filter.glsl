@@ -10,7 +10,9 @@
 // PARTS_EDGES: pixels that a neighbour in front may shade, which trace many rays,
 // count next to nothing for others; the sign of z
 // among the values says which have them (1), or an image does (2); 0: none has;
-// TAP_RADIUS: taps on each side; USE_NORMALS.
+// TAP_RADIUS: taps on each side; USE_NORMALS;
+// KNOWS_NOISE 1: separable; it is known how noisy the light of pixels is: those whose light differs
+// by more than that are on another level of light and count less, whatever the surface.
 //
 // The estimators give neighbouring pixels different sample sets that repeat every 4 x 4
 // pixels, so the filter must weight all sets alike where nothing separates them. A box
@@ -32,6 +34,8 @@ uniform sampler2D t_value_1;
 uniform isampler2D t_own_places;  // negative: the pixel traces many rays
 uniform bool u_has_own_rays;
 #endif
+uniform sampler2D t_light;     // r: a pixel's light, g: the variance of that
+uniform float u_noise_tolerance;  // squared differences of light, in the variance of both
 uniform int u_stride;          // texels of the frame per pixel of the values
 uniform ivec2 u_axis;          // separable: (1, 0), then (0, 1)
 uniform float u_depth_tolerance;  // distance from the plane at which a tap counts 1/4, pixels
@@ -72,6 +76,11 @@ const float LEAST_WEIGHT = 0.02;
 
 // What a tap counts that traces many rays where the centre does not, or the other way round.
 const float OTHER_WEIGHT = 1e-3;
+// A variance that tells nothing, and what is larger; light whose noise nobody asks for; and what
+// keeps 0 / 0 away. Squares of the former, and of the latter, are numbers.
+const float NO_VARIANCE = 1e15;
+const float MOST_LIGHT = 1e9;
+const float LEAST_VARIANCE = 1e-15;
 
 // A plane through the centre pixel's surface point, and what weights are relative to.
 struct Centre {
@@ -83,13 +92,39 @@ struct Centre {
     vec3 rate;
     float offset;
     float per_footprint;  // of a pixel of the frame
+    vec2 light;           // and its variance
 };
+
+vec2 light_at(ivec2 pixel)
+{
+#if KNOWS_NOISE
+    vec2 light = texelFetch(t_light, pixel, 0).rg;
+    // Of the bits, as below.
+    uvec2 bits = floatBitsToUint(vec2(abs(light.r), light.g));
+    bool is_known = bits.r < floatBitsToUint(MOST_LIGHT) && bits.g < floatBitsToUint(NO_VARIANCE);
+    return is_known ? light : vec2(0.0, NO_VARIANCE);
+#else
+    return vec2(0.0);
+#endif
+}
+
+// How much two pixels can be on one level of light: 1 as far as their noise tells (after Sakai et
+// al. 2024), and less beyond.
+float same_light(vec2 a, vec2 b)
+{
+    float apart = a.r - b.r;
+    float noise = u_noise_tolerance * (a.g + b.g) + LEAST_VARIANCE;
+    float beyond = max(apart * apart - noise, 0.0);
+    noise *= noise;
+    return noise / (noise + beyond * beyond);
+}
 
 Centre centre_at(ivec2 texel, float z)
 {
     Centre c;
     c.texel = texel;
     c.is_edge = false;
+    c.light = vec2(0.0);
     vec4 normals = texelFetch(t_normals_vs, texel, 0);
     c.shading_code = normals.xy;
     vec3 geometric = oct_decode(normals.zw);
@@ -180,6 +215,11 @@ struct Sum {
     float weight;
 };
 
+#if KNOWS_NOISE
+// Of weighed light, its variance, and weights.
+vec3 light_sum = vec3(0.0);
+#endif
+
 // The tap at `pixel`, which lies `away` from the centre, in texels.
 void add_tap(inout Sum sums[SIGNAL_COUNT], Centre c, ivec2 pixel, vec2 away, ivec2 size,
              float weight)
@@ -197,6 +237,12 @@ void add_tap(inout Sum sums[SIGNAL_COUNT], Centre c, ivec2 pixel, vec2 away, ive
 #endif
 #if STAGE != STAGE_UPSAMPLE
     weight *= is_edge(texel, z) == c.is_edge ? 1.0 : OTHER_WEIGHT;
+#endif
+#if KNOWS_NOISE
+    vec2 light = light_at(inside);
+    weight *= same_light(light, c.light);
+    float counted = inside == pixel ? weight : 0.0;
+    light_sum += counted * vec3(light.r, counted * light.g, 1.0);
 #endif
     for (int i = 0; i < SIGNAL_COUNT; ++i) {
         bool use = is_sound(i, values[i]) && inside == pixel && weight > 0.0;
@@ -222,6 +268,9 @@ void filter_surface(ivec2 pixel, ivec2 texel, inout float z, inout vec4 results[
 #if PARTS_EDGES && STAGE != STAGE_UPSAMPLE
     c.is_edge = is_centre_edge(pixel);
     z = PARTS_EDGES == 1 && c.is_edge ? -z : z;
+#endif
+#if KNOWS_NOISE
+    c.light = light_at(pixel);
 #endif
     Sum sums[SIGNAL_COUNT];
     for (int i = 0; i < SIGNAL_COUNT; ++i)

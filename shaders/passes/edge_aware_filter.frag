@@ -1,11 +1,18 @@
 #version 330 core
 // Removes noise along surfaces, stage by stage. Defines: see lib/edge_aware_filter.glsl, and
-// IS_OF_GLOSS 1: the z of the values is 0 where a surface is not glossy.
+// IS_OF_GLOSS 1: the z of the values is 0 where a surface is not glossy; LEAVES_NOISE 1: of
+// KNOWS_NOISE, for the next stage.
 #include "lib/edge_aware_filter.glsl"
 
 layout(location = 0) out vec4 o_value_0;
 #if SIGNAL_COUNT > 1
 layout(location = 1) out vec4 o_value_1;
+#endif
+// As t_light, which the next stage reads.
+#if KNOWS_NOISE == 1 && LEAVES_NOISE && SIGNAL_COUNT > 1
+layout(location = 2) out vec2 o_light;
+#elif KNOWS_NOISE == 1 && LEAVES_NOISE
+layout(location = 1) out vec2 o_light;
 #endif
 
 void main()
@@ -40,5 +47,9 @@ void main()
     o_value_0 = results[0];
 #if SIGNAL_COUNT > 1
     o_value_1 = results[1];
+#endif
+#if KNOWS_NOISE == 1 && LEAVES_NOISE
+    float scale = 1.0 / max(light_sum.z, 1e-30);
+    o_light = vec2(light_sum.x * scale, light_sum.y * scale * scale);
 #endif
 }

@@ -17,6 +17,7 @@ from ssdo_gl.passes.edge_aware_filter import (
     FILTER,
     EdgeAwareFilterPass,
     EdgeAwareFilterSettings,
+    Levels,
     Signal,
 )
 from ssdo_gl.passes.rays import (
@@ -36,6 +37,8 @@ SURFACES = ("z_vs", "normals_vs")
 # In pixels on the surface, times the root of the frames of a picture: half of what comes from so
 # near a body is not filtered. docs/far-field.md has other numbers.
 NEAR_REACH = 0.5
+# Of light, in its variance, which rays drawn apart have. docs/far-field.md has other numbers.
+NOISE_TOLERANCE = 3.0
 
 
 @dataclass(frozen=True)
@@ -52,12 +55,16 @@ class EmittersSettings:
 
 
 class EmittersPass(RenderPass):
-    """Writes `emitters_raw` and `emitters_near`: rgb irradiance of all bodies of the tree; a 1."""
+    """Writes `emitters_raw` and `emitters_near`: rgb irradiance of all bodies of the tree; a 1.
+
+    `emitters_light` is what the former holds of all colours together, and its variance.
+    """
 
     name = "emitters"
     writes: Mapping[str, TextureSpec] = {
         "emitters_raw": TextureSpec(4, "f4", transient=True),
         "emitters_near": TextureSpec(4, "f4"),
+        "emitters_light": TextureSpec(2, "f4", transient=True),
     }
     overwrites: ClassVar[bool] = True
     depends_on = ("view", "geometry", "lights", "seed")
@@ -132,6 +139,7 @@ class Emitters(Effect):
                 "emitters_filter",
                 overridden(request.settings, "emitters_filter", of_all),
                 Signal("emitters_raw", "emitters_irradiance"),
+                levels=Levels("emitters_light", NOISE_TOLERANCE),
             ),
             "removes the sampling noise along surfaces",
         )

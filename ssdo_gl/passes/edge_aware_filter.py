@@ -83,6 +83,27 @@ class Signal:
     is_of_gloss: bool = False
 
 
+@dataclass(frozen=True)
+class Levels:
+    """What tells a filter which pixels are on one level of light.
+
+    Attributes
+    ----------
+    source : str
+        Resource of the sources' size: light, all colours together, and its variance.
+    tolerance : float
+        Squared difference of two pixels' light, in the sum of their variances, from which on they
+        count less for each other.
+    """
+
+    source: str
+    tolerance: float
+
+    def uniforms(self) -> dict[str, float]:
+        """Return those of `lib/edge_aware_filter.glsl`."""
+        return {"u_noise_tolerance": self.tolerance}
+
+
 class Stage(NamedTuple):
     """One stage of a filter: its kind, and along which axis it looks."""
 
@@ -122,6 +143,8 @@ class EdgeAwareFilterPass(RenderPass):
         sources' size.
     scale : float
         Of the sources, relative to the frame.
+    levels : Levels or None
+        Tells which pixels are on one level of light, where the sources have the frame's size.
     """
 
     overwrites: ClassVar[bool] = True
@@ -134,7 +157,9 @@ class EdgeAwareFilterPass(RenderPass):
         parts_edges: bool = False,
         leaves_last: bool = False,
         scale: float = 1.0,
+        levels: Levels | None = None,
     ) -> None:
+        self.levels = levels if settings.filter == "edge" else None
         self.leaves_last = leaves_last
         self.name = name
         self.settings = settings
@@ -142,7 +167,9 @@ class EdgeAwareFilterPass(RenderPass):
         self.parts_edges = parts_edges
         says_edges = any(signal.holds_z for signal in signals)
         edges = OWN_RAYS[:1] if parts_edges and not says_edges else ()
-        self.reads = (*(signal.source for signal in signals), "z_vs", "normals_vs", *edges)
+        light = () if self.levels is None else (self.levels.source,)
+        self.reads = (*(signal.source for signal in signals), "z_vs", "normals_vs", *edges, *light)
+        self._textures = {f"t_{name}": name for name in ("z_vs", "normals_vs", *edges)}
         size = scale if leaves_last else 1.0
         self.writes = {
             signal.result: TextureSpec(1 if signal.is_visibility else 4, scale=size)
@@ -160,10 +187,15 @@ class EdgeAwareFilterPass(RenderPass):
     def renamed(self, names: Mapping[str, str]) -> EdgeAwareFilterPass:
         """Return one that writes the same to resources of other names."""
         signals = [replace(s, result=names.get(s.result, s.result)) for s in self.signals]
-        return EdgeAwareFilterPass(self.name, self.settings, *signals, parts_edges=self.parts_edges)
+        return self.changed(self.name, *signals)
+
+    def changed(self, name: str, *signals: Signal, **more: Any) -> EdgeAwareFilterPass:
+        """Return one of another name that filters other images in the same way."""
+        more = {"parts_edges": self.parts_edges, "levels": self.levels, **more}
+        return EdgeAwareFilterPass(name, self.settings, *signals, **more)
 
     def settings_key(self) -> Hashable:
-        return self.settings, self.signals, self.parts_edges, self.leaves_last
+        return self.settings, self.signals, self.parts_edges, self.leaves_last, self.levels
 
     def defines_of(self, stage: Stage, *, is_first: bool) -> dict[str, int]:
         """Return the defines of ``lib/edge_aware_filter.glsl``."""
@@ -173,6 +205,7 @@ class EdgeAwareFilterPass(RenderPass):
             "IS_FIRST": int(is_first),
             "TAP_RADIUS": self.settings.tap_radius,
             "USE_NORMALS": int(self.settings.use_normals),
+            "KNOWS_NOISE": 0,
         }
 
     def execute(self, context: PassContext) -> None:
@@ -181,16 +214,27 @@ class EdgeAwareFilterPass(RenderPass):
         assert target is not None
         values = [context.inputs[signal.source] for signal in self.signals]
         stride = 1 if values[0].size == context.inputs["z_vs"].size else 2
+        levels = self.levels if stride == 1 else None
+        light = None if levels is None else context.inputs[levels.source]
         stages = _stages(self.settings.filter, stride)
         stages = stages[:-1] if self.leaves_last else stages
-        scratch = self._scratch_for(context, values, len(stages) - 1)
+        scratch = self._scratch_for(context, values, light, len(stages) - 1)
         for number, stage in enumerate(stages):
             is_last = number == len(scratch)
             results, framebuffer = ([], target) if is_last else scratch[number]
+            knows_noise = stage.kind == _SEPARABLE and light is not None
             defines = {
                 **self.defines_of(stage, is_first=number == 0),
                 "IS_OF_GLOSS": int(self.signals[0].is_of_gloss),
+                "KNOWS_NOISE": int(knows_noise),
+                "LEAVES_NOISE": int(knows_noise and not is_last),
             }
+            textures = {f"t_value_{i}": value for i, value in enumerate(values)}
+            textures |= {sampler: context.inputs[name] for sampler, name in self._textures.items()}
+            values_of_levels: dict[str, float] = {}
+            if levels is not None and light is not None:
+                textures["t_light"] = light
+                values_of_levels = levels.uniforms()
             draw_fullscreen(
                 context.gl,
                 context.shaders.fullscreen("passes/edge_aware_filter.frag", defines),
@@ -198,15 +242,13 @@ class EdgeAwareFilterPass(RenderPass):
                 {
                     **uniforms(self.settings, context.frame, stride),
                     **(own_uniforms(context) if stage.kind in (_SEPARABLE, _BOX) else {}),
+                    **values_of_levels,
                     "u_axis": stage.axis,
                 },
-                {
-                    **{f"t_value_{i}": value for i, value in enumerate(values)},
-                    **{f"t_{name}": context.inputs[name] for name in self.reads[len(values) :]},
-                },
+                textures,
                 region=self._region(context.frame, 0 if is_last else self.settings.tap_radius),
             )
-            values = results
+            values, light = results[: len(values)], results[-1] if knows_noise and results else None
 
     def _region(self, frame: Frame, rows: int) -> Region | None:
         """Return where to draw so that `rows` more to each side may be read afterwards."""
@@ -217,10 +259,15 @@ class EdgeAwareFilterPass(RenderPass):
         return x, first, width, end - first
 
     def _scratch_for(
-        self, context: PassContext, values: list[moderngl.Texture], count: int
+        self,
+        context: PassContext,
+        values: list[moderngl.Texture],
+        light: moderngl.Texture | None,
+        count: int,
     ) -> list[tuple[list[moderngl.Texture], moderngl.Framebuffer]]:
-        """Return `count` sets of textures like `values`, to draw into."""
-        wanted = [(value.size, value.components) for value in values]
+        """Return `count` sets of textures like `values`, and `light`, to draw into."""
+        shapes = values if light is None else [*values, light]
+        wanted = [(value.size, value.components) for value in shapes]
         fits = len(self._scratch) == count and all(
             [(t.size, t.components) for t in textures] == wanted for textures, _ in self._scratch
         )
@@ -307,15 +354,13 @@ def joined_filters(
             continue
         if item.signals[0].is_visibility or item.signals[0].is_of_gloss:
             continue
-        key = item.settings, item.parts_edges, specs[item.signals[0].source].scale
+        key = item.settings, item.parts_edges, item.levels, specs[item.signals[0].source].scale
         first = open_.pop(key, None)
         if first is None or first.name in before:
             open_[key] = item
         else:
             signals = first.signals + item.signals
             joined[first.name] = None
-            joined[item.name] = EdgeAwareFilterPass(
-                FILTER, item.settings, *signals, parts_edges=item.parts_edges
-            )
+            joined[item.name] = item.changed(FILTER, *signals)
     found = (joined.get(item.name, item) for item in passes)
     return tuple(item for item in found if item is not None)

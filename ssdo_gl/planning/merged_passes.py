@@ -67,9 +67,7 @@ def _with_summed_light(pipeline: Pipeline) -> Pipeline:
     return pipeline.changed(
         {
             bounce: bounce.changed(adds=added),
-            joined: EdgeAwareFilterPass(
-                FILTER, joined.settings, light, parts_edges=joined.parts_edges
-            ),
+            joined: joined.changed(FILTER, light),
             composite: composite.changed(irradiances=[*others, SUMMED_LIGHT]),
         }
     )
@@ -109,7 +107,7 @@ def with_last_stage(pipeline: Pipeline) -> Pipeline:
     whole = next((item for item in order if last in item.writes), None)
     if readers != [composite] or last in pipeline.resources:
         return pipeline
-    if not isinstance(whole, EdgeAwareFilterPass) or len(whole.signals) > 1:
+    if not isinstance(whole, EdgeAwareFilterPass) or len(whole.signals) > 1 or whole.levels:
         return pipeline
     specs = {name: spec for item in order for name, spec in item.writes.items()}
     end = LastStage(whole, specs[whole.signals[0].source].scale)

@@ -115,6 +115,11 @@ def test_many_panels_match_lamberts_formula(device, shaders, count: int, two_sid
     means, whole = runs.mean(axis=(1, 2)), exact.mean(axis=(0, 1))
     assert worst_deviation(means, whole, ALLOWANCE * exact.max()) <= 1.0
     assert worst_deviation(means, whole * 1.01, ALLOWANCE * exact.max()) > 1.0
+    # The filter is told their sum, and its noise as of rays drawn apart: points of a sequence have
+    # less, on one panel next to none.
+    light, variance = np.moveaxis(run["emitters_light"], -1, 0)
+    np.testing.assert_allclose(light, runs.sum(axis=-1), rtol=1e-5)
+    assert (0.0 if count == 1 else 0.1) < light.var(axis=0, ddof=1).mean() / variance.mean() < 1.2
 
 
 def room(count: int, lit: Sequence[int]) -> Scene:
