@@ -19,7 +19,11 @@
 #define IN_QUADS 0
 #endif
 
+#if IN_QUADS
+uniform sampler2D t_shadow_quads;
+#else
 uniform sampler2D t_shadow_atlas;
+#endif
 uniform float u_shadow_tile_texels;   // texels along one face
 uniform uvec3 u_pattern_offset;       // from the frame's seed
 // From the frame's number: with each, a pixel takes the set of another pixel of its block.
@@ -131,7 +135,7 @@ vec3 stored_point(Face face, vec2 t, float depth)
 float stored_depth(ivec2 texel)
 {
 #if IN_QUADS
-    vec4 quad = texelFetch(t_shadow_atlas, texel >> 1, 0);
+    vec4 quad = texelFetch(t_shadow_quads, texel >> 1, 0);
     vec2 row = (texel.y & 1) == 0 ? quad.xy : quad.zw;
     return (texel.x & 1) == 0 ? row.x : row.y;
 #else
@@ -153,10 +157,10 @@ mat3 stored_around(vec2 corner)
 #if IN_QUADS
     ivec2 first = ivec2(corner);
     ivec2 quad = first >> 1;
-    vec4 a = texelFetch(t_shadow_atlas, quad, 0);
-    vec4 b = texelFetch(t_shadow_atlas, quad + ivec2(1, 0), 0);
-    vec4 c = texelFetch(t_shadow_atlas, quad + ivec2(0, 1), 0);
-    vec4 d = texelFetch(t_shadow_atlas, quad + 1, 0);
+    vec4 a = texelFetch(t_shadow_quads, quad, 0);
+    vec4 b = texelFetch(t_shadow_quads, quad + ivec2(1, 0), 0);
+    vec4 c = texelFetch(t_shadow_quads, quad + ivec2(0, 1), 0);
+    vec4 d = texelFetch(t_shadow_quads, quad + 1, 0);
     bool is_odd = (first.x & 1) == 1;
     vec3 row_0 = is_odd ? vec3(a.y, b.xy) : vec3(a.xy, b.x);
     vec3 row_1 = is_odd ? vec3(a.w, b.zw) : vec3(a.zw, b.z);

@@ -19,7 +19,6 @@
 #include "rays/surface_data.glsl"
 
 uniform usampler2D t_bvh;
-uniform vec2 u_bvh_texel;  // size of a texel in texture coordinates
 // The first three texels of the root. Every ray begins there: fetching it, once for each
 // pixel that runs in lockstep, would be a tenth of all fetches.
 uniform uvec4 u_bvh_root[3];
@@ -34,7 +33,7 @@ struct BvhHit {
 
 uvec4 bvh_texel(int record, int texel)
 {
-    return record_texel(t_bvh, u_bvh_texel, record, RECORD_TEXELS, texel);
+    return texelFetch(t_bvh, record_place(record, RECORD_TEXELS) + ivec2(texel, 0), 0);
 }
 
 vec4 bvh_bytes(uint word)
@@ -289,10 +288,9 @@ BvhWalk bvh_begin(BvhRay ray, float t_max)
 
 BvhRecord bvh_record(int record)
 {
-    vec2 address = record_address(record, RECORD_TEXELS, u_bvh_texel);
-    vec2 right = vec2(u_bvh_texel.x, 0.0);
-    return BvhRecord(textureLod(t_bvh, address, 0.0), textureLod(t_bvh, address + right, 0.0),
-                     textureLod(t_bvh, address + 2.0 * right, 0.0));
+    ivec2 place = record_place(record, RECORD_TEXELS);
+    return BvhRecord(texelFetch(t_bvh, place, 0), texelFetch(t_bvh, place + ivec2(1, 0), 0),
+                     texelFetch(t_bvh, place + ivec2(2, 0), 0));
 }
 
 // Takes one record, node or primitive, and does the work of both kinds.

@@ -26,7 +26,6 @@
 #define EMITTER_TREE 24  // bodies that no light stands for (8), or rectangles within them (16)
 
 uniform sampler2D t_ray_emitters;
-uniform vec2 u_emitters_texel;
 uniform sampler2D t_ray_emitter_groups;
 uniform sampler2D t_ray_map_cells;
 uniform int u_emitter_group_count;
@@ -64,8 +63,8 @@ const LightSample NO_LIGHT = LightSample(vec3(0.0, 0.0, 1.0), 0.0, vec3(0.0), 0.
 // An entry takes two records of 4 texels.
 vec4 emitter_texel(int entry, int texel)
 {
-    vec2 place = record_address(2 * entry, RECORD_TEXELS, u_emitters_texel);
-    return textureLod(t_ray_emitters, place + vec2(float(texel) * u_emitters_texel.x, 0.0), 0.0);
+    ivec2 place = record_place(2 * entry, RECORD_TEXELS);
+    return texelFetch(t_ray_emitters, place + ivec2(texel, 0), 0);
 }
 
 // A texture has no more than some thousand rows: 256 groups stand in each.

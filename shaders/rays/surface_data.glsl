@@ -10,7 +10,6 @@
 #include "lib/octahedral.glsl"
 
 uniform usampler2D t_ray_surfaces;
-uniform vec2 u_surfaces_texel;
 uniform sampler2D t_ray_materials;
 uniform sampler2D t_ray_atlas;
 uniform sampler2D t_ray_data_atlas;  // images whose numbers count, not sRGB
@@ -46,19 +45,10 @@ const uint MATERIAL_MASK = 0x1fffffffu;
 #define SURFACE_TEXELS 1
 #endif
 
-// Texture coordinates of the first of a record's texels: a lookup by coordinates takes half the
-// time of texelFetch on llvmpipe. Of 16384 rows, the most there are, centres are .002 of a texel
-// off.
-vec2 record_address(int record, int texels, vec2 texel_size)
+// Place of the first of a record's texels.
+ivec2 record_place(int record, int texels)
 {
-    int column = (record & ((1 << BVH_ROW_SHIFT) - 1)) * texels;
-    return (vec2(float(column), float(record >> BVH_ROW_SHIFT)) + 0.5) * texel_size;
-}
-
-uvec4 record_texel(usampler2D table, vec2 texel_size, int record, int texels, int texel)
-{
-    vec2 place = record_address(record, texels, texel_size) + vec2(float(texel) * texel_size.x, 0.0);
-    return textureLod(table, place, 0.0);
+    return ivec2((record & ((1 << BVH_ROW_SHIFT) - 1)) * texels, record >> BVH_ROW_SHIFT);
 }
 
 vec4 material_texel(uint word, int texel)
@@ -100,7 +90,7 @@ struct Corners {
 uvec4 surface_texel(int slot, int texel)
 {
     return texel < SURFACE_TEXELS
-         ? record_texel(t_ray_surfaces, u_surfaces_texel, slot, SURFACE_TEXELS, texel) : uvec4(0u);
+         ? texelFetch(t_ray_surfaces, record_place(slot, SURFACE_TEXELS) + ivec2(texel, 0), 0) : uvec4(0u);
 }
 
 Corners corners_of(int slot)
@@ -176,7 +166,9 @@ vec4 atlas_texel(vec4 place, vec2 t)
     inside = min(inside, size - 1.0);
     ivec2 texel = ivec2(place.xy + inside);
     bool is_data = fract(place.y) != 0.0;
-    return is_data ? texelFetch(t_ray_data_atlas, texel, 0) : texelFetch(t_ray_atlas, texel, 0);
+    // Looked up, which decodes sRGB in software, too: there a fetch may read it as it is stored.
+    vec2 color_place = (vec2(texel) + 0.5) / vec2(textureSize(t_ray_atlas, 0));
+    return is_data ? texelFetch(t_ray_data_atlas, texel, 0) : textureLod(t_ray_atlas, color_place, 0.0);
 }
 
 // Bilinear, as the rasterizer magnifies. Finer levels than its mip maps choose blur

@@ -66,7 +66,7 @@ bool blocks_at(Tangent t, Segment g, float x, vec2 slack)
 {
     // Not by way of a whole number, which takes two conversions of each.
     vec2 centre_px = floor(px_on(g, x)) + 0.5;
-    vec2 solid = solid_seen_at(centre_px * t.origin.texel_uv);
+    vec2 solid = solid_at(ivec2(centre_px));
     float own = g.nearness_0 + march_fraction(x) * g.nearness_across;
     float end = g.nearness_0 + g.nearness_across;
     vec2 reach = march_rate(x) * slack;

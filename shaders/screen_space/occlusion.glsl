@@ -87,18 +87,13 @@ bool is_above(Tangent t, vec2 px, float z)
 // What is known of the solids in the texel whose centre `uv` is: x is the depth of the nearest front, 0 for
 // background; y that of the nearest back, 0 if there is none or the layer is missing. Both
 // lie in one texture: a second fetch per step would cost half as much again.
-vec2 solid_seen_at(vec2 uv)
-{
-#if HAS_BACK_LAYER
-    return textureLod(t_z_layers, uv, 0.0).xy;
-#else
-    return vec2(textureLod(t_z_vs, uv, 0.0).x, 0.0);
-#endif
-}
-
 vec2 solid_at(ivec2 texel)
 {
-    return solid_seen_at(uv_of_texel(texel));
+#if HAS_BACK_LAYER
+    return texelFetch(t_z_layers, texel, 0).xy;
+#else
+    return vec2(texelFetch(t_z_vs, texel, 0).x, 0.0);
+#endif
 }
 
 // Depth at which the solid ends.

@@ -23,7 +23,6 @@ struct Origin {
     float inverse_reach; // the least that is told apart from none
     vec2 px_scale;       // see picture_place
     vec2 centre_px;      // where the camera's axis is seen
-    vec2 texel_uv;
 };
 
 Origin origin_at(vec3 p_vs)
@@ -35,7 +34,7 @@ Origin origin_at(vec3 p_vs)
     return Origin(p_vs, picture_place(p_vs, from_eye) * scale + centre, from_eye, slopes,
                   1.0 / max(frame_gaps(slopes, p_vs), LEAST_GAP),
                   1.0 / max(-p_vs.z - u_near_vs, LEAST_GAP), 1.0 / (FAR_REACH * -p_vs.z),
-                  scale, centre, 1.0 / u_frame_size_px);
+                  scale, centre);
 }
 
 // Distance along the unit vector w at which a ray leaves the frame or passes the near plane,

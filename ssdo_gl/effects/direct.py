@@ -192,12 +192,15 @@ class DirectPass(RenderPass):
             texels = common["u_shadow_tile_texels"] = atlas.width // columns
             quads = quads_of(context.gl, context.shaders, atlas, self)
             if quads is not None:
-                inputs["shadow_atlas"], maps = quads, MapsInQuads(quads, frames, texels, self)
+                inputs["shadow_quads"], maps = quads, MapsInQuads(quads, frames, texels, self)
         draws = gloss_draws(context.frame, self.glossy)
         if not chosen or len(draws) > 1:
             clear(context.gl, context.shaders, context.target)
         for glossy, region in draws:
             wiring = self._wiring | (brdf_wiring(True) if glossy else {})
+            if maps is not None:
+                del wiring["t_shadow_atlas"]
+                wiring["t_shadow_quads"] = "shadow_quads"
             textures = {sampler: inputs[name] for sampler, name in wiring.items()}
             filters = glossy and self.settings.gloss_footprint > 0.0
             footprint = {"u_gloss_footprint": self.settings.gloss_footprint} if filters else {}

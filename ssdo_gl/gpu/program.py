@@ -12,6 +12,7 @@ import moderngl
 from ssdo_gl.gpu.compute import ComputeProgram, can_compute
 from ssdo_gl.gpu.context import draws_on_cpu
 from ssdo_gl.gpu.flat_uniforms import with_flat_uniforms
+from ssdo_gl.gpu.image_reads import with_image_reads
 from ssdo_gl.gpu.linking import link_compute, link_stages
 from ssdo_gl.gpu.shader_source import FlatSource, ShaderError, UniformDeclaration
 from ssdo_gl.gpu.uniform import UniformSlot
@@ -58,8 +59,12 @@ class Program:
         compute = self._linked_compute(vertex, fragment)
         self.compute = None if compute is None else ComputeProgram(compute)
         linked: Any = compute
+        # Units of textures that are read as images.
+        images: Mapping[str, int] = {}
         if compute is None:
-            linked = self.gl = self._linked_stages(vertex, fragment)
+            linked, images = self._linked_stages(vertex, fragment)
+            self.gl = linked
+        self._images = images
         self.digest = digest_of(vertex, fragment)
         self.name = f"{vertex.name} + {fragment.name}"
         self._declared = {**vertex.uniforms(), **fragment.uniforms()}
@@ -78,7 +83,7 @@ class Program:
             else:
                 self._slots[name] = UniformSlot(self.name, name, declaration, member)
         # Fixed units: to change one texture leaves the others where they are.
-        self._units = {name: unit for unit, name in enumerate(samplers)}
+        self._units = {name: i for i, name in enumerate(n for n in samplers if n not in images)}
         self._samplers = frozenset(samplers)
         for name, unit in self._units.items():
             linked[name] = unit
@@ -89,13 +94,17 @@ class Program:
             self._vertex_array.release()
         self._vertex_array = None
 
-    def _linked_stages(self, vertex: FlatSource, fragment: FlatSource) -> moderngl.Program:
-        flat = with_flat_uniforms(vertex, fragment) if draws_on_cpu(self._context) else None
-        if flat is not None:
+    def _linked_stages(
+        self, vertex: FlatSource, fragment: FlatSource
+    ) -> tuple[moderngl.Program, Mapping[str, int]]:
+        """Return the program, and the units of textures that it reads as images."""
+        if draws_on_cpu(self._context):
+            stage, images = with_image_reads(fragment)
             with suppress(ShaderError):
-                return link_stages(self._context, *flat)
+                flat = with_flat_uniforms(vertex, stage) or (vertex, stage)
+                return link_stages(self._context, *flat), images
         # What is wrong with a shader is said of it as it was written.
-        return link_stages(self._context, vertex, fragment)
+        return link_stages(self._context, vertex, fragment), {}
 
     def _linked_compute(
         self, vertex: FlatSource, fragment: FlatSource
@@ -128,7 +137,7 @@ class Program:
             If a name is not declared in the source, or a value does not fit its type.
             A declared uniform that the driver optimised away is skipped.
         """
-        slots, units = self._slots, self._units
+        slots, units, images = self._slots, self._units, self._images
         for name, value in uniforms.items():
             slot = slots.get(name)
             if slot is not None:
@@ -141,6 +150,8 @@ class Program:
             unit = units.get(name)
             if unit is not None:
                 texture.use(unit)
+            elif name in images:
+                texture.bind_to_image(images[name], read=True, write=False)
             elif not self._declaration(name).is_sampler:
                 raise ShaderError(f"{self.name}: {name} is not a sampler but takes a value")
         if self._unset:

@@ -79,11 +79,13 @@ def evaluate(
         parameters.append(f"{in_scalar if width == 1 else f'{in_vector}{width}'} {name}")
         declarations.append(f"uniform {in_prefix}sampler2D t_input_{name};")
         arguments.append(f"texelFetch(t_input_{name}, ivec2(gl_FragCoord.xy), 0).{'xyzw'[:width]}")
-        padded = np.zeros((height * _WIDTH, width), array.dtype)
-        padded[:count] = array
+        # Three channels cannot be read as an image.
+        channels = 4 if width == 3 else width
+        padded = np.zeros((height * _WIDTH, channels), array.dtype)
+        padded[:count, :width] = array
         # Texels past the end repeat the last input: a body need not bear made-up zeros.
-        padded[count:] = array[-1:]
-        bound[f"t_input_{name}"] = make_texture(gl, (_WIDTH, height), width, dtype, padded)
+        padded[count:, :width] = array[-1:]
+        bound[f"t_input_{name}"] = make_texture(gl, (_WIDTH, height), channels, dtype, padded)
 
     statements = body if "return" in body else f"return {body};"
     source = "\n".join(

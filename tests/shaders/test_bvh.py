@@ -55,7 +55,6 @@ def arguments(gl: moderngl.Context, bvh: Bvh, is_software: int = 1) -> dict[str,
         },
         "textures": {"t_bvh": table},
         "uniforms": {
-            "u_bvh_texel": (1.0 / table.width, 1.0 / table.height),
             "u_bvh_root": bvh.records[0, :12].reshape(3, 4),
         },
     }
@@ -273,9 +272,8 @@ def test_records_are_found_at_the_end_of_the_largest_table(gl, shaders, is_softw
 
     near = arguments(gl, bvh, is_software)
     table = record_texture(gl, MAX_RECORDS, "u4", part)
-    size = {"u_bvh_texel": (1.0 / table.width, 1.0 / table.height)}
     root = {"u_bvh_root": records[0, :12].reshape(3, 4)}
-    far = {**near, "textures": {"t_bvh": table}, "uniforms": {**size, **root}}
+    far = {**near, "textures": {"t_bvh": table}, "uniforms": root}
     origins, directions = random_rays(4000, 11)
     rays = {"origin": origins, "direction": directions, "limit": np.full(4000, 4.0)}
     expected = evaluate(gl, shaders, ["rays/bvh.glsl"], NEAREST, rays, 4, **near)

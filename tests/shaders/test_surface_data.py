@@ -77,9 +77,8 @@ def test_every_row_of_a_table_is_found_however_many_there_are(gl, shaders, rows)
     numbers = np.arange(rows, dtype=np.uint32)
     texels = np.repeat(numbers[:, None, None], 4, axis=1)
     table = make_texture(gl, (4, rows), 1, "u4", texels)
-    texel = np.tile([0.25, 1.0 / rows], (rows, 1))
-    found = evaluate(gl, shaders, INCLUDES, "record_texel(t_table, size, record, 4, 0).x",
-                     {"record": numbers.astype(np.int32) << 10, "size": texel}, 1,
+    found = evaluate(gl, shaders, INCLUDES, "texelFetch(t_table, record_place(record, 4), 0).x",
+                     {"record": numbers.astype(np.int32) << 10}, 1,
                      functions="uniform usampler2D t_table;", output_dtype="u4",
                      textures={"t_table": table}, defines=DEFINES)  # fmt: skip
     table.release()
@@ -94,12 +93,11 @@ def test_rows_of_corners_are_as_long_as_what_they_carry(gl, shaders, colors, tex
     features = RayFeatures(True, bool(colors), bool(textures), cutouts=False)
     assert features.corner_texels == texels
     table = record_texture(gl, len(words), "u4", lambda span: words[span], texels)
-    size = {"u_surfaces_texel": (1.0 / table.width, 1.0 / table.height)}
     defines = {**DEFINES, "RAY_VERTEX_COLORS": colors, "RAY_TEXTURES": textures}
     slots = np.arange(len(words))
     for texel in range(texels):
         found = evaluate(gl, shaders, INCLUDES, f"corners_of(slot).words_{texel}",
-                         {"slot": slots}, 4, output_dtype="u4", uniforms=size,
+                         {"slot": slots}, 4, output_dtype="u4",
                          textures={"t_ray_surfaces": table}, defines=defines)  # fmt: skip
         np.testing.assert_array_equal(found, words[:, 4 * texel : 4 * texel + 4])
 

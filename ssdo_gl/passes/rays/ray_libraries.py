@@ -28,12 +28,6 @@ FAR_NS = 4.0
 # Records of four texels in a row of a table: 16384 rows of 1024, what drivers take, hold
 # those of sixteen million triangles. `shaders/rays/surface_data.glsl`: BVH_ROW_SHIFT.
 RECORDS_PER_ROW = 1024
-# Tables that are looked up by texture coordinates, and the uniform with a texel's size.
-TABLE_TEXELS = {
-    "bvh": "u_bvh_texel",
-    "ray_surfaces": "u_surfaces_texel",
-    "ray_emitters": "u_emitters_texel",
-}
 SHADING_TABLES = ("ray_surfaces", "ray_materials", "ray_atlas", "ray_data_atlas")
 EMITTER_TABLES = ("ray_emitters", "ray_emitter_groups", "ray_map_cells")
 # Nodes of a tree over emitters, and which entries of their table its leaves hold.
@@ -160,10 +154,6 @@ def ray_uniforms(context: PassContext) -> dict[str, object]:
         "u_second_slot": bvh.primitive_triangles.size,
         "u_bvh_root": bvh.root,
     }
-    for name, uniform in TABLE_TEXELS.items():
-        if name in context.inputs:
-            size = context.inputs[name].size
-            values[uniform] = (1.0 / size[0], 1.0 / size[1])
     if "ray_emitters" in context.inputs:
         tables = emitters_of(context)
         values["u_emitter_group_count"] = tables.group_count
