@@ -1,4 +1,4 @@
-// The points of surfels, from which their rays start: ssdo_gl/raytracing/surfels.py.
+// The points of surfels, from which their rays start: ssdo_gl/raytracing/surfel_points.py.
 #include "rays/emitters.glsl"
 #include "rays/surface_cache.glsl"
 #include "lib/random.glsl"

@@ -85,25 +85,3 @@ def _normals(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
     doubled = doubled_area_vectors(corners)
     length = np.linalg.norm(doubled, axis=1)
     return doubled / np.maximum(length, np.finfo(np.float64).tiny)[:, None], 0.5 * length
-
-
-def even_rings(u: FloatArray, low: FloatArray, grid: IntArray) -> FloatArray:
-    """Return `u` with points of each ring around v0 spread evenly over its area."""
-    count = grid[:, None, 0]
-    inner = low[..., 0] / count
-    outer = (low[..., 0] + 1) / count
-    share = u[..., 0] * count - low[..., 0]
-    radius = np.sqrt(inner**2 + share * (outer**2 - inner**2))
-    return np.stack([radius, u[..., 1]], axis=-1)
-
-
-def points_of(patches: Patches, chosen: IntArray, u: FloatArray) -> FloatArray:
-    """Return the points (N, 16, 3) of patches (N, 16) at places of their grids."""
-    s, t = u[..., :1], u[..., 1:]
-    v0, v1, v2, v3 = (patches.corners[chosen, i] for i in range(4))
-    is_first = s >= t
-    first = v0 + (s - t) * (v1 - v0) + t * (v2 - v0)
-    second = v0 + s * (v2 - v0) + (t - s) * (v3 - v0)
-    single = v0 + s * ((1.0 - t) * (v1 - v0) + t * (v2 - v0))
-    joint = np.where(is_first, first, second)
-    return np.asarray(np.where(patches.is_joint[chosen][..., None], joint, single))

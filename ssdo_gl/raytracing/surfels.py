@@ -15,16 +15,15 @@ from numpy.typing import NDArray
 from ssdo_gl.math3d import FloatArray, IntArray
 from ssdo_gl.raytracing.bvh import Bvh
 from ssdo_gl.raytracing.packed import oct_words
-from ssdo_gl.raytracing.surfel_patches import Patches, even_rings, patches_of, points_of
+from ssdo_gl.raytracing.surfel_patches import Patches, patches_of
+from ssdo_gl.raytracing.surfel_points import (
+    LIFT,
+    POINT_COUNT,
+    points_of,
+    sources_of,
+    texel_points,
+)
 
-# Points of a surfel from which its rays start: a square number, so that they are stratified.
-POINTS_PER_SIDE = 4
-POINT_COUNT = POINTS_PER_SIDE**2
-# Rays start this far off the surface: twice `RAY_OFFSET` of shaders/rays/ray.glsl, whose
-# other part, back along the ray that found the surface, is missing here.
-LIFT = 8e-6
-# Lines across a texel run this share of its width from its edges and from each other.
-LINE_PLACES = (0.002, 0.33, 0.67, 0.998)
 # Cells are shifted by this share of their size, because walls often lie at round numbers,
 # where rounding would tear a plane apart.
 CELL_SHIFT = 0.37
@@ -104,6 +103,13 @@ class Surfels:
         The triangle that each point lies on.
     faces : ndarray, shape (S,), int64
         2 p + s for side s of patch p, front 0 and back 1; -1: several patches share it.
+    finest : float
+        Side of the smallest texels, where those of wide faces are larger; 0: all are alike.
+    finer : ndarray, shape (S,), int64
+        What the surfel is cut into, 0: nothing. The number of the first, times 256, plus how many
+        of them there are along both edges, 4 bits each: as by `graded_surfels.graded`.
+    depth : int
+        How often one is cut at most.
     """
 
     positions: NDArray[np.float32]
@@ -113,6 +119,9 @@ class Surfels:
     sources: NDArray[np.int32]
     faces: IntArray
     places: Places
+    finest: float
+    finer: IntArray
+    depth: int = 0
 
     @property
     def count(self) -> int:
@@ -157,11 +166,14 @@ def build_surfels(
         by `blind_sides.blind_sides` of what this returns without.
     """
     if bvh.triangles.count == 0:
+        none = np.zeros(1, dtype=np.int64)
         points = np.zeros((1, POINT_COUNT, 3), dtype=np.float32)
         normals = np.zeros((1, POINT_COUNT), dtype=np.uint32)
         places = Places(np.zeros((0, 2), dtype=np.uint32), np.zeros(0, dtype=np.int8))
         sources = np.zeros((1, POINT_COUNT), dtype=np.int32)
-        return Surfels(points, normals, points, np.zeros((1, 3)), sources, np.full(1, -1), places)
+        return Surfels(
+            points, normals, points, np.zeros((1, 3)), sources, none - 1, places, 0.0, none
+        )
     patches = patches_of(bvh)
     extents = patches.extents()
     area = float(np.sum(patches.areas * patches.sides))
@@ -173,7 +185,7 @@ def build_surfels(
             break
         size *= GROWTH
     finer = _finer(patches, extents, grids, size, min(sparse, most))
-    grids, shared = finer or (grids, shared)
+    grids, shared, finest = finer or (grids, shared, 0.0)
     coarse = np.zeros((len(grids), 2), dtype=bool)
     blind = None if blind is None else blind[: len(grids)]
     if blind is not None and (cut := _refined(patches, extents, grids, size, shared, blind)):
@@ -182,12 +194,12 @@ def build_surfels(
     cuts = (np.where(is_strip, np.maximum(grids, across), grids) for across in STRIP_TEXELS)
     room = most + spare - shared.count
     grids = next((cut for cut in cuts if _texel_count(patches, cut, coarse) <= room), grids)
-    return _assemble(bvh, patches, grids, coarse, shared)
+    return _assemble(bvh, patches, grids, coarse, shared, finest)
 
 
 def _finer(
     patches: Patches, extents: FloatArray, grids: IntArray, size: float, most: int
-) -> tuple[IntArray, _Shared] | None:
+) -> tuple[IntArray, _Shared, float] | None:
     """Return the finest grids (N, 2) of at most `most` surfels; None if the scene is not sparse."""
     size, along, found = size / SPARSE_FINENESS, np.ceil(SPARSE_LENGTH / size), None
     while size >= SPARSE_LEAST:
@@ -197,7 +209,7 @@ def _finer(
         room = most - _texel_count(patches, finer)
         if room < 0 or (shared := _cells(patches, finer, size)).count > room:
             break
-        found, size = (finer, shared), size / SPARSE_STEP
+        found, size = (finer, shared, size), size / SPARSE_STEP
     return found
 
 
@@ -278,7 +290,12 @@ def _cells(patches: Patches, grids: IntArray, size: float) -> _Shared:
 
 
 def _assemble(
-    bvh: Bvh, patches: Patches, grids: IntArray, coarse: NDArray[np.bool_], shared: _Shared
+    bvh: Bvh,
+    patches: Patches,
+    grids: IntArray,
+    coarse: NDArray[np.bool_],
+    shared: _Shared,
+    finest: float,
 ) -> Surfels:
     own = np.flatnonzero(grids.max(axis=1) > 1)
     cuts = _cuts(grids, coarse)
@@ -304,15 +321,10 @@ def _assemble(
         patch = np.repeat(own[chosen], cells)
         within = np.arange(len(patch)) - np.repeat(np.cumsum(cells) - cells, cells)
         cut = cuts[patch, side]
-        low = np.stack([within % cut[:, 0], within // cut[:, 0]], axis=1)[:, None]
-        u = (low + _stratified(rng, len(patch))) / cut[:, None]
-        u = np.where(patches.is_joint[patch, None, None], u, even_rings(u, low, cut))
+        low = np.stack([within % cut[:, 0], within // cut[:, 0]], axis=1)
         at = np.repeat(firsts[chosen] + side * counts[chosen, 0], cells) + within
-        repeated = np.repeat(patch[:, None], POINT_COUNT, 1)
-        positions[at] = points_of(patches, repeated, u)
-        ends[at] = points_of(patches, repeated, (low + _line_ends()) / cut[:, None])
+        positions[at], ends[at], sources[at] = texel_points(rng, patches, triangle, patch, low, cut)
         normals[at] = patches.normals[patch, None] * (1 - 2 * side)
-        sources[at] = _sources(patches, triangle, repeated, u)
         faces[at] = 2 * patch + side
         return np.asarray(at)
 
@@ -330,7 +342,7 @@ def _assemble(
         chosen, u = _drawn(rng, patches, shared)
         at, look = points_of(patches, chosen, u), patches.normals[chosen]
         positions[shared_firsts], normals[shared_firsts] = at, look
-        sources[shared_firsts] = _sources(patches, triangle, chosen, u)
+        sources[shared_firsts] = sources_of(patches, triangle, chosen, u)
         height = np.einsum("spk,sk->sp", at - at[:, :1], look[:, 0])
         is_flat = np.abs(height).max(axis=1) < LIFT
         ends[shared_firsts] = np.where(is_flat[:, None, None], at, at[:, :1])
@@ -339,8 +351,8 @@ def _assemble(
     positions[back], ends[back], normals[back] = positions[front], ends[front], -normals[front]
     sources[back] = sources[front]
     points, line_ends = ((at + LIFT * normals).astype(np.float32) for at in (positions, ends))
-    words = oct_words(normals)
-    return Surfels(points, words, line_ends, normals[:, 0], sources, faces, places)
+    words, whole = oct_words(normals), np.zeros(total, dtype=np.int64)
+    return Surfels(points, words, line_ends, normals[:, 0], sources, faces, places, finest, whole)
 
 
 def _places(
@@ -355,29 +367,6 @@ def _places(
         table[triangle] = np.stack([firsts, size | np.where(patches.is_joint, flag, 0)], axis=1)
         corner[triangle] = bvh.primitive_corners.reshape(-1, 3)[slot, 0]
     return Places(table, corner)
-
-
-def _sources(
-    patches: Patches, triangle: NDArray[np.int32], chosen: IntArray, u: FloatArray
-) -> NDArray[np.int32]:
-    """Return the triangles (N, 16) that hold the places `u` of patches (N, 16)."""
-    is_second = patches.is_joint[chosen] & (u[..., 0] < u[..., 1])
-    return np.asarray(triangle[chosen, is_second.astype(np.int64)])
-
-
-def _line_ends() -> FloatArray:
-    """Return where the lines across a texel begin and end in turn, unit square, (16, 2)."""
-    first, last = LINE_PLACES[0], LINE_PLACES[-1]
-    rows = [[x, y] for y in LINE_PLACES for x in (first, last)]
-    return np.array(rows + [[y, x] for x, y in rows])
-
-
-def _stratified(rng: np.random.Generator, count: int) -> FloatArray:
-    """Return points (count, 16, 2) of the unit square, one in each of its cells."""
-    k = np.arange(POINT_COUNT)
-    corner = np.stack([k % POINTS_PER_SIDE, k // POINTS_PER_SIDE], axis=1)
-    # Never on the edge, where another wall may stand.
-    return np.asarray((corner + rng.uniform(0.1, 0.9, (count, POINT_COUNT, 2))) / POINTS_PER_SIDE)
 
 
 def _drawn(

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from ssdo_gl.math3d import FloatArray, IntArray
 from ssdo_gl.raytracing.bvh import Bvh
 from ssdo_gl.raytracing.packed import oct_words
-from ssdo_gl.raytracing.surfels import LIFT, POINT_COUNT, Places, Surfels
+from ssdo_gl.raytracing.surfel_points import LIFT, POINT_COUNT
+from ssdo_gl.raytracing.surfels import Places, Surfels
 from ssdo_gl.raytracing.triangles import SceneTriangles
 
 # Walls meet at a corner where their normals enclose more than 45 degrees.
@@ -36,7 +37,8 @@ class TornSurfels:
     triangles : SceneTriangles
         As they were when the surfels were made.
     planes : ndarray, shape (S, 4), float32
-        Points p with planes[:3] . p < planes[3] belong to the next part; 0: there is none.
+        Points p with planes[:3] . p < planes[3] belong to the next part; 0: there is none. Without
+        a normal planes[3] is what the surfel is cut into, as `Surfels.finer`.
     others : ndarray, shape (S,), int64
         The number of the next part; 0: there is none.
     """
@@ -114,7 +116,8 @@ class TornSurfels:
         unit = triangles.half_diagonal / self.triangles.half_diagonal
         planes = self.planes.astype(np.float64)
         shift = (triangles.centre - self.triangles.centre) / self.triangles.half_diagonal
-        planes[:, 3] = (planes[:, 3] - planes[:, :3] @ shift) / unit
+        planes[:, 3] -= planes[:, :3] @ shift
+        planes[planes[:, :3].any(axis=1), 3] /= unit
         return replace(self, positions=positions, normals=normals, planes=planes.astype(np.float32))
 
 
@@ -177,6 +180,7 @@ def torn(
     for number, (at, bearer) in zip(numbers, sides, strict=True):
         positions[number], sources[number] = at, bearer
     planes = np.zeros((len(positions), 4), dtype=np.float32)
+    planes[: surfels.count, 3] = surfels.finer
     planes[chosen], planes[seconds[thirds]] = plane, corner.ending[thirds]
     others = np.zeros(len(positions), dtype=np.int64)
     others[chosen], others[seconds[thirds]] = numbers[1:]

@@ -7,11 +7,11 @@ import pytest
 
 from ssdo_gl.raytracing.blind_sides import NOTHING_MET, blind_sides
 from ssdo_gl.raytracing.bvh import Bvh, build_bvh
+from ssdo_gl.raytracing.surfel_points import POINT_COUNT
 from ssdo_gl.raytracing.surfels import (
     BACK_BLIND,
     BLIND_COARSENESS,
     FRONT_BLIND,
-    POINT_COUNT,
     Surfels,
     build_surfels,
 )

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from ssdo_gl.raytracing.bvh import Bvh, build_bvh
-from ssdo_gl.raytracing.surfels import FIRST_FLAG, POINT_COUNT, SECOND_FLAG, Surfels, build_surfels
+from ssdo_gl.raytracing.surfel_points import POINT_COUNT
+from ssdo_gl.raytracing.surfels import FIRST_FLAG, SECOND_FLAG, Surfels, build_surfels
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
 from ssdo_gl.scene.geometry.shapes import box, cone, quad, sphere, torus

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from ssdo_gl.raytracing.bvh import Bvh, build_bvh
-from ssdo_gl.raytracing.surfels import LIFT, POINT_COUNT, build_surfels
+from ssdo_gl.raytracing.surfel_points import LIFT, POINT_COUNT
+from ssdo_gl.raytracing.surfels import build_surfels
 from ssdo_gl.raytracing.torn_surfels import NOTHING_MET, TornSurfels, torn
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject

@@ -84,8 +84,9 @@ def ray_reads(features: RayFeatures, *, shades: bool = False) -> tuple[str, ...]
 
 
 def ray_defines(context: PassContext, features: RayFeatures) -> dict[str, int]:
-    """Return the defines of ``rays/bvh.glsl`` and what it includes."""
+    """Return the defines of ``rays/bvh.glsl``, what includes it, and, if read, surfels' tables."""
     is_software = draws_on_cpu(context.gl)
+    known = context.facts.get("surfel_splits")
     return {
         "BVH_LEVELS": bvh_of(context).depth,
         "BVH_STACK_IN_REGISTERS": int(is_software),
@@ -100,6 +101,7 @@ def ray_defines(context: PassContext, features: RayFeatures) -> dict[str, int]:
         "RAY_NORMAL_MAPS": int(features.normal_maps),
         "RAY_TANGENTS": int(features.tangents),
         "GLOW_IS_DIRECT": int(features.glow_is_direct),
+        **({} if known is None else {"SURFEL_DEPTH": known}),
     }
 
 

@@ -27,8 +27,10 @@ from ssdo_gl.passes.surfels.surfel_textures import (
     upload,
 )
 from ssdo_gl.raytracing.blind_sides import blind_sides
+from ssdo_gl.raytracing.graded_surfels import graded
 from ssdo_gl.raytracing.surface_tables import RayFeatures
-from ssdo_gl.raytracing.surfels import POINT_COUNT, POINTS_PER_SIDE, Surfels, build_surfels
+from ssdo_gl.raytracing.surfel_points import POINT_COUNT, POINTS_PER_SIDE
+from ssdo_gl.raytracing.surfels import Surfels, build_surfels
 from ssdo_gl.raytracing.torn_surfels import TornSurfels, torn
 
 # Of the number of pieces: by so many more strips are cut finer.
@@ -46,10 +48,13 @@ class SurfelSet:
     topology : tuple
         Settings, meshes, sides of materials, and mesh, material and number of instances of each
         object: while these are the same, triangles keep their numbers, and surfels theirs.
+    depth : int
+        As in `Surfels`.
     """
 
     surfels: TornSurfels
     topology: tuple[object, ...]
+    depth: int
 
     @property
     def count(self) -> int:
@@ -60,8 +65,8 @@ class SurfelSet:
 class SurfelsPass(RenderPass):
     """Uploads `surfel_points`, `surfel_places` and `surfel_splits`.
 
-    The `SurfelSet` comes with `surfel_points`. In a live frame it stays what it was while
-    objects only move.
+    The `SurfelSet` comes with `surfel_points`, its depth with `surfel_splits`. In a live frame it
+    stays what it was while objects only move.
     """
 
     name = "surfels"
@@ -97,9 +102,10 @@ class SurfelsPass(RenderPass):
             whole = cut()
             if (blind := blind_sides(whole, bvh, *self._seen(context, whole))).any():
                 whole = cut(blind)
+            whole = graded(whole, bvh, max(most - whole.count, 0))
             surfels = torn(whole, bvh, *self._walls(context, whole), MOST_SURFELS)
             surfels = surfels.uncovered(self._covers(context, surfels))
-            made = SurfelSet(surfels, topology)
+            made = SurfelSet(surfels, topology, whole.depth)
         splits = np.zeros((made.count, 2, 4), dtype=np.float32)
         splits[:, 0], splits[:, 1, 0] = surfels.planes, surfels.others
         named = made.surfels.places.of(bvh)
@@ -109,7 +115,7 @@ class SurfelsPass(RenderPass):
         return {
             "surfel_points": TextureWithFacts(upload(gl, _words(surfels)), made),
             "surfel_places": make_texture(gl, (SLOTS_PER_ROW, rows), 2, "u4", places.tobytes()),
-            "surfel_splits": upload(gl, splits),
+            "surfel_splits": TextureWithFacts(upload(gl, splits), made.depth),
         }
 
     def _covers(self, context: PassContext, surfels: TornSurfels) -> IntArray:

@@ -98,6 +98,7 @@ class SurfelProgram:
         own = {"SURFEL_RAYS_PER_SIDE": side, "PART_COUNT": PART_COUNT}
         defines = ray_defines(context, self.features)
         defines["ENVIRONMENT_KIND"] = self.environment_kind
+        defines["SURFEL_DEPTH"] = context.facts["surfel_points"].depth
         defines |= {key: own[key] for key in further}
         program = context.shaders.fullscreen(f"passes/{name}.frag", defines)
         program.set(

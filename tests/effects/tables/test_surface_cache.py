@@ -22,7 +22,7 @@ from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
-from ssdo_gl.scene.geometry.shapes import box
+from ssdo_gl.scene.geometry.shapes import box, quad
 from ssdo_gl.scene.lights import PointLight
 from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.scene import Scene
@@ -31,6 +31,9 @@ from ssdo_gl.settings import Settings
 CACHE = {"surfels", "surfel_rays", "surfel_sky", "surfel_direct", "surface_cache"}
 # Fewer surfels than usual, and more shadow rays: quick, and of little noise.
 FEW = {"surface_cache.texel": 0.1, "surface_cache.light_samples": 64}
+
+# It is .01. Texels of which only the widest are looked up rightly have .23.
+WIDE_GROUND_BOUND = 0.05
 
 LOOKUP = """#version 330 core
 // What the cache holds where the camera's rays end.
@@ -123,6 +126,31 @@ def test_every_pixel_of_a_furnace_finds_its_irradiance(device, shaders, lookup) 
     # light, and all of some 500 by the twentieth part.
     np.testing.assert_allclose(image, 10.0 * np.pi, rtol=0.05)
     np.testing.assert_allclose(image.mean(), 10.0 * np.pi, rtol=0.008)
+
+
+def test_light_is_looked_up_where_it_lies_on_a_wide_ground(device, shaders, lookup) -> None:
+    """Under a lamp a fifth of a unit over it, beside a box; its texels would be a unit wide."""
+    ground, body = np.diag([60.0, 60.0, 1.0, 1.0]), np.diag([0.3, 0.3, 0.3, 1.0])
+    ground[:2, 3], body[:3, 3] = -30.0, (0.4, 0.0, 0.15)
+    black = Material(albedo=(0.0, 0.0, 0.0))
+    scene = Scene(
+        (quad(), box()),
+        (black,),
+        (SceneObject(0, 0, ground[None]), SceneObject(1, 0, body[None])),
+        Camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0), up=(0.0, 1.0, 0.0), fov_y=40.0),
+        (PointLight((0.1, 0.0, 0.2), (1.0, 1.0, 1.0)),),
+    )
+    settings = Settings(size=(64, 36), method="direct")
+    with Renderer(scene, settings, device=device, shaders=shaders) as renderer:
+        image = renderer.render(["lookup"]).images["lookup"]
+    y, x = (
+        (np.mgrid[:36, :64] - np.array([17.5, 31.5])[:, None, None]) * 3.0 * np.tan(np.pi / 9) / 18
+    )
+    expected = 0.2 / ((x - 0.1) ** 2 + y**2 + 0.04) ** 1.5
+    # Where the lamp is, beside the box.
+    beside = (np.abs(x) < 0.2) & (np.abs(y) < 0.2)
+    error = np.abs(image[..., 0] / expected - 1.0)[beside]
+    assert np.median(error) < WIDE_GROUND_BOUND
 
 
 WHITE = Material(albedo=(0.7,) * 3)
