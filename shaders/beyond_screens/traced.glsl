@@ -128,7 +128,8 @@ bool meets_by_ray(vec3 p_vs, vec3 geometric_vs, vec3 w_vs, float density, uint i
         radiance += path.weight * emitted(met, hit, path, bounce == 0);
         goes_on = bounce < MIRROR_BOUNCES && is_glossy(met.brdf)
                && met.brdf.roughness <= u_mirror_roughness;
-        vec4 cached = cached_light(hit, met, path.w);
+        ivec2 surfel = surfel_met(hit, met, path.w);
+        vec4 cached = cached_light(surfel);
         if (goes_on) {
             vec3 n = met.at.normal;
             uint dimension = DIMENSIONS_PER_MIRROR * uint(bounce);
@@ -138,7 +139,7 @@ bool meets_by_ray(vec3 p_vs, vec3 geometric_vs, vec3 w_vs, float density, uint i
             reflect_on(path, met, random_2d(index, seed, dimension + 2u, false));
             ++bounce;
         } else {
-            radiance += path.weight * reflection_of(cached, met.brdf);
+            radiance += path.weight * reflection_of(cached, surfel, met);
         }
     } while (goes_on);
     return true;

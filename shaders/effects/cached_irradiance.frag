@@ -20,7 +20,7 @@ void main()
         vec3 start = u_eye_ns + to_surface - w * reach;
         BvhHit hit = bvh_nearest(start, w, 2.0 * reach);
         if (hit.record >= 0)
-            irradiance = cached_light(hit, surface_at_hit(hit, start, w), w).rgb;
+            irradiance = cached_light(surfel_met(hit, surface_at_hit(hit, start, w), w)).rgb;
     }
     o_irradiance = vec4(irradiance, 1.0);
 }

@@ -329,16 +329,23 @@ float grazing_reflectance(float roughness)
 }
 #endif
 
+#if GLOSSY
+// What microfacets of Fresnel's 1 reflect once of even light: a fit, within 0.003.
+float once_of_even_light(float roughness)
+{
+    float r = roughness;
+    return 0.9998 + r * (-0.0143 + r * (0.3322 + r * (-2.2012 + r * 1.2952)));
+}
+#endif
+
 // Share of light that leaves again in all directions, for light that has been scattered so often
 // that where it goes hardly matters: of light that arrives evenly.
 vec3 even_reflectance(Brdf brdf)
 {
 #if GLOSSY
-    // A fit to what microfacets of Fresnel's 1 reflect once, within 0.003; of the light that
-    // enters the diffuse part 0.0037 (f90 - f0) is reflected before.
-    float r = brdf.roughness;
-    float all = 0.9998 + r * (-0.0143 + r * (0.3322 + r * (-2.2012 + r * 1.2952)));
-    float grazing = grazing_reflectance(r);
+    // Of the light that enters the diffuse part 0.0037 (f90 - f0) is reflected before.
+    float all = once_of_even_light(brdf.roughness);
+    float grazing = grazing_reflectance(brdf.roughness);
     vec3 enters = is_glossy(brdf) ? vec3(1.0) - mix(brdf.f0, vec3(brdf.f90), 0.0037) : vec3(1.0);
     vec3 gloss = brdf.f0 * (all - grazing) + brdf.f90 * grazing;
     gloss *= 1.0 + brdf.f0 * (1.0 / all - 1.0);

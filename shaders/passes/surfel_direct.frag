@@ -5,6 +5,7 @@
 // PART_COUNT: parts in which the rays are traced, each in a tile of the image.
 #include "rays/surfel_points.glsl"
 #include "rays/emitter_tree.glsl"
+#include "rays/quarter_sums.glsl"
 
 #if GLOW_IS_DIRECT
 uniform int u_tree_samples;
@@ -73,6 +74,9 @@ void main()
     float near_reach = NEAR_SIZES * surfel_size(surfel);
     int group_count = u_draws_groups ? 1 : u_emitter_group_count;
     vec4 sum = vec4(0.0);
+#if METAL
+    QuarterSums quarters = EMPTY_QUARTERS;
+#endif
     int i = part;
     for (int g = 0; g < group_count; ++g) {
         EmitterGroup group = emitter_group(g);
@@ -102,7 +106,11 @@ void main()
             arriving *= is_map ? 1.0 - share_of_own_rays(at, light.w, light.density) : 1.0;
 #endif
             bool is_blocked = light_is_blocked(at, light.w, reach);
-            of_group += is_blocked ? vec4(0.0) : light_of_surfel(at, light.w, arriving);
+            arriving = is_blocked ? vec3(0.0) : arriving;
+            of_group += light_of_surfel(at, light.w, arriving);
+#if METAL
+            add_to_quarter(quarters, at.normal, light.w, arriving / float(samples));
+#endif
         }
         // The parts take turns over all groups.
         i -= samples;
@@ -116,9 +124,15 @@ void main()
                                         random_2d(uint(j), seed, DIMENSION_TREE + 1u, true));
         vec3 arriving = unblocked_irradiance(at, light) / float(u_tree_samples);
         float reach = is_dark(arriving) ? -1.0 : reach_toward_light(light.distance);
-        sum += light_is_blocked(at, light.w, reach) ? vec4(0.0)
-                                                    : light_of_surfel(at, light.w, arriving);
+        arriving = light_is_blocked(at, light.w, reach) ? vec3(0.0) : arriving;
+        sum += light_of_surfel(at, light.w, arriving);
+#if METAL
+        add_to_quarter(quarters, at.normal, light.w, arriving);
+#endif
     }
 #endif
     o_irradiance = sum;
+#if METAL
+    write_quarters(quarters, 1.0);
+#endif
 }

@@ -4,6 +4,7 @@
 // passes/surfel_rays.frag. A map is drawn from with the lights, too: both ways share its light.
 #include "rays/surfel_points.glsl"
 #include "rays/surfel_hits.glsl"
+#include "rays/quarter_sums.glsl"
 
 uniform usampler2D t_surfel_hits;
 
@@ -16,6 +17,9 @@ void main()
     surfel.y -= row * u_surfel_rows;
     ivec2 tile_size = ivec2(1 << SURFEL_ROW_SHIFT, u_surfel_rows);
     vec4 sum = vec4(0.0);
+#if METAL
+    QuarterSums quarters = EMPTY_QUARTERS;
+#endif
     uint seed = pixel_seed(surfel);
     int ray_count = SURFEL_RAYS_PER_SIDE * SURFEL_RAYS_PER_SIDE;
     for (int column = 0; column < SURFEL_RAYS_PER_SIDE; ++column) {
@@ -26,7 +30,13 @@ void main()
             vec3 w = surfel_direction(at, ray, seed);
             vec3 arriving = environment_radiance(w) * share_of_own_rays(at, w, map_density(w));
             sum += light_of_surfel(at, w, arriving);
+#if METAL
+            add_to_quarter(quarters, at.normal, w, arriving);
+#endif
         }
     }
     o_irradiance = sum * (PI / float(ray_count));
+#if METAL
+    write_quarters(quarters, PI / float(ray_count));
+#endif
 }

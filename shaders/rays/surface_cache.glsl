@@ -85,25 +85,42 @@ int surfel_at_hit(BvhHit hit, vec3 p, vec3 w)
     return surfel;
 }
 
-// Irradiance where a ray along `w` has met `surface`.
-vec4 cached_light(BvhHit hit, Surface surface, vec3 w)
+#include "rays/surfel_lobes.glsl"
+
+// Where a ray along `w` has met `surface`.
+ivec2 surfel_met(BvhHit hit, Surface surface, vec3 w)
 {
-    return texelFetch(t_surface_cache, surfel_texel(surfel_at_hit(hit, surface.at.position, w)), 0);
+    return surfel_texel(surfel_at_hit(hit, surface.at.position, w));
 }
 
-// Radiance that is reflected of it in any direction, gloss as if it were diffuse.
-vec3 reflection_of(vec4 light, Brdf brdf)
+// Irradiance of a surfel.
+vec4 cached_light(ivec2 surfel)
 {
+    return texelFetch(t_surface_cache, surfel, 0);
+}
+
+// Radiance that `surface` reflects of its surfel's light along the ray that has met it: metal in
+// lobes, other gloss as if it was diffuse.
+vec3 reflection_of(vec4 light, ivec2 surfel, Surface surface)
+{
+    Brdf brdf = surface.brdf;
     vec3 share = even_reflectance(brdf);
 #if GLOSSY
     share = max(share + reflectance_slope(brdf) * light.a, 0.0);
 #endif
+#if METAL
+    bool is_asked = is_metal(brdf);
+    vec3 by_metal = sent_by_metal(surfel, light.rgb, surface.at.normal, surface.at.w_out,
+                                  brdf.roughness, even_reflectance(brdf), is_asked);
+    return is_asked ? by_metal : share * INV_PI * light.rgb;
+#else
     return share * INV_PI * light.rgb;
+#endif
 }
 
-// Radiance that `surface` reflects back along the ray, gloss as if it were diffuse; what it
-// emits is `surface.emission`.
+// Radiance that `surface` reflects back along the ray; what it emits is `surface.emission`.
 vec3 cached_reflection(BvhHit hit, Surface surface, vec3 w)
 {
-    return reflection_of(cached_light(hit, surface, w), surface.brdf);
+    ivec2 surfel = surfel_met(hit, surface, w);
+    return reflection_of(cached_light(surfel), surfel, surface);
 }

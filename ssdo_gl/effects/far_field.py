@@ -40,7 +40,7 @@ from ssdo_gl.passes.rays import (
     ray_uniforms,
     stream_of,
 )
-from ssdo_gl.passes.surfels import CACHE_TABLES
+from ssdo_gl.passes.surfels import cache_tables
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment import kind_of
 from ssdo_gl.scene.lights import Form
@@ -110,7 +110,7 @@ class FarProbesPass(RenderPass):
             *FAR_PROBES,
             "z_vs",
             *ray_reads(features, shades=True),
-            *CACHE_TABLES,
+            *cache_tables(features),
         )
         self.steady_reads = ("z_vs",) if is_steady else ()
         domains = ("steady_view", "steady_seed") if is_steady else ("view", "seed")
@@ -204,7 +204,7 @@ class CachedIrradiancePass(RenderPass):
 
     def __init__(self, features: RayFeatures, *, is_steady: bool) -> None:
         self.features = features
-        self.reads = ("z_vs", *ray_reads(features, shades=True), *CACHE_TABLES)
+        self.reads = ("z_vs", *ray_reads(features, shades=True), *cache_tables(features))
         self.steady_reads = ("z_vs",) if is_steady else ()
         self.depends_on = ("steady_view" if is_steady else "view", "geometry")
 

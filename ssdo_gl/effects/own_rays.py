@@ -26,7 +26,7 @@ from ssdo_gl.passes.far_probes import (
 from ssdo_gl.passes.own_lookup import OWN_RAYS, OwnRays
 from ssdo_gl.passes.own_textures import facts_of, fill, textures_of
 from ssdo_gl.passes.rays import radius_ns, ray_defines, ray_reads, ray_uniforms, stream_of
-from ssdo_gl.passes.surfels import CACHE_TABLES
+from ssdo_gl.passes.surfels import cache_tables
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment import ENVIRONMENT_KINDS, EnvironmentKind
 
@@ -114,7 +114,7 @@ class OwnRaysPass(RenderPass):
             *FAR_PROBES,
             FAR_RADIANCE,
             *ray_reads(features, shades=True),
-            *CACHE_TABLES,
+            *cache_tables(features),
             *((MAP_RADIANCE, MAP_IRRADIANCE) if environment == "map" else ()),
         )
 

@@ -38,7 +38,7 @@ from ssdo_gl.passes.screen_space_settings import (
     estimator_uniforms,
     pattern_offset,
 )
-from ssdo_gl.passes.surfels import CACHE_TABLES
+from ssdo_gl.passes.surfels import cache_tables
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment import Environment
 from ssdo_gl.settings.fields import setting
@@ -134,7 +134,7 @@ class ReflectionsPass(RenderPass):
             else (
                 *ray_reads(rays, shades=True),
                 *EMITTER_TABLES,
-                *CACHE_TABLES,
+                *cache_tables(rays),
                 *((*GLOW_TREE, GLOW_PLACES) if rays.glow_is_direct else ()),
             )
         )

@@ -130,7 +130,8 @@ class Request:
     def ray_features(self) -> RayFeatures:
         """What rays can meet, in view or not."""
         glossy = self.is_full or self.content.has_gloss
-        return dataclasses.replace(RayFeatures.of(self.scene), glossy=glossy)
+        features = RayFeatures.of(self.scene)
+        return dataclasses.replace(features, glossy=glossy, metal=glossy and features.metal)
 
     @property
     def is_view_empty(self) -> bool:

@@ -31,9 +31,11 @@ def facts_of(context: PassContext, name: str, kind: type[Facts]) -> Facts | None
 
 
 @contextmanager
-def drawing_into(gl: moderngl.Context, texture: moderngl.Texture) -> Iterator[moderngl.Framebuffer]:
-    """Lend a framebuffer that draws into `texture`."""
-    target = make_framebuffer(gl, [texture])
+def drawing_into(
+    gl: moderngl.Context, *textures: moderngl.Texture
+) -> Iterator[moderngl.Framebuffer]:
+    """Lend a framebuffer that draws into `textures`."""
+    target = make_framebuffer(gl, textures)
     try:
         yield target
     finally:

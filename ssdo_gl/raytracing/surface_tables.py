@@ -50,6 +50,8 @@ class RayFeatures:
         Whether there are images with texture coordinates of their own.
     glossy : bool
         Whether anything reflects more than diffuse light.
+    metal : bool
+        Whether any of it is metal, which sends on what it reflects in directions.
     normal_maps, tangents : bool
         Whether there are normal maps, and among them some along tangents of the file.
     glow_is_direct : bool
@@ -63,6 +65,7 @@ class RayFeatures:
     single_sided: bool = False
     second_uvs: bool = False
     glossy: bool = False
+    metal: bool = False
     normal_maps: bool = False
     tangents: bool = False
     glow_is_direct: bool = False
@@ -85,6 +88,7 @@ class RayFeatures:
                 for mesh, m in pairs
             ),
             glossy=any(m.is_glossy for _, m in pairs),
+            metal=any(m.is_metal for _, m in pairs),
             normal_maps=bool(bumped),
             tangents=any(mesh.has_tangents for mesh in bumped),
         )

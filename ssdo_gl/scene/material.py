@@ -206,6 +206,11 @@ class Material:
         return self.metallic > 0.0 or (self.specular > 0.0 and max(self.dielectric_color) > 0.0)
 
     @property
+    def is_metal(self) -> bool:
+        """Whether any of it is metal."""
+        return self.metallic > 0.0 and not self.is_unlit
+
+    @property
     def mean_metallic(self) -> float:
         """Share of metal over the whole of its texture."""
         texture = self.metallic_roughness_texture

@@ -18,7 +18,8 @@ from ssdo_gl.graph.render_pass import RenderPass
 from ssdo_gl.passes.environment_uniforms import environment_kind
 from ssdo_gl.passes.rays.bvh_upload import BvhUploadPass
 from ssdo_gl.passes.rays.ray_tables import EmitterTablesPass, MaterialTablePass, SurfaceTablesPass
-from ssdo_gl.passes.surfels.surfel_light import SurfaceCachePass, SurfelDirectPass, SurfelSkyPass
+from ssdo_gl.passes.surfels.surfel_bounces import SurfaceCachePass
+from ssdo_gl.passes.surfels.surfel_light import SurfelDirectPass, SurfelSkyPass
 from ssdo_gl.passes.surfels.surfel_rays import SurfelRaysPass, SurfelsPass
 from ssdo_gl.passes.surfels.surfel_textures import SURFELS_PER_ROW, SurfaceCacheSettings
 from ssdo_gl.raytracing.surface_tables import RayFeatures
@@ -57,7 +58,7 @@ def cache_passes(scene: Scene, settings: SurfaceCacheSettings) -> list[RenderPas
         SurfelRaysPass(settings, features),
         SurfelSkyPass(settings, features, sky),
         SurfelDirectPass(settings, features, sky),
-        SurfaceCachePass(settings),
+        SurfaceCachePass(settings, features),
     ]
     return [*tables, *cache, *([EnvironmentPass()] if environment_kind(sky) == 3 else [])]
 

@@ -44,4 +44,4 @@ class SurfaceCache(Effect):
         yield SurfelSkyPass(settings, features, sky), "the sky that each piece sees"
         lit = replace(features, glow_is_direct=request.runs("emitters"))
         yield SurfelDirectPass(settings, lit, sky), "light straight from its sources"
-        yield SurfaceCachePass(settings), "all bounces between the pieces"
+        yield SurfaceCachePass(settings, features), "all bounces between the pieces"

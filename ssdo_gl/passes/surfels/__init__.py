@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from ssdo_gl.passes.surfels.surfel_light import SurfaceCachePass, SurfelDirectPass, SurfelSkyPass
+from ssdo_gl.passes.surfels.surfel_bounces import SurfaceCachePass
+from ssdo_gl.passes.surfels.surfel_light import SurfelDirectPass, SurfelSkyPass
 from ssdo_gl.passes.surfels.surfel_rays import SurfelRaysPass, SurfelsPass
 from ssdo_gl.passes.surfels.surfel_textures import (
-    CACHE_TABLES,
     SurfaceCacheSettings,
+    cache_tables,
 )
 
 __all__ = [
-    "CACHE_TABLES",
     "SurfaceCachePass",
     "SurfaceCacheSettings",
     "SurfelDirectPass",
     "SurfelRaysPass",
     "SurfelSkyPass",
     "SurfelsPass",
+    "cache_tables",
 ]

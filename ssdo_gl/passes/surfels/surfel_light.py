@@ -7,13 +7,12 @@ follow where lights move.
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import moderngl
 import numpy as np
 
 from ssdo_gl.gpu.fullscreen import draw_fullscreen
-from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.environment_uniforms import MAP_RADIANCE, environment_kind
@@ -26,7 +25,6 @@ from ssdo_gl.passes.rays import (
     tree_of,
     tree_uniforms,
 )
-from ssdo_gl.passes.surfels.bounces import Bounces, relaxation
 from ssdo_gl.passes.surfels.surfel_textures import (
     PART_COUNT,
     SURFELS_PER_ROW,
@@ -40,18 +38,16 @@ from ssdo_gl.scene.environment import Environment
 
 # More groups of lights than this are drawn from by chance instead of gone through.
 MOST_GROUPS = 16
-# Bounces of a live frame while direct light changes, and once it rests: then no shadow rays are
-# traced, which took as long as two more of them.
-LIVE_BOUNCES, RESTING_BOUNCES = 2, 4
 
 
 @dataclass(frozen=True, eq=False)
 class SkyLight:
-    """Of which state `surfel_sky` is: the number of the hits, and the sky."""
+    """Of which state `surfel_sky` is: the number of the hits, and the sky; all that is drawn."""
 
     surfels: object
     number: int
     sky: Hashable
+    textures: tuple[moderngl.Texture, ...] = ()
 
 
 class SurfelSkyPass(RenderPass):
@@ -85,19 +81,22 @@ class SurfelSkyPass(RenderPass):
         made = SkyLight(hits.surfels, hits.number, context.frame.versions.get("environment"))
         known = facts_of(context, "surfel_sky", SkyLight)
         same = known is not None and (known.surfels, known.sky) == (made.surfels, made.sky)
+        count = self.shared.light_count
+        same = same and known is not None and len(known.textures) == count
         turn: tuple[int, ...] = tuple(range(side))
         if known is not None and same and made.number - known.number in (0, 1):
-            texture = context.last["surfel_sky"].texture
+            made = replace(made, textures=known.textures)
             turn = hits.traced if made.number > known.number else ()
         else:
-            texture = make_texture(context.gl, (SURFELS_PER_ROW, side * rows), 4, "f4")
+            size = (SURFELS_PER_ROW, side * rows)
+            made = replace(made, textures=self.shared.light_textures(context.gl, size))
         program = self.shared.ready(context, self.name, "SURFEL_RAYS_PER_SIDE")
         textures = textures_of(context, self.reads)
-        with drawing_into(context.gl, texture) as target:
+        with drawing_into(context.gl, *made.textures) as target:
             for row in turn:
                 region = (0, row * rows, SURFELS_PER_ROW, rows)
                 draw_fullscreen(context.gl, program, target, {}, textures, region=region)
-        return {"surfel_sky": TextureWithFacts(texture, made)}
+        return {"surfel_sky": TextureWithFacts(made.textures[0], made)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,15 +108,16 @@ class DirectParts:
     surfels : SurfelSet
     light : hashable
         Equal for the same light and geometry.
-    parts : Texture
-        A tile for each part, which is what every fourth shadow ray brings.
+    parts : tuple of Texture
+        A tile for each part, which is what every fourth shadow ray brings; with metal four more
+        by directions.
     next_part, missing : int
         Which part is to be made next, and how many are of an earlier light.
     """
 
     surfels: object
     light: Hashable
-    parts: moderngl.Texture
+    parts: tuple[moderngl.Texture, ...]
     next_part: int = 0
     missing: int = 0
 
@@ -148,6 +148,8 @@ class SurfelDirectPass(RenderPass):
             *(GLOW_TREE if features.glow_is_direct else ()),
         )
         self.reads = (*self.rays, "surfel_sky")
+        if features.metal:
+            self.writes = {**self.writes, "surfel_quarters": TextureSpec(4, "f4", own=True)}
 
     def settings_key(self) -> Hashable:
         return self.shared
@@ -158,19 +160,21 @@ class SurfelDirectPass(RenderPass):
         light = tuple(context.frame.versions.get(domain) for domain in self.depends_on)
         surfels = context.facts["surfel_points"]
         rows = surfel_rows(surfels.count)
-        if known is not None and known.surfels is surfels:
+        count = self.shared.light_count
+        if known is not None and known.surfels is surfels and len(known.parts) == count:
             missing = (known.missing if known.light == light else PART_COUNT) - 1
             following = (known.next_part + 1) % PART_COUNT
             made = DirectParts(surfels, light, known.parts, following, max(missing, 0))
             tile = (0, known.next_part * rows, SURFELS_PER_ROW, rows)
         else:
             size = (SURFELS_PER_ROW, PART_COUNT * rows)
-            made = DirectParts(surfels, light, make_texture(context.gl, size, 4, "f4"))
+            parts = self.shared.light_textures(context.gl, size)
+            made = DirectParts(surfels, light, parts)
             tile = (0, 0, *size)
         self.is_settled = made.missing == 0
         program = self.shared.ready(context, self.name, "PART_COUNT")
         textures = textures_of(context, self.rays)
-        with drawing_into(context.gl, made.parts) as target:
+        with drawing_into(context.gl, *made.parts) as target:
             samples = self._samples(context)
             draw_fullscreen(context.gl, program, target, samples, textures, region=tile)
         defines = {
@@ -178,9 +182,28 @@ class SurfelDirectPass(RenderPass):
             "SURFEL_RAYS_PER_SIDE": self.shared.settings.rays_per_side,
         }
         program = context.shaders.fullscreen("passes/surfel_sum.frag", defines)
-        textures = {"t_surfel_parts": made.parts, "t_surfel_sky": context.inputs["surfel_sky"]}
+        textures = {"t_surfel_parts": made.parts[0], "t_surfel_sky": context.inputs["surfel_sky"]}
         texture = drawn(context.gl, rows, program, {"u_surfel_rows": rows}, textures)
-        return {"surfel_direct": TextureWithFacts(texture, made)}
+        produced: Produced = {"surfel_direct": TextureWithFacts(texture, made)}
+        if self.shared.features.metal:
+            quarters = self._quarters(context, made.parts, defines)
+            produced = {**produced, "surfel_quarters": quarters}
+        return produced
+
+    def _quarters(
+        self,
+        context: PassContext,
+        parts: tuple[moderngl.Texture, ...],
+        defines: Mapping[str, int],
+    ) -> moderngl.Texture:
+        """Return the sums of parts and sky by directions, a tile each."""
+        rows = surfel_rows(context.facts["surfel_points"].count)
+        sky = context.facts["surfel_sky"].textures
+        textures: dict[str, moderngl.Texture] = {f"t_part_{i}": t for i, t in enumerate(parts)}
+        textures |= {f"t_sky_{i}": t for i, t in enumerate(sky)}
+        program = context.shaders.fullscreen("passes/surfel_quarters.frag", defines)
+        uniforms = {"u_surfel_rows": rows}
+        return drawn(context.gl, len(parts) * rows, program, uniforms, textures)
 
     def _samples(self, context: PassContext) -> dict[str, object]:
         """Return the uniforms that say how many rays go to each group of lights."""
@@ -194,60 +217,3 @@ class SurfelDirectPass(RenderPass):
         draws = groups > MOST_GROUPS
         each = samples if draws else max(1, samples // max(groups, 1))
         return {"u_samples": each, "u_draws_groups": draws, **glow}
-
-
-@dataclass(frozen=True, eq=False)
-class Convergence:
-    """How far the bounces have come that `surface_cache` holds.
-
-    Attributes
-    ----------
-    sources : tuple
-        Stand for direct light, and for what surfels see of each other.
-    last_but_one : Texture
-        The bounce before.
-    factors : tuple of float
-        Of the steps that are left.
-    """
-
-    sources: tuple[object, ...]
-    last_but_one: moderngl.Texture
-    factors: tuple[float, ...]
-
-
-class SurfaceCachePass(RenderPass):
-    """Writes `surface_cache`: irradiance of surfels by all light, any number of bounces.
-
-    In a live frame it goes on from what it has, a few bounces at a time.
-    """
-
-    name = "surface_cache"
-    reads = ("surfel_points", "surfel_hits", "surfel_direct")
-    writes: Mapping[str, TextureSpec] = {"surface_cache": TextureSpec(4, "f4", own=True)}
-    is_gradual = True
-
-    def __init__(self, settings: SurfaceCacheSettings) -> None:
-        self.settings = settings
-
-    def execute(self, context: PassContext) -> Produced:
-        """Add bounces: until what is missing is below the tolerance, or as many as fit a frame."""
-        hits, direct = context.facts["surfel_hits"], context.inputs["surfel_direct"]
-        bounces = Bounces(
-            context, context.inputs["surfel_hits"], self.settings.rays_per_side, hits.glossy
-        )
-        sources = (hits.surfels, hits, direct)
-        known = facts_of(context, "surface_cache", Convergence)
-        if known is not None and known.sources[0] is hits.surfels:
-            last, last_but_one = context.last["surface_cache"].texture, known.last_but_one
-            goes_on = all(a is b for a, b in zip(known.sources, sources, strict=True))
-            factors = known.factors if goes_on else tuple(relaxation(hits.kept))
-            count = RESTING_BOUNCES if context.is_complete else LIVE_BOUNCES
-            steps, factors = factors[:count], factors[count:]
-        else:
-            last, last_but_one = bounces.texture(0.0), bounces.texture(0.0)
-            steps, factors = tuple(relaxation(hits.kept)), ()
-        self.is_settled = not factors
-        for over in steps:
-            last_but_one, last = last, bounces.step(direct, last, last_but_one, over)
-        made = Convergence(sources, last_but_one, factors)
-        return {"surface_cache": TextureWithFacts(last, made)}

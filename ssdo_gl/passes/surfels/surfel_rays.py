@@ -229,7 +229,9 @@ class SurfelRaysPass(RenderPass):
         surfels: SurfelSet = context.facts["surfel_points"]
         geometry = tuple(context.frame.versions.get(domain) for domain in self.depends_on)
         known = facts_of(context, "surfel_hits", Hits)
-        if known is not None and known.surfels is surfels:
+        words = 4 if self.shared.features.metal else 2
+        same_words = known is not None and context.last["surfel_hits"].texture.components == words
+        if known is not None and known.surfels is surfels and same_words:
             texture = context.last["surfel_hits"].texture
             if known.missing == 0 and known.geometry == geometry:
                 # Lights have changed, and with them the table of materials.
@@ -241,7 +243,7 @@ class SurfelRaysPass(RenderPass):
             made = Hits(surfels, geometry, glossy, known.kept, turn, max(missing, 0), number)
         else:
             rows = side * surfel_rows(surfels.count)
-            texture = make_texture(context.gl, (side * SURFELS_PER_ROW, rows), 2, "u4")
+            texture = make_texture(context.gl, (side * SURFELS_PER_ROW, rows), words, "u4")
             made = Hits(surfels, geometry, glossy, 0.0, tuple(range(side)))
         self.is_settled = made.missing == 0
         rows = texture.height // side

@@ -23,11 +23,20 @@ from ssdo_gl.settings.fields import setting
 
 # What rays/surface_cache.glsl reads beside the tables of rays that shade what they hit.
 CACHE_TABLES = ("surfel_places", "surfel_splits", "surface_cache")
+
+
+def cache_tables(features: RayFeatures) -> tuple[str, ...]:
+    """Return what rays/surface_cache.glsl reads beside the tables of rays."""
+    return (*CACHE_TABLES, *(("surfel_quarters", "surfel_rest") if features.metal else ()))
+
+
 # As rays/surface_cache.glsl lays its textures out.
 SURFELS_PER_ROW = 256
 SLOTS_PER_ROW = 1024
 # Surfels have numbers of 16 bits, and one stands for the sky.
 MOST_SURFELS = 65535
+# Of the hemisphere over a surfel, which keep light apart that metal sends on.
+QUARTERS = 4
 # Shadow rays are traced in so many parts, one in each live frame.
 PART_COUNT = 4
 
@@ -88,6 +97,17 @@ class SurfelProgram:
     settings: SurfaceCacheSettings
     features: RayFeatures
     environment_kind: int = 0
+
+    @property
+    def light_count(self) -> int:
+        """Into how many textures light is drawn: with metal, as rays/quarter_sums.glsl says."""
+        return 1 + QUARTERS * self.features.metal
+
+    def light_textures(
+        self, gl: moderngl.Context, size: tuple[int, int]
+    ) -> tuple[moderngl.Texture, ...]:
+        """Return textures for light to be drawn into."""
+        return tuple(make_texture(gl, size, 4, "f4") for _ in range(self.light_count))
 
     def ready(self, context: PassContext, name: str, *further: str) -> Program:
         """Return the program ``passes/<name>.frag``, with the uniforms that all share set.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import cache
 from typing import ClassVar
 
@@ -47,7 +48,7 @@ void main()
     o_irradiance = vec4(0.0);
     if (hit.record >= 0) {
         Surface met = surface_at_hit(hit, u_eye_ns, w);
-        o_irradiance = vec4(cached_light(hit, met, w).rgb, 1.0);
+        o_irradiance = vec4(cached_light(surfel_met(hit, met, w)).rgb, 1.0);
     }
 }
 """
@@ -225,6 +226,26 @@ def test_a_moved_lamp_is_followed_to_the_same_light(device, shaders, live) -> No
     assert 3 <= count <= 15
     # Both have converged to 1e-4 of what was missing.
     np.testing.assert_allclose(image, expected, rtol=1e-3)
+
+
+def of_metal(scene: Scene) -> Scene:
+    """Return the scene with a body of metal."""
+    metal = replace(WHITE, metallic=1.0, roughness=0.3, specular=1.0)
+    walls, body = scene.objects
+    return replace(scene, materials=(WHITE, metal), objects=(walls, replace(body, material=1)))
+
+
+def test_metal_lit_by_a_moved_lamp_comes_to_the_same_light(device, shaders, live) -> None:
+    live.frame(room(-0.2))
+    # What is metal is known as soon as it is.
+    image, _ = live.settled(of_metal(room(-0.2)))
+    expected = fresh(device, shaders, of_metal(room(-0.2)))
+    np.testing.assert_allclose(image.mean(), expected.mean(), rtol=2e-3)
+    image, count = live.settled(of_metal(room(0.3)))
+    assert 6 <= count <= 30
+    expected = fresh(device, shaders, of_metal(room(0.3)))
+    # From where else light arrives, and what metal makes of it, is found in turns.
+    np.testing.assert_allclose(image, expected, rtol=5e-3)
 
 
 def test_a_lamp_switched_off_is_gone_within_ten_frames(live) -> None:

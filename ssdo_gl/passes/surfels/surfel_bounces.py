@@ -1,0 +1,138 @@
+"""Irradiance of surfels by all light: bounces are added until nothing is missing."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass
+
+import moderngl
+
+from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
+from ssdo_gl.graph.resource import TextureSpec
+from ssdo_gl.passes.own_textures import facts_of, textures_of
+from ssdo_gl.passes.surfels.bounces import TOLERANCE, Bounces, relaxation
+from ssdo_gl.passes.surfels.surfel_textures import (
+    SurfaceCacheSettings,
+    SurfelProgram,
+    drawn,
+    surfel_rows,
+)
+from ssdo_gl.raytracing.surface_tables import RayFeatures
+
+# Bounces of a live frame while direct light changes, and once it rests: then no shadow rays are
+# traced, which took as long as two more of them.
+LIVE_BOUNCES, RESTING_BOUNCES = 2, 4
+# How often bounces are summed again with what metal sends on of the last sum, by directions. Each
+# time changes a tenth of what the last one did, at most.
+METAL_TURNS = 3
+METAL_TOLERANCE = 10.0 * TOLERANCE
+
+
+@dataclass(frozen=True, eq=False)
+class Convergence:
+    """How far the bounces have come that `surface_cache` holds.
+
+    Attributes
+    ----------
+    sources : tuple
+        Stand for direct light, and for what surfels see of each other.
+    last_but_one : Texture
+        The bounce before.
+    factors : tuple of float
+        Of the steps that are left.
+    sent : Texture
+        What bounces start from: direct light, and what metal does to it.
+    rest : Texture or None
+        With metal, from where light arrives that is not direct, as of the last sum.
+    turns : int
+        How many sums are left after this one.
+    """
+
+    sources: tuple[object, ...]
+    last_but_one: moderngl.Texture
+    factors: tuple[float, ...]
+    sent: moderngl.Texture
+    rest: moderngl.Texture | None = None
+    turns: int = 0
+
+
+class SurfaceCachePass(RenderPass):
+    """Writes `surface_cache`: irradiance of surfels by all light, any number of bounces.
+
+    In a live frame it goes on from what it has, a few bounces at a time. With metal it writes
+    `surfel_rest`, too: from where light arrives that is not direct.
+    """
+
+    name = "surface_cache"
+    writes: Mapping[str, TextureSpec] = {"surface_cache": TextureSpec(4, "f4", own=True)}
+    is_gradual = True
+
+    def __init__(self, settings: SurfaceCacheSettings, features: RayFeatures) -> None:
+        self.shared = SurfelProgram(settings, features)
+        self.reads = ("surfel_points", "surfel_hits", "surfel_direct")
+        if features.metal:
+            self.reads += ("surfel_quarters", "bvh")
+            self.writes = {**self.writes, "surfel_rest": TextureSpec(4, "f4", own=True)}
+
+    def settings_key(self) -> Hashable:
+        return self.shared
+
+    def execute(self, context: PassContext) -> Produced:
+        """Add bounces: until what is missing is below the tolerance, or as many as fit a frame."""
+        hits, direct = context.facts["surfel_hits"], context.inputs["surfel_direct"]
+        side, metal = self.shared.settings.rays_per_side, self.shared.features.metal
+        bounces = Bounces(context, context.inputs["surfel_hits"], side, hits.glossy)
+        sources = (hits.surfels, hits, direct)
+        known = facts_of(context, "surface_cache", Convergence)
+        factors, turns = tuple(relaxation(hits.kept)), METAL_TURNS * metal
+        budget = None
+        of_same = known is not None and (known.rest is not None) == metal
+        if known is not None and of_same and known.sources[0] is hits.surfels:
+            last, last_but_one = context.last["surface_cache"].texture, known.last_but_one
+            rest, sent = known.rest, direct
+            if all(a is b for a, b in zip(known.sources, sources, strict=True)):
+                factors, turns, sent = known.factors, known.turns, known.sent
+            elif metal:
+                sent = self._sent(context, last, rest)
+            budget = RESTING_BOUNCES if context.is_complete else LIVE_BOUNCES
+        else:
+            last, last_but_one = bounces.texture(0.0), bounces.texture(0.0)
+            rest = bounces.texture(0.0) if metal else None
+            sent = self._sent(context, last, rest) if metal else direct
+        while factors:
+            steps, factors = factors[:budget], factors[budget:] if budget else ()
+            for over in steps:
+                last_but_one, last = last, bounces.step(sent, last, last_but_one, over)
+            if not factors and metal:
+                rest = self._drawn(context, "surfel_rest", last)
+                if turns:
+                    sent, turns = self._sent(context, last, rest), turns - 1
+                    factors = tuple(relaxation(hits.kept, METAL_TOLERANCE))
+            if budget:
+                break
+        self.is_settled = not factors
+        made = Convergence(sources, last_but_one, factors, sent, rest, turns)
+        produced: Produced = {"surface_cache": TextureWithFacts(last, made)}
+        return produced if rest is None else {**produced, "surfel_rest": rest}
+
+    def _sent(
+        self, context: PassContext, light: moderngl.Texture, rest: moderngl.Texture | None
+    ) -> moderngl.Texture:
+        """Return direct light and what metal sends on of `light`, less that as if diffuse."""
+        assert rest is not None
+        direct = textures_of(context, ("surfel_direct", "surfel_quarters"))
+        return self._drawn(context, "surfel_mirrored", light, {**direct, "t_surfel_rest": rest})
+
+    def _drawn(
+        self,
+        context: PassContext,
+        name: str,
+        light: moderngl.Texture,
+        further: Mapping[str, moderngl.Texture] | None = None,
+    ) -> moderngl.Texture:
+        """Return what a program makes of the light of surfels, over their rays."""
+        rows = surfel_rows(context.facts["surfel_points"].count)
+        program = self.shared.ready(context, name, "SURFEL_RAYS_PER_SIDE")
+        textures = textures_of(context, ("surfel_points", "surfel_hits"))
+        textures |= {"t_surface_cache": light, **(further or {})}
+        return drawn(context.gl, rows, program, {}, textures)

@@ -1,0 +1,118 @@
+"""What metal sends on, by directions, in the surface cache.
+
+`rays/surfel_lobes.glsl` and `rays/quarter_sums.glsl`, by way of `passes/surfel_quarters.frag`,
+`passes/surfel_mirrored.frag` and `passes/surfel_rest.frag`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from passes.cache_harness import Filled, fill
+from shaders.harness import evaluate
+
+from ssdo_gl.passes.surfels.surfel_textures import SurfaceCacheSettings
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
+from ssdo_gl.scene.geometry.shapes import box, quad
+from ssdo_gl.scene.lights import SpotLight
+from ssdo_gl.scene.material import Material
+from ssdo_gl.scene.scene import Scene
+
+CAMERA = Camera((0.1, 0.0, 0.2), (0.0, 0.0, 0.0))
+FEW = SurfaceCacheSettings(surfels=4096, texel=0.08, light_samples=64)
+BLACK = Material(albedo=(0.0, 0.0, 0.0))
+REFLECTANCE = 0.8
+# Of the light of a spot that a floor of smooth metal reflects, the wall before it receives as
+# much as lobes of alpha .2 do: .18 as much goes back. As if diffuse both receive the same.
+BACK_BOUND = 0.2
+# A lobe loses what would go below the surface, and wins by a fit to light from everywhere.
+ENERGY_BOUND = 0.06
+
+
+def inward() -> Mesh:
+    return Mesh(box().positions, box().triangles[:, ::-1])
+
+
+def metal(roughness: float, emission: float = 0.0) -> Material:
+    albedo = (REFLECTANCE,) * 3
+    return Material(
+        albedo=albedo, metallic=1.0, roughness=roughness, emission=(emission,) * 3, specular=1.0
+    )
+
+
+def lit_floor(device, shaders, roughness: float) -> Filled:
+    """Return the cache of a closed black box of edge 1 with a metal floor under a slanting spot."""
+    lift = np.eye(4)
+    lift[:3, :3] = [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]
+    lift[:3, 3] = quad_to_floor(lift[:3, :3])
+    spot = SpotLight(
+        position=(-0.25, 0.45, 0.0),
+        direction=(0.25, -0.945, 0.0),
+        intensity=(1.0, 1.0, 1.0),
+        inner_angle=8.0,
+        outer_angle=10.0,
+    )
+    objects = SceneObject(0, 0), SceneObject(1, 1, lift[None])
+    scene = Scene((inward(), quad()), (BLACK, metal(roughness)), objects, CAMERA, (spot,))
+    return fill(device, shaders, scene, FEW)
+
+
+def quad_to_floor(turn: np.ndarray) -> np.ndarray:
+    """Return what moves a turned quad onto the floor of the box, a little above it."""
+    middle = turn @ (quad().positions.min(axis=0) + quad().positions.max(axis=0)) / 2.0
+    return np.array([0.0, -0.495, 0.0]) - middle
+
+
+def received(filled: Filled, axis: int, side: float) -> float:
+    """Return the power that a wall of the box receives, per unit of its area, which is 1."""
+    on_wall = side * filled.positions[:, axis] > 0.498
+    on_wall &= np.abs(filled.positions).max(axis=1) < 0.5
+    assert on_wall.sum() > 20
+    return float(filled.irradiance[on_wall, 0].mean())
+
+
+@pytest.mark.parametrize("roughness", [0.1, 0.4])
+def test_a_metal_floor_sends_light_on_and_not_back(device, shaders, roughness) -> None:
+    filled = lit_floor(device, shaders, roughness)
+    assert received(filled, 0, -1.0) < BACK_BOUND * received(filled, 0, 1.0)
+    on_floor = np.abs(filled.positions[:, 1] + 0.495) < 1e-3
+    arriving = 2.0 * filled.direct[on_floor, 0].mean()  # of two sides one is lit
+    walls = ((0, -1.0), (0, 1.0), (2, -1.0), (2, 1.0), (1, 1.0))
+    sent = sum(received(filled, *wall) for wall in walls)
+    assert sent == pytest.approx(REFLECTANCE * arriving, rel=ENERGY_BOUND)
+
+
+@pytest.mark.parametrize("roughness", [0.05, 0.5])
+def test_in_a_furnace_metal_is_as_bright_as_what_is_diffuse(device, shaders, roughness) -> None:
+    scene = Scene((inward(),), (metal(roughness, emission=1.0),), (SceneObject(0, 0),), CAMERA)
+    filled = fill(device, shaders, scene, FEW)
+    inside = filled.direct[:, 0] > 0.0
+    share = reflected_share(roughness)
+    expected = np.pi / (1.0 - share)
+    np.testing.assert_allclose(filled.irradiance[inside].mean(), expected, rtol=0.02)
+
+
+def reflected_share(roughness: float) -> float:
+    """Return what metal reflects of light from everywhere, by the fits of ``lib/brdf.glsl``."""
+    r, f0 = roughness, REFLECTANCE
+    once = 0.9998 + r * (-0.0143 + r * (0.3322 + r * (-2.2012 + r * 1.2952)))
+    grazing = max(0.0494 + r * (-0.0181 + r * (-0.1335 + r * 0.1070)), 0.0)
+    return (f0 * (once - grazing) + grazing) * (1.0 + f0 * (1.0 / once - 1.0))
+
+
+def test_a_metal_hit_comes_back_from_its_words(gl, shaders) -> None:
+    rng = np.random.default_rng(2)
+    normal = rng.normal(size=(500, 3))
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    roughness = rng.uniform(0.0, 1.0, 500)
+    roughness[:3] = 0.0, 1.0, -1.0
+    given = {"normal": normal, "roughness": roughness}
+    packed = "unpacked_metal(packed_metal(MetalHit(normal, roughness)))"
+    defines = {"GLOSSY": 1, "METAL": 1}
+    includes = ["lib/octahedral.glsl", "lib/brdf.glsl", "rays/surfel_lobes.glsl"]
+    found = evaluate(gl, shaders, includes, f"{packed}.normal", given, 3, defines=defines)
+    np.testing.assert_allclose(found, normal, atol=1e-4)
+    found = evaluate(gl, shaders, includes, f"{packed}.roughness", given, 1, defines=defines)
+    np.testing.assert_allclose(found[3:, 0], roughness[3:], atol=1e-5)
+    assert found[2, 0] < 0.0
