@@ -39,7 +39,7 @@ KINDS: Mapping[str, Mapping[str, Any]] = {
     "single": {"temporal": "off"},
     "single, 160 samples": {"temporal": "off", "samples": 160},
     "single, the same rays": {
-        "overrides": {"temporal.frames": 1, "temporal.frames_of_moving_bodies": 1}
+        "overrides": {"temporal.frames_of_rays": 1, "temporal.frames_of_moving_bodies": 1}
     },
 }
 

@@ -7,14 +7,11 @@
 #include "lib/random.glsl"
 #include "lib/sampling.glsl"
 #include "lib/pixel_centre.glsl"
-#include "lib/shaded_pixels.glsl"
-#include "lib/outline_pixels.glsl"
+#include "lib/gbuffer.glsl"
+#include "lib/ray_blocks.glsl"
 #include "rays/arriving.glsl"
 
 uniform int u_receiver_stride;  // pixels from one that light is gathered at to the next
-uniform int u_many_rays;        // of pixels that a neighbour in front may shade
-uniform int u_outline_rays;     // of pixels around which little of their surface shows
-uniform int u_few_rays;         // of all others
 
 // As lib/own_rays.glsl says.
 layout(location = 0) out int o_place;
@@ -33,10 +30,8 @@ void main()
     vec3 geometric_vs = gbuffer_geometric_normal_vs(texel);
     mat3 frame = frame_from_z(gbuffer_shading_normal_vs(texel));
     vec3 start = own_rays_start(p_vs, geometric_vs);
-    bool is_edge = may_be_shaded(texel);
-    int ray_count = is_edge ? u_many_rays : u_few_rays;
-    if (ray_count < u_outline_rays && is_outline(texel, u_receiver_stride))
-        ray_count = u_outline_rays;
+    bool is_edge = texelFetch(t_numbers, texel, 0).x < 0;
+    int ray_count = number_of_rays(texel);
     uint first = first_point(texel / u_receiver_stride, ray_count);
     Arriving sums = Arriving(vec3(0.0), vec3(0.0), 0.0, 0.0);
     int i = 0;

@@ -5,7 +5,7 @@
 // UNFILTERED: which image, from 1 on, is known as it was before the filter, too; 0: none;
 // HAS_CONTACTS 1: it is known which pixels trace many rays.
 #include "lib/finite.glsl"
-#include "lib/gbuffer.glsl"
+#include "lib/past_surfaces.glsl"
 
 uniform sampler2D t_value_0;
 #if IMAGE_COUNT > 1
@@ -20,21 +20,11 @@ uniform sampler2D t_past_0;
 #if IMAGE_COUNT > 1
 uniform sampler2D t_past_1;
 #endif
-uniform sampler2D t_past_surfaces;
-uniform mat3 u_last_from_view;   // rotation of the eye, ...
-uniform vec3 u_last_offset_vs;   // ... and where it is now, in the view of the last frame
-uniform vec2 u_jitter_uv;        // this frame's jitter less that of the last one
 uniform float u_most_frames;     // averaged at most
 #if HAS_CONTACTS
 uniform isampler2D t_own_places;  // negative: the pixel traces many rays
 uniform bool u_has_own_rays;
 #endif
-// A tap of the last frame shows the same surface up to this many footprints of a pixel off
-// its plane, and ...
-uniform float u_plane_tolerance;
-
-// ... this distance of octahedral codes (2 across the square): 25 degrees.
-const float NORMAL_TOLERANCE = 0.43;
 
 #if HAS_CONTACTS
 // Pixels with many rays need fewer frames; light changes from one to the next there, and
@@ -84,26 +74,12 @@ struct Past {
 };
 
 #if HAS_PAST
-// A point and its surface as the last frame saw them; `rate` as in passes/edge_aware_filter.frag.
-struct Place {
-    ivec2 base;
-    vec3 rate;
-    float offset;
-    vec2 shading_code;
-};
-
-void add_tap(inout Past past, Place place, ivec2 step_px, float weight)
+void add_tap(inout Past past, Place place, ivec2 step_px)
 {
     ivec2 tap = place.base + step_px;
-    bool is_inside = all(greaterThanEqual(tap, ivec2(0)))
-                  && all(lessThan(tap, textureSize(t_past_surfaces, 0)));
-    vec4 surface = texelFetch(t_past_surfaces, is_inside ? tap : ivec2(0), 0);
-    float off_plane = plane_height(place.rate, vec2(step_px), surface.x) - place.offset;
-    // Compared as they are stored, which spares decoding them.
-    vec2 turn = surface.zw * (1.0 / OCT_HALF_RANGE) - 1.0 - place.shading_code;
-    bool is_same = is_inside && surface.x > 0.0 && abs(off_plane) < 1.0
-                && dot(turn, turn) < NORMAL_TOLERANCE * NORMAL_TOLERANCE;
-    if (!is_same || weight <= 0.0)
+    float weight = tap_weight(place, step_px);
+    vec4 surface = past_surface(tap);
+    if (weight <= 0.0 || !is_same_surface(place, step_px, surface))
         return;
     past.values[0] += weight * texelFetch(t_past_0, tap, 0);
 #if IMAGE_COUNT > 1
@@ -120,29 +96,23 @@ Past past_of(ivec2 texel, float z)
     for (int i = 0; i < IMAGE_COUNT; ++i)
         past.values[i] = vec4(0.0);
     past.frames = past.weight = 0.0;
-    vec3 p = u_last_from_view * position_vs_at(uv_of_texel(texel), z) + u_last_offset_vs;
-    if (p.z >= 0.0)
+    Place place = place_of(texel, z);
+    if (!place.is_seen)
         return past;
-    vec2 texels = (uv_of_position_vs(p) + u_jitter_uv) * u_frame_size_px - 0.5;
-    // A view that has not moved meets its texels exactly.
-    vec2 nearest = floor(texels + 0.5);
-    texels = all(lessThan(abs(texels - nearest), vec2(1e-3))) ? nearest : texels;
-    Place place;
-    place.base = ivec2(floor(texels));
-    vec2 f = texels - vec2(place.base);
-    vec3 plane = u_last_from_view * gbuffer_geometric_normal_vs(texel);
-    place.rate = plane_rate(uv_of_texel(place.base) - u_jitter_uv, plane)
-               / (u_plane_tolerance * pixel_height_at(max(z, -p.z)));
-    place.offset = plane_height(place.rate, f, -p.z);
-    place.shading_code = oct_project(u_last_from_view * gbuffer_shading_normal_vs(texel));
-    add_tap(past, place, ivec2(0, 0), (1.0 - f.x) * (1.0 - f.y));
-    add_tap(past, place, ivec2(1, 0), f.x * (1.0 - f.y));
-    add_tap(past, place, ivec2(0, 1), (1.0 - f.x) * f.y);
-    add_tap(past, place, ivec2(1, 1), f.x * f.y);
+    add_tap(past, place, ivec2(0, 0));
+    add_tap(past, place, ivec2(1, 0));
+    add_tap(past, place, ivec2(0, 1));
+    add_tap(past, place, ivec2(1, 1));
     if (past.weight > 0.0) {
         for (int i = 0; i < IMAGE_COUNT; ++i)
             past.values[i] /= past.weight;
+#if HAS_CONTACTS
+        // Where few of the four show the surface, the others lie to one side of the point: what they
+        // know is of another place, and counts the less for that. The pixel traces the more rays.
+        past.frames /= u_has_own_rays ? 1.0 : past.weight;
+#else
         past.frames /= past.weight;
+#endif
     }
     return past;
 }

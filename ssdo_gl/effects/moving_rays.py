@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import moderngl
 import numpy as np
@@ -12,8 +13,11 @@ from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.graph.resource import Dtype
 from ssdo_gl.passes.environment_uniforms import environment_uniforms
 from ssdo_gl.passes.far_probes import FarFieldSettings
+from ssdo_gl.passes.own_lookup import SeenSurfaces
 from ssdo_gl.passes.own_textures import fill, textures_of
 from ssdo_gl.passes.rays import radius_ns, ray_defines, ray_uniforms, stream_of
+from ssdo_gl.passes.temporal import is_framed_alike, versions
+from ssdo_gl.passes.temporal import uniforms as past_uniforms
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment import ENVIRONMENT_KINDS, EnvironmentKind
 
@@ -61,8 +65,17 @@ def variance_of_rays(
     return float(((light**2).mean(axis=1) / mean**2 - 1.0).mean()) if len(mean) else 0.0
 
 
-def ray_counts(settings: FarFieldSettings, *, is_brief: bool) -> tuple[int, int, int]:
-    """Return how many rays pixels trace, those at contacts, and those at outlines.
+class RayCounts(NamedTuple):
+    """How many rays pixels trace."""
+
+    few: int
+    at_contacts: int
+    at_outlines: int
+    where_lost: int  # at most, where the last frame shows little of their surface
+
+
+def ray_counts(settings: FarFieldSettings, *, is_brief: bool) -> RayCounts:
+    """Return how many rays pixels trace.
 
     Parameters
     ----------
@@ -70,34 +83,38 @@ def ray_counts(settings: FarFieldSettings, *, is_brief: bool) -> tuple[int, int,
         Few frames are averaged: then as many as at rest, where outlines have no more than others.
     """
     few, many = settings.moving_rays, settings.moving_edge_rays
+    lost = settings.moving_lost_rays
     if is_brief:
         few = max(few, settings.pixel_rays)
-        return few, max(few, many, settings.edge_rays), few
-    return few, max(few, many), max(few, settings.moving_outline_rays)
+        return RayCounts(few, max(few, many, settings.edge_rays), few, lost)
+    return RayCounts(few, max(few, many), max(few, settings.moving_outline_rays), lost)
 
 
 def moving_rays(
     context: PassContext,
     radius: float,
-    counts: tuple[int, int, int],
+    counts: RayCounts,
     features: RayFeatures,
     environment: EnvironmentKind,
     stride: int,
     reads: tuple[str, ...],
-) -> tuple[moderngl.Texture, ...]:
-    """Return `own_places`, `own_far` and `own_near` of a frame: a texel for each pixel.
+    past: SeenSurfaces | None,
+) -> tuple[tuple[moderngl.Texture, ...], SeenSurfaces]:
+    """Return `own_places`, `own_far` and `own_near` of a frame, and what it sees.
 
     Parameters
     ----------
-    counts : (int, int, int)
-        As `ray_counts` returns them.
+    counts : RayCounts
     stride : int
         Pixels from one that light is gathered at to the next.
     reads : tuple of str
         Resources of the surfaces in view, and of all that rays read.
+    past : SeenSurfaces or None
+        What the last frame has seen.
     """
     frame = context.frame
     made = tuple(make_texture(context.gl, frame.view.size, *form) for form in FORMATS)
+    numbers, seen = _numbers_of_rays(context, radius, counts, stride, past)
     defines = {
         **ray_defines(context, features),
         "ENVIRONMENT_KIND": ENVIRONMENT_KINDS.index(environment),
@@ -105,14 +122,38 @@ def moving_rays(
     uniforms = {
         **ray_uniforms(context),
         **environment_uniforms(frame),
-        "u_radius": radius,
         "u_radius_ns": radius_ns(radius, context),
         "u_stream": stream_of(frame.pattern, 0),
         "u_receiver_stride": stride,
-        "u_few_rays": counts[0],
-        "u_many_rays": counts[1],
-        "u_outline_rays": counts[2],
     }
-    textures = textures_of(context, reads)
+    textures = {**textures_of(context, reads), "t_numbers": numbers}
     fill(context, made, "effects/moving_rays.frag", defines, uniforms, textures)
-    return made
+    return made, seen
+
+
+def _numbers_of_rays(
+    context: PassContext, radius: float, counts: RayCounts, stride: int, past: SeenSurfaces | None
+) -> tuple[moderngl.Texture, SeenSurfaces]:
+    """Return how many rays each pixel traces, negative at contacts, and what the frame sees."""
+    frame = context.frame
+    numbers = make_texture(context.gl, frame.view.size, 1, "i4")
+    surfaces = make_texture(context.gl, frame.view.size, 4, "f4")
+    seen = SeenSurfaces(surfaces, frame.view, versions(frame))
+    uniforms: dict[str, object] = {
+        **frame.view.uniforms(),
+        "u_radius": radius,
+        "u_receiver_stride": stride,
+        "u_few_rays": counts.few,
+        "u_many_rays": counts.at_contacts,
+        "u_outline_rays": counts.at_outlines,
+    }
+    textures = textures_of(context, ("z_vs", "normals_vs"))
+    has_past = past is not None and is_framed_alike(past.view, frame.view)
+    if past is not None and has_past:
+        is_still = past.versions == seen.versions
+        uniforms |= past_uniforms(frame, past.view, is_still=is_still)
+        uniforms["u_lost_rays"] = counts.where_lost
+        textures["t_past_surfaces"] = past.texture
+    shader, defines = "effects/moving_numbers.frag", {"HAS_PAST": int(has_past)}
+    fill(context, (numbers, surfaces), shader, defines, uniforms, textures)
+    return numbers, seen

@@ -131,8 +131,13 @@ class OwnRaysPass(RenderPass):
             reads = tuple(n for n in self.reads if n not in (*FAR_PROBES, FAR_RADIANCE))
             counts = ray_counts(self.settings, is_brief=probes.is_brief)
             radius, kind = self.settings.radius, self.environment
-            made = moving_rays(context, radius, counts, self.features, kind, self.stride, reads)
-            return self._produced(context, OwnRays(probes, made, is_known=True, are_all=True))
+            last = facts_of(context, OWN_RAYS[0], OwnRays)
+            past = None if last is None else last.seen
+            made, seen = moving_rays(
+                context, radius, counts, self.features, kind, self.stride, reads, past
+            )
+            moved = OwnRays(probes, made, is_known=True, are_all=True, seen=seen)
+            return self._produced(context, moved)
         if not all(probes.fresh):
             return self._produced(context, OwnRays(probes))
         known = facts_of(context, OWN_RAYS[0], OwnRays)

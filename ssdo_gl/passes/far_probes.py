@@ -71,6 +71,13 @@ class FarFieldSettings:
         low=0,
         high=64,
     )
+    moving_lost_rays: int = setting(
+        8,
+        "at most, where the last frame shows little of a pixel's surface, by that little the more",
+        unit="rays",
+        low=0,
+        high=64,
+    )
 
 
 def probe_defines(settings: FarFieldSettings | None) -> dict[str, int]:

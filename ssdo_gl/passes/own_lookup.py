@@ -2,17 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import moderngl
 
+from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.graph.render_pass import PassContext
 from ssdo_gl.passes.far_probes import ProbeRays
 
 # Which pixels trace rays of their own, and the light these found beyond R and within.
 OWN_RAYS = ("own_places", "own_far", "own_near")
+
+
+@dataclass(frozen=True, eq=False)
+class SeenSurfaces:
+    """What a frame that moves has seen, for the next one to tell what is new.
+
+    Attributes
+    ----------
+    texture : Texture
+        z, and the code of the shading normal, of each pixel.
+    view : FrameView
+    versions : tuple of hashable
+        Of bodies, lights and environment.
+    """
+
+    texture: moderngl.Texture
+    view: FrameView
+    versions: tuple[Hashable, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +53,8 @@ class OwnRays:
         Whether all are.
     are_all : bool
         Every pixel that shows a surface has some, of that very frame.
+    seen : SeenSurfaces or None
+        Of that frame, if it moves.
     """
 
     source: ProbeRays
@@ -42,6 +63,7 @@ class OwnRays:
     parts: int = 0
     is_known: bool = False
     are_all: bool = False
+    seen: SeenSurfaces | None = None
 
 
 def own_uniforms(context: PassContext) -> dict[str, Any]:

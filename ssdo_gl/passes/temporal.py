@@ -14,7 +14,7 @@ from ssdo_gl.graph.frame import Frame, FrameView
 from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.passes.far_probes import ProbeRays
-from ssdo_gl.passes.own_lookup import OWN_RAYS, OwnRays, own_uniforms
+from ssdo_gl.passes.own_lookup import OWN_RAYS, OwnRays, own_uniforms, tell_all
 from ssdo_gl.settings.fields import setting
 
 TEMPORAL = "temporal"
@@ -35,6 +35,11 @@ class TemporalSettings:
     # to the next by a twentieth, and lag behind by twice as much.
     frames: int = setting(10, "frames averaged while the camera alone moves", low=1, high=64)
     # The longest that is nowhere worse than single frames beside the bodies of carousel.
+    # With half as many rays more where history is poor, averages of 10 to 32 frames err alike, and
+    # from 16 on change as little.
+    frames_of_rays: int = setting(
+        16, "the same where every pixel traces rays of its own", low=1, high=64
+    )
     frames_of_moving_bodies: int = setting(
         3, "frames averaged while bodies move, whose shadows lag behind", low=1, high=64
     )
@@ -92,8 +97,7 @@ class Averages:
 
     def goes_on_with(self, view: FrameView, ends: tuple[Hashable, ...]) -> bool:
         """Return whether nothing has changed since but where camera, bodies and such lamps are."""
-        sizes = [(v.size, v.tan_half_fov, v.half_frame) for v in (self.view, view)]
-        return sizes[0] == sizes[1] and self.ends == ends
+        return is_framed_alike(self.view, view) and self.ends == ends
 
     def is_still_in(self, frame: Frame) -> bool:
         """Return whether neither bodies nor lights nor environment have changed since."""
@@ -115,8 +119,20 @@ def versions(frame: Frame) -> tuple[Hashable, ...]:
     return tuple(frame.versions.get(name) for name in TemporalPass.depends_on[1:-1])
 
 
-def uniforms(frame: Frame, last: FrameView, most_frames: int) -> dict[str, object]:
-    """Return the uniforms of `passes/temporal.frag`: where `last` saw a point of `frame`."""
+def is_framed_alike(last: FrameView, view: FrameView) -> bool:
+    """Return whether two views have the same size, in pixels and in what they show."""
+    sizes = [(v.size, v.tan_half_fov, v.half_frame) for v in (last, view)]
+    return sizes[0] == sizes[1]
+
+
+def uniforms(frame: Frame, last: FrameView, *, is_still: bool) -> dict[str, object]:
+    """Return the uniforms of `lib/past_surfaces.glsl`: where `last` saw a point of `frame`.
+
+    Parameters
+    ----------
+    is_still : bool
+        No body has moved since.
+    """
     view = frame.view
     turn = last.view_from_world @ view.view_from_world.T
     jitter = np.subtract(view.jitter_ndc, last.jitter_ndc)
@@ -125,7 +141,7 @@ def uniforms(frame: Frame, last: FrameView, most_frames: int) -> dict[str, objec
         "u_last_from_view": turn,
         "u_last_offset_vs": last.point_vs(view.position_ws),
         "u_jitter_uv": 0.5 * jitter,
-        "u_most_frames": float(most_frames),
+        "u_plane_tolerance": PLANE_TOLERANCE if is_still else MOVING_TOLERANCE,
     }
 
 
@@ -194,13 +210,19 @@ class TemporalPass(RenderPass):
         known = self._known(context, current)
         if frame.moves == 0:
             return self._at_rest(context, current, known)
-        most = 0
+        most, is_long = 0, False
         if known is not None and known.goes_on_with(frame.view, self._ends(frame)):
-            is_still = context.is_complete and known.is_still_in(frame)
-            chosen = self.settings
-            most = chosen.frames if is_still else chosen.frames_of_moving_bodies
-        made = self._draw(context, current, known, most)
+            is_long = context.is_complete and known.is_still_in(frame)
+            most = self._most_frames(context, is_long=is_long)
+        made = self._draw(context, current, known, most, is_long=is_long)
         return self._made(made.textures[:-1], made)
+
+    def _most_frames(self, context: PassContext, *, is_long: bool) -> int:
+        """Return how many frames are averaged; `is_long` where the camera alone moves."""
+        chosen = self.settings
+        if not is_long:
+            return chosen.frames_of_moving_bodies
+        return chosen.frames_of_rays if tell_all(context.facts) else chosen.frames
 
     def _at_rest(
         self, context: PassContext, current: list[moderngl.Texture], known: Averages | None
@@ -243,6 +265,8 @@ class TemporalPass(RenderPass):
         known: Averages | None,
         most_frames: int,
         frames: float = 1.0,
+        *,
+        is_long: bool = False,
     ) -> Averages:
         """Return the averages with this frame; without a past, it counts for `frames`."""
         frame = context.frame
@@ -262,9 +286,8 @@ class TemporalPass(RenderPass):
             *past, surfaces = known.textures
             textures |= {f"t_past_{i}": item for i, item in enumerate(past)}
             textures["t_past_surfaces"] = surfaces
-            values = uniforms(frame, known.view, most_frames)
-            is_still = known.is_still_in(frame)
-            values["u_plane_tolerance"] = PLANE_TOLERANCE if is_still else MOVING_TOLERANCE
+            values = uniforms(frame, known.view, is_still=known.is_still_in(frame))
+            values["u_most_frames"] = float(most_frames)
             if OWN_RAYS[0] in self.reads:
                 textures[f"t_{OWN_RAYS[0]}"] = context.inputs[OWN_RAYS[0]]
                 values |= own_uniforms(context)
@@ -283,7 +306,6 @@ class TemporalPass(RenderPass):
         draw_fullscreen(context.gl, program, target, values, textures)
         spare = None if known is None else known.target
         ends = self._ends(frame)
-        is_long = is_averaged and most_frames == self.settings.frames
         return Averages(
             *(self.made_from, frame.view, versions(frame), ends, target, spare), is_long=is_long
         )

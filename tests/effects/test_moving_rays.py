@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ssdo_gl.effects import far_field, own_rays
+from ssdo_gl.effects import far_field, moving_rays, own_rays
 from ssdo_gl.effects.moving_rays import ray_counts, traces_in_motion, variance_of_rays
 from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.passes.far_probes import FarFieldSettings
@@ -170,7 +170,7 @@ def test_each_pixel_has_a_number_that_no_other_has(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(own_rays, "moving_rays", noted)
     with Renderer(STAIRS, settings()) as renderer:
         walked(renderer, 3)
-        texture = made[-1][0]
+        texture = made[-1][0][0]
         # Floats hold no odd number above 2^24.
         assert texture.dtype == "i4"
         places = np.frombuffer(texture.read(), np.int32).reshape(SIZE[::-1])
@@ -259,7 +259,7 @@ def test_a_view_that_begins_to_move_goes_on_from_what_it_showed() -> None:
             rested(renderer, 0.0)
             return float(np.sqrt(np.mean((shown(renderer, 0.1)[0] - true) ** 2)))
 
-    assert error() < 0.5 * error(**{"temporal.frames": 1})
+    assert error() < 0.5 * error(**{"temporal.frames_of_rays": 1})
 
 
 def test_beside_bodies_that_move_pixels_have_as_many_rays_as_at_rest(
@@ -277,17 +277,43 @@ def test_beside_bodies_that_move_pixels_have_as_many_rays_as_at_rest(
             renderer.draw(("beauty",), camera=CAROUSEL.camera, seconds=step / 30.0)
     assert drawn == ["probes", *3 * ["pixels"]]
     chosen = FarFieldSettings()
-    assert set(counts) == {(chosen.pixel_rays, chosen.edge_rays, chosen.pixel_rays)}
+    lost = chosen.moving_lost_rays
+    assert set(counts) == {(chosen.pixel_rays, chosen.edge_rays, chosen.pixel_rays, lost)}
 
 
 def test_few_rays_are_no_more_where_frames_are_averaged_for_long() -> None:
     chosen = FarFieldSettings(pixel_rays=3, edge_rays=2, moving_rays=5, moving_edge_rays=4)
-    assert ray_counts(chosen, is_brief=False) == (5, 5, 8)
-    assert ray_counts(chosen, is_brief=True) == (5, 5, 5)
+    assert ray_counts(chosen, is_brief=False) == (5, 5, 8, 8)
+    assert ray_counts(chosen, is_brief=True) == (5, 5, 5, 8)
     chosen = FarFieldSettings()
     assert ray_counts(chosen, is_brief=False) == (
-        *(chosen.moving_rays, chosen.moving_edge_rays, chosen.moving_outline_rays),
+        *(chosen.moving_rays, chosen.moving_edge_rays),
+        *(chosen.moving_outline_rays, chosen.moving_lost_rays),
     )
+
+
+def test_what_the_last_frame_did_not_show_has_more_rays(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`effects/moving_numbers.frag`: 8 at contacts and outlines, 32 where nothing is known."""
+    made: list[Any] = []
+    original = moving_rays._numbers_of_rays
+
+    def noted(*arguments: Any) -> Any:
+        made.append(original(*arguments))
+        return made[-1]
+
+    monkeypatch.setattr(moving_rays, "_numbers_of_rays", noted)
+    shares = []
+    with Renderer(STAIRS, settings(**{"far_field.moving_lost_rays": 32})) as renderer:
+        for step in (0.0, 0.01, 0.02, 20.0):
+            renderer.draw(("beauty",), camera=moved(step))
+        for numbers, _ in made:
+            found = abs(np.frombuffer(numbers.read(), np.int32))
+            shares.append(float((found[found > 0] == 32).mean()))
+    # The first frame has probes, and the second knows of no surface of one before.
+    assert len(shares) == 3
+    assert shares[0] == 0.0
+    assert shares[1] < 0.01
+    assert shares[2] > 0.1
 
 
 def test_frames_of_bodies_that_move_are_nearer_to_pictures_than_by_probes() -> None:

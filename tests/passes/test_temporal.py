@@ -184,6 +184,28 @@ def test_pixels_that_trace_many_rays_are_averaged_over_six_frames(gl, shaders, i
         np.testing.assert_allclose(frames.show(noise(number)), mean, atol=1e-5)
 
 
+@pytest.mark.parametrize("are_all", [True, False])
+def test_the_camera_alone_moves_over_more_frames_of_rays(gl, shaders, are_all) -> None:
+    own = dataclasses.replace(TRACED, are_all=are_all)
+    frames = Frames(gl, shaders, own=own, frames=2, frames_of_rays=4)
+    mean = np.zeros((*SIZE[::-1], 4))
+    for number in range(1, 7):
+        mean += (noise(number) - mean) / min(number, 4 if are_all else 2)
+        np.testing.assert_allclose(frames.show(noise(number)), mean, atol=1e-5)
+
+
+@pytest.mark.parametrize("is_known", [True, False])
+def test_what_is_known_on_one_side_alone_counts_for_its_share(gl, shaders, is_known) -> None:
+    """At the border a quarter of what is seen now lay within the frame before."""
+    frames = Frames(gl, shaders, own=dataclasses.replace(TRACED, is_known=is_known))
+    frames.show(noise(0))
+    found = frames.show(noise(1), x_px=0.75)[:, -1]
+    frames_before = 0.25 if is_known else 1.0
+    past, now = noise(0)[:, -1].astype(np.float64), noise(1)[:, -1]
+    expected = past + (now - past) / (1.0 + frames_before)
+    np.testing.assert_allclose(found, expected, atol=1e-4)
+
+
 @pytest.mark.parametrize("step", [1.0, 0.375, -2.25])
 def test_a_pan_meets_the_same_places_again(frames, step) -> None:
     """Between texels, what is linear comes out as it is."""
