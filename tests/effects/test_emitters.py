@@ -201,14 +201,14 @@ material = "glow"
     assert_alike(np.mean(pictures, axis=0), traced(scene, 4096))
 
 
-@pytest.mark.parametrize("kind", ["roughness = 0.5", "roughness = 0.5\nopacity = 0.5"])
 @pytest.mark.parametrize("count", [4, 5])
-def test_maps_are_drawn_of_few_panels_alone(count: int, kind: str) -> None:
+def test_maps_are_drawn_of_few_panels_alone_beside_panes(count: int) -> None:
     """Gloss asks for the maps of all lights, and what is translucent for new ones in each frame."""
-    pane = f"""
+    pane = """
 [materials.pane]
 albedo = [0.5, 0.5, 0.5]
-{kind}
+roughness = 0.5
+opacity = 0.5
 [[object]]
 shape = "quad"
 corner = [-0.9, 0.2, 0.4]
