@@ -96,7 +96,12 @@ ivec2 surfel_met(BvhHit hit, Surface surface, vec3 w)
 // Irradiance of a surfel.
 vec4 cached_light(ivec2 surfel)
 {
-    return texelFetch(t_surface_cache, surfel, 0);
+    vec4 light = texelFetch(t_surface_cache, surfel, 0);
+#if METAL
+    // Between mirrors that keep all light, what they send less may be more than there is.
+    light.rgb = max(light.rgb, 0.0);
+#endif
+    return light;
 }
 
 // Radiance that `surface` reflects of its surfel's light along the ray that has met it: metal in

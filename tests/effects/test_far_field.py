@@ -174,10 +174,16 @@ def test_frames_are_averaged_although_probes_are_left_to_those_that_follow(
     original, averaged = TemporalPass._draw, []
 
     def record(
-        item: TemporalPass, context: Any, current: Any, known: Any, most: int, *frames: float
+        item: TemporalPass,
+        context: Any,
+        current: Any,
+        known: Any,
+        most: int,
+        *rest: Any,
+        **how: Any,
     ) -> Any:
         averaged.append(most)
-        return original(item, context, current, known, most, *frames)
+        return original(item, context, current, known, most, *rest, **how)
 
     monkeypatch.setattr(TemporalPass, "_draw", record)
     with gi_renderer() as renderer:
@@ -186,7 +192,7 @@ def test_frames_are_averaged_although_probes_are_left_to_those_that_follow(
             moved = dataclasses.replace(CAMERA, position=(0.3 + 0.01 * step, 0.4, 0.9))
             assert not live(renderer, 0, moved).is_settled
     # Of the view at rest, which the first frame in motion goes on from.
-    assert averaged == [0, *3 * [TemporalSettings().frames]]
+    assert averaged == [0, *3 * [TemporalSettings().frames_of_rays]]
 
 
 def at_rest(renderer: Renderer, progress: ProgressCallback | None = None) -> np.ndarray:
