@@ -1,4 +1,7 @@
-"""Averages over frames: the mean of what was seen of a surface, and of nothing else."""
+"""Averages over frames: the mean of what was seen of a surface, and of nothing else.
+
+`passes/temporal.frag`, and `lib/past_surfaces.glsl`, which says what the last frame shows of it.
+"""
 
 from __future__ import annotations
 
