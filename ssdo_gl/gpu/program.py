@@ -11,10 +11,9 @@ import moderngl
 
 from ssdo_gl.gpu.compute import ComputeProgram, can_compute
 from ssdo_gl.gpu.context import draws_on_cpu
-from ssdo_gl.gpu.flat_uniforms import with_flat_uniforms
-from ssdo_gl.gpu.image_reads import with_image_reads
 from ssdo_gl.gpu.linking import link_compute, link_stages
 from ssdo_gl.gpu.shader_source import FlatSource, ShaderError, UniformDeclaration
+from ssdo_gl.gpu.software import with_flat_uniforms, with_image_reads
 from ssdo_gl.gpu.uniform import UniformSlot
 from ssdo_gl.suggestion import suggestion
 

@@ -8,9 +8,9 @@ from gpu.single_pixel import HEAD, draw
 
 from ssdo_gl.gpu import program as program_module
 from ssdo_gl.gpu.context import draws_on_cpu
-from ssdo_gl.gpu.flat_uniforms import MOST_NUMBERS, with_flat_uniforms
 from ssdo_gl.gpu.shader import ShaderError
 from ssdo_gl.gpu.shader_source import flatten
+from ssdo_gl.gpu.software.flat_uniforms import MOST_NUMBERS, with_flat_uniforms
 
 VERTEX = "#version 330 core\nvoid main()\n{\n    gl_Position = vec4(0.0);\n}\n"
 

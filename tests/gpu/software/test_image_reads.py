@@ -8,9 +8,9 @@ from gpu.single_pixel import HEAD, draw
 
 from ssdo_gl.gpu import program as program_module
 from ssdo_gl.gpu.context import draws_on_cpu
-from ssdo_gl.gpu.image_reads import MOST_IMAGES, with_image_reads
 from ssdo_gl.gpu.shader import ShaderError
 from ssdo_gl.gpu.shader_source import flatten
+from ssdo_gl.gpu.software.image_reads import MOST_IMAGES, with_image_reads
 from ssdo_gl.gpu.texture import make_texture
 
 
