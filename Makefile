@@ -51,7 +51,7 @@ READY := $(VENV)/.ssdo_gl-ready
 endif
 
 .DELETE_ON_ERROR:
-.PHONY: setup snapshot view test test-slow fuzz hard-cases pictures bench bench-passes bench-estimators bench-effects bench-fidelity bench-light bench-light-cost bench-rays bench-motion bench-walk bench-python bench-input bench-peers bench-presets bench-promises bench-against bench-gpu lint clean
+.PHONY: setup snapshot view test test-slow fuzz hard-cases pictures bench bench-passes bench-estimators bench-effects bench-fidelity bench-light bench-light-cost bench-rays bench-large bench-motion bench-walk bench-python bench-input bench-peers bench-presets bench-promises bench-against bench-gpu lint clean
 
 setup: $(READY)
 

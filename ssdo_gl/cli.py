@@ -18,6 +18,7 @@ from ssdo_gl.process import (
     EXIT_INTERRUPTED,
     EXIT_NO_OPENGL,
     EXIT_USER,
+    Terminated,
     check_said,
     exit_code,
     signals_as_exceptions,
@@ -139,9 +140,19 @@ def _reported_of_one(
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return its exit code (0, 2, 3, 4, or 130 after Ctrl-C)."""
+    """Run the command; return its exit code (0, 2, 3, 4, or 130 after Ctrl-C).
+
+    Raises
+    ------
+    SystemExit
+        After SIGTERM.
+    """
     with steadfast_output() as out:
-        return exit_code(_reported(partial(run, arguments)), out)
+        try:
+            return exit_code(_reported(partial(run, arguments)), out)
+        except Terminated:
+            print("ssdo-gl: terminated", file=sys.stderr)
+            raise
 
 
 def _reported(work: Callable[[], int]) -> int:

@@ -123,13 +123,13 @@ def exit_code(code: int, out: _Stream) -> int:
     return EXIT_BROKEN_PIPE if is_broken else code
 
 
-class _Terminated(SystemExit):
+class Terminated(SystemExit):
     """SIGTERM; other exits, as of ``--help``, are none of a signal."""
 
 
 def _end(number: int, _frame: FrameType | None) -> None:
     # Unwinds the stack, so that temporary files go.
-    raise _Terminated(128 + number)
+    raise Terminated(128 + number)
 
 
 @contextmanager
@@ -159,7 +159,7 @@ def _signal_behind(error: BaseException) -> BaseException | None:
     An import that is interrupted ends, once in some 200 times, in a KeyError of its locks.
     """
     found: BaseException | None = error
-    while found is not None and not isinstance(found, (KeyboardInterrupt, _Terminated)):
+    while found is not None and not isinstance(found, (KeyboardInterrupt, Terminated)):
         found = found.__context__
     return found
 

@@ -244,9 +244,8 @@ def wanted_aovs(run: RunOptions) -> tuple[str, ...]:
     known = image_names()
     if run.aov is None:
         return ("beauty",)
-    if run.aov == "all" and not run.active & modes.LIVE:
-        return known
-    wanted = tuple(dict.fromkeys(part.strip() for part in run.aov.split(",")))
+    named = dict.fromkeys(part.strip() for part in run.aov.split(","))
+    wanted = tuple(dict.fromkeys(n for name in named for n in (known if name == "all" else [name])))
     unknown = [name for name in wanted if name not in known]
     if run.active & modes.LIVE and (unknown or len(wanted) > 1):
         where = "window" if modes.WINDOW in run.active else "page"

@@ -140,6 +140,12 @@ def test_every_make_target_is_described_and_exists():
     assert sorted(described) == sorted(make_targets())
 
 
+def test_no_make_target_is_a_file():
+    """A file or folder of a target's name would end its work."""
+    phony = re.search(r"^\.PHONY: (.*)$", MAKEFILE, re.MULTILINE)
+    assert phony and set(phony[1].split()) == make_targets()
+
+
 @pytest.mark.parametrize("page", TEXTS)
 def test_every_flag_that_is_named_exists(page):
     named = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", TEXTS[page]))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from ssdo_gl.effects.registry import image_names
 from ssdo_gl.settings import modes
 from ssdo_gl.settings.fields import Kind, SettingError, value_text
 from ssdo_gl.settings.flags import UsageError, flag_infos, read_command, wanted_aovs
@@ -188,6 +189,7 @@ def test_wrong_values_are_named_in_one_short_line(flags, said):
         ([], ("beauty",)),
         (["--aov", "depth, albedo,depth", "--snapshot", "a.npz"], ("depth", "albedo")),
         (["--aov", "depth"], ("depth",)),
+        (["--aov", "all,all,depth", "--snapshot", "a.npz"], image_names()),
     ],
 )
 def test_images_that_are_wanted(flags, wanted):
