@@ -4,8 +4,8 @@
 # make test      all tests            make hard-cases   only the scenes known to be hard
 # make test-slow  those that take minutes: 10^8 rays, thousands of frames, long flights
 # make fuzz      damaged files by the thousand; FUZZ_SEED and FUZZ_COUNT say which, how many
-# make bench     accuracy against time and the headline experiments, into bench/; an hour a
-#                scene on two cores, or minutes with BENCH_FLAGS=--quick
+# make bench     accuracy against time, into bench/; an hour a scene on two cores, or minutes
+#                with BENCH_FLAGS=--quick
 # make bench-passes  milliseconds of every pass, beside the published method
 # make bench-estimators  error of visibility against time, every estimator
 # make bench-effects  what planning saves in each scene, against the full pipeline
@@ -84,7 +84,7 @@ bench: $(READY)
 	for scene in $(BENCH_SCENES); do \
 		$(PY) -m ssdo_gl $$scene --bench bench/$$(basename $$scene .toml) $(BENCH_FLAGS) || exit 1; \
 	done
-	$(PY) -m benchmarks.experiments bench/experiments $(addprefix bench/,$(basename $(notdir $(BENCH_SCENES))))
+	$(PY) -m benchmarks.report_table > bench/report_table.txt
 
 bench-passes: $(READY)
 	$(PY) -m benchmarks.pass_times $(SCENE)

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import csv
 import functools
-import json
 import os
 import sys
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NoReturn, TypeVar, cast
+from typing import NoReturn, TypeVar, cast
 
-from ssdo_gl.bench.storage import BenchError
 from ssdo_gl.gpu.context import ContextError
 from ssdo_gl.process import EXIT_INTERRUPTED, EXIT_NO_OPENGL, EXIT_USER, signals_as_exceptions
 from ssdo_gl.scene.load import builtin_names, load_scene
@@ -85,28 +81,3 @@ def check_scenes(names: Iterable[str]) -> None:
     for name in names:
         if name not in known and not os.path.isfile(name):
             load_scene(name)
-
-
-@dataclass(frozen=True)
-class FinishedBench:
-    """What ``ssdo-gl SCENE --bench FOLDER`` wrote: its points and all else that it found."""
-
-    rows: list[dict[str, str]]
-    meta: dict[str, Any]
-
-    @property
-    def name(self) -> str:
-        """Scene and size."""
-        width, height = self.meta["size"]
-        return f"{self.meta['scene']} {width}x{height}"
-
-
-def read_bench(folder: Path) -> FinishedBench:
-    """Return the bench that was written into `folder`; raises BenchError if there is none."""
-    try:
-        with (folder / "points.csv").open(encoding="utf-8", newline="") as file:
-            rows = list(csv.DictReader(file))
-        meta = json.loads((folder / "bench.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError, csv.Error) as error:
-        raise BenchError(f"{folder}: holds no finished bench: {error}") from None
-    return FinishedBench(rows, meta)

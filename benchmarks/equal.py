@@ -7,9 +7,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ssdo_gl.bench.analysis import percent
 from ssdo_gl.bench.statistics import pareto
+
+# Families of `ssdo_gl/bench/grid.toml`.
+PAPER = ("paper's ssdo, naive blur",)
+MARCH = ("march, half resolution", "march, full resolution")
 
 
 @dataclass(frozen=True)
@@ -99,21 +103,33 @@ def compare(first: Curve, second: Curve) -> Comparison:
     )
 
 
-def agreement(
-    first: NDArray[np.float64], second: NDArray[np.float64], confidence: float
-) -> list[int]:
-    """Return the settings on which two runs contradict each other.
+def comparison_lines(found: Comparison) -> list[str]:
+    """Return a Markdown table of one family against another."""
+    other = found.second
+    lines = [
+        f"| {found.first} | ms | error | {other} in that time | {other} at that error, ms |",
+        "|---|---|---|---|---|",
+    ]
+    for (label, ms, error, reached), (_, _, _, needed) in zip(
+        found.equal_time, found.equal_error, strict=True
+    ):
+        cells = (label, f"{ms:.1f}", percent(error), _share(reached), _milliseconds(needed))
+        lines.append("| " + " | ".join(cells) + " |")
+    lines.append("")
+    lines.append(
+        f"At equal time the march has {_times(found.error_ratio)} the error; at equal error it "
+        f"takes {_times(found.time_ratio)} the time (geometric means)."
+    )
+    return lines
 
-    Runs contradict each other where one is `confidence` sure that a setting is on the
-    front and the other as sure that it is not. Empty: they agree as well as they claim.
 
-    Parameters
-    ----------
-    first, second : ndarray, shape (points,)
-        Membership shares of the same settings in two runs.
-    confidence : float
-        In (0.5, 1).
-    """
-    sure_1, sure_2 = first >= confidence, second >= confidence
-    not_1, not_2 = first <= 1.0 - confidence, second <= 1.0 - confidence
-    return [int(i) for i in np.flatnonzero((sure_1 & not_2) | (sure_2 & not_1))]
+def _share(value: float) -> str:
+    return percent(value) if math.isfinite(value) else "nothing fits"
+
+
+def _milliseconds(value: float) -> str:
+    return f"{value:.1f}" if math.isfinite(value) else "never"
+
+
+def _times(ratio: float) -> str:
+    return "no comparable part of" if math.isnan(ratio) else f"{ratio:.2f} times"

@@ -9,28 +9,19 @@ by taking their turn.
 
 from __future__ import annotations
 
-import math
 import statistics
 import sys
-import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import date
 from pathlib import Path
 
-import numpy as np
-
 from benchmarks.common import answering, check_scenes, command, positive, size_of
 from ssdo_gl.gpu.context import create_context
-from ssdo_gl.planning.bodies import bodies_of
-from ssdo_gl.planning.content import analyse
 from ssdo_gl.render_result import FrameTimes
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.resources import folder
-from ssdo_gl.scene.geometry import shapes
-from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.load import load_scene
-from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.resolve import settings_for
@@ -41,12 +32,6 @@ GBUFFER = ("depth", "normal_ws", "albedo")
 ROUNDS = 7
 # Planning takes microseconds; that many in a row average out the clock.
 STATIC_FRAMES = 31
-# What a scene without an effect may take of the full pipeline's time, and what deciding
-# may take in milliseconds.
-LEAN_SCENE, MOST_LEAN = "corner", 0.5
-MOST_GBUFFER, MOST_STATIC = 0.25, 0.1
-MOST_PLANNING_MS, MOST_ANALYSIS_MS = 0.2, 50.0
-ANALYSED_TRIANGLES = 300_000
 
 
 @dataclass(frozen=True)
@@ -157,66 +142,6 @@ def table_of(costs: Sequence[SceneCost]) -> str:
     return "\n".join(lines)
 
 
-def analysis_ms() -> dict[str, float]:
-    """Return what finding out what is in 300 000 triangles takes, by what they make up.
-
-    The least of several times: whatever else runs only ever adds to it.
-    """
-    camera = load_scene(LEAN_SCENE).camera
-    side = math.isqrt(ANALYSED_TRIANGLES)
-    meshes = {
-        "a torus": shapes.torus(0.3, segments=side, tube_segments=side // 2),
-        "balls": shapes.sphere(),
-        "pebbles": shapes.sphere(16),
-        "boxes": shapes.box(),
-    }
-    times: dict[str, float] = {}
-    for name, mesh in meshes.items():
-        count = max(ANALYSED_TRIANGLES // len(mesh.triangles), 1)
-        places = np.tile(np.eye(4), (count, 1, 1))
-        places[:, :3, 3] = np.random.default_rng(0).uniform(-9.0, 9.0, (count, 3))
-        # Many boxes are instances of one, as scenes have them; else each has its own mesh.
-        parts = [places] if name == "boxes" else list(places[:, None])
-        objects = tuple(SceneObject(i, 0, part) for i, part in enumerate(parts))
-        taken = []
-        for _ in range(ROUNDS):
-            # What is found out about a mesh is remembered with it, so each time new ones.
-            fresh = tuple(replace(mesh) for _ in parts)
-            scene = Scene(fresh, (Material(),), objects, camera)
-            start = time.perf_counter()
-            analyse(scene)
-            bodies_of(scene)
-            taken.append((time.perf_counter() - start) * 1e3)
-        times[f"{name}, {count * len(mesh.triangles)} triangles"] = min(taken)
-    return times
-
-
-def targets_of(costs: Sequence[SceneCost], analysis: Mapping[str, float]) -> str:
-    """Return what was aimed at beside the worst that was measured, as a table."""
-    rows = [
-        (f"`{cost.scene}` as planned, over the full pipeline", MOST_LEAN, cost.planned)
-        for cost in costs
-        if cost.scene == LEAN_SCENE
-    ]
-    worst = {
-        "the G-buffer alone, over the full pipeline": (MOST_GBUFFER, "gbuffer"),
-        "a frame of which nothing changed, over the full pipeline": (MOST_STATIC, "static"),
-        "planning where nothing changed, ms": (MOST_PLANNING_MS, "planning_ms"),
-    }
-    for text, (limit, name) in worst.items():
-        rows.append((text, limit, max(float(getattr(cost, name)) for cost in costs)))
-    rows += [
-        (f"finding out what is in {name}, ms", MOST_ANALYSIS_MS, ms)
-        for name, ms in analysis.items()
-    ]
-    lines = ["| target | at most | measured | met |", "|---|---|---|---|"]
-    lines += [
-        f"| {text} | {limit:g} | {value:.3g} | {'yes' if value <= limit else 'no'} |"
-        for text, limit, value in rows
-    ]
-    return "\n".join(lines)
-
-
 def built_in_scenes() -> list[str]:
     """Return the names of the scenes that come with the program."""
     names = (entry.name for entry in folder("scenes").iterdir())
@@ -242,8 +167,6 @@ def main(argv: Sequence[str] | None = None) -> int:
         settings = settings_for(scene.render, flags)
         costs.append(measure(Path(name).name, scene, settings, options.rounds))
     print(table_of(costs))
-    print()
-    print(targets_of(costs, analysis_ms()))
     print()
     device = create_context("auto")
     machine = f"{device.renderer}, OpenGL {device.version}"

@@ -1,23 +1,15 @@
-"""Derives the presets' ladder from finished benches, and prints it.
-
-``python -m benchmarks.preset_ladder OUTDIR... > ssdo_gl/bench/ladder.toml``, where each
-OUTDIR is a folder that ``ssdo-gl SCENE --bench OUTDIR`` filled.
-"""
+"""Derives the presets' ladder from what `benchmarks.rungs` measures."""
 
 from __future__ import annotations
 
 import dataclasses
 import json
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.common import answering, command, read_bench
-from ssdo_gl.bench.measure.clock import CLOCK_NAMES
 from ssdo_gl.bench.presets import PresetRung
 from ssdo_gl.bench.statistics import pareto
 
@@ -133,7 +125,7 @@ def ladder_text(
     """Return the content of ``ladder.toml``."""
     lines = [
         "# The measured front of error against time, from fast to accurate. Written by",
-        "#   python -m benchmarks.preset_ladder OUTDIR...",
+        "#   make bench-presets",
         "# from benches of the scenes named below. relative_time: 1 is the paper's SSDO with",
         "# 8 samples and a naive blur; error: RMSE / mean of the near-field reference.",
         "",
@@ -149,26 +141,3 @@ def ladder_text(
             f"{name} = {json.dumps(value)}" for name, value in dataclasses.asdict(rung).items()
         ]
     return "\n".join(lines) + "\n"
-
-
-@answering
-def main(argv: Sequence[str] | None = None) -> int:
-    """Derive the ladder from the benches named on the command line and print it."""
-    parser = command("preset_ladder", __doc__)
-    parser.add_argument("benches", nargs="+", type=Path, metavar="OUTDIR")
-    benches = [read_bench(folder) for folder in parser.parse_args(argv).benches]
-    rungs, presets = derive([bench.rows for bench in benches])
-    machine = benches[-1].meta["machine"]
-    source = {
-        "benches": [bench.name for bench in benches],
-        "renderer": machine.get("renderer", ""),
-        "clock": ", ".join(sorted({CLOCK_NAMES[bench.meta["clock"]] for bench in benches})),
-        "version": machine.get("ssdo_gl", ""),
-        "date": str(machine.get("date", ""))[:10],
-    }
-    print(ladder_text(rungs, presets, source), end="")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,6 +1,6 @@
 """The table of the first SSDO report, measured here, with its arithmetic put right.
 
-``python -m benchmarks.report_table`` prints it; ``make bench`` writes it, too.
+``make bench`` runs ``python -m benchmarks.report_table``, which prints it.
 
 The report (C. Javault, INF584 course project, 2020) timed a CPU renderer at 150x150 and
 "normalised" its 1024-sample SSDO to 16 samples by scaling all of its 5820 ms, the fixed

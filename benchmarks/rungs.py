@@ -16,8 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.common import answering, check_scenes, command, size_of
-from benchmarks.equal import compare, curve_of
-from benchmarks.experiments import MARCH, PAPER, comparison_lines
+from benchmarks.equal import MARCH, PAPER, compare, comparison_lines, curve_of
 from benchmarks.preset_ladder import BASELINE, derive, ladder_text
 from ssdo_gl.bench.measure import (
     BenchRenderer,

@@ -1,8 +1,7 @@
 """Named settings that come out of measured Pareto fronts.
 
 ``ladder.toml`` holds the rungs of the front, from fast to accurate, with the error that
-was measured and the presets' names. ``python -m benchmarks.preset_ladder`` writes it from
-several benches, and never a hand.
+was measured and the presets' names. ``make bench-presets`` prints it, and nobody writes it.
 """
 
 from __future__ import annotations

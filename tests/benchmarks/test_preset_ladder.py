@@ -5,12 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from bench.fake_bench import bench, results
+from bench.fake_bench import results
 
 from benchmarks import preset_ladder
 from ssdo_gl.bench.analysis import as_row
 from ssdo_gl.bench.presets import read_ladder
-from ssdo_gl.bench.report.data_files import bench_json, points_csv
 from ssdo_gl.scene.load import load_scene
 
 ROOT = Path(__file__).parents[2]
@@ -86,18 +85,6 @@ def test_the_written_ladder_is_read_back():
     assert ladder.rungs == tuple(rungs)
     assert ladder.presets == names
     assert ladder.source == {"benches": ["a"], "date": "x"}
-
-
-def test_benches_on_disk_give_a_ladder(tmp_path, capsys):
-    found = bench(results=results(quick=False))
-    (tmp_path / "points.csv").write_bytes(points_csv(found))
-    (tmp_path / "bench.json").write_bytes(bench_json(found))
-    assert preset_ladder.main([str(tmp_path)]) == 0
-    ladder = read_ladder(capsys.readouterr().out)
-    assert ladder.source["benches"] == ["a <b>.toml 320x180"]
-    assert ladder.rungs[0].relative_time < ladder.rungs[-1].relative_time
-    assert preset_ladder.main([str(tmp_path / "none")]) == 2
-    assert "none: holds no finished bench" in capsys.readouterr().err
 
 
 def test_one_of_the_benched_scenes_is_glossy():

@@ -1,64 +1,17 @@
-"""Scenes in other units; families at equal time and error; the first report's table."""
+"""Families at equal time and error; the first report's table."""
 
 from __future__ import annotations
 
-import contextlib
 import math
 
-import numpy as np
 import pytest
-from bench.fake_renderer import SCREEN_LOSS, FakeRenderer, reference_image, triangle_scene
+from bench.fake_renderer import FakeRenderer
 
-from benchmarks import report_table, world_scale
-from benchmarks.equal import Curve, agreement, compare, curve_of
-from ssdo_gl.bench.measure.reference_cache import Reference
-from ssdo_gl.scene.load import load_scene
+from benchmarks import report_table
+from benchmarks.equal import Curve, compare, curve_of
 from ssdo_gl.settings import Settings
 
 BASE = Settings(size=(64, 48), radius=0.3, exposure=0.0)
-
-
-@pytest.mark.parametrize("name", ["cornell_meso", "coloured_lights"])
-def test_scaling_back_gives_the_scene_again(name):
-    scene = load_scene(name)
-    back = world_scale.scaled_scene(world_scale.scaled_scene(scene, 64.0), 1.0 / 64.0)
-    for one, other in zip(scene.objects, back.objects, strict=True):
-        np.testing.assert_array_equal(one.world_from_object, other.world_from_object)
-    assert back.camera == scene.camera
-    assert [type(light) for light in back.lights] == [type(light) for light in scene.lights]
-    low, high = scene.bounds()
-    big = world_scale.scaled_scene(scene, 64.0)
-    np.testing.assert_allclose(big.bounds(), (64.0 * low, 64.0 * high))
-    assert big.default_radius() == pytest.approx(64.0 * scene.default_radius())
-
-
-def test_curves_hold_levels_and_errors_for_every_scale():
-    target = reference_image(BASE.size, "bounce")
-    reference = Reference({"bounce": target}, {"bounce": np.zeros_like(target)}, 2, 8, 0.0)
-    mask = target[:, :, 0] > 0.0
-    radii = []
-
-    @contextlib.contextmanager
-    def open_renderer(scene):
-        renderer = FakeRenderer()
-        yield renderer
-        radii.extend(settings.radius for _, settings in renderer.calls)
-
-    curves = world_scale.measure_world_scale(
-        triangle_scene(), BASE, reference, mask, open_renderer, factors=(0.1, 10.0)
-    )
-    assert len(curves) == 3
-    march = curves[-1]
-    level = float(target[mask].mean())
-    assert march.levels == pytest.approx([1 + SCREEN_LOSS / level] * 2, rel=0.02)
-    assert min(march.errors) > SCREEN_LOSS / level * 0.98
-    assert radii == pytest.approx([0.03] * 3 + [3.0] * 3)
-    clamps = [
-        dict(world_scale.estimators(radius)[curves[0].name].overrides) for radius in (0.03, 3.0)
-    ]
-    assert [c["bounce.distance_clamp"] * r for c, r in zip(clamps, (0.03, 3.0), strict=True)] == (
-        pytest.approx([1.0, 1.0])
-    ), "the paper clamps at one world unit whatever R is"
 
 
 def test_families_are_compared_along_their_own_fronts():
@@ -116,9 +69,3 @@ def test_every_row_of_the_report_is_a_valid_setting():
         if method.count_field:
             settings[method.count_field] = method.count
         Settings(**settings).checked()
-
-
-def test_runs_contradict_each_other_only_where_both_are_sure():
-    first = np.array([1.0, 1.0, 0.0, 0.5, 0.95])
-    second = np.array([0.0, 0.6, 1.0, 1.0, 0.99])
-    assert agreement(first, second, 0.9) == [0, 2]
