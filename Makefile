@@ -84,7 +84,6 @@ bench: $(READY)
 	for scene in $(BENCH_SCENES); do \
 		$(PY) -m ssdo_gl $$scene --bench bench/$$(basename $$scene .toml) $(BENCH_FLAGS) || exit 1; \
 	done
-	$(PY) -m benchmarks.report_table > bench/report_table.txt
 
 bench-passes: $(READY)
 	$(PY) -m benchmarks.pass_times $(SCENE)

@@ -1,17 +1,12 @@
-"""Families at equal time and error; the first report's table."""
+"""Families at equal time and at equal error."""
 
 from __future__ import annotations
 
 import math
 
 import pytest
-from bench.fake_renderer import FakeRenderer
 
-from benchmarks import report_table
 from benchmarks.equal import Curve, compare, curve_of
-from ssdo_gl.settings import Settings
-
-BASE = Settings(size=(64, 48), radius=0.3, exposure=0.0)
 
 
 def test_families_are_compared_along_their_own_fronts():
@@ -44,28 +39,3 @@ def test_a_curve_is_the_front_of_its_families():
             row("f", 4, "")]  # fmt: skip
     assert curve_of(rows, "n", ("f",)).times == (1.0, 2.0)
     assert curve_of(rows, "n", ("f", "g")).times == (1.0,)
-
-
-def test_the_report_normalised_what_it_should_not():
-    # 5820 ms at 1024 samples, 39 ms of them fixed; printed was 5820 * 16 / 1024 = 91.
-    assert report_table.report_normalised(5820, 0, 1024) == pytest.approx(91, abs=0.5)
-    assert report_table.report_normalised(5820, 39, 1024) == pytest.approx(129.3, abs=0.1)
-
-
-def test_fixed_and_growing_cost_are_told_apart():
-    methods = [m for m in report_table.ROWS if not m.settings["method"].startswith("ref")]
-    rows = {row.method.name: row for row in report_table.measure(FakeRenderer(), BASE, methods)}
-    paper = rows["SSDO and bounce, paper's, 1024 reads"]
-    pixels = 64 * 48 / 1e4
-    assert paper.fixed_ms == pytest.approx(pixels)
-    assert paper.per_sample_ms == pytest.approx(0.1 * pixels)
-    assert paper.normal_ms == pytest.approx(pixels * 2.6)
-    assert math.isnan(rows["visible surfaces (z-buffer)"].fixed_ms)
-
-
-def test_every_row_of_the_report_is_a_valid_setting():
-    for method in report_table.ROWS:
-        settings = {"estimator": None, **method.settings}
-        if method.count_field:
-            settings[method.count_field] = method.count
-        Settings(**settings).checked()

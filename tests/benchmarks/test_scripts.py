@@ -66,7 +66,6 @@ FAULTS = [
     "ray_speed corner corners",
     "render_fidelity nosuch.glb",
     "render_fidelity --spp 0",
-    "report_table corner",
     "rungs FILE corner",
     "rungs OUT corner corners",
     "rungs OUT corner --size wide",
