@@ -7,41 +7,64 @@
 #define HALF_IRRADIANCES 0
 #endif
 // Those beyond the counts are not used, and nothing is bound to them.
-uniform sampler2D t_irradiance_0, t_irradiance_1, t_irradiance_2;
-uniform sampler2D t_irradiance_3, t_irradiance_4, t_irradiance_5;
-uniform sampler2D t_radiance_0, t_radiance_1, t_radiance_2, t_radiance_3;
+uniform sampler2D t_irradiance_0;
+uniform sampler2D t_irradiance_1;
+uniform sampler2D t_irradiance_2;
+uniform sampler2D t_irradiance_3;
+uniform sampler2D t_irradiance_4;
+uniform sampler2D t_irradiance_5;
+uniform sampler2D t_radiance_0;
+uniform sampler2D t_radiance_1;
+uniform sampler2D t_radiance_2;
+uniform sampler2D t_radiance_3;
 
-// Of half the size: the mean of the four pixels nearest to the texel.
-vec3 irradiance_at(sampler2D image, ivec2 texel, int is_half)
+// What is read of irradiance `i`: the texel; of half the size, the four pixels nearest to it, of
+// which the mean is taken.
+int read_count(int i)
 {
-    if (is_half == 0)
-        return texelFetch(image, texel, 0).rgb;
-    ivec2 a = texel >> 1;
-    ivec2 b = clamp(a + 2 * (texel & 1) - 1, ivec2(0), textureSize(image, 0) - 1);
-    return 0.25 * (texelFetch(image, a, 0).rgb + texelFetch(image, ivec2(b.x, a.y), 0).rgb
-                   + texelFetch(image, ivec2(a.x, b.y), 0).rgb + texelFetch(image, b, 0).rgb);
+    return (HALF_IRRADIANCES >> i & 1) == 1 ? 4 : 1;
+}
+
+ivec2 read_texel(int i, int k, ivec2 texel, ivec2 size)
+{
+    ivec2 own = texel >> 1;
+    ivec2 other = clamp(own + 2 * (texel & 1) - 1, ivec2(0), size - 1);
+    ivec2 pixel = ivec2((k & 1) == 0 ? own.x : other.x, k < 2 ? own.y : other.y);
+    return read_count(i) == 1 ? texel : pixel;
 }
 
 vec3 summed_irradiance(ivec2 texel)
 {
     vec3 sum = vec3(0.0);
 #if IRRADIANCE_COUNT > 0
-    sum += irradiance_at(t_irradiance_0, texel, HALF_IRRADIANCES & 1);
+    for (int k = 0; k < read_count(0); ++k)
+        sum += texelFetch(t_irradiance_0, read_texel(0, k, texel, textureSize(t_irradiance_0, 0)), 0).rgb
+             / float(read_count(0));
 #endif
 #if IRRADIANCE_COUNT > 1
-    sum += irradiance_at(t_irradiance_1, texel, HALF_IRRADIANCES >> 1 & 1);
+    for (int k = 0; k < read_count(1); ++k)
+        sum += texelFetch(t_irradiance_1, read_texel(1, k, texel, textureSize(t_irradiance_1, 0)), 0).rgb
+             / float(read_count(1));
 #endif
 #if IRRADIANCE_COUNT > 2
-    sum += irradiance_at(t_irradiance_2, texel, HALF_IRRADIANCES >> 2 & 1);
+    for (int k = 0; k < read_count(2); ++k)
+        sum += texelFetch(t_irradiance_2, read_texel(2, k, texel, textureSize(t_irradiance_2, 0)), 0).rgb
+             / float(read_count(2));
 #endif
 #if IRRADIANCE_COUNT > 3
-    sum += irradiance_at(t_irradiance_3, texel, HALF_IRRADIANCES >> 3 & 1);
+    for (int k = 0; k < read_count(3); ++k)
+        sum += texelFetch(t_irradiance_3, read_texel(3, k, texel, textureSize(t_irradiance_3, 0)), 0).rgb
+             / float(read_count(3));
 #endif
 #if IRRADIANCE_COUNT > 4
-    sum += irradiance_at(t_irradiance_4, texel, HALF_IRRADIANCES >> 4 & 1);
+    for (int k = 0; k < read_count(4); ++k)
+        sum += texelFetch(t_irradiance_4, read_texel(4, k, texel, textureSize(t_irradiance_4, 0)), 0).rgb
+             / float(read_count(4));
 #endif
 #if IRRADIANCE_COUNT > 5
-    sum += irradiance_at(t_irradiance_5, texel, HALF_IRRADIANCES >> 5 & 1);
+    for (int k = 0; k < read_count(5); ++k)
+        sum += texelFetch(t_irradiance_5, read_texel(5, k, texel, textureSize(t_irradiance_5, 0)), 0).rgb
+             / float(read_count(5));
 #endif
     return sum;
 }

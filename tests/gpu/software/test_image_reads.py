@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 from gpu.single_pixel import HEAD, draw
 
+from ssdo_gl import resources
 from ssdo_gl.gpu import program as program_module
 from ssdo_gl.gpu.context import draws_on_cpu
 from ssdo_gl.gpu.shader import ShaderError
 from ssdo_gl.gpu.shader_source import flatten
 from ssdo_gl.gpu.software.image_reads import MOST_IMAGES, with_image_reads
 from ssdo_gl.gpu.texture import make_texture
+from ssdo_gl.passes.terms import MOST_IRRADIANCES, MOST_RADIANCES
 
 
 def read(declarations, body):
@@ -46,6 +48,14 @@ def test_what_is_asked_for_more_stays_a_texture(declarations, body):
     changed, units = read(declarations, body)
     assert not units
     assert "image2D" not in changed.code
+
+
+def test_all_terms_of_the_picture_become_images():
+    terms = resources.folder("shaders").joinpath("lib/terms.glsl").read_text(encoding="utf-8")
+    defines = {"IRRADIANCE_COUNT": MOST_IRRADIANCES, "RADIANCE_COUNT": MOST_RADIANCES}
+    source = flatten("a.frag", lambda _: f"#version 330 core\n{terms}", defines)
+    _, units = with_image_reads(source)
+    assert len(units) == MOST_IRRADIANCES + MOST_RADIANCES
 
 
 def test_lines_are_found_where_they_were_written():
