@@ -31,6 +31,7 @@ from ssdo_gl.passes.rays import (
     tree_uniforms,
 )
 from ssdo_gl.raytracing.surface_tables import RayFeatures
+from ssdo_gl.scene.light_bodies import has_crowd_of_panels
 from ssdo_gl.settings.fields import setting
 
 SURFACES = ("z_vs", "normals_vs")
@@ -47,7 +48,8 @@ class EmittersSettings:
 
     rays: int = setting(
         8,
-        "shadow rays of each pixel and frame to points of glowing bodies, of all of them together",
+        "shadow rays of each pixel and frame to points of glowing bodies, of all of them together; "
+        "twice as many where these are more than 32 panels",
         unit="rays",
         low=1,
         high=64,
@@ -131,7 +133,10 @@ class Emitters(Effect):
         """Yield the rays and their filter."""
         yield GlowTreePass(stand_ins=takes_stand_ins(request)), "finds those that matter to a point"
         features = replace(request.ray_features, glow_is_direct=True)
-        item = EmittersPass(request.settings_of("emitters", EmittersSettings), features)
+        settings = request.settings_of("emitters", EmittersSettings)
+        if has_crowd_of_panels(request.scene):
+            settings = replace(settings, rays=2 * settings.rays)
+        item = EmittersPass(settings, features)
         yield item, "light of glowing bodies, by shadow rays"
         of_all = request.settings_of(FILTER, EdgeAwareFilterSettings)
         yield (

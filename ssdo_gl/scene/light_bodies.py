@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ssdo_gl.scene.emissive_meshes import MAX_LIGHTS, MAX_PANELS
 from ssdo_gl.scene.scene import Scene
 
 # Where something is translucent, maps of 8 and 32 panels take 189 and 506 ms a frame, rays to all
@@ -56,18 +57,38 @@ def bodies_with_images(scene: Scene) -> frozenset[int]:
 def approximations(scene: Scene) -> frozenset[int]:
     """Return the lights in whose place rays to points of their bodies are better.
 
-    They do not send exactly what the body does; or they are of many panels where
-    something translucent casts another shadow of each light in each frame.
+    They do not send exactly what the body does; or they are of many panels, where
+    something translucent casts another shadow of each light in each frame, or rays
+    are needed anyway because other panels are more than a scene's lights.
     """
     return stand_ins(scene) | bodies_with_images(scene) | _many_panels(scene)
 
 
 def _many_panels(scene: Scene) -> frozenset[int]:
+    if has_crowd_of_panels(scene):
+        return _panels(scene)
     lights = frozenset(i for run in body_lights(scene).values() for i in run)
     if len(lights) <= MOST_PANELS:
         return frozenset()
     used = (scene.materials[item.material] for item in scene.objects)
     return lights if any(m.is_translucent for m in used) else frozenset()
+
+
+def has_crowd_of_panels(scene: Scene) -> bool:
+    """Return whether bodies are left over of which no lights were made, as panels are so many.
+
+    docs/far-field.md has what they took as exact lights.
+    """
+    is_over = any(
+        item.light is None and scene.materials[item.material].emits for item in scene.objects
+    )
+    # One body needs no more places than MAX_PANELS, so all others are taken.
+    return is_over and len(_panels(scene)) > MAX_LIGHTS - MAX_PANELS
+
+
+def _panels(scene: Scene) -> frozenset[int]:
+    lights = frozenset(i for run in body_lights(scene).values() for i in run)
+    return lights - stand_ins(scene)
 
 
 def stand_ins(scene: Scene) -> frozenset[int]:

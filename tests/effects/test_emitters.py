@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 
 import numpy as np
 import pytest
@@ -201,6 +201,21 @@ material = "glow"
     assert_alike(np.mean(pictures, axis=0), traced(scene, 4096))
 
 
+def strips(count: int, lit: Container[int]) -> str:
+    """Return strips side by side over the floor, of which those numbered `lit` glow."""
+    return "".join(
+        f"""
+[[object]]
+shape = "quad"
+corner = [{0.05 * i - 0.95}, 0.7, -0.8]
+edge_u = [0.02, 0, 0]
+edge_v = [0, 0, 1.6]
+material = "{"glow" if i in lit else "black"}"
+"""
+        for i in range(count)
+    )
+
+
 @pytest.mark.parametrize("count", [4, 5])
 def test_maps_are_drawn_of_few_panels_alone_beside_panes(count: int) -> None:
     """Gloss asks for the maps of all lights, and what is translucent for new ones in each frame."""
@@ -216,18 +231,7 @@ edge_u = [1.8, 0, 0]
 edge_v = [0, 0.4, 0]
 material = "pane"
 """
-    panels = "".join(
-        f"""
-[[object]]
-shape = "quad"
-corner = [{0.25 * i - 1}, 0.7, -0.8]
-edge_u = [0.1, 0, 0]
-edge_v = [0, 0, 1.6]
-material = "glow"
-"""
-        for i in range(count)
-    )
-    scene = read_description(ROOM + pane + panels, "room")
+    scene = read_description(ROOM + pane + strips(count, range(count)), "room")
     assert len(scene.lights) == count
     with Renderer(scene, Settings(size=SIZE, method="gi")) as renderer:
         ran = {item.name for item in renderer.render(["beauty"]).passes if item.ran}
@@ -239,6 +243,34 @@ material = "glow"
             for i in range(4)
         ]
         assert_alike(np.mean(found, axis=0), np.mean(exact, axis=0))
+
+
+def test_panels_beyond_all_lights_take_the_others_along() -> None:
+    """As rays go to some of them anyway, no exact light is made of the others, and no map."""
+    scene = read_description(ROOM + strips(36, range(36)), "room")
+    assert len(scene.lights) == MAX_LIGHTS
+    glossy = dataclasses.replace(
+        scene, materials=[dataclasses.replace(m, specular=1.0) for m in scene.materials]
+    )
+    with Renderer(glossy, Settings(size=SIZE, method="gi")) as renderer:
+        ran = {item.name for item in renderer.render(["beauty"]).passes if item.ran}
+    assert "emitters" in ran
+    assert "shadow_map" not in ran
+    found = [direct(scene, method="gi", seed=i, overrides=UNFILTERED) for i in range(4)]
+    exact = [
+        sum(
+            direct(
+                read_description(ROOM + strips(36, part), "room"),
+                method="direct",
+                shadows="traced",
+                shadow_rays=64,
+                seed=i,
+            )
+            for part in (range(18), range(18, 36))
+        )
+        for i in range(4)
+    ]
+    assert_alike(np.mean(found, axis=0), np.mean(exact, axis=0))
 
 
 def test_what_glows_is_gathered_once() -> None:
