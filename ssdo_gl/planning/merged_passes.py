@@ -100,7 +100,7 @@ def with_last_stage(pipeline: Pipeline) -> Pipeline:
     """
     order = pipeline.order
     composite = next((item for item in order if isinstance(item, CompositePass)), None)
-    if composite is None or composite.glossy or not composite.irradiances:
+    if composite is None or not composite.irradiances:
         return pipeline
     last = composite.irradiances[-1]
     readers = [item for item in order if last in item.reads]

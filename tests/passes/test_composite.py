@@ -178,8 +178,10 @@ def test_what_a_display_shows_is_what_the_tone_mapper_makes(gl, shaders, backgro
 
 @pytest.mark.parametrize("scale", [1.0, 0.5])
 @pytest.mark.parametrize("name", ["edge", "naive", "none"])
-def test_a_filter_may_end_where_the_terms_are_added_up(gl, shaders, name, scale):
+@pytest.mark.parametrize("glossy", [False, True])
+def test_a_filter_may_end_where_the_terms_are_added_up(gl, shaders, name, scale, glossy):
     images, _ = terms()
+    images |= {name: images["albedo"] for name in ("gloss", "finish", "reflectance")}
     step = round(1.0 / scale)
     raw = np.array(images["bounce_irradiance"][::step, ::step])
     raw[..., 3] = images["z_vs"][::step, ::step, 0]
@@ -195,14 +197,15 @@ def test_a_filter_may_end_where_the_terms_are_added_up(gl, shaders, name, scale)
 
     images |= made_by(whole)
     lights = ["direct_irradiance", "smooth"]
-    wanted = made_by(CompositePass(None, lights, ["emission"]))["beauty"]
+    wanted = made_by(CompositePass(None, lights, ["emission"], glossy=glossy))["beauty"]
     end = LastStage(whole, scale)
     assert (end.rest is None) == ((scale == 1.0 and name != "edge") or name == "none")
     if end.rest is not None:
         images |= made_by(end.rest)
         assert images[end.source].shape == raw.shape
     del images["smooth"]
-    found = made_by(CompositePass(None, lights[:1], ["emission"], last_stage=end))["beauty"]
+    ended = CompositePass(None, lights[:1], ["emission"], glossy=glossy, last_stage=end)
+    found = made_by(ended)["beauty"]
     np.testing.assert_array_equal(found, wanted)
     assert np.all(np.isfinite(found)) and np.ptp(found) > 0.5
 

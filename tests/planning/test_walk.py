@@ -157,7 +157,7 @@ def test_the_bounce_adds_up_what_few_senders_send(scene, settings, is_summed):
             "filtered_irradiance_before_last",
         ),
         (("display", "directional"), "cornell_meso", {"method": "ssdo"}, "directional_irradiance"),
-        (("display",), METALS, {}, "filtered_irradiance"),
+        (("display",), METALS, {}, "filtered_irradiance_before_last"),
         (("display",), "cornell_meso", {"method": "ssao"}, "visibility"),
     ],
 )
