@@ -206,11 +206,48 @@ vec3 once_per_cosine(Brdf brdf, vec3 normal, vec3 w_out, vec3 w_in, float d)
     return is_glossy(brdf) ? fresnel(brdf, dot(w_in, h)) * (d * v) : vec3(0.0);
 }
 
+// What one view of facets says, wherever light comes from. Loops over light work it out before.
+struct FacetView {
+    vec3 normal;
+    vec3 w_out;
+    float cos_out;
+    float alpha;
+    float spread;  // root of Smith's masking
+};
+
+FacetView facet_view(Brdf brdf, vec3 normal, vec3 w_out)
+{
+    float alpha = alpha_of(brdf.roughness);
+    float cos_out = cosine_out(normal, w_out);
+    float spread = sqrt(mix(cos_out * cos_out, 1.0, alpha * alpha));
+    return FacetView(normal, w_out, cos_out, alpha, spread);
+}
+
+// What facets of F = 1 reflect once times the cosine at w_in, and the share of it by which Schlick's
+// Fresnel rises. As ggx_distribution and smith_visibility, but of a half vector of any length.
+vec2 once_shares(FacetView view, vec3 w_in)
+{
+    float a_2 = view.alpha * view.alpha;
+    float cos_in = dot(view.normal, w_in);
+    vec3 h = view.w_out + w_in;
+    vec3 sine = cross(view.normal, h);
+    float h_2 = dot(h, h);
+    float cosine = dot(view.normal, h);
+    float d = view.alpha * h_2 / max(a_2 * cosine * cosine + dot(sine, sine), 1e-30);
+    float masked = cos_in * view.spread + view.cos_out * sqrt(mix(cos_in * cos_in, 1.0, a_2));
+    float once = 0.5 * INV_PI * d * d * cos_in / max(masked, 1e-30);
+    float rise = pow_5(max(1.0 - 0.5 * sqrt(h_2), 0.0));
+    return cos_in > 0.0 ? vec2(once, once * rise) : vec2(0.0);
+}
+
+vec3 once_of_shares(Brdf brdf, vec2 shares)
+{
+    return is_glossy(brdf) ? brdf.f0 * shares.x + (brdf.f90 - brdf.f0) * shares.y : vec3(0.0);
+}
+
 vec3 once_times_cosine(Brdf brdf, vec3 normal, vec3 w_out, vec3 w_in)
 {
-    float cos_in = dot(normal, w_in);
-    float d = facets_between(brdf, normal, w_out, w_in);
-    return cos_in > 0.0 ? once_per_cosine(brdf, normal, w_out, w_in, d) * cos_in : vec3(0.0);
+    return once_of_shares(brdf, once_shares(facet_view(brdf, normal, w_out), w_in));
 }
 
 // The glossy part alone.

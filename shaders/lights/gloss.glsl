@@ -133,24 +133,26 @@ vec3 gloss_of_area(Brdf brdf, Light light, vec3 p_vs, vec3 n_vs, vec3 w_out)
     vec3 along_u = u_cs * inversesqrt(max(dot(u_cs, u_cs), 1e-30));
     Angles lines = angles_on_line(c_cs - along_u * dot(c_cs, along_u),
                                   v_cs - along_u * dot(v_cs, along_u), height + abs(u_rise), v_rise);
-    // Software rasterizers leave loops where they would go through a branch that is not taken.
-    int count = is_glossy(brdf) ? GAUSS_COUNT : 0;
-    int first = is_low ? GAUSS_COUNT : 0;
-    int end = is_glossy(brdf) ? first + (is_low ? LOW_COUNT : GAUSS_COUNT) : 0;
-    vec3 sum = vec3(0.0);
-    for (int i = first; i < end; ++i) {
+    // Tested at their ends, because in software other loops cost two rounds more than they run; and
+    // left where nothing is glossy, because they would go through a branch that is not taken.
+    int i = is_low ? GAUSS_COUNT : 0;
+    int end = is_glossy(brdf) ? i + (is_low ? LOW_COUNT : GAUSS_COUNT) : 0;
+    FacetView view = facet_view(brdf, n_vs, w_out);
+    vec2 sum = vec2(0.0);
+    do {
         vec2 t = point_of_angles(lines, i);
         vec3 q = c + t.x * v;
         Angles points = angles_on_line(c_cs + t.x * v_cs, u_cs, dot(q, n_vs), u_rise);
-        for (int j = 0; j < count; ++j) {
+        int j = 0;
+        do {
             vec2 s = point_of_angles(points, j);
             vec3 p = q + s.x * u;
             float inverse = inversesqrt(max(dot(p, p), 1e-30));
             float solid_angle = abs(dot(uv, p)) * inverse * inverse * inverse * s.y * t.y;
-            sum += once_times_cosine(brdf, n_vs, w_out, p * inverse) * solid_angle;
-        }
-    }
-    return sum * rescattered(brdf, cosine_out(n_vs, w_out));
+            sum += once_shares(view, p * inverse) * solid_angle;
+        } while (++j < GAUSS_COUNT);
+    } while (++i < end);
+    return once_of_shares(brdf, sum) * rescattered(brdf, cosine_out(n_vs, w_out));
 }
 #endif
 
