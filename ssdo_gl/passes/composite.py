@@ -81,6 +81,8 @@ class CompositePass(RenderPass):
         ambient occlusion. Without effect if `visibility` is None.
     glossy : bool
         Surfaces may be glossy.
+    gloss : sequence of str
+        More radiances, of glossy surfaces only.
     display : Display or None
         Write what it shows instead of `beauty`.
     last_stage : Ending or None
@@ -101,6 +103,7 @@ class CompositePass(RenderPass):
         visibility: str | None = None,
         combine: OcclusionMode = "ambient",
         glossy: bool = False,
+        gloss: Sequence[str] = (),
         display: Display | None = None,
         last_stage: Ending | None = None,
     ) -> None:
@@ -114,6 +117,7 @@ class CompositePass(RenderPass):
             visibility=visibility,
             combine=combine,
             glossy=glossy,
+            gloss=gloss,
             display=display,
             last_stage=last_stage,
         )
@@ -121,14 +125,19 @@ class CompositePass(RenderPass):
         self.writes, shown, self._display_uniforms = display or _AS_IT_IS
         kind = environment_kind(environment)
         number = 0 if visibility is None else COMBINE_NUMBERS[combine]
-        self.defines = {
+        common = {
             "ENVIRONMENT_KIND": kind,
             "COMBINE": number,
             "IS_SHOWN": int(display is not None),
             **shown,
-            **term_defines(irradiances, radiances),
             **({} if last_stage is None else last_stage.defines),
         }
+        # Where nothing is glossy, and where something may be.
+        both = (radiances, (*radiances, *gloss))
+        self._defines = [
+            {**common, **term_defines(irradiances, some), "GLOSSY": i}
+            for i, some in enumerate(both)
+        ]
         kind_of_end = "none" if last_stage is None else "filtered"
         self._choices = {"last_stage": f"last_stages/{kind_of_end}.glsl"}
         wiring = {
@@ -142,15 +151,15 @@ class CompositePass(RenderPass):
             **({} if last_stage is None else last_stage.wiring),
         }
         self._wiring = {sampler: name for sampler, name in wiring.items() if name is not None}
-        gloss = {**brdf_wiring(True), "t_normals_vs": "normals_vs"}
-        self._glossy_wiring = self._wiring | (gloss if glossy else {})
+        more = {**brdf_wiring(True), "t_normals_vs": "normals_vs", **term_wiring((), both[1])}
+        self._glossy_wiring = self._wiring | (more if glossy else {})
         self.reads = tuple(dict.fromkeys(self._glossy_wiring.values()))
 
     def settings_key(self) -> Hashable:
         """Return all that distinguishes two of these."""
         shown = tuple(self._display_uniforms.items())
         key = None if self._last_stage is None else self._last_stage.key
-        return self.glossy, tuple(sorted(self.defines.items())), shown, key
+        return tuple(sorted(self._defines[self.glossy].items())), shown, key
 
     def execute(self, context: PassContext) -> None:
         """Draw one triangle over the target, and one over what is glossy."""
@@ -161,7 +170,7 @@ class CompositePass(RenderPass):
             draw_fullscreen(
                 context.gl,
                 context.shaders.fullscreen(
-                    "passes/composite.frag", {**self.defines, "GLOSSY": glossy}, self._choices
+                    "passes/composite.frag", self._defines[glossy], self._choices
                 ),
                 context.target,
                 {**uniforms(context.frame), **self._display_uniforms, **ending},

@@ -162,9 +162,11 @@ class _Builder:
         shown = [e for e in request.running if request.settings.method in e.methods]
         occlusions = (effect.occlusion(request) for effect in shown)
         visibility, combine = next((found for found in occlusions if found), NO_OCCLUSION)
+        terms = [term for effect in shown for term in effect.terms_of(request)]
         composite = CompositePass(
             request.scene.environment,
-            *_by_kind(term for effect in shown for term in effect.terms_of(request)),
+            *_by_kind(term for term in terms if not term.glossy),
+            gloss=[term.resource for term in terms if term.glossy],
             visibility=visibility,
             combine=combine,
             glossy=request.is_glossy,

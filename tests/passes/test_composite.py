@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from oracle import analytic_pictures
@@ -181,7 +183,7 @@ def test_what_a_display_shows_is_what_the_tone_mapper_makes(gl, shaders, backgro
 @pytest.mark.parametrize("glossy", [False, True])
 def test_a_filter_may_end_where_the_terms_are_added_up(gl, shaders, name, scale, glossy):
     images, _ = terms()
-    images |= {name: images["albedo"] for name in ("gloss", "finish", "reflectance")}
+    images |= dict.fromkeys(("gloss", "finish", "reflectance"), images["albedo"])
     step = round(1.0 / scale)
     raw = np.array(images["bounce_irradiance"][::step, ::step])
     raw[..., 3] = images["z_vs"][::step, ::step, 0]
@@ -208,6 +210,28 @@ def test_a_filter_may_end_where_the_terms_are_added_up(gl, shaders, name, scale,
     found = made_by(ended)["beauty"]
     np.testing.assert_array_equal(found, wanted)
     assert np.all(np.isfinite(found)) and np.ptp(found) > 0.5
+
+
+def test_light_of_gloss_is_added_where_gloss_may_be_seen(gl, shaders):
+    """Two draws, of which one reads nothing of gloss, make what one over everything does."""
+    images, _ = terms()
+    images["reflectance"] = images["albedo"]
+    item = CompositePass(None, ["direct_irradiance"], ["emission"], glossy=True, gloss=["shine"])
+    assert {"shine", "gloss"} < set(item.reads)
+    frame = make_frame(make_scene(camera=CAMERA), SIZE)
+    x, y, width, height = region = (9, 2, 4, 5)
+    inside = np.zeros((SIZE[1], SIZE[0], 1), bool)
+    # Row 0 is at the top of images, and at the bottom of regions.
+    inside[SIZE[1] - y - height : SIZE[1] - y, x : x + width] = True
+    images["shine"] = np.where(inside, images["bounce_irradiance"], 0.0)
+    images |= {name: np.where(inside, images["albedo"], 0.0) for name in ("gloss", "finish")}
+    given = {name: images[name] for name in item.reads}
+    wanted = run_pass(gl, shaders, item, frame, given)["beauty"]
+    images["shine"][~inside[..., 0]] = np.nan
+    frame = dataclasses.replace(frame, gloss_region=region)
+    given = {name: images[name] for name in item.reads}
+    found = run_pass(gl, shaders, item, frame, given)["beauty"]
+    np.testing.assert_allclose(found, wanted, rtol=TOLERANCE)
 
 
 def test_only_what_is_needed_is_read():
