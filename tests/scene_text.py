@@ -28,16 +28,21 @@ def body(shape: str, material: str | None = None, **keys: Any) -> str:
     return table("[object]", shape=shape, **keys, material=material)
 
 
-def quad(corner: Any, edge_u: Any, edge_v: Any, material: str | None = None) -> str:
-    return body("quad", material, corner=corner, edge_u=edge_u, edge_v=edge_v)
+def quad(corner: Any, edge_u: Any, edge_v: Any, material: str | None = None, **keys: Any) -> str:
+    return body("quad", material, corner=corner, edge_u=edge_u, edge_v=edge_v, **keys)
 
 
-def ball(center: Any, radius: float, material: str | None = None) -> str:
-    return body("sphere", material, center=center, radius=radius)
+def floor(size: float, material: str | None = None) -> str:
+    """Return a level square about the origin."""
+    return body("plane", material, point=[0, 0, 0], normal=[0, 1, 0], size=size)
 
 
-def box(low: Any, high: Any, material: str | None = None) -> str:
-    return body("box", material, min=low, max=high)
+def ball(center: Any, radius: float, material: str | None = None, **keys: Any) -> str:
+    return body("sphere", material, center=center, radius=radius, **keys)
+
+
+def box(low: Any, high: Any, material: str | None = None, **keys: Any) -> str:
+    return body("box", material, min=low, max=high, **keys)
 
 
 def light(kind: str, **keys: Any) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Container, Sequence
 
 import numpy as np
 import pytest
+import scene_text as text
 from meshes import showing
 from oracle.closed_forms import rectangle_form_factor
 from oracle.monte_carlo import worst_deviation
@@ -36,29 +37,14 @@ ALLOWANCE = 2e-4
 UNFILTERED = {"emitters.rays": 64, "emitters_filter.filter": "none"}
 # RMSE over the mean close to a lamp. Where all of its light is filtered it is 1.5.
 BLUR_BOUND = 0.5
-ROOM = """
-[camera]
-position = [0, 2.5, 3]
-target = [0, 0.2, 0]
-[materials.grey]
-albedo = [0.5, 0.5, 0.5]
-[materials.black]
-albedo = [0, 0, 0]
-[materials.glow]
-albedo = [0, 0, 0]
-emission = [8, 4, 2]
-[[object]]
-shape = "plane"
-point = [0, 0, 0]
-normal = [0, 1, 0]
-size = 6
-material = "grey"
-[[object]]
-shape = "box"
-min = [-0.3, 0, -0.3]
-max = [0.3, 0.5, 0.3]
-material = "grey"
-"""
+ROOM = (
+    text.camera([0, 2.5, 3], [0, 0.2, 0])
+    + text.material("grey", 0.5, 0.5, 0.5)
+    + text.material("black", 0, 0, 0)
+    + text.material("glow", 0, 0, 0, emission=[8, 4, 2])
+    + text.floor(6, "grey")
+    + text.box([-0.3, 0, -0.3], [0.3, 0.5, 0.3], "grey")
+)
 
 
 def panels(count: int) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
@@ -125,14 +111,9 @@ def test_many_panels_match_lamberts_formula(device, shaders, count: int, two_sid
 def room(count: int, lit: Sequence[int]) -> Scene:
     """Return a block on a floor under `count` balls, of which those numbered `lit` glow."""
     balls = "".join(
-        f"""
-[[object]]
-shape = "sphere"
-center = [{0.5 * i - 1}, 0.8, {0.3 * (i % 2)}]
-radius = 0.1
-segments = 8
-material = "{"glow" if i in lit else "black"}"
-"""
+        text.ball(
+            [0.5 * i - 1, 0.8, 0.3 * (i % 2)], 0.1, "glow" if i in lit else "black", segments=8
+        )
         for i in range(count)
     )
     return read_description(ROOM + balls, "room")
@@ -161,15 +142,8 @@ def test_balls_light_as_their_triangles_do() -> None:
 
 def test_what_lies_close_to_a_lamp_is_not_blurred_in_a_picture() -> None:
     """Under a tube light changes within the few pixels that a filter takes together."""
-    tube = """
-[[object]]
-shape = "cylinder"
-base = [-1.2, 0.08, 0.9]
-top = [1.2, 0.08, 0.9]
-radius = 0.02
-segments = 8
-material = "glow"
-"""
+    ends = {"base": [-1.2, 0.08, 0.9], "top": [1.2, 0.08, 0.9]}
+    tube = text.body("cylinder", "glow", **ends, radius=0.02, segments=8)
     scene = read_description(ROOM + tube, "room")
     found = direct(scene, method="gi", antialias=16)
     exact = direct(scene, method="gi", antialias=16, overrides=UNFILTERED)
@@ -185,14 +159,7 @@ def test_more_bodies_than_may_be_lights_shine_all() -> None:
 
 
 def test_panels_with_an_image_light_from_where_it_is_bright() -> None:
-    panel = """
-[[object]]
-shape = "quad"
-corner = [-0.9, 0.7, 0.6]
-edge_u = [0, 0.3, -0.9]
-edge_v = [1.8, 0, 0]
-material = "glow"
-"""
+    panel = text.quad([-0.9, 0.7, 0.6], [0, 0.3, -0.9], [1.8, 0, 0], "glow")
     scene = read_description(ROOM + panel, "room")
     pixels = np.zeros((16, 16, 4), np.float32)
     pixels[2:9, 6:15], pixels[..., 3] = 1.0, 1.0
@@ -203,34 +170,19 @@ material = "glow"
 
 def strips(count: int, lit: Container[int]) -> str:
     """Return strips side by side over the floor, of which those numbered `lit` glow."""
+    corners = ([0.05 * i - 0.95, 0.7, -0.8] for i in range(count))
+    names = ("glow" if i in lit else "black" for i in range(count))
     return "".join(
-        f"""
-[[object]]
-shape = "quad"
-corner = [{0.05 * i - 0.95}, 0.7, -0.8]
-edge_u = [0.02, 0, 0]
-edge_v = [0, 0, 1.6]
-material = "{"glow" if i in lit else "black"}"
-"""
-        for i in range(count)
+        text.quad(corner, [0.02, 0, 0], [0, 0, 1.6], name)
+        for corner, name in zip(corners, names, strict=True)
     )
 
 
 @pytest.mark.parametrize("count", [4, 5])
 def test_maps_are_drawn_of_few_panels_alone_beside_panes(count: int) -> None:
     """Gloss asks for the maps of all lights, and what is translucent for new ones in each frame."""
-    pane = """
-[materials.pane]
-albedo = [0.5, 0.5, 0.5]
-roughness = 0.5
-opacity = 0.5
-[[object]]
-shape = "quad"
-corner = [-0.9, 0.2, 0.4]
-edge_u = [1.8, 0, 0]
-edge_v = [0, 0.4, 0]
-material = "pane"
-"""
+    pane = text.material("pane", 0.5, 0.5, 0.5, roughness=0.5, opacity=0.5)
+    pane += text.quad([-0.9, 0.2, 0.4], [1.8, 0, 0], [0, 0.4, 0], "pane")
     scene = read_description(ROOM + pane + strips(count, range(count)), "room")
     assert len(scene.lights) == count
     with Renderer(scene, Settings(size=SIZE, method="gi")) as renderer:

@@ -5,8 +5,11 @@ Both meet in `rays/glow_in_lobes.glsl`.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
+import scene_text as text
 from meshes import showing
 
 from ssdo_gl.renderer import Renderer
@@ -26,47 +29,24 @@ UNFILTERED = {
 OF_ALL, OF_BLOCKS = 0.015, 0.05
 
 
-BALL = """
-[[object]]
-shape = "sphere"
-center = [{x}, 0.5, {z}]
-radius = 0.2
-segments = 8
-material = "glow"
-"""
-PANEL = """
-[[object]]
-shape = "quad"
-corner = [{x}, 0.1, {z}]
-edge_u = [0.7, 0, 0]
-edge_v = [0, 0.8, 0]
-material = "glow"
-"""
+def ball(x: float, z: float) -> str:
+    return text.ball([x, 0.5, z], 0.2, "glow", segments=8)
 
 
-def floor(roughness: float, metallic: float, shape: str = BALL) -> Scene:
+def panel(x: float, z: float) -> str:
+    return text.quad([x, 0.1, z], [0.7, 0, 0], [0, 0.8, 0], "glow")
+
+
+def floor(roughness: float, metallic: float, shape: Callable[[float, float], str] = ball) -> Scene:
     """Return a glossy floor that reflects what glows towards the camera."""
-    lit = "".join(shape.format(x=0.9 * i - 0.4, z=-0.6 * i) for i in range(2))
-    text = f"""
-[camera]
-position = [0, 1, 2.5]
-target = [0, 0, -0.2]
-fov_y = 40
-[materials.floor]
-albedo = [0.6, 0.5, 0.4]
-roughness = {roughness}
-metallic = {metallic}
-[materials.glow]
-albedo = [0, 0, 0]
-emission = [6, 4, 2]
-[[object]]
-shape = "plane"
-point = [0, 0, 0]
-normal = [0, 1, 0]
-size = 5
-material = "floor"
-{lit}"""
-    return read_description(text, "floor")
+    lines = [
+        text.camera([0, 1, 2.5], [0, 0, -0.2], 40),
+        text.material("floor", 0.6, 0.5, 0.4, roughness=roughness, metallic=metallic),
+        text.material("glow", 0, 0, 0, emission=[6, 4, 2]),
+        text.floor(5, "floor"),
+        *(shape(0.9 * i - 0.4, -0.6 * i) for i in range(2)),
+    ]
+    return read_description("".join(lines), "floor")
 
 
 def picture(scene: Scene, **fields: object) -> np.ndarray:
@@ -106,7 +86,7 @@ def test_gloss_reflects_balls_as_paths_do(
 
 @pytest.mark.parametrize("roughness", [0.1, 0.5])
 def test_gloss_reflects_the_image_of_a_panel(roughness: float) -> None:
-    scene = floor(roughness, 1.0, PANEL)
+    scene = floor(roughness, 1.0, panel)
     pixels = np.zeros((8, 8, 4), np.float32)
     pixels[1:3, 4:7], pixels[..., 3] = 4.0, 1.0
     assert_alike(showing(scene, pixels), 32, 64)

@@ -7,15 +7,18 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+import scene_text as text
 
 import ssdo_gl
 from ssdo_gl import math3d
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.formats.toml import read_description
 from ssdo_gl.scene.light_edits import with_lights
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
@@ -34,15 +37,44 @@ PICTURES_BOUND = 0.03
 LEAK_BOUND = 1e-3
 # .17 too much where a glossy floor sends on as much of the spot as of light from everywhere.
 GLOSS_BOUND = 0.06
+# .0167 for .0076 where texels of the ground are as wide as the car.
+GLOW_BOUND = 0.1
 # Of what a lamp brought, after so many frames without it; and in how many light comes to rest.
 LEFT_BOUND, FRAMES_TO_GO, FRAMES_TO_REST = 0.02, 7, 12
 # Rounding decides which of two surfaces a few rays meet.
 PLACE_BOUND = 1e-4
 
 
-def picture(name: str, method: str, **settings: object) -> np.ndarray:
-    image = ssdo_gl.render(INTERIORS / f"{name}.toml", size=SIZE, method=method, **settings)
-    return image[..., :3].astype(np.float64)
+def sheet(turn: float) -> str:
+    """Return one of a lampshade, as wide above as below: its edges lie outside of the next ones."""
+    edges = [0.072, 0, 0], [0, 0.3, -0.05]
+    return text.quad([-0.036, 0.72, 0.16], *edges, "white", **{"transform.rotate": [0, turn, 0]})
+
+
+LAMPSHADE = (
+    text.camera([1.7, 1.4, 1.7], [-0.4, 0.8, -0.5], 60)
+    + text.material("white", 0.8, 0.8, 0.8)
+    + text.light("point", position=[0, 0.85, 0], intensity=[1, 1, 1])
+    + text.box([-2, 0, -2], [2, 2.4, 2], "white")
+    + "".join(sheet(22.5 * k) for k in range(16))
+)
+WHEELS = {"repeat.count": [2, 1, 2], "repeat.step": [2.6, 0, 1.7]}
+CAR = (
+    text.camera([3.2, 0.7, 3.6], [0, 0.4, 0], 40)
+    + text.constant_sky(0.1, 0.12, 0.15)
+    + text.material("ground", 0.5, 0.5, 0.5)
+    + text.material("blue", 0.1, 0.2, 0.5)
+    + text.floor(200, "ground")
+    + text.box([-2, 0.3, -0.85], [2, 0.9, 0.85], "blue")
+    + text.box([-1.6, 0, -0.95], [-1, 0.6, -0.75], "ground", **WHEELS)
+    + text.lamp([-1.5, 0.28, -0.5], [3, 0, 0], [0, 0, 1], [3, 0.15, 0.1])
+)
+
+
+def picture(room: str, method: str, **settings: object) -> np.ndarray:
+    """Return a picture of a room, by the name of its file or by its text."""
+    source = read_description(room, "room") if "\n" in room else INTERIORS / f"{room}.toml"
+    return ssdo_gl.render(source, size=SIZE, method=method, **settings)[..., :3].astype(np.float64)
 
 
 @pytest.mark.parametrize("name", ["attic", "cellar", "corridor", "door", "loft"])
@@ -56,71 +88,28 @@ def test_all_of_the_light_of_an_interior(name: str) -> None:
     assert error < np.mean((near - reference) ** 2 / (reference**2 + 0.01))
 
 
-def test_a_wall_that_goes_on_outside_is_not_lit_by_what_lies_there() -> None:
-    """Beside the window a pixel shows the loft's end wall, or the same plane under the sky."""
-    inside = np.s_[35:45, 78:95]
+@pytest.mark.parametrize(
+    ("room", "spp", "bound", "where"),
+    [
+        # Beside the window a pixel shows the loft's end wall, or the same plane under the sky.
+        pytest.param(
+            "loft", 256, BESIDE_SKY_BOUND, np.s_[35:45, 78:95], id="a wall goes on outside"
+        ),
+        pytest.param("spotlit_floor", 256, GLOSS_BOUND, ..., id="gloss, light from above"),
+        # Dark ones hang a millimetre before two walls and cover four ninths of them.
+        pytest.param("panels", 128, PICTURES_BOUND, ..., id="pictures on walls"),
+        # Two thirds of the light leave the shade of a lamp by way of its sheets, which overlap.
+        pytest.param(LAMPSHADE, 128, MEAN_BOUND, ..., id="sheets that overlap"),
+        # The front of its body hardly sees what is lit under it, on a wide ground.
+        pytest.param(CAR, 128, GLOW_BOUND, np.s_[34:46, 123:138, 0], id="a glow under a car"),
+    ],
+)
+def test_the_mean_is_that_of_paths(room: str, spp: int, bound: float, where: Any) -> None:
     found, reference = (
-        picture("loft", method, **settings)[inside].mean()
-        for method, settings in (("gi", {}), ("reference-gi", {"spp": 256}))
+        picture(room, method, **settings)[where].mean()
+        for method, settings in (("gi", {}), ("reference-gi", {"spp": spp}))
     )
-    assert found == pytest.approx(reference, rel=BESIDE_SKY_BOUND)
-
-
-def test_a_glossy_floor_sends_on_less_of_what_arrives_upright() -> None:
-    found, reference = (
-        picture("spotlit_floor", method, **settings).mean()
-        for method, settings in (("gi", {}), ("reference-gi", {"spp": 256}))
-    )
-    assert found == pytest.approx(reference, rel=GLOSS_BOUND)
-
-
-def test_pictures_do_not_darken_what_the_wall_beside_them_sends_on() -> None:
-    """Dark ones hang a millimetre before two walls and cover four ninths of them."""
-    found, reference = (
-        picture("panels", method, **settings).mean()
-        for method, settings in (("gi", {}), ("reference-gi", {"spp": 128}))
-    )
-    assert found == pytest.approx(reference, rel=PICTURES_BOUND)
-
-
-SHADED_LAMP = """
-[camera]
-position = [1.7, 1.4, 1.7]
-target = [-0.4, 0.8, -0.5]
-fov_y = 60
-[materials.white]
-albedo = [0.8, 0.8, 0.8]
-[[light]]
-kind = "point"
-position = [0, 0.85, 0]
-intensity = [1, 1, 1]
-[[object]]
-shape = "box"
-min = [-2, 0, -2]
-max = [2, 2.4, 2]
-material = "white"
-"""
-# As wide above as below, so that each one's edges lie outside of the next ones.
-SHEET = """
-[[object]]
-shape = "quad"
-corner = [-0.036, 0.72, 0.16]
-edge_u = [0.072, 0, 0]
-edge_v = [0, 0.3, -0.05]
-material = "white"
-transform = {{ rotate = [0, {degrees}, 0] }}
-"""
-
-
-def test_sheets_that_overlap_send_on_the_light_within_them(tmp_path: Path) -> None:
-    """Two thirds of the light leave the shade of a lamp by way of its sheets."""
-    file = tmp_path / "lampshade.toml"
-    file.write_text(SHADED_LAMP + "".join(SHEET.format(degrees=22.5 * k) for k in range(16)))
-    found, reference = (
-        ssdo_gl.render(file, size=SIZE, method=method, **settings)[..., :3].mean()
-        for method, settings in (("gi", {}), ("reference-gi", {"spp": 128}))
-    )
-    assert found == pytest.approx(reference, rel=MEAN_BOUND)
+    assert found == pytest.approx(reference, rel=bound)
 
 
 def test_next_to_nothing_comes_through_a_thin_wall() -> None:
@@ -133,55 +122,34 @@ def test_next_to_nothing_comes_through_a_thin_wall() -> None:
     assert dark < LEAK_BOUND * lit
 
 
-GROUND = """
-[camera]
-position = [0.9, 1.4, 1.6]
-target = [-0.9, 0.9, -1.6]
-fov_y = 70
-[render]
-radius = 0.3
-[[light]]
-kind = "directional"
-direction = [-0.5, -1, 0.4]
-irradiance = [20, 20, 20]
-[[object]]
-shape = "quad"
-corner = [-6, 0, 7]
-edge_u = [12, 0, 0]
-edge_v = [0, 0, -14]
-material = "grey"
-[materials.grey]
-albedo = [0.6, 0.6, 0.6]
-"""
-
-
-def closed_room(thickness: float) -> str:
-    """Return two closed rooms beside each other on a wide ground in the sun, as a scene file."""
-    half, lines = 0.5 * thickness, [GROUND]
+def closed_room(thickness: float, **sun: float) -> Scene:
+    """Return two closed rooms beside each other on a wide ground in the sun."""
+    half = 0.5 * thickness
+    lines = [
+        text.camera([0.9, 1.4, 1.6], [-0.9, 0.9, -1.6], 70),
+        text.light("directional", direction=[-0.5, -1, 0.4], irradiance=[20, 20, 20], **sun),
+        text.quad([-6, 0, 7], [12, 0, 0], [0, 0, -14], "grey"),
+        text.material("grey", 0.6, 0.6, 0.6),
+    ]
     walls = [((x, x), (-2.0, 2.0), (0.0, 2.5)) for x in (-1.3, 1.3, 3.1)]
     walls += [((-1.3, 3.1), (z, z), (0.0, 2.5)) for z in (-2.0, 2.0)]
     walls += [((-1.3, 3.1), (-2.0, 2.0), (2.5, 2.5))]
     for (x0, x1), (z0, z1), (y0, y1) in walls:
         low, high = np.array([x0, y0, z0]), np.array([x1, y1, z1])
         if thickness:
-            lines += ['[[object]]\nshape = "box"', f"min = {(low - half).tolist()}"]
-            lines += [f"max = {(high + half).tolist()}"]
+            lines.append(text.box((low - half).tolist(), (high + half).tolist(), "grey"))
         else:
-            edges = [e.tolist() for e in np.diag(high - low) if e.any()]
-            lines += ['[[object]]\nshape = "quad"', f"corner = {low.tolist()}"]
-            lines += [f"edge_u = {edges[0]}\nedge_v = {edges[1]}"]
-        lines.append('material = "grey"')
-    return "\n".join(lines)
+            edges = [edge.tolist() for edge in np.diag(high - low) if edge.any()]
+            lines.append(text.quad(low.tolist(), *edges, "grey"))
+    return read_description("".join(lines), "room")
 
 
 @pytest.mark.parametrize("thickness", [0.0, 0.1])
-def test_no_sun_comes_through_the_corners_of_a_dark_room(thickness: float, tmp_path: Path) -> None:
+def test_no_sun_comes_through_the_corners_of_a_dark_room(thickness: float) -> None:
     # Pieces of the ground are half a metre wide: in corners they reach out of the room, and
     # where its walls meet those of the next room, into that, too.
-    file = tmp_path / "room.toml"
-    file.write_text(closed_room(thickness))
     settings = Settings(method="gi", size=SIZE, shadows="traced")
-    with Renderer(load_scene(file), settings) as renderer:
+    with Renderer(closed_room(thickness), settings) as renderer:
         dark = renderer.render(("beauty",)).images["beauty"][..., :3]
     assert dark.max() < 1e-6
 
@@ -192,14 +160,9 @@ LIT_AT_JOINTS = {0.0: 30, 1.0: 160}
 
 
 @pytest.mark.parametrize("angle", LIT_AT_JOINTS)
-def test_hardly_any_sun_comes_through_joints_of_a_room_by_maps(
-    angle: float, tmp_path: Path
-) -> None:
-    file = tmp_path / "room.toml"
-    sun = 'kind = "directional"'
-    file.write_text(closed_room(0.0).replace(sun, f"{sun}\nangle = {angle}"))
+def test_hardly_any_sun_comes_through_joints_of_a_room_by_maps(angle: float) -> None:
     settings = Settings(method="direct", size=(640, 360))
-    with Renderer(load_scene(file), settings) as renderer:
+    with Renderer(closed_room(0.0, angle=angle), settings) as renderer:
         dark = renderer.render(("direct",)).images["direct"][..., :3]
     assert np.count_nonzero(dark.max(axis=-1) > 1e-6) <= LIT_AT_JOINTS[angle]
 

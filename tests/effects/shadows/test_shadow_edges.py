@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+import scene_text as text
 from passes.pass_harness import box, make_scene, quad
 
 from ssdo_gl.effects.request import Request
@@ -15,9 +16,9 @@ from ssdo_gl.planning.view import ViewFacts
 from ssdo_gl.planning.walk import decide
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.formats.toml import read_description
 from ssdo_gl.scene.geometry.mesh import SceneObject
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight, SpotLight
-from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.material import Material
 from ssdo_gl.settings import Settings
 
@@ -151,27 +152,12 @@ def test_neighbours_see_the_same():
     assert alike.mean() > 0.99
 
 
-BALL = """
-[[object]]
-shape = "plane"
-point = [0, 0, 0]
-normal = [0, 1, 0]
-size = 10
-material = "floor"
-[[object]]
-shape = "sphere"
-center = [0, 0.8, 0]
-radius = 0.4
-material = "glow"
-[materials.floor]
-albedo = [0.5, 0.5, 0.5]
-[materials.glow]
-albedo = [0, 0, 0]
-emission = [5, 5, 5]
-[camera]
-position = [0, 2, 3]
-target = [0, 0, 0]
-"""
+BALL = (
+    text.floor(10, "floor")
+    + text.ball([0, 0.8, 0], 0.4, "glow")
+    + text.material("glow", 0, 0, 0, emission=[5, 5, 5])
+    + text.camera([0, 2, 3], [0, 0, 0])
+)
 
 
 def decided_of(scene, method="gi", facts=None, **settings):
@@ -236,13 +222,12 @@ def test_gloss_reads_the_maps_of_lights_with_a_size():
     assert not decided_of(scene, facts=plain).runs("shadow_map")
 
 
-@pytest.mark.parametrize("floor", ["", "roughness = 0.5"])
-def test_nobody_reads_the_maps_of_panels_of_a_glowing_body(tmp_path, floor):
+@pytest.mark.parametrize("roughness", [None, 0.5])
+def test_nobody_reads_the_maps_of_panels_of_a_glowing_body(roughness):
     """Rays look for the body itself, and so do those of lobes."""
-    text = BALL.replace("[materials.floor]", f"[materials.floor]\n{floor}")
-    (tmp_path / "ball.toml").write_text(text)
-    ball = load_scene(str(tmp_path / "ball.toml"))
-    assert analyse(ball).has_gloss == bool(floor)
+    floor = text.material("floor", 0.5, 0.5, 0.5, roughness=roughness)
+    ball = read_description(BALL + floor, "ball")
+    assert analyse(ball).has_gloss == bool(roughness)
     assert not decided_of(ball).runs("shadow_map")
     assert decided_of(ball, method="bounce").runs("shadow_map")
 
