@@ -1,8 +1,10 @@
-"""Texels of wide faces that are cut finer where something stands on them, or near them.
+"""Texels that are cut finer: of wide faces where something stands, of all where a lamp ends.
 
 A ground 200 units wide has texels of four, and what a lamp lights under a car would shine from all
 of such a texel. So one with something near it that is smaller is cut into a grid of its own, as are
-the texels of that: a tree, whose nodes a lookup reads beside the walls on a surfel.
+the texels of that: a tree, whose nodes a lookup reads beside the walls on a surfel. So is one that
+a lamp is nearer to than the texel is wide, across the lamp's edges: what it lights is seen by
+little else than the lamp.
 """
 
 from __future__ import annotations
@@ -34,23 +36,36 @@ GROWTH = 2.0**0.5
 # What is parallel to a face, within 8 degrees, and closer than so much of its width lies on it
 # (`CLOSE` of passes/surfel_covers.frag): what shows of the face shows beside it.
 PARALLEL_COSINE, CLOSE = 0.99, 0.05
+# Light of a lamp changes within so many of its distances to either side of its edges, where parts
+# are no wider than this share of the distance, if so many along an edge suffice: 4 bits.
+EDGE_REACH, EDGE_SHARE, MOST_EDGE_PARTS = 2.0, 0.75, 15
+# Of so many lamps that are flat quads, the largest.
+MOST_LAMPS = 256
 
 
-def graded(surfels: Surfels, bvh: Bvh, most: int) -> Surfels:
-    """Return the surfels and at most `most` further ones, which wide texels are cut into."""
-    if not surfels.finest:
+def graded(surfels: Surfels, bvh: Bvh, most: int, glowing: IntArray) -> Surfels:
+    """Return the surfels and at most `most` further ones, which some texels are cut into.
+
+    Parameters
+    ----------
+    glowing : ndarray, shape (T,)
+        Of how many sides each triangle does, from the front on.
+    """
+    if not (surfels.finest or np.any(glowing)):
         return surfels
     patches = patches_of(bvh)
-    faces, least = list(_wide_sides(surfels, bvh, patches)), surfels.finest
-    while True:
-        cuts = [cut for face in faces for cut in face.cuts(least)]
+    least, share = surfels.finest or np.inf, EDGE_SHARE
+    faces = list(_cut_sides(surfels, bvh, patches, glowing))
+    while faces:
+        cuts = [cut for face in faces for cut in face.cuts(least, share)]
         if sum(len(cut.texels) for cut in cuts) <= most:
             return _appended(surfels, bvh, patches, cuts) if cuts else surfels
-        least *= GROWTH
+        least, share = GROWTH * least, GROWTH * share
+    return surfels
 
 
 @dataclass(frozen=True, eq=False)
-class _WideSide:
+class _CutSide:
     """One side of a patch, and what stands before it.
 
     Attributes
@@ -65,6 +80,9 @@ class _WideSide:
         Where other surfels are: along both edges, as a part of them, and how far off.
     widths : ndarray, shape (N,)
         Of these.
+    lamps : ndarray, shape (L, 5)
+        Of each lamp over it where it begins and ends along both edges, as a part of them, and how
+        far off it is.
     """
 
     patch: int
@@ -75,21 +93,44 @@ class _WideSide:
     edges: FloatArray
     at: FloatArray
     widths: FloatArray
+    lamps: FloatArray
 
-    def cuts(self, least: float) -> Iterator[_Cut]:
-        """Yield how its texels are cut, widest first, down to about a width of `least`."""
+    def cuts(self, least: float, share: float) -> Iterator[_Cut]:
+        """Yield how its texels are cut, widest first, down to about a width of `least`.
+
+        At lamps' edges down to a `share` of their distance.
+        """
         grid, width, depth = self.grid, self.edges / self.grid, 0
-        texels = np.stack(np.divmod(np.arange(grid.prod()), grid[0])[::-1], axis=1)
-        while width.max() > COARSER * least:
-            chosen = np.flatnonzero(self._near(grid, width)[texels[:, 1], texels[:, 0]])
-            if not len(chosen):
+        texels = _places(grid)
+        while True:
+            is_near = np.zeros(len(texels), dtype=bool)
+            if width.max() > COARSER * least:
+                is_near = self._near(grid, width)[texels[:, 1], texels[:, 0]]
+            wanted = np.where(is_near[:, None], 1, self._at_lamps(texels, width, share))
+            depth += 1
+            for parts in np.unique(wanted[wanted.max(axis=1) > 1], axis=0):
+                rows = np.flatnonzero(np.all(wanted == parts, axis=1))
+                yield _Cut(self, rows, parts, grid * parts, _parts(texels[rows], parts), depth)
+            rows = np.flatnonzero(is_near)
+            if not len(rows):
                 return
             finer = max(width.max() / MOST_PARTS, least)
             parts = np.clip(np.rint(width / finer), 1, MOST_PARTS).astype(np.int64)
-            part = np.stack(np.divmod(np.arange(parts.prod()), parts[0])[::-1], axis=1)
-            texels = (texels[chosen, None] * parts + part).reshape(-1, 2)
-            grid, width, depth = grid * parts, width / parts, depth + 1
-            yield _Cut(self, chosen, parts, grid, texels, depth)
+            texels, grid, width = _parts(texels[rows], parts), grid * parts, width / parts
+            yield _Cut(self, rows, parts, grid, texels, depth, is_last=False)
+
+    def _at_lamps(self, texels: IntArray, width: FloatArray, share: float) -> IntArray:
+        """Return into how many parts (N, 2) texels are cut along both edges, for lamps' sake."""
+        wanted = np.ones((len(texels), 2), dtype=np.int64)
+        low = texels * width
+        for lamp in self.lamps:
+            ends, reach = lamp[:4].reshape(2, 2) * self.edges, EDGE_REACH * lamp[4]
+            gaps = np.maximum(low - ends[:, None], ends[:, None] - low - width)
+            is_lit = np.all((low < ends[1] + reach) & (low + width > ends[0] - reach), axis=1)
+            at_edge = is_lit[:, None] & (gaps.min(axis=0) < reach)
+            parts = np.ceil(np.minimum(width / (share * lamp[4]), MOST_EDGE_PARTS))
+            wanted = np.where(at_edge, np.maximum(wanted, parts.astype(np.int64)), wanted)
+        return wanted
 
     def _near(self, grid: IntArray, width: FloatArray) -> NDArray[np.bool_]:
         """Return which texels of a grid, by rows, something smaller is near to."""
@@ -124,40 +165,92 @@ class _Cut:
         Which of those there are, parent by parent.
     depth : int
         The how manyth cut of the face it is: 1 is the widest.
+    is_last : bool
+        Its texels are not cut again.
     """
 
-    face: _WideSide
+    face: _CutSide
     parents: IntArray
     parts: IntArray
     grid: IntArray
     texels: IntArray
     depth: int
+    is_last: bool = True
 
 
-def _wide_sides(surfels: Surfels, bvh: Bvh, patches: Patches) -> Iterator[_WideSide]:
-    """Yield the sides of patches whose texels are wider than the finest, but for blind ones."""
+def _places(grid: IntArray) -> IntArray:
+    """Return the texels (N, 2) of a grid, by rows."""
+    return np.stack(np.divmod(np.arange(grid.prod()), grid[0])[::-1], axis=1)
+
+
+def _parts(texels: IntArray, parts: IntArray) -> IntArray:
+    """Return the parts (M, 2) of texels (N, 2), texel by texel."""
+    return np.asarray((texels[:, None] * parts + _places(parts)).reshape(-1, 2))
+
+
+def _cut_sides(
+    surfels: Surfels, bvh: Bvh, patches: Patches, glowing: IntArray
+) -> Iterator[_CutSide]:
+    """Yield sides that are not blind whose texels are wider than the finest, or close to lamps."""
     triangle = bvh.primitive_triangles.reshape(-1)[patches.slots[:, 0]]
     first, layout = surfels.places.table[triangle].astype(np.int64).T
     grids, edges = np.stack([layout & 0xFFF, layout >> 12 & 0xFFF], axis=1), patches.extents()
-    is_wide = (edges / grids).max(axis=1) > COARSER * surfels.finest
+    is_cut, texel = grids.max(axis=1) > 1, (edges / grids).max(axis=1)
+    is_wide = is_cut & (surfels.finest > 0.0) & (texel > COARSER * surfels.finest)
+    lamps = _lamps_over(patches, glowing[triangle], np.where(is_cut, texel, 0.0))
+    if not (is_wide.any() or lamps):
+        return
     points = surfels.positions.astype(np.float64)
     widths, middles = np.ptp(points, axis=1).max(axis=1), points.mean(axis=1)
-    for patch in np.flatnonzero(is_wide & (grids.max(axis=1) > 1)).tolist():
+    for patch in sorted({*np.flatnonzero(is_wide).tolist(), *(face // 2 for face in lamps)}):
         grid, corners = grids[patch], patches.corners[patch]
         is_blind = [bool(layout[patch] & flag) for flag in (FRONT_BLIND, BACK_BLIND)]
         for side in range(patches.sides[patch]):
-            if is_blind[side]:
+            over = lamps.get(2 * patch + side, [])
+            if is_blind[side] or not (is_wide[patch] or over):
                 continue
             normal = patches.normals[patch] * (1 - 2 * side)
             height = (middles - corners[0]) @ normal
             is_flat = np.abs(surfels.looks @ normal) > PARALLEL_COSINE
             chosen = height > np.where(is_flat, CLOSE * widths, LIFT)
-            chosen &= widths * COARSER < (edges[patch] / grid).max()
+            chosen &= is_wide[patch] & (widths * COARSER < texel[patch])
             places = _coordinates(corners, bool(patches.is_joint[patch]), middles[chosen])
             at = np.concatenate([places, height[chosen, None]], axis=1)
             fronts = (-(-grid // BLIND_COARSENESS) if is_blind[0] else grid).prod()
             start = first[patch] + side * fronts
-            yield _WideSide(patch, side, normal, start, grid, edges[patch], at, widths[chosen])
+            rows = np.array(over).reshape(-1, 5)
+            yield _CutSide(patch, side, normal, start, grid, edges[patch], at, widths[chosen], rows)
+
+
+def _lamps_over(
+    patches: Patches, glowing: IntArray, texel: FloatArray
+) -> dict[int, list[FloatArray]]:
+    """Return `_CutSide.lamps` of sides 2 p + s that flat lamps are nearer to than texels are wide.
+
+    Parameters
+    ----------
+    glowing, texel : ndarray, shape (N,)
+        Of each patch the sides that glow, from the front on, and how wide its texels are.
+    """
+    found: dict[int, list[FloatArray]] = {}
+    flat = np.flatnonzero((glowing > 0) & patches.is_joint)
+    corners, normals, centres = patches.corners, patches.normals, patches.centres
+    sizes = np.linalg.norm(corners - centres[:, None], axis=2).max(axis=1)
+    for lamp in flat[np.argsort(-patches.areas[flat], kind="stable")][:MOST_LAMPS].tolist():
+        gap = np.linalg.norm(centres - centres[lamp], axis=1) - sizes - sizes[lamp]
+        before = ((corners - centres[lamp]) @ normals[lamp]).max(axis=1) > LIFT
+        near = (gap < EDGE_REACH * texel) & (before | (glowing[lamp] > 1)) & (texel > 0.0)
+        for patch in np.flatnonzero(near).tolist():
+            over = (corners[lamp] - corners[patch, 0]) @ normals[patch]
+            for side, height in enumerate((over, -over)[: patches.sides[patch]]):
+                off = height.min()
+                # At what stands on it light does not change within little.
+                if off <= LIFT or EDGE_SHARE * off > texel[patch]:
+                    continue
+                at = _coordinates(corners[patch], bool(patches.is_joint[patch]), corners[lamp])
+                row = np.array([*at.min(axis=0), *at.max(axis=0), off])
+                found.setdefault(2 * patch + side, []).append(row)
+    return found
 
 
 def _coordinates(corners: FloatArray, is_joint: bool, points: FloatArray) -> FloatArray:
@@ -192,7 +285,7 @@ def _appended(surfels: Surfels, bvh: Bvh, patches: Patches, cuts: list[_Cut]) ->
         wider = face.first if cut.depth == 1 else wider
         parts = cut.parts[1] << PARTS_SHIFT | cut.parts[0]
         finer[wider + cut.parents] = firsts << FINER_SHIFT | parts
-        wider, begin = begin, begin + count
+        wider, begin = wider if cut.is_last else begin, begin + count
         patch, grid = np.full(count, face.patch), np.tile(cut.grid, (count, 1))
         placed = texel_points(rng, patches, triangle, patch, cut.texels, grid)
         normals = np.tile(face.normal, (count, POINT_COUNT, 1))

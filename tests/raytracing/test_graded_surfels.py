@@ -41,7 +41,7 @@ def bvh_with(low: float, sides: int = 4, body: Mesh | None = None) -> Bvh:
 def cut(bvh: Bvh, most: int = 16384) -> tuple[Surfels, Surfels]:
     """Return surfels as they are cut, and graded."""
     whole = build_surfels(bvh, 32768, 0.03, sparse=16384)
-    return whole, graded(whole, bvh, most)
+    return whole, graded(whole, bvh, most, np.zeros(bvh.triangles.count, dtype=int))
 
 
 def of_ground(bvh: Bvh, surfels: Surfels) -> np.ndarray:
@@ -167,3 +167,56 @@ def test_quads_of_any_shape_are_cut_where_things_stand() -> None:
     points = at(bvh, fine)[of_ground(bvh, fine)]
     nearest = np.argmin(np.linalg.norm(points.mean(axis=1)[:, :2] - (-9.0, 6.6), axis=1))
     assert np.ptp(points[nearest], axis=0).max() < 0.15
+
+
+def wall_with_strip(
+    away: float, sides: int = 1, *, faces_it: bool = True, most: int = 8192
+) -> tuple[Surfels, Surfels]:
+    """Return the surfels of a wall 4 wide before which a strip 2 wide and .04 high glows, cut."""
+    corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
+    wall = Mesh(corners * [4.0, 3.0, 1.0], np.array([[0, 1, 2], [0, 2, 3]]))
+    order = [[0, 2, 1], [0, 3, 2]] if faces_it else [[0, 1, 2], [0, 2, 3]]
+    strip = Mesh(corners * [2.0, 0.04, 1.0] + [1.0, 2.0, away], np.array(order))
+    objects = (SceneObject(0, 0), SceneObject(1, 1))
+    bvh = build_bvh(Scene((wall, strip), (Material(), Material()), objects, CAMERA))
+    whole = build_surfels(bvh, 32768, 0.03)
+    return whole, graded(whole, bvh, most, sides * bvh.triangles.material)
+
+
+def test_texels_are_small_across_the_edges_of_a_lamp_close_to_them() -> None:
+    whole, fine = wall_with_strip(0.01)
+    assert not (whole.finer > 0).any()
+    # The frame's unit is half of the wall's diagonal of 5.
+    new = 2.5 * fine.positions[whole.count :].astype(float)
+    width, height = np.ptp(new, axis=1)[:, :2].T
+    assert (fine.looks[whole.count :, 2] > 0.5).all()
+    # Along it they are as before, but at its ends.
+    inner = np.abs(new.mean(axis=1)[:, 0]) < 0.8
+    assert height[inner].max() < 0.01
+    assert inner.sum() > 100
+    assert width[inner].min() > 0.04
+    assert width[~inner].min() < 0.01
+
+
+@pytest.mark.parametrize(
+    ("away", "sides", "faces_it"),
+    [(0.01, 0, True), (0.01, 1, False), (0.3, 1, True), (0.0, 1, True), (-0.01, 1, True)],
+    ids=["dark", "facing away", "far off", "touching", "behind"],
+)
+def test_lamps_that_do_not_light_within_a_texel_leave_it_whole(
+    away: float, sides: int, faces_it: bool
+) -> None:
+    whole, fine = wall_with_strip(away, sides, faces_it=faces_it)
+    assert fine is whole
+
+
+def test_a_lamp_that_faces_away_counts_if_its_back_glows() -> None:
+    whole, fine = wall_with_strip(0.01, 2, faces_it=False)
+    assert fine.count > whole.count
+
+
+def test_the_number_of_texels_at_lamps_is_limited() -> None:
+    whole, fine = wall_with_strip(0.01)
+    _, some = wall_with_strip(0.01, most=200)
+    assert fine.count - whole.count > 400
+    assert 50 < some.count - whole.count <= 200

@@ -37,6 +37,8 @@ from ssdo_gl.raytracing.torn_surfels import TornSurfels, torn
 STRIP_SHARE = 0.5
 # Scenes that are mostly empty are cut more finely, as long as no more pieces come of it.
 SPARSE_SURFELS = 16384
+# There may be so many more at the edges of lamps.
+LAMP_SURFELS = 8192
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +104,9 @@ class SurfelsPass(RenderPass):
             whole = cut()
             if (blind := blind_sides(whole, bvh, *self._seen(context, whole))).any():
                 whole = cut(blind)
-            whole = graded(whole, bvh, max(most - whole.count, 0))
+            glowing = [m.emits * (1 + m.two_sided_emission) for m in scene.materials] or [0]
+            further = max(most - whole.count, LAMP_SURFELS)
+            whole = graded(whole, bvh, further, np.array(glowing)[bvh.triangles.material])
             surfels = torn(whole, bvh, *self._walls(context, whole), MOST_SURFELS)
             surfels = surfels.uncovered(self._covers(context, surfels))
             made = SurfelSet(surfels, topology, whole.depth)
