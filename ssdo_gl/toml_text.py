@@ -31,10 +31,24 @@ def _syntax_message(message: str, text: str) -> str:
     flat = " ".join(message.split())
     match = re.fullmatch(r"(.*) \(at line (\d+), column (\d+)\)", flat)
     if match:
-        return f"line {match[2]}, column {match[3]}: not valid TOML: {match[1]}"
+        line, column = int(match[2]), int(match[3])
+        rest = text.replace("\r\n", "\n").split("\n")[line - 1][column - 1 :]
+        hint = _hint(rest) if match[1] == "Invalid value" else ""
+        return f"line {line}, column {column}: not valid TOML: {match[1]}{hint}"
     end = re.fullmatch(r"(.*) \(at end of document\)", flat)
     if end:
         last = text.rsplit("\n", 1)[-1]
         line, column = text.count("\n") + 1, len(last) + 1
         return f"line {line}, column {column}: not valid TOML: {end[1]} at the end of the file"
     return f"not valid TOML: {flat}"
+
+
+def _hint(rest: str) -> str:
+    """Return what TOML asks for where people write what other languages take."""
+    word = re.match(r"[^\s,\]}#]*", rest)
+    found = word[0] if word else ""
+    if re.match(r"[+-]?\.\d", found):
+        return f"; write {found.replace('.', '0.', 1)} for {found}"
+    if found in ("True", "False"):
+        return f"; write {found.lower()} for {found}"
+    return f'; text stands in quotes: "{found}"' if re.fullmatch(r"[A-Za-z_][\w-]*", found) else ""

@@ -186,6 +186,22 @@ def test_syntax_errors_name_line_and_column(text: str, place: str, error_of: Err
     assert place in message
 
 
+@pytest.mark.parametrize(
+    ("text", "hint"),
+    [
+        (
+            "a = 1\r\nb = [1, -.5]\r\n",
+            "line 2, column 9: not valid TOML: Invalid value; write -0.5",
+        ),
+        ("a = {b = .25}", "write 0.25 for .25"),
+        ("a = True # yes", "write true for True"),
+        ("kind = point", 'text stands in quotes: "point"'),
+    ],
+)
+def test_what_other_languages_take_is_said_in_toml(text: str, hint: str, error_of: ErrorOf) -> None:
+    assert hint in error_of("scene.toml", text=text)
+
+
 @given(st.text(max_size=200))
 def test_any_text_is_a_scene_or_one_line(text: str) -> None:
     try:
