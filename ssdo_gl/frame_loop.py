@@ -291,8 +291,12 @@ class FrameLoop:
             "steady_view": steady_view,
             "steady_seed": (first_seed, moves),
         }
-        region = None if self._planned is None else self._planned.gloss_region
-        return Frame(view, self._lean, seed, versions, is_live, first_seed, count, moves, region)
+        planned = self._planned
+        return Frame(
+            *(view, self._lean, seed, versions, is_live, first_seed, count, moves),
+            gloss_region=None if planned is None else planned.gloss_region,
+            emission_region=None if planned is None else planned.emission_region,
+        )
 
     def _count_move(self, view: FrameView) -> int:
         """Return the number of a frame that shows the scene of the one before, moved; else 0."""

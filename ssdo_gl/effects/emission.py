@@ -23,7 +23,13 @@ class Emission(Effect):
         return request.decision(
             "emission",
             "surfaces emit",
-            [(not request.content.has_emission, "no surface emits")],
+            [
+                (not request.content.has_emission, "no surface emits"),
+                (
+                    request.view is not None and request.view.emission_region is None,
+                    "no surface in view emits",
+                ),
+            ],
             ("gbuffer", "composite"),
         )
 

@@ -7,6 +7,7 @@ from typing import Any
 import moderngl
 
 from ssdo_gl.gpu.shader import ShaderLibrary
+from ssdo_gl.math3d import Region
 
 
 def clear(gl: moderngl.Context, shaders: ShaderLibrary, target: moderngl.Framebuffer) -> None:
@@ -31,3 +32,19 @@ def clear(gl: moderngl.Context, shaders: ShaderLibrary, target: moderngl.Framebu
         depth_only.color_mask = mask
         # Of a single attachment OpenGL only learns the mask when it is bound.
         target.use()
+
+
+def clear_last_in(target: moderngl.Framebuffer, region: Region) -> None:
+    """Do so in software, but with the last of several attachments only in a part.
+
+    One of four floats takes it as long as all others of the G-buffer.
+    """
+    masks: Any = target.color_mask
+    hidden = (False,) * 4
+    target.color_mask = (*masks[:-1], hidden)
+    target.clear()
+    target.color_mask = (*(hidden,) * (len(masks) - 1), masks[-1])
+    target.depth_mask = False
+    target.clear(viewport=region)
+    target.color_mask, target.depth_mask = masks, True
+    target.use()

@@ -13,6 +13,8 @@ from ssdo_gl.graph.depth_range import depth_uniforms, far_plane, wide_depth_rang
 from ssdo_gl.math3d import FloatArray, Region
 from ssdo_gl.scene.scene import Scene
 
+# Share of the frame that may be drawn twice for what surfaces there emit.
+LARGEST_PART = 0.1
 _CHOICES: Mapping[bool, Mapping[str, str]] = {
     is_orthographic: {"projection": f"projections/{name}.glsl"}
     for is_orthographic, name in ((True, "orthographic"), (False, "perspective"))
@@ -205,6 +207,8 @@ class Frame:
         an animation moves. 0: it is to be as a single frame is.
     gloss_region : Region or None
         Outside it no surface in view is glossy. None: nothing is known of that.
+    emission_region : Region or None
+        The same of surfaces that show light of their own.
     """
 
     view: FrameView
@@ -216,11 +220,20 @@ class Frame:
     count: int = 1
     moves: int = 0
     gloss_region: Region | None = None
+    emission_region: Region | None = None
 
     @property
     def pattern(self) -> int:
         """What chooses the sample points of that which is averaged over frames."""
         return self.seed + (self.moves << 32)
+
+    @property
+    def emitting_part(self) -> Region:
+        """The part of the frame to which emission is worth keeping: little of it, or all."""
+        width, height = self.view.size
+        x, y, w, h = self.emission_region or (0, 0, width, height)
+        is_little = w * h <= LARGEST_PART * width * height
+        return (x, y, w, h) if is_little else (0, 0, width, height)
 
     def coverage_uniforms(self) -> dict[str, object]:
         """Return the uniforms of `lib/coverage.glsl`: what is translucent is drawn by chance."""

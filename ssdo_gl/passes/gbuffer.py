@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 import moderngl
 
-from ssdo_gl.gpu.clear import clear
+from ssdo_gl.gpu.clear import clear, clear_last_in
 from ssdo_gl.gpu.color_mask import last_kept
 from ssdo_gl.gpu.geometry import (
     Features,
@@ -55,6 +55,8 @@ class GBufferPass(RenderPass):
         The targets that somebody reads; `z_vs` is always written.
     by_chance : bool
         Some surfaces are translucent: which of their fragments are drawn follows the seed.
+    clears_emission : bool
+        Outside `Frame.emitting_part` `emission` holds anything, if not.
 
     Attributes
     ----------
@@ -78,9 +80,14 @@ class GBufferPass(RenderPass):
     overwrites: ClassVar[bool] = True
 
     def __init__(
-        self, wanted: Collection[str] = tuple(TARGETS), *, by_chance: bool = False
+        self,
+        wanted: Collection[str] = tuple(TARGETS),
+        *,
+        by_chance: bool = False,
+        clears_emission: bool = True,
     ) -> None:
         self.by_chance = by_chance
+        self._clears_emission = clears_emission or "emission" not in wanted
         self.is_computed = False
         self._rasterizer: TriangleRasterizer | None = None
         self.depends_on = ("view", "geometry", "materials", *(("seed",) if by_chance else ()))
@@ -97,7 +104,7 @@ class GBufferPass(RenderPass):
         }
 
     def settings_key(self) -> Hashable:
-        return tuple(self.writes), self.by_chance
+        return tuple(self.writes), self.by_chance, self._clears_emission
 
     def execute(self, context: PassContext) -> None:
         view, target = context.frame.view, context.target
@@ -118,7 +125,10 @@ class GBufferPass(RenderPass):
                 emitting=emitting,
             )
 
-        clear(context.gl, context.shaders, target)
+        if self._clears_emission or context.shaders.computes:
+            clear(context.gl, context.shaders, target)
+        else:
+            clear_last_in(target, context.frame.emitting_part)
         context.gl.enable_only(moderngl.DEPTH_TEST)
         if "emission" not in self.writes:
             draw()

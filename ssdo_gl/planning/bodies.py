@@ -91,6 +91,8 @@ class Bodies:
         Whether it is a solid that fills that box.
     is_glossy : ndarray, shape (N,), bool
         Whether it reflects more than diffuse light.
+    emits : ndarray, shape (N,), bool
+        Whether it shows light of its own.
     mesh_forms : tuple of MeshForm
         Of each body.
     world_from_object : ndarray, shape (N, 4, 4)
@@ -100,6 +102,7 @@ class Bodies:
     half_edges: FloatArray
     is_box: BoolArray
     is_glossy: BoolArray
+    emits: BoolArray
     mesh_forms: tuple[MeshForm, ...]
     world_from_object: FloatArray
 
@@ -145,7 +148,8 @@ def bodies_of(scene: Scene) -> Bodies:
     counts = [len(item.world_from_object) for item in scene.objects]
     if not any(counts):
         none = np.empty(0, dtype=np.bool_)
-        return Bodies(np.empty((0, 3)), np.empty((0, 3, 3)), none, none, (), np.empty((0, 4, 4)))
+        places = np.empty((0, 3)), np.empty((0, 3, 3))
+        return Bodies(*places, none, none, none, (), np.empty((0, 4, 4)))
     matrices = np.concatenate([item.world_from_object for item in scene.objects])
     center = np.repeat([form.center for form in forms], counts, axis=0)
     half = np.repeat([form.half_extent for form in forms], counts, axis=0)
@@ -158,6 +162,7 @@ def bodies_of(scene: Scene) -> Bodies:
         half_edges=matrices[:, :3, :3].transpose(0, 2, 1) * half[:, :, None],
         is_box=np.repeat(boxes, counts),
         is_glossy=np.repeat([material.is_glossy for material in materials], counts),
+        emits=np.repeat([material.emits or material.is_unlit for material in materials], counts),
         mesh_forms=tuple(form for form, n in zip(forms, counts, strict=True) for _ in range(n)),
         world_from_object=matrices,
     )

@@ -26,9 +26,12 @@ def without_unread_targets(pipeline: Pipeline, is_glossy: bool) -> Pipeline:
     read |= set(pipeline.resources)
     # Without it the albedo would be that of metals, too.
     read |= {"gloss"} if is_glossy and "albedo" in read else set()
+    readers = [item for item in pipeline.order if "emission" in item.reads]
+    are_sums = all(isinstance(item, CompositePass) for item in readers)
+    clears = "emission" in pipeline.resources or not are_sums
     return pipeline.changed(
         {
-            item: GBufferPass(read, by_chance=item.by_chance)
+            item: GBufferPass(read, by_chance=item.by_chance, clears_emission=clears)
             for item in pipeline.passes
             if isinstance(item, GBufferPass)
         }

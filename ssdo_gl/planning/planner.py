@@ -37,7 +37,7 @@ class FramePlan:
     ----------
     scene : Scene
         Without lights that cannot matter. Indices of lights are those of the whole scene.
-    gloss_region : Region or None
+    gloss_region, emission_region : Region or None
         As in `Frame`.
     """
 
@@ -46,6 +46,7 @@ class FramePlan:
     scene: Scene
     decided: Decided
     gloss_region: Region | None
+    emission_region: Region | None
 
 
 class _Outcome(NamedTuple):
@@ -111,9 +112,10 @@ class Planner:
         if view is not None and settings.effects == "auto" and not settings.is_reference:
             facts = self._facts(moved, view)
         decided, pipeline, graph = self._decide(scene, settings, wanted, facts, is_live)
-        region = None if facts is None else facts.gloss_region
+        gloss = None if facts is None else facts.gloss_region
+        emission = None if facts is None else facts.emission_region
         lean = self._leaned.get((moved, decided), lambda: self._lean(moved, decided))
-        planned = FramePlan(pipeline, graph, lean, decided, region)
+        planned = FramePlan(pipeline, graph, lean, decided, gloss, emission)
         self._last = (same, view_key, planned)
         return planned
 

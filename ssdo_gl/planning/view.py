@@ -13,6 +13,8 @@ from ssdo_gl.planning.bodies import Bodies
 # Bodies outside the frame by less than this count as seen: jitter moves a sample by half
 # a pixel, and rounding by far less.
 FRAME_MARGIN_PX = 2.0
+# Of the corners of a box.
+_SIGNS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
 
 
 @dataclass(frozen=True)
@@ -30,16 +32,22 @@ class ViewFacts:
         Outside this part of the frame no surface reflects more than diffuse light: x, y,
         width and height in pixels, from the bottom left. None: nor does any inside. With
         `gi` a frame of a duck takes .80 of the time that it takes without, of a truck .91.
+    emission_region : (int, int, int, int) or None
+        The same of surfaces that show light of their own.
     """
 
     is_empty: bool
     is_alone: bool
     gloss_region: Region | None
+    emission_region: Region | None
 
     @property
     def kinds(self) -> tuple[bool, ...]:
         """All that is decided by: it stays the same over many views."""
-        return self.is_empty, self.is_alone, self.gloss_region is None
+        return (
+            *(self.is_empty, self.is_alone),
+            *(self.gloss_region is None, self.emission_region is None),
+        )
 
 
 def view_facts(bodies: Bodies, eye: FrameView) -> ViewFacts:
@@ -49,6 +57,7 @@ def view_facts(bodies: Bodies, eye: FrameView) -> ViewFacts:
         is_empty=len(seen) == 0,
         is_alone=len(seen) == 1 and _is_box_from_outside(bodies, int(seen[0]), eye),
         gloss_region=region_of(bodies, seen[bodies.is_glossy[seen]], eye),
+        emission_region=region_of(bodies, seen[bodies.emits[seen]], eye),
     )
 
 
@@ -82,18 +91,16 @@ def region_of(bodies: Bodies, chosen: IntArray, eye: FrameView) -> Region | None
     """
     if len(chosen) == 0:
         return None
-    signs = np.where(np.indices((2, 2, 2)).reshape(3, 8).T, 1.0, -1.0)
-    corners = bodies.center[chosen, None] + signs @ bodies.half_edges[chosen]
-    x, y, back = np.moveaxis((corners - eye.position_ws) @ eye.view_from_world.T, -1, 0)
-    size = np.array(eye.size)
-    if eye.half_frame[1] <= 0.0 and np.any(back >= 0.0):
+    corners = bodies.center[chosen, None] + _SIGNS @ bodies.half_edges[chosen]
+    corners_vs = (corners.reshape(-1, 3) - eye.position_ws) @ eye.view_from_world.T
+    back = corners_vs[:, 2:]
+    if eye.half_frame[1] <= 0.0 and (back >= 0.0).any():
         return 0, 0, *eye.size
-    halves = (half - tan * back for half, tan in zip(eye.half_frame, eye.tan_half_fov, strict=True))
-    across = [0.5 + 0.5 * a / half for a, half in zip((x, y), halves, strict=True)]
-    low, high = (
-        size * [limit(side) for side in across] + margin
-        for limit, margin in ((np.min, -FRAME_MARGIN_PX), (np.max, FRAME_MARGIN_PX))
-    )
-    first = np.clip(np.floor(low), 0, size).astype(int)
-    end = np.clip(np.ceil(high), first, size).astype(int)
-    return int(first[0]), int(first[1]), int(end[0] - first[0]), int(end[1] - first[1])
+    size = np.array(eye.size)
+    halves = np.array(eye.half_frame) - back * np.array(eye.tan_half_fov)
+    across = size * (0.5 + 0.5 * corners_vs[:, :2] / halves)
+    low = np.floor(np.minimum.reduce(across) - FRAME_MARGIN_PX)
+    high = np.ceil(np.maximum.reduce(across) + FRAME_MARGIN_PX)
+    first = np.minimum(np.maximum(low, 0.0), size)
+    width, height = np.minimum(np.maximum(high, first), size) - first
+    return int(first[0]), int(first[1]), int(width), int(height)

@@ -41,7 +41,8 @@ NO_LIGHT = dataclasses.replace(
     RICH, lights=(OFF, dataclasses.replace(PANEL, is_on=False)), environment="none"
 )
 # A view that rules nothing out.
-CROWDED = ViewFacts(is_empty=False, is_alone=False, gloss_region=(0, 0, 64, 36))
+FRAME = 0, 0, 64, 36
+CROWDED = ViewFacts(False, False, gloss_region=FRAME, emission_region=FRAME)
 RADIUS = 0.3
 SWITCHES = ("direct", "shadow_map", "directional", "bounce", "back_layer", "ssao", "reference_ao")
 ENVIRONMENTS = {
@@ -250,6 +251,9 @@ def sends_emission(content, **settings):
 def test_emission_is_read_only_where_something_emits():
     assert decided_of(RICH).runs("emission") and not sends_emission(RICH)
     assert not decided_of(content(has_emission=False)).runs("emission")
+    elsewhere = dataclasses.replace(CROWDED, emission_region=None)
+    assert decided_of(RICH, facts=CROWDED).runs("emission")
+    assert not decided_of(RICH, facts=elsewhere).runs("emission")
     glowing = content(has_unlit_emission=True)
     assert sends_emission(glowing) and sends_emission(RICH, effects="full")
 

@@ -53,11 +53,11 @@ def terms(seed=1):
     return images, analytic_pictures.oct_decode(code)
 
 
-def compose(gl, shaders, images, environment=None, **wiring):
+def compose(gl, shaders, images, environment=None, emission_region=None, **wiring):
     scene = make_scene(camera=CAMERA, environment=environment)
     wiring = {"radiances": ["emission"], **wiring}
     composite = CompositePass(environment, **wiring)
-    frame = make_frame(scene, SIZE)
+    frame = dataclasses.replace(make_frame(scene, SIZE), emission_region=emission_region)
     inputs = {name: images[name] for name in composite.reads}
     return frame, run_pass(gl, shaders, composite, frame, inputs)["beauty"]
 
@@ -80,6 +80,24 @@ def test_terms_add_up(gl, shaders, chosen):
     )
     assert np.all(beauty[:, SIZE[0] // 2 :, 3] == 1.0)
     assert np.all(beauty[:, : SIZE[0] // 2] == 0.0), "without an environment the sky is black"
+
+
+@pytest.mark.parametrize("is_small", [True, False])
+def test_emission_is_added_where_surfaces_may_emit(gl, shaders, is_small):
+    """Outside, it may be left over from anything; where it is asked of much, it was cleared."""
+    images, _ = terms()
+    x, y, width, height = (9, 2, 4, 3) if is_small else (2, 2, 14, 8)
+    region = x, y, width, height
+    names = ["direct_irradiance"]
+    _, beauty = compose(gl, shaders, images, irradiances=names, emission_region=region)
+    _, whole = compose(gl, shaders, images, irradiances=names)
+    emission = images["emission"][..., :3].astype(np.float32)
+    inside = np.zeros(SIZE[::-1], bool)
+    top = SIZE[1] - y - height
+    inside[top : top + height, x : x + width] = True
+    inside |= not is_small
+    wanted = whole[..., :3] - np.where(inside[..., None], 0.0, emission)
+    np.testing.assert_allclose(on_surfaces(beauty), on_surfaces(wanted), atol=TOLERANCE)
 
 
 @pytest.mark.parametrize("combine", ["ambient", "multiply", "report", "report_traced"])

@@ -131,6 +131,7 @@ def test_a_planner_that_remembers_decides_as_one_that_does_not(method):
         expected = Planner().plan(scene, scene, settings, WANTED, view)
         assert found.decided == expected.decided
         assert found.gloss_region == expected.gloss_region
+        assert found.emission_region == expected.emission_region
         assert found.scene.lights == expected.scene.lights
         seen.add(found.decided)
     assert len(seen) > 2, "the flight meets views that are decided in several ways"

@@ -106,6 +106,26 @@ def test_the_region_of_what_reaches_behind_the_eye_is_the_frame():
     assert view_module.region_of(found, np.array([], int), EYE) is None
 
 
+def test_light_of_their_own_is_looked_for_where_bodies_show_it():
+    found = bodies((BOX, at(2, 0, 0)), (BOX, at(-2, 0, 0)))
+    for lamps in ([], [0], [1], [0, 1]):
+        emits = np.isin(every(found), lamps)
+        facts = view_facts(dataclasses.replace(found, emits=emits), EYE)
+        assert facts.emission_region == view_module.region_of(found, np.array(lamps, int), EYE)
+        assert facts.kinds[-1] == (not lamps)
+
+
+@pytest.mark.parametrize(
+    ("material", "wanted"),
+    [({}, False), ({"emission": (0.0, 0.1, 0.0)}, True), ({"is_unlit": True}, True)],
+)
+def test_bodies_emit_as_their_material_does(material, wanted):
+    item = SceneObject(0, 0, IDENTITY[None])
+    camera = Camera((0, 0, 9), (0, 0, 0))
+    found = bodies_of(Scene((BOX,), (Material(**material),), (item,), camera))
+    assert found.emits.tolist() == [wanted]
+
+
 def test_one_box_is_alone_and_nothing_else_is():
     aside = (BOX, at(50, 0, 0))
     assert view_facts(bodies((BOX, IDENTITY), aside), EYE).is_alone

@@ -18,6 +18,7 @@ from properties.planned_and_full import (
     LAMP,
     OFF,
     PILE,
+    QUAD,
     SIZE,
     at,
     make_scene,
@@ -27,6 +28,7 @@ from ssdo_gl.gpu.program import Program
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment
+from ssdo_gl.scene.material import Material
 from ssdo_gl.scene.motion import Motion
 from ssdo_gl.settings import AOVS, Settings
 
@@ -89,6 +91,26 @@ def test_a_still_view_is_kept_and_one_that_almost_is_is_not(device, shaders, ren
     assert names(result, kept=False) >= ({runs} if runs else set())
     assert bool(names(result, kept=False)) == bool(runs)
     assert_same(device, shaders, scene, result.images)
+
+
+def test_lamps_in_view_leave_no_trail(device, shaders):
+    """Before a box: their image is cleared only where one is seen, which differs by view."""
+    glowing = Material(albedo=GREY, emission=(3.0, 2.0, 1.0))
+    small = at(-0.7, -0.4, 0.8) @ np.diag([0.3, 0.3, 0.3, 1.0])
+    lamp = (QUAD, small, glowing)
+    scene = make_scene(*PILE, lamp, lights=[LAMP])
+    plain = dataclasses.replace(SETTINGS, method="direct")
+    with Renderer(scene, plain, device=device, shaders=shaders) as renderer:
+        for x in (0.0, 0.15, -0.1, 9.0, 0.05):
+            camera = dataclasses.replace(FRONT, position=(x, 0.2, 6.0), target=(x, 0.0, 0.0))
+            seen = dataclasses.replace(scene, camera=camera)
+            renderer.use_scene(seen)
+            found = renderer.render(("beauty",)).images["beauty"]
+            full = dataclasses.replace(plain, effects="full")
+            with Renderer(seen, full, device=device, shaders=shaders) as fresh:
+                wanted = fresh.render(("beauty",)).images["beauty"]
+            assert np.any(wanted > 2.9) == (x < 9.0)
+            assert float(np.abs(found - wanted).max()) <= AGREEMENT * 3.0
 
 
 def test_another_seed_is_another_frame(device, shaders, renderer):

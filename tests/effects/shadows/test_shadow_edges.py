@@ -172,7 +172,8 @@ def decision(lights, **choices):
 
 SOFT_SUN = dataclasses.replace(SUN, angle=0.5)
 PANEL = RectangleLight((0, 2, 0), (1, 0, 0), (0, 0, 1), (1.0, 1.0, 1.0))
-ALONE = ViewFacts(is_empty=False, is_alone=True, gloss_region=None)
+PLAIN = ViewFacts(is_empty=False, is_alone=False, gloss_region=None, emission_region=None)
+ALONE = dataclasses.replace(PLAIN, is_alone=True)
 
 
 @pytest.mark.parametrize(
@@ -218,8 +219,7 @@ def test_maps_are_drawn_only_where_somebody_reads_them(lights, choices, reads):
 def test_gloss_reads_the_maps_of_lights_with_a_size():
     scene = dataclasses.replace(scene_of(WINDOW), materials=(POLISHED,))
     assert decided_of(scene).runs("shadow_map")
-    plain = ViewFacts(is_empty=False, is_alone=False, gloss_region=None)
-    assert not decided_of(scene, facts=plain).runs("shadow_map")
+    assert not decided_of(scene, facts=PLAIN).runs("shadow_map")
 
 
 @pytest.mark.parametrize("roughness", [None, 0.5])
