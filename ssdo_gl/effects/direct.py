@@ -27,10 +27,11 @@ from ssdo_gl.passes.light_draws import FILTERED, Edge, LightDraw, draw_light, dr
 from ssdo_gl.passes.light_rows import light_rows
 from ssdo_gl.passes.light_tiles import MapsInQuads, light_tiles
 from ssdo_gl.passes.quads import quads_of
-from ssdo_gl.passes.rays import ray_defines, ray_reads, ray_uniforms
+from ssdo_gl.passes.rays import bvh_of, ray_defines, ray_reads, ray_uniforms
 from ssdo_gl.passes.screen_space_settings import pattern_offset
+from ssdo_gl.raytracing.slats import lamps_behind, slats_of
 from ssdo_gl.raytracing.surface_tables import RayFeatures
-from ssdo_gl.scene.lights import Light, kind_number
+from ssdo_gl.scene.lights import Form, Light, kind_number
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.scene.shadow_frames import ShadowFrame, atlas_layout, shadow_frames
 from ssdo_gl.settings.fields import setting
@@ -86,6 +87,8 @@ R2_STEP = (0.7548776662466927, 0.5698402909980532)
 # shafts, which take about as long for 32 as for 16, and where rays have to tell: with 1.5 a frame
 # of coloured_lights takes 1.1 times as long, and the temporal error of cornell_meso is .98.
 POINTS_IN_MOTION = np.array((2.0, 1.25))
+# Of lamps behind slats, with which fewer points alias, as lines on walls.
+POINTS_BEHIND_SLATS = 96
 
 
 def uniforms(frame: Frame) -> dict[str, object]:
@@ -147,6 +150,8 @@ class DirectPass(RenderPass):
         self._rays = rays
         self._placed: LastMade[_ShadowPlaces] = LastMade()
         self._rows: LastMade[list[FloatArray]] = LastMade()
+        self._slats: LastMade[FloatArray] = LastMade()
+        self._behind: LastMade[frozenset[int]] = LastMade()
         self.writes = {"direct_irradiance": TextureSpec(4, "f4")}
         if glossy:
             self.writes["direct_gloss"] = TextureSpec(4, "f4")
@@ -185,6 +190,7 @@ class DirectPass(RenderPass):
             (frames, view.position_ws, view.view_from_world),
             lambda: [math3d.read_only(row) for row in light_rows(scene.lights, frames, view)],
         )
+        behind = frozenset() if self._rays is None else self._behind_slats(context)
         common = uniforms(context.frame)
         inputs, maps = dict(context.inputs), None
         if self.shadow_maps:
@@ -207,7 +213,8 @@ class DirectPass(RenderPass):
             gloss = {"GLOSSY": glossy, "FILTERS_GLOSS": int(filters)}
             for i, switches in chosen.items():
                 defines = {**switches, **gloss, "IN_QUADS": int(maps is not None)}
-                edge = self._edge(context) if switches["CASTS_SHADOW"] else FILTERED
+                least = POINTS_BEHIND_SLATS if i in behind else 0
+                edge = self._edge(context, least) if switches["CASTS_SHADOW"] else FILTERED
                 drawing = LightDraw(
                     edge,
                     defines,
@@ -225,16 +232,25 @@ class DirectPass(RenderPass):
                     context, drawing, tiles
                 )
 
-    def _edge(self, context: PassContext) -> Edge:
-        """Return how it is judged where shadows of a light end."""
+    def _behind_slats(self, context: PassContext) -> frozenset[int]:
+        """Return which lights many slats stand close before."""
+        lights, triangles = context.frame.scene.lights, bvh_of(context).triangles
+        if not any(light.form == Form.AREA for light in lights):
+            return frozenset()
+        slats = self._slats.get((triangles,), lambda: slats_of(triangles))
+        return self._behind.get((slats, lights), lambda: lamps_behind(slats, lights))
+
+    def _edge(self, context: PassContext, least: int) -> Edge:
+        """Return how it is judged where shadows of a light end, by no fewer points than `least`."""
         if self._rays is None:
             return FILTERED
         tables = {sampler: context.inputs[name] for sampler, name in self._ray_wiring.items()}
-        count = self.settings.penumbra_rays
+        count = max(self.settings.penumbra_rays, least)
         defines = ray_defines(context, self._rays)
         # Frames of one view go on in the sequence; those of one that moves have the same points.
         first = (0.5 + np.multiply(context.frame.seed * count, R2_STEP)) % 1.0
-        points = count * (POINTS_IN_MOTION if context.frame.moves else np.ones(2))
+        grows = context.frame.moves and count > least
+        points = count * (POINTS_IN_MOTION if grows else np.ones(2))
         uniforms = {
             **ray_uniforms(context),
             "u_shaft_points": tuple(first),

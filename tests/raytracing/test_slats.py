@@ -1,0 +1,62 @@
+"""Lamps behind slats are told from those before walls, single bars or things farther away."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from ssdo_gl.raytracing.slats import lamps_behind, slats_of
+from ssdo_gl.raytracing.triangles import scene_triangles
+from ssdo_gl.scene.camera import Camera
+from ssdo_gl.scene.geometry.mesh import SceneObject
+from ssdo_gl.scene.geometry.shapes import box
+from ssdo_gl.scene.lights import PointLight, RectangleLight
+from ssdo_gl.scene.material import Material
+from ssdo_gl.scene.scene import Scene
+
+# In the plane y = 2, shining down.
+LAMP = RectangleLight((0, 2, 0), (1.5, 0, 0), (0, 0, 1), (1, 1, 1))
+
+
+def behind(
+    count: int = 12,
+    size: tuple[float, float, float] = (0.01, 0.1, 1.0),
+    height: float = 1.8,
+    lamp: RectangleLight = LAMP,
+) -> frozenset[int]:
+    """Return which of a lamp and a point are behind boxes of a size, side by side at a height."""
+    places = np.tile(np.diag([*size, 1.0]), (count, 1, 1))
+    places[:, :3, 3] = [0.0, height, 0.0]
+    places[:, 0, 3] = np.linspace(0.1, 1.4, count)
+    unit = box()
+    unit = dataclasses.replace(unit, positions=unit.positions - unit.positions.min(axis=0))
+    objects = (SceneObject(0, 0, places),)
+    camera = Camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0))
+    triangles = scene_triangles(Scene((unit,), (Material(),), objects, camera))
+    return lamps_behind(slats_of(triangles), (PointLight((0, 1.9, 0), (1, 1, 1)), lamp))
+
+
+def test_a_lamp_behind_slats_is_found() -> None:
+    assert behind() == {1}
+
+
+@pytest.mark.parametrize(
+    "others",
+    [
+        {"count": 3},
+        {"size": (0.1, 0.1, 0.1)},
+        {"size": (0.4, 0.6, 1.0)},
+        {"height": 0.2},
+        {"height": 2.2},
+        {"lamp": RectangleLight((5, 2, 0), (1.5, 0, 0), (0, 0, 1), (1, 1, 1))},
+    ],
+    ids=["few", "short", "wide", "far", "behind it", "elsewhere"],
+)
+def test_other_lamps_are_not(others: dict[str, object]) -> None:
+    assert not behind(**others)  # type: ignore[arg-type]
+
+
+def test_what_lies_behind_a_lamp_of_two_sides_counts() -> None:
+    assert behind(height=2.2, lamp=dataclasses.replace(LAMP, two_sided=True)) == {1}
