@@ -23,8 +23,8 @@ float known_share(ivec2 texel)
     float share = 0.0;
     for (int i = 0; i < 4; ++i) {
         ivec2 step_px = ivec2(i & 1, i >> 1);
-        bool is_same = is_same_surface(place, step_px, past_surface(place.base + step_px));
-        share += is_same ? tap_weight(place, step_px) : 0.0;
+        share += same_surface(place, step_px, past_surface(place.base + step_px))
+               * tap_weight(place, step_px);
     }
     return place.is_seen ? share : 0.0;
 }

@@ -1,4 +1,4 @@
-// Where the last frame of a view that moves saw a surface point, and which of its texels show the
+// Where the last frame of a view that moves saw a surface point, and how much its texels show the
 // same surface.
 #include "lib/gbuffer.glsl"
 
@@ -60,11 +60,13 @@ vec4 past_surface(ivec2 tap)
     return texelFetch(t_past_surfaces, is_in_past(tap) ? tap : ivec2(0), 0);
 }
 
-bool is_same_surface(Place place, ivec2 step_px, vec4 surface)
+// How much that shows the same surface, 0 to 1.
+float same_surface(Place place, ivec2 step_px, vec4 surface)
 {
     float off_plane = plane_height(place.rate, vec2(step_px), surface.x) - place.offset;
     // Compared as they are stored, which spares decoding them.
     vec2 turn = surface.zw * (1.0 / OCT_HALF_RANGE) - 1.0 - place.shading_code;
-    return is_in_past(place.base + step_px) && surface.x > 0.0 && abs(off_plane) < 1.0
-        && dot(turn, turn) < NORMAL_TOLERANCE * NORMAL_TOLERANCE;
+    float agree = max(1.0 - dot(turn, turn) / (NORMAL_TOLERANCE * NORMAL_TOLERANCE), 0.0);
+    bool is_known = is_in_past(place.base + step_px) && surface.x > 0.0 && abs(off_plane) < 1.0;
+    return is_known ? agree : 0.0;
 }

@@ -77,9 +77,9 @@ struct Past {
 void add_tap(inout Past past, Place place, ivec2 step_px)
 {
     ivec2 tap = place.base + step_px;
-    float weight = tap_weight(place, step_px);
     vec4 surface = past_surface(tap);
-    if (weight <= 0.0 || !is_same_surface(place, step_px, surface))
+    float weight = tap_weight(place, step_px) * same_surface(place, step_px, surface);
+    if (weight <= 0.0)
         return;
     past.values[0] += weight * texelFetch(t_past_0, tap, 0);
 #if IMAGE_COUNT > 1

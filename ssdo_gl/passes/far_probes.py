@@ -58,21 +58,21 @@ class FarFieldSettings:
         high=64,
     )
     moving_edge_rays: int = setting(
-        8,
+        12,
         "the same where a neighbour in front may shade, no fewer than others have",
         unit="rays",
         low=0,
         high=64,
     )
     moving_outline_rays: int = setting(
-        8,
+        16,
         "the same where fewer than 3 of the 8 pixels around show the same surface",
         unit="rays",
         low=0,
         high=64,
     )
     moving_lost_rays: int = setting(
-        8,
+        16,
         "at most, where the last frame shows little of a pixel's surface, by that little the more",
         unit="rays",
         low=0,

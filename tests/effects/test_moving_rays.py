@@ -283,8 +283,8 @@ def test_beside_bodies_that_move_pixels_have_as_many_rays_as_at_rest(
 
 def test_few_rays_are_no_more_where_frames_are_averaged_for_long() -> None:
     chosen = FarFieldSettings(pixel_rays=3, edge_rays=2, moving_rays=5, moving_edge_rays=4)
-    assert ray_counts(chosen, is_brief=False) == (5, 5, 8, 8)
-    assert ray_counts(chosen, is_brief=True) == (5, 5, 5, 8)
+    assert ray_counts(chosen, is_brief=False) == (5, 5, 16, 16)
+    assert ray_counts(chosen, is_brief=True) == (5, 5, 5, 16)
     chosen = FarFieldSettings()
     assert ray_counts(chosen, is_brief=False) == (
         *(chosen.moving_rays, chosen.moving_edge_rays),
@@ -293,7 +293,7 @@ def test_few_rays_are_no_more_where_frames_are_averaged_for_long() -> None:
 
 
 def test_what_the_last_frame_did_not_show_has_more_rays(monkeypatch: pytest.MonkeyPatch) -> None:
-    """`effects/moving_numbers.frag`: 8 at contacts and outlines, 32 where nothing is known."""
+    """`effects/moving_numbers.frag`: fewer at contacts and outlines, 32 where nothing is known."""
     made: list[Any] = []
     original = moving_rays._numbers_of_rays
 

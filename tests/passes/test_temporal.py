@@ -48,8 +48,11 @@ class Frames:
         self.count = 0
         self.moves = moves
 
-    def show(self, image, *, x_px=0.0, z=Z, versions=None, raw=0.0):
-        """Return the average, row 0 at the top; the camera has moved `x_px` to the right."""
+    def show(self, image, *, x_px=0.0, z=Z, versions=None, raw=0.0, turn=0.0):
+        """Return the average, row 0 at the top; the camera has moved `x_px` to the right.
+
+        `turn`: of the shading normals' codes (2 across the square), from straight ahead.
+        """
         self.count += 1
         still = picture_frame(SIZE, TAN_Y)
         view = dataclasses.replace(still.view, position_ws=np.array([x_px * PIXEL, 0.0, 0.0]))
@@ -65,6 +68,7 @@ class Frames:
         inputs = {**inputs_of(picture), "now": image, "raw": np.full_like(image, raw)}
         inputs[OWN_RAYS[0]] = self.places
         inputs["z_vs"] = np.full_like(inputs["z_vs"], z)
+        inputs["normals_vs"][..., 0] += 0.5 * turn
         stored_as = {**STORED_AS, OWN_RAYS[0]: "i4"}
         textures = {
             name: texture_from_image(self.gl, inputs[name], stored_as.get(name, "f4"))
@@ -207,6 +211,16 @@ def test_what_is_known_on_one_side_alone_counts_for_its_share(gl, shaders, is_kn
     past, now = noise(0)[:, -1].astype(np.float64), noise(1)[:, -1]
     expected = past + (now - past) / (1.0 + frames_before)
     np.testing.assert_allclose(found, expected, atol=1e-4)
+
+
+@pytest.mark.parametrize(("turn", "share"), [(0.215, 0.75), (-0.344, 0.36), (0.44, 0.0)])
+def test_what_faced_elsewhere_counts_the_less(gl, shaders, turn, share) -> None:
+    """1 - (turn / .43)^2: of one surface all of it is known, but for fewer frames."""
+    frames = Frames(gl, shaders, own=TRACED)
+    frames.show(noise(0))
+    past, now = noise(0).astype(np.float64), noise(1)
+    expected = past + (now - past) / (1.0 + share)
+    np.testing.assert_allclose(frames.show(now, turn=turn), expected, atol=1e-3)
 
 
 @pytest.mark.parametrize("step", [1.0, 0.375, -2.25])
