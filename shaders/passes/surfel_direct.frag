@@ -74,7 +74,7 @@ void main()
     float near_reach = NEAR_SIZES * surfel_size(surfel);
     int group_count = u_draws_groups ? 1 : u_emitter_group_count;
     vec4 sum = vec4(0.0);
-#if METAL
+#if LOBES
     QuarterSums quarters = EMPTY_QUARTERS;
 #endif
     int i = part;
@@ -108,7 +108,7 @@ void main()
             bool is_blocked = light_is_blocked(at, light.w, reach);
             arriving = is_blocked ? vec3(0.0) : arriving;
             of_group += light_of_surfel(at, light.w, arriving);
-#if METAL
+#if LOBES
             add_to_quarter(quarters, at.normal, light.w, arriving / float(samples));
 #endif
         }
@@ -126,13 +126,13 @@ void main()
         float reach = is_dark(arriving) ? -1.0 : reach_toward_light(light.distance);
         arriving = light_is_blocked(at, light.w, reach) ? vec3(0.0) : arriving;
         sum += light_of_surfel(at, light.w, arriving);
-#if METAL
+#if LOBES
         add_to_quarter(quarters, at.normal, light.w, arriving);
 #endif
     }
 #endif
     o_irradiance = sum;
-#if METAL
+#if LOBES
     write_quarters(quarters, 1.0);
 #endif
 }

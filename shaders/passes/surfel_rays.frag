@@ -8,7 +8,7 @@
 #include "rays/surfel_points.glsl"
 #include "rays/surfel_hits.glsl"
 
-#if METAL
+#if LOBES
 layout(location = 0) out uvec4 o_hit;
 #else
 layout(location = 0) out uvec2 o_hit;
@@ -26,8 +26,8 @@ void main()
     vec3 w = surfel_direction(at, ray, pixel_seed(surfel));
     BvhHit hit = bvh_nearest(at.start, w, RAY_FAR);
     SurfelHit found = SurfelHit(NO_SURFEL, vec3(0.0), 0.0);
-#if METAL
-    MetalHit metal = MetalHit(vec3(0.0, 0.0, 1.0), -1.0);
+#if LOBES
+    LayerHit layer = LayerHit(vec3(0.0, 0.0, 1.0), 1.0, vec2(0.0));
 #endif
     if (hit.record >= 0) {
         Surface met = surface_at_hit(hit, at.start, w);
@@ -36,12 +36,12 @@ void main()
 #if GLOSSY
         found.slope = dot(reflectance_slope(met.brdf), vec3(1.0 / 3.0));
 #endif
-#if METAL
-        metal = MetalHit(met.at.normal, is_metal(met.brdf) ? met.brdf.roughness : -1.0);
+#if LOBES
+        layer = LayerHit(met.at.normal, met.brdf.roughness, layer_of(met.brdf));
 #endif
     }
-#if METAL
-    o_hit = uvec4(packed_hit(found), packed_metal(metal));
+#if LOBES
+    o_hit = uvec4(packed_hit(found), packed_layer(layer));
 #else
     o_hit = packed_hit(found);
 #endif

@@ -17,7 +17,7 @@ void main()
     surfel.y -= row * u_surfel_rows;
     ivec2 tile_size = ivec2(1 << SURFEL_ROW_SHIFT, u_surfel_rows);
     vec4 sum = vec4(0.0);
-#if METAL
+#if LOBES
     QuarterSums quarters = EMPTY_QUARTERS;
 #endif
     uint seed = pixel_seed(surfel);
@@ -30,13 +30,13 @@ void main()
             vec3 w = surfel_direction(at, ray, seed);
             vec3 arriving = environment_radiance(w) * share_of_own_rays(at, w, map_density(w));
             sum += light_of_surfel(at, w, arriving);
-#if METAL
+#if LOBES
             add_to_quarter(quarters, at.normal, w, arriving);
 #endif
         }
     }
     o_irradiance = sum * (PI / float(ray_count));
-#if METAL
+#if LOBES
     write_quarters(quarters, PI / float(ray_count));
 #endif
 }

@@ -1,6 +1,6 @@
-// Light of surfels added up by quarters of the hemisphere, for metal: direction times the sum of
+// Light of surfels added up by quarters of the hemisphere, for lobes: direction times the sum of
 // its colours, and that sum.
-#if METAL
+#if LOBES
 layout(location = 1) out vec4 o_quarter_0;
 layout(location = 2) out vec4 o_quarter_1;
 layout(location = 3) out vec4 o_quarter_2;

@@ -97,28 +97,28 @@ ivec2 surfel_met(BvhHit hit, Surface surface, vec3 w)
 vec4 cached_light(ivec2 surfel)
 {
     vec4 light = texelFetch(t_surface_cache, surfel, 0);
-#if METAL
+#if LOBES
     // Between mirrors that keep all light, what they send less may be more than there is.
     light.rgb = max(light.rgb, 0.0);
 #endif
     return light;
 }
 
-// Radiance that `surface` reflects of its surfel's light along the ray that has met it: metal in
-// lobes, other gloss as if it was diffuse.
+// Radiance that `surface` reflects of its surfel's light along the ray that has met it: of metal and
+// smooth layers in lobes, all else as if it was diffuse.
 vec3 reflection_of(vec4 light, ivec2 surfel, Surface surface)
 {
     Brdf brdf = surface.brdf;
     vec3 share = even_reflectance(brdf);
+#if LOBES
+    vec2 layer = layer_of(brdf);
+    share += is_all_layer(layer) ? vec3(0.0) : reflectance_slope(brdf) * light.a;
+    return sent_by_directions(surfel, light, surface.at.normal, surface.at.w_out, brdf.roughness,
+                              max(share, 0.0), layer);
+#else
 #if GLOSSY
     share = max(share + reflectance_slope(brdf) * light.a, 0.0);
 #endif
-#if METAL
-    bool is_asked = is_metal(brdf);
-    vec3 by_metal = sent_by_metal(surfel, light.rgb, surface.at.normal, surface.at.w_out,
-                                  brdf.roughness, even_reflectance(brdf), is_asked);
-    return is_asked ? by_metal : share * INV_PI * light.rgb;
-#else
     return share * INV_PI * light.rgb;
 #endif
 }

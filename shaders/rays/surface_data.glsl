@@ -4,9 +4,9 @@
 // RAY_SINGLE_SIDED, RAY_SECOND_UVS, RAY_NORMAL_MAPS, RAY_TANGENTS, GLOSSY: what the scene has.
 // GLOW_IS_DIRECT (default 0): all that glows counts as direct light.
 // Layouts: ssdo_gl/raytracing/surface_tables.py.
-// METAL (default 0): some surfaces are metal; with GLOSSY alone.
-#ifndef METAL
-#define METAL 0
+// LOBES (default 0): some surfaces send on by directions, rays/surfel_lobes.glsl; with GLOSSY alone.
+#ifndef LOBES
+#define LOBES 0
 #endif
 #ifndef GLOW_IS_DIRECT
 #define GLOW_IS_DIRECT 0

@@ -1,25 +1,57 @@
-// What metal sends on of the light that a surfel receives, by directions.
+// What gloss sends on of the light that a surfel receives, by directions: metal, and the reflecting
+// layer of smooth dielectrics.
 //
 // Needs lib/brdf.glsl. Of the resources, `surfel_quarters` holds, a tile above the other, the light
 // of sources and sky; and of each quarter of the hemisphere the mean direction of that light, times
 // the sum of its colours, and how far it spreads. `surfel_rest` holds of all other light the sum of
 // its directions, by that of its colours, and that.
-#if METAL
+#if LOBES
 uniform sampler2D t_surfel_quarters;
 uniform sampler2D t_surfel_rest;
 
 const int SURFEL_QUARTERS = 4;
 // How far the directions of even light in a quarter spread: their mean is .897 long.
 const float EVEN_SPREAD = 0.099;
-// Lobes are no narrower: rays of pixels and surfels would find them by chance.
+// Lobes are no narrower: rays of pixels and surfels would find them by chance. What layers send is
+// less, and so are its dots.
 const float LEAST_LOBE = 0.2;
+const float LEAST_LOBE_OF_LAYER = 0.05;
 const float LEAST_COSINE = 0.02;
 // Of radiance that rises evenly along the surface, over that of the mean direction.
 const float RISE = 4.0;
 
+// Rougher layers send little by directions: at .5 a room with a sunlit floor changes by .3 %.
+const float SMOOTH_LAYER = 0.5;
+
 bool is_metal(Brdf brdf)
 {
     return largest_of(brdf.f0) > 0.1;
+}
+
+// Reflectance at normal and at grazing incidence, all colours alike: 1 and 1 for metal, of which a
+// share is known; 0 and 0 for all that sends what it sends as if it was diffuse.
+vec2 layer_of(Brdf brdf)
+{
+    vec2 layer = vec2(dot(brdf.f0, vec3(1.0 / 3.0)), brdf.f90);
+    return is_metal(brdf) ? vec2(1.0) : brdf.roughness < SMOOTH_LAYER ? layer : vec2(0.0);
+}
+
+bool has_layer(vec2 layer)
+{
+    return layer.y > 0.0;
+}
+
+bool is_all_layer(vec2 layer)
+{
+    return layer.x > 0.5;
+}
+
+// What the layer reflects of even light; `more`: that it arrives more at grazing angles.
+float share_of_layer(vec2 layer, float roughness, float more)
+{
+    float grazing = grazing_reflectance(roughness);
+    return layer.x * (once_of_even_light(roughness) - grazing) + layer.y * grazing
+        + (layer.y - layer.x) * grazing * more;
 }
 
 vec4 quarter_texel(ivec2 surfel, int tile)
@@ -28,10 +60,10 @@ vec4 quarter_texel(ivec2 surfel, int tile)
     return texelFetch(t_surfel_quarters, surfel + ivec2(0, tile * rows), 0);
 }
 
-// Radiance, over the share that is reflected of even light, of light that arrives in a quarter, by
-// its sum of colours. It is a lobe of the width `alpha`, widened by how far the light spreads,
-// and as diffuse as the light is even.
-float lobe_of_quarter(vec4 quarter, vec3 normal, vec3 w_out, float alpha)
+// Radiance of light that arrives in a quarter, by its sum of colours; for metal over the share that is
+// reflected of even light. It is a lobe of the width `alpha`, widened by how far the light spreads,
+// and as diffuse as the light is even, of which `even` is reflected.
+float lobe_of_quarter(vec4 quarter, vec3 normal, vec3 w_out, float alpha, vec2 layer, float even)
 {
     float sum = length(quarter.xyz);
     vec3 w_in = quarter.xyz / max(sum, 1e-30);
@@ -40,53 +72,67 @@ float lobe_of_quarter(vec4 quarter, vec3 normal, vec3 w_out, float alpha)
     float cos_out = max(dot(w_out, normal), LEAST_COSINE);
     vec3 h = half_vector(normal, w_out, w_in);
     float lobe = ggx_distribution(normal, h, wide) * smith_visibility(cos_out, cos_in, wide);
+    lobe *= mix(layer.x, layer.y, pow_5(1.0 - clamp(dot(w_in, h), 0.0, 1.0)));
     lobe /= once_of_even_light(sqrt(wide));
-    return sum * mix(lobe, INV_PI, min(quarter.w * (1.0 / EVEN_SPREAD), 1.0));
+    return sum * mix(lobe, even * INV_PI, min(quarter.w * (1.0 / EVEN_SPREAD), 1.0));
 }
 
-// What of the light of sources and sky is sent towards w_out, over the share that is reflected of
-// even light. Unless `is_asked` the loop has no turns: where branches are taken by none of the pixels
-// that a software renderer draws together, it goes through them all the same.
-vec3 lobes_of_surfel(ivec2 surfel, vec3 direct, vec3 normal, vec3 w_out, float roughness, bool is_asked)
+// What of the light of sources and sky is sent towards w_out. Without a layer the loop has no turns:
+// where branches are taken by none of the pixels that a software renderer draws together, it goes
+// through them all the same.
+vec3 lobes_of_surfel(ivec2 surfel, vec3 direct, vec3 normal, vec3 w_out, float roughness, vec2 layer)
 {
-    float alpha = max(alpha_of(roughness), LEAST_LOBE);
+    float least = is_all_layer(layer) ? LEAST_LOBE : LEAST_LOBE_OF_LAYER;
+    float alpha = max(alpha_of(roughness), least);
+    float even = is_all_layer(layer) ? 1.0 : share_of_layer(layer, roughness, 0.0);
     float lobes = 0.0;
-    for (int quarter = is_asked ? 1 : SURFEL_QUARTERS + 1; quarter <= SURFEL_QUARTERS; ++quarter) {
-        lobes += lobe_of_quarter(quarter_texel(surfel, quarter), normal, w_out, alpha);
+    int quarter = has_layer(layer) ? 1 : SURFEL_QUARTERS + 1;
+    for (; quarter <= SURFEL_QUARTERS; ++quarter) {
+        lobes += lobe_of_quarter(quarter_texel(surfel, quarter), normal, w_out, alpha, layer, even);
     }
     return direct * (lobes / max(direct.r + direct.g + direct.b, 1e-30));
 }
 
-// Radiance towards w_out of metal that reflects `share` of even light and receives `irradiance`.
-vec3 sent_by_metal(ivec2 surfel, vec3 irradiance, vec3 normal, vec3 w_out, float roughness, vec3 share,
-                   bool is_asked)
+// Radiance towards w_out of what receives `light` and would send `share` of it if it was diffuse;
+// light.a: how grazing it arrives.
+vec3 sent_by_directions(ivec2 surfel, vec4 light, vec3 normal, vec3 w_out, float roughness, vec3 share,
+                        vec2 layer)
 {
     vec3 direct = quarter_texel(surfel, 0).rgb;
+    vec3 lobes = lobes_of_surfel(surfel, direct, normal, w_out, roughness, layer);
+    if (!is_all_layer(layer)) {
+        // The rest is diffuse.
+        vec3 layer_light = has_layer(layer) ? share_of_layer(layer, roughness, light.a) * direct : vec3(0.0);
+        return lobes + INV_PI * max(share * light.rgb - layer_light, 0.0);
+    }
     vec4 mean = texelFetch(t_surfel_rest, surfel, 0);
     vec3 rise = RISE * (mean.xyz - dot(mean.xyz, normal) * normal) / max(mean.w, 1e-30);
     // Nowhere below 0, so that as much is sent as if it was diffuse.
     rise /= max(length(rise), 1.0);
-    vec3 rest = max(irradiance - direct, 0.0) * INV_PI * (1.0 - dot(rise, w_out));
-    return share * (lobes_of_surfel(surfel, direct, normal, w_out, roughness, is_asked) + rest);
+    vec3 rest = max(light.rgb - direct, 0.0) * INV_PI * (1.0 - dot(rise, w_out));
+    return share * (lobes + rest);
 }
 
-// Two more words of what a ray of a surfel met: if it is metal, its shading normal, as oct_encode
-// has it; 1 more than its roughness, in 16 bits, and 0 for all else.
-struct MetalHit {
+// Two more words of what a ray of a surfel met: its shading normal, as oct_encode has it; its
+// roughness in 16 bits and its layer in 8 each, by their roots.
+struct LayerHit {
     vec3 normal;
-    float roughness;  // negative: no metal
+    float roughness;
+    vec2 layer;
 };
 
-uvec2 packed_metal(MetalHit hit)
+uvec2 packed_layer(LayerHit hit)
 {
     uvec2 square = uvec2((oct_project(hit.normal) * 0.5 + 0.5) * 65534.0 + 0.5);
-    uint rough = hit.roughness < 0.0 ? 0u : uint(hit.roughness * 65534.0 + 1.5);
-    return uvec2(square.x | square.y << 16, rough);
+    uvec2 layer = uvec2(sqrt(clamp(hit.layer, 0.0, 1.0)) * 255.0 + 0.5);
+    uint rough = uint(hit.roughness * 65535.0 + 0.5);
+    return uvec2(square.x | square.y << 16, rough | layer.x << 16 | layer.y << 24);
 }
 
-MetalHit unpacked_metal(uvec2 words)
+LayerHit unpacked_layer(uvec2 words)
 {
     vec2 square = vec2(words.x & 0xffffu, words.x >> 16) * (1.0 / 32767.0) - 1.0;
-    return MetalHit(oct_unproject(square), (float(words.y) - 1.0) * (1.0 / 65534.0));
+    vec2 layer = vec2(words.y >> 16 & 0xffu, words.y >> 24) * (1.0 / 255.0);
+    return LayerHit(oct_unproject(square), float(words.y & 0xffffu) * (1.0 / 65535.0), layer * layer);
 }
 #endif

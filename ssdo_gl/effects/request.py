@@ -131,7 +131,7 @@ class Request:
         """What rays can meet, in view or not."""
         glossy = self.is_full or self.content.has_gloss
         features = RayFeatures.of(self.scene)
-        return dataclasses.replace(features, glossy=glossy, metal=glossy and features.metal)
+        return dataclasses.replace(features, glossy=glossy, lobes=glossy and features.lobes)
 
     @property
     def is_view_empty(self) -> bool:

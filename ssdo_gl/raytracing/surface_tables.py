@@ -37,6 +37,10 @@ IMAGE_TEXELS = {
 }
 
 
+# Roughness below which a dielectric sends on by directions, too: rays/surfel_lobes.glsl.
+SMOOTH_LAYER = 0.5
+
+
 @dataclass(frozen=True)
 class RayFeatures:
     """What rays can meet in a scene; a shader without what nobody has is faster.
@@ -50,8 +54,8 @@ class RayFeatures:
         Whether there are images with texture coordinates of their own.
     glossy : bool
         Whether anything reflects more than diffuse light.
-    metal : bool
-        Whether any of it is metal, which sends on what it reflects in directions.
+    lobes : bool
+        Whether any of it is metal, or as smooth, and sends on what it reflects by directions.
     normal_maps, tangents : bool
         Whether there are normal maps, and among them some along tangents of the file.
     glow_is_direct : bool
@@ -65,7 +69,7 @@ class RayFeatures:
     single_sided: bool = False
     second_uvs: bool = False
     glossy: bool = False
-    metal: bool = False
+    lobes: bool = False
     normal_maps: bool = False
     tangents: bool = False
     glow_is_direct: bool = False
@@ -88,7 +92,9 @@ class RayFeatures:
                 for mesh, m in pairs
             ),
             glossy=any(m.is_glossy for _, m in pairs),
-            metal=any(m.is_metal for _, m in pairs),
+            lobes=any(
+                m.is_metal or (m.is_glossy and m.mean_roughness < SMOOTH_LAYER) for _, m in pairs
+            ),
             normal_maps=bool(bumped),
             tangents=any(mesh.has_tangents for mesh in bumped),
         )

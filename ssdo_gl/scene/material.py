@@ -213,11 +213,19 @@ class Material:
     @property
     def mean_metallic(self) -> float:
         """Share of metal over the whole of its texture."""
+        return self.metallic * self._mean_of_texture(2) if self.metallic else 0.0
+
+    @property
+    def mean_roughness(self) -> float:
+        """Roughness, by the mean of its texture."""
+        return self.roughness * self._mean_of_texture(1)
+
+    def _mean_of_texture(self, channel: int) -> float:
         texture = self.metallic_roughness_texture
-        if texture is None or self.metallic == 0.0:
-            return self.metallic
+        if texture is None:
+            return 1.0
         full = 255.0 if texture.pixels.dtype == np.uint8 else 1.0
-        return self.metallic * float(texture.pixels[:, :, 2].mean()) / full
+        return float(texture.pixels[:, :, channel].mean()) / full
 
     @property
     def dielectric_color(self) -> Color:

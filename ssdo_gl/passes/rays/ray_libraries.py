@@ -98,7 +98,7 @@ def ray_defines(context: PassContext, features: RayFeatures) -> dict[str, int]:
         "RAY_SINGLE_SIDED": int(features.single_sided),
         "RAY_SECOND_UVS": int(features.second_uvs),
         "GLOSSY": int(features.glossy),
-        "METAL": int(features.metal),
+        "LOBES": int(features.lobes),
         "RAY_NORMAL_MAPS": int(features.normal_maps),
         "RAY_TANGENTS": int(features.tangents),
         "GLOW_IS_DIRECT": int(features.glow_is_direct),

@@ -22,10 +22,10 @@ from ssdo_gl.raytracing.surface_tables import RayFeatures
 # Bounces of a live frame while direct light changes, and once it rests: then no shadow rays are
 # traced, which took as long as two more of them.
 LIVE_BOUNCES, RESTING_BOUNCES = 2, 4
-# How often bounces are summed again with what metal sends on of the last sum, by directions. Each
+# How often bounces are summed again with what lobes send on of the last sum, by directions. Each
 # time changes a tenth of what the last one did, at most.
-METAL_TURNS = 3
-METAL_TOLERANCE = 10.0 * TOLERANCE
+LOBE_TURNS = 3
+LOBE_TOLERANCE = 10.0 * TOLERANCE
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,9 +41,9 @@ class Convergence:
     factors : tuple of float
         Of the steps that are left.
     sent : Texture
-        What bounces start from: direct light, and what metal does to it.
+        What bounces start from: direct light, and what lobes do to it.
     rest : Texture or None
-        With metal, from where light arrives that is not direct, as of the last sum.
+        With lobes, from where light arrives that is not direct, as of the last sum.
     turns : int
         How many sums are left after this one.
     """
@@ -59,7 +59,7 @@ class Convergence:
 class SurfaceCachePass(RenderPass):
     """Writes `surface_cache`: irradiance of surfels by all light, any number of bounces.
 
-    In a live frame it goes on from what it has, a few bounces at a time. With metal it writes
+    In a live frame it goes on from what it has, a few bounces at a time. With lobes it writes
     `surfel_rest`, too: from where light arrives that is not direct.
     """
 
@@ -70,7 +70,7 @@ class SurfaceCachePass(RenderPass):
     def __init__(self, settings: SurfaceCacheSettings, features: RayFeatures) -> None:
         self.shared = SurfelProgram(settings, features)
         self.reads = ("surfel_points", "surfel_hits", "surfel_direct")
-        if features.metal:
+        if features.lobes:
             self.reads += ("surfel_quarters", "bvh")
             self.writes = {**self.writes, "surfel_rest": TextureSpec(4, "f4", own=True)}
 
@@ -80,34 +80,34 @@ class SurfaceCachePass(RenderPass):
     def execute(self, context: PassContext) -> Produced:
         """Add bounces: until what is missing is below the tolerance, or as many as fit a frame."""
         hits, direct = context.facts["surfel_hits"], context.inputs["surfel_direct"]
-        side, metal = self.shared.settings.rays_per_side, self.shared.features.metal
+        side, lobes = self.shared.settings.rays_per_side, self.shared.features.lobes
         bounces = Bounces(context, context.inputs["surfel_hits"], side, hits.glossy)
         sources = (hits.surfels, hits, direct)
         known = facts_of(context, "surface_cache", Convergence)
-        factors, turns = tuple(relaxation(hits.kept)), METAL_TURNS * metal
+        factors, turns = tuple(relaxation(hits.kept)), LOBE_TURNS * lobes
         budget = None
-        of_same = known is not None and (known.rest is not None) == metal
+        of_same = known is not None and (known.rest is not None) == lobes
         if known is not None and of_same and known.sources[0] is hits.surfels:
             last, last_but_one = context.last["surface_cache"].texture, known.last_but_one
             rest, sent = known.rest, direct
             if all(a is b for a, b in zip(known.sources, sources, strict=True)):
                 factors, turns, sent = known.factors, known.turns, known.sent
-            elif metal:
+            elif lobes:
                 sent = self._sent(context, last, rest)
             budget = RESTING_BOUNCES if context.is_complete else LIVE_BOUNCES
         else:
             last, last_but_one = bounces.texture(0.0), bounces.texture(0.0)
-            rest = bounces.texture(0.0) if metal else None
-            sent = self._sent(context, last, rest) if metal else direct
+            rest = bounces.texture(0.0) if lobes else None
+            sent = self._sent(context, last, rest) if lobes else direct
         while factors:
             steps, factors = factors[:budget], factors[budget:] if budget else ()
             for over in steps:
                 last_but_one, last = last, bounces.step(sent, last, last_but_one, over)
-            if not factors and metal:
+            if not factors and lobes:
                 rest = self._drawn(context, "surfel_rest", last)
                 if turns:
                     sent, turns = self._sent(context, last, rest), turns - 1
-                    factors = tuple(relaxation(hits.kept, METAL_TOLERANCE))
+                    factors = tuple(relaxation(hits.kept, LOBE_TOLERANCE))
             if budget:
                 break
         self.is_settled = not factors
@@ -118,7 +118,7 @@ class SurfaceCachePass(RenderPass):
     def _sent(
         self, context: PassContext, light: moderngl.Texture, rest: moderngl.Texture | None
     ) -> moderngl.Texture:
-        """Return direct light and what metal sends on of `light`, less that as if diffuse."""
+        """Return direct light and what lobes send on of `light`, less that as if diffuse."""
         assert rest is not None
         direct = textures_of(context, ("surfel_direct", "surfel_quarters"))
         return self._drawn(context, "surfel_mirrored", light, {**direct, "t_surfel_rest": rest})

@@ -109,7 +109,7 @@ class DirectParts:
     light : hashable
         Equal for the same light and geometry.
     parts : tuple of Texture
-        A tile for each part, which is what every fourth shadow ray brings; with metal four more
+        A tile for each part, which is what every fourth shadow ray brings; with lobes four more
         by directions.
     next_part, missing : int
         Which part is to be made next, and how many are of an earlier light.
@@ -148,7 +148,7 @@ class SurfelDirectPass(RenderPass):
             *(GLOW_TREE if features.glow_is_direct else ()),
         )
         self.reads = (*self.rays, "surfel_sky")
-        if features.metal:
+        if features.lobes:
             self.writes = {**self.writes, "surfel_quarters": TextureSpec(4, "f4", own=True)}
 
     def settings_key(self) -> Hashable:
@@ -185,7 +185,7 @@ class SurfelDirectPass(RenderPass):
         textures = {"t_surfel_parts": made.parts[0], "t_surfel_sky": context.inputs["surfel_sky"]}
         texture = drawn(context.gl, rows, program, {"u_surfel_rows": rows}, textures)
         produced: Produced = {"surfel_direct": TextureWithFacts(texture, made)}
-        if self.shared.features.metal:
+        if self.shared.features.lobes:
             quarters = self._quarters(context, made.parts, defines)
             produced = {**produced, "surfel_quarters": quarters}
         return produced

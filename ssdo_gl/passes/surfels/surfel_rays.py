@@ -233,7 +233,7 @@ class SurfelRaysPass(RenderPass):
         surfels: SurfelSet = context.facts["surfel_points"]
         geometry = tuple(context.frame.versions.get(domain) for domain in self.depends_on)
         known = facts_of(context, "surfel_hits", Hits)
-        words = 4 if self.shared.features.metal else 2
+        words = 4 if self.shared.features.lobes else 2
         same_words = known is not None and context.last["surfel_hits"].texture.components == words
         if known is not None and known.surfels is surfels and same_words:
             texture = context.last["surfel_hits"].texture

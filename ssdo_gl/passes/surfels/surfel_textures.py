@@ -27,7 +27,7 @@ CACHE_TABLES = ("surfel_places", "surfel_splits", "surface_cache")
 
 def cache_tables(features: RayFeatures) -> tuple[str, ...]:
     """Return what rays/surface_cache.glsl reads beside the tables of rays."""
-    return (*CACHE_TABLES, *(("surfel_quarters", "surfel_rest") if features.metal else ()))
+    return (*CACHE_TABLES, *(("surfel_quarters", "surfel_rest") if features.lobes else ()))
 
 
 # As rays/surface_cache.glsl lays its textures out.
@@ -35,7 +35,7 @@ SURFELS_PER_ROW = 256
 SLOTS_PER_ROW = 1024
 # Surfels have numbers of 16 bits, and one stands for the sky.
 MOST_SURFELS = 65535
-# Of the hemisphere over a surfel, which keep light apart that metal sends on.
+# Of the hemisphere over a surfel, which keep light apart that is sent on in lobes.
 QUARTERS = 4
 # Shadow rays are traced in so many parts, one in each live frame.
 PART_COUNT = 4
@@ -100,8 +100,8 @@ class SurfelProgram:
 
     @property
     def light_count(self) -> int:
-        """Into how many textures light is drawn: with metal, as rays/quarter_sums.glsl says."""
-        return 1 + QUARTERS * self.features.metal
+        """Into how many textures light is drawn: with lobes, as rays/quarter_sums.glsl says."""
+        return 1 + QUARTERS * self.features.lobes
 
     def light_textures(
         self, gl: moderngl.Context, size: tuple[int, int]
