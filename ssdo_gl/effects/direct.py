@@ -87,7 +87,7 @@ R2_STEP = (0.7548776662466927, 0.5698402909980532)
 # shafts, which take about as long for 32 as for 16, and where rays have to tell: with 1.5 a frame
 # of coloured_lights takes 1.1 times as long, and the temporal error of cornell_meso is .98.
 POINTS_IN_MOTION = np.array((2.0, 1.25))
-# Of lamps behind slats, with which fewer points alias, as lines on walls.
+# Of lamps behind slats, in a picture or a frame in motion: fewer alias, as lines on walls.
 POINTS_BEHIND_SLATS = 96
 
 
@@ -241,10 +241,14 @@ class DirectPass(RenderPass):
         return self._behind.get((slats, lights), lambda: lamps_behind(slats, lights))
 
     def _edge(self, context: PassContext, least: int) -> Edge:
-        """Return how it is judged where shadows of a light end, by no fewer points than `least`."""
+        """Return how it is judged where shadows of a light end.
+
+        Frames of a picture have no fewer points than `least` together, others by themselves.
+        """
         if self._rays is None:
             return FILTERED
         tables = {sampler: context.inputs[name] for sampler, name in self._ray_wiring.items()}
+        least = -(-least // (1 if context.frame.moves else context.frame.count))
         count = max(self.settings.penumbra_rays, least)
         defines = ray_defines(context, self._rays)
         # Frames of one view go on in the sequence; those of one that moves have the same points.

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pytest
 
 import ssdo_gl
+from ssdo_gl.effects import direct
+from ssdo_gl.passes.light_draws import Edge
 
-# RMS of the light of one frame against that of 256 points, over the mean; .19 by 16 points.
+# RMS of the light of a picture against that of 256 points, over the mean; .19 by 16 points.
 RMS_BOUND = 0.1
 LOUVRE = """
 [camera]
@@ -48,12 +52,24 @@ material = "grey"
 """
 
 
-def test_no_lines_under_a_louvre(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("frames", "points"), [(1, 96), (4, 24), (16, 16)])
+def test_no_lines_under_a_louvre(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, frames: int, points: int
+) -> None:
+    """Frames of one picture share the points that lines need."""
     file = tmp_path / "louvre.toml"
     file.write_text(LOUVRE)
-    found, reference = (
-        ssdo_gl.render(file, size=(96, 54), method="gi", aov="direct", overrides=overrides)[40:]
-        for overrides in ({}, {"direct.penumbra_rays": 256})
-    )
+    asked: list[Any] = []
+
+    def edge(kind: str, defines: Any, uniforms: Any, tables: Any) -> Any:
+        asked.append(uniforms["u_edge_points"])
+        return Edge(kind, defines, uniforms, tables)
+
+    monkeypatch.setattr(direct, "Edge", edge)
+    settings: dict[str, Any] = {"method": "gi", "aov": "direct", "antialias": frames}
+    found = ssdo_gl.render(file, size=(96, 54), **settings)[40:]
+    assert {first for first, _ in asked} == {points}
+    exact = {"direct.penumbra_rays": 256}
+    reference = ssdo_gl.render(file, size=(96, 54), overrides=exact, **settings)[40:]
     error = np.sqrt(np.mean((found - reference) ** 2))
     assert error < RMS_BOUND * reference.mean()

@@ -91,7 +91,9 @@ class SurfelsPass(RenderPass):
     def execute(self, context: PassContext) -> Produced:
         """Cut the surfaces up and return the tables as new textures."""
         gl, bvh, scene = context.gl, bvh_of(context), context.frame.scene
-        bearers = tuple((o.mesh, o.material, len(o.world_from_object)) for o in scene.objects)
+        bearers = tuple(
+            (o.mesh, o.material, len(o.world_from_object), o.light is None) for o in scene.objects
+        )
         sides = tuple(material.single_sided for material in scene.materials)
         topology = (self.settings, scene.meshes, sides, bearers, bvh.triangles.count)
         known = facts_of(context, "surfel_points", SurfelSet)
@@ -104,7 +106,11 @@ class SurfelsPass(RenderPass):
             whole = cut()
             if (blind := blind_sides(whole, bvh, *self._seen(context, whole))).any():
                 whole = cut(blind)
-            glowing = [m.emits * (1 + m.two_sided_emission) for m in scene.materials] or [0]
+            # Bodies of lights, whatever they emit now: that may change, and surfels stay.
+            lamps = {o.material for o in scene.objects if o.light is not None}
+            glowing = [
+                (i in lamps) * (1 + m.two_sided_emission) for i, m in enumerate(scene.materials)
+            ] or [0]
             further = max(most - whole.count, LAMP_SURFELS)
             whole = graded(whole, bvh, further, np.array(glowing)[bvh.triangles.material])
             surfels = torn(whole, bvh, *self._walls(context, whole), MOST_SURFELS)
