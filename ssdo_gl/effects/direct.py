@@ -237,7 +237,9 @@ class DirectPass(RenderPass):
         lights, triangles = context.frame.scene.lights, bvh_of(context).triangles
         if not any(light.form == Form.AREA for light in lights):
             return frozenset()
-        slats = self._slats.get((triangles,), lambda: slats_of(triangles))
+        # In a window they stay what they were while bodies only move.
+        source = context.frame.scene.meshes if context.frame.is_live else triangles
+        slats = self._slats.get((source,), lambda: slats_of(triangles))
         return self._behind.get((slats, lights), lambda: lamps_behind(slats, lights))
 
     def _edge(self, context: PassContext, least: int) -> Edge:

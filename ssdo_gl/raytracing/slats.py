@@ -15,16 +15,26 @@ from ssdo_gl.scene.lights import Light, RectangleLight
 LEAST_ASPECT, LEAST_LENGTH, MOST_WIDTH, LEAST_COUNT = 4.0, 0.5, 0.125, 48
 
 
+# Triangles looked at together, so that millions of them need little memory.
+CHUNK = 1 << 18
+
+
 def slats_of(triangles: SceneTriangles) -> FloatArray:
     """Return middle, length and width of all narrow triangles, (N, 5), scene units."""
-    corners = triangles.positions
+    positions = triangles.positions
+    parts = [_narrow(positions[i : i + CHUNK]) for i in range(0, len(positions), CHUNK)]
+    found = np.concatenate([np.zeros((0, 5)), *parts]) * triangles.half_diagonal
+    found[:, :3] += triangles.centre
+    return found
+
+
+def _narrow(corners: FloatArray) -> FloatArray:
     edges = np.roll(corners, -1, axis=1) - corners
     length = np.sqrt(np.einsum("tck,tck->tc", edges, edges).max(axis=1))
-    width = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1) / length
-    chosen = np.flatnonzero(length > LEAST_ASPECT * width)
-    sizes = np.stack([length[chosen], width[chosen]], axis=1) * triangles.half_diagonal
-    middles = corners[chosen].mean(axis=1) * triangles.half_diagonal + triangles.centre
-    return np.concatenate([middles, sizes], axis=1)
+    width = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1) / np.maximum(length, 1e-30)
+    is_narrow = length > LEAST_ASPECT * width
+    sizes = np.stack([length, width], axis=1)[is_narrow]
+    return np.concatenate([corners[is_narrow].mean(axis=1), sizes], axis=1)
 
 
 def lamps_behind(slats: FloatArray, lights: Sequence[Light]) -> frozenset[int]:

@@ -55,7 +55,7 @@ class RayFeatures:
     glossy : bool
         Whether anything reflects more than diffuse light.
     lobes : bool
-        Whether any of it is metal, or as smooth, and sends on what it reflects by directions.
+        Whether any of it is metal or polish, which send on by directions what they reflect.
     normal_maps, tangents : bool
         Whether there are normal maps, and among them some along tangents of the file.
     glow_is_direct : bool

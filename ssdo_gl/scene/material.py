@@ -52,6 +52,12 @@ class Texture:
             mended = np.where(np.isfinite(self.pixels), self.pixels, np.float32(0.0))
             object.__setattr__(self, "pixels", mended)
 
+    @cached_property
+    def means(self) -> tuple[float, ...]:
+        """Mean of each channel over all pixels, [0, 1] for uint8; it is asked for every plan."""
+        full = 255.0 if self.pixels.dtype == np.uint8 else 1.0
+        return tuple(float(self.pixels[:, :, i].mean()) / full for i in range(4))
+
     def __repr__(self) -> str:
         height, width = self.pixels.shape[:2]
         return described(self, repr(self.name) if self.name else "", f"{width}x{height}")
@@ -222,10 +228,7 @@ class Material:
 
     def _mean_of_texture(self, channel: int) -> float:
         texture = self.metallic_roughness_texture
-        if texture is None:
-            return 1.0
-        full = 255.0 if texture.pixels.dtype == np.uint8 else 1.0
-        return float(texture.pixels[:, :, channel].mean()) / full
+        return 1.0 if texture is None else texture.means[channel]
 
     @property
     def dielectric_color(self) -> Color:

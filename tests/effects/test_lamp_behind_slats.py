@@ -11,6 +11,9 @@ import pytest
 import ssdo_gl
 from ssdo_gl.effects import direct
 from ssdo_gl.passes.light_draws import Edge
+from ssdo_gl.renderer import Renderer
+from ssdo_gl.scene.load import load_scene
+from ssdo_gl.settings import Settings
 
 # RMS of the light of a picture against that of 256 points, over the mean; .19 by 16 points.
 RMS_BOUND = 0.1
@@ -51,6 +54,15 @@ max = [5, 2.8, 0]
 material = "grey"
 """
 
+MOVING = """
+[[object]]
+shape = "sphere"
+center = [2.5, 0.4, 2]
+radius = 0.3
+material = "grey"
+animate = { orbit = [0, 90, 0], orbit_center = [2.5, 0.4, 1.5] }
+"""
+
 
 @pytest.mark.parametrize(("frames", "points"), [(1, 96), (4, 24), (16, 16)])
 def test_no_lines_under_a_louvre(
@@ -73,3 +85,21 @@ def test_no_lines_under_a_louvre(
     reference = ssdo_gl.render(file, size=(96, 54), overrides=exact, **settings)[40:]
     error = np.sqrt(np.mean((found - reference) ** 2))
     assert error < RMS_BOUND * reference.mean()
+
+
+def test_a_window_looks_for_slats_once_however_bodies_move(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "louvre.toml"
+    file.write_text(LOUVRE + MOVING)
+    looked = []
+    original = direct.slats_of
+    monkeypatch.setattr(direct, "slats_of", lambda t: looked.append(t) or original(t))
+    scene = load_scene(str(file))
+    with Renderer(scene, Settings("gi", size=(24, 16))) as renderer:
+        for seconds in (0.0, 0.1, 0.2):
+            renderer.draw(["beauty"], camera=scene.camera, seconds=seconds)
+        assert len(looked) == 1
+        # A picture depends on nothing before it.
+        renderer.render(seconds=0.3)
+        assert len(looked) == 2

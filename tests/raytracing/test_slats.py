@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from ssdo_gl.raytracing import slats
 from ssdo_gl.raytracing.slats import lamps_behind, slats_of
 from ssdo_gl.raytracing.triangles import scene_triangles
 from ssdo_gl.scene.camera import Camera
@@ -60,3 +61,25 @@ def test_other_lamps_are_not(others: dict[str, object]) -> None:
 
 def test_what_lies_behind_a_lamp_of_two_sides_counts() -> None:
     assert behind(height=2.2, lamp=dataclasses.replace(LAMP, two_sided=True)) == {1}
+
+
+def test_triangles_without_a_size_are_no_slats() -> None:
+    mesh = box()
+    flat = dataclasses.replace(mesh, positions=np.zeros_like(mesh.positions))
+    objects = SceneObject(0, 0), SceneObject(1, 0)
+    scene = Scene((mesh, flat), (Material(),), objects, Camera((0, 1, 5), (0, 1, 0)))
+    found = slats_of(scene_triangles(scene))
+    assert np.isfinite(found).all()
+
+
+def test_slats_are_the_same_however_many_are_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
+    places = np.tile(np.diag([0.01, 0.1, 1.0, 1.0]), (7, 1, 1))
+    places[:, 0, 3] = np.linspace(0.0, 1.5, 7)
+    scene = Scene(
+        (box(),), (Material(),), (SceneObject(0, 0, places),), Camera((0, 1, 5), (0, 1, 0))
+    )
+    triangles = scene_triangles(scene)
+    whole = slats_of(triangles)
+    monkeypatch.setattr(slats, "CHUNK", 10)
+    np.testing.assert_array_equal(slats_of(triangles), whole)
+    assert len(whole) == 7 * 12
