@@ -22,7 +22,10 @@ CHUNK = 1 << 18
 def slats_of(triangles: SceneTriangles) -> FloatArray:
     """Return middle, length and width of all narrow triangles, (N, 5), scene units."""
     positions = triangles.positions
-    parts = [_narrow(positions[i : i + CHUNK]) for i in range(0, len(positions), CHUNK)]
+    parts = [
+        _narrow(positions[i : i + CHUNK].astype(np.float64))
+        for i in range(0, len(positions), CHUNK)
+    ]
     found = np.concatenate([np.zeros((0, 5)), *parts]) * triangles.half_diagonal
     found[:, :3] += triangles.centre
     return found
