@@ -5,55 +5,26 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+import scene_text as text
 
 import ssdo_gl
 
 # .39 where texels of the wall are three times as wide as the strip. The paths err by .6 %.
 MEAN_BOUND = 0.06
-ROOM = """
-[camera]
-position = [2.5, 1.4, 3.9]
-target = [2.5, 1.2, 0]
-fov_y = 70
-[materials.wall]
-albedo = [0.9, 0.9, 0.9]
-[[object]]
-shape = "box"
-min = [-0.1, -0.1, -0.1]
-max = [5.1, 0, 4.1]
-material = "wall"
-repeat = { count = [1, 2, 1], step = [0, 2.7, 0] }
-[[object]]
-shape = "box"
-min = [-0.1, 0, 0]
-max = [0, 2.6, 4]
-material = "wall"
-repeat = { count = [2, 1, 1], step = [5.1, 0, 0] }
-[[object]]
-shape = "box"
-min = [-0.1, 0, -0.1]
-max = [5.1, 2.6, 0]
-material = "wall"
-repeat = { count = [1, 1, 2], step = [0, 0, 4.1] }
-[[light]]
-kind = "area"
-corner = [0.5, 2, 0.01]
-edge_u = [0, 0.04, 0]
-edge_v = [4, 0, 0]
-radiance = [30, 30, 30]
-[[light]]
-kind = "area"
-corner = [0.01, 2, 0.5]
-edge_u = [0, 0, 3]
-edge_v = [0, 0.04, 0]
-radiance = [30, 30, 30]
-[[light]]
-kind = "area"
-corner = [4.99, 2, 0.5]
-edge_u = [0, 0.04, 0]
-edge_v = [0, 0, 3]
-radiance = [30, 30, 30]
-"""
+STRIP = [30, 30, 30]
+ROOM = (
+    text.camera([2.5, 1.4, 3.9], [2.5, 1.2, 0], 70)
+    + text.material("wall", 0.9, 0.9, 0.9)
+    + text.box([-0.1, -0.1, -0.1], [5.1, 0, 4.1], "wall")
+    + text.box([-0.1, 2.6, -0.1], [5.1, 2.7, 4.1], "wall")
+    + text.box([-0.1, 0, 0], [0, 2.6, 4], "wall")
+    + text.box([5, 0, 0], [5.1, 2.6, 4], "wall")
+    + text.box([-0.1, 0, -0.1], [5.1, 2.6, 0], "wall")
+    + text.box([-0.1, 0, 4], [5.1, 2.6, 4.1], "wall")
+    + text.lamp([0.5, 2, 0.01], [0, 0.04, 0], [4, 0, 0], STRIP)
+    + text.lamp([0.01, 2, 0.5], [0, 0, 3], [0, 0.04, 0], STRIP)
+    + text.lamp([4.99, 2, 0.5], [0, 0.04, 0], [0, 0, 3], STRIP)
+)
 
 
 def test_strips_that_face_walls_light_a_room_by_little(tmp_path: Path) -> None:

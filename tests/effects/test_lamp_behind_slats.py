@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scene_text as text
 
 import ssdo_gl
 from ssdo_gl.effects import direct
@@ -17,51 +18,17 @@ from ssdo_gl.settings import Settings
 
 # RMS of the light of a picture against that of 256 points, over the mean; .19 by 16 points.
 RMS_BOUND = 0.1
-LOUVRE = """
-[camera]
-position = [2.5, 1.4, 3.9]
-target = [2.5, 1, 0]
-fov_y = 60
-[materials.grey]
-albedo = [0.6, 0.6, 0.6]
-[[light]]
-kind = "area"
-corner = [1.3, 2.75, 0.8]
-edge_u = [2.4, 0, 0]
-edge_v = [0, 0, 2.4]
-radiance = [8, 8, 8]
-[[object]]
-shape = "box"
-min = [1.3, 2.55, 0.8]
-max = [1.315, 2.65, 3.2]
-material = "grey"
-repeat = { count = [13, 1, 1], step = [0.2, 1, 1] }
-[[object]]
-shape = "box"
-min = [1.3, 2.55, 0.8]
-max = [3.7, 2.65, 0.815]
-material = "grey"
-repeat = { count = [1, 1, 13], step = [1, 1, 0.2] }
-[[object]]
-shape = "box"
-min = [0, -0.1, 0]
-max = [5, 0, 4]
-material = "grey"
-[[object]]
-shape = "box"
-min = [0, 0, -0.1]
-max = [5, 2.8, 0]
-material = "grey"
-"""
-
-MOVING = """
-[[object]]
-shape = "sphere"
-center = [2.5, 0.4, 2]
-radius = 0.3
-material = "grey"
-animate = { orbit = [0, 90, 0], orbit_center = [2.5, 0.4, 1.5] }
-"""
+SLATS = [[1.3 + 0.2 * i, 0.8 + 0.2 * i] for i in range(13)]
+LOUVRE = (
+    text.camera([2.5, 1.4, 3.9], [2.5, 1, 0], 60)
+    + text.material("grey", 0.6, 0.6, 0.6)
+    + text.lamp([1.3, 2.75, 0.8], [2.4, 0, 0], [0, 0, 2.4], [8, 8, 8])
+    + "".join(text.box([x, 2.55, 0.8], [x + 0.015, 2.65, 3.2], "grey") for x, _ in SLATS)
+    + "".join(text.box([1.3, 2.55, z], [3.7, 2.65, z + 0.015], "grey") for _, z in SLATS)
+    + text.box([0, -0.1, 0], [5, 0, 4], "grey")
+    + text.box([0, 0, -0.1], [5, 2.8, 0], "grey")
+)
+MOVING = text.ball([2.5, 0.4, 2], 0.3, "grey") + "animate = { orbit = [0, 90, 0] }\n"
 
 
 @pytest.mark.parametrize(("frames", "points"), [(1, 96), (4, 24), (16, 16)])
