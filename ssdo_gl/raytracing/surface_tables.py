@@ -38,7 +38,7 @@ IMAGE_TEXELS = {
 
 
 # Roughness below which a dielectric sends on by directions, too: rays/surfel_lobes.glsl.
-SMOOTH_LAYER = 0.5
+SMOOTH_LAYER = 0.6
 
 
 @dataclass(frozen=True)
