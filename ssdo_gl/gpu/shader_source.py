@@ -22,8 +22,8 @@ _COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 _INCLUDE = re.compile(r'^\s*#\s*include\b\s*(?:"([^"]*)"|<(\w+)>)?\s*$')
 _DIRECTIVE = re.compile(r"^\s*#\s*(\w+)\s*(.*)$")
 _DEFINED = re.compile(r"\bdefined\s*(?:\(\s*(\w+)\s*\)|(\w+))")
-_IDENTIFIER = re.compile(r"\b[A-Za-z_]\w*")
-_UNIFORM = re.compile(r"\buniform\s+(?:(?:lowp|mediump|highp)\s+)?(\w+)\s+([^;{]+);")
+WORD = re.compile(r"\b[A-Za-z_]\w*", re.ASCII)
+_UNIFORM = re.compile(r"uniform\s+(?:(?:lowp|mediump|highp)\s+)?(\w+)\s+([^;{]+);")
 _DECLARATOR = re.compile(r"^\s*(\w+)\s*(\[[^\]]*\])?\s*(=.*)?$", re.DOTALL)
 _VARYING = re.compile(
     r"^\s*(?:(?:flat|smooth|noperspective|centroid)\s+)*(in|out)\s+"
@@ -169,7 +169,7 @@ def check_mentioned(defines: Iterable[str], stages: Iterable[FlatSource]) -> Non
     for stage in stages:
         given = sum(file.startswith("<define ") for file, _ in stage.positions)
         # They stand right behind the version.
-        words.update(_IDENTIFIER.findall(stage.code.split("\n", 1 + given)[-1]))
+        words.update(WORD.findall(stage.code.split("\n", 1 + given)[-1]))
     for name in defines:
         if name not in words:
             files = " and ".join(stage.name for stage in stages)
@@ -293,10 +293,10 @@ def _check_conditions(flat: FlatSource) -> None:
         if not match:
             continue
         word, rest = match.groups()
-        if word == "define" and (name := _IDENTIFIER.match(rest)):
+        if word == "define" and (name := WORD.match(rest)):
             known.add(name.group())
         elif word in ("ifdef", "ifndef"):
-            tested.append(set(_IDENTIFIER.findall(rest)))
+            tested.append(set(WORD.findall(rest)))
         elif word in ("if", "elif"):
             asked = {a or b for a, b in _DEFINED.findall(rest)}
             if word == "if":
@@ -304,7 +304,7 @@ def _check_conditions(flat: FlatSource) -> None:
             elif tested:
                 tested[-1] |= asked
             allowed = known.union(*tested)
-            for name_used in _IDENTIFIER.findall(_DEFINED.sub(" ", rest)):
+            for name_used in WORD.findall(_DEFINED.sub(" ", rest)):
                 if name_used not in allowed and not name_used.startswith("GL_"):
                     raise ShaderError(
                         f"{flat.locate(number)}: #{word} uses {name_used}, which is not defined"

@@ -12,17 +12,20 @@ from collections import Counter
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from ssdo_gl.gpu.shader_source import FlatSource
+from ssdo_gl.gpu.shader_source import WORD, FlatSource
 
 # Numbers that fit beside a position and what shaders hand on themselves: of 32 vectors.
 MOST_NUMBERS = 112
 _COLUMNS = {"float": 1, "int": 1, "uint": 1}
 _COLUMNS |= {f"{kind}vec{n}": n for kind in ("", "i", "u") for n in (2, 3, 4)}
 _COLUMNS |= {f"mat{n}": n * n for n in (2, 3, 4)}
-_DECLARATION = re.compile(r"\buniform\s+(\w+)\s+(\w+)\s*(?:\[\s*(\w+)\s*\])?\s*;")
+_DECLARATION = re.compile(
+    r"uniform\s+(\w+)\s+(\w+)\s*(?:\[\s*(\w+)\s*\])?\s*;",
+    re.ASCII,
+)
 _ATTRIBUTE = re.compile(r"^\s*(?:layout\s*\([^)]*\)\s*)?in\s+\w+", re.MULTILINE)
 _FIXED = re.compile(r"\s*(?:\d+|[A-Z_][A-Z0-9_]*)\s*")
-_MAIN = re.compile(r"\bvoid\s+main\s*\(\s*\)\s*\{")
+_MAIN = re.compile(r"void\s+main\s*\(\s*\)\s*\{")
 
 
 class _Uniform(NamedTuple):
@@ -66,8 +69,8 @@ def with_flat_uniforms(
         ),
         fragment.code,
     )
-    words = re.compile(rf"\b({'|'.join(names)})\b")
-    return _with_code(vertex, handed), _with_code(fragment, words.sub(r"flat_\1", taken))
+    read = WORD.sub(lambda word: f"flat_{word[0]}" if word[0] in names else word[0], taken)
+    return _with_code(vertex, handed), _with_code(fragment, read)
 
 
 def _chosen(code: str) -> Iterator[_Uniform]:
@@ -75,17 +78,22 @@ def _chosen(code: str) -> Iterator[_Uniform]:
     left = MOST_NUMBERS
     declarations = _DECLARATION.findall(code)
     times = Counter(name for _, name, _ in declarations)
+    words = Counter(WORD.findall(code))
     for kind, name, size in declarations:
-        places = re.findall(rf"\b{name}\b(?:\s*\[([^\]]*)\])?", code)
-        if kind not in _COLUMNS or times[name] > 1 or len(places) < 2:
+        if kind not in _COLUMNS or times[name] > 1 or words[name] < 2:
             continue
         count = _number(size, code) if size else None
-        if size and (count is None or not all(map(_FIXED.fullmatch, filter(None, places[1:])))):
+        if size and (count is None or not all(map(_FIXED.fullmatch, _indices(name, code)))):
             continue
         uniform = _Uniform(kind, name, count)
         if uniform.numbers <= left:
             left -= uniform.numbers
             yield uniform
+
+
+def _indices(name: str, code: str) -> list[str]:
+    """Return what stands in brackets behind an array, but for its declaration."""
+    return re.findall(rf"\b{name}\s*\[([^\]]*)\]", code, re.ASCII)[1:]
 
 
 def _number(text: str, code: str) -> int | None:
