@@ -51,7 +51,7 @@ READY := $(VENV)/.ssdo_gl-ready
 endif
 
 .DELETE_ON_ERROR:
-.PHONY: setup snapshot view test test-slow fuzz hard-cases pictures bench bench-passes bench-estimators bench-effects bench-fidelity bench-light bench-light-cost bench-rays bench-large bench-motion bench-walk bench-python bench-input bench-peers bench-presets bench-promises bench-against bench-gpu lint clean
+.PHONY: setup snapshot view test test-slow fuzz hard-cases pictures bench bench-passes bench-estimators bench-effects bench-fidelity bench-light bench-light-cost bench-rays bench-large bench-motion bench-walk bench-python bench-input bench-peers bench-presets bench-promises bench-against bench-gpu lint style clean
 
 setup: $(READY)
 
@@ -139,11 +139,13 @@ bench-promises: $(READY)
 pictures: $(READY)
 	$(PY) .github/pictures/make_pictures.py
 
-lint: $(READY)
+lint: style
+	$(PY) -m pytest -q -n auto --maxprocesses 4 tests/shaders/test_lint.py
+
+style: $(READY)
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
 	$(PY) -m mypy
-	$(PY) -m pytest -q tests/shaders/test_lint.py
 
 clean:
 	rm -rf build dist bench snapshot.png .pytest_cache .mypy_cache .ruff_cache .hypothesis
