@@ -240,12 +240,6 @@ RESIDENT_GROWTH = 1.6e7
 # The camera goes to and fro within as many frames: what it sees then, and with it which
 # variants of the shaders there are, it has seen before the count begins.
 PERIOD = 30
-# Processor time of the last tenth of the frames against that of the first: work that
-# grows with the number of frames doubles over 2 000 of them. The clock counts this process
-# alone, yet shares caches and clock rates with others. Told by slow tests only.
-SLOWDOWN = 1.5
-
-
 # References have their own textures and sums each frame; rays cost more than frames do.
 LONG_RUNS = {
     ("ssao", "hemisphere"): 2000,
@@ -262,13 +256,12 @@ def frames_leave_no_trace(device, record, method, count):
     tracemalloc.start()
     try:
         with Renderer(room(), settings, device=device, shaders=shaders) as renderer:
-            before, process_ms = None, []
+            before = None
             for i in range(count + PERIOD):
                 if i == PERIOD:
                     before = Usage(renderer, shaders)
                 camera = shifted(abs(i % PERIOD - PERIOD // 2) / 16.0, 80)
-                result = renderer.render(("beauty",), camera=camera, seconds=i / 60.0)
-                process_ms.append(result.process_ms[0])
+                renderer.render(("beauty",), camera=camera, seconds=i / 60.0)
             after = Usage(renderer, shaders)
     finally:
         tracemalloc.stop()
@@ -278,7 +271,6 @@ def frames_leave_no_trace(device, record, method, count):
     record(f"{case}: Python memory", name, after.python - before.python, PYTHON_GROWTH, "bytes")
     grown = after.resident - before.resident
     record(f"{case}: process memory", name, grown, RESIDENT_GROWTH, "bytes")
-    return process_ms[PERIOD:]
 
 
 def test_frames_leave_memory_textures_and_programs_flat(device, record):
@@ -287,12 +279,8 @@ def test_frames_leave_memory_textures_and_programs_flat(device, record):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("method", LONG_RUNS, ids=label)
-def test_long_runs_leave_memory_textures_programs_and_time_flat(device, record, method):
-    count = LONG_RUNS[method]
-    process_ms = frames_leave_no_trace(device, record, method, count)
-    first, last = np.median(process_ms[: count // 10]), np.median(process_ms[-count // 10 :])
-    case = f"{count} frames: frame time"
-    record(case, label(method), float(last / first), SLOWDOWN, "x first frames")
+def test_long_runs_leave_memory_textures_and_programs_flat(device, record, method):
+    frames_leave_no_trace(device, record, method, LONG_RUNS[method])
 
 
 def test_the_past_does_not_show(device, shaders, record):
