@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ssdo_gl.math3d import FloatArray, IntArray
 from ssdo_gl.raytracing.bvh import Bvh
-from ssdo_gl.raytracing.surfel_patches import patches_of
+from ssdo_gl.raytracing.surfel_patches import Patches
 from ssdo_gl.raytracing.surfels import Surfels
 
 NOTHING_MET = 0xFFFFFFFF
@@ -23,19 +23,20 @@ THICKNESS, LEAST_ENCLOSED = 0.25, 0.75
 
 
 def blind_sides(
-    surfels: Surfels, bvh: Bvh, met: IntArray, distances: FloatArray
+    surfels: Surfels, bvh: Bvh, patches: Patches, met: IntArray, distances: FloatArray
 ) -> NDArray[np.bool_]:
     """Return which fronts and backs (N, 2) of the patches of a hierarchy are blind.
 
     Parameters
     ----------
+    patches : Patches
+        Those of the hierarchy.
     met : ndarray, shape (S, R)
         What each ray of each surfel meets: 2 p + s for triangle s of primitive p, or
         `NOTHING_MET`.
     distances : ndarray, shape (S, R)
         How far along the ray, normalised frame; negative where it is met from behind.
     """
-    patches = patches_of(bvh)
     is_met = met != NOTHING_MET
     triangle = bvh.primitive_triangles.reshape(-1)[np.where(is_met, met, 0)]
     is_within = is_met & (distances < 0.0) & bvh.triangles.solid[triangle]

@@ -147,6 +147,7 @@ def build_surfels(
     spare: int = 0,
     sparse: int = 0,
     blind: NDArray[np.bool_] | None = None,
+    slats: NDArray[np.bool_] | None = None,
 ) -> Surfels:
     """Cut the triangles of `bvh` into at most about `most` surfels.
 
@@ -164,6 +165,8 @@ def build_surfels(
     blind : ndarray, shape (N, 2), bool, optional
         Fronts and backs of patches that are cut coarsely, and others more finely in exchange: as
         by `blind_sides.blind_sides` of what this returns without.
+    slats : ndarray, shape (N,), bool, optional
+        Patches that are cut as strips across their shorter edge, too: as by `slats.slat_faces`.
     """
     if bvh.triangles.count == 0:
         none = np.zeros(1, dtype=np.int64)
@@ -191,6 +194,9 @@ def build_surfels(
     if blind is not None and (cut := _refined(patches, extents, grids, size, shared, blind)):
         (grids, shared), coarse = cut, blind
     is_strip = grids.max(axis=1, keepdims=True) >= STRIP_LENGTH * grids
+    if slats is not None:
+        is_shorter = extents < extents.max(axis=1, keepdims=True)
+        is_strip |= slats[: len(grids), None] & is_shorter & (grids.max(axis=1, keepdims=True) > 1)
     cuts = (np.where(is_strip, np.maximum(grids, across), grids) for across in STRIP_TEXELS)
     room = most + spare - shared.count
     grids = next((cut for cut in cuts if _texel_count(patches, cut, coarse) <= room), grids)

@@ -7,6 +7,7 @@ import pytest
 
 from ssdo_gl.raytracing.blind_sides import NOTHING_MET, blind_sides
 from ssdo_gl.raytracing.bvh import Bvh, build_bvh
+from ssdo_gl.raytracing.surfel_patches import patches_of
 from ssdo_gl.raytracing.surfel_points import POINT_COUNT
 from ssdo_gl.raytracing.surfels import (
     BACK_BLIND,
@@ -38,7 +39,7 @@ def blind_to(bvh: Bvh, triangle: int, distance: float, share: float = 1.0) -> np
     slot = int(np.flatnonzero(slots == triangle)[0]) if triangle >= 0 else NOTHING_MET
     met = np.full((surfels.count, POINT_COUNT), NOTHING_MET, dtype=np.int64)
     met[:, : round(share * POINT_COUNT)] = slot
-    return blind_sides(surfels, bvh, met, np.full(met.shape, distance))
+    return blind_sides(surfels, bvh, patches_of(bvh), met, np.full(met.shape, distance))
 
 
 def test_sides_that_meet_nothing_are_blind_and_those_that_meet_a_front_are_not() -> None:
@@ -61,7 +62,8 @@ def test_what_touches_walls_lies_not_within_but_what_is_in_a_room_does(
     surfels = build_surfels(bvh, 65535, SIZE)
     distances = np.full((surfels.count, POINT_COUNT), -distance)
     distances[:, 0] = distance
-    assert np.all(blind_sides(surfels, bvh, np.zeros_like(distances, int), distances) == is_blind)
+    met = np.zeros_like(distances, int)
+    assert np.all(blind_sides(surfels, bvh, patches_of(bvh), met, distances) == is_blind)
 
 
 def test_backs_of_what_encloses_nothing_are_seen() -> None:
@@ -72,7 +74,7 @@ def test_few_texels_are_left_alone() -> None:
     bvh = bvh_of(box())
     surfels = build_surfels(bvh, 65535, 0.6)
     met = np.full((surfels.count, POINT_COUNT), NOTHING_MET, dtype=np.int64)
-    assert not blind_sides(surfels, bvh, met, np.zeros(met.shape)).any()
+    assert not blind_sides(surfels, bvh, patches_of(bvh), met, np.zeros(met.shape)).any()
 
 
 def cut(bvh: Bvh, *blind: bool) -> tuple[Surfels, np.ndarray]:

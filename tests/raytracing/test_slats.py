@@ -1,4 +1,4 @@
-"""Lamps behind slats are told from those before walls, single bars or things farther away."""
+"""Lamps behind slats, and slats, are told from those before walls, single bars or far things."""
 
 from __future__ import annotations
 
@@ -8,7 +8,12 @@ import numpy as np
 import pytest
 
 from ssdo_gl.raytracing import slats
-from ssdo_gl.raytracing.slats import lamps_behind, slats_of
+from ssdo_gl.raytracing.blind_sides import NOTHING_MET
+from ssdo_gl.raytracing.bvh import build_bvh
+from ssdo_gl.raytracing.slats import lamps_behind, slat_faces, slats_of
+from ssdo_gl.raytracing.surfel_patches import patches_of
+from ssdo_gl.raytracing.surfel_points import POINT_COUNT
+from ssdo_gl.raytracing.surfels import build_surfels
 from ssdo_gl.raytracing.triangles import scene_triangles
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.geometry.mesh import SceneObject
@@ -83,3 +88,46 @@ def test_slats_are_the_same_however_many_are_looked_at(monkeypatch: pytest.Monke
     monkeypatch.setattr(slats, "CHUNK", 10)
     np.testing.assert_array_equal(slats_of(triangles), whole)
     assert len(whole) == 7 * 12
+
+
+# One over another, and how far apart.
+SLAT, GAP = (1.0, 0.01, 0.1), 0.2
+
+
+def faces_of_slats(
+    size: tuple[float, float, float] = SLAT, distance: float = GAP, share: float = 0.5
+) -> np.ndarray:
+    """Return the chosen patches of two boxes, a share of whose rays meets the top of one."""
+    places = np.tile(np.diag([*size, 1.0]), (2, 1, 1))
+    places[1, 1, 3] = GAP
+    objects = (SceneObject(0, 0, places),)
+    bvh = build_bvh(Scene((box(),), (Material(),), objects, Camera((0, 1, 5), (0, 1, 0))))
+    patches = patches_of(bvh)
+    top = int(patches.slots[np.argmax(np.abs(patches.normals[:, 1])), 0])
+    surfels = build_surfels(bvh, 65535, 0.05)
+    met = np.full((surfels.count, POINT_COUNT), NOTHING_MET, dtype=np.int64)
+    met[:, : round(share * POINT_COUNT)] = top
+    distances = np.full(met.shape, distance / bvh.triangles.half_diagonal)
+    is_flat = np.abs(patches.normals[:, 1]) > 0.5
+    found = slat_faces(surfels, patches, met, distances)
+    assert len(found) == 12
+    assert not found[~is_flat].any()
+    return found[is_flat]
+
+
+def test_faces_between_slats_are_found() -> None:
+    assert faces_of_slats().all()
+
+
+@pytest.mark.parametrize(
+    "others",
+    [
+        {"size": (1.0, 0.01, 0.3)},
+        {"distance": 0.4},
+        {"distance": -0.01},
+        {"share": 1 / POINT_COUNT},
+    ],
+    ids=["wide", "far", "from within", "open"],
+)
+def test_other_faces_are_not(others: dict[str, object]) -> None:
+    assert not faces_of_slats(**others).any()  # type: ignore[arg-type]

@@ -89,6 +89,14 @@ def test_a_strip_keeps_its_edges_apart_where_there_is_room(
     assert sorted((layout & 0xFFF, layout >> 12 & 0xFFF)) == [across, 29]
 
 
+@pytest.mark.parametrize("width", [0.05, 0.3])
+def test_slats_are_cut_across_however_few_surfels_they_are_long(width: float) -> None:
+    slat = dataclasses.replace(quad(), positions=quad().positions * [2.0, width, 1.0])
+    surfels = build_surfels(bvh_of(slat), 65535, 0.2, slats=np.ones(1, dtype=bool))
+    layout = int(surfels.places.table[0, 1])
+    assert sorted((layout & 0xFFF, layout >> 12 & 0xFFF)) == [6, 10]
+
+
 def on_a_ground(width: float) -> Bvh:
     """Return a box of edge 2 that stands on the middle of a square."""
     ground = dataclasses.replace(quad(), positions=quad().positions * width - [0.0, 0.0, 1.01])

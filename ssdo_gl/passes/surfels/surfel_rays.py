@@ -28,7 +28,9 @@ from ssdo_gl.passes.surfels.surfel_textures import (
 )
 from ssdo_gl.raytracing.blind_sides import blind_sides
 from ssdo_gl.raytracing.graded_surfels import graded
+from ssdo_gl.raytracing.slats import slat_faces
 from ssdo_gl.raytracing.surface_tables import RayFeatures
+from ssdo_gl.raytracing.surfel_patches import patches_of
 from ssdo_gl.raytracing.surfel_points import POINT_COUNT, POINTS_PER_SIDE
 from ssdo_gl.raytracing.surfels import Surfels, build_surfels
 from ssdo_gl.raytracing.torn_surfels import TornSurfels, torn
@@ -104,8 +106,11 @@ class SurfelsPass(RenderPass):
             spare = min(int(STRIP_SHARE * most), MOST_SURFELS - most)
             cut = partial(build_surfels, bvh, most, self.settings.texel, spare, SPARSE_SURFELS)
             whole = cut()
-            if (blind := blind_sides(whole, bvh, *self._seen(context, whole))).any():
-                whole = cut(blind)
+            patches, seen = patches_of(bvh), self._seen(context, whole)
+            blind = blind_sides(whole, bvh, patches, *seen)
+            slats = slat_faces(whole, patches, *seen)
+            if blind.any() or slats.any():
+                whole = cut(blind, slats)
             # Bodies of lights, whatever they emit now: that may change, and surfels stay.
             lamps = {o.material for o in scene.objects if o.light is not None}
             glowing = [
