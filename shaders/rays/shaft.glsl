@@ -7,10 +7,10 @@
 //
 // SHAFT_IS_ROUND: points are those of a disk, not of a parallelogram.
 #include "lib/constants.glsl"
-#include "lib/hash.glsl"
 #include "rays/bvh.glsl"
 
 uniform vec2 u_shaft_points;  // where the light's points begin
+uniform vec2 u_shaft_step;    // from each to the next
 
 // Of the hierarchy. 12 take 1.19 of the time in cornell_meso, .96 in coloured_lights, 64 take 1.15
 // and 1.21; where nothing else is in the shaft, there are two to six.
@@ -20,8 +20,8 @@ const int SHAFT_STEPS = 24;
 mat2x4 shaft_points(int first)
 {
     vec4 numbers = float(first) + vec4(0.0, 1.0, 2.0, 3.0);
-    vec4 u = fract(u_shaft_points.x + numbers * KRONECKER_STEP.x);
-    vec4 v = fract(u_shaft_points.y + numbers * KRONECKER_STEP.y);
+    vec4 u = fract(u_shaft_points.x + numbers * u_shaft_step.x);
+    vec4 v = fract(u_shaft_points.y + numbers * u_shaft_step.y);
 #if SHAFT_IS_ROUND
     vec4 r = sqrt(u);
     return mat2x4(r * cos(TWO_PI * v), r * sin(TWO_PI * v));

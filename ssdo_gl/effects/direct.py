@@ -87,6 +87,10 @@ R2_STEP = (0.7548776662466927, 0.5698402909980532)
 # shafts, which take about as long for 32 as for 16, and where rays have to tell: with 1.5 a frame
 # of coloured_lights takes 1.1 times as long, and the temporal error of cornell_meso is .98.
 POINTS_IN_MOTION = np.array((2.0, 1.25))
+# So many, the default, are a lattice: every edge along a side of the light hides one after the
+# other. Its first 20, which rays are sent to, are spread evenly, too.
+LATTICE = 32
+LATTICE_STEP = (5 / LATTICE, 7 / LATTICE)
 # Of lamps behind slats, in a picture or a frame in motion: fewer alias, as lines on walls.
 POINTS_BEHIND_SLATS = 96
 
@@ -254,12 +258,15 @@ class DirectPass(RenderPass):
         count = max(self.settings.penumbra_rays, least)
         defines = ray_defines(context, self._rays)
         # Frames of one view go on in the sequence; those of one that moves have the same points.
-        first = (0.5 + np.multiply(context.frame.seed * count, R2_STEP)) % 1.0
         grows = context.frame.moves and count > least
         points = count * (POINTS_IN_MOTION if grows else np.ones(2))
+        is_lattice = grows and points[0] == LATTICE
+        first = 0.5 + np.multiply(context.frame.seed * count, R2_STEP)
+        first += 0.5 / LATTICE if is_lattice else 0.0
         uniforms = {
             **ray_uniforms(context),
-            "u_shaft_points": tuple(first),
+            "u_shaft_points": tuple(first % 1.0),
+            "u_shaft_step": LATTICE_STEP if is_lattice else R2_STEP,
             "u_edge_points": tuple(int(n) for n in points),
         }
         return Edge("traced", defines, uniforms, tables)

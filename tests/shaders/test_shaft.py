@@ -13,7 +13,6 @@ from ssdo_gl.scene.geometry.shapes import box, sphere
 
 SHAFTS, POINTS = 400, 24
 FIRST = np.array([0.3, 0.8])
-# Of the sequence of lib/hash.glsl.
 STEP = np.array([0.7548776662466927, 0.5698402909980532])
 
 OPEN = """
@@ -31,7 +30,7 @@ def asked_and_open(gl, shaders, bvh, ways, *, first=0, count=POINTS, few=None, *
     """
     wanted = arguments(gl, bvh, switches.get("is_software", 1))
     wanted["defines"]["SHAFT_IS_ROUND"] = switches.get("is_round", 0)
-    wanted["uniforms"]["u_shaft_points"] = tuple(FIRST)
+    wanted["uniforms"] |= {"u_shaft_points": tuple(FIRST), "u_shaft_step": tuple(STEP)}
     inputs = {name: ways[:, i] for i, name in enumerate(("apex", "middle", "u", "v"))}
     numbers = {"first": first, "count": count, "few": count if few is None else few}
     inputs |= {name: np.full(len(ways), value, np.int32) for name, value in numbers.items()}

@@ -146,6 +146,21 @@ def test_frames_in_motion_ask_for_twice_as_many_points():
     assert off_steps(shares, 24) > 0.15
 
 
+# By points of the sequence of pictures .0048 and .0232.
+@pytest.mark.parametrize(("light", "bound"), [(WIDE_SUN, 0.0038), (WINDOW, 0.016)])
+def test_points_in_motion_are_spread_as_a_lattice(light, bound):
+    """Errors of .0030 and .0115 were measured."""
+    scene = scene_of(light)
+    camera = dataclasses.replace(CAMERA, position=(0.003, 1.2, 2.2))
+    with Renderer(scene, Settings("gi", size=SIZE, radius=0.3)) as renderer:
+        renderer.draw(["beauty"], camera=CAMERA)
+        drawn = renderer.draw(["beauty", "direct"], camera=camera)
+        found = drawn.planes["direct"].read()[:, :, 0]
+    moved = dataclasses.replace(scene, camera=camera)
+    true = direct(moved, "direct", shadows="traced", shadow_rays=1024)
+    assert np.sqrt(np.mean((found - true) ** 2)) < bound * true.mean()
+
+
 def test_neighbours_see_the_same():
     shares = rows_under_an_edge(3)
     alike = np.abs(np.diff(shares, axis=1)) < 0.25 / 32
