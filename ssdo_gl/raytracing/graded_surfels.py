@@ -135,12 +135,15 @@ class _CutSide:
     def _near(self, grid: IntArray, width: FloatArray) -> NDArray[np.bool_]:
         """Return which texels of a grid, by rows, something smaller is near to."""
         reach = NEAR * width.max()
-        steps = np.ceil(reach / width).astype(np.int64)
+        steps = np.ceil(reach / width)
         at = self.at[:, :2] * grid
         chosen = (self.at[:, 2] < reach) & (self.widths * COARSER < width.max())
         chosen &= np.all((at > -steps) & (at < grid + steps), axis=1)
         at, rest = at[chosen], reach**2 - self.at[chosen, 2] ** 2
-        texel, found = np.floor(at).astype(np.int64), np.zeros(grid[::-1], dtype=bool)
+        # Of a needle, a width along is a million across.
+        steps = np.minimum(steps, grid - 1).astype(np.int64)
+        texel = np.clip(np.floor(at).astype(np.int64), 0, grid - 1)
+        found = np.zeros(grid[::-1], dtype=bool)
         for step in np.ndindex(*(2 * steps + 1)):
             low = texel + step - steps
             gap = np.maximum(np.maximum(low - at, at - low - 1), 0.0) * width
