@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 from hard_cases.hard_scene import box, room, sphere, transformed
-from hard_cases.methods import METHODS, label, render
+from hard_cases.methods import ALL_METHODS, label, render
 
 from ssdo_gl import math3d
 from ssdo_gl.scene.camera import Camera
@@ -31,7 +31,7 @@ def convex_body():
 
 
 @pytest.mark.parametrize("factor", [1e-3, 1.0, 1e4])
-@pytest.mark.parametrize("method", [m for m in METHODS if m[0] != "direct"], ids=label)
+@pytest.mark.parametrize("method", [m for m in ALL_METHODS if m[0] != "direct"], ids=label)
 def test_a_white_convex_body_vanishes_in_a_white_sky(device, shaders, record, method, factor):
     """Nothing blocks, so the outgoing radiance is the sky's, rho = 1: exactly white."""
     if method[1] == "zbuffer":
