@@ -167,8 +167,9 @@ def check_mentioned(defines: Iterable[str], stages: Iterable[FlatSource]) -> Non
     stages = tuple(stages)
     words: set[str] = set()
     for stage in stages:
-        given = sum(file.startswith("<define ") for file, _ in stage.positions)
-        # They stand right behind the version.
+        # What was given stands right behind the version.
+        rest = enumerate(file for file, _ in stage.positions[1:])
+        given = next(i for i, file in rest if not file.startswith("<define "))
         words.update(WORD.findall(stage.code.split("\n", 1 + given)[-1]))
     for name in defines:
         if name not in words:

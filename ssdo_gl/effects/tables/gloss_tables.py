@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import cache
 
 import moderngl
 import numpy as np
@@ -26,6 +27,7 @@ _MIN_ALPHA, _MIN_COSINE = 1e-3, 1e-4
 _HEIGHTS, _AZIMUTHS = 40, 16
 
 
+@cache
 def reflectance_table() -> NDArray[np.float32]:
     """Return how much of evenly spread light facets reflect once, (32, 32, 3).
 
