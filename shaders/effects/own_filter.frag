@@ -1,9 +1,9 @@
 #version 330 core
-// The far light of per-pixel rays, averaged over pixels around: where light comes from few
-// directions, a few rays for each pixel are too few for the edge-aware filter, which spreads what
-// this leaves out between its steps.
+// The far light of per-pixel rays, averaged over pixels around, twice: where light comes from few
+// directions, a few rays for each pixel are too few for the edge-aware filter. The second time over
+// pixels whose light differs by no more than its noise, as far as the guide knows that.
 //
-// Defines: PROBE_TILE, PROBE_SIDE (see lib/far_probes.glsl).
+// Defines: IS_SECOND; PROBE_TILE, PROBE_SIDE (see lib/far_probes.glsl).
 #include "rays/guide.glsl"
 
 uniform sampler2D t_own_pixels;  // column and row of the pixel in the frame; -1: none
@@ -13,28 +13,28 @@ uniform sampler2D t_own_rare;       // a: as effects/own_rays.frag writes it
 uniform sampler2D t_spread_first;   // radiance to add, by the tiles' first probes
 uniform sampler2D t_spread_second;
 uniform int u_stride;            // pixels from one that has rays to the next
+uniform int u_many_rays;         // as in effects/own_rays.frag
+uniform int u_few_rays;
+uniform int u_many_count;
 
 layout(location = 0) out vec4 o_far;
 
-// Pixels to either side, and from one tap to the next: 25 taps, whose gaps the edge-aware filter
-// closes, or 81 where light comes from the fewest directions. 25 there, too: .0008 for .0004 in the
-// cellar.
-const int REACH = 8;
+// Pixels from one of 5 x 5 taps to the next: the first time closes the gaps of the second.
+#if IS_SECOND
 const int STEP = 4;
-const int FINE_STEP = 2;
-// Of the guide's variance: where it is more pixels are averaged, and wholly from twice as much on. 0.3
-// to 0.6 in rooms with a lamp, 4 in a cellar under a grating. The taps reach as many pixels in any
-// frame, and so blur less of what a larger one shows: from 180 lines on the bound falls, down to a
-// third. With a ninth, courtyard's contacts blur: .0028 for .0022 at 640x360.
-const float MOST_EVEN = 0.9;
-const float LEAST_EVEN = 0.3;
-const float EVEN_LINES = 180.0;
-
-float even_variance()
-{
-    float smaller = EVEN_LINES / float(textureSize(t_own_places, 0).y);
-    return clamp(MOST_EVEN * smaller * smaller, LEAST_EVEN, MOST_EVEN);
-}
+#else
+const int STEP = 1;
+#endif
+const int REACH = 2 * STEP;
+const float TAPS = 25.0;
+// Of the guide's variance: where it is more pixels are averaged, and wholly from twice as much on.
+// .1 to .5 in courtyard, .3 to .8 in rooms with a lamp, 4 in a cellar under a grating.
+const float MOST_EVEN = 0.3;
+// Of heights above a pixel's plane, pixels.
+const float HEIGHT = 2.0;
+// Squared differences of what two pixels gather, in its variance, from which on they are in other
+// light.
+const float TOLERANCE = 3.0;
 
 ivec2 place_of(int number)
 {
@@ -74,33 +74,49 @@ bool is_in_more_light(ivec2 place)
     return texelFetch(t_own_rare, place, 0).a == IN_MORE_LIGHT;
 }
 
+// How much two pixels can be in the same light: 1 as far as the noise of their rays tells, and less
+// beyond (after Sakai et al. 2024). `variance`: relative, of what they have gathered.
+float same_light(vec4 a, vec4 b, float variance)
+{
+    vec4 mean = vec4(vec3(1.0 / 3.0), u_sky);
+    vec2 light = vec2(dot(a, mean), dot(b, mean));
+    float apart = light.x - light.y;
+    float noise = TOLERANCE * variance * dot(light, light) + 1e-15;
+    float beyond = max(apart * apart - noise, 0.0) / noise;
+    return 1.0 / (1.0 + beyond * beyond);
+}
+
 // Averaged over pixels about that are in the same light.
-vec4 averaged_far(ivec2 texel, int step, vec3 p_vs, vec3 n_vs, bool is_lit)
+vec4 averaged_far(ivec2 texel, vec4 centre, vec3 p_vs, vec3 n_vs, float variance)
 {
     vec3 geometric_vs = gbuffer_geometric_normal_vs(texel);
     int own = texelFetch(t_own_places, texel, 0).x;
-    float inv_reach = 1.0 / (float(FINE_STEP * u_stride) * pixel_height_at(-p_vs.z));
-    float taps = float(REACH / FINE_STEP);
+    bool is_lit = is_in_more_light(place_of(own));
+    float inv_pixel = 1.0 / (float(u_stride) * pixel_height_at(-p_vs.z));
     ivec2 size = textureSize(t_own_places, 0);
     vec4 sum = vec4(0.0);
     float weights = 0.0;
-    for (int y = -REACH; y <= REACH; y += step) {
-        for (int x = -REACH; x <= REACH; x += step) {
+    for (int y = -REACH; y <= REACH; y += STEP) {
+        for (int x = -REACH; x <= REACH; x += STEP) {
             ivec2 other = texel + u_stride * ivec2(x, y);
             bool exists = all(greaterThanEqual(other, ivec2(0))) && all(lessThan(other, size));
             int number = exists ? texelFetch(t_own_places, other, 0).x : 0;
             if (sign(number) != sign(own))
                 continue;
             // A pixel beside a distant one, or on a surface seen along itself, is farther away.
-            vec3 d = (gbuffer_position_vs(other) - p_vs) * inv_reach;
-            float height = dot(d, geometric_vs);
-            float near = 1.0 / ((1.0 + height * height) * (1.0 + dot(d, d) / (taps * taps)));
+            vec3 d = (gbuffer_position_vs(other) - p_vs) * inv_pixel;
+            float height = dot(d, geometric_vs) / HEIGHT;
+            float near = (1.0 + height * height) * (1.0 + dot(d, d) / float(REACH * REACH));
             float alike = max(dot(gbuffer_shading_normal_vs(other), n_vs), 0.0);
             alike *= alike;
-            float weight = near * near * alike * alike * alike * alike;
+            float weight = alike * alike * alike * alike / (near * near);
             ivec2 place = place_of(number);
             weight *= is_in_more_light(place) == is_lit ? 1.0 : 0.0;
-            sum += weight * texelFetch(t_own_far, place, 0);
+            vec4 far = texelFetch(t_own_far, place, 0);
+#if IS_SECOND
+            weight *= same_light(far, centre, variance);
+#endif
+            sum += weight * far;
             weights += weight;
         }
     }
@@ -116,12 +132,13 @@ void main()
         return;
     vec3 p_vs = gbuffer_position_vs(texel);
     vec3 n_vs = gbuffer_shading_normal_vs(texel);
-    bool is_lit = is_in_more_light(place);
-    float even = even_variance();
     float variance = guide_at(texel, p_vs, n_vs).variance;
-    float averaged = smoothstep(even, 2.0 * even, variance);
-    int step = variance < MOST_EVEN ? STEP : FINE_STEP;
+    float averaged = smoothstep(MOST_EVEN, 2.0 * MOST_EVEN, variance);
+    int number = place.y * textureSize(t_own_pixels, 0).x + place.x;
+    variance /= TAPS * float(number < u_many_count ? u_many_rays : u_few_rays);
     if (averaged > 0.0)
-        o_far = mix(o_far, averaged_far(texel, step, p_vs, n_vs, is_lit), averaged);
-    o_far.rgb += is_lit ? vec3(0.0) : rare_at(texel, p_vs, n_vs);
+        o_far = mix(o_far, averaged_far(texel, o_far, p_vs, n_vs, variance), averaged);
+#if IS_SECOND
+    o_far.rgb += is_in_more_light(place) ? vec3(0.0) : rare_at(texel, p_vs, n_vs);
+#endif
 }

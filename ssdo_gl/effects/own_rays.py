@@ -213,17 +213,13 @@ class OwnRaysPass(RenderPass):
             "PROBE_SIDE": self.settings.directions,
             "ENVIRONMENT_KIND": ENVIRONMENT_KINDS.index(self.environment),
         }
-        times = float(min(frame.count, MOST_TIMES))
-        times /= 1 if self.is_steady else frame.count
         seed = frame.first_seed if self.is_steady else frame.seed
         uniforms = {
             **ray_uniforms(context),
             **environment_uniforms(frame),
             "u_radius_ns": radius_ns(self.settings.radius, context),
             "u_stream": stream_of(seed + (frame.moves << 32), 0),
-            "u_many_rays": math.ceil(times * self.many_rays),
-            "u_few_rays": math.ceil(times * self.settings.pixel_rays),
-            "u_many_count": rays.many,
+            **self._counts(context, rays),
             "u_sky": mean_radiance(frame.scene.environment),
         }
         _, far, near, pixels, guide, rare = rays.textures
@@ -232,12 +228,22 @@ class OwnRaysPass(RenderPass):
         made, region = (far, near, rare), (0, rows[0], far.width, rows[1] - rows[0])
         fill(context, made, "effects/own_rays.frag", defines, uniforms, textures, region)
 
+    def _counts(self, context: PassContext, rays: OwnRays) -> dict[str, int]:
+        """Return how many rays pixels have."""
+        frame = context.frame
+        times = min(frame.count, MOST_TIMES) / (1 if self.is_steady else frame.count)
+        return {
+            "u_many_rays": math.ceil(times * self.many_rays),
+            "u_few_rays": math.ceil(times * self.settings.pixel_rays),
+            "u_many_count": rays.many,
+        }
+
     def _averaged(self, context: PassContext, rays: OwnRays) -> tuple[moderngl.Texture, ...]:
-        """Return the textures of `rays` with light averaged where it comes from few directions."""
+        """Return the textures of `rays` with light averaged over pixels about."""
         places, far, near, pixels, guide, rare = rays.textures
         gl, size = context.gl, context.inputs[FAR_PROBES[0]].size
         found, spread = ([make_texture(gl, size, 4, "f4") for _ in range(2)] for _ in range(2))
-        averaged = make_texture(gl, far.size, 4, "f4")
+        once, twice = (make_texture(gl, far.size, 4, "f4") for _ in range(2))
         tile = {"PROBE_TILE": self.settings.tile}
         by_tile = {"t_own_places": places, "t_own_rare": rare}
         fill(context, found, "effects/own_rare.frag", tile, {}, by_tile)
@@ -261,10 +267,13 @@ class OwnRaysPass(RenderPass):
             "t_spread_first": spread[0],
             "t_spread_second": spread[1],
         }
-        uniforms["u_stride"] = self.stride
         by_pixel |= reads
-        fill(context, [averaged], "effects/own_filter.frag", guided, uniforms, by_pixel)
-        return places, averaged, near, pixels, guide, rare
+        uniforms |= {"u_stride": self.stride, **self._counts(context, rays)}
+        for made in (once, twice):
+            defines = {**guided, "IS_SECOND": int(made is twice)}
+            fill(context, [made], "effects/own_filter.frag", defines, uniforms, by_pixel)
+            by_pixel["t_own_far"] = made
+        return places, twice, near, pixels, guide, rare
 
     def _produced(self, context: PassContext, rays: OwnRays) -> Produced:
         """Return the textures of `rays`, or stand-ins for those that are not known."""

@@ -14,61 +14,68 @@ from ssdo_gl.gpu.texture import make_framebuffer, make_texture
 TAN_Y = 0.5
 TILE, SIDE = 8, 2
 # As shaders/effects/own_filter.frag says.
-REACH, STEP, FINE_STEP, FINE = 8, 4, 2, 0.9
+STEPS, HEIGHT, TAPS, TOLERANCE = (1, 4), 2.0, 25, 3.0
+# Of pixels with many rays, and of others.
+RAYS = 16, 6
 # Of the normal along the view axis, as shaders/lib/far_probes.glsl says.
 CODE = np.uint32(0x20000000 | 8192 | 8192 << 14).view(np.float32)
 # Products of a dozen rounded factors, and normals of 16 bits.
 ROUNDING = 2e-4
 MANY = 100
+# Mean radiance of the environment.
+SKY = 0.7
 # What is added to the light of all pixels, but those whose code says that they are in more light.
 RARE = 0.25
 IN_MORE_LIGHT = 3.0
 
 
-def expected(picture, numbers, far, is_lit, stride, variance):
+def same_light(a, b, variance):
+    """Return how much pixels can be in the same light; the sky has a radiance of SKY."""
+    light = np.array([np.mean(far[:3]) + SKY * far[3] for far in (a, b)])
+    noise = TOLERANCE * variance * light @ light
+    return 1.0 / (1.0 + (max((light[0] - light[1]) ** 2 - noise, 0.0) / noise) ** 2)
+
+
+def expected(picture, numbers, far, is_lit, stride, variance, is_second):
     """Return averages (n, 4) for the pixels that have `numbers`."""
     height, width = numbers.shape
-    step = stride * (STEP if variance < FINE else FINE_STEP)
-    reach = stride * REACH
+    step = stride * STEPS[is_second]
     rows, columns = np.mgrid[:height, :width]
     p = picture.position(np.stack([columns, rows], -1))
     found = np.zeros((len(far), 4))
     for y, x in np.argwhere(numbers != 0):
-        inv_reach = height / (FINE_STEP * stride * picture.z[y, x] * 2.0 * TAN_Y)
+        inv_pixel = height / (stride * picture.z[y, x] * 2.0 * TAN_Y)
+        own = abs(numbers[y, x]) - 1
         total, weights = np.zeros(4), 0.0
-        for v in range(y - reach, min(y + reach + 1, height), step):
-            for u in range(x - reach, min(x + reach + 1, width), step):
+        for v in range(y - 2 * step, min(y + 2 * step + 1, height), step):
+            for u in range(x - 2 * step, min(x + 2 * step + 1, width), step):
                 if min(u, v) < 0 or numbers[v, u] * numbers[y, x] <= 0:
                     continue
-                if is_lit[abs(numbers[v, u]) - 1] != is_lit[abs(numbers[y, x]) - 1]:
+                other = abs(numbers[v, u]) - 1
+                if is_lit[other] != is_lit[own]:
                     continue
-                d = (p[v, u] - p[y, x]) * inv_reach
-                above = d @ picture.geometric[y, x]
-                near = 1.0 / ((1.0 + above**2) * (1.0 + d @ d * (FINE_STEP / REACH) ** 2))
+                d = (p[v, u] - p[y, x]) * inv_pixel
+                above = d @ picture.geometric[y, x] / HEIGHT
+                near = 1.0 / ((1.0 + above**2) * (1.0 + d @ d / (2 * STEPS[is_second]) ** 2))
                 alike = max(picture.shading[v, u] @ picture.shading[y, x], 0.0)
                 weight = near**2 * alike**8
-                total += weight * far[abs(numbers[v, u]) - 1]
+                if is_second:
+                    of_one = variance / (TAPS * RAYS[int(own >= MANY)])
+                    weight *= same_light(far[other], far[own], of_one)
+                total += weight * far[other]
                 weights += weight
-        found[abs(numbers[y, x]) - 1] = total / weights
+        found[own] = total / weights
     return found
 
 
-# In small frames nothing is averaged up to .9, all from 1.8 on, and half-way between a half; in
-# frames of 240 lines from .50625 on (180 lines over 240, squared), in large ones from .3.
-@pytest.mark.parametrize(
-    ("size", "variance", "share"),
-    [
-        ((24, 16), 0.5, 0.0),
-        ((24, 16), 1.35, 0.5),
-        ((24, 16), 3.0, 1.0),
-        ((8, 240), 0.759375, 0.5),
-        ((8, 360), 0.45, 0.5),
-    ],
-)
+# Nothing is averaged up to .3, all from .6 on, and half-way between a half.
+@pytest.mark.parametrize(("variance", "share"), [(0.25, 0.0), (0.45, 0.5), (3.0, 1.0)])
+@pytest.mark.parametrize("is_second", [False, True])
 @pytest.mark.parametrize("stride", [1, 2])
 def test_light_is_averaged_over_pixels_of_the_same_surface_and_kind(
-    gl, shaders, size, variance, share, stride
+    gl, shaders, variance, share, is_second, stride
 ):
+    size = (24, 16)
     rng = np.random.default_rng(stride)
     picture = random_picture(stride, size, (TAN_Y * size[0] / size[1], TAN_Y), has_back=False)
     picture.z[:] = np.where(picture.z > 0.0, 2.0 + 1.6 / size[1] * picture.z, 0.0)
@@ -107,14 +114,16 @@ def test_light_is_averaged_over_pixels_of_the_same_surface_and_kind(
     }
     averaged = make_texture(gl, far.shape[1::-1], 4, "f4")
     target = make_framebuffer(gl, [averaged])
-    defines = {"PROBE_TILE": TILE, "PROBE_SIDE": SIDE}
-    uniforms = {**picture_frame(size, TAN_Y).view.uniforms(), "u_stride": stride}
+    defines = {"IS_SECOND": int(is_second), "PROBE_TILE": TILE, "PROBE_SIDE": SIDE}
+    counts = {"u_many_rays": RAYS[0], "u_few_rays": RAYS[1], "u_many_count": MANY}
+    view = picture_frame(size, TAN_Y).view
+    uniforms = {**view.uniforms(), "u_stride": stride, "u_sky": SKY, **counts}
     program = shaders.fullscreen("effects/own_filter.frag", defines)
     draw_fullscreen(gl, program, target, uniforms, textures)
     found = np.frombuffer(averaged.read(), np.float32).reshape(-1, 4)[: len(chosen)]
     own = far.reshape(-1, 4)[: len(chosen)].astype(np.float64)
-    wanted = expected(picture, places[..., 0], own, is_lit, stride, variance)
-    added = np.where(is_lit[:, None], 0.0, [RARE, RARE, RARE, 0.0])
+    wanted = expected(picture, places[..., 0], own, is_lit, stride, variance, is_second)
+    added = is_second * np.where(is_lit[:, None], 0.0, [RARE, RARE, RARE, 0.0])
     np.testing.assert_allclose(found, own + share * (wanted - own) + added, rtol=0.0, atol=ROUNDING)
     # What is averaged would differ.
-    assert share == 0.0 or np.abs(wanted - own).mean() > 0.1
+    assert share == 0.0 or np.abs(wanted - own).mean() > 100.0 * ROUNDING
