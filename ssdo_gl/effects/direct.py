@@ -81,18 +81,32 @@ def is_smooth(scene: Scene) -> bool:
 # Pixels of a block, each of which has a set of points of its own, and frames in which its
 # quarters exchange them: they share the points that are set off by a seed.
 BLOCK_SETS, TURNS = 16, 4
-# Of the points of lights that rays are sent to: the sequence of ``lib/hash.glsl``.
-R2_STEP = (0.7548776662466927, 0.5698402909980532)
+# Steps between a light's points, times how many there are: a lattice (rank 1), so that edges along
+# the light's sides pass one after the other, and of which a part is spread evenly, too.
+LATTICE = np.array((5.0, 455.0))
 # Points of a light in frames that move, over those of one at rest, which is one of several: of
 # shafts, which take about as long for 32 as for 16, and where rays have to tell: with 1.5 a frame
 # of coloured_lights takes 1.1 times as long, and the temporal error of cornell_meso is .98.
 POINTS_IN_MOTION = np.array((2.0, 1.25))
-# So many, the default, are a lattice: every edge along a side of the light hides one after the
-# other. Its first 20, which rays are sent to, are spread evenly, too.
-LATTICE = 32
-LATTICE_STEP = (5 / LATTICE, 7 / LATTICE)
-# Of lamps behind slats, in a picture or a frame in motion: fewer alias, as lines on walls.
+# Of lamps behind slats, in a picture or a frame in motion: fewer alias, as lines on walls. They are
+# of the sequence of ``lib/hash.glsl``: a lattice is as regular as slats, and errs more there.
 POINTS_BEHIND_SLATS = 96
+R2_STEP = np.array((0.7548776662466927, 0.5698402909980532))
+
+
+def points_of_a_light(
+    seed: int, count: int, is_behind_slats: bool
+) -> tuple[FloatArray, FloatArray]:
+    """Return where a frame's points of a light begin, and the step from each to the next.
+
+    Frames of one view have what lies between those of others; all that move have the same.
+    """
+    if is_behind_slats:
+        return (0.5 + seed * count * R2_STEP) % 1.0, R2_STEP
+    step = LATTICE / count
+    # Van der Corput's sequence.
+    between = int(f"{seed:032b}"[::-1], 2) / 2.0**32
+    return (0.5 + 0.5 / count + between * step) % 1.0, step % 1.0
 
 
 def uniforms(frame: Frame) -> dict[str, object]:
@@ -257,16 +271,16 @@ class DirectPass(RenderPass):
         least = -(-least // (1 if context.frame.moves else context.frame.count))
         count = max(self.settings.penumbra_rays, least)
         defines = ray_defines(context, self._rays)
-        # Frames of one view go on in the sequence; those of one that moves have the same points.
+        if not least:
+            # A power of two, with which the lattices of a picture's frames are one together.
+            count = 1 << (count - 1).bit_length()
         grows = context.frame.moves and count > least
         points = count * (POINTS_IN_MOTION if grows else np.ones(2))
-        is_lattice = grows and points[0] == LATTICE
-        first = 0.5 + np.multiply(context.frame.seed * count, R2_STEP)
-        first += 0.5 / LATTICE if is_lattice else 0.0
+        first, step = points_of_a_light(context.frame.seed, int(points[0]), least > 0)
         uniforms = {
             **ray_uniforms(context),
-            "u_shaft_points": tuple(first % 1.0),
-            "u_shaft_step": LATTICE_STEP if is_lattice else R2_STEP,
+            "u_shaft_points": tuple(first),
+            "u_shaft_step": tuple(step),
             "u_edge_points": tuple(int(n) for n in points),
         }
         return Edge("traced", defines, uniforms, tables)

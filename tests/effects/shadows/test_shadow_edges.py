@@ -9,6 +9,7 @@ import pytest
 import scene_text as text
 from passes.pass_harness import box, make_scene, quad
 
+from ssdo_gl.effects.direct import points_of_a_light
 from ssdo_gl.effects.request import Request
 from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.planning.content import analyse
@@ -146,7 +147,17 @@ def test_frames_in_motion_ask_for_twice_as_many_points():
     assert off_steps(shares, 24) > 0.15
 
 
-# By points of the sequence of pictures .0048 and .0232.
+def test_points_of_a_pictures_frames_are_one_lattice():
+    """No edge along a side of a light meets two of 64 at once."""
+    places = []
+    for seed in range(4):
+        first, step = points_of_a_light(seed, 16, is_behind_slats=False)
+        places.append(first + np.arange(16)[:, None] * step)
+    cells = np.sort(np.round(64 * np.concatenate(places)).astype(int) % 64, axis=0)
+    np.testing.assert_array_equal(cells, np.arange(64)[:, None].repeat(2, axis=1))
+
+
+# By points of a sequence .0048 and .0232.
 @pytest.mark.parametrize(("light", "bound"), [(WIDE_SUN, 0.0038), (WINDOW, 0.016)])
 def test_points_in_motion_are_spread_as_a_lattice(light, bound):
     """Errors of .0030 and .0115 were measured."""
