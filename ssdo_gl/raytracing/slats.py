@@ -22,9 +22,9 @@ from ssdo_gl.scene.lights import Light, RectangleLight
 # edge and narrower than that one; and so many lie before the lamp, within its shorter edge.
 LEAST_ASPECT, LEAST_LENGTH, MOST_WIDTH, LEAST_COUNT = 4.0, 0.5, 0.125, 48
 # A slat's face is so many times longer than wide, and of what it sees so much at least is another
-# that faces it, within so many of its widths. With 4 to 8 times courtyard has 1.4 times as many
-# surfels, and errs as before.
-FACE_ASPECT, LEAST_FACING, REACH, FACING_COSINE = 8.0, 0.2, 3.0, 0.95
+# that faces it, within so many of its widths. With 4 times courtyard has 1.4 times as many
+# surfels, and errs as before; with less than .17 faces of cornell_meso are slats.
+FACE_ASPECT, LEAST_FACING, REACH, FACING_COSINE = 5.5, 0.17, 3.0, 0.95
 
 # Triangles looked at together, so that millions of them need little memory.
 CHUNK = 1 << 18

@@ -115,8 +115,9 @@ def faces_of_slats(
     return found[is_flat]
 
 
-def test_faces_between_slats_are_found() -> None:
-    assert faces_of_slats().all()
+@pytest.mark.parametrize(("width", "rays"), [(0.1, 8), (0.17, 3)])
+def test_faces_between_slats_are_found(width: float, rays: int) -> None:
+    assert faces_of_slats((1.0, 0.01, width), share=rays / POINT_COUNT).all()
 
 
 @pytest.mark.parametrize(
@@ -125,7 +126,7 @@ def test_faces_between_slats_are_found() -> None:
         {"size": (1.0, 0.01, 0.3)},
         {"distance": 0.4},
         {"distance": -0.01},
-        {"share": 1 / POINT_COUNT},
+        {"share": 2 / POINT_COUNT},
     ],
     ids=["wide", "far", "from within", "open"],
 )
