@@ -52,8 +52,8 @@ class DirectSettings:
     )
     penumbra_rays: int = setting(
         16,
-        "points of a light with a size that gi looks for from every pixel; twice as many in "
-        "motion, a quarter more where that takes a ray for each",
+        "points of a light with a size that gi looks for from every pixel, a power of two at "
+        "least so many; twice as many in motion, a quarter more where that takes a ray for each",
         unit="points",
         low=4,
         high=256,
