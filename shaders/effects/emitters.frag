@@ -5,40 +5,87 @@
 // Close to a body light changes within what the filter takes together. There rays agree, too, and
 // all that comes from so near is kept apart from what is filtered.
 //
-// Defines: as in rays/surface_data.glsl.
+// SUMS_PANELS: all of them are parallelograms of even light, and few. So it is known what they
+// send, and rays tell how much of that arrives (after Heitz, Hill, McGuire 2018): where nothing
+// stands before them all rays agree.
+//
+// Defines: SUMS_PANELS, and as in rays/surface_data.glsl.
 #include "rays/emitter_tree.glsl"
 #include "lib/random.glsl"
 #include "lib/z_curve.glsl"
 
 uniform int u_ray_count;
 uniform ivec2 u_frame_number;  // number of the frame among those of its picture, and their count
+#if !SUMS_PANELS
 uniform float u_near_reach;    // half of the light of a body so many pixels away is kept apart
+#endif
 
 layout(location = 0) out vec4 o_irradiance;
 layout(location = 1) out vec4 o_near;
 layout(location = 2) out vec2 o_light;  // of o_irradiance, all colours together, and its variance
+layout(location = 3) out vec4 o_whole;  // what o_irradiance is a share of
 
+#if SUMS_PANELS
+// As SMALL_LIGHT: the relative error is some 4e-4.
+const float SMALL_PANEL = 0.02;
+
+// What a panel sends to the surface if nothing blocks it.
+vec3 panel_irradiance(int entry, RaySurface surface)
+{
+    Emitter panel = emitter_at(entry);
+    vec3 u = 0.5 * panel.edge_u.xyz;
+    vec3 v = 0.5 * panel.edge_v.xyz;
+    vec3 middle = panel.place + u + v - surface.start;
+    // On its dark side, and in its plane.
+    vec3 normal = cross(u, v);
+    float height = -dot(middle, normal);
+    if ((panel.two_sided ? abs(height) : height) <= COPLANAR * length(normal))
+        return vec3(0.0);
+    vec3 horizon = surface.is_smooth ? surface.normal : surface.geometric;
+    float f;
+    if (is_small_and_above(middle, u, v, surface.normal, horizon, SMALL_PANEL))
+        f = integral_by_points(middle, u, v, surface.normal);
+    else
+        f = parallelogram_cosine_integral(middle, u, v, surface.normal, horizon);
+    return panel.power.rgb * max(height > 0.0 ? f : -f, 0.0);
+}
+
+vec3 irradiance_of_panels(RaySurface surface)
+{
+    vec3 whole = vec3(0.0);
+    int number = 0;
+    do {
+        whole += panel_irradiance(texelFetch(t_glow_order, row_address(number), 0).x, surface);
+    } while (++number < u_tree_count);
+    return whole;
+}
+#else
 // How far apart on the surface neighbouring pixels lie, normalised frame.
 float pixel_spacing(ivec2 texel, RaySurface surface)
 {
     float z = gbuffer_z_vs(texel);
     return pixel_height_at(z) * u_ns_per_unit / max(dot(surface.geometric, surface.w_out), 0.05);
 }
+#endif
 
 void main()
 {
     ivec2 texel = ivec2(gl_FragCoord.xy);
     o_irradiance = o_near = vec4(0.0, 0.0, 0.0, 1.0);
+    o_whole = vec4(1.0);
     o_light = vec2(0.0);
     if (gbuffer_z_vs(texel) <= 0.0)
         return;
     RaySurface surface = ray_surface_at(texel);
     uint first = first_point(texel, u_ray_count * u_frame_number.y)
                + uint(u_ray_count * u_frame_number.x);
+#if !SUMS_PANELS
     float reach_of_near = u_near_reach * pixel_spacing(texel, surface);
+#endif
+    vec3 sent = vec3(0.0);
     vec3 sum = vec3(0.0);
     vec3 near = vec3(0.0);
-    float squares = 0.0;
+    vec2 squares = vec2(0.0);  // of what arrives, and of what is sent
     int i = 0;
     do {
         vec2 choice = random_2d(first + uint(i), u_stream, 0u, false);
@@ -46,20 +93,36 @@ void main()
         LightSample light = sample_tree(surface.start, surface.normal, choice, u);
         vec3 arriving = unblocked_irradiance(surface, light);
         float reach = is_dark(arriving) ? -1.0 : reach_toward_light(light.distance);
+        sent += arriving;
+        squares.y += dot(arriving, vec3(1.0)) * dot(arriving, vec3(1.0));
         arriving = light_is_blocked(surface, light.w, reach) ? vec3(0.0) : arriving;
+#if !SUMS_PANELS
         float far = light.distance / max(reach_of_near, 1e-30);
         float share = 1.0 / (1.0 + far * far * far * far);
         near += share * arriving;
         arriving *= 1.0 - share;
+#endif
         float found = dot(arriving, vec3(1.0));
-        squares += found * found;
+        squares.x += found * found;
         sum += arriving;
     } while (++i < u_ray_count);
     float n = float(u_ray_count);
+    float all = dot(sum, vec3(1.0));
+#if SUMS_PANELS
+    float of_all = 1.0 / max(dot(sent, vec3(1.0)), 1e-30);
+    float share = all * of_all;
+    o_whole.rgb = irradiance_of_panels(surface);
+    o_irradiance.rgb = mix(vec3(share), sum / max(sent, 1e-30), greaterThan(sent, vec3(0.0)));
+    // Each ray brings all or nothing of its light.
+    float variance = dot(squares * of_all * of_all, vec2(1.0 - 2.0 * share, share * share));
+    // Where a few of them bring most of it, they agree by chance.
+    float uneven = max(squares.y * of_all * of_all - 1.0 / n, 0.0);
+    o_light = vec2(share, max(variance, 0.0) * n / (n - 1.0) + uneven);
+#else
     o_irradiance.rgb = sum / n;
     o_near.rgb = near / n;
-    float all = dot(sum, vec3(1.0));
+    o_light = vec2(all / n, max(squares.x - all * all / n, 0.0) / (n * (n - 1.0)));
+#endif
     // Of one ray nothing is known.
-    float variance = max(squares - all * all / n, 0.0) / (n * (n - 1.0));
-    o_light = vec2(all / n, u_ray_count > 1 ? variance : 1e30);
+    o_light.g = u_ray_count > 1 ? o_light.g : 1e30;
 }

@@ -74,6 +74,23 @@ float point_form(vec3 p, vec3 uv, vec3 n)
 const float SMALL_LIGHT = 2e-3;
 const float GAUSS_POINT = 0.57735026918962576451;  // 1 / sqrt(3)
 
+// Whether all of a parallelogram is above both horizons, and (half edge / distance)^2 below `most`.
+bool is_small_and_above(vec3 c, vec3 u, vec3 v, vec3 n, vec3 m, float most)
+{
+    // No corner is farther from the centre than both half edges together.
+    float size_2 = max(dot(u, u), dot(v, v));
+    return min(dot(c, n), dot(c, m)) > 2.0 * sqrt(size_2) && size_2 < most * dot(c, c);
+}
+
+float integral_by_points(vec3 c, vec3 u, vec3 v, vec3 n)
+{
+    vec3 uv = cross(u, v);
+    vec3 gu = GAUSS_POINT * u;
+    vec3 gv = GAUSS_POINT * v;
+    return point_form(c - gu - gv, uv, n) + point_form(c + gu - gv, uv, n)
+         + point_form(c + gu + gv, uv, n) + point_form(c - gu + gv, uv, n);
+}
+
 // Integral of max(0, cos) over the solid angle of a parallelogram, as seen from the
 // origin: Lambert 1760, F = 1/2 sum of angle_i cos_i, the outline clipped at the horizon
 // of the shading normal `n` and at that of the geometric normal `m`.
@@ -89,15 +106,8 @@ float parallelogram_cosine_integral(vec3 c, vec3 u, vec3 v, vec3 n, vec3 m)
     u /= scale;
     v /= scale;
 
-    float size_2 = max(dot(u, u), dot(v, v));
-    // No corner is farther from the centre than both half edges together.
-    bool is_above = min(dot(c, n), dot(c, m)) > 2.0 * sqrt(size_2);
-    if (is_above && size_2 < SMALL_LIGHT * dot(c, c)) {
-        vec3 uv = cross(u, v);
-        vec3 gu = GAUSS_POINT * u;
-        vec3 gv = GAUSS_POINT * v;
-        return point_form(c - gu - gv, uv, n) + point_form(c + gu - gv, uv, n)
-             + point_form(c + gu + gv, uv, n) + point_form(c - gu + gv, uv, n);
+    if (is_small_and_above(c, u, v, n, m, SMALL_LIGHT)) {
+        return integral_by_points(c, u, v, n);
     }
 
     vec3 p0 = c - u - v;

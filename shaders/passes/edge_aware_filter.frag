@@ -1,8 +1,12 @@
 #version 330 core
 // Removes noise along surfaces, stage by stage. Defines: see lib/edge_aware_filter.glsl, and
 // IS_OF_GLOSS 1: the z of the values is 0 where a surface is not glossy; LEAVES_NOISE 1: of
-// KNOWS_NOISE, for the next stage.
+// KNOWS_NOISE, for the next stage; HAS_FACTOR 1: the first value is a share of an image.
 #include "lib/edge_aware_filter.glsl"
+
+#if HAS_FACTOR
+uniform sampler2D t_factor;
+#endif
 
 layout(location = 0) out vec4 o_value_0;
 #if SIGNAL_COUNT > 1
@@ -43,6 +47,9 @@ void main()
         results[i].a = holds_z(i) ? z : results[i].a;
 #endif
     }
+#endif
+#if HAS_FACTOR
+    results[0].rgb *= texelFetch(t_factor, pixel, 0).rgb;
 #endif
     o_value_0 = results[0];
 #if SIGNAL_COUNT > 1

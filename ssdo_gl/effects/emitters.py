@@ -28,10 +28,10 @@ from ssdo_gl.passes.rays import (
     ray_reads,
     ray_uniforms,
     stream_of,
+    tree_of,
     tree_uniforms,
 )
 from ssdo_gl.raytracing.surface_tables import RayFeatures
-from ssdo_gl.scene.light_bodies import has_crowd_of_panels
 from ssdo_gl.settings.fields import setting
 
 SURFACES = ("z_vs", "normals_vs")
@@ -48,18 +48,26 @@ class EmittersSettings:
 
     rays: int = setting(
         8,
-        "shadow rays of each pixel and frame to points of glowing bodies, of all of them together; "
-        "twice as many where these are more than 32 panels",
+        "shadow rays of each pixel and frame to points of glowing bodies, of all of them together",
         unit="rays",
         low=1,
         high=64,
+    )
+    summed_panels: int = setting(
+        128,
+        "where no more than so many panels glow, and nothing else, rays tell but how much of their "
+        "light is blocked",
+        low=0,
+        high=4096,
     )
 
 
 class EmittersPass(RenderPass):
     """Writes `emitters_raw` and `emitters_near`: rgb irradiance of all bodies of the tree; a 1.
 
-    `emitters_light` is what the former holds of all colours together, and its variance.
+    The former is a share of `emitters_whole`, which is 1 where it is not known what bodies send
+    if nothing blocks it. `emitters_light` is what it holds of all colours together, and its
+    variance.
     """
 
     name = "emitters"
@@ -67,6 +75,7 @@ class EmittersPass(RenderPass):
         "emitters_raw": TextureSpec(4, "f4", transient=True),
         "emitters_near": TextureSpec(4, "f4"),
         "emitters_light": TextureSpec(2, "f4", transient=True),
+        "emitters_whole": TextureSpec(4, "f4", transient=True),
     }
     overwrites: ClassVar[bool] = True
     depends_on = ("view", "geometry", "lights", "seed")
@@ -89,13 +98,21 @@ class EmittersPass(RenderPass):
             **ray_uniforms(context),
             "u_stream": stream_of(picture, 0),
             "u_ray_count": self.settings.rays,
-            # Where frames are averaged there is less noise to filter.
-            "u_near_reach": NEAR_REACH * frame.count**0.5,
             "u_frame_number": (number % frame.count, frame.count),
             **tree_uniforms(context),
         }
+        sums = 0 < tree_of(context).panel_count <= self.settings.summed_panels
+        if not sums:
+            # Where frames are averaged there is less noise to filter.
+            uniforms["u_near_reach"] = NEAR_REACH * frame.count**0.5
+        bends = self.features.smooth_normals or self.features.normal_maps
+        defines = {
+            "ENVIRONMENT_KIND": 0,
+            "SUMS_PANELS": int(sums),
+            "HAS_SHADING_NORMALS": int(bends),
+        }
         program = context.shaders.fullscreen(
-            "effects/emitters.frag", {**ray_defines(context, self.features), "ENVIRONMENT_KIND": 0}
+            "effects/emitters.frag", {**ray_defines(context, self.features), **defines}
         )
         textures = {f"t_{name}": context.inputs[name] for name in self.reads}
         draw_fullscreen(context.gl, program, context.target, uniforms, textures)
@@ -134,8 +151,6 @@ class Emitters(Effect):
         yield GlowTreePass(stand_ins=takes_stand_ins(request)), "finds those that matter to a point"
         features = replace(request.ray_features, glow_is_direct=True)
         settings = request.settings_of("emitters", EmittersSettings)
-        if has_crowd_of_panels(request.scene):
-            settings = replace(settings, rays=2 * settings.rays)
         item = EmittersPass(settings, features)
         yield item, "light of glowing bodies, by shadow rays"
         of_all = request.settings_of(FILTER, EdgeAwareFilterSettings)
@@ -145,6 +160,7 @@ class Emitters(Effect):
                 overridden(request.settings, "emitters_filter", of_all),
                 Signal("emitters_raw", "emitters_irradiance"),
                 levels=Levels("emitters_light", NOISE_TOLERANCE),
+                factor="emitters_whole",
             ),
             "removes the sampling noise along surfaces",
         )

@@ -145,6 +145,8 @@ class EdgeAwareFilterPass(RenderPass):
         Of the sources, relative to the frame.
     levels : Levels or None
         Tells which pixels are on one level of light, where the sources have the frame's size.
+    factor : str or None
+        An image of the frame's size: its rgb times the first source, once that is filtered.
     """
 
     overwrites: ClassVar[bool] = True
@@ -158,7 +160,9 @@ class EdgeAwareFilterPass(RenderPass):
         leaves_last: bool = False,
         scale: float = 1.0,
         levels: Levels | None = None,
+        factor: str | None = None,
     ) -> None:
+        self.factor = factor
         self.levels = levels if settings.filter == "edge" else None
         self.leaves_last = leaves_last
         self.name = name
@@ -168,7 +172,9 @@ class EdgeAwareFilterPass(RenderPass):
         says_edges = any(signal.holds_z for signal in signals)
         edges = OWN_RAYS[:1] if parts_edges and not says_edges else ()
         light = () if self.levels is None else (self.levels.source,)
-        self.reads = (*(signal.source for signal in signals), "z_vs", "normals_vs", *edges, *light)
+        times = () if factor is None else (factor,)
+        sources = (signal.source for signal in signals)
+        self.reads = (*sources, "z_vs", "normals_vs", *edges, *light, *times)
         self._textures = {f"t_{name}": name for name in ("z_vs", "normals_vs", *edges)}
         size = scale if leaves_last else 1.0
         self.writes = {
@@ -191,11 +197,13 @@ class EdgeAwareFilterPass(RenderPass):
 
     def changed(self, name: str, *signals: Signal, **more: Any) -> EdgeAwareFilterPass:
         """Return one of another name that filters other images in the same way."""
-        more = {"parts_edges": self.parts_edges, "levels": self.levels, **more}
+        own = {"parts_edges": self.parts_edges, "levels": self.levels, "factor": self.factor}
+        more = {**own, **more}
         return EdgeAwareFilterPass(name, self.settings, *signals, **more)
 
     def settings_key(self) -> Hashable:
-        return self.settings, self.signals, self.parts_edges, self.leaves_last, self.levels
+        own = self.settings, self.signals, self.parts_edges, self.leaves_last
+        return *own, self.levels, self.factor
 
     def defines_of(self, stage: Stage, *, is_first: bool) -> dict[str, int]:
         """Return the defines of ``lib/edge_aware_filter.glsl``."""
@@ -228,9 +236,12 @@ class EdgeAwareFilterPass(RenderPass):
                 "IS_OF_GLOSS": int(self.signals[0].is_of_gloss),
                 "KNOWS_NOISE": int(knows_noise),
                 "LEAVES_NOISE": int(knows_noise and not is_last),
+                "HAS_FACTOR": int(is_last and self.factor is not None),
             }
             textures = {f"t_value_{i}": value for i, value in enumerate(values)}
             textures |= {sampler: context.inputs[name] for sampler, name in self._textures.items()}
+            if is_last and self.factor is not None:
+                textures["t_factor"] = context.inputs[self.factor]
             values_of_levels: dict[str, float] = {}
             if levels is not None and light is not None:
                 textures["t_light"] = light
@@ -354,7 +365,13 @@ def joined_filters(
             continue
         if item.signals[0].is_visibility or item.signals[0].is_of_gloss:
             continue
-        key = item.settings, item.parts_edges, item.levels, specs[item.signals[0].source].scale
+        key = (
+            item.settings,
+            item.parts_edges,
+            item.levels,
+            item.factor,
+            specs[item.signals[0].source].scale,
+        )
         first = open_.pop(key, None)
         if first is None or first.name in before:
             open_[key] = item

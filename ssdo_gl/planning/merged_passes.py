@@ -110,7 +110,9 @@ def with_last_stage(pipeline: Pipeline) -> Pipeline:
     whole = next((item for item in order if last in item.writes), None)
     if readers != [composite] or last in pipeline.resources:
         return pipeline
-    if not isinstance(whole, EdgeAwareFilterPass) or len(whole.signals) > 1 or whole.levels:
+    if not isinstance(whole, EdgeAwareFilterPass) or len(whole.signals) > 1:
+        return pipeline
+    if whole.levels or whole.factor:
         return pipeline
     specs = {name: spec for item in order for name, spec in item.writes.items()}
     end = LastStage(whole, specs[whole.signals[0].source].scale)

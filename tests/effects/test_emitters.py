@@ -82,10 +82,16 @@ def test_many_panels_match_lamberts_formula(device, shaders, count: int, two_sid
     features = dataclasses.replace(RayFeatures.of(scene), glow_is_direct=True)
     with Tracer(device, shaders, scene, SIZE) as tracer:
         run = tracer.runs(
-            EmittersPass(EmittersSettings(8), features), RUNS, [GlowTreePass(stand_ins=False)]
+            EmittersPass(EmittersSettings(8, summed_panels=0), features),
+            RUNS,
+            [GlowTreePass(stand_ins=False)],
+        )
+        summed = tracer.runs(
+            EmittersPass(EmittersSettings(8), features), 2, [GlowTreePass(stand_ins=False)]
         )
         at = tracer.positions_ws()
     runs = run["emitters_raw"][..., :3]
+    assert (run["emitters_whole"] == 1.0).all()
     exact = np.zeros((*at.shape[:2], 3))
     for i, panel in enumerate(corners):
         emission = np.array(scene.materials[1 + i % 2].emission)
@@ -105,6 +111,10 @@ def test_many_panels_match_lamberts_formula(device, shaders, count: int, two_sid
     # less, on one panel next to none.
     light, variance = np.moveaxis(run["emitters_light"], -1, 0)
     np.testing.assert_allclose(light, runs.sum(axis=-1), rtol=1e-5)
+    # Summed up they need no rays, which find next to nothing before them.
+    found = summed["emitters_whole"][..., :3]
+    np.testing.assert_allclose(found, np.broadcast_to(exact, found.shape), atol=2e-4 * exact.max())
+    np.testing.assert_allclose(summed["emitters_raw"].mean(), 1.0, atol=1e-3)
     assert (0.0 if count == 1 else 0.1) < light.var(axis=0, ddof=1).mean() / variance.mean() < 1.2
 
 

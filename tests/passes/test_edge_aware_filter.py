@@ -296,3 +296,22 @@ def test_two_images_in_one_pass_are_as_in_two(gl, shaders, name, scale, holding)
         np.testing.assert_allclose(
             joint[signal.result][..., :channels], expected[..., :channels], atol=MEAN_TOLERANCE
         )
+
+
+@pytest.mark.parametrize("name", FILTERS)
+def test_a_share_of_an_image_is_multiplied_once_it_is_filtered(gl, shaders, name):
+    """The image itself is not blurred: it holds what is known without noise."""
+    rng = np.random.default_rng(3)
+    images = inputs_of(plane())
+    raw, factor = rng.uniform(0.0, 1.0, (2, SIZE[1], SIZE[0], 4))
+    inputs = {"raw": raw, "z_vs": images["z_vs"], "normals_vs": images["normals_vs"]}
+    settings = EdgeAwareFilterSettings(filter=name)
+    one = EdgeAwareFilterPass("filter", settings, Signal("raw", "smooth"))
+    other = EdgeAwareFilterPass("filter", settings, Signal("raw", "smooth"), factor="factor")
+    assert one.settings_key() != other.settings_key()
+    frame = picture_frame(SIZE, TAN_Y)
+    alone = run_pass(gl, shaders, one, frame, inputs)["smooth"]
+    times = run_pass(gl, shaders, other, frame, {**inputs, "factor": factor})["smooth"]
+    np.testing.assert_allclose(
+        times[..., :3], alone[..., :3] * factor[..., :3], atol=MEAN_TOLERANCE
+    )

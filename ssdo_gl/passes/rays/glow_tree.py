@@ -62,7 +62,13 @@ class GlowTreePass(RenderPass):
         parts = [np.arange(first, first + count) for first, count in chosen]
         entries = np.concatenate(parts) if parts else np.arange(0, dtype=np.int64)
         tree = emitter_tree(tables.entries[entries])
-        known = GlowTree(tree, self.codes)
+        kinds = tables.entries[entries, 0, 3].astype(np.int64)
+        joined = kinds % TWO_SIDED_CODE == KIND_PARALLELOGRAM
+        of_scene = context.frame.scene.materials
+        glow = [of_scene[int(i)] for i in np.unique(tables.entries[entries, 5, 2])]
+        is_even = not any(m.has_holes or m.emission_texture is not None for m in glow)
+        are_panels = joined.all() and is_even
+        known = GlowTree(tree, self.codes, len(entries) if are_panels else 0)
         nodes = tree.nodes.reshape(-1, 4)
         order = np.zeros((len(entries), 4), np.int32)
         order[:, 0], order[:, 1], order[:, 2] = entries[tree.order], entries, tree.leaves
@@ -72,8 +78,7 @@ class GlowTreePass(RenderPass):
             tables.slots[entries], return_index=True, return_counts=True
         )
         places[slots] = np.stack([firsts, np.sqrt(counts)], axis=1)
-        kinds = tables.entries[entries[firsts], 0, 3].astype(np.int64)
-        joined = kinds % TWO_SIDED_CODE == KIND_PARALLELOGRAM
+        joined = joined[firsts]
         places[slots[joined] + 1] = places[slots[joined]]
         return {
             "glow_nodes": TextureWithFacts(_in_rows(context.gl, nodes, "f4"), known),

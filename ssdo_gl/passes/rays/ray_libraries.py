@@ -120,10 +120,14 @@ def emitters_of(context: PassContext) -> EmitterTables:
 
 @dataclass(frozen=True, eq=False)
 class GlowTree:
-    """What `glow_nodes` holds: the tree, and of which groups, as codes of `EmitterTables`."""
+    """What `glow_nodes` holds: the tree, and of which groups, as codes of `EmitterTables`.
+
+    `panel_count` is how many emitters it has, if all are parallelograms of even light, else 0.
+    """
 
     tree: EmitterTree
     codes: int
+    panel_count: int
 
 
 def tree_of(context: PassContext) -> GlowTree:
