@@ -32,6 +32,7 @@ from ssdo_gl.passes.rays import (
     tree_uniforms,
 )
 from ssdo_gl.raytracing.surface_tables import RayFeatures
+from ssdo_gl.scene.light_bodies import has_crowd_of_panels
 from ssdo_gl.settings.fields import setting
 
 SURFACES = ("z_vs", "normals_vs")
@@ -48,7 +49,8 @@ class EmittersSettings:
 
     rays: int = setting(
         8,
-        "shadow rays of each pixel and frame to points of glowing bodies, of all of them together",
+        "shadow rays of each pixel and frame to points of glowing bodies, of all of them together; "
+        "twice as many where these are more than 32 panels and not summed",
         unit="rays",
         low=1,
         high=64,
@@ -80,13 +82,17 @@ class EmittersPass(RenderPass):
     overwrites: ClassVar[bool] = True
     depends_on = ("view", "geometry", "lights", "seed")
 
-    def __init__(self, settings: EmittersSettings, features: RayFeatures) -> None:
+    def __init__(
+        self, settings: EmittersSettings, features: RayFeatures, *, is_crowd: bool
+    ) -> None:
         self.settings = settings
         self.features = features
+        # Of panels that are exact lights where there are fewer.
+        self.is_crowd = is_crowd
         self.reads = (*SURFACES, *ray_reads(features, shades=True), *EMITTER_TABLES, *GLOW_TREE)
 
     def settings_key(self) -> Hashable:
-        return self.settings, self.features
+        return self.settings, self.features, self.is_crowd
 
     def execute(self, context: PassContext) -> None:
         """Trace the rays of all pixels."""
@@ -97,11 +103,11 @@ class EmittersPass(RenderPass):
         uniforms = {
             **ray_uniforms(context),
             "u_stream": stream_of(picture, 0),
-            "u_ray_count": self.settings.rays,
             "u_frame_number": (number % frame.count, frame.count),
             **tree_uniforms(context),
         }
         sums = 0 < tree_of(context).panel_count <= self.settings.summed_panels
+        uniforms["u_ray_count"] = self.settings.rays * (2 if self.is_crowd and not sums else 1)
         if not sums:
             # Where frames are averaged there is less noise to filter.
             uniforms["u_near_reach"] = NEAR_REACH * frame.count**0.5
@@ -151,7 +157,7 @@ class Emitters(Effect):
         yield GlowTreePass(stand_ins=takes_stand_ins(request)), "finds those that matter to a point"
         features = replace(request.ray_features, glow_is_direct=True)
         settings = request.settings_of("emitters", EmittersSettings)
-        item = EmittersPass(settings, features)
+        item = EmittersPass(settings, features, is_crowd=has_crowd_of_panels(request.scene))
         yield item, "light of glowing bodies, by shadow rays"
         of_all = request.settings_of(FILTER, EdgeAwareFilterSettings)
         yield (

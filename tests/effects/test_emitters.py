@@ -82,12 +82,14 @@ def test_many_panels_match_lamberts_formula(device, shaders, count: int, two_sid
     features = dataclasses.replace(RayFeatures.of(scene), glow_is_direct=True)
     with Tracer(device, shaders, scene, SIZE) as tracer:
         run = tracer.runs(
-            EmittersPass(EmittersSettings(8, summed_panels=0), features),
+            EmittersPass(EmittersSettings(8, summed_panels=0), features, is_crowd=False),
             RUNS,
             [GlowTreePass(stand_ins=False)],
         )
         summed = tracer.runs(
-            EmittersPass(EmittersSettings(8), features), 2, [GlowTreePass(stand_ins=False)]
+            EmittersPass(EmittersSettings(8), features, is_crowd=False),
+            2,
+            [GlowTreePass(stand_ins=False)],
         )
         at = tracer.positions_ws()
     runs = run["emitters_raw"][..., :3]
