@@ -33,6 +33,8 @@ _PLACES, _HEADINGS, _TILTS, _PICTURE_HEADINGS = 5, 36, (-0.35, 0.0, 0.35), 9
 # Such a room is turned inside out: so much of what is seen from so many sides, a little from above,
 # shows its back.
 _BACKS, _SIDES, _SLOPE = 0.7, 8, 0.3
+# It has a floor, so large a share of its plan; a body whose faces are wound inward has none.
+_LEAST_FLOOR = 0.3
 # Of more triangles the larger ones tell that.
 _SHELL_TRIANGLES = 1 << 13
 # A room is hidden where half of what is seen from outside is a wall within this share of the
@@ -103,7 +105,9 @@ class Interior:
         return chosen
 
     def is_inside_out(self) -> bool:
-        """Return whether one sees the backs of its walls from most places outside."""
+        """Return whether it has a floor and shows the backs of its walls to most places outside."""
+        if self._floor_area() < _LEAST_FLOOR * float(np.prod((self.high - self.low)[[0, 2]])):
+            return False
         steps = np.array([0.1, 0.5, 0.9])
         grid = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
         points = self.low + (self.high - self.low) * grid
@@ -198,6 +202,15 @@ class Interior:
         is_level = np.abs(math3d.normalized(np.cross(b - a, c - a))[:, 1]) > _LEVEL
         is_floor = is_level & (heights < _FLOOR * (self.high[1] - self.low[1]))
         return float(is_floor.sum()) / max(len(heights), 1)
+
+    def _floor_area(self) -> float:
+        """Return the area of what is level and low, fronts and backs alike."""
+        a, b, c = np.moveaxis(self.corners, 1, 0)
+        normal = np.cross(b - a, c - a)
+        area = lengths_of_rows(normal)
+        heights = self.corners[..., 1].max(axis=1) - self.low[1]
+        is_low = heights < _FLOOR * (self.high[1] - self.low[1])
+        return 0.5 * float(area[is_low & (np.abs(normal[:, 1]) > _LEVEL * area)].sum())
 
     @property
     def _diagonal(self) -> float:

@@ -141,6 +141,15 @@ def test_an_empty_one_and_an_open_bowl_are_seen_from_outside() -> None:
     assert np.linalg.norm(camera.position) > 1.5
 
 
+def test_a_body_that_is_wound_inward_is_seen_from_outside() -> None:
+    """Mirrored, say: a ball on a stick shows backs like a room, but has no floor."""
+    ball, stick = shapes.sphere(16), shapes.cylinder(16)
+    pole = Mesh(stick.positions * [0.2, 1.0, 0.2] - [0.0, 1.5, 0.0], stick.triangles[:, ::-1])
+    meshes = [Mesh(ball.positions, ball.triangles[:, ::-1]), pole]
+    camera = frame(meshes, OBJECTS, 40.0, 0.0, [TWO_SIDED])
+    assert np.linalg.norm(camera.position) > 1.5
+
+
 def test_a_file_of_it_is_lit_within(tmp_path: Path) -> None:
     triangles = np.concatenate([shell(), table()])
     lines = [f"v {x} {y} {z}" for x, y, z in triangles.reshape(-1, 3)]
