@@ -7,6 +7,8 @@ from ssdo_gl.renderer import Renderer
 from ssdo_gl.settings import Settings
 
 SIZE = (64, 48)
+# Of shadow maps for pictures so small: those of the usual size took most of these tests' time.
+FEW_TEXELS = {"shadow_map.resolution": 256}
 # (method, estimator); the references at few samples: a case asks whether they stay
 # sane, not whether they converge.
 ALL_METHODS = tuple(
@@ -25,8 +27,12 @@ def label(method):
     return method[0] if method[1] is None else f"{method[0]}:{method[1]}"
 
 
-def render(device, shaders, scene, method, *, images=IMAGES, **settings):
-    """Return the images of `scene` by a (method, estimator) pair, as arrays."""
+def render(device, shaders, scene, method, *, images=IMAGES, maps=FEW_TEXELS, **settings):
+    """Return the images of `scene` by a (method, estimator) pair, as arrays.
+
+    Tests of what shadow maps resolve set `maps` to {}: those of the usual size.
+    """
+    settings["overrides"] = {**maps, **settings.get("overrides", {})}
     values = {"size": SIZE, "samples": 32, "steps": 8, "spp": 8, "shadow_rays": 4}
     values |= {"radius": scene.render.get("radius"), **settings}
     settings = Settings(method=method[0], estimator=method[1], **values)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from functools import cache
 
 import numpy as np
 import pytest
@@ -96,13 +97,18 @@ def test_no_light_is_exactly_black(device, shaders, record, method):
 LINEARITY = 1e-6
 
 
+@pytest.fixture(scope="module")
+def base(device, shaders):
+    """Return a function that renders the room once for each method."""
+    return cache(lambda method: render(device, shaders, room(), method))
+
+
 @pytest.mark.parametrize("method", METHODS, ids=label)
 @pytest.mark.parametrize("exponent", [-20, 20])
-def test_images_are_linear_in_the_light(device, shaders, record, method, exponent):
-    base = render(device, shaders, room(), method)
+def test_images_are_linear_in_the_light(device, shaders, base, record, method, exponent):
     other = render(device, shaders, dimmed(2.0**exponent), method)
     for name in RADIANCES:
-        a, b = base[name][..., :3].astype(float), other[name][..., :3] / 2.0**exponent
+        a, b = base(method)[name][..., :3].astype(float), other[name][..., :3] / 2.0**exponent
         gap = float(np.abs(a - b).max() / max(a.mean(), 1e-30))
         record(f"light x 2^{exponent}", label(method), gap, LINEARITY, "relative")
 

@@ -7,6 +7,7 @@ stands; all else must agree with closed forms, with rays, and with itself after 
 from __future__ import annotations
 
 import dataclasses
+from functools import cache
 
 import numpy as np
 import pytest
@@ -114,10 +115,16 @@ def test_open_directions_before_a_wall(device, shaders, record, method):
     record("wedge between parallel rays", label(method), rmse, CORNER_RMSE[kind], "RMSE")
 
 
+@pytest.fixture(scope="module")
+def base(device, shaders):
+    """Return a function that renders the room between parallel rays once for each method."""
+    return cache(lambda method: render(device, shaders, room(camera=PARALLEL), method))
+
+
 @pytest.mark.parametrize("method", METHODS, ids=label)
 @pytest.mark.parametrize("distance", [30.0, 3e5])
-def test_how_far_the_camera_stands_does_not_show(device, shaders, record, method, distance):
-    near = render(device, shaders, room(camera=PARALLEL), method)
+def test_how_far_the_camera_stands_does_not_show(device, shaders, base, record, method, distance):
+    near = base(method)
     ahead = math3d.normalized(np.subtract(PARALLEL.target, PARALLEL.position))
     away = dataclasses.replace(
         PARALLEL, position=tuple(np.subtract(PARALLEL.position, distance * ahead).tolist())
@@ -136,13 +143,12 @@ def test_how_far_the_camera_stands_does_not_show(device, shaders, record, method
 
 @pytest.mark.parametrize("method", METHODS, ids=label)
 @pytest.mark.parametrize("place", ["1e-3", "1e4", "offset"])
-def test_place_and_scale_do_not_show(device, shaders, record, method, place):
+def test_place_and_scale_do_not_show(device, shaders, base, record, method, place):
     matrix = (
         math3d.translation([1e5, -1e5, 1e5]) if place == "offset" else math3d.scaling(float(place))
     )
-    scene = room(camera=PARALLEL)
-    before = render(device, shaders, scene, method)
-    other = render(device, shaders, transformed(scene, matrix), method)
+    before = base(method)
+    other = render(device, shaders, transformed(room(camera=PARALLEL), matrix), method)
     assert sane(before) == sane(other) == 0
     for name in RADIANCES:
         rmse, flipped = difference(before, other, name)
@@ -150,10 +156,9 @@ def test_place_and_scale_do_not_show(device, shaders, record, method, place):
         record(f"parallel, {place}: pixels", label(method), flipped, FLIPPED_PIXELS, "share")
 
 
-def test_a_mirrored_scene_gives_the_mirrored_image(device, shaders):
-    scene = room(camera=PARALLEL)
-    before = render(device, shaders, scene, ("direct", None))
-    mirrored = transformed(scene, np.diag([-1.0, 1.0, 1.0, 1.0]))
+def test_a_mirrored_scene_gives_the_mirrored_image(device, shaders, base):
+    before = base(("direct", None))
+    mirrored = transformed(room(camera=PARALLEL), np.diag([-1.0, 1.0, 1.0, 1.0]))
     other = render(device, shaders, mirrored, ("direct", None))
     np.testing.assert_allclose(other["depth"][:, ::-1], before["depth"], rtol=1e-5)
 
@@ -182,7 +187,7 @@ def test_parallel_rays_are_the_limit_of_a_pinhole_far_away(device, shaders, reco
 
 def test_maps_agree_with_traced_shadows(device, shaders, record):
     scene = room(camera=PARALLEL)
-    by_map = render(device, shaders, scene, ("direct", None), shadows="map")
+    by_map = render(device, shaders, scene, ("direct", None), shadows="map", maps={})
     traced = render(device, shaders, scene, ("direct", None), shadows="traced", shadow_rays=256)
     rmse, _ = difference(traced, by_map, "direct")
     record("maps and traced shadows", "direct", rmse, 0.08, "rel. RMSE")

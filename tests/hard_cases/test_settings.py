@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hard_cases.hard_scene import RADIUS, room
 from hard_cases.invariants import sane
-from hard_cases.methods import METHODS, SCREEN_SPACE, label, render
+from hard_cases.methods import FEW_TEXELS, METHODS, SCREEN_SPACE, label, render
 
 from ssdo_gl.images.files import exr_bytes
 from ssdo_gl.renderer import Renderer
@@ -35,6 +35,7 @@ SETTINGS = {
     "odd size at half resolution": {"size": (37, 23), "resolution_scale": 0.5},
     "antialias 3": {"antialias": 3},
     "no shadows": {"shadows": "none"},
+    "shadow maps of the usual size": {"maps": {}},
     "traced shadows": {"shadows": "traced"},
     "largest seed": {"seed": 2**31 - 1},
 }
@@ -85,7 +86,7 @@ def check_subsets(device, shaders, record, method, case, subsets):
     """Culling what nobody asked for must not change what was asked for."""
     settings = Settings(
         method=method[0], estimator=method[1], size=(16, 12), samples=8, steps=4, spp=2,
-        shadow_rays=1, radius=RADIUS,
+        shadow_rays=1, radius=RADIUS, overrides=FEW_TEXELS,
     )  # fmt: skip
     changed = 0
     with Renderer(room(), settings, device=device, shaders=shaders) as renderer:

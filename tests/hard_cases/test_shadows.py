@@ -49,7 +49,7 @@ def lit(device, shaders, light, slope, shadows, *meshes):
         lights=(LIGHTS[light](place),),
         environment=None,
     )
-    options = {"images": ("direct",), "shadows": shadows, "effects": "full"}
+    options = {"images": ("direct",), "shadows": shadows, "effects": "full", "maps": {}}
     return render(device, shaders, scene, ("direct", None), **options)["direct"].astype(float)
 
 

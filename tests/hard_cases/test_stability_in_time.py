@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hard_cases.hard_scene import CAMERA, RADIUS, quad, room, sphere
-from hard_cases.methods import METHODS, SCREEN_SPACE, label
+from hard_cases.methods import FEW_TEXELS, METHODS, SCREEN_SPACE, label
 
 from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.renderer import Renderer
@@ -22,8 +22,9 @@ from ssdo_gl.settings.fields import SettingError
 
 NAMES = ("beauty", "direct", "directional", "bounce", "visibility")
 BOUNCE = Settings(
-    method="bounce", size=(64, 48), samples=32, steps=8, spp=4, shadow_rays=4, radius=RADIUS
-)
+    method="bounce", size=(64, 48), samples=32, steps=8, spp=4, shadow_rays=4, radius=RADIUS,
+    overrides=FEW_TEXELS,
+)  # fmt: skip
 STATM = Path("/proc/self/statm")
 
 

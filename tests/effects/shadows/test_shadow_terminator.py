@@ -61,7 +61,7 @@ def lit(device, shaders, light, *meshes, shadows="map", method="direct", **more)
         *meshes, camera=more.pop("camera", CAMERA), lights=(light,), environment=None
     )
     image = {"direct": "direct", "reference-gi": "beauty"}[method]
-    options = {"size": SIZE, "shadow_rays": 16, "spp": 256, **more}
+    options = {"size": SIZE, "shadow_rays": 16, "spp": 256, "maps": {}, **more}
     images = render(
         device,
         shaders,
