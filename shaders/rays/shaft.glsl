@@ -9,19 +9,18 @@
 #include "lib/constants.glsl"
 #include "rays/bvh.glsl"
 
-uniform vec2 u_shaft_points;  // where the light's points begin
-uniform vec2 u_shaft_step;    // from each to the next
+uniform vec2 u_shaft_step;  // from each of the light's points to the next
 
 // Of the hierarchy. 12 take 1.19 of the time in cornell_meso, .96 in coloured_lights, 64 take 1.15
 // and 1.21; where nothing else is in the shaft, there are two to six.
 const int SHAFT_STEPS = 24;
 
-// Four points of the light from number `first` on: x and y, as multiples of its axes.
-mat2x4 shaft_points(int first)
+// Four points of the light from number `i` after `begin` on: x and y, as multiples of its axes.
+mat2x4 shaft_points(vec2 begin, int i)
 {
-    vec4 numbers = float(first) + vec4(0.0, 1.0, 2.0, 3.0);
-    vec4 u = fract(u_shaft_points.x + numbers * u_shaft_step.x);
-    vec4 v = fract(u_shaft_points.y + numbers * u_shaft_step.y);
+    vec4 numbers = float(i) + vec4(0.0, 1.0, 2.0, 3.0);
+    vec4 u = fract(begin.x + numbers * u_shaft_step.x);
+    vec4 v = fract(begin.y + numbers * u_shaft_step.y);
 #if SHAFT_IS_ROUND
     vec4 r = sqrt(u);
     return mat2x4(r * cos(TWO_PI * v), r * sin(TWO_PI * v));
@@ -139,7 +138,7 @@ bvec4 shaft_hides(ShaftTriangle item, mat2x4 points, float t_max)
 }
 
 // What a pair of triangles hides of the points that are open, as bits.
-uint shaft_meet_pair(Shaft shaft, BvhRecord pair, int record, bool is_leaf, int first, int count)
+uint shaft_meet_pair(Shaft shaft, BvhRecord pair, int record, bool is_leaf, vec2 begin, int count)
 {
     mat4x3 corners = bvh_corners(pair);
     vec3 v0 = corners[0] - shaft.apex;
@@ -164,7 +163,7 @@ uint shaft_meet_pair(Shaft shaft, BvhRecord pair, int record, bool is_leaf, int 
     uint hidden = 0u;
     int i = 0;
     do {
-        mat2x4 points = shaft_points(first + i);
+        mat2x4 points = shaft_points(begin, i);
         uvec4 hides = uvec4(shaft_hides(item_1, points, shaft.t_max))
             | uvec4(shaft_hides(item_2, points, shaft.t_max));
         hides <<= uvec4(0u, 1u, 2u, 3u);
@@ -174,9 +173,9 @@ uint shaft_meet_pair(Shaft shaft, BvhRecord pair, int record, bool is_leaf, int 
     return end > 0 ? hidden : 0u;
 }
 
-bool shaft_point_is_hidden(Shaft shaft, int number)
+bool shaft_point_is_hidden(Shaft shaft, vec2 begin, int number)
 {
-    vec3 way = shaft_way(shaft, shaft_points(number), 0);
+    vec3 way = shaft_way(shaft, shaft_points(begin, number), 0);
     float size = max(length(way), 1e-30);
     return bvh_light_is_blocked(shaft.apex, way / size, shaft.t_max * size);
 }
@@ -188,12 +187,12 @@ uint shaft_all_points(int count)
 
 // Points as bits.
 struct ShaftPoints {
-    uint asked;
-    uint open;   // of these
+    uint open;
+    bool by_rays;  // the shaft did not tell
 };
 
-// Asks for `count` points of the light from number `first` on, or the first `few` if rays have to.
-ShaftPoints shaft_open_points(Shaft shaft, int first, int count, int few)
+// Asks for `count` points of the light from `begin` on.
+ShaftPoints shaft_open_points(Shaft shaft, vec2 begin, int count)
 {
     uint all = shaft_all_points(count);
     uint open = all;
@@ -208,7 +207,7 @@ ShaftPoints shaft_open_points(Shaft shaft, int first, int count, int few)
         bool is_leaf = walk.is_leaf;
         int number = walk.record;
         bvh_go_on(shaft_children(shaft, record, is_leaf), walk);
-        open &= ~shaft_meet_pair(shaft, record, number, is_leaf, first, count);
+        open &= ~shaft_meet_pair(shaft, record, number, is_leaf, begin, count);
         goes_on = walk.goes_on && open != 0u;
     } while (goes_on && ++steps < SHAFT_STEPS);
 #if RAY_CUTOUTS
@@ -217,15 +216,14 @@ ShaftPoints shaft_open_points(Shaft shaft, int first, int count, int few)
 #else
     uint unsure = goes_on ? open : 0u;
 #endif
-    uint asked = unsure == 0u ? all : shaft_all_points(few);
-    int end = (unsure & asked) == 0u ? 0 : few;
+    int end = unsure == 0u ? 0 : count;
     int i = 0;
     if (end > 0) do {
         uint bit = 1u << uint(i);
         if ((unsure & bit) != 0u) {
-            bool is_hidden = shaft_point_is_hidden(shaft, first + i);
+            bool is_hidden = shaft_point_is_hidden(shaft, begin, i);
             open = is_hidden ? open & ~bit : open | bit;
         }
     } while (++i < end);
-    return ShaftPoints(asked, open & asked);
+    return ShaftPoints(open, unsure != 0u);
 }

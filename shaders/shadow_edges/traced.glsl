@@ -34,7 +34,10 @@ vec2 shadow_edge(Light light, ivec2 pixel, bool is_edge, vec2 visibility)
 }
 
 #if TRACES_PENUMBRAE
-// Of a light with a size: how many a shaft is asked for, and how many where that takes rays.
+// Of a light with a size: where its points begin, and from the 32 of one shaft to those of the next.
+uniform vec2 u_edge_begin;
+uniform vec2 u_edge_next;
+// How many; and how many suffice where all of them agree, or rays have to tell.
 uniform ivec2 u_edge_points;
 
 // From a surface point of `pixel`, raised along its normal by `lift`, to the light. A little off the
@@ -78,7 +81,7 @@ float weight_of(vec3 way, vec3 n, vec3 m, vec3 of_light)
 }
 
 // What is open of points of the light, and all, as weights.
-vec2 weights_of(ShaftPoints points, Shaft shaft, vec3 n_vs, vec3 m_vs, int first, int count)
+vec2 weights_of(uint open, Shaft shaft, vec3 n_vs, vec3 m_vs, vec2 begin, int count)
 {
     vec3 n = u_ns_from_vs * n_vs;
     vec3 m = u_ns_from_vs * m_vs;
@@ -89,9 +92,8 @@ vec2 weights_of(ShaftPoints points, Shaft shaft, vec3 n_vs, vec3 m_vs, int first
     vec2 weights = vec2(0.0);
     int i = 0;
     do {
-        vec3 way = shaft_way(shaft, shaft_points(first + i), 0);
-        uvec2 counts = uvec2(points.open, points.asked) >> uint(i) & 1u;
-        weights += weight_of(unit * way, n, m, of_light) * vec2(counts);
+        vec3 way = shaft_way(shaft, shaft_points(begin, i), 0);
+        weights += weight_of(unit * way, n, m, of_light) * vec2(open >> uint(i) & 1u, 1u);
     } while (++i < count);
     return weights;
 }
@@ -102,18 +104,24 @@ float penumbra(Light light, vec3 n_vs, vec3 m_vs, float lift, ivec2 pixel)
 {
     Shaft shaft = shaft_toward(light, n_vs, lift, pixel);
     vec2 seen = vec2(0.0);
-    int first = 0;
+    vec2 begin = u_edge_begin;
+    int left = u_edge_points.x;
+    bool goes_on = true;
     do {
-        int count = min(u_edge_points.x - first, 32);
-        int few = clamp(u_edge_points.y - first, 1, count);
-        ShaftPoints points = shaft_open_points(shaft, first, count, few);
-        if (u_edge_points.x <= 32 && (points.open == 0u || points.open == points.asked)) {
+        int count = min(left, 32);
+        ShaftPoints points = shaft_open_points(shaft, begin, count);
+        bool is_enough = u_edge_points.x - left + count >= u_edge_points.y;
+        bool is_first = left == u_edge_points.x;
+        bool is_even = points.open == 0u || points.open == shaft_all_points(count);
+        if (is_first && is_enough && is_even) {
             // All or nothing, however much each of them counts.
             return points.open == 0u ? 0.0 : 1.0;
         }
-        seen += weights_of(points, shaft, n_vs, m_vs, first, count);
-        first += 32;
-    } while (first < u_edge_points.x);
+        seen += weights_of(points.open, shaft, n_vs, m_vs, begin, count);
+        begin += u_edge_next;
+        left -= count;
+        goes_on = left > 0 && !(is_enough && points.by_rays);
+    } while (goes_on);
     return seen.y > 0.0 ? seen.x / seen.y : 1.0;
 }
 #endif
