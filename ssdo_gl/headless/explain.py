@@ -11,6 +11,7 @@ from typing import Any
 from rich.markup import escape
 from rich.table import Table
 
+from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.render_result import FrameTimes, RenderResult
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
@@ -106,7 +107,11 @@ class Explanation:
 
 
 def explain(
-    renderer: Renderer, result: RenderResult, camera: Camera | None = None, seconds: float = 0.0
+    renderer: Renderer,
+    result: RenderResult,
+    camera: Camera | None = None,
+    seconds: float = 0.0,
+    progress: ProgressCallback | None = None,
 ) -> Explanation:
     """Return `result` with the times of its plan and of the full pipeline beside it.
 
@@ -116,6 +121,8 @@ def explain(
     ----------
     renderer : Renderer
         The one that made `result`, `camera` and `seconds` as for it.
+    progress : callable or None
+        Hears of each round: at 1280x720 all of them take a minute or more.
     """
     settings = dataclasses.replace(renderer.settings, antialias=1)
     if settings.is_reference or settings.effects == "full":
@@ -133,6 +140,8 @@ def explain(
     rounds: tuple[list[Times], list[Times]] = ([], [])
     # Programs are compiled and maps are made in the first round, which does not count.
     for number in range(ROUNDS + 1):
+        if progress is not None:
+            progress("plan and full pipeline timed", number, ROUNDS)
         # Each goes first in turn: whatever the one before leaves behind helps both alike.
         for index in (0, 1) if number % 2 else (1, 0):
             frame = renderers[index].time_frame(

@@ -115,7 +115,7 @@ def take_snapshot(request: SnapshotRequest) -> RenderResult:
         )
         explanation = Explanation(result)
         if request.explain:
-            explanation = explain(renderer, result, request.camera, request.seconds)
+            explanation = explain(renderer, result, request.camera, request.seconds, progress)
         stats = stats_of(renderer, explanation)
     if result.partial and not request.keeps_partial:
         return result

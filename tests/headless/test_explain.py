@@ -148,9 +148,10 @@ def test_both_pipelines_are_timed_on_the_same_device(device, shaders, changes, m
     settings = dataclasses.replace(small, **changes)
     with Renderer(load_scene("corner"), settings, device=device, shaders=shaders) as renderer:
         result = renderer.render(["beauty"])
-        explanation = explain(renderer, result)
+        said: list[str] = []
+        explanation = explain(renderer, result, progress=lambda *step: said.append(step[0]))
         assert renderer.settings.effects == settings.effects
-    assert bool(explanation.planned) == measured
+    assert bool(explanation.planned) == bool(said) == measured
     if measured:
         assert set(explanation.full[0].passes) - set(explanation.planned[0].passes) == {
             "back_faces", "depth_layers", "directional", "directional_filter",
