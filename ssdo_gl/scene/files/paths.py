@@ -8,9 +8,15 @@ from pathlib import Path
 
 from ssdo_gl.scene.scene import SceneError
 
+# How the text begins that Git LFS leaves in place of a file that was not fetched.
+_POINTER = b"version https://git-lfs.github.com/spec/"
+
 
 def check_file(path: Path, where: str) -> None:
-    """Raise SceneError unless `path` is a plain file: a pipe or device might never end."""
+    """Raise SceneError unless `path` is a plain file: a pipe or device might never end.
+
+    Nor is what Git LFS leaves in place of a file.
+    """
     # Most often the place names the file itself, which need not be named again.
     is_place = where.endswith(str(path))
     shown = "it" if is_place else _shown(str(path))
@@ -24,6 +30,13 @@ def check_file(path: Path, where: str) -> None:
     if not stat.S_ISREG(mode):
         kind = "a folder" if stat.S_ISDIR(mode) else "a pipe or device"
         raise SceneError(f"{where}: expected a file, but {shown} is {kind}")
+    try:
+        with path.open("rb") as file:
+            is_pointer = file.read(len(_POINTER)) == _POINTER
+    except OSError as error:
+        raise SceneError(f"{where}: cannot be read: {_reason(error)}") from None
+    if is_pointer:
+        raise SceneError(f"{where}: {shown} is a pointer of Git LFS: run 'git lfs pull'")
 
 
 def read_file(path: Path, where: str) -> bytes:

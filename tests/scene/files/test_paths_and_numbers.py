@@ -47,6 +47,13 @@ def test_a_pipe_of_a_models_name(suffix: str, tmp_path: Path) -> None:
     assert "is a pipe or device" in refusal(path)
 
 
+@pytest.mark.parametrize("suffix", [".obj", ".gltf", ".glb", ".toml", ".ply", ".stl", ".off"])
+def test_a_pointer_of_git_lfs_is_called_one(suffix: str, tmp_path: Path) -> None:
+    path = tmp_path / f"x{suffix}"
+    path.write_text("version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 9\n")
+    assert "git lfs pull" in refusal(path)
+
+
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
 def test_files_that_may_not_be_read(tmp_path: Path) -> None:
     folder = tmp_path / "closed"
