@@ -87,7 +87,7 @@ LATTICE = np.array((5.0, 455.0))
 # Points that one shaft asks for, and how many times those of a frame at rest, which is one of
 # several, a frame in motion has. Those of its first shaft are a lattice by themselves, and suffice
 # where all agree, and where rays have to tell: by rays to half of 64 wherever these are, a frame of
-# coloured_lights takes 1.32 times as long as with 32, so 1.22 times.
+# coloured_lights takes 1.32 times as long as with 32 points, so 1.25 times.
 SHAFT_POINTS, POINTS_IN_MOTION = 32, 4
 # Of lamps behind slats, in a picture or a frame in motion: fewer alias, as lines on walls. They are
 # of the sequence of ``lib/hash.glsl``: a lattice is as regular as slats, and errs more there.
