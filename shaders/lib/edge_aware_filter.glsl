@@ -10,7 +10,8 @@
 // PARTS_EDGES: pixels that a neighbour in front may shade, which trace many rays,
 // count next to nothing for others; the sign of z
 // among the values says which have them (1), or an image does (2); 0: none has;
-// TAP_RADIUS: taps on each side; USE_NORMALS;
+// TAP_RADIUS: taps on each side; USE_NORMALS; IS_VERTICAL: the axis of a separable stage;
+// STRIDE: texels of the frame per pixel of the values;
 // KNOWS_NOISE 1: separable; it is known how noisy the light of pixels is: those whose light differs
 // by more than that are on another level of light and count less, whatever the surface.
 //
@@ -36,8 +37,6 @@ uniform bool u_has_own_rays;
 #endif
 uniform sampler2D t_light;     // r: a pixel's light, g: the variance of that
 uniform float u_noise_tolerance;  // squared differences of light, in the variance of both
-uniform int u_stride;          // texels of the frame per pixel of the values
-uniform ivec2 u_axis;          // separable: (1, 0), then (0, 1)
 uniform float u_depth_tolerance;  // distance from the plane at which a tap counts 1/4, pixels
 uniform float u_value_bound;   // larger values are faults, not light
 
@@ -130,7 +129,7 @@ Centre centre_at(ivec2 texel, float z)
     vec3 geometric = oct_decode(normals.zw);
     c.per_footprint = 1.0 / pixel_height_at(z);
     // Of what one pixel of the values covers at this depth.
-    float tolerance = u_depth_tolerance * pixel_height_at(z) * float(u_stride);
+    float tolerance = u_depth_tolerance * pixel_height_at(z) * float(STRIDE);
     c.rate = plane_rate(uv_of_texel(texel), geometric) / tolerance;
     c.offset = plane_height(c.rate, vec2(0.0), z);
     return c;
@@ -203,7 +202,7 @@ bool is_edge(ivec2 texel, float z)
 
 bool is_centre_edge(ivec2 pixel)
 {
-    ivec2 texel = pixel * u_stride;
+    ivec2 texel = pixel * STRIDE;
     vec4 values[SIGNAL_COUNT];
     for (int i = 0; i < SIGNAL_COUNT; ++i)
         values[i] = value_at(i, pixel);
@@ -225,7 +224,7 @@ void add_tap(inout Sum sums[SIGNAL_COUNT], Centre c, ivec2 pixel, vec2 away, ive
              float weight)
 {
     ivec2 inside = clamp(pixel, ivec2(0), size - 1);
-    ivec2 texel = inside * u_stride;
+    ivec2 texel = inside * STRIDE;
     vec4 values[SIGNAL_COUNT];
     for (int i = 0; i < SIGNAL_COUNT; ++i)
         values[i] = value_at(i, inside);
@@ -260,7 +259,7 @@ void filter_surface(ivec2 pixel, ivec2 texel, inout float z, inout vec4 results[
 #if STAGE == STAGE_COPY
     vec4 values[SIGNAL_COUNT];
     for (int i = 0; i < SIGNAL_COUNT; ++i)
-        values[i] = value_at(i, pixel / u_stride);
+        values[i] = value_at(i, pixel / STRIDE);
     for (int i = 0; i < SIGNAL_COUNT; ++i)
         results[i] = is_sound(i, values[i]) ? values[i] : neutral(i);
 #else
@@ -276,28 +275,28 @@ void filter_surface(ivec2 pixel, ivec2 texel, inout float z, inout vec4 results[
     for (int i = 0; i < SIGNAL_COUNT; ++i)
         sums[i] = Sum(vec4(0.0), 0.0);
 #if STAGE == STAGE_SEPARABLE
-    vec2 axis = vec2(u_axis * u_stride);
+    const ivec2 axis = ivec2(1 - IS_VERTICAL, IS_VERTICAL);
     // Tested at its end: in software other loops cost two rounds more than they run.
     int i = -TAP_RADIUS;
     do {
         int trapezoid = min(min(4, 2 * TAP_RADIUS - 2), TAP_RADIUS + 1 - abs(i));
-        add_tap(sums, c, pixel + i * u_axis, float(i) * axis, size, float(trapezoid));
+        add_tap(sums, c, pixel + i * axis, float(i * STRIDE) * vec2(axis), size, float(trapezoid));
     } while (++i <= TAP_RADIUS);
 #elif STAGE == STAGE_BOX
     for (int y = -2; y < 2; ++y)
         for (int x = -2; x < 2; ++x)
-            add_tap(sums, c, pixel + ivec2(x, y), float(u_stride) * vec2(x, y), size, 1.0);
+            add_tap(sums, c, pixel + ivec2(x, y), float(STRIDE) * vec2(x, y), size, 1.0);
 #else
     // The four pixels of the values around the texel, bilinear times same_surface.
-    // Pixel p of the values sits on texel p * u_stride.
-    vec2 position = vec2(pixel) / float(u_stride);
+    // Pixel p of the values sits on texel p * STRIDE.
+    vec2 position = vec2(pixel) / float(STRIDE);
     ivec2 base = ivec2(floor(position));
     vec2 f = position - vec2(base);
     // Never exactly 0, so that a tap across an edge can be replaced by any other.
     vec2 near = max(1.0 - f, vec2(1e-3));
     vec2 far = max(f, vec2(1e-3));
-    float stride = float(u_stride);
-    vec2 away = vec2(base * u_stride - texel);
+    float stride = float(STRIDE);
+    vec2 away = vec2(base * STRIDE - texel);
     add_tap(sums, c, base, away, size, near.x * near.y);
     add_tap(sums, c, base + ivec2(1, 0), away + vec2(stride, 0.0), size, far.x * near.y);
     add_tap(sums, c, base + ivec2(0, 1), away + vec2(0.0, stride), size, near.x * far.y);

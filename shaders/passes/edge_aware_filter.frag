@@ -26,7 +26,7 @@ void main()
     // The target has the frame's size.
     ivec2 texel = pixel;
 #else
-    ivec2 texel = pixel * u_stride;
+    ivec2 texel = pixel * STRIDE;
 #endif
 #if IS_OF_GLOSS
     float z = value_at(0, pixel).a;

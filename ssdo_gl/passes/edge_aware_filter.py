@@ -47,11 +47,10 @@ class EdgeAwareFilterSettings:
     use_normals: bool = setting(True, "edge: neighbours that face elsewhere count less")
 
 
-def uniforms(settings: EdgeAwareFilterSettings, frame: Frame, stride: int) -> dict[str, Any]:
+def uniforms(settings: EdgeAwareFilterSettings, frame: Frame) -> dict[str, Any]:
     """Return the uniforms of `passes/edge_aware_filter.frag` that all its stages share."""
     return {
         **frame.view.uniforms(),
-        "u_stride": stride,
         "u_depth_tolerance": settings.depth_tolerance,
         "u_value_bound": VALUE_BOUND,
     }
@@ -108,14 +107,14 @@ class Stage(NamedTuple):
     """One stage of a filter: its kind, and along which axis it looks."""
 
     kind: int
-    axis: tuple[int, int] = (0, 0)
+    is_vertical: bool = False
 
 
 def _stages(filter_name: str, stride: int) -> list[Stage]:
     """Return the stages of a filter; `stride` is 2 for images of half size."""
     if filter_name == "none":
         return [Stage(_COPY)]
-    edge = [Stage(_SEPARABLE, (1, 0)), Stage(_SEPARABLE, (0, 1))]
+    edge = [Stage(_SEPARABLE), Stage(_SEPARABLE, is_vertical=True)]
     stages = [Stage(_BOX)] if filter_name == "naive" else edge
     return [*stages, Stage(_UPSAMPLE)] if stride > 1 else stages
 
@@ -205,11 +204,13 @@ class EdgeAwareFilterPass(RenderPass):
         own = self.settings, self.signals, self.parts_edges, self.leaves_last
         return *own, self.levels, self.factor
 
-    def defines_of(self, stage: Stage, *, is_first: bool) -> dict[str, int]:
+    def defines_of(self, stage: Stage, stride: int, *, is_first: bool) -> dict[str, int]:
         """Return the defines of ``lib/edge_aware_filter.glsl``."""
         return {
             **self._switches,
             "STAGE": stage.kind,
+            "IS_VERTICAL": int(stage.is_vertical),
+            "STRIDE": stride,
             "IS_FIRST": int(is_first),
             "TAP_RADIUS": self.settings.tap_radius,
             "USE_NORMALS": int(self.settings.use_normals),
@@ -232,7 +233,7 @@ class EdgeAwareFilterPass(RenderPass):
             results, framebuffer = ([], target) if is_last else scratch[number]
             knows_noise = stage.kind == _SEPARABLE and light is not None
             defines = {
-                **self.defines_of(stage, is_first=number == 0),
+                **self.defines_of(stage, stride, is_first=number == 0),
                 "IS_OF_GLOSS": int(self.signals[0].is_of_gloss),
                 "KNOWS_NOISE": int(knows_noise),
                 "LEAVES_NOISE": int(knows_noise and not is_last),
@@ -251,10 +252,9 @@ class EdgeAwareFilterPass(RenderPass):
                 context.shaders.fullscreen("passes/edge_aware_filter.frag", defines),
                 framebuffer,
                 {
-                    **uniforms(self.settings, context.frame, stride),
+                    **uniforms(self.settings, context.frame),
                     **(own_uniforms(context) if stage.kind in (_SEPARABLE, _BOX) else {}),
                     **values_of_levels,
-                    "u_axis": stage.axis,
                 },
                 textures,
                 region=self._region(context.frame, 0 if is_last else self.settings.tap_radius),
@@ -307,11 +307,11 @@ class LastStage:
 
     def __init__(self, whole: EdgeAwareFilterPass, scale: float) -> None:
         (signal,) = whole.signals
-        stages = _stages(whole.settings.filter, 1 if scale == 1.0 else 2)
+        stride = 1 if scale == 1.0 else 2
+        stages = _stages(whole.settings.filter, stride)
         self.result = signal.result
         self._stage = stages[-1]
         self._settings = whole.settings
-        self._stride = 1 if scale == 1.0 else 2
         # What runs the others, if there are any.
         self.rest: EdgeAwareFilterPass | None = None
         self.source = signal.source
@@ -325,7 +325,7 @@ class LastStage:
                 leaves_last=True,
                 scale=scale,
             )
-        self.defines = whole.defines_of(self._stage, is_first=self.rest is None)
+        self.defines = whole.defines_of(self._stage, stride, is_first=self.rest is None)
         self.wiring = {"t_value_0": self.source, **{f"t_{name}": name for name in whole.reads[1:]}}
 
     @property
@@ -336,9 +336,8 @@ class LastStage:
     def uniforms(self, context: PassContext) -> dict[str, Any]:
         """Return the uniforms of ``lib/edge_aware_filter.glsl``."""
         return {
-            **uniforms(self._settings, context.frame, self._stride),
+            **uniforms(self._settings, context.frame),
             **(own_uniforms(context) if self._stage.kind in (_SEPARABLE, _BOX) else {}),
-            "u_axis": self._stage.axis,
         }
 
 
