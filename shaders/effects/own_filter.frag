@@ -1,7 +1,7 @@
 #version 330 core
 // The far light of per-pixel rays, averaged over pixels around, twice: where light comes from few
 // directions, a few rays for each pixel are too few for the edge-aware filter. The second time over
-// pixels whose light differs by no more than its noise, as far as the guide knows that.
+// pixels whose light differs by no more than its noise, as rays of the tiles about tell.
 //
 // Defines: IS_SECOND; PROBE_TILE, PROBE_SIDE (see lib/far_probes.glsl).
 #include "rays/guide.glsl"
@@ -10,7 +10,7 @@ uniform sampler2D t_own_pixels;  // column and row of the pixel in the frame; -1
 uniform isampler2D t_own_places;  // as lib/own_rays.glsl says
 uniform sampler2D t_own_far;
 uniform sampler2D t_own_rare;       // a: as effects/own_rays.frag writes it
-uniform sampler2D t_spread_first;   // radiance to add, by the tiles' first probes
+uniform sampler2D t_spread_first;   // as effects/own_spread.frag writes them
 uniform sampler2D t_spread_second;
 uniform int u_stride;            // pixels from one that has rays to the next
 uniform int u_many_rays;         // as in effects/own_rays.frag
@@ -27,9 +27,8 @@ const int STEP = 1;
 #endif
 const int REACH = 2 * STEP;
 const float TAPS = 25.0;
-// Of the guide's variance: where it is more pixels are averaged, and wholly from twice as much on.
-// .1 to .5 in courtyard, .3 to .8 in rooms with a lamp, 4 in a cellar under a grating.
-const float MOST_EVEN = 0.3;
+// Of the variance: where it is more pixels are averaged, and wholly from twice as much on.
+const float MOST_EVEN = 0.2;
 // Of heights above a pixel's plane, pixels.
 const float HEIGHT = 2.0;
 // Squared differences of what two pixels gather, in its variance, from which on they are in other
@@ -43,14 +42,14 @@ ivec2 place_of(int number)
     return ivec2(index % columns, index / columns);
 }
 
-// What was rare among pixels far about, between the tiles' middles.
-vec3 rare_at(ivec2 texel, vec3 p_vs, vec3 n_vs)
+// What was rare among pixels far about, and their variance, between the tiles' middles.
+vec4 rare_at(ivec2 texel, vec3 p_vs, vec3 n_vs)
 {
     ivec2 tiles = textureSize(t_far_first_probes, 0);
     float inv_extent = 1.0 / (float(PROBE_TILE) * pixel_height_at(-p_vs.z));
     vec2 place = (vec2(texel) + 0.5) / float(PROBE_TILE) - 0.5;
     vec2 f = fract(place);
-    vec3 sum = vec3(0.0);
+    vec4 sum = vec4(0.0);
     float weights = 1e-6;
     for (int i = 0; i < 4; ++i) {
         ivec2 corner = ivec2(i & 1, i >> 1);
@@ -59,11 +58,11 @@ vec3 rare_at(ivec2 texel, vec3 p_vs, vec3 n_vs)
         float share = near.x * near.y + 1e-3;
         vec4 point = texelFetch(t_far_first_probes, tile, 0);
         float weight = share * on_surface(point, p_vs, n_vs, inv_extent);
-        sum += weight * texelFetch(t_spread_first, tile, 0).rgb;
+        sum += weight * texelFetch(t_spread_first, tile, 0);
         weights += weight;
         point = texelFetch(t_far_second_probes, tile, 0);
         weight = share * on_surface(point, p_vs, n_vs, inv_extent);
-        sum += weight * texelFetch(t_spread_second, tile, 0).rgb;
+        sum += weight * texelFetch(t_spread_second, tile, 0);
         weights += weight;
     }
     return sum / weights;
@@ -132,13 +131,13 @@ void main()
         return;
     vec3 p_vs = gbuffer_position_vs(texel);
     vec3 n_vs = gbuffer_shading_normal_vs(texel);
-    float variance = guide_at(texel, p_vs, n_vs).variance;
-    float averaged = smoothstep(MOST_EVEN, 2.0 * MOST_EVEN, variance);
+    vec4 about = rare_at(texel, p_vs, n_vs);
+    float averaged = smoothstep(MOST_EVEN, 2.0 * MOST_EVEN, about.a);
     int number = place.y * textureSize(t_own_pixels, 0).x + place.x;
-    variance /= TAPS * float(number < u_many_count ? u_many_rays : u_few_rays);
+    float variance = about.a / (TAPS * float(number < u_many_count ? u_many_rays : u_few_rays));
     if (averaged > 0.0)
         o_far = mix(o_far, averaged_far(texel, o_far, p_vs, n_vs, variance), averaged);
 #if IS_SECOND
-    o_far.rgb += is_in_more_light(place) ? vec3(0.0) : rare_at(texel, p_vs, n_vs);
+    o_far.rgb += is_in_more_light(place) ? vec3(0.0) : about.rgb;
 #endif
 }

@@ -23,6 +23,8 @@ layout(location = 1) out vec4 o_near;
 // Radiance that counts for pixels far about, a: whose of the tile's probes is the pixel's surface,
 // or IN_MORE_LIGHT.
 layout(location = 2) out vec4 o_rare;
+// Of one ray, all colours together, within R and beyond, less what is rare: mean and variance.
+layout(location = 3) out vec2 o_light;
 
 // Times what probes have found, above which it is rare. Of 2 and 4.5 neither is better.
 const float RARE = 3.0;
@@ -47,6 +49,7 @@ void main()
     o_far = vec4(0.0);
     o_near = vec4(0.0);
     o_rare = vec4(0.0);
+    o_light = vec2(0.0);
     if (texel.x < 0)
         return;
     int number = place.y * textureSize(t_own_pixels, 0).x + place.x;
@@ -61,12 +64,15 @@ void main()
     Arriving sums = Arriving(vec3(0.0), vec3(0.0), 0.0, 0.0);
     float brought = 0.0;
     float squares = 0.0;
+    vec2 all = vec2(0.0);  // light of all rays, and its squares
     for (int i = 0; i < ray_count; ++i) {
         Guided d = guided_direction(guide, random_2d(first + uint(i), u_stream, 0u, false));
         add_ray(sums, start, frame * d.w, geometric_vs, d.weight);
         float by_ray = dot(sums.far, vec3(1.0)) + sums.open_sky - brought;
         brought += by_ray;
         squares += by_ray * by_ray;
+        float of_ray = dot(sums.far + sums.near, vec3(1.0)) + sums.open_sky - all.x;
+        all += of_ray * vec2(1.0, of_ray);
     }
     float bringing = brought * brought / max(squares, 1e-30);
     vec3 far = sums.far / float(ray_count);
@@ -81,6 +87,10 @@ void main()
     bool is_own = kept < 1.0 && bringing > SURE_RAYS;
     kept = is_own ? 1.0 : kept;
     owner = is_own ? IN_MORE_LIGHT : owner;
+    float n = float(ray_count);
+    // One ray alone might be any.
+    float variance = ray_count > 1 ? max(all.y - all.x * all.x / n, 0.0) / (n - 1.0) : all.y;
+    o_light = vec2(kept * all.x / n, kept * kept * variance);
     o_far = kept * vec4(far, share);
     o_rare = vec4((1.0 - kept) * (far + share * sky), owner);
 }

@@ -19,7 +19,6 @@ struct Guide {
     ivec2 first;    // texel of the probe's first cell
     float scale;    // from the density of a cell to its share of the guided directions; 0: none are
     float open;     // share of the sky that the probe sees
-    float variance; // of what a guided ray brings, over its mean squared, as far as probes can tell
     float sent;     // mean radiance of surfaces that probes about have found; negative: none is known
     float seen;     // mean share of the sky that they see
     float rows[PROBE_SIDE];  // shares of the directions
@@ -101,7 +100,6 @@ Guide guide_at(ivec2 texel, vec3 p_vs, vec3 n_vs)
     bool is_known = probe.x >= 0 && sum > 0.0;
     g.open = is_known ? g.open : 0.0;
     g.scale = is_known ? GUIDED / sum : 0.0;
-    g.variance = is_known ? sum * sum / (mean * mean) - 1.0 : 0.0;
     g.sent = is_known ? max(GUIDE_CELL * mean - g.seen * u_sky, 0.0) : -1.0;
     float even = (is_known ? 1.0 - GUIDED : 1.0) / float(PROBE_SIDE);
     for (int y = 0; y < PROBE_SIDE; ++y)

@@ -180,6 +180,7 @@ class OwnRaysPass(RenderPass):
             make_texture(gl, size, 4, "f4"),
             make_texture(gl, size, 2, "f4", pixels),
             self._guide(context),
+            make_texture(gl, size, 2, "f4"),
             make_texture(gl, size, 4, "f4"),
         )
         are_all = not self.is_steady and self.settings.pixel_rays > 0
@@ -222,10 +223,10 @@ class OwnRaysPass(RenderPass):
             **self._counts(context, rays),
             "u_sky": mean_radiance(frame.scene.environment),
         }
-        _, far, near, pixels, guide, rare = rays.textures
+        _, far, near, pixels, guide, light, rare = rays.textures
         reads = [name for name in self.reads if name != FAR_RADIANCE]
         textures = {**textures_of(context, reads), "t_own_pixels": pixels, "t_own_guide": guide}
-        made, region = (far, near, rare), (0, rows[0], far.width, rows[1] - rows[0])
+        made, region = (far, near, rare, light), (0, rows[0], far.width, rows[1] - rows[0])
         fill(context, made, "effects/own_rays.frag", defines, uniforms, textures, region)
 
     def _counts(self, context: PassContext, rays: OwnRays) -> dict[str, int]:
@@ -240,24 +241,22 @@ class OwnRaysPass(RenderPass):
 
     def _averaged(self, context: PassContext, rays: OwnRays) -> tuple[moderngl.Texture, ...]:
         """Return the textures of `rays` with light averaged over pixels about."""
-        places, far, near, pixels, guide, rare = rays.textures
+        places, far, near, pixels, guide, light, rare = rays.textures
         gl, size = context.gl, context.inputs[FAR_PROBES[0]].size
         found, spread = ([make_texture(gl, size, 4, "f4") for _ in range(2)] for _ in range(2))
+        found += [make_texture(gl, size, 2, "f4") for _ in range(2)]
         once, twice = (make_texture(gl, far.size, 4, "f4") for _ in range(2))
         tile = {"PROBE_TILE": self.settings.tile}
-        by_tile = {"t_own_places": places, "t_own_rare": rare}
+        by_tile = {"t_own_places": places, "t_own_rare": rare, "t_own_light": light}
         fill(context, found, "effects/own_rare.frag", tile, {}, by_tile)
         guided = {**tile, "PROBE_SIDE": self.settings.directions}
         uniforms = {
             **context.frame.view.uniforms(),
             "u_sky": mean_radiance(context.frame.scene.environment),
         }
-        reads = {
-            **textures_of(context, (*SURFACES, *FAR_PROBES)),
-            "t_own_guide": guide,
-        }
-        by_probe = {"t_rare_first": found[0], "t_rare_second": found[1]}
-        by_probe |= reads
+        reads = textures_of(context, (*SURFACES, *FAR_PROBES))
+        names = "t_rare_first", "t_rare_second", "t_light_first", "t_light_second"
+        by_probe = dict(zip(names, found, strict=True)) | reads
         fill(context, spread, "effects/own_spread.frag", guided, uniforms, by_probe)
         by_pixel = {
             "t_own_pixels": pixels,
@@ -273,7 +272,7 @@ class OwnRaysPass(RenderPass):
             defines = {**guided, "IS_SECOND": int(made is twice)}
             fill(context, [made], "effects/own_filter.frag", defines, uniforms, by_pixel)
             by_pixel["t_own_far"] = made
-        return places, twice, near, pixels, guide, rare
+        return places, twice, near, pixels, guide, light, rare
 
     def _produced(self, context: PassContext, rays: OwnRays) -> Produced:
         """Return the textures of `rays`, or stand-ins for those that are not known."""

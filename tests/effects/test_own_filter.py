@@ -68,8 +68,8 @@ def expected(picture, numbers, far, is_lit, stride, variance, is_second):
     return found
 
 
-# Nothing is averaged up to .3, all from .6 on, and half-way between a half.
-@pytest.mark.parametrize(("variance", "share"), [(0.25, 0.0), (0.45, 0.5), (3.0, 1.0)])
+# Nothing is averaged up to .2, all from .4 on, and half-way between a half.
+@pytest.mark.parametrize(("variance", "share"), [(0.15, 0.0), (0.3, 0.5), (3.0, 1.0)])
 @pytest.mark.parametrize("is_second", [False, True])
 @pytest.mark.parametrize("stride", [1, 2])
 def test_light_is_averaged_over_pixels_of_the_same_surface_and_kind(
@@ -93,8 +93,8 @@ def test_light_is_averaged_over_pixels_of_the_same_surface_and_kind(
     tiles = size[0] // TILE, size[1] // TILE
     probes = np.zeros((tiles[1], tiles[0], 4), np.float32)
     probes[..., :3], probes[..., 3] = (0.0, 0.0, -2.2), CODE
-    guide = np.zeros((2 * ((tiles[1] + 1) // 2 * 2) * SIDE, (tiles[0] + 1) // 2 * 2 * SIDE, 4))
-    guide[..., 0], guide[..., 1] = np.sqrt(1.0 + variance), 1.0
+    spread = np.full_like(probes, RARE)
+    spread[..., 3] = variance
     images = inputs_of(picture)
     textures = {
         **{
@@ -104,9 +104,8 @@ def test_light_is_averaged_over_pixels_of_the_same_surface_and_kind(
         "t_far_first_probes": make_texture(gl, tiles, 4, "f4", probes.tobytes()),
         "t_far_second_probes": make_texture(gl, tiles, 4, "f4", np.zeros_like(probes)),
         # Of the second probes, of which there are none, nothing is added.
-        "t_spread_first": make_texture(gl, tiles, 4, "f4", np.full_like(probes, RARE)),
+        "t_spread_first": make_texture(gl, tiles, 4, "f4", spread),
         "t_spread_second": make_texture(gl, tiles, 4, "f4", np.full_like(probes, 9.0)),
-        "t_own_guide": make_texture(gl, guide.shape[1::-1], 4, "f4", guide),
         "t_own_pixels": make_texture(gl, pixels.shape[1::-1], 2, "f4", pixels),
         "t_own_places": make_texture(gl, size, 1, "i4", places),
         "t_own_far": make_texture(gl, far.shape[1::-1], 4, "f4", far),

@@ -24,11 +24,12 @@ ROUNDING = 1e-3
 
 
 def filled(gl, shaders, shader, defines, uniforms, textures):
-    """Return both images (rows, columns, 4) that a shader fills for all tiles."""
-    targets = [make_texture(gl, TILES, 4, "f4") for _ in range(2)]
+    """Return the images (rows, columns, 4 or, of the later ones, 2) that a shader fills."""
+    counts = 4, 4, *(2, 2) * (shader == "own_rare")
+    targets = [make_texture(gl, TILES, count, "f4") for count in counts]
     program = shaders.fullscreen(f"effects/{shader}.frag", defines)
     draw_fullscreen(gl, program, make_framebuffer(gl, targets), uniforms, textures)
-    return [np.frombuffer(t.read(), np.float32).reshape(*TILES[::-1], 4) for t in targets]
+    return [np.frombuffer(t.read(), np.float32).reshape(*TILES[::-1], -1) for t in targets]
 
 
 def test_what_is_rare_is_summed_by_the_surfaces_of_a_tile(gl, shaders) -> None:
@@ -41,16 +42,20 @@ def test_what_is_rare_is_summed_by_the_surfaces_of_a_tile(gl, shaders) -> None:
     # No probe of the tile lies on its surface, the first one does, or the second.
     owners = rng.integers(0, 3, 700)
     rare.reshape(-1, 4)[:700, 3] = owners
+    light = rng.random((*pixels.shape[:2], 2)).astype(np.float32)
     textures = {
         "t_own_places": make_texture(gl, size, 1, "i4", places),
         "t_own_rare": make_texture(gl, rare.shape[1::-1], 4, "f4", rare),
+        "t_own_light": make_texture(gl, rare.shape[1::-1], 2, "f4", light),
     }
     found = filled(gl, shaders, "own_rare", {"PROBE_TILE": TILE}, {}, textures)
-    wanted = np.zeros((3, *TILES[::-1], 4))
+    wanted = np.zeros((3, *TILES[::-1], 6))
     for number, (pixel, owner) in enumerate(zip(chosen, owners, strict=True)):
         tile = pixel // size[0] // TILE, pixel % size[0] // TILE
-        wanted[owner][tile] += [*rare.reshape(-1, 4)[number, :3], 1.0]
-    np.testing.assert_allclose(found, wanted[1:], rtol=0.0, atol=1e-5)
+        own = rare.reshape(-1, 4)[number, :3], 1.0, light.reshape(-1, 2)[number]
+        wanted[owner][tile] += np.hstack(own)
+    sums = np.concatenate([found[:2], found[2:]], axis=-1)
+    np.testing.assert_allclose(sums, wanted[1:], rtol=0.0, atol=1e-5)
 
 
 def test_what_is_rare_is_averaged_over_probes_of_the_same_surface(gl, shaders) -> None:
@@ -66,9 +71,12 @@ def test_what_is_rare_is_averaged_over_probes_of_the_same_surface(gl, shaders) -
     rare = rng.random(probes.shape).astype(np.float32)
     rare[..., 3] = rng.integers(0, 6, chosen.shape)
     rare[rare[..., 3] == 0.0] = 0.0
-    names = ("t_far_first_probes", "t_far_second_probes", "t_rare_first", "t_rare_second")
-    images = zip(names, (*probes, *rare), strict=True)
-    textures = {n: make_texture(gl, TILES, 4, "f4", image.tobytes()) for n, image in images}
+    # Means of at least a half, so that rounding hardly matters to what is divided by them.
+    light = (0.5 + rng.random((*chosen.shape, 2))).astype(np.float32) * rare[..., 3:]
+    names = [f"t_{n}" for n in ("far_first_probes", "far_second_probes", "rare_first")]
+    names += ["t_rare_second", "t_light_first", "t_light_second"]
+    images = zip(names, (*probes, *rare, *light), strict=True)
+    textures = {n: make_texture(gl, TILES, i.shape[-1], "f4", i.tobytes()) for n, i in images}
     defines = {"PROBE_TILE": TILE, "PROBE_SIDE": 2}
     uniforms = picture_frame(SIZE, TAN_Y).view.uniforms()
     found = filled(gl, shaders, "own_spread", defines, uniforms, textures)
@@ -83,6 +91,8 @@ def test_what_is_rare_is_averaged_over_probes_of_the_same_surface(gl, shaders) -
         facing = np.where(chosen[others] >= 0, NORMALS[chosen[others]] @ normal, 0.0)
         weight = np.where(facing > LEAST_AGREEMENT, facing / (1.0 + height**2), 0.0)
         total = (weight[..., None] * rare[others]).sum(axis=(0, 1, 2))
-        wanted[layer, y, x] = total / max(total[3], 1e-6)
+        mean, variance = (weight[..., None] * light[others]).sum(axis=(0, 1, 2))
+        wanted[layer, y, x, :3] = total[:3] / max(total[3], 1e-6)
+        wanted[layer, y, x, 3] = variance * total[3] / mean**2 if mean > 0.0 else 0.0
     np.testing.assert_allclose(found, wanted, rtol=0.0, atol=ROUNDING)
     assert wanted[..., :3].std() > 0.01
