@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
 
 import hypothesis
 import moderngl
 import pytest
 
+from ssdo_gl.frame_loop import FrameLoop
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.gpu.shader import ShaderLibrary
 
+HERE = Path(__file__).parent
+# Folders whose tests look at pictures, not at devices; those of hard cases name the device.
+PICTURES = {"effects", "passes", "properties", "scene"}
 pytest_plugins = ["hard_cases.table"]
 
 # A deadline would be a timing assertion, on machines that others use as well. The same
@@ -64,6 +70,38 @@ def _device_is_current(request: pytest.FixtureRequest) -> None:
 def shaders(device: Device) -> ShaderLibrary:
     """The shipped shaders; programs stay compiled for the whole run."""
     return ShaderLibrary(device.gl, computes=device.computes)
+
+
+@pytest.fixture(scope="module")
+def _picture_device(request: pytest.FixtureRequest) -> Iterator[dict[str, Device | ShaderLibrary]]:
+    """A context for the pictures of a file, and its programs; released, so that memory is."""
+    device = create_context(request.config.getoption("--backend"))
+    if request.config.getoption("--computes"):
+        device.computes = True
+    yield {"device": device, "shaders": ShaderLibrary(device.gl, computes=device.computes)}
+    device.release()
+
+
+@pytest.fixture(autouse=True)
+def _renderers_share_a_device(
+    request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Give renderers `device` and `shaders` of their file, where a test gives neither.
+
+    Here, and not in each test, because `ssdo_gl.render` and helpers make renderers, too. One
+    device for a whole run would keep the programs of all files.
+    """
+    if request.path.relative_to(HERE).parts[0] not in PICTURES:
+        return
+    begin = FrameLoop.__init__
+
+    def shared(self: FrameLoop, *arguments: Any, **options: Any) -> None:
+        is_plain = not options.get("device") and not options.get("shaders")
+        if is_plain and options.get("backend", "auto") == "auto":
+            options |= request.getfixturevalue("_picture_device")
+        begin(self, *arguments, **options)
+
+    monkeypatch.setattr(FrameLoop, "__init__", shared)
 
 
 @pytest.fixture

@@ -43,6 +43,11 @@ class LobeLight(PunctualLight):
         return ShaderRow(self.source, np.asarray(self.direction))
 
 
+@pytest.fixture(autouse=True)
+def _renderers_share_a_device() -> None:
+    """None do here: shaders of other tests know nothing of a new kind."""
+
+
 LOBE_GLSL = """
 float lobe_falloff(Light light, vec3 to_light)
 {
