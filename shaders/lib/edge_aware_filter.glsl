@@ -9,8 +9,7 @@
 // IS_FIRST: the values are an estimator's, and may be unsound;
 // PARTS_EDGES: pixels that a neighbour in front may shade, which trace many rays,
 // count next to nothing for others; the sign of z
-// among the values says which have them (1), or an image does (2); 0: none has; and light counts
-// next to nothing for several times as much, unless KNOWS_NOISE;
+// among the values says which have them (1), or an image does (2); 0: none has;
 // TAP_RADIUS: taps on each side; USE_NORMALS; IS_VERTICAL: the axis of a separable stage;
 // STRIDE: texels of the frame per pixel of the values;
 // KNOWS_NOISE 1: separable; it is known how noisy the light of pixels is: those whose light differs
@@ -27,7 +26,6 @@
 #define STAGE_UPSAMPLE 1
 #define STAGE_BOX 2
 #define STAGE_COPY 3
-#define PARTS_LIGHT (PARTS_EDGES && STAGE == STAGE_SEPARABLE && !IS_VISIBILITY && !KNOWS_NOISE)
 
 uniform sampler2D t_value_0;
 #if SIGNAL_COUNT > 1
@@ -77,9 +75,6 @@ const float LEAST_WEIGHT = 0.02;
 
 // What a tap counts that traces many rays where the centre does not, or the other way round.
 const float OTHER_WEIGHT = 1e-3;
-// So does one whose light differs in squares by more than this times the product of both, which is
-// if one has eight times as much.
-const float OTHER_LIGHT = 6.1;
 // A variance that tells nothing, and what is larger; light whose noise nobody asks for; and what
 // keeps 0 / 0 away. Squares of the former, and of the latter, are numbers.
 const float NO_VARIANCE = 1e15;
@@ -96,7 +91,7 @@ struct Centre {
     vec3 rate;
     float offset;
     float per_footprint;  // of a pixel of the frame
-    vec2 light;           // and its variance, if that is known
+    vec2 light;           // and its variance
 };
 
 vec2 light_at(ivec2 pixel)
@@ -214,15 +209,6 @@ bool is_centre_edge(ivec2 pixel)
     return is_edge(texel, z_of(texel, values));
 }
 
-// Light that a pixel has gathered by its rays.
-float gathered(vec4 values[SIGNAL_COUNT])
-{
-    float light = 0.0;
-    for (int i = 0; i < SIGNAL_COUNT; ++i)
-        light += dot(values[i].rgb, vec3(1.0));
-    return light;
-}
-
 struct Sum {
     vec4 value;
     float weight;
@@ -257,12 +243,6 @@ void add_tap(inout Sum sums[SIGNAL_COUNT], Centre c, ivec2 pixel, vec2 away, ive
     float counted = inside == pixel ? weight : 0.0;
     light_sum += counted * vec3(light.r, counted * light.g, 1.0);
 #endif
-#if PARTS_LIGHT
-    // Faults compare as false, and count by what is sound.
-    float light = gathered(values);
-    float apart = light - c.light.r;
-    weight *= apart * apart > OTHER_LIGHT * light * c.light.r ? OTHER_WEIGHT : 1.0;
-#endif
     for (int i = 0; i < SIGNAL_COUNT; ++i) {
         bool use = is_sound(i, values[i]) && inside == pixel && weight > 0.0;
         sums[i].value += use ? values[i] * weight : vec4(0.0);
@@ -290,11 +270,6 @@ void filter_surface(ivec2 pixel, ivec2 texel, inout float z, inout vec4 results[
 #endif
 #if KNOWS_NOISE
     c.light = light_at(pixel);
-#elif PARTS_LIGHT
-    vec4 own[SIGNAL_COUNT];
-    for (int i = 0; i < SIGNAL_COUNT; ++i)
-        own[i] = value_at(i, pixel);
-    c.light.r = gathered(own);
 #endif
     Sum sums[SIGNAL_COUNT];
     for (int i = 0; i < SIGNAL_COUNT; ++i)

@@ -115,34 +115,6 @@ def test_what_is_no_number_spreads_nowhere(gl, shaders):
     np.testing.assert_allclose(found[~near], usual[~near], rtol=MEAN_TOLERANCE)
 
 
-@pytest.mark.parametrize("count", [1, 2])
-@pytest.mark.parametrize("scale", [1e-4, 1.0, 1e6])
-def test_light_of_rays_is_kept_apart_where_it_is_several_times_as_much(gl, shaders, count, scale):
-    z = plane().z[::-1]
-    left = np.arange(SHAPE[1]) < SHAPE[1] // 2
-
-    def blurred(ratio, *, parts_edges):
-        # Of two images the sum is what pixels have gathered.
-        values = [np.where(left, scale, scale * ratio) / count * np.ones(SHAPE)] * count
-        signals = [Signal(f"raw_{i}", f"smooth_{i}", holds_z=True) for i in range(count)]
-        item = EdgeAwareFilterPass(
-            "filter", EdgeAwareFilterSettings(), *signals, parts_edges=parts_edges
-        )
-        images = inputs_of(plane())
-        inputs = {name: images[name] for name in ("z_vs", "normals_vs")}
-        inputs |= {f"raw_{i}": np.stack([v, v, v, z], -1) for i, v in enumerate(values)}
-        made = run_pass(gl, shaders, item, picture_frame(SIZE, TAN_Y), inputs)
-        found = sum(made[signal.result][..., 0] for signal in signals)
-        return np.abs(found / (scale * np.where(left, 1.0, ratio)) - 1.0).max()
-
-    for ratio in (5.0, 0.2):
-        usual = blurred(ratio, parts_edges=False)
-        assert blurred(ratio, parts_edges=True) == pytest.approx(usual, rel=MEAN_TOLERANCE)
-    for ratio in (20.0, 0.05):
-        assert blurred(ratio, parts_edges=False) > 5.0
-        assert blurred(ratio, parts_edges=True) < 0.03
-
-
 @pytest.mark.parametrize("name", ["naive", "none"])
 def test_other_filters_know_no_levels(name):
     item = EdgeAwareFilterPass(
