@@ -71,6 +71,9 @@ def _check_outputs(command: CommandLine, wanted: Sequence[str]) -> None:
     for flag in ("snapshot", "stats", "bench", "film"):
         if getattr(run, flag) == "":
             raise UsageError(f"--{flag} '': the name is empty")
+    for flag in ("film", "bench", "out"):
+        if getattr(run, flag) == STREAM:
+            raise UsageError(f"--{flag} -: standard output takes the PNG of --snapshot alone")
     if run.scheduler is not None:
         from ssdo_gl.farm.scheduler import check_scheduler, silence_library
 

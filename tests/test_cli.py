@@ -231,6 +231,14 @@ def test_an_empty_name_is_not_the_folder_one_is_in(tmp_path, capsys, monkeypatch
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("mode", [["--film"], ["--bench"], ["--batch", "--out"]])
+def test_only_a_picture_goes_to_standard_output(tmp_path, capsys, monkeypatch, mode):
+    monkeypatch.chdir(tmp_path)
+    said = refused(capsys, ["corner", *mode, "-"])
+    assert said == f"ssdo-gl: {mode[-1]} -: standard output takes the PNG of --snapshot alone"
+    assert not list(tmp_path.iterdir())
+
+
 def test_no_usable_opengl_is_exit_3(tmp_path, capsys, monkeypatch):
     from ssdo_gl.gpu import context
 

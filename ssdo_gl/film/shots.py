@@ -140,6 +140,10 @@ def asked_shots(run: RunOptions, film: FilmOptions) -> Shots:
         for flag, value in given.items():
             if value is not None:
                 raise SettingError(f"--{flag} has no effect with --path, which moves the camera")
+    elif film.turntable is None and film.frames_range is None:
+        raise SettingError(
+            "--film: a film needs its length: --turntable, --path VIEWS.json or --frames-range A:B"
+        )
     path = None if film.path is None else load_path(Path(film.path))
     frames = None if film.frames_range is None else frames_from_text(film.frames_range)
     return Shots(path, film.turntable, film.fps, run.time, frames)

@@ -131,18 +131,19 @@ class RenderThread:
 
     def start(self) -> None:
         """Return when the device is there; raises ContextError if there is none."""
-        self._thread.start()
         try:
+            self._thread.start()
             self._ready.result()
-        except BaseException:
-            self._thread.join()
+        except BaseException:  # Ctrl-C, too, while the device is made
+            self.stop()
             raise
 
     def stop(self) -> None:
         """Free everything and end the thread."""
         self._is_stopping = True
         self._wakes.set()
-        self._thread.join()
+        if self._thread.is_alive():  # not where Ctrl-C came before it began
+            self._thread.join()
 
     def enter(self, visitor: Visitor, size: tuple[int, int]) -> None:
         """Begin to draw for `visitor`, in pictures of `size` pixels."""

@@ -270,7 +270,7 @@ def test_a_measured_exposure_is_that_of_frame_0_even_when_resumed(
         ("a.gif", [*TURN, "--aov", "beauty,depth"], "a.gif: one image fits a film, not 2"),
         ("no/where/a", TURN, "does not exist"),
         ("no/a.gif", TURN, "does not exist"),
-        ("a", TURN[3:], "a film needs its length"),
+        ("a", TURN[3:], "--film: a film needs its length: --turntable, --path"),
         ("a", ["--frames-range", "9"], "--frames-range '9': expected A:B"),
         ("a", ["--path", "no.json"], "no.json: no such file"),
         ("a", ["--path", "no.json", *TURN], "--turntable has no effect with --path"),

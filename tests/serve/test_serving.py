@@ -8,14 +8,18 @@ import signal
 import socket as sockets
 import subprocess
 import sys
+import threading
+import time
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from ssdo_gl import cli
+from ssdo_gl.gpu.context import create_context
 from ssdo_gl.process import signals_as_exceptions
-from ssdo_gl.serve import serving
+from ssdo_gl.serve import render_thread, serving
+from ssdo_gl.serve.render_thread import RenderThread
 from ssdo_gl.serve.serving import said_of, until_terminated
 
 PATIENCE_S = 120.0
@@ -91,6 +95,24 @@ def test_signal_ends_it_cleanly_after_what_is_no_http(number):
         _, err = process.communicate(timeout=PATIENCE_S)
     assert err == ""
     assert process.returncode == (0 if number == signal.SIGINT else 128 + number)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are others there")
+def test_ctrl_c_while_the_device_is_made_ends_the_thread(monkeypatch, request):
+    def interrupted(backend: str) -> Any:
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(0.2)
+        return create_context(backend)
+
+    monkeypatch.setattr(render_thread, "create_context", interrupted)
+    thread = RenderThread(lambda device, shaders: None, request.config.getoption("--backend"))
+    # Were it to wait for a thread that nobody has told to end, this would free the test.
+    rescue = threading.Timer(PATIENCE_S, os.kill, (os.getpid(), signal.SIGINT))
+    rescue.start()
+    with signals_as_exceptions(), pytest.raises(KeyboardInterrupt):
+        thread.start()
+    rescue.cancel()
+    assert "rendering" not in [other.name for other in threading.enumerate()]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are others there")
