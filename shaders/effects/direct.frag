@@ -9,12 +9,6 @@
 // <shadow_edge>: who decides where texels of a map disagree, see shadow_edges/.
 // IS_OPEN: where it is drawn, nothing stands before the light.
 // GLOSSY: surfaces may be glossy, and what they reflect of the light goes to a target of its own.
-#if __VERSION__ >= 400
-#define HAS_GATHER 1
-#elif defined(GL_ARB_texture_gather)
-#extension GL_ARB_texture_gather : enable
-#define HAS_GATHER 1
-#endif
 #include "lib/gbuffer.glsl"
 #include "lights/area_shadow.glsl"
 #include "lights/gloss.glsl"

@@ -7,14 +7,10 @@
 // LIGHT_FORM: as in lights/lights.glsl. BLOCKER_COUNT, FILTER_COUNT: samples of the shadow of
 // one part of a rectangle; parallel light with a spread takes many times as many, see below.
 // Rectangles: lights/area_shadow.glsl.
-// HAS_GATHER (default 0): 1 where the extension GL_ARB_texture_gather is enabled.
 // IN_QUADS (default 0): 1 where the atlas is read from a copy of it, passes/quads.frag.
 #include "lib/hash.glsl"
 #include "lights/lights.glsl"
 
-#ifndef HAS_GATHER
-#define HAS_GATHER 0
-#endif
 #ifndef IN_QUADS
 #define IN_QUADS 0
 #endif
@@ -167,15 +163,6 @@ mat3 stored_around(vec2 corner)
     vec3 row_2 = is_odd ? vec3(c.y, d.xy) : vec3(c.xy, d.x);
     vec3 row_3 = is_odd ? vec3(c.w, d.zw) : vec3(c.zw, d.z);
     return (first.y & 1) == 1 ? mat3(row_1, row_2, row_3) : mat3(row_0, row_1, row_2);
-#elif HAS_GATHER
-    // Each call, at the corner between four texels, is given them anticlockwise from the upper
-    // left. In software it costs little more than one fetch.
-    vec2 unit = 1.0 / vec2(textureSize(t_shadow_atlas, 0));
-    vec4 a = textureGather(t_shadow_atlas, (corner + 1.0) * unit);
-    vec4 b = textureGather(t_shadow_atlas, (corner + vec2(2.0, 1.0)) * unit);
-    vec4 c = textureGather(t_shadow_atlas, (corner + vec2(1.0, 2.0)) * unit);
-    vec4 d = textureGather(t_shadow_atlas, (corner + 2.0) * unit);
-    return mat3(a.w, a.z, b.z, a.x, a.y, b.y, c.x, c.y, d.y);
 #else
     mat3 stored;
     for (int j = 0; j < 3; ++j) {

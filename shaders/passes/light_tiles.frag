@@ -10,6 +10,8 @@
 #elif defined(GL_ARB_texture_gather)
 #extension GL_ARB_texture_gather : enable
 #define HAS_GATHER 1
+#else
+#define HAS_GATHER 0
 #endif
 #include "lib/gbuffer.glsl"
 #include "lights/shadow.glsl"

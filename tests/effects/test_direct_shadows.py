@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import shutil
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,10 +10,8 @@ from effects.lit_floor import CAMERA, CARD, FLOOR, LIGHTS, UP, draw, floor_point
 from oracle import shadows
 from passes.pass_harness import box, make_scene, quad
 
-from ssdo_gl import resources
 from ssdo_gl.effects.direct import DirectSettings
 from ssdo_gl.effects.shadows.shadow_map import ShadowMapSettings
-from ssdo_gl.gpu.shader import ShaderLibrary
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.lights import DirectionalLight, PointLight, RectangleLight
 
@@ -40,26 +36,6 @@ def test_low_steps_throw_shadows(gl, shaders, kind):
     assert np.all(found[seen][dark] == 0.0)
     lit = (np.abs(points[:, 1]) < 1e-4) & (points[:, 0] > length + 0.06)
     assert np.all(found[seen][lit] > 0.0)
-
-
-@pytest.mark.parametrize("kind", ["point", "spot", "directional"])
-def test_texels_are_the_same_fetched_and_gathered(gl, shaders, tmp_path, kind):
-    """Drivers without gathers see the same picture, to the byte, also where shadows end."""
-    folder = shutil.copytree(Path(str(resources.folder("shaders"))), tmp_path / "shaders")
-    shader = folder / "effects" / "direct.frag"
-    text = shader.read_text()
-    assert text.count("#define HAS_GATHER 1") == 2
-    shader.write_text(text.replace("#define HAS_GATHER 1", "#define HAS_GATHER 0"))
-    scene = make_scene([FLOOR, quad(*CARD)], lights=[LIGHTS[kind]], camera=CAMERA)
-    coarse = ShadowMapSettings(16)
-    gathered, fetched = (
-        draw(gl, library, scene, map_settings=coarse)[2]
-        for library in (shaders, ShaderLibrary(gl, folder))
-    )
-    open_floor = draw(gl, shaders, scene, maps=False)[2]
-    partly = (gathered[..., 0] > 0.01) & (gathered[..., 0] < 0.9 * open_floor[..., 0])
-    assert partly.sum() > 20
-    np.testing.assert_array_equal(gathered, fetched)
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 1e4])
