@@ -13,7 +13,6 @@
 // by that share, as Salm does, they are less even: noise .028 for .015 (8 slices of 2 x 4
 // reads, cornell_meso).
 #include "screen_space/sectors.glsl"
-#include "lib/sampling.glsl"
 
 #define FINDS_BLOCKERS 0
 #define FINDS_SECTORS 1

@@ -9,7 +9,6 @@
 // stands above the tangent plane. The paper's heuristic for thin things, which lowers the
 // horizon again behind them, is left out, as in XeGTAO's defaults.
 #include "screen_space/slices.glsl"
-#include "lib/sampling.glsl"
 
 #define FINDS_BLOCKERS 0
 

@@ -9,7 +9,6 @@
 // count, where the paper lets it fade by 1 - (d / R)^2: visibility is defined by R. (RMSE
 // over five scenes at two radii, 32 directions of 8 steps: .095, with the fading .099.)
 #include "screen_space/slices.glsl"
-#include "lib/sampling.glsl"
 
 #define FINDS_BLOCKERS 0
 

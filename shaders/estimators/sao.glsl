@@ -8,7 +8,6 @@
 // estimators here read the same texels. What must be cleared is the tangent plane's own
 // height, in place of a bias times depth. A radius without end is what the frame shows.
 #include "screen_space/occlusion.glsl"
-#include "lib/sampling.glsl"
 
 #define FINDS_BLOCKERS 0
 

@@ -1,7 +1,6 @@
 #version 330 core
 // Where and by how much one image differs from another: blue is too dark, red too bright.
 // KIND 0 compares radiance relative to the other's, KIND 1 a visibility as it is.
-#include "lib/color.glsl"
 
 uniform sampler2D t_image;
 uniform sampler2D t_other;        // what is held to be right
