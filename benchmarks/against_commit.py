@@ -50,7 +50,6 @@ class Ratio:
 
     Attributes
     ----------
-    scene, case : str
     over : str
         The other side.
     ms, other_ms : float

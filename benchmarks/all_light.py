@@ -65,8 +65,6 @@ class Row:
 
     Attributes
     ----------
-    name : str
-    by_method : dict of Distance
     standard_error : float
         Of the reference, relative to its mean.
     paths : float

@@ -36,7 +36,6 @@ class Side:
     ----------
     name : str
         Of the checkout, for messages.
-    tree : Path
     job : mapping
         As `benchmarks.frame_driver` takes it.
     """

@@ -61,7 +61,6 @@ class Case:
 
     Attributes
     ----------
-    scene : str
     at : callable
         Returns the scene, the camera and the time of an animation.
     is_still : bool

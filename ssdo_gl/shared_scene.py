@@ -44,7 +44,6 @@ class SharedScene:
     ----------
     geometry : Geometry
         As it stood when `follow` was called last.
-    results : SharedResults
     """
 
     def __init__(self, gl: moderngl.Context, scene: Scene) -> None:

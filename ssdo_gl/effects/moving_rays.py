@@ -104,7 +104,6 @@ def moving_rays(
 
     Parameters
     ----------
-    counts : RayCounts
     stride : int
         Pixels from one that light is gathered at to the next.
     reads : tuple of str

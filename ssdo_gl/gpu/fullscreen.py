@@ -18,7 +18,6 @@ class Points(NamedTuple):
 
     Attributes
     ----------
-    number : int
     reach : (int, int)
         Width and height of the viewport in pixels, in which the target lies at the lower left.
     """
@@ -47,7 +46,6 @@ def draw_fullscreen(
         From `ShaderLibrary.fullscreen`.
     target : moderngl.Framebuffer
         Its viewport is set to its size.
-    uniforms : mapping of str to value
     textures : mapping of sampler name to texture
     region : (int, int, int, int) or None
         Draw there only: x, y, width and height in pixels, from the bottom left.

@@ -50,7 +50,6 @@ class PlanSteps:
 
     Attributes
     ----------
-    order : tuple of Step
     formats : dict of pass name to dict of resource to Format
         `Step.formats`.
     domains : tuple of str

@@ -24,7 +24,6 @@ class SeenSurfaces:
     ----------
     texture : Texture
         z, and the code of the shading normal, of each pixel.
-    view : FrameView
     versions : tuple of hashable
         Of bodies, lights and environment.
     """

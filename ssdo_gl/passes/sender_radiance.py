@@ -20,7 +20,6 @@ class SenderRadiancePass(RenderPass):
 
     Parameters
     ----------
-    terms : SenderTerms
     glossy : bool
         Surfaces may be glossy.
     """

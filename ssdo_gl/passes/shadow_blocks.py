@@ -27,7 +27,6 @@ class ShadowBlocks:
 
     Attributes
     ----------
-    texture : moderngl.Texture
     grid : (int, int)
         Squares of the lowest level.
     """

@@ -50,7 +50,6 @@ class SettingInfo:
 
     Attributes
     ----------
-    default : object
     unit : str
         Empty for pure numbers.
     low, high : float or None

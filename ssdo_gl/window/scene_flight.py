@@ -57,8 +57,6 @@ class SceneFlight:
     fit_bounds : (ndarray, ndarray)
         The same, of a scene that is framed those of its main part; `diagonal` is the distance
         between them.
-    flight : Flight
-    clock : Clock
     tour : Tour
         Bookmarks and camera path.
     """

@@ -46,7 +46,6 @@ class XServer:
     ----------
     folder : Path
         For the file that holds the screen.
-    size : (int, int)
     """
 
     def __init__(self, folder: Path, size: tuple[int, int] = (1000, 640)) -> None:

@@ -73,12 +73,9 @@ class Face(NamedTuple):
     ----------
     viewport : (int, int, int, int)
         Where in the atlas: column, row, width and height in texels.
-    eye : CameraPose
     clip_from_view : ndarray, shape (4, 4)
     depths : (float, float)
         Clip distances, near and far.
-    is_parallel : bool
-    own : OwnBody
     normal_ws : ndarray, shape (3,)
         Of the light's plane, if it has one.
     """

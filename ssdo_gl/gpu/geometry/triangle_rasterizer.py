@@ -44,7 +44,6 @@ class TriangleRasterizer:
 
     Attributes
     ----------
-    size : (int, int)
     depth_keys, ids : moderngl.Texture
         Complements of depths along the view axis, as bits, and of triangles' numbers; 0 is
         background.

@@ -105,7 +105,6 @@ class DirectParts:
 
     Attributes
     ----------
-    surfels : SurfelSet
     light : hashable
         Equal for the same light and geometry.
     parts : tuple of Texture

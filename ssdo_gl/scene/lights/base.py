@@ -120,7 +120,6 @@ class Light(ABC):
         Its name in shaders and window; ``shaders/lights/<kind>.glsl`` holds its functions.
     kind_in_files : str or None
         Its name in scene files, if that is another.
-    form : Form
     emitted_field, emitted_unit : str
         The field that says how bright it is, and its unit.
     point_fields, direction_fields, edge_fields : tuple of str

@@ -22,7 +22,6 @@ class Chosen:
     ----------
     settings : Settings
         The method is that of `view`.
-    view : View
     read_preset : callable or None
         Returns the fields of Settings in a file.
     """

@@ -41,8 +41,6 @@ class Side:
 
     Attributes
     ----------
-    image : LiveImage
-    governor : Governor
     is_governed : bool
         Whether the budget counts; without it, moving looks as resting does.
     """

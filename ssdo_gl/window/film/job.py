@@ -39,7 +39,6 @@ class FilmJob:
 
     Attributes
     ----------
-    frame_count, done_count : int
     frame : ndarray, shape (height, width, 3), or None
         The last one, sRGB.
 

@@ -55,13 +55,6 @@ class Overlay(ImguiBackend):
         Of the window; a narrow one begins without the panel.
     looks_file : Path or None
         Where the size of text and the theme are kept; None: nowhere.
-
-    Attributes
-    ----------
-    shows_panel, shows_help : bool
-    path_prompt : PathPrompt
-    picture_prompt : PicturePrompt
-    light_handle : LightHandle
     """
 
     def __init__(

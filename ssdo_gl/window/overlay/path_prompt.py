@@ -11,12 +11,7 @@ _WIDTH = 26.0
 
 
 class PathPrompt:
-    """Asks for a path.
-
-    Attributes
-    ----------
-    is_shown : bool
-    """
+    """Asks for a path."""
 
     def __init__(self) -> None:
         self.is_shown = False

@@ -50,12 +50,7 @@ def panel_width(window_size: tuple[int, int], scale: float) -> float:
 
 
 class Panel:
-    """Draws the panel's widgets and carries out what they ask for.
-
-    Attributes
-    ----------
-    light_handle : LightHandle
-    """
+    """Draws the panel's widgets and carries out what they ask for."""
 
     def __init__(self, viewer: Viewer, host: Host) -> None:
         self._viewer = viewer

@@ -29,7 +29,6 @@ class Channel:
         Seconds, increasing.
     values : ndarray, shape (K, N), or (K, 3, N) of a cubic spline
         A spline's are incoming tangent, value and outgoing tangent.
-    interpolation : "LINEAR", "STEP" or "CUBICSPLINE"
     period : float
         Of the whole animation, seconds.
     is_rotation : bool
