@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.common import answering, command, positive
-from benchmarks.motion_errors import CASES, Case
+from benchmarks.motion_errors import CASES, Case, rendered
 from benchmarks.walk_errors import errors
 from ssdo_gl.gpu.context import Device, create_context
 from ssdo_gl.renderer import Renderer
@@ -57,14 +57,9 @@ def references(device: Device, case: Case, extent: Extent, seed: int) -> Images:
     """Return the judged frames (frames, height, width, 3) by paths."""
     scene = load_scene(case.scene)
     settings = Settings("reference-gi", size=extent.size, spp=extent.spp, seed=seed, exposure=0.0)
-    images = []
-    with Renderer(scene, settings, device=device) as renderer:
-        for number in range(LEAD, LEAD + extent.frames):
-            moved, camera, seconds = case.at(scene, number, extent.size[1])
-            renderer.use_scene(moved)
-            found = renderer.render(["beauty"], camera=camera, seconds=seconds).images
-            images.append(found["beauty"][..., :3].astype(np.float32))
-    return np.stack(images)
+    numbers = range(LEAD, LEAD + extent.frames)
+    views = (case.at(scene, number, extent.size[1]) for number in numbers)
+    return rendered(device, scene, settings, views)["beauty"]
 
 
 def turned(kinds: list[str], number: int) -> list[str]:

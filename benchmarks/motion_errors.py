@@ -19,7 +19,7 @@ from __future__ import annotations
 import dataclasses
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -137,19 +137,31 @@ GHOSTS = (
 QUICK = Extent(("pan, 1/8 px",), (64, 48), 14, 32)
 
 
+def rendered(
+    device: Device,
+    scene: Scene,
+    settings: Settings,
+    views: Iterable[tuple[Scene, Camera, float]],
+    names: Sequence[str] = ("beauty",),
+) -> dict[str, NDArray[np.float32]]:
+    """Return pictures (frames, height, width, 3): scene, camera and seconds are of each view."""
+    frames: dict[str, list[NDArray[np.float32]]] = {name: [] for name in names}
+    with Renderer(scene, settings, device=device) as renderer:
+        for moved, camera, seconds in views:
+            renderer.use_scene(moved)
+            images = renderer.render(names, camera=camera, seconds=seconds).images
+            for name in names:
+                frames[name].append(images[name][..., :3])
+    return {name: np.stack(images) for name, images in frames.items()}
+
+
 def reference(device: Device, case: Case, extent: Extent) -> dict[str, Images]:
-    """Return the near field by rays, frame after frame."""
+    """Return the frames by rays."""
     scene = load_scene(case.scene)
     settings = Settings(size=extent.size, method="reference-near", spp=extent.spp)
-    frames: dict[str, list[Images]] = {name: [] for name in IMAGES}
-    with Renderer(scene, settings, device=device) as renderer:
-        for i in range(extent.frames):
-            moved, camera, seconds = case.at(scene, i, extent.size[1])
-            renderer.use_scene(moved)
-            images = renderer.render(IMAGES, camera=camera, seconds=seconds).images
-            for name in IMAGES:
-                frames[name].append(images[name].astype(np.float64))
-    return {name: np.stack(images) for name, images in frames.items()}
+    views = (case.at(scene, i, extent.size[1]) for i in range(extent.frames))
+    found = rendered(device, scene, settings, views, IMAGES)
+    return {name: images.astype(np.float64) for name, images in found.items()}
 
 
 def live(

@@ -20,8 +20,7 @@ from benchmarks.common import answering, check_scenes, command, positive, size_o
 from ssdo_gl.gpu.context import create_context
 from ssdo_gl.render_result import FrameTimes
 from ssdo_gl.renderer import Renderer
-from ssdo_gl.resources import folder
-from ssdo_gl.scene.load import load_scene
+from ssdo_gl.scene.load import builtin_names, load_scene
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.resolve import settings_for
@@ -142,12 +141,6 @@ def table_of(costs: Sequence[SceneCost]) -> str:
     return "\n".join(lines)
 
 
-def built_in_scenes() -> list[str]:
-    """Return the names of the scenes that come with the program."""
-    names = (entry.name for entry in folder("scenes").iterdir())
-    return sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml"))
-
-
 @answering
 def main(argv: Sequence[str] | None = None) -> int:
     """Print the table for the scenes named on the command line."""
@@ -161,7 +154,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     settings_for({}, flags)
     check_scenes(options.scenes)
     costs = []
-    for name in options.scenes or built_in_scenes():
+    for name in options.scenes or builtin_names():
         scene = load_scene(name)
         print(f"{scene.title or name} ...", file=sys.stderr, flush=True)
         settings = settings_for(scene.render, flags)

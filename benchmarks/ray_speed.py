@@ -289,14 +289,6 @@ def path_table(rows: Sequence[PathSpeed]) -> Table:
     return table
 
 
-LIMITS = """\
-Where it stops, on llvmpipe: a traversal step takes some 90 ns for 8 pixels, 36 of them for
-its three fetches (each lane's 16 bytes are loaded one by one), the rest arithmetic. Pixels
-run 8 in lockstep, so coherent rays (all pixels take the same cell of the hemisphere) reach
-twice the speed of scattered ones: a path's second ray and later ones wait for the longest of
-eight. Fewer fetches or wider nodes would have to come with less arithmetic, not more."""
-
-
 @answering
 def main(argv: Sequence[str] | None = None) -> int:
     """Measure and print, or run as a worker for one of the others."""
@@ -330,8 +322,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     console.print(occlusion_table(occlusion))
     console.print(path_table(paths))
     console.print("equal error: our time over Mitsuba's for images of the same error")
-    if device.is_software:
-        console.print(LIMITS)
     return 0
 
 

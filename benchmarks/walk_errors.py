@@ -27,8 +27,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.common import answering, check_scenes, command, positive
-from benchmarks.motion_errors import shifted
+from benchmarks.motion_errors import rendered, shifted
 from ssdo_gl.gpu.context import Device, create_context
+from ssdo_gl.images.error import root
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.load import load_scene
@@ -79,14 +80,10 @@ def references(device: Device, scene: Scene, extent: Extent, seed: int) -> Image
     The same random numbers in every frame: what changes from one to the next is less noisy.
     """
     settings = Settings("reference-gi", size=extent.size, spp=extent.spp, seed=seed, exposure=0.0)
-    images = []
-    with Renderer(scene, settings, device=device) as renderer:
-        for stretch in extent.frames():
-            for number in stretch:
-                camera, seconds = place(scene, number)
-                found = renderer.render(["beauty"], camera=camera, seconds=seconds).images
-                images.append(found["beauty"][..., :3])
-    return np.stack(images).reshape(extent.stretches, STRETCH, *extent.size[::-1], 3)
+    numbers = (number for stretch in extent.frames() for number in stretch)
+    views = ((scene, *place(scene, number)) for number in numbers)
+    images = rendered(device, scene, settings, views)["beauty"]
+    return images.reshape(extent.stretches, STRETCH, *extent.size[::-1], 3)
 
 
 def live(device: Device, scene: Scene, settings: Settings, extent: Extent) -> Images:
@@ -100,11 +97,6 @@ def live(device: Device, scene: Scene, settings: Settings, extent: Extent) -> Im
                 if number in stretch:
                     images.append(drawn.planes["beauty"].read()[..., :3])
     return np.stack(images).reshape(extent.stretches, STRETCH, *extent.size[::-1], 3)
-
-
-def root(square: float) -> float:
-    """Return the root, 0 of what noise has taken below it."""
-    return float(np.sqrt(max(square, 0.0)))
 
 
 @dataclass(frozen=True)

@@ -5,12 +5,11 @@ from __future__ import annotations
 from benchmarks import planning_gain as bench_effects
 from benchmarks.planning_gain import (
     SceneCost,
-    built_in_scenes,
     main,
     measure,
     table_of,
 )
-from ssdo_gl.scene.load import load_scene
+from ssdo_gl.scene.load import builtin_names, load_scene
 from ssdo_gl.settings.resolve import settings_for
 
 COST = SceneCost("room", 7, 11, 50.0, 100.0, 0.5, 0.125, 0.0015, 0.004, 0.25)
@@ -43,4 +42,4 @@ def test_scenes_are_measured_in_turn(monkeypatch, capsys):
     assert main(["corner", "furnace", "--size", "32x18"]) == 0
     assert capsys.readouterr().out.count("7 of 11") == 2
     assert main([]) == 0
-    assert capsys.readouterr().out.count("7 of 11") == len(built_in_scenes()) > 5
+    assert capsys.readouterr().out.count("7 of 11") == len(builtin_names()) > 5

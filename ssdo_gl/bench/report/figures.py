@@ -29,15 +29,20 @@ def error_text(panel: ErrorPanel, value: float) -> str:
     return percent(value) if panel.relative else f"{value:.3g}"
 
 
-def front_chart(bench: Bench, panel: ErrorPanel) -> Figure:
-    """Return error against time of one panel."""
-    results = [
+def drawable(results: Sequence[Result], panel: ErrorPanel) -> list[Result]:
+    """Return the results of a panel whose time and error both have a logarithm."""
+    return [
         r
-        for r in bench.results
+        for r in results
         if panel.name in r.verdicts
         and has_logarithm(r.verdicts[panel.name].error.value)
         and has_logarithm(r.timing.ms.value)
     ]
+
+
+def front_chart(bench: Bench, panel: ErrorPanel) -> Figure:
+    """Return error against time of one panel."""
+    results = drawable(bench.results, panel)
     reference = bench.references.get(panel.name)
     floor = reference.floor if reference is not None else math.nan
     errors = [r.verdicts[panel.name].error.value for r in results]

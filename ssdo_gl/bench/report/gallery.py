@@ -6,7 +6,6 @@ import base64
 from html import escape
 
 from ssdo_gl.bench.bench_data import Bench, Picture
-from ssdo_gl.bench.statistics import missing
 
 # Where the scale of the FLIP maps is labelled.
 _SCALE = ("0: no visible difference", "0.25", "0.5", "0.75", "1: black beside white")
@@ -72,11 +71,9 @@ def _compare(bench: Bench) -> str:
 
 def flip_scale() -> str:
     """Return the colours of FLIP maps with what they mean."""
-    try:
-        from matplotlib import colormaps
-        from matplotlib.colors import to_hex
-    except ImportError:
-        raise missing("matplotlib") from None
+    from matplotlib import colormaps
+    from matplotlib.colors import to_hex
+
     stops = ", ".join(to_hex(colormaps["magma"](i / 8.0)) for i in range(9))
     marks = "".join(f"<span>{mark}</span>" for mark in _SCALE)
     return (

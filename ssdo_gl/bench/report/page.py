@@ -43,13 +43,7 @@ def _source(name: str) -> str:
 
 
 def report_html(bench: Bench) -> str:
-    """Return the report of a bench as one HTML document.
-
-    Raises
-    ------
-    MissingLibraryError
-        Without matplotlib.
-    """
+    """Return the report of a bench as one HTML document."""
     shown = [r for r in split_results(bench) if r.point.key in bench.splits]
     machine = [[escape(cell) for cell in row] for row in machine_rows(bench)]
     return Template(_source("report.html")).substitute(

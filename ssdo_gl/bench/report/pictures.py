@@ -13,7 +13,7 @@ from PIL import Image
 from ssdo_gl.bench.analysis import Recommendation, Result, front_of
 from ssdo_gl.bench.bench_data import Picture
 from ssdo_gl.bench.measure import PICTURE, BenchRenderer, ErrorPanel, Reference, color, error_panels
-from ssdo_gl.bench.statistics import flip_hdr, flip_ldr, missing, srgb_of
+from ssdo_gl.bench.statistics import flip_hdr, flip_ldr, srgb_of
 from ssdo_gl.graph.render_pass import ProgressCallback
 from ssdo_gl.images.error import Mask
 from ssdo_gl.settings import Settings
@@ -33,10 +33,8 @@ def png_of(srgb: NDArray[np.float32]) -> bytes:
 
 def flip_map_png(error: NDArray[np.float32]) -> bytes:
     """Return a FLIP error map in the colours of its authors (magma) as a PNG file."""
-    try:
-        from matplotlib import colormaps
-    except ImportError:
-        raise missing("matplotlib") from None
+    from matplotlib import colormaps
+
     return png_of(np.asarray(colormaps["magma"](error))[:, :, :3].astype(np.float32))
 
 

@@ -11,8 +11,8 @@ from ssdo_gl.bench.analysis import ReferenceSummary, Result, front_of, sureness,
 from ssdo_gl.bench.bench_data import Bench
 from ssdo_gl.bench.measure import CLOCK_NAMES, ErrorPanel, error_panels
 from ssdo_gl.bench.report import key
-from ssdo_gl.bench.report.charts import short
-from ssdo_gl.bench.statistics import missing
+from ssdo_gl.bench.report.charts import has_logarithm, short
+from ssdo_gl.bench.report.figures import drawable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,15 +35,6 @@ _STYLE: Any = {
 MAX_NUMBERED = 14
 
 
-def _figure(width: float, height: float) -> Figure:
-    """Return an empty figure of the given size in inches."""
-    try:
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise missing("matplotlib") from None
-    return Figure(figsize=(width, height), layout="constrained")
-
-
 def as_bytes(figure: Figure, kind: str) -> bytes:
     """Return the figure as ``svg`` or ``png``; the same figure gives the same bytes."""
     import matplotlib as mpl
@@ -57,10 +48,8 @@ def as_bytes(figure: Figure, kind: str) -> bytes:
 
 def drawn_in_style(draw: Any, *arguments: Any) -> Figure:
     """Return ``draw(*arguments)`` with the style of this module in force."""
-    try:
-        import matplotlib as mpl
-    except ImportError:
-        raise missing("matplotlib") from None
+    import matplotlib as mpl
+
     with mpl.rc_context(_STYLE):
         figure: Figure = draw(*arguments)
         return figure
@@ -73,7 +62,9 @@ def pareto_figure(bench: Bench) -> Figure:
 
 
 def _pareto(bench: Bench, panels: Sequence[ErrorPanel]) -> Figure:
-    figure = _figure(6.2 * max(len(panels), 1), 7.4)
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(6.2 * max(len(panels), 1), 7.4), layout="constrained")
     charts = figure.subplots(1, max(len(panels), 1), squeeze=False)[0]
     for chart, panel in zip(charts, panels, strict=False):
         _pareto_chart(chart, bench, panel)
@@ -81,8 +72,7 @@ def _pareto(bench: Bench, panels: Sequence[ErrorPanel]) -> Figure:
 
 
 def _pareto_chart(chart: Axes, bench: Bench, panel: ErrorPanel) -> None:
-    results = [r for r in bench.results if panel.name in r.verdicts]
-    plotted = [r for r in results if _can_be_plotted(r, panel)]
+    plotted = drawable(bench.results, panel)
     groups: dict[tuple[str, str], list[Result]] = {}
     for result in plotted:
         name = key.color_name(result.point)
@@ -127,12 +117,6 @@ def _pareto_chart(chart: Axes, bench: Bench, panel: ErrorPanel) -> None:
     )  # fmt: skip
 
 
-def _can_be_plotted(result: Result, panel: ErrorPanel) -> bool:
-    """Whether both coordinates have a logarithm."""
-    error, time = result.verdicts[panel.name].error, result.timing.ms
-    return 0.0 < error.value < math.inf and 0.0 < time.value < math.inf
-
-
 def _draw_front(chart: Axes, front: Sequence[Result], panel: ErrorPanel) -> None:
     if not front:
         return
@@ -148,7 +132,7 @@ def _draw_front(chart: Axes, front: Sequence[Result], panel: ErrorPanel) -> None
 
 def _draw_limits(chart: Axes, reference: ReferenceSummary) -> None:
     """Draw what more depth reads cannot cross."""
-    if math.isfinite(reference.floor) and reference.floor > 0.0:
+    if has_logarithm(reference.floor):
         # Named in the legend: beside the line points may lie.
         chart.axhline(
             reference.floor, color="#666666", linestyle="--", linewidth=0.9,
