@@ -212,16 +212,33 @@ bool is_centre_edge(ivec2 pixel)
 struct Sum {
     vec4 value;
     float weight;
+    // The same times how far away taps lie, and of weights times its square.
+    vec4 tilted;
+    vec2 moments;
 };
+
+// Where taps lie to one side only, as at a joint, towards which light falls off within pixels, light
+// there is not the centre's. A line through the taps tells how it changes (Cleveland 1979), and
+// takes that off, as far as taps still count something, up to the kernel's end.
+vec4 mean_of(Sum sum)
+{
+#if STAGE == STAGE_SEPARABLE
+    const float MOST = 1.0 / float(TAP_RADIUS + 1);
+    float tilt = clamp(sum.moments.x / max(sum.moments.y, 1e-30), -MOST, MOST);
+    return (sum.value - tilt * sum.tilted) / (sum.weight - tilt * sum.moments.x);
+#else
+    return sum.value / sum.weight;
+#endif
+}
 
 #if KNOWS_NOISE
 // Of weighed light, its variance, and weights.
 vec3 light_sum = vec3(0.0);
 #endif
 
-// The tap at `pixel`, which lies `away` from the centre, in texels.
+// The tap at `pixel`, which lies `away` from the centre, in texels, and `step` along the axis.
 void add_tap(inout Sum sums[SIGNAL_COUNT], Centre c, ivec2 pixel, vec2 away, ivec2 size,
-             float weight)
+             float weight, float step)
 {
     ivec2 inside = clamp(pixel, ivec2(0), size - 1);
     ivec2 texel = inside * STRIDE;
@@ -245,8 +262,12 @@ void add_tap(inout Sum sums[SIGNAL_COUNT], Centre c, ivec2 pixel, vec2 away, ive
 #endif
     for (int i = 0; i < SIGNAL_COUNT; ++i) {
         bool use = is_sound(i, values[i]) && inside == pixel && weight > 0.0;
-        sums[i].value += use ? values[i] * weight : vec4(0.0);
-        sums[i].weight += use ? weight : 0.0;
+        vec4 value = use ? values[i] * weight : vec4(0.0);
+        float share = use ? weight : 0.0;
+        sums[i].value += value;
+        sums[i].weight += share;
+        sums[i].tilted += step * value;
+        sums[i].moments += step * share * vec2(1.0, step);
     }
 }
 
@@ -273,19 +294,20 @@ void filter_surface(ivec2 pixel, ivec2 texel, inout float z, inout vec4 results[
 #endif
     Sum sums[SIGNAL_COUNT];
     for (int i = 0; i < SIGNAL_COUNT; ++i)
-        sums[i] = Sum(vec4(0.0), 0.0);
+        sums[i] = Sum(vec4(0.0), 0.0, vec4(0.0), vec2(0.0));
 #if STAGE == STAGE_SEPARABLE
     const ivec2 axis = ivec2(1 - IS_VERTICAL, IS_VERTICAL);
     // Tested at its end: in software other loops cost two rounds more than they run.
     int i = -TAP_RADIUS;
     do {
         int trapezoid = min(min(4, 2 * TAP_RADIUS - 2), TAP_RADIUS + 1 - abs(i));
-        add_tap(sums, c, pixel + i * axis, float(i * STRIDE) * vec2(axis), size, float(trapezoid));
+        vec2 away = float(i * STRIDE) * vec2(axis);
+        add_tap(sums, c, pixel + i * axis, away, size, float(trapezoid), float(i));
     } while (++i <= TAP_RADIUS);
 #elif STAGE == STAGE_BOX
     for (int y = -2; y < 2; ++y)
         for (int x = -2; x < 2; ++x)
-            add_tap(sums, c, pixel + ivec2(x, y), float(STRIDE) * vec2(x, y), size, 1.0);
+            add_tap(sums, c, pixel + ivec2(x, y), float(STRIDE) * vec2(x, y), size, 1.0, 0.0);
 #else
     // The four pixels of the values around the texel, bilinear times same_surface.
     // Pixel p of the values sits on texel p * STRIDE.
@@ -297,9 +319,9 @@ void filter_surface(ivec2 pixel, ivec2 texel, inout float z, inout vec4 results[
     vec2 far = max(f, vec2(1e-3));
     float stride = float(STRIDE);
     vec2 away = vec2(base * STRIDE - texel);
-    add_tap(sums, c, base, away, size, near.x * near.y);
-    add_tap(sums, c, base + ivec2(1, 0), away + vec2(stride, 0.0), size, far.x * near.y);
-    add_tap(sums, c, base + ivec2(0, 1), away + vec2(0.0, stride), size, near.x * far.y);
+    add_tap(sums, c, base, away, size, near.x * near.y, 0.0);
+    add_tap(sums, c, base + ivec2(1, 0), away + vec2(stride, 0.0), size, far.x * near.y, 0.0);
+    add_tap(sums, c, base + ivec2(0, 1), away + vec2(0.0, stride), size, near.x * far.y, 0.0);
     // Then the fourth. Where none of them lies on a thing so thin, what is known of it
     // farther away, or else of the surroundings, is better than nothing: one loop for
     // both, because one that runs no rounds takes the time of one in software.
@@ -308,11 +330,11 @@ void filter_surface(ivec2 pixel, ivec2 texel, inout float z, inout vec4 results[
     do {
         ivec2 place = i < 0 ? ivec2(1) : ivec2(i & 3, i >> 2) - 1;
         add_tap(sums, c, base + place, away + stride * vec2(place), size,
-                i < 0 ? far.x * far.y : 1.0);
+                i < 0 ? far.x * far.y : 1.0, 0.0);
         is_lost = is_lost || (i < 0 && sums[0].weight < LEAST_WEIGHT);
     } while (is_lost && ++i < 16);
 #endif
     for (int i = 0; i < SIGNAL_COUNT; ++i)
-        results[i] = sums[i].weight > 0.0 ? sums[i].value / sums[i].weight : neutral(i);
+        results[i] = sums[i].weight > 0.0 ? mean_of(sums[i]) : neutral(i);
 #endif
 }

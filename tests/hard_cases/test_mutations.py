@@ -263,7 +263,7 @@ MUTATIONS = {
         {"lib/edge_aware_filter.glsl": (
             ("bool is_sound(int signal, vec4 value)\n{",
              "bool is_sound(int signal, vec4 value)\n{\nreturn true;"),
-            ("+= use ? values[i]", "+= use ? min(values[i], vec4(u_value_bound))"),
+            ("= use ? values[i]", "= use ? min(values[i], vec4(u_value_bound))"),
         )},
         poison.filter_takes_poison,
     ),

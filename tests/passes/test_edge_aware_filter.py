@@ -149,8 +149,11 @@ def test_tolerance_off_the_plane_counts_a_quarter(gl, shaders, scale, far_first)
         gl, shaders, picture, raw, scale=scale, depth_tolerance=tolerance, use_normals=False
     )
     # The receiver next to the edge: taps 1, 2, 3 of [1 2 3 4 3 2 1] lie beyond it.
-    beyond = 0.25 * (3.0 + 2.0 + 1.0)
-    expected = beyond / (1.0 + 2.0 + 3.0 + 4.0 + beyond)
+    step = np.arange(-3.0, 4.0)
+    weight = np.where(step > 0, 0.25, 1.0) * (4.0 - abs(step))
+    slope = weight @ step / (weight @ step**2)
+    weight *= 1.0 - step * np.clip(slope, -0.25, 0.25)
+    expected = weight[step > 0].sum() / weight.sum()
     column = 23 if scale == 1 else 22
     # At half size the receiver's own column is copied but for the least weights of others.
     assert image[18, column, 0] == pytest.approx(expected, abs=2e-3)
@@ -161,7 +164,42 @@ def test_kernel_ends_at_the_frame_s_border(gl, shaders):
     raw = np.zeros((36, 48, 4))
     raw[:, 0] = 1.0
     image = run(gl, shaders, plane(), raw)
-    np.testing.assert_allclose(image[:, 0, 0], 4.0 / (4.0 + 3.0 + 2.0 + 1.0), rtol=1e-5)
+    # Those inside lie to one side, and count less by a quarter for each pixel.
+    weights = np.array([4.0, 3.0, 2.0, 1.0]) * [1.0, 0.75, 0.5, 0.25]
+    np.testing.assert_allclose(image[:, 0, 0], weights[0] / weights.sum(), rtol=1e-5)
+
+
+# Pixels: how far away light is taken from, in the row at a joint and in the next, and what taps
+# across it count. Without a line .8, 1 and 1.9 in the one, .3, .5 and 1.4 in the other.
+OFF_IN_A_JOINT = {2: 0.545, 3: 0.667, 5: 1.351}
+OFF_BESIDE_A_JOINT = {2: 0.0, 3: 0.111, 5: 0.706}
+ACROSS_A_JOINT = 0.01
+
+
+@pytest.mark.parametrize("holds_z", [False, True])
+@pytest.mark.parametrize("tap_radius", [2, 3, 5])
+def test_light_that_falls_off_towards_a_joint_does_so_still(gl, shaders, tap_radius, holds_z):
+    """Beside a crease taps lie to one side: their mean is the light of farther away."""
+    size = (64, 64)
+    picture = corner(size, tan_half(size))
+    ramp = 0.1 + np.abs(np.arange(64) - 31.5) / 32
+    raw = np.broadcast_to(ramp[:, None, None], (64, 64, 3 if holds_z else 4))
+    image = run(gl, shaders, picture, raw, tap_radius=tap_radius, holds_z=holds_z)
+    off = 32 * (image[..., 0] - raw[..., 0])[8:-8, 8:-8]
+    # Rows 31 and 32 meet in the crease.
+    joint = np.isin(np.arange(64), (31, 32))[8:-8]
+    assert np.abs(off[~joint]).max() < OFF_BESIDE_A_JOINT[tap_radius] + ACROSS_A_JOINT
+    assert np.abs(off[joint]).max() < OFF_IN_A_JOINT[tap_radius] + ACROSS_A_JOINT
+
+
+@pytest.mark.parametrize("spot", [(0, 0), (17, 23), (17, 24), (35, 47), (18, 2)])
+def test_every_pixel_counts_more_than_nothing(gl, shaders, spot):
+    picture = dataclasses.replace(plane(), z=halves(2.0, 5.0, 1)[..., 0])
+    raw = np.zeros((36, 48, 4))
+    raw[spot] = 1.0
+    image = run(gl, shaders, picture, raw)
+    assert image[spot][0] > 0.03
+    assert np.all(image[..., :3] >= 0.0)
 
 
 @pytest.mark.parametrize("scale", [1, 2])

@@ -43,7 +43,8 @@ def twin(values, light, variance):
     for axis in (1, 0):
         length = light.shape[axis]
         sums = [np.zeros(light.shape) for _ in values]
-        lights, variances, weights = (np.zeros(light.shape) for _ in range(3))
+        tilted = [np.zeros(light.shape) for _ in values]
+        lights, variances, weights, first, second = (np.zeros(light.shape) for _ in range(5))
         for i in range(-RADIUS, RADIUS + 1):
             place = np.arange(length) + i
             inside = (place >= 0) & (place < length)
@@ -52,12 +53,19 @@ def twin(values, light, variance):
             x = (other - light) ** 2 / np.maximum(TOLERANCE * (variance + of_other), 1e-30)
             weight = min(4, RADIUS + 1 - abs(i)) / (1.0 + np.maximum(x - 1.0, 0.0) ** 2)
             weight = weight * (inside[None, :] if axis == 1 else inside[:, None])
-            for total, value in zip(sums, values, strict=True):
+            for total, tilt, value in zip(sums, tilted, values, strict=True):
                 total += weight * np.take(value, place, axis)
+                tilt += i * weight * np.take(value, place, axis)
+            first += i * weight
+            second += i * i * weight
             lights += weight * other
             variances += weight**2 * of_other
             weights += weight
-        values = [total / weights for total in sums]
+        slope = np.clip(first / second, -1.0 / (RADIUS + 1), 1.0 / (RADIUS + 1))
+        values = [
+            (total - slope * tilt) / (weights - slope * first)
+            for total, tilt in zip(sums, tilted, strict=True)
+        ]
         light, variance = lights / weights, variances / weights**2
     return values
 
