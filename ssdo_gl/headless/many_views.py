@@ -11,7 +11,7 @@ from ssdo_gl.render_result import RenderResult
 from ssdo_gl.renderer import Renderer, scene_and_settings
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
-from ssdo_gl.settings.fields import SettingError
+from ssdo_gl.settings.fields import SettingError, shown
 from ssdo_gl.settings.settings import Settings
 
 
@@ -58,6 +58,8 @@ def render_views(
     >>> [view.images["depth"].shape for view in views]
     [(18, 32, 1), (18, 32, 1), (18, 32, 1)]
     """
+    if not isinstance(cameras, Iterable):
+        raise SettingError(f"cameras = {shown(cameras)}: expected several Cameras, as in a list")
     cameras = tuple(cameras)
     for index, camera in enumerate(cameras):
         if camera is None:

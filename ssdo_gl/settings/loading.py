@@ -45,7 +45,7 @@ class LoadOptions:
     ----------
     camera : str, int or None
         Which camera of a model file the scene is seen from: its name, or its number from 0 on.
-        None: the first.
+        None: the first; ``fit``, among choices by name: as `frames_all`.
     frames_all : bool
         Whether the whole scene is framed even if the file has a camera.
     is_bare : bool
@@ -190,4 +190,6 @@ def load_options(given: Mapping[str, Any]) -> LoadOptions:
     for name in given:
         if name not in {field.name for field in dataclasses.fields(LoadOptions)}:
             info_of(LoadOptions, name, "option")
+    if given.get("camera") == FIT:  # as of the flag
+        given = {**given, "camera": None, "frames_all": True}
     return LoadOptions(**given).checked()

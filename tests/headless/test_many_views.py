@@ -129,6 +129,7 @@ def test_files_of_the_command_have_them_too(tmp_path, monkeypatch, flags, name):
     ("arguments", "error", "message"),
     [
         ({"cameras": [CAMERAS[0], (0, 0, 4)]}, SettingError, r"cameras\[1\]: expected a Camera"),
+        ({"cameras": CAMERAS[0]}, SettingError, "cameras = Camera.*: expected several Cameras"),
         ({"aov": ["depht"]}, SettingError, "image 'depht': choose of"),
         ({"source": "nowhere"}, SceneError, "no built-in scene is called 'nowhere'"),
         ({"samples": 0}, SettingError, "samples = 0"),

@@ -31,6 +31,12 @@ def test_a_camera_is_chosen_by_name_or_number(path: Path, which, distance: int) 
     assert [item.camera.position[2] for item in scene.cameras] == [4, 5, 6]
 
 
+def test_fit_frames_all_as_the_flag_does(path: Path) -> None:
+    framed = load_scene(path, frames_all=True)
+    assert load_scene(path, camera="fit").camera == framed.camera != load_scene(path).camera
+    assert load_scene("corner", camera="fit").camera != load_scene("corner").camera
+
+
 def test_the_motion_is_that_of_the_chosen_camera(path: Path) -> None:
     assert scene_at(load_scene(path), 0.5).camera.position == (0, 0, 4)
     moved = scene_at(load_scene(path, camera="from above"), 0.5).camera
