@@ -26,6 +26,7 @@ from ssdo_gl.scene.material_edits import (
 )
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.loading import LoadOptions
+from ssdo_gl.suggestion import suggestion
 
 # What such a scene may hold; lights are added, objects and materials are those of its base.
 BASED_KEYS = ("base", "title", "purpose", "camera", "environment", "render", "edit", "light")
@@ -96,8 +97,9 @@ def _base(top: Table, file: Path | None, options: LoadOptions) -> Scene:
     try:
         if name in builtin_names():
             return load_scene(name, options)
-        if file is None:
-            top.fail("base", "the name of a built-in scene")
+        if file is None or not Path(name).suffix:
+            known = suggestion(name, builtin_names())
+            top.fail("base", f"no built-in scene is called that{known}")
         base = contained_file(file, name, top.where("base"))
         if base in followers:
             top.fail("base", f"expected a scene that does not follow from {file.name} in turn")

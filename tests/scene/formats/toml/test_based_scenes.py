@@ -81,6 +81,7 @@ def test_another_method_drops_the_estimator_of_the_base(tmp_path: Path) -> None:
         ('base = "mine.toml"', "does not follow from mine.toml in turn"),
         ('base = "../other.toml"', "must not leave the folder"),
         ('base = "missing.toml"', "no such file"),
+        ('base = "corne"', "no built-in scene is called that; did you mean 'corner'"),
         ('base = "corner"\n[[object]]\nshape = "box"', "object"),
         ('base = "corner"\n[[edit]]\nlight = 99', "light"),
         ('base = "corner"\n[[edit]]\nmaterial = 99', "material"),
