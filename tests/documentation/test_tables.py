@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import re
 
 from documentation.pages import TEXTS, code_spans, first_names, section, settings_table, table
@@ -19,6 +20,16 @@ from ssdo_gl.window.input.bindings import help_groups
 
 def test_the_table_of_flags_is_that_of_the_program():
     assert settings_table() in section("docs/command.md", "Flags")
+
+
+def test_what_stats_hold_is_what_the_page_says(tmp_path):
+    stats = tmp_path / "stats.json"
+    words = ["corner", "--explain", "--method", "direct", "--size", "16x9", "--quiet"]
+    assert cli.main([*words, "--stats", str(stats)]) == 0
+    text = section("docs/command.md", "Outputs")
+    text = text[text.index("`--stats FILE.json` holds") :].split("`timer` is")[0]
+    named = code_spans(re.sub(r"\([^)]*\)", "", text))[1:]
+    assert named == list(json.loads(stats.read_text()))
 
 
 def test_the_table_of_public_names_is_that_of_the_package():
