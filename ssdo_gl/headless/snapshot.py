@@ -40,7 +40,7 @@ from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import values
 
 _BLACK = (
-    "the picture is black: the camera sees nothing that light reaches"
+    "the picture is black: {dark}the camera sees nothing that light reaches"
     " (--camera fit shows the whole scene, --light studio lights it)"
 )
 
@@ -270,7 +270,8 @@ def _print_summary(
 
 def _notes_on_images(request: SnapshotRequest, result: RenderResult) -> Iterator[str]:
     if is_black(result):
-        yield _BLACK
+        exposure = result.settings.exposure or 0.0
+        yield _BLACK.format(dark=f"at {exposure:g} EV, or " if exposure < 0.0 else "")
     others = images_of_other_methods(request.wanted, result.settings.method)
     if others and set(request.wanted) != set(image_names()):
         yield f"{', '.join(others)}: no part of {result.settings.method}, the same everywhere"

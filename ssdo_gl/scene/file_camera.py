@@ -49,8 +49,9 @@ def camera_of_file(cameras: Sequence[FileCamera], which: str | int, source: str)
     if 0 <= index < len(cameras):
         return cameras[index]
     hint = suggestion(str(which), [*filter(None, names), FIT], lists=False)
-    has = f"{source} has {listed_names(cameras, 20)}" if names else f"{source} has no cameras"
-    raise SettingError(f"camera {shown(which)}: {has}{hint}")
+    there = "camera" if len(names) == 1 else "cameras"
+    has = f"{there} {listed_names(cameras, 20)}" if names else "no cameras"
+    raise SettingError(f"camera {shown(which)}: {source} has {has}{hint}")
 
 
 def listed_names(cameras: Sequence[FileCamera], most: int) -> str:

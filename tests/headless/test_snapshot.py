@@ -38,6 +38,20 @@ def test_a_black_picture_is_said_to_be_one(
     assert ("note: the picture is black" in capsys.readouterr().err) == is_black
 
 
+def test_a_black_picture_of_little_exposure_says_so(capsys, tmp_path: Path) -> None:
+    words = [
+        "corner",
+        "--snapshot",
+        str(tmp_path / "a.png"),
+        "--size",
+        "16x9",
+        "--method",
+        "direct",
+    ]
+    assert main([*words, "--exposure", "-60"]) == 0
+    assert "the picture is black: at -60 EV, or the camera sees" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("method", "images", "note"),
     [

@@ -52,9 +52,12 @@ def test_the_others_are_said_unless_one_is_asked_for(path: Path) -> None:
 @pytest.mark.parametrize(
     ("which", "message"),
     [
-        ("front", "camera 'front': .*has 0 'Front', 1 'from above', 2 '3'; did you mean 'Front'"),
-        (9, "camera 9: .*has 0 'Front'"),
-        (-1, "camera -1: .*has 0 'Front'"),
+        (
+            "front",
+            "camera 'front': .*has cameras 0 'Front', 1 'from above', 2 '3'; did you mean 'Front'",
+        ),
+        (9, "camera 9: .*has cameras 0 'Front'"),
+        (-1, "camera -1: .*has cameras 0 'Front'"),
         (True, "camera = True: expected the name or number"),
         (1.5, "camera = 1.5: expected the name or number"),
     ],
