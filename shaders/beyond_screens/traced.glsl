@@ -83,7 +83,7 @@ vec3 emitted(Surface met, BvhHit hit, MirrorPath path, bool is_first)
         ivec2 texel = receiver_texel(ivec2(gl_FragCoord.xy));
         float chosen = glow_density(lit_point_of_lobe(path.start, texel), hit, met);
         if (chosen >= 0.0)
-            return balance(path.density * float(SAMPLE_COUNT), chosen) * met.emission;
+            return balance(path.density * float(SAMPLE_COUNT), chosen * float(u_glow_rays)) * met.emission;
     }
 #endif
     float share = is_first ? 1.0 : balance(path.density, drawn_density(met, hit.t));

@@ -37,6 +37,11 @@ struct LitPoint {
     float alpha;    // < 0: there is no lobe
 };
 
+LitPoint lit_point(vec3 p, vec3 normal)
+{
+    return LitPoint(p, normal, normal, normal, -1.0);
+}
+
 // Which of the directions up to an angle from w reflects the most light, about: the one next to
 // the mirrored direction.
 float lobe_toward(LitPoint r, vec3 w, float cosine, float sine)
@@ -160,7 +165,7 @@ LightSample sample_tree(LitPoint r, vec2 choice, vec2 u)
 // By the cosine of what arrives alone.
 LightSample sample_tree(vec3 p, vec3 normal, vec2 choice, vec2 u)
 {
-    return sample_tree(LitPoint(p, normal, normal, normal, -1.0), choice, u);
+    return sample_tree(lit_point(p, normal), choice, u);
 }
 
 bool is_in_tree(EmitterGroup group)

@@ -3,13 +3,10 @@
 // rays of a narrow lobe find its image, points chosen from a tree find small bodies in a wide one.
 //
 // SAMPLE_COUNT: rays of the lobe. GLOW_IS_DIRECT 0: there are none.
-#include "rays/emitter_tree.glsl"
+#include "rays/glow_that_is_met.glsl"
 #include "lib/z_curve.glsl"
 
 #if GLOW_IS_DIRECT
-// Of each slot, which emitter of the tree it is, or the first of its cells; -1: none; and how many
-// cells it has along an edge.
-uniform isampler2D t_glow_places;
 uniform int u_glow_rays;
 
 LitPoint lit_point_of_lobe(vec3 p, ivec2 texel)
@@ -18,34 +15,6 @@ LitPoint lit_point_of_lobe(vec3 p, ivec2 texel)
     vec3 w_out = u_ns_from_vs * toward_camera(gbuffer_position_vs(texel));
     vec3 mirrored = 2.0 * cosine_out(normal, w_out) * normal - w_out;
     return LitPoint(p, normal, w_out, normalize(mirrored), alpha_of(brdf_at(texel).roughness));
-}
-
-// Which of a parallelogram's cells the point p lies in, of which `e` is the first.
-ivec2 cell_at(Emitter e, vec3 p, int per_side)
-{
-    vec3 normal = cross(e.edge_u.xyz, e.edge_v.xyz);
-    vec3 d = (p - e.place) / max(dot(normal, normal), 1e-30);
-    vec2 place = vec2(dot(cross(d, e.edge_v.xyz), normal), dot(cross(e.edge_u.xyz, d), normal));
-    return clamp(ivec2(place), ivec2(0), ivec2(per_side - 1));
-}
-
-// Density over solid angle, all rays together, with which points of what a ray of length t has
-// met are chosen; -1 where it is not of the tree.
-float glow_density(LitPoint r, BvhHit hit, Surface met)
-{
-    int slot = int(bvh_texel(hit.record, 3).x) * 2 + (hit.is_second ? 1 : 0);
-    ivec2 place = texelFetch(t_glow_places, row_address(slot), 0).xy;
-    if (place.x < 0) {
-        return -1.0;
-    }
-    ivec4 which = texelFetch(t_glow_order, row_address(place.x), 0);
-    if (place.y > 1) {
-        ivec2 cell = cell_at(emitter_at(which.y), met.at.position, place.y);
-        which = texelFetch(t_glow_order, row_address(place.x + cell.y * place.y + cell.x), 0);
-    }
-    float area = emitter_texel(which.y, 2).w;
-    float per_angle = hit.t * hit.t / max(area * met.area_cosine, 1e-20);
-    return float(u_glow_rays) * chance_of_leaf(r, which.z) * per_angle;
 }
 
 // Mean radiance that the lobe of a pixel takes in from points of glowing bodies. `is_met`: rays of

@@ -1,6 +1,6 @@
 """What gloss reflects of glowing bodies: by points of them and by rays of the lobe, once in all.
 
-Both meet in `rays/glow_in_lobes.glsl`.
+Both meet in `rays/glow_in_lobes.glsl` and `rays/glow_that_is_met.glsl`.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from ssdo_gl.graph.execute import Executor
 from ssdo_gl.graph.graph import compile_graph
 from ssdo_gl.graph.render_pass import RenderPass
 from ssdo_gl.passes.environment_uniforms import environment_kind
+from ssdo_gl.passes.rays import GlowTreePass
 from ssdo_gl.passes.rays.bvh_upload import BvhUploadPass
 from ssdo_gl.passes.rays.ray_tables import EmitterTablesPass, MaterialTablePass, SurfaceTablesPass
 from ssdo_gl.passes.surfels.surfel_bounces import SurfaceCachePass
@@ -49,10 +50,13 @@ class Filled:
         return np.asarray(self.points.mean(axis=1))
 
 
-def cache_passes(scene: Scene, settings: SurfaceCacheSettings) -> list[RenderPass]:
+def cache_passes(
+    scene: Scene, settings: SurfaceCacheSettings, *, by_tree: bool = False
+) -> list[RenderPass]:
     """Return the passes of the cache and of the tables that it reads."""
-    features, sky = RayFeatures.of(scene), scene.environment
+    features, sky = replace(RayFeatures.of(scene), glow_is_direct=by_tree), scene.environment
     tables = [BvhUploadPass(), SurfaceTablesPass(), MaterialTablePass(), EmitterTablesPass()]
+    tables += [GlowTreePass(stand_ins=True)] if by_tree else []
     cache = [
         SurfelsPass(settings, features),
         SurfelRaysPass(settings, features),
@@ -68,12 +72,14 @@ def fill(
     shaders: ShaderLibrary,
     scene: Scene,
     settings: SurfaceCacheSettings | None = None,
+    *,
+    by_tree: bool = False,
 ) -> Filled:
-    """Return the filled cache of `scene`."""
+    """Return the filled cache of `scene`; `by_tree`: light of what glows by the tree of `gi`."""
     device.activate()
     settings = settings or SurfaceCacheSettings()
     names = ("surfel_points", "surface_cache", "surfel_direct")
-    plan = compile_graph(cache_passes(scene, settings), names)
+    plan = compile_graph(cache_passes(scene, settings, by_tree=by_tree), names)
     geometry, executor = Geometry(device.gl, scene), Executor(device, shaders)
     try:
         executor.run(plan, make_frame(scene, (16, 16), geometry=geometry), geometry)

@@ -19,6 +19,7 @@ from ssdo_gl.passes.environment_uniforms import MAP_RADIANCE, environment_kind
 from ssdo_gl.passes.own_textures import drawing_into, facts_of, textures_of
 from ssdo_gl.passes.rays import (
     EMITTER_TABLES,
+    GLOW_PLACES,
     GLOW_TREE,
     emitters_of,
     ray_reads,
@@ -144,7 +145,7 @@ class SurfelDirectPass(RenderPass):
             *ray_reads(features, shades=True),
             *EMITTER_TABLES,
             *((MAP_RADIANCE,) if self.shared.environment_kind == 3 else ()),
-            *(GLOW_TREE if features.glow_is_direct else ()),
+            *((*GLOW_TREE, GLOW_PLACES) if features.glow_is_direct else ()),
         )
         self.reads = (*self.rays, "surfel_sky")
         if features.lobes:

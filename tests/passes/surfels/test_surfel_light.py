@@ -133,6 +133,33 @@ def test_lamps_close_to_walls_send_what_they_should(device, shaders) -> None:
     np.testing.assert_allclose(received, 6 * np.pi * 0.02 * 0.15, rtol=0.06)
 
 
+def placed(mesh: Mesh, size: tuple[float, ...], middle: tuple[float, ...]) -> Mesh:
+    return Mesh(mesh.positions * size + np.array(middle), mesh.triangles)
+
+
+def test_no_body_sends_more_than_fills_the_hemisphere(device, shaders) -> None:
+    """A ball that glows on a stand that it touches, in a black room, which receives all it sends."""
+    room = Mesh(2.0 * box().positions, box().triangles[:, ::-1])
+    ball = placed(sphere(16), (0.1, 0.1, 0.1), (0.1, -0.6, 0.2))
+    stand = placed(box(), (0.06, 0.3, 0.06), (0.1, -0.85, 0.2))
+    black, lamp = Material(albedo=(0.0,) * 3), Material(albedo=(0.0,) * 3, emission=(1.0,) * 3)
+    objects = SceneObject(0, 0), SceneObject(1, 1), SceneObject(2, 0)
+    scene = Scene((room, ball, stand), (black, lamp), objects, CAMERA)
+    filled = fill(device, shaders, scene, by_tree=True)
+    # Two estimators, each of which brings no more than that.
+    assert filled.direct[:, 0].max() < 1.2 * np.pi
+    top = np.abs(filled.positions - (0.1, -0.7, 0.2)).max(axis=1) < 0.04
+    assert filled.direct[top, 0].max() > 0.5 * np.pi
+    inside = np.abs(np.abs(filled.positions).max(axis=1) - 1.0) < 1e-3
+    inside &= filled.direct[:, 0] > 0.0
+    corners = ball.positions[ball.triangles]
+    edges = corners[:, 1:] - corners[:, :1]
+    area = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=-1).sum()
+    # What the stand keeps is the tenth that is missing.
+    received = 24.0 * filled.direct[inside, 0].mean()
+    assert 0.8 < received / (np.pi * area) < 1.0
+
+
 def two_rooms(thickness: float, tessellation: int) -> Scene:
     """Return a box of 2 x 1 x 1 with a wall in its middle and a lamp on its left."""
     room = tessellated(box(), tessellation)
