@@ -138,7 +138,7 @@ def placed(mesh: Mesh, size: tuple[float, ...], middle: tuple[float, ...]) -> Me
 
 
 def test_no_body_sends_more_than_fills_the_hemisphere(device, shaders) -> None:
-    """A ball that glows on a stand that it touches, in a black room, which receives all it sends."""
+    """A ball glows on a stand that it touches, in a black room that receives all it sends."""
     room = Mesh(2.0 * box().positions, box().triangles[:, ::-1])
     ball = placed(sphere(16), (0.1, 0.1, 0.1), (0.1, -0.6, 0.2))
     stand = placed(box(), (0.06, 0.3, 0.06), (0.1, -0.85, 0.2))
