@@ -151,7 +151,7 @@ def test_sky_is_neutral_and_stays_out_of_averages(gl, shaders, record, kind, siz
 
 
 @pytest.mark.parametrize("poison", POISONS)
-@pytest.mark.parametrize("estimator", ["march", "rgs09"])
+@pytest.mark.parametrize("estimator", ["march", "rgs09", "bitmask"])
 def test_a_faulty_sender_sends_nothing(gl, shaders, record, poison, estimator):
     """In all channels or one; what is only bright sends what the bound lets through."""
     picture = corner(SIZE, (0.6, 0.4))
