@@ -71,6 +71,7 @@ struct Past {
     vec4 values[IMAGE_COUNT];
     float frames;
     float weight;
+    vec2 aside;  // of the point, texels: where on average lies what is known
 };
 
 #if HAS_PAST
@@ -87,7 +88,48 @@ void add_tap(inout Past past, Place place, ivec2 step_px)
 #endif
     past.frames += weight * surface.y;
     past.weight += weight;
+    past.aside += weight * (vec2(step_px) - place.f);
 }
+
+#if HAS_CONTACTS
+// What lies less far aside, texels, is taken for the point.
+const float LEAST_ASIDE = 0.1;
+// In footprints of a pixel off its plane: light changes beside what stands closer. A wall seen between
+// bars is lit evenly, and little but noise would come in.
+const float CLOSE = 3.0;
+
+// Takes off how light changes from the point at `texel` to where the past is known, as far as the next
+// pixel tells, if it shows the same surface. Frame after frame light would else creep on along it.
+void bring_back(inout Past past, ivec2 texel, float z)
+{
+    vec4 codes = texelFetch(t_normals_vs, texel, 0);
+    vec3 rate = plane_rate(uv_of_texel(texel), oct_decode(codes.zw))
+              / (u_plane_tolerance * pixel_height_at(z));
+    float offset = plane_height(rate, vec2(0.0), z);
+    for (int axis = 0; axis < 2; ++axis) {
+        ivec2 step_px = ivec2(0);
+        step_px[axis] = past.aside[axis] < 0.0 ? -1 : 1;
+        // Beyond the frame's edge is the pixel itself, which tells nothing.
+        ivec2 other = clamp(texel + step_px, ivec2(0), textureSize(t_value_0, 0) - 1);
+        float other_z = gbuffer_z_vs(other);
+        vec2 turn = 2.0 * (texelFetch(t_normals_vs, other, 0).xy - codes.xy);
+        bool is_same = other_z > 0.0 && dot(turn, turn) < NORMAL_TOLERANCE * NORMAL_TOLERANCE
+                    && abs(plane_height(rate, vec2(other - texel), other_z) - offset) < 1.0;
+        ivec2 across = clamp(texel - step_px, ivec2(0), textureSize(t_value_0, 0) - 1);
+        float height = plane_height(rate, vec2(across - texel), gbuffer_z_vs(across)) - offset;
+        bool is_close = abs(height) * u_plane_tolerance < CLOSE;
+        float share = is_same && is_close ? abs(past.aside[axis]) : 0.0;
+        vec3 change = texelFetch(t_value_0, other, 0).rgb - texelFetch(t_value_0, texel, 0).rgb;
+        past.values[0].rgb -= is_finite(change) ? share * change : vec3(0.0);
+#if IMAGE_COUNT > 1
+        change = texelFetch(t_value_1, other, 0).rgb - texelFetch(t_value_1, texel, 0).rgb;
+        past.values[1].rgb -= is_finite(change) ? share * change : vec3(0.0);
+#endif
+    }
+    for (int i = 0; i < IMAGE_COUNT; ++i)
+        past.values[i].rgb = max(past.values[i].rgb, vec3(0.0));
+}
+#endif
 
 // What the last frame saw of the surface at `texel`, between the four texels around it.
 Past past_of(ivec2 texel, float z)
@@ -96,6 +138,7 @@ Past past_of(ivec2 texel, float z)
     for (int i = 0; i < IMAGE_COUNT; ++i)
         past.values[i] = vec4(0.0);
     past.frames = past.weight = 0.0;
+    past.aside = vec2(0.0);
     Place place = place_of(texel, z);
     if (!place.is_seen)
         return past;
@@ -106,7 +149,10 @@ Past past_of(ivec2 texel, float z)
     if (past.weight > 0.0) {
         for (int i = 0; i < IMAGE_COUNT; ++i)
             past.values[i] /= past.weight;
+        past.aside /= past.weight;
 #if HAS_CONTACTS
+        if (u_has_own_rays && max(abs(past.aside.x), abs(past.aside.y)) > LEAST_ASIDE)
+            bring_back(past, texel, z);
         // Where few of the four show the surface, the others lie to one side of the point: what they
         // know is of another place, and counts the less for that. The pixel traces the more rays.
         past.frames /= u_has_own_rays ? 1.0 : past.weight;

@@ -209,8 +209,40 @@ def test_what_is_known_on_one_side_alone_counts_for_its_share(gl, shaders, is_kn
     found = frames.show(noise(1), x_px=0.75)[:, -1]
     frames_before = 0.25 if is_known else 1.0
     past, now = noise(0)[:, -1].astype(np.float64), noise(1)[:, -1]
+    if is_known:
+        # Brought to the point by what the next pixel has more.
+        change = 0.75 * (noise(1)[:, -2] - now)
+        past[:, :3] = np.maximum(past - change, 0.0)[:, :3]
     expected = past + (now - past) / (1.0 + frames_before)
-    np.testing.assert_allclose(found, expected, atol=1e-4)
+    np.testing.assert_allclose(found, expected, atol=1e-3)
+
+
+@pytest.mark.parametrize("step", [0.375, -0.25])
+def test_light_does_not_creep_on_from_what_is_known_on_one_side(gl, shaders, step) -> None:
+    """At the border, where the past lies aside by the step, what is linear comes out as it is."""
+    frames = Frames(gl, shaders, own=TRACED)
+    for number in range(4):
+        found = frames.show(linear(step * number), x_px=step * number)
+        np.testing.assert_allclose(found[..., :3], linear(step * number)[..., :3], atol=1e-3)
+
+
+@pytest.mark.parametrize(("px", "is_brought_back"), [(2.0, True), (8.0, False)])
+def test_light_is_brought_back_beside_what_stands_close(gl, shaders, px, is_brought_back) -> None:
+    """`px`: how many pixels before the plane stands what covers the right half."""
+    frames = Frames(gl, shaders, own=TRACED)
+    z = np.where(COLUMN > 0.0, Z - px * PIXEL, Z)[..., None]
+    frames.show(linear(0.0), z=z)
+    found = frames.show(linear(0.375), x_px=0.375, z=z)
+    off = np.abs(found - linear(0.375))[2:-2, SIZE[0] // 2 - 1, :3]
+    assert np.all(off < 1e-3) if is_brought_back else np.all(off > 0.02)
+
+
+def test_a_fault_beside_does_not_enter_where_the_past_lies_aside(gl, shaders) -> None:
+    frames = Frames(gl, shaders, own=TRACED)
+    frames.show(linear(0.0))
+    faulty = linear(0.375)
+    faulty[:, -2] = np.nan
+    assert np.isfinite(frames.show(faulty, x_px=0.375)[:, -1]).all()
 
 
 @pytest.mark.parametrize(("turn", "share"), [(0.215, 0.75), (-0.344, 0.36), (0.44, 0.0)])
