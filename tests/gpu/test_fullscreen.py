@@ -1,5 +1,7 @@
 """The fullscreen triangle: covers every pixel once, with the right coordinates."""
 
+from __future__ import annotations
+
 import numpy as np
 import pytest
 from gpu.image_texture import texture_from_image

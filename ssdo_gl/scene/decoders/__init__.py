@@ -4,6 +4,8 @@ They are native code fed with other people's files, so they run in a process of 
 whose memory and time are limited: whatever happens there, here it is one line.
 """
 
+from __future__ import annotations
+
 from ssdo_gl.scene.decoders.client import (
     DecoderError,
     MissingDecoderError,

@@ -1,5 +1,7 @@
 """File formats: a module or folder each, found by suffix."""
 
+from __future__ import annotations
+
 from ssdo_gl.scene.formats.format_registry import (
     FORMATS,
     format_of,

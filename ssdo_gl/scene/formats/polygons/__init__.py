@@ -5,6 +5,8 @@ several lengths, colours, strips or odd line ends, trimesh 5.2 opens 36 with the
 area, meshio 27, plyfile 24 of the 31 PLY and numpy-stl 8 of the 15 STL.
 """
 
+from __future__ import annotations
+
 from ssdo_gl.scene.formats.scene_format import SceneFormat, lazily
 
 _FILES = f"{__name__}.polygon_files"

@@ -1,5 +1,7 @@
 """The TOML scene format."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 
 from ssdo_gl.scene.formats.scene_format import SceneFormat, lazily
