@@ -13,18 +13,18 @@ from __future__ import annotations
 from collections import OrderedDict
 from dataclasses import dataclass
 from functools import cached_property
-from hashlib import blake2b
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ssdo_gl.math3d import IntArray
-from ssdo_gl.raytracing.pairs import Pairs, pair_triangles
+from ssdo_gl.raytracing.content_digest import content_key
+from ssdo_gl.raytracing.moving_bodies import has_moving_bodies, hierarchy_of_bodies
+from ssdo_gl.raytracing.pairs import Pairs, pair_triangles, pair_vertices
 from ssdo_gl.raytracing.split import BinaryTree, Report, build_binary, ignored
-from ssdo_gl.raytracing.triangles import SceneTriangles, has_images, scene_triangles
+from ssdo_gl.raytracing.triangles import SceneTriangles, scene_triangles
 from ssdo_gl.raytracing.widen import best_cuts, open_nodes
-from ssdo_gl.scene.geometry import Mesh, spans
+from ssdo_gl.scene.geometry import spans
 from ssdo_gl.scene.scene import Scene, SceneError
 
 WIDTH = 4
@@ -106,6 +106,11 @@ def build_bvh(scene: Scene, report: Report = ignored) -> Bvh:
         raise _too_many(count)
     triangles = scene_triangles(scene)
     report(0.1)
+    # A row is missing where a triangle has no area.
+    if triangles.count == count and has_moving_bodies(scene):
+        parts = hierarchy_of_bodies(scene, triangles, lambda share: report(0.1 + 0.8 * share))
+        if parts is not None:
+            return _packed(triangles, *parts)
     return build_from_triangles(triangles, report)
 
 
@@ -117,11 +122,17 @@ def build_from_triangles(triangles: SceneTriangles, report: Report = ignored) ->
         none, corners = np.empty((0, 2), dtype=np.int32), np.empty((0, 2, 3), dtype=np.int8)
         return Bvh(triangles, root, none, corners, np.zeros(1, dtype=np.int64), 1)
     pairs = pair_triangles(triangles.positions, triangles.vertices)
-    vertices = _pair_vertices(triangles.positions, pairs)
+    vertices = pair_vertices(triangles.positions, pairs)
     report(0.4)
     tree = build_binary(
         vertices.min(axis=1), vertices.max(axis=1), lambda share: report(0.4 + 0.5 * share)
     )
+    return _packed(triangles, pairs, vertices, tree)
+
+
+def _packed(
+    triangles: SceneTriangles, pairs: Pairs, vertices: NDArray[np.float32], tree: BinaryTree
+) -> Bvh:
     records, order, levels = _widen(tree, vertices)
     if max(len(records), 2 * len(order)) > MAX_RECORDS:
         raise _too_many(triangles.count)
@@ -156,37 +167,6 @@ def cached_bvh(scene: Scene, report: Report = ignored) -> Bvh:
     while len(_cache) > CACHE_SIZE:
         _cache.popitem(last=False)
     return bvh
-
-
-def content_key(scene: Scene) -> bytes:
-    """Return a digest of all that the hierarchy and its triangles are made from."""
-    digest = blake2b(repr(has_images(scene)).encode(), digest_size=16)
-    for item in scene.objects:
-        mesh = scene.meshes[item.mesh]
-        side = scene.materials[item.material].single_sided
-        head = (item.mesh, item.material, side, -1 if item.light is None else item.light)
-        digest.update(repr((head, item.world_from_object.shape)).encode())
-        digest.update(item.world_from_object.tobytes())
-        for array in _arrays(mesh):
-            digest.update(b"-" if array is None else repr(array.shape).encode())
-            if array is not None:
-                digest.update(array.tobytes())
-    return digest.digest()
-
-
-def _arrays(mesh: Mesh) -> tuple[NDArray[Any] | None, ...]:
-    return (
-        *(mesh.positions, mesh.triangles, mesh.normals, mesh.uvs, mesh.second_uvs),
-        *(mesh.tangents, mesh.colors),
-    )
-
-
-def _pair_vertices(positions: NDArray[np.float32], pairs: Pairs) -> NDArray[np.float32]:
-    first = positions[pairs.triangles[:, :1], pairs.corners[:, 0]]
-    second = positions[pairs.triangles[:, 1], pairs.corners[:, 1, 2]]
-    alone = pairs.triangles[:, 1] < 0
-    fourth = np.where(alone[:, None], first[:, 2], second)
-    return np.concatenate([first, fourth[:, None]], axis=1)
 
 
 def _widen(

@@ -164,3 +164,12 @@ def _assemble(
     identity = np.broadcast_to(np.array([0, 1, 2]), (len(alone), 2, 3))
     corners = np.concatenate([np.stack([first, second], axis=1), identity])
     return Pairs(triangles, corners)
+
+
+def pair_vertices(positions: NDArray[np.float32], pairs: Pairs) -> NDArray[np.float32]:
+    """Return v0 to v3 (P, 4, 3) of pairs among triangles (T, 3, 3); v2 again where one is alone."""
+    first = positions[pairs.triangles[:, :1], pairs.corners[:, 0]]
+    second = positions[pairs.triangles[:, 1], pairs.corners[:, 1, 2]]
+    alone = pairs.triangles[:, 1] < 0
+    fourth = np.where(alone[:, None], first[:, 2], second)
+    return np.concatenate([first, fourth[:, None]], axis=1)

@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks import far_field_cost
 from benchmarks.far_field_cost import Cost, cells, nudged, prepared_s
-from ssdo_gl.raytracing.bvh import content_key
+from ssdo_gl.raytracing.content_digest import content_key
 from ssdo_gl.scene.load import load_scene
 
 
