@@ -10,6 +10,7 @@
 // PARTS_EDGES: pixels that a neighbour in front may shade, which trace many rays,
 // count next to nothing for others; the sign of z
 // among the values says which have them (1), or an image does (2); 0: none has;
+// IS_OF_GLOSS: the values are what gloss reflects;
 // TAP_RADIUS: taps on each side; USE_NORMALS; IS_VERTICAL: the axis of a separable stage;
 // STRIDE: texels of the frame per pixel of the values;
 // KNOWS_NOISE 1: separable; it is known how noisy the light of pixels is: those whose light differs
@@ -26,6 +27,8 @@
 #define STAGE_UPSAMPLE 1
 #define STAGE_BOX 2
 #define STAGE_COPY 3
+// Of light whose noise is more than its change beside joints, as that of gloss, it makes more.
+#define FITS_LINE (STAGE == STAGE_SEPARABLE && !IS_OF_GLOSS)
 
 uniform sampler2D t_value_0;
 #if SIGNAL_COUNT > 1
@@ -212,17 +215,24 @@ bool is_centre_edge(ivec2 pixel)
 struct Sum {
     vec4 value;
     float weight;
+#if FITS_LINE
     // The same times how far away taps lie, and of weights times its square.
     vec4 tilted;
     vec2 moments;
+#endif
 };
+#if FITS_LINE
+const Sum NO_SUM = Sum(vec4(0.0), 0.0, vec4(0.0), vec2(0.0));
+#else
+const Sum NO_SUM = Sum(vec4(0.0), 0.0);
+#endif
 
 // Where taps lie to one side only, as at a joint, towards which light falls off within pixels, light
 // there is not the centre's. A line through the taps tells how it changes (Cleveland 1979), and
 // takes that off, as far as taps still count something, up to the kernel's end.
 vec4 mean_of(Sum sum)
 {
-#if STAGE == STAGE_SEPARABLE
+#if FITS_LINE
     const float MOST = 1.0 / float(TAP_RADIUS + 1);
     float tilt = clamp(sum.moments.x / max(sum.moments.y, 1e-30), -MOST, MOST);
     return (sum.value - tilt * sum.tilted) / (sum.weight - tilt * sum.moments.x);
@@ -266,8 +276,10 @@ void add_tap(inout Sum sums[SIGNAL_COUNT], Centre c, ivec2 pixel, vec2 away, ive
         float share = use ? weight : 0.0;
         sums[i].value += value;
         sums[i].weight += share;
+#if FITS_LINE
         sums[i].tilted += step * value;
         sums[i].moments += step * share * vec2(1.0, step);
+#endif
     }
 }
 
@@ -294,7 +306,7 @@ void filter_surface(ivec2 pixel, ivec2 texel, inout float z, inout vec4 results[
 #endif
     Sum sums[SIGNAL_COUNT];
     for (int i = 0; i < SIGNAL_COUNT; ++i)
-        sums[i] = Sum(vec4(0.0), 0.0, vec4(0.0), vec2(0.0));
+        sums[i] = NO_SUM;
 #if STAGE == STAGE_SEPARABLE
     const ivec2 axis = ivec2(1 - IS_VERTICAL, IS_VERTICAL);
     // Tested at its end: in software other loops cost two rounds more than they run.

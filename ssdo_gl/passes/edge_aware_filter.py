@@ -184,6 +184,7 @@ class EdgeAwareFilterPass(RenderPass):
         self._switches = {
             "SIGNAL_COUNT": len(signals),
             "IS_VISIBILITY": int(any(signal.is_visibility for signal in signals)),
+            "IS_OF_GLOSS": int(any(signal.is_of_gloss for signal in signals)),
             "Z_SIGNALS": sum(signal.holds_z << i for i, signal in enumerate(signals)),
             "PARTS_EDGES": (1 if says_edges else 2) if parts_edges else 0,
         }
@@ -234,7 +235,6 @@ class EdgeAwareFilterPass(RenderPass):
             knows_noise = stage.kind == _SEPARABLE and light is not None
             defines = {
                 **self.defines_of(stage, stride, is_first=number == 0),
-                "IS_OF_GLOSS": int(self.signals[0].is_of_gloss),
                 "KNOWS_NOISE": int(knows_noise),
                 "LEAVES_NOISE": int(knows_noise and not is_last),
                 "HAS_FACTOR": int(is_last and self.factor is not None),

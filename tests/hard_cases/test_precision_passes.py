@@ -208,7 +208,8 @@ def filter_twin(picture, value, radius=3, tolerance=0.5):
     plane = (position * picture.geometric).sum(-1)
     footprint = picture.z * 2.0 * picture.tan_half_fov[1] / height
     for axis in (1, 0):
-        total, weights = np.zeros(value.shape), np.zeros(picture.z.shape)
+        total, tilted = np.zeros((2, *value.shape))
+        weights, first, second = np.zeros((3, *picture.z.shape))
         for i in range(-radius, radius + 1):
 
             def tap(image, i=i, axis=axis):
@@ -224,8 +225,13 @@ def filter_twin(picture, value, radius=3, tolerance=0.5):
             weight = min(min(4, 2 * radius - 2), radius + 1 - abs(i)) * (1.0 + x * x) ** -2.0
             weight = weight * np.maximum(agree**2, 1e-3) * inside
             total += weight[..., None] * tap(value)
+            tilted += i * weight[..., None] * tap(value)
             weights += weight
-        value = total / weights[..., None]
+            first += i * weight
+            second += i * i * weight
+        # What a line through the taps says of the way to their middle is taken off.
+        tilt = np.clip(first / np.maximum(second, 1e-30), -1 / (radius + 1), 1 / (radius + 1))
+        value = (total - tilt[..., None] * tilted) / (weights - tilt * first)[..., None]
     return value
 
 
