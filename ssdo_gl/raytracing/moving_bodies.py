@@ -59,12 +59,17 @@ def hierarchy_of_bodies(
     """
     bodies: dict[bytes, _SplitBody] = {}
     pairs, trees = list[Pairs](), list[BinaryTree]()
+    key, last = b"", tuple[SceneObject, ...]()
     for items, rows in _parts(scene):
-        # What stands comes first, and is most of a scene that takes long.
-        key, body = _body_of(replace(scene, objects=items), ignored if pairs else report)
+        if items is not last:  # copies follow one another
+            part, last = replace(scene, objects=items), items
+            key = content_key(part)
+            # What stands comes first, and is most of a scene that takes long.
+            if key not in bodies:
+                bodies[key] = _kept.get(key) or _split(part, ignored if pairs else report)
+        body = bodies[key]
         if body.count != len(rows):
             return None
-        bodies[key] = body
         named = body.pairs.triangles
         pairs.append(Pairs(np.where(named < 0, -1, rows[named]), body.pairs.corners))
         trees.append(body.tree)
@@ -138,22 +143,19 @@ def _parts(scene: Scene) -> Iterator[tuple[tuple[SceneObject, ...], IntArray]]:
             still.append(item)
             rows_of_still.append(rows.reshape(-1))
             continue
-        for is_mirrored, own in zip(are_mirrored(item.world_from_object), rows, strict=True):
-            # Wherever it has gone: what is built of it stays the same.
-            home = np.diag([-1.0 if is_mirrored else 1.0, 1.0, 1.0, 1.0])
-            moving.append(((replace(item, world_from_object=home[None]),), own))
+        # Wherever it has gone, mirrored or not: what is built of it stays the same.
+        homes = [np.diag([side, 1.0, 1.0, 1.0]) for side in (1.0, -1.0)]
+        built = [(replace(item, world_from_object=home[None]),) for home in homes]
+        sides = are_mirrored(item.world_from_object)
+        moving += [(built[side], own) for side, own in zip(sides.astype(int), rows, strict=True)]
     if still:
         yield tuple(still), np.concatenate(rows_of_still)
     yield from moving
 
 
-def _body_of(scene: Scene, report: Report) -> tuple[bytes, _SplitBody]:
-    """Return what the objects of a scene are made from, and them."""
-    key = content_key(scene)
-    if (known := _kept.get(key)) is not None:
-        return key, known
+def _split(scene: Scene, report: Report) -> _SplitBody:
     triangles = scene_triangles(scene)
     pairs = pair_triangles(triangles.positions, triangles.vertices)
     vertices = pair_vertices(triangles.positions, pairs)
     tree = build_binary(vertices.min(axis=1), vertices.max(axis=1), report)
-    return key, _SplitBody(triangles.count, pairs, tree)
+    return _SplitBody(triangles.count, pairs, tree)

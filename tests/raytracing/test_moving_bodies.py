@@ -33,11 +33,11 @@ def placed(*shift: float, mirrored: bool = False) -> np.ndarray:
 
 
 def scene(has_still: bool = True) -> Scene:
-    """Return a turning ball, two swaying boxes of which one is mirrored, and two that stand."""
-    two = np.stack([placed(-2, 0, 0), placed(-3, 2, 0, mirrored=True)])
+    """Return a turning ball, three swaying boxes of which one is mirrored, and two that stand."""
+    three = np.stack([placed(-2, 0, 0), placed(-3, 2, 0, mirrored=True), placed(-4, 0, 0)])
     moving = (
         SceneObject(0, 0, placed(2, 0, 0)[None], motion=Motion(orbit=(0, 90, 0))),
-        SceneObject(1, 0, two, motion=Motion(sway=(1, 1, 0))),
+        SceneObject(1, 0, three, motion=Motion(sway=(1, 1, 0))),
     )
     still = (SceneObject(2, 0, placed(0, -3, 0)[None]), SceneObject(1, 0, placed(0, 3, 0)[None]))
     objects = (still[0], *moving, still[1]) if has_still else moving
@@ -76,12 +76,12 @@ def test_bodies_are_split_once(monkeypatch):
 
     monkeypatch.setattr(moving_bodies, "build_binary", counted)
     build_bvh(scene_at(scene(), 0.0))
-    # What stands, a ball, a box and its mirror image, and what is above them.
+    # What stands, a ball, boxes and their mirror images, and what is above all five.
     assert len(counts) == 5
     for seconds in TIMES[1:]:
         counts.clear()
         build_bvh(scene_at(scene(), seconds))
-        assert counts == [4]
+        assert counts == [5]
 
 
 def test_a_triangle_that_has_area_in_one_place_alone_is_no_fault():
