@@ -38,7 +38,7 @@ class FarFieldSettings:
     )
     pixel_rays: int = setting(
         6,
-        "per-pixel rays at rest and while bodies move, all directions together; 0: none",
+        "per-pixel rays at rest, half as many again while bodies move; 0: none",
         unit="rays",
         low=0,
         high=1024,
