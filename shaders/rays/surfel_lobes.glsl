@@ -55,6 +55,25 @@ float share_of_layer(vec2 layer, float roughness, float more)
         + (layer.y - layer.x) * grazing * more;
 }
 
+// What a lobe sends of light that arrives at a cosine, of F = 1: facets hide each other most where
+// that is about alpha. A fit, within .04.
+float sent_by_lobe(float cos_in, float alpha)
+{
+    float hidden = max(0.11 - 0.25 * alpha, 0.0);
+    hidden *= 2.0 * alpha * cos_in / (alpha * alpha + cos_in * cos_in);
+    return once_of_even_light(sqrt(alpha)) * (1.0 - hidden);
+}
+
+// The share of such light that the layer itself reflects, however wide its lobe is drawn; 1 for metal.
+// It is Schlick's at a cosine that counts as the less grazing the rougher the layer is.
+float reflected_by_layer(vec2 layer, float cos_in, float roughness)
+{
+    float rough = 0.58 * max(roughness, 0.03);
+    float cosine = min(cos_in + rough * exp(-cos_in / rough), 1.0);
+    float share = once_of_even_light(roughness) * mix(layer.x, layer.y, pow_5(1.0 - cosine));
+    return is_all_layer(layer) ? 1.0 : share;
+}
+
 vec4 quarter_texel(ivec2 surfel, int tile)
 {
     int rows = textureSize(t_surfel_quarters, 0).y / (1 + SURFEL_QUARTERS);
@@ -62,10 +81,11 @@ vec4 quarter_texel(ivec2 surfel, int tile)
 }
 
 // Radiance of light that arrives in a quarter, by its sum of colours; for metal over the share that is
-// reflected of even light. It is a lobe of the width `alpha`, widened by how far the light spreads,
+// reflected of even light. It is a lobe of the layer's width, widened by how far the light spreads,
 // and as diffuse as the light is even, of which `even` is reflected.
-float lobe_of_quarter(vec4 quarter, vec3 normal, vec3 w_out, float alpha, vec2 layer, float even)
+float lobe_of_quarter(vec4 quarter, vec3 normal, vec3 w_out, float roughness, vec2 layer, float even)
 {
+    float alpha = max(alpha_of(roughness), is_all_layer(layer) ? LEAST_LOBE : LEAST_LOBE_OF_LAYER);
     float sum = length(quarter.xyz);
     vec3 w_in = quarter.xyz / max(sum, 1e-30);
     float wide = sqrt(min(alpha * alpha + quarter.w, 1.0));
@@ -73,8 +93,7 @@ float lobe_of_quarter(vec4 quarter, vec3 normal, vec3 w_out, float alpha, vec2 l
     float cos_out = max(dot(w_out, normal), LEAST_COSINE);
     vec3 h = half_vector(normal, w_out, w_in);
     float lobe = ggx_distribution(normal, h, wide) * smith_visibility(cos_out, cos_in, wide);
-    lobe *= mix(layer.x, layer.y, pow_5(1.0 - clamp(dot(w_in, h), 0.0, 1.0)));
-    lobe /= once_of_even_light(sqrt(wide));
+    lobe *= reflected_by_layer(layer, cos_in, roughness) / sent_by_lobe(cos_in, wide);
     return sum * mix(lobe, even * INV_PI, min(quarter.w * (1.0 / EVEN_SPREAD), 1.0));
 }
 
@@ -83,13 +102,12 @@ float lobe_of_quarter(vec4 quarter, vec3 normal, vec3 w_out, float alpha, vec2 l
 // through them all the same.
 vec3 lobes_of_surfel(ivec2 surfel, vec3 direct, vec3 normal, vec3 w_out, float roughness, vec2 layer)
 {
-    float least = is_all_layer(layer) ? LEAST_LOBE : LEAST_LOBE_OF_LAYER;
-    float alpha = max(alpha_of(roughness), least);
     float even = is_all_layer(layer) ? 1.0 : share_of_layer(layer, roughness, 0.0);
     float lobes = 0.0;
     int quarter = has_layer(layer) ? 1 : SURFEL_QUARTERS + 1;
     for (; quarter <= SURFEL_QUARTERS; ++quarter) {
-        lobes += lobe_of_quarter(quarter_texel(surfel, quarter), normal, w_out, alpha, layer, even);
+        lobes += lobe_of_quarter(quarter_texel(surfel, quarter), normal, w_out, roughness, layer,
+                                 even);
     }
     return direct * (lobes / max(direct.r + direct.g + direct.b, 1e-30));
 }

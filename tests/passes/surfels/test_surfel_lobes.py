@@ -11,6 +11,7 @@ import pytest
 from passes.cache_harness import Filled, fill
 from shaders.harness import evaluate
 
+from ssdo_gl.effects.tables.gloss_tables import TABLE_SIZE, reflectance_table
 from ssdo_gl.passes.surfels.surfel_textures import SurfaceCacheSettings
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
@@ -96,6 +97,32 @@ def test_a_polished_floor_sends_its_reflection_on_and_not_back(device, shaders, 
     walls = ((0, -1.0), (0, 1.0), (2, -1.0), (2, 1.0), (1, 1.0))
     sent = sum(received(filled, *wall) for wall in walls)
     assert sent == pytest.approx(0.04 * arriving, rel=LAYER_BOUND)
+
+
+@pytest.mark.parametrize("row", [3, 11, 17])
+def test_a_layer_sends_what_it_reflects_at_any_angle(gl, shaders, row) -> None:
+    """A lobe drawn wider than the layer's took less of Fresnel's share of low light: .76 of it."""
+    cosines, roughness = np.array([0.1, 0.16, 0.3, 0.6, 1.0]), row / 31.0
+    alpha = max(roughness**2, 0.05)
+    u, v = np.random.default_rng(4).random((2, 20_000))
+    cos_h = np.sqrt((1.0 - u) / (1.0 + (alpha**2 - 1.0) * u))
+    sin_h = np.sqrt(1.0 - cos_h**2)
+    h = np.stack([sin_h * np.cos(2 * np.pi * v), sin_h * np.sin(2 * np.pi * v), cos_h], axis=-1)
+    density_h = alpha**2 * cos_h / (np.pi * (cos_h**2 * (alpha**2 - 1.0) + 1.0) ** 2)
+    includes = ["lib/octahedral.glsl", "lib/brdf.glsl", "rays/surfel_lobes.glsl"]
+    lobe = f"lobe_of_quarter(vec4(w_in, 0), vec3(0, 0, 1), w_out, {roughness}, vec2(0.04, 1), 0.0)"
+    sent = []
+    for cosine in cosines:
+        w_in = np.array([np.sqrt(1.0 - cosine**2), 0.0, cosine])
+        toward = h @ w_in
+        w_out = 2.0 * toward[:, None] * h - w_in
+        given = {"w_in": np.broadcast_to(w_in, h.shape), "w_out": w_out}
+        found = evaluate(gl, shaders, includes, lobe, given, 1, defines={"GLOSSY": 1, "LOBES": 1})
+        weight = w_out[:, 2] * 4.0 * toward / density_h
+        sent.append((found[:, 0] * np.where((toward > 0.0) & (weight > 0.0), weight, 0.0)).mean())
+    shares = reflectance_table()[row, :, :2] @ [0.04, 1.0]
+    reflected = np.interp(cosines, np.linspace(0.0, 1.0, TABLE_SIZE), shares)
+    np.testing.assert_allclose(sent, reflected, rtol=LAYER_BOUND)
 
 
 @pytest.mark.parametrize("roughness", [0.05, 0.5])
