@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -70,7 +71,8 @@ def load_path(path: Path) -> CameraPath:
     SettingError
         If there is none.
     """
-    if not path.is_file():
+    # Unlike Path.is_file, this raises nothing over a name too long or a folder not to be read.
+    if not os.path.isfile(path):
         raise SettingError(f"{path}: no such file; a window records one with L")
     try:
         recorded = load_views(path, Camera((0.0, 0.0, 1.0), (0.0, 0.0, 0.0))).path

@@ -13,12 +13,14 @@ import pytest
 from ssdo_gl.film.bookmarks import (
     Views,
     ViewsFileError,
+    load_path,
     load_views,
     save_views,
     views_file,
 )
 from ssdo_gl.film.camera_path import KEYS_PER_SECOND, CameraPath
 from ssdo_gl.scene.camera import Camera
+from ssdo_gl.settings.fields import SettingError
 
 BASE = Camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0), fov_y=40.0, exposure=0.5)
 # A circle recorded every 0.10 to 0.11 s: tangents are short by angle^2 / 6 (0.22 rad per
@@ -171,3 +173,8 @@ def test_broken_files_are_named_in_one_line(tmp_path: Path, text: str) -> None:
     assert "\n" not in said
     # What Python raised over it helps nobody.
     assert not re.search(r"object|attribute|argument|literal|iterable|unpack", said)
+
+
+def test_a_path_that_no_system_can_hold_is_named_in_one_line(tmp_path: Path) -> None:
+    with pytest.raises(SettingError, match="no such file; a window records one with L"):
+        load_path(tmp_path / ("n" * 5000))
