@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import os
 import subprocess
@@ -80,6 +81,40 @@ def test_a_closed_input_is_said_to_be_closed(monkeypatch, capsys):
     monkeypatch.setattr("sys.stdin", None)
     assert main(["-", "--explain"]) == 2
     assert "standard input is closed" in capsys.readouterr().err
+
+
+class Endless(io.RawIOBase):
+    """What `yes` sends: it never ends, as far as memory allows."""
+
+    left = 1 << 28
+
+    def readable(self):
+        return True
+
+    def readinto(self, buffer):
+        self.left -= len(buffer)
+        if self.left < 0:
+            raise MemoryError
+        buffer[:] = b"#" * len(buffer)
+        return len(buffer)
+
+
+def test_an_endless_input_is_refused_before_it_fills_the_memory(monkeypatch, capsys):
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BufferedReader(Endless())))
+    assert main(["-", "--explain"]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1 and "standard input is longer than 67108864 bytes" in said
+
+
+def test_an_input_that_cannot_be_read_is_one_line(monkeypatch, capsys):
+    def faulty(_self, _buffer):
+        raise OSError(errno.EIO, "Input/output error")
+
+    monkeypatch.setattr(Endless, "readinto", faulty)
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BufferedReader(Endless())))
+    assert main(["-", "--explain"]) == 2
+    said = capsys.readouterr().err
+    assert said == "ssdo-gl: -: standard input cannot be read: Input/output error\n"
 
 
 def test_standard_output_takes_one_image(capsys):

@@ -17,6 +17,8 @@ from ssdo_gl.settings.loading import LoadOptions
 
 # Files from here on take seconds.
 LARGE_FILE = 20_000_000
+# Nobody writes a longer scene; a stream that never ends would fill the memory.
+LONGEST_INPUT = 1 << 26
 
 
 def read_scene(source: str, options: LoadOptions, *, quiet: bool) -> Scene:
@@ -34,11 +36,20 @@ def read_scene(source: str, options: LoadOptions, *, quiet: bool) -> Scene:
         state = "closed" if sys.stdin is None else "a terminal"
         raise SceneError(f"-: standard input is {state}: pipe a TOML scene into it")
     options.check_scene(source)
+    return read_description(_standard_input(), "standard input", Path.cwd() / "-", options)
+
+
+def _standard_input() -> str:
     try:
-        text = sys.stdin.buffer.read().decode()
+        data = sys.stdin.buffer.read(LONGEST_INPUT + 1)
+    except OSError as error:
+        raise SceneError(f"-: standard input cannot be read: {error.strerror}") from None
+    if len(data) > LONGEST_INPUT:
+        raise SceneError(f"-: standard input is longer than {LONGEST_INPUT} bytes: no scene")
+    try:
+        return data.decode()
     except UnicodeDecodeError as error:
         raise SceneError(f"standard input: byte {error.start} is not UTF-8") from None
-    return read_description(text, "standard input", Path.cwd() / "-", options)
 
 
 @contextmanager
