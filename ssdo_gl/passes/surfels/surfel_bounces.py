@@ -46,6 +46,8 @@ class Convergence:
         With lobes, from where light arrives that is not direct, as of the last sum.
     turns : int
         How many sums are left after this one.
+    is_plain : bool
+        Whether Chebyshev's iteration grew, so that bounces are plain ones.
     """
 
     sources: tuple[object, ...]
@@ -54,6 +56,7 @@ class Convergence:
     sent: moderngl.Texture
     rest: moderngl.Texture | None = None
     turns: int = 0
+    is_plain: bool = False
 
 
 class SurfaceCachePass(RenderPass):
@@ -84,10 +87,13 @@ class SurfaceCachePass(RenderPass):
         bounces = Bounces(context, context.inputs["surfel_hits"], side, hits.glossy)
         sources = (hits.surfels, hits, direct)
         known = facts_of(context, "surface_cache", Convergence)
-        factors, turns = tuple(relaxation(hits.kept)), LOBE_TURNS * lobes
         budget = None
         of_same = known is not None and (known.rest is not None) == lobes
-        if known is not None and of_same and known.sources[0] is hits.surfels:
+        of_same = known is not None and of_same and known.sources[0] is hits.surfels
+        is_plain = known is not None and of_same and known.is_plain
+        factors = tuple(relaxation(hits.kept, is_plain=is_plain))
+        turns = LOBE_TURNS * lobes
+        if known is not None and of_same:
             last, last_but_one = context.last["surface_cache"].texture, known.last_but_one
             rest, sent = known.rest, direct
             if all(a is b for a, b in zip(known.sources, sources, strict=True)):
@@ -103,15 +109,18 @@ class SurfaceCachePass(RenderPass):
             steps, factors = factors[:budget], factors[budget:] if budget else ()
             for over in steps:
                 last_but_one, last = last, bounces.step(sent, last, last_but_one, over)
-            if not factors and lobes:
+            if not factors and not is_plain and bounces.grow(hits.kept, sent, last):
+                is_plain, last, last_but_one = True, bounces.texture(0.0), bounces.texture(0.0)
+                factors = tuple(relaxation(hits.kept, is_plain=True))
+            elif not factors and lobes:
                 rest = self._drawn(context, "surfel_rest", last)
                 if turns:
                     sent, turns = self._sent(context, last, rest), turns - 1
-                    factors = tuple(relaxation(hits.kept, LOBE_TOLERANCE))
+                    factors = tuple(relaxation(hits.kept, LOBE_TOLERANCE, is_plain=is_plain))
             if budget:
                 break
         self.is_settled = not factors
-        made = Convergence(sources, last_but_one, factors, sent, rest, turns)
+        made = Convergence(sources, last_but_one, factors, sent, rest, turns, is_plain)
         produced: Produced = {"surface_cache": TextureWithFacts(last, made)}
         return produced if rest is None else {**produced, "surfel_rest": rest}
 

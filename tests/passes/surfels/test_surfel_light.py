@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from passes.cache_harness import fill
 
-from ssdo_gl.passes.surfels.bounces import relaxation
-from ssdo_gl.passes.surfels.surfel_textures import SurfaceCacheSettings
+from ssdo_gl.gpu.readback import read_texture
+from ssdo_gl.gpu.texture import make_texture
+from ssdo_gl.passes.surfels.bounces import Bounces, relaxation
+from ssdo_gl.passes.surfels.surfel_textures import SURFELS_PER_ROW, SurfaceCacheSettings
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.environment import Environment
 from ssdo_gl.scene.environment.environment_kinds import ConstantEnvironment, MapEnvironment
@@ -251,3 +254,45 @@ def test_relaxation_converges_for_every_part_of_the_spectrum(kept) -> None:
         bounced = 1.0 + spectrum * last
         last_but_one, last = last, last_but_one + over * (bounced - last_but_one)
     np.testing.assert_allclose(last, 1.0 / (1.0 - spectrum), rtol=2e-4)
+
+
+def seen_in_turn(device, shaders, order: tuple[int, ...], albedo: float) -> Bounces:
+    """Return bounces between surfels all of whose rays meet the one that `order` names."""
+    words = np.zeros((2, 2, SURFELS_PER_ROW, 2), dtype=np.uint32)
+    grey = round(albedo * 65535.0)
+    words[:, :, : len(order), 0] = np.array(order, dtype=np.uint32) | np.uint32(grey << 16)
+    words[:, :, : len(order), 1] = grey | grey << 16
+    # The rays of a row lie beside each other, each as a block of all surfels.
+    data = words.reshape(2, 2 * SURFELS_PER_ROW, 2)
+    hits = make_texture(device.gl, (2 * SURFELS_PER_ROW, 2), 2, "u4", data)
+    facts = {"surfel_points": SimpleNamespace(count=len(order))}
+    context = SimpleNamespace(gl=device.gl, facts=facts, shaders=shaders)
+    return Bounces(context, hits, 2, glossy=False)  # type: ignore[arg-type]
+
+
+def summed(bounces: Bounces, direct, kept: float, *, is_plain: bool):
+    last, last_but_one = bounces.texture(0.0), bounces.texture(0.0)
+    for over in relaxation(kept, is_plain=is_plain):
+        last_but_one, last = last, bounces.step(direct, last, last_but_one, over)
+    return last
+
+
+@pytest.mark.parametrize(("order", "grows"), [((1, 2, 0), True), ((1, 0), False)])
+def test_light_that_goes_round_in_circles_is_found_and_summed(
+    device, shaders, order, grows
+) -> None:
+    albedo = 0.92
+    bounces = seen_in_turn(device, shaders, order, albedo)
+    kept = bounces.share_kept()
+    assert kept == pytest.approx(albedo, abs=1e-4)
+    arriving = np.zeros((1, SURFELS_PER_ROW, 4), dtype=np.float32)
+    arriving[0, 0, :3] = 1.0
+    direct = make_texture(device.gl, (SURFELS_PER_ROW, 1), 4, "f4", arriving)
+    light = summed(bounces, direct, kept, is_plain=False)
+    assert bounces.grow(kept, direct, light) == grows
+    if grows:
+        light = summed(bounces, direct, kept, is_plain=True)
+    seen = np.eye(len(order))[list(order)]
+    expected = np.linalg.solve(np.eye(len(order)) - albedo * seen, np.eye(len(order))[0])
+    found = read_texture(light)[0, : len(order), 0]
+    np.testing.assert_allclose(found, expected, rtol=1e-3)
