@@ -7,7 +7,8 @@
 #include "lib/random.glsl"
 
 uniform sampler2D t_glow_nodes;
-// r: entries of the table of emitters, leaf by leaf; g, b: entry and leaf of each of the tree
+// r: entries of the table of emitters, leaf by leaf; g, b: entry and leaf of each of the tree; a: how
+// many are of the leaves up to each
 uniform isampler2D t_glow_order;
 uniform int u_tree_levels;
 uniform int u_tree_count;         // of emitters
@@ -85,12 +86,10 @@ float node_importance(int node, LitPoint r)
     return power * response / max(distance_2, max(radius_2, 1e-30));
 }
 
-// How many emitters the leaves before one have, count * leaf / leaves without overflow.
+// How many emitters the leaves before one have.
 int tree_emitters_before(int leaf)
 {
-    int whole = u_tree_count >> u_tree_levels;
-    int rest = u_tree_count - (whole << u_tree_levels);
-    return whole * leaf + (rest * leaf >> u_tree_levels);
+    return leaf > 0 ? texelFetch(t_glow_order, row_address(leaf - 1), 0).a : 0;
 }
 
 const float UNIT_GAP = 1.0 / 16777216.0;  // between numbers of random_2d

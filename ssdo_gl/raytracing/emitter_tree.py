@@ -17,8 +17,8 @@ from ssdo_gl.raytracing.emitter_tables import KIND_TRIANGLE, TWO_SIDED_CODE
 NODE_TEXELS = 2
 # A walk takes as many steps at most; of more emitters than 2^MOST_LEVELS some share a leaf.
 MOST_LEVELS = 15
-# Facing opposite ways counts as far apart as this share of a node's extent.
-_FACING = 0.6
+# A gap of this share of a node's extent parts what lies on both sides, as lamps.
+_GAP = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,8 +28,9 @@ class EmitterTree:
     Attributes
     ----------
     order : ndarray, shape (N,), int64
-        The emitters, leaf by leaf: those of leaf k of L are k N / L to (k + 1) N / L of it, both
-        rounded down.
+        The emitters, leaf by leaf.
+    ends : ndarray, shape (L,), int64
+        How many emitters there are up to and with each leaf.
     nodes : ndarray, shape (2 L - 1, 2, 4), float32
         Texels: 0 = centre of a sphere around the emitters, its radius; 1 = axis of a cone around
         their normals, as long as their power, and the cosine of its half-angle; power 0: nothing.
@@ -38,6 +39,7 @@ class EmitterTree:
     """
 
     order: NDArray[np.int64]
+    ends: NDArray[np.int64]
     nodes: NDArray[np.float32]
     levels: int
 
@@ -45,9 +47,8 @@ class EmitterTree:
     def leaves(self) -> NDArray[np.int64]:
         """The leaf of each emitter, (N,)."""
         count = len(self.order)
-        ends = np.arange(1, 2**self.levels + 1) * count >> self.levels
         result = np.empty(count, dtype=np.int64)
-        result[self.order] = np.searchsorted(ends, np.arange(count), side="right")
+        result[self.order] = np.searchsorted(self.ends, np.arange(count), side="right")
         return result
 
 
@@ -67,19 +68,48 @@ def emitter_tree(entries: NDArray[np.float32]) -> EmitterTree:
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
     low, high = points.min(axis=1), points.max(axis=1)
     middle = 0.5 * (low + high)
-    order = np.arange(count)
+    order, starts = np.arange(count), np.array([0, count])
     nodes = np.zeros((2 ** (levels + 1) - 1, NODE_TEXELS, 4), dtype=np.float32)
     for level in range(levels + 1):
-        starts = np.arange(2**level + 1) * count >> level
         filled = np.flatnonzero(np.diff(starts))
         first = starts[filled]
         node = np.repeat(np.arange(len(filled)), np.diff(starts)[filled])
         bounds = _Runs(first, node, order)
         nodes[2**level - 1 + filled] = _nodes(bounds, low, high, normal, two_sided, power)
         if level < levels:
-            key = bounds.widest(middle, normal)
-            order = order[np.lexsort((key, node))]
-    return EmitterTree(order, nodes, levels)
+            place = bounds.widest(middle)
+            along = np.lexsort((place, node))
+            order = order[along]
+            # As many as the leaves of one half hold, if all others do.
+            most = -(-count >> levels) << levels - level - 1
+            halves = np.zeros(2**level, dtype=np.int64)
+            halves[filled] = _halves(place[along], first, node, most)
+            starts = np.append(np.stack([starts[:-1], starts[:-1] + halves], axis=1), count)
+    return EmitterTree(order, starts[1:], nodes, levels)
+
+
+def _halves(
+    place: FloatArray, first: NDArray[np.int64], node: NDArray[np.int64], most: int
+) -> NDArray[np.int64]:
+    """Return how many of each run's emitters, which lie at `place` in order, its first half has.
+
+    The gap next to the middle parts them, as between two lamps: a node of parts of both is as large
+    as their distance, and next to one of these seldom chosen, but sends much. Else half of them,
+    whatever they face: by that first, nodes would be as large as all lamps.
+    """
+    count = np.diff(np.append(first, len(place)))
+    if not len(place):
+        return count
+    before = np.arange(len(place)) - first[node]
+    extent = place[first + count - 1] - place[first]
+    parts = np.diff(place, prepend=place[:1]) > _GAP * extent[node]
+    smaller = np.minimum(before, count[node] - before)
+    parts &= smaller >= np.maximum(count - most, 1)[node]
+    best = np.maximum.reduceat(np.where(parts, smaller, 0), first)
+    where = np.minimum.reduceat(
+        np.where(parts & (smaller == best[node]), before, len(place)), first
+    )
+    return np.where(best > 0, where, (count + 1) // 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,16 +129,11 @@ class _Runs:
     def total(self, values: FloatArray) -> FloatArray:
         return np.add.reduceat(values[self.order], self.first, axis=0)
 
-    def widest(self, middle: FloatArray, normal: FloatArray) -> FloatArray:
-        """Return where emitters lie along what their run extends most in, place or direction."""
+    def widest(self, middle: FloatArray) -> FloatArray:
+        """Return where emitters lie along what their run extends most in."""
         extent = self.largest(middle) - self.least(middle)
-        facing = self.largest(normal) - self.least(normal)
-        size = extent.max(axis=1, keepdims=True)
-        axis = np.argmax(np.concatenate([extent, _FACING * size * facing], axis=1), axis=1)[
-            self.run
-        ]
-        feature = np.concatenate([middle, normal], axis=1)[self.order]
-        return np.asarray(feature[np.arange(len(axis)), axis])
+        axis = np.argmax(extent, axis=1)[self.run]
+        return np.asarray(middle[self.order][np.arange(len(axis)), axis])
 
 
 def _nodes(

@@ -33,9 +33,9 @@ def entries(count: int, seed: int = 0) -> np.ndarray:
 
 def members(tree: EmitterTree) -> list[tuple[int, np.ndarray]]:
     """Return every node and the emitters under it."""
-    count, found = len(tree.order), []
+    found = []
     for level in range(tree.levels + 1):
-        ends = [k * count // 2**level for k in range(2**level + 1)]
+        ends = [0, *tree.ends[2 ** (tree.levels - level) - 1 :: 2 ** (tree.levels - level)]]
         found += [(2**level - 1 + k, tree.order[ends[k] : ends[k + 1]]) for k in range(2**level)]
     return found
 
@@ -67,18 +67,19 @@ def test_nodes_bound_what_is_under_them(count: int) -> None:
                 assert cosine == -1.0
 
 
-def test_what_lies_together_or_faces_the_same_way_shares_nodes() -> None:
-    """Panels of two lamps, each facing up and down: four nodes two steps down, one of each."""
-    rows = entries(64)
+@pytest.mark.parametrize("per_lamp", [12, 13, 16])
+def test_what_lies_together_shares_nodes_wherever_it_faces(per_lamp: int) -> None:
+    """A node of two lamps is large, and next to one of them seldom chosen, but sends much."""
+    rows = entries(3 * per_lamp)
     rows[:, 0, 3] = KIND_PARALLELOGRAM
-    lamp, side = np.arange(64) % 2, np.arange(64) // 2 % 2
+    lamp, side = np.arange(len(rows)) % 3, np.arange(len(rows)) // 3 % 2
     rows[:, 0, 0] += 40.0 * lamp
     rows[:, 1, :3], rows[:, 2, :3] = (0.1, 0.0, 0.0), (0.0, 0.1, 0.0)
     rows[side == 1, 2, 1] = -0.1
     tree = emitter_tree(rows)
     for node, under in members(tree):
-        if node >= 15:
-            assert len({*zip(lamp[under], side[under], strict=True)}) <= 1
+        if node >= 3:
+            assert len({*lamp[under]}) <= 1
 
 
 def test_more_emitters_than_leaves_share_them(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -86,7 +87,7 @@ def test_more_emitters_than_leaves_share_them(monkeypatch: pytest.MonkeyPatch) -
     tree = emitter_tree(entries(100))
     assert tree.levels == 3
     assert sorted(tree.order) == list(range(100))
-    assert {len(under) for node, under in members(tree) if node >= 7} == {12, 13}
+    assert max(len(under) for node, under in members(tree) if node >= 7) <= 13
 
 
 def test_each_triangle_of_a_hundred_balls_has_a_leaf_of_its_own() -> None:

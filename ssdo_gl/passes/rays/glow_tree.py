@@ -29,8 +29,9 @@ class GlowTreePass(RenderPass):
     """Writes `GLOW_TREE`, whose `GlowTree` comes with `glow_nodes`, and `GLOW_PLACES`.
 
     `glow_order` holds of the n-th emitter of the leaves its entry in the table of emitters; of the
-    n-th of the tree its entry and leaf. `glow_places` holds of each slot which emitter of the
-    tree it is, or the first of its cells, -1: none, and how many cells it has along an edge.
+    n-th of the tree its entry and leaf; and how many are of the leaves up to the n-th.
+    `glow_places` holds of each slot which emitter of the tree it is, or the first of its cells,
+    -1: none, and how many cells it has along an edge.
 
     Parameters
     ----------
@@ -70,8 +71,10 @@ class GlowTreePass(RenderPass):
         are_panels = joined.all() and is_even
         known = GlowTree(tree, self.codes, len(entries) if are_panels else 0)
         nodes = tree.nodes.reshape(-1, 4)
-        order = np.zeros((len(entries), 4), np.int32)
-        order[:, 0], order[:, 1], order[:, 2] = entries[tree.order], entries, tree.leaves
+        order = np.zeros((max(len(entries), len(tree.ends)), 4), np.int32)
+        of_all = order[: len(entries)].T
+        of_all[0], of_all[1], of_all[2] = entries[tree.order], entries, tree.leaves
+        order[: len(tree.ends), 3] = tree.ends
         bvh = bvh_of(context)
         places = np.full((bvh.primitive_triangles.size, 2), -1, np.int32)
         slots, firsts, counts = np.unique(
