@@ -202,7 +202,8 @@ def _lengths(body: bytes, at: int, kinds: _Kinds, name: str) -> tuple[list[int],
                 length = body[at]
             else:
                 number = np.frombuffer(body, count_kind, 1, at)[0]
-                if not 0 <= number <= len(body):
+                # In text that lies about its columns, a coordinate stands there.
+                if not 0 <= number <= len(body) or number % 1:
                     raise ValueError(f"a list of {name!r} has {number} entries")
                 length = int(number)
             at += count_kind.itemsize
@@ -306,10 +307,10 @@ def _index_list(table: _Rows | None) -> str:
 
 
 def _indices(values: NDArray[Any]) -> NDArray[np.int64]:
-    """Return vertex numbers as integers; NaN and what no file can hold become -2."""
+    """Return vertex numbers as integers; fractions, NaN and what no file can hold become -2."""
     if values.dtype.kind != "f":
         return values.astype(np.int64)
-    usable = np.isfinite(values) & (np.abs(values) < 2.0**53)
+    usable = (np.abs(values) < 2.0**53) & (np.trunc(values) == values)
     return np.where(usable, values, -2.0).astype(np.int64)
 
 

@@ -112,6 +112,9 @@ def test_signalling_nans_are_dropped_without_noise(write: Write) -> None:
     assert any("NaN" in note for note in model.all_notes())
 
 
+CORNERS = "0 0 0\n1 0 0\n0 1 0\n"
+
+
 @pytest.mark.parametrize(
     ("name", "content", "said"),
     [
@@ -131,6 +134,9 @@ def test_signalling_nans_are_dropped_without_noise(write: Write) -> None:
             ),
             "a list of 'e' has 4294967295 entries",
         ),
+        # MeshLab's colours of corners are a list, of which its headers say nothing.
+        ("a.ply", header("ascii", 3, faces(2)) + CORNERS + "3 0 1 2 .5\n" * 2, "has 0.5 e"),
+        ("a.ply", header("ascii", 3, faces(2)) + CORNERS + "3 0 1 2 3 .5 .5 .5\n" * 2, "vertex -2"),
         ("a.off", "OFF\n4000000000 4000000000 0\n0 0 0\n", "ends before its"),
         ("a.off", "OFF\n3 1 0\n0 0 0\n1 0 x\n0 1 0\n3 0 1 2\n", "something else than numbers"),
         ("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 -2\n", "'-2' stands"),
