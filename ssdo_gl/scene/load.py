@@ -112,8 +112,14 @@ def _load_model(path: Path, source: str, options: LoadOptions) -> Scene:
 def _guessed_up(path: Path, model: Model, builder: SceneBuilder) -> str:
     """Return the axis that points up, and note what tells."""
     kind = format_of(path)
-    if kind is None or kind.scan_up is None:
+    if kind is None or (kind.scan_up is None and not kind.may_lie):
         return "y"
-    up, why = guessed_up(model.meshes, kind.scan_up)
+    up, why = guessed_up(model.meshes, kind.scan_up or "y")
+    if kind.scan_up is None:
+        if up == "z":
+            builder.note(
+                f"up is +y, the custom of its format; if that is a side ({why}), up = z turns it"
+            )
+        return "y"
     builder.note(f"up is +{up}, guessed ({why}): up = {'y' if up == 'z' else 'z'} turns it")
     return up

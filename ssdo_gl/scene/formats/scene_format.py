@@ -33,6 +33,8 @@ class SceneFormat:
     scan_up : "y", "z" or None
         Of formats of scans, smooth unless files have normals: the axis that usually points
         up. None: the format says +y.
+    may_lie : bool
+        Whether files exist whose up is not what the format says.
     """
 
     title: str
@@ -40,6 +42,7 @@ class SceneFormat:
     read_model: ModelReader | None = None
     read_scene: SceneReader | None = None
     scan_up: str | None = None
+    may_lie: bool = False
 
 
 def lazily(module: str, function: str) -> Callable[..., Any]:

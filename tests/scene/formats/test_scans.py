@@ -62,6 +62,21 @@ def test_formats_have_customs(tmp_path: Path) -> None:
     assert any("up is +y" in note for note in load_scene(tmp_path / "a.off").notes)
 
 
+@pytest.mark.parametrize(("axes", "said"), [([0, 1, 2], True), ([0, 2, 1], False)])
+def test_an_obj_that_seems_to_lie_is_drawn_as_it_is_and_said(
+    tmp_path: Path, axes: list[int], said: bool
+) -> None:
+    cone = shapes.cone(24)
+    lines = ["v {} {} {}".format(*p) for p in cone.positions[:, axes].tolist()]
+    # Two axes that change places turn the corners around.
+    lines += ["f {} {} {}".format(*t[:: 1 if said else -1]) for t in (cone.triangles + 1).tolist()]
+    (tmp_path / "a.obj").write_text("\n".join(lines) + "\n")
+    scene = load_scene(tmp_path / "a.obj")
+    hint = "up is +y, the custom of its format; if that is a side (its flat foot), up = z turns it"
+    assert (hint in scene.notes) == said
+    assert np.array_equal(scene.objects[0].world_from_object[0], np.eye(4))
+
+
 def test_scans_are_smooth_unless_asked(cone: Path) -> None:
     assert load_scene(cone).meshes[0].normals is not None
     for choice in ("flat", "file"):

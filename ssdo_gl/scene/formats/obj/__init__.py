@@ -4,4 +4,6 @@ from __future__ import annotations
 
 from ssdo_gl.scene.formats.scene_format import SceneFormat, lazily
 
-OBJ = SceneFormat("Wavefront OBJ", (".obj",), lazily(f"{__name__}.wavefront", "read_obj"))
+OBJ = SceneFormat(
+    "Wavefront OBJ", (".obj",), lazily(f"{__name__}.wavefront", "read_obj"), may_lie=True
+)
