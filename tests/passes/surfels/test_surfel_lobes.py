@@ -12,6 +12,7 @@ from passes.cache_harness import Filled, fill
 from shaders.harness import evaluate
 
 from ssdo_gl.effects.tables.gloss_tables import TABLE_SIZE, reflectance_table
+from ssdo_gl.passes.surfels import surfel_bounces
 from ssdo_gl.passes.surfels.surfel_textures import SurfaceCacheSettings
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.geometry.mesh import Mesh, SceneObject
@@ -44,8 +45,8 @@ def metal(roughness: float, emission: float = 0.0) -> Material:
     )
 
 
-def lit_floor(device, shaders, floor: Material) -> Filled:
-    """Return the cache of a closed black box of edge 1 with a floor under a slanting spot."""
+def lit_floor(device, shaders, floor: Material, walls: Material = BLACK) -> Filled:
+    """Return the cache of a closed box of edge 1 with a floor under a slanting spot."""
     lift = np.eye(4)
     lift[:3, :3] = [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]
     lift[:3, 3] = quad_to_floor(lift[:3, :3])
@@ -57,7 +58,7 @@ def lit_floor(device, shaders, floor: Material) -> Filled:
         outer_angle=10.0,
     )
     objects = SceneObject(0, 0), SceneObject(1, 1, lift[None])
-    scene = Scene((inward(), quad()), (BLACK, floor), objects, CAMERA, (spot,))
+    scene = Scene((inward(), quad()), (walls, floor), objects, CAMERA, (spot,))
     return fill(device, shaders, scene, FEW)
 
 
@@ -133,6 +134,18 @@ def test_in_a_furnace_metal_is_as_bright_as_what_is_diffuse(device, shaders, rou
     share = reflected_share(roughness)
     expected = np.pi / (1.0 - share)
     np.testing.assert_allclose(filled.irradiance[inside].mean(), expected, rtol=0.02)
+
+
+@pytest.mark.parametrize("floor", [metal(0.2), Material(albedo=(0.5,) * 3, roughness=0.1)])
+def test_bounces_end_where_more_of_them_change_nothing(device, shaders, monkeypatch, floor) -> None:
+    """In a room all of metal, or with a polished floor: errors of light, RMS over its mean."""
+    found = lit_floor(device, shaders, floor, walls=metal(0.2)).irradiance
+    monkeypatch.setattr(surfel_bounces, "LOBE_TURNS", 12)
+    monkeypatch.setattr(surfel_bounces, "LOBE_CHANGE", 0.0)
+    monkeypatch.setattr(surfel_bounces, "LOBE_TOLERANCE", 1e-5)
+    wanted = lit_floor(device, shaders, floor, walls=metal(0.2)).irradiance
+    error = np.sqrt(np.mean((found - wanted) ** 2)) / wanted.mean()
+    assert error < 0.005, error
 
 
 def reflected_share(roughness: float) -> float:
