@@ -18,6 +18,8 @@ const float LEAST_HIGHLIGHT = 0.01;
 // Radiance of such a highlight, relative to the light that the cache has there.
 const float BRIGHTEST = 16.0;
 const uint DIMENSIONS_PER_MIRROR = 3u;
+// Light that differs by more has an edge there: it is not noise.
+const float MOST_NOISE = 0.6;
 
 // Where a path from mirror to mirror has come to.
 struct MirrorPath {
@@ -71,6 +73,26 @@ MirroredLight mirrored_light(Surface met, vec3 irradiance, uint index, uint seed
     reflected *= min(brightest / max(largest_of(reflected), 1e-30), 1.0);
     float reach = needed_reach(group, light, reflected, RAY_FAR);
     return MirroredLight(light_ray(met.at, light.w, reach), reflected);
+}
+
+// What the `surfel` receives that the path number `index` of the pixel met along `w`, or one beside it,
+// which it then stands for: each has the noise of its own rays, and a mirror would show them one by
+// one. Four paths take those around, the same four in all pixels and frames, so that nothing flickers.
+vec4 light_around(BvhHit hit, Surface met, vec3 w, uint index, inout ivec2 surfel)
+{
+    vec4 light = cached_light(surfel);
+#if SAMPLE_COUNT >= 4
+    vec2 aside = vec2(ivec2(index >> 1u, index) & 1) - 0.5;
+    aside += 0.5 * vec2(-aside.y, aside.x);
+    ivec2 other = surfel_texel(surfel_beside_hit(hit, met.at.position, w, aside));
+    vec4 there = cached_light(other);
+    float most = largest_of(max(there.rgb, light.rgb));
+    if (largest_of(abs(there.rgb - light.rgb)) < MOST_NOISE * most) {
+        surfel = other;
+        light = there;
+    }
+#endif
+    return light;
 }
 
 // What a surface emits that a ray along `path` met, and no light delivers already: lamps are
@@ -129,7 +151,7 @@ bool meets_by_ray(vec3 p_vs, vec3 geometric_vs, vec3 w_vs, float density, uint i
         goes_on = bounce < MIRROR_BOUNCES && is_glossy(met.brdf)
                && met.brdf.roughness <= u_mirror_roughness;
         ivec2 surfel = surfel_met(hit, met, path.w);
-        vec4 cached = cached_light(surfel);
+        vec4 cached = light_around(hit, met, path.w, index, surfel);
         if (goes_on) {
             vec3 n = met.at.normal;
             uint dimension = DIMENSIONS_PER_MIRROR * uint(bounce);

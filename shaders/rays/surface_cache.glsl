@@ -27,8 +27,9 @@ ivec2 surfel_texel(int surfel)
     return ivec2(surfel & ((1 << SURFEL_ROW_SHIFT) - 1), surfel >> SURFEL_ROW_SHIFT);
 }
 
-// Which surfel a ray along `w` meets at the point `p` of the triangle that it hit.
-int surfel_at_hit(BvhHit hit, vec3 p, vec3 w)
+// Which surfel a ray along `w` meets at the point `p` of the triangle that it hit, or one `aside` of
+// it, in texels, on the same face.
+int surfel_beside_hit(BvhHit hit, vec3 p, vec3 w, vec2 aside)
 {
     vec3 a, b, c;
     bvh_triangle(hit, a, b, c);
@@ -55,7 +56,7 @@ int surfel_at_hit(BvhHit hit, vec3 p, vec3 w)
         own = (place.y & SURFEL_BACK_BLIND) != 0u ? coarse : grid;
     }
     t *= vec2(own);
-    ivec2 cell = clamp(ivec2(t), ivec2(0), own - 1);
+    ivec2 cell = clamp(ivec2(floor(t + aside)), ivec2(0), own - 1);
     int surfel = int(place.x) + cell.y * own.x + cell.x + behind;
     int rows = textureSize(t_surfel_splits, 0).y / 2;
     vec4 plane = texelFetch(t_surfel_splits, surfel_texel(surfel), 0);
@@ -83,6 +84,11 @@ int surfel_at_hit(BvhHit hit, vec3 p, vec3 w)
         plane = texelFetch(t_surfel_splits, surfel_texel(surfel), 0);
     }
     return surfel;
+}
+
+int surfel_at_hit(BvhHit hit, vec3 p, vec3 w)
+{
+    return surfel_beside_hit(hit, p, w, vec2(0.0));
 }
 
 #include "rays/surfel_lobes.glsl"

@@ -216,3 +216,19 @@ def test_a_specular_colour_beyond_1_ends_at_1_with_its_image(method):
 
     np.testing.assert_allclose(drawn(100.0, 0.1), drawn(10.0, 1.0), rtol=1e-3)
     np.testing.assert_allclose(drawn(1e29, 1.0), drawn(25.0, 1.0), rtol=1e-3)
+
+
+def test_a_mirror_averages_over_the_noise_of_the_pieces_that_it_shows():
+    """A wall in the light of a window, in a mirror: unevenness of its image, over its mean."""
+    room = material("wall", 0.8, 0.8, 0.8) + material("mirror", 1, 1, 1, metallic=1, roughness=0)
+    room += quad([-4, -4, -1], [8, 0, 0], [0, 8, 0], "mirror")
+    room += quad([6, -6, 7], [-12, 0, 0], [0, 12, 0], "wall")
+    room += box([-6, 6, -1], [6, 7, 4], "wall") + constant_sky(1, 1, 1)
+
+    def unevenness(samples: int) -> float:
+        picked = {"reflections.lobe_samples": samples}
+        found = picture(room, method="gi", overrides=picked)[8:-8, 8:-8, 0]
+        steps = np.diff(found, axis=0)[:, 1:], np.diff(found, axis=1)[1:]
+        return float(np.sqrt(np.mean(np.square(steps))) / found.mean())
+
+    assert unevenness(4) < 0.75 * unevenness(1)
