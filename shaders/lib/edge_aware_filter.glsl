@@ -72,6 +72,10 @@ vec4 value_at(int signal, ivec2 pixel)
 const float NORMAL_REACH = 0.8;
 const float PER_REACH_2 = 1.0 / (NORMAL_REACH * NORMAL_REACH);
 
+// How much deeper or less deep than the centre, in footprints of a pixel, a tap counts a quarter, where
+// pixels have rays: along a surface seen at a grazing angle the next one is far away, in other light.
+const float DEEP = 8.0;
+
 // Of the four pixels around a texel, which each weigh a quarter or more on one surface:
 // those that weigh less together show another one.
 const float LEAST_WEIGHT = 0.02;
@@ -94,6 +98,8 @@ struct Centre {
     vec3 rate;
     float offset;
     float per_footprint;  // of a pixel of the frame
+    float per_depth;      // in which the centre's own depth is `depth`
+    float depth;
     vec2 light;           // and its variance
 };
 
@@ -131,6 +137,8 @@ Centre centre_at(ivec2 texel, float z)
     c.shading_code = normals.xy;
     vec3 geometric = oct_decode(normals.zw);
     c.per_footprint = 1.0 / pixel_height_at(z);
+    c.per_depth = c.per_footprint / (DEEP * float(STRIDE));
+    c.depth = z * c.per_depth;
     // Of what one pixel of the values covers at this depth.
     float tolerance = u_depth_tolerance * pixel_height_at(z) * float(STRIDE);
     c.rate = plane_rate(uv_of_texel(texel), geometric) / tolerance;
@@ -139,7 +147,8 @@ Centre centre_at(ivec2 texel, float z)
 }
 
 // How much a tap shows the same surface: 1 on the centre's tangent plane at any tilt,
-// falling with the distance from it in footprints of a pixel, where the farther of the two is.
+// falling with the distance from it in footprints of a pixel, where the farther of the two is, and
+// with that in depth where pixels have rays.
 // So it knows neither scene units nor the angle of view; and towards a horizon, where the next
 // pixel is many times as far, a normal's last digit does not decide.
 // `away`: in texels, from the centre.
@@ -147,7 +156,12 @@ float same_surface(Centre c, ivec2 texel, vec2 away, float z)
 {
     float x = plane_height(c.rate, away, z) - c.offset;
     float reach = max(pixel_height_at(z) * c.per_footprint, 1.0);
-    float weight = reach * reach / (reach * reach + x * x);
+    float apart = reach * reach + x * x;
+#if PARTS_EDGES && STAGE != STAGE_UPSAMPLE
+    float deep = z * c.per_depth - c.depth;
+    apart *= 1.0 + deep * deep;
+#endif
+    float weight = reach * reach / apart;
     // The tail of 1 / (1 + x^2) is long: cut it off smoothly.
     weight *= weight;
 #if USE_NORMALS

@@ -22,7 +22,18 @@ TAN_Y = 0.5
 MEAN_TOLERANCE = 5e-6
 
 
-def run(gl, shaders, picture, raw, *, visibility=False, holds_z=False, scale=1, **settings):
+def run(
+    gl,
+    shaders,
+    picture,
+    raw,
+    *,
+    visibility=False,
+    holds_z=False,
+    scale=1,
+    has_rays=False,
+    **settings,
+):
     """Filter an image with row 0 at the bottom; return the same."""
     size = picture.z.shape[1], picture.z.shape[0]
     frame = picture_frame(size, picture.tan_half_fov[1], near=picture.near)
@@ -30,6 +41,7 @@ def run(gl, shaders, picture, raw, *, visibility=False, holds_z=False, scale=1, 
         "filter",
         EdgeAwareFilterSettings(**settings),
         Signal("raw", "smooth", visibility, holds_z),
+        parts_edges=has_rays,
     )
     images = inputs_of(picture)
     raw = np.asarray(raw, np.float64)

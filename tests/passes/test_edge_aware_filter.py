@@ -192,6 +192,25 @@ def test_light_that_falls_off_towards_a_joint_does_so_still(gl, shaders, tap_rad
     assert np.abs(off[joint]).max() < OFF_IN_A_JOINT[tap_radius] + ACROSS_A_JOINT
 
 
+# How much too bright light that falls by half from pixel to pixel gets, on average, where these are
+# five footprints and more apart in depth; without rays, whatever the depth.
+OFF_IN_STEEP_LIGHT = 0.5
+OFF_WITHOUT_RAYS = 0.758
+
+
+def test_what_rays_find_far_away_along_a_surface_counts_less(gl, shaders):
+    light = np.broadcast_to(0.5 ** np.arange(48.0)[:, None], (36, 48, 3))
+    off = [
+        (run(gl, shaders, plane(80.0), light, holds_z=True, has_rays=x)[..., :3] / light - 1.0)
+        for x in (False, True)
+    ]
+    np.testing.assert_allclose(off[0][4:-4, 12:18], OFF_WITHOUT_RAYS, rtol=1e-3)
+    assert off[1][4:-4, 12:18].mean() < OFF_IN_STEEP_LIGHT
+    raw, _ = pattern(channels=3)
+    upright = [run(gl, shaders, plane(), raw, holds_z=True, has_rays=x) for x in (False, True)]
+    np.testing.assert_array_equal(*upright)
+
+
 @pytest.mark.parametrize("spot", [(0, 0), (17, 23), (17, 24), (35, 47), (18, 2)])
 def test_every_pixel_counts_more_than_nothing(gl, shaders, spot):
     picture = dataclasses.replace(plane(), z=halves(2.0, 5.0, 1)[..., 0])
