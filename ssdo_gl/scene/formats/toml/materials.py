@@ -47,7 +47,11 @@ def read_materials(table: Table | None, file: Path | None, builder: SceneBuilder
         inside = table.table(name)
         assert inside is not None
         material = Table(inside.source, f"[materials.{name}]", inside.data)
-        index[name] = builder.material(_read_material(name, material, file))
+        read = _read_material(name, material, file)
+        index[name] = builder.material(read)
+        if read.alpha < 1.0 and not read.blends and read.alpha_cutoff is None:
+            show = f"opacity = {read.alpha:g} would let what lies behind show"
+            builder.note(f"{material.where('alpha')} is left out without alpha_cutoff: {show}")
     return index
 
 

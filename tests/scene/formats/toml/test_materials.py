@@ -35,6 +35,17 @@ def test_materials() -> None:
     assert not material.emits
 
 
+@pytest.mark.parametrize(
+    ("keys", "count"),
+    [("", 1), ("alpha_cutoff = 0.2", 0), ("blend = true", 0), ("blend = false", 1)],
+)
+def test_an_alpha_that_nothing_reads_is_said(keys: str, count: int) -> None:
+    objects = '[[object]]\nshape = "sphere"\nradius = 1\nmaterial = "m"'
+    notes = scene(f"[materials.m]\nalpha = 0.5\n{keys}\n{objects}").notes
+    assert len(notes) == count
+    assert all("[materials.m] alpha" in note and "opacity = 0.5" in note for note in notes)
+
+
 def test_a_mesh_file_takes_the_material_of_the_scene(write: Write) -> None:
     obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
     file = write(
