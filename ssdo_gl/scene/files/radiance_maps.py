@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ssdo_gl.foreign_output import foreign_output_held
 from ssdo_gl.scene.files.images import MAX_TEXELS, check_size
-from ssdo_gl.scene.files.paths import read_file
+from ssdo_gl.scene.files.paths import check_file, read_file
 from ssdo_gl.scene.files.radiance_hdr import decode_hdr
 from ssdo_gl.scene.scene import SceneError
 
@@ -57,6 +57,7 @@ def _read_hdr(path: Path, where: str) -> NDArray[np.float32]:
 
 
 def _read_exr(path: Path, where: str) -> NDArray[np.float32]:
+    check_file(path, where)
     import OpenEXR  # only a scene with an .exr map pays for the import
 
     try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -101,6 +102,20 @@ def test_a_scaled_sky_stays_finite(scale: float, tmp_path: Path) -> None:
     assert sky[1, 1] == pytest.approx(0.5 * scale)
     assert sky.max() <= 1e30
     assert ("1 texels" in note) == (scale == 1e15)
+
+
+@pytest.mark.parametrize("suffix", [".exr", ".hdr"])
+def test_maps_that_are_no_files_are_called_what_they_are(suffix: str, tmp_path: Path) -> None:
+    path = tmp_path / f"sky{suffix}"
+    with pytest.raises(SceneError, match="here: no such file"):
+        read_radiance_map(path, "here")
+    path.write_text("version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 9\n")
+    with pytest.raises(SceneError, match="git lfs pull"):
+        read_radiance_map(path, "here")
+    path.unlink()
+    os.mkfifo(path)
+    with pytest.raises(SceneError, match="is a pipe or device"):
+        read_radiance_map(path, "here")
 
 
 def test_a_damaged_exr_is_one_line(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
