@@ -42,8 +42,8 @@ def test_materials() -> None:
 def test_an_alpha_that_nothing_reads_is_said(keys: str, count: int) -> None:
     objects = '[[object]]\nshape = "sphere"\nradius = 1\nmaterial = "m"'
     notes = scene(f"[materials.m]\nalpha = 0.5\n{keys}\n{objects}").notes
-    assert len(notes) == count
-    assert all("[materials.m] alpha" in note and "opacity = 0.5" in note for note in notes)
+    said = [note for note in notes if "[materials.m] alpha" in note and "opacity = 0.5" in note]
+    assert len(said) == count
 
 
 def test_a_mesh_file_takes_the_material_of_the_scene(write: Write) -> None:
