@@ -1,33 +1,26 @@
-// Which of 32 points of a light a surface point does not see, by one walk through the hierarchy.
+// Which of up to 256 points of a light a surface point does not see, by one walk through the hierarchy.
 //
 // All ways to the points lie in a shaft (Haines, Wallace 1991): the walk meets the boxes that any
 // of them may meet, and each triangle hides the points that it lies before, as bits (after Eisemann,
-// Decoret 2007). So no blocker is missed, however thin. Where more triangles lie in the shaft than
-// SHAFT_STEPS allow, rays to the points that are left take less time.
+// Decoret 2007). So no blocker is missed, however thin. The points stand on parallel lines, so
+// those that a triangle hides of one follow each other: where they begin and end is told by
+// where its edges cut the line. Where more triangles lie in the shaft than u_shaft_steps allow,
+// rays to some of the points take less time.
 //
-// SHAFT_IS_ROUND: points are those of a disk, not of a parallelogram.
+// SHAFT_GROUPS: how many times four lines there are, 1 or 2.
 #include "lib/constants.glsl"
 #include "rays/bvh.glsl"
 
-uniform vec2 u_shaft_step;  // from each of the light's points to the next
-
-// Of the hierarchy. 12 take 1.19 of the time in cornell_meso, .96 in coloured_lights, 64 take 1.15
-// and 1.21; where nothing else is in the shaft, there are two to six.
-const int SHAFT_STEPS = 24;
-
-// Four points of the light from number `i` after `begin` on: x and y, as multiples of its axes.
-mat2x4 shaft_points(vec2 begin, int i)
-{
-    vec4 numbers = float(i) + vec4(0.0, 1.0, 2.0, 3.0);
-    vec4 u = fract(begin.x + numbers * u_shaft_step.x);
-    vec4 v = fract(begin.y + numbers * u_shaft_step.y);
-#if SHAFT_IS_ROUND
-    vec4 r = sqrt(u);
-    return mat2x4(r * cos(TWO_PI * v), r * sin(TWO_PI * v));
-#else
-    return mat2x4(2.0 * u - 1.0, 2.0 * v - 1.0);
-#endif
-}
+// Lines, four by four: where the first of the 32 points on each stands, and from each to the
+// next, as multiples of the light's axes; and which of them are on the light, as bits.
+uniform vec4 u_shaft_x[SHAFT_GROUPS];
+uniform vec4 u_shaft_y[SHAFT_GROUPS];
+uniform vec2 u_shaft_step;
+uniform uvec4 u_shaft_points[SHAFT_GROUPS];
+// Records of the hierarchy that are looked at, and rays where these do not tell. Where nothing else
+// is in the shaft, there are two to six.
+uniform int u_shaft_steps;
+uniform int u_shaft_rays;
 
 struct Shaft {
     vec3 apex;
@@ -36,11 +29,6 @@ struct Shaft {
     vec3 inverse_high;  // 1 / the largest
     float t_max;        // the end, as a part of the ways
 };
-
-vec3 shaft_way(Shaft shaft, mat2x4 points, int i)
-{
-    return shaft.way * vec3(1.0, points[0][i], points[1][i]);
-}
 
 // `extent`: how far the light reaches from its middle, along each of the axes of _ns.
 Shaft shaft_from(vec3 apex, mat3 way, vec3 extent, float t_max)
@@ -92,19 +80,21 @@ float shaft_volume(vec3 a, vec3 b, vec3 c)
     return 2.0 * dot(cross(b - a, c - a), a);
 }
 
-// A triangle as seen from the apex: a point is hidden where all sides are positive, if `volume`
-// is less than t_max times their sum.
+// A triangle as seen from the apex: a point is hidden where all sides and `reach` are positive.
 struct ShaftTriangle {
     vec3 side_0;
     vec3 side_1;
     vec3 side_2;
-    float volume;
+    vec3 reach;
 };
 
-ShaftTriangle shaft_triangle(vec3 side_0, vec3 side_1, vec3 side_2, float volume)
+ShaftTriangle shaft_triangle(vec3 side_0, vec3 side_1, vec3 side_2, float volume, float t_max)
 {
     float s = sign(volume);
-    return ShaftTriangle(side_0 * s, side_1 * s, side_2 * s, abs(volume));
+    // One without a volume hides nothing.
+    float height = s == 0.0 ? 1.0 : abs(volume);
+    vec3 reach = t_max * s * (side_0 + side_1 + side_2) - vec3(height, 0.0, 0.0);
+    return ShaftTriangle(side_0 * s, side_1 * s, side_2 * s, reach);
 }
 
 float shaft_largest(vec3 side)
@@ -112,33 +102,67 @@ float shaft_largest(vec3 side)
     return side.x + abs(side.y) + abs(side.z);
 }
 
-bool shaft_may_hide(ShaftTriangle item, float t_max)
+bool shaft_may_hide(ShaftTriangle item)
 {
     float least = min(min(shaft_largest(item.side_0), shaft_largest(item.side_1)),
                       shaft_largest(item.side_2));
-    float most = shaft_largest(item.side_0 + item.side_1 + item.side_2);
-    return least >= 0.0 && item.volume < t_max * most;
+    return least >= 0.0 && shaft_largest(item.reach) > 0.0;
 }
 
-vec4 shaft_sides(vec3 side, mat2x4 points)
+// Where a plane through the apex cuts four lines, in steps from their first points: the same,
+// whatever is rounded, if `side` is negated. On `rises` it is positive from there on.
+struct ShaftCut {
+    vec4 at;
+    float slope;
+};
+
+ShaftCut shaft_cut(vec3 side, vec4 x, vec4 y)
 {
-    return side.x + side.y * points[0] + side.z * points[1];
+    float slope = dot(side.yz, u_shaft_step);
+    slope = slope >= 0.0 ? max(slope, 1e-30) : min(slope, -1e-30);
+    return ShaftCut((side.x + side.y * x + side.z * y) * (-1.0 / slope), slope);
 }
 
-bvec4 shaft_hides(ShaftTriangle item, mat2x4 points, float t_max)
+// Leaves of four lines what lies where the side is positive.
+void shaft_keep(ShaftCut cut, bool rises, inout vec4 low, inout vec4 high)
 {
-    vec4 side_0 = shaft_sides(item.side_0, points);
-    vec4 side_1 = shaft_sides(item.side_1, points);
-    vec4 side_2 = shaft_sides(item.side_2, points);
-    vec4 least = min(min(side_0, side_1), side_2);
-    vec4 reach = t_max * (side_0 + side_1 + side_2) - item.volume;
-    bvec4 is_inside = greaterThanEqual(least, vec4(0.0));
-    bvec4 is_before = greaterThan(reach, vec4(0.0));
-    return bvec4(uvec4(is_inside) & uvec4(is_before));
+    low = max(low, rises ? cut.at : vec4(0.0));
+    high = min(high, rises ? vec4(31.0) : cut.at);
 }
 
-// What a pair of triangles hides of the points that are open, as bits.
-uint shaft_meet_pair(Shaft shaft, BvhRecord pair, int record, bool is_leaf, vec2 begin, int count)
+uvec4 shaft_hides(ShaftTriangle item, vec4 x, vec4 y)
+{
+    vec4 low = vec4(0.0);
+    vec4 high = vec4(31.0);
+    ShaftCut cut = shaft_cut(item.side_0, x, y);
+    shaft_keep(cut, cut.slope > 0.0, low, high);
+    cut = shaft_cut(item.side_1, x, y);
+    shaft_keep(cut, cut.slope > 0.0, low, high);
+    cut = shaft_cut(item.side_2, x, y);
+    shaft_keep(cut, cut.slope > 0.0, low, high);
+    cut = shaft_cut(item.reach, x, y);
+    shaft_keep(cut, cut.slope > 0.0, low, high);
+    low = ceil(low);
+    high = floor(high);
+    uvec4 some = (uvec4(0xffffffffu) >> uvec4(31.0 - high)) & (uvec4(0xffffffffu) << uvec4(low));
+    return some * uvec4(lessThanEqual(low, high));
+}
+
+// Points as bits.
+struct ShaftPoints {
+    uvec4 open[SHAFT_GROUPS];
+    uvec4 asked[SHAFT_GROUPS];
+    bool by_rays;  // the shaft did not tell
+};
+
+// A pair of triangles, and whether it may hide any point.
+struct ShaftPair {
+    ShaftTriangle first;
+    ShaftTriangle second;
+    bool is_met;
+};
+
+ShaftPair shaft_pair(Shaft shaft, BvhRecord pair, int record, bool is_leaf)
 {
     mat4x3 corners = bvh_corners(pair);
     vec3 v0 = corners[0] - shaft.apex;
@@ -154,48 +178,59 @@ uint shaft_meet_pair(Shaft shaft, BvhRecord pair, int record, bool is_leaf, vec2
     volume_1 = (words_3.y & SINGLE_SIDED_FLAG) == 0u ? volume_1 : max(volume_1, 0.0);
     volume_2 = (words_3.z & SINGLE_SIDED_FLAG) == 0u ? volume_2 : max(volume_2, 0.0);
 #endif
-    ShaftTriangle item_1 = shaft_triangle(
-        shaft_side(shaft, v0, v1), shaft_side(shaft, v1, v2), side_20, volume_1);
-    ShaftTriangle item_2 = shaft_triangle(
-        -side_20, shaft_side(shaft, v2, v3), shaft_side(shaft, v3, v0), volume_2);
-    bool is_met = shaft_may_hide(item_1, shaft.t_max) || shaft_may_hide(item_2, shaft.t_max);
-    int end = is_leaf && is_met ? count : 0;
-    uint hidden = 0u;
-    int i = 0;
-    do {
-        mat2x4 points = shaft_points(begin, i);
-        uvec4 hides = uvec4(shaft_hides(item_1, points, shaft.t_max))
-            | uvec4(shaft_hides(item_2, points, shaft.t_max));
-        hides <<= uvec4(0u, 1u, 2u, 3u);
-        hidden |= (hides.x | hides.y | hides.z | hides.w) << uint(i);
-        i += 4;
-    } while (i < end);
-    return end > 0 ? hidden : 0u;
+    ShaftTriangle first = shaft_triangle(
+        shaft_side(shaft, v0, v1), shaft_side(shaft, v1, v2), side_20, volume_1, shaft.t_max);
+    ShaftTriangle second = shaft_triangle(
+        -side_20, shaft_side(shaft, v2, v3), shaft_side(shaft, v3, v0), volume_2, shaft.t_max);
+    bool may_hide = shaft_may_hide(first) || shaft_may_hide(second);
+    return ShaftPair(first, second, is_leaf && may_hide);
 }
 
-bool shaft_point_is_hidden(Shaft shaft, vec2 begin, int number)
+// Leaves of the points that are open those that a pair does not hide.
+void shaft_meet_pair(ShaftPair pair, inout uvec4 open[SHAFT_GROUPS])
 {
-    vec3 way = shaft_way(shaft, shaft_points(begin, number), 0);
+    for (int g = 0; g < SHAFT_GROUPS; ++g) {
+        uvec4 hidden = shaft_hides(pair.first, u_shaft_x[g], u_shaft_y[g])
+            | shaft_hides(pair.second, u_shaft_x[g], u_shaft_y[g]);
+        open[g] &= pair.is_met ? ~hidden : uvec4(0xffffffffu);
+    }
+}
+
+vec3 shaft_way(Shaft shaft, int line, float number)
+{
+    vec2 first = vec2(u_shaft_x[line >> 2][line & 3], u_shaft_y[line >> 2][line & 3]);
+    return shaft.way * vec3(1.0, first + number * u_shaft_step);
+}
+
+bool shaft_point_is_hidden(Shaft shaft, int line, int bit)
+{
+    vec3 way = shaft_way(shaft, line, float(bit));
     float size = max(length(way), 1e-30);
     return bvh_light_is_blocked(shaft.apex, way / size, shaft.t_max * size);
 }
 
-uint shaft_all_points(int count)
+bool shaft_are_same(uvec4 a[SHAFT_GROUPS], uvec4 b[SHAFT_GROUPS])
 {
-    return 0xffffffffu >> uint(32 - count);
+    uvec4 differ = uvec4(0u);
+    for (int g = 0; g < SHAFT_GROUPS; ++g) {
+        differ |= a[g] ^ b[g];
+    }
+    return differ == uvec4(0u);
 }
 
-// Points as bits.
-struct ShaftPoints {
-    uint open;
-    bool by_rays;  // the shaft did not tell
-};
-
-// Asks for `count` points of the light from `begin` on.
-ShaftPoints shaft_open_points(Shaft shaft, vec2 begin, int count)
+bool shaft_is_any(uvec4 bits[SHAFT_GROUPS])
 {
-    uint all = shaft_all_points(count);
-    uint open = all;
+    uvec4 any_bit = bits[0];
+    for (int g = 1; g < SHAFT_GROUPS; ++g) {
+        any_bit |= bits[g];
+    }
+    return any_bit != uvec4(0u);
+}
+
+// Which points of the light are open.
+ShaftPoints shaft_open_points(Shaft shaft)
+{
+    ShaftPoints points = ShaftPoints(u_shaft_points, u_shaft_points, false);
     BvhRecord root = BvhRecord(u_bvh_root[0], u_bvh_root[1], u_bvh_root[2]);
     BvhWalk walk = bvh_waiting(shaft.t_max);
     bvh_go_on(shaft_children(shaft, root, false), walk);
@@ -207,23 +242,47 @@ ShaftPoints shaft_open_points(Shaft shaft, vec2 begin, int count)
         bool is_leaf = walk.is_leaf;
         int number = walk.record;
         bvh_go_on(shaft_children(shaft, record, is_leaf), walk);
-        open &= ~shaft_meet_pair(shaft, record, number, is_leaf, begin, count);
-        goes_on = walk.goes_on && open != 0u;
-    } while (goes_on && ++steps < SHAFT_STEPS);
+        shaft_meet_pair(shaft_pair(shaft, record, number, is_leaf), points.open);
+        goes_on = walk.goes_on && shaft_is_any(points.open);
+    } while (goes_on && ++steps < u_shaft_steps);
+    points.by_rays = goes_on;
 #if RAY_CUTOUTS
     // What hides a point may have a hole there.
-    uint unsure = goes_on ? all : all & ~open;
-#else
-    uint unsure = goes_on ? open : 0u;
+    points.by_rays = goes_on || !shaft_are_same(points.open, u_shaft_points);
 #endif
-    int end = unsure == 0u ? 0 : count;
+    int end = points.by_rays ? u_shaft_rays : 0;
+    for (int g = 0; g < SHAFT_GROUPS; ++g) {
+        points.asked[g] = end > 0 ? uvec4(0u) : points.asked[g];
+    }
     int i = 0;
     if (end > 0) do {
-        uint bit = 1u << uint(i);
-        if ((unsure & bit) != 0u) {
-            bool is_hidden = shaft_point_is_hidden(shaft, begin, i);
-            open = is_hidden ? open & ~bit : open | bit;
+        // Evenly spread along the lines, and over them, whatever their number.
+        int line = 3 * i & (4 * SHAFT_GROUPS - 1);
+        int bit = (64 * i + 32) / (2 * end);
+        uvec4 mask = uvec4(equal(ivec4(line & 3), ivec4(0, 1, 2, 3))) << uint(bit);
+        bool is_there = false;
+        bool is_open = false;
+        for (int g = 0; g < SHAFT_GROUPS; ++g) {
+            uvec4 own = line >> 2 == g ? mask & u_shaft_points[g] : uvec4(0u);
+            points.asked[g] |= own;
+            is_there = is_there || own != uvec4(0u);
+            is_open = is_open || (own & points.open[g]) != uvec4(0u);
+        }
+#if RAY_CUTOUTS
+        bool is_unsure = is_there && (goes_on || !is_open);
+#else
+        bool is_unsure = is_open;
+#endif
+        if (is_unsure) {
+            bool is_hidden = shaft_point_is_hidden(shaft, line, bit);
+            for (int g = 0; g < SHAFT_GROUPS; ++g) {
+                uvec4 own = line >> 2 == g ? mask : uvec4(0u);
+                points.open[g] = is_hidden ? points.open[g] & ~own : points.open[g] | own;
+            }
         }
     } while (++i < end);
-    return ShaftPoints(open, unsure != 0u);
+    for (int g = 0; g < SHAFT_GROUPS; ++g) {
+        points.open[g] &= points.asked[g];
+    }
+    return points;
 }

@@ -4,7 +4,6 @@
 
 #define TRACES_PENUMBRAE IS_SOFT
 
-#define SHAFT_IS_ROUND (LIGHT_FORM == FORM_PARALLEL)
 #include "rays/shaft.glsl"
 
 bool is_blocked_toward(RaySurface surface, vec3 to_light_vs)
@@ -34,12 +33,6 @@ vec2 shadow_edge(Light light, ivec2 pixel, bool is_edge, vec2 visibility)
 }
 
 #if TRACES_PENUMBRAE
-// Of a light with a size: where its points begin, and from the 32 of one shaft to those of the next.
-uniform vec2 u_edge_begin;
-uniform vec2 u_edge_next;
-// How many; and how many suffice where all of them agree, or rays have to tell.
-uniform ivec2 u_edge_points;
-
 // From a surface point of `pixel`, raised along its normal by `lift`, to the light. A little off the
 // surface, by what the rasterizer may be wrong: looking for it in the hierarchy takes 1.16 times
 // as long.
@@ -58,43 +51,70 @@ Shaft shaft_toward(Light light, vec3 n_vs, float lift, ivec2 pixel)
     vec3 middle = u_eye_ns + u_ns_from_vs * (light.place_vs * u_ns_per_unit) - apex;
     vec3 u = u_ns_from_vs * (light.axis_vs * u_ns_per_unit);
     vec3 v = u_ns_from_vs * (light.second_axis_vs * u_ns_per_unit);
+    // Lines go along the longer edge.
+    bool is_long = dot(u, u) >= dot(v, v);
+    mat3 way = mat3(middle, is_long ? u : v, is_long ? v : u);
     // Nothing that lies nearer to the light's plane blocks: it may be the lamp itself.
     vec3 normal = cross(u, v);
     float height = abs(dot(normal, middle)) / max(length(normal), 1e-30);
     float t_max = 1.0 - LIGHT_GAP - RAY_OFFSET / max(height, 1e-30);
-    return shaft_from(apex, mat3(middle, u, v), abs(u) + abs(v), t_max);
+    return shaft_from(apex, way, abs(u) + abs(v), t_max);
 #endif
 }
 
-// How much light comes along `way`, by the cosines to n and to the light's own normal; none from
-// below the plane across m.
-float weight_of(vec3 way, vec3 n, vec3 m, vec3 of_light)
+// How many bits are set of each four that follow each other.
+uvec4 counts_of(uvec4 points)
 {
-    float size_2 = max(dot(way, way), 1e-30);
-    float weight = max(dot(way, n), 0.0);
-#if LIGHT_FORM == FORM_AREA
-    weight *= abs(dot(way, of_light)) / (size_2 * size_2);
-#else
-    weight *= inversesqrt(size_2);
-#endif
-    return dot(way, m) > 0.0 ? weight : 0.0;
+    points -= points >> 1u & 0x55555555u;
+    return (points & 0x33333333u) + (points >> 2u & 0x33333333u);
 }
 
-// What is open of points of the light, and all, as weights.
-vec2 weights_of(uint open, Shaft shaft, vec3 n_vs, vec3 m_vs, vec2 begin, int count)
+// How much light comes from four points, all as far from the light's plane as others: by the cosine to n and distance; none from below the plane across m.
+vec4 weights_along(vec4 of_n, vec4 of_m, vec4 size_2)
+{
+    vec4 weight = max(of_n, 0.0);
+#if LIGHT_FORM == FORM_AREA
+    vec4 inverse = 1.0 / max(size_2, 1e-30);
+    weight *= inverse * inverse;
+#else
+    weight *= inversesqrt(max(size_2, 1e-30));
+#endif
+    return weight * vec4(greaterThan(of_m, vec4(0.0)));
+}
+
+// What is open of points of the light, and all, as weights: four points of a line count as many in
+// the middle of them.
+vec2 weights_of(ShaftPoints points, Shaft shaft, vec3 n_vs, vec3 m_vs)
 {
     vec3 n = u_ns_from_vs * n_vs;
     vec3 m = u_ns_from_vs * m_vs;
     // As a unit, so that nothing underflows: all points share it.
-    float unit = 1.0 / max(length(shaft.way[0]), 1e-30);
-    vec3 of_light = cross(shaft.way[1], shaft.way[2]);
-    of_light /= max(length(of_light), 1e-30);
+    mat3 way = shaft.way * (1.0 / max(length(shaft.way[0]), 1e-30));
+    vec3 along = way * vec3(0.0, u_shaft_step);
+    float along_2 = max(dot(along, along), 1e-30);
     vec2 weights = vec2(0.0);
-    int i = 0;
-    do {
-        vec3 way = shaft_way(shaft, shaft_points(begin, i), 0);
-        weights += weight_of(unit * way, n, m, of_light) * vec2(open >> uint(i) & 1u, 1u);
-    } while (++i < count);
+    for (int g = 0; g < SHAFT_GROUPS; ++g) {
+        // Of each line: its first point, and where it comes nearest.
+        mat4x3 first = mat4x3(way[0], way[0], way[0], way[0])
+                     + outerProduct(way[1], u_shaft_x[g]) + outerProduct(way[2], u_shaft_y[g]);
+        vec4 foot = -(along * first) / along_2;
+        mat4x3 nearest = first + outerProduct(along, foot);
+        vec4 nearest_2 = vec4(dot(nearest[0], nearest[0]), dot(nearest[1], nearest[1]),
+                              dot(nearest[2], nearest[2]), dot(nearest[3], nearest[3]));
+        vec4 of_n = n * first;
+        vec4 of_m = m * first;
+        uvec4 open = counts_of(points.open[g]);
+        uvec4 asked = counts_of(points.asked[g]);
+        int i = 0;
+        do {
+            float place = 4.0 * float(i) + 1.5;
+            vec4 from_foot = place - foot;
+            vec4 weight = weights_along(of_n + place * dot(along, n), of_m + place * dot(along, m),
+                                        nearest_2 + from_foot * from_foot * along_2);
+            weights += vec2(dot(weight, vec4(open >> (4u * uint(i)) & 15u)),
+                            dot(weight, vec4(asked >> (4u * uint(i)) & 15u)));
+        } while (++i < 8);
+    }
     return weights;
 }
 
@@ -103,25 +123,15 @@ vec2 weights_of(uint open, Shaft shaft, vec3 n_vs, vec3 m_vs, vec2 begin, int co
 float penumbra(Light light, vec3 n_vs, vec3 m_vs, float lift, ivec2 pixel)
 {
     Shaft shaft = shaft_toward(light, n_vs, lift, pixel);
-    vec2 seen = vec2(0.0);
-    vec2 begin = u_edge_begin;
-    int left = u_edge_points.x;
-    bool goes_on = true;
-    do {
-        int count = min(left, 32);
-        ShaftPoints points = shaft_open_points(shaft, begin, count);
-        bool is_enough = u_edge_points.x - left + count >= u_edge_points.y;
-        bool is_first = left == u_edge_points.x;
-        bool is_even = points.open == 0u || points.open == shaft_all_points(count);
-        if (is_first && is_enough && is_even) {
-            // All or nothing, however much each of them counts.
-            return points.open == 0u ? 0.0 : 1.0;
-        }
-        seen += weights_of(points.open, shaft, n_vs, m_vs, begin, count);
-        begin += u_edge_next;
-        left -= count;
-        goes_on = left > 0 && !(is_enough && points.by_rays);
-    } while (goes_on);
+    ShaftPoints points = shaft_open_points(shaft);
+    if (!shaft_is_any(points.open)) {
+        return 0.0;
+    }
+    // All or nothing, however much each of them counts.
+    if (shaft_are_same(points.open, points.asked)) {
+        return 1.0;
+    }
+    vec2 seen = weights_of(points, shaft, n_vs, m_vs);
     return seen.y > 0.0 ? seen.x / seen.y : 1.0;
 }
 #endif

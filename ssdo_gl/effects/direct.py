@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from functools import cache
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -31,7 +32,7 @@ from ssdo_gl.passes.rays import bvh_of, ray_defines, ray_reads, ray_uniforms
 from ssdo_gl.passes.screen_space_settings import pattern_offset
 from ssdo_gl.raytracing.slats import lamps_behind, slats_of
 from ssdo_gl.raytracing.surface_tables import RayFeatures
-from ssdo_gl.scene.lights import Form, Light, kind_number
+from ssdo_gl.scene.lights import Form, Light, RectangleLight, kind_number
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.scene.shadow_frames import ShadowFrame, atlas_layout, shadow_frames
 from ssdo_gl.settings.fields import setting
@@ -52,9 +53,9 @@ class DirectSettings:
     )
     penumbra_rays: int = setting(
         16,
-        "points of a light with a size that gi looks for from every pixel, a power of two at "
-        "least so many; twice as many in motion, a quarter more where that takes a ray for each",
-        unit="points",
+        "rays of gi from every pixel to a light with a size, where one walk through the hierarchy "
+        "does not tell how much of it is hidden; twice as many in motion",
+        unit="rays",
         low=4,
         high=256,
     )
@@ -81,33 +82,64 @@ def is_smooth(scene: Scene) -> bool:
 # Pixels of a block, each of which has a set of points of its own, and frames in which its
 # quarters exchange them: they share the points that are set off by a seed.
 BLOCK_SETS, TURNS = 16, 4
-# Steps between a light's points, times how many there are: a lattice (rank 1), so that edges along
-# the light's sides pass one after the other, and of which a part is spread evenly, too.
-LATTICE = np.array((5.0, 455.0))
-# Points that one shaft asks for, and how many times those of a frame at rest, which is one of
-# several, a frame in motion has. Those of its first shaft are a lattice by themselves, and suffice
-# where all agree, and where rays have to tell: by rays to half of 64 wherever these are, a frame of
-# coloured_lights takes 1.32 times as long as with 32 points, so 1.25 times.
-SHAFT_POINTS, POINTS_IN_MOTION = 32, 4
-# Of lamps behind slats, in a picture or a frame in motion: fewer alias, as lines on walls. They are
-# of the sequence of ``lib/hash.glsl``: a lattice is as regular as slats, and errs more there.
-POINTS_BEHIND_SLATS = 96
-R2_STEP = np.array((0.7548776662466927, 0.5698402909980532))
+# Lines over a light, fewer in each of several frames of a picture, and points on each.
+LINES, LINES_OF_SEVERAL, LINE_POINTS = 8, 4, 32
+LEAST_SEVERAL = 4
+# How many times the rays of a frame at rest, which is one of several, a frame in motion sends where
+# a walk through the hierarchy does not tell.
+RAYS_IN_MOTION = 2
+# Of a walk, records that it looks at before rays take over, for each column of lines: along a strip
+# more stands before it. And those behind slats, where so few rays alias, as lines on walls.
+STEPS, STEPS_BEHIND_SLATS = 24, 256
 
 
-def points_of_a_light(
-    seed: int, count: int, is_behind_slats: bool
-) -> tuple[FloatArray, FloatArray]:
-    """Return where a frame's points of a light begin, and the step from each to the next.
+def _turned(i: int, bits: int) -> int:
+    return int(f"{i:0{bits}b}"[::-1], 2)
 
-    Frames of one view have what lies between those of others; all that move have the same.
+
+@cache
+def lines_over_a_light(
+    number: int, count: int, *, columns: int = 1, is_mirrored: bool = False, is_round: bool = False
+) -> Mapping[str, Any]:
+    """Return the points of a light that frame `number` of `count` asks for, as uniforms.
+
+    Lines stand in `columns` along its longer edge. Each crosses its strip of the light, or in
+    several frames the part of it that is the frame's, so that edges along the lines pass one
+    point after the other, too.
     """
-    if is_behind_slats:
-        return (0.5 + seed * count * R2_STEP) % 1.0, R2_STEP
-    step = LATTICE / count
-    # Van der Corput's sequence.
-    between = int(f"{seed:032b}"[::-1], 2) / 2.0**32
-    return (0.5 + 0.5 / count + between * step) % 1.0, step % 1.0
+    size = LINES_OF_SEVERAL if count >= LEAST_SEVERAL else LINES
+    rows = size // columns
+    order = [_turned(i, 32) for i in range(count)]  # van der Corput's sequence
+    part = sorted(order).index(order[number]) / count
+    row, column = np.arange(size) % rows, np.arange(size) // rows
+    shifts = (
+        np.array([_turned(int(i), rows.bit_length() - 1) for i in row]) + (number + 0.5) / count
+    )
+    places = (np.arange(LINE_POINTS) + shifts[:, None] / rows) / LINE_POINTS
+    along = (column[:, None] + places) / columns
+    across = (row[:, None] + part + places / count) / rows
+    x, y = 2.0 * along - 1.0, (2.0 * across - 1.0) * (-1.0 if is_mirrored else 1.0)
+    bits = np.ones(LINE_POINTS, np.uint32) << np.arange(LINE_POINTS, dtype=np.uint32)
+    is_there = x * x + y * y <= 1.0 if is_round else np.full(x.shape, True)
+
+    def in_groups(values: Any) -> FloatArray:
+        return math3d.read_only(values.reshape(-1, 4))
+
+    return {
+        "u_shaft_x": in_groups(x[:, 0]),
+        "u_shaft_y": in_groups(y[:, 0]),
+        "u_shaft_step": (float(x[0, 1] - x[0, 0]), float(y[0, 1] - y[0, 0])),
+        "u_shaft_points": in_groups((is_there * bits).sum(axis=1, dtype=np.uint32)),
+    }
+
+
+def columns_of(light: Light) -> int:
+    """Return in how many columns lines stand along a light's longer edge."""
+    if not isinstance(light, RectangleLight):
+        return 1
+    edges = sorted(np.linalg.norm([light.edge_u, light.edge_v], axis=1))
+    aspect = edges[1] / max(edges[0], 1e-30)
+    return 4 if aspect > 16 else 2 if aspect > 4 else 1
 
 
 def uniforms(frame: Frame) -> dict[str, object]:
@@ -232,8 +264,10 @@ class DirectPass(RenderPass):
             gloss = {"GLOSSY": glossy, "FILTERS_GLOSS": int(filters)}
             for i, switches in chosen.items():
                 defines = {**switches, **gloss, "IN_QUADS": int(maps is not None)}
-                least = POINTS_BEHIND_SLATS if i in behind else 0
-                edge = self._edge(context, least) if switches["CASTS_SHADOW"] else FILTERED
+                many = STEPS * columns_of(scene.lights[i])
+                steps = STEPS_BEHIND_SLATS if i in behind else many
+                casts = switches["CASTS_SHADOW"]
+                edge = self._edge(context, scene.lights[i], steps) if casts else FILTERED
                 drawing = LightDraw(
                     edge,
                     defines,
@@ -261,32 +295,28 @@ class DirectPass(RenderPass):
         slats = self._slats.get((source,), lambda: slats_of(triangles))
         return self._behind.get((slats, lights), lambda: lamps_behind(slats, lights))
 
-    def _edge(self, context: PassContext, least: int) -> Edge:
-        """Return how it is judged where shadows of a light end.
-
-        Frames of a picture have no fewer points than `least` together, others by themselves.
-        """
+    def _edge(self, context: PassContext, light: Light, steps: int) -> Edge:
+        """Return how it is judged where shadows of a light end, by `steps` before rays are sent."""
         if self._rays is None:
             return FILTERED
+        frame = context.frame
         tables = {sampler: context.inputs[name] for sampler, name in self._ray_wiring.items()}
-        least = -(-least // (1 if context.frame.moves else context.frame.count))
-        count = max(self.settings.penumbra_rays, least)
-        defines = ray_defines(context, self._rays)
-        if not least:
-            # A power of two, with which the lattices of a picture's frames are one together.
-            count = 1 << (count - 1).bit_length()
-        grows = context.frame.moves and count > least
-        points = count * (POINTS_IN_MOTION if grows else 1)
-        begin, step = points_of_a_light(context.frame.seed, points, least > 0)
-        shafts = max(points // SHAFT_POINTS, 1) if grows else 1
+        number = 0 if frame.moves else (frame.seed - frame.first_seed) % frame.count
+        lines = lines_over_a_light(
+            number,
+            1 if frame.moves else frame.count,
+            columns=columns_of(light),
+            is_mirrored=frame.first_seed % 2 == 1,
+            is_round=light.form == Form.PARALLEL,
+        )
+        groups = {"SHAFT_GROUPS": len(lines["u_shaft_x"])}
         uniforms = {
             **ray_uniforms(context),
-            "u_shaft_step": tuple(shafts * step % 1.0),
-            "u_edge_begin": tuple(begin),
-            "u_edge_next": tuple((1 if grows else SHAFT_POINTS) * step % 1.0),
-            "u_edge_points": (points, min(points, SHAFT_POINTS) if grows else points),
+            **lines,
+            "u_shaft_steps": steps,
+            "u_shaft_rays": self.settings.penumbra_rays * (RAYS_IN_MOTION if frame.moves else 1),
         }
-        return Edge("traced", defines, uniforms, tables)
+        return Edge("traced", ray_defines(context, self._rays) | groups, uniforms, tables)
 
     def _places(self, scene: Scene, geometry: Geometry) -> _ShadowPlaces:
         """Return what does not depend on the view."""

@@ -11,41 +11,54 @@ from shaders.test_bvh import arguments, bvh_of, soup
 from ssdo_gl.scene.geometry.mesh import Mesh
 from ssdo_gl.scene.geometry.shapes import box, sphere
 
-SHAFTS, POINTS = 400, 24
-FIRST = np.array([0.3, 0.8])
-STEP = np.array([0.7548776662466927, 0.5698402909980532])
+SHAFTS, LINES, LINE_POINTS = 60, 8, 32
+POINTS = LINES * LINE_POINTS
+ALL = np.uint32(0xFFFFFFFF)
+# The first point of each line, and from each to the next: no two are as high.
+STEP = np.array([2.0 / LINE_POINTS, 2.0 / POINTS])
+FIRST = np.stack([np.linspace(-0.999, -0.95, LINES), np.linspace(-0.996, 0.754, LINES)], axis=1)
 
 OPEN = """
-    vec3 extent = SHAFT_IS_ROUND == 1 ? sqrt(u * u + v * v) : abs(u) + abs(v);
-    Shaft shaft = shaft_from(apex, mat3(middle, u, v), extent, 0.9);
-    ShaftPoints points = shaft_open_points(shaft, begin, count);
-    return uvec2(points.open, points.by_rays);
+    Shaft shaft = shaft_from(apex, mat3(middle, u, v), abs(u) + abs(v), 0.9);
+    ShaftPoints points = shaft_open_points(shaft);
+    return points.WHAT;
 """
 
 
-def open_points(gl, shaders, bvh, ways, *, first=0, count=POINTS, **switches):
-    """Return which points are open (n, count), and where rays had to tell (n,).
-
-    `ways` (n, 4, 3): apex, middle, two axes; `switches`: is_round and is_software.
-    """
-    wanted = arguments(gl, bvh, switches.get("is_software", 1))
-    wanted["defines"]["SHAFT_IS_ROUND"] = switches.get("is_round", 0)
-    wanted["uniforms"] |= {"u_shaft_step": tuple(STEP)}
+def bits(gl, shaders, bvh, ways, what, *, is_software=1, steps=1000, there=ALL):
+    """Return `what` of the points of ways (n, 4, 3): apex, middle, two axes."""
+    wanted = arguments(gl, bvh, is_software)
+    wanted["defines"] |= {"SHAFT_GROUPS": 2}
+    wanted["uniforms"] |= {
+        "u_shaft_x": FIRST[:, 0].reshape(2, 4),
+        "u_shaft_y": FIRST[:, 1].reshape(2, 4),
+        "u_shaft_step": tuple(STEP),
+        "u_shaft_points": np.full((2, 4), there, np.uint32),
+        "u_shaft_steps": steps,
+        "u_shaft_rays": 16,
+    }
     inputs = {name: ways[:, i] for i, name in enumerate(("apex", "middle", "u", "v"))}
-    inputs["begin"] = np.tile(FIRST + first * STEP, (len(ways), 1))
-    inputs["count"] = np.full(len(ways), count, np.int32)
-    bits = evaluate(gl, shaders, ["rays/shaft.glsl"], OPEN, inputs, 2, output_dtype="u4", **wanted)
-    is_open = bits[:, :1] >> np.arange(count, dtype=np.uint32) & 1
-    return is_open.astype(bool), bits[:, 1].astype(bool)
+    body, size = OPEN.replace("WHAT", what), 1 if what == "by_rays" else 4
+    body = body.replace("points.by_rays", "uint(points.by_rays)")
+    return evaluate(
+        gl, shaders, ["rays/shaft.glsl"], body, inputs, size, output_dtype="u4", **wanted
+    )
 
 
-def places(is_round, first=0, count=POINTS):
-    """Return the points (count, 2) as multiples of a light's axes."""
-    u = (FIRST + (first + np.arange(count))[:, None] * STEP) % 1.0
-    if not is_round:
-        return 2.0 * u - 1.0
-    angle = 2.0 * np.pi * u[:, 1]
-    return np.sqrt(u[:, :1]) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+def points_of(gl, shaders, bvh, ways, what, **switches):
+    """Return which points are `what`, (n, POINTS), line by line."""
+    groups = [bits(gl, shaders, bvh, ways, f"{what}[{g}]", **switches) for g in (0, 1)]
+    found = np.concatenate(groups, axis=1)[:, :, None] >> np.arange(LINE_POINTS, dtype=np.uint32)
+    return (found & 1).astype(bool).reshape(len(ways), POINTS)
+
+
+def by_rays(gl, shaders, bvh, ways, **switches):
+    return bits(gl, shaders, bvh, ways, "by_rays", **switches)[:, 0].astype(bool)
+
+
+def places():
+    """Return the points (POINTS, 2) as multiples of a light's axes."""
+    return (FIRST[:, None] + np.arange(LINE_POINTS)[:, None] * STEP).reshape(POINTS, 2)
 
 
 def random_ways(seed):
@@ -58,44 +71,52 @@ def random_ways(seed):
     return ways.astype(np.float32).astype(np.float64)
 
 
-def true_points(bvh, ways, where):
-    """Return the same by rays: `where` are points (count, 2) as multiples of the axes."""
+def true_points(bvh, ways):
+    """Return which points are open by rays."""
+    where = places()
     origins = np.repeat(ways[:, 0], len(where), axis=0)
     to = ways[:, 1, None] + np.einsum("pk,nkx->npx", where, ways[:, 2:])
     t, _ = intersect_all(origins, to.reshape(-1, 3), bvh.triangles.positions.astype(np.float64))
     return (t >= 0.9).reshape(len(ways), len(where))
 
 
-@pytest.mark.parametrize("is_round", [0, 1])
 @pytest.mark.parametrize("is_software", [0, 1])
 @pytest.mark.parametrize("count", [1, 7, 400])
-def test_open_points_are_those_of_rays(gl, shaders, count, is_software, is_round):
+def test_open_points_are_those_of_rays(gl, shaders, count, is_software):
     bvh = bvh_of(soup(count, count))
     ways = random_ways(count)
-    true = true_points(bvh, ways, places(is_round))
-    found, _ = open_points(gl, shaders, bvh, ways, is_round=is_round, is_software=is_software)
+    true = true_points(bvh, ways)
+    found = points_of(gl, shaders, bvh, ways, "open", is_software=is_software)
     assert 0.02 < true.mean() < 0.999
     # Rounding decides of points behind an edge.
-    assert (found != true).sum() <= 3
+    assert (found != true).sum() <= 6
+    assert not by_rays(gl, shaders, bvh, ways, is_software=is_software).any()
 
 
-@pytest.mark.parametrize("first", [0, 8])
-@pytest.mark.parametrize("count", [1, 5, 32])
-def test_any_number_of_points_from_any_on(gl, shaders, first, count):
+def test_only_points_on_the_light_are_asked_for(gl, shaders):
     bvh = bvh_of(soup(7, 7))
     ways = random_ways(3)
-    found, _ = open_points(gl, shaders, bvh, ways, first=first, count=count)
-    assert (found != true_points(bvh, ways, places(0, first, count))).sum() <= 3
+    there = np.random.default_rng(1).integers(0, 1 << 32, (2, 4), dtype=np.uint32)
+    is_there = (there.reshape(-1, 1) >> np.arange(LINE_POINTS, dtype=np.uint32) & 1).astype(bool)
+    found = points_of(gl, shaders, bvh, ways, "open", there=there)
+    assert (found != true_points(bvh, ways) & is_there.ravel()).sum() <= 3
+    asked = points_of(gl, shaders, bvh, ways, "asked", there=there)
+    assert (asked == is_there.ravel()).all()
 
 
-def test_where_rays_have_to_tell_is_known(gl, shaders):
+def test_where_the_shaft_does_not_tell_rays_do(gl, shaders):
     bvh = bvh_of(soup(400, 400))
     ways = random_ways(400)
-    is_open, by_rays = open_points(gl, shaders, bvh, ways)
-    assert 0.1 < by_rays.mean() < 0.9
-    # Of what is all hidden the shaft may have told before it gave up.
-    assert is_open[~by_rays].any()
-    assert not open_points(gl, shaders, bvh_of(soup(1, 1)), ways)[1].any()
+    limited = {"steps": 8}
+    told = by_rays(gl, shaders, bvh, ways, **limited)
+    assert 0.1 < told.mean() < 0.98
+    asked = points_of(gl, shaders, bvh, ways, "asked", **limited)
+    assert (asked.sum(axis=1) == np.where(told, 16, POINTS)).all()
+    # Two on each line, all at other places along it.
+    lines = asked[told][0].reshape(LINES, LINE_POINTS)
+    assert (lines.sum(axis=1) == 2).all() and (lines.sum(axis=0) <= 1).all()
+    found = points_of(gl, shaders, bvh, ways, "open", **limited)
+    assert (found != true_points(bvh, ways) & asked).sum() <= 3
 
 
 def test_a_blocker_thinner_than_what_lies_between_points_is_found(gl, shaders):
@@ -104,8 +125,8 @@ def test_a_blocker_thinner_than_what_lies_between_points_is_found(gl, shaders):
     bvh = bvh_of(Mesh(np.array(corners), np.array([[0, 1, 2], [0, 2, 3]])))
     way = [[0.0, -0.5, 0.0], [0.0, 1.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.0, 0.1]]
     ways = np.tile(way, (POINTS, 1, 1))
-    ways[:, 0, 2] = -0.05 * places(0)[:, 1]
-    assert (open_points(gl, shaders, bvh, ways)[0] == ~np.eye(POINTS, dtype=bool)).all()
+    ways[:, 0, 2] = -0.05 * places()[:, 1]
+    assert (points_of(gl, shaders, bvh, ways, "open") == ~np.eye(POINTS, dtype=bool)).all()
 
 
 @pytest.mark.parametrize("is_software", [0, 1])
@@ -125,4 +146,4 @@ def test_nothing_of_a_light_shows_between_triangles(gl, shaders, shape, size, is
     ways = rng.normal(size=(len(which), 4, 3)) * size
     ways[:, 0] = rng.uniform(-0.2, 0.2, (len(which), 3)).astype(np.float32)
     ways[:, 1] = 2.0 * (a + share * (b - a) - ways[:, 0])
-    assert not open_points(gl, shaders, bvh, ways, is_software=is_software)[0].any()
+    assert not points_of(gl, shaders, bvh, ways, "open", is_software=is_software).any()
