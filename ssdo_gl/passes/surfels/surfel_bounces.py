@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import moderngl
 import numpy as np
@@ -42,8 +42,8 @@ class Convergence:
     ----------
     sources : tuple
         Stand for direct light, and for what surfels see of each other.
-    last_but_one : Texture
-        The bounce before.
+    light, last_but_one : Texture
+        The last bounce and the one before.
     factors : tuple of float
         Of the steps that are left.
     sent : Texture
@@ -57,6 +57,7 @@ class Convergence:
     """
 
     sources: tuple[object, ...]
+    light: moderngl.Texture
     last_but_one: moderngl.Texture
     factors: tuple[float, ...]
     sent: moderngl.Texture
@@ -88,57 +89,79 @@ class SurfaceCachePass(RenderPass):
 
     def execute(self, context: PassContext) -> Produced:
         """Add bounces: until what is missing is below the tolerance, or as many as fit a frame."""
-        hits, direct = context.facts["surfel_hits"], context.inputs["surfel_direct"]
+        hits = context.facts["surfel_hits"]
         side, lobes = self.shared.settings.rays_per_side, self.shared.features.lobes
         bounces = Bounces(context, context.inputs["surfel_hits"], side, hits.glossy)
-        sources = (hits.surfels, hits, direct)
         known = facts_of(context, "surface_cache", Convergence)
         budget = None
-        of_same = known is not None and (known.rest is not None) == lobes
-        of_same = known is not None and of_same and known.sources[0] is hits.surfels
-        is_plain = known is not None and of_same and known.is_plain
-        tolerance, turns = LOBE_TOLERANCE if lobes else TOLERANCE, LOBE_TURNS * lobes
-        factors = tuple(relaxation(hits.kept, tolerance, is_plain=is_plain))
-        if known is not None and of_same:
-            last, last_but_one = context.last["surface_cache"].texture, known.last_but_one
-            rest, sent = known.rest, direct
-            if all(a is b for a, b in zip(known.sources, sources, strict=True)):
-                factors, turns, sent = known.factors, known.turns, known.sent
-            elif lobes:
-                sent = self._sent(context, last, rest)
-            budget = RESTING_BOUNCES if context.is_complete else LIVE_BOUNCES
+        if known is None or known.sources[0] is not hits.surfels or (known.rest is None) == lobes:
+            made = self._begun(context, bounces)
         else:
-            last, last_but_one = bounces.texture(0.0), bounces.texture(0.0)
-            rest, sent = None, direct
-            if lobes:
-                last, rest = bounces.step(direct, last, last, 1.0), bounces.texture(0.0)
-                sent = self._sent(context, last, rest)
-        while factors:
-            steps, factors = factors[:budget], factors[budget:] if budget else ()
-            for over in steps:
-                last_but_one, last = last, bounces.step(sent, last, last_but_one, over)
-            if not factors and not is_plain and bounces.grow(hits.kept, sent, last):
-                is_plain, last, last_but_one = True, bounces.texture(0.0), bounces.texture(0.0)
-                factors = tuple(relaxation(hits.kept, tolerance, is_plain=True))
-            elif not factors and lobes:
-                rest = self._drawn(context, "surfel_rest", last)
-                if turns:
-                    before, sent = sent, self._sent(context, last, rest)
-                    if turns == LOBE_TURNS or _change(before, sent) > LOBE_CHANGE:
-                        factors = tuple(relaxation(hits.kept, tolerance, is_plain=is_plain))
-                    turns -= 1
+            made = self._resumed(context, known)
+            budget = RESTING_BOUNCES if context.is_complete else LIVE_BOUNCES
+        while made.factors:
+            made = self._summed(context, bounces, made, budget)
             if budget:
                 break
-        self.is_settled = not factors
-        made = Convergence(sources, last_but_one, factors, sent, rest, turns, is_plain)
-        produced: Produced = {"surface_cache": TextureWithFacts(last, made)}
-        return produced if rest is None else {**produced, "surfel_rest": rest}
+        self.is_settled = not made.factors
+        produced: Produced = {"surface_cache": TextureWithFacts(made.light, made)}
+        return produced if made.rest is None else {**produced, "surfel_rest": made.rest}
+
+    def _begun(self, context: PassContext, bounces: Bounces) -> Convergence:
+        """Return that nothing is summed yet but, with lobes, the first bounce."""
+        direct, black = context.inputs["surfel_direct"], bounces.texture(0.0)
+        made = Convergence(_sources(context), black, black, self._factors(context), direct)
+        if self.shared.features.lobes:
+            light = bounces.step(direct, black, black, 1.0)
+            sent = self._sent(context, light, black)
+            made = replace(made, light=light, sent=sent, rest=black, turns=LOBE_TURNS)
+        return made
+
+    def _resumed(self, context: PassContext, known: Convergence) -> Convergence:
+        """Return what is known, to go on with: to be summed again if it is of another light."""
+        sources = _sources(context)
+        if all(a is b for a, b in zip(known.sources, sources, strict=True)):
+            return known
+        sent, turns = context.inputs["surfel_direct"], 0
+        if known.rest is not None:
+            sent, turns = self._sent(context, known.light, known.rest), LOBE_TURNS
+        factors = self._factors(context, is_plain=known.is_plain)
+        return replace(known, sources=sources, factors=factors, sent=sent, turns=turns)
+
+    def _summed(
+        self, context: PassContext, bounces: Bounces, made: Convergence, budget: int | None
+    ) -> Convergence:
+        """Return the next steps of a sum, and behind its last one how to go on."""
+        steps, left = made.factors[:budget], made.factors[budget:] if budget else ()
+        light, last_but_one = made.light, made.last_but_one
+        for over in steps:
+            light, last_but_one = bounces.step(made.sent, light, last_but_one, over), light
+        made = replace(made, light=light, last_but_one=last_but_one, factors=left)
+        if left:
+            return made
+        # Whether it grows depends on what surfels see of each other, not on light.
+        kept = context.facts["surfel_hits"].kept
+        if not budget and not made.is_plain and bounces.grow(kept, made.sent, light):
+            black, factors = bounces.texture(0.0), self._factors(context, is_plain=True)
+            return replace(made, light=black, last_but_one=black, factors=factors, is_plain=True)
+        if made.rest is None:
+            return made
+        rest = self._drawn(context, "surfel_rest", light)
+        if not made.turns:
+            return replace(made, rest=rest)
+        sent, factors = self._sent(context, light, rest), ()
+        if made.turns == LOBE_TURNS or _change(made.sent, sent) > LOBE_CHANGE:
+            factors = self._factors(context, is_plain=made.is_plain)
+        return replace(made, factors=factors, sent=sent, rest=rest, turns=made.turns - 1)
+
+    def _factors(self, context: PassContext, *, is_plain: bool = False) -> tuple[float, ...]:
+        tolerance = LOBE_TOLERANCE if self.shared.features.lobes else TOLERANCE
+        return tuple(relaxation(context.facts["surfel_hits"].kept, tolerance, is_plain=is_plain))
 
     def _sent(
-        self, context: PassContext, light: moderngl.Texture, rest: moderngl.Texture | None
+        self, context: PassContext, light: moderngl.Texture, rest: moderngl.Texture
     ) -> moderngl.Texture:
         """Return direct light and what lobes send on of `light`, less that as if diffuse."""
-        assert rest is not None
         direct = textures_of(context, ("surfel_direct", "surfel_quarters"))
         return self._drawn(context, "surfel_mirrored", light, {**direct, "t_surfel_rest": rest})
 
@@ -155,6 +178,11 @@ class SurfaceCachePass(RenderPass):
         textures = textures_of(context, ("surfel_points", "surfel_hits"))
         textures |= {"t_surface_cache": light, **(further or {})}
         return drawn(context.gl, rows, program, {}, textures)
+
+
+def _sources(context: PassContext) -> tuple[object, ...]:
+    hits = context.facts["surfel_hits"]
+    return hits.surfels, hits, context.inputs["surfel_direct"]
 
 
 def _change(before: moderngl.Texture, after: moderngl.Texture) -> float:
