@@ -148,11 +148,13 @@ uvec4 shaft_hides(ShaftTriangle item, vec4 x, vec4 y)
     return some * uvec4(lessThanEqual(low, high));
 }
 
-// Points as bits.
+// Points as bits: those that the walk found nothing before, and of these, if it did not tell whether
+// they are open, those that rays were sent to and that are.
 struct ShaftPoints {
-    uvec4 open[SHAFT_GROUPS];
+    uvec4 left[SHAFT_GROUPS];
     uvec4 asked[SHAFT_GROUPS];
-    bool by_rays;  // the shaft did not tell
+    uvec4 open[SHAFT_GROUPS];
+    bool by_rays;
 };
 
 // A pair of triangles, and whether it may hide any point.
@@ -230,7 +232,7 @@ bool shaft_is_any(uvec4 bits[SHAFT_GROUPS])
 // Which points of the light are open.
 ShaftPoints shaft_open_points(Shaft shaft)
 {
-    ShaftPoints points = ShaftPoints(u_shaft_points, u_shaft_points, false);
+    ShaftPoints points = ShaftPoints(u_shaft_points, u_shaft_points, u_shaft_points, false);
     BvhRecord root = BvhRecord(u_bvh_root[0], u_bvh_root[1], u_bvh_root[2]);
     BvhWalk walk = bvh_waiting(shaft.t_max);
     bvh_go_on(shaft_children(shaft, root, false), walk);
@@ -242,17 +244,21 @@ ShaftPoints shaft_open_points(Shaft shaft)
         bool is_leaf = walk.is_leaf;
         int number = walk.record;
         bvh_go_on(shaft_children(shaft, record, is_leaf), walk);
-        shaft_meet_pair(shaft_pair(shaft, record, number, is_leaf), points.open);
-        goes_on = walk.goes_on && shaft_is_any(points.open);
+        shaft_meet_pair(shaft_pair(shaft, record, number, is_leaf), points.left);
+        goes_on = walk.goes_on && shaft_is_any(points.left);
     } while (goes_on && ++steps < u_shaft_steps);
     points.by_rays = goes_on;
 #if RAY_CUTOUTS
     // What hides a point may have a hole there.
-    points.by_rays = goes_on || !shaft_are_same(points.open, u_shaft_points);
+    points.by_rays = goes_on || !shaft_are_same(points.left, u_shaft_points);
+    if (points.by_rays) {
+        points.left = u_shaft_points;
+    }
 #endif
     int end = points.by_rays ? u_shaft_rays : 0;
     for (int g = 0; g < SHAFT_GROUPS; ++g) {
-        points.asked[g] = end > 0 ? uvec4(0u) : points.asked[g];
+        points.asked[g] = end > 0 ? uvec4(0u) : points.left[g];
+        points.open[g] = points.asked[g];
     }
     int i = 0;
     if (end > 0) do {
@@ -260,29 +266,18 @@ ShaftPoints shaft_open_points(Shaft shaft)
         int line = 3 * i & (4 * SHAFT_GROUPS - 1);
         int bit = (64 * i + 32) / (2 * end);
         uvec4 mask = uvec4(equal(ivec4(line & 3), ivec4(0, 1, 2, 3))) << uint(bit);
-        bool is_there = false;
-        bool is_open = false;
+        bool is_left = false;
         for (int g = 0; g < SHAFT_GROUPS; ++g) {
-            uvec4 own = line >> 2 == g ? mask & u_shaft_points[g] : uvec4(0u);
-            points.asked[g] |= own;
-            is_there = is_there || own != uvec4(0u);
-            is_open = is_open || (own & points.open[g]) != uvec4(0u);
+            is_left = is_left || line >> 2 == g && (mask & points.left[g]) != uvec4(0u);
         }
-#if RAY_CUTOUTS
-        bool is_unsure = is_there && (goes_on || !is_open);
-#else
-        bool is_unsure = is_open;
-#endif
-        if (is_unsure) {
+        if (is_left) {
             bool is_hidden = shaft_point_is_hidden(shaft, line, bit);
             for (int g = 0; g < SHAFT_GROUPS; ++g) {
                 uvec4 own = line >> 2 == g ? mask : uvec4(0u);
-                points.open[g] = is_hidden ? points.open[g] & ~own : points.open[g] | own;
+                points.asked[g] |= own;
+                points.open[g] |= is_hidden ? uvec4(0u) : own;
             }
         }
     } while (++i < end);
-    for (int g = 0; g < SHAFT_GROUPS; ++g) {
-        points.open[g] &= points.asked[g];
-    }
     return points;
 }

@@ -69,7 +69,8 @@ uvec4 counts_of(uvec4 points)
     return (points & 0x33333333u) + (points >> 2u & 0x33333333u);
 }
 
-// How much light comes from four points, all as far from the light's plane as others: by the cosine to n and distance; none from below the plane across m.
+// How much light comes from four points, all as far from the light's plane as others: by the cosine to n
+// and distance; none from below the plane across m.
 vec4 weights_along(vec4 of_n, vec4 of_m, vec4 size_2)
 {
     vec4 weight = max(of_n, 0.0);
@@ -82,9 +83,9 @@ vec4 weights_along(vec4 of_n, vec4 of_m, vec4 size_2)
     return weight * vec4(greaterThan(of_m, vec4(0.0)));
 }
 
-// What is open of points of the light, and all, as weights: four points of a line count as many in
+// How much of the light from `points` comes from `some` of them: four points of a line count as many in
 // the middle of them.
-vec2 weights_of(ShaftPoints points, Shaft shaft, vec3 n_vs, vec3 m_vs)
+float share_of(uvec4 some[SHAFT_GROUPS], uvec4 points[SHAFT_GROUPS], Shaft shaft, vec3 n_vs, vec3 m_vs)
 {
     vec3 n = u_ns_from_vs * n_vs;
     vec3 m = u_ns_from_vs * m_vs;
@@ -103,8 +104,8 @@ vec2 weights_of(ShaftPoints points, Shaft shaft, vec3 n_vs, vec3 m_vs)
                               dot(nearest[2], nearest[2]), dot(nearest[3], nearest[3]));
         vec4 of_n = n * first;
         vec4 of_m = m * first;
-        uvec4 open = counts_of(points.open[g]);
-        uvec4 asked = counts_of(points.asked[g]);
+        uvec4 open = counts_of(some[g]);
+        uvec4 asked = counts_of(points[g]);
         int i = 0;
         do {
             float place = 4.0 * float(i) + 1.5;
@@ -115,7 +116,7 @@ vec2 weights_of(ShaftPoints points, Shaft shaft, vec3 n_vs, vec3 m_vs)
                             dot(weight, vec4(asked >> (4u * uint(i)) & 15u)));
         } while (++i < 8);
     }
-    return weights;
+    return weights.y > 0.0 ? weights.x / weights.y : 1.0;
 }
 
 // How much of the light reaches a pixel. All pixels ask for the same points, frame after frame
@@ -128,10 +129,13 @@ float penumbra(Light light, vec3 n_vs, vec3 m_vs, float lift, ivec2 pixel)
         return 0.0;
     }
     // All or nothing, however much each of them counts.
-    if (shaft_are_same(points.open, points.asked)) {
-        return 1.0;
+    float seen = 1.0;
+    if (!shaft_are_same(points.left, u_shaft_points)) {
+        seen = share_of(points.left, u_shaft_points, shaft, n_vs, m_vs);
     }
-    vec2 seen = weights_of(points, shaft, n_vs, m_vs);
-    return seen.y > 0.0 ? seen.x / seen.y : 1.0;
+    if (!shaft_are_same(points.open, points.asked)) {
+        seen *= share_of(points.open, points.asked, shaft, n_vs, m_vs);
+    }
+    return seen;
 }
 #endif
