@@ -51,8 +51,8 @@ Shaft shaft_toward(Light light, vec3 n_vs, float lift, ivec2 pixel)
     vec3 middle = u_eye_ns + u_ns_from_vs * (light.place_vs * u_ns_per_unit) - apex;
     vec3 u = u_ns_from_vs * (light.axis_vs * u_ns_per_unit);
     vec3 v = u_ns_from_vs * (light.second_axis_vs * u_ns_per_unit);
-    // Lines go along the longer edge.
-    bool is_long = dot(u, u) >= dot(v, v);
+    // Lines go along the longer edge, of a square along the first, however that is rounded.
+    bool is_long = dot(u, u) > 0.99 * dot(v, v);
     mat3 way = mat3(middle, is_long ? u : v, is_long ? v : u);
     // Nothing that lies nearer to the light's plane blocks: it may be the lamp itself.
     vec3 normal = cross(u, v);

@@ -139,7 +139,8 @@ def columns_of(light: Light) -> int:
         return 1
     edges = sorted(np.linalg.norm([light.edge_u, light.edge_v], axis=1))
     aspect = edges[1] / max(edges[0], 1e-30)
-    return 4 if aspect > 16 else 2 if aspect > 4 else 1
+    # One of exactly 4 has one, however that is rounded.
+    return 4 if aspect > 16.1 else 2 if aspect > 4.1 else 1
 
 
 def uniforms(frame: Frame) -> dict[str, object]:
