@@ -266,10 +266,8 @@ class DirectPass(RenderPass):
             gloss = {"GLOSSY": glossy, "FILTERS_GLOSS": int(filters)}
             for i, switches in chosen.items():
                 defines = {**switches, **gloss, "IN_QUADS": int(maps is not None)}
-                many = STEPS * columns_of(scene.lights[i])
-                steps = STEPS_BEHIND_SLATS if i in behind else many
                 casts = switches["CASTS_SHADOW"]
-                edge = self._edge(context, scene.lights[i], steps) if casts else FILTERED
+                edge = self._edge(context, scene.lights[i], i in behind) if casts else FILTERED
                 drawing = LightDraw(
                     edge,
                     defines,
@@ -297,17 +295,18 @@ class DirectPass(RenderPass):
         slats = self._slats.get((source,), lambda: slats_of(triangles))
         return self._behind.get((slats, lights), lambda: lamps_behind(slats, lights))
 
-    def _edge(self, context: PassContext, light: Light, steps: int) -> Edge:
-        """Return how it is judged where shadows of a light end, by `steps` before rays are sent."""
+    def _edge(self, context: PassContext, light: Light, is_behind_slats: bool) -> Edge:
+        """Return how it is judged where shadows of a light end."""
         if self._rays is None:
             return FILTERED
         frame = context.frame
         tables = {sampler: context.inputs[name] for sampler, name in self._ray_wiring.items()}
         number = 0 if frame.moves else (frame.seed - frame.first_seed) % frame.count
+        columns = columns_of(light)
         lines = lines_over_a_light(
             number,
             1 if frame.moves else frame.count,
-            columns=columns_of(light),
+            columns=columns,
             is_mirrored=frame.first_seed % 2 == 1,
             is_round=light.form == Form.PARALLEL,
         )
@@ -316,7 +315,7 @@ class DirectPass(RenderPass):
         uniforms = {
             **ray_uniforms(context),
             **lines,
-            "u_shaft_steps": steps,
+            "u_shaft_steps": STEPS_BEHIND_SLATS if is_behind_slats else STEPS * columns,
             "u_shaft_rays": int(self.settings.penumbra_rays * times),
         }
         return Edge("traced", ray_defines(context, self._rays) | groups, uniforms, tables)
