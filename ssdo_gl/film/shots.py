@@ -55,8 +55,9 @@ class Shots:
         Frames per second.
     start_s : float
         Time of an animated scene in frame 0.
-    frames : (int, int, int) or None
-        First frame, end (not rendered), and how many the whole film has; None: all of it.
+    frames : (int, int), (int, int, int) or None
+        First frame, end (not rendered), and how many the whole film has, by default as many
+        as the end; None: all of it.
 
     Raises
     ------
@@ -68,7 +69,7 @@ class Shots:
     turntable: float | None = None
     fps: float = FRAMES_PER_SECOND
     start_s: float = 0.0
-    frames: tuple[int, int, int] | None = None
+    frames: tuple[int, int] | tuple[int, int, int] | None = None
 
     def __post_init__(self) -> None:
         numbers = {"fps": self.fps, "turntable": self.turntable or 0.0, "time": self.start_s}
@@ -80,13 +81,7 @@ class Shots:
         if self.path is not None and self.turntable is not None:
             raise SettingError("path and turntable: give one of them")
         if self.frames is not None:
-            first, end, length = self.frames
-            if not all(isinstance(number, Integral) for number in self.frames):
-                raise SettingError(f"frames = {shown(self.frames)}: expected whole numbers")
-            if not 0 <= first < end <= length <= MAX_FRAMES:
-                raise SettingError(
-                    f"frames = {self.frames!r}: expected 0 <= first < end <= length <= {MAX_FRAMES}"
-                )
+            _check_frames(self.frames)
         elif self.path is None and self.turntable is None:
             raise SettingError("a film needs its length: a path, a turntable, or a range of frames")
 
@@ -94,7 +89,7 @@ class Shots:
     def length(self) -> int:
         """How many frames the whole film has."""
         if self.frames is not None:
-            return self.frames[2]
+            return self.frames[-1]
         seconds = TURN_SECONDS if self.path is None else self.path.seconds
         return max(1, round(seconds * self.fps))
 
@@ -112,6 +107,18 @@ class Shots:
         elif self.turntable is not None:
             camera = base.orbit(self.turntable * index / self.length)
         return Shot(index, self.start_s + seconds, camera)
+
+
+def _check_frames(frames: tuple[int, int] | tuple[int, int, int]) -> None:
+    """Raise SettingError unless frames are a range within a film."""
+    given = f"frames = {shown(frames)}"
+    # A range has numbers of its own at these places.
+    if not isinstance(frames, tuple | list) or not 2 <= len(frames) <= 3:
+        raise SettingError(f"{given}: expected (first, end) or a LENGTH besides")
+    if not all(isinstance(number, Integral) for number in frames):
+        raise SettingError(f"{given}: expected whole numbers")
+    if not 0 <= frames[0] < frames[1] <= frames[-1] <= MAX_FRAMES:
+        raise SettingError(f"{given}: expected 0 <= first < end <= length <= {MAX_FRAMES}")
 
 
 def frames_from_text(text: str) -> tuple[int, int, int]:

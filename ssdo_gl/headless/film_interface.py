@@ -18,7 +18,6 @@ from ssdo_gl.images.surface_arrays import Image
 from ssdo_gl.renderer import Renderer, scene_and_settings
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
-from ssdo_gl.settings.fields import SettingError, shown
 from ssdo_gl.settings.film_options import FRAMES_PER_SECOND
 from ssdo_gl.settings.resolve import for_pictures
 
@@ -167,9 +166,4 @@ def _shots(
 ) -> Shots:
     if path is not None and not isinstance(path, CameraPath):
         path = load_path(Path(path))
-    if frames is None:
-        return Shots(path, turntable, fps, time)
-    # A range has numbers of its own at these places.
-    if not isinstance(frames, tuple | list) or not 2 <= len(frames) <= 3:
-        raise SettingError(f"frames = {shown(frames)}: expected (first, end) or a LENGTH besides")
-    return Shots(path, turntable, fps, time, (frames[0], frames[1], frames[-1]))
+    return Shots(path, turntable, fps, time, frames)

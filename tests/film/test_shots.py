@@ -41,7 +41,8 @@ def test_a_path_gives_its_length_and_cameras() -> None:
 
 
 def test_without_path_and_turntable_the_scene_moves_alone() -> None:
-    shots = Shots(frames=(0, 3, 3))
+    shots = Shots(frames=(0, 3))
+    assert shots.length == 3
     assert shots.shot(2, BASE).camera is None
     assert shots.shot(2, BASE).seconds == pytest.approx(2 / 30)
 
@@ -59,6 +60,8 @@ def test_without_path_and_turntable_the_scene_moves_alone() -> None:
         ({"turntable": 1.0, "frames": (0, 2.5, 3)}, "frames = .*: expected whole numbers"),
         ({"turntable": 1.0, "frames": (3, 3, 3)}, "frames .* <= length <= 5000000"),
         ({"turntable": 1.0, "frames": (-1, 3, 3)}, "frames"),
+        ({"turntable": 1.0, "frames": (5, 2)}, r"frames = \(5, 2\): expected 0 <= first < end"),
+        ({"turntable": 1.0, "frames": (5,)}, r"frames = \(5,\): expected \(first, end\) or"),
     ],
 )
 def test_what_makes_no_film_is_refused(given: dict[str, object], said: str) -> None:
