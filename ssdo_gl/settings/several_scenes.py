@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import glob
 import os
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path, PurePath
@@ -20,8 +21,9 @@ NAME = "{name}"
 def one_by_one(command: CommandLine) -> list[CommandLine]:
     """Return a command for each scene, with outputs of its own.
 
-    In an output's name ``{name}`` is the scene's, without folder and suffix; an output that
-    is a folder gets a file of that name. Pictures of a batch are snapshots.
+    In an output's name ``{name}`` is the scene's, without folder, and without suffix unless
+    another scene would then have the same name; an output that is a folder gets a file of
+    that name. Pictures of a batch are snapshots.
 
     Raises
     ------
@@ -37,12 +39,13 @@ def one_by_one(command: CommandLine) -> list[CommandLine]:
         raise UsageError(f"{shown}: belongs to --snapshot OUT, --explain or --batch")
     out, flag = (_batch_out(run.out), "--out") if run.batch else (run.snapshot, "--snapshot")
     are_several = len(scenes) > 1
+    names = _names(scenes)
     commands = []
     for scene in scenes:
         own = replace(
             run,
-            snapshot=_own(out, scene, flag, ".png", are_several),
-            stats=_own(run.stats, scene, "--stats", ".json", are_several),
+            snapshot=_own(out, names[scene], flag, ".png", are_several),
+            stats=_own(run.stats, names[scene], "--stats", ".json", are_several),
         )
         commands.append(replace(command, scenes=(scene,), run=own))
     _check_apart(commands, flag)
@@ -88,11 +91,20 @@ def _batch_out(out: str | None) -> str:
     return str(Path(out) / f"{NAME}.png")
 
 
-def _own(out: str | None, scene: str, flag: str, suffix: str, are_several: bool) -> str | None:
-    """Return the output of one scene."""
+def _names(scenes: Iterable[str]) -> dict[str, str]:
+    """Return the name of each scene in those of its outputs."""
+    paths = {scene: PurePath(scene.replace("\\", "/")) for scene in scenes}
+    counts = Counter(path.stem for path in paths.values())
+    names = {
+        scene: path.stem if counts[path.stem] == 1 else path.name for scene, path in paths.items()
+    }
+    return {**names, STREAM: "stdin"}
+
+
+def _own(out: str | None, name: str, flag: str, suffix: str, are_several: bool) -> str | None:
+    """Return the output of the scene of a name."""
     if out is None:
         return None
-    name = "stdin" if scene == STREAM else PurePath(scene.replace("\\", "/")).stem
     if NAME in out:
         return out.replace(NAME, name)
     if out.endswith(("/", os.sep)) or (are_several and os.path.isdir(out)):

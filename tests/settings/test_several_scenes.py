@@ -26,6 +26,19 @@ def test_a_folder(tmp_path):
     assert outputs("a.glb", "--snapshot", f"{tmp_path}/") == expected[:1]
 
 
+def test_models_of_one_name_keep_their_suffixes():
+    assert outputs(
+        "m/a.glb", "a.ply", "b.obj", "--batch", "--out", "o", "--stats", "{name}.json"
+    ) == [
+        ("m/a.glb", "o/a.glb.png", "a.glb.json"),
+        ("a.ply", "o/a.ply.png", "a.ply.json"),
+        ("b.obj", "o/b.png", "b.json"),
+    ]
+    # A built-in scene has no suffix.
+    named = outputs("corner", "corner.toml", "--snapshot", "{name}.exr")
+    assert [out for _, out, _ in named] == ["corner.exr", "corner.toml.exr"]
+
+
 def test_one_scene_keeps_the_name_that_was_given():
     assert outputs("a.glb", "--snapshot", "x.png") == [("a.glb", "x.png", None)]
     assert outputs("--snapshot", "x.png") == [("cornell_meso", "x.png", None)]
@@ -63,10 +76,10 @@ def test_patterns_name_scenes_and_models_once(tmp_path, monkeypatch):
         (["a", "b", "--explain", "--stats", "x.json"], "as out_{name}.json"),
         (["a", "a", "--snapshot", "{name}.png"], "--snapshot: a and a would both be written to a"),
         (["-", "-", "--explain", "--stats", "{name}.json"], "--stats: - and - would both be writt"),
-        (["m/a.glb", "n/a.obj", "--snapshot", "{name}.png"], "would both be written to a.png"),
+        (["m/a.glb", "n/a.glb", "--snapshot", "{name}.png"], "would both be written to a.glb.png"),
         (
-            ["m/a.glb", "n/a.obj", "--batch", "--out", "o"],
-            "--out: m/a.glb and n/a.obj would both be written to o/a.png; render them into two",
+            ["m/a.glb", "n/a.glb", "--batch", "--out", "o"],
+            "--out: m/a.glb and n/a.glb would both be written to o/a.glb.png; render them into two",
         ),
         (
             ["a.glb", "a-depth.glb", "--batch", "--out", "o", "--aov", "beauty,depth"],
