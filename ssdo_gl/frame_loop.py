@@ -18,7 +18,7 @@ from ssdo_gl.graph.execute import Executor
 from ssdo_gl.graph.frame import Frame, FrameView
 from ssdo_gl.graph.graph import Plan
 from ssdo_gl.graph.render_pass import ProgressCallback
-from ssdo_gl.image_requests import check_camera, checked_images
+from ssdo_gl.image_requests import checked_camera, checked_images
 from ssdo_gl.images.jitter import jitter
 from ssdo_gl.passes.temporal import TemporalPass
 from ssdo_gl.planning.pipeline import Pipeline
@@ -183,7 +183,7 @@ class FrameLoop:
         """Bring scene and geometry to their state at `seconds`, and plan a frame of it."""
         self._activate()
         names = self._checked_images(wanted)
-        check_camera(camera)
+        checked_camera(camera)
         check_number("seconds", seconds)
         self._follow(self._scene_at(seconds))
         camera = camera or self._geometry_scene.camera

@@ -1,13 +1,20 @@
-"""What a caller asks to have rendered, checked: images by name, from a camera."""
+"""What a caller asks to have rendered, checked: images of a scene, from a camera."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from numbers import Integral
+from pathlib import Path
+from typing import Any
 
 from ssdo_gl.effects.registry import effects, image_names
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.settings.fields import SettingError, shown
+from ssdo_gl.scene.load import load_scene
+from ssdo_gl.scene.scene import Scene
+from ssdo_gl.settings import Settings
+from ssdo_gl.settings.fields import SettingError, describe, shown
+from ssdo_gl.settings.loading import LoadOptions, load_options
+from ssdo_gl.settings.resolve import settings_for
 from ssdo_gl.suggestion import suggestion
 
 
@@ -43,7 +50,36 @@ def images_of_other_methods(wanted: Iterable[str], method: str) -> list[str]:
     return [name for name in wanted if name in of_others - of_method]
 
 
-def check_camera(camera: Camera | None, name: str = "camera") -> None:
-    """Raise SettingError unless `camera` is one; None stands for the scene's."""
+def checked_camera(camera: object, name: str = "camera") -> Camera | None:
+    """Return `camera` if it is one; None stands for the scene's; raises SettingError."""
     if not isinstance(camera, Camera | None):
         raise SettingError(f"{name}: expected a Camera, got {shown(camera)}")
+    return camera
+
+
+def asked_scene(
+    source: str | Path | Scene, camera: Camera | str | int | None, given: Mapping[str, Any]
+) -> tuple[Scene, Camera | None, Settings]:
+    """Return the scene of `source`, the camera in place of its own, and the settings.
+
+    Parameters
+    ----------
+    camera : Camera, str, int or None
+        A name or number chooses one of a file's, which the scene then has.
+    given : mapping
+        Fields of `Settings`, over what the scene asks for, and of `LoadOptions` unless
+        `source` is a Scene.
+
+    Raises
+    ------
+    SceneError, SettingError
+    """
+    if isinstance(source, Scene):
+        return source, checked_camera(camera), settings_for(source.render, given)
+    name = camera if isinstance(camera, str | int) else None
+    place = checked_camera(camera) if name is None else None
+    of_file = {key: value for key, value in given.items() if key in describe(LoadOptions)}
+    rest = {key: value for key, value in given.items() if key not in of_file}
+    options = load_options({**of_file, "camera": name})
+    scene = load_scene(source, options.behind(given.get("background")))
+    return scene, place, settings_for(scene.render, rest)

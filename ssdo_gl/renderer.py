@@ -16,7 +16,7 @@ from ssdo_gl.frame_loop import FrameJob, FrameLoop
 from ssdo_gl.gpu.readback import read_texture
 from ssdo_gl.graph.frame import FrameView
 from ssdo_gl.graph.render_pass import ProgressCallback
-from ssdo_gl.image_requests import checked_images
+from ssdo_gl.image_requests import asked_scene, checked_images
 from ssdo_gl.images.average import ImageAverage
 from ssdo_gl.images.jitter import middle_index
 from ssdo_gl.images.metering import FRAMED_MOST_RAISED, measured_exposure
@@ -28,13 +28,9 @@ from ssdo_gl.images.surface_arrays import (
 )
 from ssdo_gl.render_result import Drawing, FrameLog, FrameTimes, RenderResult
 from ssdo_gl.scene.camera import Camera
-from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.backgrounds import background_color
-from ssdo_gl.settings.fields import describe
-from ssdo_gl.settings.loading import LoadOptions, load_options
-from ssdo_gl.settings.resolve import settings_for
 
 # Longer side of the picture that exposure is measured from.
 METERED_PX = 160
@@ -340,7 +336,12 @@ def _mean_open(images: Mapping[str, Image]) -> float:
 
 
 def render(
-    source: str | Path | Scene, *, aov: str = "beauty", backend: str = "auto", **settings: Any
+    source: str | Path | Scene,
+    *,
+    camera: Camera | str | int | None = None,
+    aov: str = "beauty",
+    backend: str = "auto",
+    **settings: Any,
 ) -> Image:
     """Render one image of a scene and return it.
 
@@ -348,6 +349,9 @@ def render(
     ----------
     source : str, Path or Scene
         A scene file, a model file, the name of a built-in scene, or a Scene.
+    camera : Camera, str or int, optional
+        Replaces the scene's camera. Of a model file also the name or number of one of its
+        cameras, and ``fit`` frames the whole scene.
     aov : str
         What to return (`ssdo_gl.settings.AOVS`, or ``display``).
     **settings
@@ -370,29 +374,6 @@ def render(
     >>> ssdo_gl.render("corner", size=(64, 36), method="direct").shape
     (36, 64, 4)
     """
-    scene, chosen = scene_and_settings(source, settings)
+    scene, place, chosen = asked_scene(source, camera, settings)
     with Renderer(scene, chosen, backend=backend) as renderer:
-        return renderer.render([aov]).whole().images[aov]
-
-
-def scene_and_settings(
-    source: str | Path | Scene, given: Mapping[str, Any]
-) -> tuple[Scene, Settings]:
-    """Return the scene of `source`, and `given` fields of `Settings` over what it asks for.
-
-    Parameters
-    ----------
-    given : mapping
-        Fields of `LoadOptions`, too, unless `source` is a Scene.
-
-    Raises
-    ------
-    SceneError, SettingError
-    """
-    if isinstance(source, Scene):
-        return source, settings_for(source.render, given)
-    names = {*describe(LoadOptions), "camera"}
-    options = load_options({n: given[n] for n in given if n in names})
-    scene = load_scene(source, options.behind(given.get("background")))
-    rest = {n: given[n] for n in given if n not in names}
-    return scene, settings_for(scene.render, rest)
+        return renderer.render([aov], camera=place).whole().images[aov]

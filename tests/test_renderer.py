@@ -54,6 +54,19 @@ def test_a_moved_camera_keeps_what_is_the_scenes():
         assert kept == of_the_scene | cache
 
 
+def test_a_picture_is_seen_from_the_camera_that_is_given():
+    scene = load_scene("corner")
+    place = scene.camera.orbit(20.0)
+    flags = {"size": (32, 18), "method": "direct"}
+    expected = ssdo_gl.render(scene.with_camera(place), **flags)
+    assert np.array_equal(ssdo_gl.render("corner", camera=place, **flags), expected)
+    assert np.array_equal(ssdo_gl.render(scene, camera=place, **flags), expected)
+    assert not np.array_equal(ssdo_gl.render("corner", camera="fit", **flags), expected)
+    for given in ((0, 1, 3), True):
+        with pytest.raises(SettingError, match="camera"):
+            ssdo_gl.render("corner", camera=given, **flags)
+
+
 def test_renderers_do_not_disturb_each_other():
     """Two contexts in one process: each call draws with its own."""
     scene = ssdo_gl.load_scene("corner")

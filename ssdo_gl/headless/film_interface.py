@@ -13,9 +13,9 @@ from ssdo_gl.film.camera_path import CameraPath
 from ssdo_gl.film.shots import Shots
 from ssdo_gl.headless.film import make_film
 from ssdo_gl.headless.film_frames import FilmRequest, rendered_frames, shows_pictures
-from ssdo_gl.image_requests import check_camera, images_of
+from ssdo_gl.image_requests import asked_scene, images_of
 from ssdo_gl.images.surface_arrays import Image
-from ssdo_gl.renderer import Renderer, scene_and_settings
+from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.film_options import FRAMES_PER_SECOND
@@ -50,7 +50,7 @@ def film_frames(
     fps: float = FRAMES_PER_SECOND,
     frames: tuple[int, int] | tuple[int, int, int] | None = None,
     time: float = 0.0,
-    camera: Camera | None = None,
+    camera: Camera | str | int | None = None,
     aov: str | Iterable[str] = "beauty",
     backend: str = "auto",
     **settings: Any,
@@ -71,8 +71,8 @@ def film_frames(
         (A, B): frames A to B - 1 of a film of B; (A, B, LENGTH): of LENGTH frames.
     time : float
         Time of an animated scene in frame 0, seconds.
-    camera : Camera, optional
-        Replaces the scene's camera.
+    camera : Camera, str or int, optional
+        Replaces the scene's camera, as for `ssdo_gl.render`.
     aov : str or iterable of str
         Images to make (`ssdo_gl.settings.AOVS`, or ``display``), or ``all``.
     **settings
@@ -83,11 +83,10 @@ def film_frames(
     SceneError, SettingError, ContextError
     """
     shots = _shots(path, turntable, fps, frames, time)
-    check_camera(camera)
     names = images_of(aov)
-    scene, chosen = scene_and_settings(source, settings)
+    scene, place, chosen = asked_scene(source, camera, settings)
     with Renderer(scene, chosen, backend=backend) as renderer:
-        for shot, result in rendered_frames(renderer, shots, names, camera):
+        for shot, result in rendered_frames(renderer, shots, names, place):
             yield FilmFrame(shot.index, shot.seconds, shot.camera, result.images)
 
 
@@ -100,7 +99,7 @@ def render_film(
     fps: float = FRAMES_PER_SECOND,
     frames: tuple[int, int] | tuple[int, int, int] | None = None,
     time: float = 0.0,
-    camera: Camera | None = None,
+    camera: Camera | str | int | None = None,
     aov: str | Iterable[str] = "beauty",
     resume: bool = False,
     scheduler: str | None = None,
@@ -135,12 +134,11 @@ def render_film(
     2
     """
     shots = _shots(path, turntable, fps, frames, time)
-    check_camera(camera)
     names = images_of(aov)
     if scheduler is not None:
         check_scheduler(scheduler)
     out = Path(out)
-    scene, chosen = scene_and_settings(source, settings)
+    scene, place, chosen = asked_scene(source, camera, settings)
     return make_film(
         FilmRequest(
             scene=scene,
@@ -148,7 +146,7 @@ def render_film(
             out=out,
             shots=shots,
             wanted=names,
-            camera=camera,
+            camera=place,
             backend=backend,
             resume=resume,
             scheduler=scheduler,

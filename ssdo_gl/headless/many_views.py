@@ -6,9 +6,9 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from ssdo_gl.image_requests import check_camera, images_of
+from ssdo_gl.image_requests import asked_scene, checked_camera, images_of
 from ssdo_gl.render_result import RenderResult
-from ssdo_gl.renderer import Renderer, scene_and_settings
+from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.fields import SettingError, shown
@@ -64,9 +64,9 @@ def render_views(
     for index, camera in enumerate(cameras):
         if camera is None:
             raise SettingError(f"cameras[{index}]: expected a Camera, got None")
-        check_camera(camera, f"cameras[{index}]")
+        checked_camera(camera, f"cameras[{index}]")
     names = images_of(aov)
-    scene, chosen = scene_and_settings(source, settings)
+    scene, _, chosen = asked_scene(source, None, settings)
     return _views(scene, chosen, cameras, names, seconds, backend)
 
 

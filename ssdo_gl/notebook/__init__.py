@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from ssdo_gl.renderer import Renderer, scene_and_settings
+from ssdo_gl.image_requests import asked_scene
+from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.scene import Scene
 from ssdo_gl.settings.resolve import for_pictures
@@ -14,7 +15,7 @@ from ssdo_gl.settings.resolve import for_pictures
 def view(
     source: str | Path | Scene,
     *,
-    camera: Camera | None = None,
+    camera: Camera | str | int | None = None,
     size: tuple[int, int] = (640, 360),
     backend: str = "auto",
     **settings: Any,
@@ -25,8 +26,8 @@ def view(
     ----------
     source : str, Path or Scene
         A scene file, a model file, the name of a built-in scene, or a Scene.
-    camera : Camera or None
-        Where the flight begins; None: the scene's.
+    camera : Camera, str or int, optional
+        Where the flight begins, as for `ssdo_gl.render`; None: the scene's.
     size : (int, int)
         Width and height, CSS pixels; a narrower page makes it smaller.
     **settings
@@ -43,9 +44,9 @@ def view(
     ------
     SceneError, SettingError, ContextError
     """
-    scene, chosen = scene_and_settings(source, {**settings, "size": size})
+    scene, place, chosen = asked_scene(source, camera, {**settings, "size": size})
     with Renderer(scene, for_pictures(chosen, scene), backend=backend) as renderer:
-        still = renderer.render(["display"], camera=camera)
+        still = renderer.render(["display"], camera=place)
     try:
         from ssdo_gl.notebook.fly_widget import FlyWidget
     except ImportError as error:
@@ -56,7 +57,7 @@ def view(
     return FlyWidget(
         scene,
         chosen,
-        camera or scene.camera,
+        place or scene.camera,
         size,
         still._repr_png_() or b"",
         source=scene.title or "scene" if isinstance(source, Scene) else str(source),

@@ -303,6 +303,8 @@ def test_frames_from_python() -> None:
     with Renderer(scene, Settings(size=(32, 18))) as renderer:
         depth = renderer.render(["depth"], camera=frames[1].camera).images["depth"]
     assert np.array_equal(frames[1].images["depth"], depth)
+    fit = ssdo_gl.film_frames("corner", turntable=360, frames=(0, 1), camera="fit", size=(8, 8))
+    assert next(fit).camera == load_scene("corner", camera="fit").camera
 
 
 @pytest.mark.parametrize(
@@ -310,7 +312,7 @@ def test_frames_from_python() -> None:
     [
         ({"frames": range(2)}, r"frames = range\(0, 2\): expected \(first, end\)"),
         ({"frames": (1,)}, r"frames = \(1,\): expected"),
-        ({"camera": 5}, "camera: expected a Camera, got 5"),
+        ({"camera": 5.5}, "camera: expected a Camera, got 5.5"),
         ({"aov": []}, "aov: name at least one image"),
         ({"aov": "nothing"}, "image 'nothing': choose of"),
         ({"scheduler": "box"}, "'box': expected local"),
