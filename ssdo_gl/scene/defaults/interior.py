@@ -283,10 +283,12 @@ def interior_of(
     part: MainPart,
     materials: Sequence[Material] = (),
     most: int = _MAX_TRIANGLES,
+    fewest: int = _FEWEST_TRIANGLES,
 ) -> Interior | None:
-    """Return the room within walls that close `part`; None if there is next to nothing in it.
+    """Return the room within walls that close `part`.
 
-    Without `materials` all surfaces have two sides.
+    None if it has fewer triangles than `fewest` in it, or too many to look at. Without
+    `materials` all surfaces have two sides.
     """
     counts = [len(meshes[item.mesh].triangles) * len(item.world_from_object) for item in objects]
     if sum(counts) > _MOST_TRIANGLES:
@@ -305,7 +307,7 @@ def interior_of(
         (corners >= part.low + depth) & (corners <= part.high - depth), axis=2
     )
     is_content = np.asarray(inside.any(axis=1), dtype=bool)
-    if is_content.sum() < _FEWEST_TRIANGLES:
+    if is_content.sum() < fewest or not len(corners):
         return None
     area = lengths_of_rows(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
     largest = np.argsort(-area, kind="stable")[:most]
@@ -337,7 +339,7 @@ def room_around(
     place = np.asarray(camera.position)
     if not ((place > part.low) & (place < part.high)).all():
         return None
-    room = interior_of(meshes, objects, part)
+    room = interior_of(meshes, objects, part, fewest=0)
     return room if room is not None and room.surrounds(place) else None
 
 

@@ -13,6 +13,7 @@ from ssdo_gl.math3d import FloatArray
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.defaults import frame, room_around
 from ssdo_gl.scene.defaults.framing import closed_room, wall_sides
+from ssdo_gl.scene.formats import read_description
 from ssdo_gl.scene.geometry import Mesh, SceneObject, shapes
 from ssdo_gl.scene.lights import RectangleLight
 from ssdo_gl.scene.load import load_scene
@@ -91,6 +92,7 @@ def test_walls_all_around_a_camera_keep_light_out_however_they_face() -> None:
     house = [placed((-0.1, -0.1, -0.1), tuple(SIZE + 0.1)), *room()]
     middle = Camera((2.5, 1.3, 2.6), (2.5, 1.3, 0.0))
     assert room_around(MESHES, house, middle) is not None
+    assert room_around(MESHES, house[:1], middle) is not None, "an empty one is as dark"
     outside = Camera((2.5, 1.3, 9.0), (2.5, 1.3, 0.0))
     assert room_around(MESHES, house, outside) is None
     # Four walls and a floor: the sky comes in.
@@ -125,3 +127,18 @@ def test_a_closed_room_of_a_file_is_lit_within(tmp_path: Path) -> None:
     light = image[..., :3].mean(axis=2) * 2.0**scene.camera.exposure
     assert (image[..., 3] == 1.0).all()
     assert np.percentile(light, 2) > 0.01
+
+
+@pytest.mark.parametrize("albedo", [0.2, 0.8])
+def test_an_empty_box_around_a_camera_is_lit_and_exposed(albedo: float) -> None:
+    """It was black, and white walls would be burnt out at the exposure that scenes begin with."""
+    walls = (
+        '[[object]]\nshape = "box"\nmin = [0, 0, 0]\nmax = [5, 2.6, 4]\nmaterial = "wall"\n'
+        f"[materials.wall]\nalbedo = [{albedo}, {albedo}, {albedo}]\n"
+    )
+    camera = "[camera]\nposition = [2.5, 1.3, 3.5]\ntarget = [2.5, 1.3, 0]\n"
+    picture = ssdo_gl.render(read_description(camera + walls, "room"), aov="display", size=(64, 36))
+    assert 0.3 < picture.mean() < 0.8
+    assert (picture[..., :3] > 0.99).mean() < 0.1
+    said = read_description(f"{camera}exposure = 1\n{walls}", "room")
+    assert said.metering_slack is None

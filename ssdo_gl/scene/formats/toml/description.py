@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from ssdo_gl.scene import files
@@ -11,6 +12,7 @@ from ssdo_gl.scene.files import Table
 from ssdo_gl.scene.formats.toml import environments, lights, materials, objects, render_settings
 from ssdo_gl.scene.formats.toml.based import read_based_scene
 from ssdo_gl.scene.formats.toml.camera_table import read_camera, read_height
+from ssdo_gl.scene.lights import RectangleLight
 from ssdo_gl.scene.scene import Scene, SceneError
 from ssdo_gl.settings.loading import USUAL, LoadOptions
 from ssdo_gl.toml_text import read_toml
@@ -78,7 +80,7 @@ def read_description(
         objects.read_object(table, file, material_of_name, builder)
     camera_table = top.table("camera") or Table(source, "[camera]", {})
     camera, fov_y, exposure = read_camera(camera_table)
-    return builder.build(
+    scene = builder.build(
         camera,
         environment,
         exposure=exposure,
@@ -88,3 +90,7 @@ def read_description(
         title=top.text("title", ""),
         purpose=top.text("purpose", ""),
     )
+    # A lamp that was added to a room has no usual strength for which to say an exposure.
+    has_lamp = scene.added_light_count and isinstance(scene.lights[-1], RectangleLight)
+    is_measured = has_lamp and "exposure" not in camera_table
+    return replace(scene, metering_slack=0.0) if is_measured else scene
