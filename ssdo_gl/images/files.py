@@ -17,7 +17,7 @@ from PIL import Image
 
 from ssdo_gl.foreign_output import foreign_output_held
 from ssdo_gl.user_error import UserError
-from ssdo_gl.whole_files import replace_whole
+from ssdo_gl.whole_files import SPECIAL, is_special, replace_whole
 
 PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp")
 SUFFIXES = (*PICTURE_SUFFIXES, ".exr", ".npz")
@@ -42,6 +42,8 @@ def check_output(
     # Of os.path: an answer for names that the file system refuses, too.
     if os.path.isdir(path):
         raise OutputError(f"{path}: is a folder; name a file")
+    if is_special(path):
+        raise OutputError(f"{path}: {SPECIAL}")
     folder = _behind_links(path).parent
     if os.path.exists(folder) and not os.path.isdir(folder):
         raise OutputError(f"{path}: {folder} is a file, no folder")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 
 import numpy as np
 import OpenEXR
@@ -116,6 +117,20 @@ def test_a_link_stays_and_its_target_is_written(tmp_path):
         check_output(link)
         write_atomically(link, b"new")
         assert link.is_symlink() and target.read_bytes() == b"new"
+
+
+@pytest.mark.parametrize("name", ["pipe.png", "link.png"])
+def test_pipes_and_devices_are_neither_replaced_nor_waited_for(tmp_path, name):
+    """A link to /dev/null made a picture of /dev/null, for everything on the machine."""
+    pipe, path = tmp_path / "pipe.png", tmp_path / name
+    os.mkfifo(pipe)
+    if path != pipe:
+        path.symlink_to(pipe)
+    for write in (check_output, lambda output: write_atomically(output, b"new")):
+        with pytest.raises(OutputError, match="is a pipe or a device"):
+            write(path)
+    assert pipe.is_fifo()
+    assert len(list(tmp_path.iterdir())) == 1 + (path != pipe)
 
 
 def test_a_link_into_a_folder_that_is_missing_is_refused(tmp_path):
