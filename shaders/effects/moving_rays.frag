@@ -28,8 +28,9 @@ void main()
         return;
     vec3 p_vs = gbuffer_position_vs(texel);
     vec3 geometric_vs = gbuffer_geometric_normal_vs(texel);
-    mat3 frame = frame_from_z(gbuffer_shading_normal_vs(texel));
-    vec3 start = own_rays_start(p_vs, geometric_vs);
+    vec3 n_vs = gbuffer_shading_normal_vs(texel);
+    mat3 frame = frame_from_z(n_vs);
+    LitPoint at = lit_point(own_rays_start(p_vs, geometric_vs), u_ns_from_vs * n_vs);
     bool is_edge = texelFetch(t_numbers, texel, 0).x < 0;
     int ray_count = number_of_rays(texel);
     uint first = first_point(texel / u_receiver_stride, ray_count);
@@ -37,7 +38,7 @@ void main()
     int i = 0;
     do {
         vec2 u = random_2d(first + uint(i), u_stream, 0u, false);
-        add_ray(sums, start, frame * cosine_hemisphere(u), geometric_vs, 1.0);
+        add_ray(sums, at, frame * cosine_hemisphere(u), geometric_vs, 1.0, ray_count);
     } while (++i < ray_count);
     int place = texel.y * int(u_frame_size_px.x) + texel.x + 1;
     o_place = is_edge ? -place : place;

@@ -3,12 +3,15 @@
 // directions, a few rays for each pixel are too few for the edge-aware filter. The second time over
 // pixels whose light differs by no more than its noise, as rays of the tiles about tell.
 //
-// Defines: IS_SECOND; PROBE_TILE, PROBE_SIDE (see lib/far_probes.glsl).
+// Defines: IS_SECOND; BRIGHT_PIECES (see rays/arriving.glsl); PROBE_TILE, PROBE_SIDE (see lib/far_probes.glsl).
 #include "rays/guide.glsl"
 
 uniform sampler2D t_own_pixels;  // column and row of the pixel in the frame; -1: none
 uniform isampler2D t_own_places;  // as lib/own_rays.glsl says
 uniform sampler2D t_own_far;
+#if BRIGHT_PIECES
+uniform sampler2D t_own_aimed;      // of aimed rays; the second time as the first has averaged it
+#endif
 uniform sampler2D t_own_rare;       // a: as effects/own_rays.frag writes it
 uniform sampler2D t_spread_first;   // as effects/own_spread.frag writes them
 uniform sampler2D t_spread_second;
@@ -18,6 +21,9 @@ uniform int u_few_rays;
 uniform int u_many_count;
 
 layout(location = 0) out vec4 o_far;
+#if BRIGHT_PIECES && !IS_SECOND
+layout(location = 1) out vec4 o_aimed;
+#endif
 
 // Pixels from one of 5 x 5 taps to the next: the first time closes the gaps of the second.
 #if IS_SECOND
@@ -34,6 +40,9 @@ const float HEIGHT = 2.0;
 // Squared differences of what two pixels gather, in its variance, from which on they are in other
 // light.
 const float TOLERANCE = 3.0;
+// Of what aimed rays bring, once averaged: of four two fifths meet what they are aimed at. By .02 it is
+// as far off (RMS), and mottled.
+const float AIMED_VARIANCE = 0.05;
 
 ivec2 place_of(int number)
 {
@@ -85,16 +94,30 @@ float same_light(vec4 a, vec4 b, float variance)
     return 1.0 / (1.0 + beyond * beyond);
 }
 
+struct Light {
+    vec4 far;
+    vec4 aimed;  // a: 0
+};
+
+Light light_at(ivec2 place)
+{
+#if BRIGHT_PIECES
+    return Light(texelFetch(t_own_far, place, 0), texelFetch(t_own_aimed, place, 0));
+#else
+    return Light(texelFetch(t_own_far, place, 0), vec4(0.0));
+#endif
+}
+
 // Averaged over pixels about that are in the same light.
-vec4 averaged_far(ivec2 texel, vec4 centre, vec3 p_vs, vec3 n_vs, float variance)
+Light averaged(ivec2 texel, Light centre, vec3 p_vs, vec3 n_vs, float variance)
 {
     vec3 geometric_vs = gbuffer_geometric_normal_vs(texel);
     int own = texelFetch(t_own_places, texel, 0).x;
     bool is_lit = is_in_more_light(place_of(own));
     float inv_pixel = 1.0 / (float(u_stride) * pixel_height_at(-p_vs.z));
     ivec2 size = textureSize(t_own_places, 0);
-    vec4 sum = vec4(0.0);
-    float weights = 0.0;
+    Light sum = Light(vec4(0.0), vec4(0.0));
+    vec2 weights = vec2(0.0);
     for (int y = -REACH; y <= REACH; y += STEP) {
         for (int x = -REACH; x <= REACH; x += STEP) {
             ivec2 other = texel + u_stride * ivec2(x, y);
@@ -111,33 +134,48 @@ vec4 averaged_far(ivec2 texel, vec4 centre, vec3 p_vs, vec3 n_vs, float variance
             float weight = alike * alike * alike * alike / (near * near);
             ivec2 place = place_of(number);
             weight *= is_in_more_light(place) == is_lit ? 1.0 : 0.0;
-            vec4 far = texelFetch(t_own_far, place, 0);
+            Light light = light_at(place);
+            vec2 of_each = vec2(weight);
 #if IS_SECOND
-            weight *= same_light(far, centre, variance);
+            of_each.x *= same_light(light.far, centre.far, variance);
+#if BRIGHT_PIECES
+            of_each.y *= same_light(light.aimed, centre.aimed, AIMED_VARIANCE);
 #endif
-            sum += weight * far;
-            weights += weight;
+#endif
+            sum.far += of_each.x * light.far;
+            sum.aimed += of_each.y * light.aimed;
+            weights += of_each;
         }
     }
-    return sum / weights;
+    return Light(sum.far / weights.x, sum.aimed / weights.y);
 }
 
 void main()
 {
     ivec2 place = ivec2(gl_FragCoord.xy);
     ivec2 texel = ivec2(texelFetch(t_own_pixels, place, 0).xy);
-    o_far = texelFetch(t_own_far, place, 0);
+    Light own = light_at(place);
+    o_far = own.far;
+#if BRIGHT_PIECES && !IS_SECOND
+    o_aimed = own.aimed;
+#endif
     if (texel.x < 0)
         return;
     vec3 p_vs = gbuffer_position_vs(texel);
     vec3 n_vs = gbuffer_shading_normal_vs(texel);
     vec4 about = rare_at(texel, p_vs, n_vs);
-    float averaged = smoothstep(MOST_EVEN, 2.0 * MOST_EVEN, about.a);
+    float share = smoothstep(MOST_EVEN, 2.0 * MOST_EVEN, about.a);
     int number = place.y * textureSize(t_own_pixels, 0).x + place.x;
     float variance = about.a / (TAPS * float(number < u_many_count ? u_many_rays : u_few_rays));
-    if (averaged > 0.0)
-        o_far = mix(o_far, averaged_far(texel, o_far, p_vs, n_vs, variance), averaged);
+    if (share > 0.0) {
+        Light around = averaged(texel, own, p_vs, n_vs, variance);
+        own = Light(mix(own.far, around.far, share), mix(own.aimed, around.aimed, share));
+    }
+    o_far = own.far;
 #if IS_SECOND
     o_far.rgb += is_in_more_light(place) ? vec3(0.0) : about.rgb;
+    o_far.rgb += own.aimed.rgb;
+#elif BRIGHT_PIECES
+    o_aimed = own.aimed;
 #endif
 }

@@ -4,7 +4,7 @@
 // apart (after Zirr, Hanika, Dachsbacher 2018).
 //
 // Defines: ENVIRONMENT_KIND (see lib/environment.glsl); PROBE_TILE, PROBE_SIDE (see
-// lib/far_probes.glsl); as in rays/surface_data.glsl.
+// lib/far_probes.glsl); BRIGHT_PIECES (see rays/arriving.glsl); as in rays/surface_data.glsl.
 #include "rays/surface_cache.glsl"
 #include "lib/environment.glsl"
 #include "lib/random.glsl"
@@ -25,6 +25,10 @@ layout(location = 1) out vec4 o_near;
 layout(location = 2) out vec4 o_rare;
 // Of one ray, all colours together, within R and beyond, less what is rare: mean and variance.
 layout(location = 3) out vec2 o_light;
+#if BRIGHT_PIECES
+// Beyond R, by rays aimed at bright pieces: less noisy than o_far.
+layout(location = 4) out vec4 o_aimed;
+#endif
 
 // Times what probes have found, above which it is rare. Of 2 and 4.5 neither is better.
 const float RARE = 3.0;
@@ -42,6 +46,24 @@ float open_share(Arriving sums, float open, vec3 n_vs, int ray_count)
     return all > 0.0 ? clamp(arrived / all, 0.0, 1.0) : 0.0;
 }
 
+#if BRIGHT_PIECES
+Arriving aimed_light(LitPoint at, vec3 geometric, mat3 frame, Guide guide, ivec2 texel, int ray_count)
+{
+    mat3 own_from_ns = transpose(u_ns_from_vs * frame);
+    uint first = first_point(texel, u_aimed_rays);
+    Arriving sums = Arriving(vec3(0.0), vec3(0.0), 0.0, 0.0);
+    for (int i = 0; i < u_aimed_rays; ++i) {
+        AimedRay ray = aimed_ray(at, first + uint(i), 1u);
+        vec3 w = own_from_ns * ray.w;
+        float found = float(ray_count) * max(w.z, 0.0) * INV_PI * guided_share(guide, w);
+        add_aimed_ray(sums, at, ray, geometric, found);
+    }
+    sums.far /= float(u_aimed_rays);
+    sums.near /= float(u_aimed_rays);
+    return sums;
+}
+#endif
+
 void main()
 {
     ivec2 place = ivec2(gl_FragCoord.xy);
@@ -50,6 +72,9 @@ void main()
     o_near = vec4(0.0);
     o_rare = vec4(0.0);
     o_light = vec2(0.0);
+#if BRIGHT_PIECES
+    o_aimed = vec4(0.0);
+#endif
     if (texel.x < 0)
         return;
     int number = place.y * textureSize(t_own_pixels, 0).x + place.x;
@@ -58,7 +83,7 @@ void main()
     vec3 geometric_vs = gbuffer_geometric_normal_vs(texel);
     vec3 n_vs = gbuffer_shading_normal_vs(texel);
     mat3 frame = frame_from_z(n_vs);
-    vec3 start = own_rays_start(p_vs, geometric_vs);
+    LitPoint at = lit_point(own_rays_start(p_vs, geometric_vs), u_ns_from_vs * n_vs);
     Guide guide = guide_at(texel, p_vs, n_vs);
     uint first = first_point(texel, ray_count);
     Arriving sums = Arriving(vec3(0.0), vec3(0.0), 0.0, 0.0);
@@ -67,7 +92,7 @@ void main()
     vec2 all = vec2(0.0);  // light of all rays, and its squares
     for (int i = 0; i < ray_count; ++i) {
         Guided d = guided_direction(guide, random_2d(first + uint(i), u_stream, 0u, false));
-        add_ray(sums, start, frame * d.w, geometric_vs, d.weight);
+        add_ray(sums, at, frame * d.w, geometric_vs, d.weight, ray_count);
         float by_ray = dot(sums.far, vec3(1.0)) + sums.open_sky - brought;
         brought += by_ray;
         squares += by_ray * by_ray;
@@ -93,4 +118,9 @@ void main()
     o_light = vec2(kept * all.x / n, kept * kept * variance);
     o_far = kept * vec4(far, share);
     o_rare = vec4((1.0 - kept) * (far + share * sky), owner);
+#if BRIGHT_PIECES
+    Arriving aimed = aimed_light(at, u_ns_from_vs * geometric_vs, frame, guide, texel, ray_count);
+    o_aimed = vec4(aimed.far, 0.0);
+    o_near.rgb += aimed.near;
+#endif
 }

@@ -126,3 +126,11 @@ Guided guided_direction(Guide g, vec2 u)
     vec2 within = clamp(u / vec2(share, row), 0.0, 1.0 - FLOAT_EPSILON);
     return Guided(probe_direction((vec2(cell) + within) / float(PROBE_SIDE)), GUIDE_CELL / share);
 }
+
+// How many times as often as spread by the cosine the direction w, in the frame of the normal, is drawn.
+float guided_share(Guide g, vec3 w)
+{
+    ivec2 cell = ivec2(probe_place(w) * float(PROBE_SIDE));
+    float even = g.scale > 0.0 ? 1.0 - GUIDED : 1.0;
+    return even + g.scale / GUIDE_CELL * texelFetch(t_own_guide, g.first + cell, 0).x;
+}

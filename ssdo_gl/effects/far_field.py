@@ -40,7 +40,7 @@ from ssdo_gl.passes.rays import (
     ray_uniforms,
     stream_of,
 )
-from ssdo_gl.passes.surfels import cache_tables
+from ssdo_gl.passes.surfels import BrightTablesPass, cache_tables
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment import kind_of
 from ssdo_gl.scene.lights import Form
@@ -280,6 +280,8 @@ class FarField(Effect):
         item = FarProbesPass(settings, features, is_steady=is_steady, gives_way=gives_way)
         yield item, "radiance from beyond R, at probes"
         if traces_own(request):
+            if settings.aimed_rays:
+                yield BrightTablesPass(), "what is so bright that rays are aimed at it"
             stride = receiver_stride(request)
             own = OwnRaysPass(settings, features, sky, stride, is_steady=is_steady)
             yield own, "light gathered by per-pixel rays"

@@ -119,6 +119,7 @@ def moving_rays(
     defines = {
         **ray_defines(context, features),
         "ENVIRONMENT_KIND": ENVIRONMENT_KINDS.index(environment),
+        "BRIGHT_PIECES": 0,
     }
     uniforms = {
         **ray_uniforms(context),

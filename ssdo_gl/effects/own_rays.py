@@ -26,7 +26,7 @@ from ssdo_gl.passes.far_probes import (
 from ssdo_gl.passes.own_lookup import OWN_RAYS, OwnRays
 from ssdo_gl.passes.own_textures import facts_of, fill, textures_of
 from ssdo_gl.passes.rays import radius_ns, ray_defines, ray_reads, ray_uniforms, stream_of
-from ssdo_gl.passes.surfels import cache_tables
+from ssdo_gl.passes.surfels import BRIGHT_TABLES, bright_reads, cache_tables, pieces_of
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment import ENVIRONMENT_KINDS, EnvironmentKind
 
@@ -115,6 +115,7 @@ class OwnRaysPass(RenderPass):
             FAR_RADIANCE,
             *ray_reads(features, shades=True),
             *cache_tables(features),
+            *(BRIGHT_TABLES if settings.aimed_rays else ()),
             *((MAP_RADIANCE, MAP_IRRADIANCE) if environment == "map" else ()),
         )
 
@@ -128,7 +129,7 @@ class OwnRaysPass(RenderPass):
         parts = min(frame.count**2, MOST_PARTS) if self.is_steady else 1
         self.is_settled = True
         if probes.gives_way:
-            reads = tuple(n for n in self.reads if n not in (*FAR_PROBES, FAR_RADIANCE))
+            reads = tuple(n for n in self._read() if n not in FAR_PROBES)
             counts = ray_counts(self.settings, is_brief=probes.is_brief)
             radius, kind = self.settings.radius, self.environment
             last = facts_of(context, OWN_RAYS[0], OwnRays)
@@ -182,6 +183,7 @@ class OwnRaysPass(RenderPass):
             self._guide(context),
             make_texture(gl, size, 2, "f4"),
             make_texture(gl, size, 4, "f4"),
+            *((make_texture(gl, size, 4, "f4"),) if pieces_of(context) is not None else ()),
         )
         are_all = not self.is_steady and self.settings.pixel_rays > 0
         return OwnRays(probes, textures, many=many, are_all=are_all)
@@ -223,16 +225,28 @@ class OwnRaysPass(RenderPass):
             **self._counts(context, rays),
             "u_sky": mean_radiance(frame.scene.environment),
         }
-        _, far, near, pixels, guide, light, rare = rays.textures
-        reads = [name for name in self.reads if name != FAR_RADIANCE]
-        textures = {**textures_of(context, reads), "t_own_pixels": pixels, "t_own_guide": guide}
-        made, region = (far, near, rare, light), (0, rows[0], far.width, rows[1] - rows[0])
+        if pieces := pieces_of(context):
+            aimed_rays = math.ceil(self._times(context) * self.settings.aimed_rays)
+            uniforms |= {"u_tree_levels": pieces.tree.levels, "u_aimed_rays": aimed_rays}
+        _, far, near, pixels, guide, light, rare, *aimed = rays.textures
+        defines["BRIGHT_PIECES"] = len(aimed)
+        textures = textures_of(context, self._read()) | bright_reads(context)
+        textures |= {"t_own_pixels": pixels, "t_own_guide": guide}
+        made, region = (far, near, rare, light, *aimed), (0, rows[0], far.width, rows[1] - rows[0])
         fill(context, made, "effects/own_rays.frag", defines, uniforms, textures, region)
+
+    def _read(self) -> list[str]:
+        """Return of what it reads all that goes by its own name to its shaders."""
+        return [name for name in self.reads if name not in (FAR_RADIANCE, *BRIGHT_TABLES)]
+
+    def _times(self, context: PassContext) -> float:
+        """Return by how much more rays are traced, as frames share them."""
+        count = context.frame.count
+        return min(count, MOST_TIMES) / (1 if self.is_steady else count)
 
     def _counts(self, context: PassContext, rays: OwnRays) -> dict[str, int]:
         """Return how many rays pixels have."""
-        frame = context.frame
-        times = min(frame.count, MOST_TIMES) / (1 if self.is_steady else frame.count)
+        times = self._times(context)
         return {
             "u_many_rays": math.ceil(times * self.many_rays),
             "u_few_rays": math.ceil(times * self.settings.pixel_rays),
@@ -241,7 +255,7 @@ class OwnRaysPass(RenderPass):
 
     def _averaged(self, context: PassContext, rays: OwnRays) -> tuple[moderngl.Texture, ...]:
         """Return the textures of `rays` with light averaged over pixels about."""
-        places, far, near, pixels, guide, light, rare = rays.textures
+        places, far, near, pixels, _, light, rare, *aimed = rays.textures
         gl, size = context.gl, context.inputs[FAR_PROBES[0]].size
         found, spread = ([make_texture(gl, size, 4, "f4") for _ in range(2)] for _ in range(2))
         found += [make_texture(gl, size, 2, "f4") for _ in range(2)]
@@ -265,14 +279,18 @@ class OwnRaysPass(RenderPass):
             "t_own_rare": rare,
             "t_spread_first": spread[0],
             "t_spread_second": spread[1],
+            **dict(zip(("t_own_aimed",), aimed, strict=False)),
         }
         by_pixel |= reads
         uniforms |= {"u_stride": self.stride, **self._counts(context, rays)}
-        for made in (once, twice):
-            defines = {**guided, "IS_SECOND": int(made is twice)}
-            fill(context, [made], "effects/own_filter.frag", defines, uniforms, by_pixel)
-            by_pixel["t_own_far"] = made
-        return places, twice, near, pixels, guide, light, rare
+        guided["BRIGHT_PIECES"] = len(aimed)
+        averaged = [make_texture(gl, far.size, 4, "f4") for _ in aimed]
+        for made in ((once, *averaged), (twice,)):
+            defines = {**guided, "IS_SECOND": int(made == (twice,))}
+            fill(context, made, "effects/own_filter.frag", defines, uniforms, by_pixel)
+            by_pixel["t_own_far"] = made[0]
+            by_pixel |= zip(("t_own_aimed",), averaged, strict=False)
+        return places, twice, near
 
     def _produced(self, context: PassContext, rays: OwnRays) -> Produced:
         """Return the textures of `rays`, or stand-ins for those that are not known."""

@@ -50,6 +50,13 @@ class FarFieldSettings:
         low=0,
         high=1024,
     )
+    aimed_rays: int = setting(
+        4,
+        "at rest, aimed at small pieces that are far brighter than the rest, where there are such",
+        unit="rays",
+        low=0,
+        high=64,
+    )
     moving_rays: int = setting(
         2,
         "per-pixel rays while nothing but the camera moves; 0: none in motion",

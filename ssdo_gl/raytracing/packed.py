@@ -23,6 +23,16 @@ def oct_words(normals: FloatArray) -> NDArray[np.uint32]:
     return np.asarray(steps[0] | steps[1] << 16, dtype=np.uint32)
 
 
+def unit_vectors(words: NDArray[np.uint32]) -> FloatArray:
+    """Return what `oct_words` has packed, (..., 3)."""
+    steps = np.stack([words & 0xFFFF, words >> 16], axis=-1).astype(np.float64)
+    square = steps / OCT_HALF_RANGE - 1.0
+    z = 1.0 - np.abs(square).sum(axis=-1, keepdims=True)
+    square -= np.maximum(-z, 0.0) * np.where(square < 0.0, -1.0, 1.0)
+    n = np.concatenate([square, z], axis=-1)
+    return np.asarray(n / np.linalg.norm(n, axis=-1, keepdims=True))
+
+
 def color_words(colors: FloatArray) -> NDArray[np.uint32]:
     """Pack colours (..., 4) of [0, 1] into two words (..., 2), 16 bits a channel."""
     steps = np.rint(np.clip(colors, 0.0, 1.0) * 65535.0).astype(np.uint32)

@@ -22,6 +22,8 @@ CODE = np.uint32(0x20000000 | 8192 | 8192 << 14).view(np.float32)
 # Products of a dozen rounded factors, and normals of 16 bits.
 ROUNDING = 2e-4
 MANY = 100
+# Relative, of what aimed rays bring, averaged once.
+AIMED_VARIANCE = 0.05
 # Mean radiance of the environment.
 SKY = 0.7
 # What is added to the light of all pixels, but those whose code says that they are in more light.
@@ -37,7 +39,7 @@ def same_light(a, b, variance):
 
 
 def expected(picture, numbers, far, is_lit, stride, variance, is_second):
-    """Return averages (n, 4) for the pixels that have `numbers`."""
+    """Return averages (n, 4) for the pixels that have `numbers`; no variance: of aimed rays."""
     height, width = numbers.shape
     step = stride * STEPS[is_second]
     rows, columns = np.mgrid[:height, :width]
@@ -60,7 +62,8 @@ def expected(picture, numbers, far, is_lit, stride, variance, is_second):
                 alike = max(picture.shading[v, u] @ picture.shading[y, x], 0.0)
                 weight = near**2 * alike**8
                 if is_second:
-                    of_one = variance / (TAPS * RAYS[int(own >= MANY)])
+                    of_one = variance and variance / (TAPS * RAYS[int(own >= MANY)])
+                    of_one = of_one or AIMED_VARIANCE
                     weight *= same_light(far[other], far[own], of_one)
                 total += weight * far[other]
                 weights += weight
@@ -87,6 +90,8 @@ def test_light_is_averaged_over_pixels_of_the_same_surface_and_kind(
     places, pixels = places_of(chosen, MANY, size)
     far = np.zeros((*pixels.shape[:2], 4), np.float32)
     far.reshape(-1, 4)[: len(chosen)] = rng.random((len(chosen), 4))
+    aimed = np.zeros_like(far)
+    aimed.reshape(-1, 4)[: len(chosen), :3] = rng.random((len(chosen), 3))
     rare = np.zeros_like(far)
     is_lit = rng.random(len(chosen)) < 0.2
     rare.reshape(-1, 4)[: len(chosen), 3] = np.where(is_lit, IN_MORE_LIGHT, 1.0)
@@ -109,20 +114,34 @@ def test_light_is_averaged_over_pixels_of_the_same_surface_and_kind(
         "t_own_pixels": make_texture(gl, pixels.shape[1::-1], 2, "f4", pixels),
         "t_own_places": make_texture(gl, size, 1, "i4", places),
         "t_own_far": make_texture(gl, far.shape[1::-1], 4, "f4", far),
+        "t_own_aimed": make_texture(gl, far.shape[1::-1], 4, "f4", aimed),
         "t_own_rare": make_texture(gl, far.shape[1::-1], 4, "f4", rare),
     }
-    averaged = make_texture(gl, far.shape[1::-1], 4, "f4")
-    target = make_framebuffer(gl, [averaged])
-    defines = {"IS_SECOND": int(is_second), "PROBE_TILE": TILE, "PROBE_SIDE": SIDE}
+    averaged = [make_texture(gl, far.shape[1::-1], 4, "f4") for _ in range(2 - is_second)]
+    target = make_framebuffer(gl, averaged)
+    defines = {
+        "IS_SECOND": int(is_second),
+        "BRIGHT_PIECES": 1,
+        "PROBE_TILE": TILE,
+        "PROBE_SIDE": SIDE,
+    }
     counts = {"u_many_rays": RAYS[0], "u_few_rays": RAYS[1], "u_many_count": MANY}
     view = picture_frame(size, TAN_Y).view
     uniforms = {**view.uniforms(), "u_stride": stride, "u_sky": SKY, **counts}
     program = shaders.fullscreen("effects/own_filter.frag", defines)
     draw_fullscreen(gl, program, target, uniforms, textures)
-    found = np.frombuffer(averaged.read(), np.float32).reshape(-1, 4)[: len(chosen)]
-    own = far.reshape(-1, 4)[: len(chosen)].astype(np.float64)
+    found, *rest = (
+        np.frombuffer(made.read(), np.float32).reshape(-1, 4)[: len(chosen)] for made in averaged
+    )
+    own, its = (light.reshape(-1, 4)[: len(chosen)].astype(np.float64) for light in (far, aimed))
     wanted = expected(picture, places[..., 0], own, is_lit, stride, variance, is_second)
     added = is_second * np.where(is_lit[:, None], 0.0, [RARE, RARE, RARE, 0.0])
+    # So is what aimed rays bring, and then added.
+    around = expected(picture, places[..., 0], its, is_lit, stride, None, is_second)
+    blend = its + share * (around - its)
+    added += is_second * blend
+    for light in rest:
+        np.testing.assert_allclose(light, blend, rtol=0.0, atol=ROUNDING)
     np.testing.assert_allclose(found, own + share * (wanted - own) + added, rtol=0.0, atol=ROUNDING)
     # What is averaged would differ.
     assert share == 0.0 or np.abs(wanted - own).mean() > 100.0 * ROUNDING

@@ -199,10 +199,10 @@ def test_light_from_few_directions_is_averaged_over_pixels_about(monkeypatch) ->
 
 def test_light_that_few_rays_find_is_spread_and_none_of_it_lost(monkeypatch) -> None:
     def of_pixels_alone(item: Any, context: Any, rays: Any) -> Any:
-        places, far, near, *others, rare = rays.textures
+        places, far, near, *_, rare, aimed = rays.textures
         found = np.array(read_texture(far))
-        found[..., :3] += read_texture(rare)[..., :3]
-        return places, make_texture(context.gl, far.size, 4, "f4", found), near, *others, rare
+        found[..., :3] += read_texture(rare)[..., :3] + read_texture(aimed)[..., :3]
+        return places, make_texture(context.gl, far.size, 4, "f4", found), near
 
     spread = pictures(gap(0.5))
     monkeypatch.setattr(own_rays.OwnRaysPass, "_averaged", of_pixels_alone)

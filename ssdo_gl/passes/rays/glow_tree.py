@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
-from typing import Any
 
-import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
-from ssdo_gl.gpu.texture import make_texture
 from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, TextureWithFacts
 from ssdo_gl.graph.resource import TextureSpec
-from ssdo_gl.passes.rays.ray_libraries import GlowTree, bvh_of, emitters_of
+from ssdo_gl.passes.rays.ray_libraries import GlowTree, bvh_of, emitters_of, in_rows
 from ssdo_gl.raytracing.emitter_tables import (
     KIND_PARALLELOGRAM,
     STAND_IN_CODE,
@@ -20,9 +16,6 @@ from ssdo_gl.raytracing.emitter_tables import (
     UNLIT_CODE,
 )
 from ssdo_gl.raytracing.emitter_tree import emitter_tree
-
-# Texels in a row of both textures: shaders/rays/emitter_tree.glsl.
-TREE_ROW = 1024
 
 
 class GlowTreePass(RenderPass):
@@ -84,15 +77,7 @@ class GlowTreePass(RenderPass):
         joined = joined[firsts]
         places[slots[joined] + 1] = places[slots[joined]]
         return {
-            "glow_nodes": TextureWithFacts(_in_rows(context.gl, nodes, "f4"), known),
-            "glow_order": _in_rows(context.gl, order, "i4"),
-            "glow_places": _in_rows(context.gl, places, "i4"),
+            "glow_nodes": TextureWithFacts(in_rows(context.gl, nodes, "f4"), known),
+            "glow_order": in_rows(context.gl, order, "i4"),
+            "glow_places": in_rows(context.gl, places, "i4"),
         }
-
-
-def _in_rows(gl: moderngl.Context, texels: NDArray[Any], dtype: str) -> moderngl.Texture:
-    """Return `texels` (N, channels) in rows of `TREE_ROW`."""
-    rows = max(-(-len(texels) // TREE_ROW), 1)
-    image = np.zeros((rows * TREE_ROW, texels.shape[1]), texels.dtype)
-    image[: len(texels)] = texels
-    return make_texture(gl, (TREE_ROW, rows), texels.shape[1], dtype, image)

@@ -32,6 +32,8 @@ SHADING_TABLES = ("ray_surfaces", "ray_materials", "ray_atlas", "ray_data_atlas"
 EMITTER_TABLES = ("ray_emitters", "ray_emitter_groups", "ray_map_cells")
 # Nodes of a tree over emitters, and which entries of their table its leaves hold.
 GLOW_TREE = ("glow_nodes", "glow_order")
+# Texels in a row of what a tree is read from: shaders/rays/emitter_tree.glsl.
+TREE_ROW = 1024
 # Which of them a triangle is that a ray has hit.
 GLOW_PLACES = "glow_places"
 
@@ -76,6 +78,14 @@ def record_texture(
         place = (0, span.start // RECORDS_PER_ROW, texels * RECORDS_PER_ROW, filled)
         texture.write(image, viewport=place)
     return texture
+
+
+def in_rows(gl: moderngl.Context, texels: NDArray[Any], dtype: str) -> moderngl.Texture:
+    """Return `texels` (N, channels) in rows of `TREE_ROW`."""
+    rows = max(-(-len(texels) // TREE_ROW), 1)
+    image = np.zeros((rows * TREE_ROW, texels.shape[1]), texels.dtype)
+    image[: len(texels)] = texels
+    return make_texture(gl, (TREE_ROW, rows), texels.shape[1], dtype, image)
 
 
 def ray_reads(features: RayFeatures, *, shades: bool = False) -> tuple[str, ...]:

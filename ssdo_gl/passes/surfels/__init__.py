@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+from ssdo_gl.passes.surfels.bright_tables import (
+    BRIGHT_TABLES,
+    BrightTablesPass,
+    bright_reads,
+    pieces_of,
+)
 from ssdo_gl.passes.surfels.surfel_bounces import SurfaceCachePass
 from ssdo_gl.passes.surfels.surfel_light import SurfelDirectPass, SurfelSkyPass
 from ssdo_gl.passes.surfels.surfel_rays import SurfelRaysPass, SurfelsPass
@@ -11,11 +17,15 @@ from ssdo_gl.passes.surfels.surfel_textures import (
 )
 
 __all__ = [
+    "BRIGHT_TABLES",
+    "BrightTablesPass",
     "SurfaceCachePass",
     "SurfaceCacheSettings",
     "SurfelDirectPass",
     "SurfelRaysPass",
     "SurfelSkyPass",
     "SurfelsPass",
+    "bright_reads",
     "cache_tables",
+    "pieces_of",
 ]

@@ -23,6 +23,7 @@ from ssdo_gl.passes.surfels.surfel_textures import (
     SURFELS_PER_ROW,
     SurfaceCacheSettings,
     SurfelProgram,
+    SurfelSet,
     surfel_rows,
     upload,
 )
@@ -41,29 +42,6 @@ STRIP_SHARE = 0.5
 SPARSE_SURFELS = 16384
 # There may be so many more at the edges of lamps.
 LAMP_SURFELS = 8192
-
-
-@dataclass(frozen=True, eq=False)
-class SurfelSet:
-    """Surfels that were made together; they stay the same ones while what bears them moves.
-
-    Attributes
-    ----------
-    topology : tuple
-        Settings, meshes, sides of materials, and mesh, material and number of instances of each
-        object: while these are the same, triangles keep their numbers, and surfels theirs.
-    depth : int
-        As in `Surfels`.
-    """
-
-    surfels: TornSurfels
-    topology: tuple[object, ...]
-    depth: int
-
-    @property
-    def count(self) -> int:
-        """Number of surfels."""
-        return self.surfels.count
 
 
 class SurfelsPass(RenderPass):

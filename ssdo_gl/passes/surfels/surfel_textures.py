@@ -19,6 +19,7 @@ from ssdo_gl.passes.environment_uniforms import environment_uniforms
 from ssdo_gl.passes.own_textures import drawing_into
 from ssdo_gl.passes.rays import ray_defines, ray_uniforms, stream_of
 from ssdo_gl.raytracing.surface_tables import RayFeatures
+from ssdo_gl.raytracing.torn_surfels import TornSurfels
 from ssdo_gl.settings.fields import setting
 
 # What rays/surface_cache.glsl reads beside the tables of rays that shade what they hit.
@@ -53,6 +54,29 @@ class SurfaceCacheSettings:
     )
     rays_per_side: int = setting(8, "root of the rays that a piece gathers by", low=2, high=16)
     light_samples: int = setting(16, "shadow rays of a piece, all lights together", low=1, high=64)
+
+
+@dataclass(frozen=True, eq=False)
+class SurfelSet:
+    """Surfels that were made together; they stay the same ones while what bears them moves.
+
+    Attributes
+    ----------
+    topology : tuple
+        Settings, meshes, sides of materials, and mesh, material and number of instances of each
+        object: while these are the same, triangles keep their numbers, and surfels theirs.
+    depth : int
+        As in `Surfels`.
+    """
+
+    surfels: TornSurfels
+    topology: tuple[object, ...]
+    depth: int
+
+    @property
+    def count(self) -> int:
+        """Number of surfels."""
+        return self.surfels.count
 
 
 def surfel_rows(count: int) -> int:
