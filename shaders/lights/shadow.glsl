@@ -11,14 +11,21 @@
 #include "lib/hash.glsl"
 #include "lights/lights.glsl"
 
+// HAS_WHOLE_MAP (default 0): 1 where the atlas without what is translucent may be asked, too.
 #ifndef IN_QUADS
 #define IN_QUADS 0
+#endif
+#ifndef HAS_WHOLE_MAP
+#define HAS_WHOLE_MAP 0
 #endif
 
 #if IN_QUADS
 uniform sampler2D t_shadow_quads;
 #else
 uniform sampler2D t_shadow_atlas;
+#endif
+#if HAS_WHOLE_MAP
+uniform sampler2D t_whole_shadow_atlas;
 #endif
 uniform float u_shadow_tile_texels;   // texels along one face
 uniform uvec3 u_pattern_offset;       // from the frame's seed
@@ -147,9 +154,21 @@ vec3 face_point(Face face, vec2 t)
     return stored_point(face, inside, depth);
 }
 
-// What is stored in the 3 x 3 texels of the atlas from `corner` on, row by row.
-mat3 stored_around(vec2 corner)
+// What is stored in the 3 x 3 texels of the atlas from `corner` on, row by row; of what is `whole`
+// alone, or of all.
+mat3 stored_around(vec2 corner, bool whole)
 {
+#if HAS_WHOLE_MAP
+    if (whole) {
+        mat3 alone;
+        for (int j = 0; j < 3; ++j) {
+            for (int i = 0; i < 3; ++i) {
+                alone[j][i] = texelFetch(t_whole_shadow_atlas, ivec2(corner) + ivec2(i, j), 0).x;
+            }
+        }
+        return alone;
+    }
+#endif
 #if IN_QUADS
     ivec2 first = ivec2(corner);
     ivec2 quad = first >> 1;
@@ -202,8 +221,9 @@ const float SHADOW_FAR_TEXELS = 64.0;
 // A light without size: the 3 x 3 nearest texels, weighted by a quadratic B-spline, which
 // hides the texels' grid better than bilinear weights do.
 // `far_texels`: SHADOW_FAR_TEXELS, or FLOAT_MAX for a point above the facets that it stands
-// for, which are no other surface.
-float point_shadow_visibility(ShadowMap map, vec3 p_ls, vec3 m_ls, float rounding, float far_texels)
+// for, which are no other surface. `whole`: as in stored_around.
+float point_shadow_visibility(ShadowMap map, vec3 p_ls, vec3 m_ls, float rounding, float far_texels,
+                              bool whole)
 {
     int number = map.face_count == 1 ? 0 : face_of(p_ls);
     vec3 p = face_from_light(number, p_ls);
@@ -217,7 +237,7 @@ float point_shadow_visibility(ShadowMap map, vec3 p_ls, vec3 m_ls, float roundin
     vec2 t = place - middle;
     mat3x2 weights = mat3x2(0.5 * (1.0 - t) * (1.0 - t), 0.75 - (t - 0.5) * (t - 0.5), 0.5 * t * t);
     vec2 first = clamp(middle - 1.0, vec2(0.0), vec2(face.texels - 3.0));
-    mat3 depths = stored_around(face.corner + first);
+    mat3 depths = stored_around(face.corner + first, whole);
     float blocked = 0.0;
     float counted = 0.0;
     for (int j = 0; j < 3; ++j) {

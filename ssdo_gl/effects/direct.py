@@ -176,6 +176,8 @@ class DirectPass(RenderPass):
         Write `direct_gloss`, too: rgb radiance that glossy surfaces reflect to the camera.
     rays : RayFeatures or None
         What rays meet that tell where shadows end; None: the map does.
+    whole_map : bool
+        Read `whole_shadow_atlas`, too: where it tells no end of a shadow, no ray is asked.
     """
 
     name = "direct"
@@ -192,6 +194,7 @@ class DirectPass(RenderPass):
         lifts: bool = False,
         glossy: bool = False,
         rays: RayFeatures | None = None,
+        whole_map: bool = False,
     ) -> None:
         self.settings = settings or DirectSettings()
         self.shadow_maps = shadow_maps
@@ -210,6 +213,7 @@ class DirectPass(RenderPass):
             self.writes["direct_gloss"] = TextureSpec(4, "f4")
         more = *(("shadow_atlas",) if shadow_maps else ()), *(("lift_vs",) if lifts else ())
         tables = () if rays is None else ray_reads(rays, shades=True)
+        tables = (*tables, "whole_shadow_atlas") if whole_map else tables
         self._ray_wiring = {f"t_{name}": name for name in tables}
         self._wiring = {f"t_{name}": name for name in ("z_vs", "normals_vs", *more)}
         surface = self._wiring | (brdf_wiring(glossy) if glossy else {})
@@ -229,6 +233,7 @@ class DirectPass(RenderPass):
             self.lifts,
             self.glossy,
             self._rays,
+            *self._ray_wiring,
         )
 
     def execute(self, context: PassContext) -> None:
@@ -311,6 +316,7 @@ class DirectPass(RenderPass):
             is_round=light.form == Form.PARALLEL,
         )
         groups = {"SHAFT_GROUPS": len(lines["u_shaft_x"])}
+        groups["HAS_WHOLE_MAP"] = int("t_whole_shadow_atlas" in tables and not light.is_soft)
         times = RAYS_IN_MOTION if frame.moves else 1
         uniforms = {
             **ray_uniforms(context),
@@ -387,5 +393,8 @@ class Direct(Effect):
             lifts=has_shadows and is_smooth(request.scene),
             glossy=request.is_glossy,
             rays=request.ray_features if request.runs("shadow_edges") else None,
+            whole_map=request.content.has_translucency
+            and request.runs("shadow_map")
+            and request.runs("shadow_edges"),
         )
         yield item, "light of the scene's lights"

@@ -211,7 +211,7 @@ SHADOW = """
 uniform vec2 u_half_size;
 float shadow(vec3 p, vec3 m, float texels) {
     ShadowMap map = ShadowMap(vec2(0.0), 1.0, 1, texels, 1, u_half_size, vec3(0.0), mat3(1.0));
-    return point_shadow_visibility(map, p, m, 0.0, SHADOW_FAR_TEXELS);
+    return point_shadow_visibility(map, p, m, 0.0, SHADOW_FAR_TEXELS, false);
 }
 """
 SIDE = 64
