@@ -40,11 +40,24 @@ void main()
         vec2 u = random_2d(first + uint(i), u_stream, 0u, false);
         add_ray(sums, at, frame * cosine_hemisphere(u), geometric_vs, 1.0, ray_count);
     } while (++i < ray_count);
+    float inverse = 1.0 / float(ray_count);
+    vec3 far = inverse * sums.far;
+    vec3 near = inverse * sums.near;
+#if BRIGHT_PIECES
+    Arriving aimed = Arriving(vec3(0.0), vec3(0.0), 0.0, 0.0);
+    uint first_aimed = first_point(texel / u_receiver_stride, u_aimed_rays);
+    for (int j = 0; j < u_aimed_rays; ++j) {
+        AimedRay ray = aimed_ray(at, first_aimed + uint(j), 1u);
+        float found = float(ray_count) * max(dot(ray.w, at.normal), 0.0) * INV_PI;
+        add_aimed_ray(aimed, at, ray, u_ns_from_vs * geometric_vs, found);
+    }
+    far += aimed.far / float(u_aimed_rays);
+    near += aimed.near / float(u_aimed_rays);
+#endif
     int place = texel.y * int(u_frame_size_px.x) + texel.x + 1;
     o_place = is_edge ? -place : place;
     // A ratio, which is exact where all of the sky is open.
     float open = sums.open_sky / max(sums.open_sky + sums.blocked_sky, 1e-37);
-    float inverse = 1.0 / float(ray_count);
-    o_far = vec4(inverse * sums.far, open);
-    o_near = vec4(inverse * sums.near, centre_z_vs(texel, p_vs, geometric_vs));
+    o_far = vec4(far, open);
+    o_near = vec4(near, centre_z_vs(texel, p_vs, geometric_vs));
 }

@@ -40,7 +40,7 @@ from ssdo_gl.passes.rays import (
     ray_uniforms,
     stream_of,
 )
-from ssdo_gl.passes.surfels import BrightTablesPass, cache_tables
+from ssdo_gl.passes.surfels import BRIGHT_TABLES, BrightTablesPass, cache_tables, pieces_of
 from ssdo_gl.raytracing.surface_tables import RayFeatures
 from ssdo_gl.scene.environment import kind_of
 from ssdo_gl.scene.lights import Form
@@ -111,6 +111,7 @@ class FarProbesPass(RenderPass):
             "z_vs",
             *ray_reads(features, shades=True),
             *cache_tables(features),
+            *(BRIGHT_TABLES[:1] if gives_way and settings.aimed_rays else ()),
         )
         self.steady_reads = ("z_vs",) if is_steady else ()
         domains = ("steady_view", "steady_seed") if is_steady else ("view", "seed")
@@ -167,7 +168,8 @@ class FarProbesPass(RenderPass):
 
     def _wait(self, context: PassContext, known: ProbeRays) -> int:
         """Return for how many frames probes go on, by what the last ones have found."""
-        if not any(known.known):
+        # What few rays meet others are aimed at: none of what is left is rare.
+        if not any(known.known) or pieces_of(context) is not None:
             return 0
         sky = mean_radiance(context.frame.scene.environment)
         texture = context.last[FAR_RADIANCE].texture
@@ -187,7 +189,8 @@ class FarProbesPass(RenderPass):
             "u_radius_ns": radius_ns(self.settings.radius, context),
             "u_stream": stream_of(seed + (frame.moves << 32), 0),
         }
-        textures = textures_of(context, self.reads)
+        reads = [name for name in self.reads if name not in BRIGHT_TABLES]
+        textures = textures_of(context, reads)
         program.set(uniforms)
         with drawing_into(context.gl, texture) as target:
             for region in regions:
@@ -274,14 +277,14 @@ class FarField(Effect):
         is_steady = not request.content.has_translucency
         points = FarProbePointsPass(settings, is_steady=is_steady)
         yield points, "a probe for each tile of what is in view"
+        if traces_own(request) and settings.aimed_rays:
+            yield BrightTablesPass(), "what is so bright that rays are aimed at it"
         features = replace(request.ray_features, glow_is_direct=request.runs("emitters"))
         sky = kind_of(request.scene.environment)
         gives_way = traces_own(request) and traces_in_motion(settings, sky)
         item = FarProbesPass(settings, features, is_steady=is_steady, gives_way=gives_way)
         yield item, "radiance from beyond R, at probes"
         if traces_own(request):
-            if settings.aimed_rays:
-                yield BrightTablesPass(), "what is so bright that rays are aimed at it"
             stride = receiver_stride(request)
             own = OwnRaysPass(settings, features, sky, stride, is_steady=is_steady)
             yield own, "light gathered by per-pixel rays"

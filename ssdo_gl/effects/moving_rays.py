@@ -16,6 +16,7 @@ from ssdo_gl.passes.far_probes import FarFieldSettings
 from ssdo_gl.passes.own_lookup import SeenSurfaces
 from ssdo_gl.passes.own_textures import fill, textures_of
 from ssdo_gl.passes.rays import radius_ns, ray_defines, ray_uniforms, stream_of
+from ssdo_gl.passes.surfels import bright_reads, pieces_of
 from ssdo_gl.passes.temporal import is_framed_alike, versions
 from ssdo_gl.passes.temporal import uniforms as past_uniforms
 from ssdo_gl.raytracing.surface_tables import RayFeatures
@@ -72,6 +73,7 @@ class RayCounts(NamedTuple):
     at_contacts: int
     at_outlines: int
     where_lost: int  # at most, where the last frame shows little of their surface
+    aimed: int  # at bright pieces
 
 
 def ray_counts(settings: FarFieldSettings, *, is_brief: bool) -> RayCounts:
@@ -88,8 +90,10 @@ def ray_counts(settings: FarFieldSettings, *, is_brief: bool) -> RayCounts:
     if is_brief:
         # As many as at rest: 1.1 times the temporal error, in .94 of a frame's time (carousel).
         few = max(few, 3 * settings.pixel_rays // 2)
-        return RayCounts(few, max(few, many, 3 * settings.edge_rays // 2), few, lost)
-    return RayCounts(few, max(few, many), max(few, settings.moving_outline_rays), lost)
+        most = max(few, many, 3 * settings.edge_rays // 2)
+        return RayCounts(few, most, few, lost, settings.aimed_rays)
+    outline = max(few, settings.moving_outline_rays)
+    return RayCounts(few, max(few, many), outline, lost, -(-settings.aimed_rays // 2))
 
 
 def moving_rays(
@@ -119,7 +123,7 @@ def moving_rays(
     defines = {
         **ray_defines(context, features),
         "ENVIRONMENT_KIND": ENVIRONMENT_KINDS.index(environment),
-        "BRIGHT_PIECES": 0,
+        "BRIGHT_PIECES": int(pieces_of(context) is not None),
     }
     uniforms = {
         **ray_uniforms(context),
@@ -128,7 +132,9 @@ def moving_rays(
         "u_stream": stream_of(frame.pattern, 0),
         "u_receiver_stride": stride,
     }
-    textures = {**textures_of(context, reads), "t_numbers": numbers}
+    if pieces := pieces_of(context):
+        uniforms |= {"u_tree_levels": pieces.tree.levels, "u_aimed_rays": counts.aimed}
+    textures = {**textures_of(context, reads), **bright_reads(context), "t_numbers": numbers}
     fill(context, made, "effects/moving_rays.frag", defines, uniforms, textures)
     return made, seen
 

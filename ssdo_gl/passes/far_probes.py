@@ -52,7 +52,7 @@ class FarFieldSettings:
     )
     aimed_rays: int = setting(
         4,
-        "at rest, aimed at small pieces that are far brighter than the rest, where there are such",
+        "aimed at small pieces, far brighter than the rest; half while the camera moves",
         unit="rays",
         low=0,
         high=64,

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 import scene_text as text
 
+from ssdo_gl.graph.render_pass import PassContext, Produced
+from ssdo_gl.passes.surfels import BrightTablesPass
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.formats.toml import read_description
 from ssdo_gl.scene.scene import Scene
@@ -13,6 +17,7 @@ from ssdo_gl.settings.settings import Settings
 
 SIZE = (64, 36)
 SEEDS = 4
+FRAMES = 24
 ROOM = (
     text.camera([0, 1.5, 2.6], [0, 1.2, -2], 60)
     + text.material("white", 0.7, 0.7, 0.7)
@@ -62,3 +67,48 @@ def test_rooms_in_even_light_are_the_same_to_the_bit() -> None:
     even = text.light("point", position=[0, 1.2, 0], intensity=[1, 1, 1])
     scene = room(ROOM.partition("[[light]]")[0] + even)
     np.testing.assert_array_equal(pictures(scene, 4), pictures(scene, 0))
+
+
+def walked(scene: Scene, aimed_rays: int) -> np.ndarray:
+    """Return the last frame of a camera that turns, as a window draws it."""
+    overrides = {"far_field.aimed_rays": aimed_rays}
+    settings = Settings(method="gi", size=SIZE, radius=0.1, overrides=overrides)
+    with Renderer(scene, settings) as renderer:
+        for step in range(FRAMES):
+            camera = scene.camera.orbit(0.2 * (step - FRAMES + 1))
+            drawn = renderer.draw(("beauty",), camera=camera)
+        return drawn.planes["beauty"].read()[..., :3].copy()
+
+
+@pytest.mark.parametrize("description", [BENCH, BALL], ids=["flat", "curved"])
+def test_a_walk_is_nearer_to_a_view_at_rest_by_them(description: str) -> None:
+    scene = room(description)
+    settings = Settings(method="gi", size=SIZE, radius=0.1, overrides={"far_field.pixel_rays": 128})
+    with Renderer(scene, settings) as renderer:
+        rest = renderer.render(("beauty",)).images["beauty"][..., :3]
+    aimed, chance = (np.abs(walked(scene, rays) - rest).mean() for rays in (4, 0))
+    assert aimed < 0.5 * chance
+
+
+def test_they_follow_a_light_that_has_moved(monkeypatch: pytest.MonkeyPatch) -> None:
+    pieces: list[set[int]] = []
+    original = BrightTablesPass.execute
+
+    def noted(item: BrightTablesPass, context: PassContext) -> Produced:
+        made = original(item, context)
+        aims = made["bright_entries"].facts
+        pieces.append(set(aims.pieces.surfels.tolist()))
+        return made
+
+    monkeypatch.setattr(BrightTablesPass, "execute", noted)
+    scene = room(BENCH)
+    (spot,) = scene.lights
+    moved = dataclasses.replace(spot, position=(1.2, 1.6, 0.5))
+    with Renderer(scene, Settings(method="gi", size=SIZE, radius=0.1)) as renderer:
+        renderer.draw(("beauty",), camera=scene.camera)
+        renderer.use_scene(dataclasses.replace(scene, lights=(moved,)))
+        for _ in range(FRAMES):
+            renderer.draw(("beauty",), camera=scene.camera)
+    assert pieces[0] and pieces[-1] and not pieces[0] & pieces[-1]
+    # While light is spreading they are chosen by what it was.
+    assert pieces[1] == pieces[0]

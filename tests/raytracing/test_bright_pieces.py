@@ -64,7 +64,8 @@ def surfels_of(mesh: Mesh, texel: float) -> TornSurfels:
 def test_points_lie_within_the_parallelogram_or_the_box(mesh: Mesh, texel: float) -> None:
     surfels = surfels_of(mesh, texel)
     every = np.arange(surfels.count)
-    made = bright_pieces(BrightSurfels(every, np.ones(len(every)), np.ones(len(every))), surfels)
+    bright = BrightSurfels(every, np.ones(len(every)), np.ones(len(every)))
+    made = bright_pieces(bright, surfels, surfels.triangles)
     is_flat = made.faces[:, 1] == 1
     assert is_flat.all() if len(mesh.triangles) == 12 else (~is_flat).sum() > 10
     for surfel, (first, count) in zip(every, made.faces, strict=True):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import moderngl
 import numpy as np
@@ -13,13 +13,15 @@ from ssdo_gl.graph.render_pass import PassContext, Produced, RenderPass, Texture
 from ssdo_gl.graph.resource import TextureSpec
 from ssdo_gl.math3d import FloatArray, IntArray
 from ssdo_gl.passes.own_textures import facts_of
-from ssdo_gl.passes.rays import in_rows, record_texture
+from ssdo_gl.passes.rays import bvh_of, in_rows, record_texture
 from ssdo_gl.passes.surfels.surfel_textures import SURFELS_PER_ROW, SurfelSet, surfel_rows
 from ssdo_gl.raytracing.bright_pieces import BrightPieces, bright_pieces, bright_surfels
 
 BRIGHT_TABLES = ("bright_entries", "bright_nodes", "bright_order", "bright_faces")
 # What rays/bright_pieces.glsl, which includes rays/emitter_tree.glsl, calls them.
 SAMPLERS = ("t_ray_emitters", "t_glow_nodes", "t_glow_order", "t_bright_faces")
+# Frames after which tables are made anew while light is spreading.
+FRAMES = 16
 # Every so manyth ray of a row tells enough of what rays meet.
 STRIDE = 4
 # As rays/surfel_hits.glsl packs what rays met.
@@ -34,10 +36,13 @@ class Aims:
     ----------
     pieces : BrightPieces or None
         None where there is nothing to aim at.
+    age : int
+        Frames since they were made, while light is spreading.
     """
 
     surfels: SurfelSet
     pieces: BrightPieces | None
+    age: int = 0
 
 
 class BrightTablesPass(RenderPass):
@@ -45,12 +50,12 @@ class BrightTablesPass(RenderPass):
 
     The table of emitters has the parallelograms to aim at, `bright_nodes` and `bright_order` a tree
     over them, as `GLOW_TREE`, but for the surfel of each in place of its entry; `bright_faces` the
-    first of each surfel, and how many it has. While light is spreading, tables are those of the
-    last light that came to rest: they say where rays go, not what they bring.
+    first of each surfel, and how many it has. While light is spreading they are made anew now and
+    then alone: they say where rays go, not what these bring.
     """
 
     name = "bright_tables"
-    reads = ("surfel_points", "surfel_hits", "surface_cache")
+    reads = ("bvh", "surfel_points", "surfel_hits", "surface_cache")
     writes: Mapping[str, TextureSpec] = {
         "bright_entries": TextureSpec(4, "f4", own=True),
         "bright_nodes": TextureSpec(4, "f4", own=True),
@@ -61,20 +66,23 @@ class BrightTablesPass(RenderPass):
     lags = False
 
     def execute(self, context: PassContext) -> Produced:
-        """Choose what to aim at, by the light of a cache that has converged."""
+        """Choose what to aim at."""
         known = facts_of(context, BRIGHT_TABLES[0], Aims)
         surfels: SurfelSet = context.facts["surfel_points"]
         self.is_settled = context.is_complete
-        if context.is_complete:
-            light = np.frombuffer(context.inputs["surface_cache"].read(), np.float32)
-            light = light.reshape(-1, 4)[: surfels.count, :3].mean(axis=1, dtype=np.float64)
-            bright = bright_surfels(*_met(context.inputs["surfel_hits"], surfels.count), light)
-            pieces = bright_pieces(bright, surfels.surfels) if len(bright.numbers) else None
-            return self._produced(context, Aims(surfels, pieces))
-        if known is not None and known.surfels is surfels:
+        is_same = known is not None and known.surfels is surfels and known.age + 1 < FRAMES
+        if known is not None and is_same and not context.is_complete:
             last = {name: context.last[name].texture for name in BRIGHT_TABLES}
-            return {**last, BRIGHT_TABLES[0]: TextureWithFacts(last[BRIGHT_TABLES[0]], known)}
-        return self._produced(context, Aims(surfels, None))
+            older = replace(known, age=known.age + 1)
+            return {**last, BRIGHT_TABLES[0]: TextureWithFacts(last[BRIGHT_TABLES[0]], older)}
+        light = np.frombuffer(context.inputs["surface_cache"].read(), np.float32)
+        light = light.reshape(-1, 4)[: surfels.count, :3].mean(axis=1, dtype=np.float64)
+        bright = bright_surfels(*_met(context.inputs["surfel_hits"], surfels.count), light)
+        pieces = None
+        if len(bright.numbers):
+            triangles = bvh_of(context).triangles
+            pieces = bright_pieces(bright, surfels.surfels.moved(triangles), triangles)
+        return self._produced(context, Aims(surfels, pieces))
 
     def _produced(self, context: PassContext, aims: Aims) -> Produced:
         """Return the textures of `aims`, or a texel each."""
