@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Mapping
 from numbers import Integral
 from pathlib import Path
@@ -11,6 +12,7 @@ from ssdo_gl.effects.registry import effects, image_names
 from ssdo_gl.scene.camera import Camera
 from ssdo_gl.scene.load import load_scene
 from ssdo_gl.scene.scene import Scene
+from ssdo_gl.scene.type_checks import check_type
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError, describe, shown
 from ssdo_gl.settings.loading import LoadOptions, load_options
@@ -76,6 +78,7 @@ def asked_scene(
     """
     if isinstance(source, Scene):
         return source, checked_camera(camera), settings_for(source.render, given)
+    check_type("scene", source, (str, os.PathLike), "Scene, or its name or path")
     name = camera if isinstance(camera, str | int) else None
     place = checked_camera(camera) if name is None else None
     of_file = {key: value for key, value in given.items() if key in describe(LoadOptions)}

@@ -11,6 +11,7 @@ import pytest
 import ssdo_gl
 from ssdo_gl.renderer import Renderer
 from ssdo_gl.scene.load import load_scene
+from ssdo_gl.scene.scene import SceneError
 from ssdo_gl.settings import Settings
 from ssdo_gl.settings.fields import SettingError
 
@@ -65,6 +66,12 @@ def test_a_picture_is_seen_from_the_camera_that_is_given():
     for given in ((0, 1, 3), True):
         with pytest.raises(SettingError, match="camera"):
             ssdo_gl.render("corner", camera=given, **flags)
+
+
+def test_what_is_no_scene_is_answered_with_all_that_is_one():
+    mesh = load_scene("corner").meshes[0]
+    with pytest.raises(SceneError, match="expected a Scene, or its name or path, got a Mesh"):
+        ssdo_gl.render(mesh)
 
 
 def test_renderers_do_not_disturb_each_other():
