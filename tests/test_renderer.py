@@ -52,7 +52,7 @@ def test_a_moved_camera_keeps_what_is_the_scenes():
         # What rays find, and the light on surfaces, is the scene's, whoever looks.
         of_the_scene = {"bvh_upload", "surface_tables", "material_table", "emitter_tables"}
         cache = {"surfels", "surfel_rays", "surfel_sky", "surfel_direct", "surface_cache"}
-        assert kept == of_the_scene | cache
+        assert kept == of_the_scene | cache | {"bright_tables"}
 
 
 def test_a_picture_is_seen_from_the_camera_that_is_given():
